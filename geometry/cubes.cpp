@@ -1,0 +1,21 @@
+#include "geometry/cubes.hpp"
+
+namespace geometry {
+
+std::vector<Vec3> corner_positions(const Cubes& cubes)
+{
+    std::vector<Vec3> out(cubes.corner_count());
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = cubes.corner_position(i);
+    return out;
+}
+
+std::vector<double> corner_masses(const Cubes& cubes)
+{
+    std::vector<double> out(cubes.corner_count(), 0.0);
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        for (const std::uint32_t k : cubes.corners[c]) out[k] += cubes.mass[c] / 8;
+    }
+    return out;
+}
+
+}  // namespace geometry

@@ -1,0 +1,48 @@
+#pragma once
+
+// The deformable model of the first family: tiny cubes of equal size with shared corners.
+// James, Barbic, Twigg. Squashing cubes: automating deformable model construction for graphics.
+// SIGGRAPH 2004 sketches.
+
+#include "geometry/matter.hpp"
+#include "geometry/vec.hpp"
+
+#include <array>
+#include <vector>
+
+namespace geometry {
+
+// Cube c fills origin + size * (cell[c] .. cell[c] + 1). Corner number a of a cube, a = 0..7, lies
+// at cell + ((a & 1), (a >> 1 & 1), (a >> 2 & 1)). Cubes are sorted by (z, y, x); corners are
+// numbered in the same order of their own coordinates. Nothing asserts that a cell holds one cube
+// only: cubes that share a cell but no corners are copies for geometry that must not be joined.
+struct Cubes {
+    double size = 0;  // m, edge of a cube
+    Vec3 origin = Vec3::Zero();
+
+    std::vector<Vec3i> cell;                            // C
+    std::vector<std::array<std::uint32_t, 8>> corners;  // C, into corner
+    std::vector<Vec3i> corner;                          // K, lattice coordinates
+
+    std::vector<double> mass;               // C, kg
+    std::vector<double> fill;               // C, 0..1, share of the cube that holds material
+    std::vector<double> young;              // C, Pa, of the material itself (not scaled by fill)
+    std::vector<double> poisson;            // C
+    std::vector<double> mass_damping;       // C, 1/s
+    std::vector<double> stiffness_damping;  // C, s
+    std::vector<std::uint16_t> matter;      // C, into matters: the one with most mass in the cube
+    std::vector<Matter> matters;
+    std::vector<std::uint32_t> component;  // C, 0 = largest; empty until components were sought
+
+    std::size_t count() const { return cell.size(); }
+    std::size_t corner_count() const { return corner.size(); }
+    Vec3 corner_position(std::size_t i) const { return origin + size * corner[i].cast<double>(); }
+};
+
+// Rest positions of all corners. K, m.
+std::vector<Vec3> corner_positions(const Cubes& cubes);
+
+// Mass at each corner: every cube gives an eighth of its own to each of its corners. K, kg.
+std::vector<double> corner_masses(const Cubes& cubes);
+
+}  // namespace geometry

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <stdexcept>
+#include <stop_token>
+#include <string>
+
+namespace graph {
+
+// Both ends are cooked. Frame `first` is time 0.
+struct FrameRange {
+    int first = 1, last = 1;
+    double fps = 24;
+
+    int count() const { return last - first + 1; }
+    double time(int frame) const { return (frame - first) / fps; }
+    bool operator==(const FrameRange&) const = default;
+};
+
+// What a node may ask of the run beyond its inputs. Only what its description declares becomes
+// part of its key, so asking for another is a bug and throws.
+enum class Variable : unsigned {
+    frame = 1,  // the frame's number, and its time
+    fps = 2,    // frames a second, and the seconds a frame lasts
+    range = 4,  // first and last frame of the cook
+};
+constexpr unsigned operator|(Variable a, Variable b)
+{
+    return static_cast<unsigned>(a) | static_cast<unsigned>(b);
+}
+constexpr unsigned operator|(unsigned a, Variable b)
+{
+    return a | static_cast<unsigned>(b);
+}
+
+class Context {
+public:
+    Context() = default;
+    Context(int frame, FrameRange range, unsigned declared)
+        : frame_(frame), range_(range), declared_(declared)
+    {}
+
+    int frame() const { return need(Variable::frame), frame_; }
+    double time() const { return need(Variable::frame), range_.time(frame_); }  // s
+    double fps() const { return need(Variable::fps), range_.fps; }
+    double frame_seconds() const { return need(Variable::fps), 1 / range_.fps; }
+    const FrameRange& range() const { return need(Variable::range), range_; }
+
+    std::stop_token stop;  // long kernels look now and then, and throw Cancelled when it is set
+
+    // Where relative output paths live. Not part of any key.
+    std::filesystem::path output_folder = ".";
+
+    // A sentence for the person who cooks; once a result, kept with it. Null in tests.
+    std::function<void(const std::string&)> warn = [](const std::string&) {};
+
+    // A file read beside those named in path_in parameters (a material library, a texture): its
+    // bytes, or its absence, become part of the result's key.
+    std::function<void(const std::filesystem::path&)> opened = [](const std::filesystem::path&) {};
+
+private:
+    void need(Variable v) const
+    {
+        if ((declared_ & static_cast<unsigned>(v)) == 0) {
+            throw std::logic_error("this node reads a context variable that it does not declare");
+        }
+    }
+
+    int frame_ = 1;
+    FrameRange range_;
+    unsigned declared_ = 0;
+};
+
+// Thrown by work that saw the stop token set.
+struct Cancelled : std::exception {
+    const char* what() const noexcept override { return "cancelled"; }
+};
+
+}  // namespace graph

@@ -1,0 +1,315 @@
+#pragma once
+
+// Parameters: their description (what the loader, the reference, the schema and an editor read) and
+// the binding of each to a member of a node's Inputs struct. Both come from one declaration.
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+namespace graph {
+
+enum class ParamKind {
+    boolean,
+    integer,
+    number,
+    vector,  // three numbers
+    colour,  // three numbers in 0..1, linear RGB; documents may also say "#rrggbb" (sRGB)
+    text,
+    choice,    // one of `choices`
+    path_in,   // a file to read, relative to the document; its bytes are part of the node's key
+    path_out,  // a file to write, relative to the output folder
+    list,      // any number of structs described by `children`
+    block,     // one struct described by `children`
+};
+
+// A parameter's value for one frame. Choices are their name; blocks and lists nest.
+struct ParamValue {
+    std::variant<std::monostate, bool, std::int64_t, double, std::array<double, 3>, std::string,
+                 std::vector<ParamValue>>
+        is;
+
+    bool operator==(const ParamValue&) const = default;
+};
+using ParamValues = std::vector<ParamValue>;
+
+// What a number may be. `unit` is for people: "m", "Pa", "s", "deg".
+struct Limits {
+    double min = -std::numeric_limits<double>::infinity();
+    double max = std::numeric_limits<double>::infinity();
+    std::string unit = {};
+};
+
+// Show (and check) a parameter only while another of the same struct has one of these values.
+struct ShownWhen {
+    std::string param;
+    std::vector<std::string> values;
+};
+
+struct Param {
+    std::string name, doc;
+    ParamKind kind = ParamKind::number;
+    Limits limits;                     // integer, number; each component of vector and colour
+    std::vector<std::string> choices;  // choice: in order of the enumerators
+    std::vector<Param> children;       // list, block
+    ShownWhen shown_when;              // empty name: always
+    ParamValue fallback;               // the default
+
+    bool numeric() const
+    {
+        return kind == ParamKind::integer || kind == ParamKind::number ||
+               kind == ParamKind::vector || kind == ParamKind::colour;
+    }
+};
+
+namespace detail {
+
+template <class T>
+concept Vector3 = std::is_same_v<T, Eigen::Vector3d> || std::is_same_v<T, Eigen::Vector3f>;
+
+template <class T> void decode(const ParamValue& value, T& out)
+{
+    if constexpr (std::is_same_v<T, bool>) {
+        out = std::get<bool>(value.is);
+    } else if constexpr (std::is_integral_v<T>) {
+        out = static_cast<T>(std::get<std::int64_t>(value.is));
+    } else if constexpr (std::is_floating_point_v<T>) {
+        out = static_cast<T>(std::get<double>(value.is));
+    } else if constexpr (Vector3<T>) {
+        const auto& a = std::get<std::array<double, 3>>(value.is);
+        out = Eigen::Vector3d(a[0], a[1], a[2]).cast<typename T::Scalar>();
+    } else {
+        out = std::get<std::string>(value.is);
+    }
+}
+
+template <class T> ParamValue encode(const T& in)
+{
+    if constexpr (std::is_same_v<T, bool>) {
+        return {in};
+    } else if constexpr (std::is_integral_v<T>) {
+        return {static_cast<std::int64_t>(in)};
+    } else if constexpr (std::is_floating_point_v<T>) {
+        return {static_cast<double>(in)};
+    } else if constexpr (Vector3<T>) {
+        return {std::array<double, 3>{double(in[0]), double(in[1]), double(in[2])}};
+    } else if constexpr (std::is_same_v<T, std::filesystem::path>) {
+        return {in.generic_string()};
+    } else {
+        return {std::string(in)};
+    }
+}
+
+// The kind that a member of type T has unless its declaration says otherwise.
+template <class T> constexpr ParamKind kind_of()
+{
+    if constexpr (std::is_same_v<T, bool>)
+        return ParamKind::boolean;
+    else if constexpr (std::is_integral_v<T>)
+        return ParamKind::integer;
+    else if constexpr (std::is_floating_point_v<T>)
+        return ParamKind::number;
+    else if constexpr (Vector3<T>)
+        return ParamKind::vector;
+    else {
+        static_assert(std::is_same_v<T, std::string>, "no parameter kind for this member type");
+        return ParamKind::text;
+    }
+}
+
+}  // namespace detail
+
+// The parameters of struct S: descriptions, and how each value finds its member.
+template <class S> struct ParamBinding {
+    using Set = std::function<void(S&, const ParamValue&)>;
+    std::vector<Param> params;
+    std::vector<Set> set;  // one a param
+
+    S decode(const ParamValues& values) const
+    {
+        S s;
+        for (std::size_t i = 0; i < set.size(); ++i) set[i](s, values[i]);
+        return s;
+    }
+};
+
+template <class S> class ParamsOf;
+template <class S> using Describe = void (*)(ParamsOf<S>&);
+
+// Declares parameters. `Self` is the builder that calls should return.
+template <class S, class Self> class ParamBuilder {
+public:
+    // bool, any integer, float or double, std::string, Eigen::Vector3d or Vector3f.
+    template <class T>
+    Self& param(std::string name, T S::*member, std::string doc, Limits limits = {},
+                ShownWhen shown_when = {})
+    {
+        if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) {
+            limits.min = std::max(limits.min, double(std::numeric_limits<T>::min()));
+            limits.max = std::min(limits.max, double(std::numeric_limits<T>::max()));
+        }
+        return add({std::move(name),
+                    std::move(doc),
+                    detail::kind_of<T>(),
+                    std::move(limits),
+                    {},
+                    {},
+                    std::move(shown_when),
+                    detail::encode(S{}.*member)},
+                   plain_setter(member));
+    }
+
+    // A colour: Eigen::Vector3f, linear RGB.
+    Self& colour(std::string name, Eigen::Vector3f S::*member, std::string doc,
+                 ShownWhen shown_when = {})
+    {
+        return add({std::move(name),
+                    std::move(doc),
+                    ParamKind::colour,
+                    {0, 1, {}},
+                    {},
+                    {},
+                    std::move(shown_when),
+                    detail::encode(S{}.*member)},
+                   plain_setter(member));
+    }
+
+    // An enum whose enumerators are 0, 1, 2 ... in the order of `choices`.
+    template <class E>
+    requires std::is_enum_v<E> Self& choice(std::string name, E S::*member,
+                                            std::vector<std::string> choices, std::string doc,
+                                            ShownWhen shown_when = {})
+    {
+        const std::string fallback = choices.at(static_cast<std::size_t>(S{}.*member));
+        auto set = [member, choices](S& s, const ParamValue& value) {
+            const auto& text = std::get<std::string>(value.is);
+            for (std::size_t i = 0; i < choices.size(); ++i) {
+                if (choices[i] == text) {
+                    s.*member = static_cast<E>(i);
+                    return;
+                }
+            }
+            throw std::invalid_argument("no such choice: " + text);
+        };
+        return add({std::move(name),
+                    std::move(doc),
+                    ParamKind::choice,
+                    {},
+                    std::move(choices),
+                    {},
+                    std::move(shown_when),
+                    {fallback}},
+                   std::move(set));
+    }
+
+    // A file the node reads (part of its key by its bytes) or writes (below the output folder).
+    Self& path_in(std::string name, std::filesystem::path S::*member, std::string doc,
+                  ShownWhen shown_when = {})
+    {
+        return add({std::move(name),
+                    std::move(doc),
+                    ParamKind::path_in,
+                    {},
+                    {},
+                    {},
+                    std::move(shown_when),
+                    detail::encode(S{}.*member)},
+                   plain_setter(member));
+    }
+    Self& path_out(std::string name, std::filesystem::path S::*member, std::string doc,
+                   ShownWhen shown_when = {})
+    {
+        return add({std::move(name),
+                    std::move(doc),
+                    ParamKind::path_out,
+                    {},
+                    {},
+                    {},
+                    std::move(shown_when),
+                    detail::encode(S{}.*member)},
+                   plain_setter(member));
+    }
+
+    // Parameters of a struct member, under one name of their own.
+    template <class B>
+    Self& block(std::string name, B S::*member, Describe<B> describe, std::string doc,
+                ShownWhen shown_when = {})
+    {
+        auto inner = std::make_shared<const ParamBinding<B>>(ParamsOf<B>::of(describe));
+        ParamValues fallback;
+        for (const Param& p : inner->params) fallback.push_back(p.fallback);
+        auto set = [member, inner](S& s, const ParamValue& value) {
+            s.*member = inner->decode(std::get<ParamValues>(value.is));
+        };
+        return add({std::move(name),
+                    std::move(doc),
+                    ParamKind::block,
+                    {},
+                    {},
+                    inner->params,
+                    std::move(shown_when),
+                    {std::move(fallback)}},
+                   std::move(set));
+    }
+
+    // Any number of structs. The default is what S's member holds when default-constructed: empty.
+    template <class E>
+    Self& list(std::string name, std::vector<E> S::*member, Describe<E> describe, std::string doc,
+               ShownWhen shown_when = {})
+    {
+        auto inner = std::make_shared<const ParamBinding<E>>(ParamsOf<E>::of(describe));
+        auto set = [member, inner](S& s, const ParamValue& value) {
+            for (const ParamValue& element : std::get<ParamValues>(value.is)) {
+                (s.*member).push_back(inner->decode(std::get<ParamValues>(element.is)));
+            }
+        };
+        return add({std::move(name),
+                    std::move(doc),
+                    ParamKind::list,
+                    {},
+                    {},
+                    inner->params,
+                    std::move(shown_when),
+                    {ParamValues{}}},
+                   std::move(set));
+    }
+
+protected:
+    ParamBinding<S> binding_;
+
+private:
+    template <class T> static typename ParamBinding<S>::Set plain_setter(T S::*member)
+    {
+        return [member](S& s, const ParamValue& value) { detail::decode(value, s.*member); };
+    }
+    Self& add(Param param, typename ParamBinding<S>::Set set)
+    {
+        binding_.params.push_back(std::move(param));
+        binding_.set.push_back(std::move(set));
+        return static_cast<Self&>(*this);
+    }
+};
+
+// Declares the parameters of a block or list element.
+template <class S> class ParamsOf : public ParamBuilder<S, ParamsOf<S>> {
+public:
+    static ParamBinding<S> of(Describe<S> describe)
+    {
+        ParamsOf builder;
+        describe(builder);
+        return std::move(builder.binding_);
+    }
+};
+
+}  // namespace graph

@@ -1,0 +1,20 @@
+#pragma once
+
+// Wire types that the runtime itself understands: a number can be expected and studied, a written
+// file is told to the person who cooks.
+
+#include "graph/value.hpp"
+
+#include <filesystem>
+
+namespace graph {
+
+// A file that a sink wrote.
+struct WrittenFile {
+    std::string path;  // where it is, as the process can open it
+};
+
+template <> inline constexpr const char* wire_name<double> = "number";
+template <> inline constexpr const char* wire_name<WrittenFile> = "file";
+
+}  // namespace graph

@@ -1,0 +1,24 @@
+#pragma once
+
+// Every type that can travel along a wire: one line each.
+
+#include "geometry/cubes.hpp"
+#include "geometry/mesh.hpp"
+#include "geometry/samples.hpp"
+#include "graph/standard_wires.hpp"
+#include "physics/loads.hpp"
+#include "physics/state.hpp"
+#include "render/image.hpp"
+
+namespace graph {
+
+template <> inline constexpr const char* wire_name<geometry::TriMesh> = "mesh";
+template <> inline constexpr const char* wire_name<geometry::Samples> = "points";
+template <> inline constexpr const char* wire_name<geometry::Cubes> = "cubes";
+template <> inline constexpr const char* wire_name<physics::Pins> = "pins";
+template <> inline constexpr const char* wire_name<physics::Force> = "force";
+template <> inline constexpr const char* wire_name<physics::Collider> = "collider";
+template <> inline constexpr const char* wire_name<physics::State> = "state";
+template <> inline constexpr const char* wire_name<render::Image> = "image";
+
+}  // namespace graph

@@ -1,0 +1,51 @@
+#pragma once
+
+// What acts on a body during one frame. Each is a plain description made by a node; solvers read
+// them. Motion inside a frame is linear from the state the frame starts with.
+
+#include "geometry/mesh.hpp"
+#include "geometry/vec.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace physics {
+
+using geometry::Transform;
+using geometry::Vec3;
+
+// Corners whose motion is prescribed.
+struct Pins {
+    std::vector<std::uint32_t> corner;  // P, sorted, no duplicates
+    std::vector<Vec3> target;           // P, m, where each is at the end of this frame
+};
+
+// A force field, at the end of this frame.
+struct Force {
+    enum class Kind { gravity, wind, point };
+    Kind kind = Kind::gravity;
+    Vec3 acceleration{0, -9.81, 0};  // gravity: m/s^2
+    Vec3 velocity{0, 0, 0};          // wind: of the air, m/s
+    double air_density = 1.2;        // wind: kg/m^3, drag 1/2 rho |v_rel| v_rel per exposed area
+    double drag = 1.0;               // wind: coefficient
+    Vec3 force{0, 0, 0};             // point: N, total
+    Vec3 position{0, 0, 0};          // point: m, in the rest shape
+    double radius = 0.1;             // point: m, falls off smoothly to 0 here
+};
+
+// A rigid thing that bodies cannot enter. The pose maps its local frame to the world at the end of
+// this frame, `before` at its start.
+struct Collider {
+    enum class Kind { plane, sphere, box, mesh };
+    Kind kind = Kind::plane;                        // plane: local y = 0, solid below
+    double radius = 1;                              // sphere, about the local origin
+    Vec3 half_size{0.5, 0.5, 0.5};                  // box, about the local origin
+    std::shared_ptr<const geometry::TriMesh> mesh;  // mesh: world positions at the end of the frame
+    std::shared_ptr<const geometry::TriMesh> mesh_before;  // null: as `mesh`
+    Transform pose = Transform::Identity();
+    Transform before = Transform::Identity();
+    double friction = 0.5;  // Coulomb coefficient
+    double thickness = 0;   // m, offset of the contact surface
+};
+
+}  // namespace physics

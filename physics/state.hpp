@@ -1,0 +1,34 @@
+#pragma once
+
+// What every solver steps: positions and velocities of corners, and how the last step went.
+
+#include "geometry/vec.hpp"
+
+#include <string>
+#include <vector>
+
+namespace physics {
+
+using geometry::Mat3;
+using geometry::Vec3;
+
+// How an advance() went: data, never an exception.
+struct Report {
+    bool converged = true;
+    int steps = 0;                      // time steps taken
+    int iterations = 0;                 // inner iterations, all steps together
+    double residual = 0;                // largest relative residual left over
+    std::vector<std::string> warnings;  // each a sentence for a person
+};
+
+// A moment of a simulation. A value: copying it is a checkpoint.
+struct State {
+    double time = 0;              // s since the first frame
+    std::vector<Vec3> x;          // K, m
+    std::vector<Vec3> v;          // K, m/s
+    std::vector<float> rotation;  // what a method keeps to warm-start its rotations; may be empty
+    std::vector<float> stress;    // C, Pa, von Mises of each cube; empty when the method has none
+    Report report;
+};
+
+}  // namespace physics
