@@ -18,4 +18,18 @@ std::vector<double> corner_masses(const Cubes& cubes)
     return out;
 }
 
+double total_mass(const Cubes& cubes)
+{
+    double sum = 0;
+    for (const double m : cubes.mass) sum += m;
+    return sum;
+}
+
+std::size_t component_count(const Cubes& cubes)
+{
+    std::uint32_t most = 0;
+    for (const std::uint32_t c : cubes.component) most = std::max(most, c + 1);
+    return most;
+}
+
 }  // namespace geometry

@@ -45,4 +45,10 @@ std::vector<Vec3> corner_positions(const Cubes& cubes);
 // Mass at each corner: every cube gives an eighth of its own to each of its corners. K, kg.
 std::vector<double> corner_masses(const Cubes& cubes);
 
+// Mass of all cubes together. kg.
+double total_mass(const Cubes& cubes);
+
+// Number of components that were found; 0 when none were sought yet.
+std::size_t component_count(const Cubes& cubes);
+
 }  // namespace geometry

@@ -159,30 +159,20 @@ public:
             limits.min = std::max(limits.min, double(std::numeric_limits<T>::min()));
             limits.max = std::min(limits.max, double(std::numeric_limits<T>::max()));
         }
-        return add({std::move(name),
-                    std::move(doc),
-                    detail::kind_of<T>(),
-                    std::move(limits),
-                    {},
-                    {},
-                    std::move(shown_when),
-                    detail::encode(S{}.*member)},
-                   plain_setter(member));
+        Param& p = add(name, doc, detail::kind_of<T>(), shown_when, plain_setter(member));
+        p.limits = std::move(limits);
+        p.fallback = detail::encode(S{}.*member);
+        return self();
     }
 
     // A colour: Eigen::Vector3f, linear RGB.
     Self& colour(std::string name, Eigen::Vector3f S::*member, std::string doc,
                  ShownWhen shown_when = {})
     {
-        return add({std::move(name),
-                    std::move(doc),
-                    ParamKind::colour,
-                    {0, 1, {}},
-                    {},
-                    {},
-                    std::move(shown_when),
-                    detail::encode(S{}.*member)},
-                   plain_setter(member));
+        Param& p = add(name, doc, ParamKind::colour, shown_when, plain_setter(member));
+        p.limits = {0, 1, {}};
+        p.fallback = detail::encode(S{}.*member);
+        return self();
     }
 
     // An enum whose enumerators are 0, 1, 2 ... in the order of `choices`.
@@ -191,7 +181,6 @@ public:
                                             std::vector<std::string> choices, std::string doc,
                                             ShownWhen shown_when = {})
     {
-        const std::string fallback = choices.at(static_cast<std::size_t>(S{}.*member));
         auto set = [member, choices](S& s, const ParamValue& value) {
             const auto& text = std::get<std::string>(value.is);
             for (std::size_t i = 0; i < choices.size(); ++i) {
@@ -202,43 +191,26 @@ public:
             }
             throw std::invalid_argument("no such choice: " + text);
         };
-        return add({std::move(name),
-                    std::move(doc),
-                    ParamKind::choice,
-                    {},
-                    std::move(choices),
-                    {},
-                    std::move(shown_when),
-                    {fallback}},
-                   std::move(set));
+        Param& p = add(name, doc, ParamKind::choice, shown_when, std::move(set));
+        p.fallback.is = choices.at(static_cast<std::size_t>(S{}.*member));
+        p.choices = std::move(choices);
+        return self();
     }
 
     // A file the node reads (part of its key by its bytes) or writes (below the output folder).
     Self& path_in(std::string name, std::filesystem::path S::*member, std::string doc,
                   ShownWhen shown_when = {})
     {
-        return add({std::move(name),
-                    std::move(doc),
-                    ParamKind::path_in,
-                    {},
-                    {},
-                    {},
-                    std::move(shown_when),
-                    detail::encode(S{}.*member)},
-                   plain_setter(member));
+        Param& p = add(name, doc, ParamKind::path_in, shown_when, plain_setter(member));
+        p.fallback = detail::encode(S{}.*member);
+        return self();
     }
     Self& path_out(std::string name, std::filesystem::path S::*member, std::string doc,
                    ShownWhen shown_when = {})
     {
-        return add({std::move(name),
-                    std::move(doc),
-                    ParamKind::path_out,
-                    {},
-                    {},
-                    {},
-                    std::move(shown_when),
-                    detail::encode(S{}.*member)},
-                   plain_setter(member));
+        Param& p = add(name, doc, ParamKind::path_out, shown_when, plain_setter(member));
+        p.fallback = detail::encode(S{}.*member);
+        return self();
     }
 
     // Parameters of a struct member, under one name of their own.
@@ -247,23 +219,18 @@ public:
                 ShownWhen shown_when = {})
     {
         auto inner = std::make_shared<const ParamBinding<B>>(ParamsOf<B>::of(describe));
-        ParamValues fallback;
-        for (const Param& p : inner->params) fallback.push_back(p.fallback);
         auto set = [member, inner](S& s, const ParamValue& value) {
             s.*member = inner->decode(std::get<ParamValues>(value.is));
         };
-        return add({std::move(name),
-                    std::move(doc),
-                    ParamKind::block,
-                    {},
-                    {},
-                    inner->params,
-                    std::move(shown_when),
-                    {std::move(fallback)}},
-                   std::move(set));
+        Param& p = add(name, doc, ParamKind::block, shown_when, std::move(set));
+        ParamValues fallback;
+        for (const Param& child : inner->params) fallback.push_back(child.fallback);
+        p.fallback.is = std::move(fallback);
+        p.children = inner->params;
+        return self();
     }
 
-    // Any number of structs. The default is what S's member holds when default-constructed: empty.
+    // Any number of structs, none by default.
     template <class E>
     Self& list(std::string name, std::vector<E> S::*member, Describe<E> describe, std::string doc,
                ShownWhen shown_when = {})
@@ -274,15 +241,10 @@ public:
                 (s.*member).push_back(inner->decode(std::get<ParamValues>(element.is)));
             }
         };
-        return add({std::move(name),
-                    std::move(doc),
-                    ParamKind::list,
-                    {},
-                    {},
-                    inner->params,
-                    std::move(shown_when),
-                    {ParamValues{}}},
-                   std::move(set));
+        Param& p = add(name, doc, ParamKind::list, shown_when, std::move(set));
+        p.fallback.is = ParamValues{};
+        p.children = inner->params;
+        return self();
     }
 
 protected:
@@ -293,12 +255,19 @@ private:
     {
         return [member](S& s, const ParamValue& value) { detail::decode(value, s.*member); };
     }
-    Self& add(Param param, typename ParamBinding<S>::Set set)
+    // The parameter just added, for its caller to complete.
+    Param& add(std::string& name, std::string& doc, ParamKind kind, ShownWhen& shown_when,
+               typename ParamBinding<S>::Set set)
     {
-        binding_.params.push_back(std::move(param));
+        Param& p = binding_.params.emplace_back();
+        p.name = std::move(name);
+        p.doc = std::move(doc);
+        p.kind = kind;
+        p.shown_when = std::move(shown_when);
         binding_.set.push_back(std::move(set));
-        return static_cast<Self&>(*this);
+        return p;
     }
+    Self& self() { return static_cast<Self&>(*this); }
 };
 
 // Declares the parameters of a block or list element.

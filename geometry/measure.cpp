@@ -1,0 +1,127 @@
+#include "geometry/measure.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace geometry {
+namespace {
+
+std::array<Vec3, 3> corners(const TriMesh& mesh, const Triangle& t)
+{
+    return {mesh.positions[t[0]].cast<double>(), mesh.positions[t[1]].cast<double>(),
+            mesh.positions[t[2]].cast<double>()};
+}
+
+void check_same_vertices(const TriMesh& mesh, const TriMesh& rest)
+{
+    if (mesh.positions.size() != rest.positions.size()) {
+        throw std::invalid_argument(fmt::format(
+            "expected the moved mesh and the rest mesh to have the same vertices, found {} and {}: "
+            "link `rest` to the mesh that was embedded",
+            mesh.positions.size(), rest.positions.size()));
+    }
+}
+
+}  // namespace
+
+double surface_area(const TriMesh& mesh)
+{
+    double sum = 0;
+    for (const Triangle& t : mesh.triangles()) {
+        const auto [a, b, c] = corners(mesh, t);
+        sum += 0.5 * (b - a).cross(c - a).norm();
+    }
+    return sum;
+}
+
+double enclosed_volume(const TriMesh& mesh)
+{
+    const Vec3 apex = mesh.positions.empty() ? Vec3(Vec3::Zero()) : bounds(mesh).centre();
+    double sum = 0;
+    for (const Triangle& t : mesh.triangles()) {
+        const auto [a, b, c] = corners(mesh, t);
+        sum += (a - apex).dot((b - apex).cross(c - apex)) / 6;
+    }
+    return sum;
+}
+
+Displacement displacement(const TriMesh& mesh, const TriMesh& rest)
+{
+    check_same_vertices(mesh, rest);
+    Displacement out;
+    double sum = 0;
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+        const double d = (mesh.positions[i] - rest.positions[i]).cast<double>().norm();
+        sum += d;
+        if (exceeds(d, out.largest)) {
+            out.largest = d;
+            out.where = i;
+        }
+    }
+    if (!mesh.positions.empty()) out.mean = sum / static_cast<double>(mesh.positions.size());
+    return out;
+}
+
+Vec3 displacement_at(const TriMesh& mesh, const TriMesh& rest, const Vec3& point)
+{
+    check_same_vertices(mesh, rest);
+    if (rest.positions.empty()) throw std::invalid_argument("expected a mesh with vertices");
+    std::size_t nearest = 0;
+    double nearest_sq = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < rest.positions.size(); ++i) {
+        const double d_sq = (rest.positions[i].cast<double>() - point).squaredNorm();
+        if (d_sq < nearest_sq) {
+            nearest_sq = d_sq;
+            nearest = i;
+        }
+    }
+    return (mesh.positions[nearest] - rest.positions[nearest]).cast<double>();
+}
+
+double largest_stretch(const TriMesh& mesh, const TriMesh& rest, double ignore)
+{
+    check_same_vertices(mesh, rest);
+    const double shortest = ignore * bounds(rest).diagonal();
+    double largest = 1;
+    for (const Triangle& t : rest.triangles()) {
+        const auto before = corners(rest, t);
+        const auto after = corners(mesh, t);
+        for (std::size_t i = 0; i < 3; ++i) {
+            const double l = (before[(i + 1) % 3] - before[i]).norm();
+            if (l <= shortest) continue;
+            const double ratio = (after[(i + 1) % 3] - after[i]).norm() / l;
+            if (exceeds(ratio, largest)) largest = ratio;
+        }
+    }
+    return largest;
+}
+
+std::array<double, 2> extent(const TriMesh& mesh, const Vec3& direction)
+{
+    if (mesh.positions.empty()) return {0, 0};
+    std::array<double, 2> out{std::numeric_limits<double>::infinity(),
+                              -std::numeric_limits<double>::infinity()};
+    for (const Vec3f& p : mesh.positions) {
+        const double s = p.cast<double>().dot(direction);
+        out[0] = std::min(out[0], s);
+        out[1] = std::max(out[1], s);
+    }
+    return out;
+}
+
+bool all_finite(const TriMesh& mesh)
+{
+    const auto finite = [](const Vec3f& v) { return v.allFinite(); };
+    if (!std::all_of(mesh.positions.begin(), mesh.positions.end(), finite)) return false;
+    if (!std::all_of(mesh.normals.begin(), mesh.normals.end(), finite)) return false;
+    for (const Attribute& a : mesh.attributes) {
+        for (const float x : a.values) {
+            if (!std::isfinite(x)) return false;
+        }
+    }
+    return true;
+}
+
+}  // namespace geometry

@@ -1,0 +1,45 @@
+#pragma once
+
+// Numbers that say something about a mesh: what expectations and studies look at.
+
+#include "geometry/mesh.hpp"
+
+namespace geometry {
+
+// Whether x is to replace `largest` in a search for the worst: not-a-number is worse than any
+// number, and nothing is worse than it.
+inline bool exceeds(double x, double largest)
+{
+    return !(x <= largest) && largest == largest;
+}
+
+// Sum of the triangles' areas. m^2.
+double surface_area(const TriMesh& mesh);
+
+// Volume enclosed by a closed mesh wound outwards, by the divergence theorem; for an open mesh it
+// is the sum of signed cones over the centre of its bounds. m^3.
+double enclosed_volume(const TriMesh& mesh);
+
+// How far each vertex of `mesh` is from where it stands in `rest`. Throws std::invalid_argument
+// when the two have different numbers of vertices.
+struct Displacement {
+    double largest = 0, mean = 0;  // m
+    std::size_t where = 0;         // vertex of the largest
+};
+Displacement displacement(const TriMesh& mesh, const TriMesh& rest);
+
+// Displacement of the vertex whose rest position is nearest to `point`. m.
+Vec3 displacement_at(const TriMesh& mesh, const TriMesh& rest, const Vec3& point);
+
+// Largest length of an edge of `mesh` over its rest length. Edges shorter than `ignore` of the
+// bounds' diagonal at rest do not count: in a sliver any motion is a large ratio.
+double largest_stretch(const TriMesh& mesh, const TriMesh& rest, double ignore = 1e-3);
+
+// Least and greatest coordinate of the vertices along the unit vector `direction`. m; {0, 0} for an
+// empty mesh.
+std::array<double, 2> extent(const TriMesh& mesh, const Vec3& direction);
+
+// Whether every position, normal and attribute is a finite number.
+bool all_finite(const TriMesh& mesh);
+
+}  // namespace geometry
