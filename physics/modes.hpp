@@ -1,0 +1,36 @@
+#pragma once
+
+// Vibration modes of a model of cubes: the lowest solutions of K phi = omega^2 M phi, with K summed
+// from brick elements and M the corner masses. Free pieces move rigidly at no cost; those motions
+// are known beforehand, so they are taken out of the search exactly instead of being looked for.
+
+#include "geometry/cubes.hpp"
+#include "physics/brick_element.hpp"
+#include "physics/loads.hpp"
+#include "physics/state.hpp"
+
+namespace physics {
+
+struct ModeSettings {
+    int count = 20;
+    bool keep_rigid = false;  // list the rigid motions too, first, with omega = 0
+    Weighting weighting = Weighting::filled;
+    BrickElement element = BrickElement::incompatible;
+};
+
+// k modes in ascending order, phi^T M phi = 1.
+struct Modes {
+    std::vector<double> omega_sq;          // k, rad^2/s^2; exactly 0 for rigid motions
+    std::vector<double> damping;           // k, 1/s, phi^T C phi of the cubes' Rayleigh damping
+    std::vector<std::vector<Vec3>> shape;  // k x K, kg^-1/2, zero at pinned corners
+    int rigid = 0;                         // how many of them are rigid motions
+    int rigid_left_out = 0;
+    Report report;  // residual: the largest |K phi - omega^2 M phi| / |K phi|
+};
+
+// `pinned` are corners that do not move, sorted. Throws std::invalid_argument when there are no
+// cubes, nothing is free, a free corner has no mass, or fewer than `count` modes exist.
+Modes lowest_modes(const geometry::Cubes& cubes, const std::vector<std::uint32_t>& pinned,
+                   const ModeSettings& settings);
+
+}  // namespace physics
