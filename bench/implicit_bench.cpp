@@ -1,0 +1,77 @@
+// Implicit layers: fields asked at scattered points.
+
+#include "geometry/field.hpp"
+#include "geometry/random.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace {
+
+using namespace geometry;
+
+Vec3 in_unit_cube(const Random& random, std::uint64_t i)
+{
+    return {random.unit(3 * i), random.unit(3 * i + 1), random.unit(3 * i + 2)};
+}
+
+const std::vector<Transform> at_rest{Transform::Identity()};
+
+// `count` point skeletons in the unit cube, whose balls of influence hold a point of it `overlap`
+// times on average.
+ImplicitLayer balls(std::size_t count, double overlap)
+{
+    const double n = static_cast<double>(count);
+    const double radius = std::cbrt(overlap / n * 3 / (4 * std::numbers::pi));
+    ImplicitLayer layer;
+    const Random random(1);
+    for (std::size_t i = 0; i < count; ++i) {
+        layer.skeletons.push_back(
+            {.kind = SkeletonKind::point, .points = {in_unit_cube(random, i)}});
+        layer.contributions.push_back({0.5 * radius, 2 / radius, radius, 0});
+        layer.frame.push_back(0);
+    }
+    return layer;
+}
+
+// Scattered samples a second; the average overlap is the second argument.
+void field_samples(benchmark::State& state, BlendRule rule)
+{
+    ImplicitLayer layer =
+        balls(static_cast<std::size_t>(state.range(0)), static_cast<double>(state.range(1)));
+    layer.blend.rule = rule;
+    layer.blend.part.assign(layer.skeletons.size(), 0);
+    for (std::uint32_t i = 0; i < layer.skeletons.size(); ++i) layer.blend.part[i] = i % 3;
+    const Field field = make_field(layer, at_rest);
+    const Random random(2);
+    std::vector<Vec3> points(1'000'000);
+    for (std::size_t i = 0; i < points.size(); ++i) points[i] = in_unit_cube(random, i);
+    std::vector<double> f(points.size());
+    std::vector<Vec3> gradient(points.size());
+    for (auto _ : state) {
+        evaluate(field, points, f, gradient);
+        benchmark::DoNotOptimize(f.data());
+    }
+    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(points.size()));
+}
+BENCHMARK_CAPTURE(field_samples, sum, BlendRule::sum)
+    ->Args({64, 4})
+    ->Args({1000, 4})
+    ->Args({20000, 4})
+    ->Args({1000, 16})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(field_samples, smooth_groups, BlendRule::smooth_groups)
+    ->Args({1000, 4})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(field_samples, largest_group, BlendRule::largest_group)
+    ->Args({1000, 4})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+BENCHMARK_MAIN();
