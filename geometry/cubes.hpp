@@ -39,6 +39,17 @@ struct Cubes {
     Vec3 corner_position(std::size_t i) const { return origin + size * corner[i].cast<double>(); }
 };
 
+// Numbers the corners: fills `corner` and `corners` from `cell`, which must be sorted by (z, y, x)
+// and hold no cell twice.
+void number_corners(Cubes& cubes);
+
+// Cubes of one matter, full of it, at `cells` in any order; a cell named twice gives one cube.
+Cubes solid_cubes(std::vector<Vec3i> cells, double size, const Matter& matter = {},
+                  const Vec3& origin = Vec3::Zero());
+
+// Only the cubes c with keep[c] != 0, and only the corners they have; both keep their order.
+Cubes kept(const Cubes& cubes, const std::vector<std::uint8_t>& keep);
+
 // Rest positions of all corners. K, m.
 std::vector<Vec3> corner_positions(const Cubes& cubes);
 

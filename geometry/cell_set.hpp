@@ -1,0 +1,104 @@
+#pragma once
+
+// Sets of integer cells that cost memory by what they hold, not by the box around it.
+//
+//   cells --8x8x8--> blocks of 512 bits --8x8x8--> tiles of 512 block numbers, in a hash table
+//
+// A shallow tree of fixed fan-out after
+// Museth. VDB: high-resolution sparse volumes with dynamic topology. ACM TOG 32(3), 2013.
+
+#include "geometry/vec.hpp"
+
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+namespace geometry {
+
+// Thrown when a set would grow beyond its limit.
+struct TooManyCells : std::length_error {
+    using std::length_error::length_error;
+};
+
+class CellSet {
+public:
+    // Coordinates are in -extent .. extent - 1.
+    static constexpr int extent = 1 << 20;
+
+    explicit CellSet(std::size_t limit = ~std::size_t{0}) : limit_(limit) {}
+
+    // Precondition of all below: coordinates within the extent. Throws TooManyCells.
+    void insert(const Vec3i& cell) { insert_run(cell.x(), cell.x(), cell.y(), cell.z()); }
+    void insert_run(int x0, int x1, int y, int z);  // cells (x0..x1, y, z), both ends included
+    void unite(const CellSet& other);
+
+    bool contains(const Vec3i& cell) const;
+    std::size_t count() const { return count_; }
+    std::vector<Vec3i> sorted() const;  // by (z, y, x)
+    std::size_t bytes() const;
+
+private:
+    friend class CellIndex;
+    static constexpr std::uint32_t none = ~std::uint32_t{0};
+    using Block = std::array<std::uint64_t, 8>;  // word z, byte y, bit x
+
+    std::uint32_t find_block(int bx, int by, int bz) const;  // none when there is no such block
+    std::uint32_t make_block(int bx, int by, int bz);
+    std::uint32_t find_tile(std::uint64_t key) const;
+    void add(std::uint32_t block, int y, int z, unsigned bits);
+
+    std::vector<Block> blocks_;
+    std::vector<std::uint64_t> block_key_;               // its coordinates, ordered by (z, y, x)
+    std::vector<std::array<std::uint32_t, 512>> tiles_;  // block numbers or none
+    std::vector<std::uint64_t> tile_key_;
+    std::vector<std::uint32_t> slots_;  // open addressing, into tiles_; a power of two of them
+    std::uint64_t last_key_ = ~std::uint64_t{0};
+    std::uint32_t last_tile_ = none;
+    std::size_t count_ = 0, limit_;
+};
+
+// Finds cells in a sorted list in constant time, in about 4 to 40 bytes a cell.
+class CellIndex {
+public:
+    struct Found {
+        std::uint32_t begin = 0, end = 0;  // into the list; more than one for copies of a cell
+        explicit operator bool() const { return begin != end; }
+    };
+
+    CellIndex() = default;
+
+    // `cells` sorted by (z, y, x), copies allowed, within CellSet's extent.
+    explicit CellIndex(std::span<const Vec3i> cells);
+
+    // The same, when a set of just these cells is at hand.
+    CellIndex(CellSet set, std::span<const Vec3i> cells);
+
+    // Any coordinates.
+    Found find(const Vec3i& cell) const;
+
+    std::size_t bytes() const;
+
+private:
+    CellSet set_;
+    std::vector<std::array<std::uint32_t, 64>> first_;  // a block: number of each row's first cell
+    std::vector<std::uint32_t> copies_;  // where each distinct cell begins; empty without copies
+};
+
+// The same cells as rows of runs along x: what sweeps over neighbours read.
+struct CellRuns {
+    struct Run {
+        int x0 = 0, x1 = 0;       // x0 <= x < x1
+        std::uint32_t first = 0;  // the number of cell x0 in the list
+    };
+    struct Row {
+        int y = 0, z = 0;
+        std::uint32_t first = 0;  // into runs, up to the next row's
+    };
+    std::vector<Run> runs;
+    std::vector<Row> rows;  // by (z, y), and one more that only ends the last
+};
+
+// `cells` sorted by (z, y, x), no copies.
+CellRuns runs_of(std::span<const Vec3i> cells);
+
+}  // namespace geometry
