@@ -5,17 +5,12 @@
 // decides.
 
 #include "graph/node_type.hpp"
+#include "graph/problem.hpp"
 
 #include <string>
 #include <vector>
 
 namespace graph {
-
-// Where something stands in a document; line and column count from 1, 0 when there is none.
-struct Place {
-    std::string file;
-    int line = 0, column = 0;
-};
 
 struct Link {
     std::uint32_t node = 0;    // into Graph::nodes

@@ -28,7 +28,8 @@ enum class ParamKind {
     colour,  // three numbers in 0..1, linear RGB; documents may also say "#rrggbb" (sRGB)
     text,
     choice,    // one of `choices`
-    path_in,   // a file to read, relative to the document; its bytes are part of the node's key
+    path_in,   // a file to read; documents say it relative to themselves, a loaded graph absolute;
+               // its bytes are part of the node's key
     path_out,  // a file to write, relative to the output folder
     list,      // any number of structs described by `children`
     block,     // one struct described by `children`

@@ -1,0 +1,101 @@
+#pragma once
+
+// JSON text as a tree in which every value and every key knows where it stands. The library's own
+// tree forgets that; its event interface does the parsing, and a scanner of ours keeps in step with
+// the events (between two tokens there is only white space, a comma, a colon or a comment).
+
+#include "graph/problem.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace graph {
+
+// A text, and an index from byte offsets to lines and columns.
+class Source {
+public:
+    Source(std::string name, std::filesystem::path folder, std::string text);
+
+    Place place(std::size_t offset) const;
+    const std::string& name() const { return name_; }
+    const std::filesystem::path& folder() const { return folder_; }  // relative paths start here
+    const std::string& text() const { return text_; }
+
+private:
+    std::size_t characters_before(std::size_t offset) const;
+
+    std::string name_;
+    std::filesystem::path folder_;
+    std::string text_;
+    std::vector<std::uint32_t> line_starts_;
+    std::vector<std::uint32_t> characters_;  // before every 256th byte
+};
+
+class Grammar;
+
+// The text that a value came from, and the variables that its expressions may use.
+struct Origin {
+    std::shared_ptr<const Source> source;
+    std::shared_ptr<const Grammar> grammar;
+};
+
+struct Member;
+
+struct Json {
+    using Array = std::vector<Json>;
+    using Object = std::vector<Member>;  // in order of the text, keys unique
+
+    std::variant<std::monostate, bool, std::int64_t, double, std::string, Array, Object> is;
+    const Origin* origin = nullptr;
+    std::uint32_t begin = 0, end = 0;  // bytes of the source
+
+    // Null when it is something else.
+    const Array* array() const { return std::get_if<Array>(&is); }
+    const Object* object() const { return std::get_if<Object>(&is); }
+    Array* array() { return std::get_if<Array>(&is); }
+    Object* object() { return std::get_if<Object>(&is); }
+    const std::string* text() const { return std::get_if<std::string>(&is); }
+    bool null() const { return is.index() == 0; }
+    std::optional<double> number() const;  // integers too
+
+    // The member's value, null when there is none or this is no object.
+    const Json* find(std::string_view key) const;
+    Json* find(std::string_view key);
+
+    Place place() const;
+    // What stands there, on one line and shortened, for "found ...".
+    std::string snippet() const;
+};
+
+struct Member {
+    std::string key;
+    std::uint32_t key_begin = 0;
+    Json value;
+
+    Place key_place() const;
+};
+
+struct Comment {
+    std::uint32_t begin = 0, end = 0;
+};
+
+struct JsonLimits {
+    int depth = 64;
+    std::size_t values = 4'000'000;
+};
+
+// Null when the text is not JSON; what is wrong goes to `problems`, twice-used keys too (the first
+// one stays). Comments are as in C++. `origin` must outlive the tree.
+std::optional<Json> parse_json(const Origin& origin, const JsonLimits&, Problems& problems,
+                               std::vector<Comment>* comments = nullptr);
+
+// One line of canonical JSON.
+std::string to_text(const Json&);
+
+}  // namespace graph
