@@ -420,6 +420,9 @@ struct BlockTask {
         thread_local std::vector<std::uint32_t> near;
         block.count = 0;
         Box box;
+        for (std::size_t i = begin; i < end && !order.empty(); ++i) {
+            __builtin_prefetch(&points[order[i]]);
+        }
         for (std::size_t i = begin; i < end; ++i) {
             const Vec3& p = points[index(i)];
             // Far outside stands for nowhere: its squared distances stay finite.
@@ -457,6 +460,43 @@ bool coherent(const FieldGrid& grid, std::span<const Vec3> points)
     return narrow * 2 >= looks;
 }
 
+// Counting sort: order[start[c] .. start[c + 1]) are the points of cell c. Returns how many cells.
+std::size_t sort_by_cell(const FieldGrid& grid, std::span<const Vec3> points,
+                         std::span<std::uint32_t> cell, std::span<std::uint32_t> order,
+                         std::vector<std::uint32_t>& start)
+{
+    FieldGrid coarse;
+    coarse.lo = grid.lo;
+    coarse.dims = grid.dims;
+    coarse.cell = grid.cell;
+    const double most = static_cast<double>(points.size() / 64 + 1);
+    while (coarse.dims.cast<double>().prod() > most) {
+        coarse.cell *= 1.1;
+        coarse.dims = (grid.dims.cast<double>() * (grid.cell / coarse.cell))
+                          .array()
+                          .ceil()
+                          .max(1.0)
+                          .matrix()
+                          .cast<int>();
+    }
+    const auto cells = static_cast<std::size_t>(coarse.dims.cast<double>().prod());
+    parallel_for(points.size(), 8192, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            cell[i] =
+                points[i].allFinite()
+                    ? static_cast<std::uint32_t>(cell_index(coarse, cell_of(coarse, points[i])))
+                    : 0;
+        }
+    });
+    start.assign(cells + 1, 0);
+    for (std::size_t i = 0; i < points.size(); ++i) ++start[cell[i] + 1];
+    for (std::size_t c = 0; c < cells; ++c) start[c + 1] += start[c];
+    for (std::uint32_t i = 0; i < points.size(); ++i) order[start[cell[i]]++] = i;
+    for (std::size_t c = cells; c > 0; --c) start[c] = start[c - 1];
+    start[0] = 0;
+    return cells;
+}
+
 }  // namespace
 
 void evaluate(const Field& field, std::span<const Vec3> points, std::span<double> f,
@@ -484,29 +524,23 @@ void evaluate(const Field& field, std::span<const Vec3> points, std::span<double
         return;
     }
 
-    // Scattered points: counted into the grid's cells, then cell by cell.
-    const std::size_t cells = grid.cell_count();
-    std::vector<std::uint32_t> cell(points.size());
-    parallel_for(points.size(), 16384, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            cell[i] = points[i].allFinite()
-                          ? static_cast<std::uint32_t>(cell_index(grid, cell_of(grid, points[i])))
-                          : 0;
-        }
-    });
-    std::vector<std::uint32_t> start(cells + 1, 0), order(points.size());
-    for (const std::uint32_t c : cell) ++start[c + 1];
-    for (std::size_t c = 0; c < cells; ++c) start[c + 1] += start[c];
-    std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
-    for (std::uint32_t i = 0; i < cell.size(); ++i) order[next[cell[i]]++] = i;
-    const BlockTask task{field, points, order, f, gradient};
-    parallel_for(cells, 8, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t c = begin; c < end; ++c) {
-            for (std::size_t i = start[c]; i < start[c + 1]; i += capacity) {
-                task.run(i, std::min<std::size_t>(start[c + 1], i + capacity));
+    // Scattered points: sorted into cells of some 64 points, then cell by cell; in tiles whose
+    // points and results stay in cache.
+    const std::size_t tile = std::clamp<std::size_t>(64 * field.count(), 1 << 18, 1 << 20);
+    std::vector<std::uint32_t> cell(std::min(tile, points.size())), order(cell.size()), start;
+    for (std::size_t begin = 0; begin < points.size(); begin += tile) {
+        const std::size_t n = std::min(tile, points.size() - begin);
+        const std::size_t cells = sort_by_cell(grid, points.subspan(begin, n), cell, order, start);
+        const BlockTask task{field, points.subspan(begin, n), order, f.subspan(begin, n),
+                             gradient.empty() ? gradient : gradient.subspan(begin, n)};
+        parallel_for(cells, 8, [&](std::size_t from, std::size_t to) {
+            for (std::size_t c = from; c < to; ++c) {
+                for (std::size_t i = start[c]; i < start[c + 1]; i += capacity) {
+                    task.run(i, std::min<std::size_t>(start[c + 1], i + capacity));
+                }
             }
-        }
-    });
+        });
+    }
 }
 
 }  // namespace geometry
