@@ -1,6 +1,6 @@
 // Implicit layers: fields asked at scattered points.
 
-#include "geometry/field.hpp"
+#include "geometry/polygonize.hpp"
 #include "geometry/random.hpp"
 
 #include <benchmark/benchmark.h>
@@ -70,6 +70,28 @@ BENCHMARK_CAPTURE(field_samples, smooth_groups, BlendRule::smooth_groups)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(field_samples, largest_group, BlendRule::largest_group)
     ->Args({1000, 4})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+// 64 balls of the size of Blender's metaballs in a grid of `cells` a side: field and final mesh.
+void polygonize_balls(benchmark::State& state)
+{
+    ImplicitLayer layer = balls(64, 4);
+    for (Contribution& c : layer.contributions) c = {0.11, 15, 0.22, 0};
+    const Field field = make_field(layer, at_rest);
+    const IsoField iso = iso_field(field);
+    const double cell = iso.domain.size().maxCoeff() / static_cast<double>(state.range(0));
+    TriMesh mesh;
+    for (auto _ : state) {
+        mesh = polygonize(iso, cell);
+        benchmark::DoNotOptimize(mesh.positions.data());
+    }
+    state.counters["triangles"] = static_cast<double>(mesh.triangles().size());
+}
+BENCHMARK(polygonize_balls)
+    ->Arg(64)
+    ->Arg(128)
+    ->Arg(256)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
