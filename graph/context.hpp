@@ -53,6 +53,10 @@ public:
     // Where relative output paths live. Not part of any key.
     std::filesystem::path output_folder = ".";
 
+    // For a node that gathers: the frame of each gathered value, in order. They are those that it
+    // asked for, or, in a cook of fewer frames, the nearest cooked ones before them.
+    std::vector<int> gathered;
+
     // A sentence for the person who cooks; once a result, kept with it. Null in tests.
     std::function<void(const std::string&)> warn = [](const std::string&) {};
 

@@ -1,0 +1,848 @@
+#include "runtime/evaluator.hpp"
+
+#include "graph/standard_wires.hpp"
+
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+#include <tbb/task_group.h>
+
+#include <chrono>
+#include <mutex>
+#include <queue>
+#include <thread>
+
+namespace runtime {
+
+using graph::Value;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start)
+{
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+enum class State : std::uint8_t {
+    fresh,    // not looked up
+    staged,   // missed; waits until the frame before is about to run
+    waiting,  // for inputs
+    ready,
+    running,
+    done,
+    failed,   // or blocked by something that did
+    dropped,  // nobody needs it any more
+};
+
+struct Task {
+    Key key;
+    std::uint32_t node = 0;
+    int frame = 0;
+    int preparation = -1;
+    State state = State::fresh;
+    std::uint32_t missing = 0;  // inputs that have not arrived
+    std::uint32_t users = 0;    // inputs of tasks, and wants, that need the result
+    Task* previous = nullptr;
+    std::vector<Task*> inputs;      // by port, link and frame; then preparations
+    std::vector<Task*> dependants;  // to be told when this is done
+    std::vector<Task*> followers;   // staged tasks of the frame after
+    std::vector<std::uint32_t> wants;
+    SharedResult result;
+};
+
+// Lowest frame first; at one frame simulations first, because the next frame waits for them, and
+// sinks last.
+struct Ready {
+    int frame;
+    int rank;
+    std::uint32_t node;
+    Task* task;
+    bool operator<(const Ready& other) const
+    {
+        return std::tie(frame, rank, node) > std::tie(other.frame, other.rank, other.node);
+    }
+};
+
+// A gathering node's input at one frame, opened when its frame's turn comes.
+struct Demand {
+    int frame;
+    Task* task;
+    std::size_t slot;  // into Task::inputs
+    graph::Link link;
+    bool operator<(const Demand& other) const { return frame > other.frame; }
+};
+
+// What one run made: a result, or why there is none.
+struct Outcome {
+    std::shared_ptr<Result> result;
+    std::optional<std::string> failure;
+    bool cancelled = false;
+    bool keep = true;  // false: a file changed under the run, so nobody knows what it read
+    std::set<std::filesystem::path> opened;
+    Run run;
+};
+
+// Buffers that a worker uses for one run after the other.
+struct Scratch {
+    std::vector<std::vector<Value>> inputs;
+    std::vector<Value> previous;
+    std::vector<std::shared_ptr<const void>> prepared;
+
+    void clear()
+    {
+        for (auto& port : inputs) port.clear();
+        previous.clear(), prepared.clear();
+    }
+};
+
+std::string text_of(std::exception_ptr error)
+{
+    try {
+        std::rethrow_exception(error);
+    } catch (const std::bad_alloc&) {
+        return "out of memory";
+    } catch (const std::exception& e) {
+        return e.what();
+    } catch (...) {
+        return "an exception that is no std::exception";
+    }
+}
+
+}  // namespace
+
+// One cook: the state between the first want and the last result.
+class Cooking {
+public:
+    Cooking(const graph::Graph& graph, Caches& caches, const Options& options, Observer* observer,
+            Keys& keys, tbb::task_arena& arena, const Evaluator::Arrived& arrived)
+        : graph_(graph), caches_(caches), options_(options), observer_(observer), keys_(keys),
+          arena_(arena), arrived_(arrived), threads_(arena.max_concurrency())
+    {
+        cooked_.tallies.resize(graph.nodes.size());
+    }
+
+    Cooked cook(std::vector<Want> wants, std::size_t at_once)
+    {
+        wants_ = std::move(wants);
+        at_once_ = at_once;
+        arena_.execute([this] {
+            {
+                const std::lock_guard lock(mutex_);
+                guarded([this] { open(); });
+                ++workers_;
+            }
+            work();
+            group_.wait();
+        });
+        report();
+        if (fatal_) std::rethrow_exception(fatal_);
+        cooked_.seconds = seconds_since(start_);
+        return std::move(cooked_);
+    }
+
+    const std::vector<Failure>& failures() const { return failures_; }
+
+private:
+    // ---- all below with mutex_ held, unless it says otherwise
+
+    Task& want(const Key& key, std::uint32_t node, int frame, int preparation = -1)
+    {
+        auto& slot = tasks_[key];
+        if (!slot) {
+            slot = std::make_unique<Task>();
+            slot->key = key, slot->node = node, slot->frame = frame;
+            slot->preparation = preparation;
+            unsettled_.push_back(slot.get());
+        }
+        ++slot->users;
+        return *slot;
+    }
+
+    // Opens wants and demands, lowest frame first, as long as few enough are under way. Those in
+    // flight may wait for demands that are not open yet: then nothing runs, and one more is opened.
+    void open()
+    {
+        settle();
+        for (;;) {
+            const bool more = next_want_ < wants_.size() || !demands_.empty();
+            const bool idle = ready_.empty() && running_ == 0;
+            if (!more || stopping_ || (in_flight_ >= at_once_ && !idle)) return;
+            const bool demand =
+                next_want_ == wants_.size() ||
+                (!demands_.empty() && demands_.top().frame < wants_[next_want_].frame);
+            demand ? open_demand() : open_want();
+            settle();
+        }
+    }
+
+    void open_want()
+    {
+        const Want& w = wants_[next_want_];
+        Task& task = want(keys_.at(w.node, w.frame), w.node, w.frame);
+        const auto index = static_cast<std::uint32_t>(next_want_++);
+        ++in_flight_;
+        if (task.state == State::done) {
+            deliver(index, task.result);
+            release(&task);
+        } else if (task.state == State::failed) {
+            --in_flight_;
+            release(&task);
+        } else {
+            task.wants.push_back(index);
+        }
+    }
+
+    void open_demand()
+    {
+        const Demand demand = demands_.top();
+        demands_.pop();
+        if (demand.task->state != State::waiting) return;
+        Task& input =
+            want(keys_.at(demand.link.node, demand.frame), demand.link.node, demand.frame);
+        demand.task->inputs[demand.slot] = &input;
+        if (input.state == State::done) {
+            told(*demand.task);
+        } else if (input.state == State::failed) {
+            fail(*demand.task, false);
+        } else {
+            input.dependants.push_back(demand.task);
+        }
+    }
+
+    void settle()
+    {
+        while (!unsettled_.empty()) {
+            Task& task = *unsettled_.back();
+            unsettled_.pop_back();
+            if (task.state == State::fresh)
+                look_up(task);
+            else if (task.state == State::staged)
+                expand(task);
+        }
+    }
+
+    void look_up(Task& task)
+    {
+        if (failed_.contains(task.key)) return fail(task, false);
+        if (SharedResult found = caches_.memory.find(task.key); found && still_there(*found)) {
+            if (task.preparation < 0) ++cooked_.tallies[task.node].hits;
+            return arrive(task, std::move(found));
+        }
+        if (task.preparation >= 0) return expand(task);
+        const graph::NodeType& type = *graph_.nodes[task.node].type;
+        if (!type.previous.empty() && task.frame > graph_.range.first) {
+            Task& before = want(keys_.at(task.node, task.frame - 1), task.node, task.frame - 1);
+            task.previous = &before;
+            if (before.state == State::failed) return fail(task, false);
+            if (before.state != State::done) {
+                ++task.missing;
+                before.dependants.push_back(&task);
+            }
+            if (before.state < State::ready) {
+                task.state = State::staged;
+                before.followers.push_back(&task);
+                return;
+            }
+        }
+        expand(task);
+    }
+
+    // A sink's result is good only as long as its files are what it wrote.
+    bool still_there(const Result& result)
+    {
+        return std::all_of(result.files.begin(), result.files.end(), [this](const Written& w) {
+            return caches_.files.of(w.path) == w.digest;
+        });
+    }
+
+    // Wants everything that a missed task runs on.
+    void expand(Task& task)
+    {
+        const graph::Node& node = graph_.nodes[task.node];
+        const graph::NodeType& type = *node.type;
+        bool blocked = false;
+        const auto attach = [&](Task& input) {
+            task.inputs.push_back(&input);
+            if (input.state == State::failed) blocked = true;
+            if (input.state >= State::done) return;
+            ++task.missing;
+            input.dependants.push_back(&task);
+        };
+        const auto attach_port = [&](std::size_t port) {
+            for (const graph::Link& link : node.inputs[port]) {
+                for (const int frame : keys_.input_frames(task.node, port, task.frame)) {
+                    if (type.inputs[port].gather) {
+                        demands_.push({frame, &task, task.inputs.size(), link});
+                        task.inputs.push_back(nullptr);
+                        ++task.missing;
+                    } else {
+                        attach(want(keys_.at(link.node, frame), link.node, frame));
+                    }
+                }
+            }
+        };
+        if (task.preparation >= 0) {
+            const auto which = static_cast<std::size_t>(task.preparation);
+            for (const std::size_t port : type.preparations[which].inputs) attach_port(port);
+        } else {
+            if (type.gather_frames && !keys_.trouble(task.node).empty()) {
+                return fail(task, keys_.trouble(task.node));
+            }
+            for (std::size_t port = 0; port < node.inputs.size(); ++port) attach_port(port);
+            try {
+                for (std::size_t i = 0; i < type.preparations.size(); ++i) {
+                    attach(want(keys_.preparation(task.node, i, task.frame), task.node, task.frame,
+                                static_cast<int>(i)));
+                }
+            } catch (const std::exception& e) {
+                return fail(task, e.what());
+            }
+        }
+        task.state = State::waiting;
+        if (blocked) return fail(task, false);
+        if (task.missing == 0) make_ready(task);
+    }
+
+    // One of the task's inputs is there.
+    void told(Task& task)
+    {
+        if (--task.missing == 0 && task.state == State::waiting) make_ready(task);
+    }
+
+    void make_ready(Task& task)
+    {
+        const graph::NodeType& type = *graph_.nodes[task.node].type;
+        task.state = State::ready;
+        ready_.push({task.frame, type.sink ? 2 : type.previous.empty() ? 1 : 0, task.node, &task});
+        call_followers(task);
+    }
+
+    void call_followers(Task& task)
+    {
+        for (Task* follower : task.followers) unsettled_.push_back(follower);
+        task.followers.clear();
+    }
+
+    void arrive(Task& task, SharedResult result)
+    {
+        task.result = std::move(result);
+        task.state = State::done;
+        call_followers(task);
+        for (Task* dependant : std::exchange(task.dependants, {})) told(*dependant);
+        const std::vector<std::uint32_t> wants = std::exchange(task.wants, {});
+        for (const std::uint32_t want : wants) deliver(want, task.result);
+        if (!task.result->warnings.empty()) {
+            for (const std::string& text : task.result->warnings) {
+                events_.emplace_back(Warning{task.node, task.frame, text});
+            }
+        }
+        for (const Written& file : task.result->files) {
+            events_.emplace_back(WroteEvent{task.node, task.frame, file});
+        }
+        // Its own hold: a result that nobody wants leaves at once.
+        ++task.users;
+        for (std::size_t i = 0; i <= wants.size(); ++i) release(&task);
+    }
+
+    void deliver(std::uint32_t want, const SharedResult& result)
+    {
+        --in_flight_;
+        ++cooked_.done;
+        events_.emplace_back(ArrivedEvent{want, result, cooked_.done});
+    }
+
+    // The cause.
+    void fail(Task& task, std::string what)
+    {
+        failures_.push_back({task.node, task.frame, std::move(what)});
+        ++cooked_.failures;
+        ++cooked_.tallies[task.node].failures;
+        events_.emplace_back(failures_.back());
+        if (!options_.keep_going) stopping_ = true;
+        fail(task, true);
+    }
+
+    // What the cause blocks.
+    void fail(Task& task, bool is_cause)
+    {
+        std::vector<Task*> failing{&task};
+        bool cause = is_cause;
+        while (!failing.empty()) {
+            Task& t = *failing.back();
+            failing.pop_back();
+            if (t.state == State::failed || t.state == State::dropped) continue;
+            if (!std::exchange(cause, false) && t.preparation < 0) {
+                ++cooked_.blocked;
+                ++cooked_.tallies[t.node].blocked;
+            }
+            t.state = State::failed;
+            failed_.insert(t.key);
+            for (Task* d : t.dependants) failing.push_back(d);
+            t.dependants.clear();
+            t.followers.clear();
+            in_flight_ -= t.wants.size();
+            t.users -= static_cast<std::uint32_t>(t.wants.size());
+            t.wants.clear();
+            release_inputs(t);
+            ++t.users;
+            release(&t);
+        }
+    }
+
+    void release_inputs(Task& task)
+    {
+        for (Task* input : std::exchange(task.inputs, {})) release(input);
+        release(std::exchange(task.previous, nullptr));
+    }
+
+    // One user less. What nobody needs leaves, and what only it needed with it; without recursion.
+    void release(Task* first)
+    {
+        if (!first || --first->users > 0) return;
+        std::vector<Task*> unused{first};
+        while (!unused.empty()) {
+            Task& task = *unused.back();
+            unused.pop_back();
+            if (task.state == State::running) continue;  // it leaves when it ends
+            for (Task* input : task.inputs) {
+                if (input && --input->users == 0) unused.push_back(input);
+            }
+            if (task.previous && --task.previous->users == 0) unused.push_back(task.previous);
+            task.inputs.clear(), task.previous = nullptr;
+            const auto found = tasks_.find(task.key);
+            if (task.state < State::done) {
+                // Lists elsewhere may still name it.
+                task.state = State::dropped;
+                dropped_.push_back(std::move(found->second));
+            }
+            tasks_.erase(found);
+        }
+    }
+
+    // The next task to run; null when none may start.
+    Task* next()
+    {
+        if (!stopping_ && options_.stop.stop_requested()) stopping_ = cooked_.cancelled = true;
+        while (!stopping_ && !ready_.empty()) {
+            Task* task = ready_.top().task;
+            ready_.pop();
+            if (task->state == State::ready) return task;
+        }
+        return nullptr;
+    }
+
+    // Runs what is ready until nothing is. Called without the lock.
+    void work()
+    {
+        Scratch scratch;
+        std::unique_lock lock(mutex_);
+        while (Task* task = next()) {
+            task->state = State::running;
+            ++running_;
+            if (!ready_.empty() && workers_ < threads_) {
+                ++workers_;
+                group_.run([this] { work(); });
+            }
+            lock.unlock();
+            Outcome outcome = run(*task, scratch);
+            scratch.clear();
+            std::vector<SharedResult> gone;  // dies without the lock
+            lock.lock();
+            --running_;
+            guarded([&] {
+                finish(*task, outcome, gone);
+                open();
+            });
+            if (!events_.empty() || !gone.empty()) {
+                lock.unlock();
+                gone.clear();
+                report();
+                lock.lock();
+            }
+        }
+        --workers_;
+    }
+
+    // Trouble in the bookkeeping itself (memory) ends the cook, not the process.
+    template <class F> void guarded(const F& f)
+    {
+        try {
+            f();
+        } catch (...) {
+            if (!fatal_) fatal_ = std::current_exception();
+            stopping_ = true;
+        }
+    }
+
+    void finish(Task& task, Outcome& outcome, std::vector<SharedResult>& gone)
+    {
+        Tally& tally = cooked_.tallies[task.node];
+        tally.seconds += outcome.run.seconds;
+        if (outcome.cancelled) {
+            stopping_ = cooked_.cancelled = true;
+            return;
+        }
+        if (outcome.failure) return fail(task, std::move(*outcome.failure));
+        ++tally.runs;
+        tally.bytes += outcome.run.bytes;
+        if (observer_) events_.emplace_back(outcome.run);
+        Key key = task.key;
+        if (task.preparation < 0 && graph_.nodes[task.node].type && opens(task.node)) {
+            key = keys_.opened(task.node, task.frame, outcome.opened);
+        }
+        const SharedResult result = std::move(outcome.result);
+        const bool sink = graph_.nodes[task.node].type->sink && task.preparation < 0;
+        if (outcome.keep && (!sink || !result->files.empty())) {
+            gone = caches_.memory.insert(key, result);
+        }
+        release_inputs(task);
+        arrive(task, result);
+    }
+
+    bool opens(std::uint32_t node) const
+    {
+        const auto& openers = keys_.openers();
+        return std::binary_search(openers.begin(), openers.end(), node);
+    }
+
+    // ---- without the lock
+
+    Outcome run(const Task& task, Scratch& scratch)
+    {
+        Outcome outcome;
+        outcome.run = {task.node,
+                       task.frame,
+                       task.preparation,
+                       tbb::this_task_arena::current_thread_index(),
+                       seconds_since(start_),
+                       0,
+                       0};
+        const Clock::time_point begin = Clock::now();
+        // Isolated: a parallel loop in the node waits for its own pieces only and never picks up
+        // another node, which could take long or wait for this one.
+        tbb::this_task_arena::isolate([&] {
+            try {
+                outcome.result = task.preparation < 0 ? run_node(task, scratch, outcome)
+                                                      : run_preparation(task, scratch);
+            } catch (const graph::Cancelled&) {
+                outcome.cancelled = true;
+            } catch (...) {
+                outcome.failure = text_of(std::current_exception());
+            }
+        });
+        outcome.run.seconds = seconds_since(begin);
+        if (outcome.result) {
+            outcome.result->seconds = outcome.run.seconds;
+            outcome.run.bytes = outcome.result->bytes;
+        }
+        return outcome;
+    }
+
+    // Puts values into the scratch in the order in which expand() made the inputs.
+    std::size_t fill_port(const Task& task, std::size_t port, std::size_t at, Scratch& scratch)
+    {
+        const graph::Node& node = graph_.nodes[task.node];
+        const graph::InputPort& description = node.type->inputs[port];
+        for (const graph::Link& link : node.inputs[port]) {
+            const std::size_t frames = keys_.input_frames(task.node, port, task.frame).size();
+            for (std::size_t i = 0; i < frames; ++i) {
+                const Value& value = task.inputs[at++]->result->values[link.output];
+                const graph::Node& from = graph_.nodes[link.node];
+                if (!value && !description.optional) {
+                    throw std::runtime_error("input '" + description.name + "' got nothing: '" +
+                                             from.name + "." +
+                                             from.type->outputs[link.output].name + "' is empty");
+                }
+                if (value || description.many || description.gather) {
+                    scratch.inputs[port].push_back(value);
+                }
+            }
+        }
+        return at;
+    }
+
+    std::shared_ptr<Result> run_node(const Task& task, Scratch& scratch, Outcome& outcome)
+    {
+        const graph::Node& node = graph_.nodes[task.node];
+        const graph::NodeType& type = *node.type;
+        if (scratch.inputs.size() < type.inputs.size()) scratch.inputs.resize(type.inputs.size());
+        std::size_t at = 0;
+        for (std::size_t port = 0; port < type.inputs.size(); ++port) {
+            at = fill_port(task, port, at, scratch);
+        }
+        for (const graph::Previous& p : type.previous) {
+            scratch.previous.push_back(task.previous ? task.previous->result->values[p.output]
+                                                     : Value());
+        }
+        for (std::size_t i = 0; i < type.preparations.size(); ++i) {
+            scratch.prepared.push_back(task.inputs[at++]->result->prepared);
+        }
+
+        auto result = std::make_shared<Result>();
+        std::mutex talking;  // a node may warn and open from many threads
+        graph::Context context(task.frame, keys_.range(task.node), type.reads);
+        context.stop = options_.stop;
+        context.output_folder = options_.output_folder;
+        context.warn = [&](const std::string& text) {
+            const std::lock_guard lock(talking);
+            auto& all = result->warnings;
+            if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(text);
+        };
+        context.opened = [&](const std::filesystem::path& path) {
+            if (!opens(task.node)) {
+                throw std::logic_error("this node opens files but has no path_in parameter");
+            }
+            const std::lock_guard lock(talking);
+            outcome.opened.insert(path);
+        };
+        if (type.gather_frames) {
+            for (std::size_t port = 0; port < type.inputs.size(); ++port) {
+                if (!type.inputs[port].gather) continue;
+                const auto frames = keys_.input_frames(task.node, port, task.frame);
+                context.gathered.assign(frames.begin(), frames.end());
+            }
+        }
+        const graph::ParamValues params =
+            node.animated.empty() ? graph::ParamValues() : keys_.params(task.node, task.frame);
+        result->values = type.run({{scratch.inputs.data(), type.inputs.size()},
+                                   node.animated.empty() ? node.params : params,
+                                   scratch.previous,
+                                   scratch.prepared,
+                                   context});
+        if (result->values.size() != type.outputs.size()) {
+            throw std::logic_error("gave " + std::to_string(result->values.size()) +
+                                   " outputs, its description says " +
+                                   std::to_string(type.outputs.size()));
+        }
+        for (const Value& value : result->values) {
+            result->bytes += value.bytes();
+            if (!type.sink || !value || *value.type()->type != typeid(graph::WrittenFile)) continue;
+            const std::filesystem::path path = value.as<graph::WrittenFile>()->path;
+            result->files.push_back({path, caches_.files.of(path)});
+        }
+        return result;
+    }
+
+    std::shared_ptr<Result> run_preparation(const Task& task, Scratch& scratch)
+    {
+        const graph::Node& node = graph_.nodes[task.node];
+        const graph::NodeType& type = *node.type;
+        const graph::Preparation& preparation =
+            type.preparations[static_cast<std::size_t>(task.preparation)];
+        if (scratch.inputs.size() < type.inputs.size()) scratch.inputs.resize(type.inputs.size());
+        std::size_t at = 0;
+        for (const std::size_t port : preparation.inputs) at = fill_port(task, port, at, scratch);
+        const graph::ParamValues params = keys_.params(task.node, task.frame);
+        auto result = std::make_shared<Result>();
+        result->prepared = preparation.build(
+            {{scratch.inputs.data(), type.inputs.size()}, params, {}, {}, graph::Context()});
+        if (result->prepared) result->bytes = preparation.bytes(result->prepared.get());
+        return result;
+    }
+
+    // Hands events to the observer, one thread at a time, in order.
+    void report()
+    {
+        const std::lock_guard one(reporting_);
+        std::vector<Event> events;
+        {
+            const std::lock_guard lock(mutex_);
+            events.swap(events_);
+        }
+        for (const Event& event : events) {
+            std::visit([this](const auto& e) { tell(e); }, event);
+        }
+    }
+
+    struct ArrivedEvent {
+        std::uint32_t want;
+        SharedResult result;
+        std::size_t done;
+    };
+    struct WroteEvent {
+        std::uint32_t node;
+        int frame;
+        Written file;
+    };
+    using Event = std::variant<ArrivedEvent, WroteEvent, Warning, Failure, Run>;
+
+    void tell(const ArrivedEvent& e)
+    {
+        if (arrived_) arrived_(wants_[e.want], e.result->values);
+        if (observer_) observer_->progressed(progress(e.done));
+    }
+    void tell(const WroteEvent& e)
+    {
+        if (observer_) observer_->wrote(e.node, e.frame, e.file);
+    }
+    void tell(const Warning& w)
+    {
+        if (observer_ && warned_.insert({w.node, w.text}).second) observer_->warned(w);
+    }
+    void tell(const Failure& f)
+    {
+        if (observer_) observer_->failed(f);
+    }
+    void tell(const Run& r)
+    {
+        // Work that comes back each frame foretells what is left; what ran once does not.
+        if (keys_.varies(r.node) && r.preparation < 0) repeating_seconds_ += r.seconds;
+        busy_seconds_ += r.seconds;
+        if (observer_) observer_->ran(r);
+    }
+
+    Progress progress(std::size_t done) const
+    {
+        Progress p{done, wants_.size(), seconds_since(start_), 0};
+        const double finished = static_cast<double>(done);
+        const double remaining = static_cast<double>(wants_.size() - done);
+        const double at_once = std::clamp(busy_seconds_ / std::max(p.elapsed, 1e-9), 1.0,
+                                          static_cast<double>(threads_));
+        p.left = done == 0 ? std::nan("") : repeating_seconds_ / finished * remaining / at_once;
+        return p;
+    }
+
+    const graph::Graph& graph_;
+    Caches& caches_;
+    const Options& options_;
+    Observer* observer_;
+    Keys& keys_;
+    tbb::task_arena& arena_;
+    const Evaluator::Arrived& arrived_;
+    const int threads_;
+    const Clock::time_point start_ = Clock::now();
+
+    std::mutex mutex_;
+    std::vector<Want> wants_;
+    std::size_t next_want_ = 0, in_flight_ = 0, at_once_ = 1;
+    std::priority_queue<Demand> demands_;
+    std::unordered_map<Key, std::unique_ptr<Task>, KeyHash> tasks_;
+    std::vector<std::unique_ptr<Task>> dropped_;
+    std::unordered_set<Key, KeyHash> failed_;
+    std::vector<Task*> unsettled_;
+    std::priority_queue<Ready> ready_;
+    int running_ = 0, workers_ = 0;
+    bool stopping_ = false;
+    std::exception_ptr fatal_;
+    std::vector<Failure> failures_;
+    std::vector<Event> events_;
+    Cooked cooked_;
+    tbb::task_group group_;
+
+    std::mutex reporting_;  // what follows belongs to its holder
+    std::set<std::pair<std::uint32_t, std::string>> warned_;
+    double repeating_seconds_ = 0, busy_seconds_ = 0;
+};
+
+Evaluator::Evaluator(const graph::Graph& graph, Caches& caches, Options options, Observer* observer)
+    : graph_(graph), caches_(caches), options_(std::move(options)), observer_(observer),
+      keys_(graph, caches.files, caches.side_files, {options_.salt, options_.output_folder})
+{
+    for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
+        for (const auto& port : graph.nodes[n].inputs) {
+            for (const graph::Link& link : port) {
+                if (link.node < n) continue;
+                throw std::invalid_argument("node '" + graph.nodes[n].name +
+                                            "' stands before one that it takes an input from");
+            }
+        }
+    }
+    const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    const int threads = options_.threads > 0 ? options_.threads : cores;
+    threads_ = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                     static_cast<std::size_t>(threads));
+    arena_ = std::make_unique<tbb::task_arena>(threads);
+}
+
+Evaluator::~Evaluator() = default;
+
+Cooked Evaluator::cook(std::vector<Want> wants, const Arrived& arrived)
+{
+    std::vector<std::uint32_t> targets;
+    std::vector<int> frames;
+    for (const Want& w : wants) {
+        if (w.frame < graph_.range.first) {
+            throw std::invalid_argument("frame " + std::to_string(w.frame) +
+                                        " lies before the first frame, " +
+                                        std::to_string(graph_.range.first));
+        }
+        targets.push_back(w.node), frames.push_back(w.frame);
+    }
+    for (auto* list : {&frames}) std::sort(list->begin(), list->end());
+    frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
+    std::sort(targets.begin(), targets.end());
+    targets.erase(std::unique(targets.begin(), targets.end()), targets.end());
+    keys_.aim(targets, frames);
+    find_side_files(targets, frames);
+
+    std::sort(wants.begin(), wants.end(), [](const Want& a, const Want& b) {
+        return std::tie(a.frame, a.node) < std::tie(b.frame, b.node);
+    });
+    std::unordered_set<std::uint32_t> seen;
+    std::erase_if(
+        wants, [&](const Want& w) { return !keys_.varies(w.node) && !seen.insert(w.node).second; });
+    const std::size_t a_frame =
+        (wants.size() + frames.size()) / std::max<std::size_t>(frames.size(), 1);
+    const auto ahead = static_cast<std::size_t>(std::max(4, 2 * arena_->max_concurrency()));
+    Cooking cooking(graph_, caches_, options_, observer_, keys_, *arena_, arrived);
+    return cooking.cook(std::move(wants), ahead * a_frame);
+}
+
+// Keys of what depends on a node that opens side files are known only when it has run once.
+void Evaluator::find_side_files(const std::vector<std::uint32_t>& targets,
+                                const std::vector<int>& frames)
+{
+    bool ran = false;
+    Options options = options_;
+    options.keep_going = true;
+    for (const std::uint32_t n : std::vector<std::uint32_t>(keys_.openers())) {
+        for (const int frame : frames) {
+            if (!keys_.known(n, frame)) {
+                Cooking(graph_, caches_, options, nullptr, keys_, *arena_, {})
+                    .cook({{n, frame}}, 1);
+                keys_.edited(n);
+                keys_.aim(targets, frames);
+                ran = true;
+            }
+            if (!keys_.varies(n)) break;
+        }
+    }
+    if (ran) keys_.aim(targets, frames);
+}
+
+Value Evaluator::pull(graph::Link link, int frame)
+{
+    Value value;
+    std::string cause;
+    struct Listener : Observer {
+        std::string first;
+        const graph::Graph& graph;
+        explicit Listener(const graph::Graph& g) : graph(g) {}
+        void failed(const Failure& f) override
+        {
+            if (first.empty()) first = describe(graph, f);
+        }
+    } listener(graph_);
+    Observer* const before = std::exchange(observer_, &listener);
+    const Cooked cooked = cook({{link.node, frame}}, [&](const Want&, std::span<const Value> all) {
+        value = all[link.output];
+    });
+    observer_ = before;
+    if (cooked.done == 1) return value;
+    throw std::runtime_error(cooked.cancelled ? "cancelled" : listener.first);
+}
+
+std::string describe(const graph::Graph& graph, const Failure& failure)
+{
+    const graph::Node& node = graph.nodes[failure.node];
+    std::string text;
+    if (node.place.line > 0) {
+        text = node.place.file + ":" + std::to_string(node.place.line) + ":" +
+               std::to_string(node.place.column) + ": ";
+    }
+    return text + "'" + node.name + "' (" + node.type->name + ") failed at frame " +
+           std::to_string(failure.frame) + ": " + failure.what;
+}
+
+}  // namespace runtime

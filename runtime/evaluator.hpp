@@ -1,0 +1,100 @@
+#pragma once
+
+// Cooks a graph: what is wanted, from the caches where they hold it, by running nodes where not.
+//
+//   want ──> look up ──hit──────────────────────────────> done
+//               └─miss──> want what it depends on ──> ready ──> run ──> done
+//
+// Equal keys are one task, so a held keyframe or a static branch is cooked once. Nothing recurses:
+// a chain of any depth is a list of waiting tasks. A simulation asked for one late frame goes down
+// its own past only, and wants the rest of a frame's inputs when the frame before is about to run.
+// Frames are opened in order and few at a time, and a result leaves its task when the last task
+// that needs it has run; the memory cache alone decides what stays.
+
+#include "runtime/keys.hpp"
+#include "runtime/observer.hpp"
+
+#include <stop_token>
+
+namespace tbb::detail::d1 {
+class global_control;
+class task_arena;
+}  // namespace tbb::detail::d1
+
+namespace runtime {
+
+// What several graphs cooked by one process share. Used by one cook at a time.
+struct Caches {
+    MemoryCache memory{std::size_t{1} << 30};
+    FileDigests files;
+    SideFiles side_files;
+};
+
+struct Options {
+    int threads = 0;          // 0: one a core
+    bool keep_going = false;  // cook what does not depend on a failed node
+    std::filesystem::path output_folder = ".";
+    std::stop_token stop;  // set: no node starts any more, and those that run may give up
+    Key salt;              // what all results depend on: which program this is
+};
+
+struct Want {
+    std::uint32_t node = 0;
+    int frame = 0;
+    auto operator<=>(const Want&) const = default;
+};
+
+// How often a node ran and what that took, in one cook; preparations included.
+struct Tally {
+    std::size_t runs = 0, hits = 0, failures = 0, blocked = 0;
+    double seconds = 0;
+    std::size_t bytes = 0;  // of all results that it made
+};
+
+struct Cooked {
+    std::size_t done = 0;  // wants that arrived
+    std::size_t failures = 0, blocked = 0;
+    bool cancelled = false;
+    std::vector<Tally> tallies;  // one a node
+    double seconds = 0;
+};
+
+class Evaluator {
+public:
+    // The graph may be edited between cooks, see edited(). Throws std::invalid_argument when its
+    // nodes do not stand in order.
+    Evaluator(const graph::Graph& graph, Caches& caches, Options options,
+              Observer* observer = nullptr);
+    ~Evaluator();
+
+    using Arrived = std::function<void(const Want&, std::span<const graph::Value>)>;
+
+    // Cooks all that is wanted; the frames are those of this cook. `arrived` is called as an
+    // observer is. A node that is the same at all frames arrives once, at the first one wanted.
+    Cooked cook(std::vector<Want> wants, const Arrived& arrived = {});
+
+    // One value at one frame. Throws std::runtime_error with the cause when it could not be made.
+    graph::Value pull(graph::Link link, int frame);
+
+    // Tells that a parameter or link of the graph's node `n` is another one now.
+    void edited(std::uint32_t n) { keys_.edited(n); }
+
+    Keys& keys() { return keys_; }
+    const graph::Graph& graph() const { return graph_; }
+
+private:
+    void find_side_files(const std::vector<std::uint32_t>& targets, const std::vector<int>& frames);
+
+    const graph::Graph& graph_;
+    Caches& caches_;
+    Options options_;
+    Observer* observer_;
+    Keys keys_;
+    std::unique_ptr<tbb::detail::d1::global_control> threads_;
+    std::unique_ptr<tbb::detail::d1::task_arena> arena_;
+};
+
+// "chair.mesh failed at frame 7: ..." with the place of the node in its document, for people.
+std::string describe(const graph::Graph& graph, const Failure& failure);
+
+}  // namespace runtime

@@ -1,0 +1,67 @@
+#pragma once
+
+// Names of results. A key is the 128-bit XXH3 hash of everything that a result depends on, so two
+// results with one key are equal, on any machine and at any time.
+
+#include "graph/param.hpp"
+
+#include <xxhash.h>
+
+#include <compare>
+#include <string>
+#include <string_view>
+
+namespace runtime {
+
+struct Key {
+    std::uint64_t low = 0, high = 0;
+    auto operator<=>(const Key&) const = default;
+    explicit operator bool() const { return (low | high) != 0; }  // the zero key names nothing
+};
+
+// A key is uniform already: any 64 bits of it are a hash.
+struct KeyHash {
+    std::size_t operator()(const Key& key) const { return key.low; }
+};
+
+// 32 hexadecimal digits, and back; from_hex gives a zero key for anything else.
+std::string to_hex(const Key& key);
+Key from_hex(std::string_view text);
+
+Key hash_bytes(const void* data, std::size_t size);
+
+// Collects what a key depends on. Everything of variable length goes in with its length, so that
+// ("ab", "c") and ("a", "bc") differ.
+class KeyBuilder {
+public:
+    template <class T>
+    requires std::is_arithmetic_v<T> KeyBuilder& add(T number)
+    {
+        append(&number, sizeof number);
+        return *this;
+    }
+    KeyBuilder& add(const Key& key)
+    {
+        append(&key, sizeof key);
+        return *this;
+    }
+    KeyBuilder& add(std::string_view text)
+    {
+        add(text.size());
+        append(text.data(), text.size());
+        return *this;
+    }
+    KeyBuilder& add(const graph::ParamValue& value);
+
+    void clear() { bytes_.clear(); }
+    Key key() const { return hash_bytes(bytes_.data(), bytes_.size()); }
+
+private:
+    void append(const void* data, std::size_t size)
+    {
+        bytes_.append(static_cast<const char*>(data), size);
+    }
+    std::string bytes_;
+};
+
+}  // namespace runtime

@@ -1,0 +1,122 @@
+#pragma once
+
+// The key of every result that a cook may want.
+//   static part  S(n) = hash(type, version, constant parameters, named files' bytes, links' shape,
+//                            declared fps and range)
+//   key       K(n, f) = hash(S(n), animated parameters at f, declared frame f, K(inputs, f),
+//                            K(n, f - 1) where the node sees its own output of the frame before)
+// Most nodes of most graphs are the same at every frame: they have one key. The others have a row
+// of keys a frame, made when asked for and dropped again; only K(n, f - 1) of simulations is kept
+// for all frames up to the last one asked for, 16 bytes each.
+
+#include "graph/graph.hpp"
+#include "runtime/side_files.hpp"
+
+#include <list>
+
+namespace runtime {
+
+struct KeyOptions {
+    Key salt;                             // what all results depend on: which program this is
+    std::filesystem::path output_folder;  // where sinks write: part of the keys of sinks only
+};
+
+class Keys {
+public:
+    Keys(const graph::Graph& graph, FileDigests& files, SideFiles& side_files, KeyOptions options);
+
+    // Makes the keys of everything that `targets` depend on, in a cook of `frames` (ascending).
+    // Only what changed since the last time is hashed again.
+    void aim(const std::vector<std::uint32_t>& targets, const std::vector<int>& frames);
+
+    // A parameter or link of the graph's node `n` was changed.
+    void edited(std::uint32_t n);
+
+    // Both need a node that the last aim() reached.
+    bool varies(std::uint32_t n) const { return nodes_[n].varies; }
+    const Key& at(std::uint32_t n, int frame);
+
+    // Key of a preparation of the node. Throws what evaluating a parameter throws.
+    Key preparation(std::uint32_t n, std::size_t which, int frame);
+
+    // Nodes that may open side files, and whether what they open at `frame` is known.
+    const std::vector<std::uint32_t>& openers() const { return openers_; }
+    bool known(std::uint32_t n, int frame);
+    // The node ran and opened these. Returns its key, which may differ from that before.
+    Key opened(std::uint32_t n, int frame, const std::set<std::filesystem::path>& paths);
+    // What the last opened() calls told is to count from here on.
+    void forget_rows();
+
+    // Frames at which the node's input port is wanted when the node runs at `frame`: that one, or
+    // for a port that gathers, all it asks for. The span may be `frame` itself.
+    std::span<const int> input_frames(std::uint32_t n, std::size_t port, const int& frame) const;
+
+    // Why a gathering node can't say which frames it wants; empty when it can.
+    const std::string& trouble(std::uint32_t n) const;
+
+    // What a run of the node may know about the range of frames.
+    graph::FrameRange range(std::uint32_t n) const;
+
+    // Parameters as the node sees them.
+    graph::ParamValues params(std::uint32_t n, int frame) const;
+
+    const std::vector<std::uint32_t>& reached() const { return reached_; }
+
+private:
+    struct Node {
+        Key fixed;                                // S
+        Key key;                                  // K where it does not vary; else unused
+        std::uint32_t slot = 0;                   // into a row, where it varies
+        std::uint32_t first_link = 0, links = 0;  // into links_
+        bool varies = false, rolls = false, opens = false, gathers = false;
+        bool stale = true, changed = false;
+    };
+    struct Row {
+        int frame = 0;
+        std::vector<Key> keys;  // by Node::slot
+    };
+    struct Gathered {
+        std::vector<int> frames;
+        std::string trouble;
+    };
+
+    void read_links();
+    void reach(const std::vector<std::uint32_t>& targets);
+    Key fixed_part(std::uint32_t n) const;
+    Key key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with_side_files);
+    Key gather_key(std::uint32_t n, bool with_side_files);
+    Key first_key(std::uint32_t n, int frame);
+    void fill(const std::vector<std::uint32_t>& nodes, int frame, std::vector<Key>& row);
+    const std::vector<Key>& row(int frame);
+    void roll(int frame);
+    std::filesystem::path folder(std::uint32_t n) const;
+    const Key& input_key(std::uint32_t n, const std::vector<Key>& row) const
+    {
+        return nodes_[n].varies ? row[nodes_[n].slot] : nodes_[n].key;
+    }
+
+    const graph::Graph& graph_;
+    FileDigests& files_;
+    SideFiles& side_files_;
+    KeyOptions options_;
+
+    std::vector<Node> nodes_;
+    std::vector<std::uint32_t> links_;  // nodes that each takes inputs from, by port
+    std::vector<int> frames_;           // of this cook
+    std::vector<std::uint32_t> targets_;
+    std::vector<std::uint32_t> reached_;        // ascending, so inputs stand first
+    std::vector<std::uint32_t> varying_;        // of those
+    std::vector<std::uint32_t> under_rolling_;  // of those: simulations and what they depend on
+    std::vector<std::uint32_t> rolling_;        // of those: simulations
+    std::vector<std::uint32_t> openers_, file_nodes_;
+    std::uint32_t first_stale_ = 0;
+
+    std::unordered_map<std::uint32_t, Gathered> gathered_;
+    std::vector<std::vector<Key>> history_;  // one a rolling node, K at first, first + 1, ...
+    int rolled_ = 0;                         // frames in each of them
+    std::vector<Key> rolling_row_;           // row of the last rolled frame
+    std::list<Row> rows_;                    // most recently used first
+    KeyBuilder builder_;
+};
+
+}  // namespace runtime

@@ -1,0 +1,69 @@
+#pragma once
+
+// Results kept in memory under a budget of bytes.
+//   Cao, Irani. Cost-aware WWW proxy caching algorithms. USENIX Symposium on Internet Technologies
+//   and Systems 1997 (GreedyDual-Size).
+//     H = L + seconds / bytes      the entry with the least H goes, and L becomes that H
+// so what is cheap to make again for the room it takes goes first, and what nobody asked for in a
+// while follows, however dear it was.
+
+#include "graph/value.hpp"
+#include "runtime/key.hpp"
+
+#include <filesystem>
+#include <unordered_map>
+#include <vector>
+
+namespace runtime {
+
+// A file that a sink wrote, and what was in it then.
+struct Written {
+    std::filesystem::path path;
+    Key digest;
+};
+
+// What running a node, or one of its preparations, gave.
+struct Result {
+    std::vector<graph::Value> values;      // a node's, one an output port
+    std::shared_ptr<const void> prepared;  // a preparation's
+    std::vector<std::string> warnings;
+    std::vector<Written> files;  // a sink's
+    double seconds = 0;          // it took
+    std::size_t bytes = 0;       // it holds
+};
+using SharedResult = std::shared_ptr<const Result>;
+
+// Not safe for several threads at once: its owner guards it.
+class MemoryCache {
+public:
+    explicit MemoryCache(std::size_t budget) : budget_(budget) {}
+
+    SharedResult find(const Key& key);
+    bool holds(const Key& key) const { return entries_.contains(key); }
+
+    // What had to go is returned, so that the caller can let it die outside of any lock.
+    [[nodiscard]] std::vector<SharedResult> insert(const Key& key, SharedResult result);
+
+    std::size_t bytes() const { return bytes_; }
+    std::size_t count() const { return entries_.size(); }
+    std::size_t budget() const { return budget_; }
+
+private:
+    struct Entry {
+        SharedResult result;
+        double worth = 0;  // H
+    };
+    struct Candidate {
+        double worth;  // the entry's H when it was queued: it may have risen since
+        Key key;
+        bool operator<(const Candidate& other) const { return worth > other.worth; }
+    };
+    double worth_of(const Result& result) const;
+
+    std::size_t budget_, bytes_ = 0;
+    double aged_ = 0;  // L
+    std::unordered_map<Key, Entry, KeyHash> entries_;
+    std::vector<Candidate> queue_;  // a heap, least worth on top; one candidate an entry
+};
+
+}  // namespace runtime
