@@ -1,0 +1,197 @@
+#include "physics/seeds.hpp"
+
+#include "geometry/polygonize.hpp"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace physics {
+namespace {
+
+using geometry::BlendRule;
+using geometry::Contribution;
+using geometry::Skeleton;
+using geometry::SkeletonKind;
+
+constexpr double pi = std::numbers::pi;
+const std::vector<Transform> at_rest{Transform::Identity()};
+
+ImplicitLayer layer_of(std::vector<Skeleton> skeletons, const Contribution& contribution)
+{
+    ImplicitLayer layer;
+    layer.skeletons = std::move(skeletons);
+    layer.contributions.assign(layer.skeletons.size(), contribution);
+    layer.frame.assign(layer.skeletons.size(), 0);
+    return layer;
+}
+
+Skeleton point(const Vec3& p)
+{
+    return {.kind = SkeletonKind::point, .points = {p}};
+}
+
+double total_area(const SeedWalk& walk)
+{
+    double sum = 0;
+    for (const double a : walk.area) sum += a;
+    return sum;
+}
+
+double mesh_volume(const geometry::TriMesh& mesh)
+{
+    double sum = 0;
+    for (const auto& t : mesh.triangles()) {
+        sum += mesh.positions[t[0]].cast<double>().dot(
+                   mesh.positions[t[1]].cast<double>().cross(mesh.positions[t[2]].cast<double>())) /
+               6;
+    }
+    return sum;
+}
+
+const Contribution soft{.thickness = 0.5, .stiffness = 2, .radius = 1.2, .stiffening = 0.3};
+
+}  // namespace
+
+// Rays' cones cover every direction once, so a ball's volume and area are exact for any number.
+TEST(Seeds, GiveABallItsVolumeAndArea)
+{
+    for (const double spacing : {0.4, 0.1, 0.03}) {
+        const ImplicitLayer layer = layer_of({point({1, 2, 3})}, soft);
+        const SeedWalk walk = physics::walk(geometry::make_field(layer, at_rest),
+                                            make_seeds(layer, spacing), at_rest);
+        EXPECT_NEAR(walk.volume(), 4 * pi / 3 * 0.125, 1e-12);
+        EXPECT_NEAR(total_area(walk), 4 * pi * 0.25, 1e-11);
+        for (const std::uint8_t valid : walk.valid) EXPECT_TRUE(valid);
+    }
+}
+
+// Steiner: V(e) = V0 + A0 e + M e^2 + 4/3 pi e^3.
+TEST(Seeds, GiveConvexSkeletonsTheVolumeOfTheirOffset)
+{
+    const double e = soft.thickness;
+    Skeleton box{.kind = SkeletonKind::box, .points = {}, .half_size = {0.5, 0.4, 0.3}};
+    box.place.rotate(Eigen::AngleAxisd(0.4, Vec3(1, 2, 2).normalized()));
+    const std::vector<std::pair<Skeleton, double>> cases{
+        {{.kind = SkeletonKind::segment, .points = {{0, 0, 0}, {1, 1, 0.5}}}, pi * e * e * 1.5},
+        {{.kind = SkeletonKind::triangle, .points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}},
+         e + pi / 2 * e * e * (2 + std::sqrt(2.0))},
+        {box, 8 * 0.06 + 2 * e * (0.8 + 0.48 + 0.6) + pi * e * e * (1 + 0.8 + 0.6)},
+    };
+    for (const auto& [skeleton, beyond_ball] : cases) {
+        const ImplicitLayer layer = layer_of({skeleton}, soft);
+        const SeedWalk walk =
+            physics::walk(geometry::make_field(layer, at_rest), make_seeds(layer, 0.1), at_rest);
+        // The vertices that seeds come from are floats.
+        EXPECT_NEAR(walk.volume(), beyond_ball + 4 * pi / 3 * e * e * e, 1e-6);
+    }
+}
+
+TEST(Seeds, GiveAnEllipsoidItsOffsetsVolume)
+{
+    const ImplicitLayer layer = layer_of(
+        {{.kind = SkeletonKind::ellipsoid, .points = {}, .half_size = {0.6, 0.4, 0.3}}}, soft);
+    const geometry::Field field = geometry::make_field(layer, at_rest);
+    const double volume = physics::walk(field, make_seeds(layer, 0.1), at_rest).volume();
+    const double reference = mesh_volume(geometry::polygonize(geometry::iso_field(field), 0.05));
+    EXPECT_NEAR(volume, reference, 5e-3 * reference);  // inscribed: some (h / r)^2
+}
+
+// Two equal balls blended: territories share the volume at the middle plane, and the sum is the
+// object's, as its mesh has it.
+TEST(Seeds, ShareTheVolumeOfABlendBetweenTerritories)
+{
+    const ImplicitLayer layer = layer_of({point({-0.4, 0, 0}), point({0.4, 0, 0})}, soft);
+    const geometry::Field field = geometry::make_field(layer, at_rest);
+    const SeedWalk walk = physics::walk(field, make_seeds(layer, 0.03), at_rest);
+    const double reference = mesh_volume(geometry::polygonize(geometry::iso_field(field), 0.015));
+    EXPECT_NEAR(walk.local_volume[0], walk.local_volume[1], 1e-3 * reference);
+    EXPECT_NEAR(walk.volume(), reference, 2e-3 * reference);
+    for (std::size_t i = 0; i < walk.valid.size(); ++i) {
+        const auto at = geometry::value_at(field, walk.position[i]);
+        if (walk.valid[i]) {
+            EXPECT_NEAR(at.f, 1, 1e-10);
+        } else {
+            EXPECT_NEAR(walk.position[i].x(), 0, 1e-10);  // waiting at the border
+        }
+    }
+}
+
+TEST(Seeds, FollowTheSurfaceFromWhereTheyWere)
+{
+    ImplicitLayer layer = layer_of({point({-0.4, 0, 0}), point({0.4, 0, 0})}, soft);
+    const Seeds seeds = make_seeds(layer, 0.05);
+    SeedWalk walk = physics::walk(geometry::make_field(layer, at_rest), seeds, at_rest);
+    for (int step = 0; step < 10; ++step) {
+        layer.skeletons[1].points[0].x() += 0.05;
+        Seeds moved = seeds;
+        for (std::size_t i = seeds.first[1]; i < seeds.first[2]; ++i) {
+            moved.origin[i] = layer.skeletons[1].points[0];
+        }
+        const geometry::Field field = geometry::make_field(layer, at_rest);
+        walk = physics::walk(field, moved, at_rest, &walk);
+        const SeedWalk fresh = physics::walk(field, moved, at_rest);
+        for (std::size_t i = 0; i < seeds.count(); ++i) {
+            EXPECT_NEAR(walk.distance[i], fresh.distance[i], 1e-9);
+            EXPECT_EQ(walk.valid[i], fresh.valid[i]);
+        }
+    }
+}
+
+TEST(Seeds, ASkeletonInsideAnotherHasNoSeedOnTheSurface)
+{
+    ImplicitLayer layer = layer_of({point({0, 0, 0}), point({0.05, 0, 0})}, soft);
+    layer.contributions[1] = {.thickness = 0.1, .stiffness = 0.5, .radius = 0.2};
+    const Seeds seeds = make_seeds(layer, 0.05);
+    const SeedWalk walk = physics::walk(geometry::make_field(layer, at_rest), seeds, at_rest);
+    for (std::size_t i = seeds.first[1]; i < seeds.first[2]; ++i) EXPECT_FALSE(walk.valid[i]);
+    EXPECT_LT(walk.local_volume[1], 1e-12);
+}
+
+TEST(Seeds, OnlyWhatBlendsIsTheirField)
+{
+    ImplicitLayer layer = layer_of({point({-0.45, 0, 0}), point({0.45, 0, 0})}, soft);
+    layer.blend.rule = BlendRule::smooth_groups;  // no links: two parts that collide
+    const SeedWalk walk =
+        physics::walk(geometry::make_field(layer, at_rest), make_seeds(layer, 0.1), at_rest);
+    for (const double d : walk.distance) EXPECT_NEAR(d, 0.5, 1e-11);
+}
+
+TEST(Seeds, ThePreviewMeshIsClosedForABallAndCoversABlend)
+{
+    const ImplicitLayer ball = layer_of({point({0, 0, 0})}, soft);
+    const Seeds seeds = make_seeds(ball, 0.05);
+    const auto mesh =
+        preview_mesh(seeds, physics::walk(geometry::make_field(ball, at_rest), seeds, at_rest));
+    EXPECT_EQ(mesh.positions.size() + mesh.triangles().size(),
+              2 + mesh.triangles().size() * 3 / 2);  // Euler: V - E + F = 2, E = 3F/2
+    EXPECT_NEAR(mesh_volume(mesh), 4 * pi / 3 * 0.125, 0.01);
+}
+
+TEST(Seeds, TheSameBitsForAnyNumberOfThreads)
+{
+    const ImplicitLayer layer = layer_of({point({-0.4, 0, 0}), point({0.4, 0, 0})}, soft);
+    const Seeds seeds = make_seeds(layer, 0.03);
+    std::vector<SeedWalk> walks;
+    for (const std::size_t threads : {1u, 2u, 8u}) {
+        tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        walks.push_back(physics::walk(geometry::make_field(layer, at_rest), seeds, at_rest));
+    }
+    EXPECT_EQ(walks[0].distance, walks[1].distance);
+    EXPECT_EQ(walks[0].distance, walks[2].distance);
+    EXPECT_EQ(walks[0].local_volume, walks[2].local_volume);
+}
+
+TEST(Seeds, RefuseBadSpacingAndTakeAnEmptyLayer)
+{
+    const ImplicitLayer layer = layer_of({point({0, 0, 0})}, soft);
+    EXPECT_THROW(make_seeds(layer, 0), std::invalid_argument);
+    EXPECT_THROW(make_seeds(layer, std::nan("")), std::invalid_argument);
+    EXPECT_THROW(make_seeds(layer, 1e-6), std::invalid_argument);
+    const Seeds none = make_seeds({}, 0.1);
+    EXPECT_EQ(physics::walk(geometry::make_field({}, {}), none, {}).volume(), 0);
+}
+
+}  // namespace physics
