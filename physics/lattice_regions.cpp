@@ -1,0 +1,535 @@
+#include "physics/lattice_regions.hpp"
+
+#include "geometry/parallel.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <numeric>
+
+namespace physics {
+
+namespace {
+
+// A piece of the lattice in which no two particles share a place: a connected component, or the
+// second, third ... copies in one. Particles are sorted by (z, y, x).
+struct Chart {
+    std::vector<std::uint32_t> particles;
+};
+
+std::uint32_t root_of(std::vector<std::uint32_t>& parent, std::uint32_t i)
+{
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+}
+
+std::vector<Chart> make_charts(const Lattice& lattice)
+{
+    const auto n = std::uint32_t(lattice.count());
+    std::vector<std::uint32_t> parent(n);
+    std::iota(parent.begin(), parent.end(), 0u);
+    for (std::uint32_t i = 0; i < n; ++i) {
+        for (int d = 0; d < 3; ++d) {
+            const std::uint32_t j = lattice.next[i][std::size_t(d)];
+            if (j == none) continue;
+            if (j >= n || lattice.at[j] - lattice.at[i] != Vec3i::Unit(d)) {
+                throw std::invalid_argument(fmt::format(
+                    "expected particle {} to link to its neighbour along axis {}, found "
+                    "particle {}",
+                    i, d, j));
+            }
+            const auto a = root_of(parent, i), b = root_of(parent, j);
+            parent[std::max(a, b)] = std::min(a, b);
+        }
+    }
+    std::vector<std::uint32_t> order(n), root(n);
+    for (std::uint32_t i = 0; i < n; ++i) root[i] = root_of(parent, i);
+    std::iota(order.begin(), order.end(), 0u);
+    const auto key = [&](std::uint32_t i) {
+        const Vec3i& p = lattice.at[i];
+        return std::tuple(root[i], p[2], p[1], p[0], i);
+    };
+    std::sort(order.begin(), order.end(), [&](auto a, auto b) { return key(a) < key(b); });
+    std::vector<Chart> charts;
+    std::size_t first = 0;  // chart of the component's first copies
+    std::size_t copy = 0;
+    for (std::size_t k = 0; k < order.size(); ++k) {
+        const bool fresh = k == 0 || root[order[k]] != root[order[k - 1]];
+        if (fresh) first = charts.size();
+        copy = !fresh && lattice.at[order[k]] == lattice.at[order[k - 1]] ? copy + 1 : 0;
+        if (first + copy == charts.size()) charts.emplace_back();
+        charts[first + copy].particles.push_back(order[k]);
+    }
+    return charts;
+}
+
+// One line for each maximal set of windows no more than 2w apart, so that no item is in two lines.
+// `windows` and `items` are (position, index) in ascending order of position; absent windows in
+// between become dead ones. Every item has a window in reach.
+using Place = std::pair<int, std::uint32_t>;
+template <class Number>
+void add_lines(LatticeLines& lines, int w, std::span<const Place> windows,
+               std::span<const Place> items, const Number& number)
+{
+    std::size_t item = 0;
+    for (std::size_t begin = 0; begin < windows.size();) {
+        std::size_t end = begin + 1;
+        while (end < windows.size() && windows[end].first - windows[end - 1].first <= 2 * w) ++end;
+        const int p0 = windows[begin].first, p1 = windows[end - 1].first;
+        LatticeLines::Line line{};
+        line.window = lines.windows;
+        line.windows = std::uint32_t(p1 - p0 + 1);
+        line.item = std::uint32_t(lines.items.size());
+        std::size_t next = begin;
+        for (int p = p0; p <= p1; ++p) {
+            if (windows[next].first == p) {
+                number(windows[next++].second, lines.windows);
+            } else {
+                lines.dead.push_back(lines.windows);
+            }
+            ++lines.windows;
+        }
+        int position = 0;
+        for (; item < items.size() && items[item].first <= p1 + w; ++item) {
+            const int q = items[item].first;
+            if (line.items == 0) {
+                line.lead = q - p0;
+                position = q;
+            }
+            for (; position < q; ++position, ++line.items) lines.items.push_back(none);
+            lines.items.push_back(items[item].second);
+            ++line.items;
+            ++position;
+        }
+        lines.lines.push_back(line);
+        begin = end;
+    }
+}
+
+// Marks within w of a set bit along one axis of a plane of bits; stride 1 is x.
+void dilate(const std::vector<std::uint8_t>& in, std::vector<std::uint8_t>& out, std::size_t count,
+            std::size_t stride, std::size_t lines, std::size_t line_stride, std::size_t w)
+{
+    out.assign(in.size(), 0);
+    for (std::size_t l = 0; l < lines; ++l) {
+        std::size_t until = 0;  // bits before this one are marked
+        for (std::size_t i = 0; i < count; ++i) {
+            if (!in[l * line_stride + i * stride]) continue;
+            const std::size_t to = std::min(count, i + w + 1);
+            for (std::size_t k = std::max(until, i < w ? 0 : i - w); k < to; ++k) {
+                out[l * line_stride + k * stride] = 1;
+            }
+            until = to;
+        }
+    }
+}
+
+// The bars, plates and regions of one chart, a slice z at a time. A bar is wanted where it is not
+// empty and some plate in its column along y needs it, a plate where it is not empty and some
+// region in its column along z does.
+class ChartLines {
+public:
+    ChartLines(const Lattice& lattice, const Chart& chart, LatticeRegions& regions)
+        : lattice_(lattice), chart_(chart), regions_(regions), w_(regions.half_width)
+    {
+        lo_ = hi_ = lattice.at[chart.particles[0]];
+        for (const auto i : chart.particles) {
+            lo_ = lo_.cwiseMin(lattice.at[i]);
+            hi_ = hi_.cwiseMax(lattice.at[i]);
+        }
+        nx_ = std::size_t(hi_[0] - lo_[0] + 1);
+        ny_ = std::size_t(hi_[1] - lo_[1] + 1);
+    }
+
+    void add()
+    {
+        std::vector<std::uint32_t> in_reach(nx_ * ny_, 0);  // particles of a column within w
+        std::vector<std::uint8_t> some(nx_ * ny_), bars, plates, near;
+        std::size_t entering = 0, here = 0, leaving = 0;
+        const auto& all = chart_.particles;
+        const auto z_of = [&](std::size_t k) { return lattice_.at[all[k]][2]; };
+        for (int z = lo_[2]; z <= hi_[2]; ++z) {
+            for (; entering < all.size() && z_of(entering) <= z + w_; ++entering) {
+                ++in_reach[cell(all[entering])];
+            }
+            for (; leaving < all.size() && z_of(leaving) < z - w_; ++leaving) {
+                --in_reach[cell(all[leaving])];
+            }
+            const std::size_t begin = here;
+            while (here < all.size() && z_of(here) == z) ++here;
+            if (begin == here) continue;
+
+            const std::size_t w = std::size_t(w_);
+            std::fill(some.begin(), some.end(), std::uint8_t{0});
+            for (std::size_t k = begin; k < here; ++k) some[cell(all[k])] = 1;
+            dilate(some, bars, nx_, 1, ny_, nx_, w);
+            for (std::size_t i = 0; i < some.size(); ++i) some[i] = in_reach[i] > 0;
+            dilate(some, near, ny_, nx_, nx_, 1, w);
+            dilate(bars, plates, ny_, nx_, nx_, 1, w);
+            for (std::size_t i = 0; i < some.size(); ++i) {
+                bars[i] &= near[i];
+                plates[i] &= some[i];
+            }
+            add_slice(z, {all.begin() + std::ptrdiff_t(begin), all.begin() + std::ptrdiff_t(here)},
+                      bars, plates);
+        }
+        add_columns();
+    }
+
+private:
+    std::size_t cell(std::uint32_t i) const
+    {
+        const Vec3i p = lattice_.at[i] - lo_;
+        return std::size_t(p[1]) * nx_ + std::size_t(p[0]);
+    }
+
+    void add_slice(int z, std::span<const std::uint32_t> particles,
+                   const std::vector<std::uint8_t>& bars, const std::vector<std::uint8_t>& plates)
+    {
+        std::vector<Place> windows, items;
+        bar_.assign(nx_ * ny_, none);
+        std::size_t k = 0;
+        for (std::size_t y = 0; y < ny_; ++y) {
+            windows.clear();
+            items.clear();
+            for (; k < particles.size() && cell(particles[k]) < (y + 1) * nx_; ++k) {
+                items.emplace_back(int(cell(particles[k]) - y * nx_), particles[k]);
+            }
+            for (std::size_t x = 0; x < nx_; ++x) {
+                if (bars[y * nx_ + x]) windows.emplace_back(int(x), std::uint32_t(x));
+            }
+            add_lines(regions_.x, w_, windows, items,
+                      [&](std::uint32_t x, std::uint32_t bar) { bar_[y * nx_ + x] = bar; });
+        }
+        for (std::size_t x = 0; x < nx_; ++x) {
+            windows.clear();
+            items.clear();
+            for (std::size_t y = 0; y < ny_; ++y) {
+                const std::size_t c = y * nx_ + x;
+                if (plates[c]) windows.emplace_back(int(y), std::uint32_t(y));
+                if (bar_[c] != none) items.emplace_back(int(y), bar_[c]);
+            }
+            add_lines(regions_.y, w_, windows, items, [&](std::uint32_t y, std::uint32_t plate) {
+                plates_.push_back({x * ny_ + y, z, plate});
+            });
+        }
+    }
+
+    void add_columns()
+    {
+        std::vector<Place3> particles;
+        for (const auto i : chart_.particles) {
+            const Vec3i p = lattice_.at[i] - lo_;
+            particles.push_back(
+                {std::size_t(p[0]) * ny_ + std::size_t(p[1]), lattice_.at[i][2], i});
+        }
+        std::sort(particles.begin(), particles.end());
+        std::sort(plates_.begin(), plates_.end());
+        std::vector<Place> windows, items;
+        std::size_t plate = 0;
+        for (std::size_t begin = 0, end = 0; begin < particles.size(); begin = end) {
+            const std::size_t column = particles[begin].column;
+            windows.clear();
+            items.clear();
+            for (; end < particles.size() && particles[end].column == column; ++end) {
+                windows.emplace_back(particles[end].z, particles[end].index);
+            }
+            for (; plate < plates_.size() && plates_[plate].column <= column; ++plate) {
+                items.emplace_back(plates_[plate].z, plates_[plate].index);
+            }
+            add_lines(regions_.z, w_, windows, items, [&](std::uint32_t i, std::uint32_t slot) {
+                regions_.particle.resize(slot + 1, none);
+                regions_.particle[slot] = i;
+            });
+        }
+    }
+
+    struct Place3 {
+        std::size_t column;
+        int z;
+        std::uint32_t index;
+        auto operator<=>(const Place3&) const = default;
+    };
+
+    const Lattice& lattice_;
+    const Chart& chart_;
+    LatticeRegions& regions_;
+    int w_;
+    Vec3i lo_, hi_;
+    std::size_t nx_, ny_;
+    std::vector<std::uint32_t> bar_;  // of the slice, by cell
+    std::vector<Place3> plates_;
+};
+
+// Unbroken runs of particles along x, and where neighbouring runs are linked: reach in a box is
+// found a run at a time.
+struct Runs {
+    struct Run {
+        std::uint32_t first, length;  // into particle
+        int x, y, z;                  // of its first particle
+    };
+    struct Seam {
+        std::uint32_t run;
+        int low, high;  // x, inclusive, of a stretch without a gap
+    };
+    std::vector<Run> run;
+    std::vector<std::uint32_t> particle;
+    std::vector<std::uint32_t> of;       // N, the run that holds a particle
+    std::vector<std::uint32_t> seam_at;  // run + 1, into seam
+    std::vector<Seam> seam;
+};
+
+Runs make_runs(const Lattice& lattice)
+{
+    const std::size_t n = lattice.count();
+    Runs runs;
+    runs.of.assign(n, none);
+    std::vector<std::uint8_t> has_before(n, 0);
+    for (const auto& next : lattice.next) {
+        if (next[0] != none) has_before[next[0]] = 1;
+    }
+    for (std::uint32_t i = 0; i < n; ++i) {
+        if (has_before[i]) continue;
+        const Vec3i& p = lattice.at[i];
+        const auto first = std::uint32_t(runs.particle.size());
+        for (std::uint32_t j = i; j != none; j = lattice.next[j][0]) {
+            runs.of[j] = std::uint32_t(runs.run.size());
+            runs.particle.push_back(j);
+        }
+        runs.run.push_back({first, std::uint32_t(runs.particle.size()) - first, p[0], p[1], p[2]});
+    }
+    std::vector<std::vector<Runs::Seam>> seams(runs.run.size());
+    for (std::uint32_t r = 0; r < runs.run.size(); ++r) {
+        const auto& run = runs.run[r];
+        for (std::size_t d = 1; d < 3; ++d) {
+            for (std::uint32_t k = 0; k < run.length; ++k) {
+                const std::uint32_t j = lattice.next[runs.particle[run.first + k]][d];
+                if (j == none) continue;
+                const int x = run.x + int(k);
+                const std::uint32_t other = runs.of[j];
+                auto& mine = seams[r];
+                if (!mine.empty() && mine.back().run == other && mine.back().high == x - 1) {
+                    ++mine.back().high;
+                    ++seams[other].back().high;
+                } else {
+                    mine.push_back({other, x, x});
+                    seams[other].push_back({r, x, x});
+                }
+            }
+        }
+    }
+    runs.seam_at.push_back(0);
+    for (const auto& s : seams) {
+        runs.seam.insert(runs.seam.end(), s.begin(), s.end());
+        runs.seam_at.push_back(std::uint32_t(runs.seam.size()));
+    }
+    return runs;
+}
+
+// What links reach inside the box of half width w around one particle: pieces of runs.
+class Reach {
+public:
+    struct Piece {
+        std::uint32_t first, length;  // into Runs::particle
+        std::uint32_t run;
+    };
+
+    Reach(const Runs& runs, int w) : runs_(runs), w_(w), seen_(runs.run.size(), none) {}
+
+    // In no particular order; valid until the next call.
+    std::span<const Piece> from(std::uint32_t particle, const Vec3i& at)
+    {
+        pieces_.clear();
+        visit(runs_.of[particle], particle, at);
+        for (std::size_t k = 0; k < pieces_.size(); ++k) {
+            const std::uint32_t r = pieces_[k].run;
+            for (std::uint32_t s = runs_.seam_at[r]; s < runs_.seam_at[r + 1]; ++s) {
+                const auto& seam = runs_.seam[s];
+                if (seam.low <= at[0] + w_ && seam.high >= at[0] - w_)
+                    visit(seam.run, particle, at);
+            }
+        }
+        return pieces_;
+    }
+
+private:
+    void visit(std::uint32_t r, std::uint32_t particle, const Vec3i& at)
+    {
+        const auto& run = runs_.run[r];
+        if (seen_[r] == particle || std::abs(run.y - at[1]) > w_ || std::abs(run.z - at[2]) > w_) {
+            return;
+        }
+        seen_[r] = particle;
+        const int low = std::max(run.x, at[0] - w_);
+        const int high = std::min(run.x + int(run.length) - 1, at[0] + w_);
+        pieces_.push_back(
+            {run.first + std::uint32_t(low - run.x), std::uint32_t(high - low + 1), r});
+    }
+
+    const Runs& runs_;
+    int w_;
+    std::vector<std::uint32_t> seen_;  // the particle that last saw a run
+    std::vector<Piece> pieces_;
+};
+
+// One region that is not its whole box.
+struct Exception {
+    std::uint32_t slot, particle;
+    std::vector<Reach::Piece> pieces;  // by z, then by place
+};
+
+template <class T> std::vector<std::uint32_t> counts_to_starts(const std::vector<T>& lists)
+{
+    std::vector<std::uint32_t> at{0};
+    for (const auto& list : lists) at.push_back(at.back() + std::uint32_t(list.size()));
+    return at;
+}
+
+LatticeExceptions share_sums(const Lattice& lattice, const Runs& runs,
+                             const std::vector<Exception>& exceptions)
+{
+    LatticeExceptions e;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> bar_number;
+    std::map<std::vector<std::uint32_t>, std::uint32_t> plate_number;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> bars;
+    std::vector<std::vector<std::uint32_t>> plates, regions;
+    for (const Exception& x : exceptions) {
+        std::map<int, std::vector<std::uint32_t>> by_z;
+        for (const auto& piece : x.pieces) {
+            const auto key = std::pair(piece.first, piece.length);
+            const auto [found, fresh] = bar_number.try_emplace(key, std::uint32_t(bars.size()));
+            if (fresh) bars.push_back(key);
+            by_z[runs.run[piece.run].z].push_back(found->second);
+        }
+        auto& region = regions.emplace_back();
+        for (auto& [z, plate] : by_z) {
+            std::sort(plate.begin(), plate.end());
+            const auto [found, fresh] =
+                plate_number.try_emplace(plate, std::uint32_t(plates.size()));
+            if (fresh) plates.push_back(plate);
+            region.push_back(found->second);
+        }
+        e.region.push_back(x.slot);
+    }
+    e.bars = std::uint32_t(bars.size());
+    e.plates = std::uint32_t(plates.size());
+
+    std::vector<std::vector<std::uint32_t>> children, parents(e.bars + e.plates);
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> holds;  // particle, bar * 256 + place
+    for (std::uint32_t b = 0; b < e.bars; ++b) {
+        auto& list = children.emplace_back();
+        for (std::uint32_t k = 0; k < bars[b].second; ++k) {
+            const std::uint32_t i = runs.particle[bars[b].first + k];
+            list.push_back(i);
+            holds.emplace_back(i, b * 256 + k);
+        }
+        e.at.push_back(lattice.at[list[0]]);
+    }
+    for (std::uint32_t p = 0; p < e.plates; ++p) {
+        for (const auto b : plates[p]) parents[b].push_back(e.bars + p);
+        e.at.push_back(e.at[plates[p][0]]);
+        children.push_back(plates[p]);
+    }
+    for (std::size_t r = 0; r < regions.size(); ++r) {
+        auto& list = children.emplace_back();
+        for (const auto p : regions[r]) {
+            list.push_back(e.bars + p);
+            parents[e.bars + p].push_back(std::uint32_t(e.bars + e.plates + r));
+        }
+        e.at.push_back(lattice.at[exceptions[r].particle]);
+    }
+    e.child_at = counts_to_starts(children);
+    for (const auto& list : children) e.child.insert(e.child.end(), list.begin(), list.end());
+    e.parent_at = counts_to_starts(parents);
+    for (const auto& list : parents) e.parent.insert(e.parent.end(), list.begin(), list.end());
+    std::sort(holds.begin(), holds.end());
+    e.bar_at.push_back(0);
+    for (std::size_t k = 0; k < holds.size(); ++k) {
+        if (k == 0 || holds[k].first != holds[k - 1].first) e.particle.push_back(holds[k].first);
+        e.bar.push_back(holds[k].second);
+        if (k + 1 == holds.size() || holds[k + 1].first != holds[k].first) {
+            e.bar_at.push_back(std::uint32_t(e.bar.size()));
+        }
+    }
+    return e;
+}
+
+// Regions whose reach is not all that its chart has in the box.
+std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegions& regions,
+                                       const Runs& runs, const std::vector<Chart>& charts)
+{
+    // How many particles of a region's chart its box holds: a sum over all regions as if there
+    // were no exceptions.
+    RegionSums<double> sums(regions);
+    for (auto& f : sums.particles(regions)) f = {1, 0, 0, 0};
+    collect(regions, sums);
+    std::vector<std::uint32_t> chart_of(lattice.count());
+    for (std::uint32_t c = 0; c < charts.size(); ++c) {
+        for (const auto i : charts[c].particles) chart_of[i] = c;
+    }
+    const auto slots = sums.slots(regions);
+    constexpr std::size_t piece = 4096;
+    std::vector<std::vector<Exception>> found((regions.slots() + piece - 1) / piece);
+    geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
+        Reach reach(runs, regions.half_width);
+        for (std::size_t p = begin; p < end; ++p) {
+            for (std::size_t slot = p * piece; slot < std::min(regions.slots(), (p + 1) * piece);
+                 ++slot) {
+                const std::uint32_t r = regions.particle[slot];
+                if (r == none) continue;
+                std::uint32_t reached = 0;
+                bool elsewhere = false;
+                const auto pieces = reach.from(r, lattice.at[r]);
+                for (const auto& run : pieces) {
+                    for (std::uint32_t k = 0; k < run.length; ++k) {
+                        elsewhere |= chart_of[runs.particle[run.first + k]] != chart_of[r];
+                    }
+                    reached += run.length;
+                }
+                if (!elsewhere && reached == std::uint32_t(slots[4 * slot][0])) continue;
+                found[p].push_back({std::uint32_t(slot), r, {pieces.begin(), pieces.end()}});
+            }
+        }
+    });
+    std::vector<Exception> all;
+    for (auto& list : found) {
+        all.insert(all.end(), std::make_move_iterator(list.begin()),
+                   std::make_move_iterator(list.end()));
+    }
+    return all;
+}
+
+}  // namespace
+
+LatticeRegions find_regions(const Lattice& lattice, int half_width)
+{
+    if (half_width < 1 || half_width > 64) {
+        throw std::invalid_argument(
+            fmt::format("expected a half width of regions from 1 to 64, found {}", half_width));
+    }
+    LatticeRegions regions;
+    regions.half_width = half_width;
+    regions.particles = lattice.count();
+    const std::vector<Chart> charts = make_charts(lattice);
+    for (const Chart& chart : charts) ChartLines(lattice, chart, regions).add();
+    regions.particle.resize(regions.z.windows, none);
+
+    const Runs runs = make_runs(lattice);
+    const auto exceptions = find_exceptions(lattice, regions, runs, charts);
+    regions.exceptions = share_sums(lattice, runs, exceptions);
+
+    RegionSums<double> sums(regions);
+    const auto slots = sums.slots(regions);
+    for (std::size_t s = 0; s < regions.slots(); ++s) {
+        if (regions.particle[s] != none) slots[4 * s] = {1, 0, 0, 0};
+    }
+    spread(regions, sums);
+    regions.held_by.resize(lattice.count());
+    const auto counts = sums.particles(regions);
+    for (std::size_t i = 0; i < lattice.count(); ++i) {
+        regions.held_by[i] = std::uint32_t(std::lround(counts[i][0]));
+    }
+    return regions;
+}
+
+}  // namespace physics

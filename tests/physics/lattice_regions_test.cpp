@@ -1,0 +1,280 @@
+#include "physics/lattice_regions.hpp"
+
+#include "geometry/random.hpp"
+
+#include <map>
+#include <set>
+
+using namespace physics;
+using geometry::Random;
+
+namespace {
+
+Lattice linked(std::vector<Vec3i> places, const std::function<bool(std::size_t, int)>& keep_link)
+{
+    std::map<std::array<int, 3>, std::uint32_t> number;
+    for (std::uint32_t i = 0; i < places.size(); ++i) {
+        number[{places[i][0], places[i][1], places[i][2]}] = i;
+    }
+    Lattice lattice;
+    lattice.at = std::move(places);
+    for (std::size_t i = 0; i < lattice.at.size(); ++i) {
+        auto& next = lattice.next.emplace_back();
+        for (int d = 0; d < 3; ++d) {
+            const Vec3i q = lattice.at[i] + Vec3i::Unit(d);
+            const auto found = number.find({q[0], q[1], q[2]});
+            next[std::size_t(d)] = found != number.end() && keep_link(i, d) ? found->second : none;
+        }
+    }
+    return lattice;
+}
+
+Lattice linked(std::vector<Vec3i> places)
+{
+    return linked(std::move(places), [](std::size_t, int) { return true; });
+}
+
+std::vector<Vec3i> block(int nx, int ny, int nz)
+{
+    std::vector<Vec3i> places;
+    for (int z = 0; z < nz; ++z) {
+        for (int y = 0; y < ny; ++y) {
+            for (int x = 0; x < nx; ++x) places.emplace_back(x, y, z);
+        }
+    }
+    return places;
+}
+
+Lattice joined(const Lattice& a, const Lattice& b)
+{
+    Lattice both = a;
+    for (std::size_t i = 0; i < b.count(); ++i) {
+        both.at.push_back(b.at[i]);
+        auto next = b.next[i];
+        for (auto& j : next) j = j == none ? none : j + std::uint32_t(a.count());
+        both.next.push_back(next);
+    }
+    return both;
+}
+
+// Regions by searching particle by particle.
+std::vector<std::vector<std::uint32_t>> regions_by_search(const Lattice& lattice, int w)
+{
+    std::vector<std::vector<std::uint32_t>> neighbours(lattice.count()), regions;
+    for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+        for (const auto j : lattice.next[i]) {
+            if (j == none) continue;
+            neighbours[i].push_back(j);
+            neighbours[j].push_back(i);
+        }
+    }
+    for (std::uint32_t r = 0; r < lattice.count(); ++r) {
+        std::set<std::uint32_t> seen{r};
+        std::vector<std::uint32_t> queue{r};
+        while (!queue.empty()) {
+            const auto i = queue.back();
+            queue.pop_back();
+            for (const auto j : neighbours[i]) {
+                if ((lattice.at[j] - lattice.at[r]).cwiseAbs().maxCoeff() > w) continue;
+                if (seen.insert(j).second) queue.push_back(j);
+            }
+        }
+        regions.emplace_back(seen.begin(), seen.end());
+    }
+    return regions;
+}
+
+Quad<double> any_quad(const Random& random, std::uint64_t i)
+{
+    return {random.unit(4 * i) - 0.5, random.unit(4 * i + 1) - 0.5, random.unit(4 * i + 2) - 0.5,
+            random.unit(4 * i + 3)};
+}
+
+// Both sums against the definition, to 1e-12 of the sum of sizes.
+void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::string& what)
+{
+    SCOPED_TRACE(what + ", w = " + std::to_string(w));
+    const LatticeRegions regions = find_regions(lattice, w);
+    const auto direct = regions_by_search(lattice, w);
+    const Random random(5);
+    RegionSums<double> sums(regions);
+    for (std::size_t round = 0; round < 2; ++round) {  // the second finds used buffers
+        for (std::size_t i = 0; i < lattice.count(); ++i) {
+            sums.particles(regions)[i] = any_quad(random, i);
+        }
+        collect(regions, sums);
+        std::vector<std::size_t> slot(lattice.count(), none);
+        for (std::size_t s = 0; s < regions.slots(); ++s) {
+            if (regions.particle[s] != none) slot[regions.particle[s]] = s;
+        }
+        for (std::size_t r = 0; r < lattice.count(); ++r) {
+            ASSERT_NE(slot[r], none);
+            Quad<double> expected[4] = {Quad<double>::Zero(), Quad<double>::Zero(),
+                                        Quad<double>::Zero(), Quad<double>::Zero()};
+            for (const auto i : direct[r]) {
+                const Quad<double> f = any_quad(random, i);
+                expected[0] += f;
+                for (int d = 0; d < 3; ++d) {
+                    expected[1 + d] += (lattice.at[i] - lattice.at[r])[d] * f;
+                }
+            }
+            for (std::size_t c = 0; c < 4; ++c) {
+                const auto got = sums.slots(regions)[4 * slot[r] + c];
+                ASSERT_LT((got - expected[c]).abs().maxCoeff(),
+                          1e-14 * double(direct[r].size()) * (c == 0 ? 1 : w))
+                    << "region " << r << ", sum " << c;
+            }
+        }
+
+        std::vector<Quad<double>> expected(lattice.count(), Quad<double>::Zero());
+        std::vector<std::uint32_t> held_by(lattice.count(), 0);
+        for (std::size_t r = 0; r < lattice.count(); ++r) {
+            for (std::size_t c = 0; c < 4; ++c) {
+                sums.slots(regions)[4 * slot[r] + c] = any_quad(random, 7919 * r + c);
+            }
+            for (const auto i : direct[r]) {
+                expected[i] += any_quad(random, 7919 * r);
+                for (int d = 0; d < 3; ++d) {
+                    expected[i] += (lattice.at[i] - lattice.at[r])[d] *
+                                   any_quad(random, 7919 * r + 1 + std::uint64_t(d));
+                }
+                ++held_by[i];
+            }
+        }
+        for (std::size_t s = 0; s < regions.slots(); ++s) {
+            if (regions.particle[s] != none) continue;
+            for (std::size_t c = 0; c < 4; ++c) sums.slots(regions)[4 * s + c].setZero();
+        }
+        spread(regions, sums);
+        for (std::size_t i = 0; i < lattice.count(); ++i) {
+            ASSERT_LT((sums.particles(regions)[i] - expected[i]).abs().maxCoeff(),
+                      1e-14 * held_by[i] * (1 + 3 * w))
+                << "particle " << i;
+        }
+        EXPECT_EQ(regions.held_by, held_by);
+    }
+}
+
+}  // namespace
+
+TEST(LatticeRegions, SumsEqualDirectOnesOnFullBlocks)
+{
+    for (const int w : {1, 2, 3, 7}) {
+        expect_equal_to_direct_sums(linked(block(9, 6, 5)), w, "block");
+        expect_equal_to_direct_sums(linked(block(1, 1, 1)), w, "one particle");
+        expect_equal_to_direct_sums(linked(block(12, 1, 1)), w, "line along x");
+        expect_equal_to_direct_sums(linked(block(1, 12, 1)), w, "line along y");
+        expect_equal_to_direct_sums(linked(block(1, 1, 12)), w, "line along z");
+        expect_equal_to_direct_sums(linked(block(7, 1, 8)), w, "plane");
+    }
+}
+
+TEST(LatticeRegions, OfAFullBlockAreAllSlidingWindows)
+{
+    // Nothing but the particles' own bars and plates, no exceptions and no dead windows: the cost a
+    // particle is the same for any w.
+    for (const int w : {1, 3, 16}) {
+        const LatticeRegions regions = find_regions(linked(block(12, 11, 10)), w);
+        EXPECT_EQ(regions.exceptions.nodes(), 0u);
+        for (const LatticeLines* lines : {&regions.x, &regions.y, &regions.z}) {
+            EXPECT_EQ(lines->windows, 12u * 11u * 10u);
+            EXPECT_EQ(lines->items.size(), 12u * 11u * 10u);
+            EXPECT_TRUE(lines->dead.empty());
+        }
+    }
+}
+
+TEST(LatticeRegions, SumsEqualDirectOnesOnHoledAndBranchingLattices)
+{
+    std::vector<Vec3i> holed, comb, frame;
+    for (const auto& p : block(8, 8, 8)) {
+        if ((p - Vec3i(3, 4, 4)).squaredNorm() > 5) holed.push_back(p);
+    }
+    for (const auto& p : block(11, 9, 3)) {
+        if (p[1] < 2 || p[0] % 2 == 0) comb.push_back(p);  // prongs one step apart, not linked
+    }
+    for (const auto& p : block(9, 9, 9)) {
+        int edges = 0;
+        for (int d = 0; d < 3; ++d) edges += p[d] == 0 || p[d] == 8;
+        if (edges >= 2) frame.push_back(p);
+    }
+    for (const int w : {1, 2, 3, 5}) {
+        expect_equal_to_direct_sums(linked(holed), w, "hollow block");
+        expect_equal_to_direct_sums(linked(comb), w, "comb");
+        expect_equal_to_direct_sums(linked(frame), w, "wire frame one particle wide");
+    }
+}
+
+TEST(LatticeRegions, SumsEqualDirectOnesOnRandomLattices)
+{
+    // Sparse to dense, with a random share of the links cut, and two copies over each other.
+    for (std::uint64_t seed = 0; seed < 24; ++seed) {
+        const Random random(seed);
+        const double density = 0.25 + 0.03 * double(seed), cut = seed % 3 == 0 ? 0 : 0.1;
+        const auto some = [&](std::uint64_t salt) {
+            std::vector<Vec3i> places;
+            std::uint64_t i = salt;
+            for (const auto& p : block(7, 6, 8)) {
+                if (random.unit(i++) < density) places.push_back(p);
+            }
+            return linked(places, [&](std::size_t k, int d) {
+                return random.unit(salt + 9000 + 3 * k + std::uint64_t(d)) >= cut;
+            });
+        };
+        const Lattice one = some(0);
+        const Lattice lattice = seed % 4 == 1 ? joined(one, some(50'000)) : one;
+        expect_equal_to_direct_sums(lattice, 1 + int(seed % 4), "seed " + std::to_string(seed));
+    }
+}
+
+TEST(LatticeRegions, OfCopiesThatMeetHoldBoth)
+{
+    // Two strands over the same places, joined at one end only: y = 0 is shared, above it each has
+    // copies of its own.
+    Lattice lattice = linked(block(3, 6, 1));
+    const Lattice second = linked(block(3, 6, 1));
+    const auto n = std::uint32_t(lattice.count());
+    lattice = joined(lattice, second);
+    for (std::uint32_t i = 0; i < 3; ++i) {
+        // The shared row: the second strand's own is dropped by linking nothing to it.
+        lattice.next[n + i] = {none, none, none};
+        lattice.next[i][2] = none;
+    }
+    // The second strand hangs on a row of its own one step below, reached from the first's.
+    lattice.at.emplace_back(-1, 0, 0);
+    lattice.next.push_back({0, none, none});
+    lattice.at.emplace_back(-1, 1, 0);
+    lattice.next.push_back({n + 3, none, none});
+    lattice.next[2 * n][1] = 2 * n + 1;
+    for (const int w : {1, 2, 4}) expect_equal_to_direct_sums(lattice, w, "copies");
+}
+
+TEST(LatticeRegions, OfProngsThatAreNotLinkedDoNotCouple)
+{
+    // Two parallel lines one step apart: each region holds one line only.
+    const auto cut = [](std::size_t, int d) { return d != 1; };
+    const Lattice lattice = linked(block(9, 2, 1), cut);
+    const LatticeRegions regions = find_regions(lattice, 2);
+    for (const auto held : regions.held_by) EXPECT_LE(held, 5u);
+    expect_equal_to_direct_sums(lattice, 2, "prongs");
+}
+
+TEST(LatticeRegions, OfNothingAreNone)
+{
+    const LatticeRegions regions = find_regions({}, 2);
+    EXPECT_EQ(regions.slots(), 0u);
+    RegionSums<float> sums(regions);
+    collect(regions, sums);
+    spread(regions, sums);
+}
+
+TEST(LatticeRegions, SayWhatIsWrong)
+{
+    EXPECT_THROW(find_regions({}, 0), std::invalid_argument);
+    EXPECT_THROW(find_regions({}, 65), std::invalid_argument);
+    Lattice lattice = linked(block(3, 1, 1));
+    lattice.next[0][0] = 2;
+    EXPECT_THROW(find_regions(lattice, 1), std::invalid_argument);
+    lattice.next[0][0] = 77;
+    EXPECT_THROW(find_regions(lattice, 1), std::invalid_argument);
+}
