@@ -4,6 +4,7 @@
 // them. Motion inside a frame is linear from the state the frame starts with.
 
 #include "geometry/mesh.hpp"
+#include "geometry/triangle_bvh.hpp"
 #include "geometry/vec.hpp"
 
 #include <memory>
@@ -42,10 +43,18 @@ struct Collider {
     Vec3 half_size{0.5, 0.5, 0.5};                  // box, about the local origin
     std::shared_ptr<const geometry::TriMesh> mesh;  // mesh: world positions at the end of the frame
     std::shared_ptr<const geometry::TriMesh> mesh_before;  // null: as `mesh`
+    std::shared_ptr<const geometry::TriangleBvh> tree;     // of `mesh`; null: made when needed
     Transform pose = Transform::Identity();
     Transform before = Transform::Identity();
     double friction = 0.5;  // Coulomb coefficient
     double thickness = 0;   // m, offset of the contact surface
+};
+
+// All of it together, for one frame.
+struct Loads {
+    Pins pins;
+    std::vector<Force> forces;
+    std::vector<Collider> colliders;
 };
 
 }  // namespace physics

@@ -1,0 +1,210 @@
+#include "physics/contact.hpp"
+
+#include "geometry/parallel.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace physics {
+namespace {
+
+using geometry::Mat3;
+using geometry::Transform;
+
+Transform between(const Transform& a, const Transform& b, double share)
+{
+    if (a.isApprox(b, 0)) return b;
+    const Eigen::Quaterniond qa(a.rotation()), qb(b.rotation());
+    Transform out = Transform::Identity();
+    out.linear() = qa.slerp(share, qb).toRotationMatrix();
+    out.translation() = (1 - share) * a.translation() + share * b.translation();
+    return out;
+}
+
+Touch touch_sphere(const PosedCollider& c, const Vec3& local)
+{
+    const double r = local.norm();
+    return {r - c.radius, r > 0 ? Vec3(local / r) : Vec3(Vec3::UnitY())};
+}
+
+Touch touch_box(const PosedCollider& c, const Vec3& local)
+{
+    const Vec3 over = local.cwiseAbs() - c.half_size;
+    const Vec3 side = local.unaryExpr([](double v) { return v < 0 ? -1.0 : 1.0; });
+    const Vec3 outside = over.cwiseMax(0);
+    if (const double d = outside.norm(); d > 0) {
+        return {d, outside.cwiseProduct(side) / d};
+    }
+    Eigen::Index axis = 0;
+    const double deepest = over.maxCoeff(&axis);
+    return {deepest, Vec3(Vec3::Unit(axis) * side[axis])};
+}
+
+Touch touch_mesh(const PosedCollider& c, const Vec3& p)
+{
+    const Vec3 margin = Vec3::Constant(c.reach + c.thickness);
+    if (((p + margin).array() < c.mesh_bounds.lo.array()).any() ||
+        ((p - margin).array() > c.mesh_bounds.hi.array()).any()) {
+        return {};
+    }
+    auto hit = c.tree->closest(p, c.reach + c.thickness);
+    if (!hit) {
+        if (!c.tree->inside(p)) return {};
+        hit = c.tree->closest(p);
+        if (!hit) return {};
+    }
+    Touch out{hit.signed_distance(), hit.normal};
+    if (c.mesh_before && c.frame > 0) {
+        Vec3 moved = Vec3::Zero();
+        const auto& corners = c.mesh->topology->triangles[hit.triangle];
+        for (std::size_t i = 0; i < 3; ++i) {
+            const auto k = corners[i];
+            moved += hit.barycentric[static_cast<Eigen::Index>(i)] *
+                     (c.mesh->positions[k] - c.mesh_before->positions[k]).cast<double>();
+        }
+        out.velocity = moved / c.frame;
+        out.gap += c.behind * moved.dot(out.normal);
+    }
+    return out;
+}
+
+}  // namespace
+
+PosedCollider pose_collider(const Collider& in, double share, double frame, double h)
+{
+    PosedCollider out;
+    out.kind = in.kind;
+    out.half_size = in.half_size;
+    out.radius = in.radius;
+    out.thickness = in.thickness;
+    out.friction = in.friction;
+    out.frame = frame;
+    out.behind = 1 - share;
+    out.start = in.before;
+    out.end = in.pose;
+    out.pose = between(in.before, in.pose, share);
+    out.inverse = out.pose.inverse(Eigen::Isometry);
+    if (in.kind == Collider::Kind::mesh) {
+        out.mesh = in.mesh.get();
+        const bool moves = in.mesh_before && in.mesh_before != in.mesh &&
+                           in.mesh_before->positions.size() == in.mesh->positions.size();
+        out.mesh_before = moves ? in.mesh_before.get() : nullptr;
+        out.tree = in.tree ? in.tree : std::make_shared<const geometry::TriangleBvh>(*in.mesh);
+        out.mesh_bounds = geometry::bounds(*in.mesh);
+        if (moves) out.mesh_bounds.add(geometry::bounds(*in.mesh_before));
+        out.reach = 2 * h;
+    }
+    return out;
+}
+
+Touch touch(const PosedCollider& c, const Vec3& p)
+{
+    Touch out;
+    if (c.kind == Collider::Kind::mesh) {
+        out = touch_mesh(c, p);
+    } else {
+        const Vec3 local = c.inverse * p;
+        switch (c.kind) {
+        case Collider::Kind::plane:
+            out = {local.y(), Vec3::UnitY()};
+            break;
+        case Collider::Kind::sphere:
+            out = touch_sphere(c, local);
+            break;
+        case Collider::Kind::box:
+            out = touch_box(c, local);
+            break;
+        case Collider::Kind::mesh:
+            break;
+        }
+        out.normal = c.pose.linear() * out.normal;
+        if (c.frame > 0) out.velocity = (c.end * local - c.start * local) / c.frame;
+    }
+    out.gap -= c.thickness;
+    return out;
+}
+
+namespace {
+
+// a I + b n n^T
+std::array<double, 6> isotropic_about(const Vec3& n, double a, double b)
+{
+    return {a + b * n.x() * n.x(), b * n.x() * n.y(), b * n.x() * n.z(),
+            a + b * n.y() * n.y(), b * n.y() * n.z(), a + b * n.z() * n.z()};
+}
+
+struct SkinPoint {
+    Vec3 p, v;
+    double stiffness;  // N/m
+};
+
+Contact contact_at(const Touch& t, double friction, double creep, const SkinPoint& point)
+{
+    Contact out{};
+    const double push = point.stiffness * -t.gap;
+    const Vec3 relative = point.v - t.velocity;
+    const Vec3 slip = relative - relative.dot(t.normal) * t.normal;
+    const double drag = friction * push / std::max(slip.norm(), creep);
+    out.force = push * t.normal - drag * slip;
+    out.stiffness = isotropic_about(t.normal, 0, point.stiffness);
+    out.drag = isotropic_about(t.normal, drag, -drag);
+    return out;
+}
+
+Vec3 at(const double* field, std::uint32_t slot)
+{
+    return Eigen::Map<const Vec3>(field + 4 * std::size_t{slot});
+}
+
+}  // namespace
+
+std::vector<Contact> find_contacts(const Skin& skin, double h, const double* x, const double* v,
+                                   const std::vector<PosedCollider>& colliders, double dt)
+{
+    constexpr std::size_t grain = 256;  // cubes
+    const std::size_t cubes = skin.corners.size();
+    if (colliders.empty() || cubes == 0) return {};
+    const double creep = 1e-4 * h / dt;
+    std::vector<std::vector<Contact>> found((cubes + grain - 1) / grain);
+    const auto look = [&](std::size_t c, std::vector<Contact>& out) {
+        const auto& corners = skin.corners[c];
+        Vec3 centre = Vec3::Zero();
+        for (const auto k : corners) centre += at(x, k) / 8;
+        double radius = 0;
+        for (const auto k : corners) radius = std::max(radius, (at(x, k) - centre).norm());
+        for (const PosedCollider& collider : colliders) {
+            // Distance changes no faster than place; points may lie a cube outside their own.
+            const bool mesh = collider.kind == Collider::Kind::mesh;
+            if (!mesh && touch(collider, centre).gap > 3 * radius) continue;
+            for (std::uint32_t i = skin.point_at[c]; i < skin.point_at[c + 1]; ++i) {
+                const auto weight = trilinear_weights(skin.point[i].cast<double>());
+                Vec3 p = Vec3::Zero();
+                for (std::size_t a = 0; a < 8; ++a) p += weight[a] * at(x, corners[a]);
+                const Touch t = touch(collider, p);
+                if (!(t.gap < 0)) continue;
+                SkinPoint point{p, Vec3::Zero(), 0};
+                for (std::size_t a = 0; a < 8; ++a) point.v += weight[a] * at(v, corners[a]);
+                const double area = skin.point_area[i];
+                point.stiffness = 10 * skin.stiffness[c] * area / h +
+                                  skin.mass[c] * std::min(1.0, area / (h * h)) / (dt * dt);
+                Contact contact = contact_at(t, collider.friction, creep, point);
+                contact.corners = corners;
+                for (std::size_t a = 0; a < 8; ++a) {
+                    contact.weight[a] = static_cast<float>(weight[a]);
+                }
+                out.push_back(contact);
+            }
+        }
+    };
+    geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t g = begin; g < end; ++g) {
+            const std::size_t last = std::min(cubes, (g + 1) * grain);
+            for (std::size_t c = g * grain; c < last; ++c) look(c, found[g]);
+        }
+    });
+    std::vector<Contact> all;
+    for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
+    return all;
+}
+
+}  // namespace physics

@@ -1,0 +1,65 @@
+#pragma once
+
+// Contact of a body's skin with colliders.
+//
+// A point at p with signed distance g(p) < 0 from a collider, normal n, is pushed out by the force
+//   N n,  N = k (-g),   k = 10 E A / h + m / dt^2
+// as by a layer of ten times the body's own material, one cube thick, over the area A that the
+// point stands for (so that a resting body sinks in by a tenth of its own squash, however fine the
+// mesh), and enough to stop the point's own mass m within a step. Friction is Coulomb's with a
+// creep velocity e far below what can be seen:
+//   -c v_t,   c = mu N / max(|v_t|, e),   e = h / 10000 dt
+// where N and |v_t| are taken from the last iterate. Both enter the implicit step with their
+// derivatives, k n n^T and c (I - n n^T).
+
+#include "physics/loads.hpp"
+#include "physics/skin.hpp"
+
+#include <vector>
+
+namespace physics {
+
+// A collider at one instant inside a frame.
+struct PosedCollider {
+    Collider::Kind kind = Collider::Kind::plane;
+    Vec3 half_size = Vec3::Zero();
+    double radius = 0;
+    double thickness = 0;
+    double friction = 0;
+    geometry::Transform pose, inverse;               // local to world and back
+    geometry::Transform end, start;                  // at both ends of the frame
+    double frame = 0;                                // s
+    double behind = 0;                               // share of the frame still to come
+    const geometry::TriMesh* mesh = nullptr;         // at the end of the frame
+    const geometry::TriMesh* mesh_before = nullptr;  // at its start
+    std::shared_ptr<const geometry::TriangleBvh> tree;
+    geometry::Box mesh_bounds;
+    double reach = 0;  // m, how deep below an open mesh still counts as inside
+};
+
+// `share` 0..1 of the frame of `frame` seconds has gone by. `h` (m) is the scale of the body.
+PosedCollider pose_collider(const Collider& collider, double share, double frame, double h);
+
+// Where a point stands to a collider.
+struct Touch {
+    double gap = std::numeric_limits<double>::infinity();  // m, negative inside
+    Vec3 normal = Vec3::UnitY();                           // out of the collider
+    Vec3 velocity = Vec3::Zero();                          // m/s, of the collider's surface there
+};
+// A mesh answers only for points inside.
+Touch touch(const PosedCollider& collider, const Vec3& p);
+
+// A point of the skin that is inside a collider.
+struct Contact {
+    std::array<std::uint32_t, 8> corners;  // slots
+    std::array<float, 8> weight;
+    Vec3 force;                       // N, on the point
+    std::array<double, 6> stiffness;  // N/m, xx xy xz yy yz zz: minus its derivative by position
+    std::array<double, 6> drag;       // N s/m, the same by velocity
+};
+
+// All contacts of points at x moving at v (four numbers a slot), in a step of dt seconds.
+std::vector<Contact> find_contacts(const Skin& skin, double h, const double* x, const double* v,
+                                   const std::vector<PosedCollider>& colliders, double dt);
+
+}  // namespace physics

@@ -1,0 +1,86 @@
+#include "physics/corner_body.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace physics {
+namespace {
+
+void need(bool good, const std::string& what)
+{
+    if (!good) throw std::invalid_argument("these cubes make no body: " + what);
+}
+
+void check(const geometry::Cubes& cubes)
+{
+    const std::size_t n = cubes.count();
+    need(n > 0, "there are none. Was everything dropped before, or is the model empty?");
+    need(std::isfinite(cubes.size) && cubes.size > 0,
+         "expected an edge above 0 m, found " + std::to_string(cubes.size));
+    need(cubes.origin.allFinite(), "their origin is not finite");
+    for (const std::size_t length :
+         {cubes.corners.size(), cubes.mass.size(), cubes.fill.size(), cubes.young.size(),
+          cubes.poisson.size(), cubes.mass_damping.size(), cubes.stiffness_damping.size()}) {
+        need(length == n, "expected " + std::to_string(n) + " entries in every array, found " +
+                              std::to_string(length));
+    }
+    double total = 0;
+    for (std::size_t c = 0; c < n; ++c) {
+        const auto in_cube = [&](bool good, const char* name, double value) {
+            need(good, "cube " + std::to_string(c) + " has " + name + " " + std::to_string(value));
+        };
+        const auto positive = [](double v) { return std::isfinite(v) && v >= 0; };
+        for (const auto k : cubes.corners[c]) in_cube(k < cubes.corner_count(), "a corner", k);
+        in_cube(positive(cubes.mass[c]), "a mass in kg of", cubes.mass[c]);
+        in_cube(positive(cubes.fill[c]), "a fill of", cubes.fill[c]);
+        in_cube(positive(cubes.young[c]) && cubes.young[c] > 0, "a Young's modulus in Pa of",
+                cubes.young[c]);
+        in_cube(cubes.poisson[c] > -1 && cubes.poisson[c] < 0.5,
+                "a Poisson ratio (expected below 0.5) of", cubes.poisson[c]);
+        in_cube(positive(cubes.mass_damping[c]), "a mass damping of", cubes.mass_damping[c]);
+        in_cube(positive(cubes.stiffness_damping[c]), "a stiffness damping of",
+                cubes.stiffness_damping[c]);
+        total += cubes.mass[c];
+    }
+    need(std::isfinite(total) && total > 0,
+         "their mass in kg is " + std::to_string(total) + ". Give the material a density");
+}
+
+}  // namespace
+
+CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint32_t> slot,
+                            const geometry::TriMesh* surface)
+{
+    check(cubes);
+    CornerBody body;
+    body.h = cubes.size;
+    body.corners = cubes.corner_count();
+    body.numbers = padded_numbers(body.corners);
+    body.slot = std::move(slot);
+    body.mass.assign(body.corners, 0);
+    body.mass_damping.assign(body.corners, 0);
+    double total = 0;
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        total += cubes.mass[c];
+        for (const auto k : cubes.corners[c]) {
+            body.mass[body.slot[k]] += cubes.mass[c] / 8;
+            body.mass_damping[body.slot[k]] += cubes.mass_damping[c] * cubes.mass[c] / 8;
+        }
+    }
+    // A corner without mass has no equation of motion.
+    const double least = 1e-6 * total / static_cast<double>(body.corners);
+    for (double& m : body.mass) m = std::max(m, least);
+    body.rest.assign(body.numbers, 0);
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const Vec3 p = cubes.corner_position(k);
+        for (std::size_t i = 0; i < 3; ++i) {
+            body.rest[4 * body.slot[k] + i] = p[static_cast<Eigen::Index>(i)];
+        }
+    }
+    body.skin = make_skin(cubes, body.slot, surface);
+    return body;
+}
+
+}  // namespace physics

@@ -1,0 +1,42 @@
+#pragma once
+
+// What every method that moves the corners of cubes knows of its body: masses, the rest shape, and
+// the skin that the world touches. Vectors over corners are kept in slots, an order of the method's
+// own, with four numbers each (the fourth is 0), padded to whole runs of 16 numbers.
+
+#include "geometry/cubes.hpp"
+#include "geometry/mesh.hpp"
+#include "physics/aligned.hpp"
+#include "physics/skin.hpp"
+
+#include <vector>
+
+namespace physics {
+
+using geometry::Vec3;
+
+struct CornerBody {
+    double h = 0;                     // m, edge of a cube
+    std::size_t corners = 0;          // K
+    std::size_t numbers = 0;          // length of a vector over corners, >= 4 K
+    std::vector<std::uint32_t> slot;  // K, of each corner
+
+    std::vector<double> mass;          // K by slot, kg
+    std::vector<double> mass_damping;  // K by slot, kg/s
+    Aligned<double> rest;              // numbers, m
+    Skin skin;
+};
+
+// `slot` numbers the corners 0 .. K. `surface` may be null: then the cubes' own outside is the
+// skin. Throws std::invalid_argument when the cubes are no body: lengths that do not fit, sizes,
+// masses or moduli that are not finite or out of range.
+CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint32_t> slot,
+                            const geometry::TriMesh* surface);
+
+// Numbers in a vector over k corners.
+constexpr std::size_t padded_numbers(std::size_t k)
+{
+    return (4 * k + 15) / 16 * 16;
+}
+
+}  // namespace physics

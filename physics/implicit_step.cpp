@@ -1,0 +1,540 @@
+#include "physics/implicit_step.hpp"
+
+#include "physics/conjugate_gradients.hpp"
+#include "physics/contact.hpp"
+#include "physics/outside_forces.hpp"
+#include "physics/pins.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace physics {
+namespace {
+
+// A contact as the linear solver sees it.
+template <class T> struct ContactBlock {
+    std::array<std::uint32_t, 8> corners;
+    std::array<T, 8> weight;
+    std::array<T, 6> matrix;  // xx xy xz yy yz zz
+
+    // y += W^T matrix W p
+    void add_times(const T* p, T* y) const
+    {
+        T u[3] = {0, 0, 0};
+        for (std::size_t a = 0; a < 8; ++a) {
+            const T* from = p + 4 * std::size_t{corners[a]};
+            for (std::size_t i = 0; i < 3; ++i) u[i] += weight[a] * from[i];
+        }
+        const T f[3] = {matrix[0] * u[0] + matrix[1] * u[1] + matrix[2] * u[2],
+                        matrix[1] * u[0] + matrix[3] * u[1] + matrix[4] * u[2],
+                        matrix[2] * u[0] + matrix[4] * u[1] + matrix[5] * u[2]};
+        for (std::size_t a = 0; a < 8; ++a) {
+            T* to = y + 4 * std::size_t{corners[a]};
+            for (std::size_t i = 0; i < 3; ++i) to[i] += weight[a] * f[i];
+        }
+    }
+};
+
+std::array<double, 6> inverse_of(const std::array<double, 6>& m)
+{
+    const double c00 = m[3] * m[5] - m[4] * m[4], c01 = m[2] * m[4] - m[1] * m[5];
+    const double c02 = m[1] * m[4] - m[2] * m[3];
+    const double det = m[0] * c00 + m[1] * c01 + m[2] * c02;
+    return {c00 / det,
+            c01 / det,
+            c02 / det,
+            (m[0] * m[5] - m[2] * m[2]) / det,
+            (m[1] * m[2] - m[0] * m[4]) / det,
+            (m[0] * m[3] - m[1] * m[1]) / det};
+}
+
+bool all_finite(const Aligned<double>& v)
+{
+    double sum = 0;  // any NaN or infinity ends up in it
+    for (const double value : v) sum += value * 0;
+    return sum == 0;
+}
+
+class Stepper {
+public:
+    Stepper(const CornerBody& body, Elasticity& elasticity, const Loads& loads, double frame,
+            const StepOptions& options)
+        : body_(body), elasticity_(elasticity), loads_(loads), frame_(frame), options_(options),
+          n_(body.numbers)
+    {
+        for (Aligned<double>* v :
+             {&x_, &v_, &start_, &outside_, &windy_, &drag_, &mass_, &damping_, &fixed_, &w_}) {
+            v->assign(n_, 0);
+        }
+        force_.assign(elasticity.room(), 0);
+        product_.assign(elasticity.room(), 0);
+        low_.numbers = high_.numbers = n_;
+        low_.room = high_.room = elasticity.room();
+        low_.multiply = [this](const float* p, float* y) {
+            elasticity_.multiply(p, y);
+            for (const auto& contact : low_contacts_) contact.add_times(p, y);
+        };
+        high_.multiply = [this](const double* p, double* y) {
+            elasticity_.multiply(p, y);
+            for (const auto& contact : high_contacts_) contact.add_times(p, y);
+        };
+        for (std::size_t k = 0; k < body.corners; ++k) {
+            for (std::size_t i = 0; i < 3; ++i) {
+                mass_[4 * k + i] = body.mass[k];
+                damping_[4 * k + i] = body.mass_damping[k];
+            }
+        }
+        for (const auto k : loads.pins.corner) {
+            for (std::size_t i = 0; i < 3; ++i) fixed_[4 * body.slot[k] + i] = 1;
+        }
+        block_of_.assign(body.corners, none);
+        add_steady_forces(body, loads.forces, outside_);
+        for (const Force& f : loads.forces) windy_weather_ |= f.kind == Force::Kind::wind;
+    }
+
+    void run(State& state)
+    {
+        load(state);
+        start_ = x_;
+        const double share = 1.0 / options_.substeps;
+        for (int i = 0; i < options_.substeps; ++i) {
+            const double end = i + 1 == options_.substeps ? 1.0 : (i + 1) * share;
+            if (!step_or_halves(i * share, end, 0)) break;
+        }
+        store(state);
+        state.time += frame_;
+        state.report = std::move(report_);
+    }
+
+private:
+    static constexpr std::uint32_t none = 0xffffffff;
+
+    // From share `begin` to share `end` of the frame; in halves where the whole fails.
+    bool step_or_halves(double begin, double end, int depth)
+    {
+        const Aligned<double> x = x_, v = v_;
+        step(begin, end);
+        if (all_finite(x_) && all_finite(v_)) return true;
+        x_ = x, v_ = v;
+        if (depth == 8) {
+            report_.converged = false;
+            report_.warnings.emplace_back(
+                "the step could not be taken, not even in 256 parts; the "
+                "state stays as it was. Is something pulled to infinity?");
+            return false;
+        }
+        const double middle = 0.5 * (begin + end);
+        return step_or_halves(begin, middle, depth + 1) && step_or_halves(middle, end, depth + 1);
+    }
+
+    void step(double begin, double end)
+    {
+        const double dt = (end - begin) * frame_;
+        ++report_.steps;
+        switch (options_.integrator) {
+        case Integrator::implicit_euler:
+            stage(dt, end);
+            break;
+        case Integrator::implicit_midpoint: {
+            const Aligned<double> x = x_, v = v_;
+            stage(0.5 * dt, 0.5 * (begin + end));
+            for (std::size_t i = 0; i < n_; ++i) {
+                x_[i] = 2 * x_[i] - x[i];
+                v_[i] = 2 * v_[i] - v[i];
+            }
+            break;
+        }
+        case Integrator::sdirk2: {
+            const double gamma = 1 - 1 / std::sqrt(2.0);
+            const Aligned<double> x = x_, v = v_;
+            stage(gamma * dt, begin + gamma * (end - begin));
+            // Slopes of the first stage: velocity v_, acceleration (v_ - v) / (gamma dt).
+            for (std::size_t i = 0; i < n_; ++i) {
+                x_[i] = x[i] + (1 - gamma) * dt * v_[i];
+                v_[i] = v[i] + (1 - gamma) / gamma * (v_[i] - v[i]);
+            }
+            stage(gamma * dt, end);
+            break;
+        }
+        }
+        // Pinned corners arrive exactly, and move as their targets do.
+        const auto& pins = loads_.pins;
+        for (std::size_t i = 0; i < pins.corner.size(); ++i) {
+            const std::size_t at = 4 * std::size_t{body_.slot[pins.corner[i]]};
+            for (std::size_t k = 0; k < 3; ++k) {
+                x_[at + k] = pinned(i, k, end);
+                v_[at + k] = (pinned(i, k, 1) - start_[at + k]) / frame_;
+            }
+        }
+    }
+
+    double pinned(std::size_t pin, std::size_t axis, double share) const
+    {
+        const double from = start_[4 * std::size_t{body_.slot[loads_.pins.corner[pin]]} + axis];
+        const double to = loads_.pins.target[pin][static_cast<Eigen::Index>(axis)];
+        return share == 1 ? to : from + share * (to - from);
+    }
+
+    // Implicit Euler from x_, v_ over tau seconds up to share `end` of the frame.
+    void stage(double tau, double end)
+    {
+        tau_ = tau;
+        x0_ = x_, v0_ = v_;
+        std::fill(windy_.begin(), windy_.end(), 0);
+        std::fill(drag_.begin(), drag_.end(), 0);
+        if (windy_weather_) {
+            add_wind(body_, loads_.forces, x0_.data(), v0_.data(), windy_, drag_);
+        }
+        colliders_.clear();
+        for (const Collider& c : loads_.colliders) {
+            colliders_.push_back(pose_collider(c, end, frame_, body_.h));
+        }
+        w_ = v0_;
+        for (std::size_t i = 0; i < loads_.pins.corner.size(); ++i) {
+            const std::size_t at = 4 * std::size_t{body_.slot[loads_.pins.corner[i]]};
+            for (std::size_t k = 0; k < 3; ++k)
+                w_[at + k] = (pinned(i, k, end) - x0_[at + k]) / tau;
+        }
+        solve();
+        for (std::size_t i = 0; i < n_; ++i) x_[i] = x0_[i] + tau * w_[i];
+        v_ = w_;
+    }
+
+    void solve()
+    {
+        linearise(x0_);
+        at_start_ = true;
+        place();
+        contacts_ = touching();
+        const bool free = loads_.pins.corner.empty() && contacts_.empty();
+        if (free) fall();
+        residual();
+        prepare_preconditioner();
+        double size = norm(r_);
+        const double reference = std::max({size, norm_of_forces(outside_), norm_of_forces(force_)});
+        const double target = options_.tolerance * reference;
+        const int rounds = std::max(options_.newton_iterations,
+                                    colliders_.empty() ? 1 : options_.contact_iterations);
+        for (int round = 0; round < rounds && size > target; ++round) {
+            if (round > 0 && round < options_.newton_iterations) {
+                linearise(x_);
+                at_start_ = false;
+                residual();
+                prepare_preconditioner();
+            }
+            const Solved solved = solve_linear(target);
+            report_.iterations += solved.iterations;
+            for (std::size_t i = 0; i < n_; ++i) w_[i] += delta_[i];
+            if (!solved.converged) unsolved_ = true;
+            if (round + 1 == options_.newton_iterations && colliders_.empty()) {
+                size = solved.residual;
+                break;
+            }
+            place();
+            contacts_ = touching();
+            if (round + 1 < options_.newton_iterations) {
+                linearise(x_);
+                at_start_ = false;
+            }
+            residual();
+            prepare_preconditioner();
+            size = norm(r_);
+            if (!std::isfinite(size)) return;
+        }
+        if (reference > 0) report_.residual = std::max(report_.residual, size / reference);
+        if (!(size <= 1.0001 * target)) report_.converged = false;
+    }
+
+    // Free corners set off as the steady forces have them.
+    void fall()
+    {
+        for (std::size_t i = 0; i < n_; ++i) {
+            if (mass_[i] > 0) w_[i] += tau_ * outside_[i] / mass_[i];
+        }
+        place();
+        contacts_ = touching();
+        if (contacts_.empty()) return;
+        w_ = v0_;
+        place();
+        contacts_.clear();
+    }
+
+    void place()
+    {
+        x_.resize(n_);
+        for (std::size_t i = 0; i < n_; ++i) x_[i] = x0_[i] + tau_ * w_[i];
+    }
+
+    std::vector<Contact> touching() const
+    {
+        return find_contacts(body_.skin, body_.h, x_.data(), w_.data(), colliders_, tau_);
+    }
+
+    void linearise(const Aligned<double>& x) { elasticity_.forces(x.data(), force_.data()); }
+
+    // r = M (v0 - w) + tau (f + f_out - D w), with f linear about x0 or as it is at x.
+    void residual()
+    {
+        elasticity_.weigh(at_start_ ? tau_ * tau_ : 0, tau_);
+        elasticity_.multiply(w_.data(), product_.data());
+        r_.resize(n_);
+        for (std::size_t i = 0; i < n_; ++i) {
+            r_[i] =
+                mass_[i] * (v0_[i] - w_[i]) +
+                tau_ * (force_[i] + outside_[i] + windy_[i] - (damping_[i] + drag_[i]) * w_[i]) -
+                product_[i];
+        }
+        elasticity_.weigh(tau_ * tau_, tau_);
+        for (const Contact& c : contacts_) {
+            for (std::size_t a = 0; a < 8; ++a) {
+                for (std::size_t i = 0; i < 3; ++i) {
+                    r_[4 * std::size_t{c.corners[a]} + i] +=
+                        tau_ * double(c.weight[a]) * c.force[static_cast<Eigen::Index>(i)];
+                }
+            }
+        }
+    }
+
+    // D, the inverse of A's diagonal, and blocks where contacts are.
+    void prepare_preconditioner()
+    {
+        auto& d = high_.diagonal;
+        d.resize(n_);
+        for (std::size_t i = 0; i < n_; ++i) d[i] = mass_[i] + tau_ * (damping_[i] + drag_[i]);
+        Aligned<double> whole = d;
+        elasticity_.add_diagonal(whole.data());
+        auto& inverse = high_.inverse;
+        inverse.resize(n_);
+        for (std::size_t i = 0; i < n_; ++i) {
+            inverse[i] = fixed_[i] == 0 && whole[i] > 0 ? 1 / whole[i] : 0;
+        }
+
+        high_contacts_.clear();
+        high_.blocks.clear();
+        for (const Contact& c : contacts_) {
+            ContactBlock<double> block{c.corners, {}, {}};
+            for (std::size_t i = 0; i < 6; ++i) {
+                block.matrix[i] = tau_ * tau_ * c.stiffness[i] + tau_ * c.drag[i];
+            }
+            for (std::size_t a = 0; a < 8; ++a) {
+                const double weight = double(c.weight[a]);
+                block.weight[a] = weight;
+                const auto k = c.corners[a];
+                if (weight == 0 || fixed_[4 * std::size_t{k}] != 0) continue;
+                if (block_of_[k] == none) {
+                    block_of_[k] = static_cast<std::uint32_t>(high_.blocks.size());
+                    const double own = whole[4 * std::size_t{k}];
+                    high_.blocks.push_back({k, {own, 0, 0, own, 0, own}});
+                }
+                auto& sum = high_.blocks[block_of_[k]].inverse;
+                for (std::size_t i = 0; i < 6; ++i) sum[i] += weight * weight * block.matrix[i];
+            }
+            high_contacts_.push_back(block);
+        }
+        for (auto& block : high_.blocks) {
+            block.inverse = inverse_of(block.inverse);
+            block_of_[block.slot] = none;
+            for (std::size_t i = 0; i < 3; ++i) inverse[4 * std::size_t{block.slot} + i] = 0;
+        }
+    }
+
+    double norm(const Aligned<double>& r) const
+    {
+        double sum = 0;
+        for (std::size_t i = 0; i < n_; ++i) sum += r[i] * r[i] * high_.inverse[i];
+        double z[3];
+        for (const auto& block : high_.blocks) {
+            CornerBlock<double> at_zero{0, block.inverse};
+            sum += at_zero.apply(r.data() + 4 * std::size_t{block.slot}, z);
+        }
+        return std::sqrt(sum);
+    }
+
+    double norm_of_forces(const Aligned<double>& f) const { return tau_ * norm(f); }
+
+    // delta_ with A delta = r up to a residual of `target`: in single precision, again on what is
+    // left over where that is not enough, and in double where single gets nowhere.
+    Solved solve_linear(double target)
+    {
+        Solved out;
+        delta_.assign(n_, 0);
+        rest_ = r_;
+        double size = norm(rest_);
+        if (!std::isfinite(size)) return {false, 0, size};
+        copy_low();
+        bool refined = false;
+        while (size > target) {
+            const double goal = std::max(target, 1e-5 * size);
+            double scale = 0;
+            for (const double value : rest_) scale = std::max(scale, std::abs(value));
+            low_work_.r.resize(n_);
+            for (std::size_t i = 0; i < n_; ++i) {
+                low_work_.r[i] = static_cast<float>(rest_[i] / scale);
+            }
+            const int left = options_.solver_iterations - out.iterations;
+            const Solved part = conjugate_gradients(low_, goal / scale, left, low_work_);
+            out.iterations += part.iterations;
+            for (std::size_t i = 0; i < n_; ++i) delta_[i] += scale * double(low_work_.x[i]);
+            if (!refined && goal >= 1e-4 * size && part.converged) {
+                size = part.residual * scale;
+                break;
+            }
+            refined = true;
+            const double before = size;
+            size = leftover();
+            if (!(size < 0.1 * before) || !std::isfinite(size)) {
+                solve_high(target, out);
+                return out;
+            }
+            if (out.iterations >= options_.solver_iterations) break;
+        }
+        out.residual = size;
+        out.converged = size <= target;
+        return out;
+    }
+
+    // rest_ = r - A delta
+    double leftover()
+    {
+        high_.multiply(delta_.data(), product_.data());
+        for (std::size_t i = 0; i < n_; ++i) {
+            rest_[i] = r_[i] - product_[i] - high_.diagonal[i] * delta_[i];
+        }
+        return norm(rest_);
+    }
+
+    void solve_high(double target, Solved& out)
+    {
+        if (!all_finite(delta_)) std::fill(delta_.begin(), delta_.end(), 0);
+        leftover();
+        high_work_.r = rest_;
+        const int left = options_.solver_iterations - out.iterations;
+        const Solved part = conjugate_gradients(high_, target, left, high_work_);
+        for (std::size_t i = 0; i < n_; ++i) delta_[i] += high_work_.x[i];
+        out.iterations += part.iterations;
+        out.residual = part.residual;
+        out.converged = part.converged;
+    }
+
+    void copy_low()
+    {
+        low_.diagonal.assign(high_.diagonal.begin(), high_.diagonal.end());
+        low_.inverse.assign(high_.inverse.begin(), high_.inverse.end());
+        low_.blocks.clear();
+        for (const auto& b : high_.blocks) {
+            CornerBlock<float> low{b.slot, {}};
+            for (std::size_t i = 0; i < 6; ++i) low.inverse[i] = static_cast<float>(b.inverse[i]);
+            low_.blocks.push_back(low);
+        }
+        low_contacts_.clear();
+        for (const auto& c : high_contacts_) {
+            ContactBlock<float> low{c.corners, {}, {}};
+            for (std::size_t i = 0; i < 8; ++i) low.weight[i] = static_cast<float>(c.weight[i]);
+            for (std::size_t i = 0; i < 6; ++i) low.matrix[i] = static_cast<float>(c.matrix[i]);
+            low_contacts_.push_back(low);
+        }
+    }
+
+    void load(const State& state)
+    {
+        for (std::size_t k = 0; k < body_.corners; ++k) {
+            for (std::size_t i = 0; i < 3; ++i) {
+                const auto axis = static_cast<Eigen::Index>(i);
+                x_[4 * std::size_t{body_.slot[k]} + i] = state.x[k][axis];
+                v_[4 * std::size_t{body_.slot[k]} + i] = state.v[k][axis];
+            }
+        }
+    }
+
+    void store(State& state)
+    {
+        for (std::size_t k = 0; k < body_.corners; ++k) {
+            const std::size_t at = 4 * std::size_t{body_.slot[k]};
+            state.x[k] = Vec3(x_[at], x_[at + 1], x_[at + 2]);
+            state.v[k] = Vec3(v_[at], v_[at + 1], v_[at + 2]);
+        }
+        if (unsolved_ || !report_.converged) {
+            report_.converged = false;
+            report_.warnings.emplace_back("the solver stopped before its tolerance was met; more "
+                                          "substeps or solver iterations would help");
+        }
+    }
+
+    const CornerBody& body_;
+    Elasticity& elasticity_;
+    const Loads& loads_;
+    double frame_;  // s
+    StepOptions options_;
+    std::size_t n_;
+
+    Aligned<double> x_, v_;             // where the step has got to
+    Aligned<double> start_;             // x at the start of the frame
+    Aligned<double> x0_, v0_;           // at the start of the stage
+    Aligned<double> w_;                 // velocities sought
+    Aligned<double> outside_;           // N, steady forces
+    Aligned<double> windy_, drag_;      // N, N s/m
+    Aligned<double> mass_, damping_;    // kg, kg/s
+    Aligned<double> fixed_;             // 1: pinned
+    Aligned<double> force_, product_;   // elastic forces; K w
+    Aligned<double> r_, rest_, delta_;  // residual, what a solve leaves of it, change of w
+    double tau_ = 0;                    // s
+    bool at_start_ = true;              // forces are linear about x0_, not evaluated at x_
+    bool windy_weather_ = false, unsolved_ = false;
+    std::vector<PosedCollider> colliders_;
+    std::vector<Contact> contacts_;
+    std::vector<ContactBlock<float>> low_contacts_;
+    std::vector<ContactBlock<double>> high_contacts_;
+    std::vector<std::uint32_t> block_of_;  // of each slot while blocks are added up
+    LinearSystem<float> low_;
+    LinearSystem<double> high_;
+    ConjugateVectors<float> low_work_;
+    ConjugateVectors<double> high_work_;
+    Report report_;
+};
+
+void check_state(const CornerBody& body, const State& state)
+{
+    const auto expected = std::to_string(body.corners);
+    if (state.x.size() != body.corners || state.v.size() != body.corners) {
+        throw std::invalid_argument("state: expected " + expected + " corners, found " +
+                                    std::to_string(state.x.size()) +
+                                    ". Was it made with other cubes?");
+    }
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        if (!state.x[k].allFinite() || !state.v[k].allFinite()) {
+            throw std::invalid_argument("state: corner " + std::to_string(k) +
+                                        " has a position or velocity that is not finite");
+        }
+    }
+}
+
+}  // namespace
+
+State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State state,
+                         const Loads& loads, double dt, const StepOptions& options)
+{
+    if (!(std::isfinite(dt) && dt > 0)) {
+        throw std::invalid_argument("expected a time step above 0 s, found " + std::to_string(dt));
+    }
+    if (options.substeps < 1) throw std::invalid_argument("expected at least one substep");
+    check_state(body, state);
+    check_pins(loads.pins, body.corners);
+    check_forces(loads.forces);
+    Stepper(body, elasticity, loads, dt, options).run(state);
+    return state;
+}
+
+State rest_state(const CornerBody& body)
+{
+    State state;
+    state.x.resize(body.corners);
+    state.v.assign(body.corners, Vec3::Zero());
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const double* at = body.rest.data() + 4 * std::size_t{body.slot[k]};
+        state.x[k] = Vec3(at[0], at[1], at[2]);
+    }
+    return state;
+}
+
+}  // namespace physics

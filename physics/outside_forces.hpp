@@ -1,0 +1,25 @@
+#pragma once
+
+#include "physics/corner_body.hpp"
+#include "physics/loads.hpp"
+
+#include <span>
+
+namespace physics {
+
+// Adds the gravity and point forces of one frame to f (N, numbers). A point force spreads over the
+// corners within its radius in the rest shape, by mass times (1 - (distance / radius)^2)^2, and
+// goes to the nearest corner when there is none; its total is always `force`.
+void add_steady_forces(const CornerBody& body, std::span<const Force> forces, Aligned<double>& f);
+
+// Adds the drag of all winds on the skin at x, v, as f - drag v: f (N) and drag (N s/m), numbers. A
+// bit of area A with normal n, turned and stretched with its cube, feels
+//   1/2 rho C A |n . u| u / 2,   u = wind - v
+// the last half because each side of a closed body is counted, the one behind too.
+void add_wind(const CornerBody& body, std::span<const Force> forces, const double* x,
+              const double* v, Aligned<double>& f, Aligned<double>& drag);
+
+// Throws std::invalid_argument when a number of a force is not finite or below 0 where it may not.
+void check_forces(std::span<const Force> forces);
+
+}  // namespace physics

@@ -1,0 +1,219 @@
+#include "physics/skin.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <unordered_map>
+
+namespace physics {
+namespace {
+
+using geometry::Cubes;
+using geometry::Vec3i;
+
+// What falls into one cube while the skin is gathered.
+struct Patch {
+    std::vector<std::pair<Vec3f, float>> points;  // place, area
+    std::vector<Vec3f> areas;
+    std::vector<Vec3f> places;  // of the areas' centres
+};
+
+struct CellHash {
+    std::size_t operator()(const Vec3i& c) const
+    {
+        std::uint64_t h = 0;
+        for (int i = 0; i < 3; ++i) {
+            h = (h ^ static_cast<std::uint32_t>(c[i])) * 0x9e3779b97f4a7c15u;
+            h ^= h >> 29;
+        }
+        return h;
+    }
+};
+using CellMap = std::unordered_map<Vec3i, std::uint32_t, CellHash>;
+
+CellMap map_cells(const Cubes& cubes)
+{
+    CellMap map;
+    map.reserve(2 * cubes.count());
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) map.emplace(cubes.cell[c], c);
+    return map;
+}
+
+// The cube that holds p (m), or the nearest of its neighbours.
+std::optional<std::uint32_t> cube_at(const Cubes& cubes, const CellMap& cells, const Vec3& p)
+{
+    const Vec3 local = (p - cubes.origin) / cubes.size;
+    if (!local.allFinite() || local.cwiseAbs().maxCoeff() > 1e9) return std::nullopt;
+    const Vec3i cell = local.array().floor().cast<int>();
+    if (const auto found = cells.find(cell); found != cells.end()) return found->second;
+    std::optional<std::uint32_t> best;
+    double best_sq = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 27; ++i) {
+        const Vec3i next = cell + Vec3i(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+        const auto found = cells.find(next);
+        if (found == cells.end()) continue;
+        const Vec3 lo = next.cast<double>();
+        const Vec3 away = local - local.cwiseMax(lo).cwiseMin(lo + Vec3::Ones());
+        if (away.squaredNorm() < best_sq) {
+            best_sq = away.squaredNorm();
+            best = found->second;
+        }
+    }
+    return best;
+}
+
+Vec3f place_in(const Cubes& cubes, std::uint32_t c, const Vec3& p)
+{
+    return ((p - cubes.origin) / cubes.size - cubes.cell[c].cast<double>()).cast<float>();
+}
+
+// One point for each sixty-fourth of the cube: the farthest from the cube's middle, with the area
+// of all.
+void thin_out(Patch& patch)
+{
+    constexpr int across = 4;
+    if (patch.points.size() <= 8) return;
+    std::array<int, across * across * across> kept;
+    kept.fill(-1);
+    std::vector<std::pair<Vec3f, float>> out;
+    for (const auto& [place, area] : patch.points) {
+        const Vec3i at = (place * float(across)).cast<int>().cwiseMax(0).cwiseMin(across - 1);
+        int& index = kept[static_cast<std::size_t>(at.x() + across * (at.y() + across * at.z()))];
+        if (index < 0) {
+            index = static_cast<int>(out.size());
+            out.emplace_back(place, area);
+            continue;
+        }
+        auto& [best, sum] = out[static_cast<std::size_t>(index)];
+        const Vec3f middle = Vec3f::Constant(0.5f);
+        if ((place - middle).squaredNorm() > (best - middle).squaredNorm()) best = place;
+        sum += area;
+    }
+    patch.points = std::move(out);
+}
+
+std::vector<Patch> patches_of_surface(const Cubes& cubes, const CellMap& cells,
+                                      const geometry::TriMesh& mesh)
+{
+    std::vector<Patch> patches(cubes.count());
+    std::vector<float> area_at(mesh.positions.size(), 0.0f);
+    for (const auto& t : mesh.triangles()) {
+        Vec3 v[3];
+        bool sound = true;
+        for (std::size_t i = 0; i < 3; ++i) {
+            sound = sound && t[i] < mesh.positions.size();
+            if (sound) v[i] = mesh.positions[t[i]].cast<double>();
+        }
+        if (!sound) continue;
+        const Vec3 area = 0.5 * (v[1] - v[0]).cross(v[2] - v[0]);
+        if (!area.allFinite() || area.squaredNorm() == 0) continue;
+        for (const auto i : t) area_at[i] += static_cast<float>(area.norm() / 3);
+        // Long triangles pass through many cubes: share them out by pieces a cube wide.
+        const double longest =
+            std::max({(v[1] - v[0]).norm(), (v[2] - v[1]).norm(), (v[0] - v[2]).norm()});
+        const int cuts = static_cast<int>(std::clamp(std::ceil(longest / cubes.size), 1.0, 64.0));
+        const double share = 1.0 / (cuts * cuts);
+        for (int i = 0; i < cuts; ++i) {
+            for (int j = 0; j < 2 * i + 1; ++j) {
+                // Row i of cuts has 2 i + 1 small triangles; the centre of the j-th.
+                const double a = (i + (j % 2 ? 1.0 / 3 : 2.0 / 3)) / cuts;
+                const double b = (j / 2 + (j % 2 ? 2.0 / 3 : 1.0 / 3)) / cuts;
+                const Vec3 centre = v[0] + a * (v[1] - v[0]) + b * (v[2] - v[1]);
+                const auto c = cube_at(cubes, cells, centre);
+                if (!c) continue;
+                patches[*c].areas.push_back((share * area).cast<float>());
+                patches[*c].places.push_back(place_in(cubes, *c, centre));
+            }
+        }
+    }
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+        const Vec3 p = mesh.positions[i].cast<double>();
+        const auto c = cube_at(cubes, cells, p);
+        if (c) patches[*c].points.emplace_back(place_in(cubes, *c, p), area_at[i]);
+    }
+    for (Patch& patch : patches) thin_out(patch);
+    return patches;
+}
+
+// The faces that no other cube covers, and their corners, each in one of its cubes.
+std::vector<Patch> patches_of_cubes(const Cubes& cubes, const CellMap& cells)
+{
+    std::vector<Patch> patches(cubes.count());
+    const auto face = static_cast<float>(cubes.size * cubes.size);
+    std::vector<float> area_at(cubes.corner_count(), 0.0f);
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        for (int f = 0; f < 6; ++f) {
+            const int axis = f / 2, side = f % 2;
+            Vec3i step = Vec3i::Zero();
+            step[axis] = side ? 1 : -1;
+            if (cells.contains(cubes.cell[c] + step)) continue;
+            patches[c].areas.push_back(face * step.cast<float>());
+            Vec3f centre = Vec3f::Constant(0.5f);
+            centre[axis] = float(side);
+            patches[c].places.push_back(centre);
+            for (unsigned a = 0; a < 8; ++a) {
+                if (int(a >> axis & 1) == side) area_at[cubes.corners[c][a]] += face / 4;
+            }
+        }
+    }
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        for (unsigned a = 0; a < 8; ++a) {
+            float& area = area_at[cubes.corners[c][a]];
+            if (area == 0) continue;
+            patches[c].points.emplace_back(
+                Vec3f(float(a & 1), float(a >> 1 & 1), float(a >> 2 & 1)), area);
+            area = 0;  // taken
+        }
+    }
+    return patches;
+}
+
+}  // namespace
+
+Skin make_skin(const Cubes& cubes, const std::vector<std::uint32_t>& slot,
+               const geometry::TriMesh* surface)
+{
+    const CellMap cells = map_cells(cubes);
+    auto patches =
+        surface ? patches_of_surface(cubes, cells, *surface) : patches_of_cubes(cubes, cells);
+    Skin skin;
+    skin.point_at.push_back(0);
+    skin.area_at.push_back(0);
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        const Patch& patch = patches[c];
+        if (patch.points.empty() && patch.areas.empty()) continue;
+        std::array<std::uint32_t, 8> corners;
+        for (std::size_t a = 0; a < 8; ++a) corners[a] = slot[cubes.corners[c][a]];
+        skin.corners.push_back(corners);
+        skin.stiffness.push_back(
+            static_cast<float>(cubes.young[c] * std::clamp(cubes.fill[c], 0.05, 1.0)));
+        skin.mass.push_back(static_cast<float>(cubes.mass[c]));
+        // Vertices that no triangle uses (point clouds) share the faces of the cube.
+        const auto spare = static_cast<float>(cubes.size * cubes.size) /
+                           static_cast<float>(std::max<std::size_t>(1, patch.points.size()));
+        for (const auto& [place, area] : patch.points) {
+            skin.point.push_back(place);
+            skin.point_area.push_back(area > 0 ? area : spare);
+        }
+        std::array<double, 8> share{};
+        double total = 0;
+        for (std::size_t i = 0; i < patch.areas.size(); ++i) {
+            const double size = patch.areas[i].cast<double>().norm();
+            const Vec3 place = patch.places[i].cast<double>().cwiseMax(0.0).cwiseMin(1.0);
+            const auto w = trilinear_weights(place);
+            for (std::size_t a = 0; a < 8; ++a) share[a] += size * w[a];
+            total += size;
+        }
+        std::array<float, 8> shares;
+        for (std::size_t a = 0; a < 8; ++a) {
+            shares[a] = static_cast<float>(total > 0 ? share[a] / total : 0.125);
+        }
+        skin.share.push_back(shares);
+        skin.area.insert(skin.area.end(), patch.areas.begin(), patch.areas.end());
+        skin.point_at.push_back(static_cast<std::uint32_t>(skin.point.size()));
+        skin.area_at.push_back(static_cast<std::uint32_t>(skin.area.size()));
+    }
+    return skin;
+}
+
+}  // namespace physics
