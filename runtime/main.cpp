@@ -1,12 +1,18 @@
-#include "nodes/registry.hpp"
-#include "nodes/wire_types.hpp"
+// aspic: the one place where the runtime meets the nodes.
 
-int main()
+#include "nodes/registry.hpp"
+#include "runtime/command_line.hpp"
+#include "runtime/interrupt.hpp"
+#include "runtime/program_identity.hpp"
+
+#include <iostream>
+#include <unistd.h>
+
+int main(int argc, char** argv)
 {
-    for (const auto& [name, type] : nodes::registry().types()) std::printf("%s\n", name.c_str());
-    std::printf("%zu\n", graph::Value::of(geometry::TriMesh{}).bytes() +
-                             graph::Value::of(geometry::Cubes{}).bytes() +
-                             graph::Value::of(physics::Collider{}).bytes() +
-                             graph::Value::of(physics::State{}).bytes() +
-                             graph::Value::of(geometry::Samples{}).bytes());
+    runtime::Interrupt interrupt;
+    runtime::Console console{std::cout,         std::cerr, isatty(STDERR_FILENO) == 1,
+                             interrupt.token(), {},        ASPIC_VERSION};
+    console.salt = runtime::program_identity();
+    return runtime::run_command_line({argv + 1, argv + argc}, nodes::registry(), console);
 }

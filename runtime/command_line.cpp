@@ -1,0 +1,170 @@
+#include "runtime/command_line.hpp"
+
+#include "runtime/cook_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace runtime {
+
+namespace {
+
+int validate(const CookRequest& request, const graph::Registry& registry, Console& console)
+{
+    bool all = true;
+    for (const std::string& file : request.files) {
+        const auto graph = load(file, request, registry, console);
+        all = all && graph.has_value();
+        if (graph && !request.quiet) {
+            console.out << fmt::format("{}: good: {} nodes, frames {} to {}\n", file,
+                                       graph->nodes.size(), graph->range.first, graph->range.last);
+        }
+    }
+    return all ? exit_ok : exit_usage;
+}
+
+void add_loading_options(CLI::App& command, CookRequest& request)
+{
+    command.add_option("--set", request.sets, "Another value for a parameter, as node.param=value")
+        ->type_name("NODE.PARAM=VALUE")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    command.add_option("--var", request.variables, "Another value for a variable of the document")
+        ->type_name("NAME=NUMBER")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    command.add_option("--root", request.root, "Folder outside which no file is read")
+        ->type_name("DIR");
+    command.add_flag("--allow-outside", request.allow_outside,
+                     "Lets the graph read files outside its root");
+    command.add_flag("-q,--quiet", request.quiet, "Says only what is wrong");
+}
+
+void add_cooking_options(CLI::App& command, CookRequest& request)
+{
+    command.add_option("--frames", request.frames, "Which, as 1-48, 1-48x2 or 10,20; else all")
+        ->type_name("FRAMES");
+    command.add_option("--threads", request.threads, "At most; the results are the same")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1024));
+    command
+        .add_option_function<std::string>(
+            "--memory", [&](const std::string& text) { request.memory = parse_bytes(text); },
+            "For results kept in memory, as 500M or 2G")
+        ->type_name("BYTES");
+    command.add_flag("--json", request.json, "Tells everything as JSON lines");
+}
+
+std::string nearest_of(const std::string& word, const std::vector<std::string>& names)
+{
+    const std::vector<std::string_view> views(names.begin(), names.end());
+    return graph::nearest(word, views);
+}
+
+// What was not understood, and the nearest name that would be.
+std::string mistake(const CLI::App& app, const std::vector<std::string>& args,
+                    const std::string& otherwise)
+{
+    const auto said = [](const char* what, const std::string& word, const std::string& near) {
+        return fmt::format("there is no {} '{}'{}", what, word,
+                           near.empty() ? "" : fmt::format("; did you mean '{}'?", near));
+    };
+    std::vector<std::string> commands;
+    const CLI::App* command = &app;
+    for (const CLI::App* sub : app.get_subcommands({})) {
+        commands.push_back(sub->get_name());
+        if (!args.empty() && sub->get_name() == args[0]) command = sub;
+    }
+    if (command == &app && !args.empty() && !args[0].starts_with("-")) {
+        return said("command", args[0], nearest_of(args[0], commands));
+    }
+    std::vector<std::string> flags;
+    for (const CLI::Option* option : command->get_options()) {
+        for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
+    }
+    for (const std::string& arg : args) {
+        const std::string word = arg.substr(0, arg.find('='));
+        if (!word.starts_with("--") || word == "--") continue;
+        if (std::find(flags.begin(), flags.end(), word) != flags.end()) continue;
+        return said("option", word, nearest_of(word, flags));
+    }
+    return otherwise;
+}
+
+}  // namespace
+
+int run_command_line(const std::vector<std::string>& args, const graph::Registry& registry,
+                     Console& console)
+{
+    CLI::App app(
+        "Aspic cooks node graphs of deformation effects: each node once, each frame in turn, "
+        "everything cached.",
+        "aspic");
+    app.set_version_flag("--version", "aspic " + console.version);
+    app.require_subcommand(1);
+    app.footer(
+        "Examples:\n"
+        "  aspic cook graphs/bridge.json\n"
+        "  aspic cook graphs/bridge.json --frames 1-48x2 --set cubes.size=0.05\n"
+        "  aspic cook graphs/*.json --keep-going --json > log\n"
+        "  aspic validate graphs/*.json\n"
+        "  aspic nodes Voxelize\n"
+        "Exit codes: 0 good, 1 a node failed, 2 wrong command or document,\n"
+        "            3 an expectation was missed, 130 cancelled (Ctrl-C; twice stops at once).");
+
+    CookRequest request;
+    int exit = exit_ok;
+    const auto positional_files = [&](CLI::App* command) {
+        command->add_option("files", request.files, "Graph documents")
+            ->required()
+            ->type_name("FILE");
+    };
+
+    CLI::App* cook_app =
+        app.add_subcommand("cook", "Cooks graphs and writes what their sinks write");
+    positional_files(cook_app);
+    add_loading_options(*cook_app, request);
+    add_cooking_options(*cook_app, request);
+    cook_app->add_option("--out", request.output_folder, "Where files go; else out/<graph>")
+        ->type_name("DIR");
+    cook_app->add_option("--node", request.nodes, "Only this node, and what it needs; repeatable")
+        ->type_name("NAME")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    cook_app->add_flag("--keep-going", request.keep_going,
+                       "Cooks on where nothing depends on a failed node");
+    cook_app->callback([&] { exit = cook(request, registry, console); });
+
+    CLI::App* validate_app =
+        app.add_subcommand("validate", "Tells everything that is wrong with graph documents");
+    positional_files(validate_app);
+    add_loading_options(*validate_app, request);
+    validate_app->callback([&] { exit = validate(request, registry, console); });
+
+    CLI::App* check_app =
+        app.add_subcommand("check", "Cooks only what a graph's expectations look at");
+    positional_files(check_app);
+    add_loading_options(*check_app, request);
+    add_cooking_options(*check_app, request);
+    check_app->callback([&] {
+        request.expectations_only = true;
+        exit = cook(request, registry, console);
+    });
+
+    try {
+        app.parse(std::vector<std::string>(args.rbegin(), args.rend()));
+        return exit;
+    } catch (const CLI::ParseError& e) {
+        if (e.get_exit_code() == 0) return app.exit(e, console.out, console.err);  // help, version
+        console.err << "aspic: " << mistake(app, args, e.what()) << "\naspic --help tells more\n";
+        return exit_usage;
+    } catch (const std::invalid_argument& e) {
+        console.err << "aspic: " << e.what() << "\n";
+        return exit_usage;
+    } catch (const std::exception& e) {
+        console.err << "aspic: " << e.what() << "\n";
+        return exit_failed;
+    }
+}
+
+}  // namespace runtime

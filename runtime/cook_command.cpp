@@ -1,0 +1,210 @@
+#include "runtime/cook_command.hpp"
+
+#include "graph/standard_wires.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <ostream>
+
+namespace runtime {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::pair<std::string, double> parse_variable(const std::string& text)
+{
+    const std::size_t equals = text.find('=');
+    double value = 0;
+    const char* const end = text.data() + text.size();
+    if (equals == std::string::npos || equals == 0 ||
+        std::from_chars(text.data() + equals + 1, end, value).ptr != end) {
+        throw std::invalid_argument(fmt::format("--var: expected name=number, found '{}'", text));
+    }
+    return {text.substr(0, equals), value};
+}
+
+std::uint32_t find_node(const graph::Graph& graph, const std::string& name)
+{
+    std::vector<std::string_view> names;
+    for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
+        if (graph.nodes[n].name == name) return static_cast<std::uint32_t>(n);
+        names.push_back(graph.nodes[n].name);
+    }
+    throw std::invalid_argument(
+        fmt::format("{} has no node '{}'; {}", graph.file, name, graph::suggest(name, names)));
+}
+
+// The nodes to cook: those named, or the sinks, or where there are none, what nothing depends on.
+std::vector<std::uint32_t> chosen_nodes(const graph::Graph& graph, const CookRequest& request)
+{
+    std::vector<std::uint32_t> nodes;
+    if (request.expectations_only) return nodes;
+    for (const std::string& name : request.nodes) nodes.push_back(find_node(graph, name));
+    if (!nodes.empty()) return nodes;
+    std::vector<char> used(graph.nodes.size(), 0);
+    for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
+        if (graph.nodes[n].type->sink) nodes.push_back(static_cast<std::uint32_t>(n));
+        for (const auto& port : graph.nodes[n].inputs) {
+            for (const graph::Link& link : port) used[link.node] = 1;
+        }
+    }
+    if (!nodes.empty()) return nodes;
+    for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
+        if (!used[n]) nodes.push_back(static_cast<std::uint32_t>(n));
+    }
+    return nodes;
+}
+
+std::vector<int> chosen_frames(const graph::Graph& graph, const CookRequest& request)
+{
+    if (request.frames.empty()) {
+        std::vector<int> all;
+        for (int f = graph.range.first; f <= graph.range.last; ++f) all.push_back(f);
+        return all;
+    }
+    const std::vector<int> frames = parse_frames(request.frames);
+    for (const int f : frames) {
+        if (f < graph.range.first || f > graph.range.last) {
+            throw std::invalid_argument(
+                fmt::format("{} has frames {} to {}; frame {} is none of them", graph.file,
+                            graph.range.first, graph.range.last, f));
+        }
+    }
+    return frames;
+}
+
+// The numbers that a graph's expectations look at, as they arrive.
+class Numbers {
+public:
+    // Adds to `wants` what the expectations at the cooked frames need.
+    Numbers(const graph::Graph& graph, const std::vector<int>& frames, bool all_frames,
+            std::vector<Want>& wants)
+        : graph_(graph)
+    {
+        for (const graph::Expectation& e : graph.expectations) {
+            for (const int f : e.frames) {
+                if (!all_frames && !std::binary_search(frames.begin(), frames.end(), f)) continue;
+                checks_.push_back({&e, f, {}, false});
+                wants.push_back({e.value.node, f});
+            }
+        }
+        std::sort(wants.begin(), wants.end());
+        wants.erase(std::unique(wants.begin(), wants.end()), wants.end());
+    }
+
+    void arrived(const Want& want, std::span<const graph::Value> values, bool varies)
+    {
+        for (ExpectationResult& check : checks_) {
+            const graph::Link& link = check.expectation->value;
+            if (link.node != want.node || (varies && check.frame != want.frame)) continue;
+            const graph::Value& value = values[link.output];
+            if (!value || *value.type()->type != typeid(double)) continue;
+            check.value = *value.as<double>();
+            check.met =
+                *check.value >= check.expectation->min && *check.value <= check.expectation->max;
+        }
+    }
+
+    const std::vector<ExpectationResult>& checks() const { return checks_; }
+
+private:
+    const graph::Graph& graph_;
+    std::vector<ExpectationResult> checks_;
+};
+
+fs::path output_folder(const graph::Graph& graph, const CookRequest& request)
+{
+    const fs::path name = fs::path(graph.file).stem();
+    if (request.output_folder.empty()) return fs::path("out") / name;
+    return request.files.size() > 1 ? request.output_folder / name
+                                    : fs::path(request.output_folder);
+}
+
+int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& caches,
+               FrontEnd& front_end, Console& console)
+{
+    const std::vector<int> frames = chosen_frames(graph, request);
+    std::vector<Want> wants;
+    const std::vector<std::uint32_t> nodes = chosen_nodes(graph, request);
+    for (const int f : frames) {
+        for (const std::uint32_t n : nodes) wants.push_back({n, f});
+    }
+    Numbers numbers(graph, frames, request.expectations_only && request.frames.empty(), wants);
+
+    Options options;
+    options.threads = request.threads;
+    options.keep_going = request.keep_going || request.expectations_only;
+    options.output_folder = output_folder(graph, request);
+    options.stop = console.stop;
+    options.salt = console.salt;
+    if (!nodes.empty()) fs::create_directories(options.output_folder);
+
+    front_end.began(graph, frames.size());
+    Evaluator evaluator(graph, caches, options, &front_end);
+    const Cooked cooked =
+        evaluator.cook(wants, [&](const Want& want, std::span<const graph::Value> values) {
+            numbers.arrived(want, values, evaluator.keys().varies(want.node));
+        });
+    bool missed = false;
+    if (!cooked.cancelled) {
+        for (const ExpectationResult& check : numbers.checks()) {
+            if (!check.value && cooked.failures > 0) continue;  // the failure was told
+            front_end.expectation(check);
+            missed = missed || !check.met;
+        }
+    }
+    const int exit = cooked.cancelled      ? exit_cancelled
+                     : cooked.failures > 0 ? exit_failed
+                     : missed              ? exit_missed
+                                           : exit_ok;
+    front_end.finished(cooked, exit);
+    return exit;
+}
+
+}  // namespace
+
+std::optional<graph::Graph> load(const std::string& file, const CookRequest& request,
+                                 const graph::Registry& registry, Console& console)
+{
+    graph::LoadOptions options;
+    options.root = request.root;
+    options.allow_outside = request.allow_outside;
+    for (const std::string& set : request.sets) options.sets.push_back(graph::parse_override(set));
+    for (const std::string& v : request.variables) options.variables.push_back(parse_variable(v));
+    graph::Loaded loaded = graph::load_file(file, registry, options);
+    for (const graph::Problem& problem : loaded.problems) {
+        console.err << graph::describe(problem) << "\n";
+    }
+    if (!loaded.ok()) return std::nullopt;
+    return std::move(loaded.graph);
+}
+
+int cook(const CookRequest& request, const graph::Registry& registry, Console& console)
+{
+    // All documents first: a slip in the last should not wait for the first to be cooked.
+    std::vector<graph::Graph> graphs;
+    for (const std::string& file : request.files) {
+        if (auto graph = load(file, request, registry, console))
+            graphs.push_back(std::move(*graph));
+    }
+    if (graphs.size() < request.files.size()) return exit_usage;
+
+    const Style style = request.json       ? Style::json
+                        : request.quiet    ? Style::quiet
+                        : console.terminal ? Style::terminal
+                                           : Style::lines;
+    const std::unique_ptr<FrontEnd> front_end = make_front_end(style, console);
+    Caches caches;
+    caches.memory = MemoryCache(request.memory);
+    int exit = exit_ok;
+    for (const graph::Graph& graph : graphs) {
+        const int one = cook_graph(graph, request, caches, *front_end, console);
+        if (exit == exit_ok || one == exit_cancelled) exit = one;
+        if (one == exit_cancelled || (one == exit_failed && !request.keep_going)) break;
+    }
+    return exit;
+}
+
+}  // namespace runtime

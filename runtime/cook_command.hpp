@@ -1,0 +1,29 @@
+#pragma once
+
+#include "graph/document.hpp"
+#include "runtime/front_end.hpp"
+
+namespace runtime {
+
+// What `cook` and `check` were asked for.
+struct CookRequest {
+    std::vector<std::string> files;
+    std::string frames;              // empty: all
+    std::vector<std::string> nodes;  // empty: every sink
+    std::vector<std::string> sets, variables;
+    std::string output_folder;  // empty: out/<graph>
+    std::string root;
+    bool allow_outside = false;
+    int threads = 0;
+    std::size_t memory = std::size_t{2} << 30;
+    bool keep_going = false, json = false, quiet = false;
+    bool expectations_only = false;
+};
+
+int cook(const CookRequest& request, const graph::Registry& registry, Console& console);
+
+// Loads a document and tells what is wrong with it. Nothing when it has errors.
+std::optional<graph::Graph> load(const std::string& file, const CookRequest& request,
+                                 const graph::Registry& registry, Console& console);
+
+}  // namespace runtime

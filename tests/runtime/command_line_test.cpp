@@ -1,0 +1,228 @@
+#include "runtime/command_line.hpp"
+
+#include "runtime/front_end.hpp"
+#include "tests/runtime/toys.hpp"
+
+#include <sstream>
+
+using namespace runtime;
+
+namespace {
+
+struct Said {
+    int exit;
+    std::string out, err;
+};
+
+Said run(const std::vector<std::string>& args, std::stop_token stop = {})
+{
+    std::ostringstream out, err;
+    Console console{out, err, false, stop, {}, "1.2.3"};
+    const int exit = run_command_line(args, toys::registry(), console);
+    return {exit, out.str(), err.str()};
+}
+
+const char* const three_frames = R"({ "aspic": 1, "frames": { "first": 1, "last": 3 },
+  "nodes": {
+    "clock": { "type": "Clock@1" },
+    "sum": { "type": "Sum@1", "inputs": { "values": ["clock.value"] }, "params": { "bias": 10 } },
+    "write": { "type": "WriteNumber@1", "inputs": { "value": "sum.value" } } },
+  "expect": [ { "value": "sum.value", "frame": 1, "min": 11, "max": 11, "why": "10 + 1" } ] })";
+
+bool has(const std::string& text, const std::string& part)
+{
+    return text.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST(Frames, ListsRangesAndStepsAreReadInOrderWithoutDoubles)
+{
+    EXPECT_EQ(parse_frames("7"), (std::vector<int>{7}));
+    EXPECT_EQ(parse_frames("1-4"), (std::vector<int>{1, 2, 3, 4}));
+    EXPECT_EQ(parse_frames("1-8x3"), (std::vector<int>{1, 4, 7}));
+    EXPECT_EQ(parse_frames("20,10,9-11"), (std::vector<int>{9, 10, 11, 20}));
+    EXPECT_EQ(parse_frames("-2-1"), (std::vector<int>{-2, -1, 0, 1}));
+}
+
+TEST(Frames, AnythingElseIsRefused)
+{
+    for (const char* bad : {"", "a", "1-", "4-1", "1-4x0", "1-4x", "1,", "1;2", "1-2000000000",
+                            "99999999999", "1 2"}) {
+        EXPECT_THROW(parse_frames(bad), std::invalid_argument) << bad;
+    }
+}
+
+TEST(Bytes, SuffixesArePowersOf1024)
+{
+    EXPECT_EQ(parse_bytes("4096"), 4096u);
+    EXPECT_EQ(parse_bytes("2K"), 2048u);
+    EXPECT_EQ(parse_bytes("1.5g"), std::size_t{3} << 29);
+    EXPECT_EQ(parse_bytes("3MB"), std::size_t{3} << 20);
+    for (const char* bad : {"", "G", "-1", "2X", "1e40T", "nan"}) {
+        EXPECT_THROW(parse_bytes(bad), std::invalid_argument) << bad;
+    }
+    EXPECT_EQ(format_bytes(1536), "1.5 kB");
+    EXPECT_EQ(format_bytes(12), "12 B");
+    EXPECT_EQ(format_bytes(std::pow(2.0, 34)), "16 GB");
+}
+
+TEST(FileGroups, ManyNumberedFilesAreOneLine)
+{
+    EXPECT_EQ(group_files({"out/f.0001.png", "out/f.0002.png", "out/clip.mp4"}),
+              (std::vector<std::string>{"out/clip.mp4", "out/f.####.png (2 files)"}));
+    EXPECT_TRUE(group_files({}).empty());
+}
+
+TEST(CommandLine, CookWritesFilesChecksExpectationsAndSaysWhereTheyAre)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("three.json", three_frames);
+    const auto out = (folder.path / "out").string();
+    const Said said = run({"cook", file, "--out", out});
+    EXPECT_EQ(said.exit, exit_ok) << said.err;
+    EXPECT_TRUE(has(said.out, "write: " + out + "/#number.txt (3 files)")) << said.out;
+    EXPECT_TRUE(has(said.err, "all 1 expectations met")) << said.err;
+    EXPECT_TRUE(std::filesystem::exists(folder.path / "out/3number.txt"));
+}
+
+TEST(CommandLine, AMissedExpectationIsExit3AndSaysWhatWasFound)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("three.json", three_frames);
+    const Said said = run({"check", file, "--set", "sum.bias=4"});
+    EXPECT_EQ(said.exit, exit_missed);
+    EXPECT_TRUE(has(said.err, "sum.value at frame 1: expected 11 to 11, found 5 (10 + 1)"))
+        << said.err;
+}
+
+TEST(CommandLine, CheckWritesNoFile)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("three.json", three_frames);
+    toys::take_runs("WriteNumber");
+    EXPECT_EQ(run({"check", file}).exit, exit_ok);
+    EXPECT_EQ(toys::take_runs("WriteNumber"), 0);
+}
+
+TEST(CommandLine, FramesAndNodesChooseWhatIsCooked)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("three.json", three_frames);
+    const auto out = (folder.path / "out").string();
+    EXPECT_EQ(run({"cook", file, "--out", out, "--frames", "2"}).exit, exit_ok);
+    EXPECT_FALSE(std::filesystem::exists(folder.path / "out/1number.txt"));
+    EXPECT_TRUE(std::filesystem::exists(folder.path / "out/2number.txt"));
+    toys::take_runs("WriteNumber");
+    EXPECT_EQ(run({"cook", file, "--out", out, "--node", "sum"}).exit, exit_ok);
+    EXPECT_EQ(toys::take_runs("WriteNumber"), 0);
+}
+
+TEST(CommandLine, WrongWordsGetTheNearestName)
+{
+    EXPECT_TRUE(has(run({"cok"}).err, "did you mean 'cook'?"));
+    EXPECT_TRUE(has(run({"cook", "x.json", "--frame", "2"}).err, "did you mean '--frames'?"));
+    EXPECT_EQ(run({"cok"}).exit, exit_usage);
+    EXPECT_EQ(run({}).exit, exit_usage);
+    const toys::Folder folder;
+    const auto file = folder.write("three.json", three_frames);
+    const Said node = run({"cook", file, "--node", "smu"});
+    EXPECT_EQ(node.exit, exit_usage);
+    EXPECT_TRUE(has(node.err, "did you mean 'sum'?")) << node.err;
+    EXPECT_EQ(run({"cook", file, "--frames", "9"}).exit, exit_usage);
+    EXPECT_EQ(run({"cook", file, "--frames", "x"}).exit, exit_usage);
+    EXPECT_EQ(run({"cook", file, "--memory", "lots"}).exit, exit_usage);
+    EXPECT_EQ(run({"cook", file, "--set", "sum"}).exit, exit_usage);
+    EXPECT_EQ(run({"cook", file, "--var", "a=b"}).exit, exit_usage);
+    EXPECT_EQ(run({"cook", (folder.path / "none.json").string()}).exit, exit_usage);
+}
+
+TEST(CommandLine, HelpAndVersionGoToTheOutput)
+{
+    const Said help = run({"--help"});
+    EXPECT_EQ(help.exit, exit_ok);
+    EXPECT_TRUE(has(help.out, "Examples:")) << help.out;
+    EXPECT_TRUE(has(run({"--version"}).out, "1.2.3"));
+    EXPECT_TRUE(has(run({"cook", "--help"}).out, "--keep-going"));
+}
+
+TEST(CommandLine, AFailureIsExit1AndKeepGoingCooksTheRest)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("bad.json", R"({ "aspic": 1, "frames": { "last": 4 },
+      "nodes": {
+        "clock": { "type": "Clock@1" },
+        "bad": { "type": "Fail@1", "inputs": { "value": "clock.value" }, "params": { "above": -1 } },
+        "a": { "type": "WriteNumber@1", "inputs": { "value": "bad.value" } },
+        "b": { "type": "WriteNumber@1", "inputs": { "value": "clock.value" },
+               "params": { "path": "b.txt" } } } })");
+    const auto out = (folder.path / "out").string();
+    const Said said = run({"cook", file, "--out", out, "--keep-going"});
+    EXPECT_EQ(said.exit, exit_failed);
+    EXPECT_TRUE(has(said.err, "bad.json:4:")) << "the node's place: " << said.err;
+    EXPECT_TRUE(has(said.err, "'bad' (Fail) failed at frame 1: value 1 is too large")) << said.err;
+    EXPECT_TRUE(std::filesystem::exists(folder.path / "out/4b.txt"));
+    EXPECT_EQ(run({"cook", file, "--out", out}).exit, exit_failed);
+}
+
+TEST(CommandLine, ValidateTellsEveryMistakeOfEveryFile)
+{
+    const toys::Folder folder;
+    const auto good = folder.write("good.json", three_frames);
+    const auto bad = folder.write("bad.json", R"({ "aspic": 1, "nodes": {
+        "a": { "type": "Sun@1" }, "b": { "type": "Sum@1", "params": { "bais": 1 } } } })");
+    const Said said = run({"validate", good, bad});
+    EXPECT_EQ(said.exit, exit_usage);
+    EXPECT_TRUE(has(said.err, "did you mean 'Sum'?")) << said.err;
+    EXPECT_TRUE(has(said.err, "did you mean 'bias'?")) << said.err;
+    EXPECT_TRUE(has(said.out, "good.json: good")) << said.out;
+}
+
+TEST(CommandLine, JsonLinesAreEachOneObject)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("three.json", three_frames);
+    const Said said = run({"cook", file, "--out", (folder.path / "out").string(), "--json"});
+    EXPECT_EQ(said.err, "");
+    std::istringstream lines(said.out);
+    std::map<std::string, int> events;
+    for (std::string line; std::getline(lines, line);) {
+        const auto json = nlohmann::json::parse(line);
+        ++events[json.at("event")];
+    }
+    EXPECT_EQ(
+        events,
+        (std::map<std::string, int>{
+            {"began", 1}, {"progress", 4}, {"wrote", 3}, {"expectation", 1}, {"finished", 1}}));
+}
+
+TEST(CommandLine, QuietSaysNothingWhenAllIsWell)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("three.json", three_frames);
+    const Said said = run({"cook", file, "--out", (folder.path / "out").string(), "--quiet"});
+    EXPECT_EQ(said.out + said.err, "");
+}
+
+TEST(CommandLine, ACookThatWasStoppedIsExit130)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("three.json", three_frames);
+    std::stop_source source;
+    source.request_stop();
+    EXPECT_EQ(run({"cook", file, "--out", (folder.path / "out").string()}, source.get_token()).exit,
+              exit_cancelled);
+}
+
+TEST(CommandLine, ManyShotsShareWhatIsEqual)
+{
+    const toys::Folder folder;
+    const auto a = folder.write("a.json", three_frames);
+    const auto b = folder.write("b.json", three_frames);
+    const auto out = (folder.path / "out").string();
+    toys::take_runs("Sum");
+    EXPECT_EQ(run({"cook", a, b, "--out", out}).exit, exit_ok);
+    EXPECT_EQ(toys::take_runs("Sum"), 3);
+    EXPECT_TRUE(std::filesystem::exists(folder.path / "out/a/1number.txt"));
+    EXPECT_TRUE(std::filesystem::exists(folder.path / "out/b/1number.txt"));
+}
