@@ -1,0 +1,107 @@
+#pragma once
+
+// Contact between implicit layers: exact common surfaces, and the forces they carry.
+// Cani-Gascuel, Desbrun. Animation of deformable models using implicit surfaces. IEEE TVCG 3(1),
+// 1997, III and V.A; the formulas are restated or our own (their copies are lost).
+//
+// With m(P) = max f_j over the other soft objects and q(P) = max f_j over the rigid ones, all of
+// isovalue c, the deformed field of object i is
+//   D_i = min(f_i + G(c - max(m, min(q, c))), 2c - q)
+//   G(s) = s                               s < 0: compression
+//   G(s) = h u (1 - u)^2 + a u^2 (3 - 2u)  0 <= s <= h, u = s / h: bulge, rises with slope 1 to a
+//   G(s) = a (1 - v)^2 (1 + 2v)            h <= s <= 2h, v = s / h - 1: falls to 0
+// Where i meets a soft j, D_i = c is f_i + (c - f_j) = c, that is f_i = f_j, and so is D_j = c: one
+// surface, whatever else happens. Where it meets a rigid j it is f_j = c: i fits j. Where three
+// meet, each keeps the part of space where its own field is the largest.
+// G is C1 at s = 0, so a soft surface leaves the contact without a crease. The bulge takes its
+// distance in units of the field, s = c - f_j, in place of the metres along j's gradient to its
+// surface: near it the same to first order, without a search, and the gradient of D_i is exact.
+// Its reach is 2h = min(k w, c, 6 a), its height a = min(alpha * largest compression, h): beyond
+// 6a the cubic would overshoot a, so that a bulge grows from nothing as a contact begins.
+// Then G(s) <= s, so bulges of two objects do not meet: on i's surface c - f_i = G(c - f_j) <=
+// c - f_j, that is f_i >= f_j; on j's it is the other way round.
+//
+// Response: stiffness is |grad f|, so the radial force on i is, per area of the deformed surface,
+//   K g N,  g = c - f_j = c - f_i < 0 (rigid j: g = c - f_i), N outward normal: it pushes inward
+//   K = 2 K_i K_j / (K_i + K_j) (two layers in series; equal ones keep their own), rigid j: K_i
+// and lambda (V_j - V_i), friction and damping. Both objects' seeds sample a common surface: each
+// carries half, and every force acts on both objects, at the same point, with opposite signs.
+
+#include "geometry/polygonize.hpp"
+#include "physics/seeds.hpp"
+
+#include <span>
+#include <vector>
+
+namespace physics {
+
+// How a layer behaves in contact.
+struct LayerMatter {
+    double stiffness = 1e4;     // K, N/m^2 per unit of the field
+    double friction = 100;      // lambda, N s/m^3: per area and relative velocity
+    double bulge_width = 0.1;   // w, m, how far beyond a contact the layer bulges
+    double bulge_height = 0.5;  // alpha, of the largest compression
+    bool rigid = false;         // does not deform, others fit it; needs no seeds
+    bool self_contact = false;  // skeletons that do not blend with each other collide
+};
+
+// Velocity of a carrier's frame.
+struct Twist {
+    Vec3 linear = Vec3::Zero();   // m/s, of the frame's origin
+    Vec3 angular = Vec3::Zero();  // rad/s
+};
+
+// One object, as it stands now. What the pointers name must outlive the call.
+struct ContactBody {
+    const Field* field = nullptr;
+    const Seeds* seeds = nullptr;    // null: emits none
+    const SeedWalk* walk = nullptr;  // of those seeds on that field
+    std::span<const Transform> frames;
+    std::span<const Twist> twists;            // one a frame
+    std::span<const std::uint32_t> frame_of;  // S, frame of each skeleton
+    LayerMatter matter;
+};
+
+// A seed on a common surface.
+struct LayerContact {
+    std::uint32_t body, seed;             // whose seed it is
+    std::uint32_t skeleton;               // which one emitted it
+    std::uint32_t other, other_skeleton;  // what it touches: body and territory
+    Vec3 position;                        // m, on the deformed surface
+    Vec3 normal;                          // outward from `body`
+    double area;                          // m^2, of the deformed surface
+    double compression;                   // -g, units of the field
+    Vec3 force;                           // N, on `body`; its opposite acts on `other`
+};
+
+struct Wrench {
+    Vec3 force = Vec3::Zero();   // N
+    Vec3 torque = Vec3::Zero();  // N m, about the frame's origin
+};
+
+struct Contacts {
+    std::vector<LayerContact> contacts;         // by body, then by seed
+    std::vector<std::vector<Wrench>> wrenches;  // one a body and frame
+    std::vector<double> compression;            // one a body: the largest, units of the field
+};
+
+// Which contacts there are now. All bodies must share one isovalue. Throws std::invalid_argument
+// where they do not, or where a body's parts do not fit each other.
+Contacts find_contacts(std::span<const ContactBody> bodies);
+
+// D_i of body `i`, to polygonize or to ask; `compression` is that of Contacts. The bodies must
+// outlive it.
+struct DeformedLayer {
+    std::span<const ContactBody> bodies;
+    std::uint32_t body = 0;
+    double bulge = 0, half_reach = 0;  // a, h
+};
+DeformedLayer deformed(std::span<const ContactBody> bodies, std::uint32_t body,
+                       const Contacts& contacts);
+geometry::FieldValue value_at(const DeformedLayer& layer, const Vec3& p);
+geometry::IsoField iso_field(const DeformedLayer& layer);
+
+// The seeds with those in contact moved onto their common surfaces, for preview_mesh().
+SeedWalk deformed(const SeedWalk& walk, std::uint32_t body, const Contacts& contacts);
+
+}  // namespace physics

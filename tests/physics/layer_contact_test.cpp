@@ -1,0 +1,316 @@
+#include "physics/layer_contact.hpp"
+
+#include "geometry/polygonize.hpp"
+#include "geometry/random.hpp"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <list>
+#include <numbers>
+
+namespace physics {
+namespace {
+
+using geometry::Contribution;
+using geometry::Skeleton;
+using geometry::SkeletonKind;
+
+constexpr double pi = std::numbers::pi;
+
+// Owns what ContactBody names. A list keeps the addresses.
+struct Thing {
+    ImplicitLayer layer;
+    std::vector<Transform> frames;
+    std::vector<Twist> twists;
+    geometry::Field field;
+    Seeds seeds;
+    SeedWalk walk;
+    LayerMatter matter;
+
+    Thing(ImplicitLayer l, double spacing, const LayerMatter& m = {},
+          std::vector<Transform> at = {Transform::Identity()})
+        : layer(std::move(l)), frames(std::move(at)), twists(frames.size()),
+          field(geometry::make_field(layer, frames)), seeds(make_seeds(layer, spacing)),
+          walk(physics::walk(field, seeds, frames)), matter(m)
+    {}
+    ContactBody body() const
+    {
+        return {&field, &seeds, &walk, frames, twists, layer.frame, matter};
+    }
+};
+
+std::vector<ContactBody> bodies(const std::list<Thing>& things)
+{
+    std::vector<ContactBody> result;
+    for (const Thing& thing : things) result.push_back(thing.body());
+    return result;
+}
+
+ImplicitLayer layer_of(std::vector<Skeleton> skeletons, const Contribution& contribution)
+{
+    ImplicitLayer layer;
+    layer.skeletons = std::move(skeletons);
+    layer.contributions.assign(layer.skeletons.size(), contribution);
+    layer.frame.assign(layer.skeletons.size(), 0);
+    return layer;
+}
+
+Skeleton point(const Vec3& p)
+{
+    return {.kind = SkeletonKind::point, .points = {p}};
+}
+
+// The accuracy page's contact: two equal points, linear, k = 1, r0 = 1, half distance 0.9.
+const Contribution unit{.thickness = 1, .stiffness = 1, .radius = 2, .stiffening = 0};
+constexpr double h = 0.9;
+
+std::list<Thing> two_balls(double spacing)
+{
+    LayerMatter matter{.stiffness = 1, .friction = 0, .bulge_width = 0.3, .bulge_height = 0.5};
+    std::list<Thing> things;
+    // Turned a little, so that no row of seeds lies in the border by symmetry.
+    Transform turn = Transform::Identity();
+    turn.translate(Vec3(-h, 0, 0)).rotate(Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()));
+    things.emplace_back(layer_of({point({0, 0, 0})}, unit), spacing, matter, std::vector{turn});
+    turn.setIdentity();
+    turn.translate(Vec3(h, 0, 0)).rotate(Eigen::AngleAxisd(0.7, Vec3(-1, 2, 1).normalized()));
+    things.emplace_back(layer_of({point({0, 0, 0})}, unit), spacing, matter, std::vector{turn});
+    return things;
+}
+
+double force_error(double spacing)
+{
+    const std::list<Thing> things = two_balls(spacing);
+    const Contacts found = find_contacts(bodies(things));
+    // F = 2 pi k (r0 a^2 / 2 - (r0^3 - h^3) / 3), a^2 = r0^2 - h^2: the stress k (r0 - r) over the
+    // disc of radius a, rho d rho = r dr.
+    const double a_sq = 1 - h * h;
+    const double exact = 2 * pi * (a_sq / 2 - (1 - h * h * h) / 3);
+    EXPECT_NEAR(exact, 0.0293215, 5e-8);
+    return std::abs(-found.wrenches[0][0].force.x() - exact);
+}
+
+}  // namespace
+
+TEST(LayerContact, TwoEqualBallsPressWithTheForceOfTheIntegral)
+{
+    // Stress vanishes at the border, where the seeds' cells are cut: errors of second order.
+    const double coarse = force_error(0.16), fine = force_error(0.01);
+    EXPECT_LT(coarse, 5e-4);
+    EXPECT_LT(fine, 1e-6);
+    EXPECT_GT(std::log(coarse / fine) / std::log(16.0), 1.7);  // order of convergence
+}
+
+TEST(LayerContact, SeedsInContactLieOnOneCommonDisc)
+{
+    const std::list<Thing> things = two_balls(0.04);
+    const std::vector<ContactBody> both = bodies(things);
+    const Contacts found = find_contacts(both);
+    ASSERT_GT(found.contacts.size(), 50u);
+    double radius = 0;
+    for (const LayerContact& contact : found.contacts) {
+        EXPECT_NEAR(contact.position.x(), 0, 1e-12);  // by symmetry the plane between
+        // On both deformed surfaces at once.
+        for (std::uint32_t b = 0; b < 2; ++b) {
+            EXPECT_NEAR(value_at(deformed(both, b, found), contact.position).f, 1, 1e-9);
+        }
+        radius = std::max(radius, contact.position.norm());
+        EXPECT_NEAR(std::abs(contact.normal.x()), 1, 1e-12);
+    }
+    EXPECT_LT(radius, std::sqrt(1 - h * h) + 1e-9);
+    EXPECT_GT(radius, std::sqrt(1 - h * h) - 0.04);
+}
+
+// The border is where f_i = f_j = c: found along the deformed surface's meridian by bisection.
+TEST(LayerContact, TheContactRadiusIsExact)
+{
+    const std::list<Thing> things = two_balls(0.1);
+    const std::vector<ContactBody> both = bodies(things);
+    double inside = 0, outside = 1;
+    while (outside - inside > 1e-12) {
+        const double rho = 0.5 * (inside + outside);
+        const Vec3 p(0, rho * 0.6, rho * 0.8);
+        (geometry::value_at(*both[0].field, p).f > 1 ? inside : outside) = rho;
+    }
+    EXPECT_NEAR(inside, 0.43589, 5e-7 + 1e-6);
+}
+
+TEST(LayerContact, ActionIsReactionInForceAndTorque)
+{
+    std::list<Thing> things = two_balls(0.05);
+    things.front().twists[0] = {{1, 2, 3}, {0.3, -0.2, 0.5}};
+    things.front().matter.friction = 2;
+    things.back().matter.stiffness = 5;
+    const Contacts found = find_contacts(bodies(things));
+    const Wrench a = found.wrenches[0][0], b = found.wrenches[1][0];
+    EXPECT_LT((a.force + b.force).norm(), 1e-14 * a.force.norm() * 1e2);
+    const Vec3 total =
+        a.torque + b.torque + Vec3(-h, 0, 0).cross(a.force) + Vec3(h, 0, 0).cross(b.force);
+    EXPECT_LT(total.norm(), 1e-12 * a.force.norm());
+}
+
+// One-sided normals on the meridian just inside and outside the border. The compression side is
+// flat; outside the bulge leaves with the same normal.
+TEST(LayerContact, TheDeformedSurfaceIsSmoothAcrossTheContactsBorder)
+{
+    const std::list<Thing> things = two_balls(0.04);
+    const std::vector<ContactBody> both = bodies(things);
+    const Contacts found = find_contacts(both);
+    const DeformedLayer left = deformed(both, 0, found);
+    const auto normal_near = [&](double rho) {  // on the surface, at this distance from the axis
+        double inside = -0.5, outside = 0.3;
+        while (outside - inside > 1e-13) {
+            const double x = 0.5 * (inside + outside);
+            (value_at(left, {x, rho, 0}).f > 1 ? inside : outside) = x;
+        }
+        return Vec3(-value_at(left, {inside, rho, 0}).gradient.normalized());
+    };
+    const double border = std::sqrt(1 - h * h);
+    for (const double step : {1e-3, 1e-4, 1e-5}) {
+        const double angle =
+            std::acos(std::min(1.0, normal_near(border - step).dot(normal_near(border + step))));
+        EXPECT_LT(angle, 30 * step + 2e-6);  // vanishes with the step: no crease
+    }
+    // Without a bulge the sphere meets the disc at acos(h): 0.45 rad.
+    DeformedLayer bare = left;
+    bare.bulge = bare.half_reach = 0;
+    const Vec3 outside_normal(0.9, border, 0);
+    EXPECT_GT(std::acos(outside_normal.normalized().x()), 0.4);
+}
+
+TEST(LayerContact, TheDeformedGradientIsTheDerivativeOfTheDeformedField)
+{
+    std::list<Thing> things = two_balls(0.05);
+    LayerMatter rigid{.rigid = true};
+    Skeleton plane{.kind = SkeletonKind::plane, .points = {}};
+    Transform floor = Transform::Identity();
+    floor.translate(Vec3(0, -1.9, 0));
+    things.emplace_back(layer_of({plane}, unit), 0.1, rigid, std::vector{floor});
+    const std::vector<ContactBody> all = bodies(things);
+    const Contacts found = find_contacts(all);
+    const DeformedLayer layer = deformed(all, 0, found);
+    ASSERT_GT(layer.bulge, 0);
+    const geometry::Random random(1);
+    int checked = 0;
+    for (std::uint64_t i = 0; i < 500; ++i) {
+        const Vec3 p(-1.8 + 2 * random.unit(3 * i), 2 * random.unit(3 * i + 1) - 1,
+                     2 * random.unit(3 * i + 2) - 1);
+        const double step = 1e-6;
+        Vec3 central, one_sided;
+        const auto at = value_at(layer, p);
+        for (int axis = 0; axis < 3; ++axis) {
+            const double a = value_at(layer, p - step * Vec3::Unit(axis)).f;
+            const double b = value_at(layer, p + step * Vec3::Unit(axis)).f;
+            central[axis] = (b - a) / (2 * step);
+            one_sided[axis] = (b - at.f) / step;
+        }
+        if ((central - one_sided).norm() > 1e-3) continue;
+        ++checked;
+        EXPECT_LT((central - at.gradient).norm(), 1e-3);
+    }
+    EXPECT_GT(checked, 400);
+}
+
+TEST(LayerContact, BulgesOfTwoLayersDoNotMeet)
+{
+    const std::list<Thing> things = two_balls(0.05);
+    const std::vector<ContactBody> both = bodies(things);
+    const Contacts found = find_contacts(both);
+    const DeformedLayer a = deformed(both, 0, found), b = deformed(both, 1, found);
+    const geometry::Random random(2);
+    for (std::uint64_t i = 0; i < 2000; ++i) {
+        const Vec3 p(0.4 * random.unit(3 * i) - 0.2, 1.4 * random.unit(3 * i + 1) - 0.7,
+                     1.4 * random.unit(3 * i + 2) - 0.7);
+        EXPECT_FALSE(value_at(a, p).f > 1 + 1e-12 && value_at(b, p).f > 1 + 1e-12);
+    }
+}
+
+// A ball pressed to depth d into a rigid floor: it fits the floor, and the force is K times the
+// integral of the compression f - c = k (r0 - r) over the flat cut, as between two balls.
+TEST(LayerContact, ASoftBallFitsARigidFloor)
+{
+    std::list<Thing> things;
+    LayerMatter soft{.stiffness = 3, .friction = 0};
+    LayerMatter rigid{.rigid = true};
+    things.emplace_back(layer_of({point({0.1, 0, 0.2})}, unit), 0.03, soft);
+    Transform floor = Transform::Identity();
+    floor.translate(Vec3(0, -1.9, 0));  // solid surface 1 above it: at y = -0.9
+    things.emplace_back(layer_of({{.kind = SkeletonKind::plane, .points = {}}}, unit), 0.1, rigid,
+                        std::vector{floor});
+    const Contacts found = find_contacts(bodies(things));
+    const double exact = 3 * 2 * pi * ((1 - h * h) / 2 - (1 - h * h * h) / 3);
+    EXPECT_NEAR(found.wrenches[0][0].force.y(), exact, 1e-4);
+    EXPECT_LT(std::hypot(found.wrenches[0][0].force.x(), found.wrenches[0][0].force.z()), 1e-4);
+    for (const LayerContact& contact : found.contacts) {
+        EXPECT_NEAR(contact.position.y(), -0.9, 1e-12);
+    }
+}
+
+// Two parts of one object that do not blend press like two objects.
+TEST(LayerContact, PartsThatDoNotBlendCollide)
+{
+    ImplicitLayer layer = layer_of({point({-h, 0, 0}), point({h, 0, 0})}, unit);
+    layer.frame = {0, 1};
+    layer.skeletons[0].points[0].setZero();
+    layer.skeletons[1].points[0].setZero();
+    layer.blend.rule = geometry::BlendRule::smooth_groups;
+    std::vector<Transform> frames(2, Transform::Identity());
+    frames[0].translate(Vec3(-h, 0, 0));
+    frames[1].translate(Vec3(h, 0, 0));
+    LayerMatter matter{.stiffness = 1, .friction = 0, .self_contact = true};
+    std::list<Thing> things;
+    things.emplace_back(layer, 0.02, matter, frames);
+    const Contacts found = find_contacts(bodies(things));
+    EXPECT_NEAR(found.wrenches[0][0].force.x(), -0.0293215, 2e-5);
+    EXPECT_NEAR(found.wrenches[0][1].force.x(), 0.0293215, 2e-5);
+    things.front().matter.self_contact = false;
+    EXPECT_TRUE(find_contacts(bodies(things)).contacts.empty());
+}
+
+TEST(LayerContact, TheDeformedMeshStopsAtTheCommonSurface)
+{
+    const std::list<Thing> things = two_balls(0.05);
+    const std::vector<ContactBody> both = bodies(things);
+    const Contacts found = find_contacts(both);
+    const auto left = geometry::polygonize(iso_field(deformed(both, 0, found)), 0.06);
+    ASSERT_FALSE(left.triangles().empty());
+    for (const auto& p : left.positions) EXPECT_LT(p.x(), 1e-3);
+}
+
+TEST(LayerContact, ASkeletonEntirelyInsideAnotherStaysFinite)
+{
+    std::list<Thing> things;
+    const Contribution small{.thickness = 0.2, .stiffness = 2, .radius = 0.4};
+    things.emplace_back(layer_of({point({0, 0, 0})}, unit), 0.2);
+    things.emplace_back(layer_of({point({0.1, 0, 0})}, small), 0.1);
+    const Contacts found = find_contacts(bodies(things));
+    for (const auto& body : found.wrenches) EXPECT_TRUE(body[0].force.allFinite());
+}
+
+TEST(LayerContact, TheSameBitsForAnyNumberOfThreads)
+{
+    std::vector<Vec3> forces;
+    for (const std::size_t threads : {1u, 2u, 8u}) {
+        tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        const std::list<Thing> things = two_balls(0.04);
+        forces.push_back(find_contacts(bodies(things)).wrenches[0][0].force);
+    }
+    EXPECT_EQ(forces[0], forces[1]);
+    EXPECT_EQ(forces[0], forces[2]);
+}
+
+TEST(LayerContact, NothingTouchesNothingAndMismatchesAreSaid)
+{
+    EXPECT_TRUE(find_contacts({}).contacts.empty());
+    std::list<Thing> things = two_balls(0.2);
+    things.back().layer.isovalue = 2;
+    things.back().field = geometry::make_field(things.back().layer, things.back().frames);
+    EXPECT_THROW(find_contacts(bodies(things)), std::invalid_argument);
+    things = two_balls(0.2);
+    things.back().twists.clear();
+    EXPECT_THROW(find_contacts(bodies(things)), std::invalid_argument);
+}
+
+}  // namespace physics
