@@ -11,7 +11,7 @@ namespace geometry {
 struct MatterRule {
     enum class Match { all, material, group, colour };
     Match match = Match::all;
-    std::string name;              // material, group: a pattern, where * is any text and ? any letter
+    std::string name;  // material, group: a pattern, where * is any text and ? any letter
     Vec3f colour = Vec3f::Zero();  // colour: linear RGB
     float tolerance = 0.1f;        // colour: the largest difference of a component
     Matter matter;
