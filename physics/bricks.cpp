@@ -177,17 +177,6 @@ std::vector<float> by_cube(const BricksBody& body, const Aligned<float>& lanes)
     return out;
 }
 
-Aligned<double> by_slot(const CornerBody& body, const std::vector<Vec3>& x)
-{
-    Aligned<double> out(body.numbers, 0);
-    for (std::size_t k = 0; k < body.corners; ++k) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            out[4 * std::size_t{body.slot[k]} + i] = x[k][static_cast<Eigen::Index>(i)];
-        }
-    }
-    return out;
-}
-
 }  // namespace
 
 BricksBody make_bricks(const geometry::Cubes& cubes, const BrickOptions& options,
@@ -235,11 +224,9 @@ BricksBody make_bricks(const geometry::Cubes& cubes, const BrickOptions& options
 std::size_t BricksBody::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
-    return sizeof *this + of(base.slot, base.mass, base.mass_damping, base.rest, base.skin.corners,
-                             base.skin.share, base.skin.point, base.skin.area, layout.slot,
-                             layout.cube, layout.gather, layout.scatter, layout.copy_at,
-                             layout.copy, layout.pieces, stiffness, material, stiffness_damping,
-                             diagonal, damping_diagonal);
+    return sizeof *this - sizeof base + base.bytes() +
+           of(layout.slot, layout.cube, layout.gather, layout.scatter, layout.copy_at, layout.copy,
+              layout.pieces, stiffness, material, stiffness_damping, diagonal, damping_diagonal);
 }
 
 State rest_state(const BricksBody& body)

@@ -83,4 +83,23 @@ CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint3
     return body;
 }
 
+std::size_t CornerBody::bytes() const
+{
+    const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
+    return sizeof *this + of(slot, mass, mass_damping, rest, skin.corners, skin.share,
+                             skin.stiffness, skin.mass, skin.point_at, skin.point, skin.point_area,
+                             skin.area_at, skin.area);
+}
+
+Aligned<double> by_slot(const CornerBody& body, const std::vector<Vec3>& x)
+{
+    Aligned<double> out(body.numbers, 0);
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            out[4 * std::size_t{body.slot[k]} + i] = x[k][static_cast<Eigen::Index>(i)];
+        }
+    }
+    return out;
+}
+
 }  // namespace physics

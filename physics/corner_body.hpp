@@ -25,6 +25,8 @@ struct CornerBody {
     std::vector<double> mass_damping;  // K by slot, kg/s
     Aligned<double> rest;              // numbers, m
     Skin skin;
+
+    std::size_t bytes() const;
 };
 
 // `slot` numbers the corners 0 .. K. `surface` may be null: then the cubes' own outside is the
@@ -32,6 +34,9 @@ struct CornerBody {
 // masses or moduli that are not finite or out of range.
 CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint32_t> slot,
                             const geometry::TriMesh* surface);
+
+// Corner by corner to slot by slot, padded.
+Aligned<double> by_slot(const CornerBody& body, const std::vector<Vec3>& x);
 
 // Numbers in a vector over k corners.
 constexpr std::size_t padded_numbers(std::size_t k)

@@ -1,0 +1,35 @@
+#pragma once
+
+// Which corners of a set of cubes lie somewhere, at rest. All return sorted indices.
+
+#include "geometry/cubes.hpp"
+#include "geometry/mesh.hpp"
+#include "physics/loads.hpp"
+
+#include <string>
+#include <vector>
+
+namespace physics {
+
+std::vector<std::uint32_t> corners_in_box(const geometry::Cubes& cubes, const geometry::Box& box);
+std::vector<std::uint32_t> corners_in_sphere(const geometry::Cubes& cubes, const Vec3& centre,
+                                             double radius);
+std::vector<std::uint32_t> corners_below(const geometry::Cubes& cubes, double height);
+
+// The outermost `layers` + 1 planes of corners along an axis (0..2), that is the corners of the
+// outermost `layers` layers of cubes; at its low end, its high end or both.
+enum class End { both, low, high };
+std::vector<std::uint32_t> corners_at_end(const geometry::Cubes& cubes, int axis, End end,
+                                          int layers);
+
+// Corners within `distance` (m) of the mesh's faces of the material, or of the group, of that name.
+// Throws std::invalid_argument, with the names there are, when there is neither.
+std::vector<std::uint32_t> corners_near_material(const geometry::Cubes& cubes,
+                                                 const geometry::TriMesh& mesh,
+                                                 const std::string& name, double distance);
+
+// Pins that hold those corners where `motion` takes their rest positions.
+Pins pins_at(const geometry::Cubes& cubes, std::vector<std::uint32_t> corners,
+             const Transform& motion);
+
+}  // namespace physics

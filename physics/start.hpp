@@ -1,0 +1,12 @@
+#pragma once
+
+#include "geometry/cubes.hpp"
+#include "physics/state.hpp"
+
+namespace physics {
+
+// Adds to a state's velocities: `velocity` (m/s) and a turn `spin` (rad/s) about the centre of mass
+// of the cubes. Throws std::invalid_argument when the state is of other cubes.
+void set_off(State& state, const geometry::Cubes& cubes, const Vec3& velocity, const Vec3& spin);
+
+}  // namespace physics
