@@ -1,0 +1,165 @@
+#include "graph/node_type.hpp"
+#include "nodes/wire_types.hpp"
+#include "physics/bricks.hpp"
+#include "physics/pins.hpp"
+#include "physics/springs.hpp"
+#include "physics/start.hpp"
+
+#include <variant>
+
+namespace nodes::simulate {
+
+using geometry::Vec3;
+
+enum class Method { bricks, springs };
+
+// One alternative a method, in order of Method.
+struct Body {
+    std::variant<physics::BricksBody, physics::SpringsBody> is;
+
+    std::size_t bytes() const
+    {
+        return std::visit([](const auto& body) { return body.bytes(); }, is);
+    }
+};
+
+struct Inputs {
+    graph::Wire<geometry::Cubes> cubes;
+    std::vector<graph::Wire<physics::Pins>> pins;
+    std::vector<graph::Wire<physics::Force>> forces;
+    std::vector<graph::Wire<physics::Collider>> colliders;
+    graph::Wire<geometry::TriMesh> surface;
+    graph::Wire<physics::State> start;
+    Method method = Method::bricks;
+    physics::BrickOptions bricks;
+    physics::SpringOptions springs;
+    double dt = 0;
+    Vec3 gravity{0, -9.81, 0};
+    Vec3 initial_velocity{0, 0, 0};
+    Vec3 initial_spin_degrees{0, 0, 0};
+    physics::StepOptions step;
+    std::shared_ptr<const Body> body;
+    graph::Wire<physics::State> last;
+};
+struct Outputs {
+    physics::State state;
+};
+
+static Body build(const Inputs& in)
+{
+    switch (in.method) {
+    case Method::bricks:
+        return {physics::make_bricks(*in.cubes, in.bricks, in.surface.get())};
+    case Method::springs:
+        return {physics::make_springs(*in.cubes, in.springs, in.surface.get())};
+    }
+    throw std::logic_error("Simulate: a method without a body");
+}
+
+static Outputs run(const Inputs& in, const graph::Context& context)
+{
+    if (!in.last) {
+        auto state = in.start
+                         ? *in.start
+                         : std::visit([](const auto& b) { return rest_state(b); }, in.body->is);
+        physics::set_off(state, *in.cubes, in.initial_velocity,
+                         in.initial_spin_degrees * (std::numbers::pi / 180));
+        return {std::move(state)};
+    }
+    physics::Loads loads;
+    loads.pins = physics::merge_pins(in.pins, in.cubes->corner_count());
+    for (const auto& force : in.forces) loads.forces.push_back(*force);
+    for (const auto& collider : in.colliders) loads.colliders.push_back(*collider);
+    if (!in.gravity.isZero(0)) {
+        loads.forces.push_back({physics::Force::Kind::gravity, in.gravity});
+    }
+    const double dt = in.dt > 0 ? in.dt : context.frame_seconds();
+    auto state = std::visit(
+        [&](const auto& body) { return advance(body, *in.last, loads, dt, in.step); }, in.body->is);
+    for (const auto& warning : state.report.warnings) context.warn(warning);
+    return {std::move(state)};
+}
+
+static void describe_bricks(graph::ParamsOf<physics::BrickOptions>& p)
+{
+    p.choice("element", &physics::BrickOptions::element, {"incompatible", "trilinear"},
+             "incompatible bends rightly even one cube thick; trilinear is up to a third too "
+             "stiff in bending and only here to compare.")
+        .choice("weighting", &physics::BrickOptions::weighting, {"filled", "full"},
+                "filled gives a partly filled cube that share of the stiffness, full all of it.");
+}
+
+static void describe_springs(graph::ParamsOf<physics::SpringOptions>& p)
+{
+    p.param("bending", &physics::SpringOptions::bending,
+            "Share of the stiffness along the axes that is carried by springs over two cubes, "
+            "which resist bending.",
+            {.min = 0, .max = 0.9});
+}
+
+static void describe_step(graph::ParamsOf<physics::StepOptions>& p)
+{
+    p.choice("integrator", &physics::StepOptions::integrator,
+             {"implicit_euler", "implicit_midpoint", "sdirk2"},
+             "implicit_euler is the most robust and damps vibration that the steps cannot follow; "
+             "implicit_midpoint damps nothing; sdirk2 is accurate and damps only what the steps "
+             "cannot follow, at twice the cost.")
+        .param("substeps", &physics::StepOptions::substeps,
+               "Steps a frame: more follow fast motion and vibration better.",
+               {.min = 1, .max = 10'000})
+        .param("tolerance", &physics::StepOptions::tolerance,
+               "How much of the forces at work may be left unbalanced when a step ends.",
+               {.min = 1e-12, .max = 0.1})
+        .param("newton_iterations", &physics::StepOptions::newton_iterations,
+               "Linearisations a step: 1 is enough for most; more for large deformation at large "
+               "steps.",
+               {.min = 1, .max = 100})
+        .param("contact_iterations", &physics::StepOptions::contact_iterations,
+               "Solves a step, at most, while it is found out which points touch.",
+               {.min = 1, .max = 1000})
+        .param("solver_iterations", &physics::StepOptions::solver_iterations,
+               "Conjugate gradient iterations a solve, at most.", {.min = 1, .max = 1'000'000});
+}
+
+void add_to(graph::Registry& registry)
+{
+    registry.add("Simulate", 1, run)
+        .summary("Moves the corners of cubes under forces, pins and contact, a frame at a time.")
+        .input("cubes", &Inputs::cubes, "The model: where it is at rest and what it is made of.")
+        .inputs("pins", &Inputs::pins, "Corners that are held or moved.")
+        .inputs("forces", &Inputs::forces, "Force fields, all together.")
+        .inputs("colliders", &Inputs::colliders, "What the body may not enter.")
+        .input("surface", &Inputs::surface,
+               "The original mesh at rest: contact and wind act on it, embedded in the cubes. "
+               "Without it they act on the outside of the cubes.",
+               graph::Need::optional)
+        .input("start", &Inputs::start,
+               "The state to start from; without it the cubes start at rest.",
+               graph::Need::optional)
+        .choice("method", &Inputs::method, {"bricks", "springs"},
+                "bricks are finite elements that follow the material; springs a mass-spring "
+                "lattice with its stretch and Poisson ratio 1/4.")
+        .block("bricks", &Inputs::bricks, describe_bricks, "Of the finite elements.",
+               {"method", {"bricks"}})
+        .block("springs", &Inputs::springs, describe_springs, "Of the mass-spring lattice.",
+               {"method", {"springs"}})
+        .param("dt", &Inputs::dt,
+               "Seconds that pass in a frame; 0 is a frame's own time. Less is slow motion.",
+               {.min = 0, .max = 1e4, .unit = "s"})
+        .param("gravity", &Inputs::gravity, "Acceleration of everything; zeros for none.",
+               {.unit = "m/s^2"})
+        .param("initial_velocity", &Inputs::initial_velocity,
+               "Added to the velocity that the body starts with.", {.unit = "m/s"})
+        .param("initial_spin_degrees", &Inputs::initial_spin_degrees,
+               "Angular velocity about the centre of mass that the body starts with, about x, y "
+               "and z.",
+               {.unit = "deg/s"})
+        .block("step", &Inputs::step, describe_step, "How time steps are taken and solved.")
+        .reads(graph::Variable::fps)
+        .prepare("body", &Inputs::body, build, {"cubes", "surface", "method", "bricks", "springs"})
+        .output("state", &Outputs::state,
+                "Where the corners are and how fast they move; on the first frame, the start.")
+        .previous("state", &Inputs::last);
+}
+
+}  // namespace nodes::simulate
