@@ -1,0 +1,62 @@
+#include "render/camera.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace render {
+
+Vec3 direction(double azimuth, double elevation)
+{
+    return {std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
+            std::cos(azimuth) * std::cos(elevation)};
+}
+
+// With the camera's axes r (right), u (up), b (towards the camera), a point p at p.b behind the
+// plane through the target needs the eye at a distance of at least |p.r| / tan + p.b: that is one
+// half-space of eyes for each side of the picture. Along each of r and u the two sides cross in one
+// place; the farther of the two crossings is taken, and the other axis is centred in what is free.
+Camera fit(const Box& asked, double azimuth, double elevation, double field_of_view, double aspect,
+           double margin)
+{
+    Box box = asked;
+    if (box.empty()) box.add(Vec3(Vec3::Zero()));
+    if (!box.lo.allFinite() || !box.hi.allFinite() || !std::isfinite(box.diagonal())) {
+        throw std::invalid_argument("the camera cannot fit a box that is not finite");
+    }
+    if (box.diagonal() <= 1e-12 * box.centre().cwiseAbs().maxCoeff() || box.diagonal() == 0) {
+        box.lo.array() -= 0.5;
+        box.hi.array() += 0.5;
+    }
+    // Straight from above there is no sideways: stay just short of it.
+    const double limit = 1.5707;
+    const Vec3 b = direction(azimuth, std::clamp(elevation, -limit, limit));
+    const Vec3 r = Vec3(0, 1, 0).cross(b).normalized();
+    const Vec3 u = b.cross(r);
+
+    const double free = 1 - 2 * std::clamp(margin, 0.0, 0.45);
+    const double tan_y = free * std::tan(field_of_view / 2), tan_x = tan_y * aspect;
+    const Vec3 centre = box.centre();
+    // How far to the right (left, up, down) each corner pushes its side of the picture: the largest
+    // of  p.axis + tan p.b  over the corners.
+    double right = -1e300, left = -1e300, top = -1e300, bottom = -1e300, front = -1e300;
+    for (int k = 0; k < 8; ++k) {
+        const Vec3 corner(k & 1 ? box.hi.x() : box.lo.x(), k & 2 ? box.hi.y() : box.lo.y(),
+                          k & 4 ? box.hi.z() : box.lo.z());
+        const Vec3 p = corner - centre;
+        right = std::max(right, p.dot(r) + tan_x * p.dot(b));
+        left = std::max(left, -p.dot(r) + tan_x * p.dot(b));
+        top = std::max(top, p.dot(u) + tan_y * p.dot(b));
+        bottom = std::max(bottom, -p.dot(u) + tan_y * p.dot(b));
+        front = std::max(front, p.dot(b));
+    }
+    const double distance = std::max({(right + left) / (2 * tan_x), (top + bottom) / (2 * tan_y),
+                                      front + 1e-3 * box.diagonal()});
+    Camera camera;
+    camera.target = centre + r * ((right - left) / 2) + u * ((top - bottom) / 2);
+    camera.eye = camera.target + distance * b;
+    camera.field_of_view = field_of_view;
+    return camera;
+}
+
+}  // namespace render

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "geometry/vec.hpp"
+
+namespace render {
+
+using geometry::Box;
+using geometry::Vec3;
+
+// A pinhole that looks at `target`. World coordinates, metres.
+struct Camera {
+    Vec3 eye{0, 0, 5}, target{0, 0, 0}, up{0, 1, 0};
+    double field_of_view = 0.6;  // radians, of the picture's height
+};
+
+// From where the camera stands, seen from the target: azimuth 0 looks along -z (the camera stands
+// towards +z), growing counter-clockwise seen from above; elevation above the horizon. Radians.
+Vec3 direction(double azimuth, double elevation);
+
+// The nearest camera, looking against direction(azimuth, elevation), whose picture of `aspect`
+// (width / height) holds all of `box` with `margin` (a share of the picture's size, 0..0.45) free
+// on each side. An empty box is taken for a point at the origin, a point for a box 1 m wide.
+// Throws std::invalid_argument for a box that is not finite.
+Camera fit(const Box& box, double azimuth, double elevation, double field_of_view, double aspect,
+           double margin);
+
+}  // namespace render

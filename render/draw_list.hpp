@@ -1,0 +1,79 @@
+#pragma once
+
+// A scene made ready for a drawing backend: one array of vertices, one of indices, a few batches,
+// and the numbers of the camera and the light. No OpenGL here: what is drawn, and in which order,
+// is decided (and tested) without it.
+
+#include "render/camera.hpp"
+#include "render/look.hpp"
+#include "render/scene.hpp"
+
+namespace render {
+
+// As the graphics memory has it.
+struct Vertex {
+    std::array<float, 3> position;
+    std::array<std::int16_t, 2> normal;    // octahedral, see octahedral()
+    std::array<std::uint8_t, 4> colour;    // sRGB, and roughness
+    std::array<std::uint8_t, 4> material;  // metallic, opacity, 255 when lit, 0
+    float value;                           // place in the colour map; a ball's radius
+};
+static_assert(sizeof(Vertex) == 28);
+
+struct Batch {
+    enum class Shape { triangles, lines, balls } shape = Shape::triangles;
+    std::uint32_t first = 0, count = 0;  // indices
+    bool mapped = false;                 // colour by value through `map`
+    ColourMap map = ColourMap::viridis;
+    bool shadow = true;
+    float size = 1;  // pixels: width of lines, least diameter of balls
+};
+
+// Pictures are computed in stage units: the stage's centre is the origin and half its diagonal is
+// 1, so that millimetres and kilometres meet the same rounding.
+struct StageUnits {
+    Vec3 centre{0, 0, 0};
+    double scale = 1;  // stage units per metre
+
+    Vec3 operator()(const Vec3& world) const { return scale * (world - centre); }
+};
+
+// Of the camera, in stage units: a point at depth z along the view lies on
+// eye + z * (corner + x * across + y * down), x and y in pixels from the upper left corner.
+struct View {
+    Eigen::Matrix4f clip_from_stage;
+    Vec3f eye, corner, across, down;
+    float near = 0, far = 0;
+};
+
+// The key light's map of depths. Its box covers everything that casts a shadow.
+struct ShadowMap {
+    int width = 0, height = 0;   // texels; 0: there is no shadow
+    Eigen::Matrix4f from_stage;  // to 0..1 in x, y and depth
+    float texel = 0;             // stage units
+};
+
+struct DrawList {
+    std::vector<Vertex> vertices;
+    std::vector<std::uint32_t> indices;
+    std::vector<Batch> opaque;
+    std::vector<Batch> clear;  // far to near
+    StageUnits units;
+    View view;
+    ShadowMap shadow;
+    Vec3f to_light;
+    std::optional<float> ground;  // stage units
+    float grid_spacing = 0;       // stage units; a power of ten in metres
+    std::vector<std::string> warnings;
+};
+
+// Throws std::invalid_argument for sizes, cameras and stages that no picture can be made of. Shapes
+// that cannot be drawn (not finite, naming vertices that are not there) are left out with a
+// warning.
+DrawList draw_list(const Scene& scene, const Camera& camera, const Look& look);
+
+// A direction as a point of the square -1..1: the octahedron unfolded. Cigolle et al., A survey of
+// efficient representations for independent unit vectors, JCGT 3(2), 2014.
+geometry::Vec2f octahedral(const Vec3f& unit);
+
+}  // namespace render

@@ -1,0 +1,38 @@
+#pragma once
+
+// OpenGL without a window. The rest of the renderer draws into framebuffer objects with whatever
+// context this file gives it, so another way to make one (EGL, once OSMesa is gone) is a change to
+// gl_context.cpp alone.
+
+#include <atomic>
+#include <memory>
+
+namespace render {
+
+// An OpenGL 4.5 core context. One thread at a time may draw with it.
+class GlContext {
+public:
+    // Throws std::runtime_error when the machine's OpenGL is older, saying what it has.
+    GlContext();
+    ~GlContext();
+    GlContext(const GlContext&) = delete;
+
+    // While one of these lives, the context is current in the thread that made it. OSMesa does not
+    // object when a context is current in two threads, it misbehaves: this throws std::logic_error.
+    class Current {
+    public:
+        explicit Current(GlContext& context);
+        ~Current();
+        Current(const Current&) = delete;
+
+    private:
+        GlContext& context_;
+    };
+
+private:
+    struct Native;
+    std::unique_ptr<Native> native_;
+    std::atomic<bool> in_use_ = false;
+};
+
+}  // namespace render

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "render/image.hpp"
+
+#include <filesystem>
+
+namespace render {
+
+// Writes `image` as a PNG. The file appears whole or not at all: it is written beside its place and
+// renamed; missing folders are made. Throws std::runtime_error saying what could not be written.
+void write_png(const std::filesystem::path& path, const Image& image);
+
+// The bytes of a PNG of `image`. Throws std::invalid_argument when the image has no pixels, or not
+// as many as its size says.
+std::vector<std::uint8_t> encode_png(const Image& image);
+
+}  // namespace render

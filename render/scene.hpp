@@ -1,0 +1,79 @@
+#pragma once
+
+// What a picture shows, in world coordinates (metres, y up): everything else that can be drawn
+// (cubes, arrows, colliders) is made into these few shapes first.
+
+#include "geometry/mesh.hpp"
+#include "render/colour.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace render {
+
+using geometry::Box;
+using geometry::TriMesh;
+using geometry::Vec3;
+
+struct SurfaceLayout;
+
+// Where the colour of a surface comes from. A face's opacity, roughness and metallic always come
+// from its material.
+struct Paint {
+    enum class By { material, constant, vertex_colour, attribute };
+    By by = By::material;
+    Vec3f colour{0.7f, 0.7f, 0.7f};  // constant: linear RGB
+    std::string attribute;           // attribute: the name of one of the mesh's
+    ColourScale scale;               // attribute: its values' colours
+};
+
+// Triangles, seen from both sides.
+struct Surface {
+    std::shared_ptr<const TriMesh> mesh;
+    // How its vertices go to the renderer, made once for all meshes that share a topology; null, or
+    // of another topology: made on the way.
+    std::shared_ptr<const SurfaceLayout> layout;
+    Paint paint;
+    float opacity = 1;     // times that of the materials
+    bool shadow = true;    // casts one; receives them always
+    bool receives = true;  // false: shown in its own colour, unlit
+};
+
+struct Lines {
+    std::vector<Vec3f> ends;  // 2L, both ends of each line
+    Vec3f colour{0, 0, 0};    // linear RGB
+    float width = 1;          // pixels
+};
+
+struct Balls {
+    std::vector<Vec3f> centres;  // N
+    std::vector<Vec3f> colours;  // N, or 1 for all; linear RGB
+    float radius = 0.01f;        // m
+    float smallest = 1.5f;       // pixels: however far away, a ball is not drawn smaller
+    bool shadow = true;
+};
+
+// A scale of colours with its numbers.
+struct Legend {
+    std::string title, unit;
+    ColourScale scale;
+};
+
+struct Scene {
+    std::vector<Surface> surfaces;
+    std::vector<Lines> lines;
+    std::vector<Balls> balls;
+    // Where the action is: the shadow and the grid are laid out for this box, so keep it the same
+    // for all frames of a shot. Empty: the bounds of what is drawn.
+    Box stage;
+    std::optional<double> ground;  // m, height of the floor
+    std::optional<Legend> legend;
+    std::string label;  // in a corner of the picture
+};
+
+// The box that holds every finite point of the surfaces, lines and balls.
+Box bounds(const Scene& scene);
+
+}  // namespace render

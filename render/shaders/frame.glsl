@@ -1,0 +1,19 @@
+#version 450 core
+// Shared by all shaders: the numbers of a frame. Mirrors FrameNumbers in renderer.cpp.
+layout(std140, binding = 0) uniform Frame {
+    mat4 clip_from_stage;
+    mat4 shadow_from_stage;
+    vec4 units;    // xyz centre of the stage in metres, w stage units per metre
+    vec4 eye;      // w depth at the near plane
+    vec4 corner;   // w depth at the far plane
+    vec4 across;   // w picture width, pixels
+    vec4 down;     // w picture height, pixels
+    vec4 to_light; // w 1 when there is a shadow map
+    vec4 light;    // w texel of the shadow map, stage units
+    vec4 sky;      // w 1 when there is a floor
+    vec4 bounce;   // w height of the floor
+    vec4 backdrop_top;      // w grid spacing; 0 none
+    vec4 backdrop_horizon;  // w 1 when occlusion was computed
+    vec4 floor_colour;      // w samples along each side of a pixel
+    vec4 shadow_size;       // xy texels, zw where the stage's centre is on the grid
+};

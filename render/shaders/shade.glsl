@@ -1,0 +1,154 @@
+// How light meets things. Directional key light with a shadow, sky and bounce from a hemisphere,
+// GGX highlights.
+//   Walter et al., Microfacet models for refraction through rough surfaces, EGSR 2007 (D);
+//   Heitz, Understanding the masking-shadowing function, JCGT 3(2), 2014, with Hammon's
+//   approximation of the height-correlated term, GDC 2017 (V); Schlick 1994 (F);
+//   Lazarov, Getting more physical in Call of Duty: Black Ops II, SIGGRAPH courses 2013, as fitted
+//   by Karis 2014 (how much of the surroundings a rough surface reflects).
+layout(binding = 2) uniform sampler2DShadow shadow_map;
+
+struct Material {
+    vec3 colour;  // linear
+    float rough, metal;
+};
+
+// The share of the key light that reaches stage point p: a tent of 6 x 6 texels.
+float lit_share(vec3 p, vec3 n)
+{
+    if (to_light.w == 0.0) return 1.0;
+    float texel = light.w;
+    // Texels that the surface crosses obliquely are deep: start that much off the surface.
+    float slope = 1.0 - max(dot(n, to_light.xyz), 0.0);
+    vec3 start = p + n * texel * (1.0 + 3.0 * slope) + to_light.xyz * texel * 1.0;
+    vec3 at = (shadow_from_stage * vec4(start, 1.0)).xyz;
+    vec2 inside = step(vec2(0.0), at.xy) * step(at.xy, vec2(1.0));
+    if (inside.x * inside.y == 0.0) return 1.0;
+    at.z = clamp(at.z, 0.0, 1.0);
+    vec2 texels = at.xy * shadow_size.xy - 0.5;
+    vec2 first = floor(texels), part = texels - first;
+    vec2 base = (first - 1.0) / shadow_size.xy, two = 2.0 / shadow_size.xy;
+    float sum = 0.0;
+    for (int j = 0; j < 3; ++j) {
+        for (int i = 0; i < 3; ++i) {
+            vec4 g = textureGather(shadow_map, base + vec2(i, j) * two, at.z);
+            vec2 low = 3.0 - abs(vec2(2 * i, 2 * j) - 2.0 - part);
+            vec2 high = 3.0 - abs(vec2(2 * i, 2 * j) - 1.0 - part);
+            sum += low.y * (low.x * g.w + high.x * g.z) + high.y * (low.x * g.x + high.x * g.y);
+        }
+    }
+    return sum / 81.0;
+}
+
+vec3 hemisphere(float up) { return mix(bounce.rgb, sky.rgb, 0.5 + 0.5 * up); }
+
+// Light towards v from a point with normal n; `key` is the share of the key light that reaches it,
+// `open` the share of the hemisphere.
+vec3 shade(Material m, vec3 n, vec3 v, float key, float open)
+{
+    vec3 l = to_light.xyz;
+    vec3 diffuse = m.colour * (1.0 - m.metal);
+    vec3 f0 = mix(vec3(0.04), m.colour, m.metal);
+    float nl = dot(n, l), nv = max(dot(n, v), 0.02);
+
+    vec3 sum = diffuse * hemisphere(n.y) * open;
+    vec3 mirror = reflect(-v, n);
+    vec4 r = m.rough * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+    float near_edge = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
+    vec2 reflected = vec2(-1.04, 1.04) * near_edge + r.zw;
+    sum += (f0 * reflected.x + reflected.y) * hemisphere(mirror.y) * open;
+
+    if (nl > 0.0 && key > 0.0) {
+        vec3 h = normalize(l + v);
+        float nh = max(dot(n, h), 0.0), lh = max(dot(l, h), 0.0);
+        float a = max(m.rough * m.rough, 0.01), a2 = a * a;
+        float d = nh * nh * (a2 - 1.0) + 1.0;
+        float visible = 0.5 / mix(2.0 * nl * nv, nl + nv, a);
+        vec3 fresnel = f0 + (1.0 - f0) * pow(1.0 - lh, 5.0);
+        // `light` is what a white diffuse surface sends out, so 1 / pi is in it already.
+        vec3 glint = min(a2 / (d * d) * visible, 16.0) * fresnel;
+        sum += light.rgb * key * nl * (diffuse * (1.0 - fresnel) + glint);
+    }
+    return sum;
+}
+
+vec3 backdrop(vec3 ray)
+{
+    float up = clamp(normalize(ray).y, 0.0, 1.0);
+    return mix(backdrop_horizon.rgb, backdrop_top.rgb, smoothstep(0.0, 0.75, up));
+}
+
+// The share of a pixel that lines of `width` (in cells) cover, on a grid of unit cells: the lines
+// filtered over the pixel's footprint, so that far cells turn into an even grey.
+float grid_cover(vec2 at, vec2 footprint, float width)
+{
+    vec2 w = max(footprint, 1e-6);
+    vec2 wide = max(vec2(width), w);
+    vec2 line = 1.0 - abs(fract(at) * 2.0 - 1.0);          // 0 on a line, 1 between
+    vec2 cover = smoothstep(wide + 1.5 * w, max(wide - 1.5 * w, 0.0), line) * width / wide;
+    cover = mix(cover, vec2(width), clamp(w * 2.0 - 1.0, 0.0, 1.0));
+    return max(cover.x, cover.y);
+}
+
+// What the eye sees along `ray` where nothing stands in the way. `depth` is how far a thing in front
+// is; the floor is seen when it is nearer.
+bool floor_hit(vec3 ray, float depth, out float t)
+{
+    t = (bounce.w - eye.y) / ray.y;
+    return sky.w > 0.0 && eye.y > bounce.w && ray.y < 0.0 && t < depth;
+}
+
+vec3 floor_light(vec3 ray, float t, float open)
+{
+    vec3 p = eye.xyz + t * ray;
+    p.y = bounce.w;
+    float away = length(p.xz);
+    float stays = 1.0 - smoothstep(2.0, 9.0, away);
+    vec3 horizon = backdrop_horizon.rgb;
+    if (stays <= 0.0) return horizon;
+
+    vec3 colour = floor_colour.rgb;
+    if (backdrop_top.w > 0.0) {
+        // How far the floor point moves from one pixel to the next.
+        vec3 dx = t * (across.xyz - ray * (across.y / ray.y));
+        vec3 dy = t * (down.xyz - ray * (down.y / ray.y));
+        vec2 footprint = abs(dx.xz) + abs(dy.xz);
+        vec2 at = (p.xz + shadow_size.zw) / backdrop_top.w;
+        footprint = footprint / backdrop_top.w;
+        float fine = grid_cover(at, footprint, 0.02) * 0.35;
+        float coarse = grid_cover(at * 0.1, footprint * 0.1, 0.004) * 0.55;
+        colour *= 1.0 - max(fine, coarse) * stays;
+    }
+    float key = lit_share(p, vec3(0.0, 1.0, 0.0));
+    vec3 lit = colour * (light.rgb * to_light.y * key + hemisphere(1.0) * open);
+    return mix(horizon, lit, stays);
+}
+
+// Khronos PBR Neutral: colours below 0.8 pass as they are, so that a material, or a colour of the
+// legend, can be recognised; brighter ones are compressed and lose saturation towards white.
+vec3 tone_map(vec3 colour)
+{
+    const float start = 0.8 - 0.04, desaturation = 0.15;
+    float least = min(colour.r, min(colour.g, colour.b));
+    float offset = least < 0.08 ? least - 6.25 * least * least : 0.04;
+    colour -= offset;
+    float peak = max(colour.r, max(colour.g, colour.b));
+    if (peak < start) return colour;
+    float room = 1.0 - start;
+    float top = 1.0 - room * room / (peak + room - start);
+    colour *= top / peak;
+    return mix(colour, vec3(top), 1.0 - 1.0 / (desaturation * (peak - top) + 1.0));
+}
+
+vec3 srgb(vec3 linear)
+{
+    vec3 c = clamp(linear, 0.0, 1.0);
+    return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
+}
+
+// Ordered dither, +- half a level: smooth gradients come out without bands.
+float dither(ivec2 at)
+{
+    int x = at.x ^ at.y, y = at.y;
+    int order = (x & 1) << 5 | (y & 1) << 4 | (x & 2) << 2 | (y & 2) << 1 | (x & 4) >> 1 | (y & 4) >> 2;
+    return (float(order) + 0.5) / 64.0 - 0.5;
+}

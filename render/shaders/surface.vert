@@ -1,0 +1,25 @@
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec2 normal;
+layout(location = 2) in vec4 colour;
+layout(location = 3) in vec4 material;
+layout(location = 4) in float value;
+
+out vec4 normal_value;
+out vec4 look;        // sRGB colour, and roughness + 256 * round(7 * metallic), both in steps
+out float opacity;
+out vec3 stage_point;
+
+layout(location = 0) uniform int as_lines;  // 1: drawn a little nearer than they are, so that lines lie on top
+
+void main()
+{
+    vec2 o = normal;
+    vec3 n = vec3(o, 1.0 - abs(o.x) - abs(o.y));
+    if (n.z < 0.0) n.xy = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
+    normal_value = vec4(normalize(n), value);
+    look = vec4(colour.rgb, 255.0 * colour.a + 256.0 * round(7.0 * material.x) + 2048.0 * material.z);
+    opacity = material.y;
+    stage_point = (position - units.xyz) * units.w;
+    gl_Position = clip_from_stage * vec4(stage_point, 1.0);
+    if (as_lines == 1) gl_Position.z += 1.5e-3 * eye.w * corner.w / (corner.w - eye.w);
+}

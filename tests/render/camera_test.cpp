@@ -1,0 +1,101 @@
+#include "render/camera.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+namespace {
+
+using geometry::Box;
+using geometry::Vec3;
+using render::Camera;
+
+// Where a point falls in the picture: -1..1 across and up.
+std::array<double, 2> seen(const Camera& c, const Vec3& p, double aspect)
+{
+    const Vec3 forward = (c.target - c.eye).normalized();
+    const Vec3 right = forward.cross(c.up).normalized(), up = right.cross(forward);
+    const Vec3 q = p - c.eye;
+    const double depth = q.dot(forward), tan_y = std::tan(c.field_of_view / 2);
+    EXPECT_GT(depth, 0);
+    return {q.dot(right) / (depth * tan_y * aspect), q.dot(up) / (depth * tan_y)};
+}
+
+TEST(Camera, DirectionsAreNamedAsTheCompassSeenFromAbove)
+{
+    EXPECT_LT((render::direction(0, 0) - Vec3(0, 0, 1)).norm(), 1e-15);
+    EXPECT_LT((render::direction(1.5707963267948966, 0) - Vec3(1, 0, 0)).norm(), 1e-15);
+    EXPECT_LT((render::direction(2, 1.5707963267948966) - Vec3(0, 1, 0)).norm(), 1e-15);
+}
+
+// The nearest camera that holds the box: every corner within the margins, and along at least one
+// axis of the picture a corner on each of the two sides.
+TEST(Camera, FitHoldsTheBoxAndNoMore)
+{
+    for (const Vec3& size :
+         {Vec3(20, 3, 2.5), Vec3(1, 1, 1), Vec3(0.001, 5, 0.001), Vec3(1, 0, 1)}) {
+        for (const double azimuth : {0.0, 0.6, 2.5, -1.9}) {
+            for (const double elevation : {-0.8, 0.0, 0.4, 1.5707963267948966}) {
+                for (const double aspect : {0.5, 1.0, 16.0 / 9}) {
+                    Box box;
+                    box.add(Vec3(3, -7, 11));
+                    box.add(Vec3(Vec3(3, -7, 11) + size));
+                    const double margin = 0.08;
+                    const Camera c = render::fit(box, azimuth, elevation, 0.6, aspect, margin);
+                    double x_low = 9, x_high = -9, y_low = 9, y_high = -9;
+                    for (int k = 0; k < 8; ++k) {
+                        const Vec3 corner(k & 1 ? box.hi.x() : box.lo.x(),
+                                          k & 2 ? box.hi.y() : box.lo.y(),
+                                          k & 4 ? box.hi.z() : box.lo.z());
+                        const auto [x, y] = seen(c, corner, aspect);
+                        x_low = std::min(x_low, x), x_high = std::max(x_high, x);
+                        y_low = std::min(y_low, y), y_high = std::max(y_high, y);
+                    }
+                    const double edge = 1 - 2 * margin;  // 8 % free of a picture 2 wide, each side
+                    EXPECT_GT(x_low, -edge - 1e-9);
+                    EXPECT_LT(x_high, edge + 1e-9);
+                    EXPECT_GT(y_low, -edge - 1e-9);
+                    EXPECT_LT(y_high, edge + 1e-9);
+                    const bool full_x = x_high > edge - 1e-6 && x_low < -edge + 1e-6;
+                    const bool full_y = y_high > edge - 1e-6 && y_low < -edge + 1e-6;
+                    // A needle seen along its length is nearer than its own front: no side is met.
+                    EXPECT_TRUE(full_x || full_y || size.x() == 0.001);
+                }
+            }
+        }
+    }
+}
+
+TEST(Camera, FitScalesWithTheBox)
+{
+    Box box;
+    box.add(Vec3(-1, -2, -3));
+    box.add(Vec3(4, 5, 6));
+    const Camera one = render::fit(box, 0.3, 0.2, 0.5, 1.5, 0.05);
+    for (const double scale : {1e-6, 1e9}) {
+        Box scaled;
+        scaled.add(Vec3(scale * box.lo));
+        scaled.add(Vec3(scale * box.hi));
+        const Camera c = render::fit(scaled, 0.3, 0.2, 0.5, 1.5, 0.05);
+        EXPECT_LT((c.eye - scale * one.eye).norm(), 1e-12 * scale * one.eye.norm());
+    }
+}
+
+TEST(Camera, FitTakesNothingAndAPointForSomethingOneMetreWide)
+{
+    Box point;
+    point.add(Vec3(5, 5, 5));
+    const Camera c = render::fit(point, 0, 0, 0.6, 1, 0);
+    EXPECT_LT((c.target - Vec3(5, 5, 5)).norm(), 1e-12);
+    EXPECT_NEAR((c.eye - c.target).norm(), 0.5 + 0.5 / std::tan(0.3), 1e-12);
+    EXPECT_LT(render::fit({}, 0, 0, 0.6, 1, 0).target.norm(), 1e-12);
+}
+
+TEST(Camera, FitRefusesWhatIsNotFinite)
+{
+    Box box;
+    box.add(Vec3(0, 0, 0));
+    box.hi.x() = std::numeric_limits<double>::infinity();
+    EXPECT_THROW(render::fit(box, 0, 0, 0.6, 1, 0), std::invalid_argument);
+}
+
+}  // namespace
