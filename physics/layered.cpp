@@ -1,0 +1,743 @@
+#include "physics/layered.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+
+namespace physics {
+namespace {
+
+using geometry::BlendLink;
+using geometry::Skeleton;
+using geometry::SkeletonKind;
+
+using Vec6 = Eigen::Matrix<double, 6, 1>;
+using Mat6 = Eigen::Matrix<double, 6, 6>;
+using Jacobian = Eigen::Matrix<double, 3, 6>;
+
+Mat3 cross_matrix(const Vec3& a)
+{
+    Mat3 m;
+    m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+    return m;
+}
+
+// Volume, first and second moments about the origin, of unit density.
+struct Moments {
+    double volume = 0;
+    Vec3 first = Vec3::Zero();
+    Mat3 second = Mat3::Zero();  // sum x x^T
+
+    void add(const Vec3& p, double v)
+    {
+        volume += v;
+        first += v * p;
+        second += v * p * p.transpose();
+    }
+};
+
+void add_core(const Skeleton& s, double volume, Moments& m)
+{
+    if (!(volume > 0)) return;
+    const Vec3 centre = s.place.translation();
+    m.add(centre, volume);
+    if (s.kind == SkeletonKind::mesh) {
+        // Tetrahedra from the mesh's origin, four points each: exact for second moments.
+        m.add(centre, -volume);
+        const geometry::TriMesh& mesh = s.mesh->mesh;
+        for (const geometry::Triangle& t : mesh.triangles()) {
+            const Vec3 a = mesh.positions[t[0]].cast<double>(),
+                       b = mesh.positions[t[1]].cast<double>(),
+                       c = mesh.positions[t[2]].cast<double>();
+            const double v = a.dot(b.cross(c)) / 24;
+            constexpr double near = 0.58541019662496845, far = 0.13819660112501051;
+            const Vec3 sum = far * (a + b + c);
+            for (const Vec3& p : {sum, Vec3(sum + (near - far) * a), Vec3(sum + (near - far) * b),
+                                  Vec3(sum + (near - far) * c)}) {
+                m.add(s.place * p, v);
+            }
+        }
+        return;
+    }
+    const double share = s.kind == SkeletonKind::box ? 1.0 / 3 : 1.0 / 5;
+    const Mat3 turn = s.place.linear();
+    const Vec3 own = volume * share * s.half_size.cwiseAbs2();
+    m.second += turn * own.asDiagonal() * turn.transpose();
+}
+
+// What a frame's territories hold, from the rays of their seeds; three Gauss points a ray are
+// exact.
+std::vector<Moments> moments_of_frames(const ImplicitLayer& layer, const Seeds& seeds,
+                                       const SeedWalk& walk, std::size_t frames)
+{
+    std::vector<Moments> moments(frames);
+    const double g = std::sqrt(0.6);
+    const double at[] = {0.5 * (1 - g), 0.5, 0.5 * (1 + g)},
+                 weight[] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+    for (std::size_t s = 0; s < layer.skeletons.size(); ++s) {
+        Moments& m = moments[layer.frame[s]];
+        for (std::size_t i = seeds.first[s]; i < seeds.first[s + 1]; ++i) {
+            const double d = walk.distance[i];
+            for (int k = 0; k < 3; ++k) {
+                const double t = at[k] * d;
+                const double across = seeds.a0[i] + t * (seeds.a1[i] + t * seeds.a2[i]);
+                m.add(seeds.origin[i] + t * seeds.direction[i], weight[k] * d * across);
+            }
+        }
+        add_core(layer.skeletons[s], seeds.core[s], m);
+    }
+    return moments;
+}
+
+}  // namespace
+
+LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density,
+                              double seed_spacing)
+{
+    if (!(density > 0) || !std::isfinite(density)) {
+        throw std::invalid_argument(
+            fmt::format("a layered body needs a density above 0 kg/m^3, got {}", density));
+    }
+    std::size_t frames = 0;
+    for (const std::uint32_t f : layer.frame) frames = std::max<std::size_t>(frames, f + 1);
+    const std::vector<Transform> drawn(frames, Transform::Identity());
+
+    LayeredBody body;
+    const Field field = geometry::make_field(layer, drawn);
+    body.seeds = make_seeds(layer, seed_spacing);
+    const SeedWalk walk = physics::walk(field, body.seeds, drawn);
+    body.volume = walk.local_volume;
+    body.base.kind = kind;
+    body.base.frames = drawn;
+    body.base.mass.assign(frames, 0);
+    body.base.inertia.assign(frames, Mat3::Identity());
+    body.matter.rigid = false;
+    if (kind != BaseKind::still) {
+        const std::vector<Moments> moments = moments_of_frames(layer, body.seeds, walk, frames);
+        for (std::size_t f = 0; f < frames; ++f) {
+            const Moments& m = moments[f];
+            if (!(m.volume > 0)) {
+                throw std::invalid_argument(fmt::format(
+                    "frame {} of a layered body holds no volume of its own: all of its skeletons "
+                    "lie inside others' territories, or are planes; make the body still, or move "
+                    "them apart",
+                    f));
+            }
+            const Vec3 centre = m.first / m.volume;
+            body.base.frames[f].translation() = centre;
+            body.base.mass[f] = density * m.volume;
+            const Mat3 second = density * (m.second - m.volume * centre * centre.transpose());
+            body.base.inertia[f] = second.trace() * Mat3::Identity() - second;
+        }
+        if (kind == BaseKind::particles) {  // a particle is where its skeleton is
+            for (std::size_t s = layer.skeletons.size(); s-- > 0;) {
+                const Skeleton& skeleton = layer.skeletons[s];
+                if (skeleton.kind != SkeletonKind::point) {
+                    throw std::invalid_argument(fmt::format(
+                        "particles carry point skeletons only, skeleton {} is another", s));
+                }
+                body.base.frames[layer.frame[s]].translation() = skeleton.points[0];
+            }
+        }
+        for (std::size_t s = 0; s < layer.skeletons.size(); ++s) {
+            const Vec3 to = -body.base.frames[layer.frame[s]].translation();
+            for (Vec3& p : layer.skeletons[s].points) p += to;
+            layer.skeletons[s].place.pretranslate(to);
+            for (std::size_t i = body.seeds.first[s]; i < body.seeds.first[s + 1]; ++i) {
+                body.seeds.origin[i] += to;
+            }
+        }
+    }
+    body.layer = std::move(layer);
+    return body;
+}
+
+LayeredState start(const LayeredBody& body)
+{
+    LayeredState state;
+    for (const Transform& frame : body.base.frames) {
+        state.position.push_back(frame.translation());
+        state.rotation.push_back(Eigen::Quaterniond(frame.linear()).coeffs());
+    }
+    state.velocity.assign(body.base.frames.size(), Vec3::Zero());
+    state.spin.assign(body.base.frames.size(), Vec3::Zero());
+    state.translation.assign(body.layer.skeletons.size(), 0);
+    state.part = body.layer.blend.part;
+    if (state.part.empty() && body.layer.blend.rule != geometry::BlendRule::sum) {
+        state.part.resize(body.layer.skeletons.size());
+        std::iota(state.part.begin(), state.part.end(), 0u);
+    }
+    state.links = body.layer.blend.links;
+    return state;
+}
+
+LayeredMoment::LayeredMoment(const LayeredScene& scene)
+{
+    const std::size_t n = scene.bodies.size();
+    fields.reserve(n);
+    walks.reserve(n);
+    for (std::size_t b = 0; b < n; ++b) {
+        const LayeredBody& body = *scene.bodies[b];
+        const LayeredState& state = scene.states[b];
+        std::vector<Transform> at;
+        std::vector<Twist> moving;
+        for (std::size_t f = 0; f < state.position.size(); ++f) {
+            Transform t = Transform::Identity();
+            t.translate(state.position[f]).rotate(Eigen::Quaterniond(state.rotation[f]));
+            at.push_back(t);
+            moving.push_back({state.velocity[f], state.spin[f]});
+        }
+        ImplicitLayer layer = body.layer;
+        layer.blend.part = state.part;
+        layer.blend.links = state.links;
+        fields.push_back(geometry::make_field(layer, at, state.translation));
+        SeedWalk before;
+        before.distance = state.distance;
+        walks.push_back(physics::walk(fields.back(), body.seeds, at,
+                                      state.distance.empty() ? nullptr : &before));
+        frames.push_back(std::move(at));
+        twists.push_back(std::move(moving));
+    }
+    for (std::size_t b = 0; b < n; ++b) {
+        bodies.push_back({&fields[b], &scene.bodies[b]->seeds, &walks[b], frames[b], twists[b],
+                          scene.bodies[b]->layer.frame, scene.bodies[b]->matter});
+    }
+    contacts = find_contacts(bodies);
+}
+
+namespace {
+
+// The linear system of one backward Euler step, frame by frame; frames are numbered through all
+// bodies. A pair term with 3x3 matrices C and K between points of two frames adds
+//   J^T (dt C + dt^2 K) J      J: velocities to the relative velocity of the points
+// to the left and its forces, with -dt K of that velocity, to the right.
+class StepSystem {
+public:
+    StepSystem(const LayeredScene& scene, const LayeredMoment& moment, double dt) : dt_(dt)
+    {
+        for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+            first_.push_back(velocity_.size());
+            const LayeredBody& body = *scene.bodies[b];
+            for (std::size_t f = 0; f < body.base.frames.size(); ++f) {
+                Vec6 v;
+                v << moment.twists[b][f].linear, moment.twists[b][f].angular;
+                velocity_.push_back(v);
+                kind_.push_back(body.base.kind);
+                Mat6 mass = Mat6::Identity();
+                if (body.base.kind != BaseKind::still) {
+                    mass.topLeftCorner<3, 3>() *= body.base.mass[f];
+                }
+                if (body.base.kind == BaseKind::rigid) {
+                    const Mat3 turn = moment.frames[b][f].linear();
+                    mass.bottomRightCorner<3, 3>() = turn * body.base.inertia[f] * turn.transpose();
+                }
+                diagonal_.push_back(mass);
+            }
+        }
+        mass_ = diagonal_;
+        right_.assign(velocity_.size(), Vec6::Zero());
+    }
+
+    std::size_t frame(std::size_t body, std::size_t f) const { return first_[body] + f; }
+    double dt() const { return dt_; }
+    const Mat6& mass(std::size_t f) const { return mass_[f]; }
+
+    void add_force(std::size_t f, const Vec3& force, const Vec3& torque = Vec3::Zero())
+    {
+        right_[f].head<3>() += dt_ * force;
+        right_[f].tail<3>() += dt_ * torque;
+    }
+    void add_drag(std::size_t f, double rate)
+    {
+        right_[f] -= dt_ * rate * (mass_[f] * velocity_[f]);
+        diagonal_[f] += dt_ * rate * mass_[f];
+    }
+
+    // Only the matrix terms: forces come by add_force().
+    void add_pair(std::size_t a, std::size_t b, const Vec3& arm_a, const Vec3& arm_b, const Mat3& C,
+                  const Mat3& K)
+    {
+        add_terms(a, b, point_jacobian(a, arm_a), point_jacobian(b, arm_b), C, K);
+    }
+    void add_angular_pair(std::size_t a, std::size_t b, const Mat3& C, const Mat3& K)
+    {
+        Jacobian J = Jacobian::Zero();
+        J.rightCols<3>().setIdentity();
+        add_terms(a, b, J, J, C, K);
+    }
+
+    // dv of every frame, by conjugate gradients preconditioned by the frames' own blocks.
+    std::vector<Vec6> solve(Report& report)
+    {
+        merge_pairs();
+        const std::size_t n = velocity_.size();
+        std::vector<Eigen::LDLT<Mat6>> own;
+        for (std::size_t f = 0; f < n; ++f) {
+            own.emplace_back(diagonal_[f]);
+            if (kind_[f] == BaseKind::still) right_[f].setZero();
+            if (kind_[f] == BaseKind::particles) right_[f].tail<3>().setZero();
+        }
+        std::vector<Vec6> x(n, Vec6::Zero()), r = right_, z(n), p(n), Ap(n);
+        const auto dot = [&](const std::vector<Vec6>& u, const std::vector<Vec6>& v) {
+            double sum = 0;
+            for (std::size_t f = 0; f < n; ++f) sum += u[f].dot(v[f]);
+            return sum;
+        };
+        for (std::size_t f = 0; f < n; ++f) p[f] = z[f] = free(f, own[f].solve(r[f]));
+        double rz = dot(r, z);
+        const double goal = 1e-20 * rz;
+        int iteration = 0;
+        for (; rz > goal && rz > 1e-290 && iteration < 1000; ++iteration) {
+            multiply(p, Ap);
+            const double alpha = rz / dot(p, Ap);
+            for (std::size_t f = 0; f < n; ++f) {
+                x[f] += alpha * p[f];
+                r[f] -= alpha * Ap[f];
+                z[f] = free(f, own[f].solve(r[f]));
+            }
+            const double next = dot(r, z);
+            for (std::size_t f = 0; f < n; ++f) p[f] = z[f] + next / rz * p[f];
+            rz = next;
+        }
+        report.iterations += iteration;
+        if (rz > 1e-12 * std::abs(goal) * 1e20) report.converged = false;
+        return x;
+    }
+
+private:
+    struct Pair {
+        std::size_t a, b;
+        Mat6 off;  // row a, column b
+    };
+
+    Vec6 free(std::size_t f, Vec6 v) const
+    {
+        if (kind_[f] == BaseKind::still) v.setZero();
+        return v;
+    }
+
+    Jacobian point_jacobian(std::size_t f, const Vec3& arm) const
+    {
+        Jacobian J = Jacobian::Zero();
+        J.leftCols<3>().setIdentity();
+        if (kind_[f] != BaseKind::particles) J.rightCols<3>() = -cross_matrix(arm);
+        return J;
+    }
+
+    void add_terms(std::size_t a, std::size_t b, const Jacobian& Ja, const Jacobian& Jb,
+                   const Mat3& C, const Mat3& K)
+    {
+        const Mat3 D = dt_ * C + dt_ * dt_ * K;
+        const Vec3 pull = dt_ * dt_ * (K * (Ja * velocity_[a] - Jb * velocity_[b]));
+        right_[a] -= Ja.transpose() * pull;
+        right_[b] += Jb.transpose() * pull;
+        diagonal_[a] += Ja.transpose() * D * Ja;
+        diagonal_[b] += Jb.transpose() * D * Jb;
+        pairs_.push_back({a, b, -Ja.transpose() * D * Jb});
+        if (pairs_.size() >= 4096 + 2 * merged_) merge_pairs();
+    }
+
+    // One block a pair of frames, in their order.
+    void merge_pairs()
+    {
+        for (Pair& pair : pairs_) {
+            if (pair.a <= pair.b) continue;
+            std::swap(pair.a, pair.b);
+            pair.off.transposeInPlace();
+        }
+        std::stable_sort(pairs_.begin(), pairs_.end(), [](const Pair& p, const Pair& q) {
+            return std::pair(p.a, p.b) < std::pair(q.a, q.b);
+        });
+        merged_ = 0;
+        for (const Pair& pair : pairs_) {
+            if (merged_ > 0 && pairs_[merged_ - 1].a == pair.a && pairs_[merged_ - 1].b == pair.b) {
+                pairs_[merged_ - 1].off += pair.off;
+            } else {
+                pairs_[merged_++] = pair;
+            }
+        }
+        pairs_.resize(merged_);
+    }
+
+    void multiply(const std::vector<Vec6>& x, std::vector<Vec6>& y) const
+    {
+        for (std::size_t f = 0; f < x.size(); ++f) y[f] = diagonal_[f] * x[f];
+        for (const Pair& pair : pairs_) {
+            y[pair.a] += pair.off * x[pair.b];
+            y[pair.b] += pair.off.transpose() * x[pair.a];
+        }
+        for (std::size_t f = 0; f < x.size(); ++f) y[f] = free(f, y[f]);
+    }
+
+    double dt_;
+    std::vector<std::size_t> first_;
+    std::vector<Vec6> velocity_, right_;
+    std::vector<BaseKind> kind_;
+    std::vector<Mat6> mass_, diagonal_;
+    std::vector<Pair> pairs_;
+    std::size_t merged_ = 0;
+};
+
+// Contact forces, with the stiffness that the layers have there: moved together by x along the
+// normal, two layers of slopes s_i and s_j compress by x s_i s_j / (s_i + s_j); a rigid one by x
+// s_i.
+void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, StepSystem& system)
+{
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+        for (std::size_t f = 0; f < moment.contacts.wrenches[b].size(); ++f) {
+            const Wrench& wrench = moment.contacts.wrenches[b][f];
+            system.add_force(system.frame(b, f), wrench.force, wrench.torque);
+        }
+    }
+    for (const LayerContact& contact : moment.contacts.contacts) {
+        const LayerMatter& own = scene.bodies[contact.body]->matter;
+        const LayerMatter& other = scene.bodies[contact.other]->matter;
+        const double si = moment.fields[contact.body].profile[contact.skeleton].k;
+        const double sj = moment.fields[contact.other].profile[contact.other_skeleton].k;
+        const double sum = own.stiffness + other.stiffness;
+        const double K = other.rigid ? own.stiffness * si
+                         : sum > 0 ? 2 * own.stiffness * other.stiffness / sum * si * sj / (si + sj)
+                                   : 0;
+        const double C = other.rigid ? own.friction : 0.5 * (own.friction + other.friction);
+        const double share = other.rigid ? contact.area : 0.5 * contact.area;
+        const std::uint32_t fa = scene.bodies[contact.body]->layer.frame[contact.skeleton];
+        const std::uint32_t fb = scene.bodies[contact.other]->layer.frame[contact.other_skeleton];
+        system.add_pair(system.frame(contact.body, fa), system.frame(contact.other, fb),
+                        contact.position - moment.frames[contact.body][fa].translation(),
+                        contact.position - moment.frames[contact.other][fb].translation(),
+                        share * C * Mat3::Identity(),
+                        share * K * contact.normal * contact.normal.transpose());
+    }
+}
+
+// A force of size f (positive: apart) and damping c along or against the line from b to a.
+void add_central(StepSystem& system, std::size_t a, std::size_t b, const Vec3& line, double f,
+                 double stiffness, const Mat3& damping, const Vec3& slip)
+{
+    const double r = line.norm();
+    const Vec3 n = r > 0 ? Vec3(line / r) : Vec3(Vec3::UnitY());
+    const Vec3 force = f * n - damping * slip;
+    system.add_force(a, force);
+    system.add_force(b, -force);
+    system.add_pair(a, b, Vec3::Zero(), Vec3::Zero(), damping, stiffness * n * n.transpose());
+}
+
+void add_springs(const LayeredScene& scene, std::size_t b, StepSystem& system)
+{
+    const LayeredState& state = scene.states[b];
+    for (const LayerSpring& spring : scene.bodies[b]->base.springs) {
+        const Vec3 line = state.position[spring.a] - state.position[spring.b];
+        const double r = line.norm();
+        const Vec3 n = r > 0 ? Vec3(line / r) : Vec3(Vec3::UnitY());
+        add_central(system, system.frame(b, spring.a), system.frame(b, spring.b), line,
+                    spring.stiffness * (spring.rest - r), spring.stiffness,
+                    spring.damping * n * n.transpose(),
+                    state.velocity[spring.a] - state.velocity[spring.b]);
+    }
+}
+
+// A hinge's two points, half a radius of gyration to either side, are held together by springs so
+// stiff that a step leaves a hundredth of what was apart; its limits likewise.
+void add_hinges(const LayeredScene& scene, const LayeredMoment& moment, std::size_t b,
+                StepSystem& system)
+{
+    const double dt = system.dt();
+    for (const Hinge& hinge : scene.bodies[b]->base.hinges) {
+        const Transform& at_a = moment.frames[b][hinge.a];
+        const Transform& at_b = moment.frames[b][hinge.b];
+        const std::size_t a = system.frame(b, hinge.a), c = system.frame(b, hinge.b);
+        const double mass = std::min(system.mass(a)(0, 0), system.mass(c)(0, 0));
+        const double inertia = std::min(system.mass(a).bottomRightCorner<3, 3>().trace(),
+                                        system.mass(c).bottomRightCorner<3, 3>().trace()) /
+                               3;
+        const double half = std::sqrt(inertia / mass);
+        const double k = 100 * mass / (dt * dt);
+        for (const double side : {-half, half}) {
+            const Vec3 pa = at_a * (hinge.point_a + side * hinge.axis_a);
+            const Vec3 pb = at_b * (hinge.point_b + side * hinge.axis_b);
+            const Vec3 arm_a = pa - at_a.translation(), arm_b = pb - at_b.translation();
+            const Vec3 force = -k * (pa - pb);
+            system.add_force(a, force, arm_a.cross(force));
+            system.add_force(c, -force, -arm_b.cross(force));
+            system.add_pair(a, c, arm_a, arm_b, Mat3::Zero(), k * Mat3::Identity());
+        }
+        const Vec3 axis = at_a.linear() * hinge.axis_a;
+        const Vec3 za = at_a.linear() * hinge.zero_a, zb = at_b.linear() * hinge.zero_b;
+        const double angle = std::atan2(za.cross(zb).dot(axis), za.dot(zb));
+        double stiffness = hinge.stiffness, torque = -hinge.stiffness * (angle - hinge.rest);
+        const double beyond = angle > hinge.highest  ? angle - hinge.highest
+                              : angle < hinge.lowest ? angle - hinge.lowest
+                                                     : 0;
+        if (beyond != 0) {
+            const double stop = 10 * inertia / (dt * dt);
+            stiffness += stop;
+            torque -= stop * beyond;
+        }
+        const Vec3 spin = moment.twists[b][hinge.b].angular - moment.twists[b][hinge.a].angular;
+        torque -= hinge.damping * spin.dot(axis);
+        system.add_force(c, Vec3::Zero(), torque * axis);
+        system.add_force(a, Vec3::Zero(), -torque * axis);
+        const Mat3 about = axis * axis.transpose();
+        system.add_angular_pair(a, c, hinge.damping * about, stiffness * about);
+    }
+}
+
+double weight_between(const Field& field, const std::vector<std::vector<std::uint32_t>>& on_frame,
+                      std::size_t p, std::size_t q)
+{
+    double weight = 0;
+    for (const std::uint32_t i : on_frame[p]) {
+        for (const std::uint32_t j : on_frame[q]) weight = std::max(weight, field.weights(i, j));
+    }
+    return weight;
+}
+
+void add_particles(const LayeredScene& scene, const LayeredMoment& moment, std::size_t b,
+                   StepSystem& system)
+{
+    const LayeredBody& body = *scene.bodies[b];
+    const LayeredState& state = scene.states[b];
+    const Substance& s = body.base.substance;
+    const double r0 = s.rest_distance, most = s.reach * r0;
+    const auto window = [&](double r) {
+        const double u = 1 - r * r / (most * most);
+        return u > 0 ? u * u : 0;
+    };
+    const auto force = [&](double r) {
+        const double q = std::pow(r0 / std::max(r, 0.3 * r0), 4);  // bounded where they coincide
+        return s.stiffness * (q * q - q) * window(r);
+    };
+    std::vector<std::vector<std::uint32_t>> on_frame(state.position.size());
+    for (std::uint32_t i = 0; i < body.layer.frame.size(); ++i) {
+        on_frame[body.layer.frame[i]].push_back(i);
+    }
+    for (std::size_t p = 0; p < state.position.size(); ++p) {
+        for (std::size_t q = p + 1; q < state.position.size(); ++q) {
+            const Vec3 line = state.position[p] - state.position[q];
+            const double r = line.norm();
+            if (!(r < most)) continue;
+            // What has come apart pulls no more; what fuses begins to.
+            const double weight = moment.fields[b].rule == geometry::BlendRule::sum
+                                      ? 1
+                                      : weight_between(moment.fields[b], on_frame, p, q);
+            if (!(weight > 0)) continue;
+            const double step = 1e-4 * r0;
+            const double stiffness =
+                std::max(0.0, (force(r - step) - force(r + step)) / (2 * step));
+            add_central(system, system.frame(b, p), system.frame(b, q), line, weight * force(r),
+                        weight * stiffness, weight * s.friction * window(r) * Mat3::Identity(),
+                        state.velocity[p] - state.velocity[q]);
+        }
+    }
+}
+
+void move(const LayeredBody& body, std::span<const Vec6> dv, double dt, LayeredState& state)
+{
+    for (std::size_t f = 0; f < state.position.size(); ++f) {
+        state.velocity[f] += dv[f].head<3>();
+        state.position[f] += dt * state.velocity[f];
+        if (body.base.kind != BaseKind::rigid) continue;
+        state.spin[f] += dv[f].tail<3>();
+        // The turn keeps the angular momentum, not the spin.
+        const Eigen::Quaterniond before(state.rotation[f]);
+        const Mat3 R = before.toRotationMatrix();
+        const Vec3 momentum = R * body.base.inertia[f] * R.transpose() * state.spin[f];
+        const double angle = dt * state.spin[f].norm();
+        if (angle > 0) {
+            const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle, state.spin[f].normalized()));
+            state.rotation[f] = (turn * before).normalized().coeffs();
+        }
+        const Mat3 after = Eigen::Quaterniond(state.rotation[f]).toRotationMatrix();
+        state.spin[f] = after * body.base.inertia[f].inverse() * after.transpose() * momentum;
+    }
+}
+
+// Still frames go straight, at constant spin, to where they are told to be at `share` = 1 of what
+// is left of the motion.
+void drive(const Motion& motion, double left, LayeredState& state)
+{
+    for (std::size_t f = 0; f < state.position.size(); ++f) {
+        if (motion.empty()) {
+            state.velocity[f].setZero();
+            state.spin[f].setZero();
+            continue;
+        }
+        state.velocity[f] = (motion[f].translation() - state.position[f]) / left;
+        const Eigen::Quaterniond now(state.rotation[f]);
+        const Eigen::AngleAxisd turn(Eigen::Quaterniond(motion[f].linear()) * now.conjugate());
+        const double angle =
+            turn.angle() > std::numbers::pi ? turn.angle() - 2 * std::numbers::pi : turn.angle();
+        state.spin[f] = angle / left * turn.axis();
+    }
+}
+
+void control_volume(const LayeredBody& body, const SeedWalk& walk, double inflation, double dt,
+                    LayeredState& state)
+{
+    const VolumeControl& control = body.control;
+    const bool known = !state.volume.empty();
+    if (control.proportional > 0) {
+        for (std::size_t s = 0; s < state.translation.size(); ++s) {
+            double area = 0;
+            for (std::size_t i = body.seeds.first[s]; i < body.seeds.first[s + 1]; ++i) {
+                area += walk.area[i];
+            }
+            const double target = inflation * body.volume[s], now = walk.local_volume[s];
+            // Hardly any surface of its own: as if it had a third of a ball's.
+            area = std::max(area, std::cbrt(36 * std::numbers::pi * target * target) / 3);
+            if (!(area > 0)) continue;
+            const double rate = known ? (now - state.volume[s]) / dt : 0;
+            const double speed =
+                -(control.proportional * (now - target) + control.derivative * rate) / area;
+            const double e = body.layer.contributions[s].thickness;
+            state.translation[s] = std::clamp(state.translation[s] + dt * speed, -0.5 * e, 0.5 * e);
+        }
+    }
+    state.volume = walk.local_volume;
+}
+
+// Parts of a soft substance. A part falls into what chains of overlapping spheres of influence hold
+// together; what once came apart comes together by fusion only. Where two parts press harder than
+// the threshold, the pair of skeletons there starts to blend, over `fusion_time`; from the first
+// pair that blends fully the others in reach follow; parts of which all pairs in reach blend fully
+// become one, which changes nothing in the field.
+void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMoment& moment,
+                  double dt, LayeredState& state)
+{
+    const Field& field = moment.fields[number];
+    const Substance& substance = body.base.substance;
+    const auto n = static_cast<std::uint32_t>(field.count());
+    const auto centre = [&](std::uint32_t i) { return field.points[field.first[i]]; };
+    const auto in_reach = [&](std::uint32_t i, std::uint32_t j) {
+        return (centre(i) - centre(j)).norm() < field.profile[i].R + field.profile[j].R;
+    };
+
+    // Separation.
+    std::vector<std::uint32_t> root(n);
+    std::iota(root.begin(), root.end(), 0u);
+    const auto find = [&](std::uint32_t i) {
+        while (root[i] != i) i = root[i] = root[root[i]];
+        return i;
+    };
+    const auto join = [&](std::uint32_t i, std::uint32_t j) {
+        const std::uint32_t a = find(i), b = find(j);
+        root[std::max(a, b)] = std::min(a, b);
+    };
+    for (std::uint32_t i = 0; i < n; ++i) {
+        for (std::uint32_t j = i + 1; j < n; ++j) {
+            if (state.part[i] == state.part[j] && in_reach(i, j)) join(i, j);
+        }
+    }
+
+    // Fusion: links that still matter, grown; new ones where it presses hard enough.
+    std::vector<BlendLink> links;
+    for (BlendLink link : state.links) {
+        if (!in_reach(link.a, link.b)) continue;
+        link.weight =
+            substance.fusion_time > 0 ? std::min(1.0, link.weight + dt / substance.fusion_time) : 1;
+        links.push_back(link);
+    }
+    const auto add_link = [&](std::uint32_t i, std::uint32_t j) {
+        if (i > j) std::swap(i, j);
+        if (find(i) == find(j)) return;
+        for (const BlendLink& link : links) {
+            if (link.a == i && link.b == j) return;
+        }
+        links.push_back({i, j, substance.fusion_time > 0 ? 1e-3 : 1});
+    };
+    for (const LayerContact& contact : moment.contacts.contacts) {
+        if (contact.body == number && contact.other == number &&
+            body.matter.stiffness * contact.compression > substance.fusion_threshold) {
+            add_link(contact.skeleton, contact.other_skeleton);
+        }
+    }
+    const std::vector<BlendLink> begun = links;
+    for (const BlendLink& full : begun) {
+        if (full.weight < 1) continue;
+        bool whole = true;
+        const std::uint32_t A = find(full.a), B = find(full.b);
+        if (A == B) continue;
+        for (std::uint32_t i = 0; i < n; ++i) {
+            if (find(i) != A) continue;
+            for (std::uint32_t j = 0; j < n; ++j) {
+                if (find(j) != B || !in_reach(i, j)) continue;
+                add_link(i, j);
+                const auto linked =
+                    std::find_if(links.begin(), links.end(), [&](const BlendLink& l) {
+                        return l.a == std::min(i, j) && l.b == std::max(i, j);
+                    });
+                whole &= linked != links.end() && linked->weight >= 1;
+            }
+        }
+        if (whole) join(A, B);
+    }
+    for (std::uint32_t i = 0; i < n; ++i) state.part[i] = find(i);
+    std::erase_if(links, [&](const BlendLink& l) { return state.part[l.a] == state.part[l.b]; });
+    state.links = std::move(links);
+}
+
+}  // namespace
+
+LayeredScene advance(const LayeredScene& scene, const LayeredLoads& loads, double dt, int substeps)
+{
+    LayeredScene now = scene;
+    const double h = dt / std::max(1, substeps);
+    for (LayeredState& state : now.states) state.report = {};
+    if (!(h > 0)) return now;
+    for (int substep = 0; substep < std::max(1, substeps); ++substep) {
+        const double left = dt - h * substep;
+        for (std::size_t b = 0; b < now.bodies.size(); ++b) {
+            if (now.bodies[b]->base.kind != BaseKind::still) continue;
+            drive(b < loads.motion.size() ? loads.motion[b] : Motion{}, left, now.states[b]);
+        }
+        const LayeredMoment moment(now);
+        StepSystem system(now, moment, h);
+        add_contacts(now, moment, system);
+        for (std::size_t b = 0; b < now.bodies.size(); ++b) {
+            const LayeredBody& body = *now.bodies[b];
+            for (std::size_t f = 0; f < body.base.frames.size(); ++f) {
+                const std::size_t frame = system.frame(b, f);
+                system.add_force(frame, body.base.mass[f] * loads.gravity);
+                if (loads.drag > 0) system.add_drag(frame, loads.drag);
+            }
+            add_springs(now, b, system);
+            add_hinges(now, moment, b, system);
+            if (body.base.kind == BaseKind::particles) add_particles(now, moment, b, system);
+        }
+        Report report;
+        const std::vector<Vec6> dv = system.solve(report);
+        for (std::size_t b = 0; b < now.bodies.size(); ++b) {
+            const LayeredBody& body = *now.bodies[b];
+            LayeredState& state = now.states[b];
+            const std::size_t begin = system.frame(b, 0);
+            const double inflation = b < loads.inflation.size() ? loads.inflation[b] : 1;
+            state.distance = moment.walks[b].distance;
+            control_volume(body, moment.walks[b], inflation, h, state);
+            if (body.base.kind == BaseKind::particles &&
+                body.layer.blend.rule != geometry::BlendRule::sum) {
+                update_parts(body, static_cast<std::uint32_t>(b), moment, h, state);
+            }
+            move(body, std::span(dv).subspan(begin, state.position.size()), h, state);
+            state.time += h;
+            state.report.steps += 1;
+            state.report.iterations += report.iterations;
+            state.report.converged &= report.converged;
+        }
+    }
+    // Still frames end exactly where they were told to.
+    for (std::size_t b = 0; b < now.bodies.size() && b < loads.motion.size(); ++b) {
+        if (now.bodies[b]->base.kind != BaseKind::still || loads.motion[b].empty()) continue;
+        for (std::size_t f = 0; f < now.states[b].position.size(); ++f) {
+            now.states[b].position[f] = loads.motion[b][f].translation();
+            now.states[b].rotation[f] =
+                Eigen::Quaterniond(loads.motion[b][f].linear()).normalized().coeffs();
+        }
+    }
+    return now;
+}
+
+}  // namespace physics

@@ -1,0 +1,150 @@
+#pragma once
+
+// Layered models: base structures coated by implicit layers, stepped together.
+// Cani-Gascuel, Desbrun. Animation of deformable models using implicit surfaces. IEEE TVCG 3(1),
+// 1997. What is ours is said where it stands.
+//
+// A step of dt seconds:
+//   1. fields from frames and translations, seeds walk (field.hpp, seeds.hpp)
+//   2. one controller a skeleton moves its contribution by tau so that its territory keeps its
+//   volume
+//        d tau/dt = -(K_p (V - V_0) + K_d dV/dt) / A       A: what the seeds stand for
+//      (divided by area, not V_0: then V - V_0 falls at rate K_p / (1 + K_d) whatever the shape)
+//   3. contacts and their forces (layer_contact.hpp)
+//   4. the base: all forces with their stiffness and damping in one backward Euler step,
+//        (M + dt C + dt^2 K) dv = dt (f - dt K v)
+//      K, C from contacts, joints, springs and particles, each a symmetric pair term, so that what
+//      one body gets the other loses: momentum is kept to the solver's 1e-10. (The paper integrates
+//      explicitly; this stays stable for stiff layers and long steps.)
+//   5. soft substances: who may blend with whom (separation, fusion)
+
+#include "physics/layer_contact.hpp"
+#include "physics/state.hpp"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace physics {
+
+// How a soft substance's particles act on each other, r0 their distance at rest:
+//   attraction and repulsion  k_p ((r0/r)^8 - (r0/r)^4) along r, up to `reach` r0
+//   friction                  -gamma (1 - (r/(reach r0))^2)^2 (v_p - v_q)
+struct Substance {
+    double stiffness = 10;           // k_p, N
+    double rest_distance = 0.1;      // r0, m
+    double friction = 5;             // gamma, N s/m
+    double reach = 2;                // of r0
+    double fusion_threshold = 1e30;  // Pa: parts that press harder than this fuse
+    double fusion_time = 0.25;       // s for a pair of skeletons to blend fully
+};
+
+// A spring between two frames' origins.
+struct LayerSpring {
+    std::uint32_t a = 0, b = 0;
+    double rest = 0.1;       // m
+    double stiffness = 100;  // N/m
+    double damping = 1;      // N s/m
+};
+
+// A hinge between two rigid frames: the point and axis are given in both local frames.
+struct Hinge {
+    std::uint32_t a = 0, b = 0;
+    Vec3 point_a = Vec3::Zero(), point_b = Vec3::Zero();  // m
+    Vec3 axis_a = Vec3::UnitZ(), axis_b = Vec3::UnitZ();
+    Vec3 zero_a = Vec3::UnitX(), zero_b = Vec3::UnitX();  // square to the axis; aligned at angle 0
+    double lowest = -1e9, highest = 1e9;                  // rad, limits of the angle from a to b
+    double stiffness = 0;                                 // N m/rad towards `rest`
+    double rest = 0;                                      // rad
+    double damping = 0;                                   // N m s/rad
+};
+
+// What carries a layer: `still` frames move only as they are told, `rigid` ones turn and move,
+// `particles` only move.
+enum class BaseKind : std::uint8_t { still, rigid, particles };
+
+struct Base {
+    BaseKind kind = BaseKind::rigid;
+    std::vector<Transform> frames;  // B, at the start; a rigid frame's origin is its centre of mass
+    std::vector<double> mass;       // B, kg
+    std::vector<Mat3> inertia;      // B, kg m^2, about the origin, in local axes; rigid only
+    std::vector<LayerSpring> springs;
+    std::vector<Hinge> hinges;
+    Substance substance;  // particles only
+};
+
+struct VolumeControl {
+    double proportional = 0;  // K_p, 1/s; 0: off
+    double derivative = 0;    // K_d, 1
+};
+
+// An object: immutable, shared by all its states.
+struct LayeredBody {
+    ImplicitLayer layer;
+    Seeds seeds;
+    Base base;
+    LayerMatter matter;
+    VolumeControl control;
+    std::vector<double> volume;  // S, m^3, of each territory at the start
+    Vec3 colour{0.7, 0.7, 0.7};  // linear RGB
+};
+
+// Its moment.
+struct LayeredState {
+    double time = 0;                        // s
+    std::vector<Vec3> position;             // B, m, of frames
+    std::vector<Eigen::Vector4d> rotation;  // B, unit quaternion x y z w
+    std::vector<Vec3> velocity;             // B, m/s
+    std::vector<Vec3> spin;                 // B, rad/s
+    std::vector<double> translation;        // S, m, tau
+    std::vector<double> volume;             // S, m^3, at the last walk; empty before the first
+    std::vector<double> distance;           // N, of seeds; empty before the first
+    std::vector<std::uint32_t> part;        // S, blend parts
+    std::vector<geometry::BlendLink> links;
+    Report report;
+};
+
+// All objects of a scene at a moment.
+struct LayeredScene {
+    std::vector<std::shared_ptr<const LayeredBody>> bodies;
+    std::vector<LayeredState> states;
+};
+
+// A body from a layer drawn in the world: one frame for each number that layer.frame names. Rigid
+// frames get mass, centre and inertia from what their territories hold at `density` kg/m^3,
+// particles their mass; each skeleton is moved into its frame. `frames` gives orientation, and
+// where particles and still frames are. Throws std::invalid_argument as make_field() and
+// make_seeds() do, and for a frame that holds no volume.
+LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density,
+                              double seed_spacing);
+
+LayeredState start(const LayeredBody& body);
+
+// How still frames move during a step: where each is at its end; empty: they stay. One a body.
+using Motion = std::vector<Transform>;
+
+struct LayeredLoads {
+    Vec3 gravity{0, -9.81, 0};        // m/s^2
+    double drag = 0;                  // 1/s, of the speed of every frame
+    std::vector<Motion> motion{};     // one a body, or none
+    std::vector<double> inflation{};  // one a body, of V_0; or none
+};
+
+// The scene dt seconds later, in `substeps` equal steps. Never throws for scenes of valid bodies.
+LayeredScene advance(const LayeredScene& scene, const LayeredLoads& loads, double dt, int substeps);
+
+// A scene laid out for contact and for drawing, at its moment. Keeps what it points to; not copied.
+struct LayeredMoment {
+    explicit LayeredMoment(const LayeredScene& scene);
+    LayeredMoment(const LayeredMoment&) = delete;
+    LayeredMoment& operator=(const LayeredMoment&) = delete;
+
+    std::vector<std::vector<Transform>> frames;
+    std::vector<std::vector<Twist>> twists;
+    std::vector<Field> fields;
+    std::vector<SeedWalk> walks;
+    std::vector<ContactBody> bodies;
+    Contacts contacts;
+};
+
+}  // namespace physics

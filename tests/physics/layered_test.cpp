@@ -1,0 +1,349 @@
+#include "physics/layered.hpp"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace physics {
+namespace {
+
+using geometry::BlendRule;
+using geometry::Contribution;
+using geometry::Skeleton;
+using geometry::SkeletonKind;
+
+constexpr double pi = std::numbers::pi;
+const Contribution soft{.thickness = 0.1, .stiffness = 10, .radius = 0.22};
+
+Skeleton point(const Vec3& p)
+{
+    return {.kind = SkeletonKind::point, .points = {p}};
+}
+
+ImplicitLayer layer_of(std::vector<Skeleton> skeletons, bool own_frames = false)
+{
+    ImplicitLayer layer;
+    layer.skeletons = std::move(skeletons);
+    layer.contributions.assign(layer.skeletons.size(), soft);
+    for (std::uint32_t i = 0; i < layer.skeletons.size(); ++i) {
+        layer.frame.push_back(own_frames ? i : 0);
+    }
+    return layer;
+}
+
+LayeredBody ball(const Vec3& at, double stiffness = 2e4, double spacing = 0.03)
+{
+    LayeredBody body = make_layered_body(layer_of({point(at)}), BaseKind::rigid, 1000, spacing);
+    body.matter.stiffness = stiffness;
+    body.matter.friction = 0;
+    return body;
+}
+
+LayeredBody floor_at(double y)
+{
+    Skeleton plane{.kind = SkeletonKind::plane, .points = {}};
+    plane.place.translate(Vec3(0, y - soft.thickness, 0));
+    LayeredBody body = make_layered_body(layer_of({plane}), BaseKind::still, 1, 0.1);
+    body.matter.rigid = true;
+    return body;
+}
+
+LayeredScene scene_of(std::vector<LayeredBody> bodies)
+{
+    LayeredScene scene;
+    for (LayeredBody& body : bodies) {
+        scene.states.push_back(start(body));
+        scene.bodies.push_back(std::make_shared<const LayeredBody>(std::move(body)));
+    }
+    return scene;
+}
+
+Vec3 momentum(const LayeredScene& scene)
+{
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+        if (scene.bodies[b]->base.kind == BaseKind::still) continue;
+        for (std::size_t f = 0; f < scene.states[b].velocity.size(); ++f) {
+            sum += scene.bodies[b]->base.mass[f] * scene.states[b].velocity[f];
+        }
+    }
+    return sum;
+}
+
+Vec3 angular_momentum(const LayeredScene& scene)
+{
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+        const Base& base = scene.bodies[b]->base;
+        const LayeredState& state = scene.states[b];
+        for (std::size_t f = 0; f < state.velocity.size(); ++f) {
+            const geometry::Mat3 R = Eigen::Quaterniond(state.rotation[f]).toRotationMatrix();
+            sum += base.mass[f] * state.position[f].cross(state.velocity[f]);
+            if (base.kind == BaseKind::rigid) {
+                sum += R * base.inertia[f] * R.transpose() * state.spin[f];
+            }
+        }
+    }
+    return sum;
+}
+
+const LayeredLoads weightless{.gravity = Vec3::Zero()};
+
+}  // namespace
+
+TEST(Layered, MassCentreAndInertiaComeFromTheTerritories)
+{
+    const LayeredBody body = ball({1, 2, 3});
+    const double mass = 1000 * 4 * pi / 3 * 1e-3;
+    EXPECT_NEAR(body.base.mass[0], mass, 1e-8);
+    EXPECT_LT((body.base.frames[0].translation() - Vec3(1, 2, 3)).norm(), 1e-12);
+    // Ball: 2/5 m r^2. Seeds' directions are evenly spread, not exact for second moments.
+    EXPECT_LT((body.base.inertia[0] - 0.4 * mass * 0.01 * geometry::Mat3::Identity()).norm(),
+              1e-3 * body.base.inertia[0].norm());
+}
+
+TEST(Layered, ABallFallsFreely)
+{
+    LayeredScene scene = scene_of({ball({0, 10, 0})});
+    for (int i = 0; i < 100; ++i) scene = advance(scene, {}, 0.01, 1);
+    EXPECT_NEAR(scene.states[0].velocity[0].y(), -9.81, 1e-10);
+    // Symplectic: x = x0 - g dt^2 n (n + 1) / 2.
+    EXPECT_NEAR(scene.states[0].position[0].y(), 10 - 9.81 * 1e-4 * 100 * 101 / 2, 1e-9);
+}
+
+// Rest: the floor carries the weight. With compression d at the middle the flat cut has radius
+// a^2 = r0^2 - h^2, force K k 2 pi (r0 a^2/2 - (r0^3 - h^3)/3) = m g gives h.
+TEST(Layered, ABallComesToRestWhereItsLayerCarriesIt)
+{
+    LayeredBody soft_ball = ball({0, 0.12, 0}, 2e4, 0.01);
+    soft_ball.matter.friction = 2e4;
+    LayeredScene scene = scene_of({soft_ball, floor_at(0)});
+    for (int i = 0; i < 200; ++i) scene = advance(scene, {}, 1.0 / 60, 2);
+    const double weight = soft_ball.base.mass[0] * 9.81;
+    double low = 0.05, high = 0.1;
+    for (int i = 0; i < 60; ++i) {
+        const double h = 0.5 * (low + high);
+        const double force =
+            2e4 * 10 * 2 * pi * (0.1 * (0.01 - h * h) / 2 - (1e-3 - h * h * h) / 3);
+        (force > weight ? low : high) = h;
+    }
+    EXPECT_LT(scene.states[0].velocity[0].norm(), 1e-4);
+    // Some 200 seeds share the contact: a hundredth of the depth of 0.03.
+    EXPECT_NEAR(scene.states[0].position[0].y(), low, 3e-4);
+}
+
+TEST(Layered, MomentumIsKeptThroughACollision)
+{
+    LayeredScene scene = scene_of({ball({-0.15, 0, 0}), ball({0.15, 0.05, 0})});
+    scene.states[0].velocity[0] = {2, 0, 0};
+    const Vec3 before = momentum(scene), turning = angular_momentum(scene);
+    double touched = 0;
+    for (int i = 0; i < 60; ++i) {
+        scene = advance(scene, weightless, 1.0 / 120, 1);
+        touched = std::max(touched, scene.states[1].velocity[0].norm());
+    }
+    EXPECT_GT(touched, 0.5);
+    EXPECT_LT((momentum(scene) - before).norm(), 1e-8 * before.norm());
+    // Kept by each force; a step's own second-order error in positions remains.
+    EXPECT_LT((angular_momentum(scene) - turning).norm(), 0.02 * before.norm() * 0.3);
+}
+
+TEST(Layered, StaysStableWhenStiffSoftOrSteppedFarTooFar)
+{
+    for (const double stiffness : {1e2, 1e4, 1e8}) {
+        for (const double dt : {1.0 / 240, 1.0 / 24, 10.0 / 24}) {
+            LayeredScene scene = scene_of(
+                {ball({0, 0.3, 0}, stiffness), ball({0.02, 0.6, 0}, stiffness), floor_at(0)});
+            for (int i = 0; i < 40; ++i) {
+                scene = advance(scene, {}, dt, 1);
+                for (std::size_t b = 0; b < 2; ++b) {
+                    ASSERT_TRUE(scene.states[b].position[0].allFinite());
+                    // Nothing is faster than what has fallen all the while.
+                    ASSERT_LT(scene.states[b].velocity[0].norm(), 9.81 * dt * (i + 1) + 5);
+                }
+            }
+        }
+    }
+}
+
+TEST(Layered, AHingeHoldsAndStopsAtItsLimit)
+{
+    Skeleton upper{.kind = SkeletonKind::segment, .points = {{0, 0, 0}, {0.4, 0, 0}}};
+    Skeleton lower{.kind = SkeletonKind::segment, .points = {{0.5, 0, 0}, {0.9, 0, 0}}};
+    ImplicitLayer layer = layer_of({upper, lower}, true);
+    layer.blend.rule = BlendRule::largest_group;
+    layer.blend.links = {{0, 1, 1}};
+    LayeredBody body = make_layered_body(layer, BaseKind::rigid, 1000, 0.06);
+    Hinge hinge{.a = 0, .b = 1};
+    const Vec3 joint(0.45, 0, 0);
+    hinge.point_a = joint - body.base.frames[0].translation();
+    hinge.point_b = joint - body.base.frames[1].translation();
+    hinge.lowest = -0.5;
+    hinge.highest = 0.5;
+    body.base.hinges = {hinge};
+    LayeredScene scene = scene_of({body});
+    scene.states[0].spin[1] = {0, 0, 3};
+    const Vec3 turning = angular_momentum(scene);
+    double widest = 0;
+    for (int i = 0; i < 100; ++i) {
+        scene = advance(scene, weightless, 1.0 / 60, 2);
+        const LayeredMoment moment(scene);
+        const Vec3 a = moment.frames[0][0] * hinge.point_a, b = moment.frames[0][1] * hinge.point_b;
+        EXPECT_LT((a - b).norm(), 2e-3);
+        const Vec3 x = moment.frames[0][0].linear() * Vec3::UnitX(),
+                   y = moment.frames[0][1].linear() * Vec3::UnitX();
+        widest = std::max(widest, std::acos(std::clamp(x.dot(y), -1.0, 1.0)));
+    }
+    EXPECT_GT(widest, 0.3);
+    EXPECT_LT(widest, 0.6);
+    EXPECT_LT(momentum(scene).norm(), 1e-6);
+    EXPECT_LT((angular_momentum(scene) - turning).norm(), 0.1 * turning.norm());
+}
+
+TEST(Layered, VolumeIsHeldWhileTwoSkeletonsBlend)
+{
+    ImplicitLayer layer = layer_of({point({-0.12, 0, 0}), point({0.12, 0, 0})}, true);
+    LayeredBody body = make_layered_body(layer, BaseKind::still, 1000, 0.01);
+    body.control = {.proportional = 20, .derivative = 0};
+    const double target = body.volume[0] + body.volume[1];
+    const auto closed_in = [&](double proportional) {
+        LayeredBody own = body;
+        own.control.proportional = proportional;
+        LayeredScene scene = scene_of({own});
+        LayeredLoads loads = weightless;
+        double worst = 0;
+        for (int i = 1; i <= 48; ++i) {  // 0.24 to 0.08 apart in two seconds
+            std::vector<Transform> at(2, Transform::Identity());
+            at[0].translate(Vec3(0.04 * i / 24.0, 0, 0));
+            at[1].translate(Vec3(-0.04 * i / 24.0, 0, 0));
+            loads.motion = {at};
+            scene = advance(scene, loads, 1.0 / 24, 1);
+            const double now = scene.states[0].volume[0] + scene.states[0].volume[1];
+            worst = std::max(worst, std::abs(now / target - 1));
+        }
+        return worst;
+    };
+    EXPECT_GT(closed_in(0), 0.2);  // blending alone swells
+    // The controller lags by the change in 1/K_p = 0.05 s, about a fortieth of it all.
+    EXPECT_LT(closed_in(20), 0.02);
+}
+
+TEST(Layered, AnInflationIsReached)
+{
+    LayeredBody body = make_layered_body(layer_of({point({0, 0, 0})}), BaseKind::still, 1000, 0.02);
+    body.control = {.proportional = 10};
+    LayeredScene scene = scene_of({body});
+    LayeredLoads loads = weightless;
+    loads.inflation = {1.3};
+    for (int i = 0; i < 60; ++i) scene = advance(scene, loads, 1.0 / 24, 1);
+    EXPECT_NEAR(scene.states[0].volume[0], 1.3 * 4 * pi / 3 * 1e-3, 1e-6);
+}
+
+namespace {
+
+LayeredBody dough(std::vector<Vec3> at)
+{
+    std::vector<Skeleton> skeletons;
+    for (const Vec3& p : at) skeletons.push_back(point(p));
+    ImplicitLayer layer = layer_of(skeletons, true);
+    layer.blend.rule = BlendRule::smooth_groups;
+    layer.blend.part.assign(at.size(), 0);
+    LayeredBody body = make_layered_body(layer, BaseKind::particles, 1000, 0.04);
+    body.base.substance = {.stiffness = 20, .rest_distance = 0.15, .friction = 20, .reach = 2.5};
+    body.matter.self_contact = true;
+    body.matter.friction = 1e3;
+    return body;
+}
+
+}  // namespace
+
+TEST(Layered, ParticlesSettleAtTheirDistance)
+{
+    LayeredScene scene = scene_of({dough({{0, 0, 0}, {0.2, 0, 0}})});
+    for (int i = 0; i < 200; ++i) scene = advance(scene, weightless, 1.0 / 24, 2);
+    EXPECT_NEAR((scene.states[0].position[0] - scene.states[0].position[1]).norm(), 0.15, 1e-3);
+}
+
+TEST(Layered, WhatComesApartCollidesAndFusesUnderPressureOnly)
+{
+    for (const bool fuses : {false, true}) {
+        LayeredBody body = dough({{0, 0, 0}, {0.15, 0, 0}});
+        body.base.substance.stiffness = 0;
+        body.base.substance.friction = 0;
+        body.base.substance.fusion_threshold = fuses ? 100 : 1e30;
+        body.base.substance.fusion_time = 0.02;
+        LayeredScene scene = scene_of({body});
+        const auto fly = [&](double speed, int frames) {
+            scene.states[0].velocity = {{-speed, 0, 0}, {speed, 0, 0}};
+            bool together = false;
+            for (int i = 0; i < frames; ++i) {
+                scene = advance(scene, weightless, 1.0 / 60, 1);
+                together |= scene.states[0].part[0] == scene.states[0].part[1];
+            }
+            return together;
+        };
+        fly(1, 10);  // 0.48 apart: beyond 2 R
+        EXPECT_NE(scene.states[0].part[0], scene.states[0].part[1]);
+        const Vec3 before = momentum(scene);
+        EXPECT_EQ(fly(-0.6, 60), fuses);
+        if (!fuses) {
+            EXPECT_TRUE(scene.states[0].links.empty());
+            EXPECT_GT((scene.states[0].position[0] - scene.states[0].position[1]).norm(), 0.15);
+        }
+        EXPECT_LT((momentum(scene) - before).norm(), 1e-9);
+    }
+}
+
+// While a pair of parts fuses, the field between them goes over from the larger to the sum without
+// a jump in time, and its gradient without one in space.
+TEST(Layered, TheSurfaceIsContinuousThroughFusion)
+{
+    ImplicitLayer layer = layer_of({point({-0.09, 0, 0}), point({0.09, 0, 0})}, true);
+    layer.blend.rule = BlendRule::smooth_groups;
+    const std::vector<Transform> at(2, Transform::Identity());
+    const Vec3 p(0, 0.04, 0), step(1e-8, 0, 0);
+    double last = -1;
+    for (int i = 0; i <= 1000; ++i) {
+        layer.blend.links = {{0, 1, i / 1000.0}};
+        const Field field = geometry::make_field(layer, at);
+        const double f = geometry::value_at(field, p).f;
+        if (i > 0) {
+            EXPECT_LT(std::abs(f - last), 2e-3);  // d f / d beta <= f ln 2
+        }
+        last = f;
+        if (i >= 10) {
+            EXPECT_LT((geometry::value_at(field, p + step).gradient -
+                       geometry::value_at(field, p - step).gradient)
+                          .norm(),
+                      1e-3);  // 2e-8 m times a second derivative of k^2 / beta = 1e4
+        }
+    }
+}
+
+TEST(Layered, TheSameBitsForAnyNumberOfThreads)
+{
+    std::vector<Vec3> ends;
+    for (const std::size_t threads : {1u, 2u, 8u}) {
+        tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        LayeredScene scene = scene_of({ball({0, 0.12, 0}), ball({0.05, 0.3, 0.01}), floor_at(0)});
+        for (int i = 0; i < 20; ++i) scene = advance(scene, {}, 1.0 / 60, 1);
+        ends.push_back(scene.states[1].position[0]);
+    }
+    EXPECT_EQ(ends[0], ends[1]);
+    EXPECT_EQ(ends[0], ends[2]);
+}
+
+TEST(Layered, RefusesWhatHoldsNothing)
+{
+    Skeleton plane{.kind = SkeletonKind::plane, .points = {}};
+    EXPECT_THROW(make_layered_body(layer_of({plane}), BaseKind::rigid, 1000, 0.1),
+                 std::invalid_argument);
+    EXPECT_THROW(make_layered_body(layer_of({point({0, 0, 0})}), BaseKind::rigid, 0, 0.1),
+                 std::invalid_argument);
+    LayeredScene empty;
+    EXPECT_TRUE(advance(empty, {}, 0.1, 1).bodies.empty());
+}
+
+}  // namespace physics
