@@ -1,0 +1,67 @@
+#pragma once
+
+// A mesh carried by cubes: each vertex moves with the trilinear interpolation of the displacements
+// of its cube's corners. Any mesh on any cubes.
+// Sederberg, Parry. Free-form deformation of solid geometric models. SIGGRAPH 1986; here with one
+// trilinear cell for each cube.
+//
+//   u(p) = sum_a N_a(p) u_a,   N_a = prod_d (a_d ? p_d : 1 - p_d),   p in 0..1 in its cube
+//   x = X + u,   F = I + grad u,   normal = cof(F) N / |cof(F) N|,   cof(F) = det(F) F^-T
+//
+// A vertex in no cube goes with the nearest one by the affine map that touches u at an anchor q of
+// it: u(p) = u(q) + grad u(q) (p - q). q is the point of the cube nearest to the vertex, which
+// continues u smoothly. Where a whole piece of the mesh is in no cube, q is the centre of one cube
+// for all of it, so that it stays in one piece, and turns and shears as that cube does.
+// All are exact for affine motion, so forces handed back keep their sum and their torque.
+
+#include "geometry/cubes.hpp"
+#include "geometry/mesh.hpp"
+
+#include <span>
+
+namespace geometry {
+
+struct Binding {
+    struct Stray {
+        std::uint32_t vertex = 0;
+        Vec3f anchor = Vec3f::Zero();  // in its cube, 0..1
+    };
+
+    std::vector<std::uint32_t> used;           // cubes that carry vertices, ascending
+    std::vector<std::uint32_t> cube;           // V, into used
+    std::vector<Vec3f> local;                  // V, place in the cube, 0..1 but for strays
+    std::vector<std::uint32_t> normal_vertex;  // N, whose each normal is; none: not a vertex's
+    std::vector<Stray> strays;                 // vertices in no cube, ascending
+    std::vector<std::uint32_t> stray_normals;  // normals of strays
+    double farthest = 0;                       // m, from a stray to its cube
+
+    static constexpr std::uint32_t none = ~std::uint32_t{0};
+};
+
+// Where each vertex of the rest mesh lies in the rest cubes. A vertex within a thousandth of a cube
+// counts as inside; one that is not finite is bound to the first cube's origin.
+// Throws std::invalid_argument when there are vertices but no cubes.
+Binding bind(const TriMesh& mesh, const Cubes& cubes);
+
+// The mesh as corners at `x` (K, m) carry it: positions and normals; all else as it was. Throws
+// std::invalid_argument when sizes do not match. In single precision from the displacements on:
+// the error is some 1e-7 of the displacement, below that of the positions themselves.
+TriMesh embed(const Binding& binding, const TriMesh& mesh, const Cubes& cubes,
+              std::span<const Vec3> x);
+
+// Forces at vertices (V, N) to forces at corners (K, N): the transpose of displacements at corners
+// to displacements at vertices. Keeps sum and torque about any point of the rest shape.
+std::vector<Vec3> transpose(const Binding& binding, const Cubes& cubes,
+                            std::span<const Vec3> forces);
+
+// Corner values (K) interpolated to vertices (V).
+std::vector<float> interpolate(const Binding& binding, const Cubes& cubes,
+                               std::span<const double> values);
+
+// Cube values (C) averaged at corners, over the cubes around each by their fill. K.
+std::vector<double> at_corners(const Cubes& cubes, std::span<const float> values);
+
+// The weights of a vertex's eight corners; they sum to 1, and are 0..1 but for strays.
+std::array<double, 8> weights(const Binding& binding, std::uint32_t vertex);
+
+}  // namespace geometry

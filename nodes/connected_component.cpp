@@ -1,0 +1,94 @@
+#include "geometry/components.hpp"
+
+#include "graph/node_type.hpp"
+#include "nodes/wire_types.hpp"
+
+#include <cstdio>
+#include <stdexcept>
+
+namespace nodes::connected_component {
+
+enum class Keep { all, largest, heaviest, point };
+
+struct Inputs {
+    graph::Wire<geometry::Cubes> cubes;
+    Keep keep = Keep::largest;
+    geometry::Connectivity connectivity = geometry::Connectivity::face;
+    geometry::Vec3 point{0, 0, 0};
+};
+struct Outputs {
+    geometry::Cubes cubes;
+};
+
+static std::string what_was_dropped(const geometry::Components& found, std::uint32_t kept)
+{
+    std::size_t cubes = 0;
+    double mass = 0;
+    for (std::size_t i = 0; i < found.count(); ++i) cubes += found.cubes[i], mass += found.mass[i];
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "dropped %zu of %zu components: %zu of %zu cubes, %.3g of %.3g kg",
+                  found.count() - 1, found.count(), cubes - found.cubes[kept], cubes,
+                  mass - found.mass[kept], mass);
+    return text;
+}
+
+static Outputs run(const Inputs& in, const graph::Context& context)
+{
+    const geometry::Cubes& cubes = *in.cubes;
+    if (cubes.count() == 0) {
+        throw std::invalid_argument("there are no cubes to keep a component of");
+    }
+    geometry::Components found = geometry::find_components(
+        cubes, in.connectivity,
+        in.keep == Keep::heaviest ? geometry::Largest::by_mass : geometry::Largest::by_count);
+    if (in.keep == Keep::all) {
+        Outputs out{cubes};
+        out.cubes.component = std::move(found.label);
+        return out;
+    }
+    std::uint32_t chosen = 0;
+    if (in.keep == Keep::point) {
+        const geometry::NearestCube nearest = geometry::nearest_cube(cubes, in.point);
+        chosen = found.label[nearest.cube];
+        if (nearest.distance > 0) {
+            char text[120];
+            std::snprintf(text, sizeof text,
+                          "the point lies in no cube; took the component of the nearest one, %.3g "
+                          "m away",
+                          nearest.distance);
+            context.warn(text);
+        }
+    }
+    if (found.count() == 1) {
+        Outputs out{cubes};
+        out.cubes.component.assign(cubes.count(), 0);
+        return out;
+    }
+    context.warn(what_was_dropped(found, chosen));
+    std::vector<std::uint8_t> keep(cubes.count());
+    for (std::size_t c = 0; c < keep.size(); ++c) keep[c] = found.label[c] == chosen;
+    Outputs out{geometry::kept(cubes, keep)};
+    out.cubes.component.assign(out.cubes.count(), 0);
+    return out;
+}
+
+void add_to(graph::Registry& registry)
+{
+    registry.add("ConnectedComponent", 1, run)
+        .summary("Keeps the cubes that hang together, and says what it dropped.")
+        .input("cubes", &Inputs::cubes, "The cubes to sort into components.")
+        .choice("keep", &Inputs::keep, {"all", "largest", "heaviest", "point"},
+                "all: drops nothing and only numbers the components, the largest 0. largest: the "
+                "one with most cubes. heaviest: the one with most mass. point: the one that holds "
+                "a given point.")
+        .choice("connectivity", &Inputs::connectivity, {"face", "edge", "corner"},
+                "What joins two cubes: a shared face (6 neighbours), a shared edge (18) or a "
+                "shared corner (26).")
+        .param("point", &Inputs::point, "A point in the rest shape; the nearest cube counts.",
+               {.unit = "m"}, {"keep", {"point"}})
+        .output("cubes", &Outputs::cubes,
+                "The cubes that are kept, with their component's number; 0 is the largest.");
+}
+
+}  // namespace nodes::connected_component

@@ -1,0 +1,114 @@
+#include "geometry/embed.hpp"
+
+#include "graph/node_type.hpp"
+#include "nodes/wire_types.hpp"
+
+#include <cstdio>
+
+namespace nodes::embed {
+
+struct Attributes {
+    bool displacement = true;
+    bool speed = true;
+    bool stress = true;
+    bool component = true;
+};
+
+struct Inputs {
+    graph::Wire<geometry::TriMesh> mesh;
+    graph::Wire<geometry::Cubes> cubes;
+    graph::Wire<physics::State> state;
+    Attributes attributes;
+    std::shared_ptr<const geometry::Binding> binding;
+};
+struct Outputs {
+    geometry::TriMesh mesh;
+};
+
+static geometry::Binding bind(const Inputs& in)
+{
+    return geometry::bind(*in.mesh, *in.cubes);
+}
+
+static void warn_of_strays(const Inputs& in, const graph::Context& context)
+{
+    if (in.binding->strays.empty()) return;
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "%zu of %zu vertices lie in no cube and go with the nearest one, at most %.3g m "
+                  "away",
+                  in.binding->strays.size(), in.mesh->positions.size(), in.binding->farthest);
+    context.warn(text);
+}
+
+static std::vector<float> displacement(const geometry::TriMesh& rest, const geometry::TriMesh& mesh)
+{
+    std::vector<float> out(rest.positions.size());
+    for (std::size_t v = 0; v < out.size(); ++v) {
+        out[v] = (mesh.positions[v] - rest.positions[v]).norm();
+    }
+    return out;
+}
+
+static std::vector<float> per_cube(const Inputs& in, std::span<const float> values)
+{
+    return geometry::interpolate(*in.binding, *in.cubes, geometry::at_corners(*in.cubes, values));
+}
+
+static Outputs run(const Inputs& in, const graph::Context& context)
+{
+    warn_of_strays(in, context);
+    const physics::State& state = *in.state;
+    Outputs out{geometry::embed(*in.binding, *in.mesh, *in.cubes, state.x)};
+    const auto add = [&](const char* name, const char* unit, std::vector<float> values) {
+        std::erase_if(out.mesh.attributes, [&](const auto& a) { return a.name == name; });
+        out.mesh.attributes.push_back({name, unit, std::move(values)});
+    };
+    if (in.attributes.displacement) add("displacement", "m", displacement(*in.mesh, out.mesh));
+    if (in.attributes.speed && state.v.size() == in.cubes->corner_count()) {
+        std::vector<double> speeds(state.v.size());
+        for (std::size_t k = 0; k < speeds.size(); ++k) speeds[k] = state.v[k].norm();
+        add("speed", "m/s", geometry::interpolate(*in.binding, *in.cubes, speeds));
+    }
+    if (in.attributes.stress && state.stress.size() == in.cubes->count()) {
+        add("stress", "Pa", per_cube(in, state.stress));
+    }
+    if (in.attributes.component && in.cubes->component.size() == in.cubes->count()) {
+        std::vector<float> component(in.mesh->positions.size());
+        for (std::size_t v = 0; v < component.size(); ++v) {
+            component[v] =
+                static_cast<float>(in.cubes->component[in.binding->used[in.binding->cube[v]]]);
+        }
+        add("component", "", std::move(component));
+    }
+    return out;
+}
+
+static void describe_attributes(graph::ParamsOf<Attributes>& p)
+{
+    p.param("displacement", &Attributes::displacement, "How far each vertex is from its rest, m.")
+        .param("speed", &Attributes::speed, "How fast each vertex moves, m/s.")
+        .param("stress", &Attributes::stress,
+               "Von Mises stress of the cubes around, Pa; only from methods that compute it.")
+        .param("component", &Attributes::component,
+               "The number of the component that carries each vertex; only after "
+               "ConnectedComponent.");
+}
+
+void add_to(graph::Registry& registry)
+{
+    registry.add("Embed", 1, run)
+        .summary("Carries a mesh along with deformed cubes: vertices by trilinear interpolation, "
+                 "normals by the deformation's gradient.")
+        .input("mesh", &Inputs::mesh,
+               "The mesh at rest, where the undeformed cubes are. It need not be the one that the "
+               "cubes were made from.")
+        .input("cubes", &Inputs::cubes, "The cubes at rest.")
+        .input("state", &Inputs::state, "Where the corners of the cubes are now.")
+        .block("attributes", &Inputs::attributes, describe_attributes,
+               "Which numbers to leave at each vertex, to colour by or to export.")
+        .prepare("binding", &Inputs::binding, bind, {"mesh", "cubes"})
+        .output("mesh", &Outputs::mesh, "The mesh as the cubes carry it.");
+}
+
+}  // namespace nodes::embed
