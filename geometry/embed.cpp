@@ -130,11 +130,11 @@ void bind_strays(const TriMesh& mesh, const Cubes& cubes, const std::vector<Vec3
         binding.cube[v] = found[alone ? nearest_of[piece[v]] : i].first;
         binding.local[v] = (at[v] - cubes.cell[binding.cube[v]].cast<double>()).cast<float>();
         if (found[i].second <= inside_slack) continue;
-        const Vec3f anchor =
-            alone ? Vec3f(Vec3f::Constant(0.5f))
-                  : Vec3f(binding.local[v].cwiseMax(Vec3f::Zero()).cwiseMin(Vec3f::Ones()));
+        const Vec3f nearby = binding.local[v].cwiseMax(0.0f).cwiseMin(1.0f);
+        const Vec3f anchor = alone ? Vec3f(Vec3f::Constant(0.5f)) : nearby;
+        const double distance = double((binding.local[v] - nearby).norm()) * cubes.size;
         binding.strays.push_back({v, anchor});
-        binding.farthest = std::max(binding.farthest, found[i].second * cubes.size);
+        binding.farthest = std::max(binding.farthest, distance);
     }
 }
 
@@ -168,6 +168,14 @@ std::vector<std::uint32_t> vertex_of_normals(const TriMesh& mesh)
         }
     }
     return vertex;
+}
+
+const Binding::Stray* find_stray(const Binding& binding, std::uint32_t vertex)
+{
+    const auto at =
+        std::lower_bound(binding.strays.begin(), binding.strays.end(), vertex,
+                         [](const Binding::Stray& s, std::uint32_t v) { return s.vertex < v; });
+    return at != binding.strays.end() && at->vertex == vertex ? &*at : nullptr;
 }
 
 std::array<double, 8> trilinear(const Vec3& p)
@@ -272,6 +280,10 @@ Binding bind(const TriMesh& mesh, const Cubes& cubes)
     if (!outside.empty()) bind_strays(mesh, cubes, at, outside, binding);
     number_used(cubes.count(), binding);
     binding.normal_vertex = vertex_of_normals(mesh);
+    for (std::uint32_t i = 0; i < binding.normal_vertex.size() && !binding.strays.empty(); ++i) {
+        const std::uint32_t v = binding.normal_vertex[i];
+        if (v != Binding::none && find_stray(binding, v)) binding.stray_normals.push_back(i);
+    }
     return binding;
 }
 
@@ -301,11 +313,9 @@ TriMesh embed(const Binding& binding, const TriMesh& mesh, const Cubes& cubes,
     parallel_for(mesh.normals.size(), grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
             const std::uint32_t v = binding.normal_vertex[n];
-            out.normals[n] =
-                v == Binding::none
-                    ? mesh.normals[n]
-                    : turned(u[binding.cube[v]], binding.local[v].cwiseMax(0.0f).cwiseMin(1.0f),
-                             per_metre, mesh.normals[n]);
+            out.normals[n] = v == Binding::none ? mesh.normals[n]
+                                                : turned(u[binding.cube[v]], binding.local[v],
+                                                         per_metre, mesh.normals[n]);
         }
     });
     for (const Binding::Stray& s : binding.strays) {
@@ -315,16 +325,19 @@ TriMesh embed(const Binding& binding, const TriMesh& mesh, const Cubes& cubes,
                             p.dz(s.anchor) * d.z();
         out.positions[s.vertex] = mesh.positions[s.vertex] + moved.head<3>().matrix();
     }
+    for (const std::uint32_t n : binding.stray_normals) {
+        const std::uint32_t v = binding.normal_vertex[n];
+        out.normals[n] =
+            turned(u[binding.cube[v]], find_stray(binding, v)->anchor, per_metre, mesh.normals[n]);
+    }
     return out;
 }
 
 std::array<double, 8> weights(const Binding& binding, std::uint32_t vertex)
 {
     const Vec3 p = binding.local[vertex].cast<double>();
-    const auto stray =
-        std::lower_bound(binding.strays.begin(), binding.strays.end(), vertex,
-                         [](const Binding::Stray& s, std::uint32_t v) { return s.vertex < v; });
-    if (stray == binding.strays.end() || stray->vertex != vertex) return trilinear(p);
+    const Binding::Stray* stray = find_stray(binding, vertex);
+    if (!stray) return trilinear(p);
     return affine(stray->anchor.cast<double>(), p);
 }
 

@@ -183,7 +183,7 @@ TEST(Embed, APieceOutsideAllCubesStaysInOnePiece)
     for (Vec3& p : x) p.x() += p.x() > 5 ? 3 : 0;
     const Binding binding = bind(bar, cubes);
     EXPECT_EQ(binding.strays.size(), 8u);
-    EXPECT_NEAR(binding.farthest, 5, 0.01);  // a corner 5 to 6.5 from either: see below
+    EXPECT_NEAR(binding.farthest, 7.5, 1e-5);  // from x = 8.5 to the first cube's side at 1
     const TriMesh out = embed(binding, bar, cubes, x);
     for (std::size_t v = 0; v < 8; ++v) {
         // 1.0 from the first cube, 1.5 from the second: all go with the first, which stays.
