@@ -23,6 +23,7 @@ struct InputPort {
 
 struct OutputPort {
     std::string name, type, doc;
+    const WireType* wire = nullptr;  // null in a type made by hand: its values are not stored
 };
 
 // Everything a node sees when it runs. Spans are by port index.
@@ -188,7 +189,7 @@ public:
     template <Wireable T> NodeBuilder& output(std::string name, T Out::*member, std::string doc)
     {
         plan_.outputs.push_back([=](Out& out) { return Value::of(std::move(out.*member)); });
-        type_.outputs.push_back({std::move(name), wire_name<T>, std::move(doc)});
+        type_.outputs.push_back({std::move(name), wire_name<T>, std::move(doc), &wire_type<T>()});
         return *this;
     }
     // An output that hands on something already shared.
@@ -196,7 +197,7 @@ public:
     NodeBuilder& output(std::string name, Wire<T> Out::*member, std::string doc)
     {
         plan_.outputs.push_back([=](Out& out) { return Value::of(std::move(out.*member)); });
-        type_.outputs.push_back({std::move(name), wire_name<T>, std::move(doc)});
+        type_.outputs.push_back({std::move(name), wire_name<T>, std::move(doc), &wire_type<T>()});
         return *this;
     }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "graph/bytes.hpp"
+#include "graph/codec.hpp"
 
 #include <memory>
 #include <stdexcept>
@@ -25,12 +26,28 @@ struct WireType {
     const char* name;
     const std::type_info* type;
     std::size_t (*bytes)(const void*);
+    // To and from bytes (graph/codec.hpp). Null for a type that can't be stored.
+    void (*encode)(const void*, Encoder&) = nullptr;
+    std::shared_ptr<const void> (*decode)(Decoder&) = nullptr;
+    std::string layout = {};  // what those bytes are, see layout_of()
 };
 
 template <Wireable T> inline const WireType& wire_type()
 {
-    static const WireType type{wire_name<T>, &typeid(T),
-                               [](const void* p) { return bytes_of(*static_cast<const T*>(p)); }};
+    static const WireType type = [] {
+        WireType t{wire_name<T>, &typeid(T),
+                   [](const void* p) { return bytes_of(*static_cast<const T*>(p)); }};
+        if constexpr (Storable<T>) {
+            t.encode = [](const void* p, Encoder& e) { encode(*static_cast<const T*>(p), e); };
+            t.decode = [](Decoder& d) -> std::shared_ptr<const void> {
+                auto content = std::make_shared<T>();
+                decode(d, *content);
+                return content;
+            };
+            layout_of<T>(t.layout);
+        }
+        return t;
+    }();
     return type;
 }
 
@@ -46,6 +63,12 @@ public:
     template <Wireable T> static Value of(std::shared_ptr<const T> content)
     {
         return {std::move(content), wire_type<T>()};
+    }
+
+    // What `type` decoded.
+    static Value restored(std::shared_ptr<const void> content, const WireType& type)
+    {
+        return {std::move(content), type};
     }
 
     // Null when this value is empty. Throws std::invalid_argument on another type.

@@ -1,0 +1,169 @@
+#include "graph/codec.hpp"
+
+#include <cmath>
+
+namespace {
+
+struct Inner {
+    std::string name;
+    std::vector<Eigen::Vector3f> points;
+    bool operator==(const Inner&) const = default;
+};
+enum class Kind : std::uint8_t { a, b };
+struct Outer {
+    int number = 0;
+    Kind kind = Kind::a;
+    bool yes = false;
+    double real = 0;
+    std::array<std::uint32_t, 2> pair{};
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    std::vector<Inner> inners;
+    std::shared_ptr<const Inner> shared, none;
+    std::optional<double> maybe, nothing;
+    std::map<std::string, int> tree;
+    Eigen::Affine3d pose = Eigen::Affine3d::Identity();
+    std::filesystem::path path;
+    std::vector<bool> bits;
+};
+struct OneMore {
+    std::string name;
+    std::vector<Eigen::Vector3f> points;
+    int more = 0;
+};
+
+// A store of shared content in memory.
+struct Store {
+    std::vector<std::string> all;
+    graph::Encoder encoder()
+    {
+        graph::Encoder e;
+        e.share = [this](const std::shared_ptr<const void>& content, auto encode) {
+            graph::Encoder inner = encoder();
+            encode(content.get(), inner);
+            all.push_back(inner.bytes);
+            return graph::ContentName{all.size() - 1, 0};
+        };
+        return e;
+    }
+    graph::Decoder decoder(std::string_view bytes)
+    {
+        return {bytes, [this](const graph::ContentName& name, const std::string&, auto decode) {
+                    graph::Decoder inner = decoder(all.at(name[0]));
+                    return decode(inner);
+                }};
+    }
+};
+
+template <class T> T round_trip(const T& value, Store& store)
+{
+    graph::Encoder e = store.encoder();
+    encode(value, e);
+    graph::Decoder d = store.decoder(e.bytes);
+    T back;
+    decode(d, back);
+    EXPECT_TRUE(d.bytes.empty()) << "everything written is read";
+    return back;
+}
+
+std::string layout(auto value)
+{
+    std::string text;
+    graph::layout_of<decltype(value)>(text);
+    return text;
+}
+
+}  // namespace
+
+TEST(Codec, AStructOfEverythingComesBackAsItWas)
+{
+    Outer o;
+    o.number = -7, o.kind = Kind::b, o.yes = true, o.real = 1e-300;
+    o.pair = {3, 4}, o.triangles = {{1, 2, 3}, {4, 5, 6}};
+    o.inners = {{"x", {{1, 2, 3}}}, {"", {}}};
+    o.shared = std::make_shared<const Inner>(Inner{"shared", {{4, 5, 6}, {7, 8, 9}}});
+    o.maybe = 0.5, o.tree = {{"a", 1}, {"b", 2}}, o.path = "a/b.txt";
+    o.pose.translation() = Eigen::Vector3d(1, 2, 3);
+    o.bits = {true, false, true};
+    Store store;
+    const Outer back = round_trip(o, store);
+    EXPECT_EQ(back.number, -7);
+    EXPECT_EQ(back.kind, Kind::b);
+    EXPECT_TRUE(back.yes);
+    EXPECT_EQ(back.real, 1e-300);
+    EXPECT_EQ(back.pair, o.pair);
+    EXPECT_EQ(back.triangles, o.triangles);
+    EXPECT_EQ(back.inners, o.inners);
+    EXPECT_EQ(*back.shared, *o.shared);
+    EXPECT_EQ(back.none, nullptr);
+    EXPECT_EQ(back.maybe, 0.5);
+    EXPECT_FALSE(back.nothing.has_value());
+    EXPECT_EQ(back.tree, o.tree);
+    EXPECT_EQ(back.pose.matrix(), o.pose.matrix());
+    EXPECT_EQ(back.path, o.path);
+    EXPECT_EQ(back.bits, o.bits);
+}
+
+TEST(Codec, NumbersKeepEveryBit)
+{
+    const std::vector<double> odd{0.0, -0.0, std::nan("1"), INFINITY, 5e-324};
+    Store store;
+    const auto back = round_trip(odd, store);
+    EXPECT_EQ(std::memcmp(back.data(), odd.data(), sizeof(double) * odd.size()), 0);
+}
+
+TEST(Codec, ArraysOfAnyLengthSurviveThePlanes)
+{
+    Store store;
+    for (const std::size_t n : {0, 1, 15, 4095, 4096, 4097, 300'000}) {
+        std::vector<Eigen::Vector3f> v(n);
+        for (std::size_t i = 0; i < n; ++i) v[i].setConstant(static_cast<float>(i) * 0.37f);
+        EXPECT_EQ(round_trip(v, store), v) << n;
+        std::vector<std::uint16_t> u(n, 0x1234);
+        EXPECT_EQ(round_trip(u, store), u) << n;
+        std::vector<std::uint8_t> b(n, 7);
+        EXPECT_EQ(round_trip(b, store), b) << n;
+    }
+}
+
+TEST(Codec, AnyCutShortIsAnErrorAndNeverACrash)
+{
+    Store store;
+    graph::Encoder e = store.encoder();
+    encode(std::vector<Inner>{{"name", {{1, 2, 3}}}, {"other", {}}}, e);
+    for (std::size_t n = 0; n < e.bytes.size(); ++n) {
+        graph::Decoder d = store.decoder(std::string_view(e.bytes).substr(0, n));
+        std::vector<Inner> back;
+        EXPECT_THROW(decode(d, back), std::runtime_error) << n;
+    }
+}
+
+TEST(Codec, AClaimOfMoreThanThereIsAllocatesNothing)
+{
+    const std::uint64_t huge = std::uint64_t{1} << 62;
+    std::string bytes(8, '\0');
+    std::memcpy(bytes.data(), &huge, 8);
+    Store store;
+    graph::Decoder d = store.decoder(bytes);
+    std::vector<double> back;
+    EXPECT_THROW(decode(d, back), std::runtime_error);
+    graph::Decoder text = store.decoder(bytes);
+    std::string s;
+    EXPECT_THROW(decode(text, s), std::runtime_error);
+}
+
+TEST(Codec, TheLayoutTellsStructsApart)
+{
+    EXPECT_NE(layout(Inner{}), layout(OneMore{}));
+    EXPECT_NE(layout(std::vector<float>()), layout(std::vector<double>()));
+    EXPECT_NE(layout(std::vector<int>()), layout(std::vector<unsigned>()));
+    EXPECT_EQ(layout(Inner{}), layout(Inner{}));
+    EXPECT_EQ(layout(std::vector<Eigen::Vector3f>()), "vector(eigen(f4)3x1)");
+}
+
+TEST(Codec, WhatIsNotPlainIsNotStorable)
+{
+    static_assert(graph::Storable<Outer>);
+    static_assert(!graph::Storable<std::unique_ptr<int>>);
+    static_assert(!graph::Storable<std::function<void()>>);
+    static_assert(!graph::Storable<int*>);
+}
