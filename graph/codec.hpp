@@ -39,7 +39,7 @@ using ContentName = std::array<std::uint64_t, 2>;
 struct Encoder {
     std::string bytes;
     // Stores shared content, encoded by `encode`, and returns its name.
-    std::function<ContentName(const std::shared_ptr<const void>& content,
+    std::function<ContentName(const std::shared_ptr<const void>& content, const std::string& layout,
                               void (*encode)(const void*, Encoder&))>
         share;
 
@@ -292,10 +292,12 @@ template <Storable T> void encode(const T& value, Encoder& out)
         encode(value != nullptr, out);
         if (!value) return;
         using Content = std::remove_const_t<typename T::element_type>;
-        encode(
-            out.share(value, [](const void* content,
-                                Encoder& e) { encode(*static_cast<const Content*>(content), e); }),
-            out);
+        std::string layout;
+        layout_of<Content>(layout);
+        const auto one = [](const void* content, Encoder& e) {
+            encode(*static_cast<const Content*>(content), e);
+        };
+        encode(out.share(value, layout, one), out);
     } else if constexpr (!std::is_empty_v<T>) {
         std::apply([&](const auto&... field) { (encode(field, out), ...); }, fields(value));
     }

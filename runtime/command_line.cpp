@@ -40,6 +40,42 @@ void add_loading_options(CLI::App& command, CookRequest& request)
     command.add_flag("-q,--quiet", request.quiet, "Says only what is wrong");
 }
 
+void add_cache_options(CLI::App& command, CookRequest& request)
+{
+    command.add_option("--cache", request.cache, "Folder of stored results; else the user's own")
+        ->type_name("DIR");
+    command
+        .add_option_function<std::string>(
+            "--cache-size",
+            [&](const std::string& text) { request.cache_budget = parse_bytes(text); },
+            "At most this much on disk; what is worth least goes first (20G)")
+        ->type_name("BYTES");
+}
+
+int tend_cache(const std::string& what, const CookRequest& request, Console& console)
+{
+    const std::unique_ptr<DiskCache> cache = open_cache(request, console);
+    if (!cache) throw std::invalid_argument("no cache folder: HOME is not set; say --cache DIR");
+    if (what == "verify") {
+        const DiskCheck check = cache->verify();
+        console.out << fmt::format("{} files good, {} damaged and set aside\n", check.good,
+                                   check.bad);
+        return check.bad == 0 ? exit_ok : exit_failed;
+    }
+    if (what == "gc") {
+        const auto gone = static_cast<double>(cache->shrink(request.cache_budget));
+        console.out << format_bytes(gone) << " removed\n";
+    } else if (what == "clear") {
+        cache->clear();
+    }
+    const DiskUse use = cache->use();
+    console.out << fmt::format("{}: {} results, {} values, {}\n", cache->folder().string(),
+                               use.records, use.contents,
+                               format_bytes(static_cast<double>(use.bytes)));
+    if (use.aside > 0) console.out << fmt::format("{} damaged files were set aside\n", use.aside);
+    return exit_ok;
+}
+
 void add_cooking_options(CLI::App& command, CookRequest& request)
 {
     command.add_option("--frames", request.frames, "Which, as 1-48, 1-48x2 or 10,20; else all")
@@ -52,6 +88,8 @@ void add_cooking_options(CLI::App& command, CookRequest& request)
             "--memory", [&](const std::string& text) { request.memory = parse_bytes(text); },
             "For results kept in memory, as 500M or 2G")
         ->type_name("BYTES");
+    add_cache_options(command, request);
+    command.add_flag("--no-disk-cache", request.no_disk_cache, "Keeps nothing beyond this cook");
     command.add_flag("--json", request.json, "Tells everything as JSON lines");
 }
 
@@ -150,6 +188,18 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
         request.expectations_only = true;
         exit = cook(request, registry, console);
     });
+
+    CLI::App* cache_app = app.add_subcommand("cache", "Tends the stored results");
+    cache_app->require_subcommand(1);
+    for (const auto& [name, text] :
+         {std::pair("stat", "How much there is"), std::pair("verify", "Reads and checks all of it"),
+          std::pair("gc", "Makes it as small as --cache-size says"),
+          std::pair("clear", "Removes all of it")}) {
+        CLI::App* what = cache_app->add_subcommand(name, text);
+        add_cache_options(*what, request);
+        what->callback(
+            [&, what = std::string(name)] { exit = tend_cache(what, request, console); });
+    }
 
     try {
         app.parse(std::vector<std::string>(args.rbegin(), args.rend()));

@@ -165,6 +165,16 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
 
 }  // namespace
 
+std::unique_ptr<DiskCache> open_cache(const CookRequest& request, Console& console)
+{
+    const fs::path folder =
+        request.cache.empty() ? DiskCache::default_folder() : fs::path(request.cache);
+    if (request.no_disk_cache || folder.empty()) return nullptr;
+    return std::make_unique<DiskCache>(
+        folder, request.cache_budget,
+        [&console](const std::string& text) { console.err << "warning: " + text + "\n"; });
+}
+
 std::optional<graph::Graph> load(const std::string& file, const CookRequest& request,
                                  const graph::Registry& registry, Console& console)
 {
@@ -198,6 +208,8 @@ int cook(const CookRequest& request, const graph::Registry& registry, Console& c
     const std::unique_ptr<FrontEnd> front_end = make_front_end(style, console);
     Caches caches;
     caches.memory = MemoryCache(request.memory);
+    caches.disk = open_cache(request, console);
+    caches.side_files.remember_in(caches.disk.get());
     int exit = exit_ok;
     for (const graph::Graph& graph : graphs) {
         const int one = cook_graph(graph, request, caches, *front_end, console);

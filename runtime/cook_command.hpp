@@ -16,11 +16,17 @@ struct CookRequest {
     bool allow_outside = false;
     int threads = 0;
     std::size_t memory = std::size_t{2} << 30;
+    std::string cache;  // folder; empty: the user's own
+    bool no_disk_cache = false;
+    std::uintmax_t cache_budget = std::uintmax_t{20} << 30;
     bool keep_going = false, json = false, quiet = false;
     bool expectations_only = false;
 };
 
 int cook(const CookRequest& request, const graph::Registry& registry, Console& console);
+
+// The disk cache that was asked for; null for none. Its warnings go to the console.
+std::unique_ptr<DiskCache> open_cache(const CookRequest& request, Console& console);
 
 // Loads a document and tells what is wrong with it. Nothing when it has errors.
 std::optional<graph::Graph> load(const std::string& file, const CookRequest& request,

@@ -41,6 +41,7 @@ struct Task {
     int frame = 0;
     int preparation = -1;
     State state = State::fresh;
+    bool load = false;          // from disk, instead of running
     std::uint32_t missing = 0;  // inputs that have not arrived
     std::uint32_t users = 0;    // inputs of tasks, and wants, that need the result
     Task* previous = nullptr;
@@ -75,10 +76,12 @@ struct Demand {
 
 // What one run made: a result, or why there is none.
 struct Outcome {
-    std::shared_ptr<Result> result;
+    SharedResult result;
     std::optional<std::string> failure;
     bool cancelled = false;
-    bool keep = true;  // false: a file changed under the run, so nobody knows what it read
+    bool absent = false;  // it was to be loaded and could not be
+    bool store = false;   // on disk
+    bool keep = true;     // false: a file changed under the run, so nobody knows what it read
     std::set<std::filesystem::path> opened;
     Run run;
 };
@@ -230,6 +233,23 @@ private:
             return arrive(task, std::move(found));
         }
         if (task.preparation >= 0) return expand(task);
+        if (caches_.disk && storable(task.node) && caches_.disk->holds(task.key)) {
+            task.load = true;
+            return make_ready(task);
+        }
+        begin(task);
+    }
+
+    static bool stored(const graph::OutputPort& port) { return port.wire && port.wire->encode; }
+    bool storable(std::uint32_t node) const
+    {
+        const auto& outputs = graph_.nodes[node].type->outputs;
+        return std::all_of(outputs.begin(), outputs.end(), stored);
+    }
+
+    // A node that no cache knows: its own frame before comes first.
+    void begin(Task& task)
+    {
         const graph::NodeType& type = *graph_.nodes[task.node].type;
         if (!type.previous.empty() && task.frame > graph_.range.first) {
             Task& before = want(keys_.at(task.node, task.frame - 1), task.node, task.frame - 1);
@@ -447,16 +467,18 @@ private:
             lock.unlock();
             Outcome outcome = run(*task, scratch);
             scratch.clear();
-            std::vector<SharedResult> gone;  // dies without the lock
+            std::vector<SharedResult> gone;     // dies without the lock
+            std::pair<Key, SharedResult> keep;  // on disk
             lock.lock();
             --running_;
             guarded([&] {
-                finish(*task, outcome, gone);
+                keep = finish(*task, outcome, gone);
                 open();
             });
-            if (!events_.empty() || !gone.empty()) {
+            if (!events_.empty() || !gone.empty() || keep.second) {
                 lock.unlock();
                 gone.clear();
+                if (keep.second) caches_.disk->store(keep.first, std::move(keep.second));
                 report();
                 lock.lock();
             }
@@ -475,29 +497,47 @@ private:
         }
     }
 
-    void finish(Task& task, Outcome& outcome, std::vector<SharedResult>& gone)
+    // Returns what is to be stored on disk, if anything.
+    std::pair<Key, SharedResult> finish(Task& task, Outcome& outcome,
+                                        std::vector<SharedResult>& gone)
     {
         Tally& tally = cooked_.tallies[task.node];
+        if (outcome.absent) {
+            task.load = false;
+            begin(task);
+            return {};
+        }
         tally.seconds += outcome.run.seconds;
         if (outcome.cancelled) {
             stopping_ = cooked_.cancelled = true;
-            return;
+            return {};
         }
-        if (outcome.failure) return fail(task, std::move(*outcome.failure));
+        if (outcome.failure) {
+            fail(task, std::move(*outcome.failure));
+            return {};
+        }
+        SharedResult result = std::move(outcome.result);
+        if (task.load) {
+            ++tally.loads;
+            gone = caches_.memory.insert(task.key, result);
+            arrive(task, std::move(result));
+            return {};
+        }
         ++tally.runs;
         tally.bytes += outcome.run.bytes;
         if (observer_) events_.emplace_back(outcome.run);
-        Key key = task.key;
-        if (task.preparation < 0 && graph_.nodes[task.node].type && opens(task.node)) {
-            key = keys_.opened(task.node, task.frame, outcome.opened);
-        }
-        const SharedResult result = std::move(outcome.result);
-        const bool sink = graph_.nodes[task.node].type->sink && task.preparation < 0;
-        if (outcome.keep && (!sink || !result->files.empty())) {
-            gone = caches_.memory.insert(key, result);
-        }
+        const bool is_node = task.preparation < 0;
+        const Key key = is_node && opens(task.node)
+                            ? keys_.opened(task.node, task.frame, outcome.opened)
+                            : task.key;
+        // A sink that does not say what it wrote can't be checked later, so it runs each time.
+        const bool silent = is_node && graph_.nodes[task.node].type->sink && result->files.empty();
+        const bool keep = outcome.keep && !silent;
+        if (keep) gone = caches_.memory.insert(key, result);
         release_inputs(task);
         arrive(task, result);
+        if (!keep || !outcome.store) return {};
+        return {key, std::move(result)};
     }
 
     bool opens(std::uint32_t node) const
@@ -521,10 +561,16 @@ private:
         const Clock::time_point begin = Clock::now();
         // Isolated: a parallel loop in the node waits for its own pieces only and never picks up
         // another node, which could take long or wait for this one.
+        std::shared_ptr<Result> made;
         tbb::this_task_arena::isolate([&] {
             try {
-                outcome.result = task.preparation < 0 ? run_node(task, scratch, outcome)
-                                                      : run_preparation(task, scratch);
+                if (task.load) {
+                    outcome.result = load(task);
+                    outcome.absent = !outcome.result;
+                } else {
+                    made = task.preparation < 0 ? run_node(task, scratch, outcome)
+                                                : run_preparation(task, scratch);
+                }
             } catch (const graph::Cancelled&) {
                 outcome.cancelled = true;
             } catch (...) {
@@ -532,12 +578,39 @@ private:
             }
         });
         outcome.run.seconds = seconds_since(begin);
-        if (outcome.result) {
-            outcome.result->seconds = outcome.run.seconds;
-            outcome.run.bytes = outcome.result->bytes;
+        if (made) {
+            made->seconds = outcome.run.seconds;
+            outcome.run.bytes = made->bytes;
+            outcome.store = worth_storing(task, *made);
+            made->since_stored = outcome.store ? 0 : since_stored(task) + made->seconds;
+            outcome.result = std::move(made);
         }
         return outcome;
     }
+
+    static double since_stored(const Task& task)
+    {
+        return task.previous ? task.previous->result->since_stored : 0;
+    }
+
+    // On disk goes what is read back quicker than made again, and what a sink wrote. Of simulations
+    // also a frame every so often however cheap their steps are, since a late frame costs all those
+    // before it; and not every frame when all together would fill the disk's budget.
+    bool worth_storing(const Task& task, const Result& result) const
+    {
+        if (!caches_.disk || task.preparation >= 0 || !storable(task.node)) return false;
+        const graph::NodeType& type = *graph_.nodes[task.node].type;
+        const bool pays = DiskCache::pays(result.seconds, result.bytes);
+        if (type.previous.empty()) return pays || !result.files.empty();
+        const double all = static_cast<double>(result.bytes) * graph_.range.count();
+        const double share = static_cast<double>(caches_.disk->budget()) / 4;
+        const int spacing = static_cast<int>(std::ceil(std::max(all / std::max(share, 1.0), 1.0)));
+        const bool due = (task.frame - graph_.range.first) % spacing == 0;
+        return (pays && due) || since_stored(task) + result.seconds > scrub_seconds * spacing;
+    }
+
+    // Any frame of a stored simulation is at most this much work away.
+    static constexpr double scrub_seconds = 0.25;
 
     // Puts values into the scratch in the order in which expand() made the inputs.
     std::size_t fill_port(const Task& task, std::size_t port, std::size_t at, Scratch& scratch)
@@ -622,6 +695,12 @@ private:
             result->files.push_back({path, caches_.files.of(path)});
         }
         return result;
+    }
+
+    SharedResult load(const Task& task)
+    {
+        SharedResult result = caches_.disk->load(task.key, *graph_.nodes[task.node].type);
+        return result && still_there(*result) ? result : nullptr;
     }
 
     std::shared_ptr<Result> run_preparation(const Task& task, Scratch& scratch)

@@ -11,6 +11,7 @@
 // Frames are opened in order and few at a time, and a result leaves its task when the last task
 // that needs it has run; the memory cache alone decides what stays.
 
+#include "runtime/disk_cache.hpp"
 #include "runtime/keys.hpp"
 #include "runtime/observer.hpp"
 
@@ -28,6 +29,7 @@ struct Caches {
     MemoryCache memory{std::size_t{1} << 30};
     FileDigests files;
     SideFiles side_files;
+    std::unique_ptr<DiskCache> disk;  // null: nothing outlives the process
 };
 
 struct Options {
@@ -46,7 +48,7 @@ struct Want {
 
 // How often a node ran and what that took, in one cook; preparations included.
 struct Tally {
-    std::size_t runs = 0, hits = 0, failures = 0, blocked = 0;
+    std::size_t runs = 0, hits = 0, loads = 0, failures = 0, blocked = 0;
     double seconds = 0;
     std::size_t bytes = 0;  // of all results that it made
 };

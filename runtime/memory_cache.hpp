@@ -29,6 +29,7 @@ struct Result {
     std::vector<std::string> warnings;
     std::vector<Written> files;  // a sink's
     double seconds = 0;          // it took
+    double since_stored = 0;     // s of a simulation since its last frame on disk, this included
     std::size_t bytes = 0;       // it holds
 };
 using SharedResult = std::shared_ptr<const Result>;

@@ -1,5 +1,7 @@
 #include "runtime/side_files.hpp"
 
+#include "runtime/disk_cache.hpp"
+
 namespace runtime {
 
 Key SideFiles::key(const Key& first, const List& list, const std::filesystem::path& folder,
@@ -17,10 +19,28 @@ SideFiles::Look SideFiles::look(const Key& first, const std::filesystem::path& f
                                 FileDigests& files)
 {
     const std::lock_guard lock(mutex_);
-    const auto list = lists_.find(first);
-    if (list == lists_.end()) return {key(first, {}, folder, files), false};
-    const Key k = key(first, list->second, folder, files);
-    return {k, confirmed_.contains(k)};
+    const List* const names = list(first);
+    if (!names) return {key(first, {}, folder, files), false};
+    const Key k = key(first, *names, folder, files);
+    return {k, confirmed(k)};
+}
+
+const SideFiles::List* SideFiles::list(const Key& first)
+{
+    const auto known = lists_.find(first);
+    if (known != lists_.end()) return &known->second;
+    if (!disk_) return nullptr;
+    std::optional<List> stored = disk_->list(first);
+    return stored ? &(lists_[first] = std::move(*stored)) : nullptr;
+}
+
+bool SideFiles::confirmed(const Key& key)
+{
+    if (confirmed_.contains(key)) return true;
+    // On disk a confirmation is an empty list under K itself.
+    if (!disk_ || !disk_->list(key)) return false;
+    confirmed_.insert(key);
+    return true;
 }
 
 Key SideFiles::confirm(const Key& first, const std::filesystem::path& folder,
@@ -34,6 +54,7 @@ Key SideFiles::confirm(const Key& first, const std::filesystem::path& folder,
     list.erase(std::unique(list.begin(), list.end()), list.end());
     const std::lock_guard lock(mutex_);
     const Key k = key(first, list, folder, files);
+    if (disk_) disk_->store_list(first, list), disk_->store_list(k, {});
     lists_[first] = std::move(list);
     confirmed_.insert(k);
     return k;

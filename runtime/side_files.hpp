@@ -13,8 +13,13 @@
 
 namespace runtime {
 
+class DiskCache;
+
 class SideFiles {
 public:
+    // Lists of other processes, and where to leave ours; may be null.
+    void remember_in(DiskCache* disk) { disk_ = disk; }
+
     // K for K1 as the files are now, and whether a run has confirmed it. `folder` is that of the
     // named file: lists are relative to it, so they hold wherever the project lies.
     struct Look {
@@ -32,6 +37,10 @@ private:
     static Key key(const Key& first, const List& list, const std::filesystem::path& folder,
                    FileDigests& files);
 
+    const List* list(const Key& first);
+    bool confirmed(const Key& key);
+
+    DiskCache* disk_ = nullptr;
     std::mutex mutex_;
     std::unordered_map<Key, List, KeyHash> lists_;  // by K1
     std::unordered_set<Key, KeyHash> confirmed_;    // K

@@ -37,7 +37,8 @@ struct Store {
     graph::Encoder encoder()
     {
         graph::Encoder e;
-        e.share = [this](const std::shared_ptr<const void>& content, auto encode) {
+        e.share = [this](const std::shared_ptr<const void>& content, const std::string&,
+                         auto encode) {
             graph::Encoder inner = encoder();
             encode(content.get(), inner);
             all.push_back(inner.bytes);

@@ -14,8 +14,13 @@ struct Said {
     std::string out, err;
 };
 
-Said run(const std::vector<std::string>& args, std::stop_token stop = {})
+// Without the user's own cache, unless a test says where one is.
+Said run(std::vector<std::string> args, std::stop_token stop = {})
 {
+    const bool cooks = !args.empty() && (args[0] == "cook" || args[0] == "check");
+    if (cooks && std::find(args.begin(), args.end(), "--cache") == args.end()) {
+        args.push_back("--no-disk-cache");
+    }
     std::ostringstream out, err;
     Console console{out, err, false, stop, {}, "1.2.3"};
     const int exit = run_command_line(args, toys::registry(), console);
@@ -225,4 +230,28 @@ TEST(CommandLine, ManyShotsShareWhatIsEqual)
     EXPECT_EQ(toys::take_runs("Sum"), 3);
     EXPECT_TRUE(std::filesystem::exists(folder.path / "out/a/1number.txt"));
     EXPECT_TRUE(std::filesystem::exists(folder.path / "out/b/1number.txt"));
+}
+
+TEST(CommandLine, TheCacheOutlivesTheProcessAndCanBeTended)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("three.json", three_frames);
+    const std::vector<std::string> cook{"cook",    file,
+                                        "--out",   (folder.path / "out").string(),
+                                        "--cache", (folder.path / "cache").string()};
+    toys::take_runs("WriteNumber");
+    EXPECT_EQ(run(cook).exit, exit_ok);
+    EXPECT_EQ(run(cook).exit, exit_ok);
+    EXPECT_EQ(toys::take_runs("WriteNumber"), 3) << "the files are as they were written";
+    std::filesystem::remove(folder.path / "out/2number.txt");
+    EXPECT_EQ(run(cook).exit, exit_ok);
+    EXPECT_EQ(toys::take_runs("WriteNumber"), 1);
+    const auto cache = [&](const char* what) {
+        return run({"cache", what, "--cache", (folder.path / "cache").string()});
+    };
+    EXPECT_TRUE(has(cache("stat").out, "3 results"));
+    EXPECT_TRUE(has(cache("verify").out, "6 files good, 0 damaged")) << cache("verify").out;
+    EXPECT_EQ(cache("gc").exit, exit_ok);
+    EXPECT_TRUE(has(cache("clear").out, "0 results"));
+    EXPECT_EQ(cache("clean").exit, exit_usage);
 }

@@ -1,0 +1,355 @@
+#include "runtime/disk_cache.hpp"
+
+#include "runtime/evaluator.hpp"
+#include "tests/runtime/toys.hpp"
+
+#include <random>
+#include <sys/wait.h>
+#include <unistd.h>
+
+using namespace runtime;
+using toys::number;
+using toys::take_runs;
+using toys::Wiring;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t plenty = std::uintmax_t{1} << 30;
+
+struct Warnings {
+    std::vector<std::string> all;
+    std::function<void(const std::string&)> take()
+    {
+        return [this](const std::string& text) { all.push_back(text); };
+    }
+};
+
+const graph::NodeType& slow()
+{
+    return *toys::registry().find("Slow");
+}
+
+std::shared_ptr<Result> numbers(std::size_t n, double first = 0)
+{
+    auto result = std::make_shared<Result>();
+    toys::Numbers content;
+    for (std::size_t i = 0; i < n; ++i) content.all.push_back(first + std::sqrt(double(i)));
+    result->values = {graph::Value::of(std::move(content)), graph::Value::of(first)};
+    result->seconds = 1;
+    result->bytes = n * 8;
+    return result;
+}
+
+std::vector<double> all_of(const SharedResult& result)
+{
+    return result->values[0].as<toys::Numbers>()->all;
+}
+
+std::vector<fs::path> files_in(const fs::path& folder)
+{
+    std::vector<fs::path> files;
+    for (const auto& f : fs::recursive_directory_iterator(folder)) {
+        if (f.is_regular_file()) files.push_back(f.path());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+void flip_bit(const fs::path& path, std::size_t bit)
+{
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekg(static_cast<std::streamoff>(bit / 8));
+    char byte = 0;
+    file.get(byte);
+    file.seekp(static_cast<std::streamoff>(bit / 8));
+    file.put(static_cast<char>(byte ^ (1 << bit % 8)));
+}
+
+// A graph whose sink-free end is slow enough for its results to be stored.
+Wiring slow_simulation(int last)
+{
+    Wiring w(last);
+    const auto clock = w.add("Clock");
+    const auto work =
+        w.add("Slow", {{"value", {clock}}}, {{"seconds", {4e-3}}, {"size", {std::int64_t{100}}}});
+    w.graph.nodes[work].type = toys::registry().find("Slow");
+    const auto sum = w.add("Sum");
+    w.graph.nodes[sum].inputs[0] = {{work, 1}};
+    w.add("Accumulate", {{"value", {sum}}});
+    return w;
+}
+
+double cook_last(const graph::Graph& graph, const fs::path& folder)
+{
+    Caches caches;
+    caches.disk = std::make_unique<DiskCache>(folder, plenty, nullptr);
+    caches.side_files.remember_in(caches.disk.get());
+    Options options;
+    options.threads = 2;
+    const auto last = static_cast<std::uint32_t>(graph.nodes.size() - 1);
+    return number(Evaluator(graph, caches, options).pull({last, 0}, graph.range.last));
+}
+
+}  // namespace
+
+TEST(DiskCache, WhatIsStoredComesBack)
+{
+    const toys::Folder folder;
+    for (const std::size_t n : {0, 1, 100, 1'000'000}) {
+        const Key key{n, 1};
+        {
+            DiskCache cache(folder.path, plenty, nullptr);
+            EXPECT_FALSE(cache.holds(key));
+            EXPECT_EQ(cache.load(key, slow()), nullptr);
+            auto result = numbers(n);
+            result->warnings = {"careful"};
+            result->files = {{"/a/b.png", {3, 4}}};
+            cache.store(key, result);
+        }
+        DiskCache cache(folder.path, plenty, nullptr);
+        EXPECT_TRUE(cache.holds(key));
+        const SharedResult back = cache.load(key, slow());
+        ASSERT_NE(back, nullptr);
+        EXPECT_EQ(all_of(back), all_of(numbers(n)));
+        EXPECT_EQ(number(back->values[1]), 0);
+        EXPECT_EQ(back->warnings, (std::vector<std::string>{"careful"}));
+        ASSERT_EQ(back->files.size(), 1u);
+        EXPECT_EQ(back->files[0].path, "/a/b.png");
+        EXPECT_EQ(back->files[0].digest, (Key{3, 4}));
+        EXPECT_EQ(back->seconds, 1);
+    }
+}
+
+TEST(DiskCache, EqualValuesAreOneFile)
+{
+    const toys::Folder folder;
+    DiskCache cache(folder.path, plenty, nullptr);
+    for (std::uint64_t k = 0; k < 20; ++k) cache.store({k, 0}, numbers(1000));
+    cache.flush();
+    const DiskUse use = cache.use();
+    EXPECT_EQ(use.records, 20u);
+    EXPECT_EQ(use.contents, 2u);  // the numbers and the number
+    EXPECT_EQ(cache.load({7, 0}, slow())->values[0].content(),
+              cache.load({8, 0}, slow())->values[0].content())
+        << "and one object";
+}
+
+TEST(DiskCache, AnotherLayoutIsAMissAndNoDamage)
+{
+    const toys::Folder folder;
+    Warnings warnings;
+    DiskCache cache(folder.path, plenty, warnings.take());
+    cache.store({1, 1}, numbers(10));
+    cache.flush();
+    graph::NodeType changed = slow();
+    graph::WireType other = *changed.outputs[0].wire;
+    other.layout = "{vector(f4)}";
+    changed.outputs[0].wire = &other;
+    EXPECT_EQ(cache.load({1, 1}, changed), nullptr);
+    EXPECT_NE(cache.load({1, 1}, slow()), nullptr);
+    EXPECT_TRUE(warnings.all.empty());
+}
+
+TEST(DiskCache, AFlippedBitAnywhereIsSetAsideAndNeverRead)
+{
+    const toys::Folder folder, pristine;
+    {
+        DiskCache cache(pristine.path, plenty, nullptr);
+        cache.store({1, 1}, numbers(200));
+    }
+    std::mt19937 random(3);
+    for (int round = 0; round < 200; ++round) {
+        fs::remove_all(folder.path);
+        fs::copy(pristine.path, folder.path, fs::copy_options::recursive);
+        const std::vector<fs::path> files = files_in(folder.path);
+        const fs::path victim = files[random() % files.size()];
+        flip_bit(victim, random() % (fs::file_size(victim) * 8));
+        Warnings warnings;
+        DiskCache cache(folder.path, plenty, warnings.take());
+        EXPECT_EQ(cache.load({1, 1}, slow()), nullptr) << victim;
+        EXPECT_EQ(warnings.all.size(), 1u) << victim;
+        EXPECT_FALSE(fs::exists(victim)) << "set aside";
+        if (round % 50 > 0) continue;
+        cache.store({1, 1}, numbers(200));
+        cache.flush();
+        EXPECT_NE(cache.load({1, 1}, slow()), nullptr) << "made again";
+    }
+}
+
+TEST(DiskCache, AFileCutShortOrGrownIsSetAside)
+{
+    const toys::Folder folder;
+    for (const int change : {-1, 1}) {
+        DiskCache cache(folder.path, plenty, nullptr);
+        cache.store({1, 1}, numbers(3000));
+        cache.flush();
+        for (const fs::path& file : files_in(folder.path / "contents")) {
+            fs::resize_file(file, fs::file_size(file) + static_cast<std::uintmax_t>(change));
+        }
+        EXPECT_EQ(cache.load({1, 1}, slow()), nullptr);
+        EXPECT_EQ(cache.verify().bad, 1u) << "one was set aside by the load, one by this";
+    }
+}
+
+TEST(DiskCache, VerifyFindsAFileUnderAWrongName)
+{
+    const toys::Folder folder;
+    DiskCache cache(folder.path, plenty, nullptr);
+    cache.store({1, 1}, numbers(10));
+    cache.flush();
+    EXPECT_EQ(cache.verify().good, 3u);
+    const fs::path file = files_in(folder.path / "contents")[0];
+    fs::rename(file, file.string().substr(0, file.string().size() - 4) + "0000");
+    const DiskCheck check = cache.verify();
+    EXPECT_EQ(check.bad, 1u);
+    EXPECT_EQ(cache.use().aside, 1u);
+}
+
+TEST(DiskCache, AReadOnlyFolderCostsOneWarning)
+{
+    const toys::Folder folder;
+    const fs::path blocked = folder.write("file", "a file stands where the folder should");
+    Warnings warnings;
+    DiskCache cache(blocked, plenty, warnings.take());
+    for (std::uint64_t k = 0; k < 5; ++k) cache.store({k, 0}, numbers(10));
+    cache.flush();
+    EXPECT_EQ(warnings.all.size(), 1u);
+    EXPECT_EQ(cache.load({1, 0}, slow()), nullptr);
+}
+
+TEST(DiskCache, ShrinkingKeepsWhatIsDearAndSmall)
+{
+    const toys::Folder folder;
+    DiskCache cache(folder.path, plenty, nullptr);
+    for (std::uint64_t k = 0; k < 10; ++k) {
+        auto result = numbers(10'000, static_cast<double>(k) * 1000);
+        result->seconds = k == 4 ? 100 : 0.01;
+        cache.store({k, 0}, result);
+    }
+    cache.flush();
+    const std::uintmax_t before = cache.use().bytes;
+    EXPECT_GT(cache.shrink(before / 3, 0), 0u);
+    EXPECT_LE(cache.use().bytes, before / 3);
+    EXPECT_TRUE(cache.holds({4, 0}));
+    EXPECT_NE(cache.load({4, 0}, slow()), nullptr);
+    cache.clear();
+    EXPECT_EQ(cache.use().bytes, 0u);
+}
+
+TEST(DiskCache, ASharedContentOutlivesOneOfItsRecords)
+{
+    const toys::Folder folder;
+    DiskCache cache(folder.path, plenty, nullptr);
+    auto cheap = numbers(10'000), dear = numbers(10'000);
+    cheap->seconds = 0.001, dear->seconds = 100;
+    cache.store({1, 0}, cheap);
+    cache.store({2, 0}, dear);
+    cache.store({3, 0}, numbers(10'000, 5));
+    cache.flush();
+    cache.shrink(cache.use().bytes - 1, 0);
+    EXPECT_FALSE(cache.holds({1, 0}));
+    EXPECT_NE(cache.load({2, 0}, slow()), nullptr);
+}
+
+TEST(DiskCache, ACookGoesOnFromWhatAnotherProcessLeft)
+{
+    const toys::Folder folder;
+    const Wiring w = slow_simulation(6);
+    const double first = cook_last(w.graph, folder.path);
+    take_runs("Slow");
+    EXPECT_EQ(cook_last(w.graph, folder.path), first);
+    EXPECT_EQ(take_runs("Slow"), 0);
+}
+
+TEST(DiskCache, ADamagedCacheCostsTimeAndNoAnswer)
+{
+    std::mt19937 random(5);
+    const toys::Folder folder;
+    const Wiring w = slow_simulation(4);
+    const double first = cook_last(w.graph, folder.path);
+    for (int round = 0; round < 10; ++round) {
+        for (const fs::path& file : files_in(folder.path)) {
+            if (random() % 2) flip_bit(file, random() % (fs::file_size(file) * 8));
+        }
+        EXPECT_EQ(cook_last(w.graph, folder.path), first);
+    }
+}
+
+TEST(DiskCache, ManyProcessesShareOneFolder)
+{
+    const toys::Folder folder;
+    const Wiring w = slow_simulation(5);
+    const double expected = cook_last(w.graph, folder.path / "alone");
+    std::vector<pid_t> children;
+    for (int i = 0; i < 4; ++i) {
+        const pid_t child = ::fork();
+        if (child == 0) {
+            // Threads do not live on in a forked child: it starts afresh with a cache of its own.
+            DiskCache cache(folder.path / "shared", plenty, nullptr);
+            bool good = true;
+            for (std::uint64_t k = 0; k < 50; ++k) {
+                if (const SharedResult found = cache.load({k, 9}, slow())) {
+                    good = good && all_of(found) == all_of(numbers(500, double(k)));
+                }
+                cache.store({k, 9}, numbers(500, double(k)));
+            }
+            cache.flush();
+            ::_exit(good ? 0 : 1);
+        }
+        children.push_back(child);
+    }
+    for (const pid_t child : children) {
+        int status = 0;
+        ::waitpid(child, &status, 0);
+        EXPECT_EQ(status, 0);
+    }
+    DiskCache cache(folder.path / "shared", plenty, nullptr);
+    EXPECT_EQ(cache.verify().bad, 0u);
+    EXPECT_EQ(cache.use().records, 50u);
+    EXPECT_EQ(cook_last(w.graph, folder.path / "shared"), expected);
+}
+
+TEST(DiskCache, AKilledWriterLeavesNothingHalf)
+{
+    const toys::Folder folder;
+    std::mt19937 random(1);
+    for (int round = 0; round < 10; ++round) {
+        const pid_t child = ::fork();
+        if (child == 0) {
+            DiskCache cache(folder.path, plenty, nullptr);
+            for (std::uint64_t k = 0;; ++k) cache.store({k, 0}, numbers(20'000, double(k)));
+        }
+        ::usleep(1000 + static_cast<unsigned>(random() % 20'000));
+        ::kill(child, SIGKILL);
+        ::waitpid(child, nullptr, 0);
+    }
+    Warnings warnings;
+    DiskCache cache(folder.path, plenty, warnings.take());
+    for (std::uint64_t k = 0; k < 1000; ++k) {
+        if (const SharedResult found = cache.load({k, 0}, slow())) {
+            EXPECT_EQ(all_of(found), all_of(numbers(20'000, double(k))));
+        }
+    }
+    EXPECT_TRUE(warnings.all.empty());
+}
+
+TEST(DiskCache, SideFilesAreKnownToTheNextProcess)
+{
+    const toys::Folder folder;
+    const auto path = folder.write("a.txt", "5 b.txt");
+    folder.write("b.txt", "10");
+    Wiring w;
+    const auto read = w.add("ReadNumber", {}, {{"path", {path.string()}}});
+    w.add("Slow", {{"value", {read}}}, {{"seconds", {4e-3}}});
+    const auto sum = w.add("Sum");
+    w.graph.nodes[sum].inputs[0] = {{1, 1}};
+    EXPECT_EQ(cook_last(w.graph, folder.path / "cache"), 15);
+    take_runs("ReadNumber"), take_runs("Slow");
+    EXPECT_EQ(cook_last(w.graph, folder.path / "cache"), 15);
+    EXPECT_EQ(take_runs("Slow"), 0);
+    EXPECT_EQ(take_runs("ReadNumber"), 0);
+    folder.write("b.txt", "20");
+    EXPECT_EQ(cook_last(w.graph, folder.path / "cache"), 25);
+}
