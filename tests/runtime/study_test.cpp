@@ -1,0 +1,179 @@
+#include "runtime/study.hpp"
+
+#include "graph/standard_wires.hpp"
+
+#include <unistd.h>
+
+#include <fstream>
+
+namespace study_test {
+
+using namespace runtime;
+
+// x' = -x from 1, by `steps` steps of Euler's method a frame: at frame f the exact value is
+// exp(-t), the computed one (1 - h)^(n f). Its global error is of first order.
+struct Decay {
+    graph::Wire<double> before;
+    int steps = 1;
+    bool broken = false;
+};
+struct DecayOut {
+    double value = 1;
+};
+static DecayOut decay(const Decay& in, const graph::Context& context)
+{
+    if (in.broken) throw std::runtime_error("it was told to break");
+    DecayOut out;
+    if (!in.before) return out;
+    out.value = *in.before;
+    for (int i = 0; i < in.steps; ++i) out.value -= out.value * context.frame_seconds() / in.steps;
+    return out;
+}
+
+static const graph::Registry& toys()
+{
+    static const graph::Registry all = [] {
+        graph::Registry r;
+        r.add("Decay", 1, decay)
+            .summary("Euler's method on x' = -x.")
+            .param("steps", &Decay::steps, "Steps a frame.", {.min = 1})
+            .param("broken", &Decay::broken, "Whether to fail.")
+            .output("value", &DecayOut::value, "x.")
+            .previous("value", &Decay::before)
+            .reads(graph::Variable::fps);
+        return r;
+    }();
+    return all;
+}
+
+class Study : public testing::Test {
+protected:
+    void SetUp() override
+    {
+        folder_ =
+            std::filesystem::temp_directory_path() / ("aspic_study_" + std::to_string(::getpid()));
+        std::filesystem::create_directories(folder_);
+        file_ = folder_ / "decay.json";
+        std::ofstream(file_) << R"({ "aspic": 1, "frames": { "first": 0, "last": 10, "fps": 10 },
+            "nodes": { "x": { "type": "Decay@1" } } })";
+    }
+    void TearDown() override { std::filesystem::remove_all(folder_); }
+
+    StudyOptions options(std::vector<Vary> varied) const
+    {
+        StudyOptions o;
+        o.varied = std::move(varied);
+        o.measure = "x.value";
+        return o;
+    }
+
+    std::filesystem::path folder_, file_;
+};
+
+TEST_F(Study, TheErrorAgainstAnExactValueIsTheDifferenceAtThatFrame)
+{
+    StudyOptions o = options({{"x.steps", {"1", "10"}}});
+    o.frames = {10};  // t = 1
+    o.exact = std::exp(-1.0);
+    const std::vector<Trial> trials = study(file_, toys(), o);
+    ASSERT_EQ(trials.size(), 2u);
+    EXPECT_NEAR(trials[0].error, std::exp(-1.0) - std::pow(0.9, 10), 1e-15);
+    EXPECT_NEAR(trials[1].error, std::exp(-1.0) - std::pow(0.99, 100), 1e-14);
+    // First order: ten times the steps, a tenth of the error, up to the next order's 5 %.
+    EXPECT_NEAR(trials[0].error / trials[1].error, 10, 0.6);
+    EXPECT_NEAR(trials[0].relative, trials[0].error / std::exp(-1.0), 1e-15);
+}
+
+TEST_F(Study, WithoutAReferenceTheLastCombinationIsIt)
+{
+    const std::vector<Trial> trials =
+        study(file_, toys(), options({{"x.steps", {"1", "2", "64"}}}));
+    EXPECT_TRUE(trials[2].reference);
+    EXPECT_EQ(trials[2].error, 0);
+    // Root mean square over all 11 frames of the difference of two closed forms.
+    double sum_sq = 0;
+    for (int f = 0; f <= 10; ++f) {
+        const double d = std::pow(1 - 0.1, f) - std::pow(1 - 0.1 / 64, 64 * f);
+        sum_sq += d * d;
+    }
+    EXPECT_NEAR(trials[0].error, std::sqrt(sum_sq / 11), 1e-14);
+    EXPECT_LT(trials[1].error, trials[0].error);
+}
+
+TEST_F(Study, AFailedTrialIsToldAndTheOthersGoOn)
+{
+    StudyOptions o = options({{"x.broken", {"true", "false"}}});
+    o.exact = 1;
+    const std::vector<Trial> trials = study(file_, toys(), o);
+    EXPECT_NE(trials[0].failure.find("told to break"), std::string::npos);
+    EXPECT_TRUE(std::isnan(trials[0].error));
+    EXPECT_FALSE(trials[0].best);
+    EXPECT_TRUE(trials[1].failure.empty());
+    EXPECT_TRUE(trials[1].best);
+}
+
+TEST_F(Study, OptionsThatMakeNoSenseAreRefusedWithAReason)
+{
+    StudyOptions o = options({{"x.steps", {"1"}}});
+    o.measure = "y.value";
+    EXPECT_THROW(study(file_, toys(), o), std::invalid_argument);
+    o = options({{"x.stops", {"1", "2"}}});
+    try {
+        study(file_, toys(), o);
+        FAIL() << "an unknown parameter was accepted";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("steps"), std::string::npos) << error.what();
+    }
+}
+
+static Trial trial(const char* value, double relative, double ms)
+{
+    Trial t;
+    t.settings = {{"x.steps", value}};
+    t.error = t.relative = relative;
+    t.frame_seconds = ms / 1e3;
+    return t;
+}
+
+TEST(StudyReport, TheQuickestSettingWithinTheErrorIsNamed)
+{
+    const std::vector<Trial> trials{trial("1", 0.2, 1), trial("2", 0.009, 2), trial("4", 0.001, 4)};
+    EXPECT_NE(soonest(trials, 0.01).find("x.steps=2 meets 1 %"), std::string::npos)
+        << soonest(trials, 0.01);
+    EXPECT_NE(soonest(trials, 1e-6).find("nearest is x.steps=4"), std::string::npos)
+        << soonest(trials, 1e-6);
+}
+
+TEST(StudyReport, TheTableHasALineATrialAndQuotesWhatNeedsIt)
+{
+    std::vector<Trial> trials{trial("[1,2]", 0.5, 1)};
+    trials[0].failure = "it said \"no\"";
+    EXPECT_EQ(to_csv(trials),
+              "\"x.steps\",error_rms,error_max,error_relative,ms_per_frame,setup_ms,best,reference,"
+              "failure\n\"[1,2]\",0.5,0,0.5,1,0,0,0,\"it said \"\"no\"\"\"\n");
+}
+
+TEST(Vary, ValuesArePartedOutsideBracketsAndQuotes)
+{
+    const Vary v = parse_vary(R"(pin.box.size=[1,2,3],"a,b",0.5)");
+    EXPECT_EQ(v.target, "pin.box.size");
+    EXPECT_EQ(v.values, (std::vector<std::string>{"[1,2,3]", "\"a,b\"", "0.5"}));
+    for (const char* wrong : {"", "a", "a=1", "a.b=", "a.b=1,,2", "a.b=[1,2"}) {
+        EXPECT_THROW(parse_vary(wrong), std::invalid_argument) << wrong;
+    }
+}
+
+TEST(Vary, EveryCombinationComesOnceTheLastVaryingFastest)
+{
+    const auto all = combinations({{"a.x", {"1", "2"}}, {"b.y", {"p", "q", "r"}}});
+    ASSERT_EQ(all.size(), 6u);
+    EXPECT_EQ(describe(all[0]), "a.x=1 b.y=p");
+    EXPECT_EQ(describe(all[1]), "a.x=1 b.y=q");
+    EXPECT_EQ(describe(all[5]), "a.x=2 b.y=r");
+    EXPECT_EQ(combinations({}).size(), 1u);
+    EXPECT_THROW(combinations({{"a.x", std::vector<std::string>(200, "1")},
+                               {"a.y", std::vector<std::string>(200, "1")}}),
+                 std::invalid_argument);
+}
+
+}  // namespace study_test
