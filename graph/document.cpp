@@ -198,14 +198,19 @@ private:
 
     void variables(const Json* json)
     {
-        Grammar::Constants constants = {{"fps", graph_.range.fps}};
+        auto grammar = std::make_shared<Grammar>();
+        grammar->define("fps", graph_.range.fps);
+        origin_.grammar = grammar;
         if (json && !json->object()) {
             problems_.add(wrong(*json, "an object of numbers, { \"scale\": 0.02 }"));
             json = nullptr;
         }
-        auto given = options_.variables;
+        std::map<std::string, double, std::less<>> given(options_.variables.begin(),
+                                                         options_.variables.end());
+        std::vector<std::string_view> names;
         for (std::size_t i = 0; json && i < json->object()->size(); ++i) {
             const Member& member = (*json->object())[i];
+            names.push_back(member.key);
             if (!Grammar::free_name(member.key)) {
                 Problem p = problem(member.key_place(),
                                     fmt::format("a variable cannot be called '{}'", member.key));
@@ -213,24 +218,18 @@ private:
                 problems_.add(std::move(p));
                 continue;
             }
-            const auto found = std::find_if(given.begin(), given.end(),
-                                            [&](const auto& v) { return v.first == member.key; });
+            const auto found = given.find(member.key);
             if (found != given.end()) {
-                constants.push_back(*found);
+                grammar->define(found->first, found->second);
                 given.erase(found);
-            } else if (const auto x = number(member.value, "a number")) {
-                constants.emplace_back(member.key, *x);
             } else {
-                constants.emplace_back(member.key, 1.0);  // one report is enough
+                // After a report any number will do.
+                grammar->define(member.key, number(member.value, "a number").value_or(1));
             }
-            origin_.grammar = std::make_shared<const Grammar>(constants);
         }
-        if (constants.size() == 1) origin_.grammar = std::make_shared<const Grammar>(constants);
         for (const auto& [name, value] : given) {
             Problem p = problem({graph_.file, 0, 0},
                                 fmt::format("the document declares no variable '{}'", name));
-            std::vector<std::string_view> names;
-            for (std::size_t i = 1; i < constants.size(); ++i) names.push_back(constants[i].first);
             p.suggestion = suggest(name, names);
             problems_.add(std::move(p));
         }
@@ -282,8 +281,8 @@ private:
         for (const Override& o : options_.sets) {
             auto origin = std::make_unique<Origin>();
             const std::string text = o.target + "=" + o.value;
-            origin->source =
-                std::make_shared<const Source>("--set " + text, origin_.source->folder(), o.value);
+            origin->source = std::make_shared<const Source>(
+                "--set " + text, origin_.source->folder(), o.value, false);
             origin->grammar = origin_.grammar;
             Problems ignored;
             std::optional<Json> value = parse_json(*origin, {.depth = options_.max_depth}, ignored);
@@ -578,9 +577,6 @@ private:
 
     void sort()
     {
-        if (problems_.has_errors()) {
-            // Links that are wrong are absent, so that a cycle found is one all the same.
-        }
         for (const auto& cycle : sort_nodes(graph_)) {
             std::string text;
             for (std::size_t i = 0; i < cycle.size() && i < 20; ++i) {
@@ -625,16 +621,18 @@ private:
         e.place = json.place();
         if (const Json* why = json.find("why"); why && why->text()) e.why = *why->text();
         const Json* value = json.find("value");
+        std::optional<Link> link;
         if (!value) {
             Problem p = problem(json.place());
             p.expected = "\"value\": \"node.output\", a number to look at";
             problems_.add(std::move(p));
-        } else if (const auto link = find_link(*value, "number", "", "")) {
-            e.value = *link;
+        } else {
+            link = find_link(*value, "number", "", "");
         }
         const Json* frame = json.find("frame");
         e.frames = frame ? expected_frames(*frame) : std::vector<int>{graph_.range.last};
-        if (!bounds(json, e)) return;
+        if (!bounds(json, e) || !link) return;
+        e.value = *link;
         graph_.expectations.push_back(std::move(e));
     }
 

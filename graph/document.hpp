@@ -28,10 +28,10 @@ Override parse_override(std::string_view text);
 struct LoadOptions {
     // Nothing outside may be read. Empty: the nearest folder above the document that holds a
     // folder `graphs` or `.git`, else the document's own.
-    std::filesystem::path root;
+    std::filesystem::path root = {};
     bool allow_outside = false;
-    std::vector<Override> sets;
-    std::vector<std::pair<std::string, double>> variables;  // in place of the document's own
+    std::vector<Override> sets = {};
+    std::vector<std::pair<std::string, double>> variables = {};  // in place of the document's own
     std::size_t max_bytes = std::size_t{64} << 20;
     int max_depth = 64;  // of brackets
     int max_frames = 1'000'000;

@@ -41,6 +41,11 @@ void put(const Animated& a, double x, ParamValue& value)
 
 }  // namespace
 
+std::string number_text(double x)
+{
+    return std::isnan(x) ? "NaN" : fmt::format("{}", x);
+}
+
 std::string expectation_of(const Param& param)
 {
     switch (param.kind) {
@@ -100,7 +105,7 @@ ParamValues evaluate(const Node& node, int frame, double time)
             p.port = param_path(node.type->params, a.where);
             p.message = fmt::format("at frame {}", frame);
             p.expected = "a number" + range_text(a.limits);
-            p.found = fmt::format("{} from {}", x, a.source);
+            p.found = fmt::format("{} from {}", number_text(x), a.source);
             throw Failure(std::move(p));
         }
         put(a, x, target(params, a.where));

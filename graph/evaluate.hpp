@@ -14,6 +14,9 @@ std::string param_path(const std::vector<Param>& params, const std::vector<std::
 // What a parameter takes, for people: "a whole number from 1 to 100".
 std::string expectation_of(const Param& param);
 
+// A number for people; NaN without the sign that it may have in memory.
+std::string number_text(double x);
+
 // Whether `x` lies within the limits; false for NaN.
 inline bool within(double x, const Limits& limits)
 {

@@ -175,13 +175,12 @@ private:
     }
 };
 
-Grammar::Grammar(const Constants& constants) : parser_(std::make_unique<Parser>())
+Grammar::Grammar() : parser_(std::make_unique<Parser>()) {}
+
+void Grammar::define(const std::string& name, double value)
 {
-    for (const auto name : own_names()) names_.emplace_back(name);
-    for (const auto& [name, value] : constants) {
-        parser_->mu.DefineConst(name, value);
-        names_.push_back(name);
-    }
+    parser_->mu.DefineConst(name, value);
+    variables_.push_back(name);
 }
 
 Grammar::~Grammar() = default;
@@ -195,6 +194,21 @@ bool Grammar::free_name(std::string_view name)
     }
     const auto taken = own_names();
     return std::find(taken.begin(), taken.end(), name) == taken.end();
+}
+
+ExpressionError Grammar::unknown(const std::string& name, std::size_t position) const
+{
+    std::vector<std::string_view> names = own_names();
+    names.insert(names.end(), variables_.begin(), variables_.end());
+    std::string help = nearest(name, names);
+    if (help.empty()) {
+        names = {"frame", "time", "pi"};
+        names.insert(names.end(), variables_.begin(), variables_.end());
+        help = fmt::format("there is {}, and functions", list_names(names));
+    } else {
+        help = fmt::format("did you mean '{}'?", help);
+    }
+    return {fmt::format("nothing is called '{}'", name), position, std::move(help)};
 }
 
 Expression Grammar::compile(const std::string& text) const
@@ -221,10 +235,8 @@ Expression Grammar::compile(const std::string& text) const
         const auto used = mu.GetUsedVar();  // also parses
         for (const auto& [name, address] : used) {
             if (name == "frame" || name == "time") continue;
-            const std::vector<std::string_view> names(names_.begin(), names_.end());
             const auto at = text.find(name);
-            throw ExpressionError(fmt::format("nothing is called '{}'", name),
-                                  at == std::string::npos ? 0 : at, suggest(name, names));
+            throw unknown(name, at == std::string::npos ? 0 : at);
         }
         const double now = parser_->at(1, 0);
         if (mu.GetNumResults() != 1) {
@@ -237,10 +249,8 @@ Expression Grammar::compile(const std::string& text) const
         return {{}, [own](int frame, double time) { return own->at(frame, time); }};
     } catch (const mu::Parser::exception_type& e) {
         const auto at = static_cast<std::size_t>(std::max(e.GetPos(), 0));
-        const std::vector<std::string_view> names(names_.begin(), names_.end());
         if (e.GetCode() == mu::ecUNASSIGNABLE_TOKEN && !e.GetToken().empty()) {
-            throw ExpressionError(fmt::format("nothing is called '{}'", e.GetToken()),
-                                  std::min(at, text.size()), suggest(e.GetToken(), names));
+            throw unknown(e.GetToken(), std::min(at, text.size()));
         }
         std::string what = e.GetMsg();
         while (!what.empty() && (what.back() == '.' || what.back() == '\n')) what.pop_back();

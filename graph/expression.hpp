@@ -34,23 +34,26 @@ struct Expression {
 // The names that expressions of a document may use: `frame`, `time`, pi, functions, constants.
 class Grammar {
 public:
-    using Constants = std::vector<std::pair<std::string, double>>;
-
-    explicit Grammar(const Constants& constants = {});
+    Grammar();
     ~Grammar();
     Grammar(const Grammar&) = delete;
     Grammar& operator=(const Grammar&) = delete;
 
-    // Throws ExpressionError.
+    // A constant of the document; free_name(name) must hold.
+    void define(const std::string& name, double value);
+
+    // Throws ExpressionError. Not from several threads.
     Expression compile(const std::string& text) const;
 
     // Whether a variable may have this name: letters, digits and _, and nobody else's.
     static bool free_name(std::string_view name);
 
 private:
+    ExpressionError unknown(const std::string& name, std::size_t position) const;
+
     struct Parser;
     std::unique_ptr<Parser> parser_;
-    std::vector<std::string> names_;
+    std::vector<std::string> variables_;
 };
 
 // Smooth, deterministic noise in [-1, 1], zero at whole numbers; one bump or dip a unit.

@@ -20,8 +20,8 @@ bool begins_character(char c)
 
 }  // namespace
 
-Source::Source(std::string name, std::filesystem::path folder, std::string text)
-    : name_(std::move(name)), folder_(std::move(folder)), text_(std::move(text))
+Source::Source(std::string name, std::filesystem::path folder, std::string text, bool lines)
+    : name_(std::move(name)), folder_(std::move(folder)), text_(std::move(text)), lines_(lines)
 {
     line_starts_.push_back(0);
     std::uint32_t characters = 0;
@@ -43,6 +43,7 @@ std::size_t Source::characters_before(std::size_t offset) const
 
 Place Source::place(std::size_t offset) const
 {
+    if (!lines_) return {name_, 0, 0};
     offset = std::min(offset, text_.size());
     const auto after = std::upper_bound(line_starts_.begin(), line_starts_.end(), offset);
     const std::size_t start = *(after - 1);
@@ -98,6 +99,25 @@ std::string Json::snippet() const
 
 namespace {
 
+// The library's text "[json.exception...] parse error at line 1, column 2: syntax error while ...;
+// last read: ..." without the parts that a place says better.
+std::string plain(std::string what)
+{
+    if (const auto end = what.find("] "); end != std::string::npos) what = what.substr(end + 2);
+    for (const std::string_view lead : {"parse error", "syntax error "}) {
+        const auto found = what.find(lead);
+        if (found == std::string::npos) continue;
+        const auto colon = lead.ends_with(' ') ? found : what.find(": ", found);
+        if (colon != std::string::npos) {
+            what = what.substr(colon + (lead.ends_with(' ') ? lead.size() : 2));
+        }
+    }
+    const auto read = what.find("; last read: ");
+    if (read == std::string::npos) return what;
+    const auto rest = what.find("'; ", read);  // "; expected ..."
+    return what.substr(0, read) + (rest == std::string::npos ? "" : what.substr(rest + 1));
+}
+
 // Reads the events of the library's parser and finds each one's token again in the text.
 class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
 public:
@@ -148,33 +168,23 @@ public:
     }
     bool end_array() override { return close(); }
 
-    bool parse_error(std::size_t position, const std::string& last,
+    bool parse_error(std::size_t position, const std::string&,
                      const nlohmann::detail::exception& e) override
     {
-        // The exception reads "[json.exception...] parse error at line 1, column 2: what".
-        std::string what = e.what();
-        for (const std::string_view mark : {"syntax error ", "parsing ", ": "}) {
-            if (const auto found = what.find(mark); found != std::string::npos) {
-                what = what.substr(found + mark.size());
-                break;
-            }
-        }
         const std::size_t start = skip();
         std::size_t offset = position > 0 ? position - 1 : 0;
-        const bool sign =
-            last.size() == 1 && std::string_view(",:[]{}").find(last[0]) != std::string_view::npos;
         // Inside a string the byte that is wrong, else the whole token's beginning.
-        if (!sign && !last.starts_with('"') && start < offset) offset = start;
+        if (start < offset && text_[start] != '"') offset = start;
 
         Problem p;
         p.place = origin_.source->place(offset);
-        p.message = "this is not JSON: " + what;
-        if ((last == "}" || last == "]" || last.ends_with(",}") || last.ends_with(",]")) &&
-            text_.find_last_not_of(" \t\r\n", offset > 0 ? offset - 1 : 0) != std::string::npos &&
-            text_[text_.find_last_not_of(" \t\r\n", offset > 0 ? offset - 1 : 0)] == ',') {
-            p.suggestion = "no comma may stand before the closing bracket";
-        } else if (offset >= text_.size()) {
+        p.message = "this is not JSON: " + plain(e.what());
+        const std::size_t before = text_.find_last_not_of(" \t\r\n", offset - 1);
+        if (offset >= text_.size()) {
             p.suggestion = "the file ends too early: was it cut off?";
+        } else if ((text_[offset] == '}' || text_[offset] == ']') && before < offset &&
+                   text_[before] == ',') {
+            p.suggestion = "no comma may stand before the closing bracket";
         }
         problems_.add(std::move(p));
         return false;

@@ -20,7 +20,8 @@ namespace graph {
 // A text, and an index from byte offsets to lines and columns.
 class Source {
 public:
-    Source(std::string name, std::filesystem::path folder, std::string text);
+    // `lines`: whether places in it have lines and columns (a command line's have not).
+    Source(std::string name, std::filesystem::path folder, std::string text, bool lines = true);
 
     Place place(std::size_t offset) const;
     const std::string& name() const { return name_; }
@@ -33,6 +34,7 @@ private:
     std::string name_;
     std::filesystem::path folder_;
     std::string text_;
+    bool lines_;
     std::vector<std::uint32_t> line_starts_;
     std::vector<std::uint32_t> characters_;  // before every 256th byte
 };

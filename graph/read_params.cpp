@@ -269,8 +269,9 @@ private:
         if (within(x, param.limits) && std::isfinite(x) && (!whole || x == std::floor(x))) return x;
         Problem p = problem(json.place());
         p.expected = expectation_of(param);
-        p.found = is_expression(json) ? fmt::format("{}, which is {}", json.snippet(), x)
-                                      : json.snippet();
+        p.found = is_expression(json)
+                      ? fmt::format("{}, which is {}", json.snippet(), number_text(x))
+                      : json.snippet();
         c_.problems.add(std::move(p));
         return {};
     }
@@ -621,7 +622,8 @@ std::optional<double> read_constant(const Json& json, Problem& problem)
         return {};
     }
     if (!std::isfinite(*e->constant)) {
-        problem.message = fmt::format("{} is not a number but {}", *json.text(), *e->constant);
+        problem.message =
+            fmt::format("{} gives {}, no finite number", *json.text(), number_text(*e->constant));
         return {};
     }
     return e->constant;

@@ -63,7 +63,14 @@ std::vector<std::vector<std::uint32_t>> sort_nodes(Graph& graph)
             } else if (mark[source] == Mark::open && cycles.size() < 100) {
                 const auto begin = std::find(path.begin(), path.end(), source);
                 cycles.emplace_back(begin, path.end());
-                std::reverse(cycles.back().begin(), cycles.back().end());  // along the links
+                auto& cycle = cycles.back();  // along the links, from the first by name
+                std::reverse(cycle.begin(), cycle.end());
+                std::rotate(cycle.begin(),
+                            std::min_element(cycle.begin(), cycle.end(),
+                                             [&](std::uint32_t a, std::uint32_t b) {
+                                                 return graph.nodes[a].name < graph.nodes[b].name;
+                                             }),
+                            cycle.end());
             }
         }
     }
