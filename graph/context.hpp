@@ -53,6 +53,9 @@ public:
     // Where relative output paths live. Not part of any key.
     std::filesystem::path output_folder = ".";
 
+    // Files that a read file names must lie below; empty: anywhere. Not part of any key.
+    std::filesystem::path root;
+
     // For a node that gathers: the frame of each gathered value, in order. They are those that it
     // asked for, or, in a cook of fewer frames, the nearest cooked ones before them.
     std::vector<int> gathered;

@@ -1,0 +1,56 @@
+#pragma once
+
+// Files for tests: a folder that goes away again, and where kept models lie.
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace files {
+
+namespace fs = std::filesystem;
+
+class Folder {
+public:
+    Folder()
+    {
+        std::string name = (fs::temp_directory_path() / "aspic-test-XXXXXX").string();
+        if (!mkdtemp(name.data())) throw std::runtime_error("no temporary folder");
+        path = name;
+    }
+    Folder(const Folder&) = delete;
+    Folder& operator=(const Folder&) = delete;
+    ~Folder()
+    {
+        std::error_code none;
+        fs::remove_all(path, none);
+    }
+    fs::path write(const std::string& name, const std::string& bytes) const
+    {
+        fs::create_directories((path / name).parent_path());
+        std::ofstream(path / name, std::ios::binary) << bytes;
+        return path / name;
+    }
+    fs::path path;
+};
+
+inline std::string bytes_of(const fs::path& path)
+{
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// The folder of models by others: $ASPIC_SHARED, or `shared` beside the project; else empty.
+inline fs::path shared()
+{
+    if (const char* named = std::getenv("ASPIC_SHARED"); named && *named) return named;
+    const fs::path beside = fs::path(ASPIC_SOURCE_DIR) / "../shared";
+    return fs::exists(beside) ? beside : fs::path();
+}
+
+}  // namespace files
