@@ -306,6 +306,23 @@ HWY_INLINE V von_mises(D d, double h, const BrickField<V>& c, V mu)
     return hn::Sqrt(hn::Add(hn::Mul(hn::Set(d, 0.5), normal), hn::Mul(hn::Set(d, 3.0), shear)));
 }
 
+// Of the matrix with columns scale * (C_x, C_y, C_z).
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V determinant(D d, double scale, const BrickField<V>& c)
+{
+    const V s = hn::Set(d, scale);
+    const auto at = [&](int i, V Monomials<V>::*m) HWY_ATTR { return hn::Mul(s, c.of[i].*m); };
+    const V x0 = at(0, &Monomials<V>::x), x1 = at(1, &Monomials<V>::x),
+            x2 = at(2, &Monomials<V>::x);
+    const V y0 = at(0, &Monomials<V>::y), y1 = at(1, &Monomials<V>::y),
+            y2 = at(2, &Monomials<V>::y);
+    const V z0 = at(0, &Monomials<V>::z), z1 = at(1, &Monomials<V>::z),
+            z2 = at(2, &Monomials<V>::z);
+    return dot3(x0, hn::Sub(hn::Mul(y1, z2), hn::Mul(y2, z1)), x1,
+                hn::Sub(hn::Mul(y2, z0), hn::Mul(y0, z2)), x2,
+                hn::Sub(hn::Mul(y0, z1), hn::Mul(y1, z0)));
+}
+
 double corotate_all(const BrickCoefficients<double>& bricks, const Corotation& at,
                     std::size_t begin, std::size_t end, const double* x)
 {
@@ -352,6 +369,10 @@ double corotate_all(const BrickCoefficients<double>& bricks, const Corotation& a
                 const V mu = hn::LoadU(d, at.material + block * 2 * block_lanes + lane);
                 const V stress = von_mises(d, at.h, displacement, mu);
                 hn::StoreU(hn::DemoteTo(low, stress), low, at.stress + block * block_lanes + lane);
+            }
+            if (at.volume) {
+                const V change = determinant(d, 1 / edge, y);
+                hn::StoreU(hn::DemoteTo(low, change), low, at.volume + block * block_lanes + lane);
             }
             if (at.force) {
                 add_turning(d, edge, y, displacement, f);

@@ -57,6 +57,7 @@ struct Corotation {
     double* force = nullptr;           // slots x 4, the elastic force is added
     float* stress = nullptr;           // [block][16], von Mises, of `material`
     const double* material = nullptr;  // [block][2][16]: mu, lambda, Pa; for stress
+    float* volume = nullptr;           // [block][16], of the mean deformation: 1 at rest
 };
 
 // The rotations, elastic forces and stresses of blocks [begin, end) with corners at x. Returns

@@ -4,6 +4,7 @@
 #include "physics/brick_kernels.hpp"
 
 #include <algorithm>
+#include <string>
 
 namespace physics {
 namespace {
@@ -43,6 +44,23 @@ template <class T> void add_copies(const BrickLayout& layout, T* y)
     });
 }
 
+// Of the factor, in 3 x 3 blocks: a solve then costs about as much as 20 products with K.
+constexpr double most_entries_a_corner = 150;
+
+// K of a cube of edge h is mu parts[0] + lambda parts[1] + lambda' parts[2].
+std::array<BrickMatrix, 3> stiffness_parts(double h, BrickElement element)
+{
+    const BrickMatrix a = brick_stiffness(h, {0, 1}, element);
+    if (element == BrickElement::trilinear) {
+        return {a, brick_stiffness(h, {1, 0}, element), BrickMatrix::Zero()};
+    }
+    // lambda' is 2/3 for lambda = mu = 1 and 1 for lambda = 2, mu = 1.
+    const BrickMatrix one = brick_stiffness(h, {1, 1}, element) - a;
+    const BrickMatrix two = brick_stiffness(h, {2, 1}, element) - a;
+    const BrickMatrix bend = -3 * (two - 2 * one);
+    return {a, one - 2.0 / 3 * bend, bend};
+}
+
 class BrickElasticity final : public Elasticity {
 public:
     explicit BrickElasticity(const BricksBody& body)
@@ -54,10 +72,15 @@ public:
 
     std::size_t room() const override { return 4 * body_.layout.slots; }
 
-    void forces(const double* x, double* f) override { evaluate(x, f, nullptr); }
+    void forces(const double* x, double* f) override { evaluate(x, f, {}); }
 
-    // Also the energy, and the stress where it is not null: blocks x 16.
-    double evaluate(const double* x, double* f, float* stress)
+    // Lanes of blocks to fill, where not null.
+    struct Measures {
+        float* stress = nullptr;  // Pa
+        float* volume = nullptr;  // of that at rest
+    };
+    // Forces where f is not null, and measures. Returns the energy.
+    double evaluate(const double* x, double* f, Measures measures)
     {
         const BrickLayout& layout = body_.layout;
         std::vector<double> energy(layout.pieces.size());
@@ -67,7 +90,8 @@ public:
         at.rotation = rotation_.data();
         at.rotation_low = rotation_low_.data();
         at.force = f;
-        at.stress = stress;
+        at.stress = measures.stress;
+        at.volume = measures.volume;
         at.material = body_.material.data();
         const auto bricks = coefficients(body_.stiffness.data(), rotation_.data());
         for_each_piece(layout, [&](std::size_t p) {
@@ -113,6 +137,39 @@ public:
         }
     }
 
+    bool prepare_inverse(double stiffness, double damping, const std::vector<double>& mass,
+                         const std::vector<std::uint32_t>& held) override
+    {
+        factor_ = body_.factors->find({stiffness, damping, mass, held},
+                                      [&] { return make_factor(stiffness, damping, mass, held); });
+        return factor_ != nullptr;
+    }
+
+    // The inverse at rest, turned with the corners.
+    void apply_inverse(const float* r, float* z) override
+    {
+        const std::size_t k_end = body_.base.corners;
+        turned_.resize(body_.base.numbers);
+        solved_.assign(body_.base.numbers, 0);
+        for (std::size_t k = 0; k < k_end; ++k) {
+            const float *m = &rotation_low_[body_.turns_with[k]], *from = r + 4 * k;
+            float* to = &turned_[4 * k];
+            for (std::size_t i = 0; i < 3; ++i) {
+                to[i] = m[i * block_lanes] * from[0] + m[(3 + i) * block_lanes] * from[1] +
+                        m[(6 + i) * block_lanes] * from[2];
+            }
+        }
+        factor_->solve(turned_.data(), solved_.data(), body_.base.slot.data(), factor_work_);
+        for (std::size_t k = 0; k < k_end; ++k) {
+            const float *m = &rotation_low_[body_.turns_with[k]], *from = &solved_[4 * k];
+            float* to = z + 4 * k;
+            for (std::size_t i = 0; i < 3; ++i) {
+                to[i] = m[3 * i * block_lanes] * from[0] + m[(3 * i + 1) * block_lanes] * from[1] +
+                        m[(3 * i + 2) * block_lanes] * from[2];
+            }
+        }
+    }
+
     // Four numbers a cube: the unit quaternion of its rotation.
     void load_rotations(const std::vector<float>& from)
     {
@@ -141,6 +198,37 @@ public:
     }
 
 private:
+    // Null where the factor would be so large that its solves cost more than they save: in solid
+    // bodies fill-in grows faster than the iterations that it spares.
+    FactorCache::Factor make_factor(double stiffness, double damping,
+                                    const std::vector<double>& mass,
+                                    const std::vector<std::uint32_t>& held) const
+    {
+        const geometry::Cubes& cubes = *body_.rest;
+        std::vector<char> left_out(cubes.corner_count(), 0);
+        for (const auto k : held) left_out[k] = 1;
+        const double most = most_entries_a_corner * static_cast<double>(cubes.corner_count());
+        Dissection dissection = dissect(cubes, left_out, most);
+        if (dissection.fronts.empty()) return nullptr;
+        std::vector<std::array<double, 3>> weights(cubes.count());
+        const auto& cube = body_.layout.cube;
+        for (std::size_t i = 0; i < cube.size(); ++i) {
+            if (cube[i] == no_cube) continue;
+            const double* k = &body_.stiffness[i / block_lanes * 3 * block_lanes + i % block_lanes];
+            const double factor = stiffness + damping * body_.stiffness_damping[i];
+            for (std::size_t j = 0; j < 3; ++j) {
+                weights[cube[i]][j] = factor * 16 / body_.base.h * k[j * block_lanes];
+            }
+        }
+        std::vector<double> diagonal(cubes.corner_count());
+        for (std::size_t k = 0; k < diagonal.size(); ++k) diagonal[k] = mass[body_.base.slot[k]];
+        auto factor =
+            CornerFactor::make(cubes, std::move(dissection),
+                               stiffness_parts(body_.base.h, body_.element), weights, diagonal);
+        if (!factor) return nullptr;
+        return std::make_shared<const CornerFactor>(std::move(*factor));
+    }
+
     template <class T>
     BrickCoefficients<T> coefficients(const T* stiffness, const T* rotation) const
     {
@@ -166,6 +254,8 @@ private:
     Aligned<double> weighted_;     // B x 3 x 16
     Aligned<float> weighted_low_;  // B x 3 x 16
     double stiffness_weight_ = 0, damping_weight_ = 0;
+    FactorCache::Factor factor_;
+    Aligned<float> turned_, solved_, factor_work_;
 };
 
 std::vector<float> by_cube(const BricksBody& body, const Aligned<float>& lanes)
@@ -187,6 +277,9 @@ BricksBody make_bricks(const geometry::Cubes& cubes, const BrickOptions& options
     body.base = make_corner_body(cubes, body.layout.slot, surface);
     body.element = options.element;
     body.cubes = cubes.count();
+    body.rest = std::make_shared<const geometry::Cubes>(cubes);
+    body.factors = std::make_shared<FactorCache>();
+    body.turns_with.assign(body.base.corners, 0);
     const std::size_t lanes = body.layout.cube.size();
     body.stiffness.assign(3 * lanes, 0);
     body.material.assign(2 * lanes, 0);
@@ -214,6 +307,8 @@ BricksBody make_bricks(const geometry::Cubes& cubes, const BrickOptions& options
             share * ((2 * mu + lambda) + 2 * mu + (2 * (2 + plain) * mu + 2 * bend + 2 * mu) / 3 +
                      (4 * mu + lambda) / 9);
         for (const auto corner : cubes.corners[c]) {
+            body.turns_with[body.base.slot[corner]] =
+                static_cast<std::uint32_t>(block * 9 * block_lanes + lane);
             body.diagonal[body.base.slot[corner]] += one;
             body.damping_diagonal[body.base.slot[corner]] += one * cubes.stiffness_damping[c];
         }
@@ -240,9 +335,16 @@ State advance(const BricksBody& body, State state, const Loads& loads, double dt
     BrickElasticity elasticity(body);
     elasticity.load_rotations(state.rotation);
     state = advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
-    Aligned<float> stress(body.layout.cube.size());
-    elasticity.evaluate(by_slot(body.base, state.x).data(), nullptr, stress.data());
+    Aligned<float> stress(body.layout.cube.size()), volume(body.layout.cube.size());
+    elasticity.evaluate(by_slot(body.base, state.x).data(), nullptr,
+                        {stress.data(), volume.data()});
     state.stress = by_cube(body, stress);
+    const auto inverted =
+        std::count_if(volume.begin(), volume.end(), [](float v) { return v < 0.1f; });
+    if (inverted > 0) {
+        state.report.warnings.push_back(std::to_string(inverted) +
+                                        " cubes are squashed flat or turned inside out");
+    }
     state.rotation = elasticity.rotations();
     return state;
 }
@@ -253,7 +355,7 @@ Strained strain(const BricksBody& body, const std::vector<Vec3>& x)
     Aligned<double> f(4 * body.layout.slots, 0);
     Aligned<float> stress(body.layout.cube.size());
     Strained out;
-    out.energy = elasticity.evaluate(by_slot(body.base, x).data(), f.data(), stress.data());
+    out.energy = elasticity.evaluate(by_slot(body.base, x).data(), f.data(), {stress.data()});
     for (std::size_t k = 0; k < body.base.corners; ++k) {
         out.force.emplace_back(f[4 * std::size_t{body.base.slot[k]}],
                                f[4 * std::size_t{body.base.slot[k]} + 1],

@@ -9,6 +9,7 @@
 #include "physics/brick_element.hpp"
 #include "physics/brick_layout.hpp"
 #include "physics/corner_body.hpp"
+#include "physics/factor_cache.hpp"
 #include "physics/implicit_step.hpp"
 
 namespace physics {
@@ -31,6 +32,12 @@ struct BricksBody {
     Aligned<double> stiffness_damping;  // B x 16, s
     std::vector<double> diagonal;       // K by slot, N/m, of the stiffness
     std::vector<double> damping_diagonal;  // K by slot, N s/m
+
+    std::vector<std::uint32_t> turns_with;  // K by slot, where the rotation of a cube at it starts
+
+    // For the preconditioner. The cache only remembers what is a function of the rest.
+    std::shared_ptr<const geometry::Cubes> rest;
+    std::shared_ptr<FactorCache> factors;
 
     std::size_t bytes() const;
 };

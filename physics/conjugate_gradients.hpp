@@ -38,12 +38,15 @@ template <class T> struct LinearSystem {
     Aligned<T> diagonal;                             // D
     Aligned<T> inverse;                              // of the diagonal of A; 0 holds a number as is
     std::vector<CornerBlock<T>> blocks;              // where `inverse` is 0 for all three
+    // z = about A^-1 r, symmetric and positive, 0 where numbers are held. None: the diagonal's
+    // inverse and the blocks.
+    std::function<void(const T* r, T* z)> precondition = {};
 };
 
 struct Solved {
     bool converged = true;
     int iterations = 0;
-    double residual = 0;  // sqrt(r . P^-1 r)
+    double residual = 0;  // sqrt(r . D^-1 r), D the diagonal of A with its blocks
 };
 
 // Vectors that a solve works in; kept between solves.
@@ -51,7 +54,7 @@ template <class T> struct ConjugateVectors {
     Aligned<T> x, r, z, p, y;
 };
 
-// Solves A x = r from x = 0 until sqrt(r . P^-1 r) <= target or `limit` iterations. `work.r` holds
+// Solves A x = r from x = 0 until sqrt(r . D^-1 r) <= target or `limit` iterations. `work.r` holds
 // the right-hand side on entry, work.x the solution on return.
 template <class T>
 Solved conjugate_gradients(const LinearSystem<T>& system, double target, int limit,
@@ -59,27 +62,31 @@ Solved conjugate_gradients(const LinearSystem<T>& system, double target, int lim
 {
     const std::size_t n = system.numbers;
     auto& [x, r, z, p, y] = work;
-    x.assign(n, 0), z.resize(n), p.assign(n, 0), y.resize(system.room);
+    x.assign(n, 0), z.assign(n, 0), p.assign(n, 0), y.assign(system.room, 0);
     const auto step = [&](T alpha) {
         double sum = descend(n, alpha, p.data(), y.data(), system.inverse.data(), x.data(),
                              r.data(), z.data());
         for (const auto& block : system.blocks) sum += block.apply(r.data(), z.data());
         return sum;
     };
-    std::fill(y.begin(), y.end(), T(0));
-    double rz = step(0), beta = 0;
+    double size_sq = step(0), rz = 0;
     Solved out;
-    while (std::sqrt(rz) > target && out.iterations < limit) {
-        turn_direction(n, static_cast<T>(beta), z.data(), p.data());
+    while (std::sqrt(size_sq) > target && out.iterations < limit) {
+        const double before = rz;
+        if constexpr (std::is_same_v<T, float>) {
+            if (system.precondition) system.precondition(r.data(), z.data());
+            rz = system.precondition ? dot(n, r.data(), z.data()) : size_sq;
+        } else {
+            rz = size_sq;
+        }
+        turn_direction(n, static_cast<T>(before > 0 ? rz / before : 0), z.data(), p.data());
         system.multiply(p.data(), y.data());
         const double py = add_diagonal_times(n, system.diagonal.data(), p.data(), y.data());
         if (!(py > 0) || !std::isfinite(py)) break;
-        const double before = rz;
-        rz = step(static_cast<T>(rz / py));
-        beta = rz / before;
+        size_sq = step(static_cast<T>(rz / py));
         ++out.iterations;
     }
-    out.residual = std::sqrt(rz);
+    out.residual = std::sqrt(size_sq);
     out.converged = out.residual <= target;
     return out;
 }

@@ -85,6 +85,12 @@ double descend_high(std::size_t n, double alpha, const double* p, const double* 
 {
     return descend_any(n, alpha, p, y, inverse, x, r, z);
 }
+double dot_low(std::size_t n, const float* r, const float* z)
+{
+    return lane_sum<float>(n, [&](auto d, std::size_t i) HWY_ATTR {
+        return hn::Mul(hn::LoadU(d, r + i), hn::LoadU(d, z + i));
+    });
+}
 void turn_low(std::size_t n, float beta, const float* z, float* p)
 {
     turn_any(n, beta, z, p);
@@ -105,6 +111,7 @@ HWY_EXPORT(diagonal_low);
 HWY_EXPORT(diagonal_high);
 HWY_EXPORT(descend_low);
 HWY_EXPORT(descend_high);
+HWY_EXPORT(dot_low);
 HWY_EXPORT(turn_low);
 HWY_EXPORT(turn_high);
 
@@ -162,6 +169,13 @@ double descend(std::size_t n, double alpha, const double* p, const double* y, co
     return sum_of_runs(n, [&](std::size_t i, std::size_t count) {
         return HWY_DYNAMIC_DISPATCH(descend_high)(count, alpha, p + i, y + i, inverse + i, x + i,
                                                   r + i, z + i);
+    });
+}
+
+double dot(std::size_t n, const float* r, const float* z)
+{
+    return sum_of_runs(n, [&](std::size_t i, std::size_t count) {
+        return HWY_DYNAMIC_DISPATCH(dot_low)(count, r + i, z + i);
     });
 }
 

@@ -20,6 +20,9 @@ double descend(std::size_t n, float alpha, const float* p, const float* y, const
 double descend(std::size_t n, double alpha, const double* p, const double* y, const double* inverse,
                double* x, double* r, double* z);
 
+// r . z
+double dot(std::size_t n, const float* r, const float* z);
+
 // p = z + beta p
 void turn_direction(std::size_t n, float beta, const float* z, float* p);
 void turn_direction(std::size_t n, double beta, const double* z, double* p);

@@ -114,6 +114,7 @@ private:
     bool step_or_halves(double begin, double end, int depth)
     {
         const Aligned<double> x = x_, v = v_;
+        depth_ = depth;
         step(begin, end);
         if (all_finite(x_) && all_finite(v_)) return true;
         x_ = x, v_ = v;
@@ -201,8 +202,22 @@ private:
         v_ = w_;
     }
 
+    // Only steps of the asked length are worth an inverse: it is kept for the next.
+    void look_for_inverse()
+    {
+        low_.precondition = {};
+        if (depth_ > 0) return;
+        std::vector<double> mass(body_.corners);
+        for (std::size_t k = 0; k < body_.corners; ++k) {
+            mass[k] = body_.mass[k] + tau_ * body_.mass_damping[k];
+        }
+        if (!elasticity_.prepare_inverse(tau_ * tau_, tau_, mass, loads_.pins.corner)) return;
+        low_.precondition = [this](const float* r, float* z) { elasticity_.apply_inverse(r, z); };
+    }
+
     void solve()
     {
+        look_for_inverse();
         linearise(x0_);
         at_start_ = true;
         place();
@@ -479,6 +494,7 @@ private:
     Aligned<double> force_, product_;   // elastic forces; K w
     Aligned<double> r_, rest_, delta_;  // residual, what a solve leaves of it, change of w
     double tau_ = 0;                    // s
+    int depth_ = 0;                     // times the step was halved
     bool at_start_ = true;              // forces are linear about x0_, not evaluated at x_
     bool windy_weather_ = false, unsolved_ = false;
     std::vector<PosedCollider> colliders_;
@@ -510,6 +526,14 @@ void check_state(const CornerBody& body, const State& state)
 }
 
 }  // namespace
+
+bool Elasticity::prepare_inverse(double, double, const std::vector<double>&,
+                                 const std::vector<std::uint32_t>&)
+{
+    return false;
+}
+
+void Elasticity::apply_inverse(const float*, float*) {}
 
 State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State state,
                          const Loads& loads, double dt, const StepOptions& options)

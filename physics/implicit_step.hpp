@@ -28,7 +28,7 @@ struct StepOptions {
     int substeps = 1;              // a frame
     int newton_iterations = 1;     // linearisations a stage
     int contact_iterations = 10;   // solves a stage while what touches still changes
-    double tolerance = 1e-3;       // of the residual, relative to the forces at work
+    double tolerance = 1e-4;       // of the residual, relative to the forces at work
     int solver_iterations = 2000;  // conjugate gradient iterations a solve
 };
 
@@ -46,6 +46,13 @@ public:
     virtual void multiply(const float* p, float* y) const = 0;  // y = K p
     virtual void multiply(const double* p, double* y) const = 0;
     virtual void add_diagonal(double* d) const = 0;  // of K, about
+
+    // Makes ready an approximate inverse of stiffness * K + damping * (Rayleigh's) + mass (K by
+    // slot) with the corners `held` (sorted) left out; false when the method has none worth it.
+    virtual bool prepare_inverse(double stiffness, double damping, const std::vector<double>& mass,
+                                 const std::vector<std::uint32_t>& held);
+    // z = that inverse of r, 0 at held corners; symmetric and positive.
+    virtual void apply_inverse(const float* r, float* z);
 };
 
 // The state `dt` seconds later. Throws std::invalid_argument when state or loads do not fit the
