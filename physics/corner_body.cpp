@@ -28,19 +28,21 @@ void check(const geometry::Cubes& cubes)
     }
     double total = 0;
     for (std::size_t c = 0; c < n; ++c) {
+        // Each sentence is only put together for the number that needs it.
         const auto in_cube = [&](bool good, const char* name, double value) {
-            need(good, "cube " + std::to_string(c) + " has " + name + " " + std::to_string(value));
+            if (good) return;
+            need(false, "cube " + std::to_string(c) + " has " + name + " " + std::to_string(value));
         };
-        const auto positive = [](double v) { return std::isfinite(v) && v >= 0; };
+        const auto sound = [](double v) { return std::isfinite(v) && v >= 0; };
         for (const auto k : cubes.corners[c]) in_cube(k < cubes.corner_count(), "a corner", k);
-        in_cube(positive(cubes.mass[c]), "a mass in kg of", cubes.mass[c]);
-        in_cube(positive(cubes.fill[c]), "a fill of", cubes.fill[c]);
-        in_cube(positive(cubes.young[c]) && cubes.young[c] > 0, "a Young's modulus in Pa of",
+        in_cube(sound(cubes.mass[c]), "a mass in kg of", cubes.mass[c]);
+        in_cube(sound(cubes.fill[c]), "a fill of", cubes.fill[c]);
+        in_cube(sound(cubes.young[c]) && cubes.young[c] > 0, "a Young's modulus in Pa of",
                 cubes.young[c]);
         in_cube(cubes.poisson[c] > -1 && cubes.poisson[c] < 0.5,
                 "a Poisson ratio (expected below 0.5) of", cubes.poisson[c]);
-        in_cube(positive(cubes.mass_damping[c]), "a mass damping of", cubes.mass_damping[c]);
-        in_cube(positive(cubes.stiffness_damping[c]), "a stiffness damping of",
+        in_cube(sound(cubes.mass_damping[c]), "a mass damping of", cubes.mass_damping[c]);
+        in_cube(sound(cubes.stiffness_damping[c]), "a stiffness damping of",
                 cubes.stiffness_damping[c]);
         total += cubes.mass[c];
     }
