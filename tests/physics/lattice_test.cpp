@@ -1,0 +1,356 @@
+#include "physics/lattice.hpp"
+
+#include "geometry/random.hpp"
+#include "tests/physics/some_cubes.hpp"
+
+#include <tbb/global_control.h>
+
+#include <numbers>
+
+using namespace physics;
+using geometry::Cubes;
+using geometry::Mat3;
+using geometry::Random;
+using test::block_of_cubes;
+using test::corners_where;
+
+namespace {
+
+LatticeOptions stiffest(int substeps = 1, Precision precision = Precision::single)
+{
+    return {.from_material = false,
+            .rate = std::numeric_limits<double>::infinity(),
+            .damping = 0,
+            .substeps = substeps,
+            .precision = precision};
+}
+
+LatticeBody lattice_of(const Cubes& cubes, int w)
+{
+    return make_lattice(cubes, w, Weighting::filled);
+}
+
+// An L of cubes with a prong: no symmetry to hide behind.
+Cubes crooked()
+{
+    std::vector<geometry::Vec3i> cells;
+    for (int x = 0; x < 6; ++x) {
+        for (int y = 0; y < 2; ++y) cells.emplace_back(x, y, 0), cells.emplace_back(x, y, 1);
+    }
+    for (int y = 2; y < 6; ++y) cells.emplace_back(0, y, 0), cells.emplace_back(2, y, 0);
+    return test::some_cubes(cells, 0.1);
+}
+
+struct Momenta {
+    Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+    double size = 0;  // sum of m |v|, and of m |x| |v|
+};
+Momenta momenta(const LatticeBody& body, const State& state)
+{
+    Momenta sum;
+    for (std::size_t i = 0; i < state.x.size(); ++i) {
+        const double m = body.base.mass[i];
+        sum.linear += m * state.v[i];
+        sum.angular += m * state.x[i].cross(state.v[i]);
+        sum.size += m * state.v[i].norm();
+    }
+    return sum;
+}
+
+// The largest distance between a state and the rest shape moved rigidly as well as can be.
+double misfit(const LatticeBody& body, const State& state)
+{
+    const State rest = rest_state(body);
+    const std::size_t n = rest.x.size();
+    Vec3 a = Vec3::Zero(), b = a;
+    for (std::size_t i = 0; i < n; ++i) a += rest.x[i] / double(n), b += state.x[i] / double(n);
+    Mat3 m = Mat3::Zero();
+    for (std::size_t i = 0; i < n; ++i) m += (state.x[i] - b) * (rest.x[i] - a).transpose();
+    const Eigen::JacobiSVD<Mat3> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Vec3 signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
+    const Mat3 r = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+    double worst = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+        worst = std::max(worst, (state.x[i] - b - r * (rest.x[i] - a)).norm());
+    }
+    return worst;
+}
+
+double centre_of(const State& state, int axis)
+{
+    double sum = 0;
+    for (const Vec3& x : state.x) sum += x[axis];
+    return sum / double(state.x.size());
+}
+
+}  // namespace
+
+TEST(Lattice, ABodyAtRestUnderAnyRigidMotionStaysThere)
+{
+    const Random random(1);
+    for (const int w : {1, 2, 3}) {
+        const LatticeBody body = lattice_of(crooked(), w);
+        for (const Precision precision : {Precision::single, Precision::full}) {
+            State state = rest_state(body);
+            const Eigen::Quaterniond turn(Eigen::AngleAxisd(2, Vec3(1, -2, 3).normalized()));
+            for (auto& x : state.x) x = turn * x + Vec3(5, 6, 7);
+            const State before = state;
+            state = advance(body, state, {}, 0.01, stiffest(1, precision));
+            double worst = 0;
+            for (std::size_t i = 0; i < state.x.size(); ++i) {
+                worst = std::max(worst, (state.x[i] - before.x[i]).norm());
+            }
+            // Rounding of places within 0.6 m of the middle, some regions' width deep.
+            EXPECT_LT(worst, precision == Precision::single ? 3e-6 : 1e-14);
+        }
+    }
+}
+
+TEST(Lattice, ASteadySpinStaysASpinWithoutDamping)
+{
+    // Regions turn with the body: a small step of a rigid spin finds goals where particles go.
+    const LatticeBody body = lattice_of(crooked(), 2);
+    State state = rest_state(body);
+    const Vec3 spin(0, 0, 2);
+    for (std::size_t i = 0; i < state.x.size(); ++i) state.v[i] = spin.cross(state.x[i]);
+    const double before = momenta(body, state).angular.z();
+    for (int frame = 0; frame < 60; ++frame)
+        state = advance(body, state, {}, 1.0 / 60, stiffest(8));
+    EXPECT_NEAR(momenta(body, state).angular.z(), before, 1e-9 * before);
+    EXPECT_LT(misfit(body, state), 0.02 * 0.6);
+}
+
+TEST(Lattice, KeepsMomentumToRounding)
+{
+    const Random random(2);
+    for (const Precision precision : {Precision::single, Precision::full}) {
+        const LatticeBody body = lattice_of(crooked(), 2);
+        State state = rest_state(body);
+        for (std::size_t i = 0; i < state.x.size(); ++i) {
+            for (int d = 0; d < 3; ++d) {
+                state.x[i][d] += 0.05 * (random.unit(6 * i + std::uint64_t(d)) - 0.5);
+                state.v[i][d] = random.unit(6 * i + 3 + std::uint64_t(d)) - 0.3;
+            }
+        }
+        const Momenta before = momenta(body, state);
+        LatticeOptions options = stiffest(4, precision);
+        options.damping = 1;
+        for (int frame = 0; frame < 25; ++frame) state = advance(body, state, {}, 0.02, options);
+        const Momenta after = momenta(body, state);
+        // 100 steps of rounding in double, whatever the sums over regions are made in.
+        EXPECT_LT((after.linear - before.linear).norm(), 1e-12 * before.size);
+        EXPECT_LT((after.angular - before.angular).norm(), 1e-11 * before.size);
+    }
+}
+
+TEST(Lattice, ComesBackFromAnything)
+{
+    // All at one point, on a line, on a plane, mirrored, at random: back to the rest shape within a
+    // thousandth of its size (0.85 m), up to a rigid motion.
+    const Cubes cubes = block_of_cubes(5, 4, 3, 0.1);
+    const Random random(3);
+    using Move = std::function<Vec3(const Vec3&, std::uint64_t)>;
+    const std::vector<std::pair<std::string, Move>> cases = {
+        {"a point", [](const Vec3&, std::uint64_t) { return Vec3(1, 2, 3); }},
+        {"a line", [](const Vec3& x, std::uint64_t) { return Vec3(x[0], 0, 0); }},
+        {"a plane", [](const Vec3& x, std::uint64_t) { return Vec3(x[0], 0, x[2]); }},
+        {"mirrored", [](const Vec3& x, std::uint64_t) { return Vec3(-x[0], x[1], x[2]); }},
+        {"inside out", [](const Vec3& x, std::uint64_t) { return Vec3(-x); }},
+        {"random",
+         [&](const Vec3&, std::uint64_t i) {
+             return Vec3(random.unit(3 * i), random.unit(3 * i + 1), random.unit(3 * i + 2));
+         }},
+    };
+    for (const int w : {1, 2}) {
+        const LatticeBody body = lattice_of(cubes, w);
+        for (const auto& [name, move] : cases) {
+            State state = rest_state(body);
+            for (std::size_t i = 0; i < state.x.size(); ++i) state.x[i] = move(state.x[i], i);
+            LatticeOptions options = stiffest(10);
+            options.damping = 1;
+            for (int frame = 0; frame < 150; ++frame) {
+                state = advance(body, state, {}, 0.1, options);
+            }
+            EXPECT_LT(misfit(body, state), 1e-3 * 0.7) << name << ", w = " << w;
+        }
+    }
+}
+
+TEST(Lattice, AnyStepAndAnyStiffnessIsFinite)
+{
+    const Cubes cubes = crooked();
+    const LatticeBody body = lattice_of(cubes, 2);
+    Loads loads;
+    loads.forces.push_back({});
+    loads.pins.corner = {0};
+    loads.pins.target = {Vec3::Zero()};
+    for (const double dt : {1e-3, 0.1, 10.0}) {
+        for (const double rate : {0.0, 1.0, 1e6, std::numeric_limits<double>::infinity()}) {
+            State state = rest_state(body);
+            LatticeOptions options = stiffest();
+            options.rate = rate;
+            options.damping = 1e-3;
+            for (int frame = 0; frame < 200; ++frame) {
+                state = advance(body, state, loads, dt, options);
+                ASSERT_TRUE(state.report.converged);
+            }
+            for (const Vec3& x : state.x) ASSERT_TRUE(x.allFinite());
+        }
+    }
+}
+
+TEST(Lattice, AnAxialWaveHasTheMaterialsSpeed)
+{
+    // A bar fixed at one end, poisson 0, pulled and let go: period 4 L / sqrt(E / rho). Shape
+    // matching averages over regions, so short waves are slow: L = 40 cubes, w = 1 and 2. The
+    // regions at the ends are half as long: an error of the order of 2 w / 40.
+    const double h = 0.025, length = 1;
+    const Cubes cubes = block_of_cubes(40, 2, 2, h, {1000, 1e5, 0});
+    const double period = 4 * length / std::sqrt(1e5 / 1000);
+    for (const int w : {1, 2}) {
+        const LatticeBody body = lattice_of(cubes, w);
+        State state = rest_state(body);
+        Loads loads;
+        for (const auto k : corners_where(cubes, 0, 0)) {
+            loads.pins.corner.push_back(k);
+            loads.pins.target.push_back(state.x[k]);
+        }
+        for (auto& x : state.x) x[0] += 0.01 * std::sin(std::numbers::pi / 2 * x[0] / length);
+        const double rest = 0.5 + 0;
+        LatticeOptions options{.damping = 0, .substeps = 1, .precision = Precision::full};
+        const double dt = period / 800;
+        // The first return to the rest length is a quarter of a period after.
+        int steps = 0;
+        while (centre_of(state, 0) > rest && steps < 1000) {
+            state = advance(body, state, loads, dt, options);
+            ++steps;
+        }
+        EXPECT_NEAR(steps / 200.0, 1, 0.05 * w) << w;
+    }
+}
+
+TEST(Lattice, MotionDoesNotDependOnTheStep)
+{
+    // The same material, one fine and one four times coarser step: the same swing within a few
+    // per cent of its size.
+    const Cubes cubes = block_of_cubes(12, 2, 2, 0.1, {1000, 2e5, 0.3});
+    const LatticeBody body = lattice_of(cubes, 2);
+    Loads loads;
+    loads.forces.push_back({});
+    State start = rest_state(body);
+    for (const auto k : corners_where(cubes, 0, 0)) {
+        loads.pins.corner.push_back(k);
+        loads.pins.target.push_back(start.x[k]);
+    }
+    const auto swing = [&](int substeps) {
+        State state = start;
+        LatticeOptions options{.damping = 0, .substeps = substeps};
+        for (int frame = 0; frame < 12; ++frame) {
+            state = advance(body, state, loads, 1.0 / 24, options);
+        }
+        return state.x.back();
+    };
+    const Vec3 coarse = swing(10), fine = swing(40);
+    const double size = (fine - start.x.back()).norm();
+    EXPECT_GT(size, 0.02);
+    EXPECT_LT((coarse - fine).norm(), 0.05 * size);
+}
+
+TEST(Lattice, DampingEndsVibrationButNotRigidMotion)
+{
+    const LatticeBody body = lattice_of(crooked(), 2);
+    State state = rest_state(body);
+    for (auto& x : state.x) x[1] *= 1.2;
+    for (auto& v : state.v) v = Vec3(1, 0, 0);
+    LatticeOptions options{.from_material = false, .rate = 60, .damping = 0.02, .substeps = 4};
+    for (int frame = 0; frame < 120; ++frame) state = advance(body, state, {}, 1.0 / 24, options);
+    EXPECT_LT(misfit(body, state), 1e-3);
+    EXPECT_NEAR(momenta(body, state).linear.x(), momenta(body, state).size, 1e-2);
+}
+
+TEST(Lattice, AStoneRestsOnTheGround)
+{
+    // Dropped from 0.2 m onto a plane at y = 0 with friction: comes to rest there, not below.
+    const Cubes cubes = block_of_cubes(3, 3, 3, 0.1, {1000, 1e5, 0.3});
+    const LatticeBody body = lattice_of(cubes, 1);
+    State state = rest_state(body);
+    for (auto& x : state.x) x[1] += 0.2;
+    for (auto& v : state.v) v[0] = 0.5;
+    Loads loads;
+    loads.forces.push_back({});
+    loads.colliders.push_back({});
+    LatticeOptions options{.damping = 0.03, .substeps = 10};
+    for (int frame = 0; frame < 72; ++frame) {
+        state = advance(body, state, loads, 1.0 / 24, options);
+        for (const Vec3& x : state.x) ASSERT_GT(x[1], -2e-3);
+    }
+    double lowest = 1, fastest = 0;
+    for (const Vec3& x : state.x) lowest = std::min(lowest, x[1]);
+    for (const Vec3& v : state.v) fastest = std::max(fastest, v.norm());
+    EXPECT_NEAR(lowest, 0, 1e-3);
+    EXPECT_LT(fastest, 0.02);
+}
+
+TEST(Lattice, PinsGoWhereTheyAreTold)
+{
+    const Cubes cubes = block_of_cubes(4, 1, 1, 0.1);
+    const LatticeBody body = lattice_of(cubes, 1);
+    State state = rest_state(body);
+    Loads loads;
+    for (const auto k : corners_where(cubes, 0, 0)) {
+        loads.pins.corner.push_back(k);
+        loads.pins.target.push_back(state.x[k] + Vec3(0, 0.05, 0));
+    }
+    state = advance(body, state, loads, 0.1, stiffest(3));
+    for (std::size_t p = 0; p < loads.pins.corner.size(); ++p) {
+        EXPECT_EQ(state.x[loads.pins.corner[p]], loads.pins.target[p]);
+        EXPECT_NEAR(state.v[loads.pins.corner[p]].y(), 0.5, 1e-12);
+    }
+}
+
+TEST(Lattice, ThreadsGiveTheSameBytes)
+{
+    const Cubes cubes = block_of_cubes(14, 13, 12, 0.05);
+    const LatticeBody body = lattice_of(cubes, 3);
+    Loads loads;
+    loads.forces.push_back({});
+    loads.colliders.push_back({});
+    const auto run = [&](std::size_t threads) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        State state = rest_state(body);
+        for (auto& x : state.x) x[1] = 1.1 * x[1] + 0.001 * x[0];
+        for (int frame = 0; frame < 3; ++frame) {
+            state = advance(body, state, loads, 1.0 / 24, {.substeps = 2});
+        }
+        return state;
+    };
+    const State one = run(1);
+    for (const std::size_t threads : {2u, 8u}) {
+        const State many = run(threads);
+        EXPECT_EQ(one.x, many.x);
+        EXPECT_EQ(one.v, many.v);
+        EXPECT_EQ(one.rotation, many.rotation);
+    }
+}
+
+TEST(Lattice, WarnsWhenItIsSofterThanItsMaterial)
+{
+    const LatticeBody body = lattice_of(block_of_cubes(3, 3, 3, 0.01, {1000, 1e9, 0.3}), 1);
+    const State state = advance(body, rest_state(body), {}, 1.0 / 24, {.substeps = 2});
+    ASSERT_EQ(state.report.warnings.size(), 1u);
+    EXPECT_NE(state.report.warnings[0].find("softer than its material"), std::string::npos);
+}
+
+TEST(Lattice, SaysWhatIsWrong)
+{
+    const LatticeBody body = lattice_of(block_of_cubes(2, 1, 1, 0.1), 1);
+    const State rest = rest_state(body);
+    State short_one = rest, broken = rest;
+    short_one.x.pop_back();
+    broken.v[0][0] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_THROW(advance(body, short_one, {}, 0.1, {}), std::invalid_argument);
+    EXPECT_THROW(advance(body, broken, {}, 0.1, {}), std::invalid_argument);
+    EXPECT_THROW(advance(body, rest, {}, 0, {}), std::invalid_argument);
+    EXPECT_THROW(advance(body, rest, {}, 0.1, {.substeps = 0}), std::invalid_argument);
+    EXPECT_THROW(lattice_of({}, 1), std::invalid_argument);
+}
