@@ -156,14 +156,25 @@ LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density
     return body;
 }
 
-LayeredState start(const LayeredBody& body)
+namespace {
+
+std::vector<Transform> told_frames(const LayeredPart& part)
 {
+    if (!part.frames.empty()) return part.frames;
+    std::vector<Transform> frames = part.body->base.frames;
+    for (Transform& frame : frames) frame = part.pose * frame;
+    return frames;
+}
+
+LayeredState start(const LayeredPart& part)
+{
+    const LayeredBody& body = *part.body;
     LayeredState state;
-    for (const Transform& frame : body.base.frames) {
+    for (const Transform& frame : told_frames(part)) {
         state.position.push_back(frame.translation());
         state.rotation.push_back(Eigen::Quaterniond(frame.linear()).coeffs());
     }
-    state.velocity.assign(body.base.frames.size(), Vec3::Zero());
+    state.velocity.assign(body.base.frames.size(), part.velocity);
     state.spin.assign(body.base.frames.size(), Vec3::Zero());
     state.translation.assign(body.layer.skeletons.size(), 0);
     state.part = body.layer.blend.part;
@@ -175,13 +186,138 @@ LayeredState start(const LayeredBody& body)
     return state;
 }
 
+}  // namespace
+
+LayeredScene start(std::vector<LayeredPart> parts)
+{
+    LayeredScene scene;
+    for (const LayeredPart& part : parts) scene.states.push_back(start(part));
+    scene.parts = std::move(parts);
+    return scene;
+}
+
+Hinge& add_hinge(Base& base, std::uint32_t a, std::uint32_t b, const Vec3& point, const Vec3& axis)
+{
+    if (base.kind != BaseKind::rigid || a >= base.frames.size() || b >= base.frames.size() ||
+        a == b) {
+        throw std::invalid_argument(
+            fmt::format("a hinge joins two frames of a rigid body; got frames {} and {} of {}{}", a,
+                        b, base.frames.size(), base.kind == BaseKind::rigid ? "" : ", not rigid"));
+    }
+    if (!(axis.norm() > 0) || !axis.allFinite() || !point.allFinite()) {
+        throw std::invalid_argument("a hinge needs a point and an axis with a direction");
+    }
+    const Vec3 along = axis.normalized(), square = along.unitOrthogonal();
+    Hinge hinge{.a = a, .b = b};
+    hinge.point_a = base.frames[a].inverse() * point;
+    hinge.point_b = base.frames[b].inverse() * point;
+    hinge.axis_a = base.frames[a].linear().transpose() * along;
+    hinge.axis_b = base.frames[b].linear().transpose() * along;
+    hinge.zero_a = base.frames[a].linear().transpose() * square;
+    hinge.zero_b = base.frames[b].linear().transpose() * square;
+    base.hinges.push_back(hinge);
+    return base.hinges.back();
+}
+
+LayeredPart rigid_part(const Collider& collider)
+{
+    // Rounded by a tenth of its size; only f = c and its slope there matter to others.
+    Skeleton skeleton{.kind = SkeletonKind::plane, .points = {}};
+    double e = 0.1;
+    switch (collider.kind) {
+    case Collider::Kind::plane:
+        skeleton.place.translate(Vec3(0, collider.thickness - e, 0));
+        break;
+    case Collider::Kind::sphere:
+        skeleton = {.kind = SkeletonKind::point};
+        e = collider.radius + collider.thickness;
+        break;
+    case Collider::Kind::box: {
+        skeleton.kind = SkeletonKind::box;
+        e = 0.1 * collider.half_size.minCoeff();
+        skeleton.half_size = collider.half_size.array() - e;
+        e += collider.thickness;
+        break;
+    }
+    case Collider::Kind::mesh:
+        if (!collider.mesh) throw std::invalid_argument("a mesh collider without a mesh");
+        skeleton.kind = SkeletonKind::mesh;
+        skeleton.mesh = std::make_shared<const geometry::SkeletonMesh>(*collider.mesh);
+        e = std::max(collider.thickness, 1e-3 * geometry::bounds(*collider.mesh).diagonal());
+    }
+    LayeredBody body;
+    body.layer.skeletons = {skeleton};
+    body.layer.contributions = {{.thickness = e, .stiffness = 1 / e, .radius = 3 * e}};
+    body.layer.frame = {0};
+    body.seeds.first = {0, 0};
+    body.seeds.core = {0};
+    body.seeds.frame = {0};
+    body.volume = {0};
+    body.base.kind = BaseKind::still;
+    body.base.frames = {Transform::Identity()};
+    body.base.mass = {0};
+    body.base.inertia = {Mat3::Identity()};
+    body.matter.rigid = true;
+    geometry::make_field(body.layer, body.base.frames);  // throws what is wrong with it
+    LayeredPart part;
+    part.body = std::make_shared<const LayeredBody>(std::move(body));
+    if (collider.kind != Collider::Kind::mesh) part.pose = collider.pose;
+    return part;
+}
+
+std::size_t LayeredBody::bytes() const
+{
+    const std::size_t each_seed = 2 * sizeof(Vec3) + 3 * sizeof(double);
+    return seeds.count() * each_seed + seeds.faces.size() * sizeof(geometry::Triangle) +
+           layer.skeletons.size() * (sizeof(Skeleton) + sizeof(geometry::Contribution) + 32) +
+           base.frames.size() * (sizeof(Transform) + sizeof(Mat3));
+}
+
+std::size_t LayeredState::bytes() const
+{
+    return position.size() * (3 * sizeof(Vec3) + sizeof(Eigen::Vector4d)) +
+           (translation.size() + volume.size() + distance.size()) * sizeof(double) +
+           links.size() * sizeof(BlendLink) + part.size() * sizeof(std::uint32_t);
+}
+
+std::size_t LayeredScene::bytes() const
+{
+    std::size_t sum = 0;
+    for (const LayeredState& state : states) sum += sizeof(state) + state.bytes();
+    return sum;
+}
+
+double volume_error(const LayeredScene& scene)
+{
+    double worst = 0;
+    for (std::size_t b = 0; b < scene.parts.size(); ++b) {
+        const LayeredBody& body = *scene.parts[b].body;
+        const LayeredState& state = scene.states[b];
+        if (!(body.control.proportional > 0) || state.volume.empty()) continue;
+        const double target =
+            scene.parts[b].inflation * std::accumulate(body.volume.begin(), body.volume.end(), 0.0);
+        const double now = std::accumulate(state.volume.begin(), state.volume.end(), 0.0);
+        worst = std::max(worst, std::abs(now / target - 1));
+    }
+    return worst;
+}
+
+double fastest(const LayeredScene& scene)
+{
+    double most = 0;
+    for (const LayeredState& state : scene.states) {
+        for (const Vec3& v : state.velocity) most = std::max(most, v.norm());
+    }
+    return most;
+}
+
 LayeredMoment::LayeredMoment(const LayeredScene& scene)
 {
-    const std::size_t n = scene.bodies.size();
+    const std::size_t n = scene.parts.size();
     fields.reserve(n);
     walks.reserve(n);
     for (std::size_t b = 0; b < n; ++b) {
-        const LayeredBody& body = *scene.bodies[b];
+        const LayeredBody& body = *scene.parts[b].body;
         const LayeredState& state = scene.states[b];
         std::vector<Transform> at;
         std::vector<Twist> moving;
@@ -203,8 +339,8 @@ LayeredMoment::LayeredMoment(const LayeredScene& scene)
         twists.push_back(std::move(moving));
     }
     for (std::size_t b = 0; b < n; ++b) {
-        bodies.push_back({&fields[b], &scene.bodies[b]->seeds, &walks[b], frames[b], twists[b],
-                          scene.bodies[b]->layer.frame, scene.bodies[b]->matter});
+        bodies.push_back({&fields[b], &scene.parts[b].body->seeds, &walks[b], frames[b], twists[b],
+                          scene.parts[b].body->layer.frame, scene.parts[b].body->matter});
     }
     contacts = find_contacts(bodies);
 }
@@ -219,9 +355,9 @@ class StepSystem {
 public:
     StepSystem(const LayeredScene& scene, const LayeredMoment& moment, double dt) : dt_(dt)
     {
-        for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+        for (std::size_t b = 0; b < scene.parts.size(); ++b) {
             first_.push_back(velocity_.size());
-            const LayeredBody& body = *scene.bodies[b];
+            const LayeredBody& body = *scene.parts[b].body;
             for (std::size_t f = 0; f < body.base.frames.size(); ++f) {
                 Vec6 v;
                 v << moment.twists[b][f].linear, moment.twists[b][f].angular;
@@ -387,15 +523,15 @@ private:
 // s_i.
 void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, StepSystem& system)
 {
-    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    for (std::size_t b = 0; b < scene.parts.size(); ++b) {
         for (std::size_t f = 0; f < moment.contacts.wrenches[b].size(); ++f) {
             const Wrench& wrench = moment.contacts.wrenches[b][f];
             system.add_force(system.frame(b, f), wrench.force, wrench.torque);
         }
     }
     for (const LayerContact& contact : moment.contacts.contacts) {
-        const LayerMatter& own = scene.bodies[contact.body]->matter;
-        const LayerMatter& other = scene.bodies[contact.other]->matter;
+        const LayerMatter& own = scene.parts[contact.body].body->matter;
+        const LayerMatter& other = scene.parts[contact.other].body->matter;
         const double si = moment.fields[contact.body].profile[contact.skeleton].k;
         const double sj = moment.fields[contact.other].profile[contact.other_skeleton].k;
         const double sum = own.stiffness + other.stiffness;
@@ -404,8 +540,9 @@ void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, StepSy
                                    : 0;
         const double C = other.rigid ? own.friction : 0.5 * (own.friction + other.friction);
         const double share = other.rigid ? contact.area : 0.5 * contact.area;
-        const std::uint32_t fa = scene.bodies[contact.body]->layer.frame[contact.skeleton];
-        const std::uint32_t fb = scene.bodies[contact.other]->layer.frame[contact.other_skeleton];
+        const std::uint32_t fa = scene.parts[contact.body].body->layer.frame[contact.skeleton];
+        const std::uint32_t fb =
+            scene.parts[contact.other].body->layer.frame[contact.other_skeleton];
         system.add_pair(system.frame(contact.body, fa), system.frame(contact.other, fb),
                         contact.position - moment.frames[contact.body][fa].translation(),
                         contact.position - moment.frames[contact.other][fb].translation(),
@@ -429,7 +566,7 @@ void add_central(StepSystem& system, std::size_t a, std::size_t b, const Vec3& l
 void add_springs(const LayeredScene& scene, std::size_t b, StepSystem& system)
 {
     const LayeredState& state = scene.states[b];
-    for (const LayerSpring& spring : scene.bodies[b]->base.springs) {
+    for (const LayerSpring& spring : scene.parts[b].body->base.springs) {
         const Vec3 line = state.position[spring.a] - state.position[spring.b];
         const double r = line.norm();
         const Vec3 n = r > 0 ? Vec3(line / r) : Vec3(Vec3::UnitY());
@@ -446,7 +583,7 @@ void add_hinges(const LayeredScene& scene, const LayeredMoment& moment, std::siz
                 StepSystem& system)
 {
     const double dt = system.dt();
-    for (const Hinge& hinge : scene.bodies[b]->base.hinges) {
+    for (const Hinge& hinge : scene.parts[b].body->base.hinges) {
         const Transform& at_a = moment.frames[b][hinge.a];
         const Transform& at_b = moment.frames[b][hinge.b];
         const std::size_t a = system.frame(b, hinge.a), c = system.frame(b, hinge.b);
@@ -499,7 +636,7 @@ double weight_between(const Field& field, const std::vector<std::vector<std::uin
 void add_particles(const LayeredScene& scene, const LayeredMoment& moment, std::size_t b,
                    StepSystem& system)
 {
-    const LayeredBody& body = *scene.bodies[b];
+    const LayeredBody& body = *scene.parts[b].body;
     const LayeredState& state = scene.states[b];
     const Substance& s = body.base.substance;
     const double r0 = s.rest_distance, most = s.reach * r0;
@@ -556,16 +693,10 @@ void move(const LayeredBody& body, std::span<const Vec6> dv, double dt, LayeredS
     }
 }
 
-// Still frames go straight, at constant spin, to where they are told to be at `share` = 1 of what
-// is left of the motion.
-void drive(const Motion& motion, double left, LayeredState& state)
+// Sends still frames straight, at constant spin, to where they are to be in `left` seconds.
+void drive(const std::vector<Transform>& motion, double left, LayeredState& state)
 {
     for (std::size_t f = 0; f < state.position.size(); ++f) {
-        if (motion.empty()) {
-            state.velocity[f].setZero();
-            state.spin[f].setZero();
-            continue;
-        }
         state.velocity[f] = (motion[f].translation() - state.position[f]) / left;
         const Eigen::Quaterniond now(state.rotation[f]);
         const Eigen::AngleAxisd turn(Eigen::Quaterniond(motion[f].linear()) * now.conjugate());
@@ -682,27 +813,42 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
 
 }  // namespace
 
-LayeredScene advance(const LayeredScene& scene, const LayeredLoads& loads, double dt, int substeps)
+LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
+                     const LayeredWorld& world, double dt, int substeps)
 {
-    LayeredScene now = scene;
+    bool same = parts.size() == scene.states.size();
+    for (std::size_t b = 0; same && b < parts.size(); ++b) {
+        same = parts[b].body->base.frames.size() == scene.states[b].position.size() &&
+               parts[b].body->layer.skeletons.size() == scene.states[b].translation.size() &&
+               told_frames(parts[b]).size() == scene.states[b].position.size() &&
+               (scene.states[b].distance.empty() ||
+                scene.states[b].distance.size() == parts[b].body->seeds.count());
+    }
+    if (!same) {
+        throw std::invalid_argument(
+            fmt::format("layered bodies changed while they moved: a scene of {} goes on with the "
+                        "same bodies, frames and skeletons, got {}",
+                        scene.states.size(), parts.size()));
+    }
+    LayeredScene now{std::move(parts), scene.states};
     const double h = dt / std::max(1, substeps);
     for (LayeredState& state : now.states) state.report = {};
     if (!(h > 0)) return now;
     for (int substep = 0; substep < std::max(1, substeps); ++substep) {
         const double left = dt - h * substep;
-        for (std::size_t b = 0; b < now.bodies.size(); ++b) {
-            if (now.bodies[b]->base.kind != BaseKind::still) continue;
-            drive(b < loads.motion.size() ? loads.motion[b] : Motion{}, left, now.states[b]);
+        for (std::size_t b = 0; b < now.parts.size(); ++b) {
+            if (now.parts[b].body->base.kind != BaseKind::still) continue;
+            drive(told_frames(now.parts[b]), left, now.states[b]);
         }
         const LayeredMoment moment(now);
         StepSystem system(now, moment, h);
         add_contacts(now, moment, system);
-        for (std::size_t b = 0; b < now.bodies.size(); ++b) {
-            const LayeredBody& body = *now.bodies[b];
+        for (std::size_t b = 0; b < now.parts.size(); ++b) {
+            const LayeredBody& body = *now.parts[b].body;
             for (std::size_t f = 0; f < body.base.frames.size(); ++f) {
                 const std::size_t frame = system.frame(b, f);
-                system.add_force(frame, body.base.mass[f] * loads.gravity);
-                if (loads.drag > 0) system.add_drag(frame, loads.drag);
+                system.add_force(frame, body.base.mass[f] * world.gravity);
+                if (world.drag > 0) system.add_drag(frame, world.drag);
             }
             add_springs(now, b, system);
             add_hinges(now, moment, b, system);
@@ -710,13 +856,12 @@ LayeredScene advance(const LayeredScene& scene, const LayeredLoads& loads, doubl
         }
         Report report;
         const std::vector<Vec6> dv = system.solve(report);
-        for (std::size_t b = 0; b < now.bodies.size(); ++b) {
-            const LayeredBody& body = *now.bodies[b];
+        for (std::size_t b = 0; b < now.parts.size(); ++b) {
+            const LayeredBody& body = *now.parts[b].body;
             LayeredState& state = now.states[b];
             const std::size_t begin = system.frame(b, 0);
-            const double inflation = b < loads.inflation.size() ? loads.inflation[b] : 1;
             state.distance = moment.walks[b].distance;
-            control_volume(body, moment.walks[b], inflation, h, state);
+            control_volume(body, moment.walks[b], now.parts[b].inflation, h, state);
             if (body.base.kind == BaseKind::particles &&
                 body.layer.blend.rule != geometry::BlendRule::sum) {
                 update_parts(body, static_cast<std::uint32_t>(b), moment, h, state);
@@ -729,12 +874,12 @@ LayeredScene advance(const LayeredScene& scene, const LayeredLoads& loads, doubl
         }
     }
     // Still frames end exactly where they were told to.
-    for (std::size_t b = 0; b < now.bodies.size() && b < loads.motion.size(); ++b) {
-        if (now.bodies[b]->base.kind != BaseKind::still || loads.motion[b].empty()) continue;
-        for (std::size_t f = 0; f < now.states[b].position.size(); ++f) {
-            now.states[b].position[f] = loads.motion[b][f].translation();
-            now.states[b].rotation[f] =
-                Eigen::Quaterniond(loads.motion[b][f].linear()).normalized().coeffs();
+    for (std::size_t b = 0; b < now.parts.size(); ++b) {
+        if (now.parts[b].body->base.kind != BaseKind::still) continue;
+        const std::vector<Transform> told = told_frames(now.parts[b]);
+        for (std::size_t f = 0; f < told.size(); ++f) {
+            now.states[b].position[f] = told[f].translation();
+            now.states[b].rotation[f] = Eigen::Quaterniond(told[f].linear()).normalized().coeffs();
         }
     }
     return now;

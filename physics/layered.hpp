@@ -19,6 +19,7 @@
 //   5. soft substances: who may blend with whom (separation, fusion)
 
 #include "physics/layer_contact.hpp"
+#include "physics/loads.hpp"
 #include "physics/state.hpp"
 
 #include <memory>
@@ -86,7 +87,8 @@ struct LayeredBody {
     LayerMatter matter;
     VolumeControl control;
     std::vector<double> volume;  // S, m^3, of each territory at the start
-    Vec3 colour{0.7, 0.7, 0.7};  // linear RGB
+
+    std::size_t bytes() const;
 };
 
 // Its moment.
@@ -102,12 +104,28 @@ struct LayeredState {
     std::vector<std::uint32_t> part;        // S, blend parts
     std::vector<geometry::BlendLink> links;
     Report report;
+
+    std::size_t bytes() const;
+};
+
+// An object in a scene, as it is told to be at a moment.
+struct LayeredPart {
+    std::shared_ptr<const LayeredBody> body;
+    Transform pose = Transform::Identity();    // of a body as drawn: at the start; still: always
+    std::vector<Transform> frames = {};        // still: where each frame is; empty: by the pose
+    Vec3 velocity = Vec3::Zero();              // m/s, at the start
+    double inflation = 1;                      // of the volume that it seeks
+    geometry::Vec3f colour{0.7f, 0.7f, 0.7f};  // linear RGB
+
+    std::size_t bytes() const { return body ? body->bytes() : 0; }
 };
 
 // All objects of a scene at a moment.
 struct LayeredScene {
-    std::vector<std::shared_ptr<const LayeredBody>> bodies;
-    std::vector<LayeredState> states;
+    std::vector<LayeredPart> parts;
+    std::vector<LayeredState> states;  // one a part
+
+    std::size_t bytes() const;  // of the states: bodies are shared
 };
 
 // A body from a layer drawn in the world: one frame for each number that layer.frame names. Rigid
@@ -118,20 +136,33 @@ struct LayeredScene {
 LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density,
                               double seed_spacing);
 
-LayeredState start(const LayeredBody& body);
+// A rigid thing as a still part: the collider's shape, at its pose at the end of the frame.
+LayeredPart rigid_part(const Collider& collider);
 
-// How still frames move during a step: where each is at its end; empty: they stay. One a body.
-using Motion = std::vector<Transform>;
+// Adds a hinge through `point` along `axis`, both as drawn; the angle as drawn is 0. Throws
+// std::invalid_argument for frames that are not there or not rigid, or an axis without direction.
+Hinge& add_hinge(Base& base, std::uint32_t a, std::uint32_t b, const Vec3& point, const Vec3& axis);
 
-struct LayeredLoads {
-    Vec3 gravity{0, -9.81, 0};        // m/s^2
-    double drag = 0;                  // 1/s, of the speed of every frame
-    std::vector<Motion> motion{};     // one a body, or none
-    std::vector<double> inflation{};  // one a body, of V_0; or none
+// Everything where its part's pose puts it, at its velocity.
+LayeredScene start(std::vector<LayeredPart> parts);
+
+struct LayeredWorld {
+    Vec3 gravity{0, -9.81, 0};  // m/s^2
+    double drag = 0;            // 1/s, of the speed of every frame
 };
 
-// The scene dt seconds later, in `substeps` equal steps. Never throws for scenes of valid bodies.
-LayeredScene advance(const LayeredScene& scene, const LayeredLoads& loads, double dt, int substeps);
+// The scene dt seconds later, in `substeps` equal steps. `parts` are told for its end: still ones
+// move there, straight and at constant spin. Throws std::invalid_argument where they are not the
+// bodies of the scene (as many, with the same frames and skeletons); never for what happens.
+LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
+                     const LayeredWorld& world, double dt, int substeps);
+
+// The largest relative error of volume over the bodies that control theirs; 0 before the first
+// step.
+double volume_error(const LayeredScene& scene);
+
+// Speed of the fastest frame's origin, m/s.
+double fastest(const LayeredScene& scene);
 
 // A scene laid out for contact and for drawing, at its moment. Keeps what it points to; not copied.
 struct LayeredMoment {

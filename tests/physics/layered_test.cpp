@@ -52,21 +52,25 @@ LayeredBody floor_at(double y)
 
 LayeredScene scene_of(std::vector<LayeredBody> bodies)
 {
-    LayeredScene scene;
-    for (LayeredBody& body : bodies) {
-        scene.states.push_back(start(body));
-        scene.bodies.push_back(std::make_shared<const LayeredBody>(std::move(body)));
+    std::vector<LayeredPart> parts(bodies.size());
+    for (std::size_t b = 0; b < parts.size(); ++b) {
+        parts[b].body = std::make_shared<const LayeredBody>(std::move(bodies[b]));
     }
-    return scene;
+    return start(std::move(parts));
+}
+
+LayeredScene advance(const LayeredScene& scene, const LayeredWorld& world, double dt, int substeps)
+{
+    return physics::advance(scene, scene.parts, world, dt, substeps);
 }
 
 Vec3 momentum(const LayeredScene& scene)
 {
     Vec3 sum = Vec3::Zero();
-    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-        if (scene.bodies[b]->base.kind == BaseKind::still) continue;
+    for (std::size_t b = 0; b < scene.parts.size(); ++b) {
+        if (scene.parts[b].body->base.kind == BaseKind::still) continue;
         for (std::size_t f = 0; f < scene.states[b].velocity.size(); ++f) {
-            sum += scene.bodies[b]->base.mass[f] * scene.states[b].velocity[f];
+            sum += scene.parts[b].body->base.mass[f] * scene.states[b].velocity[f];
         }
     }
     return sum;
@@ -75,8 +79,8 @@ Vec3 momentum(const LayeredScene& scene)
 Vec3 angular_momentum(const LayeredScene& scene)
 {
     Vec3 sum = Vec3::Zero();
-    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-        const Base& base = scene.bodies[b]->base;
+    for (std::size_t b = 0; b < scene.parts.size(); ++b) {
+        const Base& base = scene.parts[b].body->base;
         const LayeredState& state = scene.states[b];
         for (std::size_t f = 0; f < state.velocity.size(); ++f) {
             const geometry::Mat3 R = Eigen::Quaterniond(state.rotation[f]).toRotationMatrix();
@@ -89,7 +93,7 @@ Vec3 angular_momentum(const LayeredScene& scene)
     return sum;
 }
 
-const LayeredLoads weightless{.gravity = Vec3::Zero()};
+const LayeredWorld weightless{.gravity = Vec3::Zero()};
 
 }  // namespace
 
@@ -176,13 +180,10 @@ TEST(Layered, AHingeHoldsAndStopsAtItsLimit)
     layer.blend.rule = BlendRule::largest_group;
     layer.blend.links = {{0, 1, 1}};
     LayeredBody body = make_layered_body(layer, BaseKind::rigid, 1000, 0.06);
-    Hinge hinge{.a = 0, .b = 1};
-    const Vec3 joint(0.45, 0, 0);
-    hinge.point_a = joint - body.base.frames[0].translation();
-    hinge.point_b = joint - body.base.frames[1].translation();
+    Hinge& hinge = add_hinge(body.base, 0, 1, {0.45, 0, 0}, {0, 0, 1});
     hinge.lowest = -0.5;
     hinge.highest = 0.5;
-    body.base.hinges = {hinge};
+    const Vec3 on_a = hinge.point_a, on_b = hinge.point_b;
     LayeredScene scene = scene_of({body});
     scene.states[0].spin[1] = {0, 0, 3};
     const Vec3 turning = angular_momentum(scene);
@@ -190,7 +191,7 @@ TEST(Layered, AHingeHoldsAndStopsAtItsLimit)
     for (int i = 0; i < 100; ++i) {
         scene = advance(scene, weightless, 1.0 / 60, 2);
         const LayeredMoment moment(scene);
-        const Vec3 a = moment.frames[0][0] * hinge.point_a, b = moment.frames[0][1] * hinge.point_b;
+        const Vec3 a = moment.frames[0][0] * on_a, b = moment.frames[0][1] * on_b;
         EXPECT_LT((a - b).norm(), 2e-3);
         const Vec3 x = moment.frames[0][0].linear() * Vec3::UnitX(),
                    y = moment.frames[0][1].linear() * Vec3::UnitX();
@@ -212,14 +213,13 @@ TEST(Layered, VolumeIsHeldWhileTwoSkeletonsBlend)
         LayeredBody own = body;
         own.control.proportional = proportional;
         LayeredScene scene = scene_of({own});
-        LayeredLoads loads = weightless;
         double worst = 0;
         for (int i = 1; i <= 48; ++i) {  // 0.24 to 0.08 apart in two seconds
             std::vector<Transform> at(2, Transform::Identity());
             at[0].translate(Vec3(0.04 * i / 24.0, 0, 0));
             at[1].translate(Vec3(-0.04 * i / 24.0, 0, 0));
-            loads.motion = {at};
-            scene = advance(scene, loads, 1.0 / 24, 1);
+            scene.parts[0].frames = at;
+            scene = advance(scene, weightless, 1.0 / 24, 1);
             const double now = scene.states[0].volume[0] + scene.states[0].volume[1];
             worst = std::max(worst, std::abs(now / target - 1));
         }
@@ -235,9 +235,8 @@ TEST(Layered, AnInflationIsReached)
     LayeredBody body = make_layered_body(layer_of({point({0, 0, 0})}), BaseKind::still, 1000, 0.02);
     body.control = {.proportional = 10};
     LayeredScene scene = scene_of({body});
-    LayeredLoads loads = weightless;
-    loads.inflation = {1.3};
-    for (int i = 0; i < 60; ++i) scene = advance(scene, loads, 1.0 / 24, 1);
+    scene.parts[0].inflation = 1.3;
+    for (int i = 0; i < 60; ++i) scene = advance(scene, weightless, 1.0 / 24, 1);
     EXPECT_NEAR(scene.states[0].volume[0], 1.3 * 4 * pi / 3 * 1e-3, 1e-6);
 }
 
@@ -343,7 +342,9 @@ TEST(Layered, RefusesWhatHoldsNothing)
     EXPECT_THROW(make_layered_body(layer_of({point({0, 0, 0})}), BaseKind::rigid, 0, 0.1),
                  std::invalid_argument);
     LayeredScene empty;
-    EXPECT_TRUE(advance(empty, {}, 0.1, 1).bodies.empty());
+    EXPECT_TRUE(advance(empty, {}, 0.1, 1).parts.empty());
+    EXPECT_THROW(physics::advance(scene_of({ball({0, 0, 0})}), {}, {}, 0.1, 1),
+                 std::invalid_argument);
 }
 
 }  // namespace physics

@@ -1,0 +1,64 @@
+#include "physics/layered_mesh.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace physics {
+namespace {
+
+LayeredScene two_pressed_balls()
+{
+    std::vector<LayeredPart> parts;
+    for (const double x : {-0.09, 0.09}) {
+        geometry::ImplicitLayer layer;
+        layer.skeletons = {{.kind = geometry::SkeletonKind::point, .points = {Vec3(x, 0, 0)}}};
+        layer.contributions = {{.thickness = 0.1, .stiffness = 10, .radius = 0.25}};
+        layer.frame = {0};
+        LayeredPart part;
+        part.body = std::make_shared<const LayeredBody>(
+            make_layered_body(layer, BaseKind::still, 1000, 0.01));
+        part.colour = {x < 0 ? 1.f : 0.f, 0, 0};
+        parts.push_back(part);
+    }
+    return start(parts);
+}
+
+}  // namespace
+
+TEST(LayeredMesh, EachBodyIsAGroupThatEndsAtTheCommonSurface)
+{
+    const LayeredScene scene = two_pressed_balls();
+    for (const auto surface :
+         {LayeredMeshOptions::Surface::exact, LayeredMeshOptions::Surface::seeds}) {
+        const geometry::TriMesh mesh = layered_mesh(scene, {.surface = surface, .cell = 0.01});
+        ASSERT_EQ(mesh.topology->materials.size(), 2u);
+        ASSERT_EQ(mesh.topology->group.size(), mesh.triangles().size());
+        ASSERT_EQ(mesh.normals.size(), mesh.positions.size());
+        ASSERT_EQ(mesh.attributes.at(0).values.size(), mesh.positions.size());
+        EXPECT_EQ(mesh.topology->materials[0].colour.x(), 1.f);
+        for (std::size_t t = 0; t < mesh.triangles().size(); ++t) {
+            for (const std::uint32_t v : mesh.triangles()[t]) {
+                const float side = mesh.topology->group[t] == 0 ? -1.f : 1.f;
+                // The grid of 0.01 m cuts the border's corner by about its curvature.
+                EXPECT_GT(side * mesh.positions[v].x(), -1e-4f);
+            }
+        }
+    }
+}
+
+TEST(LayeredMesh, CanBeOneBodyUndeformedOrCut)
+{
+    const LayeredScene scene = two_pressed_balls();
+    const auto right = layered_mesh(scene, {.cell = 0.01, .body = 1, .deformed = false});
+    for (const auto& p : right.positions) {
+        EXPECT_NEAR((p - geometry::Vec3f(0.09f, 0, 0)).norm(), 0.1f, 1e-6f);
+    }
+    const auto cut =
+        layered_mesh(scene, {.cell = 0.01, .cut = LayeredMeshOptions::Cut::z, .cut_at = 0});
+    ASSERT_FALSE(cut.triangles().empty());
+    for (const auto& p : cut.positions) EXPECT_LT(p.z(), 0.021f);
+    EXPECT_THROW(layered_mesh(scene, {.body = 2}), std::invalid_argument);
+}
+
+}  // namespace physics
