@@ -6,6 +6,7 @@
 #include "geometry/mesh.hpp"
 #include "geometry/samples.hpp"
 #include "graph/standard_wires.hpp"
+#include "physics/layered.hpp"
 #include "physics/loads.hpp"
 #include "physics/state.hpp"
 #include "render/image.hpp"
@@ -19,6 +20,9 @@ template <> inline constexpr const char* wire_name<physics::Pins> = "pins";
 template <> inline constexpr const char* wire_name<physics::Force> = "force";
 template <> inline constexpr const char* wire_name<physics::Collider> = "collider";
 template <> inline constexpr const char* wire_name<physics::State> = "state";
+template <> inline constexpr const char* wire_name<geometry::ImplicitLayer> = "implicit_layer";
+template <> inline constexpr const char* wire_name<physics::LayeredPart> = "layered_part";
+template <> inline constexpr const char* wire_name<physics::LayeredScene> = "layered_scene";
 template <> inline constexpr const char* wire_name<render::Image> = "image";
 
 }  // namespace graph

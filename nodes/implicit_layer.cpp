@@ -1,0 +1,134 @@
+#include "geometry/transform.hpp"
+#include "graph/node_type.hpp"
+#include "nodes/wire_types.hpp"
+#include "physics/layered.hpp"
+
+namespace nodes::implicit_layer {
+
+using geometry::Vec3;
+using physics::BaseKind;
+using physics::LayeredBody;
+using physics::LayerMatter;
+using physics::Substance;
+using physics::VolumeControl;
+
+struct Inputs {
+    graph::Wire<geometry::ImplicitLayer> layer;
+    BaseKind base = BaseKind::rigid;
+    double density = 1000;
+    double seed_spacing = 0.02;
+    LayerMatter matter;
+    VolumeControl volume;
+    Substance substance;
+    Vec3 translate{0, 0, 0};
+    Vec3 rotate_degrees{0, 0, 0};
+    Vec3 velocity{0, 0, 0};
+    double inflation = 1;
+    geometry::Vec3f colour{0.7f, 0.7f, 0.7f};
+    std::shared_ptr<const LayeredBody> body;
+};
+struct Outputs {
+    physics::LayeredPart part;
+};
+
+static LayeredBody build(const Inputs& in)
+{
+    LayeredBody body = physics::make_layered_body(*in.layer, in.base, in.density, in.seed_spacing);
+    body.matter = in.matter;
+    body.control = in.volume;
+    body.base.substance = in.substance;
+    return body;
+}
+
+static Outputs run(const Inputs& in, const graph::Context&)
+{
+    physics::LayeredPart part;
+    part.body = in.body;
+    part.pose = geometry::placement(in.translate, in.rotate_degrees, Vec3::Ones(), Vec3::Zero());
+    part.velocity = in.velocity;
+    part.inflation = in.inflation;
+    part.colour = in.colour;
+    return {std::move(part)};
+}
+
+static void describe_matter(graph::ParamsOf<LayerMatter>& p)
+{
+    p.param("stiffness", &LayerMatter::stiffness,
+            "Pressure of the layer for each unit of field that it is compressed by.",
+            {.min = 0, .unit = "Pa"})
+        .param("friction", &LayerMatter::friction,
+               "Traction on a contact for each metre a second of relative velocity.",
+               {.min = 0, .unit = "Pa s/m"})
+        .param("bulge_width", &LayerMatter::bulge_width,
+               "How far beyond a contact the layer bulges.", {.min = 0, .unit = "m"})
+        .param("bulge_height", &LayerMatter::bulge_height,
+               "Height of the bulge as a share of the largest compression.", {.min = 0, .max = 10})
+        .param("rigid", &LayerMatter::rigid,
+               "It does not deform: others take its shape where they touch it.")
+        .param("self_contact", &LayerMatter::self_contact,
+               "Skeletons that do not blend with each other collide.");
+}
+
+static void describe_substance(graph::ParamsOf<Substance>& p)
+{
+    p.param("stiffness", &Substance::stiffness,
+            "Scale of the force that holds particles at their distance.", {.min = 0, .unit = "N"})
+        .param("rest_distance", &Substance::rest_distance, "The distance they seek.",
+               {.min = 1e-9, .unit = "m"})
+        .param("friction", &Substance::friction,
+               "Force against the relative velocity of particles in reach.",
+               {.min = 0, .unit = "N s/m"})
+        .param("reach", &Substance::reach,
+               "How far particles act on each other, in rest distances.", {.min = 1, .max = 100})
+        .param("fusion_threshold", &Substance::fusion_threshold,
+               "Parts that press harder than this fuse; what came apart never does otherwise.",
+               {.min = 0, .unit = "Pa"})
+        .param("fusion_time", &Substance::fusion_time,
+               "How long two skeletons take to blend fully.", {.min = 0, .unit = "s"});
+}
+
+void add_to(graph::Registry& registry)
+{
+    registry.add("ImplicitLayer", 1, run)
+        .summary("Coats a base structure with an implicit layer: a body for Layered.")
+        .input("layer", &Inputs::layer, "Its skeletons, from Skeletons.")
+        .choice("base", &Inputs::base, {"still", "rigid", "particles"},
+                "What carries the layer. still moves only by translate and rotate_degrees; each "
+                "frame of rigid is a rigid body; each frame of particles a particle of a soft "
+                "substance.")
+        .param("density", &Inputs::density,
+               "Mass for each volume that the skeletons' territories hold.",
+               {.min = 1e-9, .unit = "kg/m^3"})
+        .param("seed_spacing", &Inputs::seed_spacing,
+               "Distance between the samples of the surface that find contacts and volumes.",
+               {.min = 1e-9, .unit = "m"})
+        .block("matter", &Inputs::matter, describe_matter, "How it behaves in contact.")
+        .block<VolumeControl>(
+            "volume", &Inputs::volume,
+            [](graph::ParamsOf<VolumeControl>& p) {
+                p.param("proportional", &VolumeControl::proportional,
+                        "How fast an error of volume is mended; 0 leaves volume "
+                        "alone.",
+                        {.min = 0, .unit = "1/s"})
+                    .param("derivative", &VolumeControl::derivative, "Resists the change itself.",
+                           {.min = 0, .max = 100});
+            },
+            "Keeps the volume of each skeleton's territory.")
+        .block("substance", &Inputs::substance, describe_substance,
+               "How particles act on each other.", {"base", {"particles"}})
+        .param("translate", &Inputs::translate,
+               "Moves the body from where it is drawn; keyframed, a still body follows.",
+               {.unit = "m"})
+        .param("rotate_degrees", &Inputs::rotate_degrees,
+               "Turns it about the world's origin, about x, then y, then z.", {.unit = "deg"})
+        .param("velocity", &Inputs::velocity, "What it starts with.", {.unit = "m/s"})
+        .param("inflation", &Inputs::inflation,
+               "The volume it seeks, as a share of its own; keyframe it to breathe.",
+               {.min = 0.05, .max = 20})
+        .colour("colour", &Inputs::colour, "Its colour in the mesh.")
+        .prepare("body", &Inputs::body, build,
+                 {"layer", "base", "density", "seed_spacing", "matter", "volume", "substance"})
+        .output("part", &Outputs::part, "The body, for Layered or Figure.");
+}
+
+}  // namespace nodes::implicit_layer

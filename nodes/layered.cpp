@@ -1,0 +1,59 @@
+#include "physics/layered.hpp"
+
+#include "graph/node_type.hpp"
+#include "nodes/wire_types.hpp"
+
+namespace nodes::layered {
+
+using geometry::Vec3;
+
+struct Inputs {
+    std::vector<graph::Wire<physics::LayeredPart>> parts;
+    std::vector<graph::Wire<physics::Collider>> colliders;
+    Vec3 gravity{0, -9.81, 0};
+    double drag = 0;
+    int substeps = 2;
+    graph::Wire<physics::LayeredScene> last;
+};
+struct Outputs {
+    physics::LayeredScene scene;
+    double volume_error = 0, speed = 0;
+};
+
+static Outputs run(const Inputs& in, const graph::Context& context)
+{
+    std::vector<physics::LayeredPart> parts;
+    for (const auto& part : in.parts) parts.push_back(*part);
+    for (const auto& collider : in.colliders) parts.push_back(physics::rigid_part(*collider));
+    Outputs out;
+    out.scene = in.last ? physics::advance(*in.last, parts, {in.gravity, in.drag},
+                                           context.frame_seconds(), in.substeps)
+                        : physics::start(parts);
+    out.volume_error = physics::volume_error(out.scene);
+    out.speed = physics::fastest(out.scene);
+    return out;
+}
+
+void add_to(graph::Registry& registry)
+{
+    registry.add("Layered", 1, run)
+        .summary("Moves bodies coated by implicit layers a frame at a time: exact contact "
+                 "surfaces, controlled volume, separation and fusion.")
+        .inputs("parts", &Inputs::parts, "The bodies, from ImplicitLayer or Figure.")
+        .inputs("colliders", &Inputs::colliders, "Rigid things that they touch.")
+        .param("gravity", &Inputs::gravity, "Acceleration of everything; zeros for none.",
+               {.unit = "m/s^2"})
+        .param("drag", &Inputs::drag, "Share of the speed that the air takes in a second.",
+               {.min = 0, .unit = "1/s"})
+        .param("substeps", &Inputs::substeps, "Steps a frame: more follow fast motion better.",
+               {.min = 1, .max = 10'000})
+        .reads(graph::Variable::fps)
+        .output("scene", &Outputs::scene,
+                "Where all bodies are; on the first frame, the start. For Polygonize.")
+        .output("volume_error", &Outputs::volume_error,
+                "Largest relative error of volume among bodies that control theirs.")
+        .output("speed", &Outputs::speed, "Of the fastest frame, m/s.")
+        .previous("scene", &Inputs::last);
+}
+
+}  // namespace nodes::layered

@@ -1,0 +1,49 @@
+#include "graph/node_type.hpp"
+#include "nodes/wire_types.hpp"
+#include "physics/layered_mesh.hpp"
+
+namespace nodes::polygonize {
+
+using Options = physics::LayeredMeshOptions;
+
+struct Inputs {
+    graph::Wire<physics::LayeredScene> scene;
+    Options::Surface surface = Options::Surface::exact;
+    double cell = 0.02;
+    int body = -1;
+    bool deformed = true;
+    Options::Cut cut = Options::Cut::none;
+    double cut_at = 0;
+};
+struct Outputs {
+    geometry::TriMesh mesh;
+};
+
+static Outputs run(const Inputs& in, const graph::Context&)
+{
+    return {physics::layered_mesh(*in.scene,
+                                  {in.surface, in.cell, in.body, in.deformed, in.cut, in.cut_at})};
+}
+
+void add_to(graph::Registry& registry)
+{
+    registry.add("Polygonize", 1, run)
+        .summary("Meshes the surfaces of a Layered scene, deformed where bodies touch.")
+        .input("scene", &Inputs::scene, "The bodies at this frame, from Layered.")
+        .choice("surface", &Inputs::surface, {"exact", "seeds"},
+                "exact finds the surface afresh on a grid; seeds is a quick preview from the "
+                "bodies' own samples.")
+        .param("cell", &Inputs::cell, "Edge of the grid's cells.", {.min = 1e-9, .unit = "m"},
+               {"surface", {"exact"}})
+        .param("body", &Inputs::body, "Which body, counted from 0; -1 for all.", {.min = -1})
+        .param("deformed", &Inputs::deformed, "Off: each body as if it touched nothing.")
+        .choice("cut", &Inputs::cut, {"none", "x", "y", "z"},
+                "Leaves out what lies beyond cut_at along this axis, to look inside.",
+                {"surface", {"exact"}})
+        .param("cut_at", &Inputs::cut_at, "Where to cut.", {.unit = "m"}, {"cut", {"x", "y", "z"}})
+        .output("mesh", &Outputs::mesh,
+                "One mesh; each body is a group with a material, attribute `compression` says how "
+                "far each vertex is pressed.");
+}
+
+}  // namespace nodes::polygonize
