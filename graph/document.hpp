@@ -35,6 +35,7 @@ struct LoadOptions {
     std::size_t max_bytes = std::size_t{64} << 20;
     int max_depth = 64;  // of brackets
     int max_frames = 1'000'000;
+    std::size_t max_nodes = 1'000'000;  // once subgraphs have taken their places
 };
 
 struct Loaded {

@@ -48,8 +48,9 @@ struct Expectation {
 };
 
 struct Graph {
-    std::string file;            // the document it came from, for messages
-    std::filesystem::path root;  // nothing outside may be read
+    std::string file;                              // the document it came from, for messages
+    std::vector<std::filesystem::path> documents;  // all that it was read from, that one first
+    std::filesystem::path root;                    // nothing outside may be read
     FrameRange range;
     std::vector<Node> nodes;  // sorted: every node stands after those it takes inputs from
     std::vector<Expectation> expectations;

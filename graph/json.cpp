@@ -390,6 +390,36 @@ std::optional<Json> parse_json(const Origin& origin, const JsonLimits& limits, P
     return builder.finish();
 }
 
+void put(Json& object, Member member)
+{
+    for (Member& m : *object.object()) {
+        if (m.key == member.key) {
+            m = std::move(member);
+            return;
+        }
+    }
+    object.object()->push_back(std::move(member));
+}
+
+void erase(Json& object, std::string_view key)
+{
+    if (!object.object()) return;
+    Json::Object& members = *object.object();
+    members.erase(std::remove_if(members.begin(), members.end(),
+                                 [&](const Member& m) { return m.key == key; }),
+                  members.end());
+}
+
+void rename(Json& object, std::string_view from, std::string to)
+{
+    if (!object.object()) return;
+    for (Member& m : *object.object()) {
+        if (m.key != from) continue;
+        m.key = std::move(to);
+        return;
+    }
+}
+
 std::string to_text(const Json& json)
 {
     std::string out;

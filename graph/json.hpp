@@ -45,6 +45,7 @@ class Grammar;
 struct Origin {
     std::shared_ptr<const Source> source;
     std::shared_ptr<const Grammar> grammar;
+    std::string prefix;  // of the nodes that links name: "outer/" inside of a subgraph
 };
 
 struct Member;
@@ -96,6 +97,16 @@ struct JsonLimits {
 // one stays). Comments are as in C++. `origin` must outlive the tree.
 std::optional<Json> parse_json(const Origin& origin, const JsonLimits&, Problems& problems,
                                std::vector<Comment>* comments = nullptr);
+
+// ---- changing an object (upgrade steps do)
+// -------------------------------------------------------
+
+// Puts a member in the place of the one with its key, or at the end.
+void put(Json& object, Member member);
+// Takes the member away, if there is one.
+void erase(Json& object, std::string_view key);
+// Gives the member `from`, if there is one, the name `to`.
+void rename(Json& object, std::string_view from, std::string to);
 
 // One line of canonical JSON.
 std::string to_text(const Json&);

@@ -48,6 +48,16 @@ struct Preparation {
     std::size_t (*bytes)(const void*) = nullptr;
 };
 
+struct Json;
+
+// How a document's node of version `from` becomes one of version `from` + 1.
+struct Upgrade {
+    int from = 1;
+    std::string note;                   // what changed, for people
+    std::function<void(Json&)> change;  // of the node's object: its "inputs" and "params"
+    std::vector<std::pair<std::string, std::string>> outputs;  // renamed: old name, new name
+};
+
 struct NodeType {
     std::string name, summary;
     int version = 1;
@@ -56,8 +66,9 @@ struct NodeType {
     std::vector<Param> params;
     std::vector<Previous> previous;
     std::vector<Preparation> preparations;
-    unsigned reads = 0;  // context variables, see Variable
-    bool sink = false;   // writes files: cooked by default, once a frame
+    std::vector<Upgrade> upgrades;  // from older versions
+    unsigned reads = 0;             // context variables, see Variable
+    bool sink = false;              // writes files: cooked by default, once a frame
     // For a node that gathers: which frames of its gathered inputs it wants. Such a node runs once
     // for a cook, not once a frame.
     std::function<std::vector<int>(const ParamValues&, const FrameRange&)> gather_frames;
@@ -198,6 +209,14 @@ public:
     {
         plan_.outputs.push_back([=](Out& out) { return Value::of(std::move(out.*member)); });
         type_.outputs.push_back({std::move(name), wire_name<T>, std::move(doc), &wire_type<T>()});
+        return *this;
+    }
+
+    // How a node of an older version is read; json.hpp has what `change` needs.
+    NodeBuilder& upgrade(int from, std::string note, std::function<void(Json&)> change = {},
+                         std::vector<std::pair<std::string, std::string>> outputs = {})
+    {
+        type_.upgrades.push_back({from, std::move(note), std::move(change), std::move(outputs)});
         return *this;
     }
 

@@ -1,18 +1,18 @@
 #include "graph/document.hpp"
 
 #include "graph/evaluate.hpp"
+#include "tests/graph/folder.hpp"
 #include "tests/graph/toys.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <fstream>
 #include <random>
 
 namespace {
 
 using graph::Loaded;
+using toys::Folder;
 using toys::load;
 using toys::told;
 
@@ -72,26 +72,6 @@ TEST(Document, AGoodOneLoadsWithEveryKindOfValue)
     EXPECT_DOUBLE_EQ(g.expectations[0].min, 18);
     EXPECT_DOUBLE_EQ(g.expectations[0].max, 22);
 }
-
-// A new empty folder for a test, removed with it.
-struct Folder {
-    std::filesystem::path path;
-    Folder()
-    {
-        std::string name = (std::filesystem::temp_directory_path() / "graph_XXXXXX").string();
-        path = std::filesystem::canonical(::mkdtemp(name.data()));
-    }
-    ~Folder() { std::filesystem::remove_all(path); }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-
-    std::filesystem::path write(const std::string& name, const std::string& text) const
-    {
-        std::filesystem::create_directories((path / name).parent_path());
-        std::ofstream(path / name) << text;
-        return path / name;
-    }
-};
 
 std::string reading(const std::string& recipe)
 {

@@ -315,7 +315,7 @@ TEST(Mistakes, OfLinks)
         {kneading("\"dough\": ^3"),
          "error: node 'k', input 'dough': expected a link, \"node.output\", found 3"},
         {kneading("\"dough\": ^\"n.dough\""),
-         "error: node 'k', input 'dough': there is no node 'n'; there is 'm' and 'k'"},
+         "error: node 'k', input 'dough': there is no node 'n'; there is 'k' and 'm'"},
         {kneading("\"dough\": ^\"m.duogh\""),
          "error: node 'k', input 'dough': node 'm' (Mill) has no "
          "output 'duogh'; did you mean 'dough'?"},
