@@ -94,21 +94,19 @@ std::uint32_t CellSet::make_block(int bx, int by, int bz)
     return block;
 }
 
-void CellSet::add(std::uint32_t block, int y, int z, unsigned bits)
+void CellSet::note_new(std::uint64_t bits)
 {
-    std::uint64_t& word = blocks_[block][static_cast<std::size_t>(z & 7)];
-    const unsigned fresh = bits & ~row_bits(word, y & 7);
-    word |= std::uint64_t{bits} << (8 * (y & 7));
-    count_ += bit_counts[fresh];
+    for (; bits != 0; bits &= bits - 1) ++count_;
     if (count_ > limit_) throw TooManyCells("the set of cells is full");
 }
 
-void CellSet::insert_run(int x0, int x1, int y, int z)
+void CellSet::insert_long_run(int x0, int x1, int y, int z)
 {
     for (int bx = x0 >> 3; bx <= x1 >> 3; ++bx) {
         const int lo = std::max(x0 - 8 * bx, 0), hi = std::min(x1 - 8 * bx, 7);
         const unsigned bits = (0xffu << lo) & (0xffu >> (7 - hi));
-        add(make_block(bx, y >> 3, z >> 3), y, z, bits);
+        last_ = {bx, y >> 3, z >> 3, make_block(bx, y >> 3, z >> 3)};
+        add(last_.block, y, z, bits);
     }
 }
 

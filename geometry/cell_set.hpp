@@ -29,7 +29,14 @@ public:
 
     // Precondition of all below: coordinates within the extent. Throws TooManyCells.
     void insert(const Vec3i& cell) { insert_run(cell.x(), cell.x(), cell.y(), cell.z()); }
-    void insert_run(int x0, int x1, int y, int z);  // cells (x0..x1, y, z), both ends included
+    void insert_run(int x0, int x1, int y, int z)  // cells (x0..x1, y, z), both ends included
+    {
+        // Most runs lie in the block of the one before.
+        if (x0 >> 3 == last_.x && x1 >> 3 == last_.x && y >> 3 == last_.y && z >> 3 == last_.z) {
+            return add(last_.block, y, z, (0xffu << (x0 & 7)) & (0xffu >> (7 - (x1 & 7))));
+        }
+        insert_long_run(x0, x1, y, z);
+    }
     void unite(const CellSet& other);
 
     bool contains(const Vec3i& cell) const;
@@ -45,7 +52,17 @@ private:
     std::uint32_t find_block(int bx, int by, int bz) const;  // none when there is no such block
     std::uint32_t make_block(int bx, int by, int bz);
     std::uint32_t find_tile(std::uint64_t key) const;
-    void add(std::uint32_t block, int y, int z, unsigned bits);
+    void insert_long_run(int x0, int x1, int y, int z);
+    void add(std::uint32_t block, int y, int z, unsigned bits)
+    {
+        std::uint64_t& word = blocks_[block][static_cast<std::size_t>(z & 7)];
+        const std::uint64_t wanted = std::uint64_t{bits} << (8 * (y & 7));
+        const std::uint64_t fresh = wanted & ~word;
+        if (fresh == 0) return;
+        word |= wanted;
+        note_new(fresh);
+    }
+    void note_new(std::uint64_t bits);  // counts them
 
     std::vector<Block> blocks_;
     std::vector<std::uint64_t> block_key_;               // its coordinates, ordered by (z, y, x)
@@ -54,6 +71,10 @@ private:
     std::vector<std::uint32_t> slots_;  // open addressing, into tiles_; a power of two of them
     std::uint64_t last_key_ = ~std::uint64_t{0};
     std::uint32_t last_tile_ = none;
+    struct {
+        int x = -extent, y = 0, z = 0;  // in blocks, of a block that is there; or far away
+        std::uint32_t block = 0;
+    } last_;
     std::size_t count_ = 0, limit_;
 };
 

@@ -35,24 +35,22 @@ struct Interval {
     }
 };
 
-// gu i + gv j + gw k + c >= 0, or > 0 when `open`.
+// gu i + gv j + gw k + c >= least
 struct Linear {
     double gu = 0, gv = 0, gw = 0, c = 0;
-    double inverse = 0;  // 1 / gu
-    double doubt = 0;    // solutions nearer than this to a whole number are tried out
-    bool open = false;
+    double least = 0;  // 0, or the smallest positive number where equality does not count
 
+    // 1 / gu, and how near to a whole number a solution must be tried out: needed for long rows.
+    double inverse = 0, doubt = 0;
+
+    void exclude_equality() { least = std::numeric_limits<double>::denorm_min(); }
     void ready(double magnitude)
     {
         inverse = 1 / gu;  // infinite when unused
         doubt = 1e-9 + 1e-14 * magnitude * std::abs(inverse);
     }
-    bool holds(double i, double rest) const
-    {
-        const double value = gu * i + rest;
-        return open ? value > 0 : value >= 0;
-    }
     double rest(double j, double k) const { return gv * j + gw * k + c; }
+    bool holds(double i, double rest) const { return gu * i + rest >= least; }
 
     // The i in 0..n-1 where it holds, given rest = gv j + gw k + c.
     Interval solve(double rest, int n) const
@@ -71,13 +69,32 @@ struct Linear {
     }
 };
 
+// Rows up to this long are walked in from both ends, longer ones solved for.
+constexpr int short_row = 6;
+
+// The part of `cells` where all tests hold; what holds for two cells holds between them.
+template <std::size_t N>
+void trim(const std::array<Linear, N>& tests, const std::array<double, N>& rest, Interval& cells,
+          int n)
+{
+    if (cells.hi - cells.lo >= short_row) {
+        for (std::size_t k = 0; k < N; ++k) cells.meet(tests[k].solve(rest[k], n));
+        return;
+    }
+    const auto hold = [&](int i) {
+        bool all = true;
+        for (std::size_t k = 0; k < N; ++k) all &= tests[k].holds(i, rest[k]);
+        return all;
+    };
+    while (cells.lo <= cells.hi && !hold(cells.lo)) ++cells.lo;
+    while (cells.lo < cells.hi && !hold(cells.hi)) --cells.hi;
+}
+
 // The three edge tests of the projection on axes u and v, as intervals in u for each v.
 struct Projection {
     std::array<Linear, 3> edges;
-    bool interior;
 
-    Projection(const std::array<Vec3, 3>& p, int u, int v, Touch touch)
-        : interior(touch == Touch::interior)
+    Projection(const std::array<Vec3, 3>& p, int u, int v, Touch touch, int cells)
     {
         const double turn =
             (p[1][u] - p[0][u]) * (p[2][v] - p[0][v]) - (p[1][v] - p[0][v]) * (p[2][u] - p[0][u]);
@@ -90,16 +107,16 @@ struct Projection {
             const double at = e.gu * a[u] + e.gv * a[v];
             e.c = std::max(e.gu, 0.0) + std::max(e.gv, 0.0) - at;
             const bool point = e.gu == 0 && e.gv == 0;
-            e.open = !point && (interior || e.gu > 0 || e.gv > 0);
-            e.ready(std::abs(e.c) + std::abs(at));
+            if (!point && (touch == Touch::interior || e.gu > 0 || e.gv > 0)) e.exclude_equality();
+            if (cells > short_row) e.ready(std::abs(e.c) + std::abs(at));
         }
     }
 
     Interval row(int j, int n) const
     {
-        Interval all{0, n - 1};
-        for (const Linear& e : edges) all.meet(e.solve(e.gv * j + e.c, n));
-        return all;
+        Interval cells{0, n - 1};
+        trim(edges, {edges[0].rest(j, 0), edges[1].rest(j, 0), edges[2].rest(j, 0)}, cells, n);
+        return cells;
     }
 };
 
@@ -129,13 +146,13 @@ private:
     // One layer thick: the projection alone decides.
     void flat_rows(const std::array<Vec3, 3>& p, const Vec3i& lo, const Vec3i& n)
     {
-        const Projection xy(p, 0, 1, touch_);
+        const Projection xy(p, 0, 1, touch_, n.x());
         for (int y = 0; y < n.y(); ++y) emit(xy.row(y, n.x()), lo, y, 0);
     }
 
     void rows(const std::array<Vec3, 3>& p, const Vec3i& lo, const Vec3i& n)
     {
-        const Projection yz(p, 1, 2, touch_);
+        const Projection yz(p, 1, 2, touch_, n.y());
         if (n.x() == 1) {
             for (int z = 0; z < n.z(); ++z) {
                 const Interval ys = yz.row(z, n.y());
@@ -143,37 +160,39 @@ private:
             }
             return;
         }
-        const Projection xz(p, 0, 2, touch_);
+        const Projection xz(p, 0, 2, touch_, n.x());
         if (n.y() == 1) {
             for (int z = 0; z < n.z(); ++z) emit(xz.row(z, n.x()), lo, 0, z);
             return;
         }
-        const Projection xy(p, 0, 1, touch_);
+        const Projection xy(p, 0, 1, touch_, n.x());
         xy_.resize(static_cast<std::size_t>(n.y()));
         for (int y = 0; y < n.y(); ++y) xy_[static_cast<std::size_t>(y)] = xy.row(y, n.x());
-        const auto [front, back] = plane(p);
+        const std::array<Linear, 2> plane = both_sides(p, n.x());
         for (int z = 0; z < n.z(); ++z) {
             const Interval ys = yz.row(z, n.y()), xs = xz.row(z, n.x());
             for (int y = ys.lo; y <= ys.hi; ++y) {
                 Interval cells = xy_[static_cast<std::size_t>(y)];
                 cells.meet(xs);
-                if (cells.lo > cells.hi) continue;
-                cells.meet(front.solve(front.rest(y, z), n.x()));
-                cells.meet(back.solve(back.rest(y, z), n.x()));
+                trim(plane, {plane[0].rest(y, z), plane[1].rest(y, z)}, cells, n.x());
                 emit(cells, lo, y, z);
             }
         }
     }
 
     // The cube must reach both sides of the triangle's plane, as two tests.
-    std::pair<Linear, Linear> plane(const std::array<Vec3, 3>& p) const
+    std::array<Linear, 2> both_sides(const std::array<Vec3, 3>& p, int cells) const
     {
         const Vec3 normal = (p[1] - p[0]).cross(p[2] - p[0]);
         const auto side = [&](const Vec3& g) {
             const double at = g.dot(p[0]);
-            Linear test{g.x(), g.y(), g.z(), g.cwiseMax(0.0).sum() - at, 0, 0, false};
-            test.open = !g.isZero(0) && (touch_ == Touch::interior || (g.array() > 0).any());
-            test.ready(g.cwiseAbs().dot(p[0].cwiseAbs()) + g.cwiseAbs().sum());
+            Linear test{g.x(), g.y(), g.z(), g.cwiseMax(0.0).sum() - at};
+            if (!g.isZero(0) && (touch_ == Touch::interior || (g.array() > 0).any())) {
+                test.exclude_equality();
+            }
+            if (cells > short_row) {
+                test.ready(g.cwiseAbs().dot(p[0].cwiseAbs()) + g.cwiseAbs().sum());
+            }
             return test;
         };
         return {side(normal), side(-normal)};
