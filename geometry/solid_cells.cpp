@@ -13,6 +13,7 @@
 #include "geometry/surface_cells.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace geometry {
@@ -323,18 +324,28 @@ CellSet solid_cells(const LatticeMesh& mesh, Inside rule, std::size_t limit)
     return cells;
 }
 
-std::vector<float> inside_shares(const LatticeMesh& mesh, Inside rule, std::span<const Vec3i> cells)
+std::vector<std::uint64_t> inside_points(const LatticeMesh& mesh, Inside rule,
+                                         std::span<const Vec3i> cells)
 {
     const int axes = axes_needed(mesh, rule);
     std::vector<std::int8_t> votes(cells.size() * fine_points, 0);
     for (int axis = 0; axis < axes; ++axis) vote(mesh, rule, axis, fine, cells, votes);
+    std::vector<std::uint64_t> inside(cells.size(), 0);
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+        for (std::size_t i = 0; i < fine_points; ++i) {
+            const bool in = std::abs(votes[c * fine_points + i]) > axes;
+            inside[c] |= std::uint64_t{in} << i;
+        }
+    }
+    return inside;
+}
+
+std::vector<float> inside_shares(const LatticeMesh& mesh, Inside rule, std::span<const Vec3i> cells)
+{
+    const std::vector<std::uint64_t> inside = inside_points(mesh, rule, cells);
     std::vector<float> shares(cells.size());
     for (std::size_t c = 0; c < cells.size(); ++c) {
-        int inside = 0;
-        for (std::size_t i = 0; i < fine_points; ++i) {
-            inside += std::abs(votes[c * fine_points + i]) > axes;
-        }
-        shares[c] = static_cast<float>(inside) / static_cast<float>(fine_points);
+        shares[c] = static_cast<float>(std::popcount(inside[c])) / static_cast<float>(fine_points);
     }
     return shares;
 }

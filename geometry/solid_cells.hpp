@@ -29,4 +29,8 @@ CellSet solid_cells(const LatticeMesh& mesh, Inside rule, std::size_t limit = ~s
 std::vector<float> inside_shares(const LatticeMesh& mesh, Inside rule,
                                  std::span<const Vec3i> cells);
 
+// Which of the 4 x 4 x 4 points are inside: bit x + 4 y + 16 z of each cell.
+std::vector<std::uint64_t> inside_points(const LatticeMesh& mesh, Inside rule,
+                                         std::span<const Vec3i> cells);
+
 }  // namespace geometry

@@ -1,0 +1,279 @@
+// Points evenly over a triangle by its square-root parametrization:
+//   Osada, Funkhouser, Chazelle, Dobkin. Shape distributions. ACM TOG 21(4), 2002.
+// Evenly in two coordinates by the golden ratio (the Fibonacci lattice with random shifts):
+//   Niederreiter. Random number generation and quasi-Monte Carlo methods. SIAM 1992.
+// Blue noise by throwing darts in order, with a grid to look for conflicts:
+//   Cook. Stochastic sampling in computer graphics. ACM TOG 5(1), 1986.
+// A saturated pattern covers 0.547 of the plane by discs of half its radius, so N points on area A
+// want   r = 2 sqrt(0.547 A / (pi N))   or a little less.
+
+#include "geometry/sample_surface.hpp"
+
+#include "geometry/parallel.hpp"
+#include "geometry/random.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace geometry {
+namespace {
+
+constexpr std::size_t grain = 16384;
+constexpr double golden = 0.6180339887498949;  // (sqrt(5) - 1) / 2
+
+double face_area(const TriMesh& mesh, std::size_t t)
+{
+    const auto& [a, b, c] = mesh.triangles()[t];
+    if (std::max({a, b, c}) >= mesh.positions.size()) return 0;
+    const Vec3 p = mesh.positions[a].cast<double>();
+    const double area =
+        0.5 *
+        (mesh.positions[b].cast<double>() - p).cross(mesh.positions[c].cast<double>() - p).norm();
+    return std::isfinite(area) ? area : 0;
+}
+
+// Running sum of the faces' areas: back() is the mesh's.
+std::vector<double> running_area(const TriMesh& mesh)
+{
+    std::vector<double> sums(mesh.triangles().size());
+    double sum = 0;
+    for (std::size_t t = 0; t < sums.size(); ++t) sums[t] = sum += face_area(mesh, t);
+    if (!(sum > 0) || !std::isfinite(sum)) {
+        throw std::invalid_argument(
+            "the mesh has no area to sample: it has " + std::to_string(sums.size()) +
+            " triangles, none of them with finite corners and an area (a point cloud can be "
+            "voxelized as it is)");
+    }
+    return sums;
+}
+
+double fraction(double x)
+{
+    return x - std::floor(x);
+}
+
+// Positions and triangles of `count` evenly spread points.
+void spread(const TriMesh& mesh, const std::vector<double>& area, std::size_t count,
+            std::uint64_t seed, Samples& out)
+{
+    out.positions.resize(count);
+    out.triangle.resize(count);
+    const Random random(seed);
+    const double step = area.back() / static_cast<double>(count);
+    const double shift = random.unit(0);
+    parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
+        auto t = static_cast<std::size_t>(
+            std::upper_bound(area.begin(), area.end(), static_cast<double>(begin) * step) -
+            area.begin());
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::uint64_t bits = random.bits(i + 1);
+            const double jitter = static_cast<double>(bits >> 40) * 0x1p-24;
+            const double across = static_cast<double>(bits & 0xffffff) * 0x1p-24;
+            const double target = (static_cast<double>(i) + jitter) * step;
+            while (t + 1 < area.size() && area[t] <= target) ++t;
+            // The last faces may have no area: then the target is past every sum by rounding.
+            std::size_t face = std::min(t, area.size() - 1);
+            while (face > 0 && area[face] == area[face - 1]) --face;
+            const double before = face > 0 ? area[face - 1] : 0;
+            const double along = std::clamp((target - before) / (area[face] - before), 0.0, 1.0);
+            // Half a neighbour's distance of jitter across, or the lattice would show.
+            const double own = std::max(1.0, (area[face] - before) / step);  // samples
+            const double side =
+                fraction(shift + static_cast<double>(i) * golden + 0.5 * across / std::sqrt(own));
+            const auto r = static_cast<float>(std::sqrt(along));
+            const auto s = static_cast<float>(side);
+            const auto& [a, b, c] = mesh.triangles()[face];
+            const Vec3f &p = mesh.positions[a], &q = mesh.positions[b], &o = mesh.positions[c];
+            out.positions[i] = p + r * ((q - p) + s * (o - q));
+            out.triangle[i] = static_cast<std::uint32_t>(face);
+        }
+    });
+}
+
+void weigh(const FaceMatter& matter, double area, const SampleMass& mass, Samples& out)
+{
+    const std::size_t n = out.positions.size();
+    out.matters = matter.matters;
+    out.matter.resize(n);
+    out.mass.resize(n);
+    const double each = area / static_cast<double>(n);  // m^2
+    parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::uint16_t m = matter.of(out.triangle[i]);
+            out.matter[i] = m;
+            out.mass[i] =
+                static_cast<float>(each * (mass.by == SampleMass::By::surface_density
+                                               ? mass.surface_density
+                                               : mass.thickness * matter.matters[m].density));
+        }
+    });
+    if (mass.by == SampleMass::By::total) scale_mass(out, mass.total);
+}
+
+// A sparse grid of cells r / sqrt(3) wide, hashed, each of which holds one point at most.
+class DartGrid {
+public:
+    DartGrid(double radius, std::size_t expected) : radius_sq_(radius * radius)
+    {
+        inverse_ = std::sqrt(3.0) / radius;
+        std::size_t slots = 64;
+        while (slots < 3 * expected) slots *= 2;
+        cells_.assign(slots, {});
+    }
+
+    // Adds p unless a point is nearer than the radius.
+    bool add(const Vec3f& p)
+    {
+        const Vec3 at = inverse_ * p.cast<double>();
+        const std::array<std::int64_t, 3> cell{static_cast<std::int64_t>(std::floor(at.x())),
+                                               static_cast<std::int64_t>(std::floor(at.y())),
+                                               static_cast<std::int64_t>(std::floor(at.z()))};
+        if (find(cell)) return false;  // no two points of a cell are a radius apart
+        for (std::int64_t z = -2; z <= 2; ++z) {
+            for (std::int64_t y = -2; y <= 2; ++y) {
+                for (std::int64_t x = -2; x <= 2; ++x) {
+                    if (std::abs(x) + std::abs(y) + std::abs(z) == 6) continue;  // out of reach
+                    const Cell* other = find({cell[0] + x, cell[1] + y, cell[2] + z});
+                    if (other && (other->point - p).cast<double>().squaredNorm() < radius_sq_) {
+                        return false;
+                    }
+                }
+            }
+        }
+        insert(cell, p);
+        return true;
+    }
+
+private:
+    struct Cell {
+        std::array<std::int64_t, 3> at{};
+        Vec3f point = Vec3f::Zero();
+        bool taken = false;
+    };
+
+    std::size_t slot(const std::array<std::int64_t, 3>& at) const
+    {
+        std::uint64_t h = static_cast<std::uint64_t>(at[0]) * 0x9e3779b97f4a7c15u;
+        h = (h ^ h >> 29) + static_cast<std::uint64_t>(at[1]) * 0xbf58476d1ce4e5b9u;
+        h = (h ^ h >> 31) + static_cast<std::uint64_t>(at[2]) * 0x94d049bb133111ebu;
+        h *= 0x9e3779b97f4a7c15u;
+        return (h ^ h >> 32) & (cells_.size() - 1);
+    }
+    const Cell* find(const std::array<std::int64_t, 3>& at) const
+    {
+        for (std::size_t i = slot(at); cells_[i].taken; i = (i + 1) & (cells_.size() - 1)) {
+            if (cells_[i].at == at) return &cells_[i];
+        }
+        return nullptr;
+    }
+    void insert(const std::array<std::int64_t, 3>& at, const Vec3f& p)
+    {
+        std::size_t i = slot(at);
+        while (cells_[i].taken) i = (i + 1) & (cells_.size() - 1);
+        cells_[i] = {at, p, true};
+    }
+
+    double radius_sq_, inverse_ = 0;
+    std::vector<Cell> cells_;
+};
+
+// The darts that stay, of those in `order`, up to `most` of them.
+std::vector<std::uint32_t> throw_darts(const Samples& darts,
+                                       const std::vector<std::uint32_t>& order, double radius,
+                                       std::size_t most)
+{
+    DartGrid grid(radius, most);
+    std::vector<std::uint32_t> stay;
+    for (const std::uint32_t i : order) {
+        if (stay.size() == most) break;
+        if (grid.add(darts.positions[i])) stay.push_back(i);
+    }
+    return stay;
+}
+
+}  // namespace
+
+void scale_mass(Samples& samples, double total)
+{
+    const double now =
+        ordered_sum(samples.mass.size(), grain, 0.0, [&](std::size_t begin, std::size_t end) {
+            double sum = 0;
+            for (std::size_t i = begin; i < end; ++i) sum += double(samples.mass[i]);
+            return sum;
+        });
+    if (!(now > 0)) return;
+    for (float& m : samples.mass) m = static_cast<float>(double(m) * (total / now));
+}
+
+Samples sample_surface(const TriMesh& mesh, const FaceMatter& matter, std::size_t count,
+                       std::uint64_t seed, const SampleMass& mass)
+{
+    const std::vector<double> area = running_area(mesh);
+    Samples out;
+    spread(mesh, area, count, seed, out);
+    weigh(matter, area.back(), mass, out);
+    return out;
+}
+
+Samples sample_surface_blue(const TriMesh& mesh, const FaceMatter& matter, std::size_t count,
+                            std::uint64_t seed, const SampleMass& mass)
+{
+    constexpr std::size_t darts_each = 10;
+    const std::vector<double> area = running_area(mesh);
+    Samples darts;
+    spread(mesh, area, darts_each * count, seed, darts);
+    const Random random(~seed);
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(darts.positions.size());
+    for (std::uint32_t i = 0; i < keys.size(); ++i) keys[i] = {random.bits(i), i};
+    std::sort(keys.begin(), keys.end());
+    std::vector<std::uint32_t> order(keys.size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = keys[i].second;
+
+    // The largest radius at which enough darts stay, to half a percent: a few throws.
+    double radius = 2 * std::sqrt(0.5 * area.back() / (std::numbers::pi * double(count)));
+    double fits = 0, fails = std::numeric_limits<double>::infinity();
+    std::vector<std::uint32_t> best;
+    for (int round = 0; round < 40 && fits < 0.995 * fails; ++round) {
+        std::vector<std::uint32_t> stay = throw_darts(darts, order, radius, count);
+        if (stay.size() == count) {
+            fits = radius;
+            best = std::move(stay);
+            radius = std::isfinite(fails) ? 0.5 * (fits + fails) : 1.02 * radius;
+        } else {
+            fails = radius;
+            // Numbers go with the inverse square of the radius.
+            const double guess = radius * std::sqrt(double(stay.size()) / double(count)) * 0.995;
+            radius = fits > 0 ? 0.5 * (fits + fails) : guess;
+        }
+    }
+    std::sort(best.begin(), best.end());
+    Samples out;
+    for (const std::uint32_t i : best) {
+        out.positions.push_back(darts.positions[i]);
+        out.triangle.push_back(darts.triangle[i]);
+    }
+    weigh(matter, area.back(), mass, out);
+    return out;
+}
+
+double sampled_area(const TriMesh& mesh)
+{
+    double sum = 0;
+    for (std::size_t t = 0; t < mesh.triangles().size(); ++t) sum += face_area(mesh, t);
+    return sum;
+}
+
+std::size_t count_for_spacing(double area, double spacing)
+{
+    const double count = std::ceil(area / (spacing * spacing));
+    if (!(count < 4e9)) {
+        throw std::invalid_argument("samples " + std::to_string(spacing) +
+                                    " m apart would be more than 4,000,000,000 on " +
+                                    std::to_string(area) + " m^2: use a larger spacing");
+    }
+    return static_cast<std::size_t>(std::max(count, 1.0));
+}
+
+}  // namespace geometry

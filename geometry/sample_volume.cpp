@@ -1,0 +1,121 @@
+#include "geometry/sample_volume.hpp"
+
+#include "geometry/parallel.hpp"
+#include "geometry/random.hpp"
+#include "geometry/surface_cells.hpp"
+#include "geometry/triangle_bvh.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace geometry {
+namespace {
+
+VoxelGrid grid_over(const TriMesh& mesh, double size)
+{
+    return fit_grid(triangle_bounds(mesh), size);
+}
+
+// One point in each cell of the grid, of those that are inside.
+std::vector<Vec3f> jittered(const TriMesh& mesh, Inside rule, double size, const Random& random)
+{
+    const VoxelGrid grid = grid_over(mesh, size);
+    const LatticeMesh lattice = to_lattice(mesh, grid);
+    const std::vector<Vec3i> cells = solid_cells(lattice, rule).sorted();
+    std::vector<Vec3i> border = surface_cells(lattice, Touch::half_open).sorted();
+    const CellIndex index(cells);
+    std::erase_if(border, [&](const Vec3i& c) { return !index.find(c); });
+    const std::vector<std::uint64_t> inside = inside_points(lattice, rule, border);
+    std::vector<std::uint64_t> allowed(cells.size(), ~std::uint64_t{0});
+    for (std::size_t i = 0; i < border.size(); ++i) {
+        allowed[index.find(border[i]).begin] = inside[i];
+    }
+    std::vector<Vec3f> points;
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+        const std::uint64_t bits = random.bits(c);
+        const unsigned at = bits & 63;  // one of 4 x 4 x 4 parts of the cell
+        if ((allowed[c] >> at & 1) == 0) continue;
+        Vec3 p(at & 3, at >> 2 & 3, at >> 4);
+        for (int k = 0; k < 3; ++k) {
+            p[k] += static_cast<double>(bits >> (6 + 19 * k) & 0x7ffff) * 0x1p-19;
+        }
+        points.push_back((grid.origin + size * (cells[c].cast<double>() + 0.25 * p)).cast<float>());
+    }
+    return points;
+}
+
+// Leaves out points at random until `count` are left; the rest keep their order.
+void thin_out(std::vector<Vec3f>& points, std::size_t count, const Random& random)
+{
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(points.size());
+    for (std::uint32_t i = 0; i < keys.size(); ++i) keys[i] = {random.bits(i), i};
+    std::nth_element(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(count), keys.end());
+    std::vector<std::uint32_t> stay(count);
+    for (std::size_t i = 0; i < count; ++i) stay[i] = keys[i].second;
+    std::sort(stay.begin(), stay.end());
+    for (std::size_t i = 0; i < count; ++i) points[i] = points[stay[i]];
+    points.resize(count);
+}
+
+}  // namespace
+
+double volume_inside(const TriMesh& mesh, Inside rule)
+{
+    const Box box = triangle_bounds(mesh);
+    if (box.empty() || !(box.size().maxCoeff() > 0)) return 0;
+    const VoxelGrid grid = grid_over(mesh, size_for(box, 64));
+    const LatticeMesh lattice = to_lattice(mesh, grid);
+    const std::vector<Vec3i> cells = solid_cells(lattice, rule).sorted();
+    double sum = 0;
+    for (const float share : inside_shares(lattice, rule, cells)) sum += double(share);
+    return sum * grid.size * grid.size * grid.size;
+}
+
+Samples sample_volume(const TriMesh& mesh, const FaceMatter& matter, Inside rule, std::size_t count,
+                      std::uint64_t seed, const SampleMass& mass)
+{
+    if (mass.by == SampleMass::By::surface_density) {
+        throw std::invalid_argument("samples in a volume have no surface density: give a total "
+                                    "mass or densities");
+    }
+    const double volume = volume_inside(mesh, rule);
+    if (!(volume > 0)) {
+        throw std::invalid_argument("the mesh encloses no volume to sample: is it open, or do its "
+                                    "faces disagree on what is outside? Sample its surface, or "
+                                    "try the other rule for what is inside");
+    }
+    Samples out;
+    double size = std::cbrt(volume / static_cast<double>(count));
+    for (std::uint64_t round = 0; out.positions.size() < count; ++round) {
+        if (round == 50) {
+            throw std::runtime_error("the mesh's inside is too thin for " + std::to_string(count) +
+                                     " samples: found " + std::to_string(out.positions.size()));
+        }
+        out.positions = jittered(mesh, rule, size, Random(seed + round));
+        const double share = static_cast<double>(out.positions.size()) / static_cast<double>(count);
+        size *= std::clamp(std::cbrt(share) * 0.995, 0.5, 0.995);
+    }
+    thin_out(out.positions, count, Random(~seed));
+
+    out.matters = matter.matters;
+    out.matter.assign(count, 0);
+    if (matter.matters.size() > 1) {
+        std::vector<Vec3> points(count);
+        for (std::size_t i = 0; i < count; ++i) points[i] = out.positions[i].cast<double>();
+        std::vector<TriangleBvh::Hit> nearest(count);
+        TriangleBvh(mesh).closest(points, std::numeric_limits<double>::infinity(), nearest);
+        for (std::size_t i = 0; i < count; ++i) {
+            if (nearest[i]) out.matter[i] = matter.of(nearest[i].triangle);
+        }
+    }
+    out.mass.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        out.mass[i] = static_cast<float>(volume / static_cast<double>(count) *
+                                         out.matters[out.matter[i]].density);
+    }
+    if (mass.by == SampleMass::By::total) scale_mass(out, mass.total);
+    return out;
+}
+
+}  // namespace geometry
