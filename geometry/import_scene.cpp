@@ -273,7 +273,9 @@ ImportedScene scene_in(int fd)
     return unpack(static_cast<const char*>(bytes), size);
 }
 
-void want_file(const fs::path& path)
+}  // namespace
+
+void want_mesh_file(const fs::path& path)
 {
     std::error_code code;
     const fs::file_status status = fs::status(path, code);
@@ -289,8 +291,6 @@ void want_file(const fs::path& path)
     }
     if (fs::file_size(path, code) == 0) throw std::runtime_error(path.string() + " is empty");
 }
-
-}  // namespace
 
 std::string pack(const ImportedScene& scene)
 {
@@ -310,7 +310,7 @@ ImportedScene unpack(const char* bytes, std::size_t size)
 
 ImportedScene import_scene(const fs::path& path, const ImportOptions& options)
 {
-    want_file(path);
+    want_mesh_file(path);
     const fs::path program = importer_program();
 
     const Descriptor scene(::memfd_create("aspic-import", MFD_CLOEXEC));

@@ -75,6 +75,9 @@ struct ImportOptions {
 // one folder above it.
 ImportedScene import_scene(const std::filesystem::path& path, const ImportOptions& options = {});
 
+// Throws std::runtime_error unless `path` is a file that can be read and is not empty.
+void want_mesh_file(const std::filesystem::path& path);
+
 // What travels between the two processes.
 std::string pack(const ImportedScene& scene);
 

@@ -111,6 +111,11 @@ TriMesh welded(TriMesh mesh)
     std::vector<Vec3f> positions(vertices.size());
     for (std::size_t i = 0; i < vertex.size(); ++i) positions[vertex[i]] = mesh.positions[i];
     mesh.positions = std::move(positions);
+    Distinct<4> normals(mesh.normals.size());  // of a vertex, by their bits
+    const auto normal_of = [&](std::uint32_t v, std::uint32_t n) {
+        const auto b = bits(mesh.normals[n]);
+        return normals.add({v, b[0], b[1], b[2]});
+    };
     auto topology = std::make_shared<MeshTopology>();
     const MeshTopology& old = *mesh.topology;
     topology->uvs = old.uvs;
@@ -119,8 +124,15 @@ TriMesh welded(TriMesh mesh)
         for (auto& v : t) v = vertex[v];
         if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
         topology->triangles.push_back(t);
-        topology->normal_triangles.push_back(old.normal_triangles[f]);
+        Triangle n = old.normal_triangles[f];
+        for (std::size_t k = 0; k < 3; ++k) n[k] = normal_of(t[k], n[k]);
+        topology->normal_triangles.push_back(n);
         topology->uv_triangles.push_back(old.uv_triangles[f]);
+    }
+    mesh.normals.clear();
+    for (const auto& key : normals.keys()) {
+        mesh.normals.emplace_back(std::bit_cast<float>(key[1]), std::bit_cast<float>(key[2]),
+                                  std::bit_cast<float>(key[3]));
     }
     mesh.topology = std::move(topology);
     return mesh;

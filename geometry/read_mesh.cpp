@@ -4,12 +4,13 @@
 #include "geometry/distinct.hpp"
 #include "geometry/normals.hpp"
 #include "geometry/parallel.hpp"
-#include "geometry/ply_length.hpp"
+#include "geometry/read_ply.hpp"
 #include "geometry/transform.hpp"
 
 #include <tbb/parallel_invoke.h>
 
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <stdexcept>
 
@@ -377,6 +378,27 @@ void fit_and_place(TriMesh& mesh, const ReadOptions& options)
     }
 }
 
+bool is_ply(const std::filesystem::path& path)
+{
+    std::string ending = path.extension().string();
+    for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return ending == ".ply";
+}
+
+ImportedScene ply_scene(const std::filesystem::path& path)
+{
+    want_mesh_file(path);
+    std::ifstream in(path, std::ios::binary);
+    std::string bytes(std::filesystem::file_size(path), '\0');
+    in.read(bytes.data(), std::ssize(bytes));
+    if (!in) throw std::runtime_error(path.string() + " could not be read to its end");
+    try {
+        return read_ply(bytes);
+    } catch (const std::runtime_error& error) {
+        throw std::runtime_error(path.string() + ": " + error.what());
+    }
+}
+
 }  // namespace
 
 ReadMesh assemble(const ImportedScene& scene, const ReadOptions& options)
@@ -407,10 +429,7 @@ ReadMesh assemble(const ImportedScene& scene, const ReadOptions& options)
 
 ReadMesh read_mesh(const std::filesystem::path& path, const ReadOptions& options)
 {
-    const ImportedScene scene = import_scene(path, options.import);
-    if (const std::string lacks = what_ply_lacks(path); !lacks.empty()) {
-        throw std::runtime_error(path.string() + " is cut short: " + lacks + "; copy it again");
-    }
+    const ImportedScene scene = is_ply(path) ? ply_scene(path) : import_scene(path, options.import);
     if (!scene.error.empty()) {
         throw std::runtime_error(path.string() +
                                  " is damaged, or not of the format its name says: " + scene.error);

@@ -1,0 +1,61 @@
+#pragma once
+
+// Meshes as files that other programs read: one a frame (OBJ, PLY, STL, GLB), or one point cache
+// for a whole shot (PC2).
+
+#include "geometry/mesh.hpp"
+
+#include <filesystem>
+
+namespace geometry {
+
+// Wavefront OBJ: positions (with vertex colours after them, as display values), normals, texture
+// coordinates, groups and materials. Numbers are the shortest that read back to the same floats.
+// `library` is the file name of the material library, empty for none.
+std::string obj_text(const TriMesh& mesh, const std::string& library);
+
+// The material library of an OBJ: colours as display values, and roughness and metallic by their
+// physically based names. Empty when the mesh has no materials.
+std::string mtl_text(const TriMesh& mesh);
+
+// Binary PLY: positions, normals where every vertex has one only, vertex colours, attributes as
+// numbers of their own names, and faces, coloured by their materials where vertices have no
+// colours.
+std::string ply_bytes(const TriMesh& mesh);
+
+// Binary STL: faces alone.
+std::string stl_bytes(const TriMesh& mesh);
+
+// Binary glTF 2.0: a node a group, a primitive a material; or points.
+std::string glb_bytes(const TriMesh& mesh);
+
+enum class MeshFormat { obj, ply, stl, glb };
+
+// The format that a file name's ending stands for. Throws std::invalid_argument for others.
+MeshFormat mesh_format(const std::filesystem::path& path);
+
+// Writes `mesh` to `path`, and beside an OBJ its material library, which frames of one pattern
+// ("a.0001.obj", "a.0002.obj") may share: `library` is its file name. Files appear whole or not at
+// all; missing folders are made. Throws std::runtime_error saying what could not be written, and
+// std::invalid_argument when the format cannot hold the mesh.
+void write_mesh(const std::filesystem::path& path, MeshFormat format, const TriMesh& mesh,
+                const std::string& library);
+
+// What the header of a PC2 file says: positions of every vertex at `samples` times, `rate` frames
+// apart, the first at frame `start`.
+struct PointCache {
+    std::uint32_t points = 0;
+    float start = 1, rate = 1;
+    std::uint32_t samples = 0;
+
+    bool operator==(const PointCache&) const = default;
+};
+
+// Puts one sample into the point cache at `path`, at its own place: samples may come in any order
+// and from several threads and processes. A file whose header is another's is begun anew: true is
+// returned when that dropped samples. Throws std::runtime_error when it cannot be written and
+// std::invalid_argument when there are not cache.points positions or no such sample.
+bool write_sample(const std::filesystem::path& path, const PointCache& cache, std::uint32_t sample,
+                  const std::vector<Vec3f>& positions);
+
+}  // namespace geometry

@@ -1,0 +1,86 @@
+#include "geometry/write_mesh.hpp"
+
+#include "graph/frame_path.hpp"
+#include "graph/node_type.hpp"
+#include "nodes/wire_types.hpp"
+
+namespace nodes::write_mesh {
+
+enum class Format { automatic, obj, ply, stl, glb, pc2 };
+
+struct Inputs {
+    graph::Wire<geometry::TriMesh> mesh;
+    std::filesystem::path path = "mesh.####.obj";
+    Format format = Format::automatic;
+};
+struct Outputs {
+    graph::WrittenFile file;
+};
+
+// The name that all frames of a pattern share: "a.####.obj" has the library "a.mtl".
+static std::string library_of(const std::filesystem::path& pattern)
+{
+    std::string stem = pattern.stem().string();
+    std::erase(stem, '#');
+    while (!stem.empty() && (stem.back() == '.' || stem.back() == '_' || stem.back() == '-')) {
+        stem.pop_back();
+    }
+    return (stem.empty() ? "materials" : stem) + ".mtl";
+}
+
+static bool is_cache(const Inputs& in)
+{
+    return in.format == Format::pc2 ||
+           (in.format == Format::automatic && in.path.extension() == ".pc2");
+}
+
+// One file for all frames, in which each has its own place.
+static Outputs run_cache(const Inputs& in, const graph::Context& context)
+{
+    const graph::FrameRange& range = context.range();
+    const auto path = context.output_folder / in.path;
+    if (in.path.string().find('#') != std::string::npos) {
+        throw std::invalid_argument("a point cache holds all frames in one file: its path, " +
+                                    in.path.string() + ", must not have a #");
+    }
+    const geometry::PointCache cache{static_cast<std::uint32_t>(in.mesh->positions.size()),
+                                     float(range.first), 1,
+                                     static_cast<std::uint32_t>(range.count())};
+    const bool anew = geometry::write_sample(
+        path, cache, static_cast<std::uint32_t>(context.frame() - range.first), in.mesh->positions);
+    if (anew) {
+        context.warn("began " + path.string() + " anew at frame " +
+                     std::to_string(context.frame()) +
+                     ": it was of another number of points or other frames.");
+    }
+    return {{path.string()}};
+}
+
+static Outputs run(const Inputs& in, const graph::Context& context)
+{
+    if (is_cache(in)) return run_cache(in, context);
+    const auto format = in.format == Format::automatic
+                            ? geometry::mesh_format(in.path)
+                            : static_cast<geometry::MeshFormat>(static_cast<int>(in.format) - 1);
+    const auto path = context.output_folder / graph::frame_path(in.path, context.frame());
+    geometry::write_mesh(path, format, *in.mesh, library_of(in.path));
+    return {{path.string()}};
+}
+
+void add_to(graph::Registry& registry)
+{
+    registry.add("WriteMesh", 1, run)
+        .summary("Writes a mesh a frame, or one point cache that Blender's Mesh Cache plays.")
+        .input("mesh", &Inputs::mesh, "The mesh to write.")
+        .path_out("path", &Inputs::path,
+                  "Where it goes, below the output folder; #### stands for the frame's number with "
+                  "at least as many digits.")
+        .choice("format", &Inputs::format, {"auto", "obj", "ply", "stl", "glb", "pc2"},
+                "The kind of file; auto goes by the path's ending. A pc2 is one file for all "
+                "frames.")
+        .reads(graph::Variable::frame | graph::Variable::range)
+        .sink()
+        .output("file", &Outputs::file, "The file that was written.");
+}
+
+}  // namespace nodes::write_mesh
