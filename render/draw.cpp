@@ -1,5 +1,6 @@
 #include "render/draw.hpp"
 
+#include "render/legend.hpp"
 #include "render/renderer.hpp"
 
 #include <mutex>
@@ -50,6 +51,8 @@ Image draw(const Scene& scene, const Camera& camera, const Look& look,
     auto renderer = Pool::shared().take();
     Image image = renderer->draw(list, look);
     Pool::shared().give_back(std::move(renderer));  // one that threw is not used again
+    if (scene.legend) draw_legend(image, *scene.legend);
+    if (!scene.label.empty()) draw_label(image, scene.label);
     return image;
 }
 

@@ -1,0 +1,126 @@
+#include "render/legend.hpp"
+
+#include "render/text.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace render {
+namespace {
+
+// 1, 2 or 5 times a power of ten, not smaller than x > 0.
+double round_up(double x)
+{
+    const double power = std::pow(10, std::floor(std::log10(x)));
+    for (const double digit : {1.0, 2.0, 5.0}) {
+        if (digit * power >= x * (1 - 1e-9)) return digit * power;
+    }
+    return 10 * power;
+}
+
+float text_height(const Image& image)
+{
+    return std::max(7.0f, std::round(static_cast<float>(image.height) / 54));
+}
+
+std::uint8_t* pixel_at(Image& image, int x, int y)
+{
+    return &image.rgba[4 * (std::size_t(y) * std::size_t(image.width) + std::size_t(x))];
+}
+
+}  // namespace
+
+std::vector<double> ticks(double low, double high, int count)
+{
+    if (!(high > low) || !std::isfinite(low) || !std::isfinite(high) ||
+        high - low <= 1e-12 * std::max(std::abs(low), std::abs(high))) {
+        return {};
+    }
+    double spacing = round_up((high - low) / std::max(1, count));
+    if (high - low < 2 * spacing) spacing /= 2;
+    std::vector<double> out;
+    for (double i = std::ceil(low / spacing - 1e-6); i * spacing <= high + 1e-6 * spacing; ++i) {
+        out.push_back(i == 0 ? 0.0 : i * spacing);
+    }
+    return out;
+}
+
+std::string tick_text(double value, double spacing)
+{
+    if (value == 0) return "0";
+    const double largest = std::max(std::abs(value), spacing);
+    std::array<char, 32> text{};
+    if (largest >= 1e5 || largest < 1e-3) {
+        const int digits = std::max(0, int(std::floor(std::log10(std::abs(value)) + 1e-9) -
+                                           std::floor(std::log10(spacing) + 1e-9)));
+        std::snprintf(text.data(), text.size(), "%.*e", std::min(digits, 6), value);
+    } else {
+        const int digits = std::max(0, -int(std::floor(std::log10(spacing) + 1e-9)));
+        std::snprintf(text.data(), text.size(), "%.*f", std::min(digits, 9), value);
+    }
+    return text.data();
+}
+
+std::array<float, 2> round_range(const std::vector<float>& values)
+{
+    double low = 0, high = 0;
+    for (const float v : values) {
+        if (!std::isfinite(v)) continue;
+        low = std::min(low, double(v));
+        high = std::max(high, double(v));
+    }
+    if (low == 0 && high == 0) return {0, 1};
+    const double reach = std::min(round_up(std::max(high, -low)), 3e38);
+    return {low < 0 ? float(-reach) : 0.0f, float(reach)};
+}
+
+void draw_legend(Image& image, const Legend& legend)
+{
+    const float size = text_height(image);
+    const int bar_width = int(std::lround(1.4f * size));
+    const int bar_height = image.height * 45 / 100;
+    const int right = image.width - int(std::lround(8 * size)), top = image.height * 25 / 100;
+    if (right < 2 || bar_height < 2) return;
+    for (int y = 0; y < bar_height; ++y) {
+        const float t = 1 - (float(y) + 0.5f) / float(bar_height);
+        const Vec3f c = colour_at(legend.scale.map, t);
+        for (int x = std::max(0, right - bar_width); x < right; ++x) {
+            std::uint8_t* p = pixel_at(image, x, top + y);
+            for (int k = 0; k < 3; ++k) {
+                p[k] = static_cast<std::uint8_t>(std::lround(255 * c[k]));
+            }
+        }
+    }
+
+    TextStyle style;
+    style.height = size;
+    const std::string title = legend.title + (legend.unit.empty() ? "" : " (" + legend.unit + ")");
+    const float room = float(image.width) - 1.5f * size;
+    const float left = std::min(float(right - bar_width), room - text_width(title, size));
+    draw_text(image, title, {std::max(2.0f, left), float(top) - 1.2f * size}, style);
+
+    const double low = legend.scale.low, high = legend.scale.high;
+    const std::vector<double> marks = ticks(low, high, 5);
+    const double spacing = marks.size() > 1 ? marks[1] - marks[0] : 1;
+    for (const double mark : marks) {
+        const float t = static_cast<float>((mark - low) / (high - low));
+        const float y = float(top) + (1 - t) * float(bar_height);
+        const int row = std::clamp(int(y), 0, image.height - 1);
+        for (int x = right; x < std::min(image.width, right + int(size / 2)); ++x) {
+            std::uint8_t* p = pixel_at(image, x, row);
+            p[0] = p[1] = p[2] = 255;
+        }
+        draw_text(image, tick_text(mark, spacing), {float(right) + 0.9f * size, y + 0.5f * size},
+                  style);
+    }
+}
+
+void draw_label(Image& image, const std::string& label)
+{
+    TextStyle style;
+    style.height = text_height(image);
+    draw_text(image, label, {1.6f * style.height, float(image.height) - 1.6f * style.height},
+              style);
+}
+
+}  // namespace render

@@ -1,0 +1,29 @@
+#pragma once
+
+#include "render/image.hpp"
+#include "render/scene.hpp"
+
+#include <string>
+#include <vector>
+
+namespace render {
+
+// Round numbers (1, 2 or 5 times a power of ten apart) from low to high, about `count` of them and
+// at least two. None when the interval has no length or is not finite.
+std::vector<double> ticks(double low, double high, int count);
+
+// `value` in as few characters as tell it from others `spacing` away: "0.25", "1.2e+09".
+std::string tick_text(double value, double spacing);
+
+// The interval of `values` widened to round numbers, so that it does not flicker from frame to
+// frame: 0 to 1, 2 or 5 times a power of ten; both sides of 0 alike when there are values below it.
+// Numbers that are not finite are passed over; without any others 0 to 1.
+std::array<float, 2> round_range(const std::vector<float>& values);
+
+// Draws the scale with its numbers at the right edge of the picture.
+void draw_legend(Image& image, const Legend& legend);
+
+// Draws `label` in the lower left corner.
+void draw_label(Image& image, const std::string& label);
+
+}  // namespace render

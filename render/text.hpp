@@ -1,0 +1,30 @@
+#pragma once
+
+// Text for labels and legends, drawn from strokes that are built in: no font file is needed, and
+// any size is sharp.
+
+#include "geometry/vec.hpp"
+#include "render/image.hpp"
+
+#include <string_view>
+
+namespace render {
+
+using geometry::Vec2f;
+using geometry::Vec3f;
+
+struct TextStyle {
+    float height = 10;              // pixels, of a capital letter
+    Vec3f colour{1, 1, 1};          // sRGB
+    Vec3f halo{0.1f, 0.1f, 0.12f};  // sRGB, around the letters, so that they stand off anything
+    float halo_opacity = 0.7f;
+};
+
+// Width of a line of text in pixels.
+float text_width(std::string_view text, float height);
+
+// Draws one line with its baseline's left end at `at` (pixels from the upper left corner, y down).
+// Characters outside printable ASCII come out as a box. What lies outside the image is cut off.
+void draw_text(Image& image, std::string_view text, const Vec2f& at, const TextStyle& style);
+
+}  // namespace render

@@ -1,0 +1,137 @@
+#include "render/legend.hpp"
+
+#include "render/text.hpp"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using render::Image;
+
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+
+Image black(int width, int height)
+{
+    return {width, height, std::vector<std::uint8_t>(std::size_t(width * height * 4), 0)};
+}
+
+int lit(const Image& image)
+{
+    int sum = 0;
+    for (std::size_t i = 0; i < image.rgba.size(); i += 4) sum += image.rgba[i] > 128 ? 1 : 0;
+    return sum;
+}
+
+TEST(Legend, TicksAreRoundAndInside)
+{
+    EXPECT_EQ(render::ticks(0, 1, 5),
+              (std::vector<double>{0, 0.2, 0.4, 2 * 0.30000000000000004, 0.8, 1}));
+    EXPECT_EQ(render::ticks(-30, 30, 5), (std::vector<double>{-20, 0, 20}));
+    const auto t = render::ticks(3.2e6, 9.7e6, 4);
+    EXPECT_EQ(t, (std::vector<double>{4e6, 6e6, 8e6}));
+    EXPECT_GE(render::ticks(0.1, 0.9, 1).size(), 1u);
+    EXPECT_TRUE(render::ticks(1, 1, 5).empty());
+    EXPECT_TRUE(render::ticks(0, double(nan), 5).empty());
+    EXPECT_TRUE(render::ticks(0, std::numeric_limits<double>::infinity(), 5).empty());
+    EXPECT_TRUE(render::ticks(1, 1 + 1e-15, 5).empty());
+}
+
+TEST(Legend, TickTextsTellNeighboursApart)
+{
+    EXPECT_EQ(render::tick_text(0, 0.1), "0");
+    EXPECT_EQ(render::tick_text(0.4, 0.2), "0.4");
+    EXPECT_EQ(render::tick_text(0.05, 0.01), "0.05");
+    EXPECT_EQ(render::tick_text(-20, 20), "-20");
+    EXPECT_EQ(render::tick_text(4e6, 2e6), "4e+06");
+    EXPECT_EQ(render::tick_text(1.2e6, 2e5), "1.2e+06");
+    EXPECT_EQ(render::tick_text(0.0004, 0.0002), "4e-04");
+}
+
+TEST(Legend, RangesAreRoundAndHoldAllThatIsFinite)
+{
+    using Range = std::array<float, 2>;
+    EXPECT_EQ(render::round_range({0.1f, 3.7f}), (Range{0, 5}));
+    EXPECT_EQ(render::round_range({-0.013f, 0.002f}), (Range{-0.02f, 0.02f}));
+    EXPECT_EQ(render::round_range({1.0f, nan, std::numeric_limits<float>::infinity()}),
+              (Range{0, 1}));
+    EXPECT_EQ(render::round_range({}), (Range{0, 1}));
+    EXPECT_EQ(render::round_range({0, nan}), (Range{0, 1}));
+    EXPECT_TRUE(std::isfinite(render::round_range({3.3e38f})[1]));
+}
+
+// The scale takes 45 % of the height from 25 % on, and is 1.4 letters wide: at 540 rows a letter
+// has 10 pixels. Its lowest row has the map's first colour, its highest the last.
+TEST(Legend, ShowsItsScaleBesideItsNumbers)
+{
+    Image image = black(960, 540);
+    render::draw_legend(image, {"stress", "Pa", {render::ColourMap::viridis, 0, 1}});
+    const auto at = [&](int x, int y) { return &image.rgba[std::size_t(4 * (y * 960 + x))]; };
+    const int x = 960 - 80 - 7, top = 135, bottom = 135 + 243 - 1;
+    EXPECT_NEAR(at(x, bottom)[0], 0.267 * 255, 2);
+    EXPECT_NEAR(at(x, bottom)[2], 0.329 * 255, 2);
+    EXPECT_NEAR(at(x, top)[0], 0.993 * 255, 2);
+    EXPECT_NEAR(at(x, top)[2], 0.144 * 255, 2);
+    // A tick stands right of the scale at every fifth of it.
+    for (const double t : {0.0, 0.2, 0.4, 0.6, 0.8}) {
+        EXPECT_EQ(at(960 - 80 + 2, int(135 + (1 - t) * 243))[0], 255) << t;
+    }
+}
+
+TEST(Legend, ASmallPictureIsNoTrouble)
+{
+    for (const int size : {1, 2, 7, 30}) {
+        Image image = black(size, size);
+        render::draw_legend(image, {"a long title", "m", {}});
+        render::draw_label(image, "and a long label");
+    }
+}
+
+TEST(Text, IsAsWideAsItSaysAndGrowsWithItsHeight)
+{
+    for (const float height : {8.0f, 24.0f}) {
+        Image image = black(400, 60);
+        render::TextStyle style;
+        style.height = height;
+        style.halo_opacity = 0;
+        render::draw_text(image, "HxH", {20, 45}, style);
+        int left = 400, right = 0, top = 60, bottom = 0;
+        for (int y = 0; y < 60; ++y) {
+            for (int x = 0; x < 400; ++x) {
+                if (image.rgba[std::size_t(4 * (y * 400 + x))] < 100) continue;
+                left = std::min(left, x), right = std::max(right, x);
+                top = std::min(top, y), bottom = std::max(bottom, y);
+            }
+        }
+        // A stroke reaches half its width beyond its line: a pixel or 7.5 % of the height.
+        const float stroke = std::max(1.1f, 0.15f * height);
+        EXPECT_NEAR(right - left + 1, render::text_width("HxH", height) + stroke, 1.5);
+        EXPECT_NEAR(bottom - top + 1, height + stroke, 1.5);
+        EXPECT_NEAR(left, 20 - stroke / 2, 1);
+    }
+}
+
+TEST(Text, EveryPrintableCharacterButTheSpaceShows)
+{
+    for (char c = 32; c < 127; ++c) {
+        Image image = black(40, 40);
+        render::TextStyle style;
+        style.height = 16;
+        style.halo_opacity = 0;
+        render::draw_text(image, std::string(1, c), {10, 28}, style);
+        if (c == ' ') {
+            EXPECT_EQ(lit(image), 0);
+        } else {
+            EXPECT_GT(lit(image), 2) << c;
+        }
+    }
+}
+
+TEST(Text, StaysInsideThePicture)
+{
+    Image image = black(20, 20);
+    render::draw_text(image, "far \x01\xff out", {-30, 5}, {});
+    render::draw_text(image, "below", {5, 1000}, {});
+    render::draw_text(image, "", {5, 5}, {});
+}
+
+}  // namespace
