@@ -1,0 +1,76 @@
+#include "render/cube_quantity.hpp"
+
+#include <stdexcept>
+
+namespace render {
+namespace {
+
+// A number for every vertex of the shell from its cube c and corner k.
+template <class Number> std::vector<float> spread(const CubeShell& shell, const Number& number)
+{
+    std::vector<float> out;
+    out.reserve(8 * shell.cube.size());
+    for (std::size_t s = 0; s < shell.cube.size(); ++s) {
+        for (const std::uint32_t k : shell.corner[s]) {
+            out.push_back(static_cast<float>(number(shell.cube[s], k)));
+        }
+    }
+    return out;
+}
+
+void need(bool there, const std::string& name, const char* what)
+{
+    if (!there) {
+        throw std::invalid_argument("cubes cannot be coloured by `" + name + "`: " + what);
+    }
+}
+
+}  // namespace
+
+bool is_category(const std::string& name)
+{
+    return name == "component" || name == "matter";
+}
+
+geometry::Attribute cube_quantity(const std::string& name, const geometry::Cubes& cubes,
+                                  const CubeShell& shell, const physics::State* state)
+{
+    const auto of_cubes = [&](const auto& values, const char* unit) {
+        need(values.size() == cubes.count(), name, "they do not have one number each of it");
+        return geometry::Attribute{name, unit,
+                                   spread(shell, [&](auto c, auto) { return values[c]; })};
+    };
+    if (name == "fill") return of_cubes(cubes.fill, "");
+    if (name == "young") return of_cubes(cubes.young, "Pa");
+    if (name == "matter") return of_cubes(cubes.matter, "");
+    if (name == "component") return of_cubes(cubes.component, "");
+    if (name == "density") {
+        need(cubes.mass.size() == cubes.count(), name, "they do not have one mass each");
+        const double volume = cubes.size * cubes.size * cubes.size;
+        return {name, "kg/m^3",
+                spread(shell, [&](auto c, auto) { return cubes.mass[c] / volume; })};
+    }
+    if (name == "stress") {
+        if (!state) return {name, "Pa", spread(shell, [](auto, auto) { return 0.0; })};
+        need(state->stress.size() == cubes.count(), name, "the state does not hold it");
+        return of_cubes(state->stress, "Pa");
+    }
+    const std::size_t corners = cubes.corner_count();
+    if (name == "displacement") {
+        if (!state) return {name, "m", spread(shell, [](auto, auto) { return 0.0; })};
+        need(state->x.size() == corners, name, "the state is of other cubes");
+        return {name, "m", spread(shell, [&](auto, auto k) {
+                    return (state->x[k] - cubes.corner_position(k)).norm();
+                })};
+    }
+    if (name == "speed") {
+        if (!state) return {name, "m/s", spread(shell, [](auto, auto) { return 0.0; })};
+        need(state->v.size() == corners, name, "the state does not hold velocities of these cubes");
+        return {name, "m/s", spread(shell, [&](auto, auto k) { return state->v[k].norm(); })};
+    }
+    throw std::invalid_argument("cubes cannot be coloured by `" + name +
+                                "`: expected displacement, speed, stress, fill, young, density, "
+                                "component or matter");
+}
+
+}  // namespace render

@@ -1,0 +1,110 @@
+#include "render/marker.hpp"
+
+#include "geometry/normals.hpp"
+#include "geometry/primitive.hpp"
+#include "geometry/transform.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace render {
+
+using geometry::Transform;
+
+TriMesh arrow(const Vec3& from, const Vec3& to, double width)
+{
+    TriMesh mesh;
+    const Vec3 along = to - from;
+    const double length = along.norm();
+    if (!(length > 0) || !std::isfinite(length)) return mesh;
+    const Vec3 axis = along / length, side = axis.unitOrthogonal(), up = axis.cross(side);
+    const double head = std::min(1.6 * width, 0.5 * length);
+
+    // A profile turned about the axis: distance along it and radius.
+    const std::array<std::array<double, 2>, 6> profile = {{{0, 0},
+                                                           {0, 0.16 * width},
+                                                           {length - head, 0.16 * width},
+                                                           {length - head, 0.5 * width},
+                                                           {length - 0.02 * head, 0.01 * width},
+                                                           {length, 0}}};
+    constexpr std::uint32_t around = 24;
+    for (const auto& [at, radius] : profile) {
+        for (std::uint32_t k = 0; k < around; ++k) {
+            const double angle = 2 * std::numbers::pi * k / around;
+            const Vec3 p =
+                from + at * axis + radius * (std::cos(angle) * side + std::sin(angle) * up);
+            mesh.positions.push_back(p.cast<float>());
+        }
+    }
+    auto topology = std::make_shared<geometry::MeshTopology>();
+    for (std::uint32_t ring = 0; ring + 1 < profile.size(); ++ring) {
+        for (std::uint32_t k = 0; k < around; ++k) {
+            const std::uint32_t a = ring * around + k, b = ring * around + (k + 1) % around;
+            topology->triangles.push_back({a, b, b + around});
+            topology->triangles.push_back({a, b + around, a + around});
+        }
+    }
+    mesh.topology = topology;
+    geometry::compute_normals(mesh, 0.6);
+    return mesh;
+}
+
+std::vector<TriMesh> force_arrows(const physics::Force& force, const Box& stage, double weight)
+{
+    using Kind = physics::Force::Kind;
+    const double size = stage.diagonal(), width = 0.03 * size;
+    // 0 to 0.24 of the stage, half of it at `half`.
+    const auto length = [&](double amount, double half) {
+        return amount > 0 ? 0.24 * size * amount / (amount + half) : 0;
+    };
+    std::vector<TriMesh> out;
+    const auto add = [&](const Vec3& from, const Vec3& to) {
+        TriMesh made = arrow(from, to, width);
+        if (!made.positions.empty()) out.push_back(std::move(made));
+    };
+    if (force.kind == Kind::point) {
+        const double newtons = force.force.norm();
+        if (newtons > 0) {
+            const Vec3 towards = force.force / newtons;
+            add(force.position - length(newtons, std::max(weight, 1e-9)) * towards, force.position);
+        }
+    } else if (force.kind == Kind::wind) {
+        const double speed = force.velocity.norm();
+        if (speed > 0) {
+            const Vec3 towards = force.velocity / speed;
+            const Vec3 half = 0.5 * stage.size();
+            const Vec3 tip = stage.centre() -
+                             towards * (half.cwiseProduct(towards.cwiseAbs()).sum() + 0.03 * size);
+            Vec3 beside = Vec3(0, 1, 0).cross(towards);
+            beside = beside.norm() > 1e-6 ? Vec3(beside.normalized()) : Vec3(1, 0, 0);
+            for (const double k : {-1.0, 0.0, 1.0}) {
+                const Vec3 at = tip + 0.12 * k * size * beside;
+                add(at - length(speed, 5) * towards, at);
+            }
+        }
+    } else {
+        const double acceleration = force.acceleration.norm();
+        if (acceleration > 0) {
+            const Vec3 from(stage.lo.x() - 0.04 * size, stage.hi.y() + 0.04 * size, stage.lo.z());
+            add(from, from + length(acceleration, 9.81) * force.acceleration / acceleration);
+        }
+    }
+    return out;
+}
+
+std::shared_ptr<const TriMesh> collider_surface(const physics::Collider& collider, const Box& stage)
+{
+    using Kind = physics::Collider::Kind;
+    if (collider.kind == Kind::mesh) return collider.mesh;
+    TriMesh mesh;
+    if (collider.kind == Kind::sphere) mesh = geometry::icosphere(collider.radius, 4);
+    if (collider.kind == Kind::box) mesh = geometry::box(2 * collider.half_size, {1, 1, 1});
+    if (collider.kind == Kind::plane) {
+        const double size = std::max(1e-6, 2 * stage.diagonal());
+        mesh = geometry::grid(size, size, 1, 1);
+    }
+    geometry::move(mesh, collider.pose);
+    return std::make_shared<const TriMesh>(std::move(mesh));
+}
+
+}  // namespace render

@@ -1,0 +1,75 @@
+#include "render/marker.hpp"
+
+#include "geometry/measure.hpp"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using geometry::Box;
+using geometry::Vec3;
+
+Box unit_box()
+{
+    Box box;
+    box.add(Vec3(-0.5, 0, -0.5));
+    box.add(Vec3(0.5, 1, 0.5));
+    return box;
+}
+
+TEST(Marker, AnArrowRunsFromItsTailToItsTip)
+{
+    const Vec3 from(1, 2, 3), to(1, 2, 7);
+    const auto mesh = render::arrow(from, to, 0.4);
+    const Box box = geometry::bounds(mesh);
+    EXPECT_NEAR(box.lo.z(), 3, 1e-6);
+    EXPECT_NEAR(box.hi.z(), 7, 1e-6);
+    EXPECT_NEAR(box.size().x(), 0.4, 1e-5);
+    EXPECT_GT(geometry::enclosed_volume(mesh), 0);  // wound outwards
+    EXPECT_TRUE(geometry::all_finite(mesh));
+    EXPECT_TRUE(render::arrow(from, from, 1).positions.empty());
+}
+
+TEST(Marker, ForcesPointWhereTheyPush)
+{
+    physics::Force force;
+    force.kind = physics::Force::Kind::point;
+    force.force = {0, -10, 0};
+    force.position = {0.2, 1, 0};
+    const auto point = render::force_arrows(force, unit_box(), 10);
+    ASSERT_EQ(point.size(), 1u);
+    const Box box = geometry::bounds(point[0]);
+    EXPECT_NEAR(box.lo.y(), 1, 1e-6);  // its tip is on the place that is pushed
+    // Half of 0.24 of the stage's diagonal, as the force is the weight.
+    EXPECT_NEAR(box.size().y(), 0.12 * std::sqrt(3), 1e-6);
+
+    force.kind = physics::Force::Kind::wind;
+    force.velocity = {3, 0, 0};
+    for (const auto& mesh : render::force_arrows(force, unit_box(), 10)) {
+        EXPECT_LT(geometry::bounds(mesh).hi.x(), -0.5);  // blows in from outside
+    }
+    force.velocity = {0, 0, 0};
+    EXPECT_TRUE(render::force_arrows(force, unit_box(), 10).empty());
+    force.kind = physics::Force::Kind::point;
+    force.force = {0, 0, 0};
+    EXPECT_TRUE(render::force_arrows(force, unit_box(), 0).empty());
+}
+
+TEST(Marker, CollidersStandWhereTheirPoseSays)
+{
+    physics::Collider collider;
+    collider.kind = physics::Collider::Kind::sphere;
+    collider.radius = 2;
+    collider.pose.translation() = Vec3(1, 0, 0);
+    const Box ball = geometry::bounds(*render::collider_surface(collider, unit_box()));
+    EXPECT_NEAR(ball.lo.x(), -1, 1e-2);
+    EXPECT_NEAR(ball.hi.x(), 3, 1e-2);
+    collider.kind = physics::Collider::Kind::box;
+    collider.half_size = {1, 2, 3};
+    const Box box = geometry::bounds(*render::collider_surface(collider, unit_box()));
+    EXPECT_LT((box.size() - Vec3(2, 4, 6)).norm(), 1e-6);
+    collider.kind = physics::Collider::Kind::mesh;
+    EXPECT_EQ(render::collider_surface(collider, unit_box()), nullptr);
+}
+
+}  // namespace
