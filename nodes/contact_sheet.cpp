@@ -1,0 +1,59 @@
+#include "render/contact_sheet.hpp"
+
+#include "graph/node_type.hpp"
+#include "nodes/wire_types.hpp"
+#include "render/png.hpp"
+
+#include <cstdio>
+
+namespace nodes::contact_sheet {
+
+struct Inputs {
+    std::vector<graph::Wire<render::Image>> image;
+    int count = 12, columns = 4, width = 1600;
+    std::filesystem::path path = "contact_sheet.png";
+};
+struct Outputs {
+    render::Image image;
+    graph::WrittenFile file;
+};
+
+static std::vector<int> some_frames(const Inputs& in, const graph::FrameRange& range)
+{
+    return render::spread_frames(range.first, range.last, in.count);
+}
+
+static Outputs run(const Inputs& in, const graph::Context& context)
+{
+    const graph::FrameRange& range = context.range();
+    const std::vector<int> frames = some_frames(in, range);
+    std::vector<render::Tile> tiles;
+    for (std::size_t i = 0; i < in.image.size() && i < frames.size(); ++i) {
+        std::array<char, 64> label{};
+        std::snprintf(label.data(), label.size(), "frame %d   %.2f s", frames[i],
+                      range.time(frames[i]));
+        tiles.push_back({in.image[i].get(), label.data()});
+    }
+    const auto path = context.output_folder / in.path;
+    Outputs out{render::contact_sheet(tiles, in.columns, in.width), {path.string()}};
+    render::write_png(path, out.image);
+    return out;
+}
+
+void add_to(graph::Registry& registry)
+{
+    registry.add("ContactSheet", 1, run)
+        .summary("Puts pictures of evenly spaced frames side by side in one PNG.")
+        .gather("image", &Inputs::image, some_frames, "The picture at some frames.")
+        .param("count", &Inputs::count, "How many frames, the first and the last among them.",
+               {1, 1000})
+        .param("columns", &Inputs::columns, "How many pictures stand side by side.", {1, 100})
+        .param("width", &Inputs::width, "Width of the sheet.", {64, 8192, "px"})
+        .path_out("path", &Inputs::path, "Where it goes, below the output folder.")
+        .reads(graph::Variable::range)
+        .sink()
+        .output("image", &Outputs::image, "The sheet.")
+        .output("file", &Outputs::file, "The file that was written.");
+}
+
+}  // namespace nodes::contact_sheet

@@ -1,0 +1,177 @@
+// Pictures as files: PNG, contact sheets, video.
+
+#include "render/contact_sheet.hpp"
+#include "render/png.hpp"
+#include "render/video.hpp"
+
+#include <cstdlib>
+#include <fstream>
+#include <gtest/gtest.h>
+
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_ONLY_PNG
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#include <stb/stb_image.h>
+#pragma GCC diagnostic pop
+
+namespace {
+
+namespace fs = std::filesystem;
+using render::Image;
+
+// A picture in which no two pixels are alike.
+Image pattern(int width, int height)
+{
+    Image image{width, height, {}};
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            for (const int v : {x, y, x * 7 + y * 13, 255}) {
+                image.rgba.push_back(static_cast<std::uint8_t>(v));
+            }
+        }
+    }
+    return image;
+}
+
+Image flat(int width, int height, std::uint8_t level)
+{
+    Image image{width, height, {}};
+    image.rgba.assign(std::size_t(4 * width * height), level);
+    for (std::size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = 255;
+    return image;
+}
+
+Image decoded(const std::vector<std::uint8_t>& bytes)
+{
+    Image image;
+    int channels = 0;
+    stbi_uc* pixels = stbi_load_from_memory(bytes.data(), int(bytes.size()), &image.width,
+                                            &image.height, &channels, 4);
+    if (!pixels) return {};
+    image.rgba.assign(pixels, pixels + 4 * image.width * image.height);
+    stbi_image_free(pixels);
+    return image;
+}
+
+// A folder of one test's own, gone at its end.
+struct Folder {
+    fs::path path;
+    explicit Folder(const std::string& name)
+        : path(fs::temp_directory_path() / ("aspic_" + name + std::to_string(std::rand())))
+    {
+        fs::create_directories(path);
+    }
+    ~Folder() { fs::remove_all(path); }
+};
+
+TEST(Png, GivesBackEveryPixel)
+{
+    for (const auto& [w, h] : {std::pair{1, 1}, {3, 2}, {257, 130}}) {
+        const Image image = pattern(w, h);
+        const Image back = decoded(render::encode_png(image));
+        EXPECT_EQ(back.width, w);
+        EXPECT_EQ(back.rgba, image.rgba);
+    }
+}
+
+TEST(Png, RefusesWhatHasNoPixels)
+{
+    EXPECT_THROW(render::encode_png({}), std::invalid_argument);
+    EXPECT_THROW(render::encode_png({4, 4, {1, 2, 3}}), std::invalid_argument);
+    EXPECT_THROW(render::encode_png({-1, 4, {}}), std::invalid_argument);
+}
+
+TEST(Png, MakesFoldersAndLeavesNothingBesideTheFile)
+{
+    const Folder folder("png");
+    const fs::path path = folder.path / "a" / "b.png";
+    render::write_png(path, pattern(9, 9));
+    render::write_png(path, pattern(5, 5));  // over it
+    EXPECT_EQ(std::distance(fs::directory_iterator(path.parent_path()), {}), 1);
+    std::ifstream file(path, std::ios::binary);
+    const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
+    EXPECT_EQ(decoded(bytes).rgba, pattern(5, 5).rgba);
+    // A file stands where a folder would have to be.
+    EXPECT_THROW(render::write_png(path / "c.png", pattern(2, 2)), std::runtime_error);
+}
+
+TEST(ContactSheet, SpreadsFramesEvenlyWithBothEnds)
+{
+    EXPECT_EQ(render::spread_frames(1, 120, 4), (std::vector<int>{1, 41, 80, 120}));
+    EXPECT_EQ(render::spread_frames(5, 7, 12), (std::vector<int>{5, 6, 7}));
+    EXPECT_EQ(render::spread_frames(3, 3, 4), (std::vector<int>{3}));
+    EXPECT_EQ(render::spread_frames(1, 10, 1), (std::vector<int>{1}));
+    EXPECT_TRUE(render::spread_frames(2, 1, 4).empty());
+}
+
+TEST(ContactSheet, HoldsItsTilesInRows)
+{
+    const Image dark = flat(64, 32, 40), light = flat(64, 32, 220);
+    const Image sheet = render::contact_sheet({{&dark, "a"}, {&light, "b"}, {&light, ""}}, 2, 320);
+    EXPECT_EQ(sheet.width, 320);
+    const auto at = [&](int x, int y) { return int(sheet.rgba[std::size_t(4 * (y * 320 + x))]); };
+    EXPECT_EQ(at(80, 40), 40);  // tiles are 157 wide with gaps of 2, so 78 or 79 high
+    EXPECT_EQ(at(240, 40), 220);
+    EXPECT_EQ(at(80, sheet.height - 40), 220);
+    EXPECT_LT(at(240, sheet.height - 40), 40);  // there is no fourth
+    EXPECT_THROW(render::contact_sheet({}, 2, 320), std::invalid_argument);
+    EXPECT_THROW(render::contact_sheet({{&dark, "a"}, {&dark, "b"}}, 2, 12), std::invalid_argument);
+}
+
+// Black and white lines a pixel wide turn into the grey that sends out half the light: sRGB 188.
+TEST(ContactSheet, ScalesInLinearLight)
+{
+    Image lines = flat(64, 64, 0);
+    for (int i = 0; i < 64 * 64; ++i) {
+        if (i % 2) lines.rgba[std::size_t(4 * i)] = 255;
+    }
+    EXPECT_NEAR(render::resized(lines, 16, 16).rgba[4 * (8 * 16 + 8)], 188, 3);
+}
+
+TEST(Video, IsMadeOfOddPicturesToo)
+{
+    if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "there is no ffmpeg";
+    const Folder folder("video");
+    std::vector<fs::path> pictures;
+    for (int i = 0; i < 5; ++i) {
+        pictures.push_back(folder.path / ("it's " + std::to_string(i) + ".png"));
+        render::write_png(pictures.back(), pattern(33, 21));
+    }
+    const fs::path path = folder.path / "out" / "video.mp4";
+    ASSERT_TRUE(render::write_video(path, pictures, 24, 23));
+    EXPECT_GT(fs::file_size(path), 500u);
+    EXPECT_EQ(std::distance(fs::directory_iterator(path.parent_path()), {}), 1);
+    const std::string count = "test \"$(ffprobe -v error -count_frames -show_entries "
+                              "stream=nb_read_frames,width,height,r_frame_rate -of csv=p=0 '" +
+                              path.string() + "')\" = 32,20,24/1,5";
+    EXPECT_EQ(std::system(count.c_str()), 0);
+}
+
+TEST(Video, SaysWhatFfmpegSays)
+{
+    if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "there is no ffmpeg";
+    const Folder folder("novideo");
+    try {
+        render::write_video(folder.path / "v.mp4", {folder.path / "missing.png"}, 24, 23);
+        FAIL();
+    } catch (const std::runtime_error& error) {
+        EXPECT_NE(std::string(error.what()).find("missing.png"), std::string::npos) << error.what();
+    }
+    EXPECT_TRUE(fs::is_empty(folder.path));
+    EXPECT_THROW(render::write_video(folder.path / "v.mp4", {}, 24, 23), std::invalid_argument);
+    EXPECT_THROW(render::write_video(folder.path / "v.mp4", {"x.png"}, 0, 23),
+                 std::invalid_argument);
+}
+
+TEST(Video, WithoutFfmpegThereIsNone)
+{
+    const Folder folder("nopath");
+    const std::string path = std::getenv("PATH");
+    setenv("PATH", folder.path.c_str(), 1);
+    EXPECT_FALSE(render::write_video(folder.path / "v.mp4", {"x.png"}, 24, 23));
+    setenv("PATH", path.c_str(), 1);
+}
+
+}  // namespace
