@@ -230,8 +230,9 @@ TEST(Draw, BothSidesOfAnOpenSheetAreLit)
     back.mesh = wrong;
     b.surfaces = {back};
     const Image image = render::draw(b, camera_ahead(), look);
-    EXPECT_EQ(pixel(image, 56, 64), p);
-    EXPECT_EQ(pixel(image, 72, 64), p);
+    for (const int x : {56, 72}) {  // on either side of the diagonal; dither is a level
+        for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(pixel(image, x, 64)[k], p[k], 1);
+    }
 }
 
 TEST(Draw, AnAttributeIsShownInItsColours)
