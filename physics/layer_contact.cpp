@@ -224,8 +224,11 @@ void meet(std::span<const ContactBody> bodies, const Batch& batch,
             const Vec3 p = block.point(k);
             const std::uint32_t touched = largest_at(meeting.field(other), other.skeletons, p);
             if (touched == no_skeleton) continue;
+            // Pressed past three quarters, a ray's share stays what it was there: a skeleton that
+            // is pushed beyond the other's surface must not lose what holds it back.
+            const double t = std::max(ray.t, 0.25 * own.field->profile[batch.skeleton].e);
             const double across =
-                seeds.a0[ray.seed] + ray.t * (seeds.a1[ray.seed] + ray.t * seeds.a2[ray.seed]);
+                seeds.a0[ray.seed] + t * (seeds.a1[ray.seed] + t * seeds.a2[ray.seed]);
             contacts.push_back({batch.body, ray.seed, batch.skeleton, other.body, touched, p,
                                 -gradient / slope, across / cosine,
                                 std::max(0.0, (at.fits[k] ? at.f[k] : at.m[k]) - c), Vec3::Zero()});

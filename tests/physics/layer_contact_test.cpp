@@ -289,6 +289,23 @@ TEST(LayerContact, ASkeletonEntirelyInsideAnotherStaysFinite)
     for (const auto& body : found.wrenches) EXPECT_TRUE(body[0].force.allFinite());
 }
 
+// A skeleton pushed beyond the floor's surface is still pressed back out, harder than before.
+TEST(LayerContact, ASkeletonBeyondTheSurfaceIsStillPressedOut)
+{
+    const auto push = [](double height) {
+        std::list<Thing> things;
+        LayerMatter rigid{.rigid = true};
+        things.emplace_back(layer_of({point({0, height, 0})}, unit), 0.1);
+        Transform floor = Transform::Identity();
+        floor.translate(Vec3(0, -1, 0));
+        things.emplace_back(layer_of({{.kind = SkeletonKind::plane, .points = {}}}, unit), 0.1,
+                            rigid, std::vector{floor});
+        return find_contacts(bodies(things)).wrenches[0][0].force.y();
+    };
+    EXPECT_GT(push(-0.3), 0.5 * push(0.3));
+    EXPECT_GT(push(-0.3), 0);
+}
+
 TEST(LayerContact, TheSameBitsForAnyNumberOfThreads)
 {
     std::vector<Vec3> forces;
