@@ -5,6 +5,7 @@
 #include <cctype>
 #include <map>
 #include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
