@@ -1,0 +1,20 @@
+// Any text as an expression: an ExpressionError or a number, never a crash.
+
+#include "graph/expression.hpp"
+
+#include <string>
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+{
+    graph::Grammar grammar;
+    grammar.define("scale", 0.5);
+    try {
+        const graph::Expression e =
+            grammar.compile(std::string(reinterpret_cast<const char*>(data), size));
+        static_cast<void>(e.value(7, 0.25));
+        static_cast<void>(e.value(-1, -3));
+    } catch (const graph::ExpressionError& error) {
+        if (error.position > size) __builtin_trap();
+    }
+    return 0;
+}
