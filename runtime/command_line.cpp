@@ -99,6 +99,18 @@ std::string nearest_of(const std::string& word, const std::vector<std::string>& 
     return graph::nearest(word, views);
 }
 
+void add_target_options(CLI::App& command, CookRequest& request)
+{
+    command.add_option("--out", request.output_folder, "Where files go; else out/<graph>")
+        ->type_name("DIR");
+    command.add_option("--node", request.nodes, "Only this node, and what it needs; repeatable")
+        ->type_name("NAME")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    command.add_flag("--keep-going", request.keep_going,
+                     "Cooks on where nothing depends on a failed node");
+}
+
 // What was not understood, and the nearest name that would be.
 std::string mistake(const CLI::App& app, const std::vector<std::string>& args,
                     const std::string& otherwise)
@@ -163,14 +175,7 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
     positional_files(cook_app);
     add_loading_options(*cook_app, request);
     add_cooking_options(*cook_app, request);
-    cook_app->add_option("--out", request.output_folder, "Where files go; else out/<graph>")
-        ->type_name("DIR");
-    cook_app->add_option("--node", request.nodes, "Only this node, and what it needs; repeatable")
-        ->type_name("NAME")
-        ->expected(1)
-        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    cook_app->add_flag("--keep-going", request.keep_going,
-                       "Cooks on where nothing depends on a failed node");
+    add_target_options(*cook_app, request);
     cook_app->callback([&] { exit = cook(request, registry, console); });
 
     CLI::App* validate_app =
@@ -186,6 +191,19 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
     add_cooking_options(*check_app, request);
     check_app->callback([&] {
         request.expectations_only = true;
+        exit = cook(request, registry, console);
+    });
+
+    CLI::App* profile_app = app.add_subcommand(
+        "profile", "Cooks, and shows what each node took; --trace writes it for Perfetto");
+    positional_files(profile_app);
+    add_loading_options(*profile_app, request);
+    add_cooking_options(*profile_app, request);
+    add_target_options(*profile_app, request);
+    profile_app->add_option("--trace", request.trace, "Trace file, for ui.perfetto.dev")
+        ->type_name("FILE");
+    profile_app->callback([&] {
+        request.profile = true;
         exit = cook(request, registry, console);
     });
 

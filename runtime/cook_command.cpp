@@ -1,10 +1,12 @@
 #include "runtime/cook_command.hpp"
 
 #include "graph/standard_wires.hpp"
+#include "runtime/profile.hpp"
 
 #include <fmt/format.h>
 
 #include <charconv>
+#include <fstream>
 #include <ostream>
 
 namespace runtime {
@@ -142,7 +144,9 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     if (!nodes.empty()) fs::create_directories(options.output_folder);
 
     front_end.began(graph, frames.size());
-    Evaluator evaluator(graph, caches, options, &front_end);
+    Recorder recorder(front_end);
+    Observer* const observer = request.profile ? static_cast<Observer*>(&recorder) : &front_end;
+    Evaluator evaluator(graph, caches, options, observer);
     const Cooked cooked =
         evaluator.cook(wants, [&](const Want& want, std::span<const graph::Value> values) {
             numbers.arrived(want, values, evaluator.keys().varies(want.node));
@@ -160,6 +164,13 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
                      : missed              ? exit_missed
                                            : exit_ok;
     front_end.finished(cooked, exit);
+    if (request.profile) write_table(graph, cooked, console.out);
+    if (!request.trace.empty()) {
+        std::ofstream file(request.trace);
+        write_trace(graph, recorder.runs, file);
+        if (!file.flush()) throw std::runtime_error("can't write " + request.trace);
+        console.out << "trace: " << request.trace << "\n";
+    }
     return exit;
 }
 

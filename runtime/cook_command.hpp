@@ -21,6 +21,8 @@ struct CookRequest {
     std::uintmax_t cache_budget = std::uintmax_t{20} << 30;
     bool keep_going = false, json = false, quiet = false;
     bool expectations_only = false;
+    bool profile = false;  // show where the time went
+    std::string trace;     // and write it there; empty: nowhere
 };
 
 int cook(const CookRequest& request, const graph::Registry& registry, Console& console);

@@ -212,7 +212,7 @@ std::optional<DiskCache::Bytes> DiskCache::read_file(const fs::path& path, std::
 
     Bytes bytes{std::make_unique_for_overwrite<char[]>(header.size), header.size};
     std::atomic<bool> good{true};
-    tbb::parallel_for(std::size_t{0}, table.size(), [&](std::size_t i) {
+    const auto read_chunk = [&](std::size_t i) {
         char* const to = bytes.data.get() + i * chunk_size;
         const std::size_t size = std::min(chunk_size, bytes.size - i * chunk_size);
         const std::size_t stored = table[i].stored;
@@ -226,7 +226,12 @@ std::optional<DiskCache::Bytes> DiskCache::read_file(const fs::path& path, std::
             ZSTD_decompress(to, size, packed.get(), stored) != size) {
             good = false;
         }
-    });
+    };
+    if (table.size() == 1) {
+        read_chunk(0);
+    } else {
+        tbb::parallel_for(std::size_t{0}, table.size(), read_chunk);
+    }
     if (!good) return bad("its checksum does not fit");
     return bytes;
 }

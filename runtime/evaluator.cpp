@@ -81,7 +81,6 @@ struct Outcome {
     bool cancelled = false;
     bool absent = false;  // it was to be loaded and could not be
     bool store = false;   // on disk
-    bool keep = true;     // false: a file changed under the run, so nobody knows what it read
     std::set<std::filesystem::path> opened;
     Run run;
 };
@@ -532,7 +531,9 @@ private:
                             : task.key;
         // A sink that does not say what it wrote can't be checked later, so it runs each time.
         const bool silent = is_node && graph_.nodes[task.node].type->sink && result->files.empty();
-        const bool keep = outcome.keep && !silent;
+        // A file that changed under the run: nobody knows what the node read of it.
+        const bool torn = is_node && opens(task.node) && keys_.files_changed(task.node);
+        const bool keep = !silent && !torn;
         if (keep) gone = caches_.memory.insert(key, result);
         release_inputs(task);
         arrive(task, result);

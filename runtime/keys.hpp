@@ -44,8 +44,8 @@ public:
     bool known(std::uint32_t n, int frame);
     // The node ran and opened these. Returns its key, which may differ from that before.
     Key opened(std::uint32_t n, int frame, const std::set<std::filesystem::path>& paths);
-    // What the last opened() calls told is to count from here on.
-    void forget_rows();
+    // Whether the files named by the node's parameters are not what its key says any more.
+    bool files_changed(std::uint32_t n) const { return fixed_part(n) != nodes_[n].fixed; }
 
     // Frames at which the node's input port is wanted when the node runs at `frame`: that one, or
     // for a port that gathers, all it asks for. The span may be `frame` itself.
@@ -81,6 +81,7 @@ private:
     };
 
     void read_links();
+    void forget_rows();
     void reach(const std::vector<std::uint32_t>& targets);
     Key fixed_part(std::uint32_t n) const;
     Key key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with_side_files);

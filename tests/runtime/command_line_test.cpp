@@ -17,7 +17,8 @@ struct Said {
 // Without the user's own cache, unless a test says where one is.
 Said run(std::vector<std::string> args, std::stop_token stop = {})
 {
-    const bool cooks = !args.empty() && (args[0] == "cook" || args[0] == "check");
+    const bool cooks =
+        !args.empty() && (args[0] == "cook" || args[0] == "check" || args[0] == "profile");
     if (cooks && std::find(args.begin(), args.end(), "--cache") == args.end()) {
         args.push_back("--no-disk-cache");
     }
@@ -254,4 +255,22 @@ TEST(CommandLine, TheCacheOutlivesTheProcessAndCanBeTended)
     EXPECT_EQ(cache("gc").exit, exit_ok);
     EXPECT_TRUE(has(cache("clear").out, "0 results"));
     EXPECT_EQ(cache("clean").exit, exit_usage);
+}
+
+TEST(CommandLine, ProfileShowsEachNodeAndWritesATrace)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("three.json", three_frames);
+    const auto trace = folder.path / "trace.json";
+    const Said said =
+        run({"profile", file, "--out", (folder.path / "out").string(), "--trace", trace.string()});
+    EXPECT_EQ(said.exit, exit_ok) << said.err;
+    EXPECT_TRUE(has(said.out, "write (WriteNumber)")) << said.out;
+    const auto events = nlohmann::json::parse(std::ifstream(trace));
+    ASSERT_EQ(events.size(), 9u) << "three nodes at three frames";
+    for (const auto& event : events) {
+        EXPECT_EQ(event.at("ph"), "X");
+        EXPECT_GE(event.at("dur").get<double>(), 0);
+        EXPECT_GE(event.at("args").at("frame").get<int>(), 1);
+    }
 }

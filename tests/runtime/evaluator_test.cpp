@@ -522,6 +522,28 @@ TEST(Evaluator, AFileCountsByItsBytes)
     EXPECT_EQ(take_runs("ReadNumber"), 0);
 }
 
+TEST(Evaluator, AFileThatChangesWhileItIsReadIsNotTrusted)
+{
+    const toys::Folder folder;
+    const auto path = folder.write("a.txt", "5");
+    graph::NodeType type = *toys::registry().find("ReadNumber");
+    bool meddle = true;
+    type.run = [&, run = type.run](const graph::Call& call) {
+        auto values = run(call);
+        if (std::exchange(meddle, false)) folder.write("a.txt", "7");
+        return values;
+    };
+    Wiring w;
+    const auto read = w.add("ReadNumber", {}, {{"path", {path.string()}}});
+    w.graph.nodes[read].type = &type;
+    Kitchen kitchen;
+    kitchen.pull(w.graph, read);
+    folder.write("a.txt", "5");
+    take_runs("ReadNumber");
+    EXPECT_EQ(kitchen.pull(w.graph, read), 5);
+    EXPECT_EQ(take_runs("ReadNumber"), 1) << "the torn result was not kept";
+}
+
 TEST(Evaluator, ASideFileCountsByItsBytesOrItsAbsence)
 {
     const toys::Folder folder;
