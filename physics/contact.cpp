@@ -158,6 +158,19 @@ Vec3 at(const double* field, std::uint32_t slot)
 
 }  // namespace
 
+namespace {
+
+// Whether a point within `radius` of p may touch: distance changes no faster than place.
+bool may_touch(const PosedCollider& c, const Vec3& p, double radius)
+{
+    if (c.kind != Collider::Kind::mesh) return touch(c, p).gap <= radius;
+    const Vec3 margin = Vec3::Constant(radius + c.thickness);
+    return ((p + margin).array() >= c.mesh_bounds.lo.array()).all() &&
+           ((p - margin).array() <= c.mesh_bounds.hi.array()).all();
+}
+
+}  // namespace
+
 std::vector<Contact> find_contacts(const Skin& skin, double h, const double* x, const double* v,
                                    const std::vector<PosedCollider>& colliders, double dt)
 {
@@ -173,25 +186,23 @@ std::vector<Contact> find_contacts(const Skin& skin, double h, const double* x, 
         double radius = 0;
         for (const auto k : corners) radius = std::max(radius, (at(x, k) - centre).norm());
         for (const PosedCollider& collider : colliders) {
-            // Distance changes no faster than place; points may lie a cube outside their own.
-            const bool mesh = collider.kind == Collider::Kind::mesh;
-            if (!mesh && touch(collider, centre).gap > 3 * radius) continue;
+            if (!may_touch(collider, centre, 1.5 * double(skin.reach[c]) * radius)) continue;
             for (std::uint32_t i = skin.point_at[c]; i < skin.point_at[c + 1]; ++i) {
-                const auto weight = trilinear_weights(skin.point[i].cast<double>());
+                const auto& weight = skin.point[i];
                 Vec3 p = Vec3::Zero();
-                for (std::size_t a = 0; a < 8; ++a) p += weight[a] * at(x, corners[a]);
+                for (std::size_t a = 0; a < 8; ++a) p += double(weight[a]) * at(x, corners[a]);
                 const Touch t = touch(collider, p);
                 if (!(t.gap < 0)) continue;
                 SkinPoint point{p, Vec3::Zero(), 0};
-                for (std::size_t a = 0; a < 8; ++a) point.v += weight[a] * at(v, corners[a]);
+                for (std::size_t a = 0; a < 8; ++a) {
+                    point.v += double(weight[a]) * at(v, corners[a]);
+                }
                 const double area = skin.point_area[i];
                 point.stiffness = 10 * skin.stiffness[c] * area / h +
                                   skin.mass[c] * std::min(1.0, area / (h * h)) / (dt * dt);
                 Contact contact = contact_at(t, collider.friction, creep, point);
                 contact.corners = corners;
-                for (std::size_t a = 0; a < 8; ++a) {
-                    contact.weight[a] = static_cast<float>(weight[a]);
-                }
+                contact.weight = weight;
                 out.push_back(contact);
             }
         }

@@ -1,5 +1,7 @@
 #include "physics/skin.hpp"
 
+#include "geometry/embed.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -12,8 +14,13 @@ using geometry::Cubes;
 using geometry::Vec3i;
 
 // What falls into one cube while the skin is gathered.
+struct Point {
+    Vec3f place;  // 0..1 in the cube, for strays outside
+    std::array<float, 8> weight;
+    float area;
+};
 struct Patch {
-    std::vector<std::pair<Vec3f, float>> points;  // place, area
+    std::vector<Point> points;
     std::vector<Vec3f> areas;
     std::vector<Vec3f> places;  // of the areas' centres
 };
@@ -30,6 +37,17 @@ struct CellHash {
     }
 };
 using CellMap = std::unordered_map<Vec3i, std::uint32_t, CellHash>;
+
+// The trilinear weights of a place in the unit cube, corner a at (a & 1, a >> 1 & 1, a >> 2 & 1).
+std::array<double, 8> trilinear_weights(const Vec3& place)
+{
+    std::array<double, 8> w;
+    for (unsigned a = 0; a < 8; ++a) {
+        w[a] = ((a & 1) ? place.x() : 1 - place.x()) * ((a & 2) ? place.y() : 1 - place.y()) *
+               ((a & 4) ? place.z() : 1 - place.z());
+    }
+    return w;
+}
 
 CellMap map_cells(const Cubes& cubes)
 {
@@ -75,19 +93,22 @@ void thin_out(Patch& patch)
     if (patch.points.size() <= 8) return;
     std::array<int, across * across * across> kept;
     kept.fill(-1);
-    std::vector<std::pair<Vec3f, float>> out;
-    for (const auto& [place, area] : patch.points) {
-        const Vec3i at = (place * float(across)).cast<int>().cwiseMax(0).cwiseMin(across - 1);
+    std::vector<Point> out;
+    for (const Point& point : patch.points) {
+        const Vec3i at = (point.place * float(across)).cast<int>().cwiseMax(0).cwiseMin(across - 1);
         int& index = kept[static_cast<std::size_t>(at.x() + across * (at.y() + across * at.z()))];
         if (index < 0) {
             index = static_cast<int>(out.size());
-            out.emplace_back(place, area);
+            out.push_back(point);
             continue;
         }
-        auto& [best, sum] = out[static_cast<std::size_t>(index)];
+        Point& best = out[static_cast<std::size_t>(index)];
+        const float sum = best.area + point.area;
         const Vec3f middle = Vec3f::Constant(0.5f);
-        if ((place - middle).squaredNorm() > (best - middle).squaredNorm()) best = place;
-        sum += area;
+        if ((point.place - middle).squaredNorm() > (best.place - middle).squaredNorm()) {
+            best = point;
+        }
+        best.area = sum;
     }
     patch.points = std::move(out);
 }
@@ -126,10 +147,13 @@ std::vector<Patch> patches_of_surface(const Cubes& cubes, const CellMap& cells,
             }
         }
     }
-    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-        const Vec3 p = mesh.positions[i].cast<double>();
-        const auto c = cube_at(cubes, cells, p);
-        if (c) patches[*c].points.emplace_back(place_in(cubes, *c, p), area_at[i]);
+    const geometry::Binding binding = geometry::bind(mesh, cubes);
+    for (std::uint32_t i = 0; i < mesh.positions.size(); ++i) {
+        if (!mesh.positions[i].allFinite()) continue;
+        Point point{binding.local[i], {}, area_at[i]};
+        const auto weight = geometry::weights(binding, i);
+        for (std::size_t a = 0; a < 8; ++a) point.weight[a] = static_cast<float>(weight[a]);
+        patches[binding.used[binding.cube[i]]].points.push_back(point);
     }
     for (Patch& patch : patches) thin_out(patch);
     return patches;
@@ -160,8 +184,9 @@ std::vector<Patch> patches_of_cubes(const Cubes& cubes, const CellMap& cells)
         for (unsigned a = 0; a < 8; ++a) {
             float& area = area_at[cubes.corners[c][a]];
             if (area == 0) continue;
-            patches[c].points.emplace_back(
-                Vec3f(float(a & 1), float(a >> 1 & 1), float(a >> 2 & 1)), area);
+            Point point{Vec3f(float(a & 1), float(a >> 1 & 1), float(a >> 2 & 1)), {}, area};
+            point.weight[a] = 1;
+            patches[c].points.push_back(point);
             area = 0;  // taken
         }
     }
@@ -191,10 +216,14 @@ Skin make_skin(const Cubes& cubes, const std::vector<std::uint32_t>& slot,
         // Vertices that no triangle uses (point clouds) share the faces of the cube.
         const auto spare = static_cast<float>(cubes.size * cubes.size) /
                            static_cast<float>(std::max<std::size_t>(1, patch.points.size()));
-        for (const auto& [place, area] : patch.points) {
-            skin.point.push_back(place);
-            skin.point_area.push_back(area > 0 ? area : spare);
+        float reach = 1;
+        for (const Point& point : patch.points) {
+            reach =
+                std::max(reach, (point.place - Vec3f::Constant(0.5f)).norm() / std::sqrt(0.75f));
+            skin.point.push_back(point.weight);
+            skin.point_area.push_back(point.area > 0 ? point.area : spare);
         }
+        skin.reach.push_back(reach);
         std::array<double, 8> share{};
         double total = 0;
         for (std::size_t i = 0; i < patch.areas.size(); ++i) {

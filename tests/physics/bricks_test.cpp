@@ -4,6 +4,7 @@
 #include "tests/physics/cube_fixtures.hpp"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include <Eigen/Geometry>
 
@@ -247,6 +248,31 @@ TEST(Bricks, ACantileverOneCubeThickBendsAsTimoshenkoSays)
     EXPECT_NEAR(cantilever_ratio(8, 2, BrickElement::incompatible), 1, 0.02);
     EXPECT_NEAR(cantilever_ratio(8, 1, BrickElement::trilinear), 1 - 0.359, 0.001);
     EXPECT_NEAR(cantilever_ratio(8, 2, BrickElement::trilinear), 1 - 0.134, 0.001);
+}
+
+TEST(Bricks, EveryProcessorGivesTheSameBits)
+{
+    const Cubes cubes = mixed_blob(17, 80);
+    const BricksBody body = make_bricks(cubes);
+    Loads loads;
+    loads.forces.push_back({});
+    loads.pins = {{0, 1, 2, 3}, {}};
+    for (const auto k : loads.pins.corner) loads.pins.target.push_back(cubes.corner_position(k));
+    const auto run = [&] {
+        State state = rest_state(body);
+        for (int i = 0; i < 3; ++i) state = advance(body, state, loads, 0.02);
+        return state;
+    };
+    const State first = run();
+    for (const auto target : hwy::SupportedAndGeneratedTargets()) {
+        hwy::SetSupportedTargetsForTest(target);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+        const State again = run();
+        EXPECT_EQ(again.x, first.x) << hwy::TargetName(target);
+        EXPECT_EQ(again.stress, first.stress) << hwy::TargetName(target);
+    }
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
 }  // namespace
