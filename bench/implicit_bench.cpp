@@ -1,7 +1,8 @@
-// Implicit layers: fields asked at scattered points.
+// Implicit layers: fields asked at scattered points, meshes, contact, whole steps.
 
 #include "geometry/polygonize.hpp"
 #include "geometry/random.hpp"
+#include "physics/layered.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -92,6 +93,51 @@ BENCHMARK(polygonize_balls)
     ->Arg(64)
     ->Arg(128)
     ->Arg(256)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+// A ball of `skeletons` point skeletons each, two of them pressed together: one step with contact.
+physics::LayeredScene pressed_clusters(std::size_t skeletons, double spacing)
+{
+    std::vector<physics::LayeredPart> parts;
+    for (const double side : {-1.0, 1.0}) {
+        const Random random(5);
+        ImplicitLayer layer;
+        for (std::size_t i = 0; i < skeletons; ++i) {
+            const Vec3 p = 0.8 * (in_unit_cube(random, i) - Vec3::Constant(0.5));
+            layer.skeletons.push_back(
+                {.kind = SkeletonKind::point, .points = {p + Vec3(0.45 * side, 0, 0)}});
+            const double e = 0.5 / std::cbrt(static_cast<double>(skeletons));
+            layer.contributions.push_back({e, 1 / e, 2 * e, 0});
+            layer.frame.push_back(0);
+        }
+        physics::LayeredPart part;
+        part.body = std::make_shared<const physics::LayeredBody>(
+            physics::make_layered_body(std::move(layer), physics::BaseKind::rigid, 1000, spacing));
+        part.velocity = {-0.1 * side, 0, 0};
+        parts.push_back(std::move(part));
+    }
+    return physics::start(std::move(parts));
+}
+
+void layered_step(benchmark::State& state)
+{
+    physics::LayeredScene scene = pressed_clusters(static_cast<std::size_t>(state.range(0)),
+                                                   1e-4 * static_cast<double>(state.range(1)));
+    std::size_t seeds = 0;
+    for (const auto& part : scene.parts) seeds += part.body->seeds.count();
+    for (int warm = 0; warm < 3; ++warm) {
+        scene = physics::advance(scene, scene.parts, {}, 1.0 / 240, 1);
+    }
+    for (auto _ : state) {
+        auto next = physics::advance(scene, scene.parts, {}, 1.0 / 240, 1);
+        benchmark::DoNotOptimize(next.states.data());
+    }
+    state.counters["seeds"] = static_cast<double>(seeds);
+}
+BENCHMARK(layered_step)
+    ->Args({16, 190})
+    ->Args({500, 400})
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 

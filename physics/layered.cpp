@@ -722,10 +722,12 @@ void control_volume(const LayeredBody& body, const SeedWalk& walk, double inflat
             area = std::max(area, std::cbrt(36 * std::numbers::pi * target * target) / 3);
             if (!(area > 0)) continue;
             const double rate = known ? (now - state.volume[s]) / dt : 0;
-            const double speed =
-                -(control.proportional * (now - target) + control.derivative * rate) / area;
+            // Exact over the step for any K_p: the error's decay, not its slope.
+            const double change = -std::expm1(-control.proportional * dt) * (now - target) +
+                                  control.derivative * rate * dt;
             const double e = body.layer.contributions[s].thickness;
-            state.translation[s] = std::clamp(state.translation[s] + dt * speed, -0.5 * e, 0.5 * e);
+            state.translation[s] =
+                std::clamp(state.translation[s] - change / area, -0.5 * e, 0.5 * e);
         }
     }
     state.volume = walk.local_volume;
