@@ -1,6 +1,7 @@
 #include "graph/node_type.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/bricks.hpp"
+#include "physics/lattice.hpp"
 #include "physics/pins.hpp"
 #include "physics/springs.hpp"
 #include "physics/start.hpp"
@@ -11,11 +12,11 @@ namespace nodes::simulate {
 
 using geometry::Vec3;
 
-enum class Method { bricks, springs };
+enum class Method { bricks, springs, lattice };
 
 // One alternative a method, in order of Method.
 struct Body {
-    std::variant<physics::BricksBody, physics::SpringsBody> is;
+    std::variant<physics::BricksBody, physics::SpringsBody, physics::LatticeBody> is;
 
     std::size_t bytes() const
     {
@@ -33,6 +34,7 @@ struct Inputs {
     Method method = Method::bricks;
     physics::BrickOptions bricks;
     physics::SpringOptions springs;
+    physics::LatticeOptions lattice;
     double dt = 0;
     Vec3 gravity{0, -9.81, 0};
     Vec3 initial_velocity{0, 0, 0};
@@ -52,6 +54,8 @@ static Body build(const Inputs& in)
         return {physics::make_bricks(*in.cubes, in.bricks, in.surface.get())};
     case Method::springs:
         return {physics::make_springs(*in.cubes, in.springs, in.surface.get())};
+    case Method::lattice:
+        return {physics::make_lattice(*in.cubes, in.lattice, in.surface.get())};
     }
     throw std::logic_error("Simulate: a method without a body");
 }
@@ -97,6 +101,31 @@ static void describe_springs(graph::ParamsOf<physics::SpringOptions>& p)
             {.min = 0, .max = 0.9});
 }
 
+static void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
+{
+    using physics::LatticeOptions;
+    p.param("half_width", &LatticeOptions::half_width,
+            "How far a region of cubes that keep their shape together reaches, in cubes each way: "
+            "wider is stiffer and smoother, at the same cost.",
+            {.min = 1, .max = 64})
+        .choice("stiffness", &LatticeOptions::stiffness, {"material", "rate"},
+                "material takes the stiffness from Young's modulus, as far as regions and substeps "
+                "can give it (Poisson's ratio acts as 0); rate takes the number below.")
+        .param(
+            "rate", &LatticeOptions::rate,
+            "How fast a region pulls its cubes back, whatever the step: 0 not at all, very large "
+            "as stiff as the method gets.",
+            {.min = 0, .unit = "1/s"}, {"stiffness", {"rate"}})
+        .param("damping", &LatticeOptions::damping,
+               "Damping in proportion to stiffness, on top of the material's own: a vibration of "
+               "frequency f is damped by the share pi f damping of critical.",
+               {.min = 0, .unit = "s"})
+        .choice("weighting", &LatticeOptions::weighting, {"filled", "full"},
+                "filled gives a partly filled cube that share of the stiffness, full all of it.")
+        .choice("precision", &LatticeOptions::precision, {"single", "full"},
+                "Of the sums over regions; motion is kept in double precision either way.");
+}
+
 static void describe_step(graph::ParamsOf<physics::StepOptions>& p)
 {
     p.choice("integrator", &physics::StepOptions::integrator,
@@ -136,13 +165,17 @@ void add_to(graph::Registry& registry)
         .input("start", &Inputs::start,
                "The state to start from; without it the cubes start at rest.",
                graph::Need::optional)
-        .choice("method", &Inputs::method, {"bricks", "springs"},
+        .choice("method", &Inputs::method, {"bricks", "springs", "lattice"},
                 "bricks are finite elements that follow the material; springs a mass-spring "
-                "lattice with its stretch and Poisson ratio 1/4.")
+                "lattice with its stretch and Poisson ratio 1/4; lattice is shape matching, the "
+                "fastest, which never fails and is for looks: of the step it needs only the "
+                "substeps.")
         .block("bricks", &Inputs::bricks, describe_bricks, "Of the finite elements.",
                {"method", {"bricks"}})
         .block("springs", &Inputs::springs, describe_springs, "Of the mass-spring lattice.",
                {"method", {"springs"}})
+        .block("lattice", &Inputs::lattice, describe_lattice, "Of lattice shape matching.",
+               {"method", {"lattice"}})
         .param("dt", &Inputs::dt,
                "Seconds that pass in a frame; 0 is a frame's own time. Less is slow motion.",
                {.min = 0, .max = 1e4, .unit = "s"})
@@ -156,7 +189,8 @@ void add_to(graph::Registry& registry)
                {.unit = "deg/s"})
         .block("step", &Inputs::step, describe_step, "How time steps are taken and solved.")
         .reads(graph::Variable::fps)
-        .prepare("body", &Inputs::body, build, {"cubes", "surface", "method", "bricks", "springs"})
+        .prepare("body", &Inputs::body, build,
+                 {"cubes", "surface", "method", "bricks", "springs", "lattice"})
         .output("state", &Outputs::state,
                 "Where the corners are and how fast they move; on the first frame, the start.")
         .previous("state", &Inputs::last);

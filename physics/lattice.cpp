@@ -44,15 +44,29 @@ Lattice corner_lattice(const geometry::Cubes& cubes)
     return lattice;
 }
 
-LatticeBody make_lattice(const geometry::Cubes& cubes, int half_width, Weighting weighting,
+std::size_t LatticeBody::bytes() const
+{
+    const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
+    std::size_t sum = sizeof *this - sizeof base + base.bytes() +
+                      of(mass, held_by, rate_sq, regions.particle, regions.held_by);
+    for (const LatticeLines* along : {&regions.x, &regions.y, &regions.z}) {
+        sum += of(along->lines, along->items, along->dead);
+    }
+    const LatticeExceptions& e = regions.exceptions;
+    return sum + of(e.region, e.at, e.child_at, e.child, e.parent_at, e.parent, e.particle,
+                    e.bar_at, e.bar);
+}
+
+LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& options,
                          const geometry::TriMesh* surface)
 {
     std::vector<std::uint32_t> slot(cubes.corner_count());
     std::iota(slot.begin(), slot.end(), 0u);
     LatticeBody body;
+    body.options = options;
     body.base = make_corner_body(cubes, std::move(slot), surface);
     const Lattice lattice = corner_lattice(cubes);
-    body.regions = find_regions(lattice, half_width);
+    body.regions = find_regions(lattice, options.half_width);
     body.flat_axis = flat_axis(lattice);
     const std::size_t n = lattice.count();
     for (std::size_t i = 0; i < n; ++i) {
@@ -67,9 +81,10 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, int half_width, Weighting
     double whole = 0;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         for (const auto k : cubes.corners[c]) {
-            elasticity[k] += cubes.young[c] * stiffness_share(cubes, c, weighting) * volume / 8;
+            elasticity[k] +=
+                cubes.young[c] * stiffness_share(cubes, c, options.weighting) * volume / 8;
         }
-        const double part = cubes.young[c] * stiffness_share(cubes, c, weighting);
+        const double part = cubes.young[c] * stiffness_share(cubes, c, options.weighting);
         body.damping += part * cubes.stiffness_damping[c];
         whole += part;
     }
@@ -79,7 +94,7 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, int half_width, Weighting
         sums.particles(body.regions)[i] = {elasticity[i], body.base.mass[i], 0, 0};
     }
     collect(body.regions, sums);
-    const double w = half_width, h = cubes.size;
+    const double w = options.half_width, h = cubes.size;
     for (std::size_t s = 0; s < body.regions.slots(); ++s) {
         const auto total = sums.slots(body.regions)[4 * s];
         const bool real = body.regions.particle[s] != none;
@@ -148,7 +163,7 @@ public:
         // Weights of regions, relative to the largest.
         const double rate_sq = options.rate * options.rate;
         double largest = 0;
-        if (options.from_material) {
+        if (options.stiffness == Stiffness::material) {
             for (const float r : body.rate_sq) largest = std::max(largest, double(r));
         } else {
             largest = rate_sq;
@@ -165,7 +180,7 @@ public:
         state_.time += frame_;
         state_.report = {};
         state_.report.steps = options_.substeps;
-        if (options_.from_material && resolved_ > 1.5) {
+        if (options_.stiffness == Stiffness::material && resolved_ > 1.5) {
             state_.report.converged = false;
             state_.report.warnings.push_back(fmt::format(
                 "the lattice is softer than its material: regions of half width {} can be that "
@@ -267,7 +282,7 @@ private:
 
     T weight_of(std::size_t slot) const
     {
-        if (!options_.from_material) return T(1);
+        if (options_.stiffness == Stiffness::rate) return T(1);
         return T(-std::expm1(-double(body_.rate_sq[slot]) * dt_ * dt_) / stiffness_);
     }
 
@@ -534,6 +549,14 @@ State advance(const LatticeBody& body, State state, const Loads& loads, double d
         "the step went beyond all numbers; the state stays as it was. Is something pulled to "
         "infinity?");
     return before;
+}
+
+State advance(const LatticeBody& body, State state, const Loads& loads, double dt,
+              const StepOptions& step)
+{
+    LatticeOptions options = body.options;
+    options.substeps = step.substeps;
+    return advance(body, std::move(state), loads, dt, options);
 }
 
 }  // namespace physics

@@ -23,6 +23,7 @@
 
 #include "physics/brick_element.hpp"
 #include "physics/corner_body.hpp"
+#include "physics/implicit_step.hpp"
 #include "physics/lattice_regions.hpp"
 #include "physics/loads.hpp"
 #include "physics/state.hpp"
@@ -30,29 +31,35 @@
 namespace physics {
 
 enum class Precision { single, full };
+enum class Stiffness { material, rate };
 
 struct LatticeOptions {
-    bool from_material = true;  // s from Young's modulus and density; else `rate` everywhere
-    double rate = 100;          // s, 1/s; infinite: as stiff as the regions allow
-    double damping = 0;         // tau, s, on top of the material's own stiffness damping
-    int substeps = 4;           // a frame
+    int half_width = 2;  // w, of regions, in cubes
+    Weighting weighting = Weighting::filled;
+    Stiffness stiffness = Stiffness::material;  // s from the material, or `rate` everywhere
+    double rate = 100;                          // s, 1/s; infinite: as stiff as the regions allow
+    double damping = 0;  // tau, s, on top of the material's own stiffness damping
+    int substeps = 4;    // a frame
     Precision precision = Precision::single;  // of the sums over regions; motion is kept in double
 };
 
-// All that depends on the cubes and the half width alone.
+// All that depends on the cubes, the half width and the weighting alone.
 struct LatticeBody {
-    CornerBody base;  // slots are the corners themselves
+    CornerBody base;         // slots are the corners themselves
+    LatticeOptions options;  // as it was made
     LatticeRegions regions;
     std::vector<float> mass;     // N, kg, M_i
     std::vector<float> held_by;  // N, 1 / |R_i|
     std::vector<float> rate_sq;  // slots, 1/s^2, s^2 from the material
     double damping = 0;          // tau, s, the mean of the cubes' stiffness damping
     int flat_axis = -1;          // the axis that all particles lie across, where they do
+
+    std::size_t bytes() const;
 };
 
 // Throws std::invalid_argument when the cubes are no body. Contact and wind act on `surface`, or on
 // the outside of the cubes when it is null.
-LatticeBody make_lattice(const geometry::Cubes& cubes, int half_width, Weighting weighting,
+LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& options = {},
                          const geometry::TriMesh* surface = nullptr);
 
 // The corners of cubes and their links.
@@ -64,5 +71,8 @@ State rest_state(const LatticeBody& body);
 // finite state is accepted, and what goes wrong is told in the report.
 State advance(const LatticeBody& body, State state, const Loads& loads, double dt,
               const LatticeOptions& options);
+// With the body's own options and the step's number of substeps.
+State advance(const LatticeBody& body, State state, const Loads& loads, double dt,
+              const StepOptions& step);
 
 }  // namespace physics

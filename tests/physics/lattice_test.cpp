@@ -18,7 +18,7 @@ namespace {
 
 LatticeOptions stiffest(int substeps = 1, Precision precision = Precision::single)
 {
-    return {.from_material = false,
+    return {.stiffness = Stiffness::rate,
             .rate = std::numeric_limits<double>::infinity(),
             .damping = 0,
             .substeps = substeps,
@@ -27,7 +27,7 @@ LatticeOptions stiffest(int substeps = 1, Precision precision = Precision::singl
 
 LatticeBody lattice_of(const Cubes& cubes, int w)
 {
-    return make_lattice(cubes, w, Weighting::filled);
+    return make_lattice(cubes, {.half_width = w});
 }
 
 // An L of cubes with a prong: no symmetry to hide behind.
@@ -262,7 +262,8 @@ TEST(Lattice, DampingEndsVibrationButNotRigidMotion)
     State state = rest_state(body);
     for (auto& x : state.x) x[1] *= 1.2;
     for (auto& v : state.v) v = Vec3(1, 0, 0);
-    LatticeOptions options{.from_material = false, .rate = 60, .damping = 0.02, .substeps = 4};
+    LatticeOptions options{
+        .stiffness = Stiffness::rate, .rate = 60, .damping = 0.02, .substeps = 4};
     for (int frame = 0; frame < 120; ++frame) state = advance(body, state, {}, 1.0 / 24, options);
     EXPECT_LT(misfit(body, state), 1e-3);
     EXPECT_NEAR(momenta(body, state).linear.x(), momenta(body, state).size, 1e-2);
@@ -320,7 +321,7 @@ TEST(Lattice, ThreadsGiveTheSameBytes)
         State state = rest_state(body);
         for (auto& x : state.x) x[1] = 1.1 * x[1] + 0.001 * x[0];
         for (int frame = 0; frame < 3; ++frame) {
-            state = advance(body, state, loads, 1.0 / 24, {.substeps = 2});
+            state = advance(body, state, loads, 1.0 / 24, LatticeOptions{.substeps = 2});
         }
         return state;
     };
@@ -336,7 +337,8 @@ TEST(Lattice, ThreadsGiveTheSameBytes)
 TEST(Lattice, WarnsWhenItIsSofterThanItsMaterial)
 {
     const LatticeBody body = lattice_of(block_of_cubes(3, 3, 3, 0.01, {1000, 1e9, 0.3}), 1);
-    const State state = advance(body, rest_state(body), {}, 1.0 / 24, {.substeps = 2});
+    const State state =
+        advance(body, rest_state(body), {}, 1.0 / 24, LatticeOptions{.substeps = 2});
     ASSERT_EQ(state.report.warnings.size(), 1u);
     EXPECT_NE(state.report.warnings[0].find("softer than its material"), std::string::npos);
 }
@@ -348,9 +350,10 @@ TEST(Lattice, SaysWhatIsWrong)
     State short_one = rest, broken = rest;
     short_one.x.pop_back();
     broken.v[0][0] = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_THROW(advance(body, short_one, {}, 0.1, {}), std::invalid_argument);
-    EXPECT_THROW(advance(body, broken, {}, 0.1, {}), std::invalid_argument);
-    EXPECT_THROW(advance(body, rest, {}, 0, {}), std::invalid_argument);
-    EXPECT_THROW(advance(body, rest, {}, 0.1, {.substeps = 0}), std::invalid_argument);
+    EXPECT_THROW(advance(body, short_one, {}, 0.1, LatticeOptions{}), std::invalid_argument);
+    EXPECT_THROW(advance(body, broken, {}, 0.1, LatticeOptions{}), std::invalid_argument);
+    EXPECT_THROW(advance(body, rest, {}, 0, LatticeOptions{}), std::invalid_argument);
+    EXPECT_THROW(advance(body, rest, {}, 0.1, LatticeOptions{.substeps = 0}),
+                 std::invalid_argument);
     EXPECT_THROW(lattice_of({}, 1), std::invalid_argument);
 }

@@ -1,0 +1,104 @@
+// Lattice shape matching, a particle and step at a time, beside Bullet's soft bodies on the same
+// lattice where Bullet is found.
+
+#include "geometry/cubes.hpp"
+#include "physics/lattice.hpp"
+
+#include <benchmark/benchmark.h>
+#include <tbb/global_control.h>
+
+#ifdef ASPIC_HAVE_BULLET
+#include <BulletSoftBody/btSoftBody.h>
+#include <BulletSoftBody/btSoftBodyHelpers.h>
+#endif
+
+namespace {
+
+using namespace physics;
+
+geometry::Cubes block(int n)
+{
+    std::vector<geometry::Vec3i> cells;
+    for (int z = 0; z < n; ++z) {
+        for (int y = 0; y < n; ++y) {
+            for (int x = 0; x < n; ++x) cells.emplace_back(x, y, z);
+        }
+    }
+    return geometry::solid_cubes(std::move(cells), 0.05);
+}
+
+// Arguments: cubes along an edge, half width, threads.
+void lattice(benchmark::State& state)
+{
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                    std::size_t(state.range(2)));
+    const geometry::Cubes cubes = block(int(state.range(0)));
+    const LatticeOptions options{
+        .half_width = int(state.range(1)), .stiffness = Stiffness::rate, .substeps = 10};
+    const LatticeBody body = make_lattice(cubes, options);
+    Loads loads;
+    loads.forces.push_back({});
+    State motion = rest_state(body);
+    for (auto& x : motion.x) x[1] *= 1.05;
+    for (auto _ : state) motion = advance(body, std::move(motion), loads, 1.0 / 24, options);
+    const auto steps = double(state.iterations()) * options.substeps;
+    state.counters["particle_step"] =
+        benchmark::Counter(steps * double(cubes.corner_count()),
+                           benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+    state.counters["bytes_a_particle"] =
+        double(body.bytes() + motion.rotation.size() * sizeof(float) +
+               (motion.x.size() + motion.v.size()) * sizeof(geometry::Vec3)) /
+        double(cubes.corner_count());
+}
+BENCHMARK(lattice)
+    ->Args({45, 1, 1})
+    ->Args({45, 3, 1})
+    ->Args({45, 16, 1})
+    ->Args({45, 3, 2})
+    ->Args({99, 3, 1})
+    ->Args({99, 3, 2})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+#ifdef ASPIC_HAVE_BULLET
+// Structural, face and space diagonal springs between the corners of the same cubes. `matching`
+// adds Bullet's pose matching, one rigid motion for the whole body.
+void bullet(benchmark::State& state, bool matching)
+{
+    const geometry::Cubes cubes = block(45);
+    btSoftBodyWorldInfo world;
+    btAlignedObjectArray<btVector3> points;
+    for (std::size_t i = 0; i < cubes.corner_count(); ++i) {
+        const auto p = cubes.corner_position(i);
+        points.push_back({btScalar(p[0]), btScalar(p[1]), btScalar(p[2])});
+    }
+    btSoftBody body(&world, points.size(), &points[0], nullptr);
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> links;
+    for (const auto& corners : cubes.corners) {
+        for (const auto a : corners) {
+            for (const auto b : corners) {
+                if (a < b) links.emplace_back(a, b);
+            }
+        }
+    }
+    std::sort(links.begin(), links.end());
+    links.erase(std::unique(links.begin(), links.end()), links.end());
+    for (const auto& [a, b] : links) body.appendLink(int(a), int(b));
+    body.setTotalMass(1000);
+    if (matching) body.setPose(false, true);
+    for (auto _ : state) {
+        body.predictMotion(btScalar(1.0 / 240));
+        body.solveConstraints();
+        body.integrateMotion();
+    }
+    state.counters["particle_step"] =
+        benchmark::Counter(double(state.iterations()) * double(cubes.corner_count()),
+                           benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+BENCHMARK_CAPTURE(bullet, springs, false)->Unit(benchmark::kMillisecond)->Iterations(5);
+BENCHMARK_CAPTURE(bullet, pose_matching, true)->Unit(benchmark::kMillisecond)->Iterations(5);
+#endif
+
+}  // namespace
+
+BENCHMARK_MAIN();
