@@ -9,6 +9,7 @@
 #include "physics/layered.hpp"
 #include "physics/loads.hpp"
 #include "physics/state.hpp"
+#include "physics/vibrate.hpp"
 #include "render/image.hpp"
 
 namespace graph {
@@ -23,6 +24,8 @@ template <> inline constexpr const char* wire_name<physics::State> = "state";
 template <> inline constexpr const char* wire_name<geometry::ImplicitLayer> = "implicit_layer";
 template <> inline constexpr const char* wire_name<physics::LayeredPart> = "layered_part";
 template <> inline constexpr const char* wire_name<physics::LayeredScene> = "layered_scene";
+template <> inline constexpr const char* wire_name<physics::ModalModel> = "modal_model";
+template <> inline constexpr const char* wire_name<physics::ModalState> = "modal_state";
 template <> inline constexpr const char* wire_name<render::Image> = "image";
 
 }  // namespace graph
