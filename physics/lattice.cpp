@@ -440,13 +440,13 @@ private:
         double radius = 0;
         for (const auto k : corners) radius = std::max(radius, (next(k) - centre).norm());
         for (const PosedCollider& collider : colliders) {
-            // Points may lie a cube outside their own; a distance changes no faster than a place.
+            // Points may lie outside their cube; a distance changes no faster than a place.
             const bool mesh = collider.kind == Collider::Kind::mesh;
-            if (!mesh && touch(collider, centre).gap > 3 * radius) continue;
+            if (!mesh && touch(collider, centre).gap > skin.reach[c] * radius) continue;
             for (std::uint32_t i = skin.point_at[c]; i < skin.point_at[c + 1]; ++i) {
                 Push push{};
                 push.corners = corners;
-                push.weight = trilinear_weights(skin.point[i].cast<double>());
+                for (std::size_t a = 0; a < 8; ++a) push.weight[a] = skin.point[i][a];
                 Vec3 now = Vec3::Zero(), v = now;
                 for (std::size_t a = 0; a < 8; ++a) {
                     now += push.weight[a] * state_.x[corners[a]];
