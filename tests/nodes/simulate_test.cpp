@@ -58,6 +58,9 @@ TEST(Simulate, ABeamPinnedAtOneEndSagsAfterTheFirstFrame)
 
         OneNode simulate("Simulate");
         simulate.param("method").is = std::string(method);
+        // Enough steps for the lattice to be as stiff as the material, so that nothing is warned
+        // of.
+        std::get<graph::ParamValues>(simulate.param("step").is)[1].is = std::int64_t{4};
         simulate.inputs["cubes"] = {cubes};
         simulate.inputs["pins"] = {pins};
         simulate.inputs["colliders"] = {OneNode("Ground").run()};
@@ -69,7 +72,7 @@ TEST(Simulate, ABeamPinnedAtOneEndSagsAfterTheFirstFrame)
         state = simulate.run();
         const auto moved = state.as<physics::State>();
         EXPECT_EQ(moved->x[0], rest[0]);
-        EXPECT_LT(moved->v.back().y(), 0);
+        EXPECT_LT(moved->x.back().y(), rest.back().y());
         EXPECT_DOUBLE_EQ(moved->time, 1.0 / 24);
         EXPECT_TRUE(simulate.warnings.empty());
     }
