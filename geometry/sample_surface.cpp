@@ -112,71 +112,58 @@ void weigh(const FaceMatter& matter, double area, const SampleMass& mass, Sample
     if (mass.by == SampleMass::By::total) scale_mass(out, mass.total);
 }
 
-// A sparse grid of cells r / sqrt(3) wide, hashed, each of which holds one point at most.
+// Points hashed by cells two radii wide: what is nearer than a radius lies in the eight cells
+// around the cell's corner nearest to it.
 class DartGrid {
 public:
-    DartGrid(double radius, std::size_t expected) : radius_sq_(radius * radius)
+    DartGrid(double radius, std::size_t expected)
+        : radius_sq_(static_cast<float>(radius * radius)), inverse_(0.5 / radius)
     {
-        inverse_ = std::sqrt(3.0) / radius;
         std::size_t slots = 64;
-        while (slots < 3 * expected) slots *= 2;
-        cells_.assign(slots, {});
+        while (slots < 2 * expected) slots *= 2;
+        first_.assign(slots, none);
+        points_.reserve(expected);
+        next_.reserve(expected);
     }
 
     // Adds p unless a point is nearer than the radius.
     bool add(const Vec3f& p)
     {
         const Vec3 at = inverse_ * p.cast<double>();
-        const std::array<std::int64_t, 3> cell{static_cast<std::int64_t>(std::floor(at.x())),
-                                               static_cast<std::int64_t>(std::floor(at.y())),
-                                               static_cast<std::int64_t>(std::floor(at.z()))};
-        if (find(cell)) return false;  // no two points of a cell are a radius apart
-        for (std::int64_t z = -2; z <= 2; ++z) {
-            for (std::int64_t y = -2; y <= 2; ++y) {
-                for (std::int64_t x = -2; x <= 2; ++x) {
-                    if (std::abs(x) + std::abs(y) + std::abs(z) == 6) continue;  // out of reach
-                    const Cell* other = find({cell[0] + x, cell[1] + y, cell[2] + z});
-                    if (other && (other->point - p).cast<double>().squaredNorm() < radius_sq_) {
-                        return false;
-                    }
-                }
+        const Vec3 cell = at.array().floor();
+        const Vec3 side = ((at - cell).array() < 0.5).select(Vec3::Constant(-1.0), Vec3::Ones());
+        for (int k = 0; k < 8; ++k) {
+            const Vec3 step((k & 1) ? side.x() : 0, (k & 2) ? side.y() : 0, (k & 4) ? side.z() : 0);
+            for (std::uint32_t i = first_[slot(cell + step)]; i != none; i = next_[i]) {
+                if ((points_[i] - p).squaredNorm() < radius_sq_) return false;
             }
         }
-        insert(cell, p);
+        std::uint32_t& first = first_[slot(cell)];
+        next_.push_back(first);
+        first = static_cast<std::uint32_t>(points_.size());
+        points_.push_back(p);
         return true;
     }
 
 private:
-    struct Cell {
-        std::array<std::int64_t, 3> at{};
-        Vec3f point = Vec3f::Zero();
-        bool taken = false;
-    };
+    static constexpr std::uint32_t none = ~std::uint32_t{0};
 
-    std::size_t slot(const std::array<std::int64_t, 3>& at) const
+    // Cells that share a slot share a list: points of the other are merely tried in vain.
+    std::size_t slot(const Vec3& cell) const
     {
-        std::uint64_t h = static_cast<std::uint64_t>(at[0]) * 0x9e3779b97f4a7c15u;
-        h = (h ^ h >> 29) + static_cast<std::uint64_t>(at[1]) * 0xbf58476d1ce4e5b9u;
-        h = (h ^ h >> 31) + static_cast<std::uint64_t>(at[2]) * 0x94d049bb133111ebu;
-        h *= 0x9e3779b97f4a7c15u;
-        return (h ^ h >> 32) & (cells_.size() - 1);
-    }
-    const Cell* find(const std::array<std::int64_t, 3>& at) const
-    {
-        for (std::size_t i = slot(at); cells_[i].taken; i = (i + 1) & (cells_.size() - 1)) {
-            if (cells_[i].at == at) return &cells_[i];
+        std::uint64_t h = 0;
+        for (int k = 0; k < 3; ++k) {
+            h = (h + static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[k]))) *
+                0x9e3779b97f4a7c15u;
+            h ^= h >> 32;
         }
-        return nullptr;
-    }
-    void insert(const std::array<std::int64_t, 3>& at, const Vec3f& p)
-    {
-        std::size_t i = slot(at);
-        while (cells_[i].taken) i = (i + 1) & (cells_.size() - 1);
-        cells_[i] = {at, p, true};
+        return h & (first_.size() - 1);
     }
 
-    double radius_sq_, inverse_ = 0;
-    std::vector<Cell> cells_;
+    float radius_sq_;
+    double inverse_;
+    std::vector<std::uint32_t> first_, next_;  // of a slot; of a point
+    std::vector<Vec3f> points_;
 };
 
 // The darts that stay, of those in `order`, up to `most` of them.
@@ -220,7 +207,7 @@ Samples sample_surface(const TriMesh& mesh, const FaceMatter& matter, std::size_
 Samples sample_surface_blue(const TriMesh& mesh, const FaceMatter& matter, std::size_t count,
                             std::uint64_t seed, const SampleMass& mass)
 {
-    constexpr std::size_t darts_each = 10;
+    constexpr std::size_t darts_each = 8;
     const std::vector<double> area = running_area(mesh);
     Samples darts;
     spread(mesh, area, darts_each * count, seed, darts);
@@ -231,20 +218,20 @@ Samples sample_surface_blue(const TriMesh& mesh, const FaceMatter& matter, std::
     std::vector<std::uint32_t> order(keys.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = keys[i].second;
 
-    // The largest radius at which enough darts stay, to half a percent: a few throws.
+    // The largest radius at which enough darts stay, to a hundredth: a few throws. Numbers go with
+    // the inverse square of the radius, so each throw tells nearly where to try next.
     double radius = 2 * std::sqrt(0.5 * area.back() / (std::numbers::pi * double(count)));
     double fits = 0, fails = std::numeric_limits<double>::infinity();
     std::vector<std::uint32_t> best;
-    for (int round = 0; round < 40 && fits < 0.995 * fails; ++round) {
+    for (int round = 0; round < 40 && fits < 0.99 * fails; ++round) {
         std::vector<std::uint32_t> stay = throw_darts(darts, order, radius, count);
         if (stay.size() == count) {
             fits = radius;
             best = std::move(stay);
-            radius = std::isfinite(fails) ? 0.5 * (fits + fails) : 1.02 * radius;
+            radius = std::isfinite(fails) ? 0.5 * (fits + fails) : 1.01 * radius;
         } else {
             fails = radius;
-            // Numbers go with the inverse square of the radius.
-            const double guess = radius * std::sqrt(double(stay.size()) / double(count)) * 0.995;
+            const double guess = 0.998 * radius * std::sqrt(double(stay.size()) / double(count));
             radius = fits > 0 ? 0.5 * (fits + fails) : guess;
         }
     }
