@@ -51,16 +51,21 @@ Displacement displacement(const TriMesh& mesh, const TriMesh& rest)
 {
     check_same_vertices(mesh, rest);
     Displacement out;
-    double sum = 0;
+    double sum = 0, sum_sq = 0;
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
         const double d = (mesh.positions[i] - rest.positions[i]).cast<double>().norm();
         sum += d;
+        sum_sq += d * d;
         if (exceeds(d, out.largest)) {
             out.largest = d;
             out.where = i;
         }
     }
-    if (!mesh.positions.empty()) out.mean = sum / static_cast<double>(mesh.positions.size());
+    if (!mesh.positions.empty()) {
+        const auto n = static_cast<double>(mesh.positions.size());
+        out.mean = sum / n;
+        out.rms = std::sqrt(sum_sq / n);
+    }
     return out;
 }
 

@@ -23,7 +23,7 @@ double enclosed_volume(const TriMesh& mesh);
 // How far each vertex of `mesh` is from where it stands in `rest`. Throws std::invalid_argument
 // when the two have different numbers of vertices.
 struct Displacement {
-    double largest = 0, mean = 0;  // m
+    double largest = 0, mean = 0, rms = 0;  // m
     std::size_t where = 0;         // vertex of the largest
 };
 Displacement displacement(const TriMesh& mesh, const TriMesh& rest);

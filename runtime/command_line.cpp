@@ -1,5 +1,7 @@
 #include "runtime/command_line.hpp"
 
+#include "runtime/document_commands.hpp"
+
 #include "runtime/cook_command.hpp"
 
 #include <CLI/CLI.hpp>
@@ -159,6 +161,7 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
         "  aspic cook graphs/*.json --keep-going --json > log\n"
         "  aspic validate graphs/*.json\n"
         "  aspic nodes Voxelize\n"
+        "  aspic study graphs/beam.json --vary sim.step.substeps=1,2,4 --measure tip.value\n"
         "Exit codes: 0 good, 1 a node failed, 2 wrong command or document,\n"
         "            3 an expectation was missed, 130 cancelled (Ctrl-C; twice stops at once).");
 
@@ -206,6 +209,35 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
         request.profile = true;
         exit = cook(request, registry, console);
     });
+
+    StudyRequest wanted;
+    CLI::App* study_app =
+        app.add_subcommand("study", "Measures speed against error over settings of a graph");
+    study_app->add_option("files", request.files, "A graph document")
+        ->required()
+        ->expected(1)
+        ->type_name("FILE");
+    add_loading_options(*study_app, request);
+    add_cooking_options(*study_app, request);
+    study_app->add_option("--out", request.output_folder, "Where files go; else out/<graph>")
+        ->type_name("DIR");
+    study_app->add_option("--vary", wanted.vary, "A parameter and its values; repeatable")
+        ->type_name("NODE.PARAM=A,B,C")
+        ->required()
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    study_app->add_option("--measure", wanted.measure, "What to compare: a number or a mesh")
+        ->type_name("NODE.PORT")
+        ->required();
+    study_app
+        ->add_option("--reference", wanted.reference,
+                     "With what: a number, or a setting node.param=value; else the last values")
+        ->type_name("VALUE");
+    study_app->add_option("--error", wanted.wanted_error, "Relative error to meet soonest; 0.01")
+        ->type_name("SHARE");
+    study_app->callback([&] { exit = run_study(request, wanted, registry, console); });
+
+    add_document_commands(app, request, registry, console, exit);
 
     CLI::App* cache_app = app.add_subcommand("cache", "Tends the stored results");
     cache_app->require_subcommand(1);

@@ -5,7 +5,9 @@
 #include "graph/node_type.hpp"
 #include "runtime/key.hpp"
 
+#include <functional>
 #include <iosfwd>
+#include <map>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -27,6 +29,10 @@ struct Console {
     std::stop_token stop;
     Key salt;             // which program this is, see Options::salt
     std::string version;  // "0.1.0"
+
+    // How far values of a wire type are apart, by its name, for `study`.
+    std::map<std::string, std::function<double(const graph::Value&, const graph::Value&)>>
+        distances = {};
 };
 
 // `args` without the program's name.

@@ -1,5 +1,6 @@
 // aspic: the one place where the runtime meets the nodes.
 
+#include "nodes/distances.hpp"
 #include "nodes/registry.hpp"
 #include "runtime/command_line.hpp"
 #include "runtime/interrupt.hpp"
@@ -14,5 +15,6 @@ int main(int argc, char** argv)
     runtime::Console console{std::cout,         std::cerr, isatty(STDERR_FILENO) == 1,
                              interrupt.token(), {},        ASPIC_VERSION};
     console.salt = runtime::program_identity();
+    console.distances = nodes::distances();
     return runtime::run_command_line({argv + 1, argv + argc}, nodes::registry(), console);
 }

@@ -35,6 +35,7 @@ TEST(Measure, AMovedVertexIsFoundAndItsStretchMeasured)
     const Displacement d = displacement(moved, rest);
     EXPECT_EQ(d.largest, 2);
     EXPECT_EQ(d.mean, 0.5);
+    EXPECT_EQ(d.rms, 1);  // sqrt(2^2 / 4)
     EXPECT_EQ(d.where, 3u);
     EXPECT_EQ(displacement_at(moved, rest, {0, 0.1, 0.9}), Vec3(0, 0, 2));
     EXPECT_EQ(largest_stretch(moved, rest), 3);  // edge 0-3: 1 -> 3

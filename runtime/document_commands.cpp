@@ -1,0 +1,213 @@
+#include "runtime/document_commands.hpp"
+
+#include "graph/difference.hpp"
+#include "graph/format.hpp"
+#include "graph/reference.hpp"
+#include "graph/schema.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <fstream>
+#include <ostream>
+#include <sstream>
+
+extern char** environ;
+
+namespace runtime {
+namespace {
+
+int show_nodes(const std::string& name, bool markdown, const graph::Registry& registry,
+               Console& console)
+{
+    if (!name.empty()) {
+        const graph::NodeType* type = registry.find(name);
+        if (!type) {
+            std::vector<std::string_view> names;
+            for (const auto& [known, unused] : registry.types()) names.push_back(known);
+            throw std::invalid_argument(
+                fmt::format("there is no node type '{}'; {}", name, graph::suggest(name, names)));
+        }
+        console.out << graph::reference_text(*type);
+    } else {
+        console.out << (markdown ? graph::reference_page(registry)
+                                 : graph::reference_list(registry));
+    }
+    return exit_ok;
+}
+
+std::string read_text(const std::filesystem::path& file)
+{
+    std::ifstream in(file, std::ios::binary);
+    if (!in) throw std::invalid_argument(fmt::format("{}: can't be read", file.string()));
+    std::ostringstream text;
+    text << in.rdbuf();
+    return std::move(text).str();
+}
+
+// Written beside and renamed, so that a full disk never costs the author the document.
+void replace_text(const std::filesystem::path& file, const std::string& text)
+{
+    const std::filesystem::path beside = file.string() + ".new";
+    {
+        std::ofstream out(beside, std::ios::binary);
+        out << text << std::flush;
+        if (!out) {
+            throw std::runtime_error(fmt::format("{}: can't be written", beside.string()));
+        }
+    }
+    std::filesystem::rename(beside, file);
+}
+
+// `check`: says which files are not in canonical form, and changes none.
+int format_files(const std::vector<std::string>& files, bool check, Console& console)
+{
+    int exit = exit_ok;
+    for (const std::string& file : files) {
+        const std::string text = read_text(file);
+        graph::Problems problems;
+        const auto formatted = graph::format_document(text, file, problems);
+        for (const graph::Problem& p : problems.take()) console.err << graph::describe(p) << "\n";
+        if (!formatted) {
+            exit = exit_usage;
+        } else if (*formatted != text) {
+            if (check) {
+                exit = exit_failed;
+            } else {
+                replace_text(file, *formatted);
+            }
+            console.out << file << "\n";
+        }
+    }
+    return exit;
+}
+
+int show_difference(const CookRequest& request, const graph::Registry& registry, Console& console)
+{
+    const auto a = load(request.files.at(0), request, registry, console);
+    const auto b = load(request.files.at(1), request, registry, console);
+    if (!a || !b) return exit_usage;
+    const std::vector<std::string> lines = graph::difference(*a, *b);
+    for (const std::string& line : lines) console.out << line << "\n";
+    return lines.empty() ? exit_ok : exit_failed;
+}
+
+// Runs a program with no shell between. False when it is not there or fails.
+bool run_program(std::vector<std::string> words)
+{
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    pid_t child = 0;
+    if (posix_spawnp(&child, argv[0], nullptr, nullptr, argv.data(), environ) != 0) return false;
+    int status = 0;
+    if (waitpid(child, &status, 0) != child) return false;
+    return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+std::string reading(const Trial& t)
+{
+    if (!t.failure.empty()) return "failed: " + t.failure;
+    if (t.reference) return fmt::format("the reference, {:.3g} ms a frame", 1e3 * t.frame_seconds);
+    return fmt::format("error {:.3g} ({:.2g} %), {:.3g} ms a frame", t.error, 100 * t.relative,
+                       1e3 * t.frame_seconds);
+}
+
+}  // namespace
+
+void add_document_commands(CLI::App& app, CookRequest& request, const graph::Registry& registry,
+                           Console& console, int& exit)
+{
+    CLI::App* nodes = app.add_subcommand("nodes", "Tells what node types there are, or all of one");
+    auto name = std::make_shared<std::string>();
+    auto markdown = std::make_shared<bool>(false);
+    nodes->add_option("type", *name, "A node type")->type_name("TYPE");
+    nodes->add_flag("--markdown", *markdown, "The whole reference as a page");
+    nodes->callback(
+        [&, name, markdown] { exit = show_nodes(*name, *markdown, registry, console); });
+
+    app.add_subcommand("schema", "Writes a JSON Schema of graph documents, for editors")
+        ->callback([&] {
+            console.out << graph::schema_text(registry);
+            exit = exit_ok;
+        });
+
+    CLI::App* fmt_app = app.add_subcommand("fmt", "Writes documents in their one canonical form");
+    auto check = std::make_shared<bool>(false);
+    fmt_app->add_option("files", request.files, "Graph documents")->required()->type_name("FILE");
+    fmt_app->add_flag("--check", *check, "Only names those that are not, and exits with 1");
+    fmt_app->callback([&, check] { exit = format_files(request.files, *check, console); });
+
+    CLI::App* diff = app.add_subcommand(
+        "diff", "Tells how two graphs differ in meaning; exits with 1 if they do");
+    diff->add_option("files", request.files, "Two graph documents")
+        ->required()
+        ->expected(2)
+        ->type_name("FILE");
+    diff->callback([&] { exit = show_difference(request, registry, console); });
+
+    CLI::App* draw = app.add_subcommand("graph", "Writes a graph for Graphviz: | dot -Tsvg");
+    draw->add_option("files", request.files, "A graph document")
+        ->required()
+        ->expected(1)
+        ->type_name("FILE");
+    draw->callback([&] {
+        const auto graph = load(request.files.at(0), request, registry, console);
+        if (graph) console.out << graph::dot_text(*graph);
+        exit = graph ? exit_ok : exit_usage;
+    });
+}
+
+int run_study(const CookRequest& request, const StudyRequest& wanted,
+              const graph::Registry& registry, Console& console)
+{
+    const std::filesystem::path file = request.files.at(0);
+    StudyOptions options;
+    for (const std::string& text : wanted.vary) options.varied.push_back(parse_vary(text));
+    for (const std::string& text : request.sets) {
+        options.load.sets.push_back(graph::parse_override(text));
+    }
+    options.load.root = request.root;
+    options.load.allow_outside = request.allow_outside;
+    options.measure = wanted.measure;
+    options.look = wanted.look;
+    options.distances = console.distances;
+    if (!request.frames.empty()) options.frames = parse_frames(request.frames);
+    if (!wanted.reference.empty()) {
+        if (wanted.reference.find('=') == std::string::npos) {
+            options.exact = std::stod(wanted.reference);
+        } else {
+            options.reference = Settings{graph::parse_override(wanted.reference)};
+        }
+    }
+    options.cook.threads = request.threads;
+    options.cook.stop = console.stop;
+    options.cook.salt = console.salt;
+    const std::filesystem::path folder = request.output_folder.empty()
+                                             ? std::filesystem::path("out") / file.stem()
+                                             : std::filesystem::path(request.output_folder);
+    options.cook.output_folder = folder;
+    std::filesystem::create_directories(folder);
+
+    const std::vector<Trial> trials = study(file, registry, options, [&](const Trial& t) {
+        console.err << describe(t.settings) << ": " << reading(t) << "\n";
+    });
+    const auto path = [&](const char* name) { return (folder / name).string(); };
+    replace_text(path("study.csv"), to_csv(trials));
+    replace_text(path("study.gp"), plot_program(trials, path("study.csv"), path("study.png"),
+                                                file.stem().string() + ": " + wanted.measure));
+    if (!run_program({"gnuplot", path("study.gp")})) {
+        console.err << "warning: no plot was made: install the Debian package gnuplot-nox and run "
+                       "gnuplot "
+                    << path("study.gp") << "\n";
+    } else {
+        console.out << "plot: " << path("study.png") << "\n";
+    }
+    console.out << "table: " << path("study.csv") << "\n"
+                << soonest(trials, wanted.wanted_error) << "\n";
+    return exit_ok;
+}
+
+}  // namespace runtime

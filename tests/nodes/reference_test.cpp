@@ -1,0 +1,15 @@
+#include "graph/reference.hpp"
+
+#include "nodes/registry.hpp"
+
+#include <fstream>
+#include <sstream>
+
+TEST(Reference, ThePageIsWhatTheDescriptionsSay)
+{
+    std::ifstream in(ASPIC_SOURCE_DIR "/docs/nodes.md");
+    std::ostringstream page;
+    page << in.rdbuf();
+    EXPECT_TRUE(page.str() == graph::reference_page(nodes::registry()))
+        << "docs/nodes.md is out of date: ./aspic nodes --markdown > docs/nodes.md";
+}
