@@ -1,20 +1,25 @@
 #include "physics/lattice.hpp"
 
 #include "geometry/random.hpp"
-#include "tests/physics/some_cubes.hpp"
+#include "tests/physics/cube_fixtures.hpp"
 
 #include <tbb/global_control.h>
 
 #include <numbers>
 
 using namespace physics;
+using fixtures::box;
 using geometry::Cubes;
 using geometry::Mat3;
 using geometry::Random;
-using test::block_of_cubes;
-using test::corners_where;
 
 namespace {
+
+// Corners at the low end along x.
+std::vector<std::uint32_t> first_layer(const Cubes& cubes)
+{
+    return fixtures::corners_where(cubes, [](const auto& corner) { return corner.x() == 0; });
+}
 
 LatticeOptions stiffest(int substeps = 1, Precision precision = Precision::single)
 {
@@ -38,7 +43,7 @@ Cubes crooked()
         for (int y = 0; y < 2; ++y) cells.emplace_back(x, y, 0), cells.emplace_back(x, y, 1);
     }
     for (int y = 2; y < 6; ++y) cells.emplace_back(0, y, 0), cells.emplace_back(2, y, 0);
-    return test::some_cubes(cells, 0.1);
+    return fixtures::cubes_on(cells, 0.1);
 }
 
 struct Momenta {
@@ -147,7 +152,7 @@ TEST(Lattice, ComesBackFromAnything)
 {
     // All at one point, on a line, on a plane, mirrored, at random: back to the rest shape within a
     // thousandth of its size (0.85 m), up to a rigid motion.
-    const Cubes cubes = block_of_cubes(5, 4, 3, 0.1);
+    const Cubes cubes = box(5, 4, 3, 0.1);
     const Random random(3);
     using Move = std::function<Vec3(const Vec3&, std::uint64_t)>;
     const std::vector<std::pair<std::string, Move>> cases = {
@@ -205,13 +210,13 @@ TEST(Lattice, AnAxialWaveHasTheMaterialsSpeed)
     // matching averages over regions, so short waves are slow: L = 40 cubes, w = 1 and 2. The
     // regions at the ends are half as long: an error of the order of 2 w / 40.
     const double h = 0.025, length = 1;
-    const Cubes cubes = block_of_cubes(40, 2, 2, h, {1000, 1e5, 0});
+    const Cubes cubes = box(40, 2, 2, h, {1000, 1e5, 0});
     const double period = 4 * length / std::sqrt(1e5 / 1000);
     for (const int w : {1, 2}) {
         const LatticeBody body = lattice_of(cubes, w);
         State state = rest_state(body);
         Loads loads;
-        for (const auto k : corners_where(cubes, 0, 0)) {
+        for (const auto k : first_layer(cubes)) {
             loads.pins.corner.push_back(k);
             loads.pins.target.push_back(state.x[k]);
         }
@@ -233,12 +238,12 @@ TEST(Lattice, MotionDoesNotDependOnTheStep)
 {
     // The same material, one fine and one four times coarser step: the same swing within a few
     // per cent of its size.
-    const Cubes cubes = block_of_cubes(12, 2, 2, 0.1, {1000, 2e5, 0.3});
+    const Cubes cubes = box(12, 2, 2, 0.1, {1000, 2e5, 0.3});
     const LatticeBody body = lattice_of(cubes, 2);
     Loads loads;
     loads.forces.push_back({});
     State start = rest_state(body);
-    for (const auto k : corners_where(cubes, 0, 0)) {
+    for (const auto k : first_layer(cubes)) {
         loads.pins.corner.push_back(k);
         loads.pins.target.push_back(start.x[k]);
     }
@@ -272,7 +277,7 @@ TEST(Lattice, DampingEndsVibrationButNotRigidMotion)
 TEST(Lattice, AStoneRestsOnTheGround)
 {
     // Dropped from 0.2 m onto a plane at y = 0 with friction: comes to rest there, not below.
-    const Cubes cubes = block_of_cubes(3, 3, 3, 0.1, {1000, 1e5, 0.3});
+    const Cubes cubes = box(3, 3, 3, 0.1, {1000, 1e5, 0.3});
     const LatticeBody body = lattice_of(cubes, 1);
     State state = rest_state(body);
     for (auto& x : state.x) x[1] += 0.2;
@@ -294,11 +299,11 @@ TEST(Lattice, AStoneRestsOnTheGround)
 
 TEST(Lattice, PinsGoWhereTheyAreTold)
 {
-    const Cubes cubes = block_of_cubes(4, 1, 1, 0.1);
+    const Cubes cubes = box(4, 1, 1, 0.1);
     const LatticeBody body = lattice_of(cubes, 1);
     State state = rest_state(body);
     Loads loads;
-    for (const auto k : corners_where(cubes, 0, 0)) {
+    for (const auto k : first_layer(cubes)) {
         loads.pins.corner.push_back(k);
         loads.pins.target.push_back(state.x[k] + Vec3(0, 0.05, 0));
     }
@@ -311,7 +316,7 @@ TEST(Lattice, PinsGoWhereTheyAreTold)
 
 TEST(Lattice, ThreadsGiveTheSameBytes)
 {
-    const Cubes cubes = block_of_cubes(14, 13, 12, 0.05);
+    const Cubes cubes = box(14, 13, 12, 0.05);
     const LatticeBody body = lattice_of(cubes, 3);
     Loads loads;
     loads.forces.push_back({});
@@ -336,7 +341,7 @@ TEST(Lattice, ThreadsGiveTheSameBytes)
 
 TEST(Lattice, WarnsWhenItIsSofterThanItsMaterial)
 {
-    const LatticeBody body = lattice_of(block_of_cubes(3, 3, 3, 0.01, {1000, 1e9, 0.3}), 1);
+    const LatticeBody body = lattice_of(box(3, 3, 3, 0.01, {1000, 1e9, 0.3}), 1);
     const State state =
         advance(body, rest_state(body), {}, 1.0 / 24, LatticeOptions{.substeps = 2});
     ASSERT_EQ(state.report.warnings.size(), 1u);
@@ -345,7 +350,7 @@ TEST(Lattice, WarnsWhenItIsSofterThanItsMaterial)
 
 TEST(Lattice, SaysWhatIsWrong)
 {
-    const LatticeBody body = lattice_of(block_of_cubes(2, 1, 1, 0.1), 1);
+    const LatticeBody body = lattice_of(box(2, 1, 1, 0.1), 1);
     const State rest = rest_state(body);
     State short_one = rest, broken = rest;
     short_one.x.pop_back();

@@ -1,17 +1,22 @@
 #include "physics/modes.hpp"
 
-#include "tests/physics/some_cubes.hpp"
+#include "tests/physics/cube_fixtures.hpp"
 
 #include <numbers>
 
 using namespace physics;
+using fixtures::box;
+using fixtures::cubes_on;
 using geometry::Cubes;
 using geometry::Vec3;
-using test::block_of_cubes;
-using test::corners_where;
-using test::some_cubes;
 
 namespace {
+
+// Corners at the low end along x.
+std::vector<std::uint32_t> first_layer(const Cubes& cubes)
+{
+    return fixtures::corners_where(cubes, [](const auto& corner) { return corner.x() == 0; });
+}
 
 constexpr double pi = std::numbers::pi;
 
@@ -51,7 +56,7 @@ TEST(Modes, OfAnAxialChainAreTheClosedForm)
     // c = sqrt(E / rho). They are among all 84 - 6 modes.
     const int n = 6;
     const double h = 0.1;
-    const Cubes cubes = block_of_cubes(n, 1, 1, h, {.density = 800, .young = 3e6, .poisson = 0});
+    const Cubes cubes = box(n, 1, 1, h, {.density = 800, .young = 3e6, .poisson = 0});
     const Modes modes = lowest_modes(cubes, {}, lowest(78));
     const double c = std::sqrt(3e6 / 800);
     for (int j = 1; j <= n; ++j) {
@@ -71,8 +76,8 @@ TEST(Modes, OfASlenderCantileverAreTimoshenkos)
     // 2 %; lumped mass lowers them by another (h / wave length)^2; a root clamped in all directions
     // raises them by h / 3 L or so. Axial: sqrt(E / rho) / (4 L).
     const double h = 0.05, length = 1, young = 1e7, density = 1000;
-    const Cubes cubes = block_of_cubes(20, 1, 1, h, {density, young, 0.3});
-    const Modes modes = lowest_modes(cubes, corners_where(cubes, 0, 0), lowest(8));
+    const Cubes cubes = box(20, 1, 1, h, {density, young, 0.3});
+    const Modes modes = lowest_modes(cubes, first_layer(cubes), lowest(8));
     const double bending = std::sqrt(young * h * h / 12 / density) / (2 * pi * length * length);
     const double first = 1.875104 * 1.875104 * bending, second = 4.694091 * 4.694091 * bending;
     EXPECT_NEAR(hertz(modes.omega_sq[0]) / first, 1, 0.015);
@@ -87,8 +92,8 @@ TEST(Modes, OfASlenderCantileverAreTimoshenkos)
 TEST(Modes, OfASquareBeamComeInPairsAllFound)
 {
     // Both bending directions have one frequency; a search from one start vector sees each once.
-    const Cubes cubes = block_of_cubes(24, 2, 2, 0.05);
-    const Modes modes = lowest_modes(cubes, corners_where(cubes, 0, 0), lowest(6));
+    const Cubes cubes = box(24, 2, 2, 0.05);
+    const Modes modes = lowest_modes(cubes, first_layer(cubes), lowest(6));
     EXPECT_NEAR(modes.omega_sq[0], modes.omega_sq[1], 1e-8 * modes.omega_sq[0]);
     EXPECT_NEAR(modes.omega_sq[2], modes.omega_sq[3], 1e-8 * modes.omega_sq[2]);
     EXPECT_GT(modes.omega_sq[2], 10 * modes.omega_sq[1]);
@@ -103,7 +108,7 @@ TEST(Modes, OfManyEqualPiecesAreFoundForEveryPiece)
     for (int piece = 0; piece < 8; ++piece) {
         for (int y = 0; y < 6; ++y) cells.emplace_back(3 * piece, y, 0);
     }
-    const Cubes cubes = some_cubes(cells, 0.1);
+    const Cubes cubes = cubes_on(cells, 0.1);
     const Modes modes = lowest_modes(cubes, {}, lowest(18));
     EXPECT_EQ(modes.rigid_left_out, 48);
     EXPECT_EQ(modes.rigid, 0);
@@ -116,7 +121,7 @@ TEST(Modes, OfManyEqualPiecesAreFoundForEveryPiece)
 
 TEST(Modes, OfAFreeBodyLeaveOutOrKeepTheSixRigidMotions)
 {
-    const Cubes cubes = block_of_cubes(5, 4, 3, 0.1);
+    const Cubes cubes = box(5, 4, 3, 0.1);
     const Modes elastic = lowest_modes(cubes, {}, lowest(5));
     const Modes all = lowest_modes(cubes, {}, lowest(11, true));
     EXPECT_EQ(elastic.rigid_left_out, 6);
@@ -133,7 +138,7 @@ TEST(Modes, OfAFreeBodyLeaveOutOrKeepTheSixRigidMotions)
 TEST(Modes, KnowWhichRigidMotionsPinsLeave)
 {
     // One pinned corner leaves three rotations, two leave the hinge between them, three none.
-    const Cubes cubes = block_of_cubes(3, 2, 2, 0.1);
+    const Cubes cubes = box(3, 2, 2, 0.1);
     EXPECT_EQ(lowest_modes(cubes, {0}, lowest(1)).rigid_left_out, 3);
     EXPECT_EQ(lowest_modes(cubes, {0, 1}, lowest(1)).rigid_left_out, 1);
     EXPECT_EQ(lowest_modes(cubes, {0, 1, 2}, lowest(1)).rigid_left_out, 1);  // on one line
@@ -143,7 +148,7 @@ TEST(Modes, KnowWhichRigidMotionsPinsLeave)
 TEST(Modes, LanczosAgreesWithTheDenseSolver)
 {
     // 90 corners, 270 unknowns: the sparse way for few modes, the dense one for many.
-    const Cubes cubes = block_of_cubes(5, 4, 2, 0.1);
+    const Cubes cubes = box(5, 4, 2, 0.1);
     const Modes few = lowest_modes(cubes, {}, lowest(12)),
                 many = lowest_modes(cubes, {}, lowest(200));
     ASSERT_GT(few.report.iterations, 0);
@@ -156,7 +161,7 @@ TEST(Modes, LanczosAgreesWithTheDenseSolver)
 TEST(Modes, LeaveOutHingesAndSayIt)
 {
     // Two cubes that share one edge turn about it at no cost.
-    const Cubes cubes = some_cubes({{0, 0, 0}, {1, 1, 0}}, 0.1);
+    const Cubes cubes = cubes_on({{0, 0, 0}, {1, 1, 0}}, 0.1);
     const Modes modes = lowest_modes(cubes, {}, lowest(4));
     EXPECT_EQ(modes.rigid_left_out, 6);
     ASSERT_EQ(modes.report.warnings.size(), 1u);
@@ -167,10 +172,10 @@ TEST(Modes, LeaveOutHingesAndSayIt)
 TEST(Modes, CarryTheMaterialsRayleighDamping)
 {
     // C = alpha M + beta K with one alpha and beta everywhere: phi^T C phi = alpha + beta omega^2.
-    Cubes cubes = block_of_cubes(6, 2, 1, 0.1);
+    Cubes cubes = box(6, 2, 1, 0.1);
     cubes.mass_damping.assign(cubes.count(), 0.5);
     cubes.stiffness_damping.assign(cubes.count(), 1e-3);
-    const Modes modes = lowest_modes(cubes, corners_where(cubes, 0, 0), lowest(5));
+    const Modes modes = lowest_modes(cubes, first_layer(cubes), lowest(5));
     for (std::size_t i = 0; i < 5; ++i) {
         EXPECT_NEAR(modes.damping[i], 0.5 + 1e-3 * modes.omega_sq[i], 1e-8 * modes.damping[i]);
     }
@@ -179,8 +184,8 @@ TEST(Modes, CarryTheMaterialsRayleighDamping)
 TEST(Modes, OfHalfFilledCubesAreThoseOfFullOnesWithHalfMass)
 {
     // Stiffness and mass scale alike: the frequencies stay. Counted as full stiffness: sqrt(2) up.
-    Cubes cubes = block_of_cubes(6, 2, 1, 0.1);
-    const auto pins = corners_where(cubes, 0, 0);
+    Cubes cubes = box(6, 2, 1, 0.1);
+    const auto pins = first_layer(cubes);
     const Modes full = lowest_modes(cubes, pins, lowest(3));
     for (auto& m : cubes.mass) m /= 2;
     for (auto& f : cubes.fill) f /= 2;
@@ -202,7 +207,7 @@ TEST(Modes, SaysWhatIsWrong)
         }
         return std::string("nothing");
     };
-    const Cubes cube = block_of_cubes(1, 1, 1, 0.1);
+    const Cubes cube = box(1, 1, 1, 0.1);
     EXPECT_NE(message({}, {}, 1).find("no"), std::string::npos);
     EXPECT_NE(message(cube, {}, 0).find("at least one mode"), std::string::npos);
     // 24 unknowns, 6 rigid: 18 elastic modes.
