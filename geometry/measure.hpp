@@ -24,7 +24,7 @@ double enclosed_volume(const TriMesh& mesh);
 // when the two have different numbers of vertices.
 struct Displacement {
     double largest = 0, mean = 0, rms = 0;  // m
-    std::size_t where = 0;         // vertex of the largest
+    std::size_t where = 0;                  // vertex of the largest
 };
 Displacement displacement(const TriMesh& mesh, const TriMesh& rest);
 
