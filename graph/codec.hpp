@@ -188,7 +188,7 @@ template <std::size_t S, class Move>
 void by_blocks(const char* from, char* to, std::size_t n, const Move& move)
 {
     if constexpr (S == 1) {
-        std::memcpy(to, from, n);
+        if (n > 0) std::memcpy(to, from, n);
     } else {
         const std::size_t blocks = (n + plane_block - 1) / plane_block;
         const auto one = [&](std::size_t k) {

@@ -658,6 +658,7 @@ private:
         graph::Context context(task.frame, keys_.range(task.node), type.reads);
         context.stop = options_.stop;
         context.output_folder = options_.output_folder;
+        context.root = graph_.root;
         context.warn = [&](const std::string& text) {
             const std::lock_guard lock(talking);
             auto& all = result->warnings;
