@@ -74,6 +74,9 @@ TEST(Png, GivesBackEveryPixel)
         EXPECT_EQ(back.width, w);
         EXPECT_EQ(back.rgba, image.rgba);
     }
+    Image clear = pattern(31, 17);
+    clear.rgba[7] = 100;  // an alpha
+    EXPECT_EQ(decoded(render::encode_png(clear)).rgba, clear.rgba);
 }
 
 TEST(Png, RefusesWhatHasNoPixels)
