@@ -50,28 +50,6 @@ template <std::size_t N> Vec3f between(const std::array<std::array<float, 3>, N>
 
 }  // namespace
 
-float srgb_from_linear(float linear)
-{
-    const float c = std::clamp(linear, 0.0f, 1.0f);
-    return c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1 / 2.4f) - 0.055f;
-}
-
-float linear_from_srgb(float srgb)
-{
-    const float c = std::clamp(srgb, 0.0f, 1.0f);
-    return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
-}
-
-Vec3f srgb_from_linear(const Vec3f& linear)
-{
-    return linear.unaryExpr([](float c) { return srgb_from_linear(c); });
-}
-
-Vec3f linear_from_srgb(const Vec3f& srgb)
-{
-    return srgb.unaryExpr([](float c) { return linear_from_srgb(c); });
-}
-
 Vec3f colour_at(ColourMap map, float t)
 {
     if (std::isnan(t)) return {1, 0, 1};

@@ -1,8 +1,8 @@
 #pragma once
 
-// Colours: between linear light and sRGB (IEC 61966-2-1), and maps from numbers to colours.
+// Maps from numbers to colours.
 
-#include "geometry/vec.hpp"
+#include "geometry/colour.hpp"
 
 #include <array>
 #include <cstdint>
@@ -11,10 +11,8 @@ namespace render {
 
 using geometry::Vec3f;
 
-float srgb_from_linear(float linear);
-float linear_from_srgb(float srgb);
-Vec3f srgb_from_linear(const Vec3f& linear);
-Vec3f linear_from_srgb(const Vec3f& srgb);
+using geometry::linear_from_srgb;
+using geometry::srgb_from_linear;
 
 // Even in perceived lightness, so that equal steps look equal. `viridis`: Smith and van der Walt,
 // matplotlib, 2015. `diverging`: Moreland, Diverging color maps for scientific visualization, 2009.

@@ -15,17 +15,19 @@ using geometry::Triangle;
 using geometry::Vec2f;
 
 constexpr std::size_t grain = 8192;
-constexpr double crease = 0.7;   // radians, for meshes that come without normals
-constexpr float farthest = 1e6;  // stage units: what lies beyond takes no part
+constexpr double crease = 0.7;    // radians, for meshes that come without normals
+constexpr float farthest = 1e6;   // stage units: what lies beyond takes no part
+constexpr float floor_reach = 9;  // stage units, FLOOR_REACH of shaders/frame.glsl
 
 std::uint8_t byte(float x)
 {
     return static_cast<std::uint8_t>(std::lround(255 * std::clamp(x, 0.0f, 1.0f)));
 }
 
-std::array<std::uint8_t, 4> rgb_and(const Vec3f& srgb, float fourth)
+std::array<std::uint8_t, 4> root_and(const Vec3f& linear, float fourth)
 {
-    return {byte(srgb[0]), byte(srgb[1]), byte(srgb[2]), byte(fourth)};
+    const Vec3f root = linear.cwiseMax(0).cwiseSqrt();
+    return {byte(root[0]), byte(root[1]), byte(root[2]), byte(fourth)};
 }
 
 std::array<std::int16_t, 2> packed(const Vec3f& normal)
@@ -161,7 +163,7 @@ void Gatherer::add(const Surface& surface, std::size_t number)
         const geometry::Material& material = m < materials.size() ? materials[m] : plain;
         const Vec3f& colour = paint.by == Paint::By::constant ? paint.colour : material.colour;
         looks[m] = {};
-        looks[m].colour = rgb_and(srgb_from_linear(colour), material.roughness);
+        looks[m].colour = root_and(colour, material.roughness);
         looks[m].material = {byte(material.metallic), byte(material.opacity * surface.opacity),
                              surface.receives ? std::uint8_t{255} : std::uint8_t{0}, 0};
     }
@@ -181,7 +183,7 @@ void Gatherer::add(const Surface& surface, std::size_t number)
             if (attribute) v.value = paint.scale.place(attribute->values[from]);
             if (by_vertex) {
                 const auto rough = v.colour[3];
-                v.colour = rgb_and(srgb_from_linear(mesh->colours[from]), 0);
+                v.colour = root_and(mesh->colours[from], 0);
                 v.colour[3] = rough;
             }
             bad_here += drawable(p) ? 0 : 1;
@@ -233,7 +235,7 @@ void Gatherer::add(const Lines& lines)
     batch.size = lines.width;
     batch.shadow = false;
     Vertex v{};
-    v.colour = rgb_and(srgb_from_linear(lines.colour), 1);
+    v.colour = root_and(lines.colour, 1);
     v.material = {0, 255, 0, 0};
     for (std::size_t i = 0; i + 1 < lines.ends.size(); i += 2) {
         if (!drawable(lines.ends[i]) || !drawable(lines.ends[i + 1])) continue;
@@ -262,7 +264,7 @@ void Gatherer::add(const Balls& balls)
         const Vec3f& p = balls.centres[i];
         if (!drawable(p)) continue;
         v.position = {p[0], p[1], p[2]};
-        v.colour = rgb_and(srgb_from_linear(balls.colours[balls.colours.size() == 1 ? 0 : i]), 0.5);
+        v.colour = root_and(balls.colours[balls.colours.size() == 1 ? 0 : i], 0.5);
         list_.indices.push_back(static_cast<std::uint32_t>(list_.vertices.size()));
         list_.vertices.push_back(v);
     }
@@ -355,8 +357,23 @@ geometry::Mat3 light_axes(const Vec3& to_light)
     return axes;
 }
 
-ShadowMap shadow_map(const DrawList& list, const Vec3& to_light, const Box& stage,
-                     ShadowQuality quality)
+// The part of the floor at `height` that lies behind `casters`, a box along the light's axes. The
+// floor is cut off where it has faded away.
+std::vector<Vec3f> shadowed_floor(const geometry::Mat3& axes, const Box& casters, double height)
+{
+    std::vector<Vec3f> corners;
+    for (int k = 0; k < 4; ++k) {
+        const Vec3 p = axes.transpose() * Vec3(k & 1 ? casters.hi.x() : casters.lo.x(),
+                                               k & 2 ? casters.hi.y() : casters.lo.y(), 0);
+        const Vec3 along = axes.row(2);
+        Vec3 at = p + (height - p.y()) / along.y() * along;
+        for (const int i : {0, 2}) at[i] = std::clamp(at[i], -1.0 * floor_reach, 1.0 * floor_reach);
+        corners.push_back(at.cast<float>());
+    }
+    return corners;
+}
+
+ShadowMap shadow_map(DrawList& list, const Vec3& to_light, const Box& stage, ShadowQuality quality)
 {
     ShadowMap map;
     if (quality == ShadowQuality::off) return map;
@@ -393,6 +410,11 @@ ShadowMap shadow_map(const DrawList& list, const Vec3& to_light, const Box& stag
         m(k, 3) = 0.5 - scale[k] * centre[k];
     }
     map.from_stage = m.cast<float>();
+    if (list.ground && to_light.y() > 0.01) {
+        const Vec3 rim_size(rim * texel, rim * texel, 0);
+        list.shadowed_floor =
+            shadowed_floor(axes, {casters.lo - rim_size, casters.hi + rim_size}, *list.ground);
+    }
     return map;
 }
 
@@ -424,8 +446,12 @@ View view_of(const Camera& camera, const DrawList& list, const Look& look)
     const double eye_depth = forward.dot(eye);
     double far = box.empty() ? 2 : 1.01 * (box.hi.z() - eye_depth) + 1e-3;
     far = std::max(far, 1e-3);
-    const double near =
-        std::max(box.empty() ? 1 : 0.99 * (box.lo.z() - eye_depth) - 1e-3, 1e-4 * far);
+    double near = box.empty() ? 1 : 0.99 * (box.lo.z() - eye_depth) - 1e-3;
+    for (const Vec3f& corner : list.floor) {
+        far = std::max(far, 1.01 * (forward.dot(corner.cast<double>()) - eye_depth));
+        near = std::min(near, 0.01);
+    }
+    near = std::max(near, 1e-4 * far);
 
     const double tan_y = std::tan(fov / 2), tan_x = tan_y * look.width / look.height;
     // Depth runs from 1 at `near` to 0 at `far`: floating-point depths are then even in error.
@@ -498,14 +524,20 @@ DrawList draw_list(const Scene& scene, const Camera& camera, const Look& look)
 
     const Vec3 to_light = direction(look.light_azimuth, look.light_elevation);
     list.to_light = to_light.cast<float>();
-    list.view = view_of(camera, list, look);
-    list.shadow = shadow_map(list, to_light, stage, look.shadow);
-    if (scene.ground) {
+    // From below the floor one looks through it.
+    const double eye_height = list.units(camera.eye).y();
+    if (scene.ground && list.units(Vec3(0, *scene.ground, 0)).y() < eye_height) {
         list.ground = static_cast<float>(list.units(Vec3(0, *scene.ground, 0)).y());
         // Fine lines a tenth of the stage or less apart.
         const double spacing = std::pow(10, std::floor(std::log10(0.25 * stage.diagonal())));
         list.grid_spacing = static_cast<float>(spacing * list.units.scale);
+        for (int k = 0; k < 4; ++k) {
+            list.floor.emplace_back(k & 1 ? floor_reach : -floor_reach, *list.ground,
+                                    k & 2 ? floor_reach : -floor_reach);
+        }
     }
+    list.shadow = shadow_map(list, to_light, stage, look.shadow);
+    list.view = view_of(camera, list, look);
     return list;
 }
 

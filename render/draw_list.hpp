@@ -14,7 +14,7 @@ namespace render {
 struct Vertex {
     std::array<float, 3> position;
     std::array<std::int16_t, 2> normal;    // octahedral, see octahedral()
-    std::array<std::uint8_t, 4> colour;    // sRGB, and roughness
+    std::array<std::uint8_t, 4> colour;    // square roots of linear RGB, and roughness
     std::array<std::uint8_t, 4> material;  // metallic, opacity, 255 when lit, 0
     float value;                           // place in the colour map; a ball's radius
 };
@@ -63,7 +63,10 @@ struct DrawList {
     ShadowMap shadow;
     Vec3f to_light;
     std::optional<float> ground;  // stage units
-    float grid_spacing = 0;       // stage units; a power of ten in metres
+    // Corners of the floor, and of the part of it that a shadow may fall on, in the order of a
+    // triangle strip. Stage units; empty without a floor, or without a shadow.
+    std::vector<Vec3f> floor, shadowed_floor;
+    float grid_spacing = 0;  // stage units; a power of ten in metres
     std::vector<std::string> warnings;
 };
 

@@ -6,6 +6,7 @@ namespace render {
 
 using geometry::Vec3f;
 
+// fxaa smooths the finished picture; samples4 lights four points of a pixel where they differ.
 enum class Antialias { none, fxaa, samples4 };
 enum class ShadowQuality { off, low, medium, high };
 
@@ -14,7 +15,6 @@ struct Look {
     int width = 960, height = 540;
     Antialias antialias = Antialias::fxaa;
     ShadowQuality shadow = ShadowQuality::medium;
-    bool occlusion = true;  // darkens creases and contacts
 
     double light_azimuth = -0.4, light_elevation = 0.9;  // radians, as in direction()
     Vec3f light{1.0f, 0.95f, 0.87f};  // what a white surface that faces the key light sends out

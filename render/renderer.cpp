@@ -122,40 +122,76 @@ struct Target {
 
 enum Unit : GLuint { unit_first, unit_depths, unit_shadow, unit_maps };
 
+// What the stencil says of a pixel.
+enum Stencil : GLint { is_backdrop, is_object, is_floor, is_uneven };
+
 constexpr int map_count = 3;
 
 }  // namespace
 
+// What lies in each pixel: the result of the first pass.
+struct Layer {
+    Target pixels{GL_RG32UI}, depths{GL_DEPTH32F_STENCIL8};
+    GLuint framebuffer = 0;
+
+    void fit(int width, int height)
+    {
+        if (!framebuffer) glCreateFramebuffers(1, &framebuffer);
+        if (!pixels.fit(width, height)) return;
+        depths.fit(width, height);
+        glNamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, pixels.name, 0);
+        glNamedFramebufferTexture(framebuffer, GL_DEPTH_STENCIL_ATTACHMENT, depths.name, 0);
+    }
+};
+
 // Everything that lives in the context; freed with it.
 struct Renderer::Gl {
-    GLuint surface, lit, lit_samples, clear, finish, shadow, balls, balls_shadow, fxaa;
+    GLuint surface, object, floor_lit, floor_shadowed, backdrop, uneven, edges, clear, finish,
+        shadow, balls, balls_shadow, stairs, fxaa;
     GLuint vertex_array, vertices, indices, frame;
-    GLuint first_pass, light_pass, finish_pass, last_pass, shadow_pass;
-    Target pixels{GL_RG32UI}, depths{GL_DEPTH_COMPONENT32F}, light{GL_RGBA16F}, picture{GL_RGBA8},
-        smoothed{GL_RGBA8}, shadow_map{GL_DEPTH_COMPONENT32F}, maps{GL_RGBA8};
+    GLuint light_pass, finish_pass, last_pass, shadow_pass;
+    Layer layer, fine;  // `fine` has twice the width and height, for samples
+    Target light{GL_RGBA16F}, picture{GL_RGBA8}, smoothed{GL_RGBA8},
+        shadow_map{GL_DEPTH_COMPONENT32F}, maps{GL_RGBA8};
 
     Gl();
-    void upload(const DrawList& list, const FrameNumbers& numbers);
+    void upload(const DrawList& list);
+    void set_numbers(const DrawList& list, const Look& look, int samples) const;
     void draw_shadow(const DrawList& list);
-    void draw_batches(const DrawList& list, int width, int height, int samples);
+    void draw_batches(const DrawList& list, Layer& into, int width, int height, int samples);
+    void draw_light(const DrawList& list, bool linear);
+    void draw_edges(const DrawList& list, const Look& look);
     void draw_clear(const DrawList& list);
+    void smooth_edges();
+    void fill_marked(GLuint mark, GLuint with_program) const;
     void fill_screen(GLuint with_program) const;
     static void bind(GLuint framebuffer, const Target& target);
 };
 
 Renderer::Gl::Gl()
 {
+    const std::vector<std::string> screen{"screen.vert"};
+    const auto lit = [](std::string file) {
+        return std::vector<std::string>{"shade.glsl", "stored.glsl", std::move(file)};
+    };
     surface = program({"surface.vert"}, {"pack.glsl", "surface.frag"});
-    lit = program({"screen.vert"}, {"shade.glsl", "light.frag"}, "#define SAMPLES 1\n");
-    lit_samples = program({"screen.vert"}, {"shade.glsl", "light.frag"}, "#define SAMPLES 4\n");
-    clear = program({"surface.vert"}, {"shade.glsl", "clear.frag"});
-    finish = program({"screen.vert"}, {"shade.glsl", "finish.frag"});
+    object = program(screen, lit("object.frag"), "#define READS 2\n");
+    floor_lit =
+        program({"floor.vert"}, lit("floor.frag"), "#define READS 3\n#define IN_SHADOW 0\n");
+    floor_shadowed =
+        program({"floor.vert"}, lit("floor.frag"), "#define READS 3\n#define IN_SHADOW 1\n");
+    backdrop = program(screen, lit("backdrop.frag"), "#define READS 2\n");
+    uneven = program(screen, {"uneven.frag"});
+    edges = program(screen, lit("edges.frag"), "#define READS 2\n");
+    clear = program({"surface.vert"}, lit("clear.frag"), "#define READS 2\n");
+    finish = program(screen, lit("finish.frag"), "#define READS 2\n");
     shadow = program({"shadow.vert"}, {"shadow.frag"});
     balls = program({"balls.vert"}, {"pack.glsl", "balls.frag"});
     balls_shadow = program({"balls.vert"}, {"balls_shadow.frag"});
-    fxaa = program({"screen.vert"}, {"fxaa.frag"});
+    stairs = program(screen, {"stairs.frag"});
+    fxaa = program(screen, {"fxaa.frag"});
 
-    for (GLuint* name : {&first_pass, &light_pass, &finish_pass, &last_pass, &shadow_pass}) {
+    for (GLuint* name : {&light_pass, &finish_pass, &last_pass, &shadow_pass}) {
         glCreateFramebuffers(1, name);
     }
     glNamedFramebufferDrawBuffer(shadow_pass, GL_NONE);
@@ -182,8 +218,10 @@ Renderer::Gl::Gl()
     std::vector<std::uint8_t> texels;
     for (int map = 0; map < map_count; ++map) {
         for (int i = 0; i < steps; ++i) {
-            const Vec3f c = colour_at(ColourMap(map), float(i) / (steps - 1));
-            for (int k = 0; k < 3; ++k) texels.push_back(std::uint8_t(std::lround(255 * c[k])));
+            const Vec3f c = linear_from_srgb(colour_at(ColourMap(map), float(i) / (steps - 1)));
+            for (int k = 0; k < 3; ++k) {
+                texels.push_back(std::uint8_t(std::lround(255 * std::sqrt(c[k]))));
+            }
             texels.push_back(255);
         }
     }
@@ -207,12 +245,11 @@ void Renderer::Gl::bind(GLuint framebuffer, const Target& target)
 
 void Renderer::Gl::fill_screen(GLuint with_program) const
 {
-    glDisable(GL_DEPTH_TEST);
     glUseProgram(with_program);
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void Renderer::Gl::upload(const DrawList& list, const FrameNumbers& numbers)
+void Renderer::Gl::upload(const DrawList& list)
 {
     const auto fill = [](GLuint buffer, const auto& data) {
         glNamedBufferData(buffer, GLsizeiptr(data.size() * sizeof(data[0])), data.data(),
@@ -220,6 +257,11 @@ void Renderer::Gl::upload(const DrawList& list, const FrameNumbers& numbers)
     };
     fill(vertices, list.vertices);
     fill(indices, list.indices);
+}
+
+void Renderer::Gl::set_numbers(const DrawList& list, const Look& look, int samples) const
+{
+    const FrameNumbers numbers = numbers_of(list, look, samples);
     glNamedBufferData(frame, sizeof(numbers), &numbers, GL_STREAM_DRAW);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame);
 }
@@ -258,18 +300,20 @@ void Renderer::Gl::draw_shadow(const DrawList& list)
     glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
-void Renderer::Gl::draw_batches(const DrawList& list, int width, int height, int samples)
+void Renderer::Gl::draw_batches(const DrawList& list, Layer& into, int width, int height,
+                                int samples)
 {
-    if (pixels.fit(width, height)) {
-        depths.fit(width, height);
-        glNamedFramebufferTexture(first_pass, GL_COLOR_ATTACHMENT0, pixels.name, 0);
-        glNamedFramebufferTexture(first_pass, GL_DEPTH_ATTACHMENT, depths.name, 0);
-    }
-    bind(first_pass, pixels);
+    into.fit(width, height);
+    bind(into.framebuffer, into.pixels);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GREATER);
     glClearDepth(0);
-    glClear(GL_DEPTH_BUFFER_BIT);  // what the pixels hold matters only where something was drawn
+    glClearStencil(is_backdrop);
+    // What the pixels hold matters only where something was drawn.
+    glClear(GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+    glEnable(GL_STENCIL_TEST);
+    glStencilFunc(GL_ALWAYS, is_object, 0xff);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
     glBindTextureUnit(unit_maps, maps.name);
     for (const Batch& batch : list.opaque) {
         GLenum mode = GL_TRIANGLES;
@@ -285,12 +329,91 @@ void Renderer::Gl::draw_batches(const DrawList& list, int width, int height, int
                 glLineWidth(std::max(1.0f, batch.size * float(samples)));
             }
             glUseProgram(surface);
-            glUniform1i(0, lines);
-            glUniform1i(1, batch.mapped);
-            glUniform1f(2, (float(batch.map) + 0.5f) / map_count);
+            glUniform1i(5, lines);
+            glUniform1i(3, batch.mapped);
+            glUniform1f(4, (float(batch.map) + 0.5f) / map_count);
         }
         glDrawElements(mode, GLsizei(batch.count), GL_UNSIGNED_INT, at_index(batch.first));
     }
+    glDisable(GL_STENCIL_TEST);
+}
+
+// Light for what `layer` holds, into the bound framebuffer, which has the layer's depth and
+// stencil. The stencil is tested before a pixel is shaded: each shader runs only where it is
+// needed.
+void Renderer::Gl::draw_light(const DrawList& list, bool linear)
+{
+    for (const GLuint p : {object, floor_lit, floor_shadowed, backdrop}) {
+        glProgramUniform1i(p, 0, linear);
+    }
+    glEnable(GL_STENCIL_TEST);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_GREATER);
+    const auto draw_floor = [](GLuint with_program, const std::vector<Vec3f>& corners) {
+        if (corners.empty()) return;
+        glUseProgram(with_program);
+        glUniform3fv(1, 4, corners[0].data());
+        glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+    };
+    glStencilFunc(GL_ALWAYS, is_floor, 0xff);
+    draw_floor(floor_shadowed, list.shadowed_floor);
+    glStencilFunc(GL_NOTEQUAL, is_floor, 0xff);  // depths of the two differ by rounding
+    draw_floor(floor_lit, list.floor);
+
+    glDisable(GL_DEPTH_TEST);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+    glStencilFunc(GL_EQUAL, is_backdrop, 0xff);
+    fill_screen(backdrop);
+    // Depths are read while they are attached, though not written.
+    glTextureBarrier();
+    glBindTextureUnit(unit_first, layer.pixels.name);
+    glBindTextureUnit(unit_depths, layer.depths.name);
+    glStencilFunc(GL_EQUAL, is_object, 0xff);
+    fill_screen(object);
+    glDisable(GL_STENCIL_TEST);
+}
+
+// Where the four samples of a pixel do not agree, each gets its own light.
+void Renderer::Gl::draw_edges(const DrawList& list, const Look& look)
+{
+    set_numbers(list, look, 2);
+    draw_batches(list, fine, 2 * look.width, 2 * look.height, 2);
+    set_numbers(list, look, 1);
+    bind(finish_pass, picture);
+    glBindTextureUnit(unit_first, fine.pixels.name);
+    glBindTextureUnit(unit_depths, fine.depths.name);
+    fill_marked(uneven, edges);
+}
+
+// Runs `with_program` on those pixels only that `mark` does not discard.
+void Renderer::Gl::fill_marked(GLuint mark, GLuint with_program) const
+{
+    glDisable(GL_DEPTH_TEST);
+    glEnable(GL_STENCIL_TEST);
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+    glStencilFunc(GL_ALWAYS, is_uneven, 0xff);
+    fill_screen(mark);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+    glStencilFunc(GL_EQUAL, is_uneven, 0xff);
+    fill_screen(with_program);
+    glDisable(GL_STENCIL_TEST);
+}
+
+void Renderer::Gl::smooth_edges()
+{
+    const int width = picture.width, height = picture.height;
+    if (smoothed.fit(width, height)) {
+        glNamedFramebufferTexture(last_pass, GL_COLOR_ATTACHMENT0, smoothed.name, 0);
+    }
+    glNamedFramebufferTexture(last_pass, GL_DEPTH_STENCIL_ATTACHMENT, layer.depths.name, 0);
+    glCopyImageSubData(picture.name, GL_TEXTURE_2D, 0, 0, 0, 0, smoothed.name, GL_TEXTURE_2D, 0, 0,
+                       0, 0, width, height, 1);
+    bind(last_pass, smoothed);
+    glBindTextureUnit(unit_first, picture.name);
+    fill_marked(stairs, fxaa);
 }
 
 void Renderer::Gl::draw_clear(const DrawList& list)
@@ -302,9 +425,9 @@ void Renderer::Gl::draw_clear(const DrawList& list)
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     for (const Batch& batch : list.clear) {
-        glUniform1i(0, 0);
-        glUniform1i(1, batch.mapped);
-        glUniform1f(2, (float(batch.map) + 0.5f) / map_count);
+        glUniform1i(5, 0);
+        glUniform1i(3, batch.mapped);
+        glUniform1f(4, (float(batch.map) + 0.5f) / map_count);
         glDrawElements(GL_TRIANGLES, GLsizei(batch.count), GL_UNSIGNED_INT, at_index(batch.first));
     }
     glDisable(GL_BLEND);
@@ -323,50 +446,47 @@ Image Renderer::draw(const DrawList& list, const Look& look)
 {
     const GlContext::Current current(context_);
     Gl& gl = *gl_;
-    const int samples = look.antialias == Antialias::samples4 ? 2 : 1;
+    // Transparent things lie over whatever there is: then every pixel has all its samples.
+    const bool samples4 = look.antialias == Antialias::samples4;
+    const int samples = samples4 && !list.clear.empty() ? 2 : 1;
     const int width = look.width * samples, height = look.height * samples;
-    gl.upload(list, numbers_of(list, look, samples));
+    gl.upload(list);
+    gl.set_numbers(list, look, samples);
     gl.draw_shadow(list);
-    gl.draw_batches(list, width, height, samples);
+    gl.draw_batches(list, gl.layer, width, height, samples);
 
-    glBindTextureUnit(unit_first, gl.pixels.name);
-    glBindTextureUnit(unit_depths, gl.depths.name);
     glBindTextureUnit(unit_shadow, gl.shadow_map.name);
     if (gl.picture.fit(look.width, look.height)) {
         gl.picture.filter(GL_LINEAR);
         glNamedFramebufferTexture(gl.finish_pass, GL_COLOR_ATTACHMENT0, gl.picture.name, 0);
     }
     if (list.clear.empty()) {
+        glNamedFramebufferTexture(gl.finish_pass, GL_DEPTH_STENCIL_ATTACHMENT, gl.layer.depths.name,
+                                  0);
         gl.bind(gl.finish_pass, gl.picture);
-        const GLuint lighting = samples == 2 ? gl.lit_samples : gl.lit;
-        glProgramUniform1i(lighting, 0, 0);
-        gl.fill_screen(lighting);
+        gl.draw_light(list, false);
+        if (samples4) gl.draw_edges(list, look);
     } else {
         if (gl.light.fit(width, height)) {
             glNamedFramebufferTexture(gl.light_pass, GL_COLOR_ATTACHMENT0, gl.light.name, 0);
         }
-        glNamedFramebufferTexture(gl.light_pass, GL_DEPTH_ATTACHMENT, 0, 0);
+        glNamedFramebufferTexture(gl.light_pass, GL_DEPTH_STENCIL_ATTACHMENT, gl.layer.depths.name,
+                                  0);
         gl.bind(gl.light_pass, gl.light);
-        glProgramUniform1i(gl.lit, 0, 1);
-        gl.fill_screen(gl.lit);
-        glNamedFramebufferTexture(gl.light_pass, GL_DEPTH_ATTACHMENT, gl.depths.name, 0);
+        gl.draw_light(list, true);
         gl.draw_clear(list);
+        glNamedFramebufferTexture(gl.finish_pass, GL_DEPTH_STENCIL_ATTACHMENT, 0, 0);
         gl.bind(gl.finish_pass, gl.picture);
         glBindTextureUnit(unit_first, gl.light.name);
+        glDisable(GL_DEPTH_TEST);
         gl.fill_screen(gl.finish);
     }
-    if (look.antialias == Antialias::fxaa) {
-        if (gl.smoothed.fit(look.width, look.height)) {
-            glNamedFramebufferTexture(gl.last_pass, GL_COLOR_ATTACHMENT0, gl.smoothed.name, 0);
-        }
-        gl.bind(gl.last_pass, gl.smoothed);
-        glBindTextureUnit(unit_first, gl.picture.name);
-        gl.fill_screen(gl.fxaa);
-    }
+    if (look.antialias == Antialias::fxaa) gl.smooth_edges();
 
     Image image{look.width, look.height, {}};
     image.rgba.resize(std::size_t(look.width) * std::size_t(look.height) * 4);
     glReadPixels(0, 0, look.width, look.height, GL_RGBA, GL_UNSIGNED_BYTE, image.rgba.data());
+    for (std::size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = 255;
     if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
         throw std::runtime_error("OpenGL reports error " + std::to_string(error) +
                                  " for a picture of " + std::to_string(look.width) + " x " +

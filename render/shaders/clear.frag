@@ -6,27 +6,26 @@ in vec3 stage_point;
 
 layout(location = 0) out vec4 colour;  // premultiplied
 
-layout(location = 1) uniform int mapped;
+layout(location = 3) uniform int mapped;
 layout(binding = 3) uniform sampler2D colour_maps;
-layout(location = 2) uniform float map_row;
+layout(location = 4) uniform float map_row;
 
 void main()
 {
     vec3 v = normalize(eye.xyz - stage_point);
-    if (sky.w > 0.0 && eye.y > bounce.w && stage_point.y < bounce.w) discard;  // under the floor
     vec3 n = normalize(normal_value.xyz);
     if (!gl_FrontFacing) n = -n;
     vec3 c = look.rgb;
     if (mapped == 1) c = texture(colour_maps, vec2(normal_value.w, map_row)).rgb;
     Material m;
-    m.colour = mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c));
+    m.colour = c * c;
     int steps = int(look.a + 0.5);
     m.rough = float(steps & 255) / 255.0;
     m.metal = float(steps >> 8 & 7) / 7.0;
     vec3 sum = m.colour;
     float cover = opacity;
     if ((steps & 2048) != 0) {
-        sum = shade(m, n, v, lit_share(stage_point, n), 1.0);
+        sum = shade(m, n, v, lit_share(stage_point, n));
         // At a grazing angle glass hides what is behind it.
         cover = mix(opacity, 1.0, 0.6 * pow(1.0 - max(dot(n, v), 0.0), 5.0));
     }

@@ -13,5 +13,5 @@ void main()
             sum += tone_map(texelFetch(light_in, samples * at + ivec2(i, j), 0).rgb);
         }
     }
-    colour = vec4(srgb(sum / float(samples * samples)) + dither(at) / 255.0, 1.0);
+    colour = shown(sum / float(samples * samples));
 }

@@ -13,7 +13,8 @@ layout(std140, binding = 0) uniform Frame {
     vec4 sky;      // w 1 when there is a floor
     vec4 bounce;   // w height of the floor
     vec4 backdrop_top;      // w grid spacing; 0 none
-    vec4 backdrop_horizon;  // w 1 when occlusion was computed
+    vec4 backdrop_horizon;
     vec4 floor_colour;      // w samples along each side of a pixel
     vec4 shadow_size;       // xy texels, zw where the stage's centre is on the grid
 };
+const float FLOOR_REACH = 9.0;  // stage units: there the floor has faded into the horizon

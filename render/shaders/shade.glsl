@@ -12,50 +12,48 @@ struct Material {
     float rough, metal;
 };
 
-// The share of the key light that reaches stage point p: a tent of 6 x 6 texels.
+// The share of the key light that reaches stage point p: a tent, READS x 2 texels wide.
 float lit_share(vec3 p, vec3 n)
 {
     if (to_light.w == 0.0) return 1.0;
     float texel = light.w;
     // Texels that the surface crosses obliquely are deep: start that much off the surface.
     float slope = 1.0 - max(dot(n, to_light.xyz), 0.0);
-    vec3 start = p + n * texel * (1.0 + 3.0 * slope) + to_light.xyz * texel * 1.0;
+    vec3 start = p + n * texel * (1.0 + 3.0 * slope) + to_light.xyz * texel;
     vec3 at = (shadow_from_stage * vec4(start, 1.0)).xyz;
-    vec2 inside = step(vec2(0.0), at.xy) * step(at.xy, vec2(1.0));
-    if (inside.x * inside.y == 0.0) return 1.0;
-    at.z = clamp(at.z, 0.0, 1.0);
+    float ahead = clamp(at.z, 0.0, 1.0);
     vec2 texels = at.xy * shadow_size.xy - 0.5;
     vec2 first = floor(texels), part = texels - first;
-    vec2 base = (first - 1.0) / shadow_size.xy, two = 2.0 / shadow_size.xy;
+    vec2 texel_size = 1.0 / shadow_size.xy;
+    const float reach = float(READS);
     float sum = 0.0;
-    for (int j = 0; j < 3; ++j) {
-        for (int i = 0; i < 3; ++i) {
-            vec4 g = textureGather(shadow_map, base + vec2(i, j) * two, at.z);
-            vec2 low = 3.0 - abs(vec2(2 * i, 2 * j) - 2.0 - part);
-            vec2 high = 3.0 - abs(vec2(2 * i, 2 * j) - 1.0 - part);
+    for (int j = 0; j < READS; ++j) {
+        for (int i = 0; i < READS; ++i) {
+            vec2 step_to = vec2(2 * i, 2 * j) - (reach - 2.0);
+            vec4 g = textureGather(shadow_map, (first + step_to) * texel_size, ahead);
+            vec2 low = reach - abs(step_to - 1.0 - part), high = reach - abs(step_to - part);
             sum += low.y * (low.x * g.w + high.x * g.z) + high.y * (low.x * g.x + high.x * g.y);
         }
     }
-    return sum / 81.0;
+    return sum / (reach * reach * reach * reach);
 }
 
 vec3 hemisphere(float up) { return mix(bounce.rgb, sky.rgb, 0.5 + 0.5 * up); }
 
-// Light towards v from a point with normal n; `key` is the share of the key light that reaches it,
-// `open` the share of the hemisphere.
-vec3 shade(Material m, vec3 n, vec3 v, float key, float open)
+// Light towards v from a point with normal n; `key` is the share of the key light that reaches it.
+vec3 shade(Material m, vec3 n, vec3 v, float key)
 {
     vec3 l = to_light.xyz;
     vec3 diffuse = m.colour * (1.0 - m.metal);
     vec3 f0 = mix(vec3(0.04), m.colour, m.metal);
     float nl = dot(n, l), nv = max(dot(n, v), 0.02);
 
-    vec3 sum = diffuse * hemisphere(n.y) * open;
+    vec3 sum = diffuse * hemisphere(n.y);
     vec3 mirror = reflect(-v, n);
     vec4 r = m.rough * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
     float near_edge = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
     vec2 reflected = vec2(-1.04, 1.04) * near_edge + r.zw;
-    sum += (f0 * reflected.x + reflected.y) * hemisphere(mirror.y) * open;
+    sum += (f0 * reflected.x + reflected.y) * hemisphere(mirror.y);
 
     if (nl > 0.0 && key > 0.0) {
         vec3 h = normalize(l + v);
@@ -89,39 +87,27 @@ float grid_cover(vec2 at, vec2 footprint, float width)
     return max(cover.x, cover.y);
 }
 
-// What the eye sees along `ray` where nothing stands in the way. `depth` is how far a thing in front
-// is; the floor is seen when it is nearer.
-bool floor_hit(vec3 ray, float depth, out float t)
-{
-    t = (bounce.w - eye.y) / ray.y;
-    return sky.w > 0.0 && eye.y > bounce.w && ray.y < 0.0 && t < depth;
-}
-
-vec3 floor_light(vec3 ray, float t, float open)
+// The floor at depth t along `ray`; `key` as for shade().
+vec3 floor_light(vec3 ray, float t, float key)
 {
     vec3 p = eye.xyz + t * ray;
-    p.y = bounce.w;
-    float away = length(p.xz);
-    float stays = 1.0 - smoothstep(2.0, 9.0, away);
-    vec3 horizon = backdrop_horizon.rgb;
-    if (stays <= 0.0) return horizon;
-
+    float stays = 1.0 - smoothstep(2.0, FLOOR_REACH, length(p.xz));
     vec3 colour = floor_colour.rgb;
     if (backdrop_top.w > 0.0) {
         // How far the floor point moves from one pixel to the next.
         vec3 dx = t * (across.xyz - ray * (across.y / ray.y));
         vec3 dy = t * (down.xyz - ray * (down.y / ray.y));
-        vec2 footprint = abs(dx.xz) + abs(dy.xz);
+        vec2 footprint = (abs(dx.xz) + abs(dy.xz)) / backdrop_top.w;
         vec2 at = (p.xz + shadow_size.zw) / backdrop_top.w;
-        footprint = footprint / backdrop_top.w;
         float fine = grid_cover(at, footprint, 0.02) * 0.35;
         float coarse = grid_cover(at * 0.1, footprint * 0.1, 0.004) * 0.55;
         colour *= 1.0 - max(fine, coarse) * stays;
     }
-    float key = lit_share(p, vec3(0.0, 1.0, 0.0));
-    vec3 lit = colour * (light.rgb * to_light.y * key + hemisphere(1.0) * open);
-    return mix(horizon, lit, stays);
+    vec3 lit = colour * (light.rgb * to_light.y * key + hemisphere(1.0));
+    return mix(backdrop_horizon.rgb, lit, stays);
 }
+
+float floor_depth(vec3 ray) { return (bounce.w - eye.y) / ray.y; }
 
 // Khronos PBR Neutral: colours below 0.8 pass as they are, so that a material, or a colour of the
 // legend, can be recognised; brighter ones are compressed and lose saturation towards white.
@@ -139,10 +125,13 @@ vec3 tone_map(vec3 colour)
     return mix(colour, vec3(top), 1.0 - 1.0 / (desaturation * (peak - top) + 1.0));
 }
 
+// The sRGB curve to within 5e-5 (a fit of ours; powers are dear here and roots cheap).
 vec3 srgb(vec3 linear)
 {
     vec3 c = clamp(linear, 0.0, 1.0);
-    return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
+    vec3 s = sqrt(c), q = sqrt(s), e = sqrt(q);
+    vec3 curve = 0.642375 * s + 0.712100 * q - 0.336866 * e - 0.0175664 * c;
+    return mix(12.92 * c, curve, step(0.0031308, c));
 }
 
 // Ordered dither, +- half a level: smooth gradients come out without bands.
@@ -152,3 +141,16 @@ float dither(ivec2 at)
     int order = (x & 1) << 5 | (y & 1) << 4 | (x & 2) << 2 | (y & 2) << 1 | (x & 4) >> 1 | (y & 4) >> 2;
     return (float(order) + 0.5) / 64.0 - 0.5;
 }
+
+layout(location = 0) uniform int linear_out;  // 1: for more passes to come; 0: for the eye
+
+// Colours for the eye carry their brightness with them, for the smoothing of edges.
+vec4 shown(vec3 sum)
+{
+    vec3 c = srgb(sum);
+    return vec4(c + dither(ivec2(gl_FragCoord.xy)) / 255.0, dot(c, vec3(0.299, 0.587, 0.114)));
+}
+
+vec4 finished(vec3 sum) { return linear_out == 1 ? vec4(sum, 1.0) : shown(tone_map(sum)); }
+
+vec3 ray_at(vec2 at) { return corner.xyz + at.x * across.xyz + at.y * down.xyz; }

@@ -5,11 +5,11 @@ layout(location = 3) in vec4 material;
 layout(location = 4) in float value;
 
 out vec4 normal_value;
-out vec4 look;        // sRGB colour, and roughness + 256 * round(7 * metallic), both in steps
+out vec4 look;        // square roots of the colour, and roughness + 256 * round(7 * metallic), both in steps
 out float opacity;
 out vec3 stage_point;
 
-layout(location = 0) uniform int as_lines;  // 1: drawn a little nearer than they are, so that lines lie on top
+layout(location = 5) uniform int as_lines;  // 1: drawn a little nearer than they are, so that lines lie on top
 
 void main()
 {

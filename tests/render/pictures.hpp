@@ -33,7 +33,6 @@ inline render::Look plain_look(int size = 128)
     look.width = look.height = size;
     look.antialias = render::Antialias::none;
     look.shadow = render::ShadowQuality::off;
-    look.occlusion = false;
     look.grid = false;
     look.backdrop_top = look.backdrop_horizon = {0, 0, 0.5f};
     return look;
