@@ -137,12 +137,14 @@ public:
         }
     }
 
-    bool prepare_inverse(double stiffness, double damping, const std::vector<double>& mass,
-                         const std::vector<std::uint32_t>& held) override
+    double prepare_inverse(double stiffness, double damping, const std::vector<double>& mass,
+                           const std::vector<std::uint32_t>& held) override
     {
         factor_ = body_.factors->find({stiffness, damping, mass, held},
                                       [&] { return make_factor(stiffness, damping, mass, held); });
-        return factor_ != nullptr;
+        // Measured: 0.6 ns an entry of the factor, 20 ns a cube.
+        return factor_ ? 0.03 * factor_->entries() / static_cast<double>(body_.cubes)
+                       : std::numeric_limits<double>::infinity();
     }
 
     // The inverse at rest, turned with the corners.

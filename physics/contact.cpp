@@ -178,6 +178,7 @@ std::vector<Contact> find_contacts(const Skin& skin, double h, const double* x, 
     const std::size_t cubes = skin.corners.size();
     if (colliders.empty() || cubes == 0) return {};
     const double creep = 1e-4 * h / dt;
+    const double stiffest = 1000 * skin.body_mass * 9.81 / h;
     std::vector<std::vector<Contact>> found((cubes + grain - 1) / grain);
     const auto look = [&](std::size_t c, std::vector<Contact>& out) {
         const auto& corners = skin.corners[c];
@@ -198,7 +199,7 @@ std::vector<Contact> find_contacts(const Skin& skin, double h, const double* x, 
                     point.v += double(weight[a]) * at(v, corners[a]);
                 }
                 const double area = skin.point_area[i];
-                point.stiffness = 10 * skin.stiffness[c] * area / h +
+                point.stiffness = std::min(10 * skin.stiffness[c] * area / h, stiffest) +
                                   skin.mass[c] * std::min(1.0, area / (h * h)) / (dt * dt);
                 Contact contact = contact_at(t, collider.friction, creep, point);
                 contact.corners = corners;

@@ -3,11 +3,12 @@
 // Contact of a body's skin with colliders.
 //
 // A point at p with signed distance g(p) < 0 from a collider, normal n, is pushed out by the force
-//   N n,  N = k (-g),   k = 10 E A / h + m / dt^2
+//   N n,  N = k (-g),   k = min(10 E A / h, 1000 M g / h) + m / dt^2
 // as by a layer of ten times the body's own material, one cube thick, over the area A that the
 // point stands for (so that a resting body sinks in by a tenth of its own squash, however fine the
-// mesh), and enough to stop the point's own mass m within a step. Friction is Coulomb's with a
-// creep velocity e far below what can be seen:
+// mesh), but no stiffer than bears the whole body of mass M within a thousandth of a cube, for what
+// is stiffer than need be is hard to solve; and enough to stop the point's own mass m within a
+// step. Friction is Coulomb's with a creep velocity e far below what can be seen:
 //   -c v_t,   c = mu N / max(|v_t|, e),   e = h / 10000 dt
 // where N and |v_t| are taken from the last iterate. Both enter the implicit step with their
 // derivatives, k n n^T and c (I - n n^T).

@@ -28,6 +28,7 @@ public:
     // are held stay as they are in x. `work` is room that is kept between solves.
     void solve(const float* b, float* x, const std::uint32_t* slot, Aligned<float>& work) const;
 
+    double entries() const { return tree_.entries; }  // 3 x 3 blocks
     std::size_t bytes() const;
 
 private:

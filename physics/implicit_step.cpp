@@ -202,27 +202,30 @@ private:
         v_ = w_;
     }
 
-    // The inverse at rest knows nothing of contacts: each is one more iteration, of ten or more
-    // times the cost, and the plain diagonal soon does better. Nor is it worth having where the
-    // diagonal takes few iterations, by the square root of the condition. It is kept for steps of
-    // the length that was asked for, not of those that were halved.
+    // The inverse at rest, or the diagonal, by the work that each should take. The diagonal takes
+    // iterations by the square root of the condition, the inverse a few and up to 25 for each
+    // contact, of which it knows nothing. It is kept for steps of the length that was asked for,
+    // not of those that were halved.
     void choose_preconditioner()
     {
         low_.precondition = {};
-        if (depth_ > 0 || contacts_.size() > 8) return;
+        if (depth_ > 0) return;
         double inertia = 0, whole = 0;
         for (const double d : high_.diagonal) inertia += d;
         Aligned<double> diagonal(n_, 0);
         elasticity_.add_diagonal(diagonal.data());
         for (const double d : diagonal) whole += d;
-        const double iterations =
+        const double with_diagonal =
             0.75 * std::sqrt(whole / inertia) * std::log(2 / options_.tolerance);
-        if (iterations < 20) return;
+        const double with_inverse = 6 + 25 * static_cast<double>(contacts_.size());
+        if (with_diagonal < std::max(20.0, with_inverse)) return;
         std::vector<double> mass(body_.corners);
         for (std::size_t k = 0; k < body_.corners; ++k) {
             mass[k] = body_.mass[k] + tau_ * body_.mass_damping[k];
         }
-        if (!elasticity_.prepare_inverse(tau_ * tau_, tau_, mass, loads_.pins.corner)) return;
+        const double cost =
+            elasticity_.prepare_inverse(tau_ * tau_, tau_, mass, loads_.pins.corner);
+        if (!(cost * with_inverse < with_diagonal)) return;
         low_.precondition = [this](const float* r, float* z) { elasticity_.apply_inverse(r, z); };
     }
 
@@ -538,10 +541,10 @@ void check_state(const CornerBody& body, const State& state)
 
 }  // namespace
 
-bool Elasticity::prepare_inverse(double, double, const std::vector<double>&,
-                                 const std::vector<std::uint32_t>&)
+double Elasticity::prepare_inverse(double, double, const std::vector<double>&,
+                                   const std::vector<std::uint32_t>&)
 {
-    return false;
+    return std::numeric_limits<double>::infinity();
 }
 
 void Elasticity::apply_inverse(const float*, float*) {}

@@ -48,9 +48,11 @@ public:
     virtual void add_diagonal(double* d) const = 0;  // of K, about
 
     // Makes ready an approximate inverse of stiffness * K + damping * (Rayleigh's) + mass (K by
-    // slot) with the corners `held` (sorted) left out; false when the method has none worth it.
-    virtual bool prepare_inverse(double stiffness, double damping, const std::vector<double>& mass,
-                                 const std::vector<std::uint32_t>& held);
+    // slot) with the corners `held` (sorted) left out. Returns what it costs to apply, in products
+    // with K; infinity when the method has none.
+    virtual double prepare_inverse(double stiffness, double damping,
+                                   const std::vector<double>& mass,
+                                   const std::vector<std::uint32_t>& held);
     // z = that inverse of r, 0 at held corners; symmetric and positive.
     virtual void apply_inverse(const float* r, float* z);
 };

@@ -202,6 +202,7 @@ Skin make_skin(const Cubes& cubes, const std::vector<std::uint32_t>& slot,
     auto patches =
         surface ? patches_of_surface(cubes, cells, *surface) : patches_of_cubes(cubes, cells);
     Skin skin;
+    for (const double m : cubes.mass) skin.body_mass += m;
     skin.point_at.push_back(0);
     skin.area_at.push_back(0);
     for (std::size_t c = 0; c < cubes.count(); ++c) {

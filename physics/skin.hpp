@@ -17,6 +17,7 @@ using geometry::Vec3f;
 
 // Grouped by the cubes that hold them.
 struct Skin {
+    double body_mass = 0;                               // kg, of all cubes
     std::vector<std::array<std::uint32_t, 8>> corners;  // S, slots of the cube's corners
     std::vector<std::array<float, 8>> share;            // S, of what the wind does to each corner
     std::vector<float> stiffness;                       // S, Pa, Young's modulus times fill
