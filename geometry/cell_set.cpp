@@ -96,7 +96,7 @@ std::uint32_t CellSet::make_block(int bx, int by, int bz)
 
 void CellSet::note_new(std::uint64_t bits)
 {
-    for (; bits != 0; bits &= bits - 1) ++count_;
+    count_ += static_cast<std::size_t>(std::popcount(bits));
     if (count_ > limit_) throw TooManyCells("the set of cells is full");
 }
 
@@ -105,8 +105,33 @@ void CellSet::insert_long_run(int x0, int x1, int y, int z)
     for (int bx = x0 >> 3; bx <= x1 >> 3; ++bx) {
         const int lo = std::max(x0 - 8 * bx, 0), hi = std::min(x1 - 8 * bx, 7);
         const unsigned bits = (0xffu << lo) & (0xffu >> (7 - hi));
-        last_ = {bx, y >> 3, z >> 3, make_block(bx, y >> 3, z >> 3)};
-        add(last_.block, y, z, bits);
+        add(block_at(bx, y >> 3, z >> 3), y, z, bits);
+    }
+}
+
+void CellSet::insert_layers(const Vec3i& lo, int n, const std::uint64_t* layers, std::size_t stride)
+{
+    constexpr std::uint64_t column = 0x0101010101010101;
+    const int dx = lo.x() & 7, dy = lo.y() & 7;
+    // What of each byte stays in the block as it moves up by dx bits.
+    const std::uint64_t stays = column * (0xffu << dx & 0xff);
+    for (int over_y = 0; over_y < (dy == 0 ? 1 : 2); ++over_y) {
+        for (int over_x = 0; over_x < (dx == 0 ? 1 : 2); ++over_x) {
+            std::uint32_t block = none;
+            for (int z = 0; z < n; ++z) {
+                const std::uint64_t bits = layers[static_cast<std::size_t>(z) * stride];
+                const std::uint64_t in_x =
+                    over_x == 0 ? bits << dx & stays : bits >> (8 - dx) & ~stays;
+                const std::uint64_t word = over_y == 0 ? in_x << 8 * dy : in_x >> (64 - 8 * dy);
+                if ((lo.z() + z) % 8 == 0) block = none;
+                if (word == 0) continue;
+                if (block == none) {
+                    block =
+                        block_at((lo.x() >> 3) + over_x, (lo.y() >> 3) + over_y, (lo.z() + z) >> 3);
+                }
+                add_word(block, lo.z() + z, word);
+            }
+        }
     }
 }
 
@@ -116,8 +141,7 @@ void CellSet::unite(const CellSet& other)
         const std::uint64_t key = other.block_key_[b];
         const std::uint32_t mine = make_block(unpack(key, 0), unpack(key, 1), unpack(key, 2));
         for (int z = 0; z < 8; ++z) {
-            const std::uint64_t word = other.blocks_[b][static_cast<std::size_t>(z)];
-            for (int y = 0; word != 0 && y < 8; ++y) add(mine, y, z, row_bits(word, y));
+            add_word(mine, z, other.blocks_[b][static_cast<std::size_t>(z)]);
         }
     }
 }

@@ -37,6 +37,8 @@ public:
         }
         insert_long_run(x0, x1, y, z);
     }
+    // Cells lo + (x, y, z) for bit x of byte y of layers[z * stride], z < n.
+    void insert_layers(const Vec3i& lo, int n, const std::uint64_t* layers, std::size_t stride);
     void unite(const CellSet& other);
 
     bool contains(const Vec3i& cell) const;
@@ -52,11 +54,22 @@ private:
     std::uint32_t find_block(int bx, int by, int bz) const;  // none when there is no such block
     std::uint32_t make_block(int bx, int by, int bz);
     std::uint32_t find_tile(std::uint64_t key) const;
+    // Most come after one in the same block.
+    std::uint32_t block_at(int bx, int by, int bz)
+    {
+        if (bx != last_.x || by != last_.y || bz != last_.z) {
+            last_ = {bx, by, bz, make_block(bx, by, bz)};
+        }
+        return last_.block;
+    }
     void insert_long_run(int x0, int x1, int y, int z);
     void add(std::uint32_t block, int y, int z, unsigned bits)
     {
+        add_word(block, z, std::uint64_t{bits} << (8 * (y & 7)));
+    }
+    void add_word(std::uint32_t block, int z, std::uint64_t wanted)
+    {
         std::uint64_t& word = blocks_[block][static_cast<std::size_t>(z & 7)];
-        const std::uint64_t wanted = std::uint64_t{bits} << (8 * (y & 7));
         const std::uint64_t fresh = wanted & ~word;
         if (fresh == 0) return;
         word |= wanted;

@@ -15,6 +15,7 @@
 
 #include "geometry/surface_cells.hpp"
 
+#include "geometry/cell_masks.hpp"
 #include "geometry/parallel.hpp"
 
 #include <tbb/task_arena.h>
@@ -136,10 +137,27 @@ public:
         if ((n.array() < 1).any()) return;  // it lies in a face
         // Inside one row the triangle, connected, meets every cell between its ends.
         if (n.y() == 1 && n.z() == 1) return out_.insert_run(lo.x(), hi.x(), lo.y(), lo.z());
+        if (n.maxCoeff() <= SmallTriangles::reach) {
+            small_.add(a, b, c, lo, n);
+            if (small_.count == SmallTriangles::most) finish();
+            return;
+        }
         const Vec3 base = lo.cast<double>();
         const std::array<Vec3, 3> p{a - base, b - base, c - base};
         if (n.z() == 1) return flat_rows(p, lo, n);
         rows(p, lo, n);
+    }
+
+    // Most triangles of a fine mesh are small and wait for others like them: the same tests on
+    // several at a time. To be called after the last.
+    void finish()
+    {
+        find_cells(small_, touch_ == Touch::interior);
+        for (std::size_t i = 0; i < small_.count; ++i) {
+            out_.insert_layers(small_.lo[i], small_.n[i].z(), small_.layer[0] + i,
+                               SmallTriangles::most);
+        }
+        small_.count = 0;
     }
 
 private:
@@ -208,6 +226,7 @@ private:
     CellSet& out_;
     Touch touch_;
     std::vector<Interval> xy_;  // kept between triangles
+    SmallTriangles small_;      // not yet in out_
 };
 
 }  // namespace
@@ -229,6 +248,7 @@ CellSet surface_cells(const LatticeMesh& mesh, Touch touch, std::size_t limit)
                 const auto& [a, b, c] = mesh.triangles[t];
                 scan.add(mesh.positions[a], mesh.positions[b], mesh.positions[c]);
             }
+            scan.finish();
         }
     });
     for (std::size_t i = 1; i < parts; ++i) sets[0].unite(sets[i]);
