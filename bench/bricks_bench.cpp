@@ -17,7 +17,8 @@ namespace {
 using namespace physics;
 using geometry::Cubes;
 
-// Positions and faces of the shared bridge, in metres, y up; nothing where the file is not there.
+// Positions and faces of the shared bridge, which is in centimetres and y up (its towers are); in
+// metres. Nothing where the file is not there.
 std::optional<geometry::TriMesh> shared_bridge()
 {
     const char* given = std::getenv("ASPIC_SHARED_MODELS");
@@ -33,7 +34,7 @@ std::optional<geometry::TriMesh> shared_bridge()
         if (kind == "v") {
             float x = 0, y = 0, z = 0;
             words >> x >> y >> z;
-            mesh.positions.emplace_back(0.01f * x, 0.01f * z, -0.01f * y);
+            mesh.positions.emplace_back(0.01f * x, 0.01f * y, 0.01f * z);
         } else if (kind == "f") {
             std::vector<std::uint32_t> face;
             for (std::string word; words >> word;) {
