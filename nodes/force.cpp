@@ -69,17 +69,21 @@ void add_to(graph::Registry& registry)
             },
             "Drag on the surface, by its area across the wind and its own speed.",
             {"kind", {"wind"}})
-        .block<Point>("point", &Inputs::point,
-                      [](graph::ParamsOf<Point>& p) {
-                          p.param("force", &Point::force,
-                                  "The whole force, however many corners share it.", {.unit = "N"})
-                              .param("position", &Point::position,
-                                     "Where it acts, in the shape at rest.", {.unit = "m"})
-                              .param("radius", &Point::radius,
-                                     "It fades out smoothly to nothing at this distance.",
-                                     {.min = 0, .unit = "m"});
-                      },
-                      "A push spread smoothly around a point.", {"kind", {"point"}})
+        .block<Point>(
+            "point", &Inputs::point,
+            [](graph::ParamsOf<Point>& p) {
+                p.param("force", &Point::force, "The whole force, however many corners share it.",
+                        {.unit = "N"})
+                    .param("position", &Point::position, "Where it acts, in the shape at rest.",
+                           {.unit = "m"})
+                    .param("radius", &Point::radius,
+                           "It fades out smoothly to nothing at this distance; 0: it acts "
+                           "at the point alone.",
+                           {.min = 0, .unit = "m"});
+            },
+            "A push spread smoothly over the surface around a point, or over the material where "
+            "no surface is so near.",
+            {"kind", {"point"}})
         .output("force", &Outputs::force, "The force field at this frame.");
 }
 

@@ -90,7 +90,7 @@ std::size_t CornerBody::bytes() const
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
     return sizeof *this + of(slot, mass, mass_damping, rest, skin.corners, skin.share,
                              skin.stiffness, skin.mass, skin.reach, skin.point_at, skin.point,
-                             skin.point_area, skin.area_at, skin.area);
+                             skin.point_area, skin.area_at, skin.area, skin.piece);
 }
 
 Aligned<double> by_slot(const CornerBody& body, const std::vector<Vec3>& x)

@@ -7,9 +7,12 @@
 
 namespace physics {
 
-// Adds the gravity and point forces of one frame to f (N, numbers). A point force spreads over the
-// corners within its radius in the rest shape, by mass times (1 - (distance / radius)^2)^2, and
-// goes to the nearest corner when there is none; its total is always `force`.
+// Adds the gravity and point forces of one frame to f (N, numbers). A point force presses on the
+// skin within its radius in the rest shape, by area times (1 - (distance / radius)^2)^2. It is
+// integrated over the skin itself and handed to the corners with the weights of the embedding, so
+// that force and torque stay what they are however large the cubes. Where no skin is so near, it
+// pulls at the material within its radius, by mass; and where there is none either, at the one
+// point. Its total is always `force`.
 void add_steady_forces(const CornerBody& body, std::span<const Force> forces, Aligned<double>& f);
 
 // Adds the drag of all winds on the skin at x, v, as f - drag v: f (N) and drag (N s/m), numbers. A

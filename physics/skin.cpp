@@ -22,7 +22,7 @@ struct Point {
 struct Patch {
     std::vector<Point> points;
     std::vector<Vec3f> areas;
-    std::vector<Vec3f> places;  // of the areas' centres
+    std::vector<std::array<Vec3f, 3>> pieces;  // of the areas, as in Skin
 };
 
 struct CellHash {
@@ -80,9 +80,11 @@ std::optional<std::uint32_t> cube_at(const Cubes& cubes, const CellMap& cells, c
     return best;
 }
 
-Vec3f place_in(const Cubes& cubes, std::uint32_t c, const Vec3& p)
+std::array<Vec3f, 3> piece_in(const Cubes& cubes, std::uint32_t c, const std::array<Vec3, 3>& p)
 {
-    return ((p - cubes.origin) / cubes.size - cubes.cell[c].cast<double>()).cast<float>();
+    const Vec3 first = (p[0] - cubes.origin) / cubes.size - cubes.cell[c].cast<double>();
+    return {first.cast<float>(), ((p[1] - p[0]) / cubes.size).cast<float>(),
+            ((p[2] - p[0]) / cubes.size).cast<float>()};
 }
 
 // One point for each sixty-fourth of the cube: the farthest from the cube's middle, with the area
@@ -136,14 +138,18 @@ std::vector<Patch> patches_of_surface(const Cubes& cubes, const CellMap& cells,
         const double share = 1.0 / (cuts * cuts);
         for (int i = 0; i < cuts; ++i) {
             for (int j = 0; j < 2 * i + 1; ++j) {
-                // Row i of cuts has 2 i + 1 small triangles; the centre of the j-th.
-                const double a = (i + (j % 2 ? 1.0 / 3 : 2.0 / 3)) / cuts;
-                const double b = (j / 2 + (j % 2 ? 2.0 / 3 : 1.0 / 3)) / cuts;
-                const Vec3 centre = v[0] + a * (v[1] - v[0]) + b * (v[2] - v[1]);
-                const auto c = cube_at(cubes, cells, centre);
+                // Row i of cuts has 2 i + 1 small triangles; the j-th stands on its base or, where
+                // j is odd, on its tip.
+                const auto at = [&](int row, int along) {
+                    return Vec3(v[0] + (row * (v[1] - v[0]) + along * (v[2] - v[1])) / cuts);
+                };
+                const int k = j / 2;
+                const std::array<Vec3, 3> small{at(i, k), at(i + 1, j % 2 ? k + 1 : k),
+                                                j % 2 ? at(i, k + 1) : at(i + 1, k + 1)};
+                const auto c = cube_at(cubes, cells, (small[0] + small[1] + small[2]) / 3);
                 if (!c) continue;
                 patches[*c].areas.push_back((share * area).cast<float>());
-                patches[*c].places.push_back(place_in(cubes, *c, centre));
+                patches[*c].pieces.push_back(piece_in(cubes, *c, small));
             }
         }
     }
@@ -171,10 +177,15 @@ std::vector<Patch> patches_of_cubes(const Cubes& cubes, const CellMap& cells)
             Vec3i step = Vec3i::Zero();
             step[axis] = side ? 1 : -1;
             if (cells.contains(cubes.cell[c] + step)) continue;
-            patches[c].areas.push_back(face * step.cast<float>());
-            Vec3f centre = Vec3f::Constant(0.5f);
-            centre[axis] = float(side);
-            patches[c].places.push_back(centre);
+            // Two triangles, from opposite corners of the face.
+            for (const float end : {0.0f, 1.0f}) {
+                Vec3f corner = Vec3f::Constant(end);
+                corner[axis] = float(side);
+                const float along = 1 - 2 * end;
+                patches[c].areas.push_back(face / 2 * step.cast<float>());
+                patches[c].pieces.push_back({corner, along * Vec3f::Unit((axis + 1) % 3),
+                                             along * Vec3f::Unit((axis + 2) % 3)});
+            }
             for (unsigned a = 0; a < 8; ++a) {
                 if (int(a >> axis & 1) == side) area_at[cubes.corners[c][a]] += face / 4;
             }
@@ -229,9 +240,13 @@ Skin make_skin(const Cubes& cubes, const std::vector<std::uint32_t>& slot,
         double total = 0;
         for (std::size_t i = 0; i < patch.areas.size(); ++i) {
             const double size = patch.areas[i].cast<double>().norm();
-            const Vec3 place = patch.places[i].cast<double>().cwiseMax(0.0).cwiseMin(1.0);
-            const auto w = trilinear_weights(place);
-            for (std::size_t a = 0; a < 8; ++a) share[a] += size * w[a];
+            // The middles of a triangle's sides give the mean of anything of second degree.
+            const auto& [corner, p, q] = patch.pieces[i];
+            for (const Vec3f& middle : {Vec3f(p / 2), Vec3f(q / 2), Vec3f((p + q) / 2)}) {
+                const Vec3 place = (corner + middle).cast<double>();
+                const auto w = trilinear_weights(place.cwiseMax(0.0).cwiseMin(1.0));
+                for (std::size_t a = 0; a < 8; ++a) share[a] += size / 3 * w[a];
+            }
             total += size;
         }
         std::array<float, 8> shares;
@@ -240,6 +255,7 @@ Skin make_skin(const Cubes& cubes, const std::vector<std::uint32_t>& slot,
         }
         skin.share.push_back(shares);
         skin.area.insert(skin.area.end(), patch.areas.begin(), patch.areas.end());
+        skin.piece.insert(skin.piece.end(), patch.pieces.begin(), patch.pieces.end());
         skin.point_at.push_back(static_cast<std::uint32_t>(skin.point.size()));
         skin.area_at.push_back(static_cast<std::uint32_t>(skin.area.size()));
     }

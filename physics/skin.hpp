@@ -30,6 +30,8 @@ struct Skin {
 
     std::vector<std::uint32_t> area_at;  // S + 1, into area
     std::vector<Vec3f> area;             // m^2, normal times area at rest; either side may be out
+    std::vector<std::array<Vec3f, 3>> piece;  // of each area: a corner of the triangle, in the cube
+                                              // from 0 to 1, and the two sides that start there
 };
 
 // `slot` of each corner is what Skin::corners holds. A null surface: the outside of the cubes.

@@ -223,7 +223,7 @@ double cantilever_ratio(int length, int n, BrickElement element)
         Force f;
         f.kind = Force::Kind::point;
         f.position = cubes.corner_position(k);
-        f.radius = 0.1 * h;
+        f.radius = 0;
         f.force = Vec3(0, -load * std::pow(0.5, 2 - inside) / (n * n), 0);
         loads.forces.push_back(f);
     }
