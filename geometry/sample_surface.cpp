@@ -99,14 +99,16 @@ void weigh(const FaceMatter& matter, double area, const SampleMass& mass, Sample
     out.matter.resize(n);
     out.mass.resize(n);
     const double each = area / static_cast<double>(n);  // m^2
+    const bool by_area = mass.by == SampleMass::By::surface_density;
+    const bool full = !by_area && !(mass.thickness > 0);
+    const double thickness = full ? std::sqrt(each) : mass.thickness;
+    if (full) out.bulk = 0;
     parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const std::uint16_t m = matter.of(out.triangle[i]);
             out.matter[i] = m;
-            out.mass[i] =
-                static_cast<float>(each * (mass.by == SampleMass::By::surface_density
-                                               ? mass.surface_density
-                                               : mass.thickness * matter.matters[m].density));
+            out.mass[i] = static_cast<float>(
+                each * (by_area ? mass.surface_density : thickness * matter.matters[m].density));
         }
     });
     if (mass.by == SampleMass::By::total) scale_mass(out, mass.total);
@@ -191,6 +193,8 @@ void scale_mass(Samples& samples, double total)
             return sum;
         });
     if (!(now > 0)) return;
+    samples.bulk *= now / total;
+    samples.total_mass = total;
     for (float& m : samples.mass) m = static_cast<float>(double(m) * (total / now));
 }
 

@@ -6,13 +6,14 @@
 
 namespace geometry {
 
-// How samples get their mass. Total: shared out so that each stands for equal area or volume, the
-// heavier matter for more.
+// How samples get their mass. Total: as by density, then scaled to a sum. By density, a surface
+// weighs area x thickness x density of its matter; where no thickness is given, cubes with samples
+// in them count as full, and each sample weighs as if the surface were as thick as they lie apart.
 struct SampleMass {
     enum class By { total, density, surface_density };
     By by = By::density;
     double total = 1;            // kg
-    double thickness = 0.01;     // m: a surface weighs area x thickness x density of its matter
+    double thickness = 0;        // m
     double surface_density = 1;  // kg/m^2
 };
 
@@ -29,7 +30,7 @@ Samples sample_surface(const TriMesh& mesh, const FaceMatter& matter, std::size_
 Samples sample_surface_blue(const TriMesh& mesh, const FaceMatter& matter, std::size_t count,
                             std::uint64_t seed, const SampleMass& mass = {});
 
-// Scales masses to a sum of `total` kg.
+// Scales masses to a sum of `total` kg, and leaves the volume that they fill as it is.
 void scale_mass(Samples& samples, double total);
 
 // m^2, of all faces whose corners are finite.

@@ -14,6 +14,11 @@ struct Samples {
     std::vector<std::uint16_t> matter;    // N, into matters
     std::vector<std::uint32_t> triangle;  // N, the triangle each lies on; empty for volume samples
     std::vector<Matter> matters;          // at least one
+
+    // What they are to cubes. A sample fills bulk * mass / density of its matter, in m^3; 0: a cube
+    // that holds any is full of them.
+    double bulk = 1;
+    double total_mass = 0;  // kg, of all cubes together; 0: what filled volume and density give
 };
 
 }  // namespace geometry

@@ -150,15 +150,23 @@ Cubes voxelize_samples(const Samples& samples, const VoxelGrid& grid, const Voxe
     }
     Cubes cubes = with_corners(grid, cells);
     const CellIndex index(std::move(cells), cubes.cell);
+    const bool full = !(samples.bulk > 0);
+    constexpr double least_volume = 1e-300;  // of a sample without mass, where others count more
     std::vector<Deposit> deposits;
     deposits.reserve(n);
     for (std::size_t i = 0; i < n; ++i) {
         if (!usable[i]) continue;
         const std::uint16_t m = samples.matter.empty() ? std::uint16_t{0} : samples.matter[i];
+        const double volume = double(samples.mass[i]) / samples.matters[m].density;
         deposits.push_back({index.find(cell_of(at[i])).begin, m,
-                            double(samples.mass[i]) / samples.matters[m].density});
+                            full ? std::max(volume, least_volume) : samples.bulk * volume});
     }
-    fill_cubes(cubes, samples.matters, deposits, options);
+    if (full) {
+        scale_to(deposits, std::vector<double>(cubes.count(), cube_volume(grid)), cubes.count());
+    }
+    VoxelOptions asked = options;
+    if (asked.total_mass == 0) asked.total_mass = samples.total_mass;
+    fill_cubes(cubes, samples.matters, deposits, asked);
     return cubes;
 }
 

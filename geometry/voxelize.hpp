@@ -16,9 +16,9 @@ namespace geometry {
 // options.max_cubes; the message then names a size that fits. Cells are numbered from the grid's
 // origin; grid.size is the cubes'.
 
-// A cube wherever a sample is: each sample's mass, and the volume that its matter has for that
-// mass, go to the cube that holds it. Faces between samples may leave holes: a cube is sure to be
-// found only where a sample falls in it.
+// A cube wherever a sample is: the volume that each sample fills, and its mass, go to the cube that
+// holds it; where samples do not say, the cubes are full. Faces between samples may leave holes: a
+// cube is sure to be found only where a sample falls in it.
 Cubes voxelize_samples(const Samples& samples, const VoxelGrid& grid, const VoxelOptions& options);
 
 // A cube wherever a triangle passes (Touch::half_open), so no hole is ever left. The volume in a

@@ -22,9 +22,9 @@ struct Inputs {
     double spacing = 0;
     double cube_size = 0;
     std::uint32_t seed = 0;
-    geometry::SampleMass::By mass = geometry::SampleMass::By::total;
+    geometry::SampleMass::By mass = geometry::SampleMass::By::density;
     double total_mass = 1;
-    double thickness = 0.01;
+    double thickness = 0;
     double surface_density = 1;
     geometry::Matter matter;
     std::vector<MaterialRule> materials;
@@ -94,12 +94,15 @@ void add_to(graph::Registry& registry)
                {0, 1e9, "m"})
         .param("seed", &Inputs::seed, "Same seed, same points.")
         .choice("mass", &Inputs::mass, {"total", "density", "surface_density"},
-                "total: a given mass, shared out by area or volume and density. density: each "
-                "matter's own; a surface counts as so thick. surface_density: by area alone.")
+                "density: each matter's own, 1000 kg/m^3 when none is said. total: so shared out, "
+                "then scaled to a given mass; the stiffness stays. surface_density: by area "
+                "alone.")
         .param("total_mass", &Inputs::total_mass, "Mass of all points together.",
                {1e-12, 1e15, "kg"}, {"mass", {"total"}})
-        .param("thickness", &Inputs::thickness, "How thick faces are taken to be.",
-               {1e-9, 1e6, "m"}, {"mass", {"density"}})
+        .param("thickness", &Inputs::thickness,
+               "How thick faces are taken to be: for sheets and shells whose cubes are mostly air. "
+               "0: a cube that a sample falls in counts as full of its matter.",
+               {0, 1e6, "m"}, {"mass", {"density", "total"}})
         .param("surface_density", &Inputs::surface_density, "Mass of a square metre.",
                {1e-12, 1e12, "kg/m^2"}, {"mass", {"surface_density"}})
         .block("matter", &Inputs::matter, describe_matter<geometry::Matter>,

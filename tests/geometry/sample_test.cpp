@@ -153,7 +153,8 @@ TEST(Sample, ASampleCubeIsACubeThatATriangleCrosses)
     const TriMesh mesh = test_meshes::bumpy_sphere(3);
     const auto grid = fit_grid(triangle_bounds(mesh), 0.1);
     const auto samples =
-        sample_surface(mesh, one(), geometry::count_for_spacing(sampled_area(mesh), 0.1 / 6), 1);
+        sample_surface(mesh, one(), geometry::count_for_spacing(sampled_area(mesh), 0.1 / 6), 1,
+                       {.thickness = 0.01});
     const auto by_samples = voxelize_samples(samples, grid, {});
     const auto exact = voxelize_surface(mesh, one(), 0, grid, {});
     const geometry::CellIndex index(exact.cell);

@@ -1,6 +1,7 @@
 #include "geometry/voxelize.hpp"
 
 #include "geometry/clip_to_cells.hpp"
+#include "geometry/sample_surface.hpp"
 #include "geometry/surface_cells.hpp"
 #include "tests/geometry/test_meshes.hpp"
 
@@ -136,6 +137,41 @@ TEST(Voxelize, SamplesGiveTheirMassAndMatterToTheirCube)
     EXPECT_EQ(cubes.matter[0], 0);
     EXPECT_EQ(cubes.matter[1], 1);
     EXPECT_EQ(cubes.matters[1].name, "iron");
+}
+
+TEST(Voxelize, SamplesThatDoNotSayHowThickTheyAreFillTheirCubes)
+{
+    // A sheet of half wood, half iron through 4 x 4 cubes of 1 m: eight full cubes of either.
+    const TriMesh sheet = test_meshes::mesh_of(
+        {{0, 0, 0.5f}, {2, 0, 0.5f}, {4, 0, 0.5f}, {0, 4, 0.5f}, {2, 4, 0.5f}, {4, 4, 0.5f}},
+        {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}});
+    const FaceMatter matter{{0, 0, 1, 1}, {{.density = 500}, {.density = 8000}}, {}};
+    VoxelGrid grid;
+    for (const auto by : {geometry::SampleMass::By::density, geometry::SampleMass::By::total}) {
+        const Samples samples = geometry::sample_surface(sheet, matter, 2000, 1,
+                                                         {.by = by, .total = 5, .thickness = 0});
+        const Cubes cubes = voxelize_samples(samples, grid, {});
+        ASSERT_EQ(cubes.count(), 16u);
+        // The stiffness is that of full cubes either way; a given mass is shared by density.
+        const double whole = 8 * 500 + 8 * 8000,
+                     asked = by == geometry::SampleMass::By::total ? 5 : whole;
+        EXPECT_NEAR(total_mass(cubes), asked, 1e-9 * asked);
+        for (std::size_t c = 0; c < cubes.count(); ++c) {
+            EXPECT_NEAR(cubes.fill[c], 1, 1e-12);
+            const double density = cubes.matter[c] == 0 ? 500 : 8000;
+            EXPECT_NEAR(cubes.mass[c], density * asked / whole, 1e-9 * asked);
+        }
+    }
+    // A given mass of a sheet of given thickness: filled by the thickness, heavy as asked.
+    const Cubes thin = voxelize_samples(
+        geometry::sample_surface(
+            sheet, matter, 2000, 1,
+            {.by = geometry::SampleMass::By::total, .total = 5, .thickness = 0.25}),
+        grid, {});
+    double filled = 0;
+    for (const double f : thin.fill) filled += f;
+    EXPECT_NEAR(filled, 0.25 * 16, 1e-5);
+    EXPECT_NEAR(total_mass(thin), 5, 1e-9);
 }
 
 TEST(Voxelize, MaterialsFollowTheFacesAndTheNearestFaceInside)
