@@ -2,7 +2,10 @@
 
 #include "geometry/merge.hpp"
 #include "pictures.hpp"
+#include "tests/geometry/files.hpp"
 
+#include <cstdlib>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <thread>
 
@@ -371,6 +374,53 @@ TEST(Draw, TheSameSceneGivesTheSamePixelsInAnyThread)
     b.join();
     EXPECT_EQ(others[0].rgba, first.rgba);
     EXPECT_EQ(others[1].rgba, first.rgba);
+}
+
+// Something of everything: an opaque thing and a clear one, lines, balls, a floor with a shadow.
+std::vector<std::uint8_t> pixels_of_everything()
+{
+    Scene scene;
+    scene.surfaces = {surface(geometry::torus(1, 0.3, 48, 24)), card(0.5, 0.4, {0.1f, 0.5f, 0.9f})};
+    scene.lines = {{{Vec3f(-1, 0, 1), Vec3f(1, 1, -1)}, {0, 0, 0}, 2}};
+    scene.balls = {{{Vec3f(0, 0.6f, 0), Vec3f(0.5f, 0.8f, 0)}, {Vec3f(1, 0, 0)}, 0.2f, 1, true}};
+    scene.ground = -0.3;
+    std::vector<std::uint8_t> all;
+    for (const float opacity : {1.0f, 0.4f}) {
+        scene.surfaces[1].opacity = opacity;
+        for (const auto antialias : {render::Antialias::fxaa, render::Antialias::samples4}) {
+            Look look;
+            look.width = 240;
+            look.height = 136;
+            look.antialias = antialias;
+            const Image image = render::draw(scene, {{0, 2, 5}, {0, 0, 0}, {0, 1, 0}, 0.6}, look);
+            all.insert(all.end(), image.rgba.begin(), image.rgba.end());
+        }
+    }
+    return all;
+}
+
+// Mesa reads how many threads it may use when it starts: each number needs a process of its own,
+// this program once more. The variable says where the pixels go.
+TEST(Draw, AnyNumberOfMesasThreadsGivesTheSamePixels)
+{
+    const std::vector<std::uint8_t> pixels = pixels_of_everything();
+    if (const char* path = std::getenv("ASPIC_TEST_PIXELS_TO")) {
+        std::ofstream(path, std::ios::binary)
+            .write(reinterpret_cast<const char*>(pixels.data()), std::ssize(pixels));
+        return;
+    }
+    const files::Folder folder;
+    const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
+    for (const char* threads : {"0", "1", "5"}) {
+        const auto path = folder.path / threads;
+        const std::string command = "ASPIC_TEST_PIXELS_TO='" + path.string() +
+                                    "' LP_NUM_THREADS=" + threads + " '" + program +
+                                    "' --gtest_filter=Draw.AnyNumberOf* >/dev/null";
+        ASSERT_EQ(std::system(command.c_str()), 0) << command;
+        std::ifstream in(path, std::ios::binary);
+        const std::vector<std::uint8_t> theirs{std::istreambuf_iterator<char>(in), {}};
+        EXPECT_TRUE(theirs == pixels) << threads << " threads";
+    }
 }
 
 TEST(Draw, ImpossibleRequestsAreRefused)
