@@ -27,7 +27,7 @@ const char* const shared_bridge = R"({ "aspic": 1,
       "params": { "count": 200000, "mass": "density", "thickness": 0.05, "matter":
         { "density": 1000, "young": 2e8, "poisson": 0.45, "stiffness_damping": 0.004 } } },
     "cubes": { "type": "Voxelize@1", "inputs": { "points": "samples.points" },
-      "params": { "size": 0.21 } },
+      "params": { "size": 0.245 } },
     "part": { "type": "ConnectedComponent@1", "inputs": { "cubes": "cubes.cubes" } },
     "ends": { "type": "Pin@1", "inputs": { "cubes": "part.cubes" },
       "params": { "where": "ends", "ends": { "axis": "x", "end": "both", "layers": 2 } } },
