@@ -13,7 +13,7 @@ namespace geometry {
 namespace {
 
 constexpr double inside_slack = 1e-3;  // of a cube
-constexpr std::size_t grain = 8192;
+constexpr std::size_t vertices_a_task = 8192;
 
 // A vector in four lanes: additions and products of one instruction each.
 using Lanes = Eigen::Array4f;
@@ -257,7 +257,7 @@ Binding bind(const TriMesh& mesh, const Cubes& cubes)
     binding.cube.resize(n);
     binding.local.resize(n);
     std::vector<Vec3> at(n);
-    parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(n, vertices_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t v = begin; v < end; ++v) {
             const Vec3f& p = mesh.positions[v];
             if (!p.allFinite()) {
@@ -304,13 +304,13 @@ TriMesh embed(const Binding& binding, const TriMesh& mesh, const Cubes& cubes,
     out.attributes = mesh.attributes;
     out.positions.resize(mesh.positions.size());
     out.normals.resize(mesh.normals.size());
-    parallel_for(mesh.positions.size(), grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(mesh.positions.size(), vertices_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t v = begin; v < end; ++v) {
             out.positions[v] =
                 mesh.positions[v] + u[binding.cube[v]].at(binding.local[v]).head<3>().matrix();
         }
     });
-    parallel_for(mesh.normals.size(), grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(mesh.normals.size(), vertices_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
             const std::uint32_t v = binding.normal_vertex[n];
             out.normals[n] = v == Binding::none ? mesh.normals[n]
@@ -361,7 +361,7 @@ std::vector<float> interpolate(const Binding& binding, const Cubes& cubes,
     require(values.size() == cubes.corner_count(), "corner values", cubes.corner_count(),
             values.size());
     std::vector<float> out(binding.cube.size());
-    parallel_for(out.size(), grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(out.size(), vertices_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t v = begin; v < end; ++v) {
             const Vec3f inside = binding.local[v].cwiseMax(0.0f).cwiseMin(1.0f);
             const std::array<double, 8> w = trilinear(inside.cast<double>());

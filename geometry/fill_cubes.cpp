@@ -9,7 +9,7 @@
 namespace geometry {
 namespace {
 
-constexpr std::size_t grain = 16384;
+constexpr std::size_t cells_a_task = 16384;
 
 void resize(Cubes& cubes)
 {
@@ -35,7 +35,7 @@ void take_after(Cubes& cubes, std::size_t c, const Matter& m)
 void deposit_one(Cubes& cubes, std::span<const Deposit> deposits)
 {
     for (const Deposit& d : deposits) cubes.fill[d.cube] += d.volume;
-    parallel_for(cubes.count(), grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(cubes.count(), cells_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t c = begin; c < end; ++c) {
             cubes.mass[c] = cubes.matters[0].density * cubes.fill[c];
             take_after(cubes, c, cubes.matters[0]);
@@ -132,7 +132,7 @@ void fill_untouched(Cubes& cubes)
 
 double sum(const std::vector<double>& values)
 {
-    return ordered_sum(values.size(), grain, 0.0, [&](std::size_t begin, std::size_t end) {
+    return ordered_sum(values.size(), cells_a_task, 0.0, [&](std::size_t begin, std::size_t end) {
         double s = 0;
         for (std::size_t i = begin; i < end; ++i) s += values[i];
         return s;
@@ -155,7 +155,7 @@ void fill_cubes(Cubes& cubes, std::span<const Matter> matters, std::span<const D
     const double intended = options.total_mass > 0 ? options.total_mass : sum(cubes.mass);
     const double whole = cubes.size * cubes.size * cubes.size;  // m^3
     const double least = std::clamp(options.min_fill, 1e-9, 1.0) * whole;
-    parallel_for(cubes.count(), grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(cubes.count(), cells_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t c = begin; c < end; ++c) {
             const double volume = cubes.fill[c];
             if (volume < least) {

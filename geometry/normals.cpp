@@ -7,7 +7,7 @@
 namespace geometry {
 namespace {
 
-constexpr std::size_t grain = 4096;
+constexpr std::size_t vertices_a_task = 4096;
 
 // A vertex with more faces than this (the tip of a fan) gets one smooth normal: comparing every
 // face with every other would take quadratic time.
@@ -18,7 +18,7 @@ std::vector<float> corner_angles(const TriMesh& mesh, const std::vector<Vec3>& a
 {
     const auto& triangles = mesh.triangles();
     std::vector<float> angle(3 * triangles.size());
-    parallel_for(triangles.size(), grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(triangles.size(), vertices_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t f = begin; f < end; ++f) {
             for (std::size_t k = 0; k < 3; ++k) {
                 const Vec3 p = mesh.positions[triangles[f][k]].cast<double>();
@@ -38,7 +38,7 @@ std::vector<Vec3> area_vectors(const TriMesh& mesh)
 {
     const auto& triangles = mesh.triangles();
     std::vector<Vec3> area(triangles.size());
-    parallel_for(triangles.size(), grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(triangles.size(), vertices_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t f = begin; f < end; ++f) {
             const Vec3 a = mesh.positions[triangles[f][0]].cast<double>();
             area[f] = (mesh.positions[triangles[f][1]].cast<double>() - a)
@@ -85,7 +85,7 @@ void compute_normals(TriMesh& mesh, double crease)
     // are: it has no direction of its own to compare with.
     const float same_side = float(std::cos(std::min(crease, 3.141592653589793))) - 1e-6f;
     std::vector<Vec3f> wanted(3 * faces);
-    parallel_for(mesh.positions.size(), grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(mesh.positions.size(), vertices_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t v = begin; v < end; ++v) {
             const auto around = corners.around(v);
             const auto mean_like = [&](const Vec3f& own) {

@@ -20,7 +20,7 @@
 namespace geometry {
 namespace {
 
-constexpr std::size_t grain = 16384;
+constexpr std::size_t samples_a_task = 16384;
 constexpr double golden = 0.6180339887498949;  // (sqrt(5) - 1) / 2
 
 double face_area(const TriMesh& mesh, std::size_t t)
@@ -63,7 +63,7 @@ void spread(const TriMesh& mesh, const std::vector<double>& area, std::size_t co
     const Random random(seed);
     const double step = area.back() / static_cast<double>(count);
     const double shift = random.unit(0);
-    parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(count, samples_a_task, [&](std::size_t begin, std::size_t end) {
         auto t = static_cast<std::size_t>(
             std::upper_bound(area.begin(), area.end(), static_cast<double>(begin) * step) -
             area.begin());
@@ -103,7 +103,7 @@ void weigh(const FaceMatter& matter, double area, const SampleMass& mass, Sample
     const bool full = !by_area && !(mass.thickness > 0);
     const double thickness = full ? std::sqrt(each) : mass.thickness;
     if (full) out.bulk = 0;
-    parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(n, samples_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const std::uint16_t m = matter.of(out.triangle[i]);
             out.matter[i] = m;
@@ -186,12 +186,13 @@ std::vector<std::uint32_t> throw_darts(const Samples& darts,
 
 void scale_mass(Samples& samples, double total)
 {
-    const double now =
-        ordered_sum(samples.mass.size(), grain, 0.0, [&](std::size_t begin, std::size_t end) {
-            double sum = 0;
-            for (std::size_t i = begin; i < end; ++i) sum += double(samples.mass[i]);
-            return sum;
-        });
+    const double now = ordered_sum(samples.mass.size(), samples_a_task, 0.0,
+                                   [&](std::size_t begin, std::size_t end) {
+                                       double sum = 0;
+                                       for (std::size_t i = begin; i < end; ++i)
+                                           sum += double(samples.mass[i]);
+                                       return sum;
+                                   });
     if (!(now > 0)) return;
     samples.bulk *= now / total;
     samples.total_mass = total;

@@ -14,14 +14,14 @@ constexpr double snap = 1e-6;                 // of a cube
 constexpr double float_spacing = 0x1p-23;     // relative
 constexpr int longest = CellSet::extent - 1;  // cubes along an axis
 
-std::string number(double value)
+}  // namespace
+
+std::string short_number(double value)
 {
     char text[32];
     std::snprintf(text, sizeof text, "%.3g", value);
     return text;
 }
-
-}  // namespace
 
 Vec3 VoxelGrid::lattice(const Vec3f& p) const
 {
@@ -70,18 +70,18 @@ VoxelGrid fit_grid(const Box& box, double size)
     const Vec3 extent = box.size();
     if (!(size > 0) || !std::isfinite(size)) {
         throw std::invalid_argument("the size of a cube should be a positive length, but is " +
-                                    number(size) + " m");
+                                    short_number(size) + " m");
     }
     VoxelGrid grid;
     grid.size = size;
     for (int k = 0; k < 3; ++k) {
         const double cubes = extent[k] / size;
         if (!(cubes < longest)) {
-            throw std::invalid_argument("a model " + number(extent.maxCoeff()) +
-                                        " m long in cubes of " + number(size) + " m is more than " +
-                                        std::to_string(longest) +
+            throw std::invalid_argument("a model " + short_number(extent.maxCoeff()) +
+                                        " m long in cubes of " + short_number(size) +
+                                        " m is more than " + std::to_string(longest) +
                                         " cubes long: use cubes of at least " +
-                                        number(1.01 * extent.maxCoeff() / longest) + " m");
+                                        short_number(1.01 * extent.maxCoeff() / longest) + " m");
         }
         // A model that is a whole number of cubes long within rounding needs no further cube.
         const double close =
@@ -130,9 +130,9 @@ LatticeMesh to_lattice(const TriMesh& mesh, const VoxelGrid& grid)
             if (!(out.positions[v].cwiseAbs().maxCoeff() < longest)) {
                 throw std::invalid_argument(
                     "the model reaches " +
-                    number(grid.size * out.positions[v].cwiseAbs().maxCoeff()) +
+                    short_number(grid.size * out.positions[v].cwiseAbs().maxCoeff()) +
                     " m from the grid's origin, more than " + std::to_string(longest) +
-                    " cubes of " + number(grid.size) +
+                    " cubes of " + short_number(grid.size) +
                     " m: use larger cubes, or an origin near the model");
             }
         }

@@ -6,6 +6,7 @@
 #include "geometry/mesh.hpp"
 
 #include <span>
+#include <string>
 
 namespace geometry {
 
@@ -20,6 +21,9 @@ struct VoxelGrid {
     // its upper face too: a box of ten cubes' length is ten cubes long.
     Vec3 lattice(const Vec3f& p) const;
 };
+
+// Three digits of a length, for messages.
+std::string short_number(double value);
 
 // The smallest box that holds every finite point.
 Box finite_bounds(std::span<const Vec3f> points);

@@ -13,13 +13,6 @@
 namespace geometry {
 namespace {
 
-std::string number(double value)
-{
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
-
 VoxelGrid coarser(const VoxelGrid& grid, double factor)
 {
     VoxelGrid out = grid;
@@ -50,9 +43,9 @@ CellSet within_limit(const VoxelGrid& grid, const VoxelOptions& options, const F
         }
     }
     throw std::invalid_argument(
-        "cubes of " + number(grid.size) +
+        "cubes of " + short_number(grid.size) +
         " m are more than max_cubes = " + std::to_string(options.max_cubes) + "; cubes of " +
-        number(1.01 * factor * grid.size) + " m would fit, or raise max_cubes");
+        short_number(1.01 * factor * grid.size) + " m would fit, or raise max_cubes");
 }
 
 Cubes with_corners(const VoxelGrid& grid, const CellSet& cells)

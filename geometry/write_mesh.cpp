@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint32_t nothing = ~std::uint32_t{0};
+constexpr std::uint32_t unset = ~std::uint32_t{0};
 
 // ---- text ---------------------------------------------------------------------------------------
 
@@ -106,15 +106,15 @@ std::uint8_t byte_of(float x)
 std::vector<std::uint32_t> normal_of_vertex(const TriMesh& mesh)
 {
     const MeshTopology& t = *mesh.topology;
-    std::vector<std::uint32_t> normal(mesh.positions.size(), nothing);
+    std::vector<std::uint32_t> normal(mesh.positions.size(), unset);
     for (std::size_t f = 0; f < t.normal_triangles.size(); ++f) {
         for (std::size_t k = 0; k < 3; ++k) {
             auto& n = normal[t.triangles[f][k]];
-            if (n != nothing && n != t.normal_triangles[f][k]) return {};
+            if (n != unset && n != t.normal_triangles[f][k]) return {};
             n = t.normal_triangles[f][k];
         }
     }
-    if (std::find(normal.begin(), normal.end(), nothing) != normal.end()) return {};
+    if (std::find(normal.begin(), normal.end(), unset) != normal.end()) return {};
     return normal;
 }
 
@@ -356,16 +356,16 @@ nlohmann::json gltf_primitive(Gltf& gltf, const TriMesh& mesh,
     for (const auto f : faces) {
         for (std::size_t k = 0; k < 3; ++k) {
             indices.push_back(corners.add(
-                {t.triangles[f][k], t.normal_triangles.empty() ? nothing : t.normal_triangles[f][k],
-                 t.uv_triangles.empty() ? nothing : t.uv_triangles[f][k]}));
+                {t.triangles[f][k], t.normal_triangles.empty() ? unset : t.normal_triangles[f][k],
+                 t.uv_triangles.empty() ? unset : t.uv_triangles[f][k]}));
         }
     }
     std::vector<Vec3f> positions, normals, colours;
     std::vector<Vec2f> uvs;
     for (const auto& [v, n, uv] : corners.keys()) {
         positions.push_back(mesh.positions[v]);
-        if (n != nothing) normals.push_back(mesh.normals[n]);
-        if (uv != nothing) uvs.emplace_back(t.uvs[uv].x(), 1 - t.uvs[uv].y());  // v runs down there
+        if (n != unset) normals.push_back(mesh.normals[n]);
+        if (uv != unset) uvs.emplace_back(t.uvs[uv].x(), 1 - t.uvs[uv].y());  // v runs down there
         if (!mesh.colours.empty()) colours.push_back(mesh.colours[v]);
     }
     nlohmann::json attributes{{"POSITION", gltf.add_positions(positions)}};

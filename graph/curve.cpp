@@ -8,7 +8,7 @@ namespace graph {
 
 namespace {
 
-double sign(double x)
+double sign_of(double x)
 {
     return x > 0 ? 1 : x < 0 ? -1 : 0;
 }
@@ -16,7 +16,8 @@ double sign(double x)
 double steffen_slope(double h0, double s0, double h1, double s1)
 {
     const double p = (s0 * h1 + s1 * h0) / (h0 + h1);
-    return (sign(s0) + sign(s1)) * std::min({std::fabs(s0), std::fabs(s1), 0.5 * std::fabs(p)});
+    return (sign_of(s0) + sign_of(s1)) *
+           std::min({std::fabs(s0), std::fabs(s1), 0.5 * std::fabs(p)});
 }
 
 // The slope at an end from the parabola through the nearest three keys, held to the same bounds.

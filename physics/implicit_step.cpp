@@ -56,10 +56,10 @@ bool all_finite(const Aligned<double>& v)
     return sum == 0;
 }
 
-class Stepper {
+class ImplicitStepper {
 public:
-    Stepper(const CornerBody& body, Elasticity& elasticity, const Loads& loads, double frame,
-            const StepOptions& options)
+    ImplicitStepper(const CornerBody& body, Elasticity& elasticity, const Loads& loads,
+                    double frame, const StepOptions& options)
         : body_(body), elasticity_(elasticity), loads_(loads), frame_(frame), options_(options),
           n_(body.numbers)
     {
@@ -559,7 +559,7 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
     check_state(body, state);
     check_pins(loads.pins, body.corners);
     check_forces(loads.forces);
-    Stepper(body, elasticity, loads, dt, options).run(state);
+    ImplicitStepper(body, elasticity, loads, dt, options).run(state);
     return state;
 }
 

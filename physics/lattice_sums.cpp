@@ -7,7 +7,7 @@ namespace physics {
 namespace {
 
 // Items a task handles: some 100 us.
-constexpr std::size_t grain = 512;
+constexpr std::size_t entries_a_task = 512;
 
 // Window sums of `channels` numbers along one line, windows and items as in LatticeLines. One of
 // the channels gets its moment about the window's place too. load(position) points at an item's
@@ -73,25 +73,26 @@ inline void slide(int w, int windows, int lead, int items, Quad<T>* suffix, cons
 template <int channels, class T>
 void collect_lines(const LatticeLines& along, int w, const Quad<T>* items, Quad<T>* windows)
 {
-    geometry::parallel_for(along.lines.size(), grain / 8, [&](std::size_t begin, std::size_t end) {
-        std::vector<Quad<T>> suffix(std::size_t((2 * w + 1) * (channels + 1)));
-        for (std::size_t l = begin; l < end; ++l) {
-            const auto& line = along.lines[l];
-            const std::uint32_t* const index = along.items.data() + line.item;
-            Quad<T>* const out = windows + std::size_t(line.window) * (channels + 1);
-            slide<channels, 0, T>(
-                w, int(line.windows), line.lead, int(line.items), suffix.data(),
-                [&](int position) -> const Quad<T>* {
-                    const std::uint32_t i = index[position - line.lead];
-                    return i == none ? nullptr : items + std::size_t(i) * channels;
-                },
-                [&](int place, const Quad<T>* total, const Quad<T>& moment) {
-                    Quad<T>* const to = out + place * (channels + 1);
-                    for (int c = 0; c < channels; ++c) to[c] = total[c];
-                    to[channels] = moment;
-                });
-        }
-    });
+    geometry::parallel_for(
+        along.lines.size(), entries_a_task / 8, [&](std::size_t begin, std::size_t end) {
+            std::vector<Quad<T>> suffix(std::size_t((2 * w + 1) * (channels + 1)));
+            for (std::size_t l = begin; l < end; ++l) {
+                const auto& line = along.lines[l];
+                const std::uint32_t* const index = along.items.data() + line.item;
+                Quad<T>* const out = windows + std::size_t(line.window) * (channels + 1);
+                slide<channels, 0, T>(
+                    w, int(line.windows), line.lead, int(line.items), suffix.data(),
+                    [&](int position) -> const Quad<T>* {
+                        const std::uint32_t i = index[position - line.lead];
+                        return i == none ? nullptr : items + std::size_t(i) * channels;
+                    },
+                    [&](int place, const Quad<T>* total, const Quad<T>& moment) {
+                        Quad<T>* const to = out + place * (channels + 1);
+                        for (int c = 0; c < channels; ++c) to[c] = total[c];
+                        to[channels] = moment;
+                    });
+            }
+        });
 }
 
 // The transpose: windows of channels + 1 quads are spread over items of `channels`.
@@ -102,25 +103,26 @@ void spread_lines(const LatticeLines& along, int w, Quad<T>* windows, Quad<T>* i
         for (int c = 0; c <= channels; ++c)
             windows[std::size_t(d) * (channels + 1) + std::size_t(c)].setZero();
     }
-    geometry::parallel_for(along.lines.size(), grain / 8, [&](std::size_t begin, std::size_t end) {
-        std::vector<Quad<T>> suffix(std::size_t((2 * w + 1) * (channels + 2)));
-        for (std::size_t l = begin; l < end; ++l) {
-            const auto& line = along.lines[l];
-            const std::uint32_t* const index = along.items.data() + line.item;
-            const Quad<T>* const in = windows + std::size_t(line.window) * (channels + 1);
-            // Seen from the items, place 0 is the first item.
-            slide<channels + 1, channels, T>(
-                w, int(line.items), -line.lead, int(line.windows), suffix.data(),
-                [&](int position) { return in + (position + line.lead) * (channels + 1); },
-                [&](int place, const Quad<T>* total, const Quad<T>& moment) {
-                    const std::uint32_t i = index[place];
-                    if (i == none) return;
-                    Quad<T>* const to = items + std::size_t(i) * channels;
-                    to[0] = total[0] - moment;
-                    for (int c = 1; c < channels; ++c) to[c] = total[c];
-                });
-        }
-    });
+    geometry::parallel_for(
+        along.lines.size(), entries_a_task / 8, [&](std::size_t begin, std::size_t end) {
+            std::vector<Quad<T>> suffix(std::size_t((2 * w + 1) * (channels + 2)));
+            for (std::size_t l = begin; l < end; ++l) {
+                const auto& line = along.lines[l];
+                const std::uint32_t* const index = along.items.data() + line.item;
+                const Quad<T>* const in = windows + std::size_t(line.window) * (channels + 1);
+                // Seen from the items, place 0 is the first item.
+                slide<channels + 1, channels, T>(
+                    w, int(line.items), -line.lead, int(line.windows), suffix.data(),
+                    [&](int position) { return in + (position + line.lead) * (channels + 1); },
+                    [&](int place, const Quad<T>* total, const Quad<T>& moment) {
+                        const std::uint32_t i = index[place];
+                        if (i == none) return;
+                        Quad<T>* const to = items + std::size_t(i) * channels;
+                        to[0] = total[0] - moment;
+                        for (int c = 1; c < channels; ++c) to[c] = total[c];
+                    });
+            }
+        });
 }
 
 template <class T> Quad<T> shifted(const Vec3i& by, const Quad<T>* quads)
@@ -155,7 +157,7 @@ template <class T> void collect(const LatticeRegions& regions, RegionSums<T>& su
     const std::size_t first_plate = e.bars, first_region = e.bars + e.plates;
     const auto nodes = sums.exceptional.data();
     // A node's value about its own place: S and three moments.
-    geometry::parallel_for(e.bars, grain, [&](std::size_t begin, std::size_t end) {
+    geometry::parallel_for(e.bars, entries_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
             Quad<T> total[4] = {Quad<T>::Zero(), Quad<T>::Zero(), Quad<T>::Zero(), Quad<T>::Zero()};
             for (std::uint32_t k = e.child_at[n]; k < e.child_at[n + 1]; ++k) {
@@ -169,7 +171,7 @@ template <class T> void collect(const LatticeRegions& regions, RegionSums<T>& su
     for (const auto& [low, high] :
          {std::pair(first_plate, first_region), std::pair(first_region, e.nodes())}) {
         geometry::parallel_for(
-            high - low, grain, [&, low = low](std::size_t begin, std::size_t end) {
+            high - low, entries_a_task, [&, low = low](std::size_t begin, std::size_t end) {
                 for (std::size_t n = low + begin; n < low + end; ++n) {
                     Quad<T> total[4] = {Quad<T>::Zero(), Quad<T>::Zero(), Quad<T>::Zero(),
                                         Quad<T>::Zero()};
@@ -220,7 +222,7 @@ template <class T> void spread(const LatticeRegions& regions, RegionSums<T>& sum
     for (const auto& [low, high] :
          {std::pair(first_plate, first_region), std::pair(std::size_t{0}, first_plate)}) {
         geometry::parallel_for(
-            high - low, grain, [&, low = low](std::size_t begin, std::size_t end) {
+            high - low, entries_a_task, [&, low = low](std::size_t begin, std::size_t end) {
                 for (std::size_t n = low + begin; n < low + end; ++n) {
                     Quad<T> total[4] = {Quad<T>::Zero(), Quad<T>::Zero(), Quad<T>::Zero(),
                                         Quad<T>::Zero()};
@@ -234,16 +236,17 @@ template <class T> void spread(const LatticeRegions& regions, RegionSums<T>& sum
                 }
             });
     }
-    geometry::parallel_for(e.particle.size(), grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            Quad<T> total = Quad<T>::Zero();
-            for (std::uint32_t k = e.bar_at[i]; k < e.bar_at[i + 1]; ++k) {
-                const std::size_t bar = e.bar[k] >> 8, along = e.bar[k] & 255u;
-                total += nodes[4 * bar] + T(along) * nodes[4 * bar + 1];
+    geometry::parallel_for(
+        e.particle.size(), entries_a_task, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                Quad<T> total = Quad<T>::Zero();
+                for (std::uint32_t k = e.bar_at[i]; k < e.bar_at[i + 1]; ++k) {
+                    const std::size_t bar = e.bar[k] >> 8, along = e.bar[k] & 255u;
+                    total += nodes[4 * bar] + T(along) * nodes[4 * bar + 1];
+                }
+                sums.b[e.particle[i]] += total;
             }
-            sums.b[e.particle[i]] += total;
-        }
-    });
+        });
 }
 
 template struct RegionSums<float>;

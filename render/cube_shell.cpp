@@ -21,7 +21,7 @@ std::uint64_t side_key(const std::array<std::uint32_t, 8>& corners, std::size_t 
     return std::uint64_t{corners[*low]} << 32 | corners[*high];
 }
 
-constexpr std::size_t grain = 1024;
+constexpr std::size_t corners_a_task = 1024;
 
 void check(const CubeShell& shell, std::span<const Vec3> x)
 {
@@ -106,26 +106,27 @@ TriMesh solid_cubes(const CubeShell& shell, std::span<const Vec3> x, float scale
     mesh.topology = shell.topology;
     mesh.positions.resize(8 * shell.cube.size());
     mesh.normals.resize(24 * shell.cube.size());
-    geometry::parallel_for(shell.cube.size(), grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t c = begin; c < end; ++c) {
-            std::array<Vec3, 8> p;
-            Vec3 centre = Vec3::Zero();
-            for (std::size_t a = 0; a < 8; ++a) centre += p[a] = x[shell.corner[c][a]];
-            centre /= 8;
-            for (std::size_t a = 0; a < 8; ++a) {
-                mesh.positions[8 * c + a] =
-                    (centre + double(scale) * (p[a] - centre)).cast<float>();
+    geometry::parallel_for(
+        shell.cube.size(), corners_a_task, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t c = begin; c < end; ++c) {
+                std::array<Vec3, 8> p;
+                Vec3 centre = Vec3::Zero();
+                for (std::size_t a = 0; a < 8; ++a) centre += p[a] = x[shell.corner[c][a]];
+                centre /= 8;
+                for (std::size_t a = 0; a < 8; ++a) {
+                    mesh.positions[8 * c + a] =
+                        (centre + double(scale) * (p[a] - centre)).cast<float>();
+                }
+                for (std::size_t side = 0; side < 6; ++side) {
+                    const auto& s = sides[side];
+                    const Vec3 n = (p[s[2]] - p[s[0]]).cross(p[s[3]] - p[s[1]]);
+                    const double length = n.norm();
+                    const Vec3f unit =
+                        length > 0 ? Vec3f((n / length).cast<float>()) : Vec3f(Vec3f::UnitY());
+                    for (const auto a : s) mesh.normals[24 * c + 3 * a + side / 2] = unit;
+                }
             }
-            for (std::size_t side = 0; side < 6; ++side) {
-                const auto& s = sides[side];
-                const Vec3 n = (p[s[2]] - p[s[0]]).cross(p[s[3]] - p[s[1]]);
-                const double length = n.norm();
-                const Vec3f unit =
-                    length > 0 ? Vec3f((n / length).cast<float>()) : Vec3f(Vec3f::UnitY());
-                for (const auto a : s) mesh.normals[24 * c + 3 * a + side / 2] = unit;
-            }
-        }
-    });
+        });
     return mesh;
 }
 
