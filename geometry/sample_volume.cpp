@@ -17,7 +17,8 @@ VoxelGrid grid_over(const TriMesh& mesh, double size)
     return fit_grid(triangle_bounds(mesh), size);
 }
 
-// One point in each cell of the grid, of those that are inside.
+// One point in each cell of the grid, of those that are inside. Where the surface passes through
+// the cell, points stand where they were found inside; elsewhere they may lie a little off.
 std::vector<Vec3f> jittered(const TriMesh& mesh, Inside rule, double size, const Random& random)
 {
     const VoxelGrid grid = grid_over(mesh, size);
@@ -28,8 +29,11 @@ std::vector<Vec3f> jittered(const TriMesh& mesh, Inside rule, double size, const
     std::erase_if(border, [&](const Vec3i& c) { return !index.find(c); });
     const std::vector<std::uint64_t> inside = inside_points(lattice, rule, border);
     std::vector<std::uint64_t> allowed(cells.size(), ~std::uint64_t{0});
+    std::vector<std::uint8_t> whole(cells.size(), 1);
     for (std::size_t i = 0; i < border.size(); ++i) {
-        allowed[index.find(border[i]).begin] = inside[i];
+        const std::uint32_t c = index.find(border[i]).begin;
+        allowed[c] = inside[i];
+        whole[c] = 0;
     }
     std::vector<Vec3f> points;
     for (std::size_t c = 0; c < cells.size(); ++c) {
@@ -38,7 +42,7 @@ std::vector<Vec3f> jittered(const TriMesh& mesh, Inside rule, double size, const
         if ((allowed[c] >> at & 1) == 0) continue;
         Vec3 p(at & 3, at >> 2 & 3, at >> 4);
         for (int k = 0; k < 3; ++k) {
-            p[k] += static_cast<double>(bits >> (6 + 19 * k) & 0x7ffff) * 0x1p-19;
+            p[k] += whole[c] ? static_cast<double>(bits >> (6 + 19 * k) & 0x7ffff) * 0x1p-19 : 0.5;
         }
         points.push_back((grid.origin + size * (cells[c].cast<double>() + 0.25 * p)).cast<float>());
     }

@@ -1,0 +1,261 @@
+// From a document to values on its wires, for the nodes that make cubes, carry meshes and vibrate:
+// each with a number that is known beforehand.
+
+#include "geometry/measure.hpp"
+#include "graph/document.hpp"
+#include "nodes/registry.hpp"
+#include "nodes/wire_types.hpp"
+#include "runtime/evaluator.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+namespace {
+
+using geometry::Cubes;
+using geometry::Samples;
+using geometry::TriMesh;
+using geometry::Vec3;
+
+// A document whose nodes are `nodes`, 24 frames a second.
+class Scene : public runtime::Observer {
+public:
+    explicit Scene(const std::string& nodes)
+        : loaded_(graph::load_text(
+              R"({ "aspic": 1, "frames": { "first": 1, "last": 240, "fps": 24 }, "nodes": {)" +
+                  nodes + "} }",
+              "scene.json", nodes::registry()))
+    {
+        for (const auto& problem : loaded_.problems) ADD_FAILURE() << problem.message;
+    }
+
+    // The first output of a node.
+    template <class T> std::shared_ptr<const T> at(const std::string& node, int frame = 1)
+    {
+        const auto& all = loaded_.graph.nodes;
+        for (std::uint32_t n = 0; n < all.size(); ++n) {
+            if (all[n].name != node) continue;
+            std::shared_ptr<const T> got;
+            failure_.clear();
+            runtime::Evaluator(loaded_.graph, caches_, {}, this)
+                .cook({{n, frame}},
+                      [&](const runtime::Want&, std::span<const graph::Value> values) {
+                          got = values[0].as<T>();
+                      });
+            if (!got) throw std::runtime_error(failure_);
+            return got;
+        }
+        throw std::logic_error("no node " + node);
+    }
+
+    void warned(const runtime::Warning& warning) override { warnings.push_back(warning.text); }
+    void failed(const runtime::Failure& failure) override { failure_ = failure.what; }
+    std::vector<std::string> warnings;
+
+private:
+    std::string failure_;
+    graph::Loaded loaded_;
+    runtime::Caches caches_;
+};
+
+const std::string metre = R"("box": { "type": "Primitive@1", "params": { "shape": "box" } })";
+
+TEST(GraphOfCubes, SampleSpreadsPointsOverAMeshAndThroughIt)
+{
+    Scene scene(metre + R"(,
+        "even": { "type": "Sample@1", "inputs": { "mesh": "box.mesh" },
+                  "params": { "count": 5000 } },
+        "heavy": { "type": "Sample@1", "inputs": { "mesh": "box.mesh" },
+                   "params": { "count": 5000, "mass": "total", "total_mass": 7, "pattern": "blue" } },
+        "spaced": { "type": "Sample@1", "inputs": { "mesh": "box.mesh" },
+                    "params": { "spacing": 0.1 } },
+        "inside": { "type": "Sample@1", "inputs": { "mesh": "box.mesh" },
+                    "params": { "where": "volume", "count": 2000 } })");
+    const auto even = scene.at<Samples>("even");
+    EXPECT_EQ(even->positions.size(), 5000u);
+    for (const auto& p : even->positions) {
+        EXPECT_NEAR(double(p.cwiseAbs().maxCoeff()), 0.5, 1e-6);
+    }
+    double mass = 0;
+    for (const float m : scene.at<Samples>("heavy")->mass) mass += double(m);
+    EXPECT_NEAR(mass, 7, 1e-4);
+    EXPECT_EQ(scene.at<Samples>("spaced")->positions.size(), 600u);  // 6 m^2 by 0.01
+    const auto inside = scene.at<Samples>("inside");
+    mass = 0;
+    for (std::size_t i = 0; i < inside->positions.size(); ++i) {
+        EXPECT_LT(inside->positions[i].cwiseAbs().maxCoeff(), 0.5f);
+        mass += double(inside->mass[i]);
+    }
+    EXPECT_NEAR(mass, 1000, 1);  // 1 m^3 of 1000 kg/m^3
+}
+
+TEST(GraphOfCubes, VoxelizeGivesTheSameCubesByAllItsRoutes)
+{
+    // 4 x 4 x 4 cubes of 0.3 m around a box of 1 m; the middle 2 x 2 x 2 hold no face.
+    Scene scene(metre + R"(,
+        "points": { "type": "Sample@1", "inputs": { "mesh": "box.mesh" } },
+        "samples": { "type": "Voxelize@1",
+                     "inputs": { "points": "points.points", "mesh": "box.mesh" },
+                     "params": { "size": 0.3 } },
+        "surface": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" },
+                     "params": { "method": "surface", "size": 0.3 } },
+        "solid": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" },
+                   "params": { "method": "solid", "size": 0.3 } },
+        "light": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" },
+                   "params": { "method": "solid", "size": 0.3, "total_mass": 5 } },
+        "nothing": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" },
+                     "params": { "size": 0.3 } },
+        "many": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" },
+                  "params": { "method": "solid", "size": 0.01, "max_cubes": 1000 } })");
+    const auto samples = scene.at<Cubes>("samples"), surface = scene.at<Cubes>("surface"),
+               solid = scene.at<Cubes>("solid");
+    EXPECT_EQ(surface->count(), 56u);
+    EXPECT_EQ(solid->count(), 64u);
+    EXPECT_EQ(samples->cell, surface->cell);
+    // Full of their matter, all by default: the two ways to a shell agree in everything.
+    EXPECT_NEAR(total_mass(*samples), 56 * 27, 1e-6);
+    EXPECT_NEAR(total_mass(*surface), 56 * 27, 1e-6);
+    // By what is inside, as 4 x 4 x 4 points of each cube tell: 1 m of 1.2 is 13 of 16 points.
+    EXPECT_NEAR(total_mass(*solid), 1000 * std::pow(1.2 * 14 / 16, 3), 1e-6);
+    EXPECT_NEAR(total_mass(*scene.at<Cubes>("light")), 5, 1e-9);
+    try {
+        scene.at<Cubes>("nothing");
+        FAIL();
+    } catch (const std::exception& error) {
+        EXPECT_NE(std::string(error.what()).find("needs the input \"points\""), std::string::npos);
+    }
+    try {
+        scene.at<Cubes>("many");
+        FAIL();
+    } catch (const std::exception& error) {
+        EXPECT_NE(std::string(error.what()).find("would fit"), std::string::npos) << error.what();
+    }
+}
+
+TEST(GraphOfCubes, ConnectedComponentKeepsWhatItIsTold)
+{
+    Scene scene(metre + R"(,
+        "other": { "type": "Primitive@1", "params": { "shape": "box",
+                   "box": { "size": [0.5, 0.5, 0.5] }, "centre": [3, 0, 0] } },
+        "both": { "type": "Merge@1", "inputs": { "meshes": ["box.mesh", "other.mesh"] } },
+        "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "both.mesh" },
+                   "params": { "method": "solid", "size": 0.19 } },
+        "largest": { "type": "ConnectedComponent@1", "inputs": { "cubes": "cubes.cubes" } },
+        "right": { "type": "ConnectedComponent@1", "inputs": { "cubes": "cubes.cubes" },
+                   "params": { "keep": "point", "point": [3, 0, 0] } },
+        "all": { "type": "ConnectedComponent@1", "inputs": { "cubes": "cubes.cubes" },
+                 "params": { "keep": "all" } },
+        "pieces": { "type": "Measure@1", "inputs": { "cubes": "all.cubes" },
+                    "params": { "what": "components" } })");
+    const auto all = scene.at<Cubes>("all"), largest = scene.at<Cubes>("largest"),
+               right = scene.at<Cubes>("right");
+    EXPECT_EQ(*scene.at<double>("pieces"), 2);
+    EXPECT_EQ(largest->count() + right->count(), all->count());
+    EXPECT_GT(largest->count(), right->count());
+    for (std::size_t c = 0; c < right->count(); ++c) {
+        const Vec3 middle =
+            right->origin + right->size * (right->cell[c].cast<double>() + Vec3::Constant(0.5));
+        EXPECT_LT((middle - Vec3(3, 0, 0)).cwiseAbs().maxCoeff(), 0.4);
+    }
+    ASSERT_EQ(scene.warnings.size(), 2u);
+    EXPECT_EQ(scene.warnings[0].rfind("dropped 1 of 2 components", 0), 0u) << scene.warnings[0];
+}
+
+TEST(GraphOfCubes, EmbedCarriesAMeshAsItsCubesMove)
+{
+    // Thrown without gravity, each frame takes 1/24 s: 1 m/s is 2/24 m at frame 3.
+    Scene scene(metre + R"(,
+        "ball": { "type": "Primitive@1", "params": { "shape": "sphere",
+                  "sphere": { "radius": 0.4, "subdivisions": 2 } } },
+        "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" },
+                   "params": { "method": "solid", "size": 0.3 } },
+        "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" },
+                 "params": { "gravity": [0, 0, 0], "initial_velocity": [1, 0, 0] } },
+        "shape": { "type": "Embed@1", "inputs": { "mesh": "ball.mesh", "cubes": "cubes.cubes",
+                   "state": "sim.state" } },
+        "far": { "type": "Transform@1", "inputs": { "mesh": "ball.mesh" },
+                 "params": { "translate": [0, 2, 0] } },
+        "stray": { "type": "Embed@1", "inputs": { "mesh": "far.mesh", "cubes": "cubes.cubes",
+                   "state": "sim.state" } })");
+    const auto rest = scene.at<TriMesh>("ball"), moved = scene.at<TriMesh>("shape", 3);
+    ASSERT_EQ(moved->positions.size(), rest->positions.size());
+    EXPECT_EQ(moved->topology, rest->topology);
+    for (std::size_t v = 0; v < rest->positions.size(); ++v) {
+        const geometry::Vec3f way = moved->positions[v] - rest->positions[v];
+        EXPECT_NEAR(double((way - geometry::Vec3f(2 / 24.0f, 0, 0)).norm()), 0, 1e-6);
+    }
+    std::vector<std::string> names;
+    for (const auto& a : moved->attributes) names.push_back(a.name + " " + a.unit);
+    EXPECT_EQ(names, (std::vector<std::string>{"displacement m", "speed m/s", "stress Pa"}));
+    EXPECT_NEAR(double(moved->attributes[1].values[0]), 1, 1e-6);
+    EXPECT_TRUE(scene.warnings.empty());
+    // What lies in no cube goes along all the same, and is said.
+    EXPECT_NEAR(double(scene.at<TriMesh>("stray", 3)->positions[0].x() -
+                       scene.at<TriMesh>("far")->positions[0].x()),
+                2 / 24.0, 1e-6);
+    ASSERT_FALSE(scene.warnings.empty());
+    EXPECT_NE(scene.warnings[0].find("vertices lie in no cube"), std::string::npos);
+}
+
+// A cantilever of 1 m by 0.1 m by 0.1 m, E = 1e7, rho = 1000, and what follows.
+std::string cantilever(const std::string& nodes)
+{
+    return R"("beam": { "type": "Primitive@1", "params": { "shape": "beam",
+                  "beam": { "length": 1, "height": 0.1, "width": 0.1, "divisions": 20 },
+                  "centre": [0.5, 0, 0] } },
+        "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "beam.mesh" },
+                   "params": { "method": "solid", "size": 0.1,
+                               "matter": { "young": 1e7, "poisson": 0.3 } } },
+        "wall": { "type": "Pin@1", "inputs": { "cubes": "cubes.cubes" },
+                  "params": { "where": "ends", "ends": { "axis": "x", "end": "low",
+                              "layers": 0 } } },
+        "modes": { "type": "Modes@1", "inputs": { "cubes": "cubes.cubes", "mesh": "beam.mesh",
+                   "pins": "wall.pins" }, "params": { "count": 8 } },)" +
+           nodes;
+}
+
+TEST(GraphOfCubes, ModesFindsTheFirstFrequencyOfABeam)
+{
+    Scene scene(cantilever(R"("held": { "type": "Modes@1", "inputs": { "cubes": "cubes.cubes",
+        "mesh": "beam.mesh" }, "params": { "count": 8, "keep_rigid": true } })"));
+    const auto model = scene.at<physics::ModalModel>("modes");
+    ASSERT_EQ(model->count(), 8u);
+    // 1.8751^2 / 2 pi sqrt(E I / rho A L^4) = 1.6154 Hz, 1 % less by shear and rotary inertia at
+    // L/h = 10 and by lumped mass, as much more by the clamped root. Two ways to bend.
+    for (const int k : {0, 1}) {
+        EXPECT_NEAR(std::sqrt(model->omega_sq[std::size_t(k)]) / (2 * std::numbers::pi), 1.6154,
+                    0.02 * 1.6154);
+    }
+    const auto free = scene.at<physics::ModalModel>("held");
+    for (std::size_t k = 0; k < 6; ++k) EXPECT_EQ(free->omega_sq[k], 0);
+    EXPECT_GT(free->omega_sq[6], 0);
+}
+
+TEST(GraphOfCubes, VibrateSagsUnderItsWeightAndSwingsWhenKicked)
+{
+    Scene scene(cantilever(R"(
+        "sag": { "type": "Vibrate@1", "inputs": { "model": "modes.model" },
+                 "params": { "gravity": [0, -9.81, 0], "damping": { "kind": "ratio", "ratio": 1 } } },
+        "tip": { "type": "Measure@1", "inputs": { "mesh": "sag.mesh", "rest": "beam.mesh" },
+                 "params": { "what": "displacement_at", "point": [1, 0, 0],
+                             "direction": [0, -1, 0] } },
+        "kicked": { "type": "Vibrate@1", "inputs": { "model": "modes.model" },
+                    "params": { "kicks": [ { "frame": 3, "position": [1, 0, 0],
+                                             "impulse": [0, 0.1, 0] } ] } },
+        "swing": { "type": "Measure@1", "inputs": { "mesh": "kicked.mesh", "rest": "beam.mesh" },
+                   "params": { "what": "displacement_max" } })"));
+    // rho g A L^4 / 8 E I + rho g L^2 / 2 kappa G = 0.1472 + 0.0015 m.
+    EXPECT_NEAR(*scene.at<double>("tip", 100), 0.1487, 0.02 * 0.1487);
+    EXPECT_EQ(*scene.at<double>("swing", 3), 0);
+    // The first mode alone: q' = phi(L) J, u = phi(L)^2 J / omega at most, phi(L)^2 = 4 / m.
+    // A quarter of a period, 0.155 s, is 3.7 frames after the kick.
+    const double most = 4 / 10.0 * 0.1 / (2 * std::numbers::pi * 1.6154);
+    double largest = 0;
+    for (int frame = 4; frame < 12; ++frame) {
+        largest = std::max(largest, *scene.at<double>("swing", frame));
+    }
+    EXPECT_GT(largest, 0.9 * most);
+    EXPECT_LT(largest, 1.6 * most);  // higher modes on top
+}
+
+}  // namespace
