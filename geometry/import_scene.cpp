@@ -142,6 +142,34 @@ fs::path importer_program()
                              "; build it there, or set ASPIC_IMPORT to where it is");
 }
 
+// Our own environment, with large pages for what the importer allocates: assimp clears 16 MB for
+// any OBJ, and a file of one face then takes 6 ms, against 15 in pages of 4 KiB.
+std::vector<std::string> importer_environment()
+{
+    const std::string tunables = "GLIBC_TUNABLES=", large_pages = "glibc.malloc.hugetlb=1";
+    std::vector<std::string> all;
+    std::string ours = tunables + large_pages;
+    for (char** at = ::environ; *at; ++at) {
+        const std::string variable = *at;
+        if (variable.starts_with(tunables)) {
+            ours = variable + ":" + large_pages;
+        } else {
+            all.push_back(variable);
+        }
+    }
+    all.push_back(ours);
+    return all;
+}
+
+// As C wants a list of words.
+std::vector<char*> pointers(std::vector<std::string>& words)
+{
+    std::vector<char*> out;
+    for (std::string& word : words) out.push_back(word.data());
+    out.push_back(nullptr);
+    return out;
+}
+
 // The importer while it runs. Never left behind: whatever happens here, it ends.
 class Child {
 public:
@@ -161,11 +189,9 @@ public:
         posix_spawnattr_setpgroup(&attributes, 0);
         posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
 
-        std::vector<char*> argv;
-        for (std::string& a : arguments) argv.push_back(a.data());
-        argv.push_back(nullptr);
-        const int code =
-            posix_spawn(&pid_, program.c_str(), &files, &attributes, argv.data(), ::environ);
+        std::vector<std::string> environment = importer_environment();
+        const int code = posix_spawn(&pid_, program.c_str(), &files, &attributes,
+                                     pointers(arguments).data(), pointers(environment).data());
         posix_spawn_file_actions_destroy(&files);
         posix_spawnattr_destroy(&attributes);
         if (code != 0) fail("could not start " + program.string(), code);
