@@ -4,6 +4,7 @@
 #include "physics/brick_kernels.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 namespace physics {
@@ -73,6 +74,32 @@ public:
     std::size_t room() const override { return 4 * body_.layout.slots; }
 
     void forces(const double* x, double* f) override { evaluate(x, f, {}); }
+    double energy(const double* x) override { return evaluate(x, nullptr, {}); }
+
+    double largest_difference(const double* w) const override
+    {
+        const BrickLayout& layout = body_.layout;
+        std::vector<double> largest_sq(layout.pieces.size(), 0);
+        for_each_piece(layout, [&](std::size_t p) {
+            double most = 0;
+            for (std::size_t b = layout.pieces[p].first_block; b < layout.pieces[p].last_block;
+                 ++b) {
+                const std::uint32_t* corner = &layout.gather[b * 8 * block_lanes];
+                for (std::size_t i = block_lanes; i < 8 * block_lanes; ++i) {
+                    const double* from = w + 4 * std::size_t{corner[i % block_lanes]};
+                    const double* to = w + 4 * std::size_t{corner[i]};
+                    double sum = 0;
+                    for (std::size_t k = 0; k < 3; ++k)
+                        sum += (to[k] - from[k]) * (to[k] - from[k]);
+                    most = std::max(most, sum);
+                }
+            }
+            largest_sq[p] = most;
+        });
+        double most = 0;
+        for (const double sq : largest_sq) most = std::max(most, sq);
+        return std::sqrt(most);
+    }
 
     // Lanes of blocks to fill, where not null.
     struct Measures {

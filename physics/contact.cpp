@@ -148,6 +148,7 @@ Contact contact_at(const Touch& t, double friction, double creep, const SkinPoin
     out.force = push * t.normal - drag * slip;
     out.stiffness = isotropic_about(t.normal, 0, point.stiffness);
     out.drag = isotropic_about(t.normal, drag, -drag);
+    out.energy = -0.5 * push * t.gap;
     return out;
 }
 

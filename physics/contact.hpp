@@ -57,6 +57,7 @@ struct Contact {
     Vec3 force;                       // N, on the point
     std::array<double, 6> stiffness;  // N/m, xx xy xz yy yz zz: minus its derivative by position
     std::array<double, 6> drag;       // N s/m, the same by velocity
+    double energy;                    // J, of the layer that is pressed together
 };
 
 // All contacts of points at x moving at v (four numbers a slot), in a step of dt seconds.

@@ -255,6 +255,10 @@ private:
             report_.iterations += solved.iterations;
             for (std::size_t i = 0; i < n_; ++i) w_[i] += delta_[i];
             if (!solved.converged) unsolved_ = true;
+            if (round == 0 && violent()) {
+                report_.residual = std::max(report_.residual, descend(reference) / reference);
+                return;
+            }
             if (round + 1 == options_.newton_iterations && colliders_.empty()) {
                 size = solved.residual;
                 break;
@@ -272,6 +276,101 @@ private:
         }
         if (reference > 0) report_.residual = std::max(report_.residual, size / reference);
         if (!(size <= 1.0001 * target)) report_.converged = false;
+    }
+
+    // Whether the linear forces were asked too much: half a cube between neighbours in one stage.
+    bool violent() const
+    {
+        return !(tau_ * elasticity_.largest_difference(w_.data()) < 0.5 * body_.h);
+    }
+
+    // Phi but for the damping, whose matrix changes with x. Contacts that rub add nothing.
+    double potential(const Aligned<double>& w)
+    {
+        for (std::size_t i = 0; i < n_; ++i) x_[i] = x0_[i] + tau_ * w[i];
+        double sum = elasticity_.energy(x_.data());
+        for (std::size_t i = 0; i < n_; ++i) {
+            const double push = outside_[i] + windy_[i] - 0.5 * (damping_[i] + drag_[i]) * w[i];
+            const double jump = w[i] - v0_[i];
+            sum += 0.5 * mass_[i] * jump * jump - tau_ * push * w[i];
+        }
+        if (!colliders_.empty()) {
+            for (const Contact& c : touching()) sum += c.energy;
+        }
+        return sum;
+    }
+
+    // Goes down Phi by Newton steps. Returns the residual's norm.
+    double descend(double reference)
+    {
+        constexpr int most = 30;
+        // Beyond this the linear solution of an ordinary step would be no better.
+        const double target = std::max(options_.tolerance, 1e-3) * reference;
+        double phi = set_off_lowest();
+        at_start_ = false;
+        double size = 0;
+        for (int i = 0;; ++i) {
+            place();
+            contacts_ = touching();
+            linearise(x_);
+            residual();
+            prepare_preconditioner();
+            size = norm(r_);
+            if (size <= target || !std::isfinite(size)) break;
+            const bool tried = i < most;
+            if (tried) report_.iterations += solve_linear(0.1 * size).iterations;
+            if (!tried || !search_along_delta(phi)) {
+                report_.converged = false;
+                break;
+            }
+        }
+        place();
+        return size;
+    }
+
+    // w_ becomes the lowest of the linear solution, going on as before, and standing still. Returns
+    // its Phi.
+    double set_off_lowest()
+    {
+        Aligned<double> best(n_, 0), on = v0_;
+        for (std::size_t i = 0; i < n_; ++i) {
+            if (fixed_[i] != 0) on[i] = best[i] = w_[i];
+        }
+        double phi = potential(best);
+        for (Aligned<double>* w : {&on, &w_}) {
+            const double here = potential(*w);
+            if (here < phi) phi = here, best.swap(*w);
+        }
+        w_.swap(best);
+        return phi;
+    }
+
+    // w_ goes as far along delta_ as lowers Phi enough (Armijo's condition); whether it went at
+    // all.
+    bool search_along_delta(double& phi)
+    {
+        constexpr int halvings = 12;
+        // Damping with K as it is here: 1/2 (w + a delta)^T C (w + a delta), less that at w.
+        elasticity_.weigh(0, tau_);
+        elasticity_.multiply(delta_.data(), product_.data());
+        double slope = 0, linear = 0, square = 0;
+        for (std::size_t k = 0; k < n_; ++k) {
+            slope += r_[k] * delta_[k];
+            linear += w_[k] * product_[k];
+            square += delta_[k] * product_[k];
+        }
+        Aligned<double> trial(n_);
+        double step = 1;
+        for (int i = 0; i < halvings; ++i, step *= 0.5) {
+            for (std::size_t k = 0; k < n_; ++k) trial[k] = w_[k] + step * delta_[k];
+            const double next = potential(trial);
+            const double damped = step * (linear + 0.5 * step * square);
+            if (next + damped > phi - 1e-4 * step * slope || !std::isfinite(next)) continue;
+            phi = next;
+            w_.swap(trial);
+            return true;
+        }
+        return false;
     }
 
     // Free corners set off as the steady forces have them.

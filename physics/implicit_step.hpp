@@ -14,6 +14,12 @@
 // A stage is linearised where it starts and solved once (Baraff, Witkin. Large steps in cloth
 // simulation. SIGGRAPH 1998); more Newton iterations if asked. Contact is solved with it by a
 // semismooth Newton iteration over the points that touch.
+// Where that would turn or stretch a cube by a large part of itself in one stage, the linear forces
+// mean nothing, and stiff parts on soft ones would be flung out. Such a stage goes down the
+// potential whose minimum it is (Martin, Thomaszewski, Grinspun, Gross. Example-based elastic
+// materials. SIGGRAPH 2011),
+//   Phi(w) = 1/2 (w - v0)^T M (w - v0) + U(x0 + tau w) - tau f_out . w + 1/2 tau w^T D w
+// by Newton steps with a line search, so that it can only lose energy.
 
 #include "physics/corner_body.hpp"
 #include "physics/loads.hpp"
@@ -41,6 +47,10 @@ public:
     virtual std::size_t room() const = 0;
     // f = the elastic forces at x, of which the derivative is kept.
     virtual void forces(const double* x, double* f) = 0;
+    // The elastic energy at x, J. What was kept of a derivative is lost.
+    virtual double energy(const double* x) = 0;
+    // The largest difference of a field between two corners that the method ties together, about.
+    virtual double largest_difference(const double* w) const = 0;
     // From here on K stands for stiffness * K + damping * (Rayleigh's part of) K.
     virtual void weigh(double stiffness, double damping) = 0;
     virtual void multiply(const float* p, float* y) const = 0;  // y = K p

@@ -126,6 +126,23 @@ public:
         });
     }
 
+    double energy(const double* x) override
+    {
+        return sum_over_springs([&](const Spring& s) {
+            const double stretch = (at(x, s.b) - at(x, s.a)).norm() - s.length;
+            return 0.5 * s.stiffness * stretch * stretch;
+        });
+    }
+
+    double largest_difference(const double* w) const override
+    {
+        double most_sq = 0;
+        for (const Spring& s : body_.springs) {
+            most_sq = std::max(most_sq, (at(w, s.b) - at(w, s.a)).squaredNorm());
+        }
+        return std::sqrt(most_sq);
+    }
+
     void weigh(double stiffness, double damping) override
     {
         for_each(body_.springs.size(), [&](std::size_t s) {
@@ -156,6 +173,19 @@ public:
     }
 
 private:
+    template <class Term> double sum_over_springs(const Term& term) const
+    {
+        const auto& springs = body_.springs;
+        return geometry::ordered_sum(springs.size(), 8192, 0.0,
+                                     [&](std::size_t begin, std::size_t end) {
+                                         double sum = 0;
+                                         for (std::size_t i = begin; i < end; ++i) {
+                                             sum += term(springs[i]);
+                                         }
+                                         return sum;
+                                     });
+    }
+
     template <class Each> static void for_each(std::size_t n, const Each& each)
     {
         geometry::parallel_for(n, 8192, [&](std::size_t begin, std::size_t end) {
