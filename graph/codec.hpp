@@ -4,8 +4,7 @@
 // containers, fixed Eigen types, optional, pair, shared_ptr<const T>, and plain structs of these
 // (graph/fields.hpp finds their members).
 //
-//   vector<Vec3f>      count, then the scalars' bytes in planes: all first bytes, all second, ...
-//                      (neighbouring floats share sign and exponent, so planes compress)
+//   vector<Vec3f>      count, padding to a multiple of 8 bytes, the scalars as they are in memory
 //   shared_ptr<const T> the name of the content, which stands elsewhere: what many values share is
 //                      stored once, and read back as one object again
 //
@@ -38,42 +37,76 @@ using ContentName = std::array<std::uint64_t, 2>;
 
 struct Encoder {
     std::string bytes;
+    // Takes the bytes bit by bit, where nobody needs them all at once; else they gather in `bytes`.
+    std::function<void(const void* data, std::size_t size)> sink = {};
     // Stores shared content, encoded by `encode`, and returns its name.
     std::function<ContentName(const std::shared_ptr<const void>& content, const std::string& layout,
                               void (*encode)(const void*, Encoder&))>
-        share;
+        share = {};
 
     void raw(const void* data, std::size_t size)
     {
+        if (sink && size > 4096) {
+            drain();
+            sink(data, size);
+            drained_ += size;
+            return;
+        }
         bytes.append(static_cast<const char*>(data), size);
+        if (sink && bytes.size() > 4096) drain();
     }
+    // Zeros up to a multiple of 8 bytes, so that what follows is aligned in memory when read.
+    void pad() { raw("\0\0\0\0\0\0\0", (8 - (drained_ + bytes.size()) % 8) % 8); }
+    // Hands the sink what it has not seen yet.
+    void drain()
+    {
+        sink(bytes.data(), bytes.size());
+        drained_ += bytes.size();
+        bytes.clear();
+    }
+
+private:
+    std::size_t drained_ = 0;
 };
 
-struct Decoder {
-    std::string_view bytes;
+class Decoder {
+public:
     // Gives the content of that name, decoded by `decode` unless an equal one is at hand.
-    std::function<std::shared_ptr<const void>(const ContentName& name, const std::string& layout,
-                                              std::shared_ptr<const void> (*decode)(Decoder&))>
-        shared;
+    using Shared = std::function<std::shared_ptr<const void>(
+        const ContentName& name, const std::string& layout,
+        std::shared_ptr<const void> (*decode)(Decoder&))>;
+
+    explicit Decoder(std::string_view bytes) : Decoder(bytes, {}) {}
+    Decoder(std::string_view bytes, Shared find)
+        : shared(std::move(find)), bytes_(bytes), size_(bytes.size())
+    {}
+
+    Shared shared;
 
     const char* take(std::size_t size)
     {
-        if (size > bytes.size()) throw std::runtime_error("encoded value ends too early");
-        const char* const data = bytes.data();
-        bytes.remove_prefix(size);
+        if (size > bytes_.size()) throw std::runtime_error("encoded value ends too early");
+        const char* const data = bytes_.data();
+        bytes_.remove_prefix(size);
         return data;
     }
+    std::size_t left() const { return bytes_.size(); }
+    void skip_padding() { take((8 - (size_ - bytes_.size()) % 8) % 8); }
     void raw(void* data, std::size_t size) { std::memcpy(data, take(size), size); }
     // A count of things of at least `each` bytes.
     std::size_t count(std::size_t each)
     {
         std::uint64_t n = 0;
         raw(&n, sizeof n);
-        if (n > bytes.size() / std::max<std::size_t>(each, 1)) {
+        if (n > bytes_.size() / std::max<std::size_t>(each, 1)) {
             throw std::runtime_error("encoded value claims more than there is");
         }
         return n;
     }
+
+private:
+    std::string_view bytes_;
+    std::size_t size_;  // of all of it
 };
 
 namespace detail {
@@ -128,16 +161,6 @@ template <class T> constexpr bool flat()
 template <class T>
 concept FlatVector = IsVector<T>::value && flat<typename T::value_type>();
 
-template <class T> constexpr std::size_t scalar_size()
-{
-    if constexpr (Scalar<T>)
-        return sizeof(T);
-    else if constexpr (EigenFixed<T>)
-        return sizeof(typename T::Scalar);
-    else
-        return scalar_size<typename T::value_type>();
-}
-
 template <class T> constexpr bool storable();
 
 template <class Tuple> struct AllStorable;
@@ -168,39 +191,19 @@ template <class T> constexpr bool storable()
     }
 }
 
-// Scalars are split into planes in blocks of this many, so that both sides stay in the cache.
-constexpr std::size_t plane_block = 4096;
+// Copies of this many bytes and more are shared between the cores.
+constexpr std::size_t large_copy = std::size_t{4} << 20;
 
-template <std::size_t S> void to_planes(const char* from, char* to, std::size_t n)
+inline void copy_bytes(char* to, const char* from, std::size_t size)
 {
-    for (std::size_t i = 0; i < n; ++i) {
-        for (std::size_t b = 0; b < S; ++b) to[b * n + i] = from[i * S + b];
+    if (size < large_copy) {
+        if (size > 0) std::memcpy(to, from, size);
+        return;
     }
-}
-template <std::size_t S> void from_planes(const char* from, char* to, std::size_t n)
-{
-    for (std::size_t i = 0; i < n; ++i) {
-        for (std::size_t b = 0; b < S; ++b) to[i * S + b] = from[b * n + i];
-    }
-}
-
-template <std::size_t S, class Move>
-void by_blocks(const char* from, char* to, std::size_t n, const Move& move)
-{
-    if constexpr (S == 1) {
-        if (n > 0) std::memcpy(to, from, n);
-    } else {
-        const std::size_t blocks = (n + plane_block - 1) / plane_block;
-        const auto one = [&](std::size_t k) {
-            const std::size_t at = k * plane_block;
-            move(from + at * S, to + at * S, std::min(plane_block, n - at));
-        };
-        if (blocks < 64) {
-            for (std::size_t k = 0; k < blocks; ++k) one(k);
-        } else {
-            tbb::parallel_for(std::size_t{0}, blocks, one);
-        }
-    }
+    constexpr std::size_t piece = std::size_t{1} << 20;
+    tbb::parallel_for(std::size_t{0}, (size + piece - 1) / piece, [&](std::size_t k) {
+        std::memcpy(to + k * piece, from + k * piece, std::min(piece, size - k * piece));
+    });
 }
 
 }  // namespace detail
@@ -270,13 +273,9 @@ template <Storable T> void encode(const T& value, Encoder& out)
     } else if constexpr (std::is_same_v<T, std::filesystem::path>) {
         encode(value.generic_string(), out);
     } else if constexpr (FlatVector<T>) {
-        constexpr std::size_t scalar = scalar_size<typename T::value_type>();
         encode(std::uint64_t{value.size()}, out);
-        const std::size_t size = value.size() * sizeof(typename T::value_type);
-        const std::size_t at = out.bytes.size();
-        out.bytes.resize(at + size);
-        by_blocks<scalar>(reinterpret_cast<const char*>(value.data()), out.bytes.data() + at,
-                          size / scalar, to_planes<scalar>);
+        out.pad();
+        out.raw(value.data(), value.size() * sizeof(typename T::value_type));
     } else if constexpr (IsVector<T>::value || IsTree<T>::value) {
         encode(std::uint64_t{value.size()}, out);
         for (const typename T::value_type& element : value) encode(element, out);
@@ -322,11 +321,20 @@ template <Storable T> void decode(Decoder& in, T& value)
         decode(in, text);
         value = text;
     } else if constexpr (FlatVector<T>) {
-        constexpr std::size_t scalar = scalar_size<typename T::value_type>();
-        value.resize(in.count(sizeof(typename T::value_type)));
-        const std::size_t size = value.size() * sizeof(typename T::value_type);
-        by_blocks<scalar>(in.take(size), reinterpret_cast<char*>(value.data()), size / scalar,
-                          from_planes<scalar>);
+        using Element = typename T::value_type;
+        const std::size_t n = in.count(sizeof(Element));
+        in.skip_padding();
+        const char* const from = in.take(n * sizeof(Element));
+        if constexpr (Scalar<Element>) {
+            // Copied as it is made: resize() would write zeros first.
+            if (reinterpret_cast<std::uintptr_t>(from) % alignof(Element) == 0) {
+                const auto* const first = reinterpret_cast<const Element*>(from);
+                value.assign(first, first + n);
+                return;
+            }
+        }
+        value.resize(n);
+        copy_bytes(reinterpret_cast<char*>(value.data()), from, n * sizeof(Element));
     } else if constexpr (IsVector<T>::value) {
         const std::size_t size = in.count(1);
         value.clear();

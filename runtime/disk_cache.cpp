@@ -1,10 +1,8 @@
 #include "runtime/disk_cache.hpp"
 
-#include <tbb/parallel_for.h>
-#include <zstd.h>
-
 #include <chrono>
 #include <cstdlib>
+#include <cstring>
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -16,66 +14,7 @@ using graph::ContentName;
 
 namespace {
 
-enum Kind : std::uint32_t { kind_record = 1, kind_content = 2, kind_list = 3 };
-
-constexpr char magic[8] = {'a', 's', 'p', 'i', 'c', '-', 'c', '1'};
-constexpr std::size_t chunk_size = std::size_t{1} << 20;
-constexpr std::size_t most_bytes = std::size_t{1} << 40;
 constexpr std::size_t most_queued = std::size_t{512} << 20;
-
-struct Header {
-    char magic[8];
-    std::uint32_t kind;
-    std::uint32_t chunks;
-    std::uint64_t size;  // of what the chunks hold, unpacked
-    Key table;           // hash of the table and the fields above
-};
-static_assert(sizeof(Header) == 40);
-
-struct Chunk {
-    std::uint64_t stored;  // bytes; as many as unpacked: stored as they are
-    Key hash;              // of the stored bytes
-};
-
-Key table_hash(const Header& header, const std::vector<Chunk>& table)
-{
-    KeyBuilder b;
-    b.add(header.kind).add(header.chunks).add(header.size);
-    for (const Chunk& c : table) b.add(c.stored).add(c.hash);
-    return b.key();
-}
-
-struct File {
-    int number = -1;
-    explicit File(int n) : number(n) {}
-    File(const File&) = delete;
-    ~File()
-    {
-        if (number >= 0) ::close(number);
-    }
-    bool read(void* to, std::size_t size, std::size_t at) const
-    {
-        char* p = static_cast<char*>(to);
-        while (size > 0) {
-            const ssize_t got = ::pread(number, p, size, static_cast<off_t>(at));
-            if (got <= 0) return false;
-            const auto n = static_cast<std::size_t>(got);
-            p += n, at += n, size -= n;
-        }
-        return true;
-    }
-    bool write(const void* from, std::size_t size) const
-    {
-        const char* p = static_cast<const char*>(from);
-        while (size > 0) {
-            const ssize_t put = ::write(number, p, size);
-            if (put < 0 && errno == EINTR) continue;
-            if (put <= 0) return false;
-            p += put, size -= static_cast<std::size_t>(put);
-        }
-        return true;
-    }
-};
 
 Key key_of(const ContentName& name)
 {
@@ -95,24 +34,29 @@ void touch(const fs::path& path)
     ::utimensat(AT_FDCWD, path.c_str(), nullptr, 0);
 }
 
-template <class F> void each_file(const fs::path& folder, const F& f)
+// Left by a writer that was killed, or of one that is at it.
+bool is_temporary(const fs::path& path)
+{
+    return path.native().ends_with('~');
+}
+
+template <class F> void each_of(const fs::path& folder, bool temporary, const F& f)
 {
     std::error_code error;
     fs::recursive_directory_iterator at(folder, error), end;
     while (!error && at != end) {
         std::error_code ignored;
-        if (at->is_regular_file(ignored)) f(*at);
+        if (at->is_regular_file(ignored) && is_temporary(at->path()) == temporary) f(*at);
         at.increment(error);
     }
 }
-
-// Packed where it gains a tenth at least: else reading it back would only cost time.
-std::string_view pack(std::string_view raw, std::string& buffer)
+template <class F> void each_file(const fs::path& folder, const F& f)
 {
-    buffer.resize(ZSTD_compressBound(raw.size()));
-    const std::size_t size = ZSTD_compress(buffer.data(), buffer.size(), raw.data(), raw.size(), 1);
-    if (ZSTD_isError(size) || size > raw.size() / 10 * 9) return raw;
-    return {buffer.data(), size};
+    each_of(folder, false, f);
+}
+template <class F> void each_temporary(const fs::path& folder, const F& f)
+{
+    each_of(folder, true, f);
 }
 
 }  // namespace
@@ -177,109 +121,27 @@ bool DiskCache::holds(const Key& key) const
     return ::access(path_of("records", key).c_str(), R_OK) == 0;
 }
 
-// ---- files
-// ---------------------------------------------------------------------------------------
+// ---- files --------------------------------------------------------------------------------------
 
-std::optional<DiskCache::Bytes> DiskCache::read_file(const fs::path& path, std::uint32_t kind)
+std::optional<FileBytes> DiskCache::read_file(const fs::path& path, FileKind kind)
 {
-    const File file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-    if (file.number < 0) return std::nullopt;
-    const auto bad = [&](const char* why) {
-        set_aside(path, why);
-        return std::nullopt;
-    };
-    struct stat info = {};
-    Header header;
-    if (::fstat(file.number, &info) != 0 || !file.read(&header, sizeof header, 0)) {
-        return bad("it is too short");
-    }
-    if (std::memcmp(header.magic, magic, sizeof magic) != 0 || header.kind != kind) {
-        return bad("it is no such file");
-    }
-    if (header.size > most_bytes || header.chunks != (header.size + chunk_size - 1) / chunk_size) {
-        return bad("its header is damaged");
-    }
-    std::vector<Chunk> table(header.chunks);
-    const std::size_t table_size = table.size() * sizeof(Chunk);
-    if (sizeof header + table_size > static_cast<std::size_t>(info.st_size) ||
-        !file.read(table.data(), table_size, sizeof header) ||
-        table_hash(header, table) != header.table) {
-        return bad("its header is damaged");
-    }
-    std::vector<std::size_t> at(table.size() + 1, sizeof header + table_size);
-    for (std::size_t i = 0; i < table.size(); ++i) at[i + 1] = at[i] + table[i].stored;
-    if (at.back() != static_cast<std::size_t>(info.st_size)) return bad("it has another length");
-
-    Bytes bytes{std::make_unique_for_overwrite<char[]>(header.size), header.size};
-    std::atomic<bool> good{true};
-    const auto read_chunk = [&](std::size_t i) {
-        char* const to = bytes.data.get() + i * chunk_size;
-        const std::size_t size = std::min(chunk_size, bytes.size - i * chunk_size);
-        const std::size_t stored = table[i].stored;
-        if (stored == size) {
-            if (!file.read(to, size, at[i]) || hash_bytes(to, size) != table[i].hash) good = false;
-            return;
-        }
-        const auto packed = std::make_unique_for_overwrite<char[]>(stored);
-        if (!file.read(packed.get(), stored, at[i]) ||
-            hash_bytes(packed.get(), stored) != table[i].hash ||
-            ZSTD_decompress(to, size, packed.get(), stored) != size) {
-            good = false;
-        }
-    };
-    if (table.size() == 1) {
-        read_chunk(0);
-    } else {
-        tbb::parallel_for(std::size_t{0}, table.size(), read_chunk);
-    }
-    if (!good) return bad("its checksum does not fit");
+    std::string damage;
+    std::optional<FileBytes> bytes = read_cache_file(path, kind, buffers_, damage);
+    if (!damage.empty()) set_aside(path, damage);
     return bytes;
 }
 
-bool DiskCache::write_file(const fs::path& path, std::uint32_t kind, std::string_view bytes)
+bool DiskCache::write_file(const fs::path& path, FileKind kind, std::string_view bytes)
 {
     if (!writable_) return false;
-    static std::atomic<unsigned> counter{0};
-    const fs::path temporary =
-        path.string() + "." + std::to_string(::getpid()) + "." + std::to_string(counter++) + "~";
-    const auto give_up = [&](int error) {
-        ::unlink(temporary.c_str());
+    const Wrote wrote = write_cache_file(path, kind, bytes);
+    written_ += wrote.size;
+    if (wrote.error != 0) {
         writable_ = false;
         warn_once("write", "the cache folder " + folder_.string() + " can't be written (" +
-                               std::strerror(error) + "); cooking on without storing");
-        return false;
-    };
-    std::error_code error;
-    fs::create_directories(path.parent_path(), error);
-    if (error) return give_up(error.value());
-
-    Header header{};
-    std::memcpy(header.magic, magic, sizeof magic);
-    header.kind = kind;
-    header.size = bytes.size();
-    header.chunks = static_cast<std::uint32_t>((bytes.size() + chunk_size - 1) / chunk_size);
-    std::vector<Chunk> table(header.chunks);
-    std::vector<std::string> buffers(header.chunks);
-    std::vector<std::string_view> packed(header.chunks);
-    for (std::size_t i = 0; i < table.size(); ++i) {
-        packed[i] = pack(bytes.substr(i * chunk_size, chunk_size), buffers[i]);
-        table[i] = {packed[i].size(), hash_bytes(packed[i].data(), packed[i].size())};
+                               std::strerror(wrote.error) + "); cooking on without storing");
     }
-    header.table = table_hash(header, table);
-
-    const File file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
-    if (file.number < 0) return give_up(errno);
-    bool good = file.write(&header, sizeof header) &&
-                file.write(table.data(), table.size() * sizeof(Chunk));
-    std::size_t size = sizeof header + table.size() * sizeof(Chunk);
-    for (const std::string_view& chunk : packed) {
-        good = good && file.write(chunk.data(), chunk.size());
-        size += chunk.size();
-    }
-    if (!good || ::fsync(file.number) != 0) return give_up(errno);
-    if (::rename(temporary.c_str(), path.c_str()) != 0) return give_up(errno);
-    written_ += size;
-    return true;
+    return wrote.error == 0;
 }
 
 void DiskCache::set_aside(const fs::path& path, const std::string& why)
@@ -301,8 +163,7 @@ void DiskCache::warn_once(const std::string& kind, const std::string& text)
     if (warn_) warn_(text);
 }
 
-// ---- values
-// --------------------------------------------------------------------------------------
+// ---- values -------------------------------------------------------------------------------------
 
 graph::Encoder DiskCache::encoder(std::vector<ContentName>& names)
 {
@@ -341,7 +202,7 @@ ContentName DiskCache::write_content(const void* content, const std::string& lay
     const fs::path path = path_of("contents", key);
     if (::access(path.c_str(), R_OK) == 0) {
         touch(path);  // so that nobody takes it for forgotten before the record names it
-    } else if (!write_file(path, kind_content, e.bytes)) {
+    } else if (!write_file(path, FileKind::content, e.bytes)) {
         throw std::runtime_error("the cache can't be written");
     }
     names.push_back({key.low, key.high});
@@ -359,7 +220,7 @@ DiskCache::read_content(const ContentName& name, const std::string& layout,
         }
     }
     const fs::path path = path_of("contents", key_of(name));
-    const std::optional<Bytes> bytes = read_file(path, kind_content);
+    const std::optional<FileBytes> bytes = read_file(path, FileKind::content);
     if (!bytes) return nullptr;
     graph::Decoder d{bytes->view(), [this](const ContentName& inner,
                                            const std::string& inner_layout, auto inner_decode) {
@@ -381,7 +242,7 @@ DiskCache::read_content(const ContentName& name, const std::string& layout,
 
 std::optional<DiskCache::Record> DiskCache::read_record(const fs::path& path)
 {
-    const std::optional<Bytes> bytes = read_file(path, kind_record);
+    const std::optional<FileBytes> bytes = read_file(path, FileKind::record);
     if (!bytes) return std::nullopt;
     try {
         graph::Decoder d{bytes->view(), {}};
@@ -396,13 +257,19 @@ std::optional<DiskCache::Record> DiskCache::read_record(const fs::path& path)
 
 SharedResult DiskCache::load(const Key& key, const graph::NodeType& type)
 {
+    return load(path_of("records", key), type);
+}
+
+SharedResult DiskCache::load(const fs::path& path, const graph::NodeType& type)
+{
     try {
-        const fs::path path = path_of("records", key);
         const std::optional<Record> record = read_record(path);
         if (!record || record->outputs.size() != type.outputs.size()) return nullptr;
         auto result = std::make_shared<Result>();
+        std::vector<ContentName> names;
         for (std::size_t i = 0; i < record->outputs.size(); ++i) {
             const graph::WireType* wire = type.outputs[i].wire;
+            names.push_back(record->outputs[i].name);
             if (!record->outputs[i].there) {
                 result->values.emplace_back();
                 continue;
@@ -412,6 +279,7 @@ SharedResult DiskCache::load(const Key& key, const graph::NodeType& type)
             if (!content) return nullptr;
             result->values.push_back(graph::Value::restored(std::move(content), *wire));
         }
+        result->know_names(std::move(names));
         result->warnings = record->warnings;
         for (const Record::WrittenFile& f : record->files) {
             result->files.push_back({f.path, key_of(f.digest)});
@@ -425,7 +293,26 @@ SharedResult DiskCache::load(const Key& key, const graph::NodeType& type)
     }
 }
 
-void DiskCache::store(const Key& key, SharedResult result)
+SharedResult DiskCache::load_same(const Key& same, const graph::NodeType& type)
+{
+    return load(path_of("same", same), type);
+}
+
+// A second name of one file: it takes no room, and nothing new has to be synced.
+void DiskCache::link(const fs::path& from, const fs::path& to)
+{
+    if (!writable_) return;
+    std::error_code ignored;
+    fs::create_directories(to.parent_path(), ignored);
+    fs::create_hard_link(from, to, ignored);  // where it can't be done, nothing is lost but time
+}
+
+void DiskCache::call(const Key& key, const Key& same)
+{
+    link(path_of("same", same), path_of("records", key));
+}
+
+void DiskCache::store(const Key& key, SharedResult result, const Key& same)
 {
     if (!writable_) return;
     for (const graph::Value& value : result->values) {
@@ -434,7 +321,7 @@ void DiskCache::store(const Key& key, SharedResult result)
     std::unique_lock lock(queue_mutex_);
     queue_changed_.wait(lock, [this] { return queued_bytes_ < most_queued; });
     queued_bytes_ += result->bytes;
-    queue_.push_back({key, std::move(result)});
+    queue_.push_back({key, std::move(result), same});
     queue_changed_.notify_all();
 }
 
@@ -487,13 +374,15 @@ void DiskCache::write(const Job& job)
     record.bytes = job.result->bytes;
     graph::Encoder e;
     graph::encode(record, e);
-    write_file(path_of("records", job.key), kind_record, e.bytes);
+    const fs::path path = path_of("records", job.key);
+    if (write_file(path, FileKind::record, e.bytes) && job.same)
+        link(path, path_of("same", job.same));
 }
 
 std::optional<std::vector<std::string>> DiskCache::list(const Key& key)
 {
     const fs::path path = path_of("lists", key);
-    const std::optional<Bytes> bytes = read_file(path, kind_list);
+    const std::optional<FileBytes> bytes = read_file(path, FileKind::list);
     if (!bytes) return std::nullopt;
     try {
         graph::Decoder d{bytes->view(), {}};
@@ -510,11 +399,10 @@ void DiskCache::store_list(const Key& key, const std::vector<std::string>& names
 {
     graph::Encoder e;
     graph::encode(names, e);
-    write_file(path_of("lists", key), kind_list, e.bytes);
+    write_file(path_of("lists", key), FileKind::list, e.bytes);
 }
 
-// ---- housekeeping
-// --------------------------------------------------------------------------------
+// ---- housekeeping -------------------------------------------------------------------------------
 
 DiskUse DiskCache::use() const
 {
@@ -538,17 +426,23 @@ DiskCheck DiskCache::verify()
     flush();
     DiskCheck check;
     const auto tell = [&](bool good) { good ? ++check.good : ++check.bad; };
-    each_file(folder_ / "records",
-              [&](const fs::directory_entry& file) { tell(read_record(file.path()).has_value()); });
+    for (const char* folder : {"records", "same"}) {
+        each_file(folder_ / folder, [&](const fs::directory_entry& file) {
+            // A file of two names is one file.
+            if (folder[0] == 's' && file.hard_link_count() > 1) return;
+            tell(read_record(file.path()).has_value());
+        });
+    }
     each_file(folder_ / "lists", [&](const fs::directory_entry& file) {
-        tell(read_file(file.path(), kind_list).has_value());
+        tell(read_file(file.path(), FileKind::list).has_value());
     });
     each_file(folder_ / "contents", [&](const fs::directory_entry& file) {
-        const std::optional<Bytes> bytes = read_file(file.path(), kind_content);
+        const std::optional<FileBytes> bytes = read_file(file.path(), FileKind::content);
         if (!bytes) return tell(false);
         const std::string name =
             file.path().parent_path().filename().string() + file.path().filename().string();
-        const bool named_right = hash_bytes(bytes->data.get(), bytes->size) == from_hex(name);
+        const std::string_view all = bytes->view();
+        const bool named_right = hash_bytes(all.data(), all.size()) == from_hex(name);
         if (!named_right) set_aside(file.path(), "it is not what its name says");
         tell(named_right);
     });
@@ -576,15 +470,21 @@ std::uintmax_t DiskCache::shrink(std::uintmax_t budget, double grace)
         if (fs::remove(path, ignored)) gone += size, total -= std::min(total, size);
     };
     std::error_code ignored;
+    for (const char* folder : {"records", "contents", "lists"}) {
+        each_temporary(folder_ / folder, [&](const fs::directory_entry& file) {
+            if (age_of(file.path()) > grace) remove(file.path(), file.file_size(ignored));
+        });
+    }
+    constexpr double week = 7 * 24 * 3600;  // to look at them
+    each_file(folder_ / "aside", [&](const fs::directory_entry& file) {
+        if (age_of(file.path()) > week) remove(file.path(), file.file_size(ignored));
+    });
     each_file(folder_ / "contents", [&](const fs::directory_entry& file) {
         const Key key = from_hex(file.path().parent_path().filename().string() +
                                  file.path().filename().string());
         const std::uintmax_t size = file.file_size(ignored);
         total += size;
-        if (key)
-            contents[{key.low, key.high}] = {size, 0, file.path()};
-        else if (age_of(file.path()) > grace)
-            remove(file.path(), size);  // left by a killed writer
+        contents[{key.low, key.high}] = {size, 0, file.path()};
     });
     std::vector<Old> records;
     each_file(folder_ / "records", [&](const fs::directory_entry& file) {
@@ -609,7 +509,13 @@ std::uintmax_t DiskCache::shrink(std::uintmax_t budget, double grace)
             remove(content.path, content.size);
         }
     }
-    if (total <= budget) return gone;
+    // A second name alone keeps no content alive.
+    const auto drop_second_names = [&] {
+        each_file(folder_ / "same", [&](const fs::directory_entry& file) {
+            if (file.hard_link_count(ignored) < 2) remove(file.path(), file.file_size(ignored));
+        });
+    };
+    if (total <= budget) return drop_second_names(), gone;
     // A little more than asked for, so that the next write does not start over.
     for (const Old& old : records) {
         if (total <= budget / 10 * 9) break;
@@ -622,13 +528,14 @@ std::uintmax_t DiskCache::shrink(std::uintmax_t budget, double grace)
             }
         }
     }
+    drop_second_names();
     return gone;
 }
 
 void DiskCache::clear()
 {
     flush();
-    for (const char* folder : {"records", "contents", "lists", "aside"}) {
+    for (const char* folder : {"records", "same", "contents", "lists", "aside"}) {
         std::error_code ignored;
         fs::remove_all(folder_ / folder, ignored);
     }

@@ -3,17 +3,18 @@
 // Results kept on disk, shared between graphs, processes and machines.
 //
 //   records/ab/<key>       which contents a result has, what it cost, its warnings and files
+//   same/ab/<key>          the same record (one file of two names) under the key that is made of
+//                          the inputs' contents: an edit upstream that changes no byte stops there
 //   contents/cd/<name>     one value, named by the hash of its bytes: equal values are one file
 //   lists/ef/<key>         side files of a node, see side_files.hpp
 //   aside/                 files that did not check out, for people to look at
 //
-// Each file has a header with its kind and lengths, and a table of checksums of its chunks; it is
-// written under another name, synced and renamed, so it is there whole or not at all. Whatever goes
-// wrong here (full disk, no permission, flipped bits) costs a warning and a recomputation, never
-// the cook and never a wrong result.
+// Each is a cache_file.hpp. Whatever goes wrong here (full disk, no permission, flipped bits) costs
+// a warning and a recomputation, never the cook and never a wrong result.
 
 #include "graph/codec.hpp"
 #include "graph/node_type.hpp"
+#include "runtime/cache_file.hpp"
 #include "runtime/memory_cache.hpp"
 
 #include <atomic>
@@ -51,8 +52,13 @@ public:
     bool holds(const Key& key) const;
     // Null when it is not there, does not check out, or was written for another layout of the type.
     SharedResult load(const Key& key, const graph::NodeType& type);
-    // Writes in the background; waits only while very much is waiting to be written.
-    void store(const Key& key, SharedResult result);
+    // The result that was stored with this second name.
+    SharedResult load_same(const Key& same, const graph::NodeType& type);
+    // From now on what is stored under the second name `same` is found under `key` too.
+    void call(const Key& key, const Key& same);
+    // Writes in the background; waits only while very much is waiting to be written. `same` is a
+    // second name, zero for none.
+    void store(const Key& key, SharedResult result, const Key& same = {});
     // Whether reading the result back is quicker than making it again.
     static bool pays(double seconds, std::size_t bytes);
 
@@ -80,6 +86,7 @@ private:
     struct Job {
         Key key;
         SharedResult result;
+        Key same;
     };
 
     void write_jobs(std::stop_token stop);
@@ -94,14 +101,11 @@ private:
     std::optional<Record> read_record(const std::filesystem::path& path);
 
     std::filesystem::path path_of(const char* folder, const Key& key) const;
+    SharedResult load(const std::filesystem::path& path, const graph::NodeType& type);
+    void link(const std::filesystem::path& from, const std::filesystem::path& to);
     // Nothing, without a warning, when there is no such file; a bad one is set aside.
-    struct Bytes {
-        std::unique_ptr<char[]> data;
-        std::size_t size = 0;
-        std::string_view view() const { return {data.get(), size}; }
-    };
-    std::optional<Bytes> read_file(const std::filesystem::path& path, std::uint32_t kind);
-    bool write_file(const std::filesystem::path& path, std::uint32_t kind, std::string_view bytes);
+    std::optional<FileBytes> read_file(const std::filesystem::path& path, FileKind kind);
+    bool write_file(const std::filesystem::path& path, FileKind kind, std::string_view bytes);
     void set_aside(const std::filesystem::path& path, const std::string& why);
     void warn_once(const std::string& kind, const std::string& text);
 
@@ -110,6 +114,8 @@ private:
     std::function<void(const std::string&)> warn_;
     std::atomic<bool> writable_{true};
     std::atomic<std::uintmax_t> written_{0};  // bytes since the size was last looked at
+
+    ReadBuffers buffers_;
 
     std::mutex warned_mutex_;
     std::set<std::string> warned_;

@@ -42,6 +42,10 @@ struct Task {
     int preparation = -1;
     State state = State::fresh;
     bool load = false;          // from disk, instead of running
+    bool compare = false;       // by the inputs' contents, before it runs
+    double usual = 0;           // s, that nodes of its type take; 0 when not known
+    Key same;                   // its key by content, once known
+    SharedResult expected;      // what a recheck must come to
     std::uint32_t missing = 0;  // inputs that have not arrived
     std::uint32_t users = 0;    // inputs of tasks, and wants, that need the result
     Task* previous = nullptr;
@@ -80,6 +84,9 @@ struct Outcome {
     std::optional<std::string> failure;
     bool cancelled = false;
     bool absent = false;  // it was to be loaded and could not be
+    bool equal = false;   // the inputs' contents were met before, and so was the result
+    bool other = false;   // they were not, and there are preparations to make first
+    Key same;             // key by content
     bool store = false;   // on disk
     std::set<std::filesystem::path> opened;
     Run run;
@@ -117,11 +124,13 @@ std::string text_of(std::exception_ptr error)
 class Cooking {
 public:
     Cooking(const graph::Graph& graph, Caches& caches, const Options& options, Observer* observer,
-            Keys& keys, tbb::task_arena& arena, const Evaluator::Arrived& arrived)
+            Keys& keys, std::vector<double>& usual, tbb::task_arena& arena,
+            const Evaluator::Arrived& arrived)
         : graph_(graph), caches_(caches), options_(options), observer_(observer), keys_(keys),
-          arena_(arena), arrived_(arrived), threads_(arena.max_concurrency())
+          usual_(usual), arena_(arena), arrived_(arrived), threads_(arena.max_concurrency())
     {
         cooked_.tallies.resize(graph.nodes.size());
+        usual_.resize(keys.type_count(), 0);
     }
 
     Cooked cook(std::vector<Want> wants, std::size_t at_once)
@@ -229,7 +238,9 @@ private:
         if (failed_.contains(task.key)) return fail(task, false);
         if (SharedResult found = caches_.memory.find(task.key); found && still_there(*found)) {
             if (task.preparation < 0) ++cooked_.tallies[task.node].hits;
-            return arrive(task, std::move(found));
+            if (!rechecked(task)) return arrive(task, std::move(found));
+            task.expected = std::move(found);
+            return begin(task);
         }
         if (task.preparation >= 0) return expand(task);
         if (caches_.disk && storable(task.node) && caches_.disk->holds(task.key)) {
@@ -244,6 +255,14 @@ private:
     {
         const auto& outputs = graph_.nodes[node].type->outputs;
         return std::all_of(outputs.begin(), outputs.end(), stored);
+    }
+
+    // Whether a result that was found is to be made again.
+    bool rechecked(const Task& task) const
+    {
+        if (options_.recheck <= 0 || task.preparation >= 0 || !storable(task.node)) return false;
+        const std::uint64_t draw = (task.key.high ^ options_.recheck_seed) * 0x9e3779b97f4a7c15u;
+        return static_cast<double>(draw >> 11) * 0x1p-53 < options_.recheck;
     }
 
     // A node that no cache knows: its own frame before comes first.
@@ -275,52 +294,92 @@ private:
         });
     }
 
+    // One more that the task waits for. False when that failed.
+    bool attach(Task& task, Task& input)
+    {
+        task.inputs.push_back(&input);
+        if (input.state >= State::done) return input.state == State::done;
+        ++task.missing;
+        input.dependants.push_back(&task);
+        return true;
+    }
+
+    bool attach_port(Task& task, std::size_t port)
+    {
+        const graph::Node& node = graph_.nodes[task.node];
+        bool good = true;
+        for (const graph::Link& link : node.inputs[port]) {
+            for (const int frame : keys_.input_frames(task.node, port, task.frame)) {
+                if (node.type->inputs[port].gather) {
+                    demands_.push({frame, &task, task.inputs.size(), link});
+                    task.inputs.push_back(nullptr);
+                    ++task.missing;
+                } else {
+                    good &= attach(task, want(keys_.at(link.node, frame), link.node, frame));
+                }
+            }
+        }
+        return good;
+    }
+
     // Wants everything that a missed task runs on.
     void expand(Task& task)
     {
         const graph::Node& node = graph_.nodes[task.node];
         const graph::NodeType& type = *node.type;
-        bool blocked = false;
-        const auto attach = [&](Task& input) {
-            task.inputs.push_back(&input);
-            if (input.state == State::failed) blocked = true;
-            if (input.state >= State::done) return;
-            ++task.missing;
-            input.dependants.push_back(&task);
-        };
-        const auto attach_port = [&](std::size_t port) {
-            for (const graph::Link& link : node.inputs[port]) {
-                for (const int frame : keys_.input_frames(task.node, port, task.frame)) {
-                    if (type.inputs[port].gather) {
-                        demands_.push({frame, &task, task.inputs.size(), link});
-                        task.inputs.push_back(nullptr);
-                        ++task.missing;
-                    } else {
-                        attach(want(keys_.at(link.node, frame), link.node, frame));
-                    }
-                }
-            }
-        };
+        if (task.preparation < 0 && type.gather_frames && !keys_.trouble(task.node).empty()) {
+            return fail(task, keys_.trouble(task.node));
+        }
+        bool good = true;
         if (task.preparation >= 0) {
             const auto which = static_cast<std::size_t>(task.preparation);
-            for (const std::size_t port : type.preparations[which].inputs) attach_port(port);
-        } else {
-            if (type.gather_frames && !keys_.trouble(task.node).empty()) {
-                return fail(task, keys_.trouble(task.node));
+            for (const std::size_t port : type.preparations[which].inputs) {
+                good &= attach_port(task, port);
             }
-            for (std::size_t port = 0; port < node.inputs.size(); ++port) attach_port(port);
+        } else {
+            for (std::size_t port = 0; port < node.inputs.size(); ++port) {
+                good &= attach_port(task, port);
+            }
+        }
+        task.usual = usual_[keys_.type(task.node)];
+        task.compare = worth_comparing(task);
+        wait(task, good, !task.compare);
+    }
+
+    // Until all that was attached is there; preparations, too, unless it may come to nothing.
+    void wait(Task& task, bool good, bool preparations)
+    {
+        const graph::NodeType& type = *graph_.nodes[task.node].type;
+        if (preparations && task.preparation < 0) {
             try {
                 for (std::size_t i = 0; i < type.preparations.size(); ++i) {
-                    attach(want(keys_.preparation(task.node, i, task.frame), task.node, task.frame,
-                                static_cast<int>(i)));
+                    good &= attach(task, want(keys_.preparation(task.node, i, task.frame),
+                                              task.node, task.frame, static_cast<int>(i)));
                 }
             } catch (const std::exception& e) {
                 return fail(task, e.what());
             }
         }
         task.state = State::waiting;
-        if (blocked) return fail(task, false);
+        if (!good) return fail(task, false);
         if (task.missing == 0) make_ready(task);
+    }
+
+    static bool quick(const Task& task) { return task.usual > 0 && task.usual < 20e-6; }
+
+    // Comparing costs a hash of what the inputs hold: not for what is made in no time. Nodes that
+    // open files are left out: their keys are made of contents already.
+    bool worth_comparing(const Task& task) const
+    {
+        if (task.expected || (task.inputs.empty() && !task.previous) || opens(task.node))
+            return false;
+        if (task.preparation < 0 && quick(task)) return false;
+        for (const auto& port : graph_.nodes[task.node].inputs) {
+            for (const graph::Link& link : port) {
+                if (!stored(graph_.nodes[link.node].type->outputs[link.output])) return false;
+            }
+        }
+        return !task.previous || storable(task.node);
     }
 
     // One of the task's inputs is there.
@@ -458,6 +517,7 @@ private:
         std::unique_lock lock(mutex_);
         while (Task* task = next()) {
             task->state = State::running;
+            task->usual = usual_[keys_.type(task->node)];
             ++running_;
             if (!ready_.empty() && workers_ < threads_) {
                 ++workers_;
@@ -466,18 +526,18 @@ private:
             lock.unlock();
             Outcome outcome = run(*task, scratch);
             scratch.clear();
-            std::vector<SharedResult> gone;     // dies without the lock
-            std::pair<Key, SharedResult> keep;  // on disk
+            std::vector<SharedResult> gone;  // dies without the lock
+            Stored keep;
             lock.lock();
             --running_;
             guarded([&] {
                 keep = finish(*task, outcome, gone);
                 open();
             });
-            if (!events_.empty() || !gone.empty() || keep.second) {
+            if (!events_.empty() || !gone.empty() || keep.result) {
                 lock.unlock();
                 gone.clear();
-                if (keep.second) caches_.disk->store(keep.first, std::move(keep.second));
+                if (keep.result) caches_.disk->store(keep.key, std::move(keep.result), keep.same);
                 report();
                 lock.lock();
             }
@@ -496,14 +556,26 @@ private:
         }
     }
 
+    // For the disk.
+    struct Stored {
+        Key key;
+        SharedResult result = nullptr;
+        Key same = {};
+    };
+
     // Returns what is to be stored on disk, if anything.
-    std::pair<Key, SharedResult> finish(Task& task, Outcome& outcome,
-                                        std::vector<SharedResult>& gone)
+    Stored finish(Task& task, Outcome& outcome, std::vector<SharedResult>& gone)
     {
         Tally& tally = cooked_.tallies[task.node];
         if (outcome.absent) {
             task.load = false;
             begin(task);
+            return {};
+        }
+        if (outcome.other) {
+            task.compare = false;
+            task.same = outcome.same;
+            wait(task, true, true);
             return {};
         }
         tally.seconds += outcome.run.seconds;
@@ -518,11 +590,22 @@ private:
         SharedResult result = std::move(outcome.result);
         if (task.load) {
             ++tally.loads;
+            if (rechecked(task)) {
+                task.load = false;
+                task.expected = std::move(result);
+                begin(task);
+                return {};
+            }
+        }
+        if (outcome.equal) ++tally.equal;
+        if (task.load || outcome.equal) {
             gone = caches_.memory.insert(task.key, result);
+            if (outcome.equal) release_inputs(task);
             arrive(task, std::move(result));
             return {};
         }
         ++tally.runs;
+        if (task.expected) ++tally.rechecked;
         tally.bytes += outcome.run.bytes;
         if (observer_) events_.emplace_back(outcome.run);
         const bool is_node = task.preparation < 0;
@@ -534,11 +617,24 @@ private:
         // A file that changed under the run: nobody knows what the node read of it.
         const bool torn = is_node && opens(task.node) && keys_.files_changed(task.node);
         const bool keep = !silent && !torn;
+        const Key same = keep ? task.same : Key{};
         if (keep) gone = caches_.memory.insert(key, result);
+        if (same) remember_same(same, key);
+        if (is_node) {
+            double& usual = usual_[keys_.type(task.node)];
+            usual = usual > 0 ? (usual + outcome.run.seconds) / 2 : outcome.run.seconds;
+        }
         release_inputs(task);
         arrive(task, result);
         if (!keep || !outcome.store) return {};
-        return {key, std::move(result)};
+        return {key, std::move(result), same};
+    }
+
+    void remember_same(const Key& same, const Key& key)
+    {
+        constexpr std::size_t most = std::size_t{1} << 20;  // 64 MB
+        if (caches_.same.size() >= most) caches_.same.clear();
+        caches_.same[same] = key;
     }
 
     bool opens(std::uint32_t node) const
@@ -549,7 +645,7 @@ private:
 
     // ---- without the lock
 
-    Outcome run(const Task& task, Scratch& scratch)
+    Outcome run(Task& task, Scratch& scratch)
     {
         Outcome outcome;
         outcome.run = {task.node,
@@ -568,6 +664,8 @@ private:
                 if (task.load) {
                     outcome.result = load(task);
                     outcome.absent = !outcome.result;
+                } else if (task.compare && compare(task, outcome)) {
+                    return;
                 } else {
                     made = task.preparation < 0 ? run_node(task, scratch, outcome)
                                                 : run_preparation(task, scratch);
@@ -579,6 +677,7 @@ private:
             }
         });
         outcome.run.seconds = seconds_since(begin);
+        if (made && task.expected) check_again(task, *made, outcome);
         if (made) {
             made->seconds = outcome.run.seconds;
             outcome.run.bytes = made->bytes;
@@ -699,6 +798,92 @@ private:
         return result;
     }
 
+    // Whether the task need not run now: its result was met under the names of its inputs'
+    // contents, or it was not and there are preparations to make first.
+    bool compare(Task& task, Outcome& outcome)
+    {
+        const auto hidden_cost = [&](const Task* t) {
+            return t ? 1e-10 * static_cast<double>(t->result->bytes) : 0;
+        };
+        const graph::Node& node = graph_.nodes[task.node];
+        const bool is_node = task.preparation < 0;
+        const auto not_met = [&] {
+            outcome.other = is_node && !node.type->preparations.empty();
+            return outcome.other;
+        };
+        if (is_node && quick(task)) return not_met();
+        double cost = hidden_cost(task.previous);
+        for (const Task* input : task.inputs) cost += hidden_cost(input);
+        if (task.usual > 0 && task.usual < 5 * cost) return not_met();
+
+        std::vector<graph::ContentName> names;
+        std::size_t at = 0;
+        const auto add_port = [&](std::size_t port) {
+            for (const graph::Link& link : node.inputs[port]) {
+                const std::size_t frames = keys_.input_frames(task.node, port, task.frame).size();
+                for (std::size_t i = 0; i < frames; ++i) {
+                    const Result& input = *task.inputs[at++]->result;
+                    names.push_back(input.names(caches_.names)[link.output]);
+                }
+            }
+        };
+        if (is_node) {
+            for (std::size_t port = 0; port < node.inputs.size(); ++port) add_port(port);
+            for (const graph::Previous& p : node.type->previous) {
+                names.push_back(task.previous
+                                    ? task.previous->result->names(caches_.names)[p.output]
+                                    : graph::ContentName{});
+            }
+            outcome.same = keys_.by_content(task.node, task.frame, names);
+        } else {
+            const auto which = static_cast<std::size_t>(task.preparation);
+            for (const std::size_t port : node.type->preparations[which].inputs) add_port(port);
+            outcome.same = keys_.preparation_by_content(task.node, which, task.frame, names);
+        }
+        outcome.result = find_same(task, outcome.same);
+        outcome.equal = outcome.result != nullptr;
+        if (!outcome.equal) task.same = outcome.same;
+        return outcome.equal || not_met();
+    }
+
+    SharedResult find_same(const Task& task, const Key& same)
+    {
+        SharedResult found;
+        {
+            const std::lock_guard lock(mutex_);
+            const auto known = caches_.same.find(same);
+            if (known != caches_.same.end()) found = caches_.memory.find(known->second);
+        }
+        const bool on_disk = caches_.disk && task.preparation < 0 && storable(task.node);
+        if (!found && on_disk) {
+            found = caches_.disk->load_same(same, *graph_.nodes[task.node].type);
+        }
+        if (!found || !still_there(*found)) return nullptr;
+        if (on_disk) caches_.disk->call(task.key, same);
+        return found;
+    }
+
+    // What was made again must be what was found.
+    void check_again(const Task& task, const Result& made, Outcome& outcome)
+    {
+        const auto& was = task.expected->names(caches_.names);
+        const auto& is = made.names(caches_.names);
+        const auto& outputs = graph_.nodes[task.node].type->outputs;
+        for (std::size_t i = 0; i < is.size(); ++i) {
+            if (was[i] == is[i]) continue;
+            outcome.failure = "made again to check it, output '" + outputs[i].name +
+                              "' is not what was stored: the node depends on something that is "
+                              "not in its key, or the stored result is wrong";
+            return;
+        }
+        for (std::size_t i = 0; i < made.files.size() && i < task.expected->files.size(); ++i) {
+            if (made.files[i].digest == task.expected->files[i].digest) continue;
+            outcome.failure = "written again to check it, " + made.files[i].path.string() +
+                              " is not the file that it was";
+            return;
+        }
+    }
+
     SharedResult load(const Task& task)
     {
         SharedResult result = caches_.disk->load(task.key, *graph_.nodes[task.node].type);
@@ -789,6 +974,7 @@ private:
     const Options& options_;
     Observer* observer_;
     Keys& keys_;
+    std::vector<double>& usual_;
     tbb::task_arena& arena_;
     const Evaluator::Arrived& arrived_;
     const int threads_;
@@ -866,7 +1052,7 @@ Cooked Evaluator::cook(std::vector<Want> wants, const Arrived& arrived)
     const std::size_t a_frame =
         (wants.size() + frames.size()) / std::max<std::size_t>(frames.size(), 1);
     const auto ahead = static_cast<std::size_t>(std::max(4, 2 * arena_->max_concurrency()));
-    Cooking cooking(graph_, caches_, options_, observer_, keys_, *arena_, arrived);
+    Cooking cooking(graph_, caches_, options_, observer_, keys_, usual_, *arena_, arrived);
     return cooking.cook(std::move(wants), ahead * a_frame);
 }
 
@@ -880,7 +1066,7 @@ void Evaluator::find_side_files(const std::vector<std::uint32_t>& targets,
     for (const std::uint32_t n : std::vector<std::uint32_t>(keys_.openers())) {
         for (const int frame : frames) {
             if (!keys_.known(n, frame)) {
-                Cooking(graph_, caches_, options, nullptr, keys_, *arena_, {})
+                Cooking(graph_, caches_, options, nullptr, keys_, usual_, *arena_, {})
                     .cook({{n, frame}}, 1);
                 keys_.edited(n);
                 keys_.aim(targets, frames);

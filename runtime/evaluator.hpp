@@ -2,9 +2,12 @@
 
 // Cooks a graph: what is wanted, from the caches where they hold it, by running nodes where not.
 //
-//   want ──> look up ──hit──────────────────────────────> done
-//               └─miss──> want what it depends on ──> ready ──> run ──> done
+//   want ──> look up ──hit──────────────────────────────────────────────> done
+//               └─miss──> want what it depends on ──> compare ──equal───> done
+//                                                        └─not──> run ──> done
 //
+// To compare is to look up again, by the bytes of the inputs instead of their keys: an edit that
+// changes nothing of what a node makes stops there.
 // Equal keys are one task, so a held keyframe or a static branch is cooked once. Nothing recurses:
 // a chain of any depth is a list of waiting tasks. A simulation asked for one late frame goes down
 // its own past only, and wants the rest of a frame's inputs when the frame before is about to run.
@@ -30,6 +33,8 @@ struct Caches {
     FileDigests files;
     SideFiles side_files;
     std::unique_ptr<DiskCache> disk;  // null: nothing outlives the process
+    ContentNames names;
+    std::unordered_map<Key, Key, KeyHash> same;  // keys by content (Keys::by_content) to keys
 };
 
 struct Options {
@@ -38,6 +43,10 @@ struct Options {
     std::filesystem::path output_folder = ".";
     std::stop_token stop;  // set: no node starts any more, and those that run may give up
     Key salt;              // what all results depend on: which program this is
+    // Share of the results found in a cache that are made again all the same; one that differs from
+    // what was stored is a failure. The seed says which.
+    double recheck = 0;
+    std::uint64_t recheck_seed = 0;
 };
 
 struct Want {
@@ -49,6 +58,8 @@ struct Want {
 // How often a node ran and what that took, in one cook; preparations included.
 struct Tally {
     std::size_t runs = 0, hits = 0, loads = 0, failures = 0, blocked = 0;
+    std::size_t equal = 0;      // results taken over because all inputs came out as before
+    std::size_t rechecked = 0;  // of the hits and loads: made again and compared
     double seconds = 0;
     std::size_t bytes = 0;  // of all results that it made
 };
@@ -92,6 +103,7 @@ private:
     Options options_;
     Observer* observer_;
     Keys keys_;
+    std::vector<double> usual_;  // s, of a run of each type of node; 0 when not known yet
     std::unique_ptr<tbb::detail::d1::global_control> threads_;
     std::unique_ptr<tbb::detail::d1::task_arena> arena_;
 };

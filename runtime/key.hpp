@@ -7,7 +7,9 @@
 
 #include <xxhash.h>
 
+#include <array>
 #include <compare>
+#include <cstring>
 #include <string>
 #include <string_view>
 
@@ -53,15 +55,28 @@ public:
     }
     KeyBuilder& add(const graph::ParamValue& value);
 
-    void clear() { bytes_.clear(); }
-    Key key() const { return hash_bytes(bytes_.data(), bytes_.size()); }
+    void clear() { size_ = 0, long_.clear(); }
+    Key key() const
+    {
+        return long_.empty() ? hash_bytes(short_.data(), size_)
+                             : hash_bytes(long_.data(), long_.size());
+    }
 
 private:
     void append(const void* data, std::size_t size)
     {
-        bytes_.append(static_cast<const char*>(data), size);
+        if (long_.empty() && size_ + size <= short_.size()) {
+            std::memcpy(short_.data() + size_, data, size);
+            size_ += size;
+            return;
+        }
+        if (long_.empty()) long_.assign(short_.data(), size_);
+        long_.append(static_cast<const char*>(data), size);
     }
-    std::string bytes_;
+
+    std::array<char, 248> short_;  // most keys fit: no memory to ask for
+    std::size_t size_ = 0;
+    std::string long_;  // all of it, once it does not fit
 };
 
 }  // namespace runtime

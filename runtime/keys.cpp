@@ -122,8 +122,30 @@ void Keys::read_links()
 {
     nodes_.assign(graph_.nodes.size(), {});
     links_.clear();
+    links_.reserve(2 * nodes_.size());
+    types_.clear();
+    struct Type {
+        std::uint32_t index;
+        bool opens;
+    };
+    std::unordered_map<const graph::NodeType*, Type> known;
+    const graph::NodeType* last = nullptr;
+    Type type{};
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
         const graph::Node& node = graph_.nodes[n];
+        if (std::exchange(last, node.type) != node.type) {
+            const auto next = static_cast<std::uint32_t>(types_.size());
+            const auto [found, is_new] =
+                known.try_emplace(node.type, Type{next, has_path_in(node.type->params)});
+            if (is_new) {
+                builder_.clear();
+                builder_.add(options_.salt).add(node.type->name).add(node.type->version);
+                types_.push_back(builder_.add(node.type->reads).key());
+            }
+            type = found->second;
+        }
+        nodes_[n].type = type.index;
+        nodes_[n].opens = type.opens;
         nodes_[n].first_link = static_cast<std::uint32_t>(links_.size());
         for (const auto& port : node.inputs) {
             for (const graph::Link& link : port) links_.push_back(link.node);
@@ -131,7 +153,6 @@ void Keys::read_links()
         nodes_[n].links = static_cast<std::uint32_t>(links_.size()) - nodes_[n].first_link;
         nodes_[n].rolls = !node.type->previous.empty();
         nodes_[n].gathers = static_cast<bool>(node.type->gather_frames);
-        nodes_[n].opens = has_path_in(node.type->params);
     }
     targets_.clear();
     frames_.clear();
@@ -207,7 +228,7 @@ void Keys::aim(const std::vector<std::uint32_t>& targets, const std::vector<int>
         }
     }
     for (const std::uint32_t n : file_nodes_) {
-        if (!nodes_[n].stale && fixed_part(n) != nodes_[n].fixed) edited(n);
+        if (!nodes_[n].stale && fixed_part(n, builder_) != nodes_[n].fixed) edited(n);
     }
     const auto from = std::lower_bound(reached_.begin(), reached_.end(), first_stale_);
     if (from == reached_.end()) return;
@@ -222,7 +243,7 @@ void Keys::aim(const std::vector<std::uint32_t>& targets, const std::vector<int>
         }
         if (!touched) continue;
         const Key before = node.varies ? node.fixed : node.key;
-        if (node.stale) node.fixed = fixed_part(*at);
+        if (node.stale) node.fixed = fixed_part(*at, builder_);
         if (!node.varies) {
             node.key =
                 node.gathers ? gather_key(*at, true) : key(*at, graph_.range.first, no_row, true);
@@ -243,15 +264,21 @@ void Keys::forget_rows()
     rolled_ = 0;
 }
 
-Key Keys::fixed_part(std::uint32_t n) const
+Key Keys::fixed_part(std::uint32_t n, KeyBuilder& b) const
 {
     const graph::Node& node = graph_.nodes[n];
-    KeyBuilder b;
-    b.add(options_.salt).add(node.type->name).add(node.type->version);
-    const ParamValues params = without_animated(node);
-    b.add(params.size());
-    for (std::size_t i = 0; i < params.size(); ++i) {
-        add_param(b, node.type->params[i], params[i], files_);
+    b.clear();
+    b.add(types_[nodes_[n].type]);
+    const auto add_params = [&](const ParamValues& params) {
+        b.add(params.size());
+        for (std::size_t i = 0; i < params.size(); ++i) {
+            add_param(b, node.type->params[i], params[i], files_);
+        }
+    };
+    if (node.animated.empty()) {
+        add_params(node.params);
+    } else {
+        add_params(without_animated(node));
     }
     b.add(node.animated.size());
     for (const graph::Animated& a : node.animated) {
@@ -263,7 +290,6 @@ Key Keys::fixed_part(std::uint32_t n) const
         b.add(port.size());
         for (const graph::Link& link : port) b.add(link.output);
     }
-    b.add(node.type->reads);
     if (declares(node, graph::Variable::fps)) b.add(graph_.range.fps);
     if (declares(node, graph::Variable::range)) {
         const graph::FrameRange told = range(n);
@@ -455,6 +481,42 @@ Key Keys::preparation(std::uint32_t n, std::size_t which, int frame)
     return b.key();
 }
 
+Key Keys::by_content(std::uint32_t n, int frame, std::span<const graph::ContentName> names) const
+{
+    const graph::Node& source = graph_.nodes[n];
+    KeyBuilder b;
+    b.add("by content").add(nodes_[n].fixed);
+    if (nodes_[n].gathers) {
+        frame = graph_.range.first;
+        const std::vector<int>& frames = gathered_.at(n).frames;
+        b.add(frames.size());
+        for (const int f : frames) b.add(f);
+    }
+    if (!source.animated.empty()) {
+        ParamValues values = params(n, frame);
+        for (const graph::Animated& a : source.animated) b.add(child(values, a.where));
+    }
+    if (declares(source, graph::Variable::frame)) b.add(frame).add(graph_.range.time(frame));
+    for (const graph::ContentName& name : names) b.add(name[0]).add(name[1]);
+    return b.key();
+}
+
+Key Keys::preparation_by_content(std::uint32_t n, std::size_t which, int frame,
+                                 std::span<const graph::ContentName> names) const
+{
+    const graph::Node& node = graph_.nodes[n];
+    const graph::Preparation& preparation = node.type->preparations[which];
+    const ParamValues values = params(n, frame);
+    KeyBuilder b;
+    b.add("preparation by content").add(types_[nodes_[n].type]).add(preparation.name);
+    for (const std::size_t p : preparation.params) {
+        add_param(b, node.type->params[p], values[p], files_);
+    }
+    for (const std::size_t p : preparation.inputs) b.add(p).add(node.inputs[p].size());
+    for (const graph::ContentName& name : names) b.add(name[0]).add(name[1]);
+    return b.key();
+}
+
 std::span<const int> Keys::input_frames(std::uint32_t n, std::size_t port, const int& frame) const
 {
     if (graph_.nodes[n].type->inputs[port].gather) return gathered_.at(n).frames;
@@ -480,6 +542,12 @@ Key Keys::first_key(std::uint32_t n, int frame)
 bool Keys::known(std::uint32_t n, int frame)
 {
     return side_files_.look(first_key(n, frame), folder(n), files_).confirmed;
+}
+
+std::vector<std::filesystem::path> Keys::side_files(std::uint32_t n, int frame)
+{
+    if (!nodes_[n].opens) return {};
+    return side_files_.names(first_key(n, frame), folder(n));
 }
 
 Key Keys::opened(std::uint32_t n, int frame, const std::set<std::filesystem::path>& paths)

@@ -39,17 +39,36 @@ public:
     // Key of a preparation of the node. Throws what evaluating a parameter throws.
     Key preparation(std::uint32_t n, std::size_t which, int frame);
 
+    // The same result's second key, of what is in its inputs instead of where they came from:
+    //   C(n, f) = hash(S(n), animated parameters at f, declared frame f, names of the inputs'
+    //                  contents, by port, link and frame, then of its own frame before)
+    // so a node whose inputs came out as they were need not run. Both throw what evaluating a
+    // parameter throws. Safe to call while a cook runs.
+    Key by_content(std::uint32_t n, int frame, std::span<const graph::ContentName> names) const;
+    Key preparation_by_content(std::uint32_t n, std::size_t which, int frame,
+                               std::span<const graph::ContentName> names) const;
+
     // Nodes that may open side files, and whether what they open at `frame` is known.
     const std::vector<std::uint32_t>& openers() const { return openers_; }
     bool known(std::uint32_t n, int frame);
+    // What it opened there beside the files that its parameters name, as far as that is known.
+    std::vector<std::filesystem::path> side_files(std::uint32_t n, int frame);
     // The node ran and opened these. Returns its key, which may differ from that before.
     Key opened(std::uint32_t n, int frame, const std::set<std::filesystem::path>& paths);
     // Whether the files named by the node's parameters are not what its key says any more.
-    bool files_changed(std::uint32_t n) const { return fixed_part(n) != nodes_[n].fixed; }
+    bool files_changed(std::uint32_t n) const
+    {
+        KeyBuilder builder;
+        return fixed_part(n, builder) != nodes_[n].fixed;
+    }
 
     // Frames at which the node's input port is wanted when the node runs at `frame`: that one, or
     // for a port that gathers, all it asks for. The span may be `frame` itself.
     std::span<const int> input_frames(std::uint32_t n, std::size_t port, const int& frame) const;
+
+    // Which of the graph's types of nodes, 0, 1 ...
+    std::uint32_t type(std::uint32_t n) const { return nodes_[n].type; }
+    std::size_t type_count() const { return types_.size(); }
 
     // Why a gathering node can't say which frames it wants; empty when it can.
     const std::string& trouble(std::uint32_t n) const;
@@ -67,6 +86,7 @@ private:
         Key fixed;                                // S
         Key key;                                  // K where it does not vary; else unused
         std::uint32_t slot = 0;                   // into a row, where it varies
+        std::uint32_t type = 0;                   // into types_
         std::uint32_t first_link = 0, links = 0;  // into links_
         bool varies = false, rolls = false, opens = false, gathers = false;
         bool stale = true, changed = false;
@@ -83,7 +103,7 @@ private:
     void read_links();
     void forget_rows();
     void reach(const std::vector<std::uint32_t>& targets);
-    Key fixed_part(std::uint32_t n) const;
+    Key fixed_part(std::uint32_t n, KeyBuilder& builder) const;
     Key key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with_side_files);
     Key gather_key(std::uint32_t n, bool with_side_files);
     Key first_key(std::uint32_t n, int frame);
@@ -102,6 +122,7 @@ private:
     KeyOptions options_;
 
     std::vector<Node> nodes_;
+    std::vector<Key> types_;            // what all nodes of a type share
     std::vector<std::uint32_t> links_;  // nodes that each takes inputs from, by port
     std::vector<int> frames_;           // of this cook
     std::vector<std::uint32_t> targets_;

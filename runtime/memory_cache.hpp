@@ -7,7 +7,7 @@
 // so what is cheap to make again for the room it takes goes first, and what nobody asked for in a
 // while follows, however dear it was.
 
-#include "graph/value.hpp"
+#include "runtime/content_names.hpp"
 #include "runtime/key.hpp"
 
 #include <filesystem>
@@ -31,6 +31,23 @@ struct Result {
     double seconds = 0;          // it took
     double since_stored = 0;     // s of a simulation since its last frame on disk, this included
     std::size_t bytes = 0;       // it holds
+
+    // Names of the values, made when first asked for. Safe from many threads.
+    const std::vector<graph::ContentName>& names(ContentNames& all) const
+    {
+        std::call_once(named_, [&] {
+            for (const graph::Value& value : values) names_.push_back(all.of(value));
+        });
+        return names_;
+    }
+    void know_names(std::vector<graph::ContentName> names)
+    {
+        std::call_once(named_, [&] { names_ = std::move(names); });
+    }
+
+private:
+    mutable std::once_flag named_;
+    mutable std::vector<graph::ContentName> names_;
 };
 using SharedResult = std::shared_ptr<const Result>;
 

@@ -46,4 +46,18 @@ public:
     virtual void ran(const Run&) {}
 };
 
+// Hands all on to another observer.
+class Relay : public Observer {
+public:
+    explicit Relay(Observer& next) : next_(next) {}
+    void progressed(const Progress& p) override { next_.progressed(p); }
+    void failed(const Failure& f) override { next_.failed(f); }
+    void warned(const Warning& w) override { next_.warned(w); }
+    void wrote(std::uint32_t n, int frame, const Written& w) override { next_.wrote(n, frame, w); }
+    void ran(const Run& run) override { next_.ran(run); }
+
+private:
+    Observer& next_;
+};
+
 }  // namespace runtime

@@ -10,25 +10,16 @@
 
 namespace runtime {
 
-// Keeps every run, and hands all on to another observer.
-class Recorder : public Observer {
+// Keeps every run.
+class Recorder : public Relay {
 public:
-    explicit Recorder(Observer& next) : next_(next) {}
-
+    using Relay::Relay;
     std::vector<Run> runs;
-
-    void progressed(const Progress& p) override { next_.progressed(p); }
-    void failed(const Failure& f) override { next_.failed(f); }
-    void warned(const Warning& w) override { next_.warned(w); }
-    void wrote(std::uint32_t n, int frame, const Written& w) override { next_.wrote(n, frame, w); }
     void ran(const Run& run) override
     {
         runs.push_back(run);
-        next_.ran(run);
+        Relay::ran(run);
     }
-
-private:
-    Observer& next_;
 };
 
 // Dearest node first: seconds, share of all work, runs, results taken from memory and disk, bytes.

@@ -25,6 +25,17 @@ SideFiles::Look SideFiles::look(const Key& first, const std::filesystem::path& f
     return {k, confirmed(k)};
 }
 
+std::vector<std::filesystem::path> SideFiles::names(const Key& first,
+                                                    const std::filesystem::path& folder)
+{
+    const std::lock_guard lock(mutex_);
+    std::vector<std::filesystem::path> all;
+    if (const List* const known = list(first)) {
+        for (const std::string& name : *known) all.push_back(folder / name);
+    }
+    return all;
+}
+
 const SideFiles::List* SideFiles::list(const Key& first)
 {
     const auto known = lists_.find(first);

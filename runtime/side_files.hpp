@@ -28,6 +28,9 @@ public:
     };
     Look look(const Key& first, const std::filesystem::path& folder, FileDigests& files);
 
+    // The files of the list for K1; empty when there is none.
+    std::vector<std::filesystem::path> names(const Key& first, const std::filesystem::path& folder);
+
     // A node of key K1 ran and opened these. Returns K.
     Key confirm(const Key& first, const std::filesystem::path& folder,
                 const std::set<std::filesystem::path>& opened, FileDigests& files);

@@ -263,6 +263,59 @@ TEST(DiskCache, ACookGoesOnFromWhatAnotherProcessLeft)
     EXPECT_EQ(take_runs("Slow"), 0);
 }
 
+// 2 = 1 + 1: what stands downstream is found by the bytes it would be made of.
+TEST(DiskCache, AnEditThatYieldsEqualBytesStopsThereInTheNextProcess)
+{
+    const toys::Folder folder;
+    Wiring w;
+    const auto two = w.add("Constant", {}, {{"value", {2.0}}});
+    w.add("Slow", {{"value", {two}}}, {{"seconds", {4e-3}}});
+    const auto sum = w.add("Sum");
+    w.graph.nodes[sum].inputs[0] = {{1, 1}};
+    EXPECT_EQ(cook_last(w.graph, folder.path), 2);
+    take_runs("Slow");
+    w.graph.nodes[two].params[Wiring::param(*w.graph.nodes[two].type, "value")] = {1.0};
+    w.graph.nodes[two].params[Wiring::param(*w.graph.nodes[two].type, "whole")] = {std::int64_t{1}};
+    EXPECT_EQ(cook_last(w.graph, folder.path), 2);
+    EXPECT_EQ(take_runs("Slow"), 0) << "found by content";
+    take_runs("Constant");
+    EXPECT_EQ(cook_last(w.graph, folder.path), 2);
+    EXPECT_EQ(take_runs("Constant"), 0) << "and from now on by its key";
+    DiskCache cache(folder.path, plenty, nullptr);
+    EXPECT_EQ(cache.use().records, 2u);
+    EXPECT_EQ(cache.verify().bad, 0u);
+    cache.shrink(0, 0);
+    EXPECT_EQ(cache.use().records, 0u);
+    EXPECT_TRUE(files_in(folder.path / "same").empty());
+}
+
+// Numbers that pack well, by fours and by eights, and such that do not, over chunk borders.
+TEST(DiskCache, ContentsComeBackHoweverTheyPack)
+{
+    const toys::Folder folder;
+    ReadBuffers buffers;
+    std::mt19937 random(7);
+    for (const std::size_t size : {0, 1, 255, 256, 262'143, 262'144, 262'145, 3'000'001}) {
+        for (int kind = 0; kind < 4; ++kind) {
+            std::string bytes(size, '\0');
+            for (std::size_t i = 0; i < size; ++i) {
+                const bool high = kind == 0 ? i % 4 == 3 : kind == 1 ? i % 8 > 1 : kind == 2;
+                bytes[i] = static_cast<char>(high ? 'x' : random());
+            }
+            const fs::path path = folder.path / "file";
+            const Wrote wrote = write_cache_file(path, FileKind::content, bytes);
+            EXPECT_EQ(wrote.error, 0);
+            EXPECT_EQ(wrote.size, fs::file_size(path));
+            std::string damage;
+            const auto back = read_cache_file(path, FileKind::content, buffers, damage);
+            ASSERT_TRUE(back) << damage;
+            EXPECT_EQ(back->view(), bytes) << size << ' ' << kind;
+            const bool packs = size > 1'000'000 && (kind == 1 || kind == 2);
+            EXPECT_TRUE(!packs || wrote.size < size / 2) << wrote.size;
+        }
+    }
+}
+
 TEST(DiskCache, ADamagedCacheCostsTimeAndNoAnswer)
 {
     std::mt19937 random(5);

@@ -123,6 +123,58 @@ TEST(Evaluator, AnEditRunsWhatDependsOnItAndNoMore)
     EXPECT_EQ(take_runs("Constant") + take_runs("Sum"), 0) << "the old results are still there";
 }
 
+// 2 + 0 or 1 + 1: the node upstream has another key and gives the same bytes.
+TEST(Evaluator, AnEditThatYieldsEqualBytesStopsThere)
+{
+    Wiring w(3);
+    const auto two = w.add("Constant", {}, {{"value", {2.0}}});
+    const auto slow = w.add("Slow", {{"value", {two}}}, {{"seconds", {1e-3}}});
+    const auto sum = w.add("Sum");
+    w.graph.nodes[sum].inputs[0] = {{slow, 1}};
+    const auto scale = w.add("Scale", {{"base", {sum}}, {"value", {sum}}});
+    const auto all = w.add("Accumulate", {{"value", {scale}}});
+    Kitchen kitchen;
+    Evaluator evaluator(w.graph, kitchen.caches, kitchen.options);
+    const double before = number(evaluator.pull({all, 0}, 3));
+    for (const char* type : {"Constant", "Slow", "Scale.prepare", "Accumulate"}) take_runs(type);
+
+    w.graph.nodes[two].params[Wiring::param(*w.graph.nodes[two].type, "value")] = {1.0};
+    w.graph.nodes[two].params[Wiring::param(*w.graph.nodes[two].type, "whole")] = {std::int64_t{1}};
+    evaluator.edited(two);
+    EXPECT_EQ(number(evaluator.pull({all, 0}, 3)), before);
+    EXPECT_EQ(take_runs("Constant"), 1);
+    EXPECT_EQ(take_runs("Slow"), 0);
+    EXPECT_EQ(take_runs("Scale.prepare"), 0);
+
+    w.graph.nodes[two].params[Wiring::param(*w.graph.nodes[two].type, "value")] = {3.0};
+    evaluator.edited(two);
+    EXPECT_NE(number(evaluator.pull({all, 0}, 3)), before);
+    EXPECT_EQ(take_runs("Slow"), 1);
+    EXPECT_EQ(take_runs("Scale.prepare"), 1);
+}
+
+// A constant that changes behind the runtime's back stands for a node that is not pure.
+TEST(Evaluator, ARecheckFindsAResultThatIsNotWhatWasStored)
+{
+    Wiring w;
+    const auto hidden = w.add("Hidden");
+    const auto sum = w.add("Sum", {{"values", {hidden}}});
+    Kitchen kitchen(1);
+    kitchen.options.recheck = 1;
+    Evaluator evaluator(w.graph, kitchen.caches, kitchen.options);
+    evaluator.pull({sum, 0}, 1);
+    EXPECT_EQ(number(evaluator.pull({sum, 0}, 1)), 1) << "made again and found the same";
+    toys::hidden() = 2;
+    try {
+        evaluator.pull({sum, 0}, 1);
+        FAIL();
+    } catch (const std::runtime_error& e) {
+        EXPECT_NE(std::string(e.what()).find("'value' is not what was stored"), std::string::npos)
+            << e.what();
+    }
+    toys::hidden() = 1;
+}
+
 TEST(Evaluator, ANewLinkIsAnEdit)
 {
     Wiring w;

@@ -166,6 +166,16 @@ struct Undeclared {
     }
 };
 
+// Depends on something that nothing knows of.
+inline std::atomic<int>& hidden()
+{
+    static std::atomic<int> number{1};
+    return number;
+}
+struct Hidden {
+    static Number run(const NoInputs&, const Context&) { return {double(hidden())}; }
+};
+
 struct Warns {
     static Number run(const NoInputs&, const Context& context)
     {
@@ -281,6 +291,7 @@ inline const graph::Registry& registry()
             .output("value", &Number::value, "The value.");
         r.add("Undeclared", 1, Undeclared::run).output("value", &Number::value, "Frame.");
         r.add("Warns", 1, Warns::run).output("value", &Number::value, "One.");
+        r.add("Hidden", 1, Hidden::run).output("value", &Number::value, "Who knows.");
         r.add("ReadNumber", 1, ReadNumber::run)
             .path_in("path", &ReadNumber::Inputs::path, "The file.")
             .output("value", &Number::value, "What is in it.");
