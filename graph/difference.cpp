@@ -14,8 +14,6 @@ namespace graph {
 
 namespace {
 
-using Texts = std::map<std::string, std::string>;
-
 // Every plain value of a node by its path: "gas.burners", "boxes.0.height".
 void add_values(const std::vector<Param>& params, const ParamValues& values,
                 const std::string& prefix, Texts& out)
@@ -48,6 +46,28 @@ std::array<std::string, 3> components(const ParamValues& params,
     return {fmt::format("{}", v[0]), fmt::format("{}", v[1]), fmt::format("{}", v[2])};
 }
 
+void add_paths(const std::vector<Param>& params, const ParamValues& values,
+               const std::string& prefix, std::map<std::string, std::filesystem::path>& out)
+{
+    for (std::size_t i = 0; i < params.size(); ++i) {
+        const std::string path = prefix + params[i].name;
+        const auto* nested = std::get_if<ParamValues>(&values[i].is);
+        if (params[i].kind == ParamKind::path_in) {
+            const std::string& file = std::get<std::string>(values[i].is);
+            if (!file.empty()) out[path] = file;
+        } else if (params[i].kind == ParamKind::block) {
+            add_paths(params[i].children, *nested, path + ".", out);
+        } else if (params[i].kind == ParamKind::list) {
+            for (std::size_t k = 0; k < nested->size(); ++k) {
+                add_paths(params[i].children, std::get<ParamValues>((*nested)[k].is),
+                          fmt::format("{}.{}.", path, k), out);
+            }
+        }
+    }
+}
+
+}  // namespace
+
 Texts values_of(const Node& node)
 {
     Texts out;
@@ -72,6 +92,13 @@ Texts values_of(const Node& node)
     return out;
 }
 
+std::map<std::string, std::filesystem::path> files_of(const Node& node)
+{
+    std::map<std::string, std::filesystem::path> out;
+    add_paths(node.type->params, node.params, "", out);
+    return out;
+}
+
 Texts links_of(const Graph& graph, const Node& node)
 {
     Texts out;
@@ -86,6 +113,8 @@ Texts links_of(const Graph& graph, const Node& node)
     }
     return out;
 }
+
+namespace {
 
 std::string type_text(const Node& node)
 {

@@ -2,6 +2,8 @@
 
 #include "graph/graph.hpp"
 
+#include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -15,6 +17,17 @@ namespace graph {
 //   ~ knead.time: 5 -> 14
 //   ~ knead <- dough: mill.dough -> mixer.dough
 std::vector<std::string> difference(const Graph& a, const Graph& b);
+
+// ---- a node as text, for comparison and for people
+
+using Texts = std::map<std::string, std::string>;
+// Every plain value of a node by its path: "gas.burners", "boxes.0.height". What moves is the text
+// of its expression or keyframes.
+Texts values_of(const Node& node);
+// What each input is linked to: "mill.dough, mixer.dough", or "nothing".
+Texts links_of(const Graph& graph, const Node& node);
+// The files that a node's parameters name, by the same paths.
+std::map<std::string, std::filesystem::path> files_of(const Node& node);
 
 // The graph for Graphviz: `dot -Tsvg`.
 std::string dot_text(const Graph& graph);

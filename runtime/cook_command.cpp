@@ -2,10 +2,12 @@
 
 #include "graph/standard_wires.hpp"
 #include "runtime/profile.hpp"
+#include "runtime/text_file.hpp"
 
 #include <fmt/format.h>
 
 #include <charconv>
+#include <chrono>
 #include <fstream>
 #include <ostream>
 
@@ -36,45 +38,6 @@ std::uint32_t find_node(const graph::Graph& graph, const std::string& name)
     }
     throw std::invalid_argument(
         fmt::format("{} has no node '{}'; {}", graph.file, name, graph::suggest(name, names)));
-}
-
-// The nodes to cook: those named, or the sinks, or where there are none, what nothing depends on.
-std::vector<std::uint32_t> chosen_nodes(const graph::Graph& graph, const CookRequest& request)
-{
-    std::vector<std::uint32_t> nodes;
-    if (request.expectations_only) return nodes;
-    for (const std::string& name : request.nodes) nodes.push_back(find_node(graph, name));
-    if (!nodes.empty()) return nodes;
-    std::vector<char> used(graph.nodes.size(), 0);
-    for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
-        if (graph.nodes[n].type->sink) nodes.push_back(static_cast<std::uint32_t>(n));
-        for (const auto& port : graph.nodes[n].inputs) {
-            for (const graph::Link& link : port) used[link.node] = 1;
-        }
-    }
-    if (!nodes.empty()) return nodes;
-    for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
-        if (!used[n]) nodes.push_back(static_cast<std::uint32_t>(n));
-    }
-    return nodes;
-}
-
-std::vector<int> chosen_frames(const graph::Graph& graph, const CookRequest& request)
-{
-    if (request.frames.empty()) {
-        std::vector<int> all;
-        for (int f = graph.range.first; f <= graph.range.last; ++f) all.push_back(f);
-        return all;
-    }
-    const std::vector<int> frames = parse_frames(request.frames);
-    for (const int f : frames) {
-        if (f < graph.range.first || f > graph.range.last) {
-            throw std::invalid_argument(
-                fmt::format("{} has frames {} to {}; frame {} is none of them", graph.file,
-                            graph.range.first, graph.range.last, f));
-        }
-    }
-    return frames;
 }
 
 // The numbers that a graph's expectations look at, as they arrive.
@@ -116,6 +79,107 @@ private:
     std::vector<ExpectationResult> checks_;
 };
 
+// Keeps which files were written, for the manifest.
+class Outputs : public Relay {
+public:
+    Outputs(Observer& next, const graph::Graph& graph, fs::path folder, Manifest& manifest)
+        : Relay(next), graph_(graph), folder_(std::move(folder)), manifest_(manifest)
+    {}
+    void wrote(std::uint32_t n, int frame, const Written& w) override
+    {
+        add({graph_.nodes[n].name,
+             {},
+             frame,
+             {w.path.lexically_proximate(folder_).generic_string(), to_hex(w.digest)}});
+        Relay::wrote(n, frame, w);
+    }
+    // Values that were asked for and go into no file.
+    void arrived(const Want& want, std::span<const graph::Value> values, ContentNames& names)
+    {
+        const graph::Node& node = graph_.nodes[want.node];
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            const graph::ContentName name = names.of(values[i]);
+            add({node.name,
+                 node.type->outputs[i].name,
+                 want.frame,
+                 {{}, to_hex({name[0], name[1]})}});
+        }
+    }
+
+private:
+    void add(Manifest::Output output) { manifest_.outputs.push_back(std::move(output)); }
+
+    const graph::Graph& graph_;
+    const fs::path folder_;
+    Manifest& manifest_;
+};
+
+void begin_manifest(const CookRequest& request, const Console& console,
+                    const std::vector<int>& frames, Manifest& m)
+{
+    m.version = console.version;
+    m.program = to_hex(console.salt);
+    m.frames = frames_text(frames);
+    m.sets = request.sets, m.variables = request.variables, m.only = request.nodes;
+    m.root = request.root.empty() ? "" : fs::absolute(request.root).lexically_normal().string();
+    m.allow_outside = request.allow_outside;
+}
+
+// Beside the files that it tells of. Its loss is no reason to fail a cook.
+void write_manifest(const fs::path& folder, Manifest& m, Console& console)
+{
+    std::sort(m.outputs.begin(), m.outputs.end(),
+              [](const Manifest::Output& a, const Manifest::Output& b) {
+                  return std::tie(a.node, a.frame, a.port, a.file.path) <
+                         std::tie(b.node, b.frame, b.port, b.file.path);
+              });
+    try {
+        replace_text(folder / manifest_name, to_text(m));
+    } catch (const std::exception& e) {
+        console.err << "warning: no manifest was left: " << e.what() << "\n";
+    }
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> chosen_nodes(const graph::Graph& graph, const CookRequest& request)
+{
+    std::vector<std::uint32_t> nodes;
+    if (request.expectations_only) return nodes;
+    for (const std::string& name : request.nodes) nodes.push_back(find_node(graph, name));
+    if (!nodes.empty()) return nodes;
+    std::vector<char> used(graph.nodes.size(), 0);
+    for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
+        if (graph.nodes[n].type->sink) nodes.push_back(static_cast<std::uint32_t>(n));
+        for (const auto& port : graph.nodes[n].inputs) {
+            for (const graph::Link& link : port) used[link.node] = 1;
+        }
+    }
+    if (!nodes.empty()) return nodes;
+    for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
+        if (!used[n]) nodes.push_back(static_cast<std::uint32_t>(n));
+    }
+    return nodes;
+}
+
+std::vector<int> chosen_frames(const graph::Graph& graph, const CookRequest& request)
+{
+    if (request.frames.empty()) {
+        std::vector<int> all;
+        for (int f = graph.range.first; f <= graph.range.last; ++f) all.push_back(f);
+        return all;
+    }
+    const std::vector<int> frames = parse_frames(request.frames);
+    for (const int f : frames) {
+        if (f < graph.range.first || f > graph.range.last) {
+            throw std::invalid_argument(
+                fmt::format("{} has frames {} to {}; frame {} is none of them", graph.file,
+                            graph.range.first, graph.range.last, f));
+        }
+    }
+    return frames;
+}
+
 fs::path output_folder(const graph::Graph& graph, const CookRequest& request)
 {
     const fs::path name = fs::path(graph.file).stem();
@@ -125,7 +189,7 @@ fs::path output_folder(const graph::Graph& graph, const CookRequest& request)
 }
 
 int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& caches,
-               FrontEnd& front_end, Console& console)
+               FrontEnd& front_end, Console& console, Manifest& manifest)
 {
     const std::vector<int> frames = chosen_frames(graph, request);
     std::vector<Want> wants;
@@ -141,16 +205,35 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     options.output_folder = output_folder(graph, request);
     options.stop = console.stop;
     options.salt = console.salt;
+    options.recheck = request.recheck / 100;
+    options.recheck_seed =
+        static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count());
     if (!nodes.empty()) fs::create_directories(options.output_folder);
+    begin_manifest(request, console, frames, manifest);
 
     front_end.began(graph, frames.size());
     Recorder recorder(front_end);
     Observer* const observer = request.profile ? static_cast<Observer*>(&recorder) : &front_end;
-    Evaluator evaluator(graph, caches, options, observer);
+    Outputs outputs(*observer, graph, options.output_folder, manifest);
+    Evaluator evaluator(graph, caches, options, &outputs);
     const Cooked cooked =
         evaluator.cook(wants, [&](const Want& want, std::span<const graph::Value> values) {
             numbers.arrived(want, values, evaluator.keys().varies(want.node));
+            const bool asked = std::find(nodes.begin(), nodes.end(), want.node) != nodes.end();
+            if (asked && !graph.nodes[want.node].type->sink) {
+                outputs.arrived(want, values, caches.names);
+            }
         });
+    manifest.complete = !cooked.cancelled && cooked.failures == 0;
+    if (!nodes.empty()) {
+        describe_graph(graph, evaluator.keys(), frames, caches.files, manifest);
+        for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
+            const Tally& t = cooked.tallies[n];
+            if (t.runs == 0) continue;
+            manifest.nodes[graph.nodes[n].name].seconds = t.seconds / static_cast<double>(t.runs);
+        }
+        write_manifest(options.output_folder, manifest, console);
+    }
     bool missed = false;
     if (!cooked.cancelled) {
         for (const ExpectationResult& check : numbers.checks()) {
@@ -174,7 +257,13 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     return exit;
 }
 
-}  // namespace
+Style style_of(const CookRequest& request, const Console& console)
+{
+    return request.json       ? Style::json
+           : request.quiet    ? Style::quiet
+           : console.terminal ? Style::terminal
+                              : Style::lines;
+}
 
 std::unique_ptr<DiskCache> open_cache(const CookRequest& request, Console& console)
 {
@@ -186,15 +275,20 @@ std::unique_ptr<DiskCache> open_cache(const CookRequest& request, Console& conso
         [&console](const std::string& text) { console.err << "warning: " + text + "\n"; });
 }
 
-std::optional<graph::Graph> load(const std::string& file, const CookRequest& request,
-                                 const graph::Registry& registry, Console& console)
+graph::LoadOptions load_options(const CookRequest& request)
 {
     graph::LoadOptions options;
     options.root = request.root;
     options.allow_outside = request.allow_outside;
     for (const std::string& set : request.sets) options.sets.push_back(graph::parse_override(set));
     for (const std::string& v : request.variables) options.variables.push_back(parse_variable(v));
-    graph::Loaded loaded = graph::load_file(file, registry, options);
+    return options;
+}
+
+std::optional<graph::Graph> load(const std::string& file, const CookRequest& request,
+                                 const graph::Registry& registry, Console& console)
+{
+    graph::Loaded loaded = graph::load_file(file, registry, load_options(request));
     for (const graph::Problem& problem : loaded.problems) {
         console.err << graph::describe(problem) << "\n";
     }
@@ -212,18 +306,15 @@ int cook(const CookRequest& request, const graph::Registry& registry, Console& c
     }
     if (graphs.size() < request.files.size()) return exit_usage;
 
-    const Style style = request.json       ? Style::json
-                        : request.quiet    ? Style::quiet
-                        : console.terminal ? Style::terminal
-                                           : Style::lines;
-    const std::unique_ptr<FrontEnd> front_end = make_front_end(style, console);
+    const std::unique_ptr<FrontEnd> front_end = make_front_end(style_of(request, console), console);
     Caches caches;
     caches.memory = MemoryCache(request.memory);
     caches.disk = open_cache(request, console);
     caches.side_files.remember_in(caches.disk.get());
     int exit = exit_ok;
     for (const graph::Graph& graph : graphs) {
-        const int one = cook_graph(graph, request, caches, *front_end, console);
+        Manifest manifest;
+        const int one = cook_graph(graph, request, caches, *front_end, console, manifest);
         if (exit == exit_ok || one == exit_cancelled) exit = one;
         if (one == exit_cancelled || (one == exit_failed && !request.keep_going)) break;
     }

@@ -2,6 +2,7 @@
 
 #include "graph/document.hpp"
 #include "runtime/front_end.hpp"
+#include "runtime/manifest.hpp"
 
 namespace runtime {
 
@@ -23,9 +24,23 @@ struct CookRequest {
     bool expectations_only = false;
     bool profile = false;  // show where the time went
     std::string trace;     // and write it there; empty: nowhere
+    double recheck = 0;    // percent of what was found in a cache, made again and compared
 };
 
 int cook(const CookRequest& request, const graph::Registry& registry, Console& console);
+
+// Cooks one graph. What went in and came out is left in `manifest`, and beside the files that were
+// written. Returns the exit code.
+int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& caches,
+               FrontEnd& front_end, Console& console, Manifest& manifest);
+
+// The nodes to cook: those named, or the sinks, or where there are none, what nothing depends on.
+std::vector<std::uint32_t> chosen_nodes(const graph::Graph& graph, const CookRequest& request);
+std::vector<int> chosen_frames(const graph::Graph& graph, const CookRequest& request);
+std::filesystem::path output_folder(const graph::Graph& graph, const CookRequest& request);
+Style style_of(const CookRequest& request, const Console& console);
+
+graph::LoadOptions load_options(const CookRequest& request);
 
 // The disk cache that was asked for; null for none. Its warnings go to the console.
 std::unique_ptr<DiskCache> open_cache(const CookRequest& request, Console& console);

@@ -4,15 +4,14 @@
 #include "graph/format.hpp"
 #include "graph/reference.hpp"
 #include "graph/schema.hpp"
+#include "runtime/text_file.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
 
-#include <fstream>
 #include <ostream>
-#include <sstream>
 
 extern char** environ;
 
@@ -36,29 +35,6 @@ int show_nodes(const std::string& name, bool markdown, const graph::Registry& re
                                  : graph::reference_list(registry));
     }
     return exit_ok;
-}
-
-std::string read_text(const std::filesystem::path& file)
-{
-    std::ifstream in(file, std::ios::binary);
-    if (!in) throw std::invalid_argument(fmt::format("{}: can't be read", file.string()));
-    std::ostringstream text;
-    text << in.rdbuf();
-    return std::move(text).str();
-}
-
-// Written beside and renamed, so that a full disk never costs the author the document.
-void replace_text(const std::filesystem::path& file, const std::string& text)
-{
-    const std::filesystem::path beside = file.string() + ".new";
-    {
-        std::ofstream out(beside, std::ios::binary);
-        out << text << std::flush;
-        if (!out) {
-            throw std::runtime_error(fmt::format("{}: can't be written", beside.string()));
-        }
-    }
-    std::filesystem::rename(beside, file);
 }
 
 // `check`: says which files are not in canonical form, and changes none.
@@ -92,6 +68,31 @@ int show_difference(const CookRequest& request, const graph::Registry& registry,
     const std::vector<std::string> lines = graph::difference(*a, *b);
     for (const std::string& line : lines) console.out << line << "\n";
     return lines.empty() ? exit_ok : exit_failed;
+}
+
+int start_document(const std::string& file, Console& console)
+{
+    if (file.empty()) {
+        console.out << console.starter;
+        return exit_ok;
+    }
+    const std::filesystem::path path =
+        std::filesystem::path(file).has_extension() ? file : file + ".json";
+    if (std::filesystem::exists(path)) {
+        throw std::invalid_argument(
+            fmt::format("{} is there already: say another name", path.string()));
+    }
+    if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path());
+    std::string text = console.starter;
+    const std::string placeholder = "starter.json";
+    for (std::size_t at = 0; (at = text.find(placeholder, at)) != std::string::npos;) {
+        text.replace(at, placeholder.size(), path.filename().string());
+        at += path.filename().string().size();
+    }
+    replace_text(path, text);
+    console.out << fmt::format("{} is written; next: aspic cook {}\n", path.string(),
+                               path.string());
+    return exit_ok;
 }
 
 // Runs a program with no shell between. False when it is not there or fails.
@@ -148,6 +149,11 @@ void add_document_commands(CLI::App& app, CookRequest& request, const graph::Reg
         ->type_name("FILE");
     diff->callback([&] { exit = show_difference(request, registry, console); });
 
+    CLI::App* start = app.add_subcommand("new", "Writes a graph to start from, with comments");
+    auto target = std::make_shared<std::string>();
+    start->add_option("file", *target, "Where; else it is shown")->type_name("FILE");
+    start->callback([&, target] { exit = start_document(*target, console); });
+
     CLI::App* draw = app.add_subcommand("graph", "Writes a graph for Graphviz: | dot -Tsvg");
     draw->add_option("files", request.files, "A graph document")
         ->required()
@@ -166,11 +172,7 @@ int run_study(const CookRequest& request, const StudyRequest& wanted,
     const std::filesystem::path file = request.files.at(0);
     StudyOptions options;
     for (const std::string& text : wanted.vary) options.varied.push_back(parse_vary(text));
-    for (const std::string& text : request.sets) {
-        options.load.sets.push_back(graph::parse_override(text));
-    }
-    options.load.root = request.root;
-    options.load.allow_outside = request.allow_outside;
+    options.load = load_options(request);
     options.measure = wanted.measure;
     options.look = wanted.look;
     options.distances = console.distances;

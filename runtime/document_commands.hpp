@@ -18,7 +18,7 @@ struct StudyRequest {
     double wanted_error = 0.01;
 };
 
-// Adds `nodes`, `schema`, `fmt`, `diff` and `graph`. Each writes its exit code to `exit`.
+// Adds `nodes`, `schema`, `new`, `fmt`, `diff` and `graph`. Each writes its exit code to `exit`.
 void add_document_commands(CLI::App& app, CookRequest& request, const graph::Registry& registry,
                            Console& console, int& exit);
 

@@ -1,6 +1,7 @@
 #include "runtime/study.hpp"
 
 #include "graph/standard_wires.hpp"
+#include "runtime/wires.hpp"
 
 #include <fmt/format.h>
 
@@ -12,25 +13,6 @@ namespace runtime {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-// The output that "node.port", or "node" of one output, names.
-graph::Link find_wire(const graph::Graph& graph, const std::string& name)
-{
-    const std::size_t dot = name.rfind('.');
-    const std::string node = name.substr(0, dot);
-    for (std::uint32_t n = 0; n < graph.nodes.size(); ++n) {
-        if (graph.nodes[n].name != node) continue;
-        const auto& outputs = graph.nodes[n].type->outputs;
-        for (std::uint32_t o = 0; o < outputs.size(); ++o) {
-            const bool only = dot == std::string::npos && outputs.size() == 1;
-            if (only || (dot != std::string::npos && outputs[o].name == name.substr(dot + 1))) {
-                return {n, o};
-            }
-        }
-    }
-    throw std::invalid_argument(
-        fmt::format("expected an output node.port of {}, found '{}'", graph.file, name));
-}
 
 const std::string& wire_of(const graph::Graph& graph, graph::Link link)
 {
@@ -137,16 +119,7 @@ public:
 private:
     graph::Graph load(const Settings& settings) const
     {
-        graph::LoadOptions options = options_.load;
-        options.sets.insert(options.sets.end(), settings.begin(), settings.end());
-        graph::Loaded loaded = graph::load_file(file_, registry_, options);
-        if (loaded.ok()) return std::move(loaded.graph);
-        std::string what = "the graph could not be loaded";
-        for (const graph::Problem& p : loaded.problems) {
-            if (p.severity == graph::Severity::error)
-                what.append(1, '\n').append(graph::describe(p));
-        }
-        throw std::invalid_argument(what);
+        return load_with(file_, registry_, options_.load, settings);
     }
 
     // Everything from a cold cache, so that times can be compared.
@@ -238,17 +211,6 @@ private:
     double scale_ = 0;
 };
 
-std::string quoted(const std::string& text)
-{
-    std::string out = "\"";
-    for (const char c : text) {
-        if (c == '"') out += c;
-        out += c;
-    }
-    out += '"';
-    return out;
-}
-
 }  // namespace
 
 std::vector<Trial> study(const std::filesystem::path& file, const graph::Registry& registry,
@@ -282,13 +244,14 @@ std::string to_csv(const std::vector<Trial>& trials)
 {
     std::string out;
     if (trials.empty()) return out;
-    for (const graph::Override& s : trials[0].settings) out.append(quoted(s.target)).append(1, ',');
+    for (const graph::Override& s : trials[0].settings)
+        out.append(csv_quoted(s.target)).append(1, ',');
     out += "error_rms,error_max,error_relative,ms_per_frame,setup_ms,best,reference,failure\n";
     for (const Trial& t : trials) {
-        for (const graph::Override& s : t.settings) out.append(quoted(s.value)).append(1, ',');
+        for (const graph::Override& s : t.settings) out.append(csv_quoted(s.value)).append(1, ',');
         out += fmt::format("{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:d},{:d},{}\n", t.error, t.worst,
                            t.relative, 1e3 * t.frame_seconds, 1e3 * t.setup_seconds, t.best,
-                           t.reference, quoted(t.failure));
+                           t.reference, csv_quoted(t.failure));
     }
     return out;
 }

@@ -1,46 +1,13 @@
 #include "runtime/command_line.hpp"
 
 #include "runtime/front_end.hpp"
-#include "tests/runtime/toys.hpp"
-
-#include <sstream>
+#include "tests/runtime/said.hpp"
 
 using namespace runtime;
-
-namespace {
-
-struct Said {
-    int exit;
-    std::string out, err;
-};
-
-// Without the user's own cache, unless a test says where one is.
-Said run(std::vector<std::string> args, std::stop_token stop = {})
-{
-    const bool cooks =
-        !args.empty() && (args[0] == "cook" || args[0] == "check" || args[0] == "profile");
-    if (cooks && std::find(args.begin(), args.end(), "--cache") == args.end()) {
-        args.push_back("--no-disk-cache");
-    }
-    std::ostringstream out, err;
-    Console console{out, err, false, stop, {}, "1.2.3"};
-    const int exit = run_command_line(args, toys::registry(), console);
-    return {exit, out.str(), err.str()};
-}
-
-const char* const three_frames = R"({ "aspic": 1, "frames": { "first": 1, "last": 3 },
-  "nodes": {
-    "clock": { "type": "Clock@1" },
-    "sum": { "type": "Sum@1", "inputs": { "values": ["clock.value"] }, "params": { "bias": 10 } },
-    "write": { "type": "WriteNumber@1", "inputs": { "value": "sum.value" } } },
-  "expect": [ { "value": "sum.value", "frame": 1, "min": 11, "max": 11, "why": "10 + 1" } ] })";
-
-bool has(const std::string& text, const std::string& part)
-{
-    return text.find(part) != std::string::npos;
-}
-
-}  // namespace
+using toys::has;
+using toys::run;
+using toys::Said;
+using toys::three_frames;
 
 TEST(Frames, ListsRangesAndStepsAreReadInOrderWithoutDoubles)
 {

@@ -1,0 +1,51 @@
+#include "runtime/wires.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+namespace runtime {
+
+graph::Link find_wire(const graph::Graph& graph, const std::string& name)
+{
+    const std::size_t dot = name.rfind('.');
+    const std::string node = name.substr(0, dot);
+    for (std::uint32_t n = 0; n < graph.nodes.size(); ++n) {
+        if (graph.nodes[n].name != node) continue;
+        const auto& outputs = graph.nodes[n].type->outputs;
+        for (std::uint32_t o = 0; o < outputs.size(); ++o) {
+            const bool only = dot == std::string::npos && outputs.size() == 1;
+            if (only || (dot != std::string::npos && outputs[o].name == name.substr(dot + 1))) {
+                return {n, o};
+            }
+        }
+    }
+    throw std::invalid_argument(
+        fmt::format("expected an output node.port of {}, found '{}'", graph.file, name));
+}
+
+graph::Graph load_with(const std::filesystem::path& file, const graph::Registry& registry,
+                       graph::LoadOptions options, const Settings& settings)
+{
+    options.sets.insert(options.sets.end(), settings.begin(), settings.end());
+    graph::Loaded loaded = graph::load_file(file, registry, options);
+    if (loaded.ok()) return std::move(loaded.graph);
+    std::string what = "the graph could not be loaded";
+    for (const graph::Problem& p : loaded.problems) {
+        if (p.severity == graph::Severity::error) what.append(1, '\n').append(graph::describe(p));
+    }
+    throw std::invalid_argument(what);
+}
+
+std::string csv_quoted(const std::string& text)
+{
+    std::string out = "\"";
+    for (const char c : text) {
+        if (c == '"') out += c;
+        out += c == '\n' ? ' ' : c;
+    }
+    out += '"';
+    return out;
+}
+
+}  // namespace runtime

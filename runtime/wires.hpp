@@ -1,0 +1,21 @@
+#pragma once
+
+// What `study` and `sweep` share: outputs by name, a document with other settings, lines of CSV.
+
+#include "graph/document.hpp"
+#include "runtime/vary.hpp"
+
+namespace runtime {
+
+// The output that "node.port", or "node" of one output, names. Throws std::invalid_argument.
+graph::Link find_wire(const graph::Graph& graph, const std::string& name);
+
+// The document with `settings` on top of those in `options`. Throws std::invalid_argument with all
+// that is wrong.
+graph::Graph load_with(const std::filesystem::path& file, const graph::Registry& registry,
+                       graph::LoadOptions options, const Settings& settings);
+
+// In quotes, those inside doubled, on one line.
+std::string csv_quoted(const std::string& text);
+
+}  // namespace runtime
