@@ -91,4 +91,15 @@ GlContext::Current::~Current()
     context_.in_use_ = false;
 }
 
+std::string gl_version()
+{
+    GlContext context;
+    const GlContext::Current current(context);
+    const auto text = [](GLenum what) {
+        const auto* found = reinterpret_cast<const char*>(glGetString(what));
+        return std::string(found ? found : "unknown");
+    };
+    return text(GL_VERSION) + ", " + text(GL_RENDERER);
+}
+
 }  // namespace render

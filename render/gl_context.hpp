@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <memory>
+#include <string>
 
 namespace render {
 
@@ -34,5 +35,9 @@ private:
     std::unique_ptr<Native> native_;
     std::atomic<bool> in_use_ = false;
 };
+
+// What draws, for people: "4.5 (Core Profile) Mesa 22.3.6, llvmpipe (LLVM 15.0.6, 256 bits)".
+// Throws what making a context throws.
+std::string gl_version();
 
 }  // namespace render

@@ -1,8 +1,11 @@
 #include "runtime/command_line.hpp"
 
-#include "runtime/document_commands.hpp"
-
 #include "runtime/cook_command.hpp"
+#include "runtime/doctor.hpp"
+#include "runtime/document_commands.hpp"
+#include "runtime/explain.hpp"
+#include "runtime/sweep_command.hpp"
+#include "runtime/verify.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -111,6 +114,11 @@ void add_target_options(CLI::App& command, CookRequest& request)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     command.add_flag("--keep-going", request.keep_going,
                      "Cooks on where nothing depends on a failed node");
+    command
+        .add_option("--recheck", request.recheck,
+                    "Makes this share of what is stored again, and fails where it differs")
+        ->type_name("PERCENT")
+        ->check(CLI::Range(0.0, 100.0));
 }
 
 // What was not understood, and the nearest name that would be.
@@ -161,6 +169,9 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
         "  aspic cook graphs/*.json --keep-going --json > log\n"
         "  aspic validate graphs/*.json\n"
         "  aspic nodes Voxelize\n"
+        "  aspic new ball.json\n"
+        "  aspic explain graphs/bridge.json --frame 12\n"
+        "  aspic sweep graphs/chair.json --vary cubes.size=0.02,0.04\n"
         "  aspic study graphs/beam.json --vary sim.step.substeps=1,2,4 --measure tip.value\n"
         "Exit codes: 0 good, 1 a node failed, 2 wrong command or document,\n"
         "            3 an expectation was missed, 130 cancelled (Ctrl-C; twice stops at once).");
@@ -209,6 +220,78 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
         request.profile = true;
         exit = cook(request, registry, console);
     });
+
+    CLI::App* explain_app = app.add_subcommand(
+        "explain", "Tells what a cook would make at a frame and why: what changed since the last");
+    explain_app->add_option("files", request.files, "A graph document")
+        ->required()
+        ->expected(1)
+        ->type_name("FILE");
+    int frame = 0;
+    explain_app->add_option("--frame", frame, "Which frame")->required()->type_name("N");
+    add_loading_options(*explain_app, request);
+    add_cache_options(*explain_app, request);
+    explain_app
+        ->add_option("--out", request.output_folder,
+                     "Where the last cook's files are; else "
+                     "out/<graph>")
+        ->type_name("DIR");
+    explain_app->add_option("--node", request.nodes, "As if only this node were cooked; repeatable")
+        ->type_name("NAME")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    explain_app->callback([&] { exit = explain(request, frame, registry, console); });
+
+    CLI::App* verify_app = app.add_subcommand(
+        "verify", "Cooks again what a manifest tells of, without any cache, and compares");
+    std::string manifest;
+    verify_app->add_option("manifest", manifest, "The manifest.json that a cook left")
+        ->required()
+        ->type_name("MANIFEST");
+    verify_app->add_option("--threads", request.threads, "At most; the results are the same")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1024));
+    verify_app->add_option("--root", request.root, "Folder outside which no file is read")
+        ->type_name("DIR");
+    verify_app->add_flag("--allow-outside", request.allow_outside,
+                         "Lets the graph read files outside its root");
+    verify_app->callback([&] { exit = verify(manifest, request, registry, console); });
+
+    SweepRequest swept;
+    CLI::App* sweep_app = app.add_subcommand(
+        "sweep", "Cooks every combination of settings: pictures side by side, and a table");
+    sweep_app->add_option("files", request.files, "A graph document")
+        ->required()
+        ->expected(1)
+        ->type_name("FILE");
+    sweep_app->add_option("--vary", swept.vary, "A parameter and its values; repeatable")
+        ->type_name("NODE.PARAM=A,B,C")
+        ->required()
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    sweep_app->add_option("--frame", swept.frame, "Which frame; else the last")->type_name("N");
+    sweep_app
+        ->add_option("--picture", swept.picture, "What to show; else the graph's first picture")
+        ->type_name("NODE.PORT");
+    sweep_app
+        ->add_option("--measure", swept.measures, "A number for the table; else all; repeatable")
+        ->type_name("NODE.PORT")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    sweep_app->add_option("--columns", swept.columns, "Pictures side by side")
+        ->type_name("N")
+        ->check(CLI::Range(1, 100));
+    sweep_app->add_option("--out", request.output_folder, "Where files go; else out/<graph>")
+        ->type_name("DIR");
+    add_loading_options(*sweep_app, request);
+    add_cooking_options(*sweep_app, request);
+    sweep_app->remove_option(sweep_app->get_option("--frames"));
+    sweep_app->callback([&] { exit = run_sweep(request, swept, registry, console); });
+
+    CLI::App* doctor_app =
+        app.add_subcommand("doctor", "Checks that the machine has what it takes");
+    add_cache_options(*doctor_app, request);
+    doctor_app->callback([&] { exit = doctor(request, console); });
 
     StudyRequest wanted;
     CLI::App* study_app =

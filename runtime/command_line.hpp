@@ -5,6 +5,7 @@
 #include "graph/node_type.hpp"
 #include "runtime/key.hpp"
 
+#include <filesystem>
 #include <functional>
 #include <iosfwd>
 #include <map>
@@ -33,6 +34,15 @@ struct Console {
     // How far values of a wire type are apart, by its name, for `study`.
     std::map<std::string, std::function<double(const graph::Value&, const graph::Value&)>>
         distances = {};
+
+    // For `sweep`: writes labelled pictures on one sheet, and says how many there were.
+    std::function<std::size_t(const std::vector<std::pair<graph::Value, std::string>>& pictures,
+                              int columns, const std::filesystem::path& path)>
+        write_sheet = {};
+    // For `doctor`: the OpenGL that pictures are drawn with. Throws when it will not do.
+    std::function<std::string()> opengl = {};
+    // For `new`: a graph that a newcomer can change.
+    std::string starter = {};
 };
 
 // `args` without the program's name.

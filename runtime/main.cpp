@@ -1,10 +1,12 @@
 // aspic: the one place where the runtime meets the nodes.
 
 #include "nodes/distances.hpp"
+#include "nodes/machine.hpp"
 #include "nodes/registry.hpp"
 #include "runtime/command_line.hpp"
 #include "runtime/interrupt.hpp"
 #include "runtime/program_identity.hpp"
+#include "runtime/starter.hpp"
 
 #include <iostream>
 #include <unistd.h>
@@ -16,5 +18,8 @@ int main(int argc, char** argv)
                              interrupt.token(), {},        ASPIC_VERSION};
     console.salt = runtime::program_identity();
     console.distances = nodes::distances();
+    console.write_sheet = nodes::write_sheet;
+    console.opengl = nodes::opengl;
+    console.starter = runtime::starter;
     return runtime::run_command_line({argv + 1, argv + argc}, nodes::registry(), console);
 }

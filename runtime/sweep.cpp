@@ -1,0 +1,164 @@
+#include "runtime/sweep.hpp"
+
+#include "graph/standard_wires.hpp"
+#include "runtime/wires.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+namespace runtime {
+
+namespace {
+
+bool is_number(const graph::OutputPort& port)
+{
+    return port.type == graph::wire_name<double>;
+}
+bool is_picture(const graph::OutputPort& port)
+{
+    return port.type == "image";
+}
+
+// The first node that makes a picture of a frame and not of many.
+std::string first_picture(const graph::Graph& graph)
+{
+    for (const graph::Node& node : graph.nodes) {
+        if (node.type->gather_frames) continue;
+        for (const graph::OutputPort& port : node.type->outputs) {
+            if (is_picture(port)) return node.name + "." + port.name;
+        }
+    }
+    return {};
+}
+
+std::vector<std::string> all_numbers(const graph::Graph& graph)
+{
+    std::vector<std::string> names;
+    for (const graph::Node& node : graph.nodes) {
+        for (const graph::OutputPort& port : node.type->outputs) {
+            if (is_number(port)) names.push_back(node.name + "." + port.name);
+        }
+    }
+    return names;
+}
+
+// The first thing that went wrong.
+struct FirstFailure : Observer {
+    const graph::Graph& graph;
+    std::string what;
+    explicit FirstFailure(const graph::Graph& g) : graph(g) {}
+    void failed(const Failure& f) override
+    {
+        if (what.empty()) what = describe(graph, f);
+    }
+};
+
+}  // namespace
+
+Swept sweep(const std::filesystem::path& file, const graph::Registry& registry,
+            const SweepOptions& options, Caches& caches,
+            const std::function<void(const SweepRow&)>& told)
+{
+    const std::vector<Settings> all = combinations(options.varied);
+    Swept out;
+    std::string picture = options.picture;
+    {
+        const graph::Graph graph = load_with(file, registry, options.load, all.front());
+        out.measures = options.measures.empty() ? all_numbers(graph) : options.measures;
+        if (picture.empty()) picture = first_picture(graph);
+        if (!picture.empty()) {
+            const graph::Link link = find_wire(graph, picture);
+            if (!is_picture(graph.nodes[link.node].type->outputs[link.output])) {
+                throw std::invalid_argument(fmt::format("expected '{}' to be a picture", picture));
+            }
+        }
+        for (const std::string& name : out.measures) {
+            const graph::Link link = find_wire(graph, name);
+            if (!is_number(graph.nodes[link.node].type->outputs[link.output])) {
+                throw std::invalid_argument(fmt::format(
+                    "expected '{}' to be a number: put a Measure node behind it", name));
+            }
+        }
+        if (picture.empty() && out.measures.empty()) {
+            throw std::invalid_argument(fmt::format(
+                "{} makes neither a picture nor a number: add a Render or a Measure node",
+                graph.file));
+        }
+        const int frame = options.frame == 0 ? graph.range.last : options.frame;
+        if (frame < graph.range.first || frame > graph.range.last) {
+            throw std::invalid_argument(fmt::format("{} has frames {} to {}; frame {} is none of "
+                                                    "them",
+                                                    graph.file, graph.range.first, graph.range.last,
+                                                    frame));
+        }
+    }
+    for (const Settings& settings : all) {
+        SweepRow row;
+        row.settings = settings;
+        row.numbers.assign(out.measures.size(), std::numeric_limits<double>::quiet_NaN());
+        try {
+            const graph::Graph graph = load_with(file, registry, options.load, settings);
+            const int frame = options.frame == 0 ? graph.range.last : options.frame;
+            std::vector<Want> wants;
+            std::vector<graph::Link> links;
+            for (const std::string& name : out.measures) links.push_back(find_wire(graph, name));
+            graph::Link shown;
+            if (!picture.empty()) shown = find_wire(graph, picture);
+            for (const graph::Link& link : links) wants.push_back({link.node, frame});
+            if (!picture.empty()) wants.push_back({shown.node, frame});
+            std::sort(wants.begin(), wants.end());
+            wants.erase(std::unique(wants.begin(), wants.end()), wants.end());
+
+            FirstFailure failure(graph);
+            Options cook = options.cook;
+            cook.keep_going = true;
+            const Cooked cooked =
+                Evaluator(graph, caches, cook, &failure)
+                    .cook(wants, [&](const Want& want, std::span<const graph::Value> values) {
+                        for (std::size_t i = 0; i < links.size(); ++i) {
+                            if (links[i].node != want.node) continue;
+                            const graph::Value& v = values[links[i].output];
+                            if (v) row.numbers[i] = *v.as<double>();
+                        }
+                        if (!picture.empty() && shown.node == want.node) {
+                            row.picture = values[shown.output];
+                        }
+                    });
+            row.seconds = cooked.seconds;
+            row.failure = failure.what;
+            out.cancelled = cooked.cancelled;
+        } catch (const std::exception& e) {
+            row.failure = e.what();
+        }
+        if (out.cancelled) break;
+        if (told) told(row);
+        out.rows.push_back(std::move(row));
+    }
+    return out;
+}
+
+std::string to_csv(const Swept& swept)
+{
+    std::string text;
+    if (swept.rows.empty()) return text;
+    for (const graph::Override& s : swept.rows[0].settings) {
+        text.append(csv_quoted(s.target)).append(1, ',');
+    }
+    for (const std::string& name : swept.measures) text.append(csv_quoted(name)).append(1, ',');
+    text += "seconds,failure\n";
+    for (const SweepRow& row : swept.rows) {
+        for (const graph::Override& s : row.settings) {
+            text.append(csv_quoted(s.value)).append(1, ',');
+        }
+        for (const double x : row.numbers) {
+            if (!std::isnan(x)) text += fmt::format("{:.9g}", x);
+            text += ',';
+        }
+        text += fmt::format("{:.6g},{}\n", row.seconds, csv_quoted(row.failure));
+    }
+    return text;
+}
+
+}  // namespace runtime

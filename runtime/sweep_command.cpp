@@ -1,0 +1,89 @@
+#include "runtime/sweep_command.hpp"
+
+#include "runtime/sweep.hpp"
+#include "runtime/text_file.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <ostream>
+
+namespace runtime {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// "height.value 0.52  mass.value 3.1", of what could be made.
+std::string numbers_text(const std::vector<std::string>& measures, const SweepRow& row)
+{
+    std::string text;
+    for (std::size_t i = 0; i < measures.size(); ++i) {
+        if (std::isnan(row.numbers[i])) continue;
+        text += fmt::format("{}{} {:.4g}", text.empty() ? "" : "  ", measures[i], row.numbers[i]);
+    }
+    return text;
+}
+
+// The last setting varies fastest: a row of the sheet is one of the others.
+int columns_of(const SweepRequest& wanted, const std::vector<Vary>& varied, std::size_t rows)
+{
+    if (wanted.columns > 0) return wanted.columns;
+    const std::size_t fastest = varied.empty() ? 1 : varied.back().values.size();
+    if (varied.size() > 1 && fastest <= 8) return static_cast<int>(fastest);
+    return static_cast<int>(std::clamp(std::ceil(std::sqrt(static_cast<double>(rows))), 1.0, 6.0));
+}
+
+}  // namespace
+
+int run_sweep(const CookRequest& request, const SweepRequest& wanted,
+              const graph::Registry& registry, Console& console)
+{
+    const fs::path file = request.files.at(0);
+    SweepOptions options;
+    for (const std::string& text : wanted.vary) options.varied.push_back(parse_vary(text));
+    options.load = load_options(request);
+    options.picture = wanted.picture, options.measures = wanted.measures;
+    options.frame = wanted.frame;
+    const fs::path folder = request.output_folder.empty() ? fs::path("out") / file.stem()
+                                                          : fs::path(request.output_folder);
+    options.cook.threads = request.threads;
+    options.cook.stop = console.stop;
+    options.cook.salt = console.salt;
+    options.cook.output_folder = folder;
+    fs::create_directories(folder);
+
+    Caches caches;
+    caches.memory = MemoryCache(request.memory);
+    caches.disk = open_cache(request, console);
+    caches.side_files.remember_in(caches.disk.get());
+    const std::size_t all = combinations(options.varied).size();
+    std::size_t done = 0, failed = 0;
+    const Swept swept = sweep(file, registry, options, caches, [&](const SweepRow& row) {
+        failed += !row.failure.empty();
+        if (request.quiet && row.failure.empty()) return;
+        console.err << fmt::format("{} of {}, {}: {}: {}\n", ++done, all,
+                                   format_seconds(row.seconds), describe(row.settings),
+                                   row.failure.empty() ? "done" : "failed: " + row.failure);
+    });
+    const fs::path csv = folder / "sweep.csv", png = folder / "sweep.png";
+    replace_text(csv, to_csv(swept));
+    console.out << "table: " << csv.string() << "\n";
+    std::vector<std::pair<graph::Value, std::string>> pictures;
+    for (const SweepRow& row : swept.rows) {
+        const std::string numbers = numbers_text(swept.measures, row);
+        pictures.emplace_back(row.picture,
+                              describe(row.settings) + (numbers.empty() ? "" : "   " + numbers));
+    }
+    if (console.write_sheet &&
+        console.write_sheet(pictures, columns_of(wanted, options.varied, swept.rows.size()), png) >
+            0) {
+        console.out << "sheet: " << png.string() << "\n";
+    } else {
+        console.err << "no sheet was made, as no picture was: --picture names an output that is "
+                       "one\n";
+    }
+    return swept.cancelled ? exit_cancelled : failed > 0 ? exit_failed : exit_ok;
+}
+
+}  // namespace runtime

@@ -1,0 +1,203 @@
+// The program itself: killed, several at once, on disks that are full or not to be written.
+
+#include "runtime/disk_cache.hpp"
+#include "tests/runtime/toys.hpp"
+
+#include <fcntl.h>
+#include <random>
+#include <spawn.h>
+#include <sys/mount.h>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::duration;
+using std::chrono::steady_clock;
+
+// A block of cubes falls on the floor; each frame's mesh goes to a file.
+const char* const falling = R"({ "aspic": 1, "frames": { "first": 1, "last": 20, "fps": 24 },
+  "nodes": {
+    "block": { "type": "Primitive@1", "params": { "shape": "box", "centre": [0, 0.8, 0] } },
+    "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "block.mesh" },
+               "params": { "method": "solid", "size": 0.125,
+                           "matter": { "density": 300, "young": 300000 } } },
+    "floor": { "type": "Ground@1" },
+    "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes",
+               "colliders": ["floor.collider"], "surface": "block.mesh" } },
+    "shape": { "type": "Embed@1", "inputs": { "cubes": "cubes.cubes", "mesh": "block.mesh",
+               "state": "sim.state" } },
+    "files": { "type": "WriteMesh@1", "inputs": { "mesh": "shape.mesh" },
+               "params": { "path": "block.####.ply" } } } })";
+
+// Runs aspic with no output but what goes to `log`.
+pid_t start(std::vector<std::string> words, const fs::path& log)
+{
+    words.insert(words.begin(), ASPIC_PROGRAM);
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_addopen(&files, 1, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addopen(&files, 2, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    pid_t child = 0;
+    const int error = posix_spawn(&child, argv[0], &files, nullptr, argv.data(), environ);
+    posix_spawn_file_actions_destroy(&files);
+    if (error != 0) throw std::runtime_error(argv[0] + std::string(" can't be run"));
+    return child;
+}
+int wait_for(pid_t child)
+{
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return status;
+}
+
+std::string bytes_of(const fs::path& file)
+{
+    std::ifstream in(file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+}
+
+// All files of a folder by name, but for the manifest, which tells of times.
+std::map<std::string, std::string> files_of(const fs::path& folder)
+{
+    std::map<std::string, std::string> all;
+    for (const auto& f : fs::directory_iterator(folder)) {
+        if (f.path().filename() != "manifest.json") all[f.path().filename()] = bytes_of(f.path());
+    }
+    return all;
+}
+
+class Processes : public testing::Test {
+protected:
+    void SetUp() override { folder_.write("falling.json", falling); }
+
+    pid_t begin(const fs::path& cache, const fs::path& out)
+    {
+        return start({"cook", (folder_.path / "falling.json").string(), "--cache", cache.string(),
+                      "--out", out.string(), "--quiet"},
+                     log());
+    }
+    std::map<std::string, std::string> cook(const fs::path& cache, const fs::path& out)
+    {
+        EXPECT_EQ(wait_for(begin(cache, out)), 0) << bytes_of(log());
+        return files_of(out);
+    }
+    fs::path log() const { return folder_.path / "log"; }
+    // What the last one said of its cache.
+    std::vector<std::string> said() const
+    {
+        std::vector<std::string> lines;
+        std::ifstream in(log());
+        for (std::string line; std::getline(in, line);) {
+            if (line.find("cache") != std::string::npos) lines.push_back(line);
+        }
+        return lines;
+    }
+
+    toys::Folder folder_;
+};
+
+// A file system of this many bytes in memory; not for everyone.
+class SmallDisk {
+public:
+    SmallDisk(const fs::path& folder, const char* size) : folder_(folder)
+    {
+        fs::create_directories(folder);
+        const std::string options = std::string("size=") + size;
+        there_ = ::mount("tmpfs", folder.c_str(), "tmpfs", 0, options.c_str()) == 0;
+    }
+    ~SmallDisk()
+    {
+        if (there_) ::umount2(folder_.c_str(), MNT_DETACH);
+    }
+    bool there() const { return there_; }
+    bool make_read_only() const
+    {
+        return ::mount(nullptr, folder_.c_str(), nullptr, MS_REMOUNT | MS_RDONLY, nullptr) == 0;
+    }
+
+private:
+    fs::path folder_;
+    bool there_ = false;
+};
+
+}  // namespace
+
+// ASPIC_KILLS=50 for the whole proof.
+TEST_F(Processes, AKilledCookGoesOnAndLeavesTheSameBytes)
+{
+    const auto begun = steady_clock::now();
+    const auto expected = cook(folder_.path / "whole", folder_.path / "out");
+    const double seconds = duration<double>(steady_clock::now() - begun).count();
+    ASSERT_EQ(expected.size(), 20u);
+
+    const char* const wanted = std::getenv("ASPIC_KILLS");
+    const int kills = wanted ? std::atoi(wanted) : 3;
+    std::mt19937 random(11);
+    for (int k = 0; k < kills; ++k) {
+        const fs::path here = folder_.path / std::to_string(k);
+        const double moment = seconds * 0x1p-32 * static_cast<double>(random());
+        const pid_t child = begin(here / "cache", here / "out");
+        std::this_thread::sleep_for(duration<double>(moment));
+        ::kill(child, SIGKILL);
+        wait_for(child);
+        EXPECT_EQ(cook(here / "cache", here / "out"), expected)
+            << "killed after " << moment << " s";
+        EXPECT_EQ(said(), std::vector<std::string>{});
+        runtime::DiskCache cache(here / "cache", std::uintmax_t{1} << 30, nullptr);
+        EXPECT_EQ(cache.verify().bad, 0u);
+        fs::remove_all(here);
+    }
+}
+
+TEST_F(Processes, FourOnOneCacheLeaveTheSameBytesAsOne)
+{
+    const auto expected = cook(folder_.path / "alone", folder_.path / "out");
+    std::vector<pid_t> children;
+    for (int i = 0; i < 4; ++i) {
+        children.push_back(
+            begin(folder_.path / "shared", folder_.path / ("out" + std::to_string(i))));
+    }
+    for (const pid_t child : children) EXPECT_EQ(wait_for(child), 0) << bytes_of(log());
+    for (int i = 0; i < 4; ++i) {
+        EXPECT_EQ(files_of(folder_.path / ("out" + std::to_string(i))), expected);
+    }
+    runtime::DiskCache cache(folder_.path / "shared", std::uintmax_t{1} << 30, nullptr);
+    EXPECT_EQ(cache.verify().bad, 0u);
+    const runtime::DiskUse use = cache.use();
+    EXPECT_EQ(use.aside, 0u);
+}
+
+TEST_F(Processes, AFullDiskCostsAWarningAndNotTheCook)
+{
+    const auto expected = cook(folder_.path / "roomy", folder_.path / "out");
+    const fs::path full = folder_.path / "full";
+    const SmallDisk disk(full, "64k");
+    if (!disk.there()) GTEST_SKIP() << "needs to be allowed to mount";
+    EXPECT_EQ(cook(full, folder_.path / "out2"), expected);
+    ASSERT_EQ(said().size(), 1u) << bytes_of(log());
+    EXPECT_NE(said()[0].find("No space left"), std::string::npos) << said()[0];
+    // What did fit is good.
+    EXPECT_EQ(cook(full, folder_.path / "out3"), expected);
+    runtime::DiskCache cache(full, std::uintmax_t{1} << 30, nullptr);
+    EXPECT_EQ(cache.verify().bad, 0u);
+}
+
+TEST_F(Processes, AReadOnlyCacheIsReadAndCostsAtMostAWarning)
+{
+    const fs::path stored = folder_.path / "stored";
+    const SmallDisk disk(stored, "64m");
+    if (!disk.there()) GTEST_SKIP() << "needs to be allowed to mount";
+    const auto expected = cook(stored, folder_.path / "out");
+    ASSERT_TRUE(disk.make_read_only());
+    EXPECT_EQ(cook(stored, folder_.path / "out"), expected);
+    EXPECT_EQ(said(), std::vector<std::string>{}) << "nothing to write: nothing to warn of";
+    EXPECT_EQ(cook(stored, folder_.path / "out2"), expected);
+    ASSERT_EQ(said().size(), 1u) << bytes_of(log());
+    EXPECT_NE(said()[0].find("Read-only file system"), std::string::npos) << said()[0];
+}

@@ -1,0 +1,117 @@
+#include "runtime/sweep.hpp"
+
+#include "runtime/sweep_command.hpp"
+#include "tests/runtime/said.hpp"
+
+using namespace runtime;
+using toys::has;
+using toys::run;
+using toys::Said;
+
+namespace {
+
+const char* const document = R"({ "aspic": 1, "frames": { "first": 1, "last": 3 }, "nodes": {
+    "base": { "type": "Constant@1", "params": { "value": 5 } },
+    "slow": { "type": "Slow@1", "inputs": { "value": "base.value" },
+              "params": { "seconds": 0.001 } },
+    "a": { "type": "Sum@1", "inputs": { "values": ["slow.first"] } },
+    "b": { "type": "Fail@1", "inputs": { "value": "a.value" }, "params": { "above": 100 } } } })";
+
+SweepOptions varying(const std::vector<const char*>& what)
+{
+    SweepOptions options;
+    for (const char* text : what) options.varied.push_back(parse_vary(text));
+    return options;
+}
+
+std::vector<std::string> lines_of(const std::filesystem::path& file)
+{
+    std::ifstream in(file);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    return lines;
+}
+
+}  // namespace
+
+TEST(Sweep, EveryCombinationIsCookedAndWhatIsEqualOnce)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", document);
+    Caches caches;
+    toys::take_runs("Slow");
+    const Swept swept =
+        sweep(file, toys::registry(), varying({"base.value=5,6", "a.bias=1,2,3"}), caches);
+    ASSERT_EQ(swept.rows.size(), 6u);
+    EXPECT_EQ(toys::take_runs("Slow"), 2) << "once a base";
+    ASSERT_EQ(swept.measures,
+              (std::vector<std::string>{"base.value", "slow.first", "a.value", "b.value"}));
+    for (std::size_t i = 0; i < 6; ++i) {
+        // The last one varies fastest: 5+1, 5+2, 5+3, 6+1 ...
+        EXPECT_EQ(swept.rows[i].numbers[2], 5 + double(i / 3) + 1 + double(i % 3));
+        EXPECT_EQ(swept.rows[i].failure, "");
+        EXPECT_FALSE(swept.rows[i].picture);
+    }
+}
+
+TEST(Sweep, AFailedCombinationIsDataAndTheOthersGoOn)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", document);
+    Caches caches;
+    const Swept swept = sweep(file, toys::registry(), varying({"a.bias=1,1000,2,\"x\""}), caches);
+    ASSERT_EQ(swept.rows.size(), 4u);
+    EXPECT_EQ(swept.rows[0].failure, "");
+    EXPECT_TRUE(has(swept.rows[1].failure, "value 1005 is too large")) << swept.rows[1].failure;
+    EXPECT_EQ(swept.rows[1].numbers[2], 1005) << "what could be made is there";
+    EXPECT_TRUE(std::isnan(swept.rows[1].numbers[3]));
+    EXPECT_EQ(swept.rows[2].numbers[3], 7);
+    EXPECT_TRUE(has(swept.rows[3].failure, "expected a number")) << swept.rows[3].failure;
+    const std::string csv = to_csv(swept);
+    EXPECT_TRUE(csv.starts_with("\"a.bias\",\"base.value\",")) << csv;
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 5) << "a line each: " << csv;
+}
+
+TEST(Sweep, OptionsThatMakeNoSenseAreRefused)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", document);
+    const auto refused = [&](SweepOptions options) -> std::string {
+        Caches caches;
+        try {
+            static_cast<void>(sweep(file, toys::registry(), options, caches));
+        } catch (const std::invalid_argument& e) {
+            return e.what();
+        }
+        return "";
+    };
+    SweepOptions o = varying({"a.bias=1"});
+    o.measures = {"a.valeu"};
+    EXPECT_TRUE(has(refused(o), "expected an output node.port")) << refused(o);
+    o.measures = {"slow.numbers"};
+    EXPECT_TRUE(has(refused(o), "to be a number")) << refused(o);
+    o.measures = {}, o.frame = 7;
+    EXPECT_TRUE(has(refused(o), "frames 1 to 3; frame 7")) << refused(o);
+    o.frame = 0, o.picture = "b";
+    EXPECT_TRUE(has(refused(o), "to be a picture")) << refused(o);
+    EXPECT_TRUE(has(refused(varying({"nobody.bias=1"})), "nobody"));
+}
+
+TEST(Sweep, TheCommandLeavesATableAndASheet)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", document);
+    const auto out = (folder.path / "out").string();
+    const Said said =
+        run({"sweep", file, "--vary", "a.bias=1,2", "--measure", "b.value", "--out", out});
+    EXPECT_EQ(said.exit, exit_ok) << said.err;
+    const std::vector<std::string> lines = lines_of(folder.path / "out/sweep.csv");
+    ASSERT_EQ(lines.size(), 3u);
+    EXPECT_EQ(lines[0], "\"a.bias\",\"b.value\",seconds,failure");
+    EXPECT_TRUE(lines[1].starts_with("\"1\",6,")) << lines[1];
+    EXPECT_TRUE(lines[2].starts_with("\"2\",7,")) << lines[2];
+    EXPECT_TRUE(has(said.out, "table: " + out)) << said.out;
+    EXPECT_EQ(run({"sweep", file, "--vary", "a.bias=1000", "--out", out}).exit, exit_failed);
+    EXPECT_EQ(run({"sweep", file, "--out", out}).exit, exit_usage) << "vary what?";
+    EXPECT_EQ(run({"sweep", file, "--vary", "a.bias", "--out", out}).exit, exit_usage);
+}
