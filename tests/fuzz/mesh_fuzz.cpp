@@ -1,0 +1,37 @@
+// Any bytes as what the importer hands over, or as a PLY file: a mesh that is consistent, or an
+// exception, never a crash. (assimp itself runs in a process of its own, whose end is an error.)
+
+#include "geometry/read_mesh.hpp"
+#include "geometry/read_ply.hpp"
+
+#include <cstdlib>
+
+namespace {
+
+void check(const geometry::ImportedScene& scene)
+{
+    const geometry::TriMesh mesh = geometry::assemble(scene).mesh;
+    for (const geometry::Triangle& t : mesh.triangles()) {
+        for (const auto v : t) {
+            if (v >= mesh.positions.size()) std::abort();
+        }
+    }
+    for (const auto& p : mesh.positions) {
+        if (!p.allFinite()) std::abort();
+    }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+{
+    if (size == 0) return 0;
+    const char* const text = reinterpret_cast<const char*>(data);
+    try {
+        check(data[0] == 'p' ? geometry::read_ply({text, size})
+                             : geometry::unpack(text + 1, size - 1));
+    } catch (const std::runtime_error&) {
+    } catch (const std::invalid_argument&) {
+    }
+    return 0;
+}
