@@ -121,9 +121,9 @@ std::string_view compress(std::string_view raw, std::uint32_t stride, PackScratc
     return ZSTD_isError(size) ? raw : std::string_view(scratch.packed.data(), size);
 }
 
-bool saves_a_third(std::size_t packed, std::size_t raw)
+bool halves(std::size_t packed, std::size_t raw)
 {
-    return packed * 3 <= raw * 2;
+    return packed * 2 <= raw;
 }
 
 // The stride by which a chunk packs best, judged by a piece of its middle; 0 when none pays.
@@ -137,7 +137,7 @@ std::uint32_t best_stride(std::string_view raw, PackScratch& scratch)
     std::size_t least = piece.size();
     for (const std::uint32_t stride : {1u, 4u, 8u}) {
         const std::size_t size = compress(piece, stride, scratch).size();
-        if (size < least && saves_a_third(size, piece.size())) best = stride, least = size;
+        if (size < least && halves(size, piece.size())) best = stride, least = size;
     }
     return best;
 }
@@ -153,7 +153,7 @@ Packed pack(std::string_view raw, PackScratch& scratch)
     const std::uint32_t stride = best_stride(raw, scratch);
     if (stride == 0) return {raw, {}, 0};
     const std::string_view packed = compress(raw, stride, scratch);
-    if (!saves_a_third(packed.size(), raw.size())) return {raw, {}, 0};
+    if (!halves(packed.size(), raw.size())) return {raw, {}, 0};
     return {{}, std::string(packed), stride};
 }
 

@@ -6,7 +6,7 @@
 //   table      a chunk's stored size, how it is packed, and the hash of what is stored
 //   chunks     256 KiB of the content each, so that all cores read one file
 //
-// A chunk is packed by zstd where that saves a third at least, after sorting the bytes of its
+// A chunk is packed by zstd where that halves it at least, after sorting the bytes of its
 // numbers by significance (neighbouring numbers share sign and exponent); else it is stored as it
 // is, because reading it then costs a copy and a checksum.
 

@@ -129,7 +129,7 @@ public:
         : graph_(graph), caches_(caches), options_(options), observer_(observer), keys_(keys),
           usual_(usual), arena_(arena), arrived_(arrived), threads_(arena.max_concurrency())
     {
-        cooked_.tallies.resize(graph.nodes.size());
+        cooked_.tallies = Tallies(graph.nodes.size());
         usual_.resize(keys.type_count(), 0);
     }
 
@@ -237,7 +237,7 @@ private:
     {
         if (failed_.contains(task.key)) return fail(task, false);
         if (SharedResult found = caches_.memory.find(task.key); found && still_there(*found)) {
-            if (task.preparation < 0) ++cooked_.tallies[task.node].hits;
+            if (task.preparation < 0) ++cooked_.tallies.of(task.node).hits;
             if (!rechecked(task)) return arrive(task, std::move(found));
             task.expected = std::move(found);
             return begin(task);
@@ -435,7 +435,7 @@ private:
     {
         failures_.push_back({task.node, task.frame, std::move(what)});
         ++cooked_.failures;
-        ++cooked_.tallies[task.node].failures;
+        ++cooked_.tallies.of(task.node).failures;
         events_.emplace_back(failures_.back());
         if (!options_.keep_going) stopping_ = true;
         fail(task, true);
@@ -452,7 +452,7 @@ private:
             if (t.state == State::failed || t.state == State::dropped) continue;
             if (!std::exchange(cause, false) && t.preparation < 0) {
                 ++cooked_.blocked;
-                ++cooked_.tallies[t.node].blocked;
+                ++cooked_.tallies.of(t.node).blocked;
             }
             t.state = State::failed;
             failed_.insert(t.key);
@@ -566,7 +566,7 @@ private:
     // Returns what is to be stored on disk, if anything.
     Stored finish(Task& task, Outcome& outcome, std::vector<SharedResult>& gone)
     {
-        Tally& tally = cooked_.tallies[task.node];
+        Tally& tally = cooked_.tallies.of(task.node);
         if (outcome.absent) {
             task.load = false;
             begin(task);
@@ -648,14 +648,14 @@ private:
     Outcome run(Task& task, Scratch& scratch)
     {
         Outcome outcome;
+        const Clock::time_point begin = Clock::now();
         outcome.run = {task.node,
                        task.frame,
                        task.preparation,
                        tbb::this_task_arena::current_thread_index(),
-                       seconds_since(start_),
+                       std::chrono::duration<double>(begin - start_).count(),
                        0,
                        0};
-        const Clock::time_point begin = Clock::now();
         // Isolated: a parallel loop in the node waits for its own pieces only and never picks up
         // another node, which could take long or wait for this one.
         std::shared_ptr<Result> made;

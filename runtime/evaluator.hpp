@@ -18,6 +18,7 @@
 #include "runtime/keys.hpp"
 #include "runtime/observer.hpp"
 
+#include <deque>
 #include <stop_token>
 
 namespace tbb::detail::d1 {
@@ -64,11 +65,40 @@ struct Tally {
     std::size_t bytes = 0;  // of all results that it made
 };
 
+// Of all nodes of a graph; those that had nothing to do take no room.
+class Tallies {
+public:
+    Tallies() = default;
+    explicit Tallies(std::size_t nodes) : places_(nodes, 0) {}
+
+    Tally& of(std::uint32_t node)
+    {
+        std::uint32_t& place = places_[node];
+        if (place == 0) {
+            all_.emplace_back();
+            place = static_cast<std::uint32_t>(all_.size());
+        }
+        return all_[place - 1];
+    }
+    const Tally& operator[](std::size_t node) const
+    {
+        static const Tally nothing;
+        return places_[node] == 0 ? nothing : all_[places_[node] - 1];
+    }
+    // Of the nodes that had something to do.
+    auto begin() const { return all_.begin(); }
+    auto end() const { return all_.end(); }
+
+private:
+    std::vector<std::uint32_t> places_;  // into all_, from 1
+    std::deque<Tally> all_;
+};
+
 struct Cooked {
     std::size_t done = 0;  // wants that arrived
     std::size_t failures = 0, blocked = 0;
     bool cancelled = false;
-    std::vector<Tally> tallies;  // one a node
+    Tallies tallies;
     double seconds = 0;
 };
 

@@ -31,9 +31,15 @@ Key hash_bytes(const void* data, std::size_t size)
     return {hash.low64, hash.high64};
 }
 
-KeyBuilder& KeyBuilder::add(const graph::ParamValue& value)
+void KeyBuilder::append_long(const void* data, std::size_t size)
 {
-    add(value.is.index());
+    if (long_.empty()) long_.assign(short_.data(), size_);
+    long_.append(static_cast<const char*>(data), size);
+    size_ = short_.size() + 1;
+}
+
+KeyBuilder& KeyBuilder::add_content(const graph::ParamValue& value)
+{
     std::visit(
         [this](const auto& is) {
             using T = std::decay_t<decltype(is)>;

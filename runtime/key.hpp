@@ -53,7 +53,12 @@ public:
         append(text.data(), text.size());
         return *this;
     }
-    KeyBuilder& add(const graph::ParamValue& value);
+    KeyBuilder& add(const graph::ParamValue& value)
+    {
+        add(static_cast<std::uint8_t>(value.is.index()));
+        const double* const number = std::get_if<double>(&value.is);
+        return number ? add(*number) : add_content(value);
+    }
 
     void clear() { size_ = 0, long_.clear(); }
     Key key() const
@@ -63,20 +68,18 @@ public:
     }
 
 private:
+    KeyBuilder& add_content(const graph::ParamValue& value);  // its type stands there already
     void append(const void* data, std::size_t size)
     {
-        if (long_.empty() && size_ + size <= short_.size()) {
-            std::memcpy(short_.data() + size_, data, size);
-            size_ += size;
-            return;
-        }
-        if (long_.empty()) long_.assign(short_.data(), size_);
-        long_.append(static_cast<const char*>(data), size);
+        if (size_ + size > short_.size()) return append_long(data, size);
+        std::memcpy(short_.data() + size_, data, size);
+        size_ += size;
     }
+    void append_long(const void* data, std::size_t size);
 
     std::array<char, 248> short_;  // most keys fit: no memory to ask for
-    std::size_t size_ = 0;
-    std::string long_;  // all of it, once it does not fit
+    std::size_t size_ = 0;         // more than that, once it does not fit
+    std::string long_;             // then all of it
 };
 
 }  // namespace runtime

@@ -118,6 +118,14 @@ Keys::Keys(const graph::Graph& graph, FileDigests& files, SideFiles& side_files,
     read_links();
 }
 
+// Calls see(Input) for each link of the node, by port.
+template <class See> void Keys::each_link(const graph::Node& node, const See& see)
+{
+    for (std::uint32_t port = 0; port < node.inputs.size(); ++port) {
+        for (const graph::Link& link : node.inputs[port]) see({link.node, port, link.output});
+    }
+}
+
 void Keys::read_links()
 {
     nodes_.assign(graph_.nodes.size(), {});
@@ -147,10 +155,9 @@ void Keys::read_links()
         nodes_[n].type = type.index;
         nodes_[n].opens = type.opens;
         nodes_[n].first_link = static_cast<std::uint32_t>(links_.size());
-        for (const auto& port : node.inputs) {
-            for (const graph::Link& link : port) links_.push_back(link.node);
-        }
+        each_link(node, [&](const Input& input) { links_.push_back(input); });
         nodes_[n].links = static_cast<std::uint32_t>(links_.size()) - nodes_[n].first_link;
+        nodes_[n].moves = !node.animated.empty() || declares(node, graph::Variable::frame);
         nodes_[n].rolls = !node.type->previous.empty();
         nodes_[n].gathers = static_cast<bool>(node.type->gather_frames);
     }
@@ -164,9 +171,7 @@ void Keys::edited(std::uint32_t n)
     std::size_t at = nodes_[n].first_link;
     const std::size_t end = at + nodes_[n].links;
     bool same = true;
-    for (const auto& port : node.inputs) {
-        for (const graph::Link& link : port) same = same && at < end && links_[at++] == link.node;
-    }
+    each_link(node, [&](const Input& input) { same = same && at < end && links_[at++] == input; });
     if (!same || at != end || (!node.animated.empty() && !nodes_[n].varies)) return read_links();
     nodes_[n].stale = true;
     first_stale_ = std::min(first_stale_, n);
@@ -181,7 +186,7 @@ void Keys::reach(const std::vector<std::uint32_t>& targets)
         if (!wanted[n]) continue;
         reached_.push_back(static_cast<std::uint32_t>(n));
         for (std::uint32_t i = 0; i < nodes_[n].links; ++i) {
-            wanted[links_[nodes_[n].first_link + i]] = 1;
+            wanted[links_[nodes_[n].first_link + i].node] = 1;
         }
     }
     std::reverse(reached_.begin(), reached_.end());
@@ -189,12 +194,10 @@ void Keys::reach(const std::vector<std::uint32_t>& targets)
     varying_.clear(), rolling_.clear(), under_rolling_.clear();
     for (const std::uint32_t n : reached_) {
         Node& node = nodes_[n];
-        const graph::Node& source = graph_.nodes[n];
         node.stale = true;
-        node.varies =
-            !source.animated.empty() || node.rolls || declares(source, graph::Variable::frame);
+        node.varies = node.moves || node.rolls;
         for (std::uint32_t i = 0; i < node.links; ++i) {
-            node.varies = node.varies || nodes_[links_[node.first_link + i]].varies;
+            node.varies = node.varies || nodes_[links_[node.first_link + i].node].varies;
         }
         if (node.gathers) node.varies = false;  // it runs once a cook
         if (node.opens) openers_.push_back(n), file_nodes_.push_back(n);
@@ -209,7 +212,7 @@ void Keys::reach(const std::vector<std::uint32_t>& targets)
     for (std::size_t i = varying_.size(); i-- > 0;) {
         const Node& node = nodes_[varying_[i]];
         if (!under[varying_[i]]) continue;
-        for (std::uint32_t k = 0; k < node.links; ++k) under[links_[node.first_link + k]] = 1;
+        for (std::uint32_t k = 0; k < node.links; ++k) under[links_[node.first_link + k].node] = 1;
     }
     for (const std::uint32_t n : varying_) {
         if (under[n]) under_rolling_.push_back(n);
@@ -228,7 +231,7 @@ void Keys::aim(const std::vector<std::uint32_t>& targets, const std::vector<int>
         }
     }
     for (const std::uint32_t n : file_nodes_) {
-        if (!nodes_[n].stale && fixed_part(n, builder_) != nodes_[n].fixed) edited(n);
+        if (!nodes_[n].stale && fixed_part(n) != nodes_[n].fixed) edited(n);
     }
     const auto from = std::lower_bound(reached_.begin(), reached_.end(), first_stale_);
     if (from == reached_.end()) return;
@@ -239,11 +242,11 @@ void Keys::aim(const std::vector<std::uint32_t>& targets, const std::vector<int>
         Node& node = nodes_[*at];
         bool touched = node.stale;
         for (std::uint32_t i = 0; i < node.links && !touched; ++i) {
-            touched = nodes_[links_[node.first_link + i]].changed;
+            touched = nodes_[links_[node.first_link + i].node].changed;
         }
         if (!touched) continue;
         const Key before = node.varies ? node.fixed : node.key;
-        if (node.stale) node.fixed = fixed_part(*at, builder_);
+        if (node.stale && !node.one_hash()) node.fixed = fixed_part(*at);
         if (!node.varies) {
             node.key =
                 node.gathers ? gather_key(*at, true) : key(*at, graph_.range.first, no_row, true);
@@ -264,15 +267,17 @@ void Keys::forget_rows()
     rolled_ = 0;
 }
 
-Key Keys::fixed_part(std::uint32_t n, KeyBuilder& b) const
+void Keys::add_fixed_part(std::uint32_t n, KeyBuilder& b) const
 {
     const graph::Node& node = graph_.nodes[n];
-    b.clear();
     b.add(types_[nodes_[n].type]);
     const auto add_params = [&](const ParamValues& params) {
-        b.add(params.size());
         for (std::size_t i = 0; i < params.size(); ++i) {
-            add_param(b, node.type->params[i], params[i], files_);
+            if (nodes_[n].opens) {
+                add_param(b, node.type->params[i], params[i], files_);
+            } else {
+                b.add(params[i]);
+            }
         }
     };
     if (node.animated.empty()) {
@@ -285,10 +290,11 @@ Key Keys::fixed_part(std::uint32_t n, KeyBuilder& b) const
         b.add(a.where.size()).add(a.component);
         for (const std::uint32_t i : a.where) b.add(i);
     }
-    b.add(node.inputs.size());
-    for (const auto& port : node.inputs) {
-        b.add(port.size());
-        for (const graph::Link& link : port) b.add(link.output);
+    const Node& known = nodes_[n];
+    b.add(known.links);
+    for (std::uint32_t i = 0; i < known.links; ++i) {
+        const Input& input = links_[known.first_link + i];
+        b.add(std::uint64_t{input.port} << 32 | input.output);
     }
     if (declares(node, graph::Variable::fps)) b.add(graph_.range.fps);
     if (declares(node, graph::Variable::range)) {
@@ -298,7 +304,6 @@ Key Keys::fixed_part(std::uint32_t n, KeyBuilder& b) const
     if (node.type->sink) {
         b.add(std::filesystem::absolute(options_.output_folder).lexically_normal().native());
     }
-    return b.key();
 }
 
 Key Keys::key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with_side_files)
@@ -306,7 +311,11 @@ Key Keys::key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with
     const Node& node = nodes_[n];
     const graph::Node& source = graph_.nodes[n];
     builder_.clear();
-    builder_.add(node.fixed);
+    if (node.one_hash()) {
+        add_fixed_part(n, builder_);
+    } else {
+        builder_.add(node.fixed);
+    }
     if (!source.animated.empty()) {
         try {
             ParamValues values = params(n, frame);
@@ -320,7 +329,7 @@ Key Keys::key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with
         builder_.add(frame).add(graph_.range.time(frame));
     }
     for (std::uint32_t i = 0; i < node.links; ++i) {
-        builder_.add(input_key(links_[node.first_link + i], row));
+        builder_.add(input_key(links_[node.first_link + i].node, row));
     }
     // In place: the row still holds the node's key of the frame before.
     if (node.rolls) builder_.add(frame == graph_.range.first ? Key{} : row[node.slot]);
@@ -360,7 +369,7 @@ Key Keys::gather_key(std::uint32_t n, bool with_side_files)
          at-- != reached_.begin();) {
         const Node& node = nodes_[*at];
         if (!above[*at]) continue;
-        for (std::uint32_t i = 0; i < node.links; ++i) above[links_[node.first_link + i]] = 1;
+        for (std::uint32_t i = 0; i < node.links; ++i) above[links_[node.first_link + i].node] = 1;
         if (node.varies) needed.push_back(*at), rolls = rolls || node.rolls;
         // A gathering node's key is made already: what stands behind it does not matter here.
     }
@@ -374,7 +383,7 @@ Key Keys::gather_key(std::uint32_t n, bool with_side_files)
         for (std::size_t p = 0; p < source.inputs.size(); ++p) {
             for (std::size_t i = 0; i < source.inputs[p].size(); ++i, ++link) {
                 if (source.type->inputs[p].gather == gather) {
-                    keys.push_back(input_key(links_[link], row));
+                    keys.push_back(input_key(links_[link].node, row));
                 }
             }
         }
@@ -485,7 +494,12 @@ Key Keys::by_content(std::uint32_t n, int frame, std::span<const graph::ContentN
 {
     const graph::Node& source = graph_.nodes[n];
     KeyBuilder b;
-    b.add("by content").add(nodes_[n].fixed);
+    b.add("by content");
+    if (nodes_[n].one_hash()) {
+        add_fixed_part(n, b);
+    } else {
+        b.add(nodes_[n].fixed);
+    }
     if (nodes_[n].gathers) {
         frame = graph_.range.first;
         const std::vector<int>& frames = gathered_.at(n).frames;

@@ -56,11 +56,7 @@ public:
     // The node ran and opened these. Returns its key, which may differ from that before.
     Key opened(std::uint32_t n, int frame, const std::set<std::filesystem::path>& paths);
     // Whether the files named by the node's parameters are not what its key says any more.
-    bool files_changed(std::uint32_t n) const
-    {
-        KeyBuilder builder;
-        return fixed_part(n, builder) != nodes_[n].fixed;
-    }
+    bool files_changed(std::uint32_t n) const { return fixed_part(n) != nodes_[n].fixed; }
 
     // Frames at which the node's input port is wanted when the node runs at `frame`: that one, or
     // for a port that gathers, all it asks for. The span may be `frame` itself.
@@ -83,13 +79,21 @@ public:
 
 private:
     struct Node {
-        Key fixed;                                // S
+        Key fixed;                                // S, where one_hash() is not true
         Key key;                                  // K where it does not vary; else unused
         std::uint32_t slot = 0;                   // into a row, where it varies
         std::uint32_t type = 0;                   // into types_
         std::uint32_t first_link = 0, links = 0;  // into links_
+        bool moves = false;                       // with the frame, by itself
         bool varies = false, rolls = false, opens = false, gathers = false;
         bool stale = true, changed = false;
+
+        // Where S would go into one key only, its parts go there directly.
+        bool one_hash() const { return !varies && !opens && !gathers; }
+    };
+    struct Input {
+        std::uint32_t node, port, output;
+        bool operator==(const Input&) const = default;
     };
     struct Row {
         int frame = 0;
@@ -100,10 +104,17 @@ private:
         std::string trouble;
     };
 
+    template <class See> static void each_link(const graph::Node& node, const See& see);
     void read_links();
     void forget_rows();
     void reach(const std::vector<std::uint32_t>& targets);
-    Key fixed_part(std::uint32_t n, KeyBuilder& builder) const;
+    void add_fixed_part(std::uint32_t n, KeyBuilder& builder) const;
+    Key fixed_part(std::uint32_t n) const
+    {
+        KeyBuilder builder;
+        add_fixed_part(n, builder);
+        return builder.key();
+    }
     Key key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with_side_files);
     Key gather_key(std::uint32_t n, bool with_side_files);
     Key first_key(std::uint32_t n, int frame);
@@ -122,9 +133,9 @@ private:
     KeyOptions options_;
 
     std::vector<Node> nodes_;
-    std::vector<Key> types_;            // what all nodes of a type share
-    std::vector<std::uint32_t> links_;  // nodes that each takes inputs from, by port
-    std::vector<int> frames_;           // of this cook
+    std::vector<Key> types_;    // what all nodes of a type share
+    std::vector<Input> links_;  // what each node takes, by port
+    std::vector<int> frames_;   // of this cook
     std::vector<std::uint32_t> targets_;
     std::vector<std::uint32_t> reached_;        // ascending, so inputs stand first
     std::vector<std::uint32_t> varying_;        // of those

@@ -27,12 +27,14 @@ std::vector<SharedResult> MemoryCache::insert(const Key& key, SharedResult resul
     std::vector<SharedResult> gone;
     const std::size_t bytes = result->bytes + overhead;
     if (bytes > budget_) return gone;
-    if (const auto found = entries_.find(key); found != entries_.end()) {
-        bytes_ -= found->second.result->bytes + overhead;
+    const auto [entry, is_new] = entries_.try_emplace(key);
+    if (!is_new) {
+        bytes_ -= entry->second.result->bytes + overhead;
         bytes_ += bytes;
-        gone.push_back(std::exchange(found->second.result, std::move(result)));
+        gone.push_back(std::exchange(entry->second.result, std::move(result)));
         return gone;
     }
+    // It is no candidate yet, so what goes now is not this one.
     while (bytes_ + bytes > budget_) {
         std::pop_heap(queue_.begin(), queue_.end());
         Candidate& least = queue_.back();
@@ -52,7 +54,7 @@ std::vector<SharedResult> MemoryCache::insert(const Key& key, SharedResult resul
     }
     const double worth = worth_of(*result);
     bytes_ += bytes;
-    entries_.emplace(key, Entry{std::move(result), worth});
+    entry->second = {std::move(result), worth};
     queue_.push_back({worth, key});
     std::push_heap(queue_.begin(), queue_.end());
     return gone;
