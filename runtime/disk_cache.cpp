@@ -14,6 +14,7 @@ using graph::ContentName;
 
 namespace {
 
+constexpr const char* version = "2";
 constexpr std::size_t most_queued = std::size_t{512} << 20;
 
 Key key_of(const ContentName& name)
@@ -81,7 +82,7 @@ struct DiskCache::Record {
 
 DiskCache::DiskCache(fs::path folder, std::uintmax_t budget,
                      std::function<void(const std::string&)> warn)
-    : folder_(std::move(folder)), budget_(budget), warn_(std::move(warn)),
+    : folder_(std::move(folder) / version), budget_(budget), warn_(std::move(warn)),
       writer_([this](std::stop_token stop) { write_jobs(stop); })
 {}
 

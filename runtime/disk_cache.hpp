@@ -9,6 +9,9 @@
 //   lists/ef/<key>         side files of a node, see side_files.hpp
 //   aside/                 files that did not check out, for people to look at
 //
+// All of it lies in a folder named by the version of this format, so that programs of two versions
+// share a folder without taking each other's files for damaged.
+//
 // Each is a cache_file.hpp. Whatever goes wrong here (full disk, no permission, flipped bits) costs
 // a warning and a recomputation, never the cook and never a wrong result.
 

@@ -27,8 +27,8 @@ struct Folder {
         result->values = {graph::Value::of(std::move(numbers)), graph::Value::of(1.0)};
         cache.store({1, 1}, result);
         cache.flush();
-        list("records", records);
-        list("contents", contents);
+        list("2/records", records);
+        list("2/contents", contents);
     }
     void list(const char* name, std::vector<fs::path>& files) const
     {

@@ -185,7 +185,7 @@ TEST(DiskCache, AFileCutShortOrGrownIsSetAside)
         DiskCache cache(folder.path, plenty, nullptr);
         cache.store({1, 1}, numbers(3000));
         cache.flush();
-        for (const fs::path& file : files_in(folder.path / "contents")) {
+        for (const fs::path& file : files_in(folder.path / "2/contents")) {
             fs::resize_file(file, fs::file_size(file) + static_cast<std::uintmax_t>(change));
         }
         EXPECT_EQ(cache.load({1, 1}, slow()), nullptr);
@@ -200,7 +200,7 @@ TEST(DiskCache, VerifyFindsAFileUnderAWrongName)
     cache.store({1, 1}, numbers(10));
     cache.flush();
     EXPECT_EQ(cache.verify().good, 3u);
-    const fs::path file = files_in(folder.path / "contents")[0];
+    const fs::path file = files_in(folder.path / "2/contents")[0];
     fs::rename(file, file.string().substr(0, file.string().size() - 4) + "0000");
     const DiskCheck check = cache.verify();
     EXPECT_EQ(check.bad, 1u);
@@ -286,7 +286,7 @@ TEST(DiskCache, AnEditThatYieldsEqualBytesStopsThereInTheNextProcess)
     EXPECT_EQ(cache.verify().bad, 0u);
     cache.shrink(0, 0);
     EXPECT_EQ(cache.use().records, 0u);
-    EXPECT_TRUE(files_in(folder.path / "same").empty());
+    EXPECT_TRUE(files_in(folder.path / "2/same").empty());
 }
 
 // Numbers that pack well, by fours and by eights, and such that do not, over chunk borders.
