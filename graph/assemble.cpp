@@ -315,7 +315,7 @@ private:
         const fs::path canonical = fs::weakly_canonical(full, error);
         Problem p = problem_at(json.place());
         p.node = node;
-        if (error || text.find('\0') != std::string::npos) {
+        if (error || !can_be_a_path(text)) {
             p.message = "this cannot be a path";
         } else if (!paths_.allow_outside && !lies_in(canonical, paths_.root)) {
             p.message = fmt::format("this leads outside of the project's folder, {}",

@@ -533,7 +533,7 @@ private:
         const fs::path path = (json.origin->source->folder() / *json.text()).lexically_normal();
         std::error_code error;
         const fs::path real = fs::weakly_canonical(path, error);
-        if (json.text()->find('\0') != std::string::npos || error) {
+        if (!can_be_a_path(*json.text()) || error) {
             p.message = "this cannot be a path";
             p.found = json.snippet();
         } else if (!c_.paths.allow_outside && !lies_in(real, c_.paths.root)) {
@@ -561,7 +561,7 @@ private:
         namespace fs = std::filesystem;
         const fs::path path = fs::path(*json.text()).lexically_normal();
         const bool leaves = path.is_absolute() || (!path.empty() && *path.begin() == "..");
-        if (json.text()->find('\0') != std::string::npos) {
+        if (!can_be_a_path(*json.text())) {
             complain(json.place(), expectation_of(param), json);
         } else if (leaves && !c_.paths.allow_outside) {
             complain(json.place(), "a path inside of the output folder", json);
@@ -578,6 +578,12 @@ private:
 };
 
 }  // namespace
+
+bool can_be_a_path(std::string_view text)
+{
+    return std::none_of(text.begin(), text.end(),
+                        [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 127; });
+}
 
 bool lies_in(const std::filesystem::path& path, const std::filesystem::path& root)
 {

@@ -27,6 +27,10 @@ void read_params(const Json* given, const ReadContext&, Node& node);
 // reporting into `problem` (of which only message, expected, found, suggestion and place are set).
 std::optional<double> read_constant(const Json&, Problem& problem);
 
+// Whether a file may have such a name: one with control characters is none that a person gave, and
+// would break lines where names are listed.
+bool can_be_a_path(std::string_view text);
+
 // Whether `path` is `root` or below it; both lexically normal and absolute.
 bool lies_in(const std::filesystem::path& path, const std::filesystem::path& root);
 

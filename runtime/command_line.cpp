@@ -1,6 +1,7 @@
 #include "runtime/command_line.hpp"
 
 #include "runtime/cook_command.hpp"
+#include "runtime/deadline.hpp"
 #include "runtime/doctor.hpp"
 #include "runtime/document_commands.hpp"
 #include "runtime/explain.hpp"
@@ -95,7 +96,26 @@ void add_cooking_options(CLI::App& command, CookRequest& request)
         ->type_name("BYTES");
     add_cache_options(command, request);
     command.add_flag("--no-disk-cache", request.no_disk_cache, "Keeps nothing beyond this cook");
+    command
+        .add_option("--time-limit", request.time_limit,
+                    "Ends the cook after so long, as Ctrl-C would")
+        ->type_name("SECONDS")
+        ->check(CLI::Range(1e-3, 1e8));
     command.add_flag("--json", request.json, "Tells everything as JSON lines");
+}
+
+int within_time_limit(const CookRequest& request, Console& console,
+                      const std::function<int()>& work)
+{
+    if (request.time_limit <= 0) return work();
+    const Deadline deadline(request.time_limit, console.stop);
+    const std::stop_token before = std::exchange(console.stop, deadline.token());
+    const int exit = work();
+    console.stop = before;
+    if (deadline.over() && exit == exit_cancelled) {
+        console.err << fmt::format("the time limit of {} s was reached\n", request.time_limit);
+    }
+    return exit;
 }
 
 std::string nearest_of(const std::string& word, const std::vector<std::string>& names)
@@ -190,7 +210,10 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
     add_loading_options(*cook_app, request);
     add_cooking_options(*cook_app, request);
     add_target_options(*cook_app, request);
-    cook_app->callback([&] { exit = cook(request, registry, console); });
+    const auto in_time = [&](const std::function<int()>& work) {
+        exit = within_time_limit(request, console, work);
+    };
+    cook_app->callback([&] { in_time([&] { return cook(request, registry, console); }); });
 
     CLI::App* validate_app =
         app.add_subcommand("validate", "Tells everything that is wrong with graph documents");
@@ -205,7 +228,7 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
     add_cooking_options(*check_app, request);
     check_app->callback([&] {
         request.expectations_only = true;
-        exit = cook(request, registry, console);
+        in_time([&] { return cook(request, registry, console); });
     });
 
     CLI::App* profile_app = app.add_subcommand(
@@ -218,7 +241,7 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
         ->type_name("FILE");
     profile_app->callback([&] {
         request.profile = true;
-        exit = cook(request, registry, console);
+        in_time([&] { return cook(request, registry, console); });
     });
 
     CLI::App* explain_app = app.add_subcommand(
@@ -286,7 +309,8 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
     add_loading_options(*sweep_app, request);
     add_cooking_options(*sweep_app, request);
     sweep_app->remove_option(sweep_app->get_option("--frames"));
-    sweep_app->callback([&] { exit = run_sweep(request, swept, registry, console); });
+    sweep_app->callback(
+        [&] { in_time([&] { return run_sweep(request, swept, registry, console); }); });
 
     CLI::App* doctor_app =
         app.add_subcommand("doctor", "Checks that the machine has what it takes");
@@ -318,7 +342,8 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
         ->type_name("VALUE");
     study_app->add_option("--error", wanted.wanted_error, "Relative error to meet soonest; 0.01")
         ->type_name("SHARE");
-    study_app->callback([&] { exit = run_study(request, wanted, registry, console); });
+    study_app->callback(
+        [&] { in_time([&] { return run_study(request, wanted, registry, console); }); });
 
     add_document_commands(app, request, registry, console, exit);
 

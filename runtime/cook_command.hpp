@@ -19,6 +19,7 @@ struct CookRequest {
     std::size_t memory = std::size_t{2} << 30;
     std::string cache;  // folder; empty: the user's own
     bool no_disk_cache = false;
+    double time_limit = 0;  // s; 0: none
     std::uintmax_t cache_budget = std::uintmax_t{20} << 30;
     bool keep_going = false, json = false, quiet = false;
     bool expectations_only = false;

@@ -165,6 +165,7 @@ TEST(Document, FilesAreReadBesideTheDocumentAndInsideOfTheProject)
     EXPECT_EQ(says((elsewhere.path / "secret.txt").string()), outside);
     EXPECT_EQ(says("link.txt"), outside);
     EXPECT_EQ(says("nowhere\\u0000.txt"), "this cannot be a path");
+    EXPECT_EQ(says("two\\nlines.txt"), "this cannot be a path");
     EXPECT_TRUE(load_reading("link.txt", {.allow_outside = true}).ok());
     EXPECT_TRUE(
         load_reading((elsewhere.path / "secret.txt").string(), {.allow_outside = true}).ok());
@@ -191,6 +192,7 @@ TEST(Document, OutputPathsStayInTheOutputFolder)
     EXPECT_TRUE(writing("a/b.txt", false));
     EXPECT_TRUE(writing("a/../b.####.png", false));
     EXPECT_FALSE(writing("../b.txt", false));
+    EXPECT_FALSE(writing("a\\nfile b.txt", true));
     EXPECT_FALSE(writing("a/../../b.txt", false));
     EXPECT_FALSE(writing("/tmp/b.txt", false));
     EXPECT_TRUE(writing("/tmp/b.txt", true));

@@ -241,3 +241,75 @@ TEST(CommandLine, ProfileShowsEachNodeAndWritesATrace)
         EXPECT_GE(event.at("args").at("frame").get<int>(), 1);
     }
 }
+
+TEST(CommandLine, ATimeLimitEndsACookAsCtrlCWould)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("slow.json", R"({ "aspic": 1, "nodes": {
+      "one": { "type": "Constant@1" },
+      "slow": { "type": "Slow@1", "inputs": { "value": "one.value" },
+                "params": { "seconds": 60 } } } })");
+    const auto start = std::chrono::steady_clock::now();
+    const Said said =
+        run({"cook", file, "--out", (folder.path / "out").string(), "--time-limit", "0.05"});
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(30));
+    EXPECT_EQ(said.exit, exit_cancelled);
+    EXPECT_TRUE(has(said.err, "time limit of 0.05 s was reached")) << said.err;
+    EXPECT_EQ(run({"check", file, "--time-limit", "60"}).exit, exit_ok) << "nothing to wait for";
+    EXPECT_EQ(run({"cook", file, "--time-limit", "0"}).exit, exit_usage);
+}
+
+// 100 %: everything that is found is made again.
+TEST(CommandLine, ARecheckFindsWhatIsNotWhatWasStored)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("hidden.json", R"({ "aspic": 1, "nodes": {
+      "hidden": { "type": "Hidden@1" },
+      "write": { "type": "WriteNumber@1", "inputs": { "value": "hidden.value" } } } })");
+    const auto cook = [&](const char* percent) {
+        return run({"cook", file, "--out", (folder.path / "out").string(), "--cache",
+                    (folder.path / "cache").string(), "--recheck", percent});
+    };
+    toys::hidden() = 1;
+    EXPECT_EQ(cook("0").exit, exit_ok);
+    toys::take_runs("WriteNumber");
+    EXPECT_EQ(cook("100").exit, exit_ok);
+    EXPECT_EQ(toys::take_runs("WriteNumber"), 1);
+    toys::hidden() = 2;
+    EXPECT_EQ(cook("0").exit, exit_ok) << "nobody looks";
+    const Said said = cook("100");
+    toys::hidden() = 1;
+    EXPECT_EQ(said.exit, exit_failed);
+    EXPECT_TRUE(has(said.err, "is not the file that it was")) << said.err;
+    EXPECT_EQ(cook("101").exit, exit_usage);
+}
+
+TEST(CommandLine, NewWritesAStarterAndOverwritesNothing)
+{
+    const toys::Folder folder;
+    const auto file = (folder.path / "deep/mine.json").string();
+    const Said said = run({"new", file});
+    EXPECT_EQ(said.exit, exit_ok) << said.err;
+    EXPECT_TRUE(has(said.out, "next: aspic cook " + file)) << said.out;
+    std::ifstream in(file);
+    const std::string text(std::istreambuf_iterator<char>(in), {});
+    EXPECT_TRUE(has(text, "aspic cook mine.json")) << "with its own name: " << text;
+    EXPECT_EQ(run({"validate", file}).exit, exit_ok);
+    EXPECT_EQ(run({"new", file}).exit, exit_usage) << "it is there already";
+    EXPECT_TRUE(std::filesystem::exists(folder.path / "deep/mine.json"));
+    EXPECT_EQ(run({"new", (folder.path / "short").string()}).exit, exit_ok);
+    EXPECT_TRUE(std::filesystem::exists(folder.path / "short.json"));
+    EXPECT_TRUE(has(run({"new"}).out, "\"aspic\": 1")) << "without a name it is shown";
+}
+
+TEST(CommandLine, DoctorNamesTheCacheFolderAndWhatIsMissing)
+{
+    const toys::Folder folder;
+    const Said said = run({"doctor", "--cache", (folder.path / "cache").string()});
+    EXPECT_TRUE(has(said.out, "1.2.3")) << said.out;
+    EXPECT_TRUE(has(said.out, "ok    cache folder  " + (folder.path / "cache").string()))
+        << said.out;
+    EXPECT_TRUE(has(said.out, "ffmpeg"));
+    const auto blocked = folder.write("file", "no folder");
+    EXPECT_TRUE(has(run({"doctor", "--cache", blocked.string()}).out, "can't be written"));
+}

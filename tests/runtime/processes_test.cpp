@@ -62,12 +62,15 @@ std::string bytes_of(const fs::path& file)
     return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
-// All files of a folder by name, but for the manifest, which tells of times.
+// All files of a folder by name, but for the manifest, which tells of times, and what a killed
+// writer had not finished.
 std::map<std::string, std::string> files_of(const fs::path& folder)
 {
     std::map<std::string, std::string> all;
     for (const auto& f : fs::directory_iterator(folder)) {
-        if (f.path().filename() != "manifest.json") all[f.path().filename()] = bytes_of(f.path());
+        const fs::path name = f.path().filename();
+        if (name == "manifest.json" || name.extension() == ".part") continue;
+        all[name] = bytes_of(f.path());
     }
     return all;
 }
@@ -200,4 +203,27 @@ TEST_F(Processes, AReadOnlyCacheIsReadAndCostsAtMostAWarning)
     EXPECT_EQ(cook(stored, folder_.path / "out2"), expected);
     ASSERT_EQ(said().size(), 1u) << bytes_of(log());
     EXPECT_NE(said()[0].find("Read-only file system"), std::string::npos) << said()[0];
+}
+
+// Names are names: nothing of a document reaches a shell.
+TEST_F(Processes, ADocumentRunsNoCommands)
+{
+    const fs::path owned = folder_.path / "owned";
+    const std::string name =
+        "$(touch " + owned.filename().string() + "); touch owned; `touch owned`";
+    folder_.write("falling.json", R"({ "aspic": 1, "nodes": {
+      "block": { "type": "Primitive@1" },
+      "picture": { "type": "Render@1", "inputs": { "mesh": "block.mesh" },
+                   "params": { "width": 16, "height": 16 } },
+      "frames": { "type": "WriteImage@1", "inputs": { "image": "picture.image" },
+                  "params": { "path": ")" +
+                                      name + R"( ####.png" } },
+      "video": { "type": "WriteVideo@1", "inputs": { "frames": "frames.file" },
+                 "params": { "path": ")" +
+                                      name + R"(.mp4" } } } })");
+    const auto files = cook(folder_.path / "cache", folder_.path / "out");
+    EXPECT_TRUE(files.contains(name + " 0001.png"));
+    EXPECT_TRUE(files.contains(name + ".mp4"));
+    EXPECT_FALSE(fs::exists("owned") || fs::exists(owned) ||
+                 fs::exists(folder_.path / "out/owned"));
 }

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+
+namespace runtime {
+
+// A stop token that is set when another one is, or after some seconds.
+class Deadline {
+public:
+    Deadline(double seconds, const std::stop_token& other)
+        : passed_on_(other, [this] { source_.request_stop(); }),
+          timer_([this, seconds](const std::stop_token& ended) {
+              std::mutex mutex;
+              std::unique_lock lock(mutex);
+              std::condition_variable_any nothing;
+              nothing.wait_for(lock, ended, std::chrono::duration<double>(seconds),
+                               [] { return false; });
+              if (ended.stop_requested()) return;
+              over_ = true;
+              source_.request_stop();
+          })
+    {}
+
+    std::stop_token token() const { return source_.get_token(); }
+    bool over() const { return over_; }
+
+private:
+    std::stop_source source_;
+    std::atomic<bool> over_{false};
+    std::stop_callback<std::function<void()>> passed_on_;
+    std::jthread timer_;  // last: it uses the rest
+};
+
+}  // namespace runtime
