@@ -10,7 +10,7 @@ namespace geometry {
 FieldProfile make_profile(const Contribution& contribution, double isovalue, double translation)
 {
     const auto [e, k, R, s] = contribution;
-    const auto reject = [&](const char* expected) {
+    const auto reject = [=, e = e, k = k, R = R, s = s](const char* expected) {
         throw std::invalid_argument(fmt::format(
             "a field contribution must fall with distance: expected {}, got thickness {} m, "
             "stiffness {}, radius {} m, stiffening {} at isovalue {}",

@@ -6,8 +6,11 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
-    graph::Grammar grammar;
-    grammar.define("scale", 0.5);
+    static const graph::Grammar grammar = [] {
+        graph::Grammar g;
+        g.define("scale", 0.5);
+        return g;
+    }();
     try {
         const graph::Expression e =
             grammar.compile(std::string(reinterpret_cast<const char*>(data), size));
