@@ -3,6 +3,7 @@
 #include "geometry/box_tree.hpp"
 #include "geometry/cell_set.hpp"
 #include "geometry/parallel.hpp"
+#include "geometry/plane.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -212,17 +213,22 @@ void require(bool holds, const char* what, std::size_t expected, std::size_t got
                                 "; do mesh, cubes and state belong together?");
 }
 
-// The polynomials of the cubes in use.
+// The polynomials of the cubes in use. A plane's cells get a thickness: their upper corners stand
+// off along its normals.
 std::vector<Polynomial> polynomials(const Binding& binding, const Cubes& cubes,
                                     std::span<const Vec3> x)
 {
     std::vector<Polynomial> out(binding.used.size());
+    const int axis = flat_axis(cubes);
+    const std::size_t upper = axis < 0 ? 0 : std::size_t{1} << axis;
+    const std::vector<Vec3> normal = axis < 0 ? std::vector<Vec3>{} : plane_normals(cubes, x);
     parallel_for(out.size(), 1024, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             std::array<Vec3, 8> u;
             for (std::size_t a = 0; a < 8; ++a) {
                 const std::uint32_t k = cubes.corners[binding.used[i]][a];
                 u[a] = x[k] - cubes.corner_position(k);
+                if (a & upper) u[a] += cubes.size * (normal[k] - Vec3::Unit(axis));
             }
             out[i] = polynomial(u);
         }

@@ -13,6 +13,8 @@
 // continues u smoothly. Where a whole piece of the mesh is in no cube, q is the centre of one cube
 // for all of it, so that it stays in one piece, and turns and shears as that cube does.
 // All are exact for affine motion, so forces handed back keep their sum and their torque.
+//
+// On a plane (geometry/plane.hpp) vertices keep their height above it, along its turning normals.
 
 #include "geometry/cubes.hpp"
 #include "geometry/mesh.hpp"
