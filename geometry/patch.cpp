@@ -1,0 +1,118 @@
+#include "geometry/patch.hpp"
+
+#include "geometry/normals.hpp"
+#include "geometry/plane.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+namespace geometry {
+
+PatchBinding bind_patch(const TriMesh& rest, const Cubes& patch, double distance)
+{
+    const int axis = flat_axis(patch);
+    if (axis < 0) {
+        throw std::invalid_argument("expected the cells of a plane as the patch, found cubes that "
+                                    "have a thickness: make it with Plane");
+    }
+    const auto [u, v] = plane_axes(axis);
+    std::map<std::array<int, 2>, std::uint32_t> cells;
+    for (std::uint32_t c = 0; c < patch.count(); ++c) {
+        cells[{patch.cell[c][u], patch.cell[c][v]}] = c;
+    }
+    PatchBinding out;
+    for (std::uint32_t i = 0; i < rest.positions.size(); ++i) {
+        const Vec3 at = (rest.positions[i].cast<double>() - patch.origin) / patch.size;
+        const double height = std::abs(at[axis]) * patch.size;
+        if (!at.allFinite() || at.cwiseAbs().maxCoeff() > 1e9 || !(height < distance)) continue;
+        const double s = std::floor(at[u]), t = std::floor(at[v]);
+        const auto found = cells.find({int(s), int(t)});
+        if (found == cells.end()) continue;
+        const auto& corners = patch.corners[found->second];
+        const std::size_t a = std::size_t{1} << u, b = std::size_t{1} << v;
+        const double fall = 1 - height / distance, x = at[u] - s, y = at[v] - t;
+        const double share = fall * fall * (3 - 2 * fall);
+        out.vertices.push_back({i,
+                                {corners[0], corners[a], corners[b], corners[a | b]},
+                                {float(share * (1 - x) * (1 - y)), float(share * x * (1 - y)),
+                                 float(share * (1 - x) * y), float(share * x * y)}});
+    }
+    return out;
+}
+
+namespace {
+
+// The smooth normal at each bound vertex, by area.
+std::vector<Vec3> smooth_normals(const PatchBinding& binding, const TriMesh& mesh)
+{
+    std::vector<Vec3> at(mesh.positions.size(), Vec3::Zero());
+    const std::vector<Vec3> area = area_vectors(mesh);
+    for (std::size_t t = 0; t < area.size(); ++t) {
+        for (const auto i : mesh.triangles()[t]) {
+            if (i < at.size()) at[i] += area[t];
+        }
+    }
+    std::vector<Vec3> out;
+    for (const auto& vertex : binding.vertices) out.push_back(at[vertex.vertex]);
+    return out;
+}
+
+void need(bool good, const char* what, std::size_t expected, std::size_t found)
+{
+    if (good) return;
+    throw std::invalid_argument(
+        fmt::format("expected {} for {} of the patch, found {}: do they belong together?", what,
+                    expected, found));
+}
+
+}  // namespace
+
+TriMesh add_detail(const PatchBinding& binding, const TriMesh& mesh, const Cubes& patch,
+                   std::span<const Vec3> x, std::span<const Vec3f> carried)
+{
+    const std::size_t n = patch.corner_count();
+    need(x.size() == n, "a state", n, x.size());
+    need(carried.size() == n, "carried places", n, carried.size());
+    TriMesh out = mesh;
+    for (const auto& vertex : binding.vertices) {
+        need(vertex.vertex < mesh.positions.size(), "a mesh with vertices", vertex.vertex,
+             mesh.positions.size());
+        Vec3 detail = Vec3::Zero();
+        for (std::size_t k = 0; k < 4; ++k) {
+            const std::uint32_t corner = vertex.corner[k];
+            detail += double(vertex.weight[k]) * (x[corner] - carried[corner].cast<double>());
+        }
+        out.positions[vertex.vertex] += detail.cast<float>();
+    }
+    if (out.normals.empty()) return out;
+    const auto before = smooth_normals(binding, mesh), after = smooth_normals(binding, out);
+    std::vector<std::uint32_t> bound(mesh.positions.size(), ~0u);
+    for (std::uint32_t b = 0; b < binding.vertices.size(); ++b) {
+        bound[binding.vertices[b].vertex] = b;
+    }
+    const MeshTopology& topology = *mesh.topology;
+    const auto& corners = topology.normal_triangles.size() == topology.triangles.size()
+                              ? topology.normal_triangles
+                              : topology.triangles;
+    std::vector<std::uint8_t> turned(out.normals.size(), 0);
+    for (std::size_t t = 0; t < corners.size(); ++t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t normal = corners[t][k], v = topology.triangles[t][k];
+            if (normal >= turned.size() || v >= bound.size() || bound[v] == ~0u || turned[normal]) {
+                continue;
+            }
+            turned[normal] = 1;
+            const Vec3 &from = before[bound[v]], &to = after[bound[v]];
+            if (!(from.squaredNorm() > 0) || !(to.squaredNorm() > 0)) continue;
+            const auto turn = Eigen::Quaterniond::FromTwoVectors(from, to);
+            out.normals[normal] = (turn * out.normals[normal].cast<double>()).cast<float>();
+        }
+    }
+    return out;
+}
+
+}  // namespace geometry
