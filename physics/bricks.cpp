@@ -1,6 +1,7 @@
 #include "physics/bricks.hpp"
 
 #include "geometry/parallel.hpp"
+#include "geometry/plane.hpp"
 #include "physics/brick_kernels.hpp"
 
 #include <algorithm>
@@ -301,6 +302,7 @@ std::vector<float> by_cube(const BricksBody& body, const Aligned<float>& lanes)
 BricksBody make_bricks(const geometry::Cubes& cubes, const BrickOptions& options,
                        const geometry::TriMesh* surface)
 {
+    geometry::need_thickness(cubes, "method bricks");
     BricksBody body;
     body.layout = lay_out_bricks(cubes);
     body.base = make_corner_body(cubes, body.layout.slot, surface);

@@ -104,6 +104,31 @@ std::vector<std::uint32_t> corners_near_material(const Cubes& cubes, const TriMe
     return corners_if(cubes, [&](std::uint32_t k) { return bool(hits[k]); });
 }
 
+std::vector<std::uint32_t> corners_at_rim(const Cubes& cubes)
+{
+    std::vector<std::uint32_t> around(cubes.corner_count(), 0);
+    for (const auto& corners : cubes.corners) {
+        for (const auto k : corners) ++around[k];
+    }
+    // A plane's cells name each of their corners twice.
+    return corners_if(cubes, [&](std::uint32_t k) { return around[k] < 8; });
+}
+
+Pins pins_on(const Cubes& cubes, std::vector<std::uint32_t> corners,
+             const std::vector<geometry::Vec3f>& places)
+{
+    if (places.size() != cubes.corner_count()) {
+        throw std::invalid_argument("expected a mesh of " + std::to_string(cubes.corner_count()) +
+                                    " vertices, one for each corner, found " +
+                                    std::to_string(places.size()) +
+                                    ": let it be the mesh that Plane made with these cubes");
+    }
+    Pins out;
+    for (const auto k : corners) out.target.push_back(places[k].cast<double>());
+    out.corner = std::move(corners);
+    return out;
+}
+
 Pins pins_at(const Cubes& cubes, std::vector<std::uint32_t> corners, const Transform& motion)
 {
     Pins out;

@@ -28,8 +28,17 @@ std::vector<std::uint32_t> corners_near_material(const geometry::Cubes& cubes,
                                                  const geometry::TriMesh& mesh,
                                                  const std::string& name, double distance);
 
+// Corners on the outside: those that have less than eight cubes around them, or on a plane less
+// than four cells, its border and that of its holes.
+std::vector<std::uint32_t> corners_at_rim(const geometry::Cubes& cubes);
+
 // Pins that hold those corners where `motion` takes their rest positions.
 Pins pins_at(const geometry::Cubes& cubes, std::vector<std::uint32_t> corners,
              const Transform& motion);
+
+// Pins that hold those corners where `places` (one for each corner of the cubes) has them. Throws
+// std::invalid_argument when there are not as many.
+Pins pins_on(const geometry::Cubes& cubes, std::vector<std::uint32_t> corners,
+             const std::vector<geometry::Vec3f>& places);
 
 }  // namespace physics

@@ -1,14 +1,17 @@
 #include "physics/lattice.hpp"
 
 #include "geometry/parallel.hpp"
-#include "physics/contact.hpp"
+#include "physics/balls.hpp"
+#include "physics/lattice_contact.hpp"
 #include "physics/outside_forces.hpp"
 #include "physics/pins.hpp"
 #include "physics/rotation.hpp"
+#include "physics/torn_regions.hpp"
 
 #include <fmt/format.h>
 
-#include <numeric>
+#include <algorithm>
+#include <cmath>
 
 namespace physics {
 
@@ -16,134 +19,35 @@ namespace {
 
 constexpr std::size_t grain = 2048;
 
-// Which axis all particles are one layer across; -1 for none.
-int flat_axis(const Lattice& lattice)
+// alpha of a rate s over dt.
+double share_of(double rate_sq, double dt)
 {
-    for (int d = 0; d < 3; ++d) {
-        bool linked = false;
-        for (const auto& next : lattice.next) linked |= next[std::size_t(d)] != none;
-        if (!linked) return d;
-    }
-    return -1;
+    return std::min(1.0, rate_sq * dt * dt);
 }
-
-}  // namespace
-
-Lattice corner_lattice(const geometry::Cubes& cubes)
-{
-    Lattice lattice;
-    lattice.at = cubes.corner;
-    lattice.next.assign(cubes.corner_count(), {none, none, none});
-    for (const auto& corners : cubes.corners) {
-        for (unsigned a = 0; a < 8; ++a) {
-            for (unsigned d = 0; d < 3; ++d) {
-                if (!(a >> d & 1)) lattice.next[corners[a]][d] = corners[a | 1u << d];
-            }
-        }
-    }
-    return lattice;
-}
-
-std::size_t LatticeBody::bytes() const
-{
-    const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
-    std::size_t sum = sizeof *this - sizeof base + base.bytes() +
-                      of(mass, held_by, rate_sq, regions.particle, regions.held_by);
-    for (const LatticeLines* along : {&regions.x, &regions.y, &regions.z}) {
-        sum += of(along->lines, along->items, along->dead);
-    }
-    const LatticeExceptions& e = regions.exceptions;
-    return sum + of(e.region, e.at, e.child_at, e.child, e.parent_at, e.parent, e.particle,
-                    e.bar_at, e.bar);
-}
-
-LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& options,
-                         const geometry::TriMesh* surface)
-{
-    std::vector<std::uint32_t> slot(cubes.corner_count());
-    std::iota(slot.begin(), slot.end(), 0u);
-    LatticeBody body;
-    body.options = options;
-    body.base = make_corner_body(cubes, std::move(slot), surface);
-    const Lattice lattice = corner_lattice(cubes);
-    body.regions = find_regions(lattice, options.half_width);
-    body.flat_axis = flat_axis(lattice);
-    const std::size_t n = lattice.count();
-    for (std::size_t i = 0; i < n; ++i) {
-        const auto holders = double(body.regions.held_by[i]);
-        body.mass.push_back(float(body.base.mass[i] / holders));
-        body.held_by.push_back(float(1 / holders));
-    }
-
-    // s^2 = 3 E / (rho h^2 w (w + 1)), with E V and m summed over the region.
-    std::vector<double> elasticity(n, 0);  // Pa m^3
-    const double volume = std::pow(cubes.size, 3);
-    double whole = 0;
-    for (std::size_t c = 0; c < cubes.count(); ++c) {
-        for (const auto k : cubes.corners[c]) {
-            elasticity[k] +=
-                cubes.young[c] * stiffness_share(cubes, c, options.weighting) * volume / 8;
-        }
-        const double part = cubes.young[c] * stiffness_share(cubes, c, options.weighting);
-        body.damping += part * cubes.stiffness_damping[c];
-        whole += part;
-    }
-    body.damping /= whole;
-    RegionSums<double> sums(body.regions);
-    for (std::size_t i = 0; i < n; ++i) {
-        sums.particles(body.regions)[i] = {elasticity[i], body.base.mass[i], 0, 0};
-    }
-    collect(body.regions, sums);
-    const double w = options.half_width, h = cubes.size;
-    for (std::size_t s = 0; s < body.regions.slots(); ++s) {
-        const auto total = sums.slots(body.regions)[4 * s];
-        const bool real = body.regions.particle[s] != none;
-        body.rate_sq.push_back(real ? float(3 * total[0] / (total[1] * h * h * w * (w + 1)))
-                                    : 0.0f);
-    }
-    return body;
-}
-
-State rest_state(const LatticeBody& body)
-{
-    State state;
-    for (std::size_t i = 0; i < body.base.corners; ++i) {
-        state.x.emplace_back(Eigen::Map<const Vec3>(body.base.rest.data() + 4 * i));
-    }
-    state.v.assign(body.base.corners, Vec3::Zero());
-    return state;
-}
-
-namespace {
-
-// A point of the skin that is about to be inside a collider at the end of a step.
-struct Push {
-    std::array<std::uint32_t, 8> corners;
-    std::array<double, 8> weight;
-    Vec3 normal, surface_velocity;
-    double gap;       // m, at the end of the step if nothing else happens, less what may remain
-    double approach;  // m/s, of the point along the normal when the gap was looked at
-    double inverse;   // 1/kg, of the point
-    double friction;
-    double impulse = 0;  // N s, along the normal
-    Vec3 drag = Vec3::Zero();
-};
 
 template <class T> class Stepper {
 public:
+    using Vec = Eigen::Matrix<T, 3, 1>;
+    using Mat = Eigen::Matrix<T, 3, 3>;
+
     Stepper(const LatticeBody& body, State& state, const Loads& loads, double frame,
             const LatticeOptions& options)
         : body_(body), state_(state), loads_(loads), options_(options), frame_(frame),
-          dt_(frame / options.substeps), n_(body.base.corners), sums_(body.regions)
+          dt_(frame / options.substeps), n_(body.base.corners), flat_(body.flat_axis >= 0),
+          in_plane_(body.options.plane == PlaneMotion::in_plane), sums_(body.whole.regions)
     {
         pinned_.assign(loads.pins.corner.empty() ? 0 : n_, 0);
         for (const auto k : loads.pins.corner) {
             pinned_[k] = 1;
             start_.push_back(state.x[k]);
         }
-        const std::size_t kept = 4 * body.regions.slots() + 3 * n_;
+        const std::size_t slots = body.whole.regions.slots(), kept = 4 * slots + 3 * n_;
         has_before_ = state.rotation.size() == kept;
         if (!has_before_) state.rotation.assign(kept, 0.0f);
+        plastic_ = body.options.plastic.yield > 0;
+        const std::size_t plastic = plastic_ ? 6 * slots : 0;
+        if (state.plastic.size() != plastic) state.plastic.assign(plastic, 0.0f);
+        if (!body.torn) state.broken.clear();
 
         std::vector<Force> points;
         for (const Force& f : loads.forces) {
@@ -159,19 +63,8 @@ public:
             damped_ |= body.base.mass_damping[i] > 0;
             mass_ += body.base.mass[i];
         }
-
-        // Weights of regions, relative to the largest.
-        const double rate_sq = options.rate * options.rate;
-        double largest = 0;
-        if (options.stiffness == Stiffness::material) {
-            for (const float r : body.rate_sq) largest = std::max(largest, double(r));
-        } else {
-            largest = rate_sq;
-        }
-        stiffness_ = -std::expm1(-largest * dt_ * dt_);
-        const double tau = body.damping + options.damping;
-        damping_ = tau > 0 ? -std::expm1(-tau * largest * dt_) : 0;
-        resolved_ = std::sqrt(largest) * dt_;
+        use_regions(state.broken);
+        if (state.balls.size() != loads.balls.size()) state.balls = place_balls(loads.balls);
     }
 
     void run()
@@ -180,13 +73,14 @@ public:
         state_.time += frame_;
         state_.report = {};
         state_.report.steps = options_.substeps;
-        if (options_.stiffness == Stiffness::material && resolved_ > 1.5) {
+        if (options_.stiffness == Stiffness::material && resolved_ > 1) {
             state_.report.converged = false;
             state_.report.warnings.push_back(fmt::format(
                 "the lattice is softer than its material: regions of half width {} can be that "
                 "stiff only at {} substeps or more; widen the regions, take more substeps or set "
                 "a rate",
-                body_.regions.half_width, int(std::ceil(options_.substeps * resolved_))));
+                body_.whole.regions.half_width,
+                int(std::min(1e9, std::ceil(options_.substeps * resolved_)))));
         }
     }
 
@@ -196,14 +90,81 @@ private:
         find_goals();
         pull();
         push_from_outside();
-        if (!loads_.colliders.empty()) collide(share);
+        collide(share);
         move(share);
+        if (body_.torn && options_.tear > 0) tear();
     }
 
-    // d_i into the particles' quads: x, y, z, and the sum of weights.
+    // The regions of the lattice without `broken`, and the weights of each.
+    void use_regions(const std::vector<std::uint32_t>& broken)
+    {
+        held_regions_ =
+            body_.torn && !broken.empty() ? body_.torn->find(body_.whole.regions, broken) : nullptr;
+        matched_ = held_regions_ ? held_regions_.get() : &body_.whole;
+        if (held_regions_) sums_ = RegionSums<T>(matched_->regions);
+
+        const bool material = options_.stiffness == Stiffness::material;
+        const std::size_t slots = matched_->regions.slots();
+        const auto stretch = [&](std::size_t s) {
+            return material ? double(matched_->rate_sq[s]) : options_.rate * options_.rate;
+        };
+        const auto bend = [&](std::size_t s) {
+            return options_.bend *
+                   (material ? double(matched_->bend_sq[s]) : options_.rate * options_.rate);
+        };
+        double largest = 0;
+        for (std::size_t s = 0; s < slots; ++s) {
+            if (matched_->regions.particle[s] == none) continue;
+            largest = std::max(largest, stretch(s));
+            if (flat_ && !in_plane_) largest = std::max(largest, bend(s));
+        }
+        stiffness_ = share_of(largest, dt_);
+        const double tau = body_.damping + options_.damping;
+        damping_ = tau > 0 ? -std::expm1(-tau * largest * dt_) : 0;
+        resolved_ = std::sqrt(largest) * dt_;
+
+        weight_.assign(slots, T(0));
+        bend_weight_.assign(flat_ && !in_plane_ ? slots : 0, T(0));
+        const double scale = stiffness_ > 0 ? 1 / stiffness_ : 0;
+        bends_ = false;
+        for (std::size_t s = 0; s < slots; ++s) {
+            if (matched_->regions.particle[s] == none) continue;
+            weight_[s] = T(share_of(stretch(s), dt_) * scale);
+            if (bend_weight_.empty()) continue;
+            bend_weight_[s] = T(share_of(bend(s), dt_) * scale) - weight_[s];
+            bends_ |= bend_weight_[s] != 0;
+        }
+        sum_weights();
+    }
+
+    // Sums of weights over the regions that hold each particle: they do not change with motion.
+    void sum_weights()
+    {
+        const auto slots = sums_.slots(matched_->regions);
+        const std::size_t quads = matched_->regions.quads();
+        for (auto& quad : slots) quad.setZero();
+        for (std::size_t s = 0; s < weight_.size(); ++s) {
+            const T bend = bend_weight_.empty() ? T(0) : bend_weight_[s];
+            slots[quads * s] = Quad<T>(weight_[s], bend, 0, 0);
+        }
+        spread(matched_->regions, sums_);
+        const auto g = sums_.particles(matched_->regions);
+        held_weight_.resize(n_);
+        held_bend_.resize(bends_ ? n_ : 0);
+        for (std::size_t i = 0; i < n_; ++i) {
+            held_weight_[i] = g[i][0];
+            if (bends_) held_bend_[i] = g[i][1];
+        }
+        if (bends_) {
+            sums_.plain_a.assign(matched_->regions.x.windows, Quad<T>::Zero());
+            sums_.plain_b.assign(std::max(n_, weight_.size()), Quad<T>::Zero());
+        }
+    }
+
+    // The sums of T_r X_i, weighed, into the particles' quads.
     void find_goals()
     {
-        const auto f = sums_.particles(body_.regions);
+        const auto f = sums_.particles(matched_->regions);
         origin_ = geometry::ordered_sum<Vec3>(n_, grain, Vec3::Zero(),
                                               [&](std::size_t begin, std::size_t end) {
                                                   Vec3 sum = Vec3::Zero();
@@ -215,82 +176,211 @@ private:
                   double(n_);
         geometry::parallel_for(n_, grain, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
-                const T m = T(body_.mass[i]);
+                const T m = T(matched_->mass[i]);
                 const Vec3 p = state_.x[i] - origin_;
                 f[i] = Quad<T>(m * T(p[0]), m * T(p[1]), m * T(p[2]), m);
             }
         });
-        collect(body_.regions, sums_);
+        collect(matched_->regions, sums_);
+        const std::size_t slots = matched_->regions.slots();
         geometry::parallel_for(
-            (body_.regions.slots() + batch - 1) / batch, 16,
-            [&](std::size_t begin, std::size_t end) {
+            (slots + batch - 1) / batch, 16, [&](std::size_t begin, std::size_t end) {
                 for (std::size_t b = begin; b < end; ++b) {
-                    match_shapes(b * batch, std::min(body_.regions.slots(), (b + 1) * batch));
+                    const std::size_t first = b * batch, last = std::min(slots, first + batch);
+                    if (in_plane_) {
+                        match_in_plane(first, last);
+                    } else {
+                        match_shapes(first, last);
+                    }
                 }
             });
-        spread(body_.regions, sums_);
+        spread(matched_->regions, sums_);
+        if (bends_) spread_plain(matched_->regions, sums_);
+    }
+
+    // A_r of a slot, with the columns of rest axes; s is its sums.
+    Mat moment_matrix(const Quad<T>* s) const
+    {
+        const LatticeRegions& regions = matched_->regions;
+        const T inverse = s[0][3] > 0 ? 1 / s[0][3] : T(0);
+        Mat m = Mat::Zero();
+        for (std::size_t d = 1; d < regions.quads(); ++d) {
+            m.col(regions.axes[d - 1]) =
+                (s[d] - (s[d][3] * inverse) * s[0]).template head<3>().matrix();
+        }
+        return m;
     }
 
     // From sums over regions to their rigid motions, with weights.
     void match_shapes(std::size_t begin, std::size_t end)
     {
-        const auto slots = sums_.slots(body_.regions);
-        const std::size_t count = end - begin;
+        const LatticeRegions& regions = matched_->regions;
+        const std::size_t quads = regions.quads(), count = end - begin;
+        Quad<T>* const slots = sums_.slots(regions).data();
         alignas(64) T a[9 * batch], q[4 * batch];
         float* const rotation = state_.rotation.data();
         for (std::size_t k = 0; k < count; ++k) {
-            const Quad<T>* const s = slots.data() + 4 * (begin + k);
-            const T inverse = s[0][3] > 0 ? 1 / s[0][3] : T(0);
-            Eigen::Matrix<T, 3, 3> m;
-            for (int d = 0; d < 3; ++d) {
-                m.col(d) = (s[1 + d] - (s[1 + d][3] * inverse) * s[0]).template head<3>();
-            }
-            if (body_.flat_axis >= 0) complete(m);
+            Mat m = moment_matrix(slots + quads * (begin + k));
+            if (plastic_) m = (m * rest_shape(begin + k)).eval();
+            if (flat_) complete(m);
             for (int i = 0; i < 9; ++i) a[std::size_t(i) * batch + k] = m(i / 3, i % 3);
             for (std::size_t c = 0; c < 4; ++c) q[c * batch + k] = T(rotation[4 * (begin + k) + c]);
         }
         extract_rotations(count, a, batch, q, batch);
         const T h = T(body_.base.h);
         for (std::size_t k = 0; k < count; ++k) {
-            Quad<T>* const s = slots.data() + 4 * (begin + k);
-            const T weight =
-                body_.regions.particle[begin + k] == none ? T(0) : weight_of(begin + k);
+            const std::size_t slot = begin + k;
+            Quad<T>* const s = slots + quads * slot;
             const Eigen::Quaternion<T> turn(q[k], q[batch + k], q[2 * batch + k], q[3 * batch + k]);
-            for (std::size_t c = 0; c < 4; ++c) {
-                rotation[4 * (begin + k) + c] = float(q[c * batch + k]);
+            for (std::size_t c = 0; c < 4; ++c) rotation[4 * slot + c] = float(q[c * batch + k]);
+            Mat r = turn.toRotationMatrix();
+            const Vec normal = flat_ ? Vec(r.col(body_.flat_axis)) : Vec(Vec::Zero());
+            if (plastic_) {
+                flow(slot, moment_matrix(s), r);
+                r = (r * rest_shape(slot)).eval();
             }
-            const Eigen::Matrix<T, 3, 3> r = (weight * h) * turn.toRotationMatrix();
-            const T inverse = s[0][3] > 0 ? 1 / s[0][3] : T(0);
-            const Eigen::Matrix<T, 3, 1> centre(s[1][3] * inverse, s[2][3] * inverse,
-                                                s[3][3] * inverse);  // C_r - X_r, lattice steps
-            const Eigen::Matrix<T, 3, 1> moved =
-                (weight * inverse) * s[0].template head<3>().matrix() - r * centre;
-            s[0] = Quad<T>(moved[0], moved[1], moved[2], weight);
-            for (int d = 0; d < 3; ++d) s[1 + d] = Quad<T>(r(0, d), r(1, d), r(2, d), T(0));
+            const T weight = weight_[slot], inverse = s[0][3] > 0 ? 1 / s[0][3] : T(0);
+            const Vec centre = inverse * s[0].template head<3>().matrix();
+            Vec moved = centre;
+            for (std::size_t d = 1; d < quads; ++d) {
+                const Vec column = h * r.col(regions.axes[d - 1]);
+                moved -= (s[d][3] * inverse) * column;  // C_r - X_r, lattice steps
+                s[d] = Quad<T>(weight * column[0], weight * column[1], weight * column[2], T(0));
+            }
+            moved *= weight;
+            T last = 0;
+            if (bends_) {
+                const T bend = bend_weight_[slot];
+                moved += (bend * normal.dot(centre)) * normal;
+                const Vec n = bend * normal;
+                sums_.plain_b[slot] =
+                    Quad<T>(n[0] * normal[0], n[0] * normal[1], n[0] * normal[2], n[1] * normal[1]);
+                last = n[1] * normal[2];
+            }
+            s[0] = Quad<T>(moved[0], moved[1], moved[2], last);
+        }
+    }
+
+    // The same in two dimensions: rotations have a closed form.
+    void match_in_plane(std::size_t begin, std::size_t end)
+    {
+        const LatticeRegions& regions = matched_->regions;
+        const int u = regions.axes[0], v = regions.axes[1];
+        const std::size_t count = end - begin;
+        Quad<T>* const slots = sums_.slots(regions).data();
+        alignas(64) T a[4 * batch], turn[2 * batch];
+        float* const rotation = state_.rotation.data();
+        for (std::size_t k = 0; k < count; ++k) {
+            Mat m = moment_matrix(slots + 3 * (begin + k));
+            if (plastic_) m = (m * rest_shape(begin + k)).eval();
+            a[k] = m(u, u);
+            a[batch + k] = m(u, v);
+            a[2 * batch + k] = m(v, u);
+            a[3 * batch + k] = m(v, v);
+            for (std::size_t c = 0; c < 2; ++c) {
+                turn[c * batch + k] = T(rotation[4 * (begin + k) + c]);
+            }
+        }
+        extract_rotations_2d(count, a, batch, turn, batch);
+        const T h = T(body_.base.h);
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::size_t slot = begin + k;
+            Quad<T>* const s = slots + 3 * slot;
+            const T cosine = turn[k], sine = turn[batch + k];
+            rotation[4 * slot] = float(cosine);
+            rotation[4 * slot + 1] = float(sine);
+            Mat r = Mat::Identity();
+            r(u, u) = r(v, v) = cosine;
+            r(u, v) = -sine;
+            r(v, u) = sine;
+            if (plastic_) {
+                flow(slot, moment_matrix(s), r);
+                r = (r * rest_shape(slot)).eval();
+            }
+            const T weight = weight_[slot], inverse = s[0][3] > 0 ? 1 / s[0][3] : T(0);
+            Vec moved = inverse * s[0].template head<3>().matrix();
+            for (std::size_t d = 1; d < 3; ++d) {
+                const Vec column = h * r.col(regions.axes[d - 1]);
+                moved -= (s[d][3] * inverse) * column;
+                s[d] = Quad<T>(weight * column[0], weight * column[1], weight * column[2], T(0));
+            }
+            s[0] = Quad<T>(weight * moved[0], weight * moved[1], weight * moved[2], T(0));
         }
     }
 
     // A flat region has no extent along one axis: its normal, as long as its sides, stands in.
-    void complete(Eigen::Matrix<T, 3, 3>& m) const
+    void complete(Mat& m) const
     {
         const int n = body_.flat_axis;
-        const Eigen::Matrix<T, 3, 1> u = m.col((n + 1) % 3), v = m.col((n + 2) % 3);
-        const Eigen::Matrix<T, 3, 1> normal = u.cross(v);
+        const Vec a = m.col((n + 1) % 3), b = m.col((n + 2) % 3);
+        const Vec normal = a.cross(b);
         const T length = normal.norm();
         m.col(n) = length > 0 ? (normal * (std::sqrt(length) / length)).eval() : normal;
     }
 
-    T weight_of(std::size_t slot) const
+    // S_r, which State::plastic keeps less I.
+    Mat rest_shape(std::size_t slot) const
     {
-        if (options_.stiffness == Stiffness::rate) return T(1);
-        return T(-std::expm1(-double(body_.rate_sq[slot]) * dt_ * dt_) / stiffness_);
+        const float* const p = state_.plastic.data() + 6 * slot;
+        Mat s;
+        s << T(1 + p[0]), T(p[1]), T(p[2]), T(p[1]), T(1 + p[3]), T(p[4]), T(p[2]), T(p[4]),
+            T(1 + p[5]);
+        return s;
+    }
+
+    // Lets the rest shape of a region give way to its strain.
+    void flow(std::size_t slot, const Mat& m, const Mat& r)
+    {
+        if (matched_->regions.particle[slot] == none) return;
+        const PlasticOptions& options = options_.plastic;
+        const float* const b = matched_->inverse_spread.data() + 6 * slot;
+        Mat3 inverse_b;
+        inverse_b << double(b[0]), double(b[1]), double(b[2]), double(b[1]), double(b[3]),
+            double(b[4]), double(b[2]), double(b[4]), double(b[5]);
+        const Mat3 s = rest_shape(slot).template cast<double>();
+        const Mat3 turned = r.transpose().template cast<double>() * m.template cast<double>();
+        Mat3 strain = turned * inverse_b / body_.base.h * s.inverse();
+        strain = (0.5 * (strain + strain.transpose())).eval();
+        if (flat_) strain(body_.flat_axis, body_.flat_axis) = 1;
+        strain -= Mat3::Identity();
+        const double size = strain.norm();
+        if (!(size > options.yield) || !std::isfinite(size)) return;
+        // Within a step it gives way by no more than a fifth, whatever the step.
+        const double give = -std::expm1(-options.flow * dt_) * (1 - options.yield / size);
+        const Mat3 grown =
+            (Mat3::Identity() + std::min(1.0, 0.2 / (give * size)) * give * strain) * s;
+        Mat3 next = 0.5 * (grown + grown.transpose());
+        const double det = next.determinant();
+        if (!flat_ && det > 0) next /= std::cbrt(det);  // flow keeps the volume
+        Mat3 change = next - Mat3::Identity();
+        const double total = change.norm();
+        if (total > options.limit) change *= options.limit / total;
+        float* const p = state_.plastic.data() + 6 * slot;
+        const double packed[6] = {change(0, 0), change(0, 1), change(0, 2),
+                                  change(1, 1), change(1, 2), change(2, 2)};
+        for (std::size_t c = 0; c < 6; ++c) p[c] = float(packed[c]);
+    }
+
+    // d_i from its sum g and the sums of weights.
+    Vec displacement(std::size_t i, const Quad<T>& g) const
+    {
+        const Vec3 away = state_.x[i] - origin_;
+        const Vec x = away.cast<T>();
+        Vec d = g.template head<3>().matrix() - held_weight_[i] * x;
+        if (bends_) {
+            const Quad<T>& n = sums_.plain_b[i];
+            Mat across;
+            across << n[0], n[1], n[2], n[1], n[3], g[3], n[2], g[3], held_bend_[i] - n[0] - n[3];
+            d -= across * x;
+        }
+        return T(matched_->held_by[i]) * d;
     }
 
     // The lattice's own impulses.
     void pull()
     {
-        const auto g = sums_.particles(body_.regions);
-        float* const before = state_.rotation.data() + 4 * body_.regions.slots();
+        const auto g = sums_.particles(matched_->regions);
+        float* const before = state_.rotation.data() + 4 * matched_->regions.slots();
         const double damping = has_before_ ? damping_ : 0;
         struct Momentum {
             Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
@@ -307,18 +397,18 @@ private:
             geometry::ordered_sum<Momentum>(n_, grain, {}, [&](std::size_t begin, std::size_t end) {
                 Momentum sum;
                 for (std::size_t i = begin; i < end; ++i) {
-                    const Vec3 x = state_.x[i] - origin_;
-                    const T held_by = T(body_.held_by[i]);
+                    const Vec away = displacement(i, g[i]);
                     Vec3 impulse;
                     for (int d = 0; d < 3; ++d) {
-                        const T away = held_by * (g[i][d] - g[i][3] * T(x[d]));
-                        const double change = double(away) - double(before[3 * i + std::size_t(d)]);
-                        before[3 * i + std::size_t(d)] = float(away);
-                        impulse[d] = (stiffness_ * double(away) + damping * change) / dt_;
+                        float& last = before[3 * i + std::size_t(d)];
+                        const double change = double(away[d]) - double(last);
+                        last = float(away[d]);
+                        impulse[d] = (stiffness_ * double(away[d]) + damping * change) / dt_;
                     }
                     state_.v[i] += impulse;
                     if (!free) continue;
                     const double m = body_.base.mass[i];
+                    const Vec3 x = state_.x[i] - origin_;
                     sum.linear += m * impulse;
                     sum.angular += m * x.cross(impulse);
                     sum.spread += m * x * x.transpose();
@@ -329,7 +419,8 @@ private:
         has_before_ = true;
         if (!free) return;
 
-        // Regions pull without force or torque; what rounding has left of them is taken out again.
+        // Regions pull without force or torque; what rounding (and on a bent plane the second order
+        // of its strain) has left of them is taken out again.
         const Vec3 centre = momentum.moment / mass_;
         const Mat3 about = momentum.spread - mass_ * centre * centre.transpose();
         const Mat3 inertia = about.trace() * Mat3::Identity() - about;
@@ -339,12 +430,9 @@ private:
         const double least = solver.vectorD().minCoeff();
         if (!(least > 1e-9 * about.trace()) || !spin.allFinite())
             spin.setZero();  // a line, a point
-        const Vec3 drift = momentum.linear / mass_;
-        geometry::parallel_for(n_, grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                state_.v[i] -= drift + spin.cross(Vec3(state_.x[i] - origin_ - centre));
-            }
-        });
+        drift_ = momentum.linear / mass_;
+        spin_ = spin;
+        pivot_ = origin_ + centre;
     }
 
     void push_from_outside()
@@ -366,7 +454,7 @@ private:
             for (std::size_t i = begin; i < end; ++i) {
                 const double m = body_.base.mass[i];
                 Vec3& v = state_.v[i];
-                v += dt_ * gravity_;
+                v += dt_ * gravity_ - drift_ - spin_.cross(Vec3(state_.x[i] - pivot_));
                 if (!steady_.empty()) v += dt_ / m * Eigen::Map<const Vec3>(steady_.data() + 4 * i);
                 if (damped_) v *= std::exp(-body_.base.mass_damping[i] / m * dt_);
                 if (windy_) {
@@ -374,97 +462,33 @@ private:
                     v = (m * v + dt_ * Eigen::Map<const Vec3>(force.data() + 4 * i)) /
                         (m + dt_ * drag[4 * i]);
                 }
+                if (in_plane_) v[body_.flat_axis] = 0;
             }
         });
     }
 
-    double inverse_mass(std::uint32_t i) const
-    {
-        return !pinned_.empty() && pinned_[i] ? 0 : 1 / body_.base.mass[i];
-    }
-
-    // Impulses that keep the skin out of colliders and rub it along them, one point after another.
     void collide(double share)
     {
+        const bool pairs = body_.options.contact.on;
+        for (BallState& ball : state_.balls) ball.v += dt_ * gravity_;
+        if (loads_.colliders.empty() && loads_.balls.empty() && !pairs) return;
         std::vector<PosedCollider> colliders;
         for (const Collider& c : loads_.colliders) {
             colliders.push_back(pose_collider(c, share, frame_, body_.base.h));
         }
-        std::vector<Push> pushes = find_pushes(colliders);
-        for (int round = 0; round < contact_rounds; ++round) {
-            for (Push& p : pushes) {
-                Vec3 v = Vec3::Zero();
-                for (std::size_t a = 0; a < 8; ++a) v += p.weight[a] * state_.v[p.corners[a]];
-                const double ahead = p.gap + dt_ * (v.dot(p.normal) - p.approach);
-                const double before = p.impulse;
-                p.impulse = std::max(0.0, before - ahead / (dt_ * p.inverse));
-                Vec3 change = (p.impulse - before) * p.normal;
-                v += p.inverse * change;
-                const Vec3 slip = v - p.surface_velocity;
-                const Vec3 wanted = p.drag - (slip - slip.dot(p.normal) * p.normal) / p.inverse;
-                const double most = p.friction * p.impulse, size = wanted.norm();
-                const Vec3 drag = size > most ? Vec3(most / size * wanted) : wanted;
-                change += drag - p.drag;
-                p.drag = drag;
-                for (std::size_t a = 0; a < 8; ++a) {
-                    state_.v[p.corners[a]] += p.weight[a] * inverse_mass(p.corners[a]) * change;
-                }
-            }
+        const ContactScene scene{body_.base, state_, pinned_, dt_, loads_.balls};
+        Pushes pushes;
+        pushes.skin = find_skin_pushes(scene, colliders);
+        pushes.balls = find_ball_pushes(scene, colliders);
+        if (pairs) {
+            const double distance = options_.contact.distance;
+            pushes.pairs =
+                find_pair_pushes(scene, body_.side, body_.piece,
+                                 distance > 0 ? distance : body_.base.h, options_.contact.friction);
         }
-    }
-
-    std::vector<Push> find_pushes(const std::vector<PosedCollider>& colliders) const
-    {
-        const Skin& skin = body_.base.skin;
-        constexpr std::size_t piece = 256;
-        std::vector<std::vector<Push>> found((skin.corners.size() + piece - 1) / piece);
-        geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t g = begin; g < end; ++g) {
-                const std::size_t last = std::min(skin.corners.size(), (g + 1) * piece);
-                for (std::size_t c = g * piece; c < last; ++c) look(colliders, c, found[g]);
-            }
-        });
-        std::vector<Push> all;
-        for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
-        return all;
-    }
-
-    void look(const std::vector<PosedCollider>& colliders, std::size_t c,
-              std::vector<Push>& out) const
-    {
-        const Skin& skin = body_.base.skin;
-        const auto& corners = skin.corners[c];
-        const auto next = [&](std::uint32_t i) -> Vec3 { return state_.x[i] + dt_ * state_.v[i]; };
-        Vec3 centre = Vec3::Zero();
-        for (const auto k : corners) centre += next(k) / 8;
-        double radius = 0;
-        for (const auto k : corners) radius = std::max(radius, (next(k) - centre).norm());
-        for (const PosedCollider& collider : colliders) {
-            // Points may lie outside their cube; a distance changes no faster than a place.
-            const bool mesh = collider.kind == Collider::Kind::mesh;
-            if (!mesh && touch(collider, centre).gap > skin.reach[c] * radius) continue;
-            for (std::uint32_t i = skin.point_at[c]; i < skin.point_at[c + 1]; ++i) {
-                Push push{};
-                push.corners = corners;
-                for (std::size_t a = 0; a < 8; ++a) push.weight[a] = skin.point[i][a];
-                Vec3 now = Vec3::Zero(), v = now;
-                for (std::size_t a = 0; a < 8; ++a) {
-                    now += push.weight[a] * state_.x[corners[a]];
-                    v += push.weight[a] * state_.v[corners[a]];
-                    push.inverse += push.weight[a] * push.weight[a] * inverse_mass(corners[a]);
-                }
-                const Touch t = touch(collider, now + dt_ * v);
-                if (!(t.gap < 0) || !(push.inverse > 0)) continue;
-                push.normal = t.normal;
-                push.surface_velocity = t.velocity;
-                push.approach = v.dot(t.normal);
-                push.friction = collider.friction;
-                // What was inside already comes out by a fifth a step, not with a jump.
-                const double inside = t.gap - dt_ * (push.approach - t.velocity.dot(t.normal));
-                push.gap = t.gap - 0.8 * std::min(0.0, inside);
-                out.push_back(push);
-            }
-        }
+        solve_pushes(scene, pushes, contact_rounds, state_.v, state_.balls);
+        if (!in_plane_) return;
+        for (Vec3& v : state_.v) v[body_.flat_axis] = 0;
     }
 
     void move(double share)
@@ -479,6 +503,39 @@ private:
                                      : Vec3(start_[p] + share * (pins.target[p] - start_[p]));
             state_.v[k] = (pins.target[p] - start_[p]) / frame_;
         }
+        for (BallState& ball : state_.balls) {
+            ball.x += dt_ * ball.v;
+            const double angle = dt_ * ball.spin.norm();
+            if (!(angle > 0)) continue;
+            const Eigen::Quaterniond turned =
+                Eigen::Quaterniond(Eigen::AngleAxisd(angle, ball.spin.normalized())) *
+                Eigen::Quaterniond(ball.turn[0], ball.turn[1], ball.turn[2], ball.turn[3]);
+            ball.turn =
+                Eigen::Vector4d(turned.w(), turned.x(), turned.y(), turned.z()).normalized();
+        }
+    }
+
+    // Breaks links that are longer than they can bear.
+    void tear()
+    {
+        const Lattice& lattice = body_.torn->lattice();
+        const double longest_sq = std::pow((1 + options_.tear) * body_.base.h, 2);
+        std::vector<std::uint32_t> fresh;
+        for (std::uint32_t i = 0; i < n_; ++i) {
+            for (std::uint32_t d = 0; d < 3; ++d) {
+                const std::uint32_t j = lattice.next[i][d], link = 3 * i + d;
+                if (j == none || (state_.x[i] - state_.x[j]).squaredNorm() <= longest_sq) continue;
+                if (!std::binary_search(state_.broken.begin(), state_.broken.end(), link)) {
+                    fresh.push_back(link);
+                }
+            }
+        }
+        if (fresh.empty()) return;
+        std::vector<std::uint32_t> all;
+        std::merge(state_.broken.begin(), state_.broken.end(), fresh.begin(), fresh.end(),
+                   std::back_inserter(all));
+        state_.broken = std::move(all);
+        use_regions(state_.broken);
     }
 
     static constexpr std::size_t batch = 64;
@@ -490,10 +547,17 @@ private:
     const LatticeOptions& options_;
     double frame_, dt_;
     std::size_t n_;
+    bool flat_, in_plane_, plastic_ = false;
+    std::shared_ptr<const MatchedRegions> held_regions_;  // while links are broken
+    const MatchedRegions* matched_ = nullptr;
     RegionSums<T> sums_;
-    std::vector<std::uint8_t> pinned_;  // by corner; empty without pins
-    std::vector<Vec3> start_;           // of pins, at the start of the frame
-    bool has_before_ = false;           // d of the step before is known
+    std::vector<T> weight_, bend_weight_;     // slots, alpha(s) and alpha(b) - alpha(s), of the
+                                              // largest alpha; bend_weight_ of a plane in space
+    std::vector<T> held_weight_, held_bend_;  // N, their sums over the regions of each
+    bool bends_ = false;                      // whether any bend_weight_ differs from 0
+    std::vector<std::uint8_t> pinned_;        // by corner; empty without pins
+    std::vector<Vec3> start_;                 // of pins, at the start of the frame
+    bool has_before_ = false;                 // d of the step before is known
     Vec3 gravity_ = Vec3::Zero();
     Aligned<double> steady_;  // point forces, N, four numbers a corner; empty without
     bool windy_ = false, damped_ = false;
@@ -501,6 +565,8 @@ private:
     double mass_ = 0;                     // kg, of all
     double resolved_ = 0;                 // s dt
     Vec3 origin_ = Vec3::Zero();          // what single precision measures from
+    // The rigid motion that pull() must take out again.
+    Vec3 drift_ = Vec3::Zero(), spin_ = Vec3::Zero(), pivot_ = Vec3::Zero();
 };
 
 bool all_finite(const State& state)
@@ -508,7 +574,32 @@ bool all_finite(const State& state)
     double sum = 0;  // any NaN or infinity ends up in it
     for (const Vec3& x : state.x) sum += (0 * x).sum();
     for (const Vec3& v : state.v) sum += (0 * v).sum();
+    for (const BallState& b : state.balls) sum += (0 * (b.x + b.v + b.spin)).sum();
     return sum == 0;
+}
+
+void check(const LatticeOptions& options)
+{
+    const auto positive = [](double v) { return std::isfinite(v) && v >= 0; };
+    if (options.substeps < 1 || !(options.rate >= 0) || !(options.damping >= 0) ||
+        !(options.bend >= 0)) {
+        throw std::invalid_argument(
+            fmt::format("expected at least one substep and a rate, bend and damping of 0 or more, "
+                        "found {}, {}, {} and {}",
+                        options.substeps, options.rate, options.bend, options.damping));
+    }
+    if (!positive(options.plastic.yield) || !positive(options.plastic.flow) ||
+        !(options.plastic.limit >= 0 && options.plastic.limit < 1) || !positive(options.tear)) {
+        throw std::invalid_argument(fmt::format(
+            "expected a yield strain, a flow and a tear of 0 or more and a limit of flow below 1, "
+            "found {}, {}, {} and {}",
+            options.plastic.yield, options.plastic.flow, options.tear, options.plastic.limit));
+    }
+    if (!positive(options.contact.distance) || !positive(options.contact.friction)) {
+        throw std::invalid_argument(
+            fmt::format("expected a distance and friction of contact of 0 or more, found {} and {}",
+                        options.contact.distance, options.contact.friction));
+    }
 }
 
 }  // namespace
@@ -527,14 +618,10 @@ State advance(const LatticeBody& body, State state, const Loads& loads, double d
     if (!(dt > 0) || !std::isfinite(dt)) {
         throw std::invalid_argument(fmt::format("expected a step above 0 s, found {}", dt));
     }
-    if (options.substeps < 1 || !(options.rate >= 0) || !(options.damping >= 0)) {
-        throw std::invalid_argument(
-            fmt::format("expected at least one substep and a rate and damping of 0 or more, found "
-                        "{}, {} and {}",
-                        options.substeps, options.rate, options.damping));
-    }
+    check(options);
     check_pins(loads.pins, n);
     check_forces(loads.forces);
+    check_balls(loads.balls);
     State before = state;
     if (options.precision == Precision::single) {
         Stepper<float>(body, state, loads, dt, options).run();

@@ -13,13 +13,27 @@
 //   v_i <- v_i + (alpha d_i + beta (d_i - d_i before)) / dt + dt f_i / m_i ;  x_i <- x_i + dt v_i
 // d sums to no force and no torque in every region, whatever the weight w_r of the region.
 //
-// alpha = 1 - exp(-s^2 dt^2), so that the acceleration s^2 d does not depend on the step as long as
-// s dt is small, and s without bound is as stiff as the method gets. A long wave sees d as
-// -k^2 h^2 w (w + 1) / 3 of its displacement, so the lattice is an elastic solid with
-//   E = rho s^2 h^2 w (w + 1) / 3 and Poisson ratio 0,
+// alpha = min(1, s^2 dt^2), so that the acceleration s^2 d does not depend on the step as long as
+// s dt <= 1, and s without bound is as stiff as the method gets. A long wave sees d as
+// -k^2 h^2 m2 of its displacement, m2 = w (w + 1) / 3 the mean square of the places -w .. w, so the
+// lattice is an elastic solid with
+//   E = rho s^2 h^2 m2 and Poisson ratio 0,
 // and s follows from the material. (A rate -ln(1 - alpha) / dt, as in position-based methods, would
 // keep relaxation but not inertia: frequencies would rise with 1 / sqrt(dt).) beta = 1 - exp(-c
 // dt).
+//
+// A plane (geometry/plane.hpp) is one layer of particles. A_r lacks the normal's direction, and the
+// cross product of the other two stands in. Regions resist stretch along their tangents with s and
+// bending along their normal n_r with a rate b of its own,
+//   w_r = alpha(s) I + (alpha(b) - alpha(s)) n_r n_r^T
+// A wave across the plane sees d as -k^4 h^4 (m4 - m2^2) / 4, m4 the mean fourth power of places,
+// so a thickness t with D = E t^3 / 12 asks for b^2 = s^2 (t / h)^2 m2 / (3 (m4 - m2^2)): at w = 1
+// and t = h just s. Or it moves in its plane only, with rotations in closed form.
+//
+// Plastic flow (Mueller et al.): where a region's strain beyond its rotation, E = R^T A B^-1 S^-1 -
+// I with B = sum M X X^T, is above the yield strain, its rest shape S grows towards it, and T_r X =
+// c_r + R_r S_r (X - C_r). Fracture: links longer than they can bear are gone, for good; the
+// regions around find out.
 
 #include "physics/brick_element.hpp"
 #include "physics/corner_body.hpp"
@@ -28,31 +42,69 @@
 #include "physics/loads.hpp"
 #include "physics/state.hpp"
 
+#include <limits>
+
 namespace physics {
 
 enum class Precision { single, full };
 enum class Stiffness { material, rate };
+enum class PlaneMotion { space, in_plane };
+// What the rate from the material is right for: long waves of stretch, or a bend of the whole body.
+// (Regions resist bending on their own, so thin bodies that stretch rightly bend too stiffly.)
+enum class Calibration { bending, stretch };
+
+struct PlasticOptions {
+    double yield = 0;    // strain beyond which a region's rest shape gives way; 0: never
+    double flow = 10;    // 1/s, how fast
+    double limit = 0.5;  // strain of the rest shape, at most
+};
+
+// Contact of bodies that are not linked with each other: particles as balls.
+struct BodyContactOptions {
+    bool on = false;
+    double distance = 0;  // m, between particles; 0: the cubes' edge
+    double friction = 0.3;
+};
 
 struct LatticeOptions {
     int half_width = 2;  // w, of regions, in cubes
     Weighting weighting = Weighting::filled;
     Stiffness stiffness = Stiffness::material;  // s from the material, or `rate` everywhere
-    double rate = 100;                          // s, 1/s; infinite: as stiff as the regions allow
+    Calibration calibrate = Calibration::bending;
+    double rate = 100;   // s, 1/s; infinite: as stiff as the regions allow
+    double bend = 1;     // of a plane: b^2 over what its thickness gives, or over rate^2
     double damping = 0;  // tau, s, on top of the material's own stiffness damping
-    int substeps = 4;    // a frame
+    PlaneMotion plane = PlaneMotion::space;
+    PlasticOptions plastic = {};
+    double tear = 0;  // strain at which a link breaks; 0: never
+    BodyContactOptions contact = {};
+    int substeps = 4;                         // a frame
     Precision precision = Precision::single;  // of the sums over regions; motion is kept in double
 };
 
-// All that depends on the cubes, the half width and the weighting alone.
+// Regions and what belongs to each of them, or to each particle because of them.
+struct MatchedRegions {
+    LatticeRegions regions;
+    std::vector<float> mass;            // N, kg, M_i
+    std::vector<float> held_by;         // N, 1 / |R_i|
+    std::vector<float> rate_sq;         // slots, 1/s^2, s^2 from the material
+    std::vector<float> bend_sq;         // slots, 1/s^2, b^2 of a plane, without the option's factor
+    std::vector<float> inverse_spread;  // 6 a slot, B^-1 in lattice steps; where plastic
+};
+
+// Regions of lattices with broken links: the last few that were asked for.
+class TornRegions;
+
+// All that depends on the cubes and the options that shape a body, not a step.
 struct LatticeBody {
     CornerBody base;         // slots are the corners themselves
     LatticeOptions options;  // as it was made
-    LatticeRegions regions;
-    std::vector<float> mass;     // N, kg, M_i
-    std::vector<float> held_by;  // N, 1 / |R_i|
-    std::vector<float> rate_sq;  // slots, 1/s^2, s^2 from the material
-    double damping = 0;          // tau, s, the mean of the cubes' stiffness damping
-    int flat_axis = -1;          // the axis that all particles lie across, where they do
+    MatchedRegions whole;
+    double damping = 0;                 // tau, s, the mean of the cubes' stiffness damping
+    int flat_axis = -1;                 // of a plane
+    std::vector<std::uint32_t> side;    // particles that lack a neighbour: bodies meet there
+    std::vector<std::uint32_t> piece;   // N, the linked body that each belongs to; where they meet
+    std::shared_ptr<TornRegions> torn;  // where links can break
 
     std::size_t bytes() const;
 };
@@ -68,7 +120,8 @@ Lattice corner_lattice(const geometry::Cubes& cubes);
 State rest_state(const LatticeBody& body);
 
 // The state `dt` seconds later. Throws std::invalid_argument when state or loads do not fit; any
-// finite state is accepted, and what goes wrong is told in the report.
+// finite state is accepted, and what goes wrong is told in the report. What shapes the body (half
+// width, weighting, plane, plastic.yield, tear, contact.on) is as it was made.
 State advance(const LatticeBody& body, State state, const Loads& loads, double dt,
               const LatticeOptions& options);
 // With the body's own options and the step's number of substeps.

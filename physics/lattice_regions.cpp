@@ -6,6 +6,7 @@
 
 #include <map>
 #include <numeric>
+#include <unordered_map>
 
 namespace physics {
 
@@ -173,7 +174,11 @@ public:
             add_slice(z, {all.begin() + std::ptrdiff_t(begin), all.begin() + std::ptrdiff_t(here)},
                       bars, plates);
         }
-        add_columns();
+        if (regions_.flat) {
+            name_plates();
+        } else {
+            add_columns();
+        }
     }
 
 private:
@@ -212,6 +217,17 @@ private:
             add_lines(regions_.y, w_, windows, items, [&](std::uint32_t y, std::uint32_t plate) {
                 plates_.push_back({x * ny_ + y, z, plate});
             });
+        }
+    }
+
+    // On a plane: a plate is the region of the particle in its middle.
+    void name_plates()
+    {
+        std::vector<std::uint32_t> at(nx_ * ny_, none);
+        for (const auto i : chart_.particles) at[cell(i)] = i;
+        regions_.particle.resize(regions_.y.windows, none);
+        for (const Place3& plate : plates_) {
+            regions_.particle[plate.index] = at[plate.column % ny_ * nx_ + plate.column / ny_];
         }
     }
 
@@ -454,6 +470,18 @@ LatticeExceptions share_sums(const Lattice& lattice, const Runs& runs,
     return e;
 }
 
+struct PlaceHash {
+    std::size_t operator()(const Vec3i& p) const
+    {
+        std::uint64_t h = 0;
+        for (int d = 0; d < 3; ++d) {
+            h = (h ^ std::uint32_t(p[d])) * 0x9e3779b97f4a7c15u;
+            h ^= h >> 29;
+        }
+        return h;
+    }
+};
+
 // Regions whose reach is not all that its chart has in the box.
 std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegions& regions,
                                        const Runs& runs, const std::vector<Chart>& charts)
@@ -468,6 +496,7 @@ std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegi
         for (const auto i : charts[c].particles) chart_of[i] = c;
     }
     const auto slots = sums.slots(regions);
+    const std::size_t quads = regions.quads();
     constexpr std::size_t piece = 4096;
     std::vector<std::vector<Exception>> found((regions.slots() + piece - 1) / piece);
     geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -486,7 +515,9 @@ std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegi
                     }
                     reached += run.length;
                 }
-                if (!elsewhere && reached == std::uint32_t(slots[4 * slot][0])) continue;
+                if (!elsewhere && reached == std::uint32_t(slots[quads * slot][0])) {
+                    continue;
+                }
                 found[p].push_back({std::uint32_t(slot), r, {pieces.begin(), pieces.end()}});
             }
         }
@@ -499,9 +530,37 @@ std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegi
     return all;
 }
 
+// How many regions hold each particle.
+void count_holders(LatticeRegions& regions)
+{
+    RegionSums<double> sums(regions);
+    const auto slots = sums.slots(regions);
+    for (std::size_t s = 0; s < regions.slots(); ++s) {
+        if (regions.particle[s] != none) slots[regions.quads() * s] = {1, 0, 0, 0};
+    }
+    spread(regions, sums);
+    regions.held_by.resize(regions.particles);
+    const auto counts = sums.particles(regions);
+    for (std::size_t i = 0; i < regions.particles; ++i) {
+        regions.held_by[i] = std::uint32_t(std::lround(counts[i][0]));
+    }
+}
+
+// The lattice with its axes in the order that lines run along.
+Lattice turned(const Lattice& lattice, const std::array<int, 3>& axes)
+{
+    Lattice out;
+    for (const Vec3i& p : lattice.at) out.at.emplace_back(p[axes[0]], p[axes[1]], p[axes[2]]);
+    for (const auto& next : lattice.next) {
+        out.next.push_back(
+            {next[std::size_t(axes[0])], next[std::size_t(axes[1])], next[std::size_t(axes[2])]});
+    }
+    return out;
+}
+
 }  // namespace
 
-LatticeRegions find_regions(const Lattice& lattice, int half_width)
+LatticeRegions find_regions(const Lattice& given, int half_width, int flat_axis)
 {
     if (half_width < 1 || half_width > 64) {
         throw std::invalid_argument(
@@ -509,26 +568,57 @@ LatticeRegions find_regions(const Lattice& lattice, int half_width)
     }
     LatticeRegions regions;
     regions.half_width = half_width;
-    regions.particles = lattice.count();
+    regions.particles = given.count();
+    regions.flat = flat_axis >= 0;
+    if (regions.flat) regions.axes = {(flat_axis + 1) % 3, (flat_axis + 2) % 3, flat_axis};
+    const Lattice lattice = turned(given, regions.axes);
+    if (regions.flat) {
+        for (const auto& next : lattice.next) {
+            if (next[2] != none) {
+                throw std::invalid_argument("expected a plane without links along its flat axis");
+            }
+        }
+    }
     const std::vector<Chart> charts = make_charts(lattice);
     for (const Chart& chart : charts) ChartLines(lattice, chart, regions).add();
-    regions.particle.resize(regions.z.windows, none);
+    regions.particle.resize(regions.flat ? regions.y.windows : regions.z.windows, none);
 
     const Runs runs = make_runs(lattice);
     const auto exceptions = find_exceptions(lattice, regions, runs, charts);
     regions.exceptions = share_sums(lattice, runs, exceptions);
+    count_holders(regions);
+    return regions;
+}
 
-    RegionSums<double> sums(regions);
-    const auto slots = sums.slots(regions);
-    for (std::size_t s = 0; s < regions.slots(); ++s) {
-        if (regions.particle[s] != none) slots[4 * s] = {1, 0, 0, 0};
+LatticeRegions find_torn_regions(const Lattice& torn, const LatticeRegions& whole,
+                                 std::span<const std::uint32_t> ends)
+{
+    const Lattice lattice = turned(torn, whole.axes);
+    const Runs runs = make_runs(lattice);
+    // Whoever held an end may have reached through it; links go both ways, so those are the
+    // particles that are reached from it in the whole lattice, and all of them lie in its box.
+    std::vector<std::uint8_t> again(whole.slots(), 0);
+    for (const auto slot : whole.exceptions.region) again[slot] = 1;
+    std::unordered_map<Vec3i, std::uint8_t, PlaceHash> near;
+    const int w = whole.half_width, deep = whole.flat ? 0 : w;
+    for (const auto i : ends) {
+        for (int z = -deep; z <= deep; ++z) {
+            for (int y = -w; y <= w; ++y) {
+                for (int x = -w; x <= w; ++x) near[lattice.at[i] + Vec3i(x, y, z)] = 1;
+            }
+        }
     }
-    spread(regions, sums);
-    regions.held_by.resize(lattice.count());
-    const auto counts = sums.particles(regions);
-    for (std::size_t i = 0; i < lattice.count(); ++i) {
-        regions.held_by[i] = std::uint32_t(std::lround(counts[i][0]));
+    LatticeRegions regions = whole;
+    std::vector<Exception> exceptions;
+    Reach reach(runs, whole.half_width);
+    for (std::uint32_t slot = 0; slot < whole.slots(); ++slot) {
+        const std::uint32_t r = whole.particle[slot];
+        if (r == none || !(again[slot] || near.contains(lattice.at[r]))) continue;
+        const auto pieces = reach.from(r, lattice.at[r]);
+        exceptions.push_back({slot, r, {pieces.begin(), pieces.end()}});
     }
+    regions.exceptions = share_sums(lattice, runs, exceptions);
+    count_holders(regions);
     return regions;
 }
 

@@ -18,6 +18,8 @@
 //
 // The other regions, where something in the box is not reached inside it (two prongs side by side),
 // are summed from shared bars and plates of their own.
+//
+// A plane has no lines along its flat axis: plates are its regions, with two moments each.
 
 #include "geometry/vec.hpp"
 
@@ -69,17 +71,26 @@ struct LatticeExceptions {
 struct LatticeRegions {
     int half_width = 1;
     std::size_t particles = 0;
+    bool flat = false;                 // of a plane
+    std::array<int, 3> axes{0, 1, 2};  // of the lattice that lines x, y, z run along; z of a plane
+                                       // is its flat one, without lines
     LatticeLines x, y, z;
     LatticeExceptions exceptions;
     std::vector<std::uint32_t> particle;  // of each region slot; none for a gap
     std::vector<std::uint32_t> held_by;   // N, how many regions hold each particle
 
     std::size_t slots() const { return particle.size(); }
+    std::size_t quads() const { return flat ? 3 : 4; }  // a slot: S and its moments
 };
 
-// Throws std::invalid_argument for a half width outside 1 .. 64, or links that are not to a
-// neighbour.
-LatticeRegions find_regions(const Lattice& lattice, int half_width);
+// `flat_axis` is one that nothing is linked along, or -1. Throws std::invalid_argument for a half
+// width outside 1 .. 64, or links that are not to a neighbour, or along the flat axis.
+LatticeRegions find_regions(const Lattice& lattice, int half_width, int flat_axis = -1);
+
+// The regions of `torn`, which is the lattice that `whole` was found for less some links: only
+// those that hold one of `ends`, the particles at links that are gone, are looked at again.
+LatticeRegions find_torn_regions(const Lattice& torn, const LatticeRegions& whole,
+                                 std::span<const std::uint32_t> ends);
 
 // Four numbers that are added as one.
 template <class T> using Quad = Eigen::Array<T, 4, 1>;
@@ -87,16 +98,21 @@ template <class T> using Quad = Eigen::Array<T, 4, 1>;
 // Room for sums, reused from step to step.
 template <class T> struct RegionSums {
     std::vector<Quad<T>> a, b, exceptional;
+    std::vector<Quad<T>> plain_a, plain_b;  // where a plane needs them
 
     explicit RegionSums(const LatticeRegions& regions);
 
     // Where collect() wants f, one quad a particle, and spread() leaves g.
     std::span<Quad<T>> particles(const LatticeRegions& regions);
-    // Four quads a slot. collect() leaves S and its moments along x, y, z; spread() wants c and the
-    // three R there. Slots without a particle are zero, or must be made so.
+    // quads() a slot. collect() leaves S and its moments along `axes`; spread() wants c and the R
+    // there. Slots without a particle are zero, or must be made so.
     std::span<Quad<T>> slots(const LatticeRegions& regions);
 };
 template <class T> void collect(const LatticeRegions& regions, RegionSums<T>& sums);
 template <class T> void spread(const LatticeRegions& regions, RegionSums<T>& sums);
+
+// On a plane, of one quad a slot in sums.plain_b: its sum over the regions that hold each particle,
+// in sums.plain_b too. Both are as long as there are slots or particles.
+template <class T> void spread_plain(const LatticeRegions& regions, RegionSums<T>& sums);
 
 }  // namespace physics

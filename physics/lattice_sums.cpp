@@ -12,7 +12,7 @@ constexpr std::size_t entries_a_task = 512;
 // Window sums of `channels` numbers along one line, windows and items as in LatticeLines. One of
 // the channels gets its moment about the window's place too. load(position) points at an item's
 // channels, or is null for none; store(place, sums, moment) takes the answer. `suffix` has room for
-// (2w + 1) (channels + 1).
+// (2w + 1) (channels + 1). moment_of -1: no moments.
 template <int channels, int moment_of, class T, class Load, class Store>
 inline void slide(int w, int windows, int lead, int items, Quad<T>* suffix, const Load& load,
                   const Store& store)
@@ -35,14 +35,14 @@ inline void slide(int w, int windows, int lead, int items, Quad<T>* suffix, cons
         };
         for (int j = stored - 1; j >= std::max(high, 0); --j) keep(j);
         for (int j = high - 1; j >= low; --j) {
-            moment += sum[moment_of];
+            if constexpr (moment_of >= 0) moment += sum[moment_of];
             if (const Quad<T>* const from = load(base + j)) {
                 for (int c = 0; c < channels; ++c) sum[c] += from[c];
             }
             if (j < stored) keep(j);
         }
         for (int j = std::min(low, length) - 1; j >= 0; --j) {
-            moment += sum[moment_of];
+            if constexpr (moment_of >= 0) moment += sum[moment_of];
             if (j < stored) keep(j);
         }
 
@@ -52,7 +52,7 @@ inline void slide(int w, int windows, int lead, int items, Quad<T>* suffix, cons
         for (int t = 0; t < stored; ++t) {
             if (t > 0) {
                 const int position = base + length + t - 1;
-                moment -= sum[moment_of];
+                if constexpr (moment_of >= 0) moment -= sum[moment_of];
                 if (position >= lead && position < lead + items) {
                     if (const Quad<T>* const from = load(position)) {
                         for (int c = 0; c < channels; ++c) sum[c] += from[c];
@@ -62,10 +62,62 @@ inline void slide(int w, int windows, int lead, int items, Quad<T>* suffix, cons
             const Quad<T>* const rest = suffix + t * (channels + 1);
             Quad<T> total[channels];
             for (int c = 0; c < channels; ++c) total[c] = rest[c] + sum[c];
-            const Quad<T> about =
-                rest[channels] + moment + reach * (sum[moment_of] - rest[moment_of]);
-            store(first + t, total, about);
+            if constexpr (moment_of >= 0) {
+                const Quad<T> about =
+                    rest[channels] + moment + reach * (sum[moment_of] - rest[moment_of]);
+                store(first + t, total, about);
+            } else {
+                store(first + t, total, zero);
+            }
         }
+    }
+}
+
+// The same for narrow windows, item by item: with few items a block its bookkeeping costs more than
+// the additions it saves.
+template <int w, int channels, int moment_of, class T, class Load, class Store>
+inline void slide_item_by_item(int windows, int lead, int items, const Load& load,
+                               const Store& store)
+{
+    constexpr int length = 2 * w + 1;
+    Quad<T> nothing[channels];
+    for (auto& n : nothing) n.setZero();
+    const auto item = [&](int position) -> const Quad<T>* {
+        if (position < lead || position >= lead + items) return nothing;
+        const Quad<T>* const from = load(position);
+        return from ? from : nothing;
+    };
+    const Quad<T>* near[length];
+    for (int d = 1; d < length; ++d) near[d] = item(d - 1 - w);
+    for (int place = 0; place < windows; ++place) {
+        for (int d = 1; d < length; ++d) near[d - 1] = near[d];
+        near[length - 1] = item(place + w);
+        Quad<T> total[channels];
+        for (int c = 0; c < channels; ++c) {
+            total[c] = near[0][c];
+            for (int d = 1; d < length; ++d) total[c] += near[d][c];
+        }
+        Quad<T> about = Quad<T>::Zero();
+        if constexpr (moment_of >= 0) {
+            for (int d = 1; d <= w; ++d) {
+                about += T(d) * (near[w + d][moment_of] - near[w - d][moment_of]);
+            }
+        }
+        store(place, total, about);
+    }
+}
+
+// Whichever is faster. `suffix` as slide() wants it.
+template <int channels, int moment_of, class T, class Load, class Store>
+inline void sum_windows(int w, int windows, int lead, int items, Quad<T>* suffix, const Load& load,
+                        const Store& store)
+{
+    if (w == 1) {
+        slide_item_by_item<1, channels, moment_of, T>(windows, lead, items, load, store);
+    } else if (w == 2) {
+        slide_item_by_item<2, channels, moment_of, T>(windows, lead, items, load, store);
+    } else {
+        slide<channels, moment_of, T>(w, windows, lead, items, suffix, load, store);
     }
 }
 
@@ -80,7 +132,7 @@ void collect_lines(const LatticeLines& along, int w, const Quad<T>* items, Quad<
                 const auto& line = along.lines[l];
                 const std::uint32_t* const index = along.items.data() + line.item;
                 Quad<T>* const out = windows + std::size_t(line.window) * (channels + 1);
-                slide<channels, 0, T>(
+                sum_windows<channels, 0, T>(
                     w, int(line.windows), line.lead, int(line.items), suffix.data(),
                     [&](int position) -> const Quad<T>* {
                         const std::uint32_t i = index[position - line.lead];
@@ -111,7 +163,7 @@ void spread_lines(const LatticeLines& along, int w, Quad<T>* windows, Quad<T>* i
                 const std::uint32_t* const index = along.items.data() + line.item;
                 const Quad<T>* const in = windows + std::size_t(line.window) * (channels + 1);
                 // Seen from the items, place 0 is the first item.
-                slide<channels + 1, channels, T>(
+                sum_windows<channels + 1, channels, T>(
                     w, int(line.items), -line.lead, int(line.windows), suffix.data(),
                     [&](int position) { return in + (position + line.lead) * (channels + 1); },
                     [&](int place, const Quad<T>* total, const Quad<T>& moment) {
@@ -120,6 +172,28 @@ void spread_lines(const LatticeLines& along, int w, Quad<T>* windows, Quad<T>* i
                         Quad<T>* const to = items + std::size_t(i) * channels;
                         to[0] = total[0] - moment;
                         for (int c = 1; c < channels; ++c) to[c] = total[c];
+                    });
+            }
+        });
+}
+
+// Windows of one quad over items of one.
+template <class T>
+void spread_plain_lines(const LatticeLines& along, int w, Quad<T>* windows, Quad<T>* items)
+{
+    for (const std::uint32_t d : along.dead) windows[d].setZero();
+    geometry::parallel_for(
+        along.lines.size(), entries_a_task / 8, [&](std::size_t begin, std::size_t end) {
+            std::vector<Quad<T>> suffix(std::size_t(2 * w + 1) * 2);
+            for (std::size_t l = begin; l < end; ++l) {
+                const auto& line = along.lines[l];
+                const std::uint32_t* const index = along.items.data() + line.item;
+                const Quad<T>* const in = windows + line.window;
+                sum_windows<1, -1, T>(
+                    w, int(line.items), -line.lead, int(line.windows), suffix.data(),
+                    [&](int position) { return in + (position + line.lead); },
+                    [&](int place, const Quad<T>* total, const Quad<T>&) {
+                        if (index[place] != none) items[index[place]] = total[0];
                     });
             }
         });
@@ -135,7 +209,7 @@ template <class T> Quad<T> shifted(const Vec3i& by, const Quad<T>* quads)
 template <class T> RegionSums<T>::RegionSums(const LatticeRegions& regions)
 {
     const std::size_t slots = regions.slots(), bars = regions.x.windows, plates = regions.y.windows;
-    a.assign(std::max(4 * slots, 2 * bars), Quad<T>::Zero());
+    a.assign(std::max(regions.flat ? 0 : 4 * slots, 2 * bars), Quad<T>::Zero());
     b.assign(std::max(3 * plates, regions.particles), Quad<T>::Zero());
     exceptional.assign(4 * regions.exceptions.nodes(), Quad<T>::Zero());
 }
@@ -147,7 +221,7 @@ template <class T> std::span<Quad<T>> RegionSums<T>::particles(const LatticeRegi
 
 template <class T> std::span<Quad<T>> RegionSums<T>::slots(const LatticeRegions& regions)
 {
-    return {a.data(), 4 * regions.slots()};
+    return {regions.flat ? b.data() : a.data(), regions.quads() * regions.slots()};
 }
 
 template <class T> void collect(const LatticeRegions& regions, RegionSums<T>& sums)
@@ -190,13 +264,15 @@ template <class T> void collect(const LatticeRegions& regions, RegionSums<T>& su
 
     collect_lines<1>(regions.x, w, sums.b.data(), sums.a.data());
     collect_lines<2>(regions.y, w, sums.a.data(), sums.b.data());
-    collect_lines<3>(regions.z, w, sums.b.data(), sums.a.data());
-    for (const std::uint32_t d : regions.z.dead) {
-        for (std::size_t c = 0; c < 4; ++c) sums.a[4 * std::size_t(d) + c].setZero();
+    if (!regions.flat) collect_lines<3>(regions.z, w, sums.b.data(), sums.a.data());
+    const auto slots = sums.slots(regions);
+    const std::size_t quads = regions.quads();
+    for (const std::uint32_t d : regions.flat ? regions.y.dead : regions.z.dead) {
+        for (std::size_t c = 0; c < quads; ++c) slots[quads * d + c].setZero();
     }
     for (std::size_t i = 0; i < e.region.size(); ++i) {
-        for (std::size_t c = 0; c < 4; ++c) {
-            sums.a[4 * std::size_t(e.region[i]) + c] = nodes[4 * (first_region + i) + c];
+        for (std::size_t c = 0; c < quads; ++c) {
+            slots[quads * e.region[i] + c] = nodes[4 * (first_region + i) + c];
         }
     }
 }
@@ -207,14 +283,16 @@ template <class T> void spread(const LatticeRegions& regions, RegionSums<T>& sum
     const int w = regions.half_width;
     const std::size_t first_plate = e.bars, first_region = e.bars + e.plates;
     const auto nodes = sums.exceptional.data();
+    const auto slots = sums.slots(regions);
+    const std::size_t quads = regions.quads();
     for (std::size_t i = 0; i < e.region.size(); ++i) {
-        for (std::size_t c = 0; c < 4; ++c) {
-            Quad<T>& slot = sums.a[4 * std::size_t(e.region[i]) + c];
+        for (std::size_t c = 0; c < quads; ++c) {
+            Quad<T>& slot = slots[quads * e.region[i] + c];
             nodes[4 * (first_region + i) + c] = slot;
             slot.setZero();
         }
     }
-    spread_lines<3>(regions.z, w, sums.a.data(), sums.b.data());
+    if (!regions.flat) spread_lines<3>(regions.z, w, sums.a.data(), sums.b.data());
     spread_lines<2>(regions.y, w, sums.b.data(), sums.a.data());
     spread_lines<1>(regions.x, w, sums.a.data(), sums.b.data());
 
@@ -249,7 +327,37 @@ template <class T> void spread(const LatticeRegions& regions, RegionSums<T>& sum
         });
 }
 
+template <class T> void spread_plain(const LatticeRegions& regions, RegionSums<T>& sums)
+{
+    const LatticeExceptions& e = regions.exceptions;
+    const int w = regions.half_width;
+    const std::size_t first_plate = e.bars, first_region = e.bars + e.plates;
+    std::vector<Quad<T>> nodes(e.nodes(), Quad<T>::Zero());
+    for (std::size_t i = 0; i < e.region.size(); ++i) {
+        Quad<T>& slot = sums.plain_b[e.region[i]];
+        nodes[first_region + i] = slot;
+        slot.setZero();
+    }
+    spread_plain_lines(regions.y, w, sums.plain_b.data(), sums.plain_a.data());
+    spread_plain_lines(regions.x, w, sums.plain_a.data(), sums.plain_b.data());
+    for (const auto& [low, high] :
+         {std::pair(first_plate, first_region), std::pair(std::size_t{0}, first_plate)}) {
+        for (std::size_t n = low; n < high; ++n) {
+            for (std::uint32_t k = e.parent_at[n]; k < e.parent_at[n + 1]; ++k) {
+                nodes[n] += nodes[e.parent[k]];
+            }
+        }
+    }
+    for (std::size_t i = 0; i < e.particle.size(); ++i) {
+        for (std::uint32_t k = e.bar_at[i]; k < e.bar_at[i + 1]; ++k) {
+            sums.plain_b[e.particle[i]] += nodes[e.bar[k] >> 8];
+        }
+    }
+}
+
 template struct RegionSums<float>;
+template void spread_plain(const LatticeRegions&, RegionSums<float>&);
+template void spread_plain(const LatticeRegions&, RegionSums<double>&);
 template struct RegionSums<double>;
 template void collect(const LatticeRegions&, RegionSums<float>&);
 template void collect(const LatticeRegions&, RegionSums<double>&);

@@ -50,11 +50,22 @@ struct Collider {
     double thickness = 0;   // m, offset of the contact surface
 };
 
+// A solid rigid ball that bodies, colliders and other balls push about. Where it starts; where it
+// is, the state knows.
+struct Ball {
+    double radius = 0.1;  // m
+    double mass = 1;      // kg
+    Vec3 position{0, 1, 0};
+    Vec3 velocity{0, 0, 0};
+    double friction = 0.5;  // Coulomb coefficient with bodies and balls
+};
+
 // All of it together, for one frame.
 struct Loads {
     Pins pins;
     std::vector<Force> forces;
     std::vector<Collider> colliders;
+    std::vector<Ball> balls;
 };
 
 }  // namespace physics

@@ -1,5 +1,6 @@
 #include "physics/modes.hpp"
 
+#include "geometry/plane.hpp"
 #include "geometry/random.hpp"
 
 #include <Eigen/Sparse>
@@ -412,6 +413,7 @@ double material_damping(const Cubes& cubes, const std::vector<Vec3>& phi, Elemen
 Modes lowest_modes(const Cubes& cubes, const std::vector<std::uint32_t>& pinned,
                    const ModeSettings& settings)
 {
+    geometry::need_thickness(cubes, "Modes");
     if (cubes.count() == 0) throw std::invalid_argument("expected at least one cube, found none");
     if (settings.count < 1) {
         throw std::invalid_argument(

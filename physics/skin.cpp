@@ -1,11 +1,13 @@
 #include "physics/skin.hpp"
 
 #include "geometry/embed.hpp"
+#include "geometry/plane.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <unordered_map>
+#include <utility>
 
 namespace physics {
 namespace {
@@ -161,19 +163,33 @@ std::vector<Patch> patches_of_surface(const Cubes& cubes, const CellMap& cells,
         for (std::size_t a = 0; a < 8; ++a) point.weight[a] = static_cast<float>(weight[a]);
         patches[binding.used[binding.cube[i]]].points.push_back(point);
     }
-    for (Patch& patch : patches) thin_out(patch);
+    const int flat = geometry::flat_axis(cubes);
+    for (Patch& patch : patches) {
+        thin_out(patch);
+        if (flat < 0) continue;
+        // A plane's upper corners are its lower ones: one weight each.
+        const std::size_t upper = std::size_t{1} << flat;
+        for (Point& point : patch.points) {
+            for (std::size_t a = 0; a < 8; ++a) {
+                if (a & upper) point.weight[a & ~upper] += std::exchange(point.weight[a], 0.0f);
+            }
+        }
+    }
     return patches;
 }
 
-// The faces that no other cube covers, and their corners, each in one of its cubes.
+// The faces that no other cube covers, and their corners, each in one of its cubes. A plane has
+// its two sides only, which share their corners.
 std::vector<Patch> patches_of_cubes(const Cubes& cubes, const CellMap& cells)
 {
     std::vector<Patch> patches(cubes.count());
     const auto face = static_cast<float>(cubes.size * cubes.size);
     std::vector<float> area_at(cubes.corner_count(), 0.0f);
+    const int flat = geometry::flat_axis(cubes);
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
         for (int f = 0; f < 6; ++f) {
             const int axis = f / 2, side = f % 2;
+            if (flat >= 0 && axis != flat) continue;
             Vec3i step = Vec3i::Zero();
             step[axis] = side ? 1 : -1;
             if (cells.contains(cubes.cell[c] + step)) continue;

@@ -1,6 +1,7 @@
 #include "physics/springs.hpp"
 
 #include "geometry/parallel.hpp"
+#include "geometry/plane.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -237,6 +238,7 @@ private:
 SpringsBody make_springs(const geometry::Cubes& cubes, const SpringOptions& options,
                          const geometry::TriMesh* surface)
 {
+    geometry::need_thickness(cubes, "method springs");
     if (!(options.bending >= 0 && options.bending < 1)) {
         throw std::invalid_argument("springs: expected a share of bending from 0 to below 1");
     }

@@ -91,13 +91,14 @@ Quad<double> any_quad(const Random& random, std::uint64_t i)
 }
 
 // Both sums against the definition, to 1e-12 of the sum of sizes.
-void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::string& what)
+void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::string& what,
+                                 const LatticeRegions& regions)
 {
     SCOPED_TRACE(what + ", w = " + std::to_string(w));
-    const LatticeRegions regions = find_regions(lattice, w);
     const auto direct = regions_by_search(lattice, w);
     const Random random(5);
     RegionSums<double> sums(regions);
+    const std::size_t quads = regions.quads();
     for (std::size_t round = 0; round < 2; ++round) {  // the second finds used buffers
         for (std::size_t i = 0; i < lattice.count(); ++i) {
             sums.particles(regions)[i] = any_quad(random, i);
@@ -114,12 +115,12 @@ void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::strin
             for (const auto i : direct[r]) {
                 const Quad<double> f = any_quad(random, i);
                 expected[0] += f;
-                for (int d = 0; d < 3; ++d) {
-                    expected[1 + d] += (lattice.at[i] - lattice.at[r])[d] * f;
+                for (std::size_t c = 1; c < quads; ++c) {
+                    expected[c] += (lattice.at[i] - lattice.at[r])[regions.axes[c - 1]] * f;
                 }
             }
-            for (std::size_t c = 0; c < 4; ++c) {
-                const auto got = sums.slots(regions)[4 * slot[r] + c];
+            for (std::size_t c = 0; c < quads; ++c) {
+                const auto got = sums.slots(regions)[quads * slot[r] + c];
                 ASSERT_LT((got - expected[c]).abs().maxCoeff(),
                           1e-14 * double(direct[r].size()) * (c == 0 ? 1 : w))
                     << "region " << r << ", sum " << c;
@@ -127,23 +128,36 @@ void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::strin
         }
 
         std::vector<Quad<double>> expected(lattice.count(), Quad<double>::Zero());
+        std::vector<Quad<double>> plain(lattice.count(), Quad<double>::Zero());
         std::vector<std::uint32_t> held_by(lattice.count(), 0);
         for (std::size_t r = 0; r < lattice.count(); ++r) {
-            for (std::size_t c = 0; c < 4; ++c) {
-                sums.slots(regions)[4 * slot[r] + c] = any_quad(random, 7919 * r + c);
+            for (std::size_t c = 0; c < quads; ++c) {
+                sums.slots(regions)[quads * slot[r] + c] = any_quad(random, 7919 * r + c);
             }
             for (const auto i : direct[r]) {
                 expected[i] += any_quad(random, 7919 * r);
-                for (int d = 0; d < 3; ++d) {
-                    expected[i] += (lattice.at[i] - lattice.at[r])[d] *
-                                   any_quad(random, 7919 * r + 1 + std::uint64_t(d));
+                plain[i] += any_quad(random, 31 * r);
+                for (std::size_t c = 1; c < quads; ++c) {
+                    expected[i] += (lattice.at[i] - lattice.at[r])[regions.axes[c - 1]] *
+                                   any_quad(random, 7919 * r + c);
                 }
                 ++held_by[i];
             }
         }
+        if (regions.flat) {
+            sums.plain_a.assign(regions.x.windows, Quad<double>::Zero());
+            sums.plain_b.assign(std::max(lattice.count(), regions.slots()), Quad<double>::Zero());
+            for (std::size_t r = 0; r < lattice.count(); ++r) {
+                sums.plain_b[slot[r]] = any_quad(random, 31 * r);
+            }
+            spread_plain(regions, sums);
+            for (std::size_t i = 0; i < lattice.count(); ++i) {
+                ASSERT_LT((sums.plain_b[i] - plain[i]).abs().maxCoeff(), 1e-14 * held_by[i]);
+            }
+        }
         for (std::size_t s = 0; s < regions.slots(); ++s) {
             if (regions.particle[s] != none) continue;
-            for (std::size_t c = 0; c < 4; ++c) sums.slots(regions)[4 * s + c].setZero();
+            for (std::size_t c = 0; c < quads; ++c) sums.slots(regions)[quads * s + c].setZero();
         }
         spread(regions, sums);
         for (std::size_t i = 0; i < lattice.count(); ++i) {
@@ -153,6 +167,16 @@ void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::strin
         }
         EXPECT_EQ(regions.held_by, held_by);
     }
+}
+
+void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::string& what)
+{
+    expect_equal_to_direct_sums(lattice, w, what, find_regions(lattice, w));
+}
+
+void expect_flat_sums(const Lattice& lattice, int w, int axis, const std::string& what)
+{
+    expect_equal_to_direct_sums(lattice, w, what, find_regions(lattice, w, axis));
 }
 
 }  // namespace
@@ -277,4 +301,62 @@ TEST(LatticeRegions, SayWhatIsWrong)
     EXPECT_THROW(find_regions(lattice, 1), std::invalid_argument);
     lattice.next[0][0] = 77;
     EXPECT_THROW(find_regions(lattice, 1), std::invalid_argument);
+}
+
+TEST(LatticeRegions, SumsOfPlanesEqualDirectOnes)
+{
+    for (const int w : {1, 2, 3, 7}) {
+        expect_flat_sums(linked(block(9, 7, 1)), w, 2, "across z");
+        expect_flat_sums(linked(block(9, 1, 7)), w, 1, "across y");
+        expect_flat_sums(linked(block(1, 9, 7)), w, 0, "across x");
+        expect_flat_sums(linked(block(12, 1, 1)), w, 1, "a line");
+        expect_flat_sums(linked(block(1, 1, 1)), w, 0, "a point");
+    }
+    EXPECT_THROW(find_regions(linked(block(3, 3, 2)), 1, 2), std::invalid_argument);
+}
+
+TEST(LatticeRegions, SumsOfRandomPlanesEqualDirectOnes)
+{
+    // Several sheets over each other, holed and cut at random.
+    for (std::uint64_t seed = 0; seed < 24; ++seed) {
+        const Random random(seed);
+        const double density = 0.3 + 0.03 * double(seed), cut = seed % 3 == 0 ? 0 : 0.1;
+        const int axis = int(seed % 3);
+        const Vec3i shape = axis == 0   ? Vec3i(2, 12, 9)
+                            : axis == 1 ? Vec3i(12, 2, 9)
+                                        : Vec3i(12, 9, 2);
+        std::vector<Vec3i> places;
+        std::uint64_t i = 0;
+        for (const auto& p : block(shape[0], shape[1], shape[2])) {
+            if (random.unit(i++) < density) places.push_back(p);
+        }
+        const Lattice lattice = linked(places, [&](std::size_t k, int d) {
+            return d != axis && random.unit(9000 + 3 * k + std::uint64_t(d)) >= cut;
+        });
+        expect_flat_sums(lattice, 1 + int(seed % 4), axis, "seed " + std::to_string(seed));
+    }
+}
+
+TEST(LatticeRegions, OfATornLatticeAreThoseFoundAnew)
+{
+    // Links break at random, a few at a time: the regions that were looked at again are those that
+    // a search finds.
+    for (std::uint64_t seed = 0; seed < 12; ++seed) {
+        const Random random(seed);
+        const bool flat = seed % 2 == 0;
+        const int w = 1 + int(seed % 3);
+        Lattice lattice = flat ? linked(block(11, 9, 1)) : linked(block(6, 5, 5));
+        const LatticeRegions whole = find_regions(lattice, w, flat ? 2 : -1);
+        std::vector<std::uint32_t> ends;
+        for (std::uint64_t cut = 0; cut < 3 + 4 * seed; ++cut) {
+            const auto from = std::uint32_t(random.bits(2 * cut) % lattice.count());
+            auto& next = lattice.next[from][random.bits(2 * cut + 1) % 3];
+            if (next == none) continue;
+            ends.push_back(from);
+            ends.push_back(next);
+            next = none;
+        }
+        expect_equal_to_direct_sums(lattice, w, "torn, seed " + std::to_string(seed),
+                                    find_torn_regions(lattice, whole, ends));
+    }
 }

@@ -213,7 +213,8 @@ TEST(Lattice, AnAxialWaveHasTheMaterialsSpeed)
     const Cubes cubes = box(40, 2, 2, h, {1000, 1e5, 0});
     const double period = 4 * length / std::sqrt(1e5 / 1000);
     for (const int w : {1, 2}) {
-        const LatticeBody body = lattice_of(cubes, w);
+        const LatticeBody body =
+            make_lattice(cubes, {.half_width = w, .calibrate = Calibration::stretch});
         State state = rest_state(body);
         Loads loads;
         for (const auto k : first_layer(cubes)) {

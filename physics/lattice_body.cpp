@@ -1,0 +1,349 @@
+#include "geometry/plane.hpp"
+#include "physics/lattice.hpp"
+#include "physics/torn_regions.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace physics {
+
+Lattice corner_lattice(const geometry::Cubes& cubes)
+{
+    Lattice lattice;
+    lattice.at = cubes.corner;
+    lattice.next.assign(cubes.corner_count(), {none, none, none});
+    for (const auto& corners : cubes.corners) {
+        for (unsigned a = 0; a < 8; ++a) {
+            for (unsigned d = 0; d < 3; ++d) {
+                const std::uint32_t from = corners[a], to = corners[a | 1u << d];
+                if (from != to) lattice.next[from][d] = to;
+            }
+        }
+    }
+    return lattice;
+}
+
+namespace {
+
+template <class... V> std::size_t bytes_in(const V&... v)
+{
+    return ((v.size() * sizeof(v[0])) + ...);
+}
+
+std::size_t bytes_of(const MatchedRegions& m)
+{
+    std::size_t sum = bytes_in(m.mass, m.held_by, m.rate_sq, m.bend_sq, m.inverse_spread,
+                               m.regions.particle, m.regions.held_by);
+    for (const LatticeLines* along : {&m.regions.x, &m.regions.y, &m.regions.z}) {
+        sum += bytes_in(along->lines, along->items, along->dead);
+    }
+    const LatticeExceptions& e = m.regions.exceptions;
+    return sum + bytes_in(e.region, e.at, e.child_at, e.child, e.parent_at, e.parent, e.particle,
+                          e.bar_at, e.bar);
+}
+
+// B^-1 of a region in lattice steps, from sums of M, M X and M X X^T about any point (packed xx,
+// xy, xz, yy, yz, zz), also where it is flat or a line: there it is 0 across.
+std::array<float, 6> inverse_spread(double mass, const Vec3& moment, const Mat3& about)
+{
+    const Mat3 b = about - moment * moment.transpose() / mass;
+    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(b);
+    Vec3 inverse = eigen.eigenvalues();
+    const double largest = inverse.maxCoeff();
+    for (double& v : inverse) v = v > 1e-9 * largest ? 1 / v : 0;
+    const Mat3 m = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+    return {float(m(0, 0)), float(m(0, 1)), float(m(0, 2)),
+            float(m(1, 1)), float(m(1, 2)), float(m(2, 2))};
+}
+
+// B^-1 of all regions. Sums of M X X^T need one more moment than collect() takes, so M X goes in as
+// what is summed.
+std::vector<float> inverse_spreads(const MatchedRegions& matched, const Lattice& lattice)
+{
+    const LatticeRegions& regions = matched.regions;
+    RegionSums<double> sums(regions);
+    const auto f = sums.particles(regions);
+    // M (X - X_r) (X - X_r)^T summed = moments of M X, less X_r times those of M.
+    for (std::size_t i = 0; i < lattice.count(); ++i) {
+        const Vec3 p = lattice.at[i].cast<double>();
+        const double m = double(matched.mass[i]);
+        f[i] = {m * p[0], m * p[1], m * p[2], m};
+    }
+    collect(regions, sums);
+    std::vector<float> out(6 * regions.slots(), 0.0f);
+    const std::size_t quads = regions.quads();
+    for (std::size_t s = 0; s < regions.slots(); ++s) {
+        if (regions.particle[s] == none) continue;
+        const auto* const sum = sums.slots(regions).data() + quads * s;
+        const Vec3 at = lattice.at[regions.particle[s]].cast<double>();
+        Vec3 moment = Vec3::Zero();
+        Mat3 about = Mat3::Zero();
+        for (std::size_t d = 1; d < quads; ++d) {
+            const int axis = regions.axes[d - 1];
+            moment[axis] = sum[d][3];
+            about.col(axis) = sum[d].head<3>().matrix() - sum[d][3] * at;
+        }
+        const auto packed = inverse_spread(sum[0][3], moment, about);
+        std::copy(packed.begin(), packed.end(), out.begin() + std::ptrdiff_t(6 * s));
+    }
+    return out;
+}
+
+// How many linked bodies there are, and to which each particle belongs.
+std::vector<std::uint32_t> linked_pieces(const Lattice& lattice)
+{
+    std::vector<std::uint32_t> parent(lattice.count());
+    std::iota(parent.begin(), parent.end(), 0u);
+    const auto root = [&](std::uint32_t i) {
+        while (parent[i] != i) i = parent[i] = parent[parent[i]];
+        return i;
+    };
+    for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+        for (const auto j : lattice.next[i]) {
+            if (j == none) continue;
+            const auto a = root(i), b = root(j);
+            parent[std::max(a, b)] = std::min(a, b);
+        }
+    }
+    for (std::uint32_t i = 0; i < lattice.count(); ++i) parent[i] = root(i);
+    return parent;
+}
+
+// Particles that lack a neighbour along an axis other than `flat`.
+std::vector<std::uint32_t> particles_at_the_side(const Lattice& lattice, int flat)
+{
+    std::vector<std::uint8_t> neighbours(lattice.count(), 0);
+    for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+        for (const auto j : lattice.next[i]) {
+            if (j != none) ++neighbours[i], ++neighbours[j];
+        }
+    }
+    std::vector<std::uint32_t> out;
+    for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+        if (flat >= 0 || neighbours[i] < 6) out.push_back(i);
+    }
+    return out;
+}
+
+std::vector<std::array<double, 3>> matter_of(const geometry::Cubes& cubes, const CornerBody& base,
+                                             Weighting weighting, bool flat)
+{
+    std::vector<std::array<double, 3>> matter(cubes.corner_count(), {0, 0, 0});
+    const double volume = std::pow(cubes.size, 3);
+    std::vector<double> corner_mass(flat ? cubes.corner_count() : 0, 0);
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        // A plane's fill is its thickness: nothing to round up.
+        const double share = flat ? cubes.fill[c] : stiffness_share(cubes, c, weighting);
+        for (const auto k : cubes.corners[c]) {
+            matter[k][0] += cubes.young[c] * share * volume / 8;
+            if (flat) matter[k][2] += cubes.mass[c] / 8 * cubes.fill[c] * cubes.fill[c];
+        }
+    }
+    for (std::size_t k = 0; k < matter.size(); ++k) matter[k][1] = base.mass[k];
+    return matter;
+}
+
+// For each linked body, how much stiffer the lattice is in bending than its material: the ratio of
+// what a slight bend of its longest axis towards its shortest costs,
+//   U = 1/2 sum E V kappa^2 (c^2 + h^2 / 12)   against   -1/2 sum m u . a,
+// a the acceleration that the lattice answers the displacement u = kappa (a^2 / 2 e3 - a c e1) with
+// (a, c along the principal axes e1, e3 of E V; the h^2 / 12 is what a cube has in itself). By N.
+std::vector<double> bending_excess(const geometry::Cubes& cubes, const LatticeBody& body,
+                                   const std::vector<std::uint32_t>& piece)
+{
+    struct Sums {
+        double weight = 0;
+        Vec3 moment = Vec3::Zero();
+        Mat3 spread = Mat3::Zero();
+        double expected = 0, got = 0;
+        Vec3 centre, e1, e3;
+    };
+    const std::size_t n = cubes.corner_count();
+    const double h = cubes.size;
+    std::vector<Sums> sums(n);  // at the first particle of each body
+    std::vector<Vec3> centre(cubes.count());
+    std::vector<double> weight(cubes.count());
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        centre[c] = (cubes.cell[c].cast<double>() + Vec3::Constant(0.5)) * h;
+        weight[c] = cubes.young[c] * stiffness_share(cubes, c, body.options.weighting) * h * h * h;
+        Sums& s = sums[piece[cubes.corners[c][0]]];
+        s.weight += weight[c];
+        s.moment += weight[c] * centre[c];
+        s.spread += weight[c] * centre[c] * centre[c].transpose();
+    }
+    for (Sums& s : sums) {
+        if (s.weight == 0) continue;
+        s.centre = s.moment / s.weight;
+        const Mat3 about = s.spread / s.weight - s.centre * s.centre.transpose();
+        const Eigen::SelfAdjointEigenSolver<Mat3> eigen(about);
+        s.e1 = eigen.eigenvectors().col(2);
+        s.e3 = eigen.eigenvectors().col(0);
+    }
+    double largest = 0;
+    for (const float r : body.whole.rate_sq) largest = std::max(largest, double(r));
+    State state = rest_state(body);
+    const double kappa = 1e-7 / h, dt = 1e-3 / std::sqrt(largest);
+    std::vector<Vec3> u(n);
+    for (std::size_t k = 0; k < n; ++k) {
+        const Sums& s = sums[piece[k]];
+        const Vec3 p = cubes.corner[k].cast<double>() * h - s.centre;
+        const double a = p.dot(s.e1), c = p.dot(s.e3);
+        u[k] = kappa * (a * a / 2 * s.e3 - a * c * s.e1);
+        state.x[k] += u[k];
+    }
+    LatticeOptions options = body.options;
+    options.stiffness = Stiffness::material;
+    options.damping = 0;
+    options.tear = 0;
+    options.substeps = 1;
+    options.precision = Precision::full;
+    options.plastic.yield = 0;
+    const State after = advance(body, state, {}, dt, options);
+    for (std::size_t k = 0; k < n; ++k) {
+        sums[piece[k]].got -= 0.5 * body.base.mass[k] * u[k].dot(after.v[k]) / dt;
+    }
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        Sums& s = sums[piece[cubes.corners[c][0]]];
+        const double away = (centre[c] - s.centre).dot(s.e3);
+        s.expected += 0.5 * weight[c] * kappa * kappa * (away * away + h * h / 12);
+    }
+    std::vector<double> out(n, 1);
+    for (std::size_t k = 0; k < n; ++k) {
+        const Sums& s = sums[piece[k]];
+        const double ratio = s.got / s.expected;
+        if (ratio > 1e-3 && ratio < 1e3) out[k] = ratio;
+    }
+    return out;
+}
+
+}  // namespace
+
+MatchedRegions match_regions(LatticeRegions found, const Lattice& lattice,
+                             const std::vector<std::array<double, 3>>& matter, double h,
+                             bool with_spread)
+{
+    MatchedRegions out;
+    out.regions = std::move(found);
+    const LatticeRegions& regions = out.regions;
+    const std::size_t n = lattice.count();
+    for (std::size_t i = 0; i < n; ++i) {
+        const auto holders = double(regions.held_by[i]);
+        out.mass.push_back(float(matter[i][1] / holders));
+        out.held_by.push_back(float(1 / holders));
+    }
+    // s^2 = E / (rho h^2 m2), with E V and m summed over the region.
+    RegionSums<double> sums(regions);
+    for (std::size_t i = 0; i < n; ++i) {
+        sums.particles(regions)[i] = {matter[i][0], matter[i][1], matter[i][2], 0};
+    }
+    collect(regions, sums);
+    const double w = regions.half_width;
+    const double m2 = w * (w + 1) / 3, m4 = m2 * (3 * w * w + 3 * w - 1) / 5;
+    for (std::size_t s = 0; s < regions.slots(); ++s) {
+        const auto total = sums.slots(regions)[regions.quads() * s];
+        const bool real = regions.particle[s] != none;
+        const double rate_sq = real ? total[0] / (total[1] * h * h * m2) : 0;
+        out.rate_sq.push_back(float(rate_sq));
+        if (regions.flat) {
+            out.bend_sq.push_back(
+                real ? float(rate_sq * total[2] / total[1] * m2 / (3 * (m4 - m2 * m2))) : 0.0f);
+        }
+    }
+    if (with_spread) out.inverse_spread = inverse_spreads(out, lattice);
+    return out;
+}
+
+TornRegions::Found TornRegions::find(const LatticeRegions& whole,
+                                     const std::vector<std::uint32_t>& broken)
+{
+    {
+        const std::lock_guard lock(mutex_);
+        for (auto entry = kept_.begin(); entry != kept_.end(); ++entry) {
+            if (entry->first != broken) continue;
+            kept_.splice(kept_.begin(), kept_, entry);
+            return kept_.front().second;
+        }
+    }
+    // Not under the lock: it runs on all threads.
+    Lattice lattice = lattice_;
+    std::vector<std::uint32_t> ends;
+    for (const std::uint32_t link : broken) {
+        const std::uint32_t from = link / 3, axis = link % 3;
+        if (from >= lattice.count() || lattice.next[from][axis] == none) continue;
+        ends.push_back(from);
+        ends.push_back(lattice.next[from][axis]);
+        lattice.next[from][axis] = none;
+    }
+    const auto made = std::make_shared<const MatchedRegions>(
+        match_regions(find_torn_regions(lattice, whole, ends), lattice, matter_, h_, with_spread_));
+    const std::lock_guard lock(mutex_);
+    kept_.emplace_front(broken, made);
+    if (kept_.size() > most) kept_.pop_back();
+    return made;
+}
+
+std::size_t TornRegions::bytes() const
+{
+    return bytes_in(lattice_.at, lattice_.next, matter_);
+}
+
+std::size_t LatticeBody::bytes() const
+{
+    return sizeof *this - sizeof base + base.bytes() + bytes_of(whole) + bytes_in(side, piece) +
+           (torn ? torn->bytes() : 0);
+}
+
+LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& options,
+                         const geometry::TriMesh* surface)
+{
+    std::vector<std::uint32_t> slot(cubes.corner_count());
+    std::iota(slot.begin(), slot.end(), 0u);
+    LatticeBody body;
+    body.options = options;
+    body.flat_axis = geometry::flat_axis(cubes);
+    if (options.plane == PlaneMotion::in_plane && body.flat_axis < 0) {
+        throw std::invalid_argument("motion in the plane needs a plane: link one, or choose plane "
+                                    "= space for cubes");
+    }
+    body.base = make_corner_body(cubes, std::move(slot), surface);
+    Lattice lattice = corner_lattice(cubes);
+    const bool flat = body.flat_axis >= 0, plastic = options.plastic.yield > 0;
+    auto matter = matter_of(cubes, body.base, options.weighting, flat);
+    body.whole = match_regions(find_regions(lattice, options.half_width, body.flat_axis), lattice,
+                               matter, cubes.size, plastic);
+    double whole = 0;
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        const double part = cubes.young[c] * stiffness_share(cubes, c, options.weighting);
+        body.damping += part * cubes.stiffness_damping[c];
+        whole += part;
+    }
+    body.damping /= whole;
+    auto piece = linked_pieces(lattice);
+    if (!flat && options.calibrate == Calibration::bending) {
+        // Softer by what it bends too stiffly: the mass and all proportions stay.
+        const std::vector<double> excess = bending_excess(cubes, body, piece);
+        for (std::size_t k = 0; k < matter.size(); ++k) matter[k][0] /= excess[k];
+        for (std::size_t s = 0; s < body.whole.regions.slots(); ++s) {
+            const std::uint32_t r = body.whole.regions.particle[s];
+            if (r != none) body.whole.rate_sq[s] = float(double(body.whole.rate_sq[s]) / excess[r]);
+        }
+    }
+    if (options.contact.on) {
+        body.piece = std::move(piece);
+        body.side = particles_at_the_side(lattice, body.flat_axis);
+    }
+    if (options.tear > 0) {
+        body.torn = std::make_shared<TornRegions>(std::move(lattice), std::move(matter), cubes.size,
+                                                  plastic);
+    }
+    return body;
+}
+
+State rest_state(const LatticeBody& body)
+{
+    return rest_state(body.base);
+}
+
+}  // namespace physics

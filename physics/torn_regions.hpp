@@ -1,0 +1,44 @@
+#pragma once
+
+#include "physics/lattice.hpp"
+
+#include <list>
+#include <mutex>
+
+namespace physics {
+
+// The regions of a lattice of which links are broken, for the last few sets of links that were
+// asked for. A function of the body and the links alone, so what is kept changes how long a step
+// takes, never what it gives.
+class TornRegions {
+public:
+    using Found = std::shared_ptr<const MatchedRegions>;
+
+    TornRegions(Lattice lattice, std::vector<std::array<double, 3>> matter, double h,
+                bool with_spread)
+        : lattice_(std::move(lattice)), matter_(std::move(matter)), h_(h), with_spread_(with_spread)
+    {}
+
+    // `broken` as in State; links that never were are none that break.
+    Found find(const LatticeRegions& whole, const std::vector<std::uint32_t>& broken);
+
+    const Lattice& lattice() const { return lattice_; }
+    std::size_t bytes() const;
+
+private:
+    static constexpr std::size_t most = 2;
+    Lattice lattice_;
+    std::vector<std::array<double, 3>> matter_;  // as match_regions() wants it
+    double h_;
+    bool with_spread_;
+    std::mutex mutex_;
+    std::list<std::pair<std::vector<std::uint32_t>, Found>> kept_;  // newest first
+};
+
+// What belongs to regions. `matter` holds, for each particle, its share of E V (Pa m^3), its mass
+// (kg) and mass (t / h)^2 of a plane of thickness t; `with_spread`: B^-1 too.
+MatchedRegions match_regions(LatticeRegions regions, const Lattice& lattice,
+                             const std::vector<std::array<double, 3>>& matter, double h,
+                             bool with_spread);
+
+}  // namespace physics

@@ -1,0 +1,311 @@
+// Lattice shape matching on planes, in space and strictly in two dimensions.
+
+#include "geometry/plane.hpp"
+#include "geometry/random.hpp"
+#include "physics/lattice.hpp"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <functional>
+#include <numbers>
+
+using namespace physics;
+using geometry::Cubes;
+using geometry::Mat3;
+using geometry::Random;
+
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+// ni by nj cells of 0.1 m across `axis`, the corner (0, 0) at the origin, with a hole.
+Cubes sheet(int ni, int nj, int axis = 1, double thickness = 0.02, double young = 1e6)
+{
+    auto cells = geometry::rectangle_cells(ni, nj);
+    if (ni > 4 && nj > 4) std::erase(cells, std::array{2, 2});
+    return geometry::plane_cubes(cells, {axis, 0.1, {0, 0, 0}}, thickness,
+                                 {"sheet", 500, young, 0, 0, 0});
+}
+
+LatticeOptions stiffest(PlaneMotion motion = PlaneMotion::space)
+{
+    return {.stiffness = Stiffness::rate,
+            .rate = infinite,
+            .damping = 1,
+            .plane = motion,
+            .substeps = 10};
+}
+
+double misfit(const LatticeBody& body, const State& state)
+{
+    const State rest = rest_state(body);
+    const std::size_t n = rest.x.size();
+    Vec3 a = Vec3::Zero(), b = a;
+    for (std::size_t i = 0; i < n; ++i) a += rest.x[i] / double(n), b += state.x[i] / double(n);
+    Mat3 m = Mat3::Zero();
+    for (std::size_t i = 0; i < n; ++i) m += (state.x[i] - b) * (rest.x[i] - a).transpose();
+    const Eigen::JacobiSVD<Mat3> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Vec3 signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
+    const Mat3 r = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+    double worst = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+        worst = std::max(worst, (state.x[i] - b - r * (rest.x[i] - a)).norm());
+    }
+    return worst;
+}
+
+// The acceleration in the middle of a long strip that is displaced by A sin(k x) along `d`, over
+// -A sin(k x).
+double stiffness_of_wave(int w, int d, double k, double thickness, double bend)
+{
+    const Cubes cubes =
+        geometry::plane_cubes(geometry::rectangle_cells(120, 12), {1, 0.1, {0, 0, 0}}, thickness,
+                              {"sheet", 500, 1e6, 0, 0, 0});
+    const LatticeOptions options{
+        .half_width = w, .bend = bend, .substeps = 1, .precision = Precision::full};
+    const LatticeBody body = make_lattice(cubes, options);
+    State state = rest_state(body);
+    const double a = 1e-5, dt = 1e-5;
+    for (Vec3& x : state.x) x[d] += a * std::sin(k * (x[0] - 6) + std::numbers::pi / 2);
+    const State after = advance(body, state, {}, dt, options);
+    for (std::size_t i = 0; i < state.x.size(); ++i) {
+        if (cubes.corner[i] == Vec3i(60, 0, 6)) return -after.v[i][d] / dt / a;
+    }
+    return 0;
+}
+
+}  // namespace
+
+TEST(PlaneLattice, AtRestUnderAnyRigidMotionStaysThere)
+{
+    for (const int axis : {0, 1, 2}) {
+        for (const int w : {1, 3}) {
+            for (const bool in_plane : {false, true}) {
+                LatticeOptions options =
+                    stiffest(in_plane ? PlaneMotion::in_plane : PlaneMotion::space);
+                options.half_width = w;
+                options.bend = 0.3;
+                options.rate = 1e4;
+                options.substeps = 1;
+                options.precision = Precision::full;
+                const LatticeBody body = make_lattice(sheet(7, 6, axis), options);
+                State state = rest_state(body);
+                const Vec3 about = in_plane ? Vec3(Vec3::Unit(axis)) : Vec3(1, -2, 3).normalized();
+                const Mat3 turn = Eigen::AngleAxisd(2, about).toRotationMatrix();
+                for (Vec3& x : state.x)
+                    x = turn * x + (in_plane ? Vec3(Vec3::Zero()) : Vec3(5, 6, 7));
+                const State before = state;
+                state = advance(body, state, {}, 0.01, options);
+                double worst = 0;
+                for (std::size_t i = 0; i < state.x.size(); ++i) {
+                    worst = std::max(worst, (state.x[i] - before.x[i]).norm());
+                }
+                EXPECT_LT(worst, 1e-13) << axis << w << in_plane;  // rounding of places below 12 m
+            }
+        }
+    }
+}
+
+TEST(PlaneLattice, ComesBackFromAnything)
+{
+    // As a solid does: folded over, rolled up, at a point, on a line, mirrored, at random.
+    const Random random(3);
+    using Move = std::function<Vec3(const Vec3&, std::uint64_t)>;
+    const std::vector<std::pair<std::string, Move>> cases = {
+        {"a point", [](const Vec3&, std::uint64_t) { return Vec3(1, 2, 3); }},
+        {"a line", [](const Vec3& x, std::uint64_t) { return Vec3(x[0], 0, 0); }},
+        {"mirrored", [](const Vec3& x, std::uint64_t) { return Vec3(-x[0], x[1], x[2]); }},
+        // Folded over, a hair apart: exactly flat, nothing says to which side it should open.
+        {"folded",
+         [](const Vec3& x, std::uint64_t) {
+             return Vec3(std::abs(x[0] - 0.3), 1e-3 * std::max(0.0, x[0] - 0.3), x[2]);
+         }},
+        {"rolled",
+         [](const Vec3& x, std::uint64_t) {
+             return Vec3(0.1 * std::cos(10 * x[0]), 0.1 * std::sin(10 * x[0]), x[2]);
+         }},
+        {"random",
+         [&](const Vec3&, std::uint64_t i) {
+             return Vec3(random.unit(3 * i), random.unit(3 * i + 1), random.unit(3 * i + 2));
+         }},
+    };
+    for (const int w : {1, 2}) {
+        LatticeOptions options = stiffest();
+        options.half_width = w;
+        const LatticeBody body = make_lattice(sheet(6, 5), options);
+        for (const auto& [name, move] : cases) {
+            State state = rest_state(body);
+            for (std::size_t i = 0; i < state.x.size(); ++i) state.x[i] = move(state.x[i], i);
+            for (int frame = 0; frame < 300; ++frame) {
+                state = advance(body, state, {}, 0.1, options);
+            }
+            EXPECT_LT(misfit(body, state), 1e-3 * 0.8) << name << ", w = " << w;
+        }
+    }
+}
+
+TEST(PlaneLattice, ComesBackInItsPlaneToo)
+{
+    const Random random(4);
+    for (const int w : {1, 2}) {
+        LatticeOptions options = stiffest(PlaneMotion::in_plane);
+        options.half_width = w;
+        const LatticeBody body = make_lattice(sheet(6, 5), options);
+        for (int kind = 0; kind < 4; ++kind) {
+            State state = rest_state(body);
+            for (std::size_t i = 0; i < state.x.size(); ++i) {
+                Vec3& x = state.x[i];
+                if (kind == 0) x = Vec3(0.3, 0, 0.3);
+                if (kind == 1) x[0] = 0.3;
+                if (kind == 2) x[0] = -x[0];
+                if (kind == 3) x = Vec3(random.unit(2 * i), 0, random.unit(2 * i + 1));
+            }
+            for (int frame = 0; frame < 300; ++frame) {
+                state = advance(body, state, {}, 0.1, options);
+            }
+            for (const Vec3& x : state.x) ASSERT_EQ(x[1], 0);
+            EXPECT_LT(misfit(body, state), 1e-3 * 0.8) << kind << ", w = " << w;
+        }
+    }
+}
+
+TEST(PlaneLattice, StretchesLikeItsMaterial)
+{
+    // rho a = -E k^2 u for a wave of 60 cells; shape matching falls short by some (k w h)^2.
+    const double k = 2 * std::numbers::pi / 6;
+    for (const int w : {1, 2, 3}) {
+        EXPECT_NEAR(stiffness_of_wave(w, 0, k, 0.02, 1) / (1e6 / 500 * k * k), 1,
+                    0.2 * std::pow(0.1 * k * w, 2) + 0.005)
+            << w;
+    }
+}
+
+TEST(PlaneLattice, BendsLikeItsThickness)
+{
+    // rho t a = -D k^4 u with D = E t^3 / 12, whatever w; and `bend` multiplies it.
+    const double k = 2 * std::numbers::pi / 6;
+    for (const int w : {1, 2, 3}) {
+        for (const double t : {0.05, 0.005}) {
+            for (const double bend : {1.0, 4.0}) {
+                const double expected = bend * 1e6 * t * t / 12 / 500 * std::pow(k, 4);
+                EXPECT_NEAR(stiffness_of_wave(w, 1, k, t, bend) / expected, 1,
+                            0.4 * std::pow(0.1 * k * w, 2) + 0.005)
+                    << w << " " << t;
+            }
+        }
+    }
+}
+
+TEST(PlaneLattice, KeepsMomentumWhileItFolds)
+{
+    const Random random(2);
+    LatticeOptions options{.half_width = 2, .damping = 0.01, .substeps = 4};
+    const LatticeBody body = make_lattice(sheet(8, 7), options);
+    State state = rest_state(body);
+    for (std::size_t i = 0; i < state.x.size(); ++i) {
+        for (int d = 0; d < 3; ++d) {
+            state.x[i][d] += 0.03 * (random.unit(6 * i + std::uint64_t(d)) - 0.5);
+            state.v[i][d] = random.unit(6 * i + 3 + std::uint64_t(d)) - 0.3;
+        }
+    }
+    const auto momenta = [&] {
+        std::array<Vec3, 2> sum{Vec3::Zero(), Vec3::Zero()};
+        for (std::size_t i = 0; i < state.x.size(); ++i) {
+            sum[0] += body.base.mass[i] * state.v[i];
+            sum[1] += body.base.mass[i] * state.x[i].cross(state.v[i]);
+        }
+        return sum;
+    };
+    const auto before = momenta();
+    for (int frame = 0; frame < 25; ++frame) state = advance(body, state, {}, 0.02, options);
+    const auto after = momenta();
+    double mass = 0;
+    for (const double m : body.base.mass) mass += m;
+    EXPECT_LT((after[0] - before[0]).norm(), 1e-12 * mass);
+    EXPECT_LT((after[1] - before[1]).norm(), 1e-11 * mass);
+}
+
+TEST(PlaneLattice, FallsAndHangsOnItsPins)
+{
+    // A sheet held along one side ends up hanging straight down, as long as it was.
+    LatticeOptions options{.damping = 0.05, .substeps = 20};
+    const Cubes cubes = sheet(8, 4, 1, 0.004, 2e5);
+    const LatticeBody body = make_lattice(cubes, options);
+    State state = rest_state(body);
+    Loads loads;
+    loads.forces.push_back({});
+    for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+        if (cubes.corner[k][0] > 0) continue;
+        loads.pins.corner.push_back(k);
+        loads.pins.target.push_back(state.x[k]);
+    }
+    for (auto& v : body.base.mass_damping) ASSERT_EQ(v, 0);
+    for (int frame = 0; frame < 240; ++frame) {
+        state = advance(body, state, loads, 1.0 / 24, options);
+        for (Vec3& v : state.v) v *= 0.97;
+    }
+    double lowest = 0;
+    for (const Vec3& x : state.x) lowest = std::min(lowest, x[1]);
+    EXPECT_NEAR(lowest, -0.8, 0.03);
+}
+
+TEST(PlaneLattice, ThreadsGiveTheSameBytes)
+{
+    const Cubes cubes = sheet(60, 50);
+    LatticeOptions options{.half_width = 3, .substeps = 2};
+    const LatticeBody body = make_lattice(cubes, options);
+    Loads loads;
+    loads.forces.push_back({});
+    Force wind;
+    wind.kind = Force::Kind::wind;
+    wind.velocity = Vec3(1, 2, 3);
+    loads.forces.push_back(wind);
+    const auto run = [&](std::size_t threads) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        State state = rest_state(body);
+        for (Vec3& x : state.x) x[1] += 0.05 * std::sin(3 * x[0] + x[2]);
+        for (int frame = 0; frame < 3; ++frame) {
+            state = advance(body, state, loads, 1.0 / 24, options);
+        }
+        return state;
+    };
+    const State one = run(1);
+    for (const std::size_t threads : {2u, 8u}) {
+        const State many = run(threads);
+        EXPECT_EQ(one.x, many.x);
+        EXPECT_EQ(one.v, many.v);
+        EXPECT_EQ(one.rotation, many.rotation);
+    }
+}
+
+TEST(PlaneLattice, WindDragsItByItsArea)
+{
+    // A stiff square sheet of 0.36 m^2 facing a wind u feels 1/2 rho C A u^2, on both sides by
+    // half.
+    const Cubes cubes = geometry::plane_cubes(geometry::rectangle_cells(6, 6), {2, 0.1, {0, 0, 0}},
+                                              0.02, {"s", 500, 1e6, 0, 0, 0});
+    const LatticeBody body = make_lattice(cubes, stiffest());
+    Loads loads;
+    Force wind;
+    wind.kind = Force::Kind::wind;
+    wind.velocity = Vec3(0, 0, 10);
+    wind.air_density = 1.2;
+    wind.drag = 1;
+    loads.forces.push_back(wind);
+    LatticeOptions options = stiffest();
+    options.substeps = 1;
+    const double dt = 1e-4, mass = 500 * 0.36 * 0.02;
+    const State state = advance(body, rest_state(body), loads, dt, options);
+    double momentum = 0;
+    for (std::size_t i = 0; i < state.v.size(); ++i) momentum += body.base.mass[i] * state.v[i][2];
+    EXPECT_NEAR(momentum / dt, 0.5 * 1.2 * 0.36 * 100, 1e-3 * 21.6);
+    EXPECT_NEAR(mass, 3.6, 1e-12);
+}
+
+TEST(PlaneLattice, OnlyPlanesMoveInTheirPlane)
+{
+    EXPECT_THROW(
+        make_lattice(geometry::solid_cubes({{0, 0, 0}}, 1), stiffest(PlaneMotion::in_plane)),
+        std::invalid_argument);
+}
