@@ -7,7 +7,7 @@ namespace nodes::pin {
 
 using geometry::Vec3;
 
-enum class Where { box, sphere, below, material, ends };
+enum class Where { box, sphere, below, material, ends, rim };
 enum class Axis { x, y, z };
 
 struct BoxPlace {
@@ -34,6 +34,7 @@ struct EndsPlace {
 struct Inputs {
     graph::Wire<geometry::Cubes> cubes;
     graph::Wire<geometry::TriMesh> mesh;
+    graph::Wire<geometry::TriMesh> follow;
     Where where = Where::box;
     BoxPlace box;
     SpherePlace sphere;
@@ -70,6 +71,8 @@ static std::vector<std::uint32_t> chosen(const Inputs& in)
     case Where::ends:
         return physics::corners_at_end(cubes, static_cast<int>(in.ends.axis), in.ends.end,
                                        in.ends.layers);
+    case Where::rim:
+        return physics::corners_at_rim(cubes);
     }
     return {};
 }
@@ -78,6 +81,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 {
     auto corners = chosen(in);
     if (corners.empty()) context.warn("no corner of the cubes lies there: nothing is pinned");
+    if (in.follow) return {physics::pins_on(*in.cubes, std::move(corners), in.follow->positions)};
     return {physics::pins_at(
         *in.cubes, std::move(corners),
         geometry::placement(in.translate, in.rotate_degrees, Vec3::Ones(), in.pivot))};
@@ -95,9 +99,14 @@ void add_to(graph::Registry& registry)
         .input("cubes", &Inputs::cubes, "The cubes whose corners are chosen, at rest.")
         .input("mesh", &Inputs::mesh, "The mesh at rest, for where = material.",
                graph::Need::optional)
-        .choice("where", &Inputs::where, {"box", "sphere", "below", "material", "ends"},
+        .input("follow", &Inputs::follow,
+               "Pinned corners go where this mesh's vertices are at this frame: the mesh that "
+               "Plane made with these cubes, carried along by something else.",
+               graph::Need::optional)
+        .choice("where", &Inputs::where, {"box", "sphere", "below", "material", "ends", "rim"},
                 "How the corners are chosen: inside a box or a sphere, below a height, near the "
-                "faces of a material or group, or at the ends of the model.")
+                "faces of a material or group, at the ends of the model, or on all its outside, "
+                "which is the border of a plane and of its holes.")
         .block<BoxPlace>(
             "box", &Inputs::box,
             [](graph::ParamsOf<BoxPlace>& p) {

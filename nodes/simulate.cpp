@@ -1,5 +1,6 @@
 #include "graph/node_type.hpp"
 #include "nodes/wire_types.hpp"
+#include "physics/balls.hpp"
 #include "physics/bricks.hpp"
 #include "physics/lattice.hpp"
 #include "physics/pins.hpp"
@@ -29,6 +30,7 @@ struct Inputs {
     std::vector<graph::Wire<physics::Pins>> pins;
     std::vector<graph::Wire<physics::Force>> forces;
     std::vector<graph::Wire<physics::Collider>> colliders;
+    std::vector<graph::Wire<physics::Ball>> balls;
     graph::Wire<geometry::TriMesh> surface;
     graph::Wire<physics::State> start;
     Method method = Method::bricks;
@@ -62,15 +64,22 @@ static Body build(const Inputs& in)
 
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
+    if (!in.balls.empty() && in.method != Method::lattice) {
+        throw std::invalid_argument("rigid balls need method lattice: choose it, or unlink them");
+    }
+    std::vector<physics::Ball> balls;
+    for (const auto& ball : in.balls) balls.push_back(*ball);
     if (!in.last) {
         auto state = in.start
                          ? *in.start
                          : std::visit([](const auto& b) { return rest_state(b); }, in.body->is);
         physics::set_off(state, *in.cubes, in.initial_velocity,
                          in.initial_spin_degrees * (std::numbers::pi / 180));
+        state.balls = physics::place_balls(balls);
         return {std::move(state)};
     }
     physics::Loads loads;
+    loads.balls = std::move(balls);
     loads.pins = physics::merge_pins(in.pins, in.cubes->corner_count());
     for (const auto& force : in.forces) loads.forces.push_back(*force);
     for (const auto& collider : in.colliders) loads.colliders.push_back(*collider);
@@ -101,6 +110,30 @@ static void describe_springs(graph::ParamsOf<physics::SpringOptions>& p)
             {.min = 0, .max = 0.9});
 }
 
+static void describe_plastic(graph::ParamsOf<physics::PlasticOptions>& p)
+{
+    using physics::PlasticOptions;
+    p.param("yield", &PlasticOptions::yield,
+            "The strain of a region beyond which its shape at rest gives way; 0: never.",
+            {.min = 0, .max = 10})
+        .param("flow", &PlasticOptions::flow, "How fast it gives way.",
+               {.min = 0, .max = 1e6, .unit = "1/s"})
+        .param("limit", &PlasticOptions::limit, "How far it may, as a strain.",
+               {.min = 0, .max = 0.95});
+}
+
+static void describe_contact(graph::ParamsOf<physics::BodyContactOptions>& p)
+{
+    using physics::BodyContactOptions;
+    p.param("on", &BodyContactOptions::on,
+            "Whether bodies that are not linked push each other away.")
+        .param("distance", &BodyContactOptions::distance,
+               "Between their corners, which touch as balls; 0: the cubes' edge.",
+               {.min = 0, .unit = "m"})
+        .param("friction", &BodyContactOptions::friction, "Coulomb coefficient between them.",
+               {.min = 0, .max = 100});
+}
+
 static void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
 {
     using physics::LatticeOptions;
@@ -111,17 +144,37 @@ static void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
         .choice("stiffness", &LatticeOptions::stiffness, {"material", "rate"},
                 "material takes the stiffness from Young's modulus, as far as regions and substeps "
                 "can give it (Poisson's ratio acts as 0); rate takes the number below.")
+        .choice("calibrate", &LatticeOptions::calibrate, {"bending", "stretch"},
+                "What the stiffness from the material is right for: a bend of the whole body, or "
+                "long waves of stretch. Thin bodies can't have both.",
+                {"stiffness", {"material"}})
         .param(
             "rate", &LatticeOptions::rate,
             "How fast a region pulls its cubes back, whatever the step: 0 not at all, very large "
             "as stiff as the method gets.",
             {.min = 0, .unit = "1/s"}, {"stiffness", {"rate"}})
+        .param(
+            "bend", &LatticeOptions::bend,
+            "Of a plane: how much it resists bending, as a multiple of what its thickness gives, "
+            "or with a rate, of how it resists stretch.",
+            {.min = 0})
         .param("damping", &LatticeOptions::damping,
                "Damping in proportion to stiffness, on top of the material's own: a vibration of "
                "frequency f is damped by the share pi f damping of critical.",
                {.min = 0, .unit = "s"})
         .choice("weighting", &LatticeOptions::weighting, {"filled", "full"},
                 "filled gives a partly filled cube that share of the stiffness, full all of it.")
+        .choice("plane", &LatticeOptions::plane, {"space", "in_plane"},
+                "Of a plane: whether it moves in space (folds, flips, rolls) or strictly in its "
+                "plane.")
+        .block<physics::PlasticOptions>("plastic", &LatticeOptions::plastic, describe_plastic,
+                                        "Whether the shape at rest gives way for good.")
+        .param("tear", &LatticeOptions::tear,
+               "The strain at which a link between neighbouring corners breaks: 1 is twice its "
+               "length. 0: never. Embed can hide what is torn.",
+               {.min = 0, .max = 1000})
+        .block<physics::BodyContactOptions>("contact", &LatticeOptions::contact, describe_contact,
+                                            "Whether bodies that are not linked collide.")
         .choice("precision", &LatticeOptions::precision, {"single", "full"},
                 "Of the sums over regions; motion is kept in double precision either way.");
 }
@@ -158,6 +211,8 @@ void add_to(graph::Registry& registry)
         .inputs("pins", &Inputs::pins, "Corners that are held or moved.")
         .inputs("forces", &Inputs::forces, "Force fields, all together.")
         .inputs("colliders", &Inputs::colliders, "What the body may not enter.")
+        .inputs("balls", &Inputs::balls,
+                "Rigid balls that move with it and push back (method lattice).")
         .input("surface", &Inputs::surface,
                "The original mesh at rest: contact and wind act on it, embedded in the cubes. "
                "Without it they act on the outside of the cubes.",

@@ -20,6 +20,7 @@ template <> inline constexpr const char* wire_name<geometry::Cubes> = "cubes";
 template <> inline constexpr const char* wire_name<physics::Pins> = "pins";
 template <> inline constexpr const char* wire_name<physics::Force> = "force";
 template <> inline constexpr const char* wire_name<physics::Collider> = "collider";
+template <> inline constexpr const char* wire_name<physics::Ball> = "ball";
 template <> inline constexpr const char* wire_name<physics::State> = "state";
 template <> inline constexpr const char* wire_name<geometry::ImplicitLayer> = "implicit_layer";
 template <> inline constexpr const char* wire_name<physics::LayeredPart> = "layered_part";
