@@ -340,6 +340,10 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
         ->add_option("--reference", wanted.reference,
                      "With what: a number, or a setting node.param=value; else the last values")
         ->type_name("VALUE");
+    study_app
+        ->add_option("--look", wanted.look,
+                     "The picture to put on the sheet; else the first that the graph draws")
+        ->type_name("NODE.PORT");
     study_app->add_option("--error", wanted.wanted_error, "Relative error to meet soonest; 0.01")
         ->type_name("SHARE");
     study_app->callback(

@@ -35,7 +35,7 @@ struct Console {
     std::map<std::string, std::function<double(const graph::Value&, const graph::Value&)>>
         distances = {};
 
-    // For `sweep`: writes labelled pictures on one sheet, and says how many there were.
+    // For `sweep` and `study`: writes labelled pictures on one sheet, and says how many there were.
     std::function<std::size_t(const std::vector<std::pair<graph::Value, std::string>>& pictures,
                               int columns, const std::filesystem::path& path)>
         write_sheet = {};

@@ -5,6 +5,7 @@
 #include "graph/reference.hpp"
 #include "graph/schema.hpp"
 #include "runtime/text_file.hpp"
+#include "runtime/wires.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -175,6 +176,9 @@ int run_study(const CookRequest& request, const StudyRequest& wanted,
     options.load = load_options(request);
     options.measure = wanted.measure;
     options.look = wanted.look;
+    if (console.write_sheet && wanted.look.empty()) {
+        options.look = first_picture(load_with(file, registry, options.load, {}));
+    }
     options.distances = console.distances;
     if (!request.frames.empty()) options.frames = parse_frames(request.frames);
     if (!wanted.reference.empty()) {
@@ -206,6 +210,15 @@ int run_study(const CookRequest& request, const StudyRequest& wanted,
                     << path("study.gp") << "\n";
     } else {
         console.out << "plot: " << path("study.png") << "\n";
+    }
+    std::vector<std::pair<graph::Value, std::string>> pictures;
+    for (const Trial& t : trials) {
+        pictures.emplace_back(t.look, describe(t.settings) + "  " + reading(t));
+    }
+    constexpr int columns = 3;
+    if (console.write_sheet &&
+        console.write_sheet(pictures, columns, path("study_sheet.png")) > 0) {
+        console.out << "sheet: " << path("study_sheet.png") << "\n";
     }
     console.out << "table: " << path("study.csv") << "\n"
                 << soonest(trials, wanted.wanted_error) << "\n";

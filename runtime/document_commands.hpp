@@ -22,8 +22,9 @@ struct StudyRequest {
 void add_document_commands(CLI::App& app, CookRequest& request, const graph::Registry& registry,
                            Console& console, int& exit);
 
-// Cooks all that `request` and `wanted` say, and leaves study.csv, study.gp and study.png (where
-// gnuplot is installed) in the output folder.
+// Cooks all that `request` and `wanted` say, and leaves study.csv, study.gp, study.png (where
+// gnuplot is installed) and study_sheet.png (the last frame of every trial, where the graph draws
+// one) in the output folder.
 int run_study(const CookRequest& request, const StudyRequest& wanted,
               const graph::Registry& registry, Console& console);
 

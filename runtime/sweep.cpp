@@ -16,23 +16,6 @@ bool is_number(const graph::OutputPort& port)
 {
     return port.type == graph::wire_name<double>;
 }
-bool is_picture(const graph::OutputPort& port)
-{
-    return port.type == "image";
-}
-
-// The first node that makes a picture of a frame and not of many.
-std::string first_picture(const graph::Graph& graph)
-{
-    for (const graph::Node& node : graph.nodes) {
-        if (node.type->gather_frames) continue;
-        for (const graph::OutputPort& port : node.type->outputs) {
-            if (is_picture(port)) return node.name + "." + port.name;
-        }
-    }
-    return {};
-}
-
 std::vector<std::string> all_numbers(const graph::Graph& graph)
 {
     std::vector<std::string> names;

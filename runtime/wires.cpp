@@ -24,6 +24,22 @@ graph::Link find_wire(const graph::Graph& graph, const std::string& name)
         fmt::format("expected an output node.port of {}, found '{}'", graph.file, name));
 }
 
+bool is_picture(const graph::OutputPort& port)
+{
+    return port.type == "image";
+}
+
+std::string first_picture(const graph::Graph& graph)
+{
+    for (const graph::Node& node : graph.nodes) {
+        if (node.type->gather_frames) continue;
+        for (const graph::OutputPort& port : node.type->outputs) {
+            if (is_picture(port)) return node.name + "." + port.name;
+        }
+    }
+    return {};
+}
+
 graph::Graph load_with(const std::filesystem::path& file, const graph::Registry& registry,
                        graph::LoadOptions options, const Settings& settings)
 {

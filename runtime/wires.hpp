@@ -10,6 +10,12 @@ namespace runtime {
 // The output that "node.port", or "node" of one output, names. Throws std::invalid_argument.
 graph::Link find_wire(const graph::Graph& graph, const std::string& name);
 
+bool is_picture(const graph::OutputPort& port);
+
+// The first output that is a picture of a frame and not of many, as "node.port"; empty when there
+// is none.
+std::string first_picture(const graph::Graph& graph);
+
 // The document with `settings` on top of those in `options`. Throws std::invalid_argument with all
 // that is wrong.
 graph::Graph load_with(const std::filesystem::path& file, const graph::Registry& registry,
