@@ -36,10 +36,10 @@ public:
           dt_(frame / options.substeps), n_(body.base.corners), flat_(body.flat_axis >= 0),
           in_plane_(body.options.plane == PlaneMotion::in_plane), sums_(body.whole.regions)
     {
-        pinned_.assign(loads.pins.corner.empty() ? 0 : n_, 0);
-        for (const auto k : loads.pins.corner) {
-            pinned_[k] = 1;
-            start_.push_back(state.x[k]);
+        for (const auto k : loads.pins.corner) start_.push_back(state.x[k]);
+        if (!loads.colliders.empty() || !loads.balls.empty() || body.options.contact.on) {
+            for (const double m : body.base.mass) inverse_mass_.push_back(m > 0 ? 1 / m : 0);
+            for (const auto k : loads.pins.corner) inverse_mass_[k] = 0;
         }
         const std::size_t slots = body.whole.regions.slots(), kept = 4 * slots + 3 * n_;
         has_before_ = state.rotation.size() == kept;
@@ -476,7 +476,7 @@ private:
         for (const Collider& c : loads_.colliders) {
             colliders.push_back(pose_collider(c, share, frame_, body_.base.h));
         }
-        const ContactScene scene{body_.base, state_, pinned_, dt_, loads_.balls};
+        const ContactScene scene{body_.base, state_, inverse_mass_, dt_, loads_.balls};
         Pushes pushes;
         pushes.skin = find_skin_pushes(scene, colliders);
         pushes.balls = find_ball_pushes(scene, colliders);
@@ -555,7 +555,7 @@ private:
                                               // largest alpha; bend_weight_ of a plane in space
     std::vector<T> held_weight_, held_bend_;  // N, their sums over the regions of each
     bool bends_ = false;                      // whether any bend_weight_ differs from 0
-    std::vector<std::uint8_t> pinned_;        // by corner; empty without pins
+    std::vector<double> inverse_mass_;        // 1/kg, 0 of pins; where there can be contact
     std::vector<Vec3> start_;                 // of pins, at the start of the frame
     bool has_before_ = false;                 // d of the step before is known
     Vec3 gravity_ = Vec3::Zero();

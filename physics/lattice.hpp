@@ -103,7 +103,7 @@ struct LatticeBody {
     double damping = 0;                 // tau, s, the mean of the cubes' stiffness damping
     int flat_axis = -1;                 // of a plane
     std::vector<std::uint32_t> side;    // particles that lack a neighbour: bodies meet there
-    std::vector<std::uint32_t> piece;   // N, the linked body that each belongs to; where they meet
+    std::vector<std::uint32_t> piece;   // N, the linked body that each is of; where they meet
     std::shared_ptr<TornRegions> torn;  // where links can break
 
     std::size_t bytes() const;

@@ -91,7 +91,7 @@ std::vector<float> inverse_spreads(const MatchedRegions& matched, const Lattice&
     return out;
 }
 
-// How many linked bodies there are, and to which each particle belongs.
+// To which linked body each particle belongs; bodies are numbered by their first particles.
 std::vector<std::uint32_t> linked_pieces(const Lattice& lattice)
 {
     std::vector<std::uint32_t> parent(lattice.count());
@@ -107,8 +107,12 @@ std::vector<std::uint32_t> linked_pieces(const Lattice& lattice)
             parent[std::max(a, b)] = std::min(a, b);
         }
     }
-    for (std::uint32_t i = 0; i < lattice.count(); ++i) parent[i] = root(i);
-    return parent;
+    std::vector<std::uint32_t> piece(lattice.count());
+    std::uint32_t pieces = 0;
+    for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+        piece[i] = root(i) == i ? pieces++ : piece[root(i)];
+    }
+    return piece;
 }
 
 // Particles that lack a neighbour along an axis other than `flat`.
@@ -162,7 +166,7 @@ std::vector<double> bending_excess(const geometry::Cubes& cubes, const LatticeBo
     };
     const std::size_t n = cubes.corner_count();
     const double h = cubes.size;
-    std::vector<Sums> sums(n);  // at the first particle of each body
+    std::vector<Sums> sums(n);  // of each body
     std::vector<Vec3> centre(cubes.count());
     std::vector<double> weight(cubes.count());
     for (std::size_t c = 0; c < cubes.count(); ++c) {

@@ -3,35 +3,35 @@
 #include "geometry/parallel.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <numeric>
 
 namespace physics {
 
 namespace {
 
-// The impulse that `push` wants added, when its point moves at v.
-Vec3 change_of(Push& push, Vec3 v, double dt)
+// The impulse that `push` wants added, when its point moves at v seen from the surface.
+template <class T> Eigen::Matrix<T, 3, 1> change_of(Push<T>& push, const Eigen::Matrix<T, 3, 1>& v)
 {
-    const double ahead = push.gap + dt * (v.dot(push.normal) - push.approach);
-    const double before = push.impulse;
-    push.impulse = std::max(0.0, before - ahead / (dt * push.inverse));
-    Vec3 change = (push.impulse - before) * push.normal;
-    v += push.inverse * change;
-    const Vec3 slip = v - push.surface_velocity;
-    const Vec3 wanted =
-        push.drag - (slip - slip.dot(push.normal) * push.normal) / push.inverse_across;
-    const double most = push.friction * push.impulse, size = wanted.norm();
-    const Vec3 drag = size > most ? Vec3(most / size * wanted) : wanted;
-    change += drag - push.drag;
+    using Vec = Eigen::Matrix<T, 3, 1>;
+    const T along = v.dot(push.normal), before = push.impulse;
+    push.impulse = std::max(T(0), before - (along + push.bias) * push.mass);
+    if (push.impulse == 0 && before == 0) return Vec::Zero();
+    Vec drag = push.drag - push.mass_across * (v - along * push.normal);
+    const T most = push.friction * push.impulse, size_sq = drag.squaredNorm();
+    if (size_sq > most * most) drag *= most / std::sqrt(size_sq);
+    const Vec change = (push.impulse - before) * push.normal + (drag - push.drag);
     push.drag = drag;
     return change;
 }
 
-// What was inside already comes out by a fifth a step, not with a jump.
-double softened(double gap, double closing, double dt)
+// Push::bias of a gap that is expected when the point goes on at `speed` along the normal. What was
+// inside already comes out by a fifth a step, not with a jump.
+double bias_of(double gap, double speed, double dt)
 {
-    const double inside = gap - dt * closing;
-    return gap - 0.8 * std::min(0.0, inside);
+    const double inside = gap - dt * speed;
+    return (gap - 0.8 * std::min(0.0, inside)) / dt - speed;
 }
 
 void look(const ContactScene& scene, const std::vector<PosedCollider>& colliders, std::size_t c,
@@ -52,55 +52,103 @@ void look(const ContactScene& scene, const std::vector<PosedCollider>& colliders
         const bool mesh = collider.kind == Collider::Kind::mesh;
         if (!mesh && touch(collider, centre).gap > double(skin.reach[c]) * radius) continue;
         for (std::uint32_t i = skin.point_at[c]; i < skin.point_at[c + 1]; ++i) {
-            SkinPush push{};
+            SkinPush push;
             push.corners = corners;
             Vec3 now = Vec3::Zero(), v = now;
+            double inverse = 0;
             for (std::size_t a = 0; a < 8; ++a) {
                 const double weight = push.weight[a] = double(skin.point[i][a]);
                 now += weight * x[corners[a]];
                 v += weight * speed[corners[a]];
-                push.inverse += weight * weight * scene.inverse_mass(corners[a]);
+                inverse += weight * weight * scene.inverse_mass[corners[a]];
             }
             const Touch t = touch(collider, now + dt * v);
-            if (!(t.gap < 0) || !(push.inverse > 0)) continue;
-            push.inverse_across = push.inverse;
+            if (!(t.gap < 0) || !(inverse > 0)) continue;
+            push.mass = push.mass_across = 1 / inverse;
             push.normal = t.normal;
             push.surface_velocity = t.velocity;
-            push.approach = v.dot(t.normal);
+            push.bias = bias_of(t.gap, (v - t.velocity).dot(t.normal), dt);
             push.friction = collider.friction;
-            push.gap = softened(t.gap, push.approach - t.velocity.dot(t.normal), dt);
             out.push_back(push);
         }
     }
 }
 
-// Places sorted into cells of a hashed grid: those of bucket k are order[at[k] .. at[k + 1]].
-struct Buckets {
-    std::vector<std::uint32_t> at, order;
-    std::uint32_t mask = 0;
+// Places in a grid of cells as wide as contact reaches, a row of cells along x after the other.
+// Rows are found by a hash; one bucket may hold several.
+struct Entry {
+    Eigen::Array3i cell;
+    std::uint32_t particle, piece;
+    Vec3 next;  // m, where it will be
+};
+struct Rows {
+    std::vector<Entry> entries;
+    std::vector<std::uint32_t> at;  // buckets + 1, into entries
 
-    static std::uint32_t hash(const Eigen::Array3i& cell)
+    std::uint32_t bucket(int y, int z) const
     {
-        return std::uint32_t(cell[0]) * 73856093u ^ std::uint32_t(cell[1]) * 19349663u ^
-               std::uint32_t(cell[2]) * 83492791u;
+        const std::uint32_t h = std::uint32_t(y) * 0x9e3779b1u ^ std::uint32_t(z) * 0x85ebca77u;
+        return (h ^ h >> 15) & std::uint32_t(at.size() - 2);
     }
 };
 
-Buckets sort_into_buckets(const std::vector<Eigen::Array3i>& cells)
+bool in_front(const Eigen::Array3i& a, const Eigen::Array3i& b)
 {
-    Buckets out;
-    std::uint32_t size = 16;
-    while (size < cells.size()) size *= 2;
-    out.mask = size - 1;
-    out.at.assign(size + 1, 0);
-    for (const auto& cell : cells) ++out.at[(Buckets::hash(cell) & out.mask) + 1];
-    for (std::uint32_t k = 0; k < size; ++k) out.at[k + 1] += out.at[k];
-    out.order.resize(cells.size());
-    std::vector<std::uint32_t> next(out.at.begin(), out.at.end() - 1);
-    for (std::uint32_t i = 0; i < cells.size(); ++i) {
-        out.order[next[Buckets::hash(cells[i]) & out.mask]++] = i;
+    return a[2] != b[2] ? a[2] < b[2] : a[1] != b[1] ? a[1] < b[1] : a[0] < b[0];
+}
+
+Rows sort_into_rows(const std::vector<Entry>& places)
+{
+    Rows rows;
+    std::size_t buckets = 16;
+    while (buckets < places.size() / 4) buckets *= 2;
+    rows.at.assign(buckets + 1, 0);
+    std::vector<std::uint32_t> bucket(places.size());
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        bucket[i] = rows.bucket(places[i].cell[1], places[i].cell[2]);
+        ++rows.at[bucket[i] + 1];
     }
-    return out;
+    for (std::size_t b = 0; b < buckets; ++b) rows.at[b + 1] += rows.at[b];
+    rows.entries.resize(places.size());
+    std::vector<std::uint32_t> next(rows.at.begin(), rows.at.end() - 1);
+    for (std::size_t i = 0; i < places.size(); ++i) rows.entries[next[bucket[i]]++] = places[i];
+    geometry::parallel_for(buckets, 256, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t b = begin; b < end; ++b) {
+            std::sort(rows.entries.begin() + rows.at[b], rows.entries.begin() + rows.at[b + 1],
+                      [](const Entry& p, const Entry& q) {
+                          if (in_front(p.cell, q.cell)) return true;
+                          return !in_front(q.cell, p.cell) && p.particle < q.particle;
+                      });
+        }
+    });
+    return rows;
+}
+
+// Calls with(other) for every entry in the cells next to that of `mine`, each pair once: from its
+// own row those behind it, and all of four of the eight rows around.
+template <class With> void for_each_near(const Rows& rows, const Entry& mine, const With& with)
+{
+    const Eigen::Array3i& c = mine.cell;
+    const Entry* const end = rows.entries.data() + rows.entries.size();
+    for (const Entry* e = &mine + 1; e < end; ++e) {
+        if (e->cell[2] != c[2] || e->cell[1] != c[1] || e->cell[0] > c[0] + 1) break;
+        with(*e);
+    }
+    constexpr int around[4][2] = {{1, 0}, {-1, 1}, {0, 1}, {1, 1}};  // y, z
+    for (const auto& [dy, dz] : around) {
+        const Eigen::Array3i first(c[0] - 1, c[1] + dy, c[2] + dz);
+        const std::uint32_t b = rows.bucket(first[1], first[2]);
+        const Entry* const low = rows.entries.data() + rows.at[b];
+        const Entry* const high = rows.entries.data() + rows.at[b + 1];
+        const Entry* e =
+            std::lower_bound(low, high, first, [](const Entry& p, const Eigen::Array3i& cell) {
+                return in_front(p.cell, cell);
+            });
+        for (; e < high; ++e) {
+            if (e->cell[2] != first[2] || e->cell[1] != first[1] || e->cell[0] > c[0] + 1) break;
+            with(*e);
+        }
+    }
 }
 
 template <class Found> std::vector<Found> joined(const std::vector<std::vector<Found>>& parts)
@@ -128,65 +176,117 @@ std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,
     return joined(found);
 }
 
-std::vector<PairPush> find_pair_pushes(const ContactScene& scene,
-                                       const std::vector<std::uint32_t>& side,
-                                       const std::vector<std::uint32_t>& piece, double distance,
-                                       double friction)
+namespace {
+
+// Indices of `count` things by key, those of equal key in the order that `order` has them.
+std::vector<std::uint32_t> sorted_by(const std::vector<std::uint32_t>& order, std::size_t keys,
+                                     const auto& key)
+{
+    std::vector<std::uint32_t> at(keys + 1, 0), out(order.size());
+    for (const auto i : order) ++at[key(i) + 1];
+    for (std::size_t k = 0; k < keys; ++k) at[k + 1] += at[k];
+    for (const auto i : order) out[at[key(i)]++] = i;
+    return out;
+}
+
+// Pairs into groups, groups into colours: each takes the first that neither of its bodies has yet.
+PairPushes grouped(const std::vector<PairPush>& found, const std::vector<std::uint32_t>& piece)
+{
+    constexpr int most_colours = 63;
+    PairPushes out;
+    if (found.empty()) return out;
+    std::uint32_t bodies = 0;
+    for (const auto p : piece) bodies = std::max(bodies, p + 1);
+    const auto bodies_of = [&](std::uint32_t i) {
+        const std::uint32_t a = piece[found[i].a], b = piece[found[i].b];
+        return std::pair(std::min(a, b), std::max(a, b));
+    };
+    std::vector<std::uint32_t> order(found.size());
+    std::iota(order.begin(), order.end(), 0u);
+    order = sorted_by(order, bodies, [&](std::uint32_t i) { return bodies_of(i).second; });
+    order = sorted_by(order, bodies, [&](std::uint32_t i) { return bodies_of(i).first; });
+
+    struct Group {
+        std::uint32_t begin, end, colour;
+    };
+    std::vector<Group> groups;
+    std::vector<std::uint64_t> taken(bodies, 0);
+    std::uint32_t colours = 0;
+    for (std::uint32_t begin = 0, end = 0; begin < order.size(); begin = end) {
+        const auto [a, b] = bodies_of(order[begin]);
+        while (end < order.size() && bodies_of(order[end]) == std::pair(a, b)) ++end;
+        const auto colour =
+            std::uint32_t(std::min(most_colours, std::countr_one(taken[a] | taken[b])));
+        taken[a] |= std::uint64_t{1} << colour;
+        taken[b] |= std::uint64_t{1} << colour;
+        colours = std::max(colours, colour + 1);
+        groups.push_back({begin, end, colour});
+    }
+    out.last_alone = colours == most_colours + 1;
+    std::vector<std::uint32_t> by_colour(groups.size());
+    std::iota(by_colour.begin(), by_colour.end(), 0u);
+    by_colour = sorted_by(by_colour, colours, [&](std::uint32_t g) { return groups[g].colour; });
+    out.push.reserve(found.size());
+    out.group_at.push_back(0);
+    for (std::size_t g = 0; g < by_colour.size(); ++g) {
+        const Group& group = groups[by_colour[g]];
+        while (out.colour_at.size() <= group.colour) out.colour_at.push_back(std::uint32_t(g));
+        for (auto k = group.begin; k < group.end; ++k) out.push.push_back(found[order[k]]);
+        out.group_at.push_back(std::uint32_t(out.push.size()));
+    }
+    out.colour_at.push_back(std::uint32_t(by_colour.size()));
+    return out;
+}
+
+}  // namespace
+
+PairPushes find_pair_pushes(const ContactScene& scene, const std::vector<std::uint32_t>& side,
+                            const std::vector<std::uint32_t>& piece, double distance,
+                            double friction)
 {
     const double dt = scene.dt;
-    constexpr std::size_t grain = 1024;
-    std::vector<Vec3> next(side.size());
-    std::vector<Eigen::Array3i> cells(side.size());
+    constexpr std::size_t grain = 512;
+    std::vector<Entry> places(side.size());
     geometry::parallel_for(side.size(), grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            next[i] = scene.state.x[side[i]] + dt * scene.state.v[side[i]];
-            const Eigen::Array3d cell = (next[i] / distance).array().floor();
-            cells[i] = cell.max(-1e9).min(1e9).cast<int>();
+            const std::uint32_t k = side[i];
+            const Vec3 next = scene.state.x[k] + dt * scene.state.v[k];
+            const Eigen::Array3d cell = (next / distance).array().floor();
+            places[i] = {cell.max(-1e9).min(1e9).cast<int>(), k, piece[k], next};
         }
     });
-    const Buckets buckets = sort_into_buckets(cells);
-    std::vector<std::vector<PairPush>> found((side.size() + grain - 1) / grain);
-    const auto look_at = [&](std::uint32_t i, std::vector<PairPush>& out) {
-        for (int z = -1; z <= 1; ++z) {
-            for (int y = -1; y <= 1; ++y) {
-                for (int x = -1; x <= 1; ++x) {
-                    const Eigen::Array3i cell = cells[i] + Eigen::Array3i(x, y, z);
-                    const std::uint32_t k = Buckets::hash(cell) & buckets.mask;
-                    for (std::uint32_t at = buckets.at[k]; at < buckets.at[k + 1]; ++at) {
-                        const std::uint32_t j = buckets.order[at];
-                        if (j <= i || piece[side[i]] == piece[side[j]]) continue;
-                        const Vec3 apart = next[i] - next[j];
-                        const double apart_sq = apart.squaredNorm();
-                        if (!(apart_sq < distance * distance)) continue;
-                        // Two cells may share a bucket: each pair counts in its own cell.
-                        if ((cells[j] != cell).any()) continue;
-                        PairPush push;
-                        push.a = side[i];
-                        push.b = side[j];
-                        push.inverse_a = scene.inverse_mass(push.a);
-                        push.inverse_b = scene.inverse_mass(push.b);
-                        push.inverse = push.inverse_a + push.inverse_b;
-                        if (!(push.inverse > 0)) continue;
-                        push.inverse_across = push.inverse;
-                        const double length = std::sqrt(apart_sq);
-                        push.normal = length > 0 ? Vec3(apart / length) : Vec3(Vec3::UnitY());
-                        push.approach =
-                            (scene.state.v[push.a] - scene.state.v[push.b]).dot(push.normal);
-                        push.friction = friction;
-                        push.gap = softened(length - distance, push.approach, dt);
-                        out.push_back(push);
-                    }
-                }
-            }
-        }
+    const Rows rows = sort_into_rows(places);
+    const auto meet = [&](const Entry& mine, const Entry& other, std::vector<PairPush>& out) {
+        if (mine.piece == other.piece) return;
+        const std::uint32_t i = mine.particle, j = other.particle;
+        const Vec3 apart = mine.next - other.next;
+        const double apart_sq = apart.squaredNorm();
+        if (!(apart_sq < distance * distance)) return;
+        const double inverse_a = scene.inverse_mass[i], inverse_b = scene.inverse_mass[j];
+        if (!(inverse_a + inverse_b > 0)) return;
+        const double length = std::sqrt(apart_sq);
+        const Vec3 normal = length > 0 ? Vec3(apart / length) : Vec3(Vec3::UnitY());
+        const double speed = (scene.state.v[i] - scene.state.v[j]).dot(normal);
+        PairPush push;
+        push.a = i;
+        push.b = j;
+        push.mass = push.mass_across = float(1 / (inverse_a + inverse_b));
+        push.normal = normal.cast<float>();
+        push.bias = float(bias_of(length - distance, speed, dt));
+        push.friction = float(friction);
+        out.push_back(push);
     };
+    std::vector<std::vector<PairPush>> found((side.size() + grain - 1) / grain);
     geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t g = begin; g < end; ++g) {
             const std::size_t last = std::min(side.size(), (g + 1) * grain);
-            for (std::size_t i = g * grain; i < last; ++i) look_at(std::uint32_t(i), found[g]);
+            for (std::size_t i = g * grain; i < last; ++i) {
+                const Entry& mine = rows.entries[i];
+                for_each_near(rows, mine, [&](const Entry& other) { meet(mine, other, found[g]); });
+            }
         }
     });
-    return joined(found);
+    return grouped(joined(found), piece);
 }
 
 namespace {
@@ -219,22 +319,22 @@ void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush
             push.ball = b;
             push.corners = corners;
             Vec3 now = Vec3::Zero(), v = now;
+            double inverse = 0;
             for (std::size_t a = 0; a < 8; ++a) {
                 const double weight = push.weight[a] = double(skin.point[i][a]);
                 now += weight * scene.state.x[corners[a]];
                 v += weight * scene.state.v[corners[a]];
-                push.inverse += weight * weight * scene.inverse_mass(corners[a]);
+                inverse += weight * weight * scene.inverse_mass[corners[a]];
             }
             const Vec3 apart = centre - (now + dt * v);
             const double length = apart.norm();
             if (!(length < ball.radius)) continue;
             push.normal = length > 0 ? Vec3(apart / length) : Vec3(Vec3::UnitY());
-            push.inverse_across = push.inverse + across(ball);
-            push.inverse += 1 / ball.mass;
+            push.mass_across = 1 / (inverse + across(ball));
+            push.mass = 1 / (inverse + 1 / ball.mass);
             push.arm = -ball.radius * push.normal;
-            push.approach = (at.v - v).dot(push.normal);
             push.friction = ball.friction;
-            push.gap = softened(length - ball.radius, push.approach, dt);
+            push.bias = bias_of(length - ball.radius, (at.v - v).dot(push.normal), dt);
             out.push_back(push);
         }
     }
@@ -253,13 +353,11 @@ void touch_colliders(const ContactScene& scene, std::uint32_t b,
         push.corners.fill(0);
         push.normal = t.normal;
         push.surface_velocity = t.velocity;
-        push.inverse = 1 / ball.mass;
-        push.inverse_across = across(ball);
+        push.mass = ball.mass;
+        push.mass_across = 1 / across(ball);
         push.arm = -ball.radius * t.normal;
-        push.approach = at.v.dot(t.normal);
         push.friction = collider.friction;
-        push.gap =
-            softened(t.gap - ball.radius, push.approach - t.velocity.dot(t.normal), scene.dt);
+        push.bias = bias_of(t.gap - ball.radius, (at.v - t.velocity).dot(t.normal), scene.dt);
         out.push_back(push);
     }
 }
@@ -277,16 +375,18 @@ void touch_balls(const ContactScene& scene, std::uint32_t b, std::vector<BallPus
         push.other = o;
         push.corners.fill(0);
         push.normal = length > 0 ? Vec3(apart / length) : Vec3(Vec3::UnitY());
-        push.inverse = 1 / ball.mass + 1 / other.mass;
-        push.inverse_across = across(ball) + across(other);
+        push.mass = 1 / (1 / ball.mass + 1 / other.mass);
+        push.mass_across = 1 / (across(ball) + across(other));
         push.arm = -ball.radius * push.normal;
         push.other_arm = other.radius * push.normal;
-        push.approach = (at.v - from.v).dot(push.normal);
         push.friction = std::sqrt(ball.friction * other.friction);
-        push.gap = softened(length - sum, push.approach, scene.dt);
+        push.bias = bias_of(length - sum, (at.v - from.v).dot(push.normal), scene.dt);
         out.push_back(push);
     }
 }
+
+// Groups of pairs that one thread solves: some microseconds' work.
+constexpr std::size_t groups_a_task = 16;
 
 // Velocity of the ball's surface where it touches.
 Vec3 at_surface(const BallState& ball, const Vec3& arm)
@@ -324,26 +424,40 @@ void solve_pushes(const ContactScene& scene, Pushes& pushes, int rounds, std::ve
     };
     const auto add = [&](const auto& p, const Vec3& impulse) {
         for (std::size_t a = 0; a < 8; ++a) {
-            v[p.corners[a]] += p.weight[a] * scene.inverse_mass(p.corners[a]) * impulse;
+            v[p.corners[a]] += p.weight[a] * scene.inverse_mass[p.corners[a]] * impulse;
+        }
+    };
+    PairPushes& pairs = pushes.pairs;
+    const auto solve_groups = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = pairs.group_at[begin]; k < pairs.group_at[end]; ++k) {
+            PairPush& p = pairs.push[k];
+            const Eigen::Vector3f relative = (v[p.a] - v[p.b]).cast<float>();
+            const Vec3 change = change_of(p, relative).cast<double>();
+            // The same masses on both sides as in double: momentum is kept to rounding.
+            v[p.a] += scene.inverse_mass[p.a] * change;
+            v[p.b] -= scene.inverse_mass[p.b] * change;
         }
     };
     for (int round = 0; round < rounds; ++round) {
-        for (PairPush& p : pushes.pairs) {
-            const Vec3 change = change_of(p, v[p.a] - v[p.b], scene.dt);
-            v[p.a] += p.inverse_a * change;
-            v[p.b] -= p.inverse_b * change;
+        for (std::size_t c = 0; c + 1 < pairs.colour_at.size(); ++c) {
+            const std::size_t first = pairs.colour_at[c], last = pairs.colour_at[c + 1];
+            const bool alone = pairs.last_alone && c + 2 == pairs.colour_at.size();
+            geometry::parallel_for(last - first, alone ? last - first : groups_a_task,
+                                   [&](std::size_t begin, std::size_t end) {
+                                       solve_groups(first + begin, first + end);
+                                   });
         }
         for (BallPush& p : pushes.balls) {
-            Vec3 relative = at_surface(balls[p.ball], p.arm) - at(p);
+            Vec3 relative = at_surface(balls[p.ball], p.arm) - at(p) - p.surface_velocity;
             if (p.other != none) relative -= at_surface(balls[p.other], p.other_arm);
-            const Vec3 change = change_of(p, relative, scene.dt);
+            const Vec3 change = change_of(p, relative);
             kick(balls[p.ball], scene.balls[p.ball], p.arm, change);
             if (p.other != none) {
                 kick(balls[p.other], scene.balls[p.other], p.other_arm, -change);
             }
             add(p, -change);
         }
-        for (SkinPush& p : pushes.skin) add(p, change_of(p, at(p), scene.dt));
+        for (SkinPush& p : pushes.skin) add(p, change_of(p, Vec3(at(p) - p.surface_velocity)));
     }
 }
 

@@ -14,34 +14,44 @@
 
 namespace physics {
 
-// What any touching point needs.
-struct Push {
-    Vec3 normal, surface_velocity = Vec3::Zero();
-    double gap = 0;       // m, at the end of the step if nothing else happens, less what may remain
-    double approach = 0;  // m/s, of the point along the normal when the gap was looked at
-    double inverse = 0;   // 1/kg, of the point
-    double inverse_across = 0;  // 1/kg, the same for impulses across the normal
-    double friction = 0;
-    double impulse = 0;  // N s, along the normal
-    Vec3 drag = Vec3::Zero();
+// What any touching point needs, seen from the surface it touches.
+template <class T> struct Push {
+    Eigen::Matrix<T, 3, 1> normal;
+    Eigen::Matrix<T, 3, 1> drag = Eigen::Matrix<T, 3, 1>::Zero();  // N s, across the normal, so far
+    T impulse = 0;                                                 // N s, along the normal, so far
+    T bias = 0;  // m/s, added to the speed along the normal: their sum closes the gap
+                 // by the end of the step
+    T mass = 0, mass_across = 0;  // kg, of the point, for impulses along and across the normal
+    T friction = 0;
 };
 
 // A point of the skin at a collider.
-struct SkinPush : Push {
+struct SkinPush : Push<double> {
     std::array<std::uint32_t, 8> corners;
     std::array<double, 8> weight;
+    Vec3 surface_velocity;  // m/s
 };
 
-// Two particles of bodies that are not linked; the normal points from b to a.
-struct PairPush : Push {
+// Two particles of bodies that are not linked; the normal points from b to a. There can be very
+// many, so they are kept small.
+struct PairPush : Push<float> {
     std::uint32_t a, b;
-    double inverse_a, inverse_b;  // 1/kg
+};
+
+// All pairs, those of two bodies with each other together, as groups. Groups of one colour share no
+// body, so they can be solved at the same time.
+struct PairPushes {
+    std::vector<PairPush> push;
+    std::vector<std::uint32_t> group_at;   // groups + 1, into push
+    std::vector<std::uint32_t> colour_at;  // colours + 1, into group_at
+    bool last_alone = false;               // groups of the last colour may share bodies
 };
 
 // A rigid ball at a point of the skin, a collider or another ball; the normal points to the ball.
-struct BallPush : Push {
+struct BallPush : Push<double> {
     std::uint32_t ball, other = none;    // none: not a ball
     Vec3 arm, other_arm = Vec3::Zero();  // m, from centres to where they touch
+    Vec3 surface_velocity = Vec3::Zero();
     std::array<std::uint32_t, 8> corners;
     std::array<double, 8> weight{};  // zeros where it is not the skin
 };
@@ -50,31 +60,25 @@ struct BallPush : Push {
 struct ContactScene {
     const CornerBody& body;
     const State& state;
-    const std::vector<std::uint8_t>& pinned;  // by corner; empty without pins
+    const std::vector<double>& inverse_mass;  // 1/kg, by corner; 0 where it is pinned
     double dt;                                // s, the step
     std::span<const Ball> balls = {};
-
-    double inverse_mass(std::uint32_t i) const
-    {
-        return !pinned.empty() && pinned[i] ? 0 : 1 / body.mass[i];
-    }
 };
 
 std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,
                                        const std::vector<PosedCollider>& colliders);
 
-// Pairs of `side` of different `piece` that will be nearer than `distance`.
-std::vector<PairPush> find_pair_pushes(const ContactScene& scene,
-                                       const std::vector<std::uint32_t>& side,
-                                       const std::vector<std::uint32_t>& piece, double distance,
-                                       double friction);
+// Pairs of `side` of different `piece` (numbered from 0) that will be nearer than `distance`.
+PairPushes find_pair_pushes(const ContactScene& scene, const std::vector<std::uint32_t>& side,
+                            const std::vector<std::uint32_t>& piece, double distance,
+                            double friction);
 
 std::vector<BallPush> find_ball_pushes(const ContactScene& scene,
                                        const std::vector<PosedCollider>& colliders);
 
 struct Pushes {
     std::vector<SkinPush> skin;
-    std::vector<PairPush> pairs;
+    PairPushes pairs;
     std::vector<BallPush> balls;
 };
 

@@ -1,0 +1,145 @@
+#include "physics/lattice_contact.hpp"
+
+#include "geometry/random.hpp"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <set>
+
+using namespace physics;
+using geometry::Random;
+
+namespace {
+
+// Particles of twelve bodies at random in a box of 1 m, all of them on the side.
+struct Crowd {
+    CornerBody body;
+    State state;
+    std::vector<double> inverse_mass;
+    std::vector<std::uint32_t> side, piece;
+
+    explicit Crowd(std::size_t n, double speed)
+    {
+        const Random random(11);
+        for (std::uint32_t i = 0; i < n; ++i) {
+            const auto unit = [&](std::uint64_t k) { return random.unit(8 * i + k) - 0.5; };
+            state.x.emplace_back(unit(0), unit(1), unit(2));
+            state.v.emplace_back(speed * unit(3), speed * unit(4), speed * unit(5));
+            body.mass.push_back(1 + random.unit(8 * i + 6));
+            inverse_mass.push_back(i % 17 == 0 ? 0 : 1 / body.mass[i]);  // some are pinned
+            side.push_back(i);
+            piece.push_back(i % 12);
+        }
+    }
+    ContactScene scene() const { return {body, state, inverse_mass, 0.01}; }
+};
+
+std::set<std::pair<std::uint32_t, std::uint32_t>> named(const std::vector<PairPush>& pushes)
+{
+    std::set<std::pair<std::uint32_t, std::uint32_t>> out;
+    for (const PairPush& p : pushes) {
+        EXPECT_TRUE(out.insert(std::minmax(p.a, p.b)).second) << "found twice";
+    }
+    return out;
+}
+
+}  // namespace
+
+TEST(LatticeContact, FindsThePairsThatASearchOfAllFinds)
+{
+    const Crowd crowd(900, 2);
+    for (const double distance : {0.02, 0.08, 0.3}) {
+        const PairPushes found =
+            find_pair_pushes(crowd.scene(), crowd.side, crowd.piece, distance, 0.3);
+        std::set<std::pair<std::uint32_t, std::uint32_t>> expected;
+        const auto next = [&](std::uint32_t i) {
+            return Vec3(crowd.state.x[i] + 0.01 * crowd.state.v[i]);
+        };
+        for (std::uint32_t i = 0; i < 900; ++i) {
+            for (std::uint32_t j = i + 1; j < 900; ++j) {
+                const bool both_pinned = i % 17 == 0 && j % 17 == 0;
+                if (crowd.piece[i] == crowd.piece[j] || both_pinned) continue;
+                if ((next(i) - next(j)).norm() < distance) expected.insert({i, j});
+            }
+        }
+        EXPECT_FALSE(expected.empty());
+        EXPECT_EQ(named(found.push), expected) << distance;
+    }
+}
+
+TEST(LatticeContact, GroupsOfOneColourShareNoBody)
+{
+    const Crowd crowd(900, 2);
+    const PairPushes found = find_pair_pushes(crowd.scene(), crowd.side, crowd.piece, 0.1, 0.3);
+    ASSERT_EQ(found.group_at.back(), found.push.size());
+    ASSERT_EQ(found.colour_at.back() + 1, found.group_at.size());
+    EXPECT_FALSE(found.last_alone);
+    for (std::size_t c = 0; c + 1 < found.colour_at.size(); ++c) {
+        std::set<std::uint32_t> bodies;
+        for (auto g = found.colour_at[c]; g < found.colour_at[c + 1]; ++g) {
+            std::set<std::uint32_t> mine;
+            for (auto k = found.group_at[g]; k < found.group_at[g + 1]; ++k) {
+                mine.insert(crowd.piece[found.push[k].a]);
+                mine.insert(crowd.piece[found.push[k].b]);
+            }
+            EXPECT_EQ(mine.size(), 2u);
+            for (const auto b : mine) EXPECT_TRUE(bodies.insert(b).second) << "colour " << c;
+        }
+    }
+}
+
+TEST(LatticeContact, ABodyThatTouchesAHundredOthersIsSolvedAlone)
+{
+    // One particle in the middle of a hundred others, each a body: more groups share it than there
+    // are colours.
+    Crowd crowd(101, 0);
+    for (std::uint32_t i = 0; i < 101; ++i) {
+        crowd.piece[i] = i;
+        crowd.state.x[i] *= i == 0 ? 0 : 1e-3;
+    }
+    const PairPushes found = find_pair_pushes(crowd.scene(), {0, 1, 2, 3, 4, 5}, crowd.piece, 1, 0);
+    EXPECT_EQ(found.push.size(), 15u);
+    const PairPushes all = find_pair_pushes(crowd.scene(), crowd.side, crowd.piece, 1, 0);
+    EXPECT_TRUE(all.last_alone);
+    EXPECT_LE(all.colour_at.size(), 65u);
+}
+
+TEST(LatticeContact, PushesKeepMomentumAndThreadsTheSameBytes)
+{
+    Crowd crowd(900, 2);
+    for (std::size_t i = 0; i < 900; ++i) crowd.inverse_mass[i] = 1 / crowd.body.mass[i];
+    const auto solve = [&](std::size_t threads) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        Pushes pushes;
+        pushes.pairs = find_pair_pushes(crowd.scene(), crowd.side, crowd.piece, 0.08, 0.3);
+        std::vector<Vec3> v = crowd.state.v;
+        std::vector<BallState> balls;
+        solve_pushes(crowd.scene(), pushes, 8, v, balls);
+        return v;
+    };
+    const std::vector<Vec3> v = solve(1);
+    EXPECT_EQ(solve(2), v);
+    EXPECT_EQ(solve(8), v);
+    Vec3 before = Vec3::Zero(), after = before, moved = before;
+    for (std::size_t i = 0; i < 900; ++i) {
+        before += crowd.body.mass[i] * crowd.state.v[i];
+        after += crowd.body.mass[i] * v[i];
+        moved += crowd.body.mass[i] * (v[i] - crowd.state.v[i]).cwiseAbs();
+    }
+    EXPECT_GT(moved.norm(), 1);
+    EXPECT_LT((after - before).norm(), 1e-12 * moved.norm());  // rounding of some 20,000 pushes
+}
+
+TEST(LatticeContact, NothingNearIsNothing)
+{
+    const Crowd crowd(20, 0);
+    const PairPushes found = find_pair_pushes(crowd.scene(), crowd.side, crowd.piece, 1e-9, 0.3);
+    EXPECT_TRUE(found.push.empty());
+    Pushes pushes;
+    pushes.pairs = found;
+    std::vector<Vec3> v = crowd.state.v;
+    std::vector<BallState> balls;
+    solve_pushes(crowd.scene(), pushes, 8, v, balls);
+    EXPECT_EQ(v, crowd.state.v);
+}
