@@ -123,6 +123,7 @@ private:
         damping_ = tau > 0 ? -std::expm1(-tau * largest * dt_) : 0;
         resolved_ = std::sqrt(largest) * dt_;
 
+        weigh_pins();
         weight_.assign(slots, T(0));
         bend_weight_.assign(flat_ && !in_plane_ ? slots : 0, T(0));
         const double scale = stiffness_ > 0 ? 1 / stiffness_ : 0;
@@ -135,6 +136,33 @@ private:
             bends_ |= bend_weight_[s] != 0;
         }
         sum_weights();
+    }
+
+    // A wall that holds corners goes on behind them, where the lattice may end. So regions weigh
+    // them by more, until what is held in the region of each counts as much as what is not: 2w
+    // times, for one layer of corners at the end of a beam. Without, the end gives way, and
+    // cantilevers sag by up to three times as much.
+    void weigh_pins()
+    {
+        const auto& pins = loads_.pins.corner;
+        if (pins.empty()) return;
+        const LatticeRegions& regions = matched_->regions;
+        with_pins_ = matched_->mass;
+        const auto f = sums_.particles(regions);
+        for (std::size_t i = 0; i < n_; ++i) f[i] = Quad<T>(T(body_.base.mass[i]), 0, 0, 0);
+        for (const auto k : pins) f[k] = Quad<T>(0, T(body_.base.mass[k]), 0, 0);
+        collect(regions, sums_);
+        std::vector<float> times(n_, 1.0f);
+        const auto slots = sums_.slots(regions);
+        for (std::size_t s = 0; s < regions.slots(); ++s) {
+            if (regions.particle[s] == none) continue;
+            const Quad<T>& sum = slots[regions.quads() * s];
+            if (sum[1] > 0) times[regions.particle[s]] = float(sum[0] / sum[1]);
+        }
+        const auto most = 2.0f * float(regions.half_width);
+        for (const auto k : pins) {
+            with_pins_[k] = matched_->mass[k] * std::clamp(times[k], 1.0f, most);
+        }
     }
 
     // Sums of weights over the regions that hold each particle: they do not change with motion.
@@ -164,6 +192,7 @@ private:
     // The sums of T_r X_i, weighed, into the particles' quads.
     void find_goals()
     {
+        const auto& mass = with_pins_.empty() ? matched_->mass : with_pins_;
         const auto f = sums_.particles(matched_->regions);
         origin_ = geometry::ordered_sum<Vec3>(n_, grain, Vec3::Zero(),
                                               [&](std::size_t begin, std::size_t end) {
@@ -176,7 +205,7 @@ private:
                   double(n_);
         geometry::parallel_for(n_, grain, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
-                const T m = T(matched_->mass[i]);
+                const T m = T(mass[i]);
                 const Vec3 p = state_.x[i] - origin_;
                 f[i] = Quad<T>(m * T(p[0]), m * T(p[1]), m * T(p[2]), m);
             }
@@ -555,6 +584,7 @@ private:
                                               // largest alpha; bend_weight_ of a plane in space
     std::vector<T> held_weight_, held_bend_;  // N, their sums over the regions of each
     bool bends_ = false;                      // whether any bend_weight_ differs from 0
+    std::vector<float> with_pins_;            // kg, M_i, as regions weigh it; where there are pins
     std::vector<double> inverse_mass_;        // 1/kg, 0 of pins; where there can be contact
     std::vector<Vec3> start_;                 // of pins, at the start of the frame
     bool has_before_ = false;                 // d of the step before is known

@@ -262,6 +262,41 @@ TEST(Lattice, MotionDoesNotDependOnTheStep)
     EXPECT_LT((coarse - fine).norm(), 0.05 * size);
 }
 
+TEST(Lattice, ACantileverSagsAsBeamTheorySays)
+{
+    // 0.8 m, 0.1 m square, of 2 cubes across, a tip load that bends it by 0.04 of its length:
+    // d = P L^3 / (3 E I) + P L / (kappa G A), the second 1.2 % of the first. Regions of half width
+    // 1 and 2 are a quarter and a half of the bar's length: some per cent stiffer or softer.
+    const double length = 0.8, edge = 0.1, young = 1e6, nu = 0.3, load = 0.5;
+    const double inertia = std::pow(edge, 4) / 12;
+    const double expected = load * std::pow(length, 3) / (3 * young * inertia) * 1.012;
+    const double omega = std::pow(1.875104 / length, 2) * std::sqrt(young * inertia / 10.0);
+    Cubes cubes = box(16, 2, 2, edge / 2, {1000, young, nu});
+    std::fill(cubes.mass_damping.begin(), cubes.mass_damping.end(), 2 * omega);  // critical
+    for (const int w : {1, 2}) {
+        const LatticeBody body = lattice_of(cubes, w);
+        State state = rest_state(body);
+        Loads loads;
+        for (const auto k : first_layer(cubes)) {
+            loads.pins.corner.push_back(k);
+            loads.pins.target.push_back(state.x[k]);
+        }
+        Force tip;
+        tip.kind = Force::Kind::point;
+        tip.force = Vec3(0, -load, 0);
+        tip.position = Vec3(length, edge / 2, edge / 2);
+        tip.radius = 0.75 * edge;
+        loads.forces.push_back(tip);
+        const double start = state.x.back()[1];
+        LatticeOptions options{.half_width = w, .substeps = 60};
+        for (double time = 0; time < 14 / omega; time += 1.0 / 24) {
+            state = advance(body, std::move(state), loads, 1.0 / 24, options);
+            ASSERT_TRUE(state.report.converged);
+        }
+        EXPECT_NEAR((start - state.x.back()[1]) / expected, 1, 0.1) << w;
+    }
+}
+
 TEST(Lattice, DampingEndsVibrationButNotRigidMotion)
 {
     const LatticeBody body = lattice_of(crooked(), 2);
