@@ -2,6 +2,7 @@
 // lattice where Bullet is found.
 
 #include "geometry/cubes.hpp"
+#include "geometry/plane.hpp"
 #include "physics/lattice.hpp"
 
 #include <benchmark/benchmark.h>
@@ -52,13 +53,73 @@ void lattice(benchmark::State& state)
 }
 BENCHMARK(lattice)
     ->Args({45, 1, 1})
+    ->Args({45, 2, 1})
     ->Args({45, 3, 1})
+    ->Args({45, 6, 1})
     ->Args({45, 16, 1})
     ->Args({45, 3, 2})
     ->Args({99, 3, 1})
     ->Args({99, 3, 2})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
+
+// A sheet of n x n cells in space; arguments: n, half width, threads.
+void plane(benchmark::State& state)
+{
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                    std::size_t(state.range(2)));
+    const int n = int(state.range(0));
+    const geometry::Cubes cubes =
+        geometry::plane_cubes(geometry::rectangle_cells(n, n), {1, 0.05, {0, 0, 0}}, 0.01);
+    const LatticeOptions options{
+        .half_width = int(state.range(1)), .stiffness = Stiffness::rate, .substeps = 10};
+    const LatticeBody body = make_lattice(cubes, options);
+    Loads loads;
+    loads.forces.push_back({});
+    State motion = rest_state(body);
+    for (auto& x : motion.x) x[1] += 0.05 * std::sin(2 * x[0]);
+    for (auto _ : state) motion = advance(body, std::move(motion), loads, 1.0 / 24, options);
+    state.counters["particle_step"] = benchmark::Counter(
+        double(state.iterations()) * options.substeps * double(cubes.corner_count()),
+        benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+BENCHMARK(plane)
+    ->Args({316, 1, 1})
+    ->Args({316, 3, 1})
+    ->Args({316, 16, 1})
+    ->Args({316, 3, 2})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+// The heap of graphs/many_jellies.json two seconds after it was let go: 150 blocks of 150 particles
+// in contact with each other and the ground. Argument: threads.
+void many_jellies(benchmark::State& state)
+{
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                    std::size_t(state.range(0)));
+    std::vector<geometry::Vec3i> cells;
+    for (int k = 0; k < 150; ++k) {
+        const int layer = k / 25, shift = layer % 2 * 2;
+        const geometry::Vec3i low(k % 5 * 6 + shift, 5 + 7 * layer, k / 5 % 5 * 6 + shift);
+        for (int c = 0; c < 80; ++c)
+            cells.push_back(low + geometry::Vec3i(c % 4, c / 16, c / 4 % 4));
+    }
+    const geometry::Cubes cubes =
+        geometry::solid_cubes(std::move(cells), 0.1, {"jelly", 1000, 60000, 0.4, 0, 0.004});
+    LatticeOptions options{.half_width = 2, .substeps = 5};
+    options.contact.on = true;
+    const LatticeBody body = make_lattice(cubes, options);
+    Loads loads;
+    loads.forces.push_back({});
+    loads.colliders.push_back({});
+    State motion = rest_state(body);
+    for (int f = 0; f < 48; ++f)
+        motion = advance(body, std::move(motion), loads, 1.0 / 24, options);
+    for (auto _ : state) motion = advance(body, std::move(motion), loads, 1.0 / 24, options);
+    state.counters["steps_a_second"] = benchmark::Counter(
+        double(state.iterations()) * options.substeps, benchmark::Counter::kIsRate);
+}
+BENCHMARK(many_jellies)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 #ifdef ASPIC_HAVE_BULLET
 // Structural, face and space diagonal springs between the corners of the same cubes. `matching`

@@ -1,0 +1,650 @@
+// Speed against error: every method on the same reference cases, in one run, as a page with plots.
+//   speed_against_error_bench FOLDER    writes speed-against-error.md, and for each plot a table
+//                                       (.csv) and a gnuplot program (.gp) that draws an .svg
+// bench/speed_against_error builds it, runs it, draws the plots and puts all into docs/.
+//
+// Cases (the formulas are those of beam and plate theory):
+//   sag        cantilever, L/h = 20, square, tip load P: d = P L^3/(3EI) + P L/(kappa G A)
+//   vibration  the same let go: f = (1.875104)^2/(2 pi L^2) sqrt(EI/(rho A)), less a half of what
+//              shear adds to the deflection
+//   plate      circular, clamped, load P in its middle: w = P a^2/(16 pi D), D = E t^3/(12(1-nu^2))
+//   swing      a soft beam falls from level and swings: distance from the finest bricks at all
+//              frames, over how far those went
+
+#include "geometry/plane.hpp"
+#include "physics/bricks.hpp"
+#include "physics/choose_corners.hpp"
+#include "physics/lattice.hpp"
+#include "physics/modes.hpp"
+#include "physics/springs.hpp"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#ifdef ASPIC_HAVE_BULLET
+#include <BulletSoftBody/btSoftBody.h>
+#endif
+
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <numbers>
+
+namespace {
+
+using namespace physics;
+using geometry::Cubes;
+using geometry::Vec3i;
+
+constexpr double pi = std::numbers::pi;
+
+struct Result {
+    std::string kind;     // series of a plot
+    std::string setting;  // what is written beside its point
+    double error = 0;     // relative
+    double ms = 0;        // what it cost, see the case
+};
+
+// Of processor time: all runs on one thread, and what else the machine does must not count.
+double seconds()
+{
+    return double(std::clock()) / CLOCKS_PER_SEC;
+}
+
+std::string processor()
+{
+    std::ifstream info("/proc/cpuinfo");
+    for (std::string line; std::getline(info, line);) {
+        const auto colon = line.find(": ");
+        if (line.starts_with("model name") && colon != line.npos) return line.substr(colon + 2);
+    }
+    return "an unknown processor";
+}
+
+// A method on some cubes: how to begin, how to go on.
+struct Mover {
+    std::string kind, setting;
+    std::function<State()> begin;
+    std::function<State(State, const Loads&, double dt, int substeps)> step;
+    int substeps = 1;  // that its frame of 1/24 s takes
+};
+
+Mover bricks(const Cubes& cubes, const std::string& setting, int substeps,
+             Integrator integrator = Integrator::implicit_midpoint,
+             BrickElement element = BrickElement::incompatible)
+{
+    auto body = std::make_shared<BricksBody>(make_bricks(cubes, {element}));
+    return {element == BrickElement::incompatible ? "bricks" : "bricks, trilinear", setting,
+            [=] { return rest_state(*body); },
+            [=](State s, const Loads& loads, double dt, int n) {
+                return advance(*body, std::move(s), loads, dt,
+                               {.integrator = integrator,
+                                .substeps = n,
+                                .newton_iterations = 2,
+                                .tolerance = 1e-7});
+            },
+            substeps};
+}
+
+Mover springs(const Cubes& cubes, const std::string& setting, int substeps)
+{
+    auto body = std::make_shared<SpringsBody>(make_springs(cubes));
+    return {"springs", setting, [=] { return rest_state(*body); },
+            [=](State s, const Loads& loads, double dt, int n) {
+                return advance(*body, std::move(s), loads, dt,
+                               {.integrator = Integrator::implicit_midpoint,
+                                .substeps = n,
+                                .newton_iterations = 3,
+                                .tolerance = 1e-7});
+            },
+            substeps};
+}
+
+// As many substeps as make s dt = 1 at the stiffest region, times `more`.
+Mover lattice(const Cubes& cubes, const std::string& setting, const LatticeOptions& options,
+              double more = 1)
+{
+    auto body = std::make_shared<LatticeBody>(make_lattice(cubes, options));
+    double stiffest = 0;
+    for (const float r : body->whole.rate_sq) stiffest = std::max(stiffest, double(r));
+    if (body->flat_axis >= 0) {
+        for (const float r : body->whole.bend_sq) stiffest = std::max(stiffest, double(r));
+    }
+    const int substeps = int(std::ceil(more * std::sqrt(stiffest) / 24));
+    const bool flat = body->flat_axis >= 0;
+    return {flat                                        ? "plane lattice"
+            : options.calibrate == Calibration::stretch ? "lattice, calibrated by stretch"
+                                                        : "lattice",
+            setting, [=] { return rest_state(*body); },
+            [=](State s, const Loads& loads, double dt, int n) {
+                LatticeOptions o = options;
+                o.substeps = n;
+                return advance(*body, std::move(s), loads, dt, o);
+            },
+            substeps};
+}
+
+struct Beam {
+    double length, edge;
+    int across;  // cubes
+    geometry::Matter matter;
+
+    double size() const { return edge / across; }
+    Cubes cubes() const
+    {
+        const int along = int(std::lround(length / size()));
+        std::vector<Vec3i> cells;
+        for (int z = 0; z < across; ++z) {
+            for (int y = 0; y < across; ++y) {
+                for (int x = 0; x < along; ++x) cells.emplace_back(x, y, z);
+            }
+        }
+        return geometry::solid_cubes(std::move(cells), size(), matter);
+    }
+    double inertia() const { return std::pow(edge, 4) / 12; }
+    double shear_share() const  // of the deflection, beyond bending
+    {
+        const double nu = matter.poisson, kappa = 10 * (1 + nu) / (12 + 11 * nu);
+        const double g = matter.young / (2 * (1 + nu));
+        return 3 * matter.young * inertia() / (length * length * kappa * g * edge * edge);
+    }
+    double tip(double load) const
+    {
+        return load * std::pow(length, 3) / (3 * matter.young * inertia()) * (1 + shear_share());
+    }
+    double frequency() const
+    {
+        return std::pow(1.875104, 2) / (2 * pi * length * length) *
+               std::sqrt(matter.young * inertia() / (matter.density * edge * edge)) *
+               (1 - shear_share() / 2);
+    }
+};
+
+Loads held_root(const Cubes& cubes)
+{
+    Loads loads;
+    loads.pins =
+        pins_at(cubes, corners_at_end(cubes, 0, End::low, 0), geometry::Transform::Identity());
+    return loads;
+}
+
+std::vector<std::uint32_t> tip_corners(const Cubes& cubes)
+{
+    return corners_at_end(cubes, 0, End::high, 0);
+}
+
+double mean_y(const State& state, const std::vector<std::uint32_t>& corners)
+{
+    double sum = 0;
+    for (const auto k : corners) sum += state.x[k].y();
+    return sum / double(corners.size());
+}
+
+// A force on the whole end face: small point forces on its corners would dent it.
+void load_tip(Loads& loads, const Beam& beam, double load)
+{
+    Force f;
+    f.kind = Force::Kind::point;
+    f.force = Vec3(0, -load, 0);
+    f.position = Vec3(beam.length, beam.edge / 2, beam.edge / 2);
+    f.radius = 0.75 * beam.edge;
+    loads.forces.push_back(f);
+}
+
+// Deflection under the load, found by letting it settle; then the frequency of the free beam.
+// `settled` starts a damped copy of the method, `free` the undamped one.
+struct BeamFigures {
+    double tip = 0, frequency = 0;
+    double sag_ms = 0;    // until settled
+    double frame_ms = 0;  // of 1/24 s, swinging
+};
+BeamFigures measure_beam(const Beam& beam, const Mover& settled, const Mover& free, double load)
+{
+    const Cubes cubes = beam.cubes();
+    const auto tip = tip_corners(cubes);
+    Loads loads = held_root(cubes);
+    load_tip(loads, beam, load);
+    BeamFigures out;
+    const double omega = 2 * pi * beam.frequency(), frame = 1.0 / 24;
+    State state = settled.begin();
+    const double start = mean_y(state, tip);
+    double before = seconds();
+    // Critically damped: e^-11 of the sag is left after 14 / omega or so.
+    const int frames = int(std::ceil(14 / omega / frame));
+    for (int f = 0; f < frames; ++f) {
+        state = settled.step(std::move(state), loads, frame, settled.substeps);
+    }
+    out.sag_ms = 1e3 * (seconds() - before);
+    out.tip = start - mean_y(state, tip);
+
+    loads.forces.clear();
+    for (Vec3& v : state.v) v.setZero();
+    State swinging = free.begin();
+    swinging.x = state.x;
+    std::vector<double> crossings;
+    double y = mean_y(swinging, tip) - start, time = 0;
+    const double dt = 1 / beam.frequency() / 240;
+    const int substeps = std::max(1, int(std::ceil(free.substeps * dt / frame)));
+    before = seconds();
+    int steps = 0;
+    while (crossings.size() < 3 && steps < 1000) {
+        swinging = free.step(std::move(swinging), loads, dt, substeps);
+        ++steps;
+        const double next = mean_y(swinging, tip) - start;
+        if ((y < 0) != (next < 0)) crossings.push_back(time + dt * y / (y - next));
+        y = next;
+        time += dt;
+    }
+    out.frame_ms = 1e3 * (seconds() - before) / (steps * dt) * frame;
+    if (crossings.size() == 3) out.frequency = 1 / (crossings[2] - crossings[0]);
+    return out;
+}
+
+#ifdef ASPIC_HAVE_BULLET
+// Bullet's soft body on the same lattice: springs along edges and diagonals as stiff as they get,
+// and its pose matching. It has no Young's modulus to give it.
+class BulletBody {
+public:
+    BulletBody(const Cubes& cubes, const std::vector<std::uint32_t>& held, double pose,
+               double damping)
+    {
+        world_.m_gravity = btVector3(0, 0, 0);
+        btAlignedObjectArray<btVector3> points;
+        btAlignedObjectArray<btScalar> masses;
+        const auto mass = geometry::corner_masses(cubes);
+        for (std::size_t i = 0; i < cubes.corner_count(); ++i) {
+            const Vec3 p = cubes.corner_position(i);
+            points.push_back({btScalar(p[0]), btScalar(p[1]), btScalar(p[2])});
+            masses.push_back(btScalar(mass[i]));
+        }
+        for (const auto k : held) masses[int(k)] = 0;
+        body_ = std::make_unique<btSoftBody>(&world_, points.size(), &points[0], &masses[0]);
+        std::vector<std::pair<std::uint32_t, std::uint32_t>> links;
+        for (const auto& corners : cubes.corners) {
+            for (const auto a : corners) {
+                for (const auto b : corners) {
+                    if (a < b) links.emplace_back(a, b);
+                }
+            }
+        }
+        std::sort(links.begin(), links.end());
+        links.erase(std::unique(links.begin(), links.end()), links.end());
+        for (const auto& [a, b] : links) body_->appendLink(int(a), int(b));
+        body_->m_cfg.kDP = btScalar(damping);
+        body_->m_cfg.piterations = 4;
+        if (pose > 0) {
+            body_->m_cfg.kMT = btScalar(pose);
+            body_->setPose(false, true);
+        }
+    }
+    void step(double dt)
+    {
+        body_->predictMotion(btScalar(dt));
+        body_->solveConstraints();
+        body_->integrateMotion();
+    }
+    btSoftBody& body() { return *body_; }
+
+private:
+    btSoftBodyWorldInfo world_;
+    std::unique_ptr<btSoftBody> body_;
+};
+
+BeamFigures measure_bullet(const Beam& beam, double load, double pose)
+{
+    const Cubes cubes = beam.cubes();
+    const auto tip = tip_corners(cubes), held = corners_at_end(cubes, 0, End::low, 0);
+    const auto mean = [&](btSoftBody& b) {
+        double sum = 0;
+        for (const auto k : tip) sum += double(b.m_nodes[int(k)].m_x.y());
+        return sum / double(tip.size());
+    };
+    const double dt = 1.0 / 240, omega = 2 * pi * beam.frequency();
+    BeamFigures out;
+    BulletBody settled(cubes, held, pose, 0.02);
+    const double start = mean(settled.body());
+    double before = seconds();
+    for (int s = 0; s < int(20 / omega / dt); ++s) {
+        for (const auto k : tip) {
+            settled.body().addForce(btVector3(0, btScalar(-load / double(tip.size())), 0), int(k));
+        }
+        settled.step(dt);
+    }
+    out.sag_ms = 1e3 * (seconds() - before);
+    out.tip = start - mean(settled.body());
+    BulletBody free(cubes, held, pose, 0);
+    for (int i = 0; i < free.body().m_nodes.size(); ++i) {
+        free.body().m_nodes[i].m_x = settled.body().m_nodes[i].m_x;
+    }
+    std::vector<double> crossings;
+    double y = mean(free.body()) - start, time = 0;
+    before = seconds();
+    int steps = 0;
+    while (crossings.size() < 3 && steps < int(4 / beam.frequency() / dt)) {
+        free.step(dt);
+        ++steps;
+        const double next = mean(free.body()) - start;
+        if ((y < 0) != (next < 0)) crossings.push_back(time + dt * y / (y - next));
+        y = next;
+        time += dt;
+    }
+    out.frame_ms = 1e3 * (seconds() - before) / steps * 10;
+    if (crossings.size() == 3) out.frequency = 1 / (crossings[2] - crossings[0]);
+    return out;
+}
+#endif
+
+// Static deflection and frequency from the lowest modes; the cost is that of stepping them.
+BeamFigures measure_modes(const Beam& beam, double load, int count)
+{
+    const Cubes cubes = beam.cubes();
+    const auto tip = tip_corners(cubes);
+    BeamFigures out;
+    double before = seconds();
+    const Modes modes =
+        lowest_modes(cubes, corners_at_end(cubes, 0, End::low, 0), {.count = count});
+    out.sag_ms = 1e3 * (seconds() - before);
+    for (std::size_t m = 0; m < modes.omega_sq.size(); ++m) {
+        double push = 0;
+        for (const auto k : tip) push += load / double(tip.size()) * modes.shape[m][k].y();
+        out.tip += push * push / load / modes.omega_sq[m];
+    }
+    out.frequency = std::sqrt(modes.omega_sq[0]) / (2 * pi);
+    // A frame: the sum of modes at every corner.
+    std::vector<Vec3> x(cubes.corner_count());
+    before = seconds();
+    constexpr int rounds = 50;
+    for (int r = 0; r < rounds; ++r) {
+        for (std::size_t k = 0; k < x.size(); ++k) {
+            x[k].setZero();
+            for (std::size_t m = 0; m < modes.shape.size(); ++m) {
+                x[k] += 1e-3 * r * modes.shape[m][k];
+            }
+        }
+    }
+    out.frame_ms = 1e3 * (seconds() - before) / rounds + 1e-9 * x[0].x();
+    return out;
+}
+
+struct Page {
+    std::filesystem::path folder;
+    std::string text;
+
+    // A table and a plot of it.
+    void plot(const std::string& name, const std::string& title, const std::string& cost,
+              const std::string& what, const std::vector<Result>& results)
+    {
+        std::vector<std::string> kinds;
+        for (const Result& r : results) {
+            if (std::find(kinds.begin(), kinds.end(), r.kind) == kinds.end()) {
+                kinds.push_back(r.kind);
+            }
+        }
+        text +=
+            fmt::format("## {}\n\n{}\n\n![{}](images/{}.svg)\n\n| method | setting | error | {} "
+                        "|\n|---|---|---:|---:|\n",
+                        title, what, title, name, cost);
+        std::ofstream csv(folder / (name + ".csv"));
+        for (std::size_t k = 0; k < kinds.size(); ++k) {
+            if (k > 0) csv << "\n\n";  // a block a kind, as gnuplot counts them
+            for (const Result& r : results) {
+                if (r.kind != kinds[k]) continue;
+                csv << fmt::format("\"{}\",{:.6g},{:.6g}\n", r.setting, r.ms,
+                                   std::max(1e-5, std::abs(r.error)));
+                text += fmt::format("| {} | {} | {:+.2g} % | {:.3g} |\n", r.kind, r.setting,
+                                    100 * r.error, r.ms);
+            }
+        }
+        text += "\n";
+        std::ofstream gp(folder / (name + ".gp"));
+        gp << fmt::format("set terminal svg size 820,520 font 'sans,11' background '#ffffff'\n"
+                          "set output '{}.svg'\nset datafile separator ','\n"
+                          "set xlabel '{}'\nset ylabel 'relative error'\nset logscale xy\n"
+                          "set format y '%g'\nset format x '%g'\nset grid lc rgb '#dddddd'\n"
+                          "set key outside right top\nset offsets graph 0.05, graph 0.12, graph "
+                          "0.08, graph 0.08\n",
+                          name, cost);
+        gp << "plot ";
+        const char* colours[] = {"#d0561f", "#2a6f97", "#5b8c2a", "#8a4fbf",
+                                 "#c9a227", "#777777", "#c2203a", "#20808d"};
+        for (std::size_t k = 0; k < kinds.size(); ++k) {
+            gp << fmt::format("{}'{}.csv' index {} using 2:3 with points pt 7 ps 0.9 lc rgb '{}' "
+                              "title '{}', '' index {} using 2:3:1 with labels left offset 0.7,0.4 "
+                              "font ',8' tc rgb '{}' notitle",
+                              k ? ", \\\n     " : "", name, k, colours[k % 8], kinds[k], k,
+                              colours[k % 8]);
+        }
+        gp << "\n";
+    }
+};
+
+geometry::Matter damped(geometry::Matter matter, double mass_damping)
+{
+    matter.mass_damping = mass_damping;
+    return matter;
+}
+
+void beam_cases(Page& page)
+{
+    const geometry::Matter rubber{"rubber", 1000, 1e6, 0.3, 0, 0};
+    const double load = 0.02;
+    std::vector<Result> sags, rings;
+    const auto keep = [&](const Beam& beam, const std::string& kind, const std::string& setting,
+                          const BeamFigures& f) {
+        sags.push_back({kind, setting, f.tip / beam.tip(load) - 1, f.sag_ms});
+        rings.push_back({kind, setting, f.frequency / beam.frequency() - 1, f.frame_ms});
+        std::cerr << fmt::format("{:32} {:12} sag {:+.3f} %, frequency {:+.3f} %, {:.3g} ms\n",
+                                 kind, setting, 100 * sags.back().error, 100 * rings.back().error,
+                                 f.frame_ms);
+    };
+    for (const int n : {1, 2, 4}) {
+        const Beam free{2, 0.1, n, rubber};
+        const Beam slow{2, 0.1, n, damped(rubber, 4 * pi * free.frequency())};
+        const Cubes f = free.cubes(), s = slow.cubes();
+        const std::string name = fmt::format("n={}", n);
+        const auto both = [&](const Mover& settled, const Mover& swinging) {
+            keep(free, swinging.kind, swinging.setting,
+                 measure_beam(free, settled, swinging, load));
+        };
+        both(bricks(s, name, 1), bricks(f, name, 1));
+        if (n < 4) {
+            both(bricks(s, name, 1, Integrator::implicit_midpoint, BrickElement::trilinear),
+                 bricks(f, name, 1, Integrator::implicit_midpoint, BrickElement::trilinear));
+        }
+        both(springs(s, name, 1), springs(f, name, 1));
+        for (const int w : {1, 2, 3}) {
+            if (n == 4 && w == 3) continue;
+            const std::string with = fmt::format("n={} w={}", n, w);
+            const LatticeOptions options{.half_width = w};
+            both(lattice(s, with, options), lattice(f, with, options));
+        }
+        if (n < 4) {
+            const LatticeOptions options{.half_width = 1, .calibrate = Calibration::stretch};
+            both(lattice(s, name + " w=1", options), lattice(f, name + " w=1", options));
+        }
+        keep(free, "modal", name + ", 8 modes", measure_modes(free, load, 8));
+#ifdef ASPIC_HAVE_BULLET
+        if (n < 4) {
+            keep(free, "Bullet springs", name, measure_bullet(free, load, 0));
+            keep(free, "Bullet pose matching", name, measure_bullet(free, load, 0.05));
+        }
+#endif
+    }
+    const Beam beam{2, 0.1, 1, rubber};
+    page.plot(
+        "speed-sag", "A cantilever's sag", "ms until settled",
+        fmt::format("Length 2 m, square of 0.1 m with n cubes across, E = 1 MPa, nu = 0.3, "
+                    "{} N at its tip: Timoshenko's beam sags {:.6g} m. Critically damped until "
+                    "it stands still; the cost of `modal` is that of finding its modes.",
+                    load, beam.tip(load)),
+        sags);
+    page.plot("speed-vibration", "Its first frequency", "ms a frame of 1/24 s",
+              fmt::format("Let go from there, undamped: {:.5g} Hz.", beam.frequency()), rings);
+}
+
+void plate_case(Page& page)
+{
+    const double a = 1, t = 0.05, nu = 0.3, young = 1e6, density = 1000, load = 0.02;
+    const double d = young * t * t * t / (12 * (1 - nu * nu));
+    const double expected = load * a * a / (16 * pi * d);
+    // omega = 10.2158 / a^2 sqrt(D / (rho t)), for the damping
+    const double omega = 10.2158 / (a * a) * std::sqrt(d / (density * t));
+    const geometry::Matter matter{"rubber", density, young, nu, 2 * omega, 0};
+    std::vector<Result> results;
+    const auto measure = [&](const Cubes& cubes, const Mover& mover) {
+        Loads loads;
+        std::vector<std::uint32_t> rim;
+        double best = 1e9;
+        std::uint32_t middle = 0;
+        for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+            const Vec3 p = cubes.corner_position(k);
+            const double r = std::hypot(p.x(), p.z());
+            if (r > a - 0.25 * cubes.size) rim.push_back(k);
+            if (r - 1e-6 * p.y() < best) best = r - 1e-6 * p.y(), middle = k;
+        }
+        loads.pins = pins_at(cubes, rim, geometry::Transform::Identity());
+        Force f;
+        f.kind = Force::Kind::point;
+        f.force = Vec3(0, -load, 0);
+        f.position = cubes.corner_position(middle);
+        f.radius = 0.05;
+        loads.forces.push_back(f);
+        State state = mover.begin();
+        const double start = state.x[middle].y(), before = seconds();
+        const int frames = int(std::ceil(14 / omega * 24));
+        for (int i = 0; i < frames; ++i) {
+            state = mover.step(std::move(state), loads, 1.0 / 24, mover.substeps);
+        }
+        results.push_back({mover.kind, mover.setting, (start - state.x[middle].y()) / expected - 1,
+                           1e3 * (seconds() - before)});
+        std::cerr << fmt::format("plate {:28} {:14} {:+.3f} %\n", mover.kind, mover.setting,
+                                 100 * results.back().error);
+    };
+    for (const int layers : {1, 2}) {
+        const double h = t / layers;
+        const int n = int(std::ceil(a / h)) + 2;
+        std::vector<Vec3i> cells;
+        for (const auto& [i, j] : geometry::ellipse_cells(2 * n, 2 * n)) {
+            for (int y = 0; y < layers; ++y) cells.emplace_back(i - n, y, j - n);
+        }
+        const Cubes cubes = geometry::solid_cubes(std::move(cells), h, matter);
+        const std::string name = fmt::format("h={:g}", h);
+        measure(cubes, bricks(cubes, name, 1));
+        if (layers > 1) continue;
+        measure(cubes, springs(cubes, name, 1));
+        for (const int w : {1, 2}) {
+            measure(cubes, lattice(cubes, fmt::format("h={:g} w={}", h, w), {.half_width = w}));
+        }
+    }
+    for (const double h : {0.1, 0.05}) {
+        const int n = int(std::ceil(a / h)) + 2;
+        const Cubes cubes = geometry::plane_cubes(geometry::ellipse_cells(2 * n, 2 * n),
+                                                  {1, h, Vec3(-n * h, 0, -n * h)}, t, matter);
+        for (const int w : {1, 2, 3}) {
+            measure(cubes, lattice(cubes, fmt::format("h={:g} w={}", h, w), {.half_width = w}));
+        }
+    }
+    page.plot("speed-plate", "A clamped circular plate", "ms until settled",
+              fmt::format("Radius 1 m, thickness 0.05 m, E = 1 MPa, nu = 0.3, {} N in its middle: "
+                          "the thin plate sags {:.5g} m. Its rim is a stair of cubes or cells of "
+                          "edge h, which alone changes the sag by some h / a.",
+                          load, expected),
+              results);
+}
+
+void swing_case(Page& page)
+{
+    const geometry::Matter jelly{"jelly", 1000, 3e5, 0.3, 0, 0.002};
+    constexpr int frames = 48;
+    const double frame = 1.0 / 24;
+    using Film = std::vector<std::vector<Vec3>>;
+    // The corners of the coarsest beam, which all share, at every frame.
+    const Cubes coarse = Beam{1.2, 0.1, 1, jelly}.cubes();
+    const auto film = [&](const Cubes& cubes, const Mover& mover, double& ms) {
+        std::vector<std::uint32_t> shared;
+        const int ratio = int(std::lround(coarse.size / cubes.size));
+        for (const Vec3i& at : coarse.corner) {
+            for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+                if (cubes.corner[k] == ratio * at) shared.push_back(k);
+            }
+        }
+        Loads loads = held_root(cubes);
+        loads.forces.push_back({});
+        Film out;
+        State state = mover.begin();
+        const double before = seconds();
+        for (int f = 0; f < frames; ++f) {
+            state = mover.step(std::move(state), loads, frame, mover.substeps);
+            auto& shot = out.emplace_back();
+            for (const auto k : shared) shot.push_back(state.x[k]);
+        }
+        ms = 1e3 * (seconds() - before) / frames;
+        return out;
+    };
+    double unused = 0;
+    const Cubes fine = Beam{1.2, 0.1, 3, jelly}.cubes();
+    const Film reference = film(fine, bricks(fine, "", 24), unused);
+    std::vector<Result> results;
+    const auto measure = [&](const Cubes& cubes, const Mover& mover) {
+        double ms = 0;
+        const Film shots = film(cubes, mover, ms);
+        double error = 0, size = 0;
+        for (std::size_t f = 0; f < shots.size(); ++f) {
+            for (std::size_t k = 0; k < shots[f].size(); ++k) {
+                error += (shots[f][k] - reference[f][k]).squaredNorm();
+                size += (reference[f][k] - coarse.corner_position(k)).squaredNorm();
+            }
+        }
+        results.push_back({mover.kind, mover.setting, std::sqrt(error / size), ms});
+        std::cerr << fmt::format("swing {:28} {:14} {:.3f} %\n", mover.kind, mover.setting,
+                                 100 * results.back().error);
+    };
+    for (const int n : {1, 2}) {
+        const Cubes cubes = Beam{1.2, 0.1, n, jelly}.cubes();
+        for (const int substeps : {1, 2, 4, 8}) {
+            const std::string name = fmt::format("n={} {} steps", n, substeps);
+            measure(cubes, bricks(cubes, name, substeps));
+            if (n > 1) continue;
+            Mover euler = bricks(cubes, name, substeps, Integrator::implicit_euler);
+            euler.kind = "bricks, implicit Euler";
+            measure(cubes, euler);
+            measure(cubes, springs(cubes, name, substeps));
+        }
+        for (const int w : {1, 2, 3}) {
+            for (const double more : {1.0, 2.0}) {
+                Mover mover = lattice(cubes, "", {.half_width = w}, more);
+                mover.setting = fmt::format("n={} w={} {} steps", n, w, mover.substeps);
+                measure(cubes, mover);
+            }
+        }
+    }
+    page.plot("speed-swing", "A soft beam falls and swings", "ms a frame of 1/24 s",
+              "1.2 m x 0.1 m x 0.1 m, E = 0.3 MPa, held level at one end and let go under gravity: "
+              "two seconds of large motion. The error is the distance of the corners that all "
+              "share, root mean square over them and 48 frames, from bricks of a third of the edge "
+              "at 24 steps a frame, over how far those went.",
+              results);
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+    Page page;
+    page.folder =
+        argc > 1 ? argv[1] : std::filesystem::temp_directory_path() / "speed-against-error";
+    std::filesystem::create_directories(page.folder);
+    page.text = fmt::format(
+        "# Speed against error\n\nEvery method on the same reference cases, in one run; times are "
+        "processor time on one thread ({}). `bench/speed_against_error` writes this page anew. An "
+        "error above zero is too soft or too fast a motion for a sag, and too high for a "
+        "frequency. `aspic study` draws the same picture of any scene of yours.\n\n",
+        processor());
+    beam_cases(page);
+    plate_case(page);
+    swing_case(page);
+    std::ofstream(page.folder / "speed-against-error.md") << page.text;
+    std::cout << (page.folder / "speed-against-error.md").string() << "\n";
+}
