@@ -203,7 +203,8 @@ void meet(std::span<const ContactBody> bodies, const Batch& batch,
         for (std::size_t k = 0; k < rays.size(); ++k) {
             Ray ray = rays[k];
             const double phi = at.D.f[k] - c;
-            if (round == 0 && phi >= -1e-12 * c) continue;  // touches nothing
+            // Touches nothing. (Not by phi: f = c only as near as the seed walked.)
+            if (round == 0 && !(std::max(at.m[k], at.q[k]) > c)) continue;
             const Vec3 gradient = at.D.gradient(k);
             const double phi_slope = ray.direction.dot(gradient);
             (phi > 0 ? ray.inside : ray.outside) = ray.t;

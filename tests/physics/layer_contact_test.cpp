@@ -2,83 +2,20 @@
 
 #include "geometry/polygonize.hpp"
 #include "geometry/random.hpp"
+#include "tests/physics/layer_fixtures.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
 #include <cmath>
-#include <list>
 #include <numbers>
 
 namespace physics {
 namespace {
 
-using geometry::Contribution;
-using geometry::Skeleton;
-using geometry::SkeletonKind;
+using namespace fixtures;
 
 constexpr double pi = std::numbers::pi;
-
-// Owns what ContactBody names. A list keeps the addresses.
-struct Thing {
-    ImplicitLayer layer;
-    std::vector<Transform> frames;
-    std::vector<Twist> twists;
-    geometry::Field field;
-    Seeds seeds;
-    SeedWalk walk;
-    LayerMatter matter;
-
-    Thing(ImplicitLayer l, double spacing, const LayerMatter& m = {},
-          std::vector<Transform> at = {Transform::Identity()})
-        : layer(std::move(l)), frames(std::move(at)), twists(frames.size()),
-          field(geometry::make_field(layer, frames)), seeds(make_seeds(layer, spacing)),
-          walk(physics::walk(field, seeds, frames)), matter(m)
-    {}
-    ContactBody body() const
-    {
-        return {&field, &seeds, &walk, frames, twists, layer.frame, matter};
-    }
-};
-
-std::vector<ContactBody> bodies(const std::list<Thing>& things)
-{
-    std::vector<ContactBody> result;
-    for (const Thing& thing : things) result.push_back(thing.body());
-    return result;
-}
-
-ImplicitLayer layer_of(std::vector<Skeleton> skeletons, const Contribution& contribution)
-{
-    ImplicitLayer layer;
-    layer.skeletons = std::move(skeletons);
-    layer.contributions.assign(layer.skeletons.size(), contribution);
-    layer.frame.assign(layer.skeletons.size(), 0);
-    return layer;
-}
-
-Skeleton point(const Vec3& p)
-{
-    return {.kind = SkeletonKind::point, .points = {p}};
-}
-
-// The accuracy page's contact: two equal points, linear, k = 1, r0 = 1, half distance 0.9.
-const Contribution unit{.thickness = 1, .stiffness = 1, .radius = 2, .stiffening = 0};
-constexpr double h = 0.9;
-
-std::list<Thing> two_balls(double spacing)
-{
-    LayerMatter matter{.stiffness = 1, .friction = 0, .bulge_width = 0.3, .bulge_height = 0.5};
-    std::list<Thing> things;
-    // Turned a little, so that no row of seeds lies in the border by symmetry.
-    Transform turn = Transform::Identity();
-    turn.translate(Vec3(-h, 0, 0)).rotate(Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()));
-    things.emplace_back(layer_of({point({0, 0, 0})}, unit), spacing, matter, std::vector{turn});
-    turn.setIdentity();
-    turn.translate(Vec3(h, 0, 0)).rotate(Eigen::AngleAxisd(0.7, Vec3(-1, 2, 1).normalized()));
-    things.emplace_back(layer_of({point({0, 0, 0})}, unit), spacing, matter, std::vector{turn});
-    return things;
-}
 
 double force_error(double spacing)
 {
@@ -121,6 +58,25 @@ TEST(LayerContact, SeedsInContactLieOnOneCommonDisc)
     }
     EXPECT_LT(radius, std::sqrt(1 - h * h) + 1e-9);
     EXPECT_GT(radius, std::sqrt(1 - h * h) - 0.04);
+}
+
+// Seeds stop within round-off of f = c, on either side: in reach of another's field, but outside
+// its surface, that is no contact, and must rub against nothing.
+TEST(LayerContact, InReachIsNotInContact)
+{
+    std::list<Thing> things;
+    Contribution hard = unit;
+    hard.stiffness = 2.5;  // makes more of the seeds' round-off
+    Transform at = Transform::Identity();
+    at.translate(Vec3(-0.8, 0, 0)).rotate(Eigen::AngleAxisd(0.4, Vec3(1, 2, 2).normalized()));
+    things.emplace_back(layer_of({point({0, 0, 0})}, hard), 0.03, LayerMatter{}, std::vector{at});
+    at.setIdentity();
+    at.translate(Vec3(0.8, 0, 0));
+    things.emplace_back(layer_of({point({0, 0, 0})}, unit), 0.03, LayerMatter{}, std::vector{at});
+    // Both surfaces are balls of radius 1 about x = -0.8 and 0.8: they cross at 0.6 from the axis.
+    for (const LayerContact& contact : find_contacts(bodies(things)).contacts) {
+        EXPECT_LT(std::hypot(contact.position.y(), contact.position.z()), 0.6 + 1e-9);
+    }
 }
 
 // The border is where f_i = f_j = c: found along the deformed surface's meridian by bisection.
