@@ -82,6 +82,14 @@ bool touch(const Box& a, const Box& b)
     return (a.lo.array() <= b.hi.array()).all() && (b.lo.array() <= a.hi.array()).all();
 }
 
+Box extent(const FieldGrid& grid)
+{
+    Box box;
+    box.add(grid.lo);
+    box.add(grid.lo + grid.cell * grid.dims.cast<double>());
+    return box;
+}
+
 // Cells about half as wide as a mean influence box; at most 16 a skeleton, so that a few far
 // outliers cannot blow the grid up.
 FieldGrid make_grid(const Field& field)
@@ -251,7 +259,7 @@ void candidates(const Field& field, const Box& box, std::vector<std::uint32_t>& 
 {
     out.clear();
     const FieldGrid& grid = field.grid;
-    if (grid.cell_count() > 0) {
+    if (grid.cell_count() > 0 && touch(extent(grid), box)) {
         const Vec3i cells = cell_of(grid, box.hi) - cell_of(grid, box.lo) + Vec3i::Ones();
         if (cells.prod() > 32) {  // wide: asking every skeleton is quicker
             for (std::uint32_t i = 0; i < field.count(); ++i) {
@@ -339,10 +347,37 @@ void evaluate_each(const Field& field, const FieldBlock& block, FieldScratch& sc
     }
 }
 
+// Whether these skeletons blend as their plain sum: all of one part, or by the rule.
+bool plain_sum(const Field& field, std::span<const std::uint32_t> near)
+{
+    if (field.rule == BlendRule::sum || near.empty()) return true;
+    if (field.rule == BlendRule::gradient) return false;
+    return std::all_of(near.begin(), near.end(), [&](std::uint32_t i) {
+        return field.weights.part(i) == field.weights.part(near[0]);
+    });
+}
+
+void add(const BlockValues& one, std::size_t count, BlockValues& sum)
+{
+    for (std::size_t k = 0; k < (count + 7) / 8 * 8; ++k) {
+        sum.f[k] += one.f[k];
+        sum.gx[k] += one.gx[k];
+        sum.gy[k] += one.gy[k];
+        sum.gz[k] += one.gz[k];
+    }
+}
+
 void blend_each(const Field& field, const FieldBlock& block, FieldScratch& scratch,
                 BlockValues& out)
 {
     const std::size_t n = scratch.near.size();
+    if (plain_sum(field, scratch.near)) {
+        out.clear(block.count);
+        for (std::size_t s = 0; s < n; ++s) add(scratch.each[s], block.count, out);
+        scratch.share.clear();
+        return;
+    }
+    scratch.share.assign(n * FieldBlock::capacity, 0);
     for (std::size_t k = 0; k < block.count; ++k) {
         scratch.contributors.clear();
         for (std::size_t s = 0; s < n; ++s) {
@@ -357,6 +392,12 @@ void blend_each(const Field& field, const FieldBlock& block, FieldScratch& scrat
             scratch.contributors.push_back(c);
         }
         const Blended b = blend(field.rule, field.weights, scratch.contributors);
+        for (const Contributor& c : scratch.contributors) {
+            const auto s = static_cast<std::size_t>(
+                std::lower_bound(scratch.near.begin(), scratch.near.end(), c.skeleton) -
+                scratch.near.begin());
+            scratch.share[s * FieldBlock::capacity + k] = c.share;
+        }
         out.f[k] = b.f;
         out.gx[k] = b.gradient.x();
         out.gy[k] = b.gradient.y();
@@ -370,7 +411,7 @@ void evaluate(const Field& field, std::span<const std::uint32_t> skeletons, cons
               FieldScratch& scratch, BlockValues& out)
 {
     keep_near(field, skeletons, block, scratch.near);
-    if (field.rule == BlendRule::sum || scratch.near.size() < 2) {
+    if (scratch.near.size() < 2 || plain_sum(field, scratch.near)) {
         out.clear(block.count);
         for (const std::uint32_t i : scratch.near) add_skeleton(field, i, block, scratch, out);
         return;

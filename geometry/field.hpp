@@ -104,6 +104,9 @@ struct FieldScratch {
     std::vector<std::uint32_t> near;
     std::vector<Contributor> contributors;
     BlockValues feet;
+    // After an evaluation with an owner: df/df_i of each near skeleton at each point, one row of
+    // FieldBlock::capacity a skeleton; empty: 1 everywhere.
+    std::vector<double> share;
 };
 
 // f and gradient of the blend of `skeletons` at a padded block's points.

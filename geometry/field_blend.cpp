@@ -71,10 +71,11 @@ double BlendWeights::operator()(std::uint32_t i, std::uint32_t j) const
 
 namespace {
 
-Blended total(std::span<const Contributor> contributors)
+Blended total(std::span<Contributor> contributors)
 {
     Blended sum;
-    for (const Contributor& c : contributors) {
+    for (Contributor& c : contributors) {
+        c.share = 1;
         sum.f += c.f;
         sum.gradient += c.gradient;
     }
@@ -125,7 +126,9 @@ Blended largest_group(const BlendWeights& weights, std::span<Contributor> contri
     for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
     search.extend(all, 0);
     Blended result;
+    for (Contributor& c : contributors) c.share = 0;
     for (const std::uint32_t i : search.best) {
+        contributors[i].share = 1;
         result.f += contributors[i].f;
         result.gradient += contributors[i].gradient;
     }
@@ -198,6 +201,7 @@ Blended smooth_groups(BlendRule rule, const BlendWeights& weights,
     }
     if (!(beta > 1e-9)) {  // a crease: p beyond 1e9 is the largest to the last digits
         const std::size_t begin = largest == 0 ? 0 : parts[largest - 1].end;
+        for (Contributor& c : contributors) c.share = 0;
         return total(contributors.subspan(begin, parts[largest].end - begin));
     }
 
@@ -216,7 +220,8 @@ Blended smooth_groups(BlendRule rule, const BlendWeights& weights,
         if (i == parts[a].end) ++a;
         const double df_dF = result.f * parts[a].x / (S * parts[a].F);
         const double dbeta = (rows[i].weighted - beta * rows[i].others) / pairs;
-        result.gradient += (df_dF + df_dbeta * dbeta) * contributors[i].gradient;
+        contributors[i].share = df_dF + df_dbeta * dbeta;
+        result.gradient += contributors[i].share * contributors[i].gradient;
     }
     if (by_gradient) result.gradient += df_dbeta / pairs * turn;
     return result;
@@ -227,7 +232,7 @@ Blended smooth_groups(BlendRule rule, const BlendWeights& weights,
 Blended blend(BlendRule rule, const BlendWeights& weights, std::span<Contributor> contributors)
 {
     if (contributors.empty()) return {};
-    if (contributors.size() == 1) return {contributors[0].f, contributors[0].gradient};
+    if (contributors.size() == 1) return total(contributors);
     switch (rule) {
     case BlendRule::sum:
         return total(contributors);

@@ -79,6 +79,7 @@ struct Contributor {
     // For the rule `gradient` only:
     Vec3 n = Vec3::Zero();        // grad r
     Mat3 hessian = Mat3::Zero();  // of r
+    double share = 1;             // df/df_i, set by blend()
 };
 
 struct Blended {
@@ -86,7 +87,7 @@ struct Blended {
     Vec3 gradient = Vec3::Zero();
 };
 
-// Only contributors with f > 0. Reorders them.
+// Only contributors with f > 0. Reorders them and sets their shares.
 Blended blend(BlendRule rule, const BlendWeights& weights, std::span<Contributor> contributors);
 
 }  // namespace geometry
