@@ -110,8 +110,10 @@ void add_to(graph::Registry& registry)
                         "How fast an error of volume is mended; 0 leaves volume "
                         "alone.",
                         {.min = 0, .unit = "1/s"})
-                    .param("derivative", &VolumeControl::derivative, "Resists the change itself.",
-                           {.min = 0, .max = 100});
+                    .param("derivative", &VolumeControl::derivative,
+                           "Share of the change by motion that is met in advance: 1 keeps up with "
+                           "steady motion, 0 lags behind it.",
+                           {.min = 0, .max = 2});
             },
             "Keeps the volume of each skeleton's territory.")
         .block("substance", &Inputs::substance, describe_substance,

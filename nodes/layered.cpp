@@ -17,7 +17,8 @@ struct Inputs {
 };
 struct Outputs {
     physics::LayeredScene scene;
-    double volume_error = 0, speed = 0;
+    double volume_error = 0, interpenetration = 0, speed = 0;
+    double particles = 0, pieces = 0;
 };
 
 static Outputs run(const Inputs& in, const graph::Context& context)
@@ -30,6 +31,9 @@ static Outputs run(const Inputs& in, const graph::Context& context)
                                            context.frame_seconds(), in.substeps)
                         : physics::start(parts);
     out.volume_error = physics::volume_error(out.scene);
+    out.interpenetration = physics::interpenetration(out.scene);
+    out.particles = static_cast<double>(physics::particle_count(out.scene));
+    out.pieces = static_cast<double>(physics::piece_count(out.scene));
     out.speed = physics::fastest(out.scene);
     return out;
 }
@@ -52,6 +56,13 @@ void add_to(graph::Registry& registry)
                 "Where all bodies are; on the first frame, the start. For Polygonize.")
         .output("volume_error", &Outputs::volume_error,
                 "Largest relative error of volume among bodies that control theirs.")
+        .output("interpenetration", &Outputs::interpenetration,
+                "How deep surfaces stand inside each other at worst, as a share of the layer's "
+                "thickness.")
+        .output("particles", &Outputs::particles,
+                "How many particles of soft substances there are.")
+        .output("pieces", &Outputs::pieces,
+                "How many pieces the soft substances are in: particles that blend make one.")
         .output("speed", &Outputs::speed, "Of the fastest frame, m/s.")
         .previous("scene", &Inputs::last);
 }

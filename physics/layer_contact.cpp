@@ -81,13 +81,14 @@ void gather(std::span<const ContactBody> bodies, std::uint32_t body, std::uint32
     std::erase_if(meeting.own.skeletons, apart);
 }
 
-constexpr std::uint32_t nobody = 0xffffffff;
+constexpr std::uint32_t no_party = 0xffffffff;
 
 // D at a block's points, and what made it so.
 struct Deformed {
     BlockValues D;
     std::uint32_t soft[FieldBlock::capacity], rigid[FieldBlock::capacity];  // largest m, q
     double f[FieldBlock::capacity], m[FieldBlock::capacity], q[FieldBlock::capacity];
+    double m_slope[FieldBlock::capacity], q_slope[FieldBlock::capacity];  // |grad m|, |grad q|
     bool fits[FieldBlock::capacity];  // to a rigid one: D = 2c - q
 };
 
@@ -101,7 +102,7 @@ void evaluate(const Meeting& meeting, double a, double h, const FieldBlock& bloc
     for (std::size_t k = 0; k < block.count; ++k) {
         out.f[k] = out.D.f[k];
         out.m[k] = out.q[k] = 0;
-        out.soft[k] = out.rigid[k] = nobody;
+        out.soft[k] = out.rigid[k] = no_party;
         out.fits[k] = false;
     }
     for (std::uint32_t o = 0; o < meeting.other_count; ++o) {
@@ -123,15 +124,17 @@ void evaluate(const Meeting& meeting, double a, double h, const FieldBlock& bloc
         out.D.gz[k] = g.z();
     };
     for (std::size_t k = 0; k < block.count; ++k) {
-        if (out.soft[k] == nobody && out.rigid[k] == nobody) continue;
+        if (out.soft[k] == no_party && out.rigid[k] == no_party) continue;
         const double q = out.q[k], m = out.m[k];
+        out.m_slope[k] = out.soft[k] == no_party ? 0 : m_gradient[k].norm();
+        out.q_slope[k] = out.rigid[k] == no_party ? 0 : q_gradient[k].norm();
         const bool by_rigid = std::min(q, c) > m;
         const auto [G, slope] = relief(c - std::max(m, std::min(q, c)), a, h);
         Vec3 gradient = out.D.gradient(k);
-        if (!by_rigid && out.soft[k] != nobody) gradient -= slope * m_gradient[k];
+        if (!by_rigid && out.soft[k] != no_party) gradient -= slope * m_gradient[k];
         if (by_rigid && q < c) gradient -= slope * q_gradient[k];
         set(k, out.f[k] + G, gradient);
-        if (out.rigid[k] != nobody && 2 * c - q < out.D.f[k]) {
+        if (out.rigid[k] != no_party && 2 * c - q < out.D.f[k]) {
             out.fits[k] = true;
             set(k, 2 * c - q, -q_gradient[k]);
         }
@@ -153,19 +156,51 @@ std::uint32_t largest_at(const Field& field, std::span<const std::uint32_t> skel
     return largest;
 }
 
+Vec3 velocity_at(const MovingMesh& mesh, const Vec3& p)
+{
+    if (!(mesh.seconds > 0)) return Vec3::Zero();
+    const geometry::TriangleBvh::Hit hit = mesh.now->tree.closest(p);
+    if (!hit) return Vec3::Zero();
+    Vec3 moved = Vec3::Zero();
+    const geometry::Triangle& t = mesh.now->mesh.triangles()[hit.triangle];
+    for (std::size_t k = 0; k < 3; ++k) {
+        const geometry::Vec3f way = mesh.now->mesh.positions[t[k]] - mesh.before->positions[t[k]];
+        moved += hit.barycentric[static_cast<int>(k)] * way.cast<double>();
+    }
+    return moved / mesh.seconds;
+}
+
 Vec3 velocity_at(const ContactBody& body, std::uint32_t skeleton, const Vec3& p)
 {
+    if (body.moving) return velocity_at(*body.moving, p);
     const std::uint32_t f = body.frame_of[skeleton];
     return body.twists[f].linear + body.twists[f].angular.cross(p - body.frames[f].translation());
 }
 
-struct Batch {
+struct RayBatch {
     std::uint32_t body, skeleton, begin, end;
 };
 
+// What a batch finds.
+struct Met {
+    std::vector<LayerContact> contacts;
+    double penetration = 0;
+};
+
+// How deep point k, on or in `own`'s deformed surface, stands inside another's: D_j > c where f_j >
+// max(f_i, c), rigid j where f_j > c.
+double penetration(const Deformed& at, std::size_t k, double c)
+{
+    double depth = 0;
+    if (at.m[k] > std::max(at.f[k], c) && at.m_slope[k] > 0) {
+        depth = (at.m[k] - std::max(at.f[k], c)) / at.m_slope[k];
+    }
+    if (at.q[k] > c && at.q_slope[k] > 0) depth = std::max(depth, (at.q[k] - c) / at.q_slope[k]);
+    return depth;
+}
+
 // Moves the batch's seeds that D < c at their stops inward along their rays to D = c.
-void meet(std::span<const ContactBody> bodies, const Batch& batch,
-          std::vector<LayerContact>& contacts)
+void meet(std::span<const ContactBody> bodies, const RayBatch& batch, Met& met)
 {
     thread_local Meeting meeting;
     thread_local FieldBlock block;
@@ -217,10 +252,11 @@ void meet(std::span<const ContactBody> bodies, const Batch& batch,
                 rays[left++] = ray;
                 continue;
             }
+            met.penetration = std::max(met.penetration, penetration(at, k, c));
             const std::uint32_t party = at.fits[k] ? at.rigid[k] : at.soft[k];
             const double slope = gradient.norm();
             const double cosine = slope > 0 ? -phi_slope / slope : 0;
-            if (party == nobody || !(cosine > 1e-6)) continue;
+            if (party == no_party || !(cosine > 1e-6)) continue;
             const Party& other = meeting.others[party];
             const Vec3 p = block.point(k);
             const std::uint32_t touched = largest_at(meeting.field(other), other.skeletons, p);
@@ -230,28 +266,30 @@ void meet(std::span<const ContactBody> bodies, const Batch& batch,
             const double t = std::max(ray.t, 0.25 * own.field->profile[batch.skeleton].e);
             const double across =
                 seeds.a0[ray.seed] + t * (seeds.a1[ray.seed] + t * seeds.a2[ray.seed]);
-            contacts.push_back({batch.body, ray.seed, batch.skeleton, other.body, touched, p,
-                                -gradient / slope, across / cosine,
-                                std::max(0.0, (at.fits[k] ? at.f[k] : at.m[k]) - c), Vec3::Zero()});
+            met.contacts.push_back({batch.body, ray.seed, batch.skeleton, other.body, touched, p,
+                                    -gradient / slope, across / cosine,
+                                    std::max(0.0, (at.fits[k] ? at.f[k] : at.m[k]) - c), ray.t,
+                                    Vec3::Zero()});
         }
         rays.resize(left);
     }
 }
 
+Vec3 slip_at(std::span<const ContactBody> bodies, const LayerContact& contact)
+{
+    return velocity_at(bodies[contact.other], contact.other_skeleton, contact.position) -
+           velocity_at(bodies[contact.body], contact.skeleton, contact.position);
+}
+
 Vec3 response(std::span<const ContactBody> bodies, const LayerContact& contact)
 {
-    const ContactBody& own = bodies[contact.body];
-    const ContactBody& other = bodies[contact.other];
-    const double Ki = own.matter.stiffness, Kj = other.matter.stiffness;
-    const bool rigid = other.matter.rigid;
-    const double K = rigid ? Ki : Ki + Kj > 0 ? 2 * Ki * Kj / (Ki + Kj) : 0;
-    const double lambda =
-        rigid ? own.matter.friction : 0.5 * (own.matter.friction + other.matter.friction);
-    const Vec3 slip = velocity_at(other, contact.other_skeleton, contact.position) -
-                      velocity_at(own, contact.skeleton, contact.position);
+    const ContactLaw law = contact_law(bodies, contact);
+    const Vec3 slip = slip_at(bodies, contact);
+    const Vec3 across = slip.dot(contact.normal) * contact.normal;
     // Both objects' seeds stand for the whole of a soft common surface.
-    const double share = rigid ? contact.area : 0.5 * contact.area;
-    return share * (-K * contact.compression * contact.normal + lambda * slip);
+    const double share = bodies[contact.other].matter.rigid ? contact.area : 0.5 * contact.area;
+    return share * (-law.stiffness * contact.compression * contact.normal + law.damping * across +
+                    law.along * (slip - across));
 }
 
 void check(std::span<const ContactBody> bodies)
@@ -283,7 +321,7 @@ void check(std::span<const ContactBody> bodies)
 Contacts find_contacts(std::span<const ContactBody> bodies)
 {
     check(bodies);
-    std::vector<Batch> batches;
+    std::vector<RayBatch> batches;
     for (std::uint32_t b = 0; b < bodies.size(); ++b) {
         if (!bodies[b].seeds || bodies[b].matter.rigid) continue;
         const Seeds& seeds = *bodies[b].seeds;
@@ -294,7 +332,7 @@ Contacts find_contacts(std::span<const ContactBody> bodies)
             }
         }
     }
-    std::vector<std::vector<LayerContact>> found(batches.size());
+    std::vector<Met> found(batches.size());
     geometry::parallel_for(batches.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t b = begin; b < end; ++b) meet(bodies, batches[b], found[b]);
     });
@@ -303,6 +341,7 @@ Contacts find_contacts(std::span<const ContactBody> bodies)
     for (const ContactBody& body : bodies) {
         result.wrenches.emplace_back(body.frames.size());
         result.compression.push_back(0);
+        result.penetration.push_back(0);
     }
     const auto press = [&](std::uint32_t body, std::uint32_t skeleton, const Vec3& p,
                            const Vec3& force) {
@@ -311,7 +350,10 @@ Contacts find_contacts(std::span<const ContactBody> bodies)
         wrench.force += force;
         wrench.torque += (p - bodies[body].frames[f].translation()).cross(force);
     };
-    for (std::vector<LayerContact>& some : found) {
+    for (std::size_t batch = 0; batch < batches.size(); ++batch) {
+        std::vector<LayerContact>& some = found[batch].contacts;
+        double& deepest = result.penetration[batches[batch].body];
+        deepest = std::max(deepest, found[batch].penetration);
         // Rays stop in the order they converge.
         std::sort(some.begin(), some.end(),
                   [](const LayerContact& a, const LayerContact& b) { return a.seed < b.seed; });
@@ -326,6 +368,25 @@ Contacts find_contacts(std::span<const ContactBody> bodies)
         }
     }
     return result;
+}
+
+ContactLaw contact_law(std::span<const ContactBody> bodies, const LayerContact& contact)
+{
+    const LayerMatter& own = bodies[contact.body].matter;
+    const LayerMatter& other = bodies[contact.other].matter;
+    const double sum = own.stiffness + other.stiffness;
+    ContactLaw law;
+    law.stiffness = other.rigid ? own.stiffness
+                    : sum > 0   ? 2 * own.stiffness * other.stiffness / sum
+                                : 0;
+    law.damping = law.along = other.rigid ? own.friction : 0.5 * (own.friction + other.friction);
+    if (other.rigid && other.grip < std::numeric_limits<double>::infinity()) {
+        const Vec3 slip = slip_at(bodies, contact);
+        const double along = (slip - slip.dot(contact.normal) * contact.normal).norm();
+        const double most = other.grip * law.stiffness * contact.compression;
+        if (law.along * along > most) law.along = most / along;
+    }
+    return law;
 }
 
 DeformedLayer deformed(std::span<const ContactBody> bodies, std::uint32_t body,
@@ -402,6 +463,20 @@ geometry::IsoField iso_field(const DeformedLayer& layer)
         }
     };
     return iso;
+}
+
+std::vector<double> local_volumes(std::span<const ContactBody> bodies, std::uint32_t body,
+                                  const Contacts& contacts)
+{
+    std::vector<double> volumes = bodies[body].walk->local_volume;
+    for (const LayerContact& contact : contacts.contacts) {
+        if (contact.body != body) continue;
+        const Seeds& seeds = *bodies[body].seeds;
+        volumes[contact.skeleton] +=
+            seeds.swept(contact.seed, contact.distance) -
+            seeds.swept(contact.seed, bodies[body].walk->distance[contact.seed]);
+    }
+    return volumes;
 }
 
 SeedWalk deformed(const SeedWalk& walk, std::uint32_t body, const Contacts& contacts)

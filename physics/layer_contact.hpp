@@ -24,12 +24,15 @@
 // Response: stiffness is |grad f|, so the radial force on i is, per area of the deformed surface,
 //   K g N,  g = c - f_j = c - f_i < 0 (rigid j: g = c - f_i), N outward normal: it pushes inward
 //   K = 2 K_i K_j / (K_i + K_j) (two layers in series; equal ones keep their own), rigid j: K_i
-// and lambda (V_j - V_i), friction and damping. Both objects' seeds sample a common surface: each
+// and lambda (V_j - V_i), friction and damping; against a rigid j its part along the surface is no
+// more than `grip` times the pressure. Both objects' seeds sample a common surface: each
 // carries half, and every force acts on both objects, at the same point, with opposite signs.
 
 #include "geometry/polygonize.hpp"
 #include "physics/seeds.hpp"
 
+#include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -41,8 +44,17 @@ struct LayerMatter {
     double friction = 100;      // lambda, N s/m^3: per area and relative velocity
     double bulge_width = 0.1;   // w, m, how far beyond a contact the layer bulges
     double bulge_height = 0.5;  // alpha, of the largest compression
+    // Of rigid ones: the largest traction along the surface, as a share of the pressure (Coulomb).
+    double grip = std::numeric_limits<double>::infinity();
     bool rigid = false;         // does not deform, others fit it; needs no seeds
     bool self_contact = false;  // skeletons that do not blend with each other collide
+};
+
+// A mesh that changes its shape: where its vertices were `seconds` ago.
+struct MovingMesh {
+    std::shared_ptr<const geometry::SkeletonMesh> now;
+    std::shared_ptr<const geometry::TriMesh> before;  // of the same topology
+    double seconds = 0;
 };
 
 // Velocity of a carrier's frame.
@@ -60,6 +72,7 @@ struct ContactBody {
     std::span<const Twist> twists;            // one a frame
     std::span<const std::uint32_t> frame_of;  // S, frame of each skeleton
     LayerMatter matter;
+    const MovingMesh* moving = nullptr;  // null: moves with its frames alone
 };
 
 // A seed on a common surface.
@@ -71,6 +84,7 @@ struct LayerContact {
     Vec3 normal;                          // outward from `body`
     double area;                          // m^2, of the deformed surface
     double compression;                   // -g, units of the field
+    double distance;                      // m, along the seed's ray
     Vec3 force;                           // N, on `body`; its opposite acts on `other`
 };
 
@@ -83,11 +97,21 @@ struct Contacts {
     std::vector<LayerContact> contacts;         // by body, then by seed
     std::vector<std::vector<Wrench>> wrenches;  // one a body and frame
     std::vector<double> compression;            // one a body: the largest, units of the field
+    // One a body: how deep, m, its deformed surface stands inside another's at worst, at its seeds.
+    // By construction round-off, except where a skeleton itself has gone into another body.
+    std::vector<double> penetration;
 };
 
 // Which contacts there are now. All bodies must share one isovalue. Throws std::invalid_argument
 // where they do not, or where a body's parts do not fit each other.
 Contacts find_contacts(std::span<const ContactBody> bodies);
+
+// The response's K and lambda along the normal and along the surface, at a contact.
+struct ContactLaw {
+    double stiffness = 0;           // K, N/m^2 per unit of the field
+    double damping = 0, along = 0;  // N s/m^3
+};
+ContactLaw contact_law(std::span<const ContactBody> bodies, const LayerContact& contact);
 
 // D_i of body `i`, to polygonize or to ask; `compression` is that of Contacts. The bodies must
 // outlive it.
@@ -100,6 +124,10 @@ DeformedLayer deformed(std::span<const ContactBody> bodies, std::uint32_t body,
                        const Contacts& contacts);
 geometry::FieldValue value_at(const DeformedLayer& layer, const Vec3& p);
 geometry::IsoField iso_field(const DeformedLayer& layer);
+
+// Volume of each of a body's territories as contacts leave it, bulges not counted. m^3
+std::vector<double> local_volumes(std::span<const ContactBody> bodies, std::uint32_t body,
+                                  const Contacts& contacts);
 
 // The seeds with those in contact moved onto their common surfaces, for preview_mesh().
 SeedWalk deformed(const SeedWalk& walk, std::uint32_t body, const Contacts& contacts);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <set>
 #include <stdexcept>
 
 namespace physics {
@@ -219,6 +220,30 @@ Hinge& add_hinge(Base& base, std::uint32_t a, std::uint32_t b, const Vec3& point
     return base.hinges.back();
 }
 
+double hinge_angle(const Hinge& hinge, const Transform& a, const Transform& b)
+{
+    const Vec3 axis = a.linear() * hinge.axis_a;
+    const Vec3 za = a.linear() * hinge.zero_a, zb = b.linear() * hinge.zero_b;
+    return std::atan2(za.cross(zb).dot(axis), za.dot(zb));
+}
+
+void add_spring_network(Base& base, double reach, double stiffness, double damping)
+{
+    const std::size_t before = base.springs.size();
+    for (std::uint32_t a = 0; a < base.frames.size(); ++a) {
+        for (std::uint32_t b = a + 1; b < base.frames.size(); ++b) {
+            const double rest =
+                (base.frames[a].translation() - base.frames[b].translation()).norm();
+            if (rest < reach) base.springs.push_back({a, b, rest, stiffness, damping});
+        }
+    }
+    if (base.springs.size() == before) {
+        throw std::invalid_argument(fmt::format(
+            "no two of {} frames are nearer than {} m: reach farther", base.frames.size(), reach));
+    }
+    base.substance.stiffness = base.substance.friction = 0;
+}
+
 LayeredPart rigid_part(const Collider& collider)
 {
     // Rounded by a tenth of its size; only f = c and its slope there matter to others.
@@ -258,10 +283,17 @@ LayeredPart rigid_part(const Collider& collider)
     body.base.mass = {0};
     body.base.inertia = {Mat3::Identity()};
     body.matter.rigid = true;
+    body.matter.grip = collider.friction;
     geometry::make_field(body.layer, body.base.frames);  // throws what is wrong with it
     LayeredPart part;
     part.body = std::make_shared<const LayeredBody>(std::move(body));
-    if (collider.kind != Collider::Kind::mesh) part.pose = collider.pose;
+    if (collider.kind != Collider::Kind::mesh) {
+        part.pose = collider.pose;
+    } else if (collider.mesh_before && collider.mesh_before != collider.mesh &&
+               collider.mesh_before->topology == collider.mesh->topology &&
+               collider.mesh_before->positions.size() == collider.mesh->positions.size()) {
+        part.mesh_before = collider.mesh_before;
+    }
     return part;
 }
 
@@ -276,8 +308,10 @@ std::size_t LayeredBody::bytes() const
 std::size_t LayeredState::bytes() const
 {
     return position.size() * (3 * sizeof(Vec3) + sizeof(Eigen::Vector4d)) +
-           (translation.size() + volume.size() + distance.size()) * sizeof(double) +
-           links.size() * sizeof(BlendLink) + part.size() * sizeof(std::uint32_t);
+           (translation.size() + volume.size() + expected_error.size() + distance.size()) *
+               sizeof(double) +
+           pressed.size() * sizeof(float) + links.size() * sizeof(BlendLink) +
+           part.size() * sizeof(std::uint32_t);
 }
 
 std::size_t LayeredScene::bytes() const
@@ -287,19 +321,38 @@ std::size_t LayeredScene::bytes() const
     return sum;
 }
 
-double volume_error(const LayeredScene& scene)
+double interpenetration(const LayeredScene& scene)
 {
     double worst = 0;
     for (std::size_t b = 0; b < scene.parts.size(); ++b) {
-        const LayeredBody& body = *scene.parts[b].body;
-        const LayeredState& state = scene.states[b];
-        if (!(body.control.proportional > 0) || state.volume.empty()) continue;
-        const double target =
-            scene.parts[b].inflation * std::accumulate(body.volume.begin(), body.volume.end(), 0.0);
-        const double now = std::accumulate(state.volume.begin(), state.volume.end(), 0.0);
-        worst = std::max(worst, std::abs(now / target - 1));
+        double thinnest = std::numeric_limits<double>::infinity();
+        for (const geometry::Contribution& c : scene.parts[b].body->layer.contributions) {
+            thinnest = std::min(thinnest, c.thickness);
+        }
+        worst = std::max(worst, scene.states[b].penetration / thinnest);
     }
     return worst;
+}
+
+std::size_t particle_count(const LayeredScene& scene)
+{
+    std::size_t count = 0;
+    for (std::size_t b = 0; b < scene.parts.size(); ++b) {
+        if (scene.parts[b].body->base.kind != BaseKind::particles) continue;
+        for (const Vec3& p : scene.states[b].position) count += p.allFinite();
+    }
+    return count;
+}
+
+std::size_t piece_count(const LayeredScene& scene)
+{
+    std::size_t count = 0;
+    for (std::size_t b = 0; b < scene.parts.size(); ++b) {
+        if (scene.parts[b].body->base.kind != BaseKind::particles) continue;
+        const std::vector<std::uint32_t>& part = scene.states[b].part;
+        count += part.empty() ? 1 : std::set(part.begin(), part.end()).size();
+    }
+    return count;
 }
 
 double fastest(const LayeredScene& scene)
@@ -311,7 +364,7 @@ double fastest(const LayeredScene& scene)
     return most;
 }
 
-LayeredMoment::LayeredMoment(const LayeredScene& scene)
+LayeredMoment::LayeredMoment(const LayeredScene& scene, double mesh_seconds)
 {
     const std::size_t n = scene.parts.size();
     fields.reserve(n);
@@ -334,13 +387,19 @@ LayeredMoment::LayeredMoment(const LayeredScene& scene)
         SeedWalk before;
         before.distance = state.distance;
         walks.push_back(physics::walk(fields.back(), body.seeds, at,
-                                      state.distance.empty() ? nullptr : &before));
+                                      state.distance.empty() ? nullptr : &before,
+                                      body.control.proportional > 0));
         frames.push_back(std::move(at));
         twists.push_back(std::move(moving));
     }
+    for (const LayeredPart& part : scene.parts) {
+        meshes.push_back({part.mesh_before ? part.body->layer.skeletons[0].mesh : nullptr,
+                          part.mesh_before, mesh_seconds});
+    }
     for (std::size_t b = 0; b < n; ++b) {
         bodies.push_back({&fields[b], &scene.parts[b].body->seeds, &walks[b], frames[b], twists[b],
-                          scene.parts[b].body->layer.frame, scene.parts[b].body->matter});
+                          scene.parts[b].body->layer.frame, scene.parts[b].body->matter,
+                          meshes[b].before ? &meshes[b] : nullptr});
     }
     contacts = find_contacts(bodies);
 }
@@ -530,24 +589,21 @@ void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, StepSy
         }
     }
     for (const LayerContact& contact : moment.contacts.contacts) {
-        const LayerMatter& own = scene.parts[contact.body].body->matter;
-        const LayerMatter& other = scene.parts[contact.other].body->matter;
+        const ContactLaw law = contact_law(moment.bodies, contact);
+        const bool rigid = scene.parts[contact.other].body->matter.rigid;
         const double si = moment.fields[contact.body].profile[contact.skeleton].k;
         const double sj = moment.fields[contact.other].profile[contact.other_skeleton].k;
-        const double sum = own.stiffness + other.stiffness;
-        const double K = other.rigid ? own.stiffness * si
-                         : sum > 0 ? 2 * own.stiffness * other.stiffness / sum * si * sj / (si + sj)
-                                   : 0;
-        const double C = other.rigid ? own.friction : 0.5 * (own.friction + other.friction);
-        const double share = other.rigid ? contact.area : 0.5 * contact.area;
+        const double K = law.stiffness * (rigid ? si : si * sj / (si + sj));
+        const double share = rigid ? contact.area : 0.5 * contact.area;
+        const Mat3 across = contact.normal * contact.normal.transpose();
         const std::uint32_t fa = scene.parts[contact.body].body->layer.frame[contact.skeleton];
         const std::uint32_t fb =
             scene.parts[contact.other].body->layer.frame[contact.other_skeleton];
         system.add_pair(system.frame(contact.body, fa), system.frame(contact.other, fb),
                         contact.position - moment.frames[contact.body][fa].translation(),
                         contact.position - moment.frames[contact.other][fb].translation(),
-                        share * C * Mat3::Identity(),
-                        share * K * contact.normal * contact.normal.transpose());
+                        share * (law.along * Mat3::Identity() + (law.damping - law.along) * across),
+                        share * K * across);
     }
 }
 
@@ -603,8 +659,7 @@ void add_hinges(const LayeredScene& scene, const LayeredMoment& moment, std::siz
             system.add_pair(a, c, arm_a, arm_b, Mat3::Zero(), k * Mat3::Identity());
         }
         const Vec3 axis = at_a.linear() * hinge.axis_a;
-        const Vec3 za = at_a.linear() * hinge.zero_a, zb = at_b.linear() * hinge.zero_b;
-        const double angle = std::atan2(za.cross(zb).dot(axis), za.dot(zb));
+        const double angle = hinge_angle(hinge, at_a, at_b);
         double stiffness = hinge.stiffness, torque = -hinge.stiffness * (angle - hinge.rest);
         const double beyond = angle > hinge.highest  ? angle - hinge.highest
                               : angle < hinge.lowest ? angle - hinge.lowest
@@ -706,31 +761,80 @@ void drive(const std::vector<Transform>& motion, double left, LayeredState& stat
     }
 }
 
-void control_volume(const LayeredBody& body, const SeedWalk& walk, double inflation, double dt,
-                    LayeredState& state)
+std::vector<float> pressed_distances(const LayeredMoment& moment, std::uint32_t body)
 {
-    const VolumeControl& control = body.control;
-    const bool known = !state.volume.empty();
-    if (control.proportional > 0) {
-        for (std::size_t s = 0; s < state.translation.size(); ++s) {
-            double area = 0;
-            for (std::size_t i = body.seeds.first[s]; i < body.seeds.first[s + 1]; ++i) {
-                area += walk.area[i];
-            }
-            const double target = inflation * body.volume[s], now = walk.local_volume[s];
-            // Hardly any surface of its own: as if it had a third of a ball's.
-            area = std::max(area, std::cbrt(36 * std::numbers::pi * target * target) / 3);
-            if (!(area > 0)) continue;
-            const double rate = known ? (now - state.volume[s]) / dt : 0;
-            // Exact over the step for any K_p: the error's decay, not its slope.
-            const double change = -std::expm1(-control.proportional * dt) * (now - target) +
-                                  control.derivative * rate * dt;
-            const double e = body.layer.contributions[s].thickness;
-            state.translation[s] =
-                std::clamp(state.translation[s] - change / area, -0.5 * e, 0.5 * e);
+    const SeedWalk& walk = moment.walks[body];
+    std::vector<float> pressed(walk.distance.size());
+    for (std::size_t i = 0; i < pressed.size(); ++i) {
+        pressed[i] = static_cast<float>(walk.valid[i] ? walk.distance[i] : -1);
+    }
+    for (const LayerContact& contact : moment.contacts.contacts) {
+        if (contact.body == body) pressed[contact.seed] = static_cast<float>(contact.distance);
+    }
+    return pressed;
+}
+
+// What the walk saw of body number b.
+void keep_seen(const LayeredMoment& moment, std::uint32_t b, LayeredState& state)
+{
+    state.distance = moment.walks[b].distance;
+    state.pressed = pressed_distances(moment, b);
+    state.volume = local_volumes(moment.bodies, b, moment.contacts);
+    state.penetration = std::max(state.penetration, moment.contacts.penetration[b]);
+}
+
+// Moves the contributions as the controllers of `control` do in dt seconds, in which the inflation
+// sought goes from state.inflation to `after`.
+void keep_volume(const LayeredBody& body, const VolumeControl& control, const SeedWalk& walk,
+                 double after, double dt, LayeredState& state)
+{
+    if (!(control.proportional > 0)) return;
+    std::vector<double> target, target_after, thickness;
+    for (std::size_t s = 0; s < state.volume.size(); ++s) {
+        target.push_back(state.inflation * body.volume[s]);
+        target_after.push_back(after * body.volume[s]);
+        thickness.push_back(body.layer.contributions[s].thickness);
+    }
+    control_volume(control,
+                   {state.volume, target, target_after, walk.volume_slope, state.part, thickness},
+                   dt, state.translation, state.expected_error);
+}
+
+double volume_error(const LayeredBody& body, const LayeredState& state)
+{
+    if (!(body.control.proportional > 0) || state.volume.empty()) return 0;
+    const double target =
+        state.inflation * std::accumulate(body.volume.begin(), body.volume.end(), 0.0);
+    const double now = std::accumulate(state.volume.begin(), state.volume.end(), 0.0);
+    return std::abs(now / target - 1);
+}
+
+// The last step's motion has changed volumes since the controllers saw them. Mends that before
+// anybody looks, by Newton steps in which nothing moves; leaves what the last walk saw.
+void settle_volumes(LayeredScene& now, double mesh_seconds)
+{
+    constexpr int most_rounds = 3;
+    constexpr double enough = 1e-3;
+    if (std::none_of(now.parts.begin(), now.parts.end(),
+                     [](const LayeredPart& part) { return part.body->control.proportional > 0; })) {
+        return;
+    }
+    for (int round = 0;; ++round) {
+        const LayeredMoment moment(now, mesh_seconds);
+        double worst = 0;
+        for (std::uint32_t b = 0; b < now.parts.size(); ++b) {
+            keep_seen(moment, b, now.states[b]);
+            now.states[b].inflation = now.parts[b].inflation;
+            worst = std::max(worst, volume_error(*now.parts[b].body, now.states[b]));
+        }
+        if (!(worst > enough) || round == most_rounds) return;
+        for (std::size_t b = 0; b < now.parts.size(); ++b) {
+            if (!(volume_error(*now.parts[b].body, now.states[b]) > enough)) continue;
+            constexpr double at_once = std::numeric_limits<double>::infinity();
+            keep_volume(*now.parts[b].body, {at_once, 0}, moment.walks[b], now.parts[b].inflation,
+                        1, now.states[b]);
         }
     }
-    state.volume = walk.local_volume;
 }
 
 // Parts of a soft substance. A part falls into what chains of overlapping spheres of influence hold
@@ -813,6 +917,29 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
     state.links = std::move(links);
 }
 
+// Puts meshes that change their shape to where they are after so many of the frame's steps.
+// `told` has them at its end.
+void move_meshes(LayeredScene& now, const std::vector<LayeredPart>& told, int step, int steps)
+{
+    if (step == steps && steps == 1) return;
+    for (std::size_t b = 0; b < told.size(); ++b) {
+        if (!told[b].mesh_before) continue;
+        if (step == steps) {
+            now.parts[b].body = told[b].body;
+            continue;
+        }
+        LayeredBody body = *told[b].body;
+        geometry::TriMesh mesh = body.layer.skeletons[0].mesh->mesh;
+        const float left = 1 - static_cast<float>(step) / static_cast<float>(steps);
+        for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+            mesh.positions[v] += left * (told[b].mesh_before->positions[v] - mesh.positions[v]);
+        }
+        body.layer.skeletons[0].mesh =
+            std::make_shared<const geometry::SkeletonMesh>(std::move(mesh));
+        now.parts[b].body = std::make_shared<const LayeredBody>(std::move(body));
+    }
+}
+
 }  // namespace
 
 LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
@@ -832,17 +959,23 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
                         "same bodies, frames and skeletons, got {}",
                         scene.states.size(), parts.size()));
     }
+    const std::vector<LayeredPart> told = parts;
     LayeredScene now{std::move(parts), scene.states};
-    const double h = dt / std::max(1, substeps);
-    for (LayeredState& state : now.states) state.report = {};
+    const int steps = std::max(1, substeps);
+    const double h = dt / steps;
+    for (LayeredState& state : now.states) {
+        state.report = {};
+        state.penetration = 0;
+    }
     if (!(h > 0)) return now;
-    for (int substep = 0; substep < std::max(1, substeps); ++substep) {
+    for (int substep = 0; substep < steps; ++substep) {
         const double left = dt - h * substep;
         for (std::size_t b = 0; b < now.parts.size(); ++b) {
             if (now.parts[b].body->base.kind != BaseKind::still) continue;
             drive(told_frames(now.parts[b]), left, now.states[b]);
         }
-        const LayeredMoment moment(now);
+        move_meshes(now, told, substep + 1, steps);
+        const LayeredMoment moment(now, dt);
         StepSystem system(now, moment, h);
         add_contacts(now, moment, system);
         for (std::size_t b = 0; b < now.parts.size(); ++b) {
@@ -858,15 +991,20 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
         }
         Report report;
         const std::vector<Vec6> dv = system.solve(report);
-        for (std::size_t b = 0; b < now.parts.size(); ++b) {
+        for (std::uint32_t b = 0; b < now.parts.size(); ++b) {
             const LayeredBody& body = *now.parts[b].body;
             LayeredState& state = now.states[b];
             const std::size_t begin = system.frame(b, 0);
-            state.distance = moment.walks[b].distance;
-            control_volume(body, moment.walks[b], now.parts[b].inflation, h, state);
+            const auto inflation = [&](int at) {
+                return scene.parts[b].inflation +
+                       (told[b].inflation - scene.parts[b].inflation) * at / steps;
+            };
+            keep_seen(moment, b, state);
+            state.inflation = inflation(substep);
+            keep_volume(body, body.control, moment.walks[b], inflation(substep + 1), h, state);
             if (body.base.kind == BaseKind::particles &&
                 body.layer.blend.rule != geometry::BlendRule::sum) {
-                update_parts(body, static_cast<std::uint32_t>(b), moment, h, state);
+                update_parts(body, b, moment, h, state);
             }
             move(body, std::span(dv).subspan(begin, state.position.size()), h, state);
             state.time += h;
@@ -875,16 +1013,27 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
             state.report.converged &= report.converged;
         }
     }
+    now.parts = told;
     // Still frames end exactly where they were told to.
     for (std::size_t b = 0; b < now.parts.size(); ++b) {
         if (now.parts[b].body->base.kind != BaseKind::still) continue;
-        const std::vector<Transform> told = told_frames(now.parts[b]);
-        for (std::size_t f = 0; f < told.size(); ++f) {
-            now.states[b].position[f] = told[f].translation();
-            now.states[b].rotation[f] = Eigen::Quaterniond(told[f].linear()).normalized().coeffs();
+        const std::vector<Transform> at = told_frames(now.parts[b]);
+        for (std::size_t f = 0; f < at.size(); ++f) {
+            now.states[b].position[f] = at[f].translation();
+            now.states[b].rotation[f] = Eigen::Quaterniond(at[f].linear()).normalized().coeffs();
         }
     }
+    settle_volumes(now, dt);
     return now;
+}
+
+double volume_error(const LayeredScene& scene)
+{
+    double worst = 0;
+    for (std::size_t b = 0; b < scene.parts.size(); ++b) {
+        worst = std::max(worst, volume_error(*scene.parts[b].body, scene.states[b]));
+    }
+    return worst;
 }
 
 }  // namespace physics

@@ -6,21 +6,22 @@
 //
 // A step of dt seconds:
 //   1. fields from frames and translations, seeds walk (field.hpp, seeds.hpp)
-//   2. one controller a skeleton moves its contribution by tau so that its territory keeps its
-//   volume
-//        d tau/dt = -(K_p (V - V_0) + K_d dV/dt) / A       A: what the seeds stand for
-//      (divided by area, not V_0: then V - V_0 falls at rate K_p / (1 + K_d) whatever the shape)
-//   3. contacts and their forces (layer_contact.hpp)
+//   2. contacts and their forces (layer_contact.hpp)
+//   3. controllers move the contributions by tau so that territories, as contacts leave them, keep
+//      their volume (volume_control.hpp)
 //   4. the base: all forces with their stiffness and damping in one backward Euler step,
 //        (M + dt C + dt^2 K) dv = dt (f - dt K v)
 //      K, C from contacts, joints, springs and particles, each a symmetric pair term, so that what
 //      one body gets the other loses: momentum is kept to the solver's 1e-10. (The paper integrates
 //      explicitly; this stays stable for stiff layers and long steps.)
 //   5. soft substances: who may blend with whom (separation, fusion)
+// After the last step of a frame bodies that control their volume are walked once more, and what
+// the last motion changed of it is mended, by Newton steps in which nothing moves.
 
 #include "physics/layer_contact.hpp"
 #include "physics/loads.hpp"
 #include "physics/state.hpp"
+#include "physics/volume_control.hpp"
 
 #include <memory>
 #include <span>
@@ -74,11 +75,6 @@ struct Base {
     Substance substance;  // particles only
 };
 
-struct VolumeControl {
-    double proportional = 0;  // K_p, 1/s; 0: off
-    double derivative = 0;    // K_d, 1
-};
-
 // An object: immutable, shared by all its states.
 struct LayeredBody {
     ImplicitLayer layer;
@@ -99,9 +95,16 @@ struct LayeredState {
     std::vector<Vec3> velocity;             // B, m/s
     std::vector<Vec3> spin;                 // B, rad/s
     std::vector<double> translation;        // S, m, tau
-    std::vector<double> volume;             // S, m^3, at the last walk; empty before the first
-    std::vector<double> distance;           // N, of seeds; empty before the first
-    std::vector<std::uint32_t> part;        // S, blend parts
+    // S, m^3, as contacts leave the territories, bulges not counted, at the last walk (of a body
+    // that controls it: as the state is); empty before the first.
+    std::vector<double> volume;
+    double inflation = 1;                // of the volume that was sought then
+    std::vector<double> expected_error;  // S, m^3, for the controller; empty before the first
+    double penetration = 0;              // of what touches, see Contacts; the step's largest
+    std::vector<double> distance;        // N, of seeds; empty before the first
+    // N, m, as contacts left the seeds at the last walk; below 0: not on the surface. For preview.
+    std::vector<float> pressed;
+    std::vector<std::uint32_t> part;  // S, blend parts
     std::vector<geometry::BlendLink> links;
     Report report;
 
@@ -111,11 +114,15 @@ struct LayeredState {
 // An object in a scene, as it is told to be at a moment.
 struct LayeredPart {
     std::shared_ptr<const LayeredBody> body;
-    Transform pose = Transform::Identity();    // of a body as drawn: at the start; still: always
-    std::vector<Transform> frames = {};        // still: where each frame is; empty: by the pose
-    Vec3 velocity = Vec3::Zero();              // m/s, at the start
-    double inflation = 1;                      // of the volume that it seeks
+    Transform pose = Transform::Identity();  // of a body as drawn: at the start; still: always
+    std::vector<Transform> frames = {};      // still: where each frame is; empty: by the pose
+    Vec3 velocity = Vec3::Zero();            // m/s, at the start
+    // Of the volume that it seeks at the end of the step; it goes there straight.
+    double inflation = 1;
     geometry::Vec3f colour{0.7f, 0.7f, 0.7f};  // linear RGB
+    // A still body of one mesh that changes its shape: where it was a frame ago, with the same
+    // triangles; its vertices go straight. Null: it does not.
+    std::shared_ptr<const geometry::TriMesh> mesh_before = nullptr;
 
     std::size_t bytes() const { return body ? body->bytes() : 0; }
 };
@@ -136,12 +143,20 @@ struct LayeredScene {
 LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density,
                               double seed_spacing);
 
-// A rigid thing as a still part: the collider's shape, at its pose at the end of the frame.
+// A rigid thing as a still part: the collider's shape, at its pose at the end of the frame, with
+// its friction; a mesh as it changes.
 LayeredPart rigid_part(const Collider& collider);
 
 // Adds a hinge through `point` along `axis`, both as drawn; the angle as drawn is 0. Throws
 // std::invalid_argument for frames that are not there or not rigid, or an axis without direction.
 Hinge& add_hinge(Base& base, std::uint32_t a, std::uint32_t b, const Vec3& point, const Vec3& axis);
+
+// The angle at which frames a and b stand to each other, rad in -pi..pi.
+double hinge_angle(const Hinge& hinge, const Transform& a, const Transform& b);
+
+// Joins frames of a body by springs at rest: each two whose origins are nearer than `reach` m. The
+// substance's own forces are taken away. Throws std::invalid_argument where that joins none.
+void add_spring_network(Base& base, double reach, double stiffness, double damping);
 
 // Everything where its part's pose puts it, at its velocity.
 LayeredScene start(std::vector<LayeredPart> parts);
@@ -161,12 +176,21 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
 // step.
 double volume_error(const LayeredScene& scene);
 
+// How deep a body's surface stands inside another one's where they touch, as a share of its
+// thinnest layer: the largest over bodies and over the steps of the last frame.
+double interpenetration(const LayeredScene& scene);
+
+// Particles of soft substances whose state is a number, and the pieces that they make.
+std::size_t particle_count(const LayeredScene& scene);
+std::size_t piece_count(const LayeredScene& scene);
+
 // Speed of the fastest frame's origin, m/s.
 double fastest(const LayeredScene& scene);
 
 // A scene laid out for contact and for drawing, at its moment. Keeps what it points to; not copied.
 struct LayeredMoment {
-    explicit LayeredMoment(const LayeredScene& scene);
+    // `mesh_seconds`: how long meshes that change their shape took from where they were.
+    explicit LayeredMoment(const LayeredScene& scene, double mesh_seconds = 0);
     LayeredMoment(const LayeredMoment&) = delete;
     LayeredMoment& operator=(const LayeredMoment&) = delete;
 
@@ -174,6 +198,7 @@ struct LayeredMoment {
     std::vector<std::vector<Twist>> twists;
     std::vector<Field> fields;
     std::vector<SeedWalk> walks;
+    std::vector<MovingMesh> meshes;
     std::vector<ContactBody> bodies;
     Contacts contacts;
 };

@@ -8,15 +8,18 @@ namespace physics {
 
 struct LayeredMeshOptions {
     enum class Surface : std::uint8_t { exact, seeds };
-    Surface surface = Surface::exact;  // polygonized afresh, or the seeds' own preview
-    double cell = 0.02;                // m, of the grid that exact surfaces are found on
-    int body = -1;                     // which one; -1: all
-    bool deformed = true;              // as contacts leave it; false: as if nothing touched
+    // Polygonized afresh, or from the seeds as they stood at the last step, a substep ago: quick,
+    // for previews; its normals are the faces', bulges are left out, and pieces meet unjoined.
+    Surface surface = Surface::exact;
+    double cell = 0.02;    // m, of the grid that exact surfaces are found on
+    int body = -1;         // which one; -1: all
+    bool deformed = true;  // as contacts leave it; false: as if nothing touched
     enum class Cut : std::uint8_t { none, x, y, z };
     Cut cut = Cut::none;  // leaves out what lies beyond `cut_at` along this axis, open
     double cut_at = 0;    // m
 };
 
+// The second kind needs no field once the scene has made a step, and `deformed` always holds.
 // Each body that emits seeds is a group and a material in its part's colour; attribute
 // "compression": how far each vertex is pressed, in units of the field. Normals are the gradient's.
 geometry::TriMesh layered_mesh(const LayeredScene& scene, const LayeredMeshOptions& options);

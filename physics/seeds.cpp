@@ -14,6 +14,7 @@
 namespace physics {
 namespace {
 
+using geometry::BlockValues;
 using geometry::FieldBlock;
 using geometry::Foot;
 using geometry::Skeleton;
@@ -272,8 +273,31 @@ double step(const Walker& w, double phi, double phi_slope, double psi, double ps
     return 0.5 * (w.inside + w.outside);
 }
 
+// What a batch adds to dV/dtau of each skeleton.
+using Slopes = std::vector<std::pair<std::uint32_t, double>>;
+
+// A seed's share of dV/dtau of every skeleton that was evaluated at point k.
+void add_slopes(const geometry::FieldScratch& scratch, std::size_t k, double weight, Slopes& slopes)
+{
+    for (std::size_t s = 0; s < scratch.near.size(); ++s) {
+        const BlockValues& one = scratch.each[s];
+        if (!(one.f[k] > 0)) continue;
+        const double share =
+            scratch.share.empty() ? 1 : scratch.share[s * FieldBlock::capacity + k];
+        const auto found = std::find_if(slopes.begin(), slopes.end(), [&](const auto& slope) {
+            return slope.first == scratch.near[s];
+        });
+        const double own = weight * share * one.gradient(k).norm();
+        if (found != slopes.end()) {
+            found->second += own;
+        } else {
+            slopes.emplace_back(scratch.near[s], own);
+        }
+    }
+}
+
 void walk_batch(const Field& field, const Seeds& seeds, const Transform& frame, const Batch& batch,
-                const SeedWalk* before, SeedWalk& result)
+                const SeedWalk* before, SeedWalk& result, Slopes* slopes)
 {
     thread_local std::vector<std::uint32_t> near;
     thread_local geometry::FieldScratch scratch;
@@ -338,6 +362,9 @@ void walk_batch(const Field& field, const Seeds& seeds, const Transform& frame, 
             result.valid[seed] = on_surface && own_ground && cosine > 1e-6;
             const double across = seeds.a0[seed] + at * (seeds.a1[seed] + at * seeds.a2[seed]);
             result.area[seed] = result.valid[seed] ? across / cosine : 0;
+            if (slopes && result.valid[seed]) {
+                add_slopes(scratch, k, across / -phi_slope, *slopes);
+            }
         }
         active.resize(left);
     }
@@ -354,7 +381,7 @@ void walk_batch(const Field& field, const Seeds& seeds, const Transform& frame, 
 }  // namespace
 
 SeedWalk walk(const Field& field, const Seeds& seeds, std::span<const Transform> frames,
-              const SeedWalk* before)
+              const SeedWalk* before, bool slopes)
 {
     if (seeds.skeletons() != field.count() ||
         (before && before->distance.size() != seeds.count())) {
@@ -378,17 +405,23 @@ SeedWalk walk(const Field& field, const Seeds& seeds, std::span<const Transform>
             batches.push_back({s, b, std::min(b + most, seeds.first[s + 1])});
         }
     }
+    std::vector<Slopes> found(slopes ? batches.size() : 0);
     geometry::parallel_for(batches.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t b = begin; b < end; ++b) {
             walk_batch(field, seeds, frames[seeds.frame[batches[b].skeleton]], batches[b], before,
-                       result);
+                       result, slopes ? &found[b] : nullptr);
         }
     });
+    if (slopes) {
+        result.volume_slope.assign(seeds.skeletons(), 0);
+        for (const Slopes& some : found) {
+            for (const auto& [skeleton, slope] : some) result.volume_slope[skeleton] += slope;
+        }
+    }
     for (std::size_t s = 0; s < seeds.skeletons(); ++s) {
         double volume = seeds.core[s];
         for (std::size_t i = seeds.first[s]; i < seeds.first[s + 1]; ++i) {
-            const double d = result.distance[i];
-            volume += d * (seeds.a0[i] + d * (seeds.a1[i] / 2 + d * seeds.a2[i] / 3));
+            volume += seeds.swept(i, result.distance[i]);
         }
         result.local_volume[s] = volume;
     }

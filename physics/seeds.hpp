@@ -18,6 +18,13 @@
 // f sums only what blends with the seed's skeleton. The area that a valid seed stands for on the
 // surface is A(d) / cos(ray, normal); what the rays sweep until they stop, over all skeletons, is
 // the volume of the object.
+//
+// How the volume follows a translation tau_i of one contribution, f_i(r - tau_i): where f = c the
+// field grows by -f_i' df/df_i d tau, so the surface moves outward by that over |grad f|, and
+//   dV/dtau_i = int_S -f_i' (df/df_i) / |grad f| dA
+// over the whole surface that f_i reaches, own territory or not (territories' borders move too, but
+// what one loses there the other gains). With dA = A(d) / cos(ray, normal) and cos = -ray . grad f
+// / |grad f|, each valid seed adds  A(d) f_i' (df/df_i) / (ray . grad f).
 
 #include "geometry/field.hpp"
 #include "geometry/mesh.hpp"
@@ -43,6 +50,11 @@ struct Seeds {
     std::vector<double> core;               // S, m^3, volume of a solid skeleton itself
     std::vector<std::uint32_t> frame;       // S
 
+    // What the rays of seed i sweep up to distance d, m^3.
+    double swept(std::size_t i, double d) const
+    {
+        return d * (a0[i] + d * (a1[i] / 2 + d * a2[i] / 3));
+    }
     std::size_t count() const { return origin.size(); }
     std::size_t skeletons() const { return core.size(); }
 };
@@ -60,14 +72,16 @@ struct SeedWalk {
     std::vector<Vec3> gradient;        // N, of f there
     std::vector<double> area;          // N, m^2 of surface, 0 for those not valid
     std::vector<double> local_volume;  // S, m^3, of each territory
+    std::vector<double> volume_slope;  // S, m^2, dV/dtau_i of the whole volume; empty if not asked
 
     double volume() const;
 };
 
 // Walks every seed to its stop, to 1e-12 of the thickness. `before` is where they were a step ago
 // (null: at their skeleton's thickness). `frames` are those that `field` was made with.
+// `slopes`: also how the volume follows translations.
 SeedWalk walk(const Field& field, const Seeds& seeds, std::span<const Transform> frames,
-              const SeedWalk* before = nullptr);
+              const SeedWalk* before = nullptr, bool slopes = false);
 
 // The layer as its seeds see it: each skeleton's own mesh as far as any of its corners is valid,
 // with normals. For preview: the pieces meet without being joined.

@@ -47,6 +47,32 @@ TEST(LayeredMesh, EachBodyIsAGroupThatEndsAtTheCommonSurface)
     }
 }
 
+// The preview carries the seeds from where the last step left them: for a scene at rest the exact
+// surface, flat where two press each other.
+TEST(LayeredMesh, ThePreviewOfASteppedSceneNeedsNoField)
+{
+    LayeredScene scene = two_pressed_balls();
+    scene = advance(scene, scene.parts, {.gravity = Vec3::Zero()}, 1.0 / 24, 1);
+    const geometry::TriMesh mesh =
+        layered_mesh(scene, {.surface = LayeredMeshOptions::Surface::seeds});
+    ASSERT_EQ(mesh.attributes.at(0).values.size(), mesh.positions.size());
+    double flat = 0, pressed = 0;
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+        const bool left = v < scene.parts[0].body->seeds.count();
+        const geometry::Vec3f p = mesh.positions[v];
+        const float r = (p - geometry::Vec3f(left ? -0.09f : 0.09f, 0, 0)).norm();
+        EXPECT_LT((left ? 1.f : -1.f) * p.x(), 1e-6f);
+        if (std::abs(p.x()) > 1e-6f) {
+            EXPECT_NEAR(r, 0.1f, 1e-6f);
+        } else {
+            flat += 1;
+        }
+        pressed = std::max(pressed, static_cast<double>(mesh.attributes[0].values[v]));
+    }
+    EXPECT_GT(flat, 20);
+    EXPECT_NEAR(pressed, 10 * (0.1 - 0.09), 5e-3);  // k times the depth at the middle
+}
+
 TEST(LayeredMesh, CanBeOneBodyUndeformedOrCut)
 {
     const LayeredScene scene = two_pressed_balls();
