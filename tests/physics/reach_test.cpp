@@ -1,0 +1,104 @@
+#include "physics/reach.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace physics {
+namespace {
+
+// A base, two arms of 0.5 m along x, hinges about z at x = 0 and 0.5.
+Base arm(double limit = 1e9)
+{
+    Base base;
+    for (const double x : {-0.1, 0.25, 0.75}) {
+        Transform t = Transform::Identity();
+        t.translate(Vec3(x, 0, 0));
+        base.frames.push_back(t);
+    }
+    base.mass.assign(3, 1);
+    base.inertia.assign(3, Mat3::Identity());
+    for (const std::uint32_t h : {0u, 1u}) {
+        Hinge& hinge = add_hinge(base, h, h + 1, {0.5 * h, 0, 0}, {0, 0, 1});
+        hinge.lowest = -limit;
+        hinge.highest = limit;
+    }
+    return base;
+}
+
+const Vec3 hand(1, 0, 0);
+
+}  // namespace
+
+// At distance d the elbow is bent by cos q = (d^2 - 2 L^2) / (2 L^2), L = 0.5.
+TEST(Reach, TwoArmsBendAsTheCosineLawSays)
+{
+    const Base base = arm();
+    for (const Vec3& target : {Vec3(0.6, 0.3, 0), Vec3(-0.2, 0.5, 0), Vec3(0.1, -0.9, 0)}) {
+        const std::vector<ReachGoal> goals{{2, hand, target}};
+        const std::vector<double> start{0.1, 0.2};
+        const Reached at = reach(base, Transform::Identity(), goals, start);
+        EXPECT_LT(at.miss, 2e-6);
+        EXPECT_NEAR(std::cos(at.angle[1]), (target.squaredNorm() - 0.5) / 0.5, 1e-5);
+        EXPECT_LT((at.frames[2] * Vec3(0.25, 0, 0) - target).norm(), 2e-6);
+        // Still jointed: both frames put the elbow at one place.
+        const Vec3 elbow_a = at.frames[1] * Vec3(0.25, 0, 0);
+        const Vec3 elbow_b = at.frames[2] * Vec3(-0.25, 0, 0);
+        EXPECT_LT((elbow_a - elbow_b).norm(), 1e-14);
+        EXPECT_LT((at.frames[0].matrix() - base.frames[0].matrix()).norm(), 1e-14);
+    }
+}
+
+TEST(Reach, WhatIsTooFarIsReachedFor)
+{
+    const Reached at =
+        reach(arm(), Transform::Identity(), std::vector<ReachGoal>{{2, hand, {1.2, 1.6, 0}}},
+              std::vector<double>{0.1, 0.2});
+    EXPECT_NEAR(at.miss, 1, 2e-3);  // 2 m away, the arm is 1 m long: stretched towards it
+    EXPECT_NEAR(at.angle[0], std::atan2(1.6, 1.2), 0.05);
+}
+
+// Drawn straight, with its goal on that line: no hinge helps at first order.
+TEST(Reach, AStraightArmBends)
+{
+    const std::vector<ReachGoal> goals{{2, hand, {0.7, 0, 0}}};
+    EXPECT_LT(reach(arm(), Transform::Identity(), goals).miss, 2e-6);
+}
+
+TEST(Reach, LimitsHold)
+{
+    const Reached at =
+        reach(arm(0.4), Transform::Identity(), std::vector<ReachGoal>{{2, hand, {0, 0.9, 0}}});
+    for (const double angle : at.angle) EXPECT_LE(std::abs(angle), 0.4);
+    // Both at their limit is the nearest that it gets.
+    EXPECT_NEAR(at.angle[0], 0.4, 1e-6);
+    EXPECT_NEAR(at.angle[1], 0.4, 1e-6);
+}
+
+TEST(Reach, TheRootTakesTheFigureAlong)
+{
+    Transform root = Transform::Identity();
+    root.translate(Vec3(0, 0, 3)).rotate(Eigen::AngleAxisd(0.7, Vec3::UnitY()));
+    const Vec3 target = root * Vec3(0.3, 0.6, 0);
+    const Reached at = reach(arm(), root, std::vector<ReachGoal>{{2, hand, target}});
+    EXPECT_LT(at.miss, 2e-6);
+    EXPECT_LT((at.frames[0].matrix() - (root * arm().frames[0]).matrix()).norm(), 1e-14);
+}
+
+TEST(Reach, RefusesLoopsLooseFramesAndBadGoals)
+{
+    Base base = arm();
+    add_hinge(base, 0, 2, {0, 1, 0}, {0, 0, 1});
+    EXPECT_THROW(reach(base, Transform::Identity(), {}), std::invalid_argument);
+    base = arm();
+    base.hinges.pop_back();
+    EXPECT_THROW(reach(base, Transform::Identity(), {}), std::invalid_argument);
+    EXPECT_THROW(reach(arm(), Transform::Identity(), std::vector<ReachGoal>{{7, hand, hand}}),
+                 std::invalid_argument);
+    EXPECT_THROW(reach(arm(), Transform::Identity(),
+                       std::vector<ReachGoal>{{2, hand, {std::nan(""), 0, 0}}}),
+                 std::invalid_argument);
+    EXPECT_EQ(reach(arm(), Transform::Identity(), {}).miss, 0);
+}
+
+}  // namespace physics
