@@ -1,0 +1,47 @@
+#include "graph/node_type.hpp"
+#include "nodes/wire_types.hpp"
+#include "physics/layered.hpp"
+
+namespace nodes::springs {
+
+struct Inputs {
+    graph::Wire<physics::LayeredPart> part;
+    double reach = 0.2, stiffness = 1000, damping = 5;
+    std::shared_ptr<const physics::LayeredBody> body;
+};
+struct Outputs {
+    physics::LayeredPart part;
+};
+
+static physics::LayeredBody build(const Inputs& in)
+{
+    physics::LayeredBody body = *in.part->body;
+    physics::add_spring_network(body.base, in.reach, in.stiffness, in.damping);
+    return body;
+}
+
+static Outputs run(const Inputs& in, const graph::Context&)
+{
+    Outputs out{*in.part};
+    out.part.body = in.body;
+    return out;
+}
+
+void add_to(graph::Registry& registry)
+{
+    registry.add("Springs", 1, run)
+        .summary("Joins the frames of a layered body by springs: a mass-spring network under its "
+                 "layer.")
+        .input("part", &Inputs::part,
+               "A body of base = particles, whose substance then no longer acts, or base = rigid.")
+        .param("reach", &Inputs::reach, "Frames nearer than this, as drawn, are joined.",
+               {.min = 1e-9, .unit = "m"})
+        .param("stiffness", &Inputs::stiffness, "Force of a spring for each metre of stretch.",
+               {.min = 0, .unit = "N/m"})
+        .param("damping", &Inputs::damping, "Force against each metre a second along a spring.",
+               {.min = 0, .unit = "N s/m"})
+        .prepare("body", &Inputs::body, build, {"part", "reach", "stiffness", "damping"})
+        .output("part", &Outputs::part, "The body with its springs, for Layered.");
+}
+
+}  // namespace nodes::springs
