@@ -6,6 +6,8 @@
 #include "geometry/plane.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -156,8 +158,9 @@ std::vector<std::uint32_t> vertex_of_normals(const TriMesh& mesh)
 {
     std::vector<std::uint32_t> vertex(mesh.normals.size(), Binding::none);
     const MeshTopology& topology = *mesh.topology;
-    if (topology.normal_triangles.size() != topology.triangles.size()) {
-        // No list of their own: one normal a vertex.
+    const std::size_t listed = topology.normal_triangles.size();
+    if (listed == 0 || listed != topology.triangles.size()) {
+        // No list of their own: one normal a vertex, in a cloud of points too.
         const std::size_t n = std::min(vertex.size(), mesh.positions.size());
         std::iota(vertex.begin(), vertex.begin() + static_cast<std::ptrdiff_t>(n), 0u);
         return vertex;
@@ -236,18 +239,38 @@ std::vector<Polynomial> polynomials(const Binding& binding, const Cubes& cubes,
     return out;
 }
 
-// cof(F) n, to unit length; n itself where that is nothing.
-Vec3f turned(const Polynomial& u, const Vec3f& at, float per_metre, const Vec3f& n)
+// The same four lanes for what Eigen has no name for.
+using Four = float __attribute__((vector_size(16)));
+
+Four four(const Lanes& from)
 {
-    const auto column = [&](const Lanes& d, int axis) {
-        Vec3f f = per_metre * d.head<3>().matrix();
-        f[axis] += 1;
-        return f;
-    };
-    const Vec3f fx = column(u.dx(at), 0), fy = column(u.dy(at), 1), fz = column(u.dz(at), 2);
-    const Vec3f m = n.x() * fy.cross(fz) + n.y() * fz.cross(fx) + n.z() * fx.cross(fy);
-    const float length_sq = m.squaredNorm();
-    return length_sq > 1e-24f && std::isfinite(length_sq) ? Vec3f(m / std::sqrt(length_sq)) : n;
+    Four to;
+    std::memcpy(&to, from.data(), sizeof to);
+    return to;
+}
+
+Four yzx(Four a)
+{
+    return __builtin_shufflevector(a, a, 1, 2, 0, 3);
+}
+
+// cof(F) n, to unit length; n itself where that is nothing. With f_d the columns of F,
+//   cof(F) n = n_x f_y x f_z + n_y f_z x f_x + n_z f_x x f_y
+//            = f_y x (n_x f_z - n_z f_x) + n_y f_z x f_x,   and (a x b) = yzx(a yzx(b) - yzx(a) b).
+// Inline, it takes 10 ns for 13.
+[[gnu::always_inline]] inline Vec3f turned(const Polynomial& u, const Vec3f& at, float per_metre,
+                                           const Vec3f& n)
+{
+    const Four fx = per_metre * four(u.dx(at)) + Four{1, 0, 0, 0};
+    const Four fy = per_metre * four(u.dy(at)) + Four{0, 1, 0, 0};
+    const Four fz = per_metre * four(u.dz(at)) + Four{0, 0, 1, 0};
+    const Four g = n.x() * fz - n.z() * fx;
+    const Four m = yzx((fy * yzx(g) - yzx(fy) * g) + n.y() * (fz * yzx(fx) - yzx(fz) * fx));
+    const Four square = m * m;
+    const float length_sq = square[0] + square[1] + square[2];
+    if (!(length_sq > 1e-24f && std::isfinite(length_sq))) return n;
+    const Four unit = m / std::sqrt(length_sq);
+    return {unit[0], unit[1], unit[2]};
 }
 
 }  // namespace

@@ -72,6 +72,16 @@ TEST(Embed, AffineMotionOfTheCubesIsThatOfTheMesh)
     }
 }
 
+TEST(Embed, NormalsOfACloudOfPointsTurnAsThoseOfAMesh)
+{
+    Scene s;
+    const std::vector<Vec3> x = moved(s.cubes, Vec3(1, 2, 0.5).asDiagonal(), Vec3::Zero());
+    const TriMesh mesh = embed(bind(s.mesh, s.cubes), s.mesh, s.cubes, x);
+    s.mesh.topology = std::make_shared<const geometry::MeshTopology>();
+    EXPECT_EQ(embed(bind(s.mesh, s.cubes), s.mesh, s.cubes, x).normals, mesh.normals);
+    EXPECT_NE(mesh.normals, s.mesh.normals);
+}
+
 TEST(Embed, AtRestNothingMoves)
 {
     const Scene s;
