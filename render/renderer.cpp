@@ -1,6 +1,7 @@
 #include "render/renderer.hpp"
 
 #include "render/shaders.hpp"
+#include "render/smooth_edges.hpp"
 
 #include <glad/gl.h>
 
@@ -147,12 +148,11 @@ struct Layer {
 // Everything that lives in the context; freed with it.
 struct Renderer::Gl {
     GLuint surface, object, floor_lit, floor_shadowed, backdrop, uneven, edges, clear, finish,
-        shadow, balls, balls_shadow, stairs, fxaa;
+        shadow, balls, balls_shadow;
     GLuint vertex_array, vertices, indices, frame;
-    GLuint light_pass, finish_pass, last_pass, shadow_pass;
+    GLuint light_pass, finish_pass, shadow_pass;
     Layer layer, fine;  // `fine` has twice the width and height, for samples
-    Target light{GL_RGBA16F}, picture{GL_RGBA8}, smoothed{GL_RGBA8},
-        shadow_map{GL_DEPTH_COMPONENT32F}, maps{GL_RGBA8};
+    Target light{GL_RGBA16F}, picture{GL_RGBA8}, shadow_map{GL_DEPTH_COMPONENT32F}, maps{GL_RGBA8};
 
     Gl();
     void upload(const DrawList& list);
@@ -162,7 +162,6 @@ struct Renderer::Gl {
     void draw_light(const DrawList& list, bool linear);
     void draw_edges(const DrawList& list, const Look& look);
     void draw_clear(const DrawList& list);
-    void smooth_edges();
     void fill_marked(GLuint mark, GLuint with_program) const;
     void fill_screen(GLuint with_program) const;
     static void bind(GLuint framebuffer, const Target& target);
@@ -188,10 +187,8 @@ Renderer::Gl::Gl()
     shadow = program({"shadow.vert"}, {"shadow.frag"});
     balls = program({"balls.vert"}, {"pack.glsl", "balls.frag"});
     balls_shadow = program({"balls.vert"}, {"balls_shadow.frag"});
-    stairs = program(screen, {"stairs.frag"});
-    fxaa = program(screen, {"fxaa.frag"});
 
-    for (GLuint* name : {&light_pass, &finish_pass, &last_pass, &shadow_pass}) {
+    for (GLuint* name : {&light_pass, &finish_pass, &shadow_pass}) {
         glCreateFramebuffers(1, name);
     }
     glNamedFramebufferDrawBuffer(shadow_pass, GL_NONE);
@@ -402,20 +399,6 @@ void Renderer::Gl::fill_marked(GLuint mark, GLuint with_program) const
     glDisable(GL_STENCIL_TEST);
 }
 
-void Renderer::Gl::smooth_edges()
-{
-    const int width = picture.width, height = picture.height;
-    if (smoothed.fit(width, height)) {
-        glNamedFramebufferTexture(last_pass, GL_COLOR_ATTACHMENT0, smoothed.name, 0);
-    }
-    glNamedFramebufferTexture(last_pass, GL_DEPTH_STENCIL_ATTACHMENT, layer.depths.name, 0);
-    glCopyImageSubData(picture.name, GL_TEXTURE_2D, 0, 0, 0, 0, smoothed.name, GL_TEXTURE_2D, 0, 0,
-                       0, 0, width, height, 1);
-    bind(last_pass, smoothed);
-    glBindTextureUnit(unit_first, picture.name);
-    fill_marked(stairs, fxaa);
-}
-
 void Renderer::Gl::draw_clear(const DrawList& list)
 {
     glUseProgram(clear);
@@ -481,11 +464,11 @@ Image Renderer::draw(const DrawList& list, const Look& look)
         glDisable(GL_DEPTH_TEST);
         gl.fill_screen(gl.finish);
     }
-    if (look.antialias == Antialias::fxaa) gl.smooth_edges();
 
     Image image{look.width, look.height, {}};
     image.rgba.resize(std::size_t(look.width) * std::size_t(look.height) * 4);
     glReadPixels(0, 0, look.width, look.height, GL_RGBA, GL_UNSIGNED_BYTE, image.rgba.data());
+    if (look.antialias == Antialias::fxaa) smooth_edges(image);
     for (std::size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = 255;
     if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
         throw std::runtime_error("OpenGL reports error " + std::to_string(error) +
