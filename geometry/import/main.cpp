@@ -163,6 +163,11 @@ ImportedMaterial material_of(const aiMaterial& in)
     } else if (in.Get(AI_MATKEY_COLOR_DIFFUSE, diffuse) == AI_SUCCESS) {
         out.colour = {float(diffuse.r), float(diffuse.g), float(diffuse.b)};
     }
+    // What assimp makes up where a file says nothing is the grey of our floor: Material's instead,
+    // 0.7 by the sRGB curve.
+    const bool made_up =
+        out.name == AI_DEFAULT_MATERIAL_NAME && out.colour == geometry::Vec3f(0.6f, 0.6f, 0.6f);
+    if (made_up) out.colour = {0.852f, 0.852f, 0.852f};
     float opacity = 1;
     if (in.Get(AI_MATKEY_OPACITY, opacity) == AI_SUCCESS) out.opacity = opacity;
 
