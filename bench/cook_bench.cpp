@@ -39,7 +39,7 @@ const char* const shared_bridge = R"({ "aspic": 1,
     "shape": { "type": "Embed@1",
       "inputs": { "mesh": "bridge.mesh", "cubes": "part.cubes", "state": "sim.state" } },
     "picture": { "type": "Render@1", "inputs": { "mesh": "shape.mesh", "rest": "bridge.mesh" },
-      "params": { "width": 960, "height": 540 } },
+      "params": { "width": 960, "height": 540, "ground": { "kind": "at", "height": -1 } } },
     "frames": { "type": "WriteImage@1", "inputs": { "image": "picture.image" } },
     "video": { "type": "WriteVideo@1", "inputs": { "frames": "frames.file" } } } })";
 
