@@ -1,6 +1,7 @@
 #pragma once
 
-// Headers of libraries that most files read. Nothing of the project's own.
+// Headers of libraries that most files read. Of the project's own only what a
+// sanitizer needs.
 
 #include <Eigen/Dense>
 #include <nlohmann/json.hpp>
@@ -25,3 +26,7 @@
 #include <unordered_map>
 #include <variant>
 #include <vector>
+
+#ifdef __SANITIZE_THREAD__
+#include "tsan_loops.hpp"
+#endif

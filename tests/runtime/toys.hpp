@@ -9,6 +9,8 @@
 
 #include <atomic>
 #include <fstream>
+#include <map>
+#include <mutex>
 
 namespace toys {
 
@@ -26,8 +28,20 @@ template <> inline constexpr const char* graph::wire_name<toys::Numbers> = "numb
 namespace toys {
 
 // How often each toy ran, by type name. The one thing in these tests that is not pure.
+class Counts {
+public:
+    std::atomic<int>& operator[](const std::string& type)
+    {
+        std::lock_guard lock(mutex_);
+        return counts_[type];
+    }
+
+private:
+    std::mutex mutex_;
+    std::map<std::string, std::atomic<int>> counts_;
+};
 struct Runs {
-    std::map<std::string, std::atomic<int>> of;
+    Counts of;
 };
 inline Runs& runs()
 {
