@@ -709,8 +709,9 @@ private:
         return (pays && due) || since_stored(task) + result.seconds > scrub_seconds * spacing;
     }
 
-    // Any frame of a stored simulation is at most this much work away.
-    static constexpr double scrub_seconds = 0.25;
+    // Any frame of a stored simulation is at most this much work away: a third of what a person
+    // who scrubs through the frames notices.
+    static constexpr double scrub_seconds = 5e-3;
 
     // Puts values into the scratch in the order in which expand() made the inputs.
     std::size_t fill_port(const Task& task, std::size_t port, std::size_t at, Scratch& scratch)

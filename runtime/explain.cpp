@@ -136,6 +136,10 @@ private:
                         int frame) const
     {
         if (found.file_gone) return "a file that it wrote is gone or was changed";
+        if (!found.kept.empty()) {
+            return fmt::format("unchanged; goes on from frame {}, the nearest that is stored",
+                               *found.kept.rbegin());
+        }
         const std::vector<int> frames = parse_frames(last_->frames);
         if (!std::binary_search(frames.begin(), frames.end(), frame) &&
             !found.cooked.contains(graph_.range.first)) {

@@ -263,6 +263,23 @@ TEST(DiskCache, ACookGoesOnFromWhatAnotherProcessLeft)
     EXPECT_EQ(take_runs("Slow"), 0);
 }
 
+// Steps of 1 ms are made again quicker than read, but not many of them: whoever scrubs through the
+// frames waits for 5 ms of steps at most (and for one more, as that is where it is noticed).
+TEST(DiskCache, AnyFrameOfAQuickSimulationIsAFewStepsAway)
+{
+    const toys::Folder folder;
+    Wiring w(60);
+    const auto one = w.add("Constant");
+    w.add("Accumulate", {{"value", {one}}}, {{"seconds", {1e-3}}});
+    cook_last(w.graph, folder.path);
+    for (const int frame : {60, 59, 37, 12, 3}) {
+        w.graph.range.last = frame;
+        take_runs("Accumulate");
+        EXPECT_EQ(cook_last(w.graph, folder.path), frame);
+        EXPECT_LE(take_runs("Accumulate"), 6) << frame;
+    }
+}
+
 // 2 = 1 + 1: what stands downstream is found by the bytes it would be made of.
 TEST(DiskCache, AnEditThatYieldsEqualBytesStopsThereInTheNextProcess)
 {

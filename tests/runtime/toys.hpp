@@ -53,6 +53,15 @@ inline int take_runs(const std::string& type)
     return runs().of[type].exchange(0);
 }
 
+// Works for so long, or until told to stop.
+inline void burn(double seconds, const std::stop_token& stop)
+{
+    const auto start = std::chrono::steady_clock::now();
+    while (std::chrono::steady_clock::now() - start < std::chrono::duration<double>(seconds)) {
+        if (stop.stop_requested()) throw graph::Cancelled();
+    }
+}
+
 struct NoInputs {};
 struct Number {
     double value = 0;
@@ -101,11 +110,12 @@ struct Accumulate {
     struct Inputs {
         Wire<double> value;
         Wire<double> before;
-        double start = 0;
+        double start = 0, seconds = 0;
     };
     static Number run(const Inputs& in, const Context&)
     {
         ++runs().of["Accumulate"];
+        burn(in.seconds, {});
         return {(in.before ? *in.before : in.start) + *in.value};
     }
 };
@@ -253,11 +263,7 @@ struct Slow {
     static Outputs run(const Inputs& in, const Context& context)
     {
         ++runs().of["Slow"];
-        const auto start = std::chrono::steady_clock::now();
-        while (std::chrono::steady_clock::now() - start <
-               std::chrono::duration<double>(in.seconds)) {
-            if (context.stop.stop_requested()) throw graph::Cancelled();
-        }
+        burn(in.seconds, context.stop);
         Outputs out;
         out.numbers.all.assign(static_cast<std::size_t>(in.size), *in.value);
         out.first = *in.value;
@@ -286,6 +292,7 @@ inline const graph::Registry& registry()
         r.add("Accumulate", 1, Accumulate::run)
             .input("value", &Accumulate::Inputs::value, "Added each frame.")
             .param("start", &Accumulate::Inputs::start, "Before the first frame.")
+            .param("seconds", &Accumulate::Inputs::seconds, "How long a step takes.")
             .output("value", &Number::value, "Sum.")
             .previous("value", &Accumulate::Inputs::before);
         r.add("Collect", 1, Collect::run)
