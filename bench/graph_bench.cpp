@@ -16,7 +16,7 @@ std::string chain(std::int64_t count)
     std::string text = R"({ "aspic": 1, "nodes": { "n0": { "type": "Primitive@1" })";
     for (std::int64_t i = 1; i < count; ++i) {
         const char* value = i % 10 == 0   ? R"({ "keys": [[1, [0, 0, 0]], [9, [1, 2, 3]]] })"
-                            : i % 10 == 5 ? R"([0, "=sin(time)", 0])"
+                            : i % 10 == 5 ? R"#([0, "=sin(time)", 0])#"
                                           : "[0, 1, 0]";
         text += fmt::format(",\n\"n{}\": {{ \"type\": \"Transform@1\", \"inputs\": {{ \"mesh\": "
                             "\"n{}.mesh\" }}, \"params\": {{ \"translate\": {} }} }}",
