@@ -14,12 +14,13 @@ const graph::NodeType& type()
     return *toys::registry().find("Slow");
 }
 
-// A folder in memory that holds one good result, kept for the life of the program.
-struct Folder {
+// A folder that holds one good result, made good again for each input.
+struct Cache {
     toys::Folder folder;
+    std::map<fs::path, std::string> good;  // what is in each file
     std::vector<fs::path> records, contents;
 
-    Folder()
+    Cache()
     {
         runtime::DiskCache cache(folder.path, std::uintmax_t{1} << 30, nullptr);
         auto result = std::make_shared<runtime::Result>();
@@ -30,10 +31,13 @@ struct Folder {
         list("2/records", records);
         list("2/contents", contents);
     }
-    void list(const char* name, std::vector<fs::path>& files) const
+    void list(const char* name, std::vector<fs::path>& files)
     {
         for (const auto& file : fs::recursive_directory_iterator(folder.path / name)) {
-            if (file.is_regular_file()) files.push_back(file.path());
+            if (!file.is_regular_file()) continue;
+            files.push_back(file.path());
+            std::ifstream in(file.path(), std::ios::binary);
+            good[file.path()] = std::string(std::istreambuf_iterator<char>(in), {});
         }
         std::sort(files.begin(), files.end());
     }
@@ -49,15 +53,11 @@ void write(const fs::path& path, std::string_view bytes)
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
     if (size == 0) return 0;
-    static const Folder pristine;
-    const toys::Folder folder;
-    fs::copy(pristine.folder.path, folder.path, fs::copy_options::recursive);
-    const auto there = [&](const fs::path& file) {
-        return folder.path / file.lexically_relative(pristine.folder.path);
-    };
+    static const Cache cache;
+    for (const auto& [file, content] : cache.good) write(file, content);
     const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-    const fs::path record = there(pristine.records[0]);
-    const fs::path content = there(pristine.contents[data[0] / 4 % pristine.contents.size()]);
+    const fs::path& record = cache.records[0];
+    const fs::path& content = cache.contents[data[0] / 4 % cache.contents.size()];
     switch (data[0] % 4) {
     case 0:
         write(record, bytes);
@@ -72,11 +72,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         runtime::write_cache_file(content, FileKind::content, bytes);
         break;
     }
-    runtime::DiskCache cache(folder.path, std::uintmax_t{1} << 30, nullptr);
-    if (const runtime::SharedResult found = cache.load({1, 1}, type())) {
+    runtime::DiskCache disk(cache.folder.path, std::uintmax_t{1} << 30, nullptr);
+    if (const runtime::SharedResult found = disk.load({1, 1}, type())) {
         if (found->values.size() != 2) std::abort();
     }
-    static_cast<void>(cache.verify());
-    static_cast<void>(cache.shrink(100, 0));
+    static_cast<void>(disk.verify());
+    static_cast<void>(disk.shrink(100, 0));
     return 0;
 }
