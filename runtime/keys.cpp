@@ -101,6 +101,11 @@ bool declares(const graph::Node& node, graph::Variable variable)
     return (node.type->reads & static_cast<unsigned>(variable)) != 0;
 }
 
+bool moves(const graph::Node& node)
+{
+    return !node.animated.empty() || declares(node, graph::Variable::frame);
+}
+
 // The cooked frame that stands for `frame`: itself, or the nearest before it, or the first.
 int nearest_cooked(const std::vector<int>& cooked, int frame)
 {
@@ -157,7 +162,9 @@ void Keys::read_links()
         nodes_[n].first_link = static_cast<std::uint32_t>(links_.size());
         each_link(node, [&](const Input& input) { links_.push_back(input); });
         nodes_[n].links = static_cast<std::uint32_t>(links_.size()) - nodes_[n].first_link;
-        nodes_[n].moves = !node.animated.empty() || declares(node, graph::Variable::frame);
+        nodes_[n].moves = moves(node);
+        nodes_[n].placed = node.type->sink || declares(node, graph::Variable::fps) ||
+                           declares(node, graph::Variable::range);
         nodes_[n].rolls = !node.type->previous.empty();
         nodes_[n].gathers = static_cast<bool>(node.type->gather_frames);
     }
@@ -173,6 +180,7 @@ void Keys::edited(std::uint32_t n)
     bool same = true;
     each_link(node, [&](const Input& input) { same = same && at < end && links_[at++] == input; });
     if (!same || at != end || (!node.animated.empty() && !nodes_[n].varies)) return read_links();
+    nodes_[n].moves = moves(node);
     nodes_[n].stale = true;
     first_stale_ = std::min(first_stale_, n);
 }
@@ -207,6 +215,9 @@ void Keys::reach(const std::vector<std::uint32_t>& targets)
         if (node.rolls) rolling_.push_back(n);
     }
 
+    targets_ = targets;
+    first_stale_ = 0;
+    if (rolling_.empty()) return;
     std::vector<char> under(nodes_.size(), 0);
     for (const std::uint32_t n : rolling_) under[n] = 1;
     for (std::size_t i = varying_.size(); i-- > 0;) {
@@ -217,8 +228,6 @@ void Keys::reach(const std::vector<std::uint32_t>& targets)
     for (const std::uint32_t n : varying_) {
         if (under[n]) under_rolling_.push_back(n);
     }
-    targets_ = targets;
-    first_stale_ = 0;
 }
 
 void Keys::aim(const std::vector<std::uint32_t>& targets, const std::vector<int>& frames)
@@ -270,32 +279,34 @@ void Keys::forget_rows()
 void Keys::add_fixed_part(std::uint32_t n, KeyBuilder& b) const
 {
     const graph::Node& node = graph_.nodes[n];
-    b.add(types_[nodes_[n].type]);
+    const Node& known = nodes_[n];
+    b.add(types_[known.type]);
     const auto add_params = [&](const ParamValues& params) {
+        if (!known.opens) {
+            for (const ParamValue& value : params) b.add(value);
+            return;
+        }
         for (std::size_t i = 0; i < params.size(); ++i) {
-            if (nodes_[n].opens) {
-                add_param(b, node.type->params[i], params[i], files_);
-            } else {
-                b.add(params[i]);
-            }
+            add_param(b, node.type->params[i], params[i], files_);
         }
     };
-    if (node.animated.empty()) {
-        add_params(node.params);
-    } else {
+    b.add(known.moves);
+    if (known.moves) {
+        b.add(node.animated.size());
+        for (const graph::Animated& a : node.animated) {
+            b.add(a.where.size()).add(a.component);
+            for (const std::uint32_t i : a.where) b.add(i);
+        }
         add_params(without_animated(node));
+    } else {
+        add_params(node.params);
     }
-    b.add(node.animated.size());
-    for (const graph::Animated& a : node.animated) {
-        b.add(a.where.size()).add(a.component);
-        for (const std::uint32_t i : a.where) b.add(i);
-    }
-    const Node& known = nodes_[n];
     b.add(known.links);
     for (std::uint32_t i = 0; i < known.links; ++i) {
         const Input& input = links_[known.first_link + i];
         b.add(std::uint64_t{input.port} << 32 | input.output);
     }
+    if (!known.placed) return;
     if (declares(node, graph::Variable::fps)) b.add(graph_.range.fps);
     if (declares(node, graph::Variable::range)) {
         const graph::FrameRange told = range(n);
@@ -306,16 +317,10 @@ void Keys::add_fixed_part(std::uint32_t n, KeyBuilder& b) const
     }
 }
 
-Key Keys::key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with_side_files)
+// What of the node itself is another at each frame.
+void Keys::add_movement(std::uint32_t n, int frame)
 {
-    const Node& node = nodes_[n];
     const graph::Node& source = graph_.nodes[n];
-    builder_.clear();
-    if (node.one_hash()) {
-        add_fixed_part(n, builder_);
-    } else {
-        builder_.add(node.fixed);
-    }
     if (!source.animated.empty()) {
         try {
             ParamValues values = params(n, frame);
@@ -328,6 +333,18 @@ Key Keys::key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with
     if (declares(source, graph::Variable::frame)) {
         builder_.add(frame).add(graph_.range.time(frame));
     }
+}
+
+Key Keys::key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with_side_files)
+{
+    const Node& node = nodes_[n];
+    builder_.clear();
+    if (node.one_hash()) {
+        add_fixed_part(n, builder_);
+    } else {
+        builder_.add(node.fixed);
+    }
+    if (node.moves) add_movement(n, frame);
     for (std::uint32_t i = 0; i < node.links; ++i) {
         builder_.add(input_key(links_[node.first_link + i].node, row));
     }

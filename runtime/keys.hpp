@@ -85,6 +85,7 @@ private:
         std::uint32_t type = 0;                   // into types_
         std::uint32_t first_link = 0, links = 0;  // into links_
         bool moves = false;                       // with the frame, by itself
+        bool placed = false;  // depends on frames a second, the range or the output folder
         bool varies = false, rolls = false, opens = false, gathers = false;
         bool stale = true, changed = false;
 
@@ -115,6 +116,7 @@ private:
         add_fixed_part(n, builder);
         return builder.key();
     }
+    void add_movement(std::uint32_t n, int frame);
     Key key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with_side_files);
     Key gather_key(std::uint32_t n, bool with_side_files);
     Key first_key(std::uint32_t n, int frame);
