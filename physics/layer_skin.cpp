@@ -29,7 +29,7 @@ std::vector<std::uint32_t> vertices_of_normals(const TriMesh& mesh)
     return vertex;
 }
 
-struct Reach {
+struct Pull {
     std::uint32_t frame;
     double f;
 };
@@ -37,7 +37,7 @@ struct Reach {
 // Who reaches p, by frame, the strongest first; the nearest skeleton's frame with f = 0 when
 // nobody.
 void find_reach(const Field& field, std::span<const std::uint32_t> frame_of, const Vec3& p,
-                std::vector<Reach>& out)
+                std::vector<Pull>& out)
 {
     out.clear();
     double nearest = std::numeric_limits<double>::infinity();
@@ -51,7 +51,7 @@ void find_reach(const Field& field, std::span<const std::uint32_t> frame_of, con
         const double f = geometry::profile_at(field.profile[s], r).f;
         if (!(f > 0)) continue;
         const auto same = std::find_if(out.begin(), out.end(),
-                                       [&](const Reach& o) { return o.frame == frame_of[s]; });
+                                       [&](const Pull& o) { return o.frame == frame_of[s]; });
         if (same != out.end()) {
             same->f += f;
         } else {
@@ -60,7 +60,7 @@ void find_reach(const Field& field, std::span<const std::uint32_t> frame_of, con
     }
     if (out.empty()) out.push_back({owner, 0});
     std::stable_sort(out.begin(), out.end(),
-                     [](const Reach& a, const Reach& b) { return a.f > b.f; });
+                     [](const Pull& a, const Pull& b) { return a.f > b.f; });
     if (out.size() > LayerSkin::most) out.resize(LayerSkin::most);
 }
 
@@ -98,12 +98,12 @@ LayerSkin bind(const TriMesh& mesh, const LayeredBody& body)
         skin.thickness = std::min(skin.thickness, c.thickness);
     }
     geometry::parallel_for(n, skin_grain, [&](std::size_t begin, std::size_t end) {
-        std::vector<Reach> reach;
+        std::vector<Pull> reach;
         for (std::size_t v = begin; v < end; ++v) {
             const Vec3 p = mesh.positions[v].cast<double>();
             find_reach(field, body.layer.frame, p, reach);
             double sum = 0;
-            for (const Reach& r : reach) sum += r.f;
+            for (const Pull& r : reach) sum += r.f;
             for (std::size_t k = 0; k < LayerSkin::most; ++k) {
                 const bool there = k < reach.size();
                 skin.frame[v][k] = there ? reach[k].frame : 0;
