@@ -278,10 +278,10 @@ private:
         if (!(size <= 1.0001 * target)) report_.converged = false;
     }
 
-    // Whether the linear forces were asked too much: half a cube between neighbours in one stage.
+    // Whether the linear forces were asked too much: a cube between neighbours in one stage.
     bool violent() const
     {
-        return !(tau_ * elasticity_.largest_difference(w_.data()) < 0.5 * body_.h);
+        return !(tau_ * elasticity_.largest_difference(w_.data()) < body_.h);
     }
 
     // Phi but for the damping, whose matrix changes with x. Contacts that rub add nothing.
