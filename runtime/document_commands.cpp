@@ -85,10 +85,11 @@ int start_document(const std::string& file, Console& console)
     }
     if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path());
     std::string text = console.starter;
-    const std::string placeholder = "starter.json";
-    for (std::size_t at = 0; (at = text.find(placeholder, at)) != std::string::npos;) {
-        text.replace(at, placeholder.size(), path.filename().string());
-        at += path.filename().string().size();
+    // Its comments show commands on itself, by the name that it now has.
+    const std::string own_name = "starter.json", name = path.filename().string();
+    for (std::size_t at = 0; (at = text.find(own_name, at)) != std::string::npos;) {
+        text.replace(at, own_name.size(), name);
+        at += name.size();
     }
     replace_text(path, text);
     console.out << fmt::format("{} is written; next: aspic cook {}\n", path.string(),
