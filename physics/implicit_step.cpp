@@ -279,10 +279,7 @@ private:
     }
 
     // Whether the linear forces were asked too much: a cube between neighbours in one stage.
-    bool violent() const
-    {
-        return !(tau_ * elasticity_.largest_difference(w_.data()) < body_.h);
-    }
+    bool violent() const { return !(tau_ * elasticity_.largest_difference(w_.data()) < body_.h); }
 
     // Phi but for the damping, whose matrix changes with x. Contacts that rub add nothing.
     double potential(const Aligned<double>& w)
