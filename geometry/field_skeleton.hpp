@@ -30,9 +30,12 @@ enum class SkeletonKind : std::uint8_t {
     mesh
 };
 
-// A closed mesh made ready for distances.
+// A closed mesh made ready for distances; stored as its mesh alone.
 struct SkeletonMesh {
+    using Source = TriMesh;
+    SkeletonMesh() = default;
     explicit SkeletonMesh(TriMesh m) : mesh(std::move(m)), tree(mesh) {}
+    const Source& source() const { return mesh; }
     TriMesh mesh;
     TriangleBvh tree;
 };

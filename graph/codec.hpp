@@ -5,6 +5,7 @@
 // (graph/fields.hpp finds their members).
 //
 //   vector<Vec3f>      count, padding to a multiple of 8 bytes, the scalars as they are in memory
+//   Remade             what it was made from; it is made anew when read: a search tree of a mesh
 //   shared_ptr<const T> the name of the content, which stands elsewhere: what many values share is
 //                      stored once, and read back as one object again
 //
@@ -161,6 +162,15 @@ template <class T> constexpr bool flat()
 template <class T>
 concept FlatVector = IsVector<T>::value && flat<typename T::value_type>();
 
+// A class that holds nothing but its Source and what was worked out from that.
+template <class T>
+concept Remade = requires(const T& value)
+{
+    typename T::Source;
+    requires std::is_same_v<decltype(value.source()), const typename T::Source&>;
+    T(std::declval<typename T::Source>());
+};
+
 template <class T> constexpr bool storable();
 
 template <class Tuple> struct AllStorable;
@@ -182,6 +192,8 @@ template <class T> constexpr bool storable()
         return storable<typename T::value_type>();
     } else if constexpr (IsShared<T>::value) {
         return storable<std::remove_const_t<typename T::element_type>>();
+    } else if constexpr (Remade<T>) {
+        return storable<typename T::Source>();
     } else if constexpr (std::is_class_v<T> && std::is_empty_v<T>) {
         return std::is_aggregate_v<T>;
     } else if constexpr (PlainStruct<T> && std::is_default_constructible_v<T>) {
@@ -247,6 +259,8 @@ template <class T> void layout_of(std::string& out)
               static_cast<typename T::second_type*>(nullptr));
     } else if constexpr (IsShared<T>::value) {
         inner("shared", static_cast<typename T::element_type*>(nullptr));
+    } else if constexpr (Remade<T>) {
+        inner("remade", static_cast<typename T::Source*>(nullptr));
     } else if constexpr (std::is_empty_v<T>) {
         out += "()";
     } else {
@@ -297,6 +311,8 @@ template <Storable T> void encode(const T& value, Encoder& out)
             encode(*static_cast<const Content*>(content), e);
         };
         encode(out.share(value, layout, one), out);
+    } else if constexpr (Remade<T>) {
+        encode(value.source(), out);
     } else if constexpr (!std::is_empty_v<T>) {
         std::apply([&](const auto&... field) { (encode(field, out), ...); }, fields(value));
     }
@@ -385,6 +401,10 @@ template <Storable T> void decode(Decoder& in, T& value)
                 decode(d, *content);
                 return content;
             }));
+    } else if constexpr (Remade<T>) {
+        typename T::Source source{};
+        decode(in, source);
+        value = T(std::move(source));
     } else if constexpr (!std::is_empty_v<T>) {
         std::apply([&](auto&... field) { (decode(in, field), ...); }, fields(value));
     }

@@ -31,6 +31,23 @@ struct OneMore {
     int more = 0;
 };
 
+// Nothing but what was worked out from its numbers.
+class Summed {
+public:
+    using Source = std::vector<int>;
+    Summed() = default;
+    explicit Summed(Source numbers) : numbers_(std::move(numbers))
+    {
+        for (const int n : numbers_) sum_ += n;
+    }
+    const Source& source() const { return numbers_; }
+    int sum() const { return sum_; }
+
+private:
+    Source numbers_;
+    int sum_ = 0;
+};
+
 // A store of shared content in memory.
 struct Store {
     std::vector<std::string> all;
@@ -102,6 +119,19 @@ TEST(Codec, AStructOfEverythingComesBackAsItWas)
     EXPECT_EQ(back.pose.matrix(), o.pose.matrix());
     EXPECT_EQ(back.path, o.path);
     EXPECT_EQ(back.bits, o.bits);
+}
+
+TEST(Codec, WhatIsWorkedOutIsWorkedOutAnewAndNotStored)
+{
+    Store store;
+    EXPECT_EQ(round_trip(Summed({3, 4, 5}), store).sum(), 12);
+    const auto shared = std::make_shared<const Summed>(std::vector<int>{1, 2});
+    EXPECT_EQ(round_trip(shared, store)->sum(), 3);
+    graph::Encoder made = store.encoder(), source = store.encoder();
+    encode(Summed({3, 4, 5}), made);
+    encode(std::vector<int>{3, 4, 5}, source);
+    EXPECT_EQ(made.bytes, source.bytes);
+    EXPECT_NE(layout(Summed()), layout(std::vector<int>()));
 }
 
 TEST(Codec, NumbersKeepEveryBit)
