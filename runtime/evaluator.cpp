@@ -1,6 +1,7 @@
 #include "runtime/evaluator.hpp"
 
 #include "graph/standard_wires.hpp"
+#include "runtime/few.hpp"
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -26,7 +27,7 @@ double seconds_since(Clock::time_point start)
 
 enum class State : std::uint8_t {
     fresh,    // not looked up
-    staged,   // missed; waits until the frame before is about to run
+    staged,   // missed; follows its own past up until the frame before is about to run
     waiting,  // for inputs
     ready,
     running,
@@ -40,20 +41,21 @@ struct Task {
     std::uint32_t node = 0;
     int frame = 0;
     int preparation = -1;
-    State state = State::fresh;
-    bool load = false;          // from disk, instead of running
-    bool compare = false;       // by the inputs' contents, before it runs
-    double usual = 0;           // s, that nodes of its type take; 0 when not known
-    Key same;                   // its key by content, once known
-    SharedResult expected;      // what a recheck must come to
+    std::uint32_t place = 0;    // in the tasks of the cook
     std::uint32_t missing = 0;  // inputs that have not arrived
     std::uint32_t users = 0;    // inputs of tasks, and wants, that need the result
-    Task* previous = nullptr;
-    std::vector<Task*> inputs;      // by port, link and frame; then preparations
-    std::vector<Task*> dependants;  // to be told when this is done
-    std::vector<Task*> followers;   // staged tasks of the frame after
-    std::vector<std::uint32_t> wants;
+    State state = State::fresh;
+    bool load = false;         // from disk, instead of running
+    bool compare = false;      // by the inputs' contents, before it runs
+    Task* previous = nullptr;  // the frame before; of a staged task, one further back
+    Few<Task*> inputs;         // by port, link and frame; then preparations
+    Few<Task*> dependants;     // to be told when this is done
+    Few<Task*> followers;      // staged tasks that have come up to this one
+    Few<std::uint32_t> wants;
     SharedResult result;
+    double usual = 0;       // s, that nodes of its type take; 0 when not known
+    Key same;               // its key by content, once known
+    SharedResult expected;  // what a recheck must come to
 };
 
 // Lowest frame first; at one frame simulations first, because the next frame waits for them, and
@@ -159,15 +161,40 @@ private:
 
     Task& want(const Key& key, std::uint32_t node, int frame, int preparation = -1)
     {
-        auto& slot = tasks_[key];
-        if (!slot) {
-            slot = std::make_unique<Task>();
-            slot->key = key, slot->node = node, slot->frame = frame;
-            slot->preparation = preparation;
-            unsettled_.push_back(slot.get());
+        if (Task* const known = find(key)) {
+            ++known->users;
+            return *known;
         }
-        ++slot->users;
-        return *slot;
+        if (free_.empty()) {
+            free_.push_back(static_cast<std::uint32_t>(tasks_.size()));
+            tasks_.emplace_back();
+        }
+        const std::uint32_t place = free_.back();
+        table_.insert(key, place);
+        free_.pop_back();
+        Task& task = tasks_[place];
+        task.key = key, task.node = node, task.frame = frame, task.preparation = preparation;
+        task.place = place;
+        task.users = 1;
+        unsettled_.push_back(&task);
+        return task;
+    }
+
+    Task* find(const Key& key)
+    {
+        const std::uint32_t place =
+            table_.find(key, [this](std::uint32_t p) { return tasks_[p].key; });
+        return place == KeyTable::none ? nullptr : &tasks_[place];
+    }
+
+    // Nobody can want it any more.
+    void forget(Task& task)
+    {
+        table_.erase(task.key, task.place);
+        // Lists may still name one that came to nothing: its place stays its own.
+        if (task.state != State::done) return;
+        free_.push_back(task.place);
+        task = {};
     }
 
     // Opens wants and demands, lowest frame first, as long as few enough are under way. Those in
@@ -229,7 +256,7 @@ private:
             if (task.state == State::fresh)
                 look_up(task);
             else if (task.state == State::staged)
-                expand(task);
+                climb(task);
         }
     }
 
@@ -265,23 +292,49 @@ private:
         return static_cast<double>(draw >> 11) * 0x1p-53 < options_.recheck;
     }
 
-    // A node that no cache knows: its own frame before comes first.
+    // A node that no cache knows. Its own past comes first, from the last frame of it that is there
+    // or under way: what lies between is opened a frame at a time on the way up.
     void begin(Task& task)
     {
         const graph::NodeType& type = *graph_.nodes[task.node].type;
-        if (!type.previous.empty() && task.frame > graph_.range.first) {
-            Task& before = want(keys_.at(task.node, task.frame - 1), task.node, task.frame - 1);
-            task.previous = &before;
-            if (before.state == State::failed) return fail(task, false);
-            if (before.state != State::done) {
-                ++task.missing;
-                before.dependants.push_back(&task);
+        if (type.previous.empty() || task.frame == graph_.range.first) return expand(task);
+        if (!task.previous) {
+            int frame = task.frame - 1;
+            while (frame > graph_.range.first && !at_hand(task.node, frame)) --frame;
+            task.previous = &want(keys_.at(task.node, frame), task.node, frame);
+        }
+        task.state = State::staged;
+        climb(task);
+    }
+
+    // Whether there is no need to look further back than this frame of a simulation.
+    bool at_hand(std::uint32_t node, int frame)
+    {
+        const Key& key = keys_.at(node, frame);
+        return find(key) || caches_.memory.holds(key) || failed_.contains(key) ||
+               (caches_.disk && storable(node) && caches_.disk->holds(key));
+    }
+
+    // The staged task goes up its own past as far as that is about to run.
+    void climb(Task& task)
+    {
+        while (task.previous->frame < task.frame - 1 && task.previous->state >= State::ready &&
+               task.previous->state != State::failed) {
+            Task* const before = task.previous;
+            const int frame = before->frame + 1;
+            task.previous = &want(keys_.at(task.node, frame), task.node, frame);
+            if (task.previous->state == State::fresh && !task.previous->previous) {
+                task.previous->previous = before;  // the hold on it passes on
+            } else {
+                release(before);
             }
-            if (before.state < State::ready) {
-                task.state = State::staged;
-                before.followers.push_back(&task);
-                return;
-            }
+        }
+        Task& before = *task.previous;
+        if (before.state == State::failed) return fail(task, false);
+        if (before.state < State::ready) return before.followers.push_back(&task);
+        if (before.state != State::done) {
+            ++task.missing;
+            before.dependants.push_back(&task);
         }
         expand(task);
     }
@@ -406,9 +459,11 @@ private:
     {
         task.result = std::move(result);
         task.state = State::done;
+        release_inputs(task);
         call_followers(task);
-        for (Task* dependant : std::exchange(task.dependants, {})) told(*dependant);
-        const std::vector<std::uint32_t> wants = std::exchange(task.wants, {});
+        const Few<Task*> dependants = std::exchange(task.dependants, {});
+        for (Task* dependant : dependants) told(*dependant);
+        const Few<std::uint32_t> wants = std::exchange(task.wants, {});
         for (const std::uint32_t want : wants) deliver(want, task.result);
         if (!task.result->warnings.empty()) {
             for (const std::string& text : task.result->warnings) {
@@ -457,6 +512,7 @@ private:
             t.state = State::failed;
             failed_.insert(t.key);
             for (Task* d : t.dependants) failing.push_back(d);
+            for (Task* f : t.followers) failing.push_back(f);
             t.dependants.clear();
             t.followers.clear();
             in_flight_ -= t.wants.size();
@@ -470,7 +526,8 @@ private:
 
     void release_inputs(Task& task)
     {
-        for (Task* input : std::exchange(task.inputs, {})) release(input);
+        const Few<Task*> inputs = std::exchange(task.inputs, {});
+        for (Task* input : inputs) release(input);
         release(std::exchange(task.previous, nullptr));
     }
 
@@ -488,13 +545,8 @@ private:
             }
             if (task.previous && --task.previous->users == 0) unused.push_back(task.previous);
             task.inputs.clear(), task.previous = nullptr;
-            const auto found = tasks_.find(task.key);
-            if (task.state < State::done) {
-                // Lists elsewhere may still name it.
-                task.state = State::dropped;
-                dropped_.push_back(std::move(found->second));
-            }
-            tasks_.erase(found);
+            if (task.state < State::done) task.state = State::dropped;
+            forget(task);
         }
     }
 
@@ -600,7 +652,6 @@ private:
         if (outcome.equal) ++tally.equal;
         if (task.load || outcome.equal) {
             gone = caches_.memory.insert(task.key, result);
-            if (outcome.equal) release_inputs(task);
             arrive(task, std::move(result));
             return {};
         }
@@ -624,7 +675,6 @@ private:
             double& usual = usual_[keys_.type(task.node)];
             usual = usual > 0 ? (usual + outcome.run.seconds) / 2 : outcome.run.seconds;
         }
-        release_inputs(task);
         arrive(task, result);
         if (!keep || !outcome.store) return {};
         return {key, std::move(result), same};
@@ -985,8 +1035,9 @@ private:
     std::vector<Want> wants_;
     std::size_t next_want_ = 0, in_flight_ = 0, at_once_ = 1;
     std::priority_queue<Demand> demands_;
-    std::unordered_map<Key, std::unique_ptr<Task>, KeyHash> tasks_;
-    std::vector<std::unique_ptr<Task>> dropped_;
+    std::deque<Task> tasks_;
+    std::vector<std::uint32_t> free_;  // places of tasks_
+    KeyTable table_;                   // into tasks_
     std::unordered_set<Key, KeyHash> failed_;
     std::vector<Task*> unsettled_;
     std::priority_queue<Ready> ready_;

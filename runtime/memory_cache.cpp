@@ -16,10 +16,32 @@ double MemoryCache::worth_of(const Result& result) const
 
 SharedResult MemoryCache::find(const Key& key)
 {
-    const auto found = entries_.find(key);
-    if (found == entries_.end()) return nullptr;
-    found->second.worth = worth_of(*found->second.result);
-    return found->second.result;
+    const std::uint32_t place = place_of(key);
+    if (place == KeyTable::none) return nullptr;
+    Entry& entry = entries_[place];
+    entry.worth = worth_of(*entry.result);
+    return entry.result;
+}
+
+// The entry with the least worth. There must be one.
+SharedResult MemoryCache::evict()
+{
+    for (;;) {
+        std::pop_heap(queue_.begin(), queue_.end());
+        Candidate& least = queue_.back();
+        Entry& entry = entries_[least.place];
+        if (entry.worth > least.worth) {
+            least.worth = entry.worth;
+            std::push_heap(queue_.begin(), queue_.end());
+            continue;
+        }
+        aged_ = least.worth;
+        bytes_ -= entry.result->bytes + overhead;
+        table_.erase(entry.key, least.place);
+        free_.push_back(least.place);
+        queue_.pop_back();
+        return std::move(entry.result);
+    }
 }
 
 std::vector<SharedResult> MemoryCache::insert(const Key& key, SharedResult result)
@@ -27,35 +49,25 @@ std::vector<SharedResult> MemoryCache::insert(const Key& key, SharedResult resul
     std::vector<SharedResult> gone;
     const std::size_t bytes = result->bytes + overhead;
     if (bytes > budget_) return gone;
-    const auto [entry, is_new] = entries_.try_emplace(key);
-    if (!is_new) {
-        bytes_ -= entry->second.result->bytes + overhead;
+    if (const std::uint32_t place = place_of(key); place != KeyTable::none) {
+        Entry& entry = entries_[place];
+        bytes_ -= entry.result->bytes + overhead;
         bytes_ += bytes;
-        gone.push_back(std::exchange(entry->second.result, std::move(result)));
+        gone.push_back(std::exchange(entry.result, std::move(result)));
         return gone;
     }
-    // It is no candidate yet, so what goes now is not this one.
-    while (bytes_ + bytes > budget_) {
-        std::pop_heap(queue_.begin(), queue_.end());
-        Candidate& least = queue_.back();
-        const auto found = entries_.find(least.key);
-        if (found == entries_.end()) {
-            queue_.pop_back();
-        } else if (found->second.worth > least.worth) {
-            least.worth = found->second.worth;
-            std::push_heap(queue_.begin(), queue_.end());
-        } else {
-            aged_ = least.worth;
-            bytes_ -= found->second.result->bytes + overhead;
-            gone.push_back(std::move(found->second.result));
-            entries_.erase(found);
-            queue_.pop_back();
-        }
+    while (bytes_ + bytes > budget_) gone.push_back(evict());
+    if (free_.empty()) {
+        free_.push_back(static_cast<std::uint32_t>(entries_.size()));
+        entries_.emplace_back();
     }
+    const std::uint32_t place = free_.back();
+    free_.pop_back();
     const double worth = worth_of(*result);
     bytes_ += bytes;
-    entry->second = {std::move(result), worth};
-    queue_.push_back({worth, key});
+    entries_[place] = {key, std::move(result), worth};
+    table_.insert(key, place);
+    queue_.push_back({worth, place});
     std::push_heap(queue_.begin(), queue_.end());
     return gone;
 }

@@ -8,11 +8,9 @@
 // while follows, however dear it was.
 
 #include "runtime/content_names.hpp"
-#include "runtime/key.hpp"
+#include "runtime/key_table.hpp"
 
 #include <filesystem>
-#include <unordered_map>
-#include <vector>
 
 namespace runtime {
 
@@ -57,31 +55,39 @@ public:
     explicit MemoryCache(std::size_t budget) : budget_(budget) {}
 
     SharedResult find(const Key& key);
-    bool holds(const Key& key) const { return entries_.contains(key); }
+    bool holds(const Key& key) const { return place_of(key) != KeyTable::none; }
 
     // What had to go is returned, so that the caller can let it die outside of any lock.
     [[nodiscard]] std::vector<SharedResult> insert(const Key& key, SharedResult result);
 
     std::size_t bytes() const { return bytes_; }
-    std::size_t count() const { return entries_.size(); }
+    std::size_t count() const { return table_.size(); }
     std::size_t budget() const { return budget_; }
 
 private:
     struct Entry {
-        SharedResult result;
-        double worth = 0;  // H
+        Key key;
+        SharedResult result;  // null where the place is free
+        double worth = 0;     // H
     };
     struct Candidate {
         double worth;  // the entry's H when it was queued: it may have risen since
-        Key key;
+        std::uint32_t place;
         bool operator<(const Candidate& other) const { return worth > other.worth; }
     };
     double worth_of(const Result& result) const;
+    std::uint32_t place_of(const Key& key) const
+    {
+        return table_.find(key, [this](std::uint32_t place) { return entries_[place].key; });
+    }
+    SharedResult evict();
 
     std::size_t budget_, bytes_ = 0;
     double aged_ = 0;  // L
-    std::unordered_map<Key, Entry, KeyHash> entries_;
-    std::vector<Candidate> queue_;  // a heap, least worth on top; one candidate an entry
+    std::vector<Entry> entries_;
+    std::vector<std::uint32_t> free_;  // places
+    KeyTable table_;                   // into entries_
+    std::vector<Candidate> queue_;     // a heap, least worth on top; one candidate an entry
 };
 
 }  // namespace runtime

@@ -535,6 +535,48 @@ TEST(Evaluator, AHundredThousandFramesOfASimulationDoNotRecurse)
     EXPECT_EQ(Kitchen().pull(w.graph, sim, 100'000), 100'000);
 }
 
+TEST(Evaluator, ALateFrameStandsOnTheLastFrameThatIsThere)
+{
+    Wiring w(1000);
+    const auto clock = w.add("Clock");
+    const auto sim = w.add("Accumulate", {{"value", {clock}}});
+    Kitchen kitchen;
+    const auto expected = [&](int frame) {  // sum of f + 1000 (f - 1) / 24
+        return frame * (frame + 1) / 2.0 + 1000 * (frame * (frame - 1) / 2.0) / 24;
+    };
+    EXPECT_NEAR(kitchen.pull(w.graph, sim, 400), expected(400), 1e-6);
+    EXPECT_EQ(take_runs("Accumulate"), 400);
+    EXPECT_NEAR(kitchen.pull(w.graph, sim, 900), expected(900), 1e-6);
+    EXPECT_EQ(take_runs("Accumulate"), 500);
+    // Several at once, the later ones on top of the earlier, each frame once.
+    Kitchen other;
+    Evaluator evaluator(w.graph, other.caches, other.options);
+    for (const auto& [frame, value] : cook(evaluator, {{sim, 30}, {sim, 1000}, {sim, 7}})) {
+        EXPECT_NEAR(value, expected(frame), 1e-6) << frame;
+    }
+    EXPECT_EQ(take_runs("Accumulate"), 1000);
+}
+
+TEST(Evaluator, AFailureDownThePastOfASimulationBlocksTheFrameThatWasAskedFor)
+{
+    Wiring w(100);
+    const auto clock = w.add("Clock");
+    const auto checked = w.add("Fail", {{"value", {clock}}}, {{"above", {50'000.0 / 24}}});
+    const auto sim = w.add("Accumulate", {{"value", {checked}}});
+    for (const bool keep_going : {false, true}) {
+        Kitchen kitchen;
+        kitchen.options.keep_going = keep_going;
+        Notes notes;
+        Evaluator evaluator(w.graph, kitchen.caches, kitchen.options, &notes);
+        const Cooked cooked = evaluator.cook({{sim, 90}, {sim, 100}});
+        EXPECT_EQ(cooked.done, 0u);
+        EXPECT_EQ(cooked.failures, 1u);
+        ASSERT_EQ(notes.failures.size(), 1u);
+        EXPECT_EQ(notes.failures[0].node, checked);
+        EXPECT_EQ(notes.failures[0].frame, 50);  // f + 1000 (f - 1) / 24 first exceeds 50000 / 24
+    }
+}
+
 TEST(Evaluator, AnInputThatIsEmptyIsNamed)
 {
     Wiring w;
@@ -745,17 +787,18 @@ double naive(const graph::Graph& g, std::uint32_t n, int frame)
         return sum;
     }
     if (type == "Scale") return std::pow(in(0, 0), p) * in(1, 0);
+    if (type == "Fail") return in(0, 0) <= p ? in(0, 0) : throw std::runtime_error("too large");
     return (frame > g.range.first ? naive(g, n, frame - 1) : p) + in(0, 0);  // Accumulate
 }
 
-graph::Graph random_graph(std::mt19937& random)
+graph::Graph random_graph(std::mt19937& random, bool failing = false)
 {
     const auto below = [&](std::size_t n) { return static_cast<std::uint32_t>(random() % n); };
     Wiring w(6);
     w.add("Constant", {}, {{"value", {1.0}}});
     for (int i = 0; i < 9; ++i) {
         const auto any = [&] { return below(w.graph.nodes.size()); };
-        switch (below(6)) {
+        switch (below(failing ? 7 : 6)) {
         case 0:
             w.add("Constant", {}, {{"value", {static_cast<double>(below(3))}}});
             break;
@@ -774,8 +817,11 @@ graph::Graph random_graph(std::mt19937& random)
         case 4:
             w.add("Scale", {{"base", {any()}}, {"value", {any()}}}, {{"exponent", {1.0}}});
             break;
-        default:
+        case 5:
             w.add("Accumulate", {{"value", {any()}}});
+            break;
+        default:
+            w.add("Fail", {{"value", {any()}}}, {{"above", {static_cast<double>(below(12))}}});
             break;
         }
     }
@@ -807,6 +853,51 @@ TEST(Evaluator, RandomGraphsGiveWhatTheDefinitionSays)
             g.nodes[n].params[0] = {static_cast<double>(random() % 3)};
             evaluator.edited(n);
         }
+    }
+}
+
+TEST(Evaluator, InRandomGraphsAFailureBlocksWhatDependsOnItAndNothingElse)
+{
+    std::mt19937 random(3);
+    for (int round = 0; round < 120; ++round) {
+        const graph::Graph g = random_graph(random, true);
+        Kitchen kitchen(1 + round % 3);
+        kitchen.options.keep_going = true;
+        if (round % 4 == 0) kitchen.caches.memory = MemoryCache(round * 100);
+        Evaluator evaluator(g, kitchen.caches, kitchen.options);
+        std::set<Want> wants;
+        for (int i = 0; i < 12; ++i) {
+            wants.insert({static_cast<std::uint32_t>(random() % g.nodes.size()),
+                          static_cast<int>(1 + random() % 6)});
+        }
+        std::set<Want> good;
+        for (const Want& w : wants) {
+            try {
+                naive(g, w.node, w.frame);
+                good.insert(w);
+            } catch (const std::runtime_error&) {
+            }
+        }
+        std::set<Want> arrived;
+        const Cooked cooked = evaluator.cook({wants.begin(), wants.end()},
+                                             [&](const Want& x, std::span<const graph::Value> v) {
+                                                 arrived.insert(x);
+                                                 EXPECT_EQ(number(v[0]), naive(g, x.node, x.frame));
+                                             });
+        // A node that is the same at all frames arrives at the first one only.
+        std::set<std::uint32_t> still;
+        std::erase_if(good, [&](const Want& w) {
+            return !evaluator.keys().varies(w.node) && !still.insert(w.node).second;
+        });
+        EXPECT_EQ(arrived, good) << "round " << round;
+        EXPECT_EQ(cooked.done, good.size());
+        // Without keep_going nothing worse happens than that less arrives.
+        Options options = kitchen.options;
+        options.keep_going = false;
+        Kitchen another(1 + round % 3);
+        const Cooked less =
+            Evaluator(g, another.caches, options).cook({wants.begin(), wants.end()});
+        EXPECT_LE(less.done, cooked.done);
     }
 }
 
