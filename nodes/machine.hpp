@@ -7,6 +7,7 @@
 #include "render/gl_context.hpp"
 #include "render/png.hpp"
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -19,6 +20,9 @@ inline std::string opengl()
 {
     return render::gl_version();
 }
+
+// Libraries that are loaded when a node comes to need them.
+inline constexpr std::array late_libraries{render::opengl_library};
 
 // Writes pictures with their labels side by side as one PNG, and returns how many there were.
 // Values that are no pictures are left out.

@@ -5,22 +5,14 @@
 
 #include <GL/osmesa.h>
 
+#include <dlfcn.h>
+
 #include <array>
 #include <mutex>
 #include <stdexcept>
 #include <string>
 
 namespace render {
-
-struct GlContext::Native {
-    OSMesaContext context = nullptr;
-    std::array<std::uint8_t, 4> pixel{};  // the default framebuffer, which nothing draws into
-
-    ~Native()
-    {
-        if (context) OSMesaDestroyContext(context);
-    }
-};
 
 namespace {
 
@@ -33,6 +25,36 @@ std::string wanted(const std::string& found)
            found;
 }
 
+// OSMesa brings a compiler along, LLVM: 100 MB of libraries and most of what it takes to start a
+// program. So it is loaded when something is drawn, and never unloaded, because its threads live
+// as long as the program.
+struct Mesa {
+    decltype(&OSMesaCreateContextAttribs) create;
+    decltype(&OSMesaDestroyContext) destroy;
+    decltype(&OSMesaMakeCurrent) make_current;
+    decltype(&OSMesaGetProcAddress) address;
+
+    Mesa()
+    {
+        void* const library = dlopen(opengl_library, RTLD_NOW | RTLD_LOCAL);
+        if (!library) throw std::runtime_error(wanted(std::string("can't load it: ") + dlerror()));
+        const auto find = [&](auto& function, const char* name) {
+            function = reinterpret_cast<std::decay_t<decltype(function)>>(dlsym(library, name));
+            if (!function) throw std::runtime_error(wanted(std::string("it has no ") + name));
+        };
+        find(create, "OSMesaCreateContextAttribs");
+        find(destroy, "OSMesaDestroyContext");
+        find(make_current, "OSMesaMakeCurrent");
+        find(address, "OSMesaGetProcAddress");
+    }
+};
+
+const Mesa& mesa()
+{
+    static const Mesa loaded;
+    return loaded;
+}
+
 // OSMesaGetProcAddress answers for any name, so versions are asked for, never functions tested.
 // The pointers are the same for every context: they are loaded once.
 void load_functions()
@@ -41,7 +63,7 @@ void load_functions()
     static bool loaded = false;
     const std::lock_guard lock(loading);
     if (loaded) return;
-    const int version = gladLoadGL(reinterpret_cast<GLADloadfunc>(OSMesaGetProcAddress));
+    const int version = gladLoadGL(reinterpret_cast<GLADloadfunc>(mesa().address));
     const int major = GLAD_VERSION_MAJOR(version), minor = GLAD_VERSION_MINOR(version);
     if (major < wanted_major || (major == wanted_major && minor < wanted_minor)) {
         throw std::runtime_error(
@@ -51,6 +73,16 @@ void load_functions()
 }
 
 }  // namespace
+
+struct GlContext::Native {
+    OSMesaContext context = nullptr;
+    std::array<std::uint8_t, 4> pixel{};  // the default framebuffer, which nothing draws into
+
+    ~Native()
+    {
+        if (context) mesa().destroy(context);
+    }
+};
 
 GlContext::GlContext() : native_(std::make_unique<Native>())
 {
@@ -65,7 +97,7 @@ GlContext::GlContext() : native_(std::make_unique<Native>())
                                 OSMESA_CONTEXT_MINOR_VERSION,
                                 wanted_minor,
                                 0};
-    native_->context = OSMesaCreateContextAttribs(attributes.data(), nullptr);
+    native_->context = mesa().create(attributes.data(), nullptr);
     if (!native_->context) throw std::runtime_error(wanted("it would not give a context"));
     const Current current(*this);
     load_functions();
@@ -78,8 +110,8 @@ GlContext::Current::Current(GlContext& context) : context_(context)
     if (context_.in_use_.exchange(true)) {
         throw std::logic_error("an OpenGL context is wanted by two threads at once");
     }
-    if (!OSMesaMakeCurrent(context_.native_->context, context_.native_->pixel.data(),
-                           GL_UNSIGNED_BYTE, 1, 1)) {
+    if (!mesa().make_current(context_.native_->context, context_.native_->pixel.data(),
+                             GL_UNSIGNED_BYTE, 1, 1)) {
         context_.in_use_ = false;
         throw std::runtime_error(wanted("it would not make its context current"));
     }
@@ -87,7 +119,7 @@ GlContext::Current::Current(GlContext& context) : context_(context)
 
 GlContext::Current::~Current()
 {
-    OSMesaMakeCurrent(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
+    mesa().make_current(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
     context_.in_use_ = false;
 }
 

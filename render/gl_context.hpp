@@ -36,6 +36,9 @@ private:
     std::atomic<bool> in_use_ = false;
 };
 
+// OSMesa's library, which is loaded when the first context is made.
+inline constexpr const char* opengl_library = "libOSMesa.so.8";
+
 // What draws, for people: "4.5 (Core Profile) Mesa 22.3.6, llvmpipe (LLVM 15.0.6, 256 bits)".
 // Throws what making a context throws.
 std::string gl_version();

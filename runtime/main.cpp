@@ -16,7 +16,7 @@ int main(int argc, char** argv)
     runtime::Interrupt interrupt;
     runtime::Console console{std::cout,         std::cerr, isatty(STDERR_FILENO) == 1,
                              interrupt.token(), {},        ASPIC_VERSION};
-    console.salt = runtime::program_identity();
+    console.salt = runtime::program_identity(nodes::late_libraries);
     console.distances = nodes::distances();
     console.write_sheet = nodes::write_sheet;
     console.opengl = nodes::opengl;

@@ -2,10 +2,13 @@
 
 #include "runtime/key.hpp"
 
+#include <span>
+
 namespace runtime {
 
 // Names the program that runs, libraries included, by the build ids that the linker gave them: a
-// result is only ever taken from a cache when this very code would make it again.
-Key program_identity();
+// result is only ever taken from a cache when this very code would make it again. `later` are
+// libraries ("libOSMesa.so.8") that it loads only when it comes to need them.
+Key program_identity(std::span<const char* const> later = {});
 
 }  // namespace runtime
