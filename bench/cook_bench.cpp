@@ -23,7 +23,7 @@ const char* const shared_bridge = R"({ "aspic": 1,
   "nodes": {
     "bridge": { "type": "ReadMesh@1",
       "params": { "path": "simple_bridge.obj", "unit": "m", "up": "y" } },
-    "samples": { "type": "Sample@1", "inputs": { "mesh": "bridge.mesh" },
+    "samples": { "type": "Sample@2", "inputs": { "mesh": "bridge.mesh" },
       "params": { "count": 200000, "mass": "density", "thickness": 0.05, "matter":
         { "density": 1000, "young": 2e8, "poisson": 0.45, "stiffness_damping": 0.004 } } },
     "cubes": { "type": "Voxelize@1", "inputs": { "points": "samples.points" },

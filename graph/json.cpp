@@ -401,6 +401,16 @@ void put(Json& object, Member member)
     object.object()->push_back(std::move(member));
 }
 
+Json* put_missing(Json& object, std::string_view key, decltype(Json::is) value)
+{
+    if (!object.object()) return nullptr;
+    if (!object.find(key)) {
+        Json made{std::move(value), object.origin, object.begin, object.end};
+        object.object()->push_back({std::string(key), object.begin, std::move(made)});
+    }
+    return object.find(key);
+}
+
 void erase(Json& object, std::string_view key)
 {
     if (!object.object()) return;

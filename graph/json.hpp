@@ -103,6 +103,9 @@ std::optional<Json> parse_json(const Origin& origin, const JsonLimits&, Problems
 
 // Puts a member in the place of the one with its key, or at the end.
 void put(Json& object, Member member);
+// The member of that key; one of that value, standing where the object does, when there was none.
+// Null when this is no object.
+Json* put_missing(Json& object, std::string_view key, decltype(Json::is) value);
 // Takes the member away, if there is one.
 void erase(Json& object, std::string_view key);
 // Gives the member `from`, if there is one, the name `to`.

@@ -1,4 +1,5 @@
 #include "geometry/transform.hpp"
+#include "graph/json.hpp"
 #include "graph/node_type.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/layered.hpp"
@@ -87,10 +88,21 @@ static void describe_substance(graph::ParamsOf<Substance>& p)
                "How long two skeletons take to blend fully.", {.min = 0, .unit = "s"});
 }
 
+// Version 1 did not meet changes in advance unless told to, and took any share.
+static void keep_derivative(graph::Json& node)
+{
+    graph::Json* const params = node.find("params");
+    graph::Json* const volume = params ? params->find("volume") : nullptr;
+    if (!volume) return;
+    graph::Json* const derivative = graph::put_missing(*volume, "derivative", 0.0);
+    if (derivative && derivative->number() && *derivative->number() > 2) derivative->is = 2.0;
+}
+
 void add_to(graph::Registry& registry)
 {
-    registry.add("ImplicitLayer", 1, run)
+    registry.add("ImplicitLayer", 2, run)
         .summary("Coats a base structure with an implicit layer: a body for Layered.")
+        .upgrade(1, "unless said, volume.derivative was 0; it is at most 2 now", keep_derivative)
         .input("layer", &Inputs::layer, "Its skeletons, from Skeletons.")
         .choice("base", &Inputs::base, {"still", "rigid", "particles"},
                 "What carries the layer. still moves only by translate and rotate_degrees; each "

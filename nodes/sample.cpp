@@ -1,6 +1,7 @@
 #include "geometry/sample_surface.hpp"
 #include "geometry/sample_volume.hpp"
 
+#include "graph/json.hpp"
 #include "graph/node_type.hpp"
 #include "nodes/material_rules.hpp"
 #include "nodes/wire_types.hpp"
@@ -67,11 +68,24 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     return {geometry::sample_surface(*in.mesh, matter, count, in.seed, mass)};
 }
 
+// Version 1 made a model of 1 kg unless it said otherwise.
+static void say_old_defaults(graph::Json& node)
+{
+    graph::Json* const params = graph::put_missing(node, "params", graph::Json::Object());
+    if (!params) return;
+    const graph::Json* const mass = graph::put_missing(*params, "mass", std::string("total"));
+    if (mass && mass->text() && *mass->text() == "density") {
+        graph::put_missing(*params, "thickness", 0.01);
+    }
+}
+
 void add_to(graph::Registry& registry)
 {
-    registry.add("Sample", 1, run)
+    registry.add("Sample", 2, run)
         .summary("Spreads near-uniform points over a mesh or through it; each carries mass and "
                  "material.")
+        .upgrade(1, "unless said, mass was total and faces of a density 0.01 m thick",
+                 say_old_defaults)
         .input("mesh", &Inputs::mesh, "What to sample.")
         .choice("where", &Inputs::where, {"surface", "volume"},
                 "On the faces, or in what they enclose.")

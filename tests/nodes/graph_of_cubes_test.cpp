@@ -63,13 +63,13 @@ const std::string metre = R"("box": { "type": "Primitive@1", "params": { "shape"
 TEST(GraphOfCubes, SampleSpreadsPointsOverAMeshAndThroughIt)
 {
     Scene scene(metre + R"(,
-        "even": { "type": "Sample@1", "inputs": { "mesh": "box.mesh" },
+        "even": { "type": "Sample@2", "inputs": { "mesh": "box.mesh" },
                   "params": { "count": 5000 } },
-        "heavy": { "type": "Sample@1", "inputs": { "mesh": "box.mesh" },
+        "heavy": { "type": "Sample@2", "inputs": { "mesh": "box.mesh" },
                    "params": { "count": 5000, "mass": "total", "total_mass": 7, "pattern": "blue" } },
-        "spaced": { "type": "Sample@1", "inputs": { "mesh": "box.mesh" },
+        "spaced": { "type": "Sample@2", "inputs": { "mesh": "box.mesh" },
                     "params": { "spacing": 0.1 } },
-        "inside": { "type": "Sample@1", "inputs": { "mesh": "box.mesh" },
+        "inside": { "type": "Sample@2", "inputs": { "mesh": "box.mesh" },
                     "params": { "where": "volume", "count": 2000 } })");
     const auto even = scene.at<Samples>("even");
     EXPECT_EQ(even->positions.size(), 5000u);
@@ -93,7 +93,7 @@ TEST(GraphOfCubes, VoxelizeGivesTheSameCubesByAllItsRoutes)
 {
     // 4 x 4 x 4 cubes of 0.3 m around a box of 1 m; the middle 2 x 2 x 2 hold no face.
     Scene scene(metre + R"(,
-        "points": { "type": "Sample@1", "inputs": { "mesh": "box.mesh" } },
+        "points": { "type": "Sample@2", "inputs": { "mesh": "box.mesh" } },
         "samples": { "type": "Voxelize@1",
                      "inputs": { "points": "points.points", "mesh": "box.mesh" },
                      "params": { "size": 0.3 } },
