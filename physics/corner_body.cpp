@@ -1,5 +1,7 @@
 #include "physics/corner_body.hpp"
 
+#include "geometry/components.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -63,12 +65,16 @@ CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint3
     body.slot = std::move(slot);
     body.mass.assign(body.corners, 0);
     body.mass_damping.assign(body.corners, 0);
+    body.part.assign(body.corners, 0);
+    const auto joined = geometry::find_components(cubes, geometry::Connectivity::corner);
+    body.parts = joined.count();
     double total = 0;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         total += cubes.mass[c];
         for (const auto k : cubes.corners[c]) {
             body.mass[body.slot[k]] += cubes.mass[c] / 8;
             body.mass_damping[body.slot[k]] += cubes.mass_damping[c] * cubes.mass[c] / 8;
+            body.part[body.slot[k]] = joined.label[c];
         }
     }
     // A corner without mass has no equation of motion.
@@ -88,7 +94,7 @@ CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint3
 std::size_t CornerBody::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
-    return sizeof *this + of(slot, mass, mass_damping, rest, skin.corners, skin.share,
+    return sizeof *this + of(slot, mass, mass_damping, part, rest, skin.corners, skin.share,
                              skin.stiffness, skin.mass, skin.reach, skin.point_at, skin.point,
                              skin.point_area, skin.area_at, skin.area, skin.piece);
 }

@@ -23,7 +23,9 @@ struct CornerBody {
 
     std::vector<double> mass;          // K by slot, kg
     std::vector<double> mass_damping;  // K by slot, kg/s
-    Aligned<double> rest;              // numbers, m
+    std::vector<std::uint32_t> part;   // K by slot: corners of one part hang together by cubes
+    std::size_t parts = 0;
+    Aligned<double> rest;  // numbers, m
     Skin skin;
 
     std::size_t bytes() const;

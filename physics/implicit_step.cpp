@@ -198,8 +198,39 @@ private:
                 w_[at + k] = (pinned(i, k, end) - x0_[at + k]) / tau;
         }
         solve();
+        balance_free_parts();
         for (std::size_t i = 0; i < n_; ++i) x_[i] = x0_[i] + tau * w_[i];
         v_ = w_;
+    }
+
+    // Elastic forces and their damping add up to nothing over a part. What is left of
+    //   sum M (v0 - w) + tau (f_out - D w)
+    // of one that nothing holds or touches is therefore the solver's error alone: w moves as a
+    // whole to undo it, and linear momentum is right to round-off whatever the tolerance.
+    void balance_free_parts()
+    {
+        free_.assign(body_.parts, 1);
+        for (const auto k : loads_.pins.corner) free_[body_.part[body_.slot[k]]] = 0;
+        for (const Contact& c : contacts_) free_[body_.part[c.corners[0]]] = 0;
+        missing_.assign(body_.parts, {0, 0, 0, 0});
+        inertia_.assign(body_.parts, {0, 0, 0, 0});
+        for (std::size_t k = 0; k < body_.corners; ++k) {
+            const std::size_t part = body_.part[k];
+            if (free_[part] == 0) continue;
+            for (std::size_t i = 4 * k, a = 0; a < 3; ++i, ++a) {
+                const double drag = damping_[i] + drag_[i];
+                missing_[part][a] +=
+                    mass_[i] * (v0_[i] - w_[i]) + tau_ * (outside_[i] + windy_[i] - drag * w_[i]);
+                inertia_[part][a] += mass_[i] + tau_ * drag;
+            }
+        }
+        for (std::size_t k = 0; k < body_.corners; ++k) {
+            const std::size_t part = body_.part[k];
+            if (free_[part] == 0) continue;
+            for (std::size_t a = 0; a < 3; ++a) {
+                w_[4 * k + a] += missing_[part][a] / inertia_[part][a];
+            }
+        }
     }
 
     // The inverse at rest, or the diagonal, by the work that each should take. The diagonal takes
@@ -254,7 +285,7 @@ private:
             const Solved solved = solve_linear(target);
             report_.iterations += solved.iterations;
             for (std::size_t i = 0; i < n_; ++i) w_[i] += delta_[i];
-            if (!solved.converged) unsolved_ = true;
+            if (!solved.converged) short_of_iterations_ = true;
             if (round == 0 && violent()) {
                 report_.residual = std::max(report_.residual, descend(reference) / reference);
                 return;
@@ -275,7 +306,7 @@ private:
             if (!std::isfinite(size)) return;
         }
         if (reference > 0) report_.residual = std::max(report_.residual, size / reference);
-        if (!(size <= 1.0001 * target)) report_.converged = false;
+        if (!(size <= 1.0001 * target)) unsettled_ = true;
     }
 
     // Whether the linear forces were asked too much: a cube between neighbours in one stage.
@@ -317,7 +348,7 @@ private:
             const bool tried = i < most;
             if (tried) report_.iterations += solve_linear(0.1 * size).iterations;
             if (!tried || !search_along_delta(phi)) {
-                report_.converged = false;
+                violent_ = true;
                 break;
             }
         }
@@ -579,11 +610,21 @@ private:
             state.x[k] = Vec3(x_[at], x_[at + 1], x_[at + 2]);
             state.v[k] = Vec3(v_[at], v_[at + 1], v_[at + 2]);
         }
-        if (unsolved_ || !report_.converged) {
-            report_.converged = false;
-            report_.warnings.emplace_back("the solver stopped before its tolerance was met; more "
-                                          "substeps or solver iterations would help");
-        }
+        say_what_fell_short();
+    }
+
+    void say_what_fell_short()
+    {
+        if (!short_of_iterations_ && !unsettled_ && !violent_) return;
+        report_.converged = false;
+        const std::string what =
+            short_of_iterations_ ? "the linear solver ran out of iterations: raise "
+                                   "step.solver_iterations"
+            : violent_           ? "the motion is too violent for the step: raise step.substeps"
+            : colliders_.empty() ? "raise step.newton_iterations or step.substeps"
+                                 : "contact did not settle: raise step.contact_iterations or "
+                                   "step.substeps";
+        report_.warnings.push_back("forces were left unbalanced beyond step.tolerance; " + what);
     }
 
     const CornerBody& body_;
@@ -606,7 +647,12 @@ private:
     double tau_ = 0;                    // s
     int depth_ = 0;                     // times the step was halved
     bool at_start_ = true;              // forces are linear about x0_, not evaluated at x_
-    bool windy_weather_ = false, unsolved_ = false;
+    bool windy_weather_ = false;
+    std::vector<std::uint8_t> free_;              // parts that nothing holds or touches
+    std::vector<std::array<double, 4>> missing_;  // of each part, N s
+    std::vector<std::array<double, 4>> inertia_;  // of each part, kg
+    // What stopped a solve before its tolerance was met.
+    bool short_of_iterations_ = false, unsettled_ = false, violent_ = false;
     std::vector<PosedCollider> colliders_;
     std::vector<Contact> contacts_;
     std::vector<ContactBlock<float>> low_contacts_;
