@@ -1,13 +1,17 @@
-// One tetrahedron in every text format that the importer reads, whole, with a number that is none,
-// and cut short: the same mesh from each, and never one that is not finite.
+// One tetrahedron in every text format that the importer reads, and in binary ones, whole, with a
+// number that is none, and cut short: the same mesh from each, and never one that is not finite.
 
 #include "geometry/read_mesh.hpp"
+#include "geometry/write_mesh.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/geometry/meshes.hpp"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstring>
 #include <functional>
+#include <limits>
 
 namespace {
 
@@ -103,6 +107,24 @@ std::string direct_x(const Numbers& at)
     return out + "}\n";
 }
 
+std::string fbx(const Numbers& at)
+{
+    std::string numbers, corners;
+    for (const auto& v : at)
+        numbers += (numbers.empty() ? "" : ",") + v[0] + "," + v[1] + "," + v[2];
+    for (const auto& f : faces) {  // the last corner of a face is told by its complement
+        corners += (corners.empty() ? "" : ",") + std::to_string(f[0]) + "," +
+                   std::to_string(f[1]) + "," + std::to_string(-f[2] - 1);
+    }
+    return "; FBX 7.3.0 project file\nFBXHeaderExtension:  {\n\tFBXHeaderVersion: 1003\n"
+           "\tFBXVersion: 7300\n}\nObjects:  {\n\tGeometry: 1, \"Geometry::t\", \"Mesh\" {\n"
+           "\t\tVertices: *12 {\n\t\t\ta: " +
+           numbers + "\n\t\t}\n\t\tPolygonVertexIndex: *12 {\n\t\t\ta: " + corners +
+           "\n\t\t}\n\t\tGeometryVersion: 124\n\t}\n"
+           "\tModel: 2, \"Model::t\", \"Mesh\" {\n\t\tVersion: 232\n\t}\n}\n"
+           "Connections:  {\n\tC: \"OO\",2,0\n\tC: \"OO\",1,2\n}\n";
+}
+
 const std::vector<Format>& formats()
 {
     static const std::vector<Format> all{
@@ -131,6 +153,7 @@ const std::vector<Format>& formats()
         {"t.ac", ac3d},
         {"t.dae", collada},
         {"t.x", direct_x},
+        {"t.fbx", fbx},
     };
     return all;
 }
@@ -182,6 +205,45 @@ TEST(ReadFormats, NumbersThatAreNoneOrInfiniteNeverGetThrough)
             }
             for (const Vec3f& p : mesh->positions) EXPECT_TRUE(p.allFinite());
             for (const Vec3f& n : mesh->normals) EXPECT_TRUE(n.allFinite());
+        }
+    }
+}
+
+// Binary files: the same, with the bytes of one number changed for those of a float that is none.
+TEST(ReadFormats, BinaryNumbersThatAreNoneOrInfiniteNeverGetThrough)
+{
+    const files::Folder folder;
+    const float marked = 0.734375f;
+    geometry::TriMesh mesh;
+    mesh.positions = {Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(0, 1, 0), Vec3f(0, 0, marked)};
+    auto topology = std::make_shared<geometry::MeshTopology>();
+    topology->triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+    mesh.topology = topology;
+    const std::string needle(reinterpret_cast<const char*>(&marked), sizeof marked);
+    const std::vector<std::pair<const char*, std::string>> whole{
+        {"t.stl", geometry::stl_bytes(mesh)},
+        {"t.ply", geometry::ply_bytes(mesh)},
+        {"t.glb", geometry::glb_bytes(mesh)}};
+    for (const auto& [name, bytes] : whole) {
+        SCOPED_TRACE(name);
+        ASSERT_NE(bytes.find(needle), std::string::npos);
+        const auto [sound, none] = read(folder.write(name, bytes));
+        ASSERT_TRUE(sound) << none;
+        ASSERT_EQ(sound->triangles().size(), 4u);
+        for (const float number :
+             {std::nanf(""), HUGE_VALF, -HUGE_VALF, std::numeric_limits<float>::max()}) {
+            SCOPED_TRACE(number);
+            std::string broken = bytes;
+            for (auto at = broken.find(needle); at != std::string::npos; at = broken.find(needle)) {
+                std::memcpy(broken.data() + at, &number, sizeof number);
+            }
+            const auto [mesh_read, error] = read(folder.write(name, broken));
+            if (!mesh_read) {
+                EXPECT_NE(error.find(name), std::string::npos) << error;
+                continue;
+            }
+            for (const Vec3f& p : mesh_read->positions) EXPECT_TRUE(p.allFinite());
+            for (const Vec3f& n : mesh_read->normals) EXPECT_TRUE(n.allFinite());
         }
     }
 }

@@ -1,0 +1,213 @@
+// What Pin, Force and Ground do to a body that Simulate moves, against motion known beforehand.
+
+#include "tests/nodes/one_node.hpp"
+#include "tests/physics/cube_fixtures.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace {
+
+using fixtures::NodeRun;
+using geometry::Vec3;
+using graph::Value;
+using Vector = std::array<double, 3>;
+
+// A metre of 2 x 2 x 2 cubes of 1000 kg, all told.
+Value block(double young = 1e6)
+{
+    return Value::of(fixtures::box(2, 2, 2, 0.5, {.density = 1000, .young = young}));
+}
+
+Value pins_of(NodeRun& pin, const Value& cubes)
+{
+    pin.inputs["cubes"] = {cubes};
+    return pin.run();
+}
+
+// By mass, of cubes that are all alike.
+Vec3 mean_of(const std::vector<Vec3>& values, const geometry::Cubes& cubes)
+{
+    Vec3 sum = Vec3::Zero();
+    for (const auto& eight : cubes.corners) {
+        for (const auto k : eight) sum += values[k];
+    }
+    return sum / (8.0 * double(cubes.count()));
+}
+Vec3 mean_velocity(const geometry::Cubes& cubes, const physics::State& state)
+{
+    return mean_of(state.v, cubes);
+}
+
+// A body under one force and no gravity of Simulate's own, `frames` frames of 1/24 s after its
+// start.
+std::shared_ptr<const physics::State> moved_by(NodeRun& force, const Value& cubes, int frames)
+{
+    NodeRun simulate("Simulate");
+    simulate.inputs["cubes"] = {cubes};
+    simulate.inputs["forces"] = {force.run()};
+    simulate.param("gravity").is = Vector{0, 0, 0};
+    simulate.param("step.tolerance").is = 1e-9;
+    Value state = simulate.run();
+    for (int i = 0; i < frames; ++i) {
+        simulate.previous = {state};
+        state = simulate.run();
+    }
+    EXPECT_TRUE(simulate.warnings.empty());
+    return state.as<physics::State>();
+}
+
+TEST(Pin, ChoosesTheCornersOfItsPlace)
+{
+    const Value cubes = block();  // corners at 0, 0.5 and 1 m each way: 27
+    const auto held = [&](const std::string& where, auto&& set) {
+        NodeRun pin("Pin");
+        pin.param("where").is = where;
+        set(pin);
+        return pins_of(pin, cubes).as<physics::Pins>()->corner.size();
+    };
+    EXPECT_EQ(held("box",
+                   [](NodeRun& pin) {
+                       pin.param("box.centre").is = Vector{0, 0, 0};
+                       pin.param("box.size").is = Vector{1.2, 0.2, 2.2};
+                   }),
+              2u * 1u * 3u);
+    EXPECT_EQ(held("sphere",
+                   [](NodeRun& pin) {
+                       pin.param("sphere.centre").is = Vector{0.5, 0.5, 0.5};
+                       pin.param("sphere.radius").is = 0.6;
+                   }),
+              7u);  // the middle and its six neighbours
+    EXPECT_EQ(held("below", [](NodeRun& pin) { pin.param("below.height").is = 0.5; }), 18u);
+    EXPECT_EQ(held("ends",
+                   [](NodeRun& pin) {
+                       pin.param("ends.axis").is = std::string("z");
+                       pin.param("ends.end").is = std::string("high");
+                       pin.param("ends.layers").is = std::int64_t{1};
+                   }),
+              18u);
+    EXPECT_EQ(held("rim", [](NodeRun&) {}), 26u);
+}
+
+TEST(Pin, TurnsAboutItsPivotAndThenMovesOn)
+{
+    const Value cubes = block();
+    NodeRun pin("Pin");
+    pin.param("where").is = std::string("below");
+    pin.param("below.height").is = 9.0;
+    pin.param("translate").is = Vector{10, 0, 0};
+    pin.param("rotate_degrees").is = Vector{0, 0, 90};
+    pin.param("pivot").is = Vector{1, 0, 0};
+    const Value pins = pins_of(pin, cubes);
+    const auto got = pins.as<physics::Pins>();
+    ASSERT_EQ(got->corner.size(), 27u);
+    for (std::size_t i = 0; i < 27; ++i) {
+        // About (1, 0): (x, y) goes to (1 - y, x - 1); then 10 m along x.
+        const Vec3 p = cubes.as<geometry::Cubes>()->corner_position(got->corner[i]);
+        const Vec3 goal(11 - p.y(), p.x() - 1, p.z());
+        EXPECT_TRUE(got->target[i].isApprox(goal, 1e-12)) << got->target[i].transpose();
+    }
+
+    // Simulate takes them there within the frame, and the speed is the way over the frame's time.
+    NodeRun simulate("Simulate");
+    simulate.inputs["cubes"] = {cubes};
+    simulate.inputs["pins"] = {pins};
+    const Value start = simulate.run();
+    simulate.previous = {start};
+    const auto state = simulate.run().as<physics::State>();
+    for (std::size_t i = 0; i < 27; ++i) {
+        const auto k = got->corner[i];
+        EXPECT_EQ(state->x[k], got->target[i]);
+        const Vec3 way = got->target[i] - start.as<physics::State>()->x[k];
+        EXPECT_TRUE(state->v[k].isApprox(24 * way, 1e-12));
+    }
+}
+
+TEST(Pin, FollowsAMeshVertexByVertex)
+{
+    const Value cubes = block();
+    geometry::TriMesh moved;
+    for (const auto& p : geometry::corner_positions(*cubes.as<geometry::Cubes>())) {
+        moved.positions.push_back((p + Vec3(0, 0, 3)).cast<float>());
+    }
+    NodeRun pin("Pin");
+    pin.param("where").is = std::string("below");
+    pin.param("below.height").is = 0.0;
+    pin.inputs["follow"] = {Value::of(moved)};
+    const auto got = pins_of(pin, cubes).as<physics::Pins>();
+    ASSERT_EQ(got->corner.size(), 9u);
+    for (std::size_t i = 0; i < 9; ++i) EXPECT_GE(got->target[i].z(), 3);
+    moved.positions.pop_back();
+    pin.inputs["follow"] = {Value::of(moved)};
+    EXPECT_THROW(pin.run(), std::invalid_argument);
+}
+
+// All parts of a free body's momentum are the force's: m v = F t, 1000 kg for a quarter of a
+// second.
+TEST(Force, GravityAndAPushGiveTheMomentumOfTheirImpulse)
+{
+    const Value cubes = block();
+    NodeRun gravity("Force");
+    gravity.param("gravity.acceleration").is = Vector{1, -2, 3};
+    const auto fallen = moved_by(gravity, cubes, 6);
+    for (const Vec3& v : fallen->v) EXPECT_TRUE(v.isApprox(Vec3(0.25, -0.5, 0.75), 1e-12));
+
+    NodeRun push("Force");
+    push.param("kind").is = std::string("point");
+    push.param("point.force").is = Vector{0, 400, -800};
+    push.param("point.position").is = Vector{1, 0.5, 0.5};
+    for (const double radius : {0.0, 0.2, 3.0}) {
+        push.param("point.radius").is = radius;
+        const Vec3 mean = mean_velocity(*cubes.as<geometry::Cubes>(), *moved_by(push, cubes, 6));
+        EXPECT_LT((mean - Vec3(0, 0.1, -0.2)).norm(), 1e-12) << radius;
+    }
+}
+
+TEST(Force, WindPullsByAreaAndSquareOfSpeed)
+{
+    // A face of 1 m^2 across a wind of 5 m/s, and the one behind: 1/2 * 1.2 * 2 * 5^2 = 30 N on
+    // 1000 kg; a frame later it goes at 30 / 1000 / 24 m/s, too slow to matter to the drag.
+    const Value cubes = block();
+    NodeRun wind("Force");
+    wind.param("kind").is = std::string("wind");
+    wind.param("wind.drag").is = 2.0;
+    const auto speed = [&] {
+        return mean_velocity(*cubes.as<geometry::Cubes>(), *moved_by(wind, cubes, 1));
+    };
+    EXPECT_LT((speed() - Vec3(30.0 / 24000, 0, 0)).norm(), 1e-3 * 30 / 24000);
+    wind.param("wind.velocity").is = Vector{0, 0, -10};
+    EXPECT_LT((speed() - Vec3(0, 0, -120.0 / 24000)).norm(), 1e-3 * 120 / 24000);
+    wind.param("wind.air_density").is = 0.0;
+    EXPECT_EQ(speed(), Vec3::Zero());
+}
+
+// Set off at 1 m/s on ice it goes on; with friction mu it stops after v^2 / (2 mu g).
+TEST(Ground, HoldsABlockAtItsHeightAndRubs)
+{
+    for (const double friction : {0.0, 0.4}) {
+        const Value cubes = block(1e7);
+        NodeRun ground("Ground");
+        ground.param("height").is = -0.001;
+        ground.param("friction").is = friction;
+        NodeRun simulate("Simulate");
+        simulate.inputs["cubes"] = {cubes};
+        simulate.inputs["colliders"] = {ground.run()};
+        simulate.param("initial_velocity").is = Vector{1, 0, 0};
+        simulate.param("step.substeps").is = std::int64_t{8};
+        Value state = simulate.run();
+        for (int i = 0; i < 12; ++i) {
+            simulate.previous = {state};
+            state = simulate.run();
+        }
+        const auto end = state.as<physics::State>();
+        const double gone = mean_of(end->x, *cubes.as<geometry::Cubes>()).x() - 0.5;
+        const double way = friction > 0 ? 1 / (2 * friction * 9.81) : 0.5;
+        // Steps of 1/192 s, and the landing from a millimetre up.
+        EXPECT_NEAR(gone, way, friction > 0 ? 0.06 * way : 1e-6) << friction;
+        EXPECT_NEAR(end->x[0].y(), -0.001, 0.002);
+        EXPECT_LT(mean_velocity(*cubes.as<geometry::Cubes>(), *end).cwiseAbs().y(), 0.02);
+    }
+}
+
+}  // namespace

@@ -1,0 +1,158 @@
+// The files that WriteMesh and WriteVideo leave: their names, their order and what is in them.
+
+#include "geometry/read_mesh.hpp"
+#include "graph/frame_path.hpp"
+#include "render/png.hpp"
+#include "tests/geometry/files.hpp"
+#include "tests/nodes/one_node.hpp"
+
+#include <cstring>
+#include <fmt/format.h>
+
+namespace {
+
+using fixtures::NodeRun;
+using geometry::TriMesh;
+using geometry::Vec3f;
+using graph::Value;
+
+// A triangle that has gone `frame` metres up.
+Value triangle(int frame)
+{
+    TriMesh mesh;
+    const float y = float(frame);
+    mesh.positions = {Vec3f(0, y, 0), Vec3f(1, y, 0), Vec3f(0, y, 1)};
+    auto topology = std::make_shared<geometry::MeshTopology>();
+    topology->triangles = {{0, 1, 2}};
+    mesh.topology = topology;
+    return Value::of(std::move(mesh));
+}
+
+std::string bytes_of(const std::filesystem::path& path)
+{
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(WriteMesh, LeavesAFileAFrameUnderItsNumber)
+{
+    const files::Folder folder;
+    for (const char* ending : {"obj", "ply", "stl", "glb"}) {
+        NodeRun write("WriteMesh");
+        write.output_folder = folder.path;
+        write.param("path").is = std::filesystem::path(std::string("shape/a.###.") + ending);
+        for (const int frame : {7, 1234}) {
+            write.inputs["mesh"] = {triangle(frame)};
+            const auto path = folder.path / "shape" / fmt::format("a.{:03}.{}", frame, ending);
+            EXPECT_EQ(write.run(frame).as<graph::WrittenFile>()->path, path.string());
+            const TriMesh back = geometry::read_mesh(path).mesh;
+            ASSERT_EQ(back.positions.size(), 3u) << path;
+            for (const Vec3f& p : back.positions) EXPECT_EQ(p.y(), float(frame));
+        }
+    }
+}
+
+TEST(WriteMesh, WritesTheFormatThatItIsToldWhateverTheEnding)
+{
+    const files::Folder folder;
+    NodeRun write("WriteMesh");
+    write.output_folder = folder.path;
+    write.inputs["mesh"] = {triangle(1)};
+    write.param("path").is = std::filesystem::path("a.dat");
+    EXPECT_THROW(write.run(), std::invalid_argument);
+    write.param("format").is = std::string("ply");
+    write.run();
+    EXPECT_EQ(bytes_of(folder.path / "a.dat").substr(0, 4), "ply\n");
+}
+
+// PC2: 32 bytes of header, then 12 bytes a vertex and sample, whatever order frames are cooked in.
+TEST(WriteMesh, PutsEveryFrameAtItsPlaceInThePointCache)
+{
+    const files::Folder folder;
+    NodeRun write("WriteMesh");
+    write.output_folder = folder.path;
+    write.range = {11, 14, 24};
+    write.param("path").is = std::filesystem::path("a.pc2");
+    for (const int frame : {13, 11, 14, 12}) {
+        write.inputs["mesh"] = {triangle(frame)};
+        write.run(frame);
+    }
+    const std::string bytes = bytes_of(folder.path / "a.pc2");
+    ASSERT_EQ(bytes.size(), 32u + 4 * 3 * 12);
+    for (std::size_t sample = 0; sample < 4; ++sample) {
+        float y = 0;
+        std::memcpy(&y, bytes.data() + 32 + sample * 36 + 4, sizeof y);
+        EXPECT_EQ(y, 11 + float(sample));
+    }
+    write.param("path").is = std::filesystem::path("a.##.pc2");
+    EXPECT_THROW(write.run(11), std::invalid_argument);
+}
+
+render::Image grey(std::uint8_t level)
+{
+    render::Image image{32, 32, {}};
+    for (int i = 0; i < 32 * 32; ++i) {
+        for (const int v : {int(level), int(level), int(level), 255}) {
+            image.rgba.push_back(static_cast<std::uint8_t>(v));
+        }
+    }
+    return image;
+}
+
+TEST(WriteVideo, WantsEveryFrameOfTheRangeInOrder)
+{
+    const NodeRun video("WriteVideo");
+    EXPECT_EQ(video.type.gather_frames(video.params, {5, 8, 24}), (std::vector<int>{5, 6, 7, 8}));
+}
+
+TEST(WriteVideo, PlaysThePicturesInOrderAtTheRateOfTheDocument)
+{
+    if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "there is no ffmpeg";
+    const files::Folder folder;
+    NodeRun video("WriteVideo");
+    video.output_folder = folder.path;
+    video.range = {5, 8, 12};
+    video.param("path").is = std::filesystem::path("cut/v.mp4");
+    for (int frame = 5; frame <= 8; ++frame) {
+        const auto path = folder.path / fmt::format("{}.png", frame);
+        render::write_png(path, grey(static_cast<std::uint8_t>(40 * (frame - 4))));
+        video.inputs["frames"].push_back(Value::of(graph::WrittenFile{path.string()}));
+    }
+    const std::string path = video.run().as<graph::WrittenFile>()->path;
+    EXPECT_EQ(path, (folder.path / "cut/v.mp4").string());
+    EXPECT_TRUE(video.warnings.empty());
+    const auto raw = folder.path / "raw";
+    ASSERT_EQ(std::system(("ffmpeg -v error -i '" + path + "' -f rawvideo -pix_fmt gray '" +
+                           raw.string() + "'")
+                              .c_str()),
+              0);
+    const std::string frames = bytes_of(raw);
+    ASSERT_EQ(frames.size(), 4u * 32 * 32);
+    for (std::size_t i = 0; i < 4; ++i) {
+        EXPECT_NEAR(double(static_cast<unsigned char>(frames[i * 1024 + 500])),
+                    40.0 * double(i + 1), 4)
+            << i;
+    }
+    EXPECT_EQ(std::system(("test $(ffprobe -v error -select_streams v -show_entries "
+                           "stream=r_frame_rate -of csv=p=0 '" +
+                           path + "') = 12/1")
+                              .c_str()),
+              0);
+}
+
+TEST(WriteVideo, WarnsWhereThereIsNoFfmpeg)
+{
+    const files::Folder folder;
+    NodeRun video("WriteVideo");
+    video.output_folder = folder.path;
+    video.inputs["frames"] = {Value::of(graph::WrittenFile{"x.png"})};
+    const std::string path = std::getenv("PATH");
+    setenv("PATH", folder.path.c_str(), 1);
+    const Value file = video.run();
+    setenv("PATH", path.c_str(), 1);
+    EXPECT_EQ(file.as<graph::WrittenFile>()->path, "");
+    ASSERT_EQ(video.warnings.size(), 1u);
+    EXPECT_NE(video.warnings[0].find("install"), std::string::npos);
+}
+
+}  // namespace
