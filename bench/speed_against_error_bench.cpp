@@ -102,17 +102,12 @@ Mover springs(const Cubes& cubes, const std::string& setting, int substeps)
             substeps};
 }
 
-// As many substeps as make s dt = 1 at the stiffest region, times `more`.
+// As few substeps as make it as stiff as its material, times `more`.
 Mover lattice(const Cubes& cubes, const std::string& setting, const LatticeOptions& options,
               double more = 1)
 {
     auto body = std::make_shared<LatticeBody>(make_lattice(cubes, options));
-    double stiffest = 0;
-    for (const float r : body->whole.rate_sq) stiffest = std::max(stiffest, double(r));
-    if (body->flat_axis >= 0) {
-        for (const float r : body->whole.bend_sq) stiffest = std::max(stiffest, double(r));
-    }
-    const int substeps = int(std::ceil(more * std::sqrt(stiffest) / 24));
+    const int substeps = int(std::ceil(more * least_substeps(*body, 1.0 / 24)));
     const bool flat = body->flat_axis >= 0;
     return {flat                                        ? "plane lattice"
             : options.calibrate == Calibration::stretch ? "lattice, calibrated by stretch"

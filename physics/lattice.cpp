@@ -75,16 +75,27 @@ public:
         state_.report.steps = options_.substeps;
         if (options_.stiffness == Stiffness::material && resolved_ > 1) {
             state_.report.converged = false;
-            state_.report.warnings.push_back(fmt::format(
-                "the lattice is softer than its material: regions of half width {} can be that "
-                "stiff only at {} substeps or more; widen the regions, take more substeps or set "
-                "a rate",
-                body_.whole.regions.half_width,
-                int(std::min(1e9, std::ceil(options_.substeps * resolved_)))));
+            state_.report.warnings.push_back(
+                bends_in_space()
+                    ? fmt::format("the plane is softer than its material: cells of {:.3g} m can be "
+                                  "that stiff only at {} substeps or more; take more substeps or "
+                                  "larger cells",
+                                  body_.base.h, least_substeps())
+                    : fmt::format("the lattice is softer than its material: regions of half width "
+                                  "{} can be that stiff only at {} substeps or more; widen the "
+                                  "regions, take more substeps or set a rate",
+                                  body_.whole.regions.half_width, least_substeps()));
         }
     }
 
+    int least_substeps() const
+    {
+        return int(std::min(1e9, std::ceil(options_.substeps * resolved_)));
+    }
+
 private:
+    bool bends_in_space() const { return flat_ && !in_plane_; }
+
     void step(double share)
     {
         find_goals();
@@ -102,40 +113,74 @@ private:
             body_.torn && !broken.empty() ? body_.torn->find(body_.whole.regions, broken) : nullptr;
         matched_ = held_regions_ ? held_regions_.get() : &body_.whole;
         if (held_regions_) sums_ = RegionSums<T>(matched_->regions);
+        torn_corners_ = broken.empty() ? std::vector<std::uint8_t>{}
+                                       : torn_corners(body_.membrane, body_.flat_axis, broken);
 
         const bool material = options_.stiffness == Stiffness::material;
         const std::size_t slots = matched_->regions.slots();
-        const auto stretch = [&](std::size_t s) {
-            return material ? double(matched_->rate_sq[s]) : options_.rate * options_.rate;
-        };
-        const auto bend = [&](std::size_t s) {
-            return options_.bend *
-                   (material ? double(matched_->bend_sq[s]) : options_.rate * options_.rate);
+        const bool bends = bends_in_space();
+        // Regions of a plane in space resist bending, and of stretch only what is left to them.
+        const auto rate_sq = [&](std::size_t s) {
+            const double stretch =
+                material ? double(matched_->rate_sq[s]) : options_.rate * options_.rate;
+            if (!bends) return stretch;
+            return options_.bend * (material ? double(matched_->bend_sq[s]) : stretch);
         };
         double largest = 0;
         for (std::size_t s = 0; s < slots; ++s) {
-            if (matched_->regions.particle[s] == none) continue;
-            largest = std::max(largest, stretch(s));
-            if (flat_ && !in_plane_) largest = std::max(largest, bend(s));
+            if (matched_->regions.particle[s] != none) largest = std::max(largest, rate_sq(s));
         }
-        stiffness_ = share_of(largest, dt_);
-        const double tau = body_.damping + options_.damping;
-        damping_ = tau > 0 ? -std::expm1(-tau * largest * dt_) : 0;
         resolved_ = std::sqrt(largest) * dt_;
+        const double stiffest = bends ? share_membrane() : 0;
+        stiffness_ = share_of(largest, dt_) + stiffest;
+        const double tau = body_.damping + options_.damping;
+        // Steps are stable below stiffness + 2 damping = 4.
+        damping_ = tau > 0 ? std::min(-std::expm1(-tau * (largest * dt_ + stiffest / dt_)),
+                                      (4 - stiffness_) / 3)
+                           : 0;
 
         weigh_pins();
         weight_.assign(slots, T(0));
-        bend_weight_.assign(flat_ && !in_plane_ ? slots : 0, T(0));
         const double scale = stiffness_ > 0 ? 1 / stiffness_ : 0;
-        bends_ = false;
         for (std::size_t s = 0; s < slots; ++s) {
             if (matched_->regions.particle[s] == none) continue;
-            weight_[s] = T(share_of(stretch(s), dt_) * scale);
-            if (bend_weight_.empty()) continue;
-            bend_weight_[s] = T(share_of(bend(s), dt_) * scale) - weight_[s];
-            bends_ |= bend_weight_[s] != 0;
+            weight_[s] = T(share_of(rate_sq(s), dt_) * scale);
         }
+        for (T& share : membrane_share_) share *= T(scale);
         sum_weights();
+    }
+
+    // What of the membrane's stiffness steps this long can bear, dt^2 E V / h^2 of each cell, less
+    // what regions resist too. Returns the largest share of a particle.
+    double share_membrane()
+    {
+        const Membrane& membrane = body_.membrane;
+        const double w = matched_->regions.half_width;
+        const double m2 = mean_square_place(w), bent = 3 * (mean_fourth_place(w) - m2 * m2) / m2;
+        const bool material = options_.stiffness == Stiffness::material;
+        const std::size_t cells = membrane.cell.size();
+        std::vector<double> share(cells), sum(n_, 0);
+        for (std::size_t c = 0; c < cells; ++c) {
+            const double bend =
+                options_.bend * (material ? double(membrane.thickness_sq[c]) / bent : 1);
+            const double stiffness = material ? double(membrane.stiffness[c])
+                                              : std::min(options_.rate * options_.rate, 1e200) *
+                                                    m2 * double(membrane.mass[c]);
+            share[c] = bend < 1 ? (1 - bend) * stiffness * dt_ * dt_ : 0;
+            for (const auto k : membrane.cell[c]) sum[k] += 2 * share[c] / body_.base.mass[k];
+        }
+        double largest = 0;
+        membrane_share_.resize(cells);
+        for (std::size_t c = 0; c < cells; ++c) {
+            double most = 0;
+            for (const auto k : membrane.cell[c]) most = std::max(most, sum[k]);
+            largest = std::max(largest, std::min(most, most_membrane));
+            resolved_ = std::max(resolved_, std::sqrt(most / most_membrane));
+            membrane_share_[c] =
+                T(most > most_membrane ? share[c] * (most_membrane / most) : share[c]);
+        }
+        if (largest == 0) membrane_share_.clear();
+        return largest;
     }
 
     // A wall that holds corners goes on behind them, where the lattice may end. So regions weigh
@@ -172,21 +217,12 @@ private:
         const std::size_t quads = matched_->regions.quads();
         for (auto& quad : slots) quad.setZero();
         for (std::size_t s = 0; s < weight_.size(); ++s) {
-            const T bend = bend_weight_.empty() ? T(0) : bend_weight_[s];
-            slots[quads * s] = Quad<T>(weight_[s], bend, 0, 0);
+            slots[quads * s] = Quad<T>(weight_[s], 0, 0, 0);
         }
         spread(matched_->regions, sums_);
         const auto g = sums_.particles(matched_->regions);
         held_weight_.resize(n_);
-        held_bend_.resize(bends_ ? n_ : 0);
-        for (std::size_t i = 0; i < n_; ++i) {
-            held_weight_[i] = g[i][0];
-            if (bends_) held_bend_[i] = g[i][1];
-        }
-        if (bends_) {
-            sums_.plain_a.assign(matched_->regions.x.windows, Quad<T>::Zero());
-            sums_.plain_b.assign(std::max(n_, weight_.size()), Quad<T>::Zero());
-        }
+        for (std::size_t i = 0; i < n_; ++i) held_weight_[i] = g[i][0];
     }
 
     // The sums of T_r X_i, weighed, into the particles' quads.
@@ -224,7 +260,6 @@ private:
                 }
             });
         spread(matched_->regions, sums_);
-        if (bends_) spread_plain(matched_->regions, sums_);
     }
 
     // A_r of a slot, with the columns of rest axes; s is its sums.
@@ -263,7 +298,6 @@ private:
             const Eigen::Quaternion<T> turn(q[k], q[batch + k], q[2 * batch + k], q[3 * batch + k]);
             for (std::size_t c = 0; c < 4; ++c) rotation[4 * slot + c] = float(q[c * batch + k]);
             Mat r = turn.toRotationMatrix();
-            const Vec normal = flat_ ? Vec(r.col(body_.flat_axis)) : Vec(Vec::Zero());
             if (plastic_) {
                 flow(slot, moment_matrix(s), r);
                 r = (r * rest_shape(slot)).eval();
@@ -277,16 +311,7 @@ private:
                 s[d] = Quad<T>(weight * column[0], weight * column[1], weight * column[2], T(0));
             }
             moved *= weight;
-            T last = 0;
-            if (bends_) {
-                const T bend = bend_weight_[slot];
-                moved += (bend * normal.dot(centre)) * normal;
-                const Vec n = bend * normal;
-                sums_.plain_b[slot] =
-                    Quad<T>(n[0] * normal[0], n[0] * normal[1], n[0] * normal[2], n[1] * normal[1]);
-                last = n[1] * normal[2];
-            }
-            s[0] = Quad<T>(moved[0], moved[1], moved[2], last);
+            s[0] = Quad<T>(moved[0], moved[1], moved[2], T(0));
         }
     }
 
@@ -357,6 +382,32 @@ private:
         return s;
     }
 
+    // The inverse of what the rest shape of each cell has flowed to: its corners' regions' mean.
+    std::span<const float> membrane_rest()
+    {
+        if (!plastic_) return {};
+        const LatticeRegions& regions = matched_->regions;
+        const int u = regions.axes[0], v = regions.axes[1];
+        std::vector<std::uint32_t> slot(n_);
+        for (std::size_t s = 0; s < regions.slots(); ++s) {
+            if (regions.particle[s] != none) slot[regions.particle[s]] = std::uint32_t(s);
+        }
+        const std::size_t cells = body_.membrane.cell.size();
+        membrane_rest_.resize(3 * cells);
+        geometry::parallel_for(cells, grain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t c = begin; c < end; ++c) {
+                Mat mean = Mat::Zero();
+                for (const auto k : body_.membrane.cell[c]) mean += T(0.25) * rest_shape(slot[k]);
+                const T det = mean(u, u) * mean(v, v) - mean(u, v) * mean(u, v);
+                const T inverse = det > 0 ? 1 / det : T(0);
+                membrane_rest_[3 * c] = float(mean(v, v) * inverse);
+                membrane_rest_[3 * c + 1] = float(-mean(u, v) * inverse);
+                membrane_rest_[3 * c + 2] = float(mean(u, u) * inverse);
+            }
+        });
+        return membrane_rest_;
+    }
+
     // Lets the rest shape of a region give way to its strain.
     void flow(std::size_t slot, const Mat& m, const Mat& r)
     {
@@ -395,19 +446,20 @@ private:
     {
         const Vec3 away = state_.x[i] - origin_;
         const Vec x = away.cast<T>();
-        Vec d = g.template head<3>().matrix() - held_weight_[i] * x;
-        if (bends_) {
-            const Quad<T>& n = sums_.plain_b[i];
-            Mat across;
-            across << n[0], n[1], n[2], n[1], n[3], g[3], n[2], g[3], held_bend_[i] - n[0] - n[3];
-            d -= across * x;
+        Vec d = T(matched_->held_by[i]) * (g.template head<3>().matrix() - held_weight_[i] * x);
+        if (!membrane_share_.empty()) {
+            d += T(1 / body_.base.mass[i]) * stretched_.at(body_.membrane, i);
         }
-        return T(matched_->held_by[i]) * d;
+        return d;
     }
 
     // The lattice's own impulses.
     void pull()
     {
+        if (!membrane_share_.empty()) {
+            stretched_.pull(body_.membrane, {torn_corners_, membrane_rest()}, membrane_share_,
+                            state_.x);
+        }
         const auto g = sums_.particles(matched_->regions);
         float* const before = state_.rotation.data() + 4 * matched_->regions.slots();
         const double damping = has_before_ ? damping_ : 0;
@@ -448,8 +500,7 @@ private:
         has_before_ = true;
         if (!free) return;
 
-        // Regions pull without force or torque; what rounding (and on a bent plane the second order
-        // of its strain) has left of them is taken out again.
+        // Regions pull without force or torque; what rounding has left of them is taken out again.
         const Vec3 centre = momentum.moment / mass_;
         const Mat3 about = momentum.spread - mass_ * centre * centre.transpose();
         const Mat3 inertia = about.trace() * Mat3::Identity() - about;
@@ -569,6 +620,9 @@ private:
 
     static constexpr std::size_t batch = 64;
     static constexpr int contact_rounds = 8;
+    // The largest share of a particle, see membrane.hpp: with regions as stiff as they get steps
+    // stay below the limit of 4, and leave room for damping.
+    static constexpr double most_membrane = 2;
 
     const LatticeBody& body_;
     State& state_;
@@ -580,20 +634,22 @@ private:
     std::shared_ptr<const MatchedRegions> held_regions_;  // while links are broken
     const MatchedRegions* matched_ = nullptr;
     RegionSums<T> sums_;
-    std::vector<T> weight_, bend_weight_;     // slots, alpha(s) and alpha(b) - alpha(s), of the
-                                              // largest alpha; bend_weight_ of a plane in space
-    std::vector<T> held_weight_, held_bend_;  // N, their sums over the regions of each
-    bool bends_ = false;                      // whether any bend_weight_ differs from 0
-    std::vector<float> with_pins_;            // kg, M_i, as regions weigh it; where there are pins
-    std::vector<double> inverse_mass_;        // 1/kg, 0 of pins; where there can be contact
-    std::vector<Vec3> start_;                 // of pins, at the start of the frame
-    bool has_before_ = false;                 // d of the step before is known
+    std::vector<T> weight_;                   // slots, alpha of `stiffness_`
+    std::vector<T> held_weight_;              // N, their sums over the regions of each
+    std::vector<T> membrane_share_;           // C, kg of `stiffness_`; empty where there is none
+    std::vector<std::uint8_t> torn_corners_;  // C, while links of a membrane are broken
+    std::vector<float> membrane_rest_;        // 3 C, as MembraneState wants it; where plastic
+    MembranePull<T> stretched_;
+    std::vector<float> with_pins_;      // kg, M_i, as regions weigh it; where there are pins
+    std::vector<double> inverse_mass_;  // 1/kg, 0 of pins; where there can be contact
+    std::vector<Vec3> start_;           // of pins, at the start of the frame
+    bool has_before_ = false;           // d of the step before is known
     Vec3 gravity_ = Vec3::Zero();
     Aligned<double> steady_;  // point forces, N, four numbers a corner; empty without
     bool windy_ = false, damped_ = false;
-    double stiffness_ = 0, damping_ = 0;  // alpha, beta
+    double stiffness_ = 0, damping_ = 0;  // alpha with the membrane's share, beta
     double mass_ = 0;                     // kg, of all
-    double resolved_ = 0;                 // s dt
+    double resolved_ = 0;                 // s dt, at most 1 where steps can bear the stiffness
     Vec3 origin_ = Vec3::Zero();          // what single precision measures from
     // The rigid motion that pull() must take out again.
     Vec3 drift_ = Vec3::Zero(), spin_ = Vec3::Zero(), pivot_ = Vec3::Zero();
@@ -666,6 +722,15 @@ State advance(const LatticeBody& body, State state, const Loads& loads, double d
         "the step went beyond all numbers; the state stays as it was. Is something pulled to "
         "infinity?");
     return before;
+}
+
+int least_substeps(const LatticeBody& body, double dt)
+{
+    LatticeOptions options = body.options;
+    options.substeps = 1;
+    State state = rest_state(body);
+    const Loads loads;
+    return Stepper<double>(body, state, loads, dt, options).least_substeps();
 }
 
 State advance(const LatticeBody& body, State state, const Loads& loads, double dt,

@@ -23,12 +23,12 @@
 // dt).
 //
 // A plane (geometry/plane.hpp) is one layer of particles. A_r lacks the normal's direction, and the
-// cross product of the other two stands in. Regions resist stretch along their tangents with s and
-// bending along their normal n_r with a rate b of its own,
-//   w_r = alpha(s) I + (alpha(b) - alpha(s)) n_r n_r^T
-// A wave across the plane sees d as -k^4 h^4 (m4 - m2^2) / 4, m4 the mean fourth power of places,
-// so a thickness t with D = E t^3 / 12 asks for b^2 = s^2 (t / h)^2 m2 / (3 (m4 - m2^2)): at w = 1
-// and t = h just s. Or it moves in its plane only, with rotations in closed form.
+// cross product of the other two stands in. In space its regions resist bending, at a rate b, and
+// stretch with that same rate; the rest of the stretch is a membrane's (membrane.hpp). A wave
+// across the plane sees d as -k^4 h^4 (m4 - m2^2) / 4, m4 the mean fourth power of places, so a
+// thickness t with D = E t^3 / 12 asks for b^2 = s^2 (t / h)^2 m2 / (3 (m4 - m2^2)): at w = 1 and t
+// = h just s, and nothing is left to the membrane. A membrane's steps are as long as E <= rho h^2 /
+// (4 dt^2) allows. Or the plane moves in its plane only, with rate s and rotations in closed form.
 //
 // Plastic flow (Mueller et al.): where a region's strain beyond its rotation, E = R^T A B^-1 S^-1 -
 // I with B = sum M X X^T, is above the yield strain, its rest shape S grows towards it, and T_r X =
@@ -40,6 +40,7 @@
 #include "physics/implicit_step.hpp"
 #include "physics/lattice_regions.hpp"
 #include "physics/loads.hpp"
+#include "physics/membrane.hpp"
 #include "physics/state.hpp"
 
 #include <limits>
@@ -102,6 +103,7 @@ struct LatticeBody {
     MatchedRegions whole;
     double damping = 0;                 // tau, s, the mean of the cubes' stiffness damping
     int flat_axis = -1;                 // of a plane
+    Membrane membrane;                  // of a plane in space
     std::vector<std::uint32_t> side;    // particles that lack a neighbour: bodies meet there
     std::vector<std::uint32_t> piece;   // N, the linked body that each is of; where they meet
     std::shared_ptr<TornRegions> torn;  // where links can break
@@ -124,6 +126,9 @@ State rest_state(const LatticeBody& body);
 // width, weighting, plane, plastic.yield, tear, contact.on) is as it was made.
 State advance(const LatticeBody& body, State state, const Loads& loads, double dt,
               const LatticeOptions& options);
+// How many substeps a frame of `dt` seconds takes at least for the body to be as stiff as its
+// material.
+int least_substeps(const LatticeBody& body, double dt);
 // With the body's own options and the step's number of substeps.
 State advance(const LatticeBody& body, State state, const Loads& loads, double dt,
               const StepOptions& step);

@@ -244,7 +244,7 @@ MatchedRegions match_regions(LatticeRegions found, const Lattice& lattice,
     }
     collect(regions, sums);
     const double w = regions.half_width;
-    const double m2 = w * (w + 1) / 3, m4 = m2 * (3 * w * w + 3 * w - 1) / 5;
+    const double m2 = mean_square_place(w), m4 = mean_fourth_place(w);
     for (std::size_t s = 0; s < regions.slots(); ++s) {
         const auto total = sums.slots(regions)[regions.quads() * s];
         const bool real = regions.particle[s] != none;
@@ -295,8 +295,8 @@ std::size_t TornRegions::bytes() const
 
 std::size_t LatticeBody::bytes() const
 {
-    return sizeof *this - sizeof base + base.bytes() + bytes_of(whole) + bytes_in(side, piece) +
-           (torn ? torn->bytes() : 0);
+    return sizeof *this - sizeof base + base.bytes() + bytes_of(whole) + membrane.bytes() +
+           bytes_in(side, piece) + (torn ? torn->bytes() : 0);
 }
 
 LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& options,
@@ -317,6 +317,9 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& opt
     auto matter = matter_of(cubes, body.base, options.weighting, flat);
     body.whole = match_regions(find_regions(lattice, options.half_width, body.flat_axis), lattice,
                                matter, cubes.size, plastic);
+    if (flat && options.plane == PlaneMotion::space) {
+        body.membrane = make_membrane(cubes, body.flat_axis);
+    }
     double whole = 0;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         const double part = cubes.young[c] * stiffness_share(cubes, c, options.weighting);

@@ -98,7 +98,6 @@ template <class T> using Quad = Eigen::Array<T, 4, 1>;
 // Room for sums, reused from step to step.
 template <class T> struct RegionSums {
     std::vector<Quad<T>> a, b, exceptional;
-    std::vector<Quad<T>> plain_a, plain_b;  // where a plane needs them
 
     explicit RegionSums(const LatticeRegions& regions);
 
@@ -110,9 +109,5 @@ template <class T> struct RegionSums {
 };
 template <class T> void collect(const LatticeRegions& regions, RegionSums<T>& sums);
 template <class T> void spread(const LatticeRegions& regions, RegionSums<T>& sums);
-
-// On a plane, of one quad a slot in sums.plain_b: its sum over the regions that hold each particle,
-// in sums.plain_b too. Both are as long as there are slots or particles.
-template <class T> void spread_plain(const LatticeRegions& regions, RegionSums<T>& sums);
 
 }  // namespace physics

@@ -177,28 +177,6 @@ void spread_lines(const LatticeLines& along, int w, Quad<T>* windows, Quad<T>* i
         });
 }
 
-// Windows of one quad over items of one.
-template <class T>
-void spread_plain_lines(const LatticeLines& along, int w, Quad<T>* windows, Quad<T>* items)
-{
-    for (const std::uint32_t d : along.dead) windows[d].setZero();
-    geometry::parallel_for(
-        along.lines.size(), entries_a_task / 8, [&](std::size_t begin, std::size_t end) {
-            std::vector<Quad<T>> suffix(std::size_t(2 * w + 1) * 2);
-            for (std::size_t l = begin; l < end; ++l) {
-                const auto& line = along.lines[l];
-                const std::uint32_t* const index = along.items.data() + line.item;
-                const Quad<T>* const in = windows + line.window;
-                sum_windows<1, -1, T>(
-                    w, int(line.items), -line.lead, int(line.windows), suffix.data(),
-                    [&](int position) { return in + (position + line.lead); },
-                    [&](int place, const Quad<T>* total, const Quad<T>&) {
-                        if (index[place] != none) items[index[place]] = total[0];
-                    });
-            }
-        });
-}
-
 template <class T> Quad<T> shifted(const Vec3i& by, const Quad<T>* quads)
 {
     return T(by[0]) * quads[0] + T(by[1]) * quads[1] + T(by[2]) * quads[2];
@@ -327,37 +305,7 @@ template <class T> void spread(const LatticeRegions& regions, RegionSums<T>& sum
         });
 }
 
-template <class T> void spread_plain(const LatticeRegions& regions, RegionSums<T>& sums)
-{
-    const LatticeExceptions& e = regions.exceptions;
-    const int w = regions.half_width;
-    const std::size_t first_plate = e.bars, first_region = e.bars + e.plates;
-    std::vector<Quad<T>> nodes(e.nodes(), Quad<T>::Zero());
-    for (std::size_t i = 0; i < e.region.size(); ++i) {
-        Quad<T>& slot = sums.plain_b[e.region[i]];
-        nodes[first_region + i] = slot;
-        slot.setZero();
-    }
-    spread_plain_lines(regions.y, w, sums.plain_b.data(), sums.plain_a.data());
-    spread_plain_lines(regions.x, w, sums.plain_a.data(), sums.plain_b.data());
-    for (const auto& [low, high] :
-         {std::pair(first_plate, first_region), std::pair(std::size_t{0}, first_plate)}) {
-        for (std::size_t n = low; n < high; ++n) {
-            for (std::uint32_t k = e.parent_at[n]; k < e.parent_at[n + 1]; ++k) {
-                nodes[n] += nodes[e.parent[k]];
-            }
-        }
-    }
-    for (std::size_t i = 0; i < e.particle.size(); ++i) {
-        for (std::uint32_t k = e.bar_at[i]; k < e.bar_at[i + 1]; ++k) {
-            sums.plain_b[e.particle[i]] += nodes[e.bar[k] >> 8];
-        }
-    }
-}
-
 template struct RegionSums<float>;
-template void spread_plain(const LatticeRegions&, RegionSums<float>&);
-template void spread_plain(const LatticeRegions&, RegionSums<double>&);
 template struct RegionSums<double>;
 template void collect(const LatticeRegions&, RegionSums<float>&);
 template void collect(const LatticeRegions&, RegionSums<double>&);

@@ -35,6 +35,16 @@ private:
     std::list<std::pair<std::vector<std::uint32_t>, Found>> kept_;  // newest first
 };
 
+// Mean square and mean fourth power of the places -w .. w.
+inline double mean_square_place(double w)
+{
+    return w * (w + 1) / 3;
+}
+inline double mean_fourth_place(double w)
+{
+    return mean_square_place(w) * (3 * w * w + 3 * w - 1) / 5;
+}
+
 // What belongs to regions. `matter` holds, for each particle, its share of E V (Pa m^3), its mass
 // (kg) and mass (t / h)^2 of a plane of thickness t; `with_spread`: B^-1 too.
 MatchedRegions match_regions(LatticeRegions regions, const Lattice& lattice,

@@ -226,6 +226,47 @@ TEST(PlaneLattice, KeepsMomentumWhileItFolds)
     EXPECT_LT((after[1] - before[1]).norm(), 1e-11 * mass);
 }
 
+TEST(PlaneLattice, AKickGrowsNoEnergy)
+{
+    // A free sheet without damping, one particle kicked across it: it never moves with more energy
+    // than the kick had (steps of omega dt < 1 exchange some per cent of it), no particle stands
+    // out by more than two cells and no link is drawn out by a tenth.
+    for (const int w : {1, 2, 4}) {
+        const Cubes cubes =
+            geometry::plane_cubes(geometry::rectangle_cells(12, 10), {1, 0.1, {0, 0, 0}}, 0.002,
+                                  {"sheet", 1100, 4e6, 0, 0, 0});
+        const LatticeOptions options{.half_width = w, .substeps = 72};
+        const LatticeBody body = make_lattice(cubes, options);
+        const Lattice lattice = corner_lattice(cubes);
+        State state = rest_state(body);
+        const auto energy = [&] {
+            double sum = 0;
+            for (std::size_t i = 0; i < state.x.size(); ++i) {
+                sum += 0.5 * body.base.mass[i] * state.v[i].squaredNorm();
+            }
+            return sum;
+        };
+        std::size_t middle = 0;
+        while (cubes.corner[middle] != Vec3i(6, 0, 5)) ++middle;
+        state.v[middle] = Vec3(0, 3, 0);
+        const double kick = energy();
+        for (int frame = 0; frame < 96; ++frame) {
+            state = advance(body, std::move(state), {}, 1.0 / 24, options);
+            EXPECT_TRUE(state.report.converged);
+            ASSERT_LT(energy(), 1.05 * kick) << "w = " << w << ", frame " << frame;
+        }
+        double mean = 0;
+        for (const Vec3& x : state.x) mean += x[1] / double(state.x.size());
+        for (std::size_t i = 0; i < state.x.size(); ++i) {
+            EXPECT_LT(std::abs(state.x[i][1] - mean), 0.2) << w;
+            for (const auto j : lattice.next[i]) {
+                if (j == none) continue;
+                EXPECT_LT((state.x[i] - state.x[j]).norm(), 0.11) << w;
+            }
+        }
+    }
+}
+
 TEST(PlaneLattice, FallsAndHangsOnItsPins)
 {
     // A sheet held along one side ends up hanging straight down, as long as it was.
