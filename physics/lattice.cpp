@@ -3,6 +3,7 @@
 #include "geometry/parallel.hpp"
 #include "physics/balls.hpp"
 #include "physics/lattice_contact.hpp"
+#include "physics/match_regions.hpp"
 #include "physics/outside_forces.hpp"
 #include "physics/pins.hpp"
 #include "physics/rotation.hpp"
@@ -24,6 +25,41 @@ double share_of(double rate_sq, double dt)
 {
     return std::min(1.0, rate_sq * dt * dt);
 }
+
+// Sums over particles, plain numbers: vectors of three defeat the compiler here.
+struct Momentum {
+    double linear[3] = {}, angular[3] = {}, moment[3] = {};
+    double spread[6] = {};  // m x x^T: xx, xy, xz, yy, yz, zz
+
+    void add(double m, const Vec3& x, const double (&impulse)[3])
+    {
+        const double p[3] = {m * x[0], m * x[1], m * x[2]};
+        for (int d = 0; d < 3; ++d) {
+            linear[d] += m * impulse[d];
+            moment[d] += p[d];
+        }
+        angular[0] += p[1] * impulse[2] - p[2] * impulse[1];
+        angular[1] += p[2] * impulse[0] - p[0] * impulse[2];
+        angular[2] += p[0] * impulse[1] - p[1] * impulse[0];
+        spread[0] += p[0] * x[0];
+        spread[1] += p[0] * x[1];
+        spread[2] += p[0] * x[2];
+        spread[3] += p[1] * x[1];
+        spread[4] += p[1] * x[2];
+        spread[5] += p[2] * x[2];
+    }
+    Momentum operator+(const Momentum& o) const
+    {
+        Momentum sum = *this;
+        for (int d = 0; d < 3; ++d) {
+            sum.linear[d] += o.linear[d];
+            sum.angular[d] += o.angular[d];
+            sum.moment[d] += o.moment[d];
+        }
+        for (int d = 0; d < 6; ++d) sum.spread[d] += o.spread[d];
+        return sum;
+    }
+};
 
 template <class T> class Stepper {
 public:
@@ -254,6 +290,8 @@ private:
                     const std::size_t first = b * batch, last = std::min(slots, first + batch);
                     if (in_plane_) {
                         match_in_plane(first, last);
+                    } else if (std::is_same_v<T, float> && !plastic_) {
+                        match_rigid(first, last);
                     } else {
                         match_shapes(first, last);
                     }
@@ -273,6 +311,18 @@ private:
                 (s[d] - (s[d][3] * inverse) * s[0]).template head<3>().matrix();
         }
         return m;
+    }
+
+    // match_shapes() where nothing flows and sums are single, many regions at a time.
+    void match_rigid(std::size_t begin, std::size_t end)
+    {
+        if constexpr (std::is_same_v<T, float>) {
+            const LatticeRegions& regions = matched_->regions;
+            float* const slots = sums_.slots(regions).data()->data();
+            match_slots(end - begin, regions.quads(), slots + 4 * regions.quads() * begin,
+                        weight_.data() + begin, state_.rotation.data() + 4 * begin, regions.axes,
+                        float(body_.base.h));
+        }
     }
 
     // From sums over regions to their rigid motions, with weights.
@@ -463,37 +513,21 @@ private:
         const auto g = sums_.particles(matched_->regions);
         float* const before = state_.rotation.data() + 4 * matched_->regions.slots();
         const double damping = has_before_ ? damping_ : 0;
-        struct Momentum {
-            Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
-            Mat3 spread = Mat3::Zero();  // sum of m x x^T
-            Vec3 moment = Vec3::Zero();
-            Momentum operator+(const Momentum& o) const
-            {
-                return {linear + o.linear, angular + o.angular, spread + o.spread,
-                        moment + o.moment};
-            }
-        };
         const bool free = loads_.pins.corner.empty();
         const auto momentum =
             geometry::ordered_sum<Momentum>(n_, grain, {}, [&](std::size_t begin, std::size_t end) {
                 Momentum sum;
                 for (std::size_t i = begin; i < end; ++i) {
                     const Vec away = displacement(i, g[i]);
-                    Vec3 impulse;
+                    float* const last = before + 3 * i;
+                    double impulse[3];
                     for (int d = 0; d < 3; ++d) {
-                        float& last = before[3 * i + std::size_t(d)];
-                        const double change = double(away[d]) - double(last);
-                        last = float(away[d]);
-                        impulse[d] = (stiffness_ * double(away[d]) + damping * change) / dt_;
+                        const double now = double(away[d]), change = now - double(last[d]);
+                        last[d] = float(away[d]);
+                        impulse[d] = (stiffness_ * now + damping * change) / dt_;
+                        state_.v[i][d] += impulse[d];
                     }
-                    state_.v[i] += impulse;
-                    if (!free) continue;
-                    const double m = body_.base.mass[i];
-                    const Vec3 x = state_.x[i] - origin_;
-                    sum.linear += m * impulse;
-                    sum.angular += m * x.cross(impulse);
-                    sum.spread += m * x * x.transpose();
-                    sum.moment += m * x;
+                    if (free) sum.add(body_.base.mass[i], state_.x[i] - origin_, impulse);
                 }
                 return sum;
             });
@@ -501,16 +535,20 @@ private:
         if (!free) return;
 
         // Regions pull without force or torque; what rounding has left of them is taken out again.
-        const Vec3 centre = momentum.moment / mass_;
-        const Mat3 about = momentum.spread - mass_ * centre * centre.transpose();
+        const Vec3 linear(momentum.linear), centre = Vec3(momentum.moment) / mass_;
+        const double* const spread = momentum.spread;
+        Mat3 about;
+        about << spread[0], spread[1], spread[2], spread[1], spread[3], spread[4], spread[2],
+            spread[4], spread[5];
+        about -= mass_ * centre * centre.transpose();
         const Mat3 inertia = about.trace() * Mat3::Identity() - about;
-        const Vec3 torque = momentum.angular - centre.cross(momentum.linear);
+        const Vec3 torque = Vec3(momentum.angular) - centre.cross(linear);
         const Eigen::LDLT<Mat3> solver(inertia);
         Vec3 spin = solver.solve(torque);
         const double least = solver.vectorD().minCoeff();
         if (!(least > 1e-9 * about.trace()) || !spin.allFinite())
             spin.setZero();  // a line, a point
-        drift_ = momentum.linear / mass_;
+        drift_ = linear / mass_;
         spin_ = spin;
         pivot_ = origin_ + centre;
     }
@@ -657,11 +695,40 @@ private:
 
 bool all_finite(const State& state)
 {
-    double sum = 0;  // any NaN or infinity ends up in it
-    for (const Vec3& x : state.x) sum += (0 * x).sum();
-    for (const Vec3& v : state.v) sum += (0 * v).sum();
+    // Any NaN or infinity ends up in the sum.
+    double sum = geometry::ordered_sum<double>(
+        state.x.size(), grain, 0.0, [&](std::size_t begin, std::size_t end) {
+            double part = 0;
+            for (std::size_t i = begin; i < end; ++i) {
+                for (int d = 0; d < 3; ++d) part += 0 * state.x[i][d] + 0 * state.v[i][d];
+            }
+            return part;
+        });
     for (const BallState& b : state.balls) sum += (0 * (b.x + b.v + b.spin)).sum();
     return sum == 0;
+}
+
+// What a step that failed goes back to: a copy on all threads, for its time is mostly that of
+// finding room.
+State copied(const State& state)
+{
+    State copy;
+    const std::size_t n = state.x.size();
+    copy.x.resize(n);
+    copy.v.resize(n);
+    geometry::parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
+        std::copy(state.x.begin() + std::ptrdiff_t(begin), state.x.begin() + std::ptrdiff_t(end),
+                  copy.x.begin() + std::ptrdiff_t(begin));
+        std::copy(state.v.begin() + std::ptrdiff_t(begin), state.v.begin() + std::ptrdiff_t(end),
+                  copy.v.begin() + std::ptrdiff_t(begin));
+    });
+    copy.time = state.time;
+    copy.rotation = state.rotation;
+    copy.plastic = state.plastic;
+    copy.broken = state.broken;
+    copy.balls = state.balls;
+    copy.stress = state.stress;
+    return copy;
 }
 
 void check(const LatticeOptions& options)
@@ -708,7 +775,7 @@ State advance(const LatticeBody& body, State state, const Loads& loads, double d
     check_pins(loads.pins, n);
     check_forces(loads.forces);
     check_balls(loads.balls);
-    State before = state;
+    State before = copied(state);
     if (options.precision == Precision::single) {
         Stepper<float>(body, state, loads, dt, options).run();
     } else {
