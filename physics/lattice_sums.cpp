@@ -187,9 +187,16 @@ template <class T> Quad<T> shifted(const Vec3i& by, const Quad<T>* quads)
 template <class T> RegionSums<T>::RegionSums(const LatticeRegions& regions)
 {
     const std::size_t slots = regions.slots(), bars = regions.x.windows, plates = regions.y.windows;
-    a.assign(std::max(regions.flat ? 0 : 4 * slots, 2 * bars), Quad<T>::Zero());
-    b.assign(std::max(3 * plates, regions.particles), Quad<T>::Zero());
-    exceptional.assign(4 * regions.exceptions.nodes(), Quad<T>::Zero());
+    // Touched first by all threads: at a million particles finding room takes as long as a step.
+    const auto make_room = [](std::vector<Quad<T>>& in, std::size_t n) {
+        in.resize(n);  // leaves quads as they are
+        geometry::parallel_for(n, 16 * entries_a_task, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) in[i].setZero();
+        });
+    };
+    make_room(a, std::max(regions.flat ? 0 : 4 * slots, 2 * bars));
+    make_room(b, std::max(3 * plates, regions.particles));
+    make_room(exceptional, 4 * regions.exceptions.nodes());
 }
 
 template <class T> std::span<Quad<T>> RegionSums<T>::particles(const LatticeRegions& regions)
