@@ -124,30 +124,45 @@ Rows sort_into_rows(const std::vector<Entry>& places)
     return rows;
 }
 
-// Calls with(other) for every entry in the cells next to that of `mine`, each pair once: from its
-// own row those behind it, and all of four of the eight rows around.
-template <class With> void for_each_near(const Rows& rows, const Entry& mine, const With& with)
+// Calls with(mine, other) for every entry `mine` of [begin, end) and every other in the cells next
+// to its own, each pair once: from its own row those behind it, and all of four of the eight rows
+// around. Those are swept along with its own, so each row is looked up once.
+template <class With>
+void for_each_near(const Rows& rows, std::size_t begin, std::size_t end, const With& with)
 {
-    const Eigen::Array3i& c = mine.cell;
-    const Entry* const end = rows.entries.data() + rows.entries.size();
-    for (const Entry* e = &mine + 1; e < end; ++e) {
-        if (e->cell[2] != c[2] || e->cell[1] != c[1] || e->cell[0] > c[0] + 1) break;
-        with(*e);
-    }
-    constexpr int around[4][2] = {{1, 0}, {-1, 1}, {0, 1}, {1, 1}};  // y, z
-    for (const auto& [dy, dz] : around) {
-        const Eigen::Array3i first(c[0] - 1, c[1] + dy, c[2] + dz);
-        const std::uint32_t b = rows.bucket(first[1], first[2]);
-        const Entry* const low = rows.entries.data() + rows.at[b];
-        const Entry* const high = rows.entries.data() + rows.at[b + 1];
-        const Entry* e =
-            std::lower_bound(low, high, first, [](const Entry& p, const Eigen::Array3i& cell) {
-                return in_front(p.cell, cell);
-            });
-        for (; e < high; ++e) {
-            if (e->cell[2] != first[2] || e->cell[1] != first[1] || e->cell[0] > c[0] + 1) break;
-            with(*e);
+    const auto same_row = [](const Entry& e, int y, int z) {
+        return e.cell[1] == y && e.cell[2] == z;
+    };
+    const Entry* const all = rows.entries.data() + rows.entries.size();
+    const Entry* const last = rows.entries.data() + end;
+    for (const Entry* first = rows.entries.data() + begin; first < last;) {
+        const int y = first->cell[1], z = first->cell[2];
+        const Entry* stop = first;
+        for (; stop < last && same_row(*stop, y, z); ++stop) {
+            for (const Entry* e = stop + 1; e < all && same_row(*e, y, z); ++e) {
+                if (e->cell[0] > stop->cell[0] + 1) break;
+                with(*stop, *e);
+            }
         }
+        constexpr int around[4][2] = {{1, 0}, {-1, 1}, {0, 1}, {1, 1}};  // y, z
+        for (const auto& [dy, dz] : around) {
+            const Eigen::Array3i from(first->cell[0] - 1, y + dy, z + dz);
+            const std::uint32_t b = rows.bucket(from[1], from[2]);
+            const Entry* const high = rows.entries.data() + rows.at[b + 1];
+            const Entry* low = std::lower_bound(
+                rows.entries.data() + rows.at[b], high, from,
+                [](const Entry& p, const Eigen::Array3i& cell) { return in_front(p.cell, cell); });
+            const auto there = [&](const Entry* e) {
+                return e < high && same_row(*e, from[1], from[2]);
+            };
+            for (const Entry* mine = first; mine < stop && there(low); ++mine) {
+                while (there(low) && low->cell[0] < mine->cell[0] - 1) ++low;
+                for (const Entry* e = low; there(e) && e->cell[0] <= mine->cell[0] + 1; ++e) {
+                    with(*mine, *e);
+                }
+            }
+        }
+        first = stop;
     }
 }
 
@@ -280,10 +295,9 @@ PairPushes find_pair_pushes(const ContactScene& scene, const std::vector<std::ui
     geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t g = begin; g < end; ++g) {
             const std::size_t last = std::min(side.size(), (g + 1) * grain);
-            for (std::size_t i = g * grain; i < last; ++i) {
-                const Entry& mine = rows.entries[i];
-                for_each_near(rows, mine, [&](const Entry& other) { meet(mine, other, found[g]); });
-            }
+            for_each_near(rows, g * grain, last, [&](const Entry& mine, const Entry& other) {
+                meet(mine, other, found[g]);
+            });
         }
     });
     return grouped(joined(found), piece);
@@ -432,7 +446,9 @@ void solve_pushes(const ContactScene& scene, Pushes& pushes, int rounds, std::ve
         for (std::size_t k = pairs.group_at[begin]; k < pairs.group_at[end]; ++k) {
             PairPush& p = pairs.push[k];
             const Eigen::Vector3f relative = (v[p.a] - v[p.b]).cast<float>();
+            const float before = p.impulse;
             const Vec3 change = change_of(p, relative).cast<double>();
+            if (before == 0 && p.impulse == 0) continue;  // they do not touch, and write nothing
             // The same masses on both sides as in double: momentum is kept to rounding.
             v[p.a] += scene.inverse_mass[p.a] * change;
             v[p.b] -= scene.inverse_mass[p.b] * change;
