@@ -2,6 +2,10 @@
 
 #include <charconv>
 
+// Compiled in: most keys are of less than a hundred bytes, where the call would be a third.
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
 namespace runtime {
 
 std::string to_hex(const Key& key)

@@ -33,13 +33,17 @@ Key from_hex(std::string_view text);
 Key hash_bytes(const void* data, std::size_t size);
 
 // Collects what a key depends on. Everything of variable length goes in with its length, so that
-// ("ab", "c") and ("a", "bc") differ.
+// ("ab", "c") and ("a", "bc") differ. All of it is whole words: the hash reads words, and a
+// processor that reads a word which was written in two pieces waits until both reach the cache.
 class KeyBuilder {
 public:
     template <class T>
     requires std::is_arithmetic_v<T> KeyBuilder& add(T number)
     {
-        append(&number, sizeof number);
+        static_assert(sizeof number <= sizeof(std::uint64_t));
+        std::uint64_t word = 0;
+        std::memcpy(&word, &number, sizeof number);
+        append(&word, sizeof word);
         return *this;
     }
     KeyBuilder& add(const Key& key)
@@ -49,8 +53,11 @@ public:
     }
     KeyBuilder& add(std::string_view text)
     {
+        constexpr std::size_t whole = sizeof(std::uint64_t);
+        const std::uint64_t nothing = 0;
         add(text.size());
         append(text.data(), text.size());
+        append(&nothing, (whole - text.size() % whole) % whole);
         return *this;
     }
     KeyBuilder& add(const graph::ParamValue& value)

@@ -190,6 +190,7 @@ void Keys::reach(const std::vector<std::uint32_t>& targets)
     std::vector<char> wanted(nodes_.size(), 0);
     for (const std::uint32_t t : targets) wanted[t] = 1;
     reached_.clear(), openers_.clear(), file_nodes_.clear();
+    reached_.reserve(nodes_.size());
     for (std::size_t n = nodes_.size(); n-- > 0;) {
         if (!wanted[n]) continue;
         reached_.push_back(static_cast<std::uint32_t>(n));
@@ -290,7 +291,7 @@ void Keys::add_fixed_part(std::uint32_t n, KeyBuilder& b) const
             add_param(b, node.type->params[i], params[i], files_);
         }
     };
-    b.add(known.moves);
+    b.add(2 * std::uint64_t{known.links} + known.moves);
     if (known.moves) {
         b.add(node.animated.size());
         for (const graph::Animated& a : node.animated) {
@@ -301,7 +302,6 @@ void Keys::add_fixed_part(std::uint32_t n, KeyBuilder& b) const
     } else {
         add_params(node.params);
     }
-    b.add(known.links);
     for (std::uint32_t i = 0; i < known.links; ++i) {
         const Input& input = links_[known.first_link + i];
         b.add(std::uint64_t{input.port} << 32 | input.output);
