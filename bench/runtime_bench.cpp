@@ -99,6 +99,14 @@ graph::Graph mesh_of(std::uint32_t n)
     for (std::uint32_t i = 1; i < n; ++i) add(g, "Two", {i - 1, i / 2}, i);
     return g;
 }
+// Each node takes its neighbour.
+graph::Graph chain_of(std::uint32_t n)
+{
+    graph::Graph g;
+    add(g, "Leaf", {}, 1);
+    for (std::uint32_t i = 1; i < n; ++i) add(g, "Two", {i - 1, i - 1}, i);
+    return g;
+}
 // All nodes independent but for the last, which sums pairs of pairs.
 graph::Graph tree_of(std::uint32_t leaves)
 {
@@ -231,7 +239,23 @@ void memory_hit(benchmark::State& state)
 }
 BENCHMARK(memory_hit);
 
-// 10,000 frames of a simulation asked for by the last one.
+// Wanted: a node of a chain costs the same however long the chain is.
+void deep_chain(benchmark::State& state)
+{
+    const graph::Graph g = chain_of(static_cast<std::uint32_t>(state.range(0)));
+    const auto last = static_cast<std::uint32_t>(g.nodes.size() - 1);
+    for (auto _ : state) {
+        auto caches = std::make_unique<runtime::Caches>();
+        runtime::Evaluator evaluator(g, *caches, threads(1));
+        benchmark::DoNotOptimize(evaluator.pull({last, 0}, 1));
+        state.PauseTiming();
+        caches.reset();
+        state.ResumeTiming();
+    }
+    per_node(state, g.nodes.size());
+}
+
+// The last frame of a simulation, from nothing. Wanted: a step costs the same however many.
 void deep_simulation(benchmark::State& state)
 {
     graph::Graph g;
@@ -303,8 +327,10 @@ BENCHMARK(cold_cook)
     ->Args({2, 0})
     ->Args({1, 1})
     ->Args({2, 1})
+    ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK(deep_simulation)->Arg(10'000)->Arg(100'000)->Unit(benchmark::kMillisecond);
+BENCHMARK(deep_chain)->Arg(1'000)->Arg(10'000)->Arg(100'000)->Unit(benchmark::kMillisecond);
+BENCHMARK(deep_simulation)->Arg(1'000)->Arg(10'000)->Arg(100'000)->Unit(benchmark::kMillisecond);
 BENCHMARK(memory_of_a_node)->Iterations(1)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -126,13 +126,13 @@ std::string text_of(std::exception_ptr error)
 class Cooking {
 public:
     Cooking(const graph::Graph& graph, Caches& caches, const Options& options, Observer* observer,
-            Keys& keys, std::vector<double>& usual, tbb::task_arena& arena,
+            Keys& keys, std::vector<Usual>& usual, tbb::task_arena& arena,
             const Evaluator::Arrived& arrived)
         : graph_(graph), caches_(caches), options_(options), observer_(observer), keys_(keys),
           usual_(usual), arena_(arena), arrived_(arrived), threads_(arena.max_concurrency())
     {
         cooked_.tallies = Tallies(graph.nodes.size());
-        usual_.resize(keys.type_count(), 0);
+        usual_.resize(keys.type_count());
     }
 
     Cooked cook(std::vector<Want> wants, std::size_t at_once)
@@ -145,7 +145,7 @@ public:
                 guarded([this] { open(); });
                 ++workers_;
             }
-            work();
+            work(true);
             group_.wait();
         });
         report();
@@ -394,7 +394,7 @@ private:
                 good &= attach_port(task, port);
             }
         }
-        task.usual = usual_[keys_.type(task.node)];
+        task.usual = usual_[keys_.type(task.node)].mean;
         task.compare = worth_comparing(task);
         wait(task, good, !task.compare);
     }
@@ -550,51 +550,77 @@ private:
         }
     }
 
-    // The next task to run; null when none may start.
-    Task* next()
+    // Over sooner than another thread could be told of it: several threads with such tasks only
+    // wait for each other's bookkeeping.
+    bool is_brief(const Task& task) const
+    {
+        const double longest = usual_[keys_.type(task.node)].longest;
+        return longest > 0 && longest < 10e-6 && !task.load && !task.compare &&
+               task.preparation < 0;
+    }
+
+    // The next task to run; null when none may start, or when it is brief and a thread that will
+    // be back at once takes it: the first one, if it can, whose memory most of the others is.
+    Task* next(bool first)
     {
         if (!stopping_ && options_.stop.stop_requested()) stopping_ = cooked_.cancelled = true;
         while (!stopping_ && !ready_.empty()) {
             Task* task = ready_.top().task;
+            const bool good = task->state == State::ready;
+            if (good && !first && (first_here_ || brief_running_ > 0) && is_brief(*task)) {
+                return nullptr;
+            }
             ready_.pop();
-            if (task->state == State::ready) return task;
+            if (good) return task;
         }
         return nullptr;
     }
 
+    // Another thread for what is ready, while this one is away.
+    void call_another()
+    {
+        if (ready_.empty() || workers_ >= threads_) return;
+        ++workers_;
+        group_.run([this] { work(false); });
+    }
+
     // Runs what is ready until nothing is. Called without the lock.
-    void work()
+    void work(bool first)
     {
         Scratch scratch;
         std::unique_lock lock(mutex_);
-        while (Task* task = next()) {
+        while (Task* task = next(first)) {
             task->state = State::running;
-            task->usual = usual_[keys_.type(task->node)];
-            ++running_;
-            if (!ready_.empty() && workers_ < threads_) {
-                ++workers_;
-                group_.run([this] { work(); });
-            }
+            task->usual = usual_[keys_.type(task->node)].mean;
+            const bool brief = is_brief(*task);
+            ++running_, brief_running_ += brief;
+            if (first) first_here_ = brief;
+            if (!brief) call_another();
             lock.unlock();
             Outcome outcome = run(*task, scratch);
             scratch.clear();
             std::vector<SharedResult> gone;  // dies without the lock
             Stored keep;
             lock.lock();
-            --running_;
+            --running_, brief_running_ -= brief;
+            if (first) first_here_ = true;
             guarded([&] {
                 keep = finish(*task, outcome, gone);
                 open();
             });
             if (!events_.empty() || !gone.empty() || keep.result) {
+                if (first) first_here_ = false;
+                if (keep.result) call_another();  // to store it may take long
                 lock.unlock();
                 gone.clear();
                 if (keep.result) caches_.disk->store(keep.key, std::move(keep.result), keep.same);
                 report();
                 lock.lock();
+                if (first) first_here_ = true;
             }
         }
         --workers_;
+        if (first) first_here_ = false;
     }
 
     // Trouble in the bookkeeping itself (memory) ends the cook, not the process.
@@ -672,8 +698,10 @@ private:
         if (keep) gone = caches_.memory.insert(key, result);
         if (same) remember_same(same, key);
         if (is_node) {
-            double& usual = usual_[keys_.type(task.node)];
-            usual = usual > 0 ? (usual + outcome.run.seconds) / 2 : outcome.run.seconds;
+            auto& [mean, longest] = usual_[keys_.type(task.node)];
+            const double seconds = outcome.run.seconds;
+            mean = mean > 0 ? (mean + seconds) / 2 : seconds;
+            longest = std::max(seconds, 0.97 * longest);
         }
         arrive(task, result);
         if (!keep || !outcome.store) return {};
@@ -1025,7 +1053,7 @@ private:
     const Options& options_;
     Observer* observer_;
     Keys& keys_;
-    std::vector<double>& usual_;
+    std::vector<Usual>& usual_;
     tbb::task_arena& arena_;
     const Evaluator::Arrived& arrived_;
     const int threads_;
@@ -1041,7 +1069,8 @@ private:
     std::unordered_set<Key, KeyHash> failed_;
     std::vector<Task*> unsettled_;
     std::priority_queue<Ready> ready_;
-    int running_ = 0, workers_ = 0;
+    int running_ = 0, brief_running_ = 0, workers_ = 0;
+    bool first_here_ = true;  // the first worker is between tasks or runs a brief one
     bool stopping_ = false;
     std::exception_ptr fatal_;
     std::vector<Failure> failures_;

@@ -102,6 +102,12 @@ struct Cooked {
     double seconds = 0;
 };
 
+// What runs of a type of node take, as far as this process knows; 0 when not known yet.
+struct Usual {
+    double mean = 0;     // s, of the last few
+    double longest = 0;  // s, of the last hundreds
+};
+
 class Evaluator {
 public:
     // The graph may be edited between cooks, see edited(). Throws std::invalid_argument when its
@@ -133,7 +139,7 @@ private:
     Options options_;
     Observer* observer_;
     Keys keys_;
-    std::vector<double> usual_;  // s, of a run of each type of node; 0 when not known yet
+    std::vector<Usual> usual_;  // by type of node
     std::unique_ptr<tbb::detail::d1::global_control> threads_;
     std::unique_ptr<tbb::detail::d1::task_arena> arena_;
 };
