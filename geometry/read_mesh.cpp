@@ -12,6 +12,7 @@
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <set>
 #include <stdexcept>
 
 namespace geometry {
@@ -399,6 +400,26 @@ ImportedScene ply_scene(const std::filesystem::path& path)
     }
 }
 
+// Each file once that was looked for and never found. One that is not where it should be is looked
+// for in other folders too, and by names that nobody gave: without its extension, or with the
+// model's own name.
+std::vector<std::string> files_not_found(const std::vector<ImportedFile>& files,
+                                         const std::filesystem::path& model)
+{
+    std::set<std::string> known;
+    for (const ImportedFile& f : files) {
+        if (f.found) known.insert(std::filesystem::path(f.path).filename());
+    }
+    std::vector<std::string> missing;
+    for (const ImportedFile& f : files) {
+        const std::filesystem::path asked(f.path);
+        const bool guess = !asked.has_extension() || asked.stem() == model.stem();
+        if (f.found || (guess && !missing.empty())) continue;
+        if (known.insert(asked.filename()).second) missing.push_back(f.path);
+    }
+    return missing;
+}
+
 }  // namespace
 
 ReadMesh assemble(const ImportedScene& scene, const ReadOptions& options)
@@ -440,8 +461,9 @@ ReadMesh read_mesh(const std::filesystem::path& path, const ReadOptions& options
         for (const ImportedFile& f : scene.files) {
             if (f.path == itself) continue;
             out.side_files.push_back(f.path);
-            if (!f.found)
-                out.warnings.push_back("it names " + f.path + ", which cannot be opened.");
+        }
+        for (const std::string& name : files_not_found(scene.files, path)) {
+            out.warnings.push_back("it names " + name + ", which cannot be opened.");
         }
         for (std::string& w : out.warnings) w = path.filename().string() + ": " + w;
         return out;

@@ -251,9 +251,14 @@ TEST(ReadMesh, AMissingMaterialLibraryIsAWarningAndNamesStay)
     const ReadMesh read = read_mesh(folder.write("cube.obj", cube_obj));
     ASSERT_EQ(read.mesh.topology->materials.size(), 2u);
     EXPECT_EQ(read.mesh.topology->materials[1].name, "glass");
-    ASSERT_FALSE(read.warnings.empty());
+    // Once, though the importer looks in several places and for other names.
+    ASSERT_EQ(read.warnings.size(), 1u);
     EXPECT_NE(read.warnings[0].find("cube.mtl"), std::string::npos);
     ASSERT_FALSE(read.side_files.empty());
+
+    const ReadMesh other = read_mesh(folder.write("other.obj", cube_obj));
+    ASSERT_EQ(other.warnings.size(), 1u);
+    EXPECT_NE(other.warnings[0].find("cube.mtl"), std::string::npos);
 }
 
 TEST(ReadMesh, ConcavePolygonsAreCutRightly)
