@@ -83,7 +83,8 @@ std::optional<std::string> read_document(const fs::path& file, std::size_t max_b
         return {};
     }
     if (!fs::is_regular_file(file, error)) {
-        problem.message = "this is not a file";
+        problem.message =
+            fs::is_directory(file, error) ? "this is a folder, not a file" : "this is not a file";
         return {};
     }
     const auto size = fs::file_size(file, error);
@@ -372,7 +373,7 @@ private:
         refuse_unknown(root, known, "a graph document", {}, problems_);
         want_text(root.find("doc"), {}, problems_);
         if (!root.find("nodes") && !root.find("extends")) {
-            problems_.add(problem_at(root.place(), "a graph document has \"nodes\""));
+            problems_.add(problem_at(root.place(), "this has no \"nodes\": { ... }"));
         }
         return true;
     }

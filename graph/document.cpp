@@ -170,11 +170,14 @@ private:
     {
         for (std::size_t i = 0; i < assembly_.declarations.size(); ++i) {
             Node& node = graph_.nodes[i];
-            if (!node.type) continue;
             const Json* inputs = assembly_.declarations[i].body.find("inputs");
             if (inputs && !inputs->object()) {
                 refuse_node(assembly_.declarations[i], wrong(*inputs, "an object, { \"input\": "
                                                                       "\"node.output\" }"));
+                continue;
+            }
+            if (!node.type) {
+                if (inputs) look_at_links(assembly_.declarations[i], *inputs->object());
                 continue;
             }
             for (std::size_t k = 0; inputs && k < inputs->object()->size(); ++k) {
@@ -189,6 +192,18 @@ private:
                 p.port = port.name;
                 p.suggestion = fitting(port.type);
                 problems_.add(std::move(p));
+            }
+        }
+    }
+
+    // Of a node whose type nobody knows: whether its links lead anywhere.
+    void look_at_links(const Declaration& d, const Json::Object& inputs)
+    {
+        for (const Member& member : inputs) {
+            if (const Json::Array* several = member.value.array()) {
+                for (const Json& json : *several) find_link(json, {}, d.name, member.key);
+            } else {
+                find_link(member.value, {}, d.name, member.key);
             }
         }
     }
@@ -234,7 +249,8 @@ private:
         }
     }
 
-    // "node.output", or "node" when it has one output. Reports for input `port` of node `name`.
+    // "node.output", or "node" when it has one output. Reports for input `port` of node `name`,
+    // which takes wires of type `type`; empty: of any.
     std::optional<Link> find_link(const Json& json, const std::string& type,
                                   const std::string& name, const std::string& port)
     {
@@ -290,7 +306,7 @@ private:
         for (const OutputPort& o : source->outputs) names.emplace_back(o.name);
         const auto output = output_index(names, port, node, source->name, p);
         if (!output) return {};
-        if (source->outputs[*output].type != type) {
+        if (!type.empty() && source->outputs[*output].type != type) {
             p.expected = fmt::format("a wire of type {}", type);
             p.found = fmt::format("'{}.{}' of type {}", node, source->outputs[*output].name,
                                   source->outputs[*output].type);

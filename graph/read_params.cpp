@@ -213,6 +213,20 @@ private:
         p.message = fmt::format("this has no effect while {} is {}; it takes {}",
                                 param.shown_when.param, text_of(values[k]), list_names(wanted));
         c_.problems.add(std::move(p));
+        // It is read all the same: what is wrong with it would come out when it is wanted.
+        Problems inside;
+        Node scratch;
+        scratch.name = node_.name;
+        scratch.type = node_.type;
+        const ReadContext context{c_.range, c_.paths, inside};
+        ParamReader reader(context, scratch);
+        reader.names_ = names_;
+        reader.names_.push_back(param.name);
+        reader.read(param, given);
+        for (Problem& found : inside.take()) {
+            found.severity = std::min(found.severity, Severity::warning);
+            c_.problems.add(std::move(found));
+        }
     }
 
     ParamValue read(const Param& param, const Json& json)
@@ -536,6 +550,7 @@ private:
         if (!can_be_a_path(*json.text()) || error) {
             p.message = "this cannot be a path";
             p.found = json.snippet();
+            if (!error) p.suggestion = "leave out control characters (tabs, line breaks)";
         } else if (!c_.paths.allow_outside && !lies_in(real, c_.paths.root)) {
             p.message = fmt::format("this leads outside of the project's folder, {}",
                                     c_.paths.root.generic_string());
@@ -562,7 +577,7 @@ private:
         const fs::path path = fs::path(*json.text()).lexically_normal();
         const bool leaves = path.is_absolute() || (!path.empty() && *path.begin() == "..");
         if (!can_be_a_path(*json.text())) {
-            complain(json.place(), expectation_of(param), json);
+            complain(json.place(), "a path without control characters (tabs, line breaks)", json);
         } else if (leaves && !c_.paths.allow_outside) {
             complain(json.place(), "a path inside of the output folder", json);
         } else {

@@ -94,7 +94,7 @@ TEST(Mistakes, OfTheDocumentAsAWhole)
                                              "found 2; a newer aspic wrote it"},
         {"{ \"aspic\": ^\"1\", \"nodes\": {} }",
          "error: expected \"aspic\": 1, the format's version, found \"1\""},
-        {"^{ \"aspic\": 1 }", "error: a graph document has \"nodes\""},
+        {"^{ \"aspic\": 1 }", "error: this has no \"nodes\": { ... }"},
         {"{ \"aspic\": 1, \"nodes\": ^[] }",
          "error: expected an object of nodes, { \"name\": {...} }, found []"},
         {"{ \"aspic\": 1, \"nodes\": {}, \"doc\": ^3 }",
@@ -169,6 +169,44 @@ TEST(Mistakes, OfNodesAndTheirTypes)
         {nodes("\"m\": { \"type\": \"Mill@1\", \"doc\": ^[] }"),
          "error: node 'm': expected a text in quotes, found []"},
     });
+}
+
+TEST(Mistakes, InWhatHasNoEffectAreToldAsWarnings)
+{
+    const graph::Loaded loaded = toys::load(R"({ "aspic": 1, "nodes": {
+  "m": { "type": "Mill@1" },
+  "b": { "type": "Bake@1", "inputs": { "loaves": "m.dough" }, "params": {
+    "wood": { "kind": 3 },
+    "oven": "wood",
+    "gas": { "pressure": "=1 +", "burners": "=frame", "colour": 1 } } } } })");
+    EXPECT_EQ(toys::told(loaded),
+              "toy.json:4:23: error: node 'b', parameter 'wood.kind': expected a text in quotes, "
+              "found 3\n"
+              "toy.json:6:12: warning: node 'b', parameter 'gas': this has no effect while oven is "
+              "wood; it takes 'gas'\n"
+              "toy.json:6:31: warning: node 'b', parameter 'gas.pressure': Unexpected end of "
+              "expression at position 4\n"
+              "toy.json:6:55: warning: node 'b', parameter 'gas.colour': 'gas' has no such "
+              "parameter; there is 'pressure' and 'burners'\n");
+    EXPECT_TRUE(loaded.graph.nodes.empty() || loaded.graph.nodes[1].animated.empty());
+}
+
+TEST(Mistakes, OfLinksAreFoundBehindAnUnknownTypeToo)
+{
+    const graph::Loaded loaded = toys::load(R"({ "aspic": 1, "nodes": {
+  "m": { "type": "Mill@1" },
+  "s": { "type": "Stir@1", "inputs": {
+    "one": "m.dough", "two": "m.doug", "three": ["m.crumbs", "mill.dough", 7] } },
+  "k": { "type": "Knead@1", "inputs": { "dough": "s.anything" } } } })");
+    EXPECT_EQ(toys::told(loaded),
+              "toy.json:3:18: error: node 's': there is no node type 'Stir'; there is 'Bake', "
+              "'Knead', 'Mill' and 'Weigh'\n"
+              "toy.json:4:30: error: node 's', input 'two': node 'm' (Mill) has no output 'doug'; "
+              "did you mean 'dough'?\n"
+              "toy.json:4:62: error: node 's', input 'three': there is no node 'mill'; there is "
+              "'k', 'm' and 's'\n"
+              "toy.json:4:76: error: node 's', input 'three': expected a link, \"node.output\", "
+              "found 7\n");
 }
 
 TEST(Mistakes, OfParameters)
