@@ -6,6 +6,8 @@
 #include "nodes/material_rules.hpp"
 #include "nodes/wire_types.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <stdexcept>
 
@@ -47,9 +49,8 @@ static std::size_t count_of(const Inputs& in)
             ? geometry::sampled_area(*in.mesh) / (spacing * spacing)
             : geometry::volume_inside(*in.mesh, in.inside) / (spacing * spacing * spacing);
     if (!(count <= most)) {
-        throw std::invalid_argument("samples " + std::to_string(spacing) +
-                                    " m apart would be more than 100,000,000: use a larger "
-                                    "spacing");
+        throw std::invalid_argument(fmt::format(
+            "samples {:g} m apart would be more than 100,000,000: use a larger spacing", spacing));
     }
     return static_cast<std::size_t>(std::max(1.0, std::ceil(count)));
 }

@@ -5,6 +5,7 @@
 #include "runtime/doctor.hpp"
 #include "runtime/document_commands.hpp"
 #include "runtime/explain.hpp"
+#include "runtime/memory_limit.hpp"
 #include "runtime/sweep_command.hpp"
 #include "runtime/verify.hpp"
 
@@ -101,12 +102,18 @@ void add_cooking_options(CLI::App& command, CookRequest& request)
                     "Ends the cook after so long, as Ctrl-C would")
         ->type_name("SECONDS")
         ->check(CLI::Range(1e-3, 1e8));
+    command
+        .add_option_function<std::string>(
+            "--memory-limit",
+            [&](const std::string& text) { request.memory_limit = parse_bytes(text); },
+            "A node that wants more than this in all fails; else nine tenths of the machine's")
+        ->type_name("BYTES");
     command.add_flag("--json", request.json, "Tells everything as JSON lines");
 }
 
-int within_time_limit(const CookRequest& request, Console& console,
-                      const std::function<int()>& work)
+int within_limits(const CookRequest& request, Console& console, const std::function<int()>& work)
 {
+    const MemoryLimit memory(request.memory_limit);
     if (request.time_limit <= 0) return work();
     const Deadline deadline(request.time_limit, console.stop);
     const std::stop_token before = std::exchange(console.stop, deadline.token());
@@ -141,6 +148,38 @@ void add_target_options(CLI::App& command, CookRequest& request)
         ->check(CLI::Range(0.0, 100.0));
 }
 
+std::vector<std::string> commands_of(const CLI::App& app)
+{
+    std::vector<std::string> names;
+    for (const CLI::App* sub : app.get_subcommands({})) names.push_back(sub->get_name());
+    return names;
+}
+
+// "\n  stat    How much there is", a line for each command below this one.
+std::string listed(const CLI::App& app)
+{
+    std::string text;
+    for (const CLI::App* sub : app.get_subcommands({})) {
+        text += fmt::format("\n  {:<9} {}", sub->get_name(), sub->get_description());
+    }
+    return text;
+}
+
+// "cook wants FILE: Graph documents": the first thing that a command can't do without.
+std::string wanted(const CLI::App& command)
+{
+    for (const CLI::Option* option : command.get_options()) {
+        const auto found = static_cast<int>(option->count());
+        const int least = std::max(option->get_items_expected_min(), 1);
+        if (!option->get_required() || found >= least) continue;
+        const std::string name = option->get_positional() ? "" : option->get_name() + " ";
+        return fmt::format("{} wants {}{}{}: {}", command.get_name(),
+                           least > 1 ? fmt::format("{} times ", least) : "", name,
+                           option->get_type_name(), option->get_description());
+    }
+    return {};
+}
+
 // What was not understood, and the nearest name that would be.
 std::string mistake(const CLI::App& app, const std::vector<std::string>& args,
                     const std::string& otherwise)
@@ -149,14 +188,18 @@ std::string mistake(const CLI::App& app, const std::vector<std::string>& args,
         return fmt::format("there is no {} '{}'{}", what, word,
                            near.empty() ? "" : fmt::format("; did you mean '{}'?", near));
     };
-    std::vector<std::string> commands;
-    const CLI::App* command = &app;
-    for (const CLI::App* sub : app.get_subcommands({})) {
-        commands.push_back(sub->get_name());
-        if (!args.empty() && sub->get_name() == args[0]) command = sub;
+    const CLI::App* command = &app;  // the innermost that was named
+    for (const std::string& arg : args) {
+        const std::vector<std::string> names = commands_of(*command);
+        if (names.empty() || arg.starts_with("-")) break;
+        if (std::find(names.begin(), names.end(), arg) == names.end()) {
+            const std::string near = nearest_of(arg, names);
+            return said("command", arg, near) + (near.empty() ? listed(*command) : "");
+        }
+        command = command->get_subcommand(arg);
     }
-    if (command == &app && !args.empty() && !args[0].starts_with("-")) {
-        return said("command", args[0], nearest_of(args[0], commands));
+    if (!commands_of(*command).empty() && command != &app) {
+        return fmt::format("{} what?{}", command->get_name(), listed(*command));
     }
     std::vector<std::string> flags;
     for (const CLI::Option* option : command->get_options()) {
@@ -168,7 +211,8 @@ std::string mistake(const CLI::App& app, const std::vector<std::string>& args,
         if (std::find(flags.begin(), flags.end(), word) != flags.end()) continue;
         return said("option", word, nearest_of(word, flags));
     }
-    return otherwise;
+    const std::string missing = wanted(*command);
+    return missing.empty() ? otherwise : missing;
 }
 
 }  // namespace
@@ -210,10 +254,10 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
     add_loading_options(*cook_app, request);
     add_cooking_options(*cook_app, request);
     add_target_options(*cook_app, request);
-    const auto in_time = [&](const std::function<int()>& work) {
-        exit = within_time_limit(request, console, work);
+    const auto limited = [&](const std::function<int()>& work) {
+        exit = within_limits(request, console, work);
     };
-    cook_app->callback([&] { in_time([&] { return cook(request, registry, console); }); });
+    cook_app->callback([&] { limited([&] { return cook(request, registry, console); }); });
 
     CLI::App* validate_app =
         app.add_subcommand("validate", "Tells everything that is wrong with graph documents");
@@ -228,7 +272,7 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
     add_cooking_options(*check_app, request);
     check_app->callback([&] {
         request.expectations_only = true;
-        in_time([&] { return cook(request, registry, console); });
+        limited([&] { return cook(request, registry, console); });
     });
 
     CLI::App* profile_app = app.add_subcommand(
@@ -241,7 +285,7 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
         ->type_name("FILE");
     profile_app->callback([&] {
         request.profile = true;
-        in_time([&] { return cook(request, registry, console); });
+        limited([&] { return cook(request, registry, console); });
     });
 
     CLI::App* explain_app = app.add_subcommand(
@@ -278,7 +322,8 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
         ->type_name("DIR");
     verify_app->add_flag("--allow-outside", request.allow_outside,
                          "Lets the graph read files outside its root");
-    verify_app->callback([&] { exit = verify(manifest, request, registry, console); });
+    verify_app->callback(
+        [&] { limited([&] { return verify(manifest, request, registry, console); }); });
 
     SweepRequest swept;
     CLI::App* sweep_app = app.add_subcommand(
@@ -292,7 +337,7 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
         ->required()
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    sweep_app->add_option("--frame", swept.frame, "Which frame; else the last")->type_name("N");
+    sweep_app->add_option("--frame", request.frames, "The same as --frames")->type_name("N");
     sweep_app
         ->add_option("--picture", swept.picture, "What to show; else the graph's first picture")
         ->type_name("NODE.PORT");
@@ -308,9 +353,9 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
         ->type_name("DIR");
     add_loading_options(*sweep_app, request);
     add_cooking_options(*sweep_app, request);
-    sweep_app->remove_option(sweep_app->get_option("--frames"));
+    sweep_app->get_option("--frames")->description("Which, as 12 or 1-48x12; else the last");
     sweep_app->callback(
-        [&] { in_time([&] { return run_sweep(request, swept, registry, console); }); });
+        [&] { limited([&] { return run_sweep(request, swept, registry, console); }); });
 
     CLI::App* doctor_app =
         app.add_subcommand("doctor", "Checks that the machine has what it takes");
@@ -347,7 +392,7 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
     study_app->add_option("--error", wanted.wanted_error, "Relative error to meet soonest; 0.01")
         ->type_name("SHARE");
     study_app->callback(
-        [&] { in_time([&] { return run_study(request, wanted, registry, console); }); });
+        [&] { limited([&] { return run_study(request, wanted, registry, console); }); });
 
     add_document_commands(app, request, registry, console, exit);
 
@@ -368,11 +413,17 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
         return exit;
     } catch (const CLI::ParseError& e) {
         if (e.get_exit_code() == 0) return app.exit(e, console.out, console.err);  // help, version
-        console.err << "aspic: " << mistake(app, args, e.what()) << "\naspic --help tells more\n";
+        console.err << "aspic: "
+                    << (args.empty() ? "it wants a command:" + listed(app)
+                                     : mistake(app, args, e.what()))
+                    << "\naspic --help tells more\n";
         return exit_usage;
     } catch (const std::invalid_argument& e) {
         console.err << "aspic: " << e.what() << "\n";
         return exit_usage;
+    } catch (const std::bad_alloc&) {
+        console.err << "aspic: " << out_of_memory() << "\n";
+        return exit_failed;
     } catch (const std::exception& e) {
         console.err << "aspic: " << e.what() << "\n";
         return exit_failed;

@@ -188,6 +188,16 @@ fs::path output_folder(const graph::Graph& graph, const CookRequest& request)
                                     : fs::path(request.output_folder);
 }
 
+void make_output_folder(const fs::path& folder)
+{
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (!error) return;
+    throw std::invalid_argument(
+        fmt::format("the output folder {} can't be made ({}): say --out DIR", folder.string(),
+                    error.message()));
+}
+
 int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& caches,
                FrontEnd& front_end, Console& console, Manifest& manifest)
 {
@@ -208,7 +218,7 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     options.recheck = request.recheck / 100;
     options.recheck_seed =
         static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count());
-    if (!nodes.empty()) fs::create_directories(options.output_folder);
+    if (!nodes.empty()) make_output_folder(options.output_folder);
     begin_manifest(request, console, frames, manifest);
 
     front_end.began(graph, frames.size());

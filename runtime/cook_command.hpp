@@ -19,7 +19,8 @@ struct CookRequest {
     std::size_t memory = std::size_t{2} << 30;
     std::string cache;  // folder; empty: the user's own
     bool no_disk_cache = false;
-    double time_limit = 0;  // s; 0: none
+    double time_limit = 0;         // s; 0: none
+    std::size_t memory_limit = 0;  // bytes; 0: nearly all there is
     std::uintmax_t cache_budget = std::uintmax_t{20} << 30;
     bool keep_going = false, json = false, quiet = false;
     bool expectations_only = false;
@@ -27,6 +28,9 @@ struct CookRequest {
     std::string trace;     // and write it there; empty: nowhere
     double recheck = 0;    // percent of what was found in a cache, made again and compared
 };
+
+// Throws std::invalid_argument when it can't be made.
+void make_output_folder(const std::filesystem::path& folder);
 
 int cook(const CookRequest& request, const graph::Registry& registry, Console& console);
 

@@ -196,7 +196,7 @@ int run_study(const CookRequest& request, const StudyRequest& wanted,
                                              ? std::filesystem::path("out") / file.stem()
                                              : std::filesystem::path(request.output_folder);
     options.cook.output_folder = folder;
-    std::filesystem::create_directories(folder);
+    make_output_folder(folder);
 
     const std::vector<Trial> trials = study(file, registry, options, [&](const Trial& t) {
         console.err << describe(t.settings) << ": " << reading(t) << "\n";

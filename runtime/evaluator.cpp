@@ -2,6 +2,7 @@
 
 #include "graph/standard_wires.hpp"
 #include "runtime/few.hpp"
+#include "runtime/memory_limit.hpp"
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -112,7 +113,9 @@ std::string text_of(std::exception_ptr error)
     try {
         std::rethrow_exception(error);
     } catch (const std::bad_alloc&) {
-        return "out of memory";
+        return out_of_memory();
+    } catch (const std::length_error& e) {  // a container that no memory could hold
+        return out_of_memory() + " (" + e.what() + ")";
     } catch (const std::exception& e) {
         return e.what();
     } catch (...) {

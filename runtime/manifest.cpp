@@ -160,9 +160,12 @@ Manifest read_manifest(const std::filesystem::path& path)
         for (const Json& output : json.at("outputs")) m.outputs.push_back(output_from(output));
         if (m.documents.empty()) throw std::runtime_error("it names no document");
         return m;
-    } catch (const std::exception& e) {
+    } catch (const Json::exception&) {
         throw std::invalid_argument(
-            fmt::format("{}: expected a manifest that a cook wrote: {}", path.string(), e.what()));
+            fmt::format("{}: expected a {} that a cook wrote", path.string(), manifest_name));
+    } catch (const std::exception& e) {
+        throw std::invalid_argument(fmt::format("{}: expected a {} that a cook wrote: {}",
+                                                path.string(), manifest_name, e.what()));
     }
 }
 

@@ -47,6 +47,7 @@ Swept sweep(const std::filesystem::path& file, const graph::Registry& registry,
     const std::vector<Settings> all = combinations(options.varied);
     Swept out;
     std::string picture = options.picture;
+    std::vector<int> frames = options.frames;
     {
         const graph::Graph graph = load_with(file, registry, options.load, all.front());
         out.measures = options.measures.empty() ? all_numbers(graph) : options.measures;
@@ -69,8 +70,9 @@ Swept sweep(const std::filesystem::path& file, const graph::Registry& registry,
                 "{} makes neither a picture nor a number: add a Render or a Measure node",
                 graph.file));
         }
-        const int frame = options.frame == 0 ? graph.range.last : options.frame;
-        if (frame < graph.range.first || frame > graph.range.last) {
+        if (frames.empty()) frames = {graph.range.last};
+        for (const int frame : frames) {
+            if (frame >= graph.range.first && frame <= graph.range.last) continue;
             throw std::invalid_argument(fmt::format("{} has frames {} to {}; frame {} is none of "
                                                     "them",
                                                     graph.file, graph.range.first, graph.range.last,
@@ -78,28 +80,35 @@ Swept sweep(const std::filesystem::path& file, const graph::Registry& registry,
         }
     }
     for (const Settings& settings : all) {
-        SweepRow row;
-        row.settings = settings;
-        row.numbers.assign(out.measures.size(), std::numeric_limits<double>::quiet_NaN());
+        SweepRow blank;
+        blank.settings = settings;
+        blank.numbers.assign(out.measures.size(), std::numeric_limits<double>::quiet_NaN());
+        std::vector<SweepRow> rows(frames.size(), blank);
+        for (std::size_t i = 0; i < frames.size(); ++i) rows[i].frame = frames[i];
         try {
             const graph::Graph graph = load_with(file, registry, options.load, settings);
-            const int frame = options.frame == 0 ? graph.range.last : options.frame;
             std::vector<Want> wants;
             std::vector<graph::Link> links;
             for (const std::string& name : out.measures) links.push_back(find_wire(graph, name));
             graph::Link shown;
             if (!picture.empty()) shown = find_wire(graph, picture);
-            for (const graph::Link& link : links) wants.push_back({link.node, frame});
-            if (!picture.empty()) wants.push_back({shown.node, frame});
+            for (const SweepRow& row : rows) {
+                for (const graph::Link& link : links) wants.push_back({link.node, row.frame});
+                if (!picture.empty()) wants.push_back({shown.node, row.frame});
+            }
             std::sort(wants.begin(), wants.end());
             wants.erase(std::unique(wants.begin(), wants.end()), wants.end());
 
             FirstFailure failure(graph);
             Options cook = options.cook;
             cook.keep_going = true;
+            Evaluator evaluator(graph, caches, cook, &failure);
             const Cooked cooked =
-                Evaluator(graph, caches, cook, &failure)
-                    .cook(wants, [&](const Want& want, std::span<const graph::Value> values) {
+                evaluator.cook(wants, [&](const Want& want, std::span<const graph::Value> values) {
+                    for (SweepRow& row : rows) {
+                        // What is the same at all frames arrives once.
+                        const bool varies = evaluator.keys().varies(want.node);
+                        if (varies && row.frame != want.frame) continue;
                         for (std::size_t i = 0; i < links.size(); ++i) {
                             if (links[i].node != want.node) continue;
                             const graph::Value& v = values[links[i].output];
@@ -108,16 +117,18 @@ Swept sweep(const std::filesystem::path& file, const graph::Registry& registry,
                         if (!picture.empty() && shown.node == want.node) {
                             row.picture = values[shown.output];
                         }
-                    });
-            row.seconds = cooked.seconds;
-            row.failure = failure.what;
+                    }
+                });
+            for (SweepRow& row : rows) row.seconds = cooked.seconds, row.failure = failure.what;
             out.cancelled = cooked.cancelled;
         } catch (const std::exception& e) {
-            row.failure = e.what();
+            for (SweepRow& row : rows) row.failure = e.what();
         }
         if (out.cancelled) break;
-        if (told) told(row);
-        out.rows.push_back(std::move(row));
+        for (SweepRow& row : rows) {
+            if (told) told(row);
+            out.rows.push_back(std::move(row));
+        }
     }
     return out;
 }
@@ -129,12 +140,14 @@ std::string to_csv(const Swept& swept)
     for (const graph::Override& s : swept.rows[0].settings) {
         text.append(csv_quoted(s.target)).append(1, ',');
     }
+    text += "frame,";
     for (const std::string& name : swept.measures) text.append(csv_quoted(name)).append(1, ',');
     text += "seconds,failure\n";
     for (const SweepRow& row : swept.rows) {
         for (const graph::Override& s : row.settings) {
             text.append(csv_quoted(s.value)).append(1, ',');
         }
+        text.append(std::to_string(row.frame)).append(1, ',');
         for (const double x : row.numbers) {
             if (!std::isnan(x)) text += fmt::format("{:.9g}", x);
             text += ',';

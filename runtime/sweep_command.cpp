@@ -25,10 +25,13 @@ std::string numbers_text(const std::vector<std::string>& measures, const SweepRo
     return text;
 }
 
-// The last setting varies fastest: a row of the sheet is one of the others.
-int columns_of(const SweepRequest& wanted, const std::vector<Vary>& varied, std::size_t rows)
+// Frames stand side by side; of one frame, the last setting varies fastest: a row of the sheet is
+// one of the others.
+int columns_of(const SweepRequest& wanted, const std::vector<Vary>& varied, std::size_t frames,
+               std::size_t rows)
 {
     if (wanted.columns > 0) return wanted.columns;
+    if (frames > 1 && frames <= 8) return static_cast<int>(frames);
     const std::size_t fastest = varied.empty() ? 1 : varied.back().values.size();
     if (varied.size() > 1 && fastest <= 8) return static_cast<int>(fastest);
     return static_cast<int>(std::clamp(std::ceil(std::sqrt(static_cast<double>(rows))), 1.0, 6.0));
@@ -44,26 +47,30 @@ int run_sweep(const CookRequest& request, const SweepRequest& wanted,
     for (const std::string& text : wanted.vary) options.varied.push_back(parse_vary(text));
     options.load = load_options(request);
     options.picture = wanted.picture, options.measures = wanted.measures;
-    options.frame = wanted.frame;
+    if (!request.frames.empty()) options.frames = parse_frames(request.frames);
     const fs::path folder = request.output_folder.empty() ? fs::path("out") / file.stem()
                                                           : fs::path(request.output_folder);
     options.cook.threads = request.threads;
     options.cook.stop = console.stop;
     options.cook.salt = console.salt;
     options.cook.output_folder = folder;
-    fs::create_directories(folder);
+    make_output_folder(folder);
 
     Caches caches;
     caches.memory = MemoryCache(request.memory);
     caches.disk = open_cache(request, console);
     caches.side_files.remember_in(caches.disk.get());
-    const std::size_t all = combinations(options.varied).size();
+    const std::size_t frames = std::max<std::size_t>(options.frames.size(), 1);
+    const std::size_t all = combinations(options.varied).size() * frames;
+    const auto name_of = [&](const SweepRow& row) {
+        return describe(row.settings) + (frames > 1 ? fmt::format(", frame {}", row.frame) : "");
+    };
     std::size_t done = 0, failed = 0;
     const Swept swept = sweep(file, registry, options, caches, [&](const SweepRow& row) {
         failed += !row.failure.empty();
         if (request.quiet && row.failure.empty()) return;
         console.err << fmt::format("{} of {}, {}: {}: {}\n", ++done, all,
-                                   format_seconds(row.seconds), describe(row.settings),
+                                   format_seconds(row.seconds), name_of(row),
                                    row.failure.empty() ? "done" : "failed: " + row.failure);
     });
     const fs::path csv = folder / "sweep.csv", png = folder / "sweep.png";
@@ -72,12 +79,11 @@ int run_sweep(const CookRequest& request, const SweepRequest& wanted,
     std::vector<std::pair<graph::Value, std::string>> pictures;
     for (const SweepRow& row : swept.rows) {
         const std::string numbers = numbers_text(swept.measures, row);
-        pictures.emplace_back(row.picture,
-                              describe(row.settings) + (numbers.empty() ? "" : "   " + numbers));
+        pictures.emplace_back(row.picture, name_of(row) + (numbers.empty() ? "" : "   " + numbers));
     }
     if (console.write_sheet &&
-        console.write_sheet(pictures, columns_of(wanted, options.varied, swept.rows.size()), png) >
-            0) {
+        console.write_sheet(pictures, columns_of(wanted, options.varied, frames, swept.rows.size()),
+                            png) > 0) {
         console.out << "sheet: " << png.string() << "\n";
     } else {
         console.err << "no sheet was made, as no picture was: --picture names an output that is "

@@ -7,7 +7,6 @@ namespace runtime {
 struct SweepRequest {
     std::vector<std::string> vary, measures;
     std::string picture;
-    int frame = 0;    // 0: the last
     int columns = 0;  // of the sheet; 0: as fits
 };
 

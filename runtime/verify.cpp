@@ -101,9 +101,10 @@ std::string describe(const Manifest::Output& o)
 
 }  // namespace
 
-int verify(const fs::path& path, const CookRequest& request, const graph::Registry& registry,
+int verify(const fs::path& given, const CookRequest& request, const graph::Registry& registry,
            Console& console)
 {
+    const fs::path path = fs::is_directory(given) ? given / manifest_name : given;
     const Manifest then = read_manifest(path);
     tell_changes(then, console, console.out);
     const std::size_t touched = tell_touched(then, path.parent_path(), console);

@@ -313,3 +313,27 @@ TEST(CommandLine, DoctorNamesTheCacheFolderAndWhatIsMissing)
     const auto blocked = folder.write("file", "no folder");
     EXPECT_TRUE(has(run({"doctor", "--cache", blocked.string()}).out, "can't be written"));
 }
+
+TEST(CommandLine, SaysWhatACommandWants)
+{
+    const auto says = [](const std::vector<std::string>& args, const std::string& words) {
+        const Said said = run(args);
+        EXPECT_EQ(said.exit, exit_usage);
+        EXPECT_TRUE(has(said.err, words)) << said.err;
+    };
+    says({}, "it wants a command:\n  cook");
+    says({}, "\n  doctor    Checks");
+    says({"cache"}, "cache what?\n  stat");
+    says({"cache", "verfy"}, "there is no command 'verfy'; did you mean 'verify'?");
+    says({"cache", "x"}, "there is no command 'x'\n  stat");
+    says({"cok", "a.json"}, "did you mean 'cook'?");
+    says({"explain", "a.json"}, "explain wants --frame N: Which frame");
+    says({"validate"}, "validate wants FILE: Graph documents");
+    says({"diff", "a.json"}, "diff wants 2 times FILE");
+    says({"explain", "a.json", "--frame", "x"}, "--frame = x");
+    const toys::Folder folder;
+    const auto file = folder.write("three.json", three_frames);
+    says({"cook", file, "--out", file}, "can't be made (Not a directory): say --out DIR");
+    says({"verify", file}, "expected a manifest.json that a cook wrote");
+    says({"verify", folder.path}, "manifest.json: can't be read");
+}

@@ -205,6 +205,52 @@ TEST_F(Processes, AReadOnlyCacheIsReadAndCostsAtMostAWarning)
     EXPECT_NE(said()[0].find("Read-only file system"), std::string::npos) << said()[0];
 }
 
+// What a stranger's graph may ask for: each is refused by the node, in words, whatever the machine
+// has. The last two do not pass the node's own limits but that of memory.
+TEST_F(Processes, AGraphThatWantsMoreThanThereIsFailsInWords)
+{
+    const std::string ball = R"("a": { "type": "Primitive@1", "params": { "shape": "sphere" } }, )";
+    const auto behind_ball = [&](const char* node) { return ball + node; };
+    const std::vector<std::pair<std::string, const char*>> graphs{
+        {R"("a": { "type": "Primitive@1", "params": { "shape": "grid",
+             "grid": { "divisions_x": 100000, "divisions_z": 100000 } } })",
+         "20000000000 faces, at most 50 million"},
+        {behind_ball(R"("b": { "type": "Copies@1", "inputs": { "mesh": "a.mesh" }, "params": {
+             "count_x": 100000, "count_y": 100000, "count_z": 100000 } })"),
+         "1000000000000000 copies"},
+        {behind_ball(R"("b": { "type": "Voxelize@1", "inputs": { "mesh": "a.mesh" },
+             "params": { "method": "solid", "size": 1e-6 } })"),
+         "would fit"},
+        {behind_ball(R"("b": { "type": "Sample@2", "inputs": { "mesh": "a.mesh" },
+             "params": { "spacing": 1e-9 } })"),
+         "use a larger spacing"},
+        {behind_ball(R"("b": { "type": "Render@1", "inputs": { "mesh": "a.mesh" },
+             "params": { "width": 1000000, "height": 1000000 } })"),
+         "from 1 to 8192 px"},
+#ifndef __SANITIZE_ADDRESS__
+#ifndef __SANITIZE_THREAD__
+        {behind_ball(R"("b": { "type": "Sample@2", "inputs": { "mesh": "a.mesh" },
+             "params": { "count": 100000000 } })"),
+         "out of memory, of which 400 MB are allowed"},
+        {behind_ball(R"("b": { "type": "Sample@2", "inputs": { "mesh": "a.mesh" },
+             "params": { "count": 100000000, "where": "volume" } })"),
+         "out of memory, of which 400 MB are allowed"},
+#endif
+#endif
+    };
+    for (const auto& [nodes, words] : graphs) {
+        const fs::path file =
+            folder_.write("big.json", R"({ "aspic": 1, "nodes": { )" + nodes + " } }");
+        const int status =
+            wait_for(start({"cook", file.string(), "--no-disk-cache", "--out",
+                            (folder_.path / "out").string(), "--memory-limit", "400M", "--quiet"},
+                           log()));
+        ASSERT_TRUE(WIFEXITED(status)) << nodes << bytes_of(log());
+        EXPECT_TRUE(WEXITSTATUS(status) == 1 || WEXITSTATUS(status) == 2) << bytes_of(log());
+        EXPECT_NE(bytes_of(log()).find(words), std::string::npos) << bytes_of(log());
+    }
+}
+
 // Names are names: nothing of a document reaches a shell.
 TEST_F(Processes, ADocumentRunsNoCommands)
 {

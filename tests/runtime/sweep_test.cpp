@@ -68,8 +68,35 @@ TEST(Sweep, AFailedCombinationIsDataAndTheOthersGoOn)
     EXPECT_EQ(swept.rows[2].numbers[3], 7);
     EXPECT_TRUE(has(swept.rows[3].failure, "expected a number")) << swept.rows[3].failure;
     const std::string csv = to_csv(swept);
-    EXPECT_TRUE(csv.starts_with("\"a.bias\",\"base.value\",")) << csv;
+    EXPECT_TRUE(csv.starts_with("\"a.bias\",frame,\"base.value\",")) << csv;
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 5) << "a line each: " << csv;
+}
+
+TEST(Sweep, SeveralFramesAreARowEach)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", R"({ "aspic": 1, "frames": { "last": 9 }, "nodes": {
+        "still": { "type": "Constant@1" },
+        "clock": { "type": "Clock@1" },
+        "sum": { "type": "Sum@1", "inputs": { "values": ["still.value", "clock.value"] } } } })");
+    Caches caches;
+    SweepOptions options = varying({"sum.bias=0,10"});
+    options.frames = {1, 7};
+    options.measures = {"still.value", "sum.value"};
+    const Swept swept = sweep(file, toys::registry(), options, caches);
+    ASSERT_EQ(swept.rows.size(), 4u);
+    for (std::size_t i = 0; i < 4; ++i) {
+        const int frame = i % 2 == 0 ? 1 : 7;
+        EXPECT_EQ(swept.rows[i].frame, frame);
+        EXPECT_EQ(swept.rows[i].numbers[0], 1) << "the same at all frames, and in all rows";
+        EXPECT_EQ(swept.rows[i].numbers[1],
+                  1 + frame + 1000 * ((frame - 1) / 24.0) + (i < 2 ? 0 : 10));
+    }
+    const Said said = run({"sweep", file, "--vary", "sum.bias=1,2", "--frames", "1-9x4", "--out",
+                           (folder.path / "out").string()});
+    EXPECT_EQ(said.exit, exit_ok) << said.err;
+    EXPECT_EQ(lines_of(folder.path / "out/sweep.csv").size(), 7u);
+    EXPECT_TRUE(has(said.err, "frame 5")) << said.err;
 }
 
 TEST(Sweep, OptionsThatMakeNoSenseAreRefused)
@@ -90,9 +117,9 @@ TEST(Sweep, OptionsThatMakeNoSenseAreRefused)
     EXPECT_TRUE(has(refused(o), "expected an output node.port")) << refused(o);
     o.measures = {"slow.numbers"};
     EXPECT_TRUE(has(refused(o), "to be a number")) << refused(o);
-    o.measures = {}, o.frame = 7;
+    o.measures = {}, o.frames = {1, 7};
     EXPECT_TRUE(has(refused(o), "frames 1 to 3; frame 7")) << refused(o);
-    o.frame = 0, o.picture = "b";
+    o.frames = {}, o.picture = "b";
     EXPECT_TRUE(has(refused(o), "to be a picture")) << refused(o);
     EXPECT_TRUE(has(refused(varying({"nobody.bias=1"})), "nobody"));
 }
@@ -107,9 +134,9 @@ TEST(Sweep, TheCommandLeavesATableAndASheet)
     EXPECT_EQ(said.exit, exit_ok) << said.err;
     const std::vector<std::string> lines = lines_of(folder.path / "out/sweep.csv");
     ASSERT_EQ(lines.size(), 3u);
-    EXPECT_EQ(lines[0], "\"a.bias\",\"b.value\",seconds,failure");
-    EXPECT_TRUE(lines[1].starts_with("\"1\",6,")) << lines[1];
-    EXPECT_TRUE(lines[2].starts_with("\"2\",7,")) << lines[2];
+    EXPECT_EQ(lines[0], "\"a.bias\",frame,\"b.value\",seconds,failure");
+    EXPECT_TRUE(lines[1].starts_with("\"1\",3,6,")) << lines[1];
+    EXPECT_TRUE(lines[2].starts_with("\"2\",3,7,")) << lines[2];
     EXPECT_TRUE(has(said.out, "table: " + out)) << said.out;
     EXPECT_EQ(run({"sweep", file, "--vary", "a.bias=1000", "--out", out}).exit, exit_failed);
     EXPECT_EQ(run({"sweep", file, "--out", out}).exit, exit_usage) << "vary what?";
