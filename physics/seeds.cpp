@@ -3,6 +3,7 @@
 #include "geometry/parallel.hpp"
 #include "geometry/polygonize.hpp"
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <map>
 #include <numbers>
 #include <stdexcept>
+#include <tuple>
 
 namespace physics {
 namespace {
@@ -77,11 +79,87 @@ Directions geodesic_sphere(int n)
     return sphere;
 }
 
-// Solid angle of a triangle of unit vectors.
-// van Oosterom, Strackee. The solid angle of a plane triangle. IEEE TBME 30(2), 1983.
-double solid_angle(const Vec3& a, const Vec3& b, const Vec3& c)
+// The vertex across the edge opposite each corner of each face; no_seed for an edge that is not one
+// of two faces.
+std::vector<Triangle> across_edges(std::span<const Triangle> faces)
 {
-    return 2 * std::atan2(a.dot(b.cross(c)), 1 + a.dot(b) + b.dot(c) + c.dot(a));
+    struct Side {
+        std::uint32_t low, high, face, corner;
+    };
+    std::vector<Side> sides;
+    sides.reserve(3 * faces.size());
+    for (std::uint32_t f = 0; f < faces.size(); ++f) {
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            const std::uint32_t a = faces[f][(k + 1) % 3], b = faces[f][(k + 2) % 3];
+            sides.push_back({std::min(a, b), std::max(a, b), f, k});
+        }
+    }
+    const auto edge = [](const Side& s) { return std::pair(s.low, s.high); };
+    std::sort(sides.begin(), sides.end(), [&](const Side& a, const Side& b) {
+        return std::tuple(a.low, a.high, a.face) < std::tuple(b.low, b.high, b.face);
+    });
+    std::vector<Triangle> across(faces.size(), Triangle{no_seed, no_seed, no_seed});
+    for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
+        while (end < sides.size() && edge(sides[end]) == edge(sides[begin])) ++end;
+        if (end - begin != 2) continue;
+        const Side &a = sides[begin], &b = sides[begin + 1];
+        across[a.face][a.corner] = faces[b.face][b.corner];
+        across[b.face][b.corner] = faces[a.face][a.corner];
+    }
+    return across;
+}
+
+// Appends the faces of a skeleton's seeds, which count from `base`.
+void add_faces(std::span<const Triangle> faces, std::span<const Triangle> across,
+               std::uint32_t base, Seeds& seeds)
+{
+    seeds.valence.resize(seeds.count(), 0);
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+        Triangle face = faces[f], beyond = across[f];
+        for (std::size_t k = 0; k < 3; ++k) {
+            ++seeds.valence[face[k] += base];
+            if (beyond[k] != no_seed) beyond[k] += base;
+        }
+        seeds.faces.push_back(face);
+        seeds.across.push_back(beyond);
+    }
+}
+
+// What a face of unit vectors gives each of its corners and of the vertices across its edges, so
+// that sums over all faces integrate smooth functions over the sphere with order 3 to 4. Seen from
+// the middle of the sphere, in the plane that touches it at the middle of the face, a function of
+// direction is taken as the quadratic through its six values; x there stands for solid angle d^2x /
+// (1 + |x|^2)^(3/2). (A third of the solid angle for each corner has order 2.)
+Eigen::Matrix<double, 6, 1> solid_angles(const std::array<Vec3, 6>& points)
+{
+    using Vec2 = Eigen::Vector2d;
+    using Vec6 = Eigen::Matrix<double, 6, 1>;
+    const Vec3 middle = (points[0] + points[1] + points[2]).normalized();
+    const Vec3 u = middle.unitOrthogonal(), v = middle.cross(u);
+    std::array<Vec2, 6> x;
+    for (std::size_t j = 0; j < 6; ++j) {
+        x[j] = Vec2(points[j].dot(u), points[j].dot(v)) / points[j].dot(middle);
+    }
+    const double size = x[0].norm();
+    Eigen::Matrix<double, 6, 6> monomials;  // a row each
+    Vec6 measure;
+    for (std::size_t j = 0; j < 6; ++j) {
+        const auto column = static_cast<Eigen::Index>(j);
+        measure[column] = std::pow(1 + x[j].squaredNorm(), -1.5);
+        x[j] /= size;
+        const double a = x[j].x(), b = x[j].y();
+        monomials.col(column) << 1, a, b, a * a, a * b, b * b;
+    }
+    // Means over the triangle: of x_a x_b, (sum x_a x_b + sum x_a sum x_b) / 12.
+    const Vec2 sum = x[0] + x[1] + x[2];
+    const Eigen::Matrix2d second = (x[0] * x[0].transpose() + x[1] * x[1].transpose() +
+                                    x[2] * x[2].transpose() + sum * sum.transpose()) /
+                                   12;
+    Vec6 mean;
+    mean << 1, sum / 3, second(0, 0), second(0, 1), second(1, 1);
+    const Vec2 ab = x[1] - x[0], ac = x[2] - x[0];
+    const double area = 0.5 * size * size * std::abs(ab.x() * ac.y() - ab.y() * ac.x());
+    return area * monomials.partialPivLu().solve(mean).cwiseProduct(measure);
 }
 
 void add_point_seeds(const Vec3& centre, double thickness, double spacing, Seeds& seeds)
@@ -99,12 +177,23 @@ void add_point_seeds(const Vec3& centre, double thickness, double spacing, Seeds
         seeds.a1.push_back(0);
         seeds.a2.push_back(0);
     }
-    for (const Triangle& t : sphere.faces) {
-        const double third =
-            solid_angle(sphere.points[t[0]], sphere.points[t[1]], sphere.points[t[2]]) / 3;
-        for (const std::uint32_t v : t) seeds.a2[base + v] += third;
-        seeds.faces.push_back({base + t[0], base + t[1], base + t[2]});
+    const std::vector<Triangle> across = across_edges(sphere.faces);
+    double total = 0;
+    for (std::size_t f = 0; f < sphere.faces.size(); ++f) {
+        std::array<std::uint32_t, 6> near;
+        std::array<Vec3, 6> points;
+        for (std::size_t k = 0; k < 6; ++k) {
+            near[k] = k < 3 ? sphere.faces[f][k] : across[f][k - 3];
+            points[k] = sphere.points[near[k]];
+        }
+        const Eigen::Matrix<double, 6, 1> share = solid_angles(points);
+        for (std::size_t k = 0; k < 6; ++k) {
+            seeds.a2[base + near[k]] += share[static_cast<Eigen::Index>(k)];
+        }
+        total += share.sum();
     }
+    for (std::size_t i = base; i < seeds.count(); ++i) seeds.a2[i] *= 4 * std::numbers::pi / total;
+    add_faces(sphere.faces, across, base, seeds);
 }
 
 // What the shares of edges, corners and faces of a convex skeleton add up to: sum of a0, a1, a2.
@@ -184,9 +273,7 @@ void add_surface_seeds(const ImplicitLayer& layer, std::size_t i, double spacing
         seeds.a1.push_back(share[v] * (sum - 2 * e * product));
         seeds.a2.push_back(share[v] * product);
     }
-    for (const Triangle& t : mesh.triangles()) {
-        seeds.faces.push_back({base + t[0], base + t[1], base + t[2]});
-    }
+    add_faces(mesh.triangles(), across_edges(mesh.triangles()), base, seeds);
     const Vec3 totals = steiner_totals(s);
     const auto scale = [&](std::vector<double>& a, double to) {
         double sum = 0;

@@ -40,6 +40,8 @@ using geometry::ImplicitLayer;
 using geometry::Transform;
 using geometry::Vec3;
 
+constexpr std::uint32_t no_seed = 0xffffffff;
+
 // Where a layer's seeds start and go. Made once for a layer.
 struct Seeds {
     std::vector<std::uint32_t> first;       // S + 1, into the arrays below
@@ -47,8 +49,11 @@ struct Seeds {
     std::vector<Vec3> direction;            // N, unit
     std::vector<double> a0, a1, a2;         // N, m^2, m, 1
     std::vector<geometry::Triangle> faces;  // seeds of one skeleton that are neighbours, outward
-    std::vector<double> core;               // S, m^3, volume of a solid skeleton itself
-    std::vector<std::uint32_t> frame;       // S
+    std::vector<geometry::Triangle>
+        across;                          // F, seed beyond the edge opposite each corner, or no_seed
+    std::vector<std::uint32_t> valence;  // N, faces at each seed
+    std::vector<double> core;            // S, m^3, volume of a solid skeleton itself
+    std::vector<std::uint32_t> frame;    // S
 
     // What the rays of seed i sweep up to distance d, m^3.
     double swept(std::size_t i, double d) const

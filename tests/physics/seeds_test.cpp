@@ -68,6 +68,60 @@ TEST(Seeds, GiveABallItsVolumeAndArea)
     }
 }
 
+// int exp(a . n) over the sphere = 4 pi sinh |a| / |a|. Each face is exact for quadratics, which is
+// order 3; where the cubic errors of neighbours cancel, 4. A third of the solid angle a corner
+// would have order 2.
+TEST(Seeds, OfAPointIntegrateOverDirectionsWithOrderThreeAtLeast)
+{
+    const Vec3 a(0.7, -1.1, 1.5);
+    const double exact = 4 * pi * std::sinh(a.norm()) / a.norm();
+    double last = 0;
+    for (const double spacing : {0.2, 0.1, 0.05}) {
+        const Seeds seeds = make_seeds(layer_of({point({1, 2, 3})}, soft), spacing);
+        double sum = 0;
+        for (std::size_t i = 0; i < seeds.count(); ++i) {
+            EXPECT_GT(seeds.a2[i], 0);
+            sum += seeds.a2[i] * std::exp(a.dot(seeds.direction[i]));
+        }
+        const double error = std::abs(sum / exact - 1);
+        if (last > 0) {
+            EXPECT_GT(std::log2(last / error), 3.0) << spacing;
+        }
+        last = error;
+    }
+    EXPECT_LT(last, 1e-6);
+}
+
+// By brute force: two faces of one edge, each names the other's third corner.
+TEST(Seeds, KnowWhoStandsAcrossEachEdge)
+{
+    const ImplicitLayer layer = layer_of(
+        {point({0, 0, 0}), {.kind = SkeletonKind::segment, .points = {{0, 0, 0}, {1, 0, 0}}}},
+        soft);
+    const Seeds seeds = make_seeds(layer, 0.3);
+    ASSERT_EQ(seeds.across.size(), seeds.faces.size());
+    std::vector<std::uint32_t> valence(seeds.count(), 0);
+    for (std::size_t f = 0; f < seeds.faces.size(); ++f) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const geometry::Triangle& face = seeds.faces[f];
+            ++valence[face[k]];
+            std::vector<std::uint32_t> found;
+            for (std::size_t g = 0; g < seeds.faces.size(); ++g) {
+                const geometry::Triangle& other = seeds.faces[g];
+                for (std::size_t c = 0; c < 3; ++c) {
+                    if (other[(c + 2) % 3] == face[(k + 1) % 3] &&
+                        other[(c + 1) % 3] == face[(k + 2) % 3]) {
+                        found.push_back(other[c]);
+                    }
+                }
+            }
+            ASSERT_EQ(found.size(), 1u);  // closed
+            EXPECT_EQ(seeds.across[f][k], found[0]);
+        }
+    }
+    EXPECT_EQ(seeds.valence, valence);
+}
+
 // Steiner: V(e) = V0 + A0 e + M e^2 + 4/3 pi e^3.
 TEST(Seeds, GiveConvexSkeletonsTheVolumeOfTheirOffset)
 {
