@@ -1,6 +1,7 @@
 #include "physics/layer_contact.hpp"
 
 #include "geometry/parallel.hpp"
+#include "physics/contact_rim.hpp"
 
 #include <fmt/format.h>
 
@@ -184,6 +185,7 @@ struct RayBatch {
 // What a batch finds.
 struct Met {
     std::vector<LayerContact> contacts;
+    std::vector<LayerStop> stops;  // one for each other body, or part of the own one
     double penetration = 0;
 };
 
@@ -197,6 +199,82 @@ double penetration(const Deformed& at, std::size_t k, double c)
     }
     if (at.q[k] > c && at.q_slope[k] > 0) depth = std::max(depth, (at.q[k] - c) / at.q_slope[k]);
     return depth;
+}
+
+// Keeps of two stops of one skeleton against one body the nearer.
+void add_stop(const LayerStop& stop, std::vector<LayerStop>& stops)
+{
+    for (auto known = stops.rbegin(); known != stops.rend(); ++known) {
+        if (known->body != stop.body || known->skeleton != stop.skeleton) break;
+        if (known->other != stop.other) continue;
+        if (stop.gap < known->gap) *known = stop;
+        return;
+    }
+    stops.push_back(stop);
+}
+
+// How point p stands to a rigid body; the gap infinite where it has no skeleton near.
+LayerStop stop_at_rigid(const Field& field, const Party& other, const Vec3& p)
+{
+    LayerStop stop;
+    for (const std::uint32_t s : other.skeletons) {
+        const geometry::Foot foot = geometry::foot(field, s, p);
+        const double gap = foot.r - field.profile[s].e;
+        if (gap < stop.gap && foot.n.squaredNorm() > 0) {
+            stop.other_skeleton = s;
+            stop.normal = foot.n;
+            stop.gap = gap;
+        }
+    }
+    return stop;
+}
+
+// Adds where `origins`, points of one skeleton, stand to what its rays meet on their inner half.
+void find_stops(const Meeting& meeting, std::uint32_t skeleton, const std::vector<Vec3>& origins,
+                std::vector<LayerStop>& stops)
+{
+    thread_local FieldScratch scratch;
+    thread_local FieldBlock block;
+    thread_local BlockValues own, theirs;
+    block.count = 0;
+    for (const Vec3& origin : origins) {
+        if (block.count == 0 || origin != block.point(block.count - 1)) block.add(origin);
+    }
+    block.pad();
+    geometry::evaluate(meeting.field(meeting.own), meeting.own.skeletons, block, scratch, own);
+    for (std::uint32_t o = 0; o < meeting.other_count; ++o) {
+        const Party& other = meeting.others[o];
+        const Field& field = meeting.field(other);
+        const bool rigid = meeting.bodies[other.body].matter.rigid;
+        geometry::evaluate(field, other.skeletons, block, scratch, theirs);
+        for (std::size_t k = 0; k < block.count; ++k) {
+            const Vec3 p = block.point(k), gradient = theirs.gradient(k);
+            const double slope = gradient.norm(), c = field.isovalue;
+            LayerStop stop;
+            if (rigid) {
+                stop = stop_at_rigid(field, other, p);
+                // Several skeletons that blend hold more than each alone.
+                if (theirs.f[k] > c && slope > 0 && (c - theirs.f[k]) / slope < stop.gap) {
+                    stop.gap = (c - theirs.f[k]) / slope;
+                    stop.normal = -gradient / slope;
+                }
+                if (!(stop.gap < meeting.field(meeting.own).profile[skeleton].e)) continue;
+            } else {
+                if (!(theirs.f[k] > c && slope > 0)) continue;
+                stop.other_skeleton = largest_at(field, other.skeletons, p);
+                stop.normal = -gradient / slope;
+                stop.gap = (own.f[k] - theirs.f[k]) / slope;
+            }
+            stop.body = meeting.own.body;
+            stop.skeleton = skeleton;
+            stop.other = other.body;
+            stop.position = p;
+            if (const MovingMesh* mesh = meeting.bodies[other.body].moving) {
+                stop.closing = velocity_at(*mesh, p).dot(stop.normal);
+            }
+            add_stop(stop, stops);
+        }
+    }
 }
 
 // Moves the batch's seeds that D < c at their stops inward along their rays to D = c.
@@ -217,7 +295,9 @@ void meet(std::span<const ContactBody> bodies, const RayBatch& batch, Met& met)
         double t, inside = 0, outside;
     };
     thread_local std::vector<Ray> rays;
+    thread_local std::vector<Vec3> half_pressed;  // skeleton points of rays that end near them
     rays.clear();
+    half_pressed.clear();
     Box box;
     for (std::uint32_t i = batch.begin; i < batch.end; ++i) {
         const Vec3 origin = frame * seeds.origin[i];
@@ -253,6 +333,9 @@ void meet(std::span<const ContactBody> bodies, const RayBatch& batch, Met& met)
                 continue;
             }
             met.penetration = std::max(met.penetration, penetration(at, k, c));
+            if (ray.t < 0.5 * own.field->profile[batch.skeleton].e) {
+                half_pressed.push_back(ray.origin);
+            }
             const std::uint32_t party = at.fits[k] ? at.rigid[k] : at.soft[k];
             const double slope = gradient.norm();
             const double cosine = slope > 0 ? -phi_slope / slope : 0;
@@ -268,11 +351,12 @@ void meet(std::span<const ContactBody> bodies, const RayBatch& batch, Met& met)
                 seeds.a0[ray.seed] + t * (seeds.a1[ray.seed] + t * seeds.a2[ray.seed]);
             met.contacts.push_back({batch.body, ray.seed, batch.skeleton, other.body, touched, p,
                                     -gradient / slope, across / cosine,
-                                    std::max(0.0, (at.fits[k] ? at.f[k] : at.m[k]) - c), ray.t,
+                                    std::max(0.0, (at.fits[k] ? at.f[k] : at.m[k]) - c), 0, ray.t,
                                     Vec3::Zero()});
         }
         rays.resize(left);
     }
+    if (!half_pressed.empty()) find_stops(meeting, batch.skeleton, half_pressed, met.stops);
 }
 
 Vec3 slip_at(std::span<const ContactBody> bodies, const LayerContact& contact)
@@ -287,9 +371,9 @@ Vec3 response(std::span<const ContactBody> bodies, const LayerContact& contact)
     const Vec3 slip = slip_at(bodies, contact);
     const Vec3 across = slip.dot(contact.normal) * contact.normal;
     // Both objects' seeds stand for the whole of a soft common surface.
-    const double share = bodies[contact.other].matter.rigid ? contact.area : 0.5 * contact.area;
-    return share * (-law.stiffness * contact.compression * contact.normal + law.damping * across +
-                    law.along * (slip - across));
+    const double share = bodies[contact.other].matter.rigid ? 1 : 0.5;
+    return share * (-law.stiffness * contact.load * contact.normal +
+                    contact.area * (law.damping * across + law.along * (slip - across)));
 }
 
 void check(std::span<const ContactBody> bodies)
@@ -343,13 +427,6 @@ Contacts find_contacts(std::span<const ContactBody> bodies)
         result.compression.push_back(0);
         result.penetration.push_back(0);
     }
-    const auto press = [&](std::uint32_t body, std::uint32_t skeleton, const Vec3& p,
-                           const Vec3& force) {
-        const std::uint32_t f = bodies[body].frame_of[skeleton];
-        Wrench& wrench = result.wrenches[body][f];
-        wrench.force += force;
-        wrench.torque += (p - bodies[body].frames[f].translation()).cross(force);
-    };
     for (std::size_t batch = 0; batch < batches.size(); ++batch) {
         std::vector<LayerContact>& some = found[batch].contacts;
         double& deepest = result.penetration[batches[batch].body];
@@ -357,14 +434,23 @@ Contacts find_contacts(std::span<const ContactBody> bodies)
         // Rays stop in the order they converge.
         std::sort(some.begin(), some.end(),
                   [](const LayerContact& a, const LayerContact& b) { return a.seed < b.seed; });
-        for (LayerContact& contact : some) {
-            contact.force = response(bodies, contact);
-            press(contact.body, contact.skeleton, contact.position, contact.force);
-            press(contact.other, contact.other_skeleton, contact.position, -contact.force);
-            for (const std::uint32_t b : {contact.body, contact.other}) {
-                result.compression[b] = std::max(result.compression[b], contact.compression);
-            }
-            result.contacts.push_back(contact);
+        result.contacts.insert(result.contacts.end(), some.begin(), some.end());
+        for (const LayerStop& stop : found[batch].stops) add_stop(stop, result.stops);
+    }
+    weigh_rims(bodies, result.contacts);
+    const auto press = [&](std::uint32_t body, std::uint32_t skeleton, const Vec3& p,
+                           const Vec3& force) {
+        const std::uint32_t f = bodies[body].frame_of[skeleton];
+        Wrench& wrench = result.wrenches[body][f];
+        wrench.force += force;
+        wrench.torque += (p - bodies[body].frames[f].translation()).cross(force);
+    };
+    for (LayerContact& contact : result.contacts) {
+        contact.force = response(bodies, contact);
+        press(contact.body, contact.skeleton, contact.position, contact.force);
+        press(contact.other, contact.other_skeleton, contact.position, -contact.force);
+        for (const std::uint32_t b : {contact.body, contact.other}) {
+            result.compression[b] = std::max(result.compression[b], contact.compression);
         }
     }
     return result;

@@ -26,7 +26,8 @@
 //   K = 2 K_i K_j / (K_i + K_j) (two layers in series; equal ones keep their own), rigid j: K_i
 // and lambda (V_j - V_i), friction and damping; against a rigid j its part along the surface is no
 // more than `grip` times the pressure. Both objects' seeds sample a common surface: each
-// carries half, and every force acts on both objects, at the same point, with opposite signs.
+// carries half, and every force acts on both objects, at the same point, with opposite signs. What
+// a seed at the contact's rim stands for is cut there (contact_rim.hpp).
 
 #include "geometry/polygonize.hpp"
 #include "physics/seeds.hpp"
@@ -82,10 +83,24 @@ struct LayerContact {
     std::uint32_t other, other_skeleton;  // what it touches: body and territory
     Vec3 position;                        // m, on the deformed surface
     Vec3 normal;                          // outward from `body`
-    double area;                          // m^2, of the deformed surface
+    double area;                          // m^2, of the deformed surface, inside the contact
     double compression;                   // -g, units of the field
+    double load;                          // m^2, of -g over what the seed stands for
     double distance;                      // m, along the seed's ray
     Vec3 force;                           // N, on `body`; its opposite acts on `other`
+};
+
+// A point of a skeleton that another body comes near to: there the layer has nothing left to give.
+// Contact is exact only while skeletons themselves stay out of other bodies: f_i >= f_j on them,
+// f_j <= c for a rigid j. To first order the point may move by `gap` against `normal` until then.
+struct LayerStop {
+    std::uint32_t body = 0, skeleton = 0;
+    std::uint32_t other = 0, other_skeleton = 0;           // body and territory
+    Vec3 position = Vec3::Zero();                          // m, on the skeleton
+    Vec3 normal = Vec3::Zero();                            // outward from `other`
+    double gap = std::numeric_limits<double>::infinity();  // m; below 0: it is inside
+    // m/s: how fast a mesh that changes its shape comes on along `normal` by doing so.
+    double closing = 0;
 };
 
 struct Wrench {
@@ -94,7 +109,10 @@ struct Wrench {
 };
 
 struct Contacts {
-    std::vector<LayerContact> contacts;         // by body, then by seed
+    std::vector<LayerContact> contacts;  // by body, then by seed
+    // By body, then by skeleton: of each that a seed's ray meets another body on its inner half,
+    // the point of least gap to that body.
+    std::vector<LayerStop> stops;
     std::vector<std::vector<Wrench>> wrenches;  // one a body and frame
     std::vector<double> compression;            // one a body: the largest, units of the field
     // One a body: how deep, m, its deformed surface stands inside another's at worst, at its seeds.

@@ -299,8 +299,8 @@ LayeredPart rigid_part(const Collider& collider)
 
 std::size_t LayeredBody::bytes() const
 {
-    const std::size_t each_seed = 2 * sizeof(Vec3) + 3 * sizeof(double);
-    return seeds.count() * each_seed + seeds.faces.size() * sizeof(geometry::Triangle) +
+    const std::size_t each_seed = 2 * sizeof(Vec3) + 3 * sizeof(double) + sizeof(std::uint32_t);
+    return seeds.count() * each_seed + 2 * seeds.faces.size() * sizeof(geometry::Triangle) +
            layer.skeletons.size() * (sizeof(Skeleton) + sizeof(geometry::Contribution) + 32) +
            base.frames.size() * (sizeof(Transform) + sizeof(Mat3));
 }
@@ -465,18 +465,127 @@ public:
         add_terms(a, b, J, J, C, K);
     }
 
-    // dv of every frame, by conjugate gradients preconditioned by the frames' own blocks.
+    // Points of two frames may not come nearer than this along `normal`, away from b, in the step:
+    // what is left between them now is `gap` m more. At least one of the two is free.
+    void add_stop(std::size_t a, std::size_t b, const Vec3& arm_a, const Vec3& arm_b,
+                  const Vec3& normal, double gap)
+    {
+        if (a == b || (kind_[a] == BaseKind::still && kind_[b] == BaseKind::still)) return;
+        const double mass = kind_[a] == BaseKind::still ? mass_[b](0, 0)
+                            : kind_[b] == BaseKind::still
+                                ? mass_[a](0, 0)
+                                : std::min(mass_[a](0, 0), mass_[b](0, 0));
+        stops_.push_back({a, b, point_jacobian(a, arm_a).transpose() * normal,
+                          -point_jacobian(b, arm_b).transpose() * normal, gap / dt_,
+                          stop_stiffness * mass});
+    }
+
+    // dv of every frame: the least of  dv^T A dv / 2 - dv . right + sum stiffness min(0, u +
+    // room)^2 / 2  over stops, convex and quadratic in pieces. Newton's method: those that would be
+    // passed are held, the others let go, until that is what comes out; a step that does not go
+    // down is halved.
     std::vector<Vec6> solve(Report& report)
     {
         merge_pairs();
-        const std::size_t n = velocity_.size();
-        std::vector<Eigen::LDLT<Mat6>> own;
-        for (std::size_t f = 0; f < n; ++f) {
-            own.emplace_back(diagonal_[f]);
+        for (std::size_t f = 0; f < velocity_.size(); ++f) {
             if (kind_[f] == BaseKind::still) right_[f].setZero();
             if (kind_[f] == BaseKind::particles) right_[f].tail<3>().setZero();
         }
-        std::vector<Vec6> x(n, Vec6::Zero()), r = right_, z(n), p(n), Ap(n);
+        std::vector<Vec6> dv = solve_held(report);
+        constexpr int most_rounds = 30;
+        double now = potential(dv);
+        for (int round = 0; round < most_rounds && hold_passed(dv); ++round) {
+            const std::vector<Vec6> end = solve_held(report);
+            std::vector<Vec6> next = end;
+            double after = potential(next);
+            for (double share = 0.5; after > now && share > 1e-3; share *= 0.5) {
+                for (std::size_t f = 0; f < dv.size(); ++f) {
+                    next[f] = dv[f] + share * (end[f] - dv[f]);
+                }
+                after = potential(next);
+            }
+            dv = std::move(next);
+            now = after;
+        }
+        return dv;
+    }
+
+private:
+    struct Pair {
+        std::size_t a, b;
+        Mat6 off;  // row a, column b
+    };
+
+    // Speed of parting u = along_a . v_a + along_b . v_b must be at least -room.
+    struct Stop {
+        std::size_t a, b;
+        Vec6 along_a, along_b;
+        double room;  // m/s
+        double
+            stiffness;  // kg: while held, stiffness (u + room)^2 / 2 joins what the step minimises
+        bool held = false;
+
+        double speed(const std::vector<Vec6>& v) const
+        {
+            return along_a.dot(v[a]) + along_b.dot(v[b]);
+        }
+    };
+
+    // Of the mass that it stops: it gives way by a thousandth of what the step would do without it.
+    static constexpr double stop_stiffness = 1000;
+
+    double beyond(const Stop& stop, const std::vector<Vec6>& dv) const
+    {
+        return stop.speed(velocity_) + stop.speed(dv) + stop.room;
+    }
+
+    // Whether that changes which stops are held.
+    bool hold_passed(const std::vector<Vec6>& dv)
+    {
+        bool changed = false;
+        for (Stop& stop : stops_) {
+            const bool passed = beyond(stop, dv) < 0;
+            changed |= passed != stop.held;
+            stop.held = passed;
+        }
+        return changed;
+    }
+
+    double potential(const std::vector<Vec6>& dv) const
+    {
+        if (stops_.empty()) return 0;
+        double sum = 0;
+        for (std::size_t f = 0; f < dv.size(); ++f) {
+            sum += dv[f].dot(0.5 * diagonal_[f] * dv[f] - right_[f]);
+        }
+        for (const Pair& pair : pairs_) sum += dv[pair.a].dot(pair.off * dv[pair.b]);
+        for (const Stop& stop : stops_) {
+            const double miss = std::min(0.0, beyond(stop, dv));
+            sum += 0.5 * stop.stiffness * miss * miss;
+        }
+        return sum;
+    }
+
+    // By conjugate gradients preconditioned by the frames' own blocks.
+    std::vector<Vec6> solve_held(Report& report) const
+    {
+        const std::size_t n = velocity_.size();
+        std::vector<Mat6> blocks = diagonal_;
+        std::vector<Vec6> right = right_;
+        for (const Stop& stop : stops_) {
+            if (!stop.held) continue;
+            const double miss = stop.stiffness * (stop.speed(velocity_) + stop.room);
+            blocks[stop.a] += stop.stiffness * stop.along_a * stop.along_a.transpose();
+            blocks[stop.b] += stop.stiffness * stop.along_b * stop.along_b.transpose();
+            right[stop.a] -= miss * stop.along_a;
+            right[stop.b] -= miss * stop.along_b;
+        }
+        std::vector<Eigen::LDLT<Mat6>> own;
+        for (std::size_t f = 0; f < n; ++f) {
+            own.emplace_back(blocks[f]);
+            right[f] = free(f, right[f]);
+        }
+        std::vector<Vec6> x(n, Vec6::Zero()), r = right, z(n), p(n), Ap(n);
         const auto dot = [&](const std::vector<Vec6>& u, const std::vector<Vec6>& v) {
             double sum = 0;
             for (std::size_t f = 0; f < n; ++f) sum += u[f].dot(v[f]);
@@ -502,12 +611,6 @@ public:
         if (rz > 1e-12 * std::abs(goal) * 1e20) report.converged = false;
         return x;
     }
-
-private:
-    struct Pair {
-        std::size_t a, b;
-        Mat6 off;  // row a, column b
-    };
 
     Vec6 free(std::size_t f, Vec6 v) const
     {
@@ -565,6 +668,12 @@ private:
             y[pair.a] += pair.off * x[pair.b];
             y[pair.b] += pair.off.transpose() * x[pair.a];
         }
+        for (const Stop& stop : stops_) {
+            if (!stop.held) continue;
+            const double pull = stop.stiffness * stop.speed(x);
+            y[stop.a] += pull * stop.along_a;
+            y[stop.b] += pull * stop.along_b;
+        }
         for (std::size_t f = 0; f < x.size(); ++f) y[f] = free(f, y[f]);
     }
 
@@ -574,6 +683,7 @@ private:
     std::vector<BaseKind> kind_;
     std::vector<Mat6> mass_, diagonal_;
     std::vector<Pair> pairs_;
+    std::vector<Stop> stops_;
     std::size_t merged_ = 0;
 };
 
@@ -604,6 +714,21 @@ void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, StepSy
                         contact.position - moment.frames[contact.other][fb].translation(),
                         share * (law.along * Mat3::Identity() + (law.damping - law.along) * across),
                         share * K * across);
+    }
+}
+
+// Skeletons stay out of other bodies, by a tenth of their thickness; one that stands nearer comes
+// out by a fifth of what it lacks each step. Meshes that change their shape come on besides.
+void add_stops(const LayeredScene& scene, const LayeredMoment& moment, StepSystem& system)
+{
+    for (const LayerStop& stop : moment.contacts.stops) {
+        const std::uint32_t fa = scene.parts[stop.body].body->layer.frame[stop.skeleton];
+        const std::uint32_t fb = scene.parts[stop.other].body->layer.frame[stop.other_skeleton];
+        const double clear = stop.gap - 0.1 * moment.fields[stop.body].profile[stop.skeleton].e;
+        system.add_stop(system.frame(stop.body, fa), system.frame(stop.other, fb),
+                        stop.position - moment.frames[stop.body][fa].translation(),
+                        stop.position - moment.frames[stop.other][fb].translation(), stop.normal,
+                        clear - 0.8 * std::min(0.0, clear) - stop.closing * system.dt());
     }
 }
 
@@ -917,26 +1042,32 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
     state.links = std::move(links);
 }
 
-// Puts meshes that change their shape to where they are after so many of the frame's steps.
-// `told` has them at its end.
-void move_meshes(LayeredScene& now, const std::vector<LayeredPart>& told, int step, int steps)
+// Puts meshes that change their shape to where they are after so many of the frame's steps, with
+// where they were, or would have been, a step before. `told` has them at its end, `last` as the
+// frame began.
+void move_meshes(LayeredScene& now, const LayeredScene& last, const std::vector<LayeredPart>& told,
+                 int step, int steps)
 {
-    if (step == steps && steps == 1) return;
     for (std::size_t b = 0; b < told.size(); ++b) {
         if (!told[b].mesh_before) continue;
-        if (step == steps) {
-            now.parts[b].body = told[b].body;
-            continue;
-        }
-        LayeredBody body = *told[b].body;
-        geometry::TriMesh mesh = body.layer.skeletons[0].mesh->mesh;
-        const float left = 1 - static_cast<float>(step) / static_cast<float>(steps);
+        geometry::TriMesh mesh = told[b].body->layer.skeletons[0].mesh->mesh, earlier = mesh;
+        const float each = 1 / static_cast<float>(steps), done = each * static_cast<float>(step);
         for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-            mesh.positions[v] += left * (told[b].mesh_before->positions[v] - mesh.positions[v]);
+            const geometry::Vec3f& from = told[b].mesh_before->positions[v];
+            const geometry::Vec3f way = mesh.positions[v] - from;
+            mesh.positions[v] = from + done * way;
+            earlier.positions[v] = mesh.positions[v] - each * way;
         }
+        const std::vector<Skeleton>& before = last.parts[b].body->layer.skeletons;
+        const bool ready = !before.empty() && before[0].mesh &&
+                           before[0].mesh->mesh.positions == mesh.positions &&
+                           before[0].mesh->mesh.topology == mesh.topology;
+        LayeredBody body = *told[b].body;
         body.layer.skeletons[0].mesh =
-            std::make_shared<const geometry::SkeletonMesh>(std::move(mesh));
+            ready ? before[0].mesh
+                  : std::make_shared<const geometry::SkeletonMesh>(std::move(mesh));
         now.parts[b].body = std::make_shared<const LayeredBody>(std::move(body));
+        now.parts[b].mesh_before = std::make_shared<const geometry::TriMesh>(std::move(earlier));
     }
 }
 
@@ -974,10 +1105,11 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
             if (now.parts[b].body->base.kind != BaseKind::still) continue;
             drive(told_frames(now.parts[b]), left, now.states[b]);
         }
-        move_meshes(now, told, substep + 1, steps);
-        const LayeredMoment moment(now, dt);
+        move_meshes(now, scene, told, substep, steps);
+        const LayeredMoment moment(now, h);
         StepSystem system(now, moment, h);
         add_contacts(now, moment, system);
+        add_stops(now, moment, system);
         for (std::size_t b = 0; b < now.parts.size(); ++b) {
             const LayeredBody& body = *now.parts[b].body;
             for (std::size_t f = 0; f < body.base.frames.size(); ++f) {

@@ -31,13 +31,85 @@ double force_error(double spacing)
 
 }  // namespace
 
+// What seeds at the rim stand for is cut there, and the seeds' weights integrate smooth functions
+// with order 3 to 4, so that the error falls evenly: by 10 or more at each halving, a little under
+// that where the rim's ghosts, known to first order, begin to show (order 3).
 TEST(LayerContact, TwoEqualBallsPressWithTheForceOfTheIntegral)
 {
-    // Stress vanishes at the border, where the seeds' cells are cut: errors of second order.
-    const double coarse = force_error(0.16), fine = force_error(0.01);
-    EXPECT_LT(coarse, 5e-4);
-    EXPECT_LT(fine, 1e-6);
-    EXPECT_GT(std::log(coarse / fine) / std::log(16.0), 1.7);  // order of convergence
+    double last = force_error(0.16);
+    EXPECT_LT(last, 5e-4);
+    for (const double spacing : {0.08, 0.04, 0.02}) {
+        const double now = force_error(spacing);
+        EXPECT_GT(std::log2(last / now), 2.8) << spacing;  // order of convergence
+        last = now;
+        if (spacing == 0.04) {
+            EXPECT_LT(now, 1e-6);
+        }
+    }
+    EXPECT_LT(last, 1e-7);
+}
+
+// The same stress on a rigid plane, whose own field is another.
+TEST(LayerContact, ABallPressesOnAPlaneWithTheSameForce)
+{
+    LayerMatter rigid;
+    rigid.rigid = true;
+    Skeleton plane{.kind = SkeletonKind::plane, .points = {}};
+    plane.place.translate(Vec3(0, -1, 0));
+    Transform at = Transform::Identity();
+    at.translate(Vec3(0, h, 0)).rotate(Eigen::AngleAxisd(0.4, Vec3(1, 2, 2).normalized()));
+    const double a_sq = 1 - h * h, exact = 2 * pi * (a_sq / 2 - (1 - h * h * h) / 3);
+    const std::vector<std::pair<double, double>> bounds{{0.16, 5e-4}, {0.08, 2e-5}, {0.04, 1e-6}};
+    for (const auto& [spacing, bound] : bounds) {
+        std::list<Thing> things;
+        things.emplace_back(layer_of({point({0, 0, 0})}, unit), spacing,
+                            LayerMatter{.stiffness = 1, .friction = 0}, std::vector{at});
+        things.emplace_back(layer_of({plane}, unit), 1.0, rigid);
+        const Contacts found = find_contacts(bodies(things));
+        EXPECT_NEAR(found.wrenches[0][0].force.y(), exact, bound) << spacing;
+        double area = 0;
+        for (const LayerContact& contact : found.contacts) area += contact.area;
+        // Cut by chords: order 2.
+        EXPECT_NEAR(area / (pi * a_sq), 1, 3 * spacing * spacing) << spacing;
+    }
+}
+
+// Where a skeleton stands to what it is pressed against is told before it gets there.
+TEST(LayerContact, AStopTellsHowFarASkeletonIsFromAnotherBody)
+{
+    LayerMatter rigid;
+    rigid.rigid = true;
+    Skeleton plane{.kind = SkeletonKind::plane, .points = {}};
+    plane.place.translate(Vec3(0, -1, 0));
+    for (const double height : {0.6, 0.3, 0.0, -0.2}) {
+        Transform at = Transform::Identity();
+        at.translate(Vec3(0.2, height, 0));
+        std::list<Thing> things;
+        things.emplace_back(layer_of({point({0, 0, 0})}, unit), 0.2, LayerMatter{},
+                            std::vector{at});
+        things.emplace_back(layer_of({plane}, unit), 1.0, rigid);
+        const Contacts found = find_contacts(bodies(things));
+        if (height > 0.5) {  // all rays end on their outer halves
+            EXPECT_TRUE(found.stops.empty());
+            continue;
+        }
+        ASSERT_EQ(found.stops.size(), 1u) << height;
+        EXPECT_NEAR(found.stops[0].gap, height, 1e-12);
+        EXPECT_LT((found.stops[0].normal - Vec3::UnitY()).norm(), 1e-12);
+        EXPECT_LT((found.stops[0].position - Vec3(0.2, height, 0)).norm(), 1e-12);
+    }
+    // A soft one of twice the stiffness: 1 + 2 (1 - x) is this one's 1 + 1 at x = 0.5.
+    Contribution hard = unit;
+    hard.stiffness = 2;
+    std::list<Thing> things;
+    Transform at = Transform::Identity();
+    at.translate(Vec3(0.8, 0, 0));
+    things.emplace_back(layer_of({point({0, 0, 0})}, unit), 0.2, LayerMatter{}, std::vector{at});
+    things.emplace_back(layer_of({point({0, 0, 0})}, hard), 0.2);
+    const Contacts found = find_contacts(bodies(things));
+    ASSERT_GE(found.stops.size(), 1u);
+    EXPECT_EQ(found.stops[0].body, 0u);
+    EXPECT_NEAR(found.stops[0].gap, 0.3, 1e-12);
 }
 
 TEST(LayerContact, SeedsInContactLieOnOneCommonDisc)

@@ -421,6 +421,82 @@ TEST(Layered, ASkeletonEntirelyInsideAnotherIsDrivenOut)
     }
 }
 
+namespace {
+
+// A box that is told where to be.
+LayeredPart tool(const Vec3& size, const Vec3& at)
+{
+    Collider box;
+    box.kind = Collider::Kind::box;
+    box.half_size = 0.5 * size;
+    box.pose.translate(at);
+    return rigid_part(box);
+}
+
+}  // namespace
+
+// A layer so soft that it holds nothing back: the skeleton itself is pushed along, by a box that is
+// told where to be and by triangles that are made anew at each frame.
+TEST(Layered, AToolThatReachesASkeletonPushesItAlong)
+{
+    const Vec3 size(0.06, 0.4, 0.4);
+    const LayeredPart soft_ball{.body = std::make_shared<const LayeredBody>(ball({0, 0, 0}, 100))};
+    const auto box_at = [&](double x) { return tool(size, {x, 0.03, 0}); };
+    const geometry::TriMesh shape = geometry::box(size, {1, 1, 1});
+    Collider mesh;
+    mesh.kind = Collider::Kind::mesh;
+    const auto mesh_at = [&](double x) {
+        auto moved = std::make_shared<geometry::TriMesh>(shape);
+        for (auto& p : moved->positions) p += geometry::Vec3f(static_cast<float>(x), 0.03f, 0);
+        mesh.mesh_before = mesh.mesh;
+        mesh.mesh = moved;
+        return rigid_part(mesh);
+    };
+    for (const bool triangles : {false, true}) {
+        const auto knife = [&](double x) { return triangles ? mesh_at(x) : box_at(x); };
+        LayeredScene scene = start({soft_ball, knife(-0.25)});
+        for (int i = 1; i <= 24; ++i) {  // 1 m/s
+            scene = physics::advance(scene, {soft_ball, knife(-0.25 + i / 24.0)}, weightless,
+                                     1.0 / 24, 4);
+            ASSERT_LT(interpenetration(scene), 1e-3) << i << triangles;
+        }
+        EXPECT_GT(scene.states[0].position[0].x(), 0.75 + 0.03);  // ahead of the knife's face
+        EXPECT_LT(scene.states[0].velocity[0].norm(), 1.5);
+    }
+}
+
+// Two plates leave it a fifth of its thickness to either side, then a twentieth.
+TEST(Layered, ASkeletonBetweenPlatesStaysBetweenThem)
+{
+    const LayeredPart soft_ball{.body = std::make_shared<const LayeredBody>(ball({0, 0, 0}, 100))};
+    const auto plates = [&](double gap) {
+        return std::vector<LayeredPart>{soft_ball, tool({0.6, 0.1, 0.6}, {0, 0.05 + gap, 0}),
+                                        tool({0.6, 0.1, 0.6}, {0, -0.05 - gap, 0})};
+    };
+    LayeredScene scene = start(plates(0.12));
+    for (int i = 1; i <= 40; ++i) {
+        const double gap = 0.12 - 0.1 * std::min(1.0, i / 20.0) - (i > 30 ? 0.015 : 0);
+        scene = physics::advance(scene, plates(gap), weightless, 1.0 / 24, 4);
+        ASSERT_LT(interpenetration(scene), 1e-3) << i;
+        EXPECT_NEAR(scene.states[0].position[0].y(), 0, 1e-3);
+    }
+}
+
+// Thrown head-on with layers that hold nothing back, two skeletons do not pass through each other.
+TEST(Layered, SkeletonsOfSoftBodiesDoNotPassEachOther)
+{
+    LayeredScene scene = scene_of({ball({-0.15, 0, 0}, 100), ball({0.15, 0, 0}, 100)});
+    scene.states[0].velocity[0] = {2, 0, 0};
+    scene.states[1].velocity[0] = {-1, 0, 0};
+    const Vec3 before = momentum(scene);
+    for (int i = 0; i < 24; ++i) {
+        scene = advance(scene, weightless, 1.0 / 48, 2);
+        ASSERT_LT(interpenetration(scene), 1e-3) << i;
+        ASSERT_LT(scene.states[0].position[0].x(), scene.states[1].position[0].x()) << i;
+    }
+    EXPECT_LT((momentum(scene) - before).norm(), 1e-8 * before.norm());
+}
+
 TEST(Layered, ASpringNetworkJoinsWhatIsNearAndKeepsItsShape)
 {
     LayeredBody body = dough({{0, 0, 0}, {0.15, 0, 0}, {0.15, 0.15, 0}, {0, 0.15, 0}});
