@@ -1,0 +1,103 @@
+// The nodes that make and follow layered bodies, on values that are known beforehand.
+
+#include "geometry/primitive.hpp"
+#include "tests/nodes/one_node.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace {
+
+using fixtures::NodeRun;
+using geometry::Vec3;
+using graph::Value;
+using physics::BaseKind;
+using physics::LayeredPart;
+using physics::LayeredScene;
+
+// Point skeletons of thickness 0.1, each on its own frame.
+Value part_of(const std::vector<Vec3>& points, BaseKind kind)
+{
+    geometry::ImplicitLayer layer;
+    for (const Vec3& p : points) {
+        layer.frame.push_back(static_cast<std::uint32_t>(layer.skeletons.size()));
+        layer.skeletons.push_back({.kind = geometry::SkeletonKind::point, .points = {p}});
+        layer.contributions.push_back({.thickness = 0.1, .stiffness = 10, .radius = 0.22});
+    }
+    LayeredPart part;
+    part.body = std::make_shared<const physics::LayeredBody>(
+        physics::make_layered_body(layer, kind, 1000, 0.02));
+    return Value::of(part);
+}
+
+}  // namespace
+
+TEST(Springs, JoinFramesInReachAndSayWhenThereAreNone)
+{
+    NodeRun springs("Springs");
+    springs.inputs["part"] = {
+        part_of({{0, 0, 0}, {0.2, 0, 0}, {0.2, 0.3, 0}}, BaseKind::particles)};
+    springs.param("reach").is = 0.25;
+    springs.param("stiffness").is = 700.0;
+    springs.param("damping").is = 3.0;
+    const auto part = springs.run().as<LayeredPart>();
+    ASSERT_EQ(part->body->base.springs.size(), 1u);
+    const physics::LayerSpring& spring = part->body->base.springs[0];
+    EXPECT_EQ(spring.a, 0u);
+    EXPECT_EQ(spring.b, 1u);
+    EXPECT_NEAR(spring.rest, 0.2, 1e-12);
+    EXPECT_EQ(spring.stiffness, 700);
+    EXPECT_EQ(spring.damping, 3);
+    EXPECT_EQ(part->body->base.substance.stiffness, 0) << "particles no longer act on each other";
+
+    springs.param("reach").is = 0.1;
+    try {
+        springs.run();
+        FAIL() << "no two frames are 0.1 m near";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("reach farther"), std::string::npos);
+    }
+}
+
+// Where nothing touches, each vertex is carried by its frame and keeps its value of the field.
+TEST(Skin, FollowsABodyThatMovesAndTheVolumeThatItSeeks)
+{
+    const Value part = part_of({{0, 0, 0}}, BaseKind::still);
+    const geometry::TriMesh ball = geometry::icosphere(0.11, 3);
+    NodeRun skin("Skin");
+    skin.inputs["mesh"] = {Value::of(ball)};
+    skin.inputs["part"] = {part};
+    LayeredScene scene = physics::start({*part.as<LayeredPart>()});
+    skin.inputs["scene"] = {Value::of(scene)};
+    auto mesh = skin.run().as<geometry::TriMesh>();
+    ASSERT_EQ(mesh->positions.size(), ball.positions.size());
+    for (std::size_t v = 0; v < ball.positions.size(); ++v) {
+        EXPECT_LT((mesh->positions[v] - ball.positions[v]).norm(), 1e-6f);
+    }
+    // Moved, and blown up by 0.02: surfaces of equal field lie that much farther out.
+    scene.states[0].position[0] += Vec3(1, 2, 3);
+    scene.states[0].translation[0] = 0.02;
+    skin.inputs["scene"] = {Value::of(scene)};
+    mesh = skin.run().as<geometry::TriMesh>();
+    for (std::size_t v = 0; v < ball.positions.size(); ++v) {
+        const Vec3 at = mesh->positions[v].cast<double>() - Vec3(1, 2, 3);
+        EXPECT_NEAR(at.norm(), 0.13, 1e-5);
+        EXPECT_GT(at.normalized().dot(ball.positions[v].cast<double>().normalized()), 1 - 1e-9);
+    }
+    EXPECT_TRUE(skin.warnings.empty());
+    EXPECT_EQ(mesh->triangles(), ball.triangles());
+}
+
+TEST(Skin, SaysHowManyVerticesTheLayerDoesNotReach)
+{
+    const Value part = part_of({{0, 0, 0}}, BaseKind::still);
+    NodeRun skin("Skin");
+    const geometry::TriMesh far = geometry::icosphere(0.3, 0);  // beyond the radius of 0.22
+    skin.inputs["mesh"] = {Value::of(far)};
+    skin.inputs["part"] = {part};
+    skin.inputs["scene"] = {Value::of(physics::start({*part.as<LayeredPart>()}))};
+    skin.run();
+    ASSERT_EQ(skin.warnings.size(), 1u);
+    EXPECT_NE(skin.warnings[0].find("12 of 12"), std::string::npos) << skin.warnings[0];
+}
