@@ -421,7 +421,10 @@ private:
         if (task.missing == 0) make_ready(task);
     }
 
-    static bool quick(const Task& task) { return task.usual > 0 && task.usual < 20e-6; }
+    // About what it takes to hash a few inputs, or to wake a thread.
+    static constexpr double brief_seconds = 20e-6;
+
+    static bool quick(const Task& task) { return task.usual > 0 && task.usual < brief_seconds; }
 
     // Comparing costs a hash of what the inputs hold: not for what is made in no time. Nodes that
     // open files are left out: their keys are made of contents already.
@@ -558,8 +561,7 @@ private:
     bool is_brief(const Task& task) const
     {
         const double longest = usual_[keys_.type(task.node)].longest;
-        return longest > 0 && longest < 10e-6 && !task.load && !task.compare &&
-               task.preparation < 0;
+        return longest > 0 && longest < brief_seconds && !task.load && task.preparation < 0;
     }
 
     // The next task to run; null when none may start, or when it is brief and a thread that will
@@ -704,7 +706,7 @@ private:
             auto& [mean, longest] = usual_[keys_.type(task.node)];
             const double seconds = outcome.run.seconds;
             mean = mean > 0 ? (mean + seconds) / 2 : seconds;
-            longest = std::max(seconds, 0.97 * longest);
+            longest = std::max(seconds, 0.9 * longest);
         }
         arrive(task, result);
         if (!keep || !outcome.store) return {};

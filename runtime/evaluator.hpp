@@ -105,7 +105,7 @@ struct Cooked {
 // What runs of a type of node take, as far as this process knows; 0 when not known yet.
 struct Usual {
     double mean = 0;     // s, of the last few
-    double longest = 0;  // s, of the last hundreds
+    double longest = 0;  // s, of the last, those before them counting for less
 };
 
 class Evaluator {
