@@ -488,14 +488,16 @@ struct Page {
                         "{} |\n|---|---|---:|---:|\n",
                         title, what, soonest(results), title, name, cost);
         std::ofstream csv(folder / (name + ".csv"));
-        for (std::size_t k = 0; k < kinds.size(); ++k) {
-            if (k > 0) csv << "\n\n";  // a block a kind, as gnuplot counts them
-            const auto empty = std::none_of(results.begin(), results.end(), [&](const Result& r) {
-                return r.kind == kinds[k] && std::isfinite(r.error);
-            });
-            if (empty) csv << "\"\",NaN,NaN,NaN\n";
+        std::vector<std::string> drawn;  // gnuplot breaks down on kinds that have no point
+        for (const std::string& kind : kinds) {
+            const bool has_points =
+                std::any_of(results.begin(), results.end(), [&](const Result& r) {
+                    return r.kind == kind && std::isfinite(r.error);
+                });
+            if (has_points && !drawn.empty()) csv << "\n\n";  // a block a kind, as gnuplot counts
+            if (has_points) drawn.push_back(kind);
             for (const Result& r : results) {
-                if (r.kind != kinds[k]) continue;
+                if (r.kind != kind) continue;
                 if (std::isfinite(r.error)) {
                     csv << fmt::format("\"{}\",{:.6g},{:.6g},{}\n", r.setting, r.ms,
                                        std::max(1e-5, std::abs(r.error)),
@@ -517,11 +519,11 @@ struct Page {
         gp << "plot ";
         const char* colours[] = {"#d0561f", "#2a6f97", "#5b8c2a", "#8a4fbf",
                                  "#c9a227", "#777777", "#c2203a", "#20808d"};
-        for (std::size_t k = 0; k < kinds.size(); ++k) {
+        for (std::size_t k = 0; k < drawn.size(); ++k) {
             gp << fmt::format("{}'{}.csv' index {} using 2:3 with points pt 7 ps 0.9 lc rgb '{}' "
                               "title '{}', '' index {} using 2:3:1 with labels left offset 0.7,0.4 "
                               "font ',8' tc rgb '{}' notitle",
-                              k ? ", \\\n     " : "", name, k, colours[k % 8], kinds[k], k,
+                              k ? ", \\\n     " : "", name, k, colours[k % 8], drawn[k], k,
                               colours[k % 8]);
         }
         // A ring around each that nothing beats in both.
