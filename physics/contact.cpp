@@ -138,16 +138,22 @@ struct SkinPoint {
     double stiffness;  // N/m
 };
 
-Contact contact_at(const Touch& t, double friction, double creep, const SkinPoint& point)
+Contact contact_at(const Touch& t, double friction, double creep, double tangent,
+                   const SkinPoint& point)
 {
     Contact out{};
     const double push = point.stiffness * -t.gap;
     const Vec3 relative = point.v - t.velocity;
     const Vec3 slip = relative - relative.dot(t.normal) * t.normal;
-    const double drag = friction * push / std::max(slip.norm(), creep);
+    const double speed = slip.norm();
+    const double drag = friction * push / std::max(speed, creep);
     out.force = push * t.normal - drag * slip;
     out.stiffness = isotropic_about(t.normal, 0, point.stiffness);
     out.drag = isotropic_about(t.normal, drag, -drag);
+    if (tangent > 0 && speed > creep) {
+        const auto along = isotropic_about(slip / speed, 0, tangent * drag);
+        for (std::size_t i = 0; i < 6; ++i) out.drag[i] -= along[i];
+    }
     out.energy = -0.5 * push * t.gap;
     return out;
 }
@@ -173,7 +179,8 @@ bool may_touch(const PosedCollider& c, const Vec3& p, double radius)
 }  // namespace
 
 std::vector<Contact> find_contacts(const Skin& skin, double h, const double* x, const double* v,
-                                   const std::vector<PosedCollider>& colliders, double dt)
+                                   const std::vector<PosedCollider>& colliders, double dt,
+                                   double tangent)
 {
     constexpr std::size_t grain = 256;  // cubes
     const std::size_t cubes = skin.corners.size();
@@ -202,7 +209,7 @@ std::vector<Contact> find_contacts(const Skin& skin, double h, const double* x, 
                 const double area = skin.point_area[i];
                 point.stiffness = std::min(10 * skin.stiffness[c] * area / h, stiffest) +
                                   skin.mass[c] * std::min(1.0, area / (h * h)) / (dt * dt);
-                Contact contact = contact_at(t, collider.friction, creep, point);
+                Contact contact = contact_at(t, collider.friction, creep, tangent, point);
                 contact.corners = corners;
                 contact.weight = weight;
                 out.push_back(contact);

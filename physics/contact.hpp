@@ -10,8 +10,11 @@
 // is stiffer than need be is hard to solve; and enough to stop the point's own mass m within a
 // step. Friction is Coulomb's with a creep velocity e far below what can be seen:
 //   -c v_t,   c = mu N / max(|v_t|, e),   e = h / 10000 dt
-// where N and |v_t| are taken from the last iterate. Both enter the implicit step with their
-// derivatives, k n n^T and c (I - n n^T).
+// where N and |v_t| are taken from the last iterate. Both enter the implicit step with what stands
+// for their derivatives, k n n^T and
+//   c (I - n n^T - a t t^T),   t = v_t / |v_t| where that is above e.
+// With a = 0 no step reverses a slip, but one that comes to rest does so a part at a time; a = 1 is
+// the derivative with N as it is, and gets there at once or goes too far.
 
 #include "physics/loads.hpp"
 #include "physics/skin.hpp"
@@ -60,8 +63,10 @@ struct Contact {
     double energy;                    // J, of the layer that is pressed together
 };
 
-// All contacts of points at x moving at v (four numbers a slot), in a step of dt seconds.
+// All contacts of points at x moving at v (four numbers a slot), in a step of dt seconds. `tangent`
+// is the a above, 0 .. 1.
 std::vector<Contact> find_contacts(const Skin& skin, double h, const double* x, const double* v,
-                                   const std::vector<PosedCollider>& colliders, double dt);
+                                   const std::vector<PosedCollider>& colliders, double dt,
+                                   double tangent);
 
 }  // namespace physics

@@ -109,6 +109,9 @@ public:
 
 private:
     static constexpr std::uint32_t none = 0xffffffff;
+    // Most contacts settle in a few rounds with steps that never reverse a slip. From this round on
+    // steps take friction nearly by its derivative, and are shortened where they go too far.
+    static constexpr int wary = 3;
 
     // From share `begin` to share `end` of the frame; in halves where the whole fails.
     bool step_or_halves(double begin, double end, int depth)
@@ -264,6 +267,7 @@ private:
     {
         linearise(x0_);
         at_start_ = true;
+        wary_ = false;
         place();
         contacts_ = touching();
         const bool free = loads_.pins.corner.empty() && contacts_.empty();
@@ -276,6 +280,7 @@ private:
         const int rounds = std::max(options_.newton_iterations,
                                     colliders_.empty() ? 1 : options_.contact_iterations);
         for (int round = 0; round < rounds && size > target; ++round) {
+            wary_ = round + 1 >= wary;  // of what touches after this round's step
             if (round > 0 && round < options_.newton_iterations) {
                 linearise(x_);
                 at_start_ = false;
@@ -284,6 +289,8 @@ private:
             }
             const Solved solved = solve_linear(target);
             report_.iterations += solved.iterations;
+            const Aligned<double> from = round >= wary ? w_ : Aligned<double>();
+            const double slope = dot(r_, delta_);
             for (std::size_t i = 0; i < n_; ++i) w_[i] += delta_[i];
             if (!solved.converged) short_of_iterations_ = true;
             if (round == 0 && violent()) {
@@ -301,12 +308,44 @@ private:
                 at_start_ = false;
             }
             residual();
+            if (round >= wary) draw_back(from, slope);
             prepare_preconditioner();
             size = norm(r_);
             if (!std::isfinite(size)) return;
         }
         if (reference > 0) report_.residual = std::max(report_.residual, size / reference);
         if (!(size <= 1.0001 * target)) unsettled_ = true;
+    }
+
+    // Contacts that come and go, stick and slip, can make whole Newton steps go round in circles.
+    // The residual is (but for the lag of friction) minus the gradient of a convex function of w:
+    // where it points back along the step by more than half of how it pointed on at `from`, the
+    // step went too far. It ends between, where the function is nearly lowest.
+    void draw_back(const Aligned<double>& from, double slope)
+    {
+        double low = 0, at_low = slope, high = 1, at_high = dot(r_, delta_);
+        for (int i = 0; i < 6 && at_high < -0.5 * slope; ++i) {
+            const double share = std::clamp(at_low / (at_low - at_high), 0.1, 0.9);
+            const double step = low + share * (high - low);
+            for (std::size_t k = 0; k < n_; ++k) w_[k] = from[k] + step * delta_[k];
+            place();
+            contacts_ = touching();
+            residual();
+            const double here = dot(r_, delta_);
+            if (std::abs(here) <= 0.5 * slope) return;
+            if (here > 0) {
+                low = step, at_low = here;
+            } else {
+                high = step, at_high = here;
+            }
+        }
+    }
+
+    static double dot(const Aligned<double>& a, const Aligned<double>& b)
+    {
+        double sum = 0;
+        for (std::size_t k = 0; k < b.size(); ++k) sum += a[k] * b[k];
+        return sum;
     }
 
     // Whether the linear forces were asked too much: a cube between neighbours in one stage.
@@ -423,7 +462,10 @@ private:
 
     std::vector<Contact> touching() const
     {
-        return find_contacts(body_.skin, body_.h, x_.data(), w_.data(), colliders_, tau_);
+        constexpr double nearly =
+            0.95;  // the derivative itself may leave a slip with no resistance
+        return find_contacts(body_.skin, body_.h, x_.data(), w_.data(), colliders_, tau_,
+                             wary_ ? nearly : 0);
     }
 
     void linearise(const Aligned<double>& x) { elasticity_.forces(x.data(), force_.data()); }
@@ -648,6 +690,7 @@ private:
     int depth_ = 0;                     // times the step was halved
     bool at_start_ = true;              // forces are linear about x0_, not evaluated at x_
     bool windy_weather_ = false;
+    bool wary_ = false;                           // of friction in contacts to be found
     std::vector<std::uint8_t> free_;              // parts that nothing holds or touches
     std::vector<std::array<double, 4>> missing_;  // of each part, N s
     std::vector<std::array<double, 4>> inertia_;  // of each part, kg

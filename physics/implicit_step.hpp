@@ -33,7 +33,7 @@ struct StepOptions {
     Integrator integrator = Integrator::implicit_euler;
     int substeps = 1;              // a frame
     int newton_iterations = 1;     // linearisations a stage
-    int contact_iterations = 10;   // solves a stage while what touches still changes
+    int contact_iterations = 30;   // solves a stage while what touches still changes
     double tolerance = 1e-4;       // of the residual, relative to the forces at work
     int solver_iterations = 2000;  // conjugate gradient iterations a solve
 };
