@@ -512,7 +512,7 @@ std::size_t sort_by_cell(const FieldGrid& grid, std::span<const Vec3> points,
     coarse.lo = grid.lo;
     coarse.dims = 4 * grid.dims;
     coarse.cell = 0.25 * grid.cell;
-    const double most = static_cast<double>(points.size() / 64 + 1);
+    const double most = static_cast<double>(points.size()) / 64 + 1;
     while (coarse.dims.cast<double>().prod() > most) {
         coarse.cell *= 1.1;
         coarse.dims = (grid.dims.cast<double>() * (grid.cell / coarse.cell))
