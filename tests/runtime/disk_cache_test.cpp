@@ -299,7 +299,8 @@ TEST(DiskCache, AnEditThatYieldsEqualBytesStopsThereInTheNextProcess)
     EXPECT_EQ(cook_last(w.graph, folder.path), 2);
     EXPECT_EQ(take_runs("Constant"), 0) << "and from now on by its key";
     DiskCache cache(folder.path, plenty, nullptr);
-    EXPECT_EQ(cache.use().records, 2u);
+    // Both keys of Slow; more where a busy machine held up one of the others for as long.
+    EXPECT_GE(cache.use().records, 2u);
     EXPECT_EQ(cache.verify().bad, 0u);
     cache.shrink(0, 0);
     EXPECT_EQ(cache.use().records, 0u);
