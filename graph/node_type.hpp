@@ -7,7 +7,6 @@
 #include "graph/param.hpp"
 #include "graph/value.hpp"
 
-#include <cstdio>
 #include <map>
 #include <span>
 #include <vector>
@@ -77,6 +76,34 @@ struct NodeType {
 
 enum class Need { required, optional };
 
+// How a node type's declarations fill its struct of inputs and read its struct of outputs. The
+// structs' types are forgotten, so that all kinds of node share this code.
+struct NodePlan {
+    struct Prepared {
+        std::function<std::shared_ptr<const void>(const void* in)> build;
+        std::function<void(void* in, const std::shared_ptr<const void>&)> set;
+        std::vector<std::string> sees;
+    };
+    std::vector<std::function<void(void* in, const std::vector<Value>&)>> inputs;
+    std::vector<std::function<void(void* in, const Value&)>> previous;
+    std::vector<std::function<Value(void* out)>> outputs;
+    std::vector<Prepared> preparations;
+    ParamBinding params;
+
+    void fill(const Call& call, void* in) const;
+    // Only what the preparation may see.
+    void fill_for(const Preparation& preparation, const Call& call, void* in) const;
+    std::vector<Value> take(void* out) const;
+
+    // Declarations, of `type` and of this.
+    static void add_input(NodeType& type, std::string& name, const char* wire, std::string& doc);
+    static void add_output(NodeType& type, std::string& name, const WireType& wire,
+                           std::string& doc);
+    static void add_previous(NodeType& type, const std::string& output);
+    // Makes out which inputs and parameters the preparations see.
+    void finish(NodeType& type) const;
+};
+
 // Builds a NodeType from a pure function `Out run(const In&, const Context&)` and declarations that
 // say which member of In or Out each port and parameter is.
 template <class In, class Out> class NodeBuilder : public ParamBuilder<In, NodeBuilder<In, Out>> {
@@ -89,41 +116,30 @@ public:
     // The description is complete when the declaring expression ends.
     ~NodeBuilder()
     {
-        auto plan = std::make_shared<Plan>(std::move(plan_));
-        plan->params = std::move(this->binding_);
-        type_.params = plan->params.params;
+        plan_.params = std::move(this->binding_);
+        plan_.finish(type_);
+        const auto plan = std::make_shared<const NodePlan>(std::move(plan_));
         for (std::size_t i = 0; i < plan->preparations.size(); ++i) {
             Preparation& p = type_.preparations[i];
-            for (const std::string& name : plan->preparations[i].sees) find(name, p);
-            p.build = [plan, i, p_inputs = p.inputs, p_params = p.params](const Call& call) {
+            p.build = [plan, i, sees = Preparation{{}, p.inputs, p.params, {}}](const Call& call) {
                 In in;
-                for (const auto k : p_inputs) plan->inputs[k](in, call.inputs[k]);
-                for (const auto k : p_params) plan->params.set[k](in, call.params[k]);
-                return plan->preparations[i].build(in);
+                plan->fill_for(sees, call, &in);
+                return plan->preparations[i].build(&in);
             };
         }
         if (gather_) {
             type_.gather_frames = [plan, frames = gather_](const ParamValues& params,
                                                            const FrameRange& range) {
-                return frames(plan->params.decode(params), range);
+                In in;
+                plan->params.decode(params, &in);
+                return frames(in, range);
             };
         }
         type_.run = [plan, run = run_](const Call& call) {
-            In in = plan->params.decode(call.params);
-            for (std::size_t i = 0; i < plan->inputs.size(); ++i) {
-                plan->inputs[i](in, call.inputs[i]);
-            }
-            for (std::size_t i = 0; i < plan->previous.size(); ++i) {
-                plan->previous[i](in, call.previous[i]);
-            }
-            for (std::size_t i = 0; i < plan->preparations.size(); ++i) {
-                plan->preparations[i].set(in, call.prepared[i]);
-            }
+            In in;
+            plan->fill(call, &in);
             Out out = run(in, call.context);
-            std::vector<Value> values;
-            values.reserve(plan->outputs.size());
-            for (const auto& take : plan->outputs) values.push_back(take(out));
-            return values;
+            return plan->take(&out);
         };
     }
 
@@ -138,11 +154,11 @@ public:
     NodeBuilder& input(std::string name, Wire<T> In::*member, std::string doc,
                        Need need = Need::required)
     {
-        plan_.inputs.push_back([=](In& in, const std::vector<Value>& values) {
-            in.*member = values.empty() ? nullptr : values[0].template as<T>();
+        plan_.inputs.push_back([member](void* in, const std::vector<Value>& values) {
+            in_of(in).*member = values.empty() ? nullptr : values[0].template as<T>();
         });
-        type_.inputs.push_back(
-            {std::move(name), wire_name<T>, std::move(doc), need == Need::optional, false, false});
+        plan_.add_input(type_, name, wire_name<T>, doc);
+        type_.inputs.back().optional = need == Need::optional;
         return *this;
     }
 
@@ -151,7 +167,8 @@ public:
     NodeBuilder& inputs(std::string name, std::vector<Wire<T>> In::*member, std::string doc)
     {
         plan_.inputs.push_back(all_of(member));
-        type_.inputs.push_back({std::move(name), wire_name<T>, std::move(doc), true, true, false});
+        plan_.add_input(type_, name, wire_name<T>, doc);
+        type_.inputs.back().optional = type_.inputs.back().many = true;
         return *this;
     }
 
@@ -161,7 +178,8 @@ public:
                         std::vector<int> (*frames)(const In&, const FrameRange&), std::string doc)
     {
         plan_.inputs.push_back(all_of(member));
-        type_.inputs.push_back({std::move(name), wire_name<T>, std::move(doc), false, false, true});
+        plan_.add_input(type_, name, wire_name<T>, doc);
+        type_.inputs.back().gather = true;
         gather_ = frames;
         return *this;
     }
@@ -171,11 +189,9 @@ public:
     template <Wireable T> NodeBuilder& previous(const std::string& output, Wire<T> In::*member)
     {
         plan_.previous.push_back(
-            [=](In& in, const Value& value) { in.*member = value.template as<T>(); });
-        for (std::size_t i = 0; i < type_.outputs.size(); ++i) {
-            if (type_.outputs[i].name == output) return type_.previous.push_back({i}), *this;
-        }
-        throw std::logic_error(type_.name + ": previous() names no output: " + output);
+            [member](void* in, const Value& value) { in_of(in).*member = value.template as<T>(); });
+        plan_.add_previous(type_, output);
+        return *this;
     }
 
     // Fills `member` with build(in), kept for as long as the inputs and parameters named in `sees`
@@ -184,11 +200,12 @@ public:
     NodeBuilder& prepare(std::string name, std::shared_ptr<const P> In::*member,
                          P (*build)(const In&), std::vector<std::string> sees)
     {
-        plan_.preparations.push_back({[build](const In& in) -> std::shared_ptr<const void> {
-                                          return std::make_shared<const P>(build(in));
+        plan_.preparations.push_back({[build](const void* in) -> std::shared_ptr<const void> {
+                                          return std::make_shared<const P>(
+                                              build(*static_cast<const In*>(in)));
                                       },
-                                      [member](In& in, const std::shared_ptr<const void>& p) {
-                                          in.*member = std::static_pointer_cast<const P>(p);
+                                      [member](void* in, const std::shared_ptr<const void>& p) {
+                                          in_of(in).*member = std::static_pointer_cast<const P>(p);
                                       },
                                       std::move(sees)});
         type_.preparations.push_back({std::move(name), {}, {}, {}, [](const void* p) {
@@ -199,17 +216,13 @@ public:
 
     template <Wireable T> NodeBuilder& output(std::string name, T Out::*member, std::string doc)
     {
-        plan_.outputs.push_back([=](Out& out) { return Value::of(std::move(out.*member)); });
-        type_.outputs.push_back({std::move(name), wire_name<T>, std::move(doc), &wire_type<T>()});
-        return *this;
+        return take(name, member, wire_type<T>(), doc);
     }
     // An output that hands on something already shared.
     template <Wireable T>
     NodeBuilder& output(std::string name, Wire<T> Out::*member, std::string doc)
     {
-        plan_.outputs.push_back([=](Out& out) { return Value::of(std::move(out.*member)); });
-        type_.outputs.push_back({std::move(name), wire_name<T>, std::move(doc), &wire_type<T>()});
-        return *this;
+        return take(name, member, wire_type<T>(), doc);
     }
 
     // How a node of an older version is read; json.hpp has what `change` needs.
@@ -236,43 +249,28 @@ public:
     }
 
 private:
-    struct Prepared {
-        std::function<std::shared_ptr<const void>(const In&)> build;
-        std::function<void(In&, const std::shared_ptr<const void>&)> set;
-        std::vector<std::string> sees;
-    };
-    struct Plan {
-        std::vector<std::function<void(In&, const std::vector<Value>&)>> inputs;
-        std::vector<std::function<void(In&, const Value&)>> previous;
-        std::vector<std::function<Value(Out&)>> outputs;
-        std::vector<Prepared> preparations;
-        ParamBinding<In> params;
-    };
+    static In& in_of(void* in) { return *static_cast<In*>(in); }
 
     template <Wireable T> static auto all_of(std::vector<Wire<T>> In::*member)
     {
-        return [member](In& in, const std::vector<Value>& values) {
-            (in.*member).clear();
-            for (const Value& value : values) (in.*member).push_back(value.template as<T>());
+        return [member](void* in, const std::vector<Value>& values) {
+            auto& all = in_of(in).*member;
+            all.clear();
+            for (const Value& value : values) all.push_back(value.template as<T>());
         };
     }
-
-    void find(const std::string& name, Preparation& p) const
+    template <class T>
+    NodeBuilder& take(std::string& name, T Out::*member, const WireType& wire, std::string& doc)
     {
-        for (std::size_t i = 0; i < type_.inputs.size(); ++i) {
-            if (type_.inputs[i].name == name) return p.inputs.push_back(i);
-        }
-        for (std::size_t i = 0; i < type_.params.size(); ++i) {
-            if (type_.params[i].name == name) return p.params.push_back(i);
-        }
-        std::fprintf(stderr, "%s: prepare() sees no input or parameter called %s\n",
-                     type_.name.c_str(), name.c_str());
-        std::terminate();  // a slip in a description: no program starts with one
+        plan_.outputs.push_back(
+            [member](void* out) { return Value::of(std::move(static_cast<Out*>(out)->*member)); });
+        plan_.add_output(type_, name, wire, doc);
+        return *this;
     }
 
     NodeType& type_;
     Run run_;
-    Plan plan_;
+    NodePlan plan_;
     std::vector<int> (*gather_)(const In&, const FrameRange&) = nullptr;
 };
 

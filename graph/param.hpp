@@ -112,6 +112,9 @@ template <class T> ParamValue encode(const T& in)
     }
 }
 
+// Which of the choices the value says. Throws std::invalid_argument when it says none.
+std::size_t place_of(const ParamValue& value, const std::vector<std::string>& choices);
+
 // The kind that a member of type T has unless its declaration says otherwise.
 template <class T> constexpr ParamKind kind_of()
 {
@@ -131,18 +134,20 @@ template <class T> constexpr ParamKind kind_of()
 
 }  // namespace detail
 
-// The parameters of struct S: descriptions, and how each value finds its member.
-template <class S> struct ParamBinding {
-    using Set = std::function<void(S&, const ParamValue&)>;
+// The parameters of a struct: descriptions, and how each value finds its member. The struct's type
+// is forgotten, so that all kinds of node share this code: a third less to compile.
+struct ParamBinding {
+    using Set = std::function<void(void* members, const ParamValue&)>;
     std::vector<Param> params;
     std::vector<Set> set;  // one a param
 
-    S decode(const ParamValues& values) const
+    void decode(const ParamValues& values, void* members) const
     {
-        S s;
-        for (std::size_t i = 0; i < set.size(); ++i) set[i](s, values[i]);
-        return s;
+        for (std::size_t i = 0; i < set.size(); ++i) set[i](members, values[i]);
     }
+
+    // The parameter just added, for its caller to complete.
+    Param& add(std::string& name, std::string& doc, ParamKind kind, ShownWhen& shown_when, Set how);
 };
 
 template <class S> class ParamsOf;
@@ -160,7 +165,7 @@ public:
             limits.min = std::max(limits.min, double(std::numeric_limits<T>::min()));
             limits.max = std::min(limits.max, double(std::numeric_limits<T>::max()));
         }
-        Param& p = add(name, doc, detail::kind_of<T>(), shown_when, plain_setter(member));
+        Param& p = binding_.add(name, doc, detail::kind_of<T>(), shown_when, plain_setter(member));
         p.limits = std::move(limits);
         p.fallback = detail::encode(S{}.*member);
         return self();
@@ -170,7 +175,7 @@ public:
     Self& colour(std::string name, Eigen::Vector3f S::*member, std::string doc,
                  ShownWhen shown_when = {})
     {
-        Param& p = add(name, doc, ParamKind::colour, shown_when, plain_setter(member));
+        Param& p = binding_.add(name, doc, ParamKind::colour, shown_when, plain_setter(member));
         p.limits = {0, 1, {}};
         p.fallback = detail::encode(S{}.*member);
         return self();
@@ -182,17 +187,10 @@ public:
                                             std::vector<std::string> choices, std::string doc,
                                             ShownWhen shown_when = {})
     {
-        auto set = [member, choices](S& s, const ParamValue& value) {
-            const auto& text = std::get<std::string>(value.is);
-            for (std::size_t i = 0; i < choices.size(); ++i) {
-                if (choices[i] == text) {
-                    s.*member = static_cast<E>(i);
-                    return;
-                }
-            }
-            throw std::invalid_argument("no such choice: " + text);
+        auto set = [member, choices](void* s, const ParamValue& value) {
+            of(s).*member = static_cast<E>(detail::place_of(value, choices));
         };
-        Param& p = add(name, doc, ParamKind::choice, shown_when, std::move(set));
+        Param& p = binding_.add(name, doc, ParamKind::choice, shown_when, std::move(set));
         p.fallback.is = choices.at(static_cast<std::size_t>(S{}.*member));
         p.choices = std::move(choices);
         return self();
@@ -202,14 +200,14 @@ public:
     Self& path_in(std::string name, std::filesystem::path S::*member, std::string doc,
                   ShownWhen shown_when = {})
     {
-        Param& p = add(name, doc, ParamKind::path_in, shown_when, plain_setter(member));
+        Param& p = binding_.add(name, doc, ParamKind::path_in, shown_when, plain_setter(member));
         p.fallback = detail::encode(S{}.*member);
         return self();
     }
     Self& path_out(std::string name, std::filesystem::path S::*member, std::string doc,
                    ShownWhen shown_when = {})
     {
-        Param& p = add(name, doc, ParamKind::path_out, shown_when, plain_setter(member));
+        Param& p = binding_.add(name, doc, ParamKind::path_out, shown_when, plain_setter(member));
         p.fallback = detail::encode(S{}.*member);
         return self();
     }
@@ -219,11 +217,12 @@ public:
     Self& block(std::string name, B S::*member, Describe<B> describe, std::string doc,
                 ShownWhen shown_when = {})
     {
-        auto inner = std::make_shared<const ParamBinding<B>>(ParamsOf<B>::of(describe));
-        auto set = [member, inner](S& s, const ParamValue& value) {
-            s.*member = inner->decode(std::get<ParamValues>(value.is));
+        auto inner = std::make_shared<const ParamBinding>(ParamsOf<B>::of(describe));
+        auto set = [member, inner](void* s, const ParamValue& value) {
+            B& block = of(s).*member = B();
+            inner->decode(std::get<ParamValues>(value.is), &block);
         };
-        Param& p = add(name, doc, ParamKind::block, shown_when, std::move(set));
+        Param& p = binding_.add(name, doc, ParamKind::block, shown_when, std::move(set));
         ParamValues fallback;
         for (const Param& child : inner->params) fallback.push_back(child.fallback);
         p.fallback.is = std::move(fallback);
@@ -236,37 +235,26 @@ public:
     Self& list(std::string name, std::vector<E> S::*member, Describe<E> describe, std::string doc,
                ShownWhen shown_when = {})
     {
-        auto inner = std::make_shared<const ParamBinding<E>>(ParamsOf<E>::of(describe));
-        auto set = [member, inner](S& s, const ParamValue& value) {
+        auto inner = std::make_shared<const ParamBinding>(ParamsOf<E>::of(describe));
+        auto set = [member, inner](void* s, const ParamValue& value) {
             for (const ParamValue& element : std::get<ParamValues>(value.is)) {
-                (s.*member).push_back(inner->decode(std::get<ParamValues>(element.is)));
+                inner->decode(std::get<ParamValues>(element.is), &(of(s).*member).emplace_back());
             }
         };
-        Param& p = add(name, doc, ParamKind::list, shown_when, std::move(set));
+        Param& p = binding_.add(name, doc, ParamKind::list, shown_when, std::move(set));
         p.fallback.is = ParamValues{};
         p.children = inner->params;
         return self();
     }
 
 protected:
-    ParamBinding<S> binding_;
+    ParamBinding binding_;
 
 private:
-    template <class T> static typename ParamBinding<S>::Set plain_setter(T S::*member)
+    static S& of(void* members) { return *static_cast<S*>(members); }
+    template <class T> static ParamBinding::Set plain_setter(T S::*member)
     {
-        return [member](S& s, const ParamValue& value) { detail::decode(value, s.*member); };
-    }
-    // The parameter just added, for its caller to complete.
-    Param& add(std::string& name, std::string& doc, ParamKind kind, ShownWhen& shown_when,
-               typename ParamBinding<S>::Set set)
-    {
-        Param& p = binding_.params.emplace_back();
-        p.name = std::move(name);
-        p.doc = std::move(doc);
-        p.kind = kind;
-        p.shown_when = std::move(shown_when);
-        binding_.set.push_back(std::move(set));
-        return p;
+        return [member](void* s, const ParamValue& value) { detail::decode(value, of(s).*member); };
     }
     Self& self() { return static_cast<Self&>(*this); }
 };
@@ -274,7 +262,7 @@ private:
 // Declares the parameters of a block or list element.
 template <class S> class ParamsOf : public ParamBuilder<S, ParamsOf<S>> {
 public:
-    static ParamBinding<S> of(Describe<S> describe)
+    static ParamBinding of(Describe<S> describe)
     {
         ParamsOf builder;
         describe(builder);

@@ -32,7 +32,9 @@ struct WireType {
     std::string layout = {};  // what those bytes are, see layout_of()
 };
 
-template <Wireable T> inline const WireType& wire_type()
+// Costs a second to compile for a type of many members: who declares a wire type does well to
+// declare this `extern template` and to have it made in one place.
+template <Wireable T> const WireType& wire_type()
 {
     static const WireType type = [] {
         WireType t{wire_name<T>, &typeid(T),

@@ -1,6 +1,7 @@
 #pragma once
 
-// Every type that can travel along a wire: one line each.
+// Every type that can travel along a wire: a line each for its name and for what the runtime can do
+// with it, which nodes/wire_types.cpp makes once.
 
 #include "geometry/cubes.hpp"
 #include "geometry/mesh.hpp"
@@ -28,5 +29,20 @@ template <> inline constexpr const char* wire_name<physics::LayeredScene> = "lay
 template <> inline constexpr const char* wire_name<physics::ModalModel> = "modal_model";
 template <> inline constexpr const char* wire_name<physics::ModalState> = "modal_state";
 template <> inline constexpr const char* wire_name<render::Image> = "image";
+
+extern template const WireType& wire_type<geometry::TriMesh>();
+extern template const WireType& wire_type<geometry::Samples>();
+extern template const WireType& wire_type<geometry::Cubes>();
+extern template const WireType& wire_type<physics::Pins>();
+extern template const WireType& wire_type<physics::Force>();
+extern template const WireType& wire_type<physics::Collider>();
+extern template const WireType& wire_type<physics::Ball>();
+extern template const WireType& wire_type<physics::State>();
+extern template const WireType& wire_type<geometry::ImplicitLayer>();
+extern template const WireType& wire_type<physics::LayeredPart>();
+extern template const WireType& wire_type<physics::LayeredScene>();
+extern template const WireType& wire_type<physics::ModalModel>();
+extern template const WireType& wire_type<physics::ModalState>();
+extern template const WireType& wire_type<render::Image>();
 
 }  // namespace graph
