@@ -81,7 +81,8 @@ Wiring slow_simulation(int last)
     return w;
 }
 
-double cook_last(const graph::Graph& graph, const fs::path& folder)
+// With the keys under which each of the nodes is looked for at the last frame.
+double cook_last(const graph::Graph& graph, const fs::path& folder, std::vector<Key>& keys)
 {
     Caches caches;
     caches.disk = std::make_unique<DiskCache>(folder, plenty, nullptr);
@@ -89,7 +90,18 @@ double cook_last(const graph::Graph& graph, const fs::path& folder)
     Options options;
     options.threads = 2;
     const auto last = static_cast<std::uint32_t>(graph.nodes.size() - 1);
-    return number(Evaluator(graph, caches, options).pull({last, 0}, graph.range.last));
+    Evaluator evaluator(graph, caches, options);
+    const double value = number(evaluator.pull({last, 0}, graph.range.last));
+    keys.clear();
+    for (std::uint32_t n = 0; n <= last; ++n) {
+        keys.push_back(evaluator.keys().at(n, graph.range.last));
+    }
+    return value;
+}
+double cook_last(const graph::Graph& graph, const fs::path& folder)
+{
+    std::vector<Key> keys;
+    return cook_last(graph, folder, keys);
 }
 
 }  // namespace
@@ -286,21 +298,28 @@ TEST(DiskCache, AnEditThatYieldsEqualBytesStopsThereInTheNextProcess)
     const toys::Folder folder;
     Wiring w;
     const auto two = w.add("Constant", {}, {{"value", {2.0}}});
-    w.add("Slow", {{"value", {two}}}, {{"seconds", {4e-3}}});
+    const auto slow = w.add("Slow", {{"value", {two}}}, {{"seconds", {4e-3}}});
     const auto sum = w.add("Sum");
-    w.graph.nodes[sum].inputs[0] = {{1, 1}};
-    EXPECT_EQ(cook_last(w.graph, folder.path), 2);
+    w.graph.nodes[sum].inputs[0] = {{slow, 1}};
+    std::vector<Key> before, after;
+    EXPECT_EQ(cook_last(w.graph, folder.path, before), 2);
     take_runs("Slow");
     w.graph.nodes[two].params[Wiring::param(*w.graph.nodes[two].type, "value")] = {1.0};
     w.graph.nodes[two].params[Wiring::param(*w.graph.nodes[two].type, "whole")] = {std::int64_t{1}};
-    EXPECT_EQ(cook_last(w.graph, folder.path), 2);
+    EXPECT_EQ(cook_last(w.graph, folder.path, after), 2);
     EXPECT_EQ(take_runs("Slow"), 0) << "found by content";
     take_runs("Constant");
     EXPECT_EQ(cook_last(w.graph, folder.path), 2);
     EXPECT_EQ(take_runs("Constant"), 0) << "and from now on by its key";
     DiskCache cache(folder.path, plenty, nullptr);
-    // Both keys of Slow; more where a busy machine held up one of the others for as long.
-    EXPECT_GE(cache.use().records, 2u);
+    EXPECT_NE(before[slow], after[slow]);
+    EXPECT_TRUE(cache.holds(before[slow]) && cache.holds(after[slow])) << "one result, two keys";
+    // Of the others there is what a busy machine held up for as long as what is worth storing.
+    std::size_t others = 0;
+    for (const Key& key : {before[two], after[two], before[sum], after[sum]}) {
+        others += cache.holds(key);
+    }
+    EXPECT_EQ(cache.use().records, 2 + others);
     EXPECT_EQ(cache.verify().bad, 0u);
     cache.shrink(0, 0);
     EXPECT_EQ(cache.use().records, 0u);
