@@ -1,4 +1,5 @@
 #include "graph/codec.hpp"
+#include "tests/graph/content_shelf.hpp"
 
 #include <cmath>
 
@@ -48,35 +49,11 @@ private:
     int sum_ = 0;
 };
 
-// A store of shared content in memory.
-struct Store {
-    std::vector<std::string> all;
-    graph::Encoder encoder()
-    {
-        graph::Encoder e;
-        e.share = [this](const std::shared_ptr<const void>& content, const std::string&,
-                         auto encode) {
-            graph::Encoder inner = encoder();
-            encode(content.get(), inner);
-            all.push_back(inner.bytes);
-            return graph::ContentName{all.size() - 1, 0};
-        };
-        return e;
-    }
-    graph::Decoder decoder(std::string_view bytes)
-    {
-        return {bytes, [this](const graph::ContentName& name, const std::string&, auto decode) {
-                    graph::Decoder inner = decoder(all.at(name[0]));
-                    return decode(inner);
-                }};
-    }
-};
-
-template <class T> T round_trip(const T& value, Store& store)
+template <class T> T round_trip(const T& value, ContentShelf& shelf)
 {
-    graph::Encoder e = store.encoder();
+    graph::Encoder e = shelf.encoder();
     encode(value, e);
-    graph::Decoder d = store.decoder(e.bytes);
+    graph::Decoder d = shelf.decoder(e.bytes);
     T back;
     decode(d, back);
     EXPECT_EQ(d.left(), 0u) << "everything written is read";
@@ -102,8 +79,8 @@ TEST(Codec, AStructOfEverythingComesBackAsItWas)
     o.maybe = 0.5, o.tree = {{"a", 1}, {"b", 2}}, o.path = "a/b.txt";
     o.pose.translation() = Eigen::Vector3d(1, 2, 3);
     o.bits = {true, false, true};
-    Store store;
-    const Outer back = round_trip(o, store);
+    ContentShelf shelf;
+    const Outer back = round_trip(o, shelf);
     EXPECT_EQ(back.number, -7);
     EXPECT_EQ(back.kind, Kind::b);
     EXPECT_TRUE(back.yes);
@@ -123,11 +100,11 @@ TEST(Codec, AStructOfEverythingComesBackAsItWas)
 
 TEST(Codec, WhatIsWorkedOutIsWorkedOutAnewAndNotStored)
 {
-    Store store;
-    EXPECT_EQ(round_trip(Summed({3, 4, 5}), store).sum(), 12);
+    ContentShelf shelf;
+    EXPECT_EQ(round_trip(Summed({3, 4, 5}), shelf).sum(), 12);
     const auto shared = std::make_shared<const Summed>(std::vector<int>{1, 2});
-    EXPECT_EQ(round_trip(shared, store)->sum(), 3);
-    graph::Encoder made = store.encoder(), source = store.encoder();
+    EXPECT_EQ(round_trip(shared, shelf)->sum(), 3);
+    graph::Encoder made = shelf.encoder(), source = shelf.encoder();
     encode(Summed({3, 4, 5}), made);
     encode(std::vector<int>{3, 4, 5}, source);
     EXPECT_EQ(made.bytes, source.bytes);
@@ -137,32 +114,32 @@ TEST(Codec, WhatIsWorkedOutIsWorkedOutAnewAndNotStored)
 TEST(Codec, NumbersKeepEveryBit)
 {
     const std::vector<double> odd{0.0, -0.0, std::nan("1"), INFINITY, 5e-324};
-    Store store;
-    const auto back = round_trip(odd, store);
+    ContentShelf shelf;
+    const auto back = round_trip(odd, shelf);
     EXPECT_EQ(std::memcmp(back.data(), odd.data(), sizeof(double) * odd.size()), 0);
 }
 
 TEST(Codec, ArraysOfAnyLengthComeBack)
 {
-    Store store;
+    ContentShelf shelf;
     for (const std::size_t n : {0, 1, 15, 4095, 4096, 4097, 700'000}) {
         std::vector<Eigen::Vector3f> v(n);
         for (std::size_t i = 0; i < n; ++i) v[i].setConstant(static_cast<float>(i) * 0.37f);
-        EXPECT_EQ(round_trip(v, store), v) << n;
+        EXPECT_EQ(round_trip(v, shelf), v) << n;
         std::vector<std::uint16_t> u(n, 0x1234);
-        EXPECT_EQ(round_trip(u, store), u) << n;
+        EXPECT_EQ(round_trip(u, shelf), u) << n;
         std::vector<std::uint8_t> b(n, 7);
-        EXPECT_EQ(round_trip(b, store), b) << n;
+        EXPECT_EQ(round_trip(b, shelf), b) << n;
     }
 }
 
 // A sink sees the bytes that would have gathered, however they are cut.
 TEST(Codec, ASinkGetsTheSameBytes)
 {
-    Store store;
+    ContentShelf shelf;
     for (const std::size_t n : {0, 3, 4000, 5000, 100'000}) {
         const std::vector<Inner> value{{std::string(n, 'x'), {{1, 2, 3}}}, {"y", {n, {4, 5, 6}}}};
-        graph::Encoder whole = store.encoder(), cut = store.encoder();
+        graph::Encoder whole = shelf.encoder(), cut = shelf.encoder();
         std::string taken;
         cut.sink = [&](const void* data, std::size_t size) {
             taken.append(static_cast<const char*>(data), size);
@@ -176,11 +153,11 @@ TEST(Codec, ASinkGetsTheSameBytes)
 
 TEST(Codec, AnyCutShortIsAnErrorAndNeverACrash)
 {
-    Store store;
-    graph::Encoder e = store.encoder();
+    ContentShelf shelf;
+    graph::Encoder e = shelf.encoder();
     encode(std::vector<Inner>{{"name", {{1, 2, 3}}}, {"other", {}}}, e);
     for (std::size_t n = 0; n < e.bytes.size(); ++n) {
-        graph::Decoder d = store.decoder(std::string_view(e.bytes).substr(0, n));
+        graph::Decoder d = shelf.decoder(std::string_view(e.bytes).substr(0, n));
         std::vector<Inner> back;
         EXPECT_THROW(decode(d, back), std::runtime_error) << n;
     }
@@ -191,11 +168,11 @@ TEST(Codec, AClaimOfMoreThanThereIsAllocatesNothing)
     const std::uint64_t huge = std::uint64_t{1} << 62;
     std::string bytes(8, '\0');
     std::memcpy(bytes.data(), &huge, 8);
-    Store store;
-    graph::Decoder d = store.decoder(bytes);
+    ContentShelf shelf;
+    graph::Decoder d = shelf.decoder(bytes);
     std::vector<double> back;
     EXPECT_THROW(decode(d, back), std::runtime_error);
-    graph::Decoder text = store.decoder(bytes);
+    graph::Decoder text = shelf.decoder(bytes);
     std::string s;
     EXPECT_THROW(decode(text, s), std::runtime_error);
 }

@@ -5,6 +5,7 @@
 #include "nodes/registry.hpp"
 #include "nodes/wire_types.hpp"
 #include "runtime/evaluator.hpp"
+#include "tests/graph/content_shelf.hpp"
 #include "tests/runtime/toys.hpp"
 
 #include <gtest/gtest.h>
@@ -15,35 +16,10 @@ static_assert(graph::Storable<geometry::ImplicitLayer>);
 
 namespace {
 
-// Shared content in memory.
-struct Shelf {
-    std::vector<std::string> all;
-
-    graph::Encoder encoder()
-    {
-        graph::Encoder e;
-        e.share = [this](const std::shared_ptr<const void>& content, const std::string&,
-                         auto encode) {
-            graph::Encoder inner = encoder();
-            encode(content.get(), inner);
-            all.push_back(inner.bytes);
-            return graph::ContentName{all.size() - 1, 0};
-        };
-        return e;
-    }
-    graph::Decoder decoder(std::string_view bytes)
-    {
-        return {bytes, [this](const graph::ContentName& name, const std::string&, auto decode) {
-                    graph::Decoder inner = decoder(all.at(name[0]));
-                    return decode(inner);
-                }};
-    }
-};
-
 // All of it, shared parts included.
 std::string bytes_of(const physics::LayeredScene& scene)
 {
-    Shelf shelf;
+    ContentShelf shelf;
     graph::Encoder e = shelf.encoder();
     graph::encode(scene, e);
     for (const std::string& content : shelf.all) e.bytes += content;
@@ -111,7 +87,7 @@ TEST(LayeredStore, AStoredSceneGoesOnAsIfItNeverStopped)
     for (int i = 0; i < 5; ++i) scene = physics::advance(scene, scene.parts, {}, 1.0 / 24, 1);
     ASSERT_GT(physics::LayeredMoment(scene).contacts.contacts.size(), 0u);
 
-    Shelf shelf;
+    ContentShelf shelf;
     graph::Encoder e = shelf.encoder();
     graph::encode(scene, e);
     graph::Decoder d = shelf.decoder(e.bytes);
