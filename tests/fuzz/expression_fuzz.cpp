@@ -4,11 +4,17 @@
 
 #include <string>
 
+namespace {
+
+struct WithAName : graph::Grammar {
+    WithAName() { define("scale", 0.5); }
+};
+
+}  // namespace
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
-    static graph::Grammar grammar;
-    static const bool defined = (grammar.define("scale", 0.5), true);
-    static_cast<void>(defined);
+    static const WithAName grammar;
     try {
         const graph::Expression e =
             grammar.compile(std::string(reinterpret_cast<const char*>(data), size));
