@@ -32,8 +32,15 @@ template <class Use> int with_name_beside(const fs::path& path, const Use& use)
     }
 }
 
-// A file that is being written. Where the file system can, it has no name until it is whole, so
-// that nothing of it stays when the process is killed.
+// Where /proc is, a file without a name can be given one.
+bool can_name_later()
+{
+    static const bool can = ::access("/proc/self/fd", X_OK) == 0;
+    return can;
+}
+
+// A file that is being written. Where the system can, it has no name until it is whole, so that
+// nothing of it stays when the process is killed.
 struct Unfinished {
     int fd = -1;
     fs::path name;  // empty: it has none
@@ -41,7 +48,9 @@ struct Unfinished {
     explicit Unfinished(const fs::path& path)
     {
         const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
-        fd = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+        if (can_name_later()) {
+            fd = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+        }
         if (fd >= 0) return;
         const int error = with_name_beside(path, [&](const fs::path& beside) {
             fd = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
