@@ -61,7 +61,7 @@ Solved conjugate_gradients(const LinearSystem<T>& system, double target, int lim
                            ConjugateVectors<T>& work)
 {
     const std::size_t n = system.numbers;
-    auto& [x, r, z, p, y] = work;
+    auto &x = work.x, &r = work.r, &z = work.z, &p = work.p, &y = work.y;
     x.assign(n, 0), z.assign(n, 0), p.assign(n, 0), y.assign(system.room, 0);
     const auto step = [&](T alpha) {
         double sum = descend(n, alpha, p.data(), y.data(), system.inverse.data(), x.data(),

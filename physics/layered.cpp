@@ -1050,7 +1050,8 @@ void move_meshes(LayeredScene& now, const LayeredScene& last, const std::vector<
 {
     for (std::size_t b = 0; b < told.size(); ++b) {
         if (!told[b].mesh_before) continue;
-        geometry::TriMesh mesh = told[b].body->layer.skeletons[0].mesh->mesh, earlier = mesh;
+        geometry::TriMesh mesh = told[b].body->layer.skeletons[0].mesh->mesh;
+        geometry::TriMesh earlier = mesh;
         const float each = 1 / static_cast<float>(steps), done = each * static_cast<float>(step);
         for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
             const geometry::Vec3f& from = told[b].mesh_before->positions[v];

@@ -31,12 +31,13 @@ struct Controlled {
 void control_volume(const VolumeControl& control, const VolumeSense& sense, double dt,
                     std::vector<double>& translation, std::vector<double>& expected)
 {
-    const auto& [volume, target, target_after, slope, part, thickness] = sense;
+    const std::span<const double> volume = sense.volume, target = sense.target,
+                                  target_after = sense.target_after, slope = sense.slope;
     const std::size_t n = translation.size();
     const double gain = -std::expm1(-control.proportional * dt);
     const bool known = expected.size() == n;
     std::map<std::uint32_t, std::vector<std::size_t>> parts;
-    for (std::size_t i = 0; i < n; ++i) parts[part.empty() ? 0 : part[i]].push_back(i);
+    for (std::size_t i = 0; i < n; ++i) parts[sense.part.empty() ? 0 : sense.part[i]].push_back(i);
 
     std::vector<double> least(n);  // C_0
     for (std::size_t i = 0; i < n; ++i) {
@@ -44,7 +45,7 @@ void control_volume(const VolumeControl& control, const VolumeSense& sense, doub
     }
     const auto free_slope = [&](std::size_t i) { return slope[i] > least[i] ? slope[i] : 0; };
 
-    Controlled at{thickness, translation};
+    Controlled at{sense.thickness, translation};
     std::vector<double> changed(n, 0);  // C_i dtau_i
     for (const auto& [number, members] : parts) {
         double left = 0;

@@ -72,7 +72,7 @@ GLuint compiled(GLenum stage, const std::string& text, const std::string& name)
 }
 
 // The files of each stage, one after the other behind the frame's numbers.
-GLuint program(std::vector<std::string> vertex, std::vector<std::string> fragment,
+GLuint program(const std::vector<std::string>& vertex, const std::vector<std::string>& fragment,
                const std::string& define = "")
 {
     const GLuint made = glCreateProgram();
@@ -106,9 +106,8 @@ struct Target {
         glDeleteTextures(1, &name);
         glCreateTextures(GL_TEXTURE_2D, 1, &name);
         glTextureStorage2D(name, 1, format, w, h);
-        for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T}) {
-            glTextureParameteri(name, wrap, GL_CLAMP_TO_EDGE);
-        }
+        glTextureParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+        glTextureParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
         filter(GL_NEAREST);
         width = w;
         height = h;

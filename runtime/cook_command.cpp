@@ -46,7 +46,6 @@ public:
     // Adds to `wants` what the expectations at the cooked frames need.
     Numbers(const graph::Graph& graph, const std::vector<int>& frames, bool all_frames,
             std::vector<Want>& wants)
-        : graph_(graph)
     {
         for (const graph::Expectation& e : graph.expectations) {
             for (const int f : e.frames) {
@@ -75,7 +74,6 @@ public:
     const std::vector<ExpectationResult>& checks() const { return checks_; }
 
 private:
-    const graph::Graph& graph_;
     std::vector<ExpectationResult> checks_;
 };
 

@@ -80,10 +80,10 @@ struct DiskCache::Record {
     std::uint64_t bytes = 0;
 };
 
-DiskCache::DiskCache(fs::path folder, std::uintmax_t budget,
+DiskCache::DiskCache(const fs::path& folder, std::uintmax_t budget,
                      std::function<void(const std::string&)> warn)
-    : folder_(std::move(folder) / version), budget_(budget), warn_(std::move(warn)),
-      writer_([this](std::stop_token stop) { write_jobs(stop); })
+    : folder_(folder / version), budget_(budget), warn_(std::move(warn)),
+      writer_([this](const std::stop_token& stop) { write_jobs(stop); })
 {}
 
 DiskCache::~DiskCache()
@@ -332,7 +332,7 @@ void DiskCache::flush()
     queue_changed_.wait(lock, [this] { return queue_.empty() && !writing_; });
 }
 
-void DiskCache::write_jobs(std::stop_token stop)
+void DiskCache::write_jobs(const std::stop_token& stop)
 {
     std::unique_lock lock(queue_mutex_);
     while (queue_changed_.wait(lock, stop, [this] { return !queue_.empty(); })) {

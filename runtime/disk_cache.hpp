@@ -42,7 +42,7 @@ class DiskCache {
 public:
     // `warn` is called at most once for each kind of trouble, from any thread. Never throws for
     // what a file system may do.
-    DiskCache(std::filesystem::path folder, std::uintmax_t budget,
+    DiskCache(const std::filesystem::path& folder, std::uintmax_t budget,
               std::function<void(const std::string&)> warn);
     ~DiskCache();  // waits until all is written
     DiskCache(const DiskCache&) = delete;
@@ -92,7 +92,7 @@ private:
         Key same;
     };
 
-    void write_jobs(std::stop_token stop);
+    void write_jobs(const std::stop_token& stop);
     void write(const Job& job);
     graph::ContentName write_content(const void* content, const std::string& layout,
                                      void (*encode)(const void*, graph::Encoder&),

@@ -108,7 +108,7 @@ struct Scratch {
     }
 };
 
-std::string text_of(std::exception_ptr error)
+std::string text_of(const std::exception_ptr& error)
 {
     try {
         std::rethrow_exception(error);

@@ -10,7 +10,7 @@
 namespace runtime {
 
 template <class T> class Few {
-    static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= 8);
+    static_assert(std::is_trivially_copyable_v<T> && sizeof(T[1]) <= 8);
 
 public:
     Few() = default;

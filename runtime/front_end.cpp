@@ -52,7 +52,7 @@ public:
         say(fmt::format("{}: {} nodes, {} frame{}", graph.file, graph.nodes.size(), frames,
                         frames == 1 ? "" : "s"));
         if (style_ == Style::terminal) {
-            ticker_ = std::jthread([this](std::stop_token stop) { tick(stop); });
+            ticker_ = std::jthread([this](const std::stop_token& stop) { tick(stop); });
         }
     }
 
@@ -143,7 +143,7 @@ public:
     }
 
 private:
-    void tick(std::stop_token stop)
+    void tick(const std::stop_token& stop)
     {
         std::unique_lock lock(mutex_);
         while (!stop.stop_requested()) {
