@@ -82,27 +82,43 @@ TEST(Components, TheLargestByMassNeedNotHaveMostCubes)
     EXPECT_EQ(find_components({}, Connectivity::face).count(), 0u);
 }
 
-TEST(Components, CopiesOfACellHangTogetherByCornersOnly)
+// Every cube twice, its copies side by side in the lists, and nothing of one glued to the other.
+Cubes doubled(const Cubes& once)
 {
-    // Two cubes side by side twice over: a pair glued along their face, and a pair of copies of
-    // the same two cells glued among themselves but not to the first.
-    const Cubes pair = geometry::solid_cubes({{0, 0, 0}, {1, 0, 0}}, 1);
-    Cubes cubes = pair;
-    cubes.cell = {pair.cell[0], pair.cell[0], pair.cell[1], pair.cell[1]};
-    cubes.corner.clear();
-    for (const Vec3i& k : pair.corner) cubes.corner.insert(cubes.corner.end(), 2, k);
-    cubes.corners.clear();
-    for (const auto& corners : pair.corners) {
+    Cubes cubes = once;
+    cubes.cell.clear(), cubes.corner.clear(), cubes.corners.clear();
+    for (const Vec3i& c : once.cell) cubes.cell.insert(cubes.cell.end(), 2, c);
+    for (const Vec3i& k : once.corner) cubes.corner.insert(cubes.corner.end(), 2, k);
+    for (const auto& corners : once.corners) {
         for (std::uint32_t copy = 0; copy < 2; ++copy) {
             auto own = corners;
             for (auto& k : own) k = 2 * k + copy;
             cubes.corners.push_back(own);
         }
     }
-    cubes.mass.assign(4, 1.0);
+    cubes.mass.assign(cubes.count(), 1.0);
+    return cubes;
+}
+
+TEST(Components, CopiesOfACellHangTogetherByCornersOnly)
+{
     for (const auto connectivity : {Connectivity::face, Connectivity::edge, Connectivity::corner}) {
-        EXPECT_EQ(find_components(cubes, connectivity).label,
-                  (std::vector<std::uint32_t>{0, 1, 0, 1}));
+        EXPECT_EQ(
+            find_components(doubled(geometry::solid_cubes({{0, 0, 0}, {1, 0, 0}}, 1)), connectivity)
+                .label,
+            (std::vector<std::uint32_t>{0, 1, 0, 1}));
+        for (const int half : {4, 5, 7}) {
+            const Cubes once = random_cubes(300, half, static_cast<std::uint64_t>(half));
+            const auto expected = brute(once, static_cast<int>(connectivity) + 1);
+            const auto found = find_components(doubled(once), connectivity);
+            std::map<std::pair<std::uint32_t, std::size_t>, std::uint32_t> names;
+            for (std::size_t c = 0; c < found.label.size(); ++c) {
+                const auto [at, added] =
+                    names.try_emplace({expected[c / 2], c % 2}, found.label[c]);
+                EXPECT_EQ(at->second, found.label[c]);
+            }
+            EXPECT_EQ(names.size(), found.count());
+        }
     }
 }
 
