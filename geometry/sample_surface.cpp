@@ -63,31 +63,30 @@ void spread(const TriMesh& mesh, const std::vector<double>& area, std::size_t co
     const Random random(seed);
     const double step = area.back() / static_cast<double>(count);
     const double shift = random.unit(0);
+    const double most = std::nextafter(area.back(), 0.0);  // the last faces may have no area
     parallel_for(count, samples_a_task, [&](std::size_t begin, std::size_t end) {
         auto t = static_cast<std::size_t>(
-            std::upper_bound(area.begin(), area.end(), static_cast<double>(begin) * step) -
+            std::upper_bound(area.begin(), area.end(),
+                             std::min(static_cast<double>(begin) * step, most)) -
             area.begin());
         for (std::size_t i = begin; i < end; ++i) {
             const std::uint64_t bits = random.bits(i + 1);
             const double jitter = static_cast<double>(bits >> 40) * 0x1p-24;
             const double across = static_cast<double>(bits & 0xffffff) * 0x1p-24;
-            const double target = (static_cast<double>(i) + jitter) * step;
-            while (t + 1 < area.size() && area[t] <= target) ++t;
-            // The last faces may have no area: then the target is past every sum by rounding.
-            std::size_t face = std::min(t, area.size() - 1);
-            while (face > 0 && area[face] == area[face - 1]) --face;
-            const double before = face > 0 ? area[face - 1] : 0;
-            const double along = std::clamp((target - before) / (area[face] - before), 0.0, 1.0);
+            const double target = std::min((static_cast<double>(i) + jitter) * step, most);
+            while (area[t] <= target) ++t;
+            const double before = t > 0 ? area[t - 1] : 0;
+            const double along = std::clamp((target - before) / (area[t] - before), 0.0, 1.0);
             // Half a neighbour's distance of jitter across, or the lattice would show.
-            const double own = std::max(1.0, (area[face] - before) / step);  // samples
+            const double own = std::max(1.0, (area[t] - before) / step);  // samples
             const double side =
                 fraction(shift + static_cast<double>(i) * golden + 0.5 * across / std::sqrt(own));
             const auto r = static_cast<float>(std::sqrt(along));
             const auto s = static_cast<float>(side);
-            const auto& [a, b, c] = mesh.triangles()[face];
+            const auto& [a, b, c] = mesh.triangles()[t];
             const Vec3f &p = mesh.positions[a], &q = mesh.positions[b], &o = mesh.positions[c];
             out.positions[i] = p + r * ((q - p) + s * (o - q));
-            out.triangle[i] = static_cast<std::uint32_t>(face);
+            out.triangle[i] = static_cast<std::uint32_t>(t);
         }
     });
 }

@@ -97,6 +97,10 @@ TEST(SampleSurface, MassIsAsAsked)
     SampleMass mass{SampleMass::By::density, 0, 0.01, 0};
     // Half of 6 m^2, a centimetre thick, of each; floats add up to 1e-7 of it.
     EXPECT_NEAR(total(sample_surface(mesh, two, 12000, 1, mass)), 30 + 90, 1e-3);
+    // Without one, as thick as samples lie apart: sqrt(6 / 12000) m.
+    mass.thickness = 0;
+    EXPECT_NEAR(total(sample_surface(mesh, two, 12000, 1, mass)), 12000 * std::sqrt(6.0 / 12000),
+                1e-2);
     mass = {SampleMass::By::surface_density, 0, 0, 2.5};
     EXPECT_NEAR(total(sample_surface(mesh, two, 12000, 1, mass)), 15, 1e-4);
     mass = {SampleMass::By::total, 7, 0.01, 0};
@@ -146,6 +150,20 @@ TEST(SampleVolume, FillsTheInsideEvenly)
     EXPECT_NEAR(inner, n * (std::numbers::pi / 6) / volume, 5 * 47);
     EXPECT_NEAR(volume, 4 * std::numbers::pi / 3, 0.05);  // the polyhedron lacks 1 %
     EXPECT_NEAR(total(samples), 500 * volume, 1e-2);
+
+    // A box's centre is that of its samples, but for the 2,800 or so of each 10,000 at its faces,
+    // there or not by chance: sqrt(2,800) / 2 of them, half a box away, over twenty times 10,000
+    // are 3e-4. Whichever are too many to be left at last are not those of one end.
+    Vec3 centre = Vec3::Zero();
+    for (std::size_t i = 0; i < 20; ++i) {
+        const std::size_t count = 10'000 + 137 * i;
+        const Samples many =
+            sample_volume(test_meshes::box({0, 0, 0}, {1, 1, 1}), one(), Inside::winding, count, i);
+        for (const Vec3f& p : many.positions) {
+            centre += p.cast<double>() / (20 * static_cast<double>(count));
+        }
+    }
+    EXPECT_LT((centre - Vec3::Constant(0.5)).cwiseAbs().maxCoeff(), 5 * 3e-4) << centre;
 }
 
 TEST(Sample, ASampleCubeIsACubeThatATriangleCrosses)

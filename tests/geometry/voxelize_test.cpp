@@ -1,6 +1,7 @@
 #include "geometry/voxelize.hpp"
 
 #include "geometry/clip_to_cells.hpp"
+#include "geometry/fill_cubes.hpp"
 #include "geometry/sample_surface.hpp"
 #include "geometry/surface_cells.hpp"
 #include "tests/geometry/test_meshes.hpp"
@@ -172,6 +173,42 @@ TEST(Voxelize, SamplesThatDoNotSayHowThickTheyAreFillTheirCubes)
     for (const double f : thin.fill) filled += f;
     EXPECT_NEAR(filled, 0.25 * 16, 1e-5);
     EXPECT_NEAR(total_mass(thin), 5, 1e-9);
+}
+
+TEST(Voxelize, ASheetInASolidIsAsThickAsItIsSaidToBe)
+{
+    // Across the middle of 4 x 4 cubes, with nothing inside it.
+    const TriMesh sheet = test_meshes::mesh_of(
+        {{0, 0, 0.5f}, {4, 0, 0.5f}, {4, 4, 0.5f}, {0, 4, 0.5f}}, {{0, 1, 2}, {0, 2, 3}});
+    const Cubes cubes =
+        voxelize_solid(sheet, one({.density = 100}), Inside::winding, 0.25, VoxelGrid{}, {});
+    ASSERT_EQ(cubes.count(), 16u);
+    for (const double fill : cubes.fill) EXPECT_NEAR(fill, 0.25, 1e-12);
+    EXPECT_NEAR(total_mass(cubes), 16 * 0.25 * 100, 1e-9);
+}
+
+TEST(Voxelize, SamplesOfTwoMattersShareAFullCubeByVolume)
+{
+    // 3 kg of either: 3 litres of wood beside one of iron, so three quarters and one of the cube.
+    Samples samples;
+    samples.matters = {{.density = 1000}, {.density = 3000}};
+    samples.positions = {{0.2f, 0.5f, 0.5f}, {0.8f, 0.5f, 0.5f}};
+    samples.mass = {3, 3};
+    samples.matter = {0, 1};
+    samples.bulk = 0;
+    EXPECT_NEAR(voxelize_samples(samples, VoxelGrid{}, {}).mass[0], 0.75 * 1000 + 0.25 * 3000,
+                1e-9);
+}
+
+TEST(Voxelize, ACubeThatIsMerelyTouchedTakesAfterANeighbour)
+{
+    Cubes cubes = geometry::solid_cubes({{0, 0, 0}, {1, 1, 1}, {5, 0, 0}}, 1);
+    const std::vector<Matter> matters{{.young = 1}, {.young = 2}};
+    const std::vector<geometry::Deposit> deposits{{0, 1, 0.5}};
+    fill_cubes(cubes, matters, deposits, {});
+    // In order (0, 0, 0), (5, 0, 0), which has no neighbour and takes the first matter, (1, 1, 1).
+    EXPECT_EQ(cubes.young, (std::vector<double>{2, 1, 2}));
+    EXPECT_EQ(cubes.matter, (std::vector<std::uint16_t>{1, 0, 1}));
 }
 
 TEST(Voxelize, MaterialsFollowTheFacesAndTheNearestFaceInside)
