@@ -111,7 +111,7 @@ private:
     static constexpr std::uint32_t none = 0xffffffff;
     // Most contacts settle in a few rounds with steps that never reverse a slip. From this round on
     // steps take friction nearly by its derivative, and are shortened where they go too far.
-    static constexpr int wary = 3;
+    static constexpr int first_wary_round = 3;
 
     // From share `begin` to share `end` of the frame; in halves where the whole fails.
     bool step_or_halves(double begin, double end, int depth)
@@ -215,8 +215,8 @@ private:
         free_.assign(body_.parts, 1);
         for (const auto k : loads_.pins.corner) free_[body_.part[body_.slot[k]]] = 0;
         for (const Contact& c : contacts_) free_[body_.part[c.corners[0]]] = 0;
-        missing_.assign(body_.parts, {0, 0, 0, 0});
-        inertia_.assign(body_.parts, {0, 0, 0, 0});
+        missing_.assign(body_.parts, {0, 0, 0});
+        inertia_.assign(body_.parts, {0, 0, 0});
         for (std::size_t k = 0; k < body_.corners; ++k) {
             const std::size_t part = body_.part[k];
             if (free_[part] == 0) continue;
@@ -280,7 +280,7 @@ private:
         const int rounds = std::max(options_.newton_iterations,
                                     colliders_.empty() ? 1 : options_.contact_iterations);
         for (int round = 0; round < rounds && size > target; ++round) {
-            wary_ = round + 1 >= wary;  // of what touches after this round's step
+            wary_ = round + 1 >= first_wary_round;  // of what touches after this round's step
             if (round > 0 && round < options_.newton_iterations) {
                 linearise(x_);
                 at_start_ = false;
@@ -289,7 +289,7 @@ private:
             }
             const Solved solved = solve_linear(target);
             report_.iterations += solved.iterations;
-            const Aligned<double> from = round >= wary ? w_ : Aligned<double>();
+            if (round >= first_wary_round) from_ = w_;
             const double slope = dot(r_, delta_);
             for (std::size_t i = 0; i < n_; ++i) w_[i] += delta_[i];
             if (!solved.converged) short_of_iterations_ = true;
@@ -308,7 +308,7 @@ private:
                 at_start_ = false;
             }
             residual();
-            if (round >= wary) draw_back(from, slope);
+            if (round >= first_wary_round) draw_back(slope);
             prepare_preconditioner();
             size = norm(r_);
             if (!std::isfinite(size)) return;
@@ -319,15 +319,15 @@ private:
 
     // Contacts that come and go, stick and slip, can make whole Newton steps go round in circles.
     // The residual is (but for the lag of friction) minus the gradient of a convex function of w:
-    // where it points back along the step by more than half of how it pointed on at `from`, the
+    // where it points back along the step by more than half of how it pointed on at from_, the
     // step went too far. It ends between, where the function is nearly lowest.
-    void draw_back(const Aligned<double>& from, double slope)
+    void draw_back(double slope)
     {
         double low = 0, at_low = slope, high = 1, at_high = dot(r_, delta_);
         for (int i = 0; i < 6 && at_high < -0.5 * slope; ++i) {
             const double share = std::clamp(at_low / (at_low - at_high), 0.1, 0.9);
             const double step = low + share * (high - low);
-            for (std::size_t k = 0; k < n_; ++k) w_[k] = from[k] + step * delta_[k];
+            for (std::size_t k = 0; k < n_; ++k) w_[k] = from_[k] + step * delta_[k];
             place();
             contacts_ = touching();
             residual();
@@ -679,7 +679,7 @@ private:
     Aligned<double> x_, v_;             // where the step has got to
     Aligned<double> start_;             // x at the start of the frame
     Aligned<double> x0_, v0_;           // at the start of the stage
-    Aligned<double> w_;                 // velocities sought
+    Aligned<double> w_, from_;          // velocities sought; before a wary round
     Aligned<double> outside_;           // N, steady forces
     Aligned<double> windy_, drag_;      // N, N s/m
     Aligned<double> mass_, damping_;    // kg, kg/s
@@ -692,8 +692,8 @@ private:
     bool windy_weather_ = false;
     bool wary_ = false;                           // of friction in contacts to be found
     std::vector<std::uint8_t> free_;              // parts that nothing holds or touches
-    std::vector<std::array<double, 4>> missing_;  // of each part, N s
-    std::vector<std::array<double, 4>> inertia_;  // of each part, kg
+    std::vector<std::array<double, 3>> missing_;  // of each part, N s
+    std::vector<std::array<double, 3>> inertia_;  // of each part, kg
     // What stopped a solve before its tolerance was met.
     bool short_of_iterations_ = false, unsettled_ = false, violent_ = false;
     std::vector<PosedCollider> colliders_;
