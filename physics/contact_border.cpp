@@ -121,12 +121,12 @@ Share share_of(std::span<const ContactBody> bodies, std::uint32_t b, const Surfa
     std::array<Vec3, 2> t;
     for (std::size_t end = 0; end < 2; ++end) {
         const Vec3& x = end == 0 ? p : q;
+        // To the left of it, seen from outside, is where the other's field is larger.
         const Vec3 along =
             geometry::value_at(own, x).gradient.cross(geometry::value_at(other, x).gradient);
         const double size = along.norm();
         // Parallel gradients: surfaces that only just touch have no border.
         t[end] = size > 0 ? Vec3(along / size) : Vec3::Zero();
-        if (t[end].dot(chord) < 0) t[end] = -t[end];
     }
     const double half_cosine = std::min(1.0, 0.5 * (t[0] + t[1]).norm());  // cos(delta / 2)
     const double L = chord.norm() / (0.5 * (1 + half_cosine));

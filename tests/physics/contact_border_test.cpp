@@ -55,6 +55,8 @@ TEST(ContactBorder, PointsLieOnTheSeparatingCircleAndTangentsAlongIt)
             EXPECT_NEAR(p.x(), 0, 1e-13);
             EXPECT_NEAR(p.norm(), exact_radius, 1e-13);
             EXPECT_NEAR(piece.tangent[end].dot(p), 0, 1e-12);
+            const double way = p.cross(piece.tangent[end]).x();  // anticlockwise, too
+            EXPECT_NEAR(piece.body == 0 ? way : -way, exact_radius, 1e-12);
         }
         length[piece.body] += (piece.point[1] - piece.point[0]).norm();
         // The contact to the left, seen from outside: anticlockwise about the outward x.
