@@ -74,6 +74,40 @@ TEST(LayerContact, ABallPressesOnAPlaneWithTheSameForce)
     }
 }
 
+// Two balls that slip past each other and part: lambda (V_j - V_i) on each bit of the disc, lambda
+// the mean of both.
+TEST(LayerContact, FrictionAndDampingAreViscosityTimesAreaTimesSlip)
+{
+    constexpr double spacing = 0.04;
+    std::list<Thing> things = two_balls(spacing);
+    const Vec3 still = find_contacts(bodies(things)).wrenches[0][0].force;
+    things.front().matter.friction = 2;
+    things.back().matter.friction = 4;
+    things.front().twists[0].linear = {-0.2, 0.5, 0};
+    things.back().twists[0].linear = {0.1, 0, -0.3};
+    const Vec3 moving = find_contacts(bodies(things)).wrenches[0][0].force;
+    const Vec3 exact = 3 * pi * (1 - h * h) * Vec3(0.3, -0.5, -0.3);
+    // The area is cut by chords: order 2.
+    EXPECT_LT((moving - still - exact).norm(), 3 * spacing * spacing * exact.norm());
+}
+
+// However sticky the layer, along a rigid thing it gets no more than `grip` times the pressure.
+TEST(LayerContact, GripLimitsTheFrictionOnRigidThings)
+{
+    Skeleton plane{.kind = SkeletonKind::plane, .points = {}};
+    plane.place.translate(Vec3(0, -1, 0));
+    Transform at = Transform::Identity();
+    at.translate(Vec3(0, h, 0)).rotate(Eigen::AngleAxisd(0.4, Vec3(1, 2, 2).normalized()));
+    std::list<Thing> things;
+    things.emplace_back(layer_of({point({0, 0, 0})}, unit), 0.04,
+                        LayerMatter{.stiffness = 1, .friction = 1e6}, std::vector{at});
+    things.emplace_back(layer_of({plane}, unit), 1.0, LayerMatter{.grip = 0.3, .rigid = true});
+    things.front().twists[0].linear = {0.6, 0, 0.8};
+    const Vec3 force = find_contacts(bodies(things)).wrenches[0][0].force;
+    // Seeds at the rim stand for less load than area times compression: order 2.
+    EXPECT_LT((force - force.y() * Vec3(-0.18, 1, -0.24)).norm(), 5e-3 * force.y());
+}
+
 // Where a skeleton stands to what it is pressed against is told before it gets there.
 TEST(LayerContact, AStopTellsHowFarASkeletonIsFromAnotherBody)
 {
@@ -239,6 +273,36 @@ TEST(LayerContact, TheDeformedGradientIsTheDerivativeOfTheDeformedField)
         EXPECT_LT((central - at.gradient).norm(), 1e-3);
     }
     EXPECT_GT(checked, 400);
+}
+
+// Wide enough to be bounded by its height alone, a bulge rises from slope 1 to a at s = 3a and
+// falls to 0 at 6a, s = c - f_j of the other ball. Half way up it is 7/8 of a; steeper or wider
+// curves overshoot a.
+TEST(LayerContact, ABulgeRisesToItsHeightAndNoFarther)
+{
+    std::list<Thing> things = two_balls(0.05);
+    for (Thing& thing : things) thing.matter.bulge_width = 10;
+    const std::vector<ContactBody> both = bodies(things);
+    const Contacts found = find_contacts(both);
+    const DeformedLayer layer = deformed(both, 0, found);
+    const double a = 0.5 * found.compression[0];
+    EXPECT_DOUBLE_EQ(layer.bulge, a);
+    const auto bulge_at = [&](double s) {
+        const auto point_at = [](double r) { return Vec3(Vec3(h, 0, 0) + r * Vec3(-0.6, 0.8, 0)); };
+        double inside = 1, outside = 2;
+        for (int i = 0; i < 60; ++i) {
+            const double r = 0.5 * (inside + outside);
+            (1 - geometry::value_at(*both[1].field, point_at(r)).f < s ? inside : outside) = r;
+        }
+        const Vec3 p = point_at(inside);
+        return value_at(layer, p).f - geometry::value_at(*both[0].field, p).f;
+    };
+    EXPECT_NEAR(bulge_at(1e-6), 1e-6, 1e-10);
+    EXPECT_NEAR(bulge_at(1.5 * a), 0.875 * a, 1e-12);
+    EXPECT_NEAR(bulge_at(3 * a), a, 1e-12);
+    EXPECT_NEAR(bulge_at(4.5 * a), 0.5 * a, 1e-12);
+    EXPECT_NEAR(bulge_at(6 * a), 0, 1e-12);
+    for (double s = 0; s < 7 * a; s += 0.01 * a) EXPECT_LE(bulge_at(s), std::min(s, a) + 1e-12);
 }
 
 TEST(LayerContact, BulgesOfTwoLayersDoNotMeet)

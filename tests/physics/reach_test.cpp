@@ -75,6 +75,60 @@ TEST(Reach, LimitsHold)
     EXPECT_NEAR(at.angle[1], 0.4, 1e-6);
 }
 
+// The same arm with its hinges counted the other way round: the same pose, opposite angles.
+TEST(Reach, AHingeMayCarryEitherOfItsFrames)
+{
+    Base base = arm(), other = arm();
+    other.hinges.clear();
+    for (const std::uint32_t h : {0u, 1u}) {
+        add_hinge(other, h + 1, h, {0.5 * h, 0, 0}, {0, 0, 1});
+    }
+    const std::vector<ReachGoal> goals{{2, hand, {0.1, -0.9, 0}}};
+    const Reached as_drawn = reach(base, Transform::Identity(), goals, std::vector{0.1, 0.2});
+    const Reached at = reach(other, Transform::Identity(), goals, std::vector{-0.1, -0.2});
+    EXPECT_LT(at.miss, 2e-6);
+    EXPECT_EQ(at.iterations, as_drawn.iterations);
+    for (std::size_t h = 0; h < 2; ++h) EXPECT_NEAR(at.angle[h], -as_drawn.angle[h], 1e-9);
+    for (std::size_t f = 0; f < 3; ++f) {
+        EXPECT_LT((at.frames[f].matrix() - as_drawn.frames[f].matrix()).norm(), 1e-9);
+    }
+}
+
+// A hinge whose limits leave it no room is as good as none: the others' steps do not count on it.
+TEST(Reach, AHingeThatCannotTurnIsLeftOutOfTheStep)
+{
+    // Upper arm, forearm, hand; with a shoulder that is stuck, or hanging on the upper arm itself.
+    const auto limb = [](bool shoulder) {
+        Base base;
+        const std::vector<double> at{0.3, 0.25, 0.75, 1.2};
+        for (std::size_t f = shoulder ? 0 : 1; f < at.size(); ++f) {
+            Transform t = Transform::Identity();
+            t.translate(Vec3(at[f], 0, 0));
+            base.frames.push_back(t);
+        }
+        base.mass.assign(base.frames.size(), 1);
+        base.inertia.assign(base.frames.size(), Mat3::Identity());
+        for (std::uint32_t h = 0; h + 1 < base.frames.size(); ++h) {
+            add_hinge(base, h, h + 1, {0.5 * (h + (shoulder ? 0 : 1)), 0, 0}, {0, 0, 1});
+        }
+        if (shoulder) base.hinges[0].lowest = base.hinges[0].highest = 0;
+        return base;
+    };
+    const Vec3 finger(1.4, 0, 0), target(0.7, 0.6, 0);
+    const Reached stuck =
+        reach(limb(true), Transform::Identity(), std::vector<ReachGoal>{{3, finger, target}},
+              std::vector{0.0, 0.1, 0.1});
+    const Reached hanging =
+        reach(limb(false), Transform::Identity(), std::vector<ReachGoal>{{2, finger, target}},
+              std::vector{0.1, 0.1});
+    EXPECT_LT(stuck.miss, 2e-6);
+    EXPECT_EQ(stuck.iterations, hanging.iterations);
+    EXPECT_EQ(stuck.angle[0], 0);
+    for (std::size_t h = 0; h < 2; ++h) {
+        EXPECT_NEAR(stuck.angle[h + 1], hanging.angle[h], 1e-9);
+    }
+}
+
 TEST(Reach, TheRootTakesTheFigureAlong)
 {
     Transform root = Transform::Identity();
