@@ -19,7 +19,7 @@ struct Outputs {
 static physics::LayeredBody build(const Inputs& in)
 {
     physics::LayeredBody body = *in.part->body;
-    body.base.kind = physics::BaseKind::still;
+    body.base.kind = physics::BaseKind::led;
     return body;
 }
 
@@ -47,7 +47,8 @@ void add_to(graph::Registry& registry)
         .prepare("binding", &Inputs::binding, bind, {"part", "cubes"})
         .output("part", &Outputs::part,
                 "The layer where the cubes carry it, for Layered. It pushes others and is deformed "
-                "by them; the cubes feel their own colliders only.");
+                "by them; its skeletons stay out of what the cubes go into, since they feel "
+                "their own colliders only.");
 }
 
 }  // namespace nodes::carry

@@ -4,6 +4,8 @@
 #include "nodes/wire_types.hpp"
 #include "physics/layered.hpp"
 
+#include <fmt/format.h>
+
 namespace nodes::implicit_layer {
 
 using geometry::Vec3;
@@ -12,6 +14,11 @@ using physics::LayeredBody;
 using physics::LayerMatter;
 using physics::Substance;
 using physics::VolumeControl;
+
+struct Muscle {
+    int skeleton = 0;
+    double inflation = 1;
+};
 
 struct Inputs {
     graph::Wire<geometry::ImplicitLayer> layer;
@@ -25,6 +32,7 @@ struct Inputs {
     Vec3 rotate_degrees{0, 0, 0};
     Vec3 velocity{0, 0, 0};
     double inflation = 1;
+    std::vector<Muscle> muscles;
     geometry::Vec3f colour{0.7f, 0.7f, 0.7f};
     std::shared_ptr<const LayeredBody> body;
 };
@@ -48,6 +56,17 @@ static Outputs run(const Inputs& in, const graph::Context&)
     part.pose = geometry::placement(in.translate, in.rotate_degrees, Vec3::Ones(), Vec3::Zero());
     part.velocity = in.velocity;
     part.inflation = in.inflation;
+    const std::size_t skeletons = in.body->layer.skeletons.size();
+    for (const Muscle& muscle : in.muscles) {
+        const auto s = static_cast<std::size_t>(muscle.skeleton);
+        if (s >= skeletons) {
+            throw std::invalid_argument(fmt::format(
+                "a muscle is skeleton {} of a layer that has {}; they are counted from 0", s,
+                skeletons));
+        }
+        part.muscle.resize(skeletons, 1);
+        part.muscle[s] *= muscle.inflation;
+    }
     part.colour = in.colour;
     return {std::move(part)};
 }
@@ -139,6 +158,16 @@ void add_to(graph::Registry& registry)
         .param("inflation", &Inputs::inflation,
                "The volume it seeks, as a share of its own; keyframe it to breathe.",
                {.min = 0.05, .max = 20})
+        .list<Muscle>(
+            "muscles", &Inputs::muscles,
+            [](graph::ParamsOf<Muscle>& p) {
+                p.param("skeleton", &Muscle::skeleton, "Which, counted from 0.", {.min = 0})
+                    .param("inflation", &Muscle::inflation,
+                           "The volume that its territory seeks, as a share of its own, besides "
+                           "the body's; keyframe it to flex.",
+                           {.min = 0.05, .max = 20});
+            },
+            "Skeletons whose volume changes by itself.")
         .colour("colour", &Inputs::colour, "Its colour in the mesh.")
         .prepare("body", &Inputs::body, build,
                  {"layer", "base", "density", "seed_spacing", "matter", "volume", "substance"})

@@ -30,6 +30,9 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     out.scene = in.last ? physics::advance(*in.last, parts, {in.gravity, in.drag},
                                            context.frame_seconds(), in.substeps)
                         : physics::start(parts);
+    for (const auto& state : out.scene.states) {
+        for (const auto& warning : state.report.warnings) context.warn(warning);
+    }
     out.volume_error = physics::volume_error(out.scene);
     out.interpenetration = physics::interpenetration(out.scene);
     out.particles = static_cast<double>(physics::particle_count(out.scene));
@@ -49,7 +52,8 @@ void add_to(graph::Registry& registry)
                {.unit = "m/s^2"})
         .param("drag", &Inputs::drag, "Share of the speed that the air takes in a second.",
                {.min = 0, .unit = "1/s"})
-        .param("substeps", &Inputs::substeps, "Steps a frame: more follow fast motion better.",
+        .param("substeps", &Inputs::substeps,
+               "Steps a frame, at least: what comes on fast gets more by itself.",
                {.min = 1, .max = 10'000})
         .reads(graph::Variable::fps)
         .output("scene", &Outputs::scene,

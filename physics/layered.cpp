@@ -16,6 +16,12 @@ using geometry::BlendLink;
 using geometry::Skeleton;
 using geometry::SkeletonKind;
 
+// Whether frames are where somebody says.
+bool is_told(BaseKind kind)
+{
+    return kind == BaseKind::still || kind == BaseKind::led;
+}
+
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Jacobian = Eigen::Matrix<double, 3, 6>;
@@ -117,7 +123,7 @@ LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density
     body.base.mass.assign(frames, 0);
     body.base.inertia.assign(frames, Mat3::Identity());
     body.matter.rigid = false;
-    if (kind != BaseKind::still) {
+    if (!is_told(kind)) {
         const std::vector<Moments> moments = moments_of_frames(layer, body.seeds, walk, frames);
         for (std::size_t f = 0; f < frames; ++f) {
             const Moments& m = moments[f];
@@ -308,7 +314,8 @@ std::size_t LayeredBody::bytes() const
 std::size_t LayeredState::bytes() const
 {
     return position.size() * (3 * sizeof(Vec3) + sizeof(Eigen::Vector4d)) +
-           (translation.size() + volume.size() + expected_error.size() + distance.size()) *
+           (translation.size() + volume.size() + inflation.size() + expected_error.size() +
+            distance.size()) *
                sizeof(double) +
            pressed.size() * sizeof(float) + links.size() * sizeof(BlendLink) +
            part.size() * sizeof(std::uint32_t);
@@ -414,6 +421,7 @@ class StepSystem {
 public:
     StepSystem(const LayeredScene& scene, const LayeredMoment& moment, double dt) : dt_(dt)
     {
+        const double led_mass = led_weight * heaviest(scene);
         for (std::size_t b = 0; b < scene.parts.size(); ++b) {
             first_.push_back(velocity_.size());
             const LayeredBody& body = *scene.parts[b].body;
@@ -424,7 +432,8 @@ public:
                 kind_.push_back(body.base.kind);
                 Mat6 mass = Mat6::Identity();
                 if (body.base.kind != BaseKind::still) {
-                    mass.topLeftCorner<3, 3>() *= body.base.mass[f];
+                    mass.topLeftCorner<3, 3>() *=
+                        body.base.kind == BaseKind::led ? led_mass : body.base.mass[f];
                 }
                 if (body.base.kind == BaseKind::rigid) {
                     const Mat3 turn = moment.frames[b][f].linear();
@@ -488,7 +497,7 @@ public:
     {
         merge_pairs();
         for (std::size_t f = 0; f < velocity_.size(); ++f) {
-            if (kind_[f] == BaseKind::still) right_[f].setZero();
+            right_[f] = free(f, right_[f]);
             if (kind_[f] == BaseKind::particles) right_[f].tail<3>().setZero();
         }
         std::vector<Vec6> dv = solve_held(report);
@@ -533,6 +542,18 @@ private:
 
     // Of the mass that it stops: it gives way by a thousandth of what the step would do without it.
     static constexpr double stop_stiffness = 1000;
+    // Led frames are so much heavier than all others: those hardly push them.
+    static constexpr double led_weight = 1e6;
+
+    static double heaviest(const LayeredScene& scene)
+    {
+        double most = 0;
+        for (const LayeredPart& part : scene.parts) {
+            if (is_told(part.body->base.kind)) continue;
+            for (const double mass : part.body->base.mass) most = std::max(most, mass);
+        }
+        return most > 0 ? most : 1;
+    }
 
     double beyond(const Stop& stop, const std::vector<Vec6>& dv) const
     {
@@ -582,6 +603,11 @@ private:
         }
         std::vector<Eigen::LDLT<Mat6>> own;
         for (std::size_t f = 0; f < n; ++f) {
+            if (kind_[f] == BaseKind::led) {  // turns as told
+                blocks[f].topRightCorner<3, 3>().setZero();
+                blocks[f].bottomLeftCorner<3, 3>().setZero();
+                blocks[f].bottomRightCorner<3, 3>().setIdentity();
+            }
             own.emplace_back(blocks[f]);
             right[f] = free(f, right[f]);
         }
@@ -615,6 +641,7 @@ private:
     Vec6 free(std::size_t f, Vec6 v) const
     {
         if (kind_[f] == BaseKind::still) v.setZero();
+        if (kind_[f] == BaseKind::led) v.tail<3>().setZero();
         return v;
     }
 
@@ -803,6 +830,15 @@ void add_hinges(const LayeredScene& scene, const LayeredMoment& moment, std::siz
     }
 }
 
+std::vector<std::vector<std::uint32_t>> skeletons_on_frames(const LayeredBody& body)
+{
+    std::vector<std::vector<std::uint32_t>> on_frame(body.base.frames.size());
+    for (std::uint32_t i = 0; i < body.layer.frame.size(); ++i) {
+        on_frame[body.layer.frame[i]].push_back(i);
+    }
+    return on_frame;
+}
+
 double weight_between(const Field& field, const std::vector<std::vector<std::uint32_t>>& on_frame,
                       std::size_t p, std::size_t q)
 {
@@ -828,10 +864,7 @@ void add_particles(const LayeredScene& scene, const LayeredMoment& moment, std::
         const double q = std::pow(r0 / std::max(r, 0.3 * r0), 4);  // bounded where they coincide
         return s.stiffness * (q * q - q) * window(r);
     };
-    std::vector<std::vector<std::uint32_t>> on_frame(state.position.size());
-    for (std::uint32_t i = 0; i < body.layer.frame.size(); ++i) {
-        on_frame[body.layer.frame[i]].push_back(i);
-    }
+    const auto on_frame = skeletons_on_frames(body);
     for (std::size_t p = 0; p < state.position.size(); ++p) {
         for (std::size_t q = p + 1; q < state.position.size(); ++q) {
             const Vec3 line = state.position[p] - state.position[q];
@@ -857,23 +890,23 @@ void move(const LayeredBody& body, std::span<const Vec6> dv, double dt, LayeredS
     for (std::size_t f = 0; f < state.position.size(); ++f) {
         state.velocity[f] += dv[f].head<3>();
         state.position[f] += dt * state.velocity[f];
-        if (body.base.kind != BaseKind::rigid) continue;
         state.spin[f] += dv[f].tail<3>();
-        // The turn keeps the angular momentum, not the spin.
         const Eigen::Quaterniond before(state.rotation[f]);
-        const Mat3 R = before.toRotationMatrix();
-        const Vec3 momentum = R * body.base.inertia[f] * R.transpose() * state.spin[f];
         const double angle = dt * state.spin[f].norm();
         if (angle > 0) {
             const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle, state.spin[f].normalized()));
             state.rotation[f] = (turn * before).normalized().coeffs();
         }
+        if (body.base.kind != BaseKind::rigid) continue;
+        // The turn keeps the angular momentum, not the spin.
+        const Mat3 R = before.toRotationMatrix();
+        const Vec3 momentum = R * body.base.inertia[f] * R.transpose() * state.spin[f];
         const Mat3 after = Eigen::Quaterniond(state.rotation[f]).toRotationMatrix();
         state.spin[f] = after * body.base.inertia[f].inverse() * after.transpose() * momentum;
     }
 }
 
-// Sends still frames straight, at constant spin, to where they are to be in `left` seconds.
+// Sends told frames straight, at constant spin, to where they are to be in `left` seconds.
 void drive(const std::vector<Transform>& motion, double left, LayeredState& state)
 {
     for (std::size_t f = 0; f < state.position.size(); ++f) {
@@ -908,16 +941,26 @@ void keep_seen(const LayeredMoment& moment, std::uint32_t b, LayeredState& state
     state.penetration = std::max(state.penetration, moment.contacts.penetration[b]);
 }
 
+// What a part is told to seek of each territory's volume, on the way from one frame to the next.
+std::vector<double> sought(const LayeredPart& from, const LayeredPart& to, double share)
+{
+    std::vector<double> result;
+    for (std::size_t s = 0; s < to.body->layer.skeletons.size(); ++s) {
+        result.push_back(from.sought(s) + (to.sought(s) - from.sought(s)) * share);
+    }
+    return result;
+}
+
 // Moves the contributions as the controllers of `control` do in dt seconds, in which the inflation
 // sought goes from state.inflation to `after`.
 void keep_volume(const LayeredBody& body, const VolumeControl& control, const SeedWalk& walk,
-                 double after, double dt, LayeredState& state)
+                 const std::vector<double>& after, double dt, LayeredState& state)
 {
     if (!(control.proportional > 0)) return;
     std::vector<double> target, target_after, thickness;
     for (std::size_t s = 0; s < state.volume.size(); ++s) {
-        target.push_back(state.inflation * body.volume[s]);
-        target_after.push_back(after * body.volume[s]);
+        target.push_back(state.inflation[s] * body.volume[s]);
+        target_after.push_back(after[s] * body.volume[s]);
         thickness.push_back(body.layer.contributions[s].thickness);
     }
     control_volume(control,
@@ -929,7 +972,7 @@ double volume_error(const LayeredBody& body, const LayeredState& state)
 {
     if (!(body.control.proportional > 0) || state.volume.empty()) return 0;
     const double target =
-        state.inflation * std::accumulate(body.volume.begin(), body.volume.end(), 0.0);
+        std::inner_product(body.volume.begin(), body.volume.end(), state.inflation.begin(), 0.0);
     const double now = std::accumulate(state.volume.begin(), state.volume.end(), 0.0);
     return std::abs(now / target - 1);
 }
@@ -949,14 +992,14 @@ void settle_volumes(LayeredScene& now, double mesh_seconds)
         double worst = 0;
         for (std::uint32_t b = 0; b < now.parts.size(); ++b) {
             keep_seen(moment, b, now.states[b]);
-            now.states[b].inflation = now.parts[b].inflation;
+            now.states[b].inflation = sought(now.parts[b], now.parts[b], 1);
             worst = std::max(worst, volume_error(*now.parts[b].body, now.states[b]));
         }
         if (!(worst > enough) || round == most_rounds) return;
         for (std::size_t b = 0; b < now.parts.size(); ++b) {
             if (!(volume_error(*now.parts[b].body, now.states[b]) > enough)) continue;
             constexpr double at_once = std::numeric_limits<double>::infinity();
-            keep_volume(*now.parts[b].body, {at_once, 0}, moment.walks[b], now.parts[b].inflation,
+            keep_volume(*now.parts[b].body, {at_once, 0}, moment.walks[b], now.states[b].inflation,
                         1, now.states[b]);
         }
     }
@@ -1042,6 +1085,152 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
     state.links = std::move(links);
 }
 
+// A frame's layer on its way through a frame of the film: a ball that goes straight, or a half
+// space.
+struct Mover {
+    Vec3 from = Vec3::Zero();    // m, its middle; a point of a half space's edge
+    Vec3 way = Vec3::Zero();     // m, how far that goes
+    Vec3 normal = Vec3::Zero();  // of a half space; else 0
+    double reach = 0;            // m, from the middle to where its influence ends
+    double turn = 0;             // rad
+    double stray = 0;            // m, how far its points go besides: they turn, or change shape
+    Box box;                     // m, that a ball's influence stays in
+};
+
+// What these skeletons of a frame take up, in its axes; `plane`: one of them that has no end.
+Box box_of(const LayeredBody& body, std::span<const std::uint32_t> skeletons, double& reach,
+           const Skeleton*& plane)
+{
+    Box box;
+    for (const std::uint32_t s : skeletons) {
+        const Skeleton& skeleton = body.layer.skeletons[s];
+        reach = std::max(reach, body.layer.contributions[s].radius);
+        if (skeleton.kind == SkeletonKind::plane) plane = &skeleton;
+        for (const Vec3& p : skeleton.points) box.add(p);
+        if (!skeleton.points.empty()) continue;
+        Box own;
+        own.add(-skeleton.half_size);
+        own.add(skeleton.half_size);
+        if (skeleton.mesh) own = geometry::bounds(skeleton.mesh->mesh);
+        const Vec3 centre = skeleton.place * own.centre();
+        box.add(centre - Vec3::Constant(0.5 * own.diagonal()));
+        box.add(centre + Vec3::Constant(0.5 * own.diagonal()));
+    }
+    return box;
+}
+
+Mover mover_of(const LayeredPart& part, const LayeredState& state, std::size_t f,
+               std::span<const std::uint32_t> skeletons, const std::vector<Transform>& told,
+               const Vec3& gravity, double dt)
+{
+    Mover mover;
+    const Skeleton* plane = nullptr;
+    const Box box = box_of(*part.body, skeletons, mover.reach, plane);
+    const Eigen::Quaterniond now(state.rotation[f]);
+    const Vec3 arm = now * (plane ? Vec3(plane->place.translation()) : box.centre());
+    mover.from = state.position[f] + arm;
+    if (told.empty()) {
+        mover.turn = dt * state.spin[f].norm();
+        mover.way = dt * (state.velocity[f] + dt * gravity + state.spin[f].cross(arm));
+    } else {
+        mover.turn = now.angularDistance(Eigen::Quaterniond(told[f].linear()));
+        mover.way = told[f] * (now.conjugate() * arm) - mover.from;
+    }
+    if (plane) {
+        mover.normal = now * plane->place.linear().col(1);
+        return mover;
+    }
+    mover.reach += 0.5 * box.diagonal();
+    mover.stray = 0.5 * box.diagonal() * mover.turn;
+    if (part.mesh_before) {
+        const Box before = geometry::bounds(*part.mesh_before);
+        const auto& after = part.body->layer.skeletons[0].mesh->mesh.positions;
+        mover.from = before.centre();
+        mover.way = box.centre() - mover.from;
+        mover.reach =
+            std::max(mover.reach, mover.reach + 0.5 * (before.diagonal() - box.diagonal()));
+        for (std::size_t v = 0; v < after.size(); ++v) {
+            const Vec3 way = (after[v] - part.mesh_before->positions[v]).cast<double>();
+            mover.stray = std::max(mover.stray, (way - mover.way).norm());
+        }
+    }
+    const Vec3 around = Vec3::Constant(mover.reach + mover.stray);
+    for (const Vec3& at : {mover.from, Vec3(mover.from + mover.way)}) {
+        mover.box.add(at - around);
+        mover.box.add(at + around);
+    }
+    return mover;
+}
+
+// How much nearer a ball may come to another mover in the frame of the film, m; 0 where they stay
+// apart.
+double approach(const Mover& a, const Mover& b)
+{
+    if (b.normal.squaredNorm() > 0) {
+        const double apart = (a.from - b.from).dot(b.normal) - a.reach - b.reach;
+        const double tilt = b.turn * (a.from - b.from).norm();
+        const double closing = (b.way - a.way).dot(b.normal) + a.stray + tilt;
+        return closing > apart ? std::max(0.0, closing) : 0;
+    }
+    const bool meet = (a.box.lo.array() <= b.box.hi.array()).all() &&
+                      (b.box.lo.array() <= a.box.hi.array()).all();
+    return meet ? (a.way - b.way).norm() + a.stray + b.stray : 0;
+}
+
+// As many equal steps as were asked for, or as it takes for what may touch a soft layer to come on
+// by no more than two fifths of it in each: a skeleton's stop sees it coming on the inner half.
+int choose_steps(LayeredScene& now, const Vec3& gravity, double dt, int asked)
+{
+    constexpr double share = 0.4;
+    constexpr int most_times = 64;
+    const std::size_t n = now.parts.size();
+    std::vector<std::vector<Mover>> movers(n);
+    std::vector<double> thinnest(n, std::numeric_limits<double>::infinity());  // of soft layers
+    for (std::size_t b = 0; b < n; ++b) {
+        const LayeredBody& body = *now.parts[b].body;
+        const std::vector<Transform> told =
+            is_told(body.base.kind) ? told_frames(now.parts[b]) : std::vector<Transform>();
+        const auto on_frame = skeletons_on_frames(body);
+        for (std::size_t f = 0; f < on_frame.size(); ++f) {
+            if (on_frame[f].empty()) continue;
+            movers[b].push_back(
+                mover_of(now.parts[b], now.states[b], f, on_frame[f], told, gravity, dt));
+        }
+        if (body.matter.rigid || body.seeds.count() == 0) continue;
+        for (const geometry::Contribution& c : body.layer.contributions) {
+            thinnest[b] = std::min(thinnest[b], c.thickness);
+        }
+    }
+    // How many steps body i, a soft one, needs beside j.
+    const auto needed = [&](std::size_t i, std::size_t j) {
+        double most = 0;
+        for (const Mover& a : movers[i]) {
+            if (a.normal.squaredNorm() > 0) continue;
+            for (const Mover& b : movers[j]) most = std::max(most, approach(a, b));
+        }
+        return most / (share * std::min(thinnest[i], thinnest[j]));
+    };
+    double wanted = asked;
+    for (std::size_t i = 0; i < n; ++i) {
+        if (!std::isfinite(thinnest[i])) continue;
+        for (std::size_t j = 0; j < n; ++j) {
+            const bool both_still = now.parts[i].body->base.kind == BaseKind::still &&
+                                    now.parts[j].body->base.kind == BaseKind::still;
+            if (i == j || both_still || (j < i && std::isfinite(thinnest[j]))) continue;
+            const double steps = needed(i, j);
+            if (steps > most_times * asked) {
+                now.states[i].report.warnings.push_back(fmt::format(
+                    "bodies {} and {} may pass through each other: they come on by {:.2g} of a "
+                    "layer's thickness in a step, even in {} steps a frame; slow them down or "
+                    "raise substeps",
+                    i, j, share * steps / (most_times * asked), most_times * asked));
+            }
+            wanted = std::max(wanted, std::min<double>(steps, most_times * asked));
+        }
+    }
+    return static_cast<int>(std::ceil(wanted));
+}
+
 // Puts meshes that change their shape to where they are after so many of the frame's steps, with
 // where they were, or would have been, a step before. `told` has them at its end, `last` as the
 // frame began.
@@ -1082,6 +1271,8 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
         same = parts[b].body->base.frames.size() == scene.states[b].position.size() &&
                parts[b].body->layer.skeletons.size() == scene.states[b].translation.size() &&
                told_frames(parts[b]).size() == scene.states[b].position.size() &&
+               (parts[b].muscle.empty() ||
+                parts[b].muscle.size() == scene.states[b].translation.size()) &&
                (scene.states[b].distance.empty() ||
                 scene.states[b].distance.size() == parts[b].body->seeds.count());
     }
@@ -1093,17 +1284,17 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
     }
     const std::vector<LayeredPart> told = parts;
     LayeredScene now{std::move(parts), scene.states};
-    const int steps = std::max(1, substeps);
-    const double h = dt / steps;
     for (LayeredState& state : now.states) {
         state.report = {};
         state.penetration = 0;
     }
-    if (!(h > 0)) return now;
+    if (!(dt > 0)) return now;
+    const int steps = choose_steps(now, world.gravity, dt, std::max(1, substeps));
+    const double h = dt / steps;
     for (int substep = 0; substep < steps; ++substep) {
         const double left = dt - h * substep;
         for (std::size_t b = 0; b < now.parts.size(); ++b) {
-            if (now.parts[b].body->base.kind != BaseKind::still) continue;
+            if (!is_told(now.parts[b].body->base.kind)) continue;
             drive(told_frames(now.parts[b]), left, now.states[b]);
         }
         move_meshes(now, scene, told, substep, steps);
@@ -1113,6 +1304,7 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
         add_stops(now, moment, system);
         for (std::size_t b = 0; b < now.parts.size(); ++b) {
             const LayeredBody& body = *now.parts[b].body;
+            if (is_told(body.base.kind)) continue;
             for (std::size_t f = 0; f < body.base.frames.size(); ++f) {
                 const std::size_t frame = system.frame(b, f);
                 system.add_force(frame, body.base.mass[f] * world.gravity);
@@ -1129,8 +1321,7 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
             LayeredState& state = now.states[b];
             const std::size_t begin = system.frame(b, 0);
             const auto inflation = [&](int at) {
-                return scene.parts[b].inflation +
-                       (told[b].inflation - scene.parts[b].inflation) * at / steps;
+                return sought(scene.parts[b], told[b], static_cast<double>(at) / steps);
             };
             keep_seen(moment, b, state);
             state.inflation = inflation(substep);

@@ -15,6 +15,7 @@
 //      one body gets the other loses: momentum is kept to the solver's 1e-10. (The paper integrates
 //      explicitly; this stays stable for stiff layers and long steps.)
 //   5. soft substances: who may blend with whom (separation, fusion)
+// What comes on so fast that it could cross a layer between two steps gets more of them.
 // After the last step of a frame bodies that control their volume are walked once more, and what
 // the last motion changed of it is mended, by Newton steps in which nothing moves.
 
@@ -62,8 +63,9 @@ struct Hinge {
 };
 
 // What carries a layer: `still` frames move only as they are told, `rigid` ones turn and move,
-// `particles` only move.
-enum class BaseKind : std::uint8_t { still, rigid, particles };
+// `particles` only move. `led` ones move as they are told as far as their skeletons stay out of
+// other bodies: what leads them knows nothing of those.
+enum class BaseKind : std::uint8_t { still, rigid, particles, led };
 
 struct Base {
     BaseKind kind = BaseKind::rigid;
@@ -98,7 +100,7 @@ struct LayeredState {
     // S, m^3, as contacts leave the territories, bulges not counted, at the last walk (of a body
     // that controls it: as the state is); empty before the first.
     std::vector<double> volume;
-    double inflation = 1;                // of the volume that was sought then
+    std::vector<double> inflation;       // S, of the volume, that was sought then
     std::vector<double> expected_error;  // S, m^3, for the controller; empty before the first
     double penetration = 0;              // of what touches, see Contacts; the step's largest
     std::vector<double> distance;        // N, of seeds; empty before the first
@@ -114,17 +116,26 @@ struct LayeredState {
 // An object in a scene, as it is told to be at a moment.
 struct LayeredPart {
     std::shared_ptr<const LayeredBody> body;
-    Transform pose = Transform::Identity();  // of a body as drawn: at the start; still: always
-    std::vector<Transform> frames = {};      // still: where each frame is; empty: by the pose
+    Transform pose = Transform::Identity();  // of a body as drawn: at the start; still, led: always
+    std::vector<Transform> frames = {};      // still, led: where each frame is; empty: by the pose
     Vec3 velocity = Vec3::Zero();            // m/s, at the start
     // Of the volume that it seeks at the end of the step; it goes there straight.
     double inflation = 1;
+    std::vector<double> muscle = {};           // S, the same of each territory besides; empty: 1
     geometry::Vec3f colour{0.7f, 0.7f, 0.7f};  // linear RGB
     // A still body of one mesh that changes its shape: where it was a frame ago, with the same
     // triangles; its vertices go straight. Null: it does not.
     std::shared_ptr<const geometry::TriMesh> mesh_before = nullptr;
 
-    std::size_t bytes() const { return body ? body->bytes() : 0; }
+    double sought(std::size_t skeleton) const
+    {
+        return inflation * (muscle.empty() ? 1 : muscle[skeleton]);
+    }
+    std::size_t bytes() const
+    {
+        return (body ? body->bytes() : 0) + frames.size() * sizeof(Transform) +
+               muscle.size() * sizeof(double);
+    }
 };
 
 // All objects of a scene at a moment.
@@ -166,8 +177,10 @@ struct LayeredWorld {
     double drag = 0;            // 1/s, of the speed of every frame
 };
 
-// The scene dt seconds later, in `substeps` equal steps. `parts` are told for its end: still ones
-// move there, straight and at constant spin. Throws std::invalid_argument where they are not the
+// The scene dt seconds later, in at least `substeps` equal steps: in more where bodies near each
+// other would come on by more than two fifths of a layer in one; the report warns where 64 times as
+// many are not enough. `parts` are told for its end: still and led ones move there, straight and at
+// constant spin. Throws std::invalid_argument where they are not the
 // bodies of the scene (as many, with the same frames and skeletons); never for what happens.
 LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
                      const LayeredWorld& world, double dt, int substeps);

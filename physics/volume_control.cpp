@@ -51,12 +51,12 @@ void control_volume(const VolumeControl& control, const VolumeSense& sense, doub
         double left = 0;
         for (const std::size_t i : members) {
             const double e = volume[i] - target[i];
-            const double wanted = target_after[i] - target[i] - gain * e;
-            left += wanted;
+            const double sought = target_after[i] - target[i], mend = -gain * e;
+            left += sought + mend;
             if (known) left -= control.derivative * (e - expected[i]);
             const double C = slope[i], damped = C * C + least[i] * least[i];
             if (!(damped > 0)) continue;
-            changed[i] += C * at.move(i, 0.5 * wanted * C / damped);
+            changed[i] += C * at.move(i, (sought + 0.5 * mend) * C / damped);
             left -= changed[i];
         }
         // Again for what the limits took.

@@ -7,12 +7,12 @@
 //
 // With e_i = V_i - V_i0 of each territory now, V_i1 its target after the step, and over a part
 // (skeletons that blend)
-//   wanted change of territory i  w_i = V_i1 - V_i0 - (1 - exp(-K_p dt)) e_i
+//   wanted change of i            w_i = v_i + m_i, v_i = V_i1 - V_i0, m_i = -(1 - exp(-K_p dt)) e_i
 //   and of the part               W = sum w_i - K_d (sum e_i - sum e_i')
 //       e_i': what the error would be now if nothing had moved. So K_d = 1 meets in advance what
 //       motion does at a steady rate, and never answers to itself.
-//   locally                      dtau_i = 1/2 w_i C_i / (C_i^2 + C_0^2)
-//       half, because a territory also gives to its neighbours what it takes; C_0 is a tenth of the
+//   locally                      dtau_i = (v_i + m_i / 2) C_i / (C_i^2 + C_0^2)
+//       half, because a territory also gives to its neighbours what it takes; C_0: a tenth of the
 //       surface of a ball of that volume: a skeleton that is buried in others is left alone.
 //   the rest of W over the part  dtau = (W - sum C_i dtau_i) / sum C_i, the same for all with
 //       C_i > C_0.

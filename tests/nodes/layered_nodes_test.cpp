@@ -89,6 +89,29 @@ TEST(Skin, FollowsABodyThatMovesAndTheVolumeThatItSeeks)
     EXPECT_EQ(mesh->triangles(), ball.triangles());
 }
 
+TEST(ImplicitLayer, TakesMusclesByTheNumberOfTheirSkeleton)
+{
+    geometry::ImplicitLayer layer;
+    for (const double x : {0.0, 0.5}) {
+        layer.frame.push_back(0);
+        layer.skeletons.push_back({.kind = geometry::SkeletonKind::point, .points = {{x, 0, 0}}});
+        layer.contributions.push_back({.thickness = 0.1, .stiffness = 10, .radius = 0.22});
+    }
+    NodeRun node("ImplicitLayer");
+    node.inputs["layer"] = {Value::of(layer)};
+    node.param("inflation").is = 1.5;
+    EXPECT_TRUE(node.run().as<LayeredPart>()->muscle.empty());
+    const auto flex = [&](std::int64_t skeleton) {
+        const graph::ParamValue muscle{graph::ParamValues{{skeleton}, {2.0}}};
+        node.param("muscles").is = graph::ParamValues{muscle};
+        return node.run().as<LayeredPart>();
+    };
+    EXPECT_EQ(flex(1)->muscle, (std::vector<double>{1, 2}));
+    EXPECT_EQ(flex(1)->sought(0), 1.5);
+    EXPECT_EQ(flex(1)->sought(1), 3);
+    EXPECT_THROW(flex(2), std::invalid_argument);
+}
+
 TEST(Skin, SaysHowManyVerticesTheLayerDoesNotReach)
 {
     const Value part = part_of({{0, 0, 0}}, BaseKind::still);

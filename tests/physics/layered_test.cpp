@@ -355,6 +355,201 @@ TEST(Layered, ARigidThingRubsAsItsCoefficientSays)
     }
 }
 
+// Between two plates that slide along at V a ball of mass m gets, in one step of backward Euler,
+//   m dv = dt 2 lambda A (V - dv),   A the disc of either contact:   dv = V / 2 for lambda = m / (2
+//   A dt)
+TEST(Layered, FrictionOfAStepIsThatAtItsEnd)
+{
+    constexpr double dt = 1.0 / 240, speed = 0.3, half = 0.08;
+    LayeredBody held = ball({0, 0, 0}, 2e4, 0.004);
+    held.matter.friction = held.base.mass[0] / (2 * pi * (0.01 - half * half) * dt);
+    Skeleton above{.kind = SkeletonKind::plane, .points = {}};
+    above.place.translate(Vec3(0, half + soft.thickness, 0));
+    above.place.rotate(Eigen::AngleAxisd(pi, Vec3::UnitX()));
+    LayeredBody ceiling = make_layered_body(layer_of({above}), BaseKind::still, 1, 0.1);
+    ceiling.matter.rigid = true;
+    LayeredScene scene = scene_of({held, floor_at(-half), ceiling});
+    std::vector<LayeredPart> told = scene.parts;
+    for (const std::size_t plate : {1u, 2u}) told[plate].pose.translate(Vec3(speed * dt, 0, 0));
+    scene = physics::advance(scene, told, weightless, dt, 1);
+    EXPECT_EQ(scene.states[0].report.steps, 1);
+    EXPECT_NEAR(scene.states[0].velocity[0].x() / speed, 0.5, 2.5e-3);  // half of A's 3 (h/e)^2
+    EXPECT_LT(scene.states[0].spin[0].norm(), 1e-9);
+}
+
+// A ball falls towards the floor while a plate under it rises faster than the floor alone would let
+// it: both stops would be passed, but once the plate's holds, the floor's does not. In dt the ball
+// must rise by what the plate does, 1/48 m, less what is left between: 0.015 - 0.01.
+TEST(Layered, AStopThatIsNotNeededLetsGo)
+{
+    LayeredScene scene = scene_of({ball({0, 0.02, 0}, 1), floor_at(0), floor_at(0.005)});
+    scene.states[0].velocity[0] = {0, -0.4, 0};
+    std::vector<LayeredPart> told = scene.parts;
+    told[2].pose.translate(Vec3(0, 1.0 / 48, 0));
+    scene = physics::advance(scene, told, weightless, 1.0 / 24, 1);
+    EXPECT_EQ(scene.states[0].report.steps, 1);
+    // Stops give way by a thousandth of what they hold back, some 0.03 m.
+    EXPECT_NEAR(scene.states[0].position[0].y(), 0.02 + 1.0 / 48 - 0.005, 1e-4);
+}
+
+// Inside its limits a hinge is free: with and without them, the same bits. Beyond one it is driven
+// back: the spring's stiffness of ten inertias a step squared leaves about a tenth.
+TEST(Layered, AHingeFeelsItsLimitsOnlyBeyondThem)
+{
+    Skeleton upper{.kind = SkeletonKind::segment, .points = {{0, 0, 0}, {0.4, 0, 0}}};
+    Skeleton lower{.kind = SkeletonKind::segment, .points = {{0.5, 0, 0}, {0.9, 0, 0}}};
+    const auto after_a_step = [&](double lowest, double highest, double spin) {
+        ImplicitLayer layer = layer_of({upper, lower}, true);
+        layer.blend.rule = BlendRule::largest_group;
+        layer.blend.links = {{0, 1, 1}};
+        LayeredBody body = make_layered_body(layer, BaseKind::rigid, 1000, 0.06);
+        Hinge& hinge = add_hinge(body.base, 0, 1, {0.45, 0, 0}, {0, 0, 1});
+        hinge.lowest = lowest;
+        hinge.highest = highest;
+        LayeredScene scene = scene_of({body});
+        scene.states[0].spin[1] = {0, 0, spin};
+        scene = advance(scene, weightless, 1.0 / 60, 1);
+        const LayeredMoment moment(scene);
+        return std::pair(
+            scene.states[0].spin[1],
+            hinge_angle(body.base.hinges[0], moment.frames[0][0], moment.frames[0][1]));
+    };
+    EXPECT_EQ(after_a_step(-0.01, 0.01, 3), after_a_step(-1e9, 1e9, 3));
+    EXPECT_EQ(after_a_step(-0.01, 0.01, -3), after_a_step(-1e9, 1e9, -3));
+    const double back = after_a_step(-0.5, -0.2, 0).second, on = after_a_step(0.2, 0.5, 0).second;
+    EXPECT_LT(back, -0.1);
+    EXPECT_GT(back, -0.2);
+    EXPECT_NEAR(on, -back, 1e-9);
+}
+
+// What is told for a frame happens evenly in it: a plank that turns and strikes a ball, in one
+// frame of four steps or in four of one.
+TEST(Layered, AFrameOfSeveralStepsIsAsManyFramesOfOne)
+{
+    Collider plank;
+    plank.kind = Collider::Kind::box;
+    plank.half_size = {0.4, 0.05, 0.2};
+    plank.friction = 0.5;
+    const auto at = [&](double time) {
+        Collider now = plank;
+        now.pose.translate(Vec3(0.3 * time, 0, 0));
+        now.pose.rotate(Eigen::AngleAxisd(1.5 * time, Vec3::UnitZ()));
+        return rigid_part(now);
+    };
+    LayeredBody struck = ball({0.3, 0.16, 0});
+    struck.matter.friction = 2e4;
+    const LayeredScene begin =
+        start({{.body = std::make_shared<const LayeredBody>(struck)}, at(0)});
+    constexpr double dt = 1.0 / 24;
+    LayeredScene whole = begin, quarters = begin;
+    for (int i = 1; i <= 4; ++i) {
+        whole = physics::advance(whole, {begin.parts[0], at(i * dt)}, weightless, dt, 4);
+        for (int k = 1; k <= 4; ++k) {
+            quarters = physics::advance(quarters, {begin.parts[0], at((i - 1 + 0.25 * k) * dt)},
+                                        weightless, dt / 4, 1);
+        }
+        EXPECT_EQ(whole.states[0].report.steps, 4);
+    }
+    EXPECT_GT(whole.states[0].velocity[0].y(), 0.2);
+    EXPECT_LT((whole.states[0].position[0] - quarters.states[0].position[0]).norm(), 1e-12);
+    EXPECT_LT((whole.states[0].velocity[0] - quarters.states[0].velocity[0]).norm(), 1e-10);
+}
+
+// A plate that crosses a ball ten times over in one frame takes it along, as a box or as a mesh; a
+// ball shot at a wall stays before it. What is too fast even so is told.
+TEST(Layered, WhatComesOnFastIsMetInMoreSteps)
+{
+    Collider box, mesh;
+    box.kind = Collider::Kind::box;
+    box.half_size = {0.1, 1, 1};
+    mesh.kind = Collider::Kind::mesh;
+    const auto plate = [&](bool triangles, double from, double to) {
+        if (!triangles) {
+            Collider now = box;
+            now.pose.translate(Vec3(to, 0, 0));
+            return rigid_part(now);
+        }
+        Collider now = mesh;
+        now.mesh = std::make_shared<geometry::TriMesh>(geometry::box({0.2, 2, 2}, {1, 1, 1}));
+        auto before = std::make_shared<geometry::TriMesh>(*now.mesh);
+        auto after = std::make_shared<geometry::TriMesh>(*now.mesh);
+        for (auto& p : before->positions) p.x() += static_cast<float>(from);
+        for (auto& p : after->positions) p.x() += static_cast<float>(to);
+        now.mesh_before = before;
+        now.mesh = after;
+        return rigid_part(now);
+    };
+    for (const bool triangles : {false, true}) {
+        LayeredScene scene = start({{.body = std::make_shared<const LayeredBody>(ball({0, 0, 0}))},
+                                    plate(triangles, -0.4, -0.4)});
+        scene = physics::advance(scene, {scene.parts[0], plate(triangles, -0.4, 0.6)}, weightless,
+                                 1.0 / 24, 1);
+        EXPECT_GT(scene.states[0].position[0].x(), 0.7) << triangles;
+        EXPECT_LT(interpenetration(scene), 1e-3) << triangles;
+        EXPECT_GT(scene.states[0].report.steps, 20) << triangles;
+        EXPECT_TRUE(scene.states[0].report.warnings.empty());
+    }
+    LayeredScene scene = start(
+        {{.body = std::make_shared<const LayeredBody>(ball({0, 0, 0}, 1e3))}, plate(false, 1, 1)});
+    scene.states[0].velocity[0] = {48, 0, 0};
+    scene = advance(scene, weightless, 1.0 / 24, 1);
+    EXPECT_LT(scene.states[0].position[0].x(), 0.9);
+    EXPECT_LT(interpenetration(scene), 1e-3);
+    // Far from anything nothing needs to be met.
+    scene = scene_of({ball({0, 0, 0}), floor_at(-100)});
+    scene.states[0].velocity[0] = {1000, 0, 0};
+    EXPECT_EQ(advance(scene, weightless, 1.0 / 24, 1).states[0].report.steps, 1);
+    scene = scene_of({ball({0, 0, 0}), ball({3, 0, 0})});
+    scene.states[0].velocity[0] = {1000, 0, 0};
+    EXPECT_EQ(advance(scene, weightless, 1.0 / 24, 1).states[0].report.warnings.size(), 1u);
+}
+
+// What leads a layer, simulated cubes, goes into the floor: the layer's skeleton stays a tenth of
+// its thickness above, and is where it is led again as soon as that is above the floor.
+TEST(Layered, ALedLayerStaysOutOfWhatItIsLedInto)
+{
+    LayeredBody led = ball({0, 0.2, 0});
+    led.base.kind = BaseKind::led;
+    LayeredScene scene = scene_of({led, floor_at(0)});
+    for (int i = 1; i <= 48; ++i) {
+        const Vec3 at(0.01 * i, 0.2 - 0.3 * std::sin(pi * i / 24), 0);
+        std::vector<LayeredPart> told = scene.parts;
+        told[0].frames = {Transform(Eigen::Translation3d(at))};
+        scene = physics::advance(scene, told, {}, 1.0 / 24, 2);
+        EXPECT_LT(interpenetration(scene), 1e-3) << i;
+        const Vec3 stands = scene.states[0].position[0];
+        if (at.y() > 0.02) {
+            EXPECT_LT((stands - at).norm(), 1e-5) << i;  // not pushed away by what it presses
+        } else if (at.y() < 0) {
+            EXPECT_NEAR(stands.y(), 0.01, 1e-3) << i;
+            EXPECT_NEAR(stands.x(), at.x(), 1e-5) << i;
+        }
+    }
+}
+
+// One muscle of two flexes: its territory swells, the other keeps its own, to what the curvature of
+// their volumes makes of a step; the whole is right.
+TEST(Layered, AMuscleChangesItsOwnTerritory)
+{
+    ImplicitLayer layer = layer_of({point({0, 0, 0}), point({0.5, 0, 0})});
+    LayeredBody body = make_layered_body(layer, BaseKind::still, 1000, 0.02);
+    body.control = {.proportional = 10};
+    LayeredScene scene = scene_of({body});
+    for (int i = 1; i <= 24; ++i) {
+        std::vector<LayeredPart> told = scene.parts;
+        told[0].muscle = {1 + 0.3 * std::sin(0.5 * i), 1};
+        told[0].inflation = 1.1;
+        scene = advance(scene, told, weightless, 1.0 / 24, 2);
+        const double flexed = 1.1 * told[0].muscle[0];
+        EXPECT_NEAR(scene.states[0].volume[0] / body.volume[0], flexed, 0.02) << i;
+        EXPECT_NEAR(scene.states[0].volume[1] / body.volume[1], 1.1, 0.02) << i;
+        EXPECT_LT(volume_error(scene), 1e-3);
+    }
+    std::vector<LayeredPart> wrong = scene.parts;
+    wrong[0].muscle = {1, 1, 1};
+    EXPECT_THROW(advance(scene, wrong, weightless, 1.0 / 24, 2), std::invalid_argument);
+}
+
 // A slab of triangles that goes sideways takes along what lies on it, at its own speed in the end.
 TEST(Layered, AMeshThatMovesTakesAlongWhatLiesOnIt)
 {

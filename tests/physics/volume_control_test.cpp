@@ -3,10 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 namespace physics {
 namespace {
+
+constexpr double pi = std::numbers::pi;
 
 // A linear world: V_i = rest + drift + sum_j J_ij tau_j, whose columns add up to C_j.
 struct World {
@@ -59,6 +62,33 @@ TEST(VolumeControl, TheWholeErrorDecaysAtTheRateAsked)
         world.step({5, 0}, 0.1);
         EXPECT_NEAR(world.error(), before * std::exp(-0.5), 1e-14);
     }
+}
+
+// The header's equations, for a territory of each kind: skeleton 2 has so little surface that only
+// its own share moves it.
+TEST(VolumeControl, OneStepMovesEachContributionAsItsEquationsSay)
+{
+    World world;
+    world.J = {{3, 0.5, 0}, {0.4, 5, 0}, {0, 0, 0.1}};
+    world.drift = {0.3, -0.1, 0.2};
+    world.target_after = {1.05, 2, 0.45};
+    const std::vector<double> C{3.4, 5.5, 0.1};
+    std::vector<double> local(3);
+    double left = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double m = -(1 - std::exp(-5 * 0.1)) * world.drift[i];
+        const double v = world.target_after[i] - world.rest[i];
+        // A tenth of the surface of the ball that has the volume V: 4 pi (3 V / (4 pi))^(2/3).
+        const double C_0 = 0.4 * pi * std::pow(3 * world.rest[i] / (4 * pi), 2.0 / 3);
+        local[i] = (v + 0.5 * m) * C[i] / (C[i] * C[i] + C_0 * C_0);
+        left += v + m - C[i] * local[i];
+        EXPECT_EQ(C[i] > C_0, i != 2);
+    }
+    const double common = left / (C[0] + C[1]);
+    world.step({5, 1}, 0.1);
+    EXPECT_NEAR(world.tau[0], local[0] + common, 1e-15);
+    EXPECT_NEAR(world.tau[1], local[1] + common, 1e-15);
+    EXPECT_NEAR(world.tau[2], local[2], 1e-15);
 }
 
 TEST(VolumeControl, TheDerivativeMeetsSteadyDriftInAdvance)
