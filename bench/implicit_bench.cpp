@@ -3,6 +3,7 @@
 #include "geometry/polygonize.hpp"
 #include "geometry/random.hpp"
 #include "physics/layered.hpp"
+#include "physics/layered_mesh.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -140,6 +141,24 @@ BENCHMARK(layered_step)
     ->Args({500, 400})
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
+
+// The quick mesh of the same scene, from its seeds as the step left them.
+void preview(benchmark::State& state)
+{
+    physics::LayeredScene scene = pressed_clusters(static_cast<std::size_t>(state.range(0)),
+                                                   1e-4 * static_cast<double>(state.range(1)));
+    for (int warm = 0; warm < 3; ++warm) {
+        scene = physics::advance(scene, scene.parts, {}, 1.0 / 240, 1);
+    }
+    geometry::TriMesh mesh;
+    for (auto _ : state) {
+        mesh =
+            physics::layered_mesh(scene, {.surface = physics::LayeredMeshOptions::Surface::seeds});
+        benchmark::DoNotOptimize(mesh.positions.data());
+    }
+    state.counters["triangles"] = static_cast<double>(mesh.triangles().size());
+}
+BENCHMARK(preview)->Args({16, 190})->Args({500, 400})->UseRealTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace
 BENCHMARK_MAIN();
