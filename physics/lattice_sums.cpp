@@ -1,178 +1,392 @@
 #include "physics/lattice_regions.hpp"
 
 #include "geometry/parallel.hpp"
+#include "physics/aligned.hpp"
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "physics/lattice_sums.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
 namespace physics {
+namespace HWY_NAMESPACE {
+namespace sums_kernel {
 
-namespace {
+namespace hn = hwy::HWY_NAMESPACE;
 
-// Items a task handles: some 100 us.
-constexpr std::size_t entries_a_task = 512;
+// n numbers, a multiple of four, that are added as one: eight at a time, then four.
+template <class T, std::size_t n> struct Row {
+    static constexpr std::size_t most = n >= 8 ? 8 : 4;
+    using D = hn::CappedTag<T, most>;
+    static constexpr std::size_t lanes = hn::MaxLanes(D()), parts = most / lanes;
 
-// Window sums of `channels` numbers along one line, windows and items as in LatticeLines. One of
-// the channels gets its moment about the window's place too. load(position) points at an item's
-// channels, or is null for none; store(place, sums, moment) takes the answer. `suffix` has room for
-// (2w + 1) (channels + 1). moment_of -1: no moments.
-template <int channels, int moment_of, class T, class Load, class Store>
-inline void slide(int w, int windows, int lead, int items, Quad<T>* suffix, const Load& load,
-                  const Store& store)
+    hn::Vec<D> part[parts];
+    Row<T, n - most> rest;
+
+    HWY_INLINE void clear()
+    {
+        for (auto& p : part) p = hn::Zero(D());
+        rest.clear();
+    }
+    HWY_INLINE void load(const T* from)
+    {
+        for (std::size_t i = 0; i < parts; ++i) part[i] = hn::LoadU(D(), from + i * lanes);
+        rest.load(from + most);
+    }
+    HWY_INLINE void store(T* to) const
+    {
+        for (std::size_t i = 0; i < parts; ++i) hn::StoreU(part[i], D(), to + i * lanes);
+        rest.store(to + most);
+    }
+    HWY_INLINE void add(const Row& o)
+    {
+        for (std::size_t i = 0; i < parts; ++i) part[i] = hn::Add(part[i], o.part[i]);
+        rest.add(o.rest);
+    }
+    HWY_INLINE void add(const T* from)
+    {
+        Row row;
+        row.load(from);
+        add(row);
+    }
+    HWY_INLINE void subtract(const Row& o)
+    {
+        for (std::size_t i = 0; i < parts; ++i) part[i] = hn::Sub(part[i], o.part[i]);
+        rest.subtract(o.rest);
+    }
+    HWY_INLINE void add_times(T factor, const Row& o)
+    {
+        const auto times = hn::Set(D(), factor);
+        for (std::size_t i = 0; i < parts; ++i) {
+            part[i] = hn::Add(part[i], hn::Mul(times, o.part[i]));
+        }
+        rest.add_times(factor, o.rest);
+    }
+};
+template <class T> struct Row<T, 0> {
+    HWY_INLINE void clear() {}
+    HWY_INLINE void load(const T*) {}
+    HWY_INLINE void store(T*) const {}
+    HWY_INLINE void add(const Row&) {}
+    HWY_INLINE void add(const T*) {}
+    HWY_INLINE void subtract(const Row&) {}
+    HWY_INLINE void add_times(T, const Row&) {}
+};
+
+// Sums of what lies in a window. Some quads of each item, the first ones in order to collect and
+// the last in order to spread, get their moments about the window's place too.
+template <class T, std::size_t main_numbers, std::size_t others, bool collects> struct Sums {
+    static constexpr std::size_t item = main_numbers + others;  // numbers
+    static constexpr std::size_t main_at = collects ? 0 : others;
+    static constexpr std::size_t others_at = collects ? main_numbers : 0;
+    using Main = Row<T, main_numbers>;
+
+    Main main, moment;
+    Row<T, others> rest;
+
+    HWY_INLINE void clear()
+    {
+        main.clear();
+        moment.clear();
+        rest.clear();
+    }
+    HWY_INLINE void add_item(const T* from)
+    {
+        main.add(from + main_at);
+        rest.add(from + others_at);
+    }
+    // Suffixes, as slide() keeps them.
+    static constexpr std::size_t entry = others + 2 * main_numbers;
+    HWY_INLINE void keep(T* to) const
+    {
+        main.store(to);
+        moment.store(to + main_numbers);
+        rest.store(to + 2 * main_numbers);
+    }
+    HWY_INLINE void restore(const T* from)
+    {
+        main.load(from);
+        moment.load(from + main_numbers);
+        rest.load(from + 2 * main_numbers);
+    }
+    // Collected: the sums and the moments. Spread: the other sums, the moments taken from the
+    // first.
+    static constexpr std::size_t answer = collects ? item + main_numbers : others;
+    HWY_INLINE void store(T* to) const
+    {
+        if constexpr (collects) {
+            main.store(to);
+            rest.store(to + main_numbers);
+            moment.store(to + item);
+        } else {
+            rest.store(to);
+            Main front;
+            front.load(to);
+            front.subtract(moment);
+            front.store(to);
+        }
+    }
+};
+
+// A line's items lie at `from`, one after another, at the places lead .. lead + items - 1 as seen
+// from the windows, which are at 0 .. windows - 1 and go to `to`, one after another or where
+// `place` says.
+template <class T> struct Slide {
+    int w, windows, lead, items;
+    const T* from;
+    T* to;
+    const std::uint32_t* place;
+
+    template <class S> HWY_INLINE void answer(int at, const S& sums) const
+    {
+        if (place == nullptr) {
+            sums.store(to + std::size_t(at) * S::answer);
+        } else if (place[at] != none) {
+            sums.store(to + std::size_t(place[at]) * S::answer);
+        }
+    }
+};
+
+// `suffix` has room for 2w + 1 entries.
+template <class S, class T> HWY_INLINE void slide_blocks(const Slide<T>& line, T* suffix)
 {
-    const int length = 2 * w + 1;
-    const Quad<T> zero = Quad<T>::Zero();
-    const T reach = T(w);
-    for (int first = 0; first < windows; first += length) {
+    const int w = line.w, length = 2 * w + 1;
+    for (int first = 0; first < line.windows; first += length) {
         const int base = first - w;  // the block's first position
-        const int stored = std::min(length, windows - first);
-        const int low = std::max(0, lead - base), high = std::min(length, lead + items - base);
+        const int stored = std::min(length, line.windows - first);
+        const int low = std::max(0, line.lead - base);
+        const int high = std::min(length, line.lead + line.items - base);
+        const T* const block = line.from + (base - line.lead) * std::ptrdiff_t(S::item);
 
         // Suffix sums: from position base + j to the block's end, moments about base + j.
-        Quad<T> sum[channels], moment = zero;
-        for (auto& s : sum) s = zero;
-        const auto keep = [&](int j) {
-            Quad<T>* const to = suffix + j * (channels + 1);
-            for (int c = 0; c < channels; ++c) to[c] = sum[c];
-            to[channels] = moment;
-        };
-        for (int j = stored - 1; j >= std::max(high, 0); --j) keep(j);
-        for (int j = high - 1; j >= low; --j) {
-            if constexpr (moment_of >= 0) moment += sum[moment_of];
-            if (const Quad<T>* const from = load(base + j)) {
-                for (int c = 0; c < channels; ++c) sum[c] += from[c];
-            }
-            if (j < stored) keep(j);
+        S sums;
+        sums.clear();
+        for (int j = stored - 1; j >= std::max(high, 0); --j) sums.keep(suffix + j * int(S::entry));
+        int j = high - 1;
+        for (; j >= std::max(low, stored); --j) {
+            sums.moment.add(sums.main);
+            sums.add_item(block + j * std::ptrdiff_t(S::item));
         }
-        for (int j = std::min(low, length) - 1; j >= 0; --j) {
-            if constexpr (moment_of >= 0) moment += sum[moment_of];
-            if (j < stored) keep(j);
+        for (; j >= low; --j) {
+            sums.moment.add(sums.main);
+            sums.add_item(block + j * std::ptrdiff_t(S::item));
+            sums.keep(suffix + j * int(S::entry));
+        }
+        for (j = std::min(low, length) - 1; j >= 0; --j) {
+            sums.moment.add(sums.main);
+            if (j < stored) sums.keep(suffix + j * int(S::entry));
         }
 
         // And prefix sums of the next block up to position first + t + w, moments about that.
-        for (auto& s : sum) s = zero;
-        moment = zero;
+        sums.clear();
         for (int t = 0; t < stored; ++t) {
+            const int position = base + length + t - 1;
             if (t > 0) {
-                const int position = base + length + t - 1;
-                if constexpr (moment_of >= 0) moment -= sum[moment_of];
-                if (position >= lead && position < lead + items) {
-                    if (const Quad<T>* const from = load(position)) {
-                        for (int c = 0; c < channels; ++c) sum[c] += from[c];
-                    }
+                sums.moment.subtract(sums.main);
+                if (position >= line.lead && position < line.lead + line.items) {
+                    sums.add_item(block + (length + t - 1) * std::ptrdiff_t(S::item));
                 }
             }
-            const Quad<T>* const rest = suffix + t * (channels + 1);
-            Quad<T> total[channels];
-            for (int c = 0; c < channels; ++c) total[c] = rest[c] + sum[c];
-            if constexpr (moment_of >= 0) {
-                const Quad<T> about =
-                    rest[channels] + moment + reach * (sum[moment_of] - rest[moment_of]);
-                store(first + t, total, about);
-            } else {
-                store(first + t, total, zero);
-            }
+            S total;
+            total.restore(suffix + t * int(S::entry));
+            typename S::Main between = sums.main;
+            between.subtract(total.main);
+            total.moment.add(sums.moment);
+            total.moment.add_times(T(w), between);
+            total.main.add(sums.main);
+            total.rest.add(sums.rest);
+            line.answer(first + t, total);
         }
     }
 }
 
 // The same for narrow windows, item by item: with few items a block its bookkeeping costs more than
 // the additions it saves.
-template <int w, int channels, int moment_of, class T, class Load, class Store>
-inline void slide_item_by_item(int windows, int lead, int items, const Load& load,
-                               const Store& store)
+template <int w, class S, class T> HWY_INLINE void slide_item_by_item(const Slide<T>& line)
 {
     constexpr int length = 2 * w + 1;
-    Quad<T> nothing[channels];
-    for (auto& n : nothing) n.setZero();
-    const auto item = [&](int position) -> const Quad<T>* {
-        if (position < lead || position >= lead + items) return nothing;
-        const Quad<T>* const from = load(position);
-        return from ? from : nothing;
+    const T nothing[S::item] = {};
+    const T* near[length];
+    const auto item = [&](int position) HWY_ATTR -> const T* {
+        const bool there = position >= line.lead && position < line.lead + line.items;
+        return there ? line.from + (position - line.lead) * std::ptrdiff_t(S::item) : nothing;
     };
-    const Quad<T>* near[length];
     for (int d = 1; d < length; ++d) near[d] = item(d - 1 - w);
-    for (int place = 0; place < windows; ++place) {
+    for (int at = 0; at < line.windows; ++at) {
         for (int d = 1; d < length; ++d) near[d - 1] = near[d];
-        near[length - 1] = item(place + w);
-        Quad<T> total[channels];
-        for (int c = 0; c < channels; ++c) {
-            total[c] = near[0][c];
-            for (int d = 1; d < length; ++d) total[c] += near[d][c];
+        near[length - 1] = item(at + w);
+        S sums;
+        sums.clear();
+        for (int d = 0; d < length; ++d) sums.add_item(near[d]);
+        for (int d = 1; d <= w; ++d) {
+            typename S::Main after, before;
+            after.load(near[w + d] + S::main_at);
+            before.load(near[w - d] + S::main_at);
+            after.subtract(before);
+            sums.moment.add_times(T(d), after);
         }
-        Quad<T> about = Quad<T>::Zero();
-        if constexpr (moment_of >= 0) {
-            for (int d = 1; d <= w; ++d) {
-                about += T(d) * (near[w + d][moment_of] - near[w - d][moment_of]);
-            }
-        }
-        store(place, total, about);
+        line.answer(at, sums);
     }
 }
 
-// Whichever is faster. `suffix` as slide() wants it.
-template <int channels, int moment_of, class T, class Load, class Store>
-inline void sum_windows(int w, int windows, int lead, int items, Quad<T>* suffix, const Load& load,
-                        const Store& store)
+template <class S, class T> HWY_INLINE void sum_windows(const Slide<T>& line, T* suffix)
 {
-    if (w == 1) {
-        slide_item_by_item<1, channels, moment_of, T>(windows, lead, items, load, store);
-    } else if (w == 2) {
-        slide_item_by_item<2, channels, moment_of, T>(windows, lead, items, load, store);
+    if (line.w == 1) {
+        slide_item_by_item<1, S>(line);
+    } else if (line.w == 2) {
+        slide_item_by_item<2, S>(line);
     } else {
-        slide<channels, moment_of, T>(w, windows, lead, items, suffix, load, store);
+        slide_blocks<S>(line, suffix);
     }
 }
+
+// Lines begin .. end of `along`, from items of `channels` quads to windows of one more, the moment
+// of the first.
+template <std::size_t channels, class T>
+HWY_INLINE void collect_some(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
+                             const T* items, T* windows, Aligned<T>& room)
+{
+    using S = Sums<T, 4, 4 * (channels - 1), true>;
+    const std::size_t suffixes = std::size_t(2 * w + 1) * S::entry;
+    for (std::size_t l = begin; l < end; ++l) {
+        const auto& line = along.lines[l];
+        const std::uint32_t* const index = along.items.data() + line.item;
+        room.resize(std::max(room.size(), suffixes + line.items * S::item));
+        T* const gathered = room.data() + suffixes;
+        for (std::size_t k = 0; k < line.items; ++k) {
+            Row<T, S::item> row;
+            if (index[k] == none) {
+                row.clear();
+            } else {
+                row.load(items + index[k] * S::item);
+            }
+            row.store(gathered + k * S::item);
+        }
+        const Slide<T> slide{w,         int(line.windows),
+                             line.lead, int(line.items),
+                             gathered,  windows + std::size_t(line.window) * S::answer,
+                             nullptr};
+        sum_windows<S>(slide, room.data());
+    }
+}
+
+// The transpose: windows of channels + 1 quads are spread over items of `channels`. Seen from the
+// items, place 0 is the first item.
+template <std::size_t channels, class T>
+HWY_INLINE void spread_some(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
+                            const T* windows, T* items, Aligned<T>& room)
+{
+    using S = Sums<T, 4, 4 * channels, false>;
+    room.resize(std::max(room.size(), std::size_t(2 * w + 1) * S::entry));
+    for (std::size_t l = begin; l < end; ++l) {
+        const auto& line = along.lines[l];
+        const Slide<T> slide{w,
+                             int(line.items),
+                             -line.lead,
+                             int(line.windows),
+                             windows + std::size_t(line.window) * S::item,
+                             items,
+                             along.items.data() + line.item};
+        sum_windows<S>(slide, room.data());
+    }
+}
+
+template <class T>
+HWY_INLINE void collect_any(int channels, const LatticeLines& along, std::size_t begin,
+                            std::size_t end, int w, const T* items, T* windows, Aligned<T>& room)
+{
+    if (channels == 1) collect_some<1>(along, begin, end, w, items, windows, room);
+    if (channels == 2) collect_some<2>(along, begin, end, w, items, windows, room);
+    if (channels == 3) collect_some<3>(along, begin, end, w, items, windows, room);
+}
+
+template <class T>
+HWY_INLINE void spread_any(int channels, const LatticeLines& along, std::size_t begin,
+                           std::size_t end, int w, const T* windows, T* items, Aligned<T>& room)
+{
+    if (channels == 1) spread_some<1>(along, begin, end, w, windows, items, room);
+    if (channels == 2) spread_some<2>(along, begin, end, w, windows, items, room);
+    if (channels == 3) spread_some<3>(along, begin, end, w, windows, items, room);
+}
+
+}  // namespace sums_kernel
+
+// Dispatch tables take plain functions.
+void collect_float(int channels, const LatticeLines& along, std::size_t begin, std::size_t end,
+                   int w, const float* items, float* windows, Aligned<float>& room)
+{
+    sums_kernel::collect_any(channels, along, begin, end, w, items, windows, room);
+}
+void collect_double(int channels, const LatticeLines& along, std::size_t begin, std::size_t end,
+                    int w, const double* items, double* windows, Aligned<double>& room)
+{
+    sums_kernel::collect_any(channels, along, begin, end, w, items, windows, room);
+}
+void spread_float(int channels, const LatticeLines& along, std::size_t begin, std::size_t end,
+                  int w, const float* windows, float* items, Aligned<float>& room)
+{
+    sums_kernel::spread_any(channels, along, begin, end, w, windows, items, room);
+}
+void spread_double(int channels, const LatticeLines& along, std::size_t begin, std::size_t end,
+                   int w, const double* windows, double* items, Aligned<double>& room)
+{
+    sums_kernel::spread_any(channels, along, begin, end, w, windows, items, room);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace physics
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace physics {
+
+HWY_EXPORT(collect_float);
+HWY_EXPORT(collect_double);
+HWY_EXPORT(spread_float);
+HWY_EXPORT(spread_double);
+
+namespace {
+
+// Items a task handles: some 100 us.
+constexpr std::size_t entries_a_task = 512;
 
 // From items of `channels` quads to windows of one more, the moment of the first channel.
-template <int channels, class T>
-void collect_lines(const LatticeLines& along, int w, const Quad<T>* items, Quad<T>* windows)
+template <class T>
+void collect_lines(int channels, const LatticeLines& along, int w, const Quad<T>* items,
+                   Quad<T>* windows)
 {
     geometry::parallel_for(
         along.lines.size(), entries_a_task / 8, [&](std::size_t begin, std::size_t end) {
-            std::vector<Quad<T>> suffix(std::size_t((2 * w + 1) * (channels + 1)));
-            for (std::size_t l = begin; l < end; ++l) {
-                const auto& line = along.lines[l];
-                const std::uint32_t* const index = along.items.data() + line.item;
-                Quad<T>* const out = windows + std::size_t(line.window) * (channels + 1);
-                sum_windows<channels, 0, T>(
-                    w, int(line.windows), line.lead, int(line.items), suffix.data(),
-                    [&](int position) -> const Quad<T>* {
-                        const std::uint32_t i = index[position - line.lead];
-                        return i == none ? nullptr : items + std::size_t(i) * channels;
-                    },
-                    [&](int place, const Quad<T>* total, const Quad<T>& moment) {
-                        Quad<T>* const to = out + place * (channels + 1);
-                        for (int c = 0; c < channels; ++c) to[c] = total[c];
-                        to[channels] = moment;
-                    });
+            Aligned<T> room;
+            const T* const from = items->data();
+            T* const to = windows->data();
+            if constexpr (std::is_same_v<T, float>) {
+                HWY_DYNAMIC_DISPATCH(collect_float)(channels, along, begin, end, w, from, to, room);
+            } else {
+                HWY_DYNAMIC_DISPATCH(collect_double)
+                (channels, along, begin, end, w, from, to, room);
             }
         });
 }
 
 // The transpose: windows of channels + 1 quads are spread over items of `channels`.
-template <int channels, class T>
-void spread_lines(const LatticeLines& along, int w, Quad<T>* windows, Quad<T>* items)
+template <class T>
+void spread_lines(int channels, const LatticeLines& along, int w, Quad<T>* windows, Quad<T>* items)
 {
+    const std::size_t quads = std::size_t(channels) + 1;
     for (const std::uint32_t d : along.dead) {
-        for (int c = 0; c <= channels; ++c)
-            windows[std::size_t(d) * (channels + 1) + std::size_t(c)].setZero();
+        for (std::size_t c = 0; c < quads; ++c) windows[d * quads + c].setZero();
     }
     geometry::parallel_for(
         along.lines.size(), entries_a_task / 8, [&](std::size_t begin, std::size_t end) {
-            std::vector<Quad<T>> suffix(std::size_t((2 * w + 1) * (channels + 2)));
-            for (std::size_t l = begin; l < end; ++l) {
-                const auto& line = along.lines[l];
-                const std::uint32_t* const index = along.items.data() + line.item;
-                const Quad<T>* const in = windows + std::size_t(line.window) * (channels + 1);
-                // Seen from the items, place 0 is the first item.
-                sum_windows<channels + 1, channels, T>(
-                    w, int(line.items), -line.lead, int(line.windows), suffix.data(),
-                    [&](int position) { return in + (position + line.lead) * (channels + 1); },
-                    [&](int place, const Quad<T>* total, const Quad<T>& moment) {
-                        const std::uint32_t i = index[place];
-                        if (i == none) return;
-                        Quad<T>* const to = items + std::size_t(i) * channels;
-                        to[0] = total[0] - moment;
-                        for (int c = 1; c < channels; ++c) to[c] = total[c];
-                    });
+            Aligned<T> room;
+            const T* const from = windows->data();
+            T* const to = items->data();
+            if constexpr (std::is_same_v<T, float>) {
+                HWY_DYNAMIC_DISPATCH(spread_float)(channels, along, begin, end, w, from, to, room);
+            } else {
+                HWY_DYNAMIC_DISPATCH(spread_double)(channels, along, begin, end, w, from, to, room);
             }
         });
 }
@@ -247,9 +461,9 @@ template <class T> void collect(const LatticeRegions& regions, RegionSums<T>& su
             });
     }
 
-    collect_lines<1>(regions.x, w, sums.b.data(), sums.a.data());
-    collect_lines<2>(regions.y, w, sums.a.data(), sums.b.data());
-    if (!regions.flat) collect_lines<3>(regions.z, w, sums.b.data(), sums.a.data());
+    collect_lines(1, regions.x, w, sums.b.data(), sums.a.data());
+    collect_lines(2, regions.y, w, sums.a.data(), sums.b.data());
+    if (!regions.flat) collect_lines(3, regions.z, w, sums.b.data(), sums.a.data());
     const auto slots = sums.slots(regions);
     const std::size_t quads = regions.quads();
     for (const std::uint32_t d : regions.flat ? regions.y.dead : regions.z.dead) {
@@ -277,9 +491,9 @@ template <class T> void spread(const LatticeRegions& regions, RegionSums<T>& sum
             slot.setZero();
         }
     }
-    if (!regions.flat) spread_lines<3>(regions.z, w, sums.a.data(), sums.b.data());
-    spread_lines<2>(regions.y, w, sums.b.data(), sums.a.data());
-    spread_lines<1>(regions.x, w, sums.a.data(), sums.b.data());
+    if (!regions.flat) spread_lines(3, regions.z, w, sums.a.data(), sums.b.data());
+    spread_lines(2, regions.y, w, sums.b.data(), sums.a.data());
+    spread_lines(1, regions.x, w, sums.a.data(), sums.b.data());
 
     // From plates' regions down: an affine map a node, about its own place.
     for (const auto& [low, high] :
@@ -320,3 +534,4 @@ template void spread(const LatticeRegions&, RegionSums<float>&);
 template void spread(const LatticeRegions&, RegionSums<double>&);
 
 }  // namespace physics
+#endif
