@@ -3,6 +3,7 @@
 #include "geometry/parallel.hpp"
 #include "physics/balls.hpp"
 #include "physics/lattice_contact.hpp"
+#include "physics/lattice_pull.hpp"
 #include "physics/match_regions.hpp"
 #include "physics/outside_forces.hpp"
 #include "physics/pins.hpp"
@@ -26,41 +27,6 @@ double share_of(double rate_sq, double dt)
     return std::min(1.0, rate_sq * dt * dt);
 }
 
-// Sums over particles, plain numbers: vectors of three defeat the compiler here.
-struct Momentum {
-    double linear[3] = {}, angular[3] = {}, moment[3] = {};
-    double spread[6] = {};  // m x x^T: xx, xy, xz, yy, yz, zz
-
-    void add(double m, const Vec3& x, const double (&impulse)[3])
-    {
-        const double p[3] = {m * x[0], m * x[1], m * x[2]};
-        for (int d = 0; d < 3; ++d) {
-            linear[d] += m * impulse[d];
-            moment[d] += p[d];
-        }
-        angular[0] += p[1] * impulse[2] - p[2] * impulse[1];
-        angular[1] += p[2] * impulse[0] - p[0] * impulse[2];
-        angular[2] += p[0] * impulse[1] - p[1] * impulse[0];
-        spread[0] += p[0] * x[0];
-        spread[1] += p[0] * x[1];
-        spread[2] += p[0] * x[2];
-        spread[3] += p[1] * x[1];
-        spread[4] += p[1] * x[2];
-        spread[5] += p[2] * x[2];
-    }
-    Momentum operator+(const Momentum& o) const
-    {
-        Momentum sum = *this;
-        for (int d = 0; d < 3; ++d) {
-            sum.linear[d] += o.linear[d];
-            sum.angular[d] += o.angular[d];
-            sum.moment[d] += o.moment[d];
-        }
-        for (int d = 0; d < 6; ++d) sum.spread[d] += o.spread[d];
-        return sum;
-    }
-};
-
 template <class T> class Stepper {
 public:
     using Vec = Eigen::Matrix<T, 3, 1>;
@@ -73,7 +39,8 @@ public:
           in_plane_(body.options.plane == PlaneMotion::in_plane), sums_(body.whole.regions)
     {
         for (const auto k : loads.pins.corner) start_.push_back(state.x[k]);
-        if (!loads.colliders.empty() || !loads.balls.empty() || body.options.contact.on) {
+        touches_ = !loads.colliders.empty() || !loads.balls.empty() || body.options.contact.on;
+        if (touches_) {
             for (const double m : body.base.mass) inverse_mass_.push_back(m > 0 ? 1 / m : 0);
             for (const auto k : loads.pins.corner) inverse_mass_[k] = 0;
         }
@@ -105,6 +72,7 @@ public:
 
     void run()
     {
+        take_origin([](std::size_t) {});
         for (int i = 1; i <= options_.substeps; ++i) step(double(i) / options_.substeps);
         state_.time += frame_;
         state_.report = {};
@@ -131,6 +99,21 @@ public:
 
 private:
     bool bends_in_space() const { return flat_ && !in_plane_; }
+
+    // Calls visit(i) for each particle, which may move it, and measures from their middle after.
+    template <class Visit> void take_origin(const Visit& visit)
+    {
+        const Vec3 sum = geometry::ordered_sum<Vec3>(n_, grain, Vec3::Zero(),
+                                                     [&](std::size_t begin, std::size_t end) {
+                                                         Vec3 part = Vec3::Zero();
+                                                         for (std::size_t i = begin; i < end; ++i) {
+                                                             visit(i);
+                                                             part += state_.x[i];
+                                                         }
+                                                         return part;
+                                                     });
+        origin_ = sum / double(n_);
+    }
 
     void step(double share)
     {
@@ -266,15 +249,6 @@ private:
     {
         const auto& mass = with_pins_.empty() ? matched_->mass : with_pins_;
         const auto f = sums_.particles(matched_->regions);
-        origin_ = geometry::ordered_sum<Vec3>(n_, grain, Vec3::Zero(),
-                                              [&](std::size_t begin, std::size_t end) {
-                                                  Vec3 sum = Vec3::Zero();
-                                                  for (std::size_t i = begin; i < end; ++i) {
-                                                      sum += state_.x[i];
-                                                  }
-                                                  return sum;
-                                              }) /
-                  double(n_);
         geometry::parallel_for(n_, grain, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const T m = T(mass[i]);
@@ -491,18 +465,6 @@ private:
         for (std::size_t c = 0; c < 6; ++c) p[c] = float(packed[c]);
     }
 
-    // d_i from its sum g and the sums of weights.
-    Vec displacement(std::size_t i, const Quad<T>& g) const
-    {
-        const Vec3 away = state_.x[i] - origin_;
-        const Vec x = away.cast<T>();
-        Vec d = T(matched_->held_by[i]) * (g.template head<3>().matrix() - held_weight_[i] * x);
-        if (!membrane_share_.empty()) {
-            d += T(1 / body_.base.mass[i]) * stretched_.at(body_.membrane, i);
-        }
-        return d;
-    }
-
     // The lattice's own impulses.
     void pull()
     {
@@ -510,39 +472,39 @@ private:
             stretched_.pull(body_.membrane, {torn_corners_, membrane_rest()}, membrane_share_,
                             state_.x);
         }
-        const auto g = sums_.particles(matched_->regions);
+        const auto goal = sums_.particles(matched_->regions);
         float* const before = state_.rotation.data() + 4 * matched_->regions.slots();
         const double damping = has_before_ ? damping_ : 0;
-        const bool free = loads_.pins.corner.empty();
-        const auto momentum =
-            geometry::ordered_sum<Momentum>(n_, grain, {}, [&](std::size_t begin, std::size_t end) {
-                Momentum sum;
-                for (std::size_t i = begin; i < end; ++i) {
-                    const Vec away = displacement(i, g[i]);
-                    float* const last = before + 3 * i;
-                    double impulse[3];
-                    for (int d = 0; d < 3; ++d) {
-                        const double now = double(away[d]), change = now - double(last[d]);
-                        last[d] = float(away[d]);
-                        impulse[d] = (stiffness_ * now + damping * change) / dt_;
-                        state_.v[i][d] += impulse[d];
-                    }
-                    if (free) sum.add(body_.base.mass[i], state_.x[i] - origin_, impulse);
+        const auto momentum = geometry::ordered_sum<PullMomentum>(
+            n_, grain, {}, [&](std::size_t begin, std::size_t end) {
+                constexpr std::size_t at_once = 256;
+                alignas(64) T stretch[4 * at_once];
+                PullMomentum sum;
+                for (std::size_t i = begin; i < end; i += at_once) {
+                    const std::size_t count = std::min(at_once, end - i);
+                    const bool stretches = !membrane_share_.empty();
+                    if (stretches) stretched_.gather(body_.membrane, i, count, stretch);
+                    const PulledParticles<T> particles{count,
+                                                       state_.x[i].data(),
+                                                       state_.v[i].data(),
+                                                       before + 3 * i,
+                                                       goal[i].data(),
+                                                       held_weight_.data() + i,
+                                                       matched_->held_by.data() + i,
+                                                       body_.base.mass.data() + i,
+                                                       stretches ? stretch : nullptr};
+                    sum = sum + pull_particles(particles, origin_, stiffness_ / dt_, damping / dt_);
                 }
                 return sum;
             });
         has_before_ = true;
-        if (!free) return;
+        if (!loads_.pins.corner.empty()) return;
 
         // Regions pull without force or torque; what rounding has left of them is taken out again.
-        const Vec3 linear(momentum.linear), centre = Vec3(momentum.moment) / mass_;
-        const double* const spread = momentum.spread;
-        Mat3 about;
-        about << spread[0], spread[1], spread[2], spread[1], spread[3], spread[4], spread[2],
-            spread[4], spread[5];
-        about -= mass_ * centre * centre.transpose();
+        const Vec3 linear = momentum.linear(), centre = momentum.moment() / mass_;
+        const Mat3 about = momentum.spread() - mass_ * centre * centre.transpose();
         const Mat3 inertia = about.trace() * Mat3::Identity() - about;
-        const Vec3 torque = Vec3(momentum.angular) - centre.cross(linear);
+        const Vec3 torque = momentum.angular() - centre.cross(linear);
         const Eigen::LDLT<Mat3> solver(inertia);
         Vec3 spin = solver.solve(torque);
         const double least = solver.vectorD().minCoeff();
@@ -568,28 +530,37 @@ private:
             }
             add_wind(body_.base, loads_.forces, x.data(), v.data(), force, drag);
         }
-        geometry::parallel_for(n_, grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const double m = body_.base.mass[i];
-                Vec3& v = state_.v[i];
-                v += dt_ * gravity_ - drift_ - spin_.cross(Vec3(state_.x[i] - pivot_));
-                if (!steady_.empty()) v += dt_ / m * Eigen::Map<const Vec3>(steady_.data() + 4 * i);
-                if (damped_) v *= std::exp(-body_.base.mass_damping[i] / m * dt_);
-                if (windy_) {
-                    // The drag is implicit, so that light bodies follow the wind and no more.
-                    v = (m * v + dt_ * Eigen::Map<const Vec3>(force.data() + 4 * i)) /
-                        (m + dt_ * drag[4 * i]);
-                }
-                if (in_plane_) v[body_.flat_axis] = 0;
+        const Vec3 steady = dt_ * gravity_ - drift_, spin = spin_, pivot = pivot_;
+        const auto push = [&](std::size_t i) {
+            const double m = body_.base.mass[i];
+            Vec3& v = state_.v[i];
+            v += steady - spin.cross(Vec3(state_.x[i] - pivot));
+            if (!steady_.empty()) v += dt_ / m * Eigen::Map<const Vec3>(steady_.data() + 4 * i);
+            if (damped_) v *= std::exp(-body_.base.mass_damping[i] / m * dt_);
+            if (windy_) {
+                // The drag is implicit, so that light bodies follow the wind and no more.
+                v = (m * v + dt_ * Eigen::Map<const Vec3>(force.data() + 4 * i)) /
+                    (m + dt_ * drag[4 * i]);
             }
-        });
+            if (in_plane_) v[body_.flat_axis] = 0;
+        };
+        if (touches_) {
+            geometry::parallel_for(n_, grain, [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i) push(i);
+            });
+        } else {
+            take_origin([&](std::size_t i) {
+                push(i);
+                state_.x[i] += dt_ * state_.v[i];
+            });
+        }
     }
 
     void collide(double share)
     {
+        if (!touches_) return;
         const bool pairs = body_.options.contact.on;
         for (BallState& ball : state_.balls) ball.v += dt_ * gravity_;
-        if (loads_.colliders.empty() && loads_.balls.empty() && !pairs) return;
         std::vector<PosedCollider> colliders;
         for (const Collider& c : loads_.colliders) {
             colliders.push_back(pose_collider(c, share, frame_, body_.base.h));
@@ -611,9 +582,7 @@ private:
 
     void move(double share)
     {
-        geometry::parallel_for(n_, grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) state_.x[i] += dt_ * state_.v[i];
-        });
+        if (touches_) take_origin([&](std::size_t i) { state_.x[i] += dt_ * state_.v[i]; });
         const auto& pins = loads_.pins;
         for (std::size_t p = 0; p < pins.corner.size(); ++p) {
             const std::uint32_t k = pins.corner[p];
@@ -685,6 +654,7 @@ private:
     Vec3 gravity_ = Vec3::Zero();
     Aligned<double> steady_;  // point forces, N, four numbers a corner; empty without
     bool windy_ = false, damped_ = false;
+    bool touches_ = false;  // there is something to touch; if not, forces and motion are one pass
     double stiffness_ = 0, damping_ = 0;  // alpha with the membrane's share, beta
     double mass_ = 0;                     // kg, of all
     double resolved_ = 0;                 // s dt, at most 1 where steps can bear the stiffness
@@ -708,26 +678,26 @@ bool all_finite(const State& state)
     return sum == 0;
 }
 
-// What a step that failed goes back to: a copy on all threads, for its time is mostly that of
-// finding room.
-State copied(const State& state)
+// What a step that failed goes back to: a copy that is made on all threads where it is long, for
+// its time is mostly that of finding room.
+State copied(State& state)
 {
-    State copy;
-    const std::size_t n = state.x.size();
-    copy.x.resize(n);
-    copy.v.resize(n);
-    geometry::parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
-        std::copy(state.x.begin() + std::ptrdiff_t(begin), state.x.begin() + std::ptrdiff_t(end),
-                  copy.x.begin() + std::ptrdiff_t(begin));
-        std::copy(state.v.begin() + std::ptrdiff_t(begin), state.v.begin() + std::ptrdiff_t(end),
-                  copy.v.begin() + std::ptrdiff_t(begin));
-    });
-    copy.time = state.time;
-    copy.rotation = state.rotation;
-    copy.plastic = state.plastic;
-    copy.broken = state.broken;
-    copy.balls = state.balls;
-    copy.stress = state.stress;
+    const auto copy_of = [](const std::vector<Vec3>& from) {
+        std::vector<Vec3> to(from.size());
+        geometry::parallel_for(from.size(), grain, [&](std::size_t begin, std::size_t end) {
+            std::copy(from.begin() + std::ptrdiff_t(begin), from.begin() + std::ptrdiff_t(end),
+                      to.begin() + std::ptrdiff_t(begin));
+        });
+        return to;
+    };
+    std::vector<Vec3> x, v;
+    x.swap(state.x);
+    v.swap(state.v);
+    State copy = state;  // all the rest of it, whatever that is
+    x.swap(state.x);
+    v.swap(state.v);
+    copy.x = copy_of(state.x);
+    copy.v = copy_of(state.v);
     return copy;
 }
 

@@ -30,18 +30,36 @@ namespace physics {
 
 inline constexpr std::uint32_t no_cell = ~0u;
 
+// Cells one after another along u that share their links across, so that what they read and write
+// lies in two rows of particles.
+struct MembraneStrip {
+    std::uint32_t first, count;  // cells, at most 64
+    std::uint32_t row;           // of its pulls: count + 1 particles at v = 0, then as many at 1
+    bool in_order;               // both rows of particles are numbered one after another
+};
+
+// Particles one after another and the pulls that each adds up, likewise: `rows` of the first, then
+// no_cell.
+struct MembraneRun {
+    std::uint32_t first;
+    std::array<std::uint32_t, 4> rows;
+};
+
 struct Membrane {
-    double h = 0;                                       // m, edge of a cell
-    std::vector<std::array<std::uint32_t, 4>> cell;     // C, particles at 0, u, v, u + v
-    std::vector<std::array<std::uint32_t, 4>> held_by;  // N, 4 cell + place in it, or no_cell
-    std::vector<float> stiffness;                       // C, N/m, E V / h^2
-    std::vector<float> thickness_sq;                    // C, (t / h)^2
-    std::vector<float> mass;                            // C, kg
+    double h = 0;                                    // m, edge of a cell
+    std::vector<std::array<std::uint32_t, 4>> cell;  // C, particles at 0, u, v, u + v; row by row
+    std::vector<MembraneStrip> strip;                // all cells, in their order
+    std::vector<MembraneRun> run;                    // all particles, in their order
+    std::size_t rows = 0;                            // pulls of all strips
+    std::vector<float> stiffness;                    // C, N/m, E V / h^2
+    std::vector<float> thickness_sq;                 // C, (t / h)^2
+    std::vector<float> mass;                         // C, kg
 
     std::size_t bytes() const;
 };
 
-// Of the plane `cubes` across `axis`.
+// Of the plane `cubes` across `axis`. Throws std::invalid_argument where more than four cells meet
+// at a corner.
 Membrane make_membrane(const geometry::Cubes& cubes, int axis);
 
 // Which corners of each cell have lost a link. `broken` as in State, 3 particle + axis.
@@ -58,22 +76,16 @@ struct MembraneState {
 // cell, kg.
 template <class T> class MembranePull {
 public:
-    // The corners' pull on their particles at x: one task a piece, cells apart.
+    // The corners' pull on their particles at x: one task a piece, strips apart.
     void pull(const Membrane& membrane, const MembraneState& state, std::span<const T> share,
               const std::vector<geometry::Vec3>& x);
 
-    // kg m, sum of what the cells of particle i pull it by.
-    Eigen::Matrix<T, 3, 1> at(const Membrane& membrane, std::size_t i) const
-    {
-        Eigen::Matrix<T, 3, 1> sum = Eigen::Matrix<T, 3, 1>::Zero();
-        for (const std::uint32_t h : membrane.held_by[i]) {
-            if (h != no_cell) sum += Eigen::Map<const Eigen::Matrix<T, 3, 1>>(&pulls_[3 * h]);
-        }
-        return sum;
-    }
+    // kg m, what the cells pull `count` particles from `first` on by: four numbers each, the last
+    // 0.
+    void gather(const Membrane& membrane, std::size_t first, std::size_t count, T* to) const;
 
 private:
-    std::vector<T> pulls_;  // 12 a cell
+    std::vector<T> pulls_;  // 4 a row of a strip
 };
 
 }  // namespace physics

@@ -74,9 +74,12 @@ struct Sheet {
         MembranePull<T> pull;
         const std::vector<T> cast(share.begin(), share.end());
         pull.pull(membrane, state, cast, x);
+        std::vector<T> quads(4 * x.size());
+        pull.gather(membrane, 0, x.size(), quads.data());
         std::vector<Vec3> out;
         for (std::size_t i = 0; i < x.size(); ++i) {
-            out.push_back(pull.at(membrane, i).template cast<double>());
+            EXPECT_EQ(quads[4 * i + 3], T(0));
+            out.emplace_back(quads[4 * i], quads[4 * i + 1], quads[4 * i + 2]);
         }
         return out;
     }
