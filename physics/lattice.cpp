@@ -158,6 +158,7 @@ private:
                                       (4 - stiffness_) / 3)
                            : 0;
 
+        if (bends) take_twist(matched_->twist);
         weigh_pins();
         weight_.assign(slots, T(0));
         const double scale = stiffness_ > 0 ? 1 / stiffness_ : 0;
@@ -180,8 +181,7 @@ private:
         const std::size_t cells = membrane.cell.size();
         std::vector<double> share(cells), sum(n_, 0);
         for (std::size_t c = 0; c < cells; ++c) {
-            const double bend =
-                options_.bend * (material ? double(membrane.thickness_sq[c]) / bent : 1);
+            const double bend = options_.bend * (material ? double(membrane.bend[c]) / bent : 1);
             const double stiffness = material ? double(membrane.stiffness[c])
                                               : std::min(options_.rate * options_.rate, 1e200) *
                                                     m2 * double(membrane.mass[c]);
@@ -224,8 +224,27 @@ private:
             if (sum[1] > 0) times[regions.particle[s]] = float(sum[0] / sum[1]);
         }
         const auto most = 2.0f * float(regions.half_width);
+        const float least = bends_in_space() ? 2.0f : 1.0f;
         for (const auto k : pins) {
-            with_pins_[k] = matched_->mass[k] * std::clamp(times[k], 1.0f, most);
+            with_pins_[k] = matched_->mass[k] * std::clamp(times[k], least, most);
+        }
+        if (!bends_in_space()) return;
+        std::vector<std::uint8_t> holds(regions.slots());
+        for (std::size_t s = 0; s < holds.size(); ++s) {
+            holds[s] = slots[regions.quads() * s][1] > 0;
+        }
+        std::vector<RegionTwist> twist = matched_->twist;
+        find_twist(
+            *matched_, with_pins_, [&](std::size_t s) { return holds[s] != 0; }, twist);
+        take_twist(twist);
+    }
+
+    void take_twist(const std::vector<RegionTwist>& twist)
+    {
+        twist_.resize(4 * twist.size());
+        for (std::size_t s = 0; s < twist.size(); ++s) {
+            const double shape[4] = {twist[s].b, twist[s].c, twist[s].loose, 0};
+            for (std::size_t i = 0; i < 4; ++i) twist_[4 * s + i] = T(shape[i]);
         }
     }
 
@@ -274,13 +293,38 @@ private:
         spread(matched_->regions, sums_);
     }
 
+    // How far a plane's region is bent like a saddle, as far as it may stay so, into s[3]: (1 -
+    // phi) / B P. s is its sums. Returns a of its psi.
+    T keep_twist(std::size_t slot, Quad<T>* s) const
+    {
+        const T* const shape = twist_.data() + 4 * slot;
+        const T inverse = s[0][3] > 0 ? 1 / s[0][3] : T(0);
+        const auto about_middle = [&](int q) -> Quad<T> { return s[q] - s[q][3] * inverse * s[0]; };
+        const Quad<T> bent =
+            about_middle(3) - shape[0] * about_middle(1) - shape[1] * about_middle(2);
+        const T a = inverse * (s[3][3] - shape[0] * s[1][3] - shape[1] * s[2][3]);
+        s[3] = shape[2] * bent;
+        s[3][3] = T(0);
+        return a;
+    }
+
+    // Adds what keep_twist() left in s[3] to what is spread, times the slot's weight.
+    void add_twist(std::size_t slot, T a, Quad<T>* s) const
+    {
+        const T* const shape = twist_.data() + 4 * slot;
+        s[3] *= weight_[slot];
+        s[0] -= a * s[3];
+        s[1] -= shape[0] * s[3];
+        s[2] -= shape[1] * s[3];
+    }
+
     // A_r of a slot, with the columns of rest axes; s is its sums.
     Mat moment_matrix(const Quad<T>* s) const
     {
         const LatticeRegions& regions = matched_->regions;
         const T inverse = s[0][3] > 0 ? 1 / s[0][3] : T(0);
         Mat m = Mat::Zero();
-        for (std::size_t d = 1; d < regions.quads(); ++d) {
+        for (std::size_t d = 1; d <= regions.sides(); ++d) {
             m.col(regions.axes[d - 1]) =
                 (s[d] - (s[d][3] * inverse) * s[0]).template head<3>().matrix();
         }
@@ -293,9 +337,9 @@ private:
         if constexpr (std::is_same_v<T, float>) {
             const LatticeRegions& regions = matched_->regions;
             float* const slots = sums_.slots(regions).data()->data();
-            match_slots(end - begin, regions.quads(), slots + 4 * regions.quads() * begin,
-                        weight_.data() + begin, state_.rotation.data() + 4 * begin, regions.axes,
-                        float(body_.base.h));
+            match_slots(end - begin, slots + 4 * regions.quads() * begin, weight_.data() + begin,
+                        flat_ ? twist_.data() + 4 * begin : nullptr,
+                        state_.rotation.data() + 4 * begin, regions.axes, float(body_.base.h));
         }
     }
 
@@ -329,13 +373,15 @@ private:
             const T weight = weight_[slot], inverse = s[0][3] > 0 ? 1 / s[0][3] : T(0);
             const Vec centre = inverse * s[0].template head<3>().matrix();
             Vec moved = centre;
-            for (std::size_t d = 1; d < quads; ++d) {
+            const T twisted = flat_ ? keep_twist(slot, s) : T(0);
+            for (std::size_t d = 1; d <= regions.sides(); ++d) {
                 const Vec column = h * r.col(regions.axes[d - 1]);
                 moved -= (s[d][3] * inverse) * column;  // C_r - X_r, lattice steps
                 s[d] = Quad<T>(weight * column[0], weight * column[1], weight * column[2], T(0));
             }
             moved *= weight;
             s[0] = Quad<T>(moved[0], moved[1], moved[2], T(0));
+            if (flat_) add_twist(slot, twisted, s);
         }
     }
 
@@ -349,7 +395,7 @@ private:
         alignas(64) T a[4 * batch], turn[2 * batch];
         float* const rotation = state_.rotation.data();
         for (std::size_t k = 0; k < count; ++k) {
-            Mat m = moment_matrix(slots + 3 * (begin + k));
+            Mat m = moment_matrix(slots + regions.quads() * (begin + k));
             if (plastic_) m = (m * rest_shape(begin + k)).eval();
             a[k] = m(u, u);
             a[batch + k] = m(u, v);
@@ -363,7 +409,7 @@ private:
         const T h = T(body_.base.h);
         for (std::size_t k = 0; k < count; ++k) {
             const std::size_t slot = begin + k;
-            Quad<T>* const s = slots + 3 * slot;
+            Quad<T>* const s = slots + regions.quads() * slot;
             const T cosine = turn[k], sine = turn[batch + k];
             rotation[4 * slot] = float(cosine);
             rotation[4 * slot + 1] = float(sine);
@@ -383,6 +429,7 @@ private:
                 s[d] = Quad<T>(weight * column[0], weight * column[1], weight * column[2], T(0));
             }
             s[0] = Quad<T>(weight * moved[0], weight * moved[1], weight * moved[2], T(0));
+            s[3].setZero();
         }
     }
 
@@ -647,6 +694,7 @@ private:
     std::vector<std::uint8_t> torn_corners_;  // C, while links of a membrane are broken
     std::vector<float> membrane_rest_;        // 3 C, as MembraneState wants it; where plastic
     MembranePull<T> stretched_;
+    std::vector<T> twist_;              // b, c, (1 - phi) / B and 0 a slot, of a plane in space
     std::vector<float> with_pins_;      // kg, M_i, as regions weigh it; where there are pins
     std::vector<double> inverse_mass_;  // 1/kg, 0 of pins; where there can be contact
     std::vector<Vec3> start_;           // of pins, at the start of the frame

@@ -24,11 +24,26 @@
 //
 // A plane (geometry/plane.hpp) is one layer of particles. A_r lacks the normal's direction, and the
 // cross product of the other two stands in. In space its regions resist bending, at a rate b, and
-// stretch with that same rate; the rest of the stretch is a membrane's (membrane.hpp). A wave
-// across the plane sees d as -k^4 h^4 (m4 - m2^2) / 4, m4 the mean fourth power of places, so a
-// thickness t with D = E t^3 / 12 asks for b^2 = s^2 (t / h)^2 m2 / (3 (m4 - m2^2)): at w = 1 and t
-// = h just s, and nothing is left to the membrane. A membrane's steps are as long as E <= rho h^2 /
-// (4 dt^2) allows. Or the plane moves in its plane only, with rate s and rotations in closed form.
+// stretch with that same rate; the rest of the stretch is a membrane's (membrane.hpp). A region
+// lies in its best plane, so what it sees of a surface z = (kxx x^2 + kyy y^2) / 2 + kxy x y (in
+// lattice steps) is the rest, and its pull has the energy
+//   U = 1/2 b^2 mean |rest|^2 = 1/8 b^2 ((m4 - m2^2) (kxx^2 + kyy^2) + 4 m2^2 kxy^2),
+// m4 the mean fourth power of places, against D / 2 (kxx^2 + kyy^2 + 2 kxy^2) of a plate of D = E
+// t^3 / (12 (1 - nu^2)) (what nu adds is a curvature of Gauss, which only free borders feel). So
+// b^2 = s^2 (t / h)^2 m2 / (3 (1 - nu^2) (m4 - m2^2)): at w = 1, t = h and nu = 0 just s, and
+// nothing is left to the membrane; but twist would be resisted 1 / phi times too much,
+//   phi = (m4 - m2^2) / (2 m2^2), a quarter at w = 1 and two fifths for wide regions.
+// So a region may stay bent like a saddle, but for phi of it. With psi = x y - a - b x - c y, the
+// part of x y that is no rigid motion of the rest shape (sums of M psi, M psi x and M psi y are 0),
+//   P_r = sum M_i psi_i x_i        T_r X_i <- T_r X_i + (1 - phi) / B P_r psi_i,  B = sum M psi^2.
+// That is the force of -(1 - phi) |P_r|^2 / 2B, a potential that turns with the body and is never
+// more than what the region's rest costs: no force, no torque, no energy from nothing. P_r needs
+// one moment more a region, that of x y. A membrane's steps are as long as E <= rho h^2 / (4 dt^2)
+// allows. Or the plane moves in its plane only, with rate s and rotations in closed form.
+//
+// A held corner of a plane stands for its mirror image behind the rim too, and weighs twice: then a
+// plate that is held from x = 0 on bends as if clamped there (at w = 1 exactly; at 0.1, 0.3 and 0.5
+// h before it with w = 2, 3 and 4, where single weights clamp it at 1.1, 1.7 and 2.3 h before).
 //
 // Plastic flow (Mueller et al.): where a region's strain beyond its rotation, E = R^T A B^-1 S^-1 -
 // I with B = sum M X X^T, is above the yield strain, its rest shape S grows towards it, and T_r X =
@@ -83,6 +98,12 @@ struct LatticeOptions {
     Precision precision = Precision::single;  // of the sums over regions; motion is kept in double
 };
 
+// How a region of a plane twists, in lattice steps, see above; a follows from sums of M psi = 0.
+struct RegionTwist {
+    double b = 0, c = 0;
+    double loose = 0;  // 1/kg, (1 - phi) / B; 0 where nothing twists
+};
+
 // Regions and what belongs to each of them, or to each particle because of them.
 struct MatchedRegions {
     LatticeRegions regions;
@@ -91,6 +112,8 @@ struct MatchedRegions {
     std::vector<float> rate_sq;         // slots, 1/s^2, s^2 from the material
     std::vector<float> bend_sq;         // slots, 1/s^2, b^2 of a plane, without the option's factor
     std::vector<float> inverse_spread;  // 6 a slot, B^-1 in lattice steps; where plastic
+    std::vector<std::array<int, 2>> place;  // N, of a plane, lattice steps along regions.axes
+    std::vector<RegionTwist> twist;         // slots, of a plane
 };
 
 // Regions of lattices with broken links: the last few that were asked for.

@@ -1,3 +1,4 @@
+#include "geometry/parallel.hpp"
 #include "geometry/plane.hpp"
 #include "physics/lattice.hpp"
 #include "physics/torn_regions.hpp"
@@ -34,8 +35,8 @@ template <class... V> std::size_t bytes_in(const V&... v)
 
 std::size_t bytes_of(const MatchedRegions& m)
 {
-    std::size_t sum = bytes_in(m.mass, m.held_by, m.rate_sq, m.bend_sq, m.inverse_spread,
-                               m.regions.particle, m.regions.held_by);
+    std::size_t sum = bytes_in(m.mass, m.held_by, m.rate_sq, m.bend_sq, m.inverse_spread, m.place,
+                               m.twist, m.regions.particle, m.regions.held_by);
     for (const LatticeLines* along : {&m.regions.x, &m.regions.y, &m.regions.z}) {
         sum += bytes_in(along->lines, along->items, along->dead);
     }
@@ -80,7 +81,7 @@ std::vector<float> inverse_spreads(const MatchedRegions& matched, const Lattice&
         const Vec3 at = lattice.at[regions.particle[s]].cast<double>();
         Vec3 moment = Vec3::Zero();
         Mat3 about = Mat3::Zero();
-        for (std::size_t d = 1; d < quads; ++d) {
+        for (std::size_t d = 1; d <= regions.sides(); ++d) {
             const int axis = regions.axes[d - 1];
             moment[axis] = sum[d][3];
             about.col(axis) = sum[d].head<3>().matrix() - sum[d][3] * at;
@@ -142,7 +143,10 @@ std::vector<std::array<double, 3>> matter_of(const geometry::Cubes& cubes, const
         const double share = flat ? cubes.fill[c] : stiffness_share(cubes, c, weighting);
         for (const auto k : cubes.corners[c]) {
             matter[k][0] += cubes.young[c] * share * volume / 8;
-            if (flat) matter[k][2] += cubes.mass[c] / 8 * cubes.fill[c] * cubes.fill[c];
+            if (flat) {
+                const double nu = cubes.poisson[c];
+                matter[k][2] += cubes.mass[c] / 8 * cubes.fill[c] * cubes.fill[c] / (1 - nu * nu);
+            }
         }
     }
     for (std::size_t k = 0; k < matter.size(); ++k) matter[k][1] = base.mass[k];
@@ -224,6 +228,49 @@ std::vector<double> bending_excess(const geometry::Cubes& cubes, const LatticeBo
 
 }  // namespace
 
+void find_twist(const MatchedRegions& matched, std::span<const float> mass,
+                const std::function<bool(std::size_t)>& which, std::vector<RegionTwist>& twist)
+{
+    // Sums of M times 1, x, y and x y about the first particle, and their moments about the
+    // region's own: with its place (x0, y0), those of x^2 are moments of M x less x0 times M, and
+    // so on.
+    const LatticeRegions& regions = matched.regions;
+    RegionSums<double> sums(regions);
+    const auto f = sums.particles(regions);
+    const auto at = [&](std::size_t i) {
+        return std::array{double(matched.place[i][0] - matched.place[0][0]),
+                          double(matched.place[i][1] - matched.place[0][1])};
+    };
+    for (std::size_t i = 0; i < regions.particles; ++i) {
+        const double m = double(mass[i]);
+        const auto [x, y] = at(i);
+        f[i] = {m, m * x, m * y, m * x * y};
+    }
+    collect(regions, sums);
+    const double loose = 1 - twist_share(regions.half_width);
+    twist.resize(regions.slots());
+    geometry::parallel_for(regions.slots(), 512, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t s = begin; s < end; ++s) {
+            if (regions.particle[s] == none || !which(s)) continue;
+            const auto* const q = sums.slots(regions).data() + 4 * s;
+            const auto [x0, y0] = at(regions.particle[s]);
+            const double xx = q[1][1] - x0 * q[1][0], yy = q[2][2] - y0 * q[2][0];
+            const double xxy = q[3][1] - x0 * q[3][0], xyy = q[3][2] - y0 * q[3][0];
+            const double xxyy = q[3][3] - x0 * q[3][2] - y0 * q[3][1] + x0 * y0 * q[3][0];
+            Mat3 m;
+            m << q[0][0], q[1][0], q[2][0], q[1][0], xx, q[3][0], q[2][0], q[3][0], yy;
+            const Vec3 right(q[3][0], xxy, xyy);
+            const Eigen::LDLT<Mat3> solver(m);
+            const Vec3 straight = solver.solve(right);
+            const double b = xxyy - straight.dot(right);
+            // Regions that are a line, or hold no more than three corners, have no twist.
+            const bool twists = solver.vectorD().minCoeff() > 1e-9 * m.trace() &&
+                                straight.allFinite() && b > 1e-9 * m.trace();
+            twist[s] = twists ? RegionTwist{straight[1], straight[2], loose / b} : RegionTwist{};
+        }
+    });
+}
+
 MatchedRegions match_regions(LatticeRegions found, const Lattice& lattice,
                              const std::vector<std::array<double, 3>>& matter, double h,
                              bool with_spread)
@@ -256,6 +303,12 @@ MatchedRegions match_regions(LatticeRegions found, const Lattice& lattice,
         }
     }
     if (with_spread) out.inverse_spread = inverse_spreads(out, lattice);
+    if (regions.flat) {
+        for (const Vec3i& p : lattice.at)
+            out.place.push_back({p[regions.axes[0]], p[regions.axes[1]]});
+        find_twist(
+            out, out.mass, [](std::size_t) { return true; }, out.twist);
+    }
     return out;
 }
 

@@ -19,7 +19,9 @@
 // The other regions, where something in the box is not reached inside it (two prongs side by side),
 // are summed from shared bars and plates of their own.
 //
-// A plane has no lines along its flat axis: plates are its regions, with two moments each.
+// A plane has no lines along its flat axis: plates are its regions. In the third moment's place
+// they have that along both, sum (i - r)_x (i - r)_y f_i, and spread c_r + sum_d (i - r)_d R_d,r +
+// (i - r)_x (i - r)_y Q_r.
 
 #include "geometry/vec.hpp"
 
@@ -80,7 +82,8 @@ struct LatticeRegions {
     std::vector<std::uint32_t> held_by;   // N, how many regions hold each particle
 
     std::size_t slots() const { return particle.size(); }
-    std::size_t quads() const { return flat ? 3 : 4; }  // a slot: S and its moments
+    std::size_t quads() const { return 4; }             // a slot: S and its moments
+    std::size_t sides() const { return flat ? 2 : 3; }  // moments along `axes`
 };
 
 // `flat_axis` is one that nothing is linked along, or -1. Throws std::invalid_argument for a half
@@ -103,8 +106,9 @@ template <class T> struct RegionSums {
 
     // Where collect() wants f, one quad a particle, and spread() leaves g.
     std::span<Quad<T>> particles(const LatticeRegions& regions);
-    // quads() a slot. collect() leaves S and its moments along `axes`; spread() wants c and the R
-    // there. Slots without a particle are zero, or must be made so.
+    // quads() a slot. collect() leaves S and its moments along `axes`, of a plane along two and
+    // their product; spread() wants c and the R (and Q) there. Slots without a particle are zero,
+    // or must be made so.
     std::span<Quad<T>> slots(const LatticeRegions& regions);
 };
 template <class T> void collect(const LatticeRegions& regions, RegionSums<T>& sums);

@@ -3,6 +3,18 @@
 #include "geometry/parallel.hpp"
 #include "physics/aligned.hpp"
 
+#ifndef PHYSICS_LATTICE_SUMS_CPP  // once for all targets
+#define PHYSICS_LATTICE_SUMS_CPP
+namespace physics {
+
+// Lines along an axis: items of one, two and three quads, and their windows with one more, of a
+// plane along y with two.
+enum class Along { x, y, y_of_plane, z };
+inline constexpr std::size_t quads_of_window[] = {2, 3, 4, 4};
+
+}  // namespace physics
+#endif
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "physics/lattice_sums.cpp"
 #include <hwy/foreach_target.h>
@@ -241,13 +253,13 @@ template <class S, class T> HWY_INLINE void sum_windows(const Slide<T>& line, T*
     }
 }
 
-// Lines begin .. end of `along`, from items of `channels` quads to windows of one more, the moment
-// of the first.
-template <std::size_t channels, class T>
+// Lines begin .. end of `along`, from items of `channels` quads to windows of those and the moments
+// of the first `moments`.
+template <std::size_t channels, std::size_t moments, class T>
 HWY_INLINE void collect_some(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
                              const T* items, T* windows, Aligned<T>& room)
 {
-    using S = Sums<T, 4, 4 * (channels - 1), true>;
+    using S = Sums<T, 4 * moments, 4 * (channels - moments), true>;
     const std::size_t suffixes = std::size_t(2 * w + 1) * S::entry;
     for (std::size_t l = begin; l < end; ++l) {
         const auto& line = along.lines[l];
@@ -271,13 +283,13 @@ HWY_INLINE void collect_some(const LatticeLines& along, std::size_t begin, std::
     }
 }
 
-// The transpose: windows of channels + 1 quads are spread over items of `channels`. Seen from the
-// items, place 0 is the first item.
-template <std::size_t channels, class T>
+// The transpose: windows of channels + moments quads are spread over items of `channels`. Seen from
+// the items, place 0 is the first item.
+template <std::size_t channels, std::size_t moments, class T>
 HWY_INLINE void spread_some(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
                             const T* windows, T* items, Aligned<T>& room)
 {
-    using S = Sums<T, 4, 4 * channels, false>;
+    using S = Sums<T, 4 * moments, 4 * channels, false>;
     room.resize(std::max(room.size(), std::size_t(2 * w + 1) * S::entry));
     for (std::size_t l = begin; l < end; ++l) {
         const auto& line = along.lines[l];
@@ -293,45 +305,47 @@ HWY_INLINE void spread_some(const LatticeLines& along, std::size_t begin, std::s
 }
 
 template <class T>
-HWY_INLINE void collect_any(int channels, const LatticeLines& along, std::size_t begin,
+HWY_INLINE void collect_any(Along axis, const LatticeLines& along, std::size_t begin,
                             std::size_t end, int w, const T* items, T* windows, Aligned<T>& room)
 {
-    if (channels == 1) collect_some<1>(along, begin, end, w, items, windows, room);
-    if (channels == 2) collect_some<2>(along, begin, end, w, items, windows, room);
-    if (channels == 3) collect_some<3>(along, begin, end, w, items, windows, room);
+    if (axis == Along::x) collect_some<1, 1>(along, begin, end, w, items, windows, room);
+    if (axis == Along::y) collect_some<2, 1>(along, begin, end, w, items, windows, room);
+    if (axis == Along::y_of_plane) collect_some<2, 2>(along, begin, end, w, items, windows, room);
+    if (axis == Along::z) collect_some<3, 1>(along, begin, end, w, items, windows, room);
 }
 
 template <class T>
-HWY_INLINE void spread_any(int channels, const LatticeLines& along, std::size_t begin,
+HWY_INLINE void spread_any(Along axis, const LatticeLines& along, std::size_t begin,
                            std::size_t end, int w, const T* windows, T* items, Aligned<T>& room)
 {
-    if (channels == 1) spread_some<1>(along, begin, end, w, windows, items, room);
-    if (channels == 2) spread_some<2>(along, begin, end, w, windows, items, room);
-    if (channels == 3) spread_some<3>(along, begin, end, w, windows, items, room);
+    if (axis == Along::x) spread_some<1, 1>(along, begin, end, w, windows, items, room);
+    if (axis == Along::y) spread_some<2, 1>(along, begin, end, w, windows, items, room);
+    if (axis == Along::y_of_plane) spread_some<2, 2>(along, begin, end, w, windows, items, room);
+    if (axis == Along::z) spread_some<3, 1>(along, begin, end, w, windows, items, room);
 }
 
 }  // namespace sums_kernel
 
 // Dispatch tables take plain functions.
-void collect_float(int channels, const LatticeLines& along, std::size_t begin, std::size_t end,
-                   int w, const float* items, float* windows, Aligned<float>& room)
+void collect_float(Along axis, const LatticeLines& along, std::size_t begin, std::size_t end, int w,
+                   const float* items, float* windows, Aligned<float>& room)
 {
-    sums_kernel::collect_any(channels, along, begin, end, w, items, windows, room);
+    sums_kernel::collect_any(axis, along, begin, end, w, items, windows, room);
 }
-void collect_double(int channels, const LatticeLines& along, std::size_t begin, std::size_t end,
+void collect_double(Along axis, const LatticeLines& along, std::size_t begin, std::size_t end,
                     int w, const double* items, double* windows, Aligned<double>& room)
 {
-    sums_kernel::collect_any(channels, along, begin, end, w, items, windows, room);
+    sums_kernel::collect_any(axis, along, begin, end, w, items, windows, room);
 }
-void spread_float(int channels, const LatticeLines& along, std::size_t begin, std::size_t end,
-                  int w, const float* windows, float* items, Aligned<float>& room)
+void spread_float(Along axis, const LatticeLines& along, std::size_t begin, std::size_t end, int w,
+                  const float* windows, float* items, Aligned<float>& room)
 {
-    sums_kernel::spread_any(channels, along, begin, end, w, windows, items, room);
+    sums_kernel::spread_any(axis, along, begin, end, w, windows, items, room);
 }
-void spread_double(int channels, const LatticeLines& along, std::size_t begin, std::size_t end,
-                   int w, const double* windows, double* items, Aligned<double>& room)
+void spread_double(Along axis, const LatticeLines& along, std::size_t begin, std::size_t end, int w,
+                   const double* windows, double* items, Aligned<double>& room)
 {
-    sums_kernel::spread_any(channels, along, begin, end, w, windows, items, room);
+    sums_kernel::spread_any(axis, along, begin, end, w, windows, items, room);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -351,9 +365,9 @@ namespace {
 // Items a task handles: some 100 us.
 constexpr std::size_t entries_a_task = 512;
 
-// From items of `channels` quads to windows of one more, the moment of the first channel.
+// From items to windows.
 template <class T>
-void collect_lines(int channels, const LatticeLines& along, int w, const Quad<T>* items,
+void collect_lines(Along axis, const LatticeLines& along, int w, const Quad<T>* items,
                    Quad<T>* windows)
 {
     geometry::parallel_for(
@@ -362,19 +376,19 @@ void collect_lines(int channels, const LatticeLines& along, int w, const Quad<T>
             const T* const from = items->data();
             T* const to = windows->data();
             if constexpr (std::is_same_v<T, float>) {
-                HWY_DYNAMIC_DISPATCH(collect_float)(channels, along, begin, end, w, from, to, room);
+                HWY_DYNAMIC_DISPATCH(collect_float)(axis, along, begin, end, w, from, to, room);
             } else {
                 HWY_DYNAMIC_DISPATCH(collect_double)
-                (channels, along, begin, end, w, from, to, room);
+                (axis, along, begin, end, w, from, to, room);
             }
         });
 }
 
-// The transpose: windows of channels + 1 quads are spread over items of `channels`.
+// The transpose: windows are spread over items.
 template <class T>
-void spread_lines(int channels, const LatticeLines& along, int w, Quad<T>* windows, Quad<T>* items)
+void spread_lines(Along axis, const LatticeLines& along, int w, Quad<T>* windows, Quad<T>* items)
 {
-    const std::size_t quads = std::size_t(channels) + 1;
+    const std::size_t quads = quads_of_window[std::size_t(axis)];
     for (const std::uint32_t d : along.dead) {
         for (std::size_t c = 0; c < quads; ++c) windows[d * quads + c].setZero();
     }
@@ -384,16 +398,35 @@ void spread_lines(int channels, const LatticeLines& along, int w, Quad<T>* windo
             const T* const from = windows->data();
             T* const to = items->data();
             if constexpr (std::is_same_v<T, float>) {
-                HWY_DYNAMIC_DISPATCH(spread_float)(channels, along, begin, end, w, from, to, room);
+                HWY_DYNAMIC_DISPATCH(spread_float)(axis, along, begin, end, w, from, to, room);
             } else {
-                HWY_DYNAMIC_DISPATCH(spread_double)(channels, along, begin, end, w, from, to, room);
+                HWY_DYNAMIC_DISPATCH(spread_double)(axis, along, begin, end, w, from, to, room);
             }
         });
 }
 
-template <class T> Quad<T> shifted(const Vec3i& by, const Quad<T>* quads)
+// S and its moments about a place `by` back, added to `to`. A plane's third moment is along both
+// axes.
+template <class T> void add_shifted(bool flat, const Vec3i& by, const Quad<T>* from, Quad<T>* to)
 {
-    return T(by[0]) * quads[0] + T(by[1]) * quads[1] + T(by[2]) * quads[2];
+    to[0] += from[0];
+    for (int d = 0; d < 3; ++d) to[1 + d] += from[1 + d] + T(by[d]) * from[0];
+    if (flat) to[3] += T(by[0]) * from[2] + T(by[1]) * from[1] + T(by[0] * by[1]) * from[0];
+}
+
+// What spreads, an affine map with the product of both axes on a plane, as seen from a place `by`
+// on.
+template <class T> void add_moved(bool flat, const Vec3i& by, const Quad<T>* from, Quad<T>* to)
+{
+    to[0] += from[0] + T(by[0]) * from[1] + T(by[1]) * from[2];
+    for (std::size_t c = 1; c < 4; ++c) to[c] += from[c];
+    if (flat) {
+        to[0] += T(by[0] * by[1]) * from[3];
+        to[1] += T(by[1]) * from[3];
+        to[2] += T(by[0]) * from[3];
+    } else {
+        to[0] += T(by[2]) * from[3];
+    }
 }
 
 }  // namespace
@@ -409,7 +442,7 @@ template <class T> RegionSums<T>::RegionSums(const LatticeRegions& regions)
         });
     };
     make_room(a, std::max(regions.flat ? 0 : 4 * slots, 2 * bars));
-    make_room(b, std::max(3 * plates, regions.particles));
+    make_room(b, std::max((regions.flat ? 4 : 3) * plates, regions.particles));
     make_room(exceptional, 4 * regions.exceptions.nodes());
 }
 
@@ -450,20 +483,18 @@ template <class T> void collect(const LatticeRegions& regions, RegionSums<T>& su
                                         Quad<T>::Zero()};
                     for (std::uint32_t k = e.child_at[n]; k < e.child_at[n + 1]; ++k) {
                         const std::size_t child = e.child[k];
-                        const Vec3i by = e.at[child] - e.at[n];
-                        const Quad<T>* const from = nodes + 4 * child;
-                        total[0] += from[0];
-                        for (int d = 0; d < 3; ++d)
-                            total[1 + d] += from[1 + d] + T(by[d]) * from[0];
+                        add_shifted<T>(regions.flat, e.at[child] - e.at[n], nodes + 4 * child,
+                                       total);
                     }
                     for (std::size_t c = 0; c < 4; ++c) nodes[4 * n + c] = total[c];
                 }
             });
     }
 
-    collect_lines(1, regions.x, w, sums.b.data(), sums.a.data());
-    collect_lines(2, regions.y, w, sums.a.data(), sums.b.data());
-    if (!regions.flat) collect_lines(3, regions.z, w, sums.b.data(), sums.a.data());
+    collect_lines(Along::x, regions.x, w, sums.b.data(), sums.a.data());
+    collect_lines(regions.flat ? Along::y_of_plane : Along::y, regions.y, w, sums.a.data(),
+                  sums.b.data());
+    if (!regions.flat) collect_lines(Along::z, regions.z, w, sums.b.data(), sums.a.data());
     const auto slots = sums.slots(regions);
     const std::size_t quads = regions.quads();
     for (const std::uint32_t d : regions.flat ? regions.y.dead : regions.z.dead) {
@@ -491,9 +522,10 @@ template <class T> void spread(const LatticeRegions& regions, RegionSums<T>& sum
             slot.setZero();
         }
     }
-    if (!regions.flat) spread_lines(3, regions.z, w, sums.a.data(), sums.b.data());
-    spread_lines(2, regions.y, w, sums.b.data(), sums.a.data());
-    spread_lines(1, regions.x, w, sums.a.data(), sums.b.data());
+    if (!regions.flat) spread_lines(Along::z, regions.z, w, sums.a.data(), sums.b.data());
+    spread_lines(regions.flat ? Along::y_of_plane : Along::y, regions.y, w, sums.b.data(),
+                 sums.a.data());
+    spread_lines(Along::x, regions.x, w, sums.a.data(), sums.b.data());
 
     // From plates' regions down: an affine map a node, about its own place.
     for (const auto& [low, high] :
@@ -505,9 +537,8 @@ template <class T> void spread(const LatticeRegions& regions, RegionSums<T>& sum
                                         Quad<T>::Zero()};
                     for (std::uint32_t k = e.parent_at[n]; k < e.parent_at[n + 1]; ++k) {
                         const std::size_t parent = e.parent[k];
-                        const Quad<T>* const from = nodes + 4 * parent;
-                        total[0] += from[0] + shifted<T>(e.at[n] - e.at[parent], from + 1);
-                        for (std::size_t c = 1; c < 4; ++c) total[c] += from[c];
+                        add_moved<T>(regions.flat, e.at[n] - e.at[parent], nodes + 4 * parent,
+                                     total);
                     }
                     for (std::size_t c = 0; c < 4; ++c) nodes[4 * n + c] = total[c];
                 }

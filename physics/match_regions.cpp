@@ -16,36 +16,28 @@ using D = hn::ScalableTag<float>;
 using V = hn::Vec<D>;
 
 // Quads of numbers, slot by slot, as vectors over slots: of[q][c] is number c of quad q.
-template <std::size_t quads> HWY_INLINE void load_slots(D d, const float* from, V (&of)[quads][4])
+HWY_INLINE void load_slots(D d, const float* from, V (&of)[4][4])
 {
     const std::size_t lanes = hn::Lanes(d);
-    HWY_ALIGN float number[4][quads * hn::MaxLanes(d)];
-    for (std::size_t q = 0; q < quads; ++q) {
+    HWY_ALIGN float number[4][4 * hn::MaxLanes(d)];
+    for (std::size_t q = 0; q < 4; ++q) {
         V c[4];
         hn::LoadInterleaved4(d, from + 4 * q * lanes, c[0], c[1], c[2], c[3]);
         for (std::size_t k = 0; k < 4; ++k) hn::Store(c[k], d, number[k] + q * lanes);
     }
     for (std::size_t k = 0; k < 4; ++k) {
-        if constexpr (quads == 4) {
-            hn::LoadInterleaved4(d, number[k], of[0][k], of[1][k], of[2][k], of[3][k]);
-        } else {
-            hn::LoadInterleaved3(d, number[k], of[0][k], of[1][k], of[2][k]);
-        }
+        hn::LoadInterleaved4(d, number[k], of[0][k], of[1][k], of[2][k], of[3][k]);
     }
 }
 
-template <std::size_t quads> HWY_INLINE void store_slots(D d, const V (&of)[quads][4], float* to)
+HWY_INLINE void store_slots(D d, const V (&of)[4][4], float* to)
 {
     const std::size_t lanes = hn::Lanes(d);
-    HWY_ALIGN float number[4][quads * hn::MaxLanes(d)];
+    HWY_ALIGN float number[4][4 * hn::MaxLanes(d)];
     for (std::size_t k = 0; k < 4; ++k) {
-        if constexpr (quads == 4) {
-            hn::StoreInterleaved4(of[0][k], of[1][k], of[2][k], of[3][k], d, number[k]);
-        } else {
-            hn::StoreInterleaved3(of[0][k], of[1][k], of[2][k], d, number[k]);
-        }
+        hn::StoreInterleaved4(of[0][k], of[1][k], of[2][k], of[3][k], d, number[k]);
     }
-    for (std::size_t q = 0; q < quads; ++q) {
+    for (std::size_t q = 0; q < 4; ++q) {
         V c[4];
         for (std::size_t k = 0; k < 4; ++k) c[k] = hn::Load(d, number[k] + q * lanes);
         hn::StoreInterleaved4(c[0], c[1], c[2], c[3], d, to + 4 * q * lanes);
@@ -53,13 +45,14 @@ template <std::size_t quads> HWY_INLINE void store_slots(D d, const V (&of)[quad
 }
 
 // One vectorful of slots.
-template <std::size_t quads>
-HWY_INLINE void match_group(D d, float* slots, const float* weight, float* rotation,
-                            const std::array<int, 3>& axes, float h)
+template <bool flat>
+HWY_INLINE void match_group(D d, float* slots, const float* weight, const float* twist,
+                            float* rotation, const std::array<int, 3>& axes, float h)
 {
+    constexpr std::size_t quads = flat ? 3 : 4;  // with the moments along axes
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
-    V s[quads][4];
-    load_slots<quads>(d, slots, s);
+    V s[4][4];
+    load_slots(d, slots, s);
     const auto some = hn::Gt(s[0][3], zero);
     const V inverse = hn::IfThenElseZero(some, hn::Div(one, hn::IfThenElse(some, s[0][3], one)));
 
@@ -72,7 +65,19 @@ HWY_INLINE void match_group(D d, float* slots, const float* weight, float* rotat
             column[m - 1][k] = hn::Sub(s[m][k], hn::Mul(of_mass[m - 1], s[0][k]));
         }
     }
-    if constexpr (quads == 3) {
+    V bent[3], shape[4], less = zero;
+    if constexpr (flat) {
+        // (1 - phi) / B P: how far the region is bent like a saddle, and may stay so.
+        hn::LoadInterleaved4(d, twist, shape[0], shape[1], shape[2], shape[3]);
+        const V of_twist = hn::Mul(s[3][3], inverse);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const V twisted = hn::Sub(s[3][k], hn::Mul(of_twist, s[0][k]));
+            const V straight =
+                hn::Add(hn::Mul(shape[0], column[0][k]), hn::Mul(shape[1], column[1][k]));
+            bent[k] = hn::Mul(shape[2], hn::Sub(twisted, straight));
+        }
+        less = hn::Sub(of_twist,
+                       hn::Add(hn::Mul(shape[0], of_mass[0]), hn::Mul(shape[1], of_mass[1])));
         // The normal, as long as the sides, stands in for the axis without extent.
         const V(&a)[3] = column[0];
         const V(&b)[3] = column[1];
@@ -104,47 +109,61 @@ HWY_INLINE void match_group(D d, float* slots, const float* weight, float* rotat
         for (std::size_t k = 0; k < 3; ++k) {
             const V along = hn::Mul(size, r[3 * k + std::size_t(axes[m - 1])]);
             moved[k] = hn::Sub(moved[k], hn::Mul(of_mass[m - 1], along));
-            s[m][k] = hn::Mul(w, along);
+            if constexpr (flat) {
+                s[m][k] = hn::Mul(w, hn::Sub(along, hn::Mul(shape[m - 1], bent[k])));
+            } else {
+                s[m][k] = hn::Mul(w, along);
+            }
         }
         s[m][3] = zero;
     }
+    if constexpr (flat) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            moved[k] = hn::Sub(moved[k], hn::Mul(less, bent[k]));
+            s[3][k] = hn::Mul(w, bent[k]);
+        }
+        s[3][3] = zero;
+    }
     for (std::size_t k = 0; k < 3; ++k) s[0][k] = hn::Mul(w, moved[k]);
     s[0][3] = zero;
-    store_slots<quads>(d, s, slots);
+    store_slots(d, s, slots);
 }
 
-template <std::size_t quads>
-void match_all(std::size_t count, float* slots, const float* weight, float* rotation,
-               const std::array<int, 3>& axes, float h)
+template <bool flat>
+void match_all(std::size_t count, float* slots, const float* weight, const float* twist,
+               float* rotation, const std::array<int, 3>& axes, float h)
 {
     const D d;
     const std::size_t lanes = hn::Lanes(d);
     std::size_t i = 0;
     for (; i + lanes <= count; i += lanes) {
-        match_group<quads>(d, slots + 4 * quads * i, weight + i, rotation + 4 * i, axes, h);
+        match_group<flat>(d, slots + 16 * i, weight + i, flat ? twist + 4 * i : nullptr,
+                          rotation + 4 * i, axes, h);
     }
     if (i == count) return;
-    HWY_ALIGN float some[4 * quads * hn::MaxLanes(d)] = {};
+    HWY_ALIGN float some[16 * hn::MaxLanes(d)] = {};
     HWY_ALIGN float w[hn::MaxLanes(d)] = {};
+    HWY_ALIGN float shape[4 * hn::MaxLanes(d)] = {};
     HWY_ALIGN float q[4 * hn::MaxLanes(d)] = {};
     const std::size_t rest = count - i;
-    std::copy_n(slots + 4 * quads * i, 4 * quads * rest, some);
+    std::copy_n(slots + 16 * i, 16 * rest, some);
     std::copy_n(weight + i, rest, w);
+    if (flat) std::copy_n(twist + 4 * i, 4 * rest, shape);
     std::copy_n(rotation + 4 * i, 4 * rest, q);
-    match_group<quads>(d, some, w, q, axes, h);
-    std::copy_n(some, 4 * quads * rest, slots + 4 * quads * i);
+    match_group<flat>(d, some, w, shape, q, axes, h);
+    std::copy_n(some, 16 * rest, slots + 16 * i);
     std::copy_n(q, 4 * rest, rotation + 4 * i);
 }
 
 }  // namespace match_kernel
 
-void match_slots_of(std::size_t count, std::size_t quads, float* slots, const float* weight,
+void match_slots_of(std::size_t count, float* slots, const float* weight, const float* twist,
                     float* rotation, const std::array<int, 3>& axes, float h)
 {
-    if (quads == 3) {
-        match_kernel::match_all<3>(count, slots, weight, rotation, axes, h);
+    if (twist) {
+        match_kernel::match_all<true>(count, slots, weight, twist, rotation, axes, h);
     } else {
-        match_kernel::match_all<4>(count, slots, weight, rotation, axes, h);
+        match_kernel::match_all<false>(count, slots, weight, twist, rotation, axes, h);
     }
 }
 
@@ -157,10 +176,10 @@ namespace physics {
 
 HWY_EXPORT(match_slots_of);
 
-void match_slots(std::size_t count, std::size_t quads, float* slots, const float* weight,
+void match_slots(std::size_t count, float* slots, const float* weight, const float* twist,
                  float* rotation, const std::array<int, 3>& axes, float h)
 {
-    HWY_DYNAMIC_DISPATCH(match_slots_of)(count, quads, slots, weight, rotation, axes, h);
+    HWY_DYNAMIC_DISPATCH(match_slots_of)(count, slots, weight, twist, rotation, axes, h);
 }
 
 }  // namespace physics

@@ -315,7 +315,7 @@ std::size_t Membrane::bytes() const
 {
     return cell.size() * sizeof(cell[0]) + strip.size() * sizeof(strip[0]) +
            run.size() * sizeof(run[0]) +
-           (stiffness.size() + thickness_sq.size() + mass.size()) * sizeof(float);
+           (stiffness.size() + bend.size() + mass.size()) * sizeof(float);
 }
 
 Membrane make_membrane(const geometry::Cubes& cubes, int axis)
@@ -336,7 +336,8 @@ Membrane make_membrane(const geometry::Cubes& cubes, int axis)
         const auto& corners = cubes.corners[c];
         out.cell.push_back({corners[0], corners[u], corners[v], corners[u | v]});
         out.stiffness.push_back(float(cubes.young[c] * cubes.fill[c] * cubes.size));
-        out.thickness_sq.push_back(float(cubes.fill[c] * cubes.fill[c]));
+        const double nu = cubes.poisson[c];
+        out.bend.push_back(float(cubes.fill[c] * cubes.fill[c] / (1 - nu * nu)));
         out.mass.push_back(float(cubes.mass[c]));
     }
     find_strips(out, cubes.corner_count());

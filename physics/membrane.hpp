@@ -52,7 +52,7 @@ struct Membrane {
     std::vector<MembraneRun> run;                    // all particles, in their order
     std::size_t rows = 0;                            // pulls of all strips
     std::vector<float> stiffness;                    // C, N/m, E V / h^2
-    std::vector<float> thickness_sq;                 // C, (t / h)^2
+    std::vector<float> bend;                         // C, (t / h)^2 / (1 - nu^2)
     std::vector<float> mass;                         // C, kg
 
     std::size_t bytes() const;

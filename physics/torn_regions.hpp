@@ -2,6 +2,7 @@
 
 #include "physics/lattice.hpp"
 
+#include <functional>
 #include <list>
 #include <mutex>
 
@@ -44,6 +45,18 @@ inline double mean_fourth_place(double w)
 {
     return mean_square_place(w) * (3 * w * w + 3 * w - 1) / 5;
 }
+
+// The share of a region's twist that a plane resists, see lattice.hpp.
+inline double twist_share(double w)
+{
+    const double m2 = mean_square_place(w);
+    return (mean_fourth_place(w) - m2 * m2) / (2 * m2 * m2);
+}
+
+// MatchedRegions::twist of a plane whose particles weigh `mass`, into `twist`; of the slots that
+// `which` says.
+void find_twist(const MatchedRegions& matched, std::span<const float> mass,
+                const std::function<bool(std::size_t)>& which, std::vector<RegionTwist>& twist);
 
 // What belongs to regions. `matter` holds, for each particle, its share of E V (Pa m^3), its mass
 // (kg) and mass (t / h)^2 of a plane of thickness t; `with_spread`: B^-1 too.

@@ -90,6 +90,15 @@ Quad<double> any_quad(const Random& random, std::uint64_t i)
             random.unit(4 * i + 3)};
 }
 
+// What sum c of a region weighs a particle by that lies `away` from its middle: 1, a place along
+// each axis, and of a plane the product of both.
+double weight_of(const LatticeRegions& regions, std::size_t c, const Vec3i& away)
+{
+    if (c == 0) return 1;
+    if (c <= regions.sides()) return away[regions.axes[c - 1]];
+    return double(away[regions.axes[0]]) * away[regions.axes[1]];
+}
+
 // Both sums against the definition, to 1e-12 of the sum of sizes.
 void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::string& what,
                                  const LatticeRegions& regions)
@@ -114,15 +123,17 @@ void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::strin
                                         Quad<double>::Zero(), Quad<double>::Zero()};
             for (const auto i : direct[r]) {
                 const Quad<double> f = any_quad(random, i);
-                expected[0] += f;
-                for (std::size_t c = 1; c < quads; ++c) {
-                    expected[c] += (lattice.at[i] - lattice.at[r])[regions.axes[c - 1]] * f;
+                for (std::size_t c = 0; c < quads; ++c) {
+                    expected[c] += weight_of(regions, c, lattice.at[i] - lattice.at[r]) * f;
                 }
             }
             for (std::size_t c = 0; c < quads; ++c) {
                 const auto got = sums.slots(regions)[quads * slot[r] + c];
                 ASSERT_LT((got - expected[c]).abs().maxCoeff(),
-                          1e-14 * double(direct[r].size()) * (c == 0 ? 1 : w))
+                          1e-14 * double(direct[r].size()) *
+                              (c == 0                 ? 1
+                               : c <= regions.sides() ? w
+                                                      : w * w))
                     << "region " << r << ", sum " << c;
             }
         }
@@ -134,9 +145,8 @@ void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::strin
                 sums.slots(regions)[quads * slot[r] + c] = any_quad(random, 7919 * r + c);
             }
             for (const auto i : direct[r]) {
-                expected[i] += any_quad(random, 7919 * r);
-                for (std::size_t c = 1; c < quads; ++c) {
-                    expected[i] += (lattice.at[i] - lattice.at[r])[regions.axes[c - 1]] *
+                for (std::size_t c = 0; c < quads; ++c) {
+                    expected[i] += weight_of(regions, c, lattice.at[i] - lattice.at[r]) *
                                    any_quad(random, 7919 * r + c);
                 }
                 ++held_by[i];
@@ -149,7 +159,7 @@ void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::strin
         spread(regions, sums);
         for (std::size_t i = 0; i < lattice.count(); ++i) {
             ASSERT_LT((sums.particles(regions)[i] - expected[i]).abs().maxCoeff(),
-                      1e-14 * held_by[i] * (1 + 3 * w))
+                      1e-14 * held_by[i] * (1 + 3 * w + w * w))
                 << "particle " << i;
         }
         EXPECT_EQ(regions.held_by, held_by);
