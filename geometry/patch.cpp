@@ -11,6 +11,19 @@
 #include <stdexcept>
 
 namespace geometry {
+namespace {
+
+// The shortest turn of a's direction to b's; about any axis where they are opposed. What Eigen has
+// for it falls back on a singular value decomposition, five seconds to compile.
+Eigen::Quaterniond turn_between(const Vec3& a, const Vec3& b)
+{
+    const Vec3 u = a.normalized(), v = b.normalized();
+    const double w = 1 + u.dot(v);
+    const Vec3 axis = w > 1e-14 ? Vec3(u.cross(v)) : u.unitOrthogonal();
+    return Eigen::Quaterniond(w > 1e-14 ? w : 0, axis.x(), axis.y(), axis.z()).normalized();
+}
+
+}  // namespace
 
 PatchBinding bind_patch(const TriMesh& rest, const Cubes& patch, double distance)
 {
@@ -108,8 +121,8 @@ TriMesh add_detail(const PatchBinding& binding, const TriMesh& mesh, const Cubes
             turned[normal] = 1;
             const Vec3 &from = before[bound[v]], &to = after[bound[v]];
             if (!(from.squaredNorm() > 0) || !(to.squaredNorm() > 0)) continue;
-            const auto turn = Eigen::Quaterniond::FromTwoVectors(from, to);
-            out.normals[normal] = (turn * out.normals[normal].cast<double>()).cast<float>();
+            out.normals[normal] =
+                (turn_between(from, to) * out.normals[normal].cast<double>()).cast<float>();
         }
     }
     return out;
