@@ -43,7 +43,10 @@ void evaluate_expression(benchmark::State& state)
 {
     const graph::Expression e = graph::Grammar().compile("0.5 * sin(2 * pi * time) + frame");
     int frame = 0;
-    for (auto _ : state) benchmark::DoNotOptimize(e.value(++frame, frame / 24.0));
+    for (auto _ : state) {
+        ++frame;
+        benchmark::DoNotOptimize(e.value(frame, frame / 24.0));
+    }
 }
 BENCHMARK(evaluate_expression);
 
