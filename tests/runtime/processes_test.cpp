@@ -32,6 +32,24 @@ const char* const falling = R"({ "aspic": 1, "frames": { "first": 1, "last": 20,
     "files": { "type": "WriteMesh@1", "inputs": { "mesh": "shape.mesh" },
                "params": { "path": "block.####.ply" } } } })";
 
+// A ball with a soft layer that keeps its volume falls on a stone and rolls off.
+const char* const layered = R"({ "aspic": 1, "frames": { "first": 1, "last": 20, "fps": 24 },
+  "nodes": {
+    "skeleton": { "type": "Skeletons@1", "params": { "skeletons": [
+      { "kind": "point", "position": [0.02, 0.3, 0],
+        "contribution": { "thickness": 0.1, "stiffness": 10, "radius": 0.25 } } ] } },
+    "ball": { "type": "ImplicitLayer@2", "inputs": { "layer": "skeleton.layer" },
+      "params": { "seed_spacing": 0.01, "volume": { "proportional": 10 } } },
+    "stone": { "type": "Primitive@1", "params": { "shape": "sphere", "sphere": { "radius": 0.1 } } },
+    "hard": { "type": "Collider@1", "inputs": { "mesh": "stone.mesh" },
+      "params": { "kind": "mesh" } },
+    "motion": { "type": "Layered@1",
+      "inputs": { "parts": ["ball.part"], "colliders": ["hard.collider"] } },
+    "surface": { "type": "Polygonize@1", "inputs": { "scene": "motion.scene" },
+      "params": { "cell": 0.02 } },
+    "files": { "type": "WriteMesh@1", "inputs": { "mesh": "surface.mesh" },
+      "params": { "path": "ball.####.ply" } } } })";
+
 // Runs aspic with no output but what goes to `log`.
 pid_t start(std::vector<std::string> words, const fs::path& log)
 {
@@ -90,6 +108,34 @@ protected:
         EXPECT_EQ(wait_for(begin(cache, out)), 0) << bytes_of(log());
         return files_of(out);
     }
+    // Kills cooks of `document` at moments from first to last, and looks at what those that come
+    // after leave. ASPIC_KILLS=50 for the whole proof.
+    void survive_kills(const char* document)
+    {
+        folder_.write("falling.json", document);
+        const auto begun = steady_clock::now();
+        const auto expected = cook(folder_.path / "whole", folder_.path / "out");
+        const double seconds = duration<double>(steady_clock::now() - begun).count();
+        ASSERT_EQ(expected.size(), 20u);
+
+        const char* const wanted = std::getenv("ASPIC_KILLS");
+        const int kills = wanted ? std::atoi(wanted) : 3;
+        std::mt19937 random(11);
+        for (int k = 0; k < kills; ++k) {
+            const fs::path here = folder_.path / std::to_string(k);
+            const double moment = seconds * 0x1p-32 * static_cast<double>(random());
+            const pid_t child = begin(here / "cache", here / "out");
+            std::this_thread::sleep_for(duration<double>(moment));
+            ::kill(child, SIGKILL);
+            wait_for(child);
+            EXPECT_EQ(cook(here / "cache", here / "out"), expected)
+                << "killed after " << moment << " s";
+            EXPECT_EQ(said(), std::vector<std::string>{});
+            runtime::DiskCache cache(here / "cache", std::uintmax_t{1} << 30, nullptr);
+            EXPECT_EQ(cache.verify().bad, 0u);
+            fs::remove_all(here);
+        }
+    }
     fs::path log() const { return folder_.path / "log"; }
     // What the last one said of its cache.
     std::vector<std::string> said() const
@@ -131,31 +177,14 @@ private:
 
 }  // namespace
 
-// ASPIC_KILLS=50 for the whole proof.
 TEST_F(Processes, AKilledCookGoesOnAndLeavesTheSameBytes)
 {
-    const auto begun = steady_clock::now();
-    const auto expected = cook(folder_.path / "whole", folder_.path / "out");
-    const double seconds = duration<double>(steady_clock::now() - begun).count();
-    ASSERT_EQ(expected.size(), 20u);
+    survive_kills(falling);
+}
 
-    const char* const wanted = std::getenv("ASPIC_KILLS");
-    const int kills = wanted ? std::atoi(wanted) : 3;
-    std::mt19937 random(11);
-    for (int k = 0; k < kills; ++k) {
-        const fs::path here = folder_.path / std::to_string(k);
-        const double moment = seconds * 0x1p-32 * static_cast<double>(random());
-        const pid_t child = begin(here / "cache", here / "out");
-        std::this_thread::sleep_for(duration<double>(moment));
-        ::kill(child, SIGKILL);
-        wait_for(child);
-        EXPECT_EQ(cook(here / "cache", here / "out"), expected)
-            << "killed after " << moment << " s";
-        EXPECT_EQ(said(), std::vector<std::string>{});
-        runtime::DiskCache cache(here / "cache", std::uintmax_t{1} << 30, nullptr);
-        EXPECT_EQ(cache.verify().bad, 0u);
-        fs::remove_all(here);
-    }
+TEST_F(Processes, AKilledCookOfLayersGoesOnAndLeavesTheSameBytes)
+{
+    survive_kills(layered);
 }
 
 TEST_F(Processes, FourOnOneCacheLeaveTheSameBytesAsOne)
