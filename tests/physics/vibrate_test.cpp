@@ -1,5 +1,6 @@
 #include "physics/vibrate.hpp"
 
+#include "geometry/embed.hpp"
 #include "geometry/primitive.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 
@@ -43,6 +44,27 @@ TEST(Vibrate, AKickedModeSwingsAsASine)
             EXPECT_NEAR(energy(model, state), 0.125, 1e-12);
         }
         EXPECT_EQ(state.q[1], 0);
+    }
+}
+
+TEST(Vibrate, DampingIsThatOfItsKind)
+{
+    // A kicked mode is q = q' / w sin(w t) e^(-d t), w^2 = omega^2 - d^2, with d = ratio * omega,
+    // (a + b omega^2) / 2, or half of what the material gave.
+    ModalModel model = two_modes();
+    model.damping = {0.6, 0};
+    const double omega = 2 * pi;
+    using Kind = ModalDamping::Kind;
+    for (const auto& [damping, d] :
+         {std::pair(ModalDamping{.kind = Kind::ratio, .ratio = 0.1}, 0.1 * omega),
+          {ModalDamping{.kind = Kind::rayleigh, .mass_damping = 0.2, .stiffness_damping = 0.01},
+           (0.2 + 0.01 * omega * omega) / 2},
+          {ModalDamping{.kind = Kind::material}, 0.3}}) {
+        ModalState state = rest_state(model);
+        state.q_dot[0] = 0.5;
+        for (int i = 0; i < 7; ++i) state = advance(model, state, {}, Vec3::Zero(), damping, 0.1);
+        const double w = std::sqrt(omega * omega - d * d);
+        EXPECT_NEAR(state.q[0], 0.5 / w * std::sin(w * 0.7) * std::exp(-d * 0.7), 1e-12);
     }
 }
 
@@ -108,6 +130,15 @@ TEST(Vibrate, AMeshOnCubesFollowsTheirCorners)
     const TriMesh moved = deformed(model, state);
     EXPECT_EQ(moved.normals.size(), mesh.normals.size());
     for (const Vec3f& n : moved.normals) EXPECT_NEAR(n.norm(), 1, 1e-6);
+    std::vector<Vec3> corners = corner_positions(cubes);
+    for (std::size_t i = 0; i < corners.size(); ++i) corners[i] += 1e-3 * modes.shape[0][i];
+    const TriMesh embedded = embed(geometry::bind(mesh, cubes), mesh, cubes, corners);
+    double turned = 0;
+    for (std::size_t i = 0; i < moved.normals.size(); ++i) {
+        turned = std::max(turned, double((embedded.normals[i] - mesh.normals[i]).norm()));
+        EXPECT_LT((moved.normals[i] - embedded.normals[i]).norm(), 1e-4);
+    }
+    EXPECT_GT(turned, 1.5e-3) << "far more than what is allowed";
     EXPECT_GT(
         *std::max_element(moved.attributes[0].values.begin(), moved.attributes[0].values.end()), 0);
 }
