@@ -72,7 +72,7 @@ public:
 
     void run()
     {
-        take_origin([](std::size_t) {});
+        take_origin_after([](std::size_t) {});
         for (int i = 1; i <= options_.substeps; ++i) step(double(i) / options_.substeps);
         state_.time += frame_;
         state_.report = {};
@@ -100,19 +100,24 @@ public:
 private:
     bool bends_in_space() const { return flat_ && !in_plane_; }
 
-    // Calls visit(i) for each particle, which may move it, and measures from their middle after.
+    // Measures from the middle of the particles after `visit` has been at the pieces begin .. end
+    // of them, which may move them and returns the sum of their places.
     template <class Visit> void take_origin(const Visit& visit)
     {
-        const Vec3 sum = geometry::ordered_sum<Vec3>(n_, grain, Vec3::Zero(),
-                                                     [&](std::size_t begin, std::size_t end) {
-                                                         Vec3 part = Vec3::Zero();
-                                                         for (std::size_t i = begin; i < end; ++i) {
-                                                             visit(i);
-                                                             part += state_.x[i];
-                                                         }
-                                                         return part;
-                                                     });
+        const Vec3 sum = geometry::ordered_sum<Vec3>(n_, grain, Vec3::Zero(), visit);
         origin_ = sum / double(n_);
+    }
+    // The same particle by particle.
+    template <class Visit> void take_origin_after(const Visit& visit)
+    {
+        take_origin([&](std::size_t begin, std::size_t end) {
+            Vec3 sum = Vec3::Zero();
+            for (std::size_t i = begin; i < end; ++i) {
+                visit(i);
+                sum += state_.x[i];
+            }
+            return sum;
+        });
     }
 
     void step(double share)
@@ -578,6 +583,14 @@ private:
             add_wind(body_.base, loads_.forces, x.data(), v.data(), force, drag);
         }
         const Vec3 steady = dt_ * gravity_ - drift_, spin = spin_, pivot = pivot_;
+        if (!touches_ && !windy_ && !damped_ && !in_plane_ && steady_.empty()) {
+            const CommonPush common{steady, spin, pivot, dt_};
+            take_origin([&](std::size_t begin, std::size_t end) {
+                return push_together(common, end - begin, state_.x[begin].data(),
+                                     state_.v[begin].data());
+            });
+            return;
+        }
         const auto push = [&](std::size_t i) {
             const double m = body_.base.mass[i];
             Vec3& v = state_.v[i];
@@ -596,7 +609,7 @@ private:
                 for (std::size_t i = begin; i < end; ++i) push(i);
             });
         } else {
-            take_origin([&](std::size_t i) {
+            take_origin_after([&](std::size_t i) {
                 push(i);
                 state_.x[i] += dt_ * state_.v[i];
             });
@@ -629,7 +642,7 @@ private:
 
     void move(double share)
     {
-        if (touches_) take_origin([&](std::size_t i) { state_.x[i] += dt_ * state_.v[i]; });
+        if (touches_) take_origin_after([&](std::size_t i) { state_.x[i] += dt_ * state_.v[i]; });
         const auto& pins = loads_.pins;
         for (std::size_t p = 0; p < pins.corner.size(); ++p) {
             const std::uint32_t k = pins.corner[p];

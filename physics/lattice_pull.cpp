@@ -152,6 +152,58 @@ void pull_all(const PulledParticles<T>& p, const double* origin, double stiffnes
     }
 }
 
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void push_some(D d, const CommonPush& p, double* x, double* v, V (&sums)[3])
+{
+    V at[3], speed[3], away[3];
+    hn::LoadInterleaved3(d, x, at[0], at[1], at[2]);
+    hn::LoadInterleaved3(d, v, speed[0], speed[1], speed[2]);
+    for (std::size_t c = 0; c < 3; ++c) {
+        away[c] = hn::Sub(at[c], hn::Set(d, p.pivot[Eigen::Index(c)]));
+    }
+    const V dt = hn::Set(d, p.dt);
+    for (std::size_t c = 0; c < 3; ++c) {
+        const std::size_t a = (c + 1) % 3, b = (c + 2) % 3;
+        const V turn = hn::Sub(hn::Mul(hn::Set(d, p.spin[Eigen::Index(a)]), away[b]),
+                               hn::Mul(hn::Set(d, p.spin[Eigen::Index(b)]), away[a]));
+        speed[c] = hn::Add(speed[c], hn::Sub(hn::Set(d, p.push[Eigen::Index(c)]), turn));
+        at[c] = hn::Add(at[c], hn::Mul(dt, speed[c]));
+        sums[c] = hn::Add(sums[c], at[c]);
+    }
+    hn::StoreInterleaved3(at[0], at[1], at[2], d, x);
+    hn::StoreInterleaved3(speed[0], speed[1], speed[2], d, v);
+}
+
+void push_all(const CommonPush& p, std::size_t count, double* x, double* v, double* out)
+{
+    const hn::CappedTag<double, group> d;
+    using V = hn::Vec<decltype(d)>;
+    constexpr std::size_t lanes = hn::MaxLanes(decltype(d)()), parts = group / lanes;
+    V sums[parts][3];
+    for (auto& part : sums) {
+        for (V& s : part) s = hn::Zero(d);
+    }
+    std::size_t i = 0;
+    for (; i + group <= count; i += group) {
+        for (std::size_t k = 0; k < parts; ++k) {
+            const std::size_t at = 3 * (i + k * lanes);
+            push_some(d, p, x + at, v + at, sums[k]);
+        }
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+        HWY_ALIGN double apart[group];
+        for (std::size_t k = 0; k < parts; ++k) hn::StoreU(sums[k][c], d, apart + k * lanes);
+        out[c] = 0;
+        for (const double a : apart) out[c] += a;
+    }
+    for (; i < count; ++i) {
+        const hn::CappedTag<double, 1> one;
+        hn::Vec<decltype(one)> sum[3] = {hn::Zero(one), hn::Zero(one), hn::Zero(one)};
+        push_some(one, p, x + 3 * i, v + 3 * i, sum);
+        for (std::size_t c = 0; c < 3; ++c) out[c] += hn::GetLane(sum[c]);
+    }
+}
+
 }  // namespace pull_kernel
 
 void pull_float(const PulledParticles<float>& p, const double* origin, double stiffness,
@@ -165,6 +217,11 @@ void pull_double(const PulledParticles<double>& p, const double* origin, double 
     pull_kernel::pull_all(p, origin, stiffness, damping, out);
 }
 
+void push_double(const CommonPush& p, std::size_t count, double* x, double* v, double* out)
+{
+    pull_kernel::push_all(p, count, x, v, out);
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace physics
 HWY_AFTER_NAMESPACE();
@@ -174,6 +231,7 @@ namespace physics {
 
 HWY_EXPORT(pull_float);
 HWY_EXPORT(pull_double);
+HWY_EXPORT(push_double);
 
 template <>
 PullMomentum pull_particles(const PulledParticles<float>& particles, const geometry::Vec3& origin,
@@ -192,6 +250,13 @@ PullMomentum pull_particles(const PulledParticles<double>& particles, const geom
     HWY_DYNAMIC_DISPATCH(pull_double)
     (particles, origin.data(), stiffness, damping, out.sum.data());
     return out;
+}
+
+geometry::Vec3 push_together(const CommonPush& push, std::size_t count, double* x, double* v)
+{
+    geometry::Vec3 sum;
+    HWY_DYNAMIC_DISPATCH(push_double)(push, count, x, v, sum.data());
+    return sum;
 }
 
 }  // namespace physics

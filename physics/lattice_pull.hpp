@@ -52,4 +52,14 @@ template <class T>
 PullMomentum pull_particles(const PulledParticles<T>& particles, const geometry::Vec3& origin,
                             double stiffness, double damping);
 
+// A motion of all particles: v_i += push - spin x (x_i - pivot), then x_i += dt v_i.
+struct CommonPush {
+    geometry::Vec3 push, spin, pivot;  // m/s, rad/s, m
+    double dt = 0;                     // s
+};
+
+// Moves `count` particles, three numbers each. Returns the sum of their places. The bits do not
+// depend on the processor.
+geometry::Vec3 push_together(const CommonPush& push, std::size_t count, double* x, double* v);
+
 }  // namespace physics
