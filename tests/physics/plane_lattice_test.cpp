@@ -373,6 +373,26 @@ TEST(PlaneLattice, AKickGrowsNoEnergy)
     }
 }
 
+TEST(PlaneLattice, WarnsOfKicksThatItsStepsCannotFollow)
+{
+    // 0.1 m cells at 60 substeps of a frame: a corner that leaves its neighbours at 3 cells a
+    // substep, 431 m/s, needs 72 of them for 2.5.
+    const Cubes cubes =
+        geometry::plane_cubes(geometry::rectangle_cells(12, 10), {1, 0.1, {0, 0, 0}}, 0.002,
+                              {"sheet", 1100, 4e6, 0, 0, 0});
+    const LatticeOptions options{.half_width = 1, .substeps = 60};
+    const LatticeBody body = make_lattice(cubes, options);
+    State state = rest_state(body);
+    for (Vec3& v : state.v) v = Vec3(0, 1000, 0);  // all together is no kick
+    State after = advance(body, state, {}, 1.0 / 24, options);
+    EXPECT_TRUE(after.report.warnings.empty());
+    state.v[60][1] += 2.99 * 0.1 * 24 * 60;
+    after = advance(body, state, {}, 1.0 / 24, options);
+    ASSERT_EQ(after.report.warnings.size(), 1u);
+    EXPECT_NE(after.report.warnings[0].find("take 72 substeps"), std::string::npos)
+        << after.report.warnings[0];
+}
+
 TEST(PlaneLattice, FallsAndHangsOnItsPins)
 {
     // A sheet held along one side ends up hanging straight down, as long as it was.
