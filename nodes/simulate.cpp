@@ -158,8 +158,11 @@ static void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
             "Of a plane: how much it resists bending, as a multiple of what its thickness gives, "
             "or with a rate, of how it resists stretch. It resists stretch at least as much: with "
             "half width w a plane thicker than w cells is too stiff in its plane. "
-            "Twist is resisted 4 times (w = 1) to 2.5 times (wide regions) too much, and "
-            "within w cells of a free rim bending less than it should be.",
+            "Within w cells of a free rim it resists bending less than it should; a rim that is to "
+            "be clamped should be held w cells deep, one row of corners alone is a hinge. A push "
+            "on a single corner makes a dimple of w cells, deeper the wider regions are. Corners "
+            "that leave their neighbours by more than 2.5 cells a substep heat it up; a warning "
+            "says so.",
             {.min = 0})
         .param("damping", &LatticeOptions::damping,
                "Damping in proportion to stiffness, on top of the material's own: a vibration of "
