@@ -576,7 +576,10 @@ private:
                 return nullptr;
             }
             ready_.pop();
-            if (good) return task;
+            if (!good) continue;
+            table_.expect(task->key);  // it leaves soon after it ran
+            caches_.memory.expect(task->key);
+            return task;
         }
         return nullptr;
     }

@@ -60,6 +60,9 @@ public:
     // What had to go is returned, so that the caller can let it die outside of any lock.
     [[nodiscard]] std::vector<SharedResult> insert(const Key& key, SharedResult result);
 
+    // The key will be inserted soon.
+    void expect(const Key& key) const { table_.expect(key); }
+
     std::size_t bytes() const { return bytes_; }
     std::size_t count() const { return table_.size(); }
     std::size_t budget() const { return budget_; }
