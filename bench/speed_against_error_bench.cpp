@@ -656,7 +656,10 @@ void plate_case(Page& page)
             if (std::hypot(p.x(), p.z()) < over + 1e-6) disc.push_back(k);
         }
         if (disc.empty()) loads.forces.push_back(f);
-        const double c = std::sqrt(double(disc.size()) * cubes.size * cubes.size / pi);
+        const auto columns = std::count_if(disc.begin(), disc.end(), [&, top = middle](auto k) {
+            return cubes.corner[k].y() == cubes.corner[top].y();
+        });
+        const double c = std::sqrt(double(columns) * cubes.size * cubes.size / pi);
         const double sag = disc.empty() ? expected
                                         : load / (64 * pi * d) *
                                               (4 * a * a - 4 * c * c * std::log(a / c) - 3 * c * c);
