@@ -1,7 +1,9 @@
 #pragma once
 
 // Meshes as files that other programs read: one a frame (OBJ, PLY, STL, GLB), or one point cache
-// for a whole shot (PC2).
+// for a whole shot (PC2). Written here and not by assimp's exporters, which drop attributes with
+// names of their own and take long for every frame: 327,000 faces as OBJ 1.3 s, as PLY 0.55, as GLB
+// 0.19, against 0.06, 0.01 and 0.03 s. What is written is read back in tests.
 
 #include "geometry/mesh.hpp"
 
