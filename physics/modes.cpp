@@ -216,11 +216,11 @@ std::vector<RigidMotions> rigid_motions(const Cubes& cubes, const Unknowns& unkn
             for (int axis = 0; axis < 3; ++axis) m.col(3 + axis) = Vec3::Unit(axis).cross(r);
             return m;
         };
-        Eigen::Matrix<double, 6, 6> held = Eigen::Matrix<double, 6, 6>::Zero();
+        MatrixXd held = MatrixXd::Zero(6, 6);  // of any size, to share the solver below
         for (const auto i : corners) {
             if (unknowns.at[i] == none) held += motion_at(i).transpose() * motion_at(i);
         }
-        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(held);
+        const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(held);
         const double h_over_reach = cubes.size / reach;
         Index free = 0;  // motions that leave every pin where it is
         while (free < 6 && eigen.eigenvalues()[free] < 1e-9 * h_over_reach * h_over_reach) ++free;
