@@ -2,9 +2,9 @@
 
 #include "geometry/random.hpp"
 #include "tests/physics/cube_fixtures.hpp"
+#include "tests/physics/every_target.hpp"
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <Eigen/Geometry>
 
@@ -264,15 +264,11 @@ TEST(Bricks, EveryProcessorGivesTheSameBits)
         return state;
     };
     const State first = run();
-    for (const auto target : hwy::SupportedAndGeneratedTargets()) {
-        hwy::SetSupportedTargetsForTest(target);
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    on_every_target([&](const char* target) {
         const State again = run();
-        EXPECT_EQ(again.x, first.x) << hwy::TargetName(target);
-        EXPECT_EQ(again.stress, first.stress) << hwy::TargetName(target);
-    }
-    hwy::SetSupportedTargetsForTest(0);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+        EXPECT_EQ(again.x, first.x) << target;
+        EXPECT_EQ(again.stress, first.stress) << target;
+    });
 }
 
 }  // namespace

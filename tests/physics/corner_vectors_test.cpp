@@ -3,8 +3,8 @@
 #include "geometry/random.hpp"
 #include "physics/aligned.hpp"
 #include "physics/dense_columns.hpp"
+#include "tests/physics/every_target.hpp"
 
-#include <hwy/targets.h>
 #include <tbb/global_control.h>
 
 #include <gtest/gtest.h>
@@ -67,13 +67,7 @@ TEST(CornerVectors, EveryProcessorAndAnyNumberOfThreadsGivesTheSameBits)
             const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
             EXPECT_EQ(everything(n), expected);
         }
-        for (const auto target : hwy::SupportedAndGeneratedTargets()) {
-            hwy::SetSupportedTargetsForTest(target);
-            hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-            EXPECT_EQ(everything(n), expected) << hwy::TargetName(target);
-        }
-        hwy::SetSupportedTargetsForTest(0);
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+        on_every_target([&](const char* target) { EXPECT_EQ(everything(n), expected) << target; });
     }
 }
 

@@ -2,6 +2,7 @@
 
 #include "geometry/random.hpp"
 #include "tests/physics/cube_fixtures.hpp"
+#include "tests/physics/every_target.hpp"
 
 #include <tbb/global_control.h>
 
@@ -372,6 +373,35 @@ TEST(Lattice, ThreadsGiveTheSameBytes)
         EXPECT_EQ(one.x, many.x);
         EXPECT_EQ(one.v, many.v);
         EXPECT_EQ(one.rotation, many.rotation);
+    }
+}
+
+TEST(Lattice, EveryProcessorGivesTheSameBytes)
+{
+    const Cubes cubes = box(9, 8, 7, 0.05);
+    for (const int w : {1, 2, 3, 5}) {
+        for (const bool falls : {true, false}) {
+            for (const Precision precision : {Precision::single, Precision::full}) {
+                const LatticeBody body = lattice_of(cubes, w);
+                Loads loads;
+                loads.forces.push_back({});
+                if (!falls) loads.colliders.push_back({});
+                const auto run = [&] {
+                    State state = rest_state(body);
+                    for (auto& x : state.x) x[1] = 1.1 * x[1] + 0.001 * x[0] - (falls ? 0 : 0.1);
+                    LatticeOptions options{
+                        .half_width = w, .damping = 0.5, .substeps = 3, .precision = precision};
+                    state = advance(body, state, loads, 1.0 / 24, options);
+                    return advance(body, state, loads, 1.0 / 24, options);
+                };
+                const State first = run();
+                on_every_target([&](const char* target) {
+                    const State again = run();
+                    EXPECT_EQ(again.x, first.x) << target << ", w = " << w;
+                    EXPECT_EQ(again.v, first.v) << target << ", w = " << w;
+                });
+            }
+        }
     }
 }
 

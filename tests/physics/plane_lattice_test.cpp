@@ -3,6 +3,7 @@
 #include "geometry/plane.hpp"
 #include "geometry/random.hpp"
 #include "physics/lattice.hpp"
+#include "tests/physics/every_target.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -443,6 +444,30 @@ TEST(PlaneLattice, ThreadsGiveTheSameBytes)
         EXPECT_EQ(one.x, many.x);
         EXPECT_EQ(one.v, many.v);
         EXPECT_EQ(one.rotation, many.rotation);
+    }
+}
+
+TEST(PlaneLattice, EveryProcessorGivesTheSameBytes)
+{
+    const Cubes cubes = sheet(23, 19);
+    for (const int w : {1, 2, 3, 5}) {
+        for (const Precision precision : {Precision::single, Precision::full}) {
+            const LatticeOptions options{
+                .half_width = w, .damping = 0.5, .substeps = 3, .precision = precision};
+            const LatticeBody body = make_lattice(cubes, options);
+            const auto run = [&] {
+                State state = rest_state(body);
+                for (Vec3& x : state.x) x[1] += 0.05 * std::sin(3 * x[0] + x[2]);
+                state = advance(body, state, {}, 1.0 / 24, options);
+                return advance(body, state, {}, 1.0 / 24, options);
+            };
+            const State first = run();
+            on_every_target([&](const char* target) {
+                const State again = run();
+                EXPECT_EQ(again.x, first.x) << target << ", w = " << w;
+                EXPECT_EQ(again.v, first.v) << target << ", w = " << w;
+            });
+        }
     }
 }
 

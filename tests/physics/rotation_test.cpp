@@ -1,8 +1,7 @@
 #include "physics/rotation.hpp"
 
 #include "geometry/random.hpp"
-
-#include <hwy/targets.h>
+#include "tests/physics/every_target.hpp"
 
 #include <cstring>
 #include <numbers>
@@ -74,16 +73,6 @@ template <class T> struct Batch {
     }
     Mat3 rotation(std::size_t i) const { return quaternion(i).toRotationMatrix(); }
 };
-
-// Calls body() once for each instruction set that this processor has.
-template <class Body> void on_every_target(const Body& body)
-{
-    for (const auto target : hwy::SupportedAndGeneratedTargets()) {
-        hwy::SetSupportedTargetsForTest(target);
-        body(target);
-    }
-    hwy::SetSupportedTargetsForTest(0);
-}
 
 }  // namespace
 
@@ -248,10 +237,10 @@ TEST(Rotation, HasTheSameBitsInAnyLaneOnAnyTarget)
     }
     const Batch<float> start = first;
     first.run();
-    on_every_target([&](std::int64_t target) {
+    on_every_target([&](const char* target) {
         Batch<float> again = start;
         again.run();
-        EXPECT_EQ(again.q, first.q) << hwy::TargetName(target);
+        EXPECT_EQ(again.q, first.q) << target;
         for (const std::size_t i : {0u, 7u, 500u, 1002u}) {
             Batch<float> one(1);
             for (std::size_t k = 0; k < 9; ++k) one.a[k] = start.a[k * n + i];
