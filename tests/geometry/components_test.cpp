@@ -27,7 +27,7 @@ Cubes random_cubes(int n, int half, std::uint64_t seed)
 }
 
 // Flood fill from cube to cube over all pairs.
-std::vector<std::uint32_t> brute(const Cubes& cubes, int allowed)
+std::vector<std::uint32_t> brute_components(const Cubes& cubes, int allowed)
 {
     std::vector<std::uint32_t> label(cubes.count(), ~0u);
     for (std::uint32_t seed = 0; seed < cubes.count(); ++seed) {
@@ -55,7 +55,7 @@ TEST(Components, AreThoseThatAFloodFillFinds)
         for (const int half : {4, 5, 7, 12}) {
             const Cubes cubes = random_cubes(300, half, static_cast<std::uint64_t>(half));
             const auto found = find_components(cubes, connectivity);
-            const auto expected = brute(cubes, static_cast<int>(connectivity) + 1);
+            const auto expected = brute_components(cubes, static_cast<int>(connectivity) + 1);
             std::map<std::uint32_t, std::uint32_t> names;
             for (std::size_t c = 0; c < cubes.count(); ++c) {
                 const auto [at, added] = names.try_emplace(expected[c], found.label[c]);
@@ -109,7 +109,7 @@ TEST(Components, CopiesOfACellHangTogetherByCornersOnly)
             (std::vector<std::uint32_t>{0, 1, 0, 1}));
         for (const int half : {4, 5, 7}) {
             const Cubes once = random_cubes(300, half, static_cast<std::uint64_t>(half));
-            const auto expected = brute(once, static_cast<int>(connectivity) + 1);
+            const auto expected = brute_components(once, static_cast<int>(connectivity) + 1);
             const auto found = find_components(doubled(once), connectivity);
             std::map<std::pair<std::uint32_t, std::size_t>, std::uint32_t> names;
             for (std::size_t c = 0; c < found.label.size(); ++c) {

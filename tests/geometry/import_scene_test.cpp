@@ -10,7 +10,7 @@ using namespace geometry;
 
 const char* const triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-std::string error_of(const files::fs::path& path, const ImportOptions& options = {})
+std::string import_error(const files::fs::path& path, const ImportOptions& options = {})
 {
     try {
         return import_scene(path, options).error;
@@ -79,11 +79,11 @@ TEST(ImportScene, ReadsAFileInAnotherProcess)
 TEST(ImportScene, SaysWhatIsWrongWithThePath)
 {
     const files::Folder folder;
-    EXPECT_NE(error_of(folder.path / "none.obj").find("there is no file"), std::string::npos);
-    EXPECT_NE(error_of(folder.path).find("is a folder"), std::string::npos);
-    EXPECT_NE(error_of("/dev/zero").find("not a regular file"), std::string::npos);
-    EXPECT_NE(error_of(folder.write("empty.obj", "")).find("is empty"), std::string::npos);
-    EXPECT_NE(error_of(folder.write("notes.txt", "hello")), "");
+    EXPECT_NE(import_error(folder.path / "none.obj").find("there is no file"), std::string::npos);
+    EXPECT_NE(import_error(folder.path).find("is a folder"), std::string::npos);
+    EXPECT_NE(import_error("/dev/zero").find("not a regular file"), std::string::npos);
+    EXPECT_NE(import_error(folder.write("empty.obj", "")).find("is empty"), std::string::npos);
+    EXPECT_NE(import_error(folder.write("notes.txt", "hello")), "");
 }
 
 TEST(ImportScene, AMissingImporterSaysHowToFindIt)
@@ -93,7 +93,7 @@ TEST(ImportScene, AMissingImporterSaysHowToFindIt)
     const char* before = std::getenv("ASPIC_IMPORT");
     const std::string kept = before ? before : "";
     setenv("ASPIC_IMPORT", "/nowhere/aspic-import", 1);
-    const std::string error = error_of(path);
+    const std::string error = import_error(path);
     if (before) {
         setenv("ASPIC_IMPORT", kept.c_str(), 1);
     } else {
@@ -122,7 +122,7 @@ public:
     }
     std::string error(const ImportOptions& options = {})
     {
-        return error_of(folder_.write("t.obj", triangle), options);
+        return import_error(folder_.write("t.obj", triangle), options);
     }
 
 private:
@@ -182,7 +182,7 @@ TEST(ImportScene, AMemoryBombStopsAtTheLimit)
     const auto path = folder.write("bomb.ply", "ply\nformat ascii 1.0\nelement vertex 4000000000\n"
                                                "property float x\nproperty float y\n"
                                                "property float z\nend_header\n");
-    EXPECT_NE(error_of(path, options), "");
+    EXPECT_NE(import_error(path, options), "");
 }
 
 TEST(ImportScene, SideFilesOutsideTheRootAreNotOpened)

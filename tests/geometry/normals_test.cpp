@@ -10,7 +10,7 @@
 namespace {
 
 using namespace geometry;
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 TEST(Normals, ACreaseBelowARightAngleKeepsABoxHard)
 {

@@ -12,7 +12,7 @@
 namespace geometry {
 namespace {
 
-const std::vector<Transform> at_rest{Transform::Identity()};
+const std::vector<Transform> unmoved{Transform::Identity()};
 
 ImplicitLayer balls(std::span<const Vec3> centres, const Contribution& contribution)
 {
@@ -27,7 +27,7 @@ ImplicitLayer balls(std::span<const Vec3> centres, const Contribution& contribut
 
 TriMesh mesh_of(const ImplicitLayer& layer, double cell)
 {
-    const Field field = make_field(layer, at_rest);
+    const Field field = make_field(layer, unmoved);
     return polygonize(iso_field(field), cell);
 }
 
@@ -99,7 +99,7 @@ TEST(Polygonize, BlendedBallsGiveOneClosedSurfaceOnTheIsovalue)
 {
     const std::vector<Vec3> centres{{0, 0, 0}, {0.7, 0.1, 0}, {0.3, 0.6, 0.2}};
     const ImplicitLayer layer = balls(centres, {0.4, 2, 1.0, 0});
-    const Field field = make_field(layer, at_rest);
+    const Field field = make_field(layer, unmoved);
     const TriMesh mesh = polygonize(iso_field(field), 0.03);
     expect_closed_manifold(mesh);
     for (const Vec3f& p : mesh.positions) {
@@ -168,7 +168,7 @@ TEST(Polygonize, SparseBlocksMissNothingThatAFullGridFinds)
         centres.push_back(Vec3(random.unit(3 * i), random.unit(3 * i + 1), random.unit(3 * i + 2)));
     }
     ImplicitLayer layer = balls(centres, {0.12, 8, 0.3, 0});
-    const Field field = make_field(layer, at_rest);
+    const Field field = make_field(layer, unmoved);
     const IsoField sparse = iso_field(field);
     IsoField full = sparse;
     full.bounds = [](const Box&) { return Interval{-1, 1}; };
@@ -206,7 +206,7 @@ TEST(Polygonize, ASurfaceThatLeavesTheDomainIsCutOpenThere)
 {
     const std::vector<Vec3> centre{{0, 0, 0}};
     const ImplicitLayer layer = balls(centre, {0.5, 2, 1.0, 0});
-    const Field field = make_field(layer, at_rest);
+    const Field field = make_field(layer, unmoved);
     IsoField half = iso_field(field);
     half.domain.hi.y() = 0;
     const TriMesh mesh = polygonize(half, 0.05);

@@ -8,7 +8,7 @@
 namespace {
 
 using namespace geometry;
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 TEST(Primitive, EveryShapeIsConsistentAndFacesOutwards)
 {

@@ -8,7 +8,7 @@ namespace {
 
 using namespace geometry;
 
-std::string error_of(const files::fs::path& path)
+std::string read_error(const files::fs::path& path)
 {
     try {
         read_mesh(path);
@@ -397,11 +397,11 @@ TEST(ReadMesh, BadFilesAreErrorsThatName)
         {"out_of_range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99\n"},
     };
     for (const auto& [name, content] : bad) {
-        const std::string error = error_of(folder.write(name, content));
+        const std::string error = read_error(folder.write(name, content));
         EXPECT_NE(error.find(name), std::string::npos) << name << ": " << error;
         EXPECT_GT(error.size(), name.size() + 20) << error;
     }
-    EXPECT_NE(error_of(folder.path / "missing.obj").find("no file"), std::string::npos);
+    EXPECT_NE(read_error(folder.path / "missing.obj").find("no file"), std::string::npos);
 }
 
 TEST(ReadMesh, EveryPrefixOfAFileIsReadOrRefused)

@@ -8,7 +8,7 @@ namespace {
 
 using namespace geometry;
 
-std::string error_of(const std::string& bytes)
+std::string ply_error(const std::string& bytes)
 {
     try {
         read_ply(bytes);
@@ -90,25 +90,25 @@ TEST(ReadPly, EveryCutIsRefused)
 {
     // All but the last line's end, which nothing needs.
     for (std::size_t n = 0; n + 3 < text.size(); ++n) {
-        EXPECT_NE(error_of(text.substr(0, n)), "") << n;
+        EXPECT_NE(ply_error(text.substr(0, n)), "") << n;
     }
     for (std::size_t n = 0; n < binary(false).size(); ++n) {
-        EXPECT_NE(error_of(binary(false).substr(0, n)), "") << n;
+        EXPECT_NE(ply_error(binary(false).substr(0, n)), "") << n;
     }
-    EXPECT_NE(error_of(binary(true).substr(0, binary(true).size() - 1)).find("cut short"),
+    EXPECT_NE(ply_error(binary(true).substr(0, binary(true).size() - 1)).find("cut short"),
               std::string::npos);
 }
 
 TEST(ReadPly, HeadersThatAnnounceTheWorldAreRefusedAtOnce)
 {
     const std::string head = "ply\nformat binary_little_endian 1.0\nelement vertex ";
-    EXPECT_NE(error_of(head + "18446744073709551615\nproperty float x\nend_header\n"), "");
-    EXPECT_EQ(error_of(head + "18446744073709551615\nend_header\n"), "");  // of nothing
-    EXPECT_NE(error_of(head + "-1\nproperty float x\nend_header\n"), "");
-    EXPECT_NE(error_of(head + "1\nproperty list uint int x\nend_header\n\xff\xff\xff\xff"), "");
-    EXPECT_NE(error_of(head + "1\nproperty quaternion x\nend_header\n"), "");
-    EXPECT_NE(error_of("not ply"), "");
-    EXPECT_NE(error_of(""), "");
+    EXPECT_NE(ply_error(head + "18446744073709551615\nproperty float x\nend_header\n"), "");
+    EXPECT_EQ(ply_error(head + "18446744073709551615\nend_header\n"), "");  // of nothing
+    EXPECT_NE(ply_error(head + "-1\nproperty float x\nend_header\n"), "");
+    EXPECT_NE(ply_error(head + "1\nproperty list uint int x\nend_header\n\xff\xff\xff\xff"), "");
+    EXPECT_NE(ply_error(head + "1\nproperty quaternion x\nend_header\n"), "");
+    EXPECT_NE(ply_error("not ply"), "");
+    EXPECT_NE(ply_error(""), "");
 }
 
 TEST(ReadPly, NoisyFilesAreReadOrRefused)
@@ -117,7 +117,7 @@ TEST(ReadPly, NoisyFilesAreReadOrRefused)
     for (int i = 0; i < 3000; ++i) {
         std::string bytes = i % 2 ? text : binary(i % 4 == 0);
         for (int k = 0; k < 3; ++k) bytes[random() % bytes.size()] = char(random());
-        error_of(bytes);
+        ply_error(bytes);
     }
 }
 

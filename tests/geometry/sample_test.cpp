@@ -20,7 +20,7 @@ using geometry::TriMesh;
 using geometry::Vec3;
 using geometry::Vec3f;
 
-FaceMatter one(double density = 1000)
+FaceMatter of_density(double density = 1000)
 {
     return {{}, {{.density = density}}, {}};
 }
@@ -52,7 +52,7 @@ TEST(SampleSurface, EveryFaceGetsItsShareAndNoMore)
 {
     const TriMesh mesh = test_meshes::bumpy_sphere(2);
     constexpr std::size_t n = 20000;
-    const Samples samples = sample_surface(mesh, one(), n, 5);
+    const Samples samples = sample_surface(mesh, of_density(), n, 5);
     ASSERT_EQ(samples.positions.size(), n);
     EXPECT_LT(worst_off(mesh, samples), 3e-7);  // single precision at size 1
     std::vector<std::size_t> count(mesh.triangles().size(), 0);
@@ -76,7 +76,7 @@ TEST(SampleSurface, IsEvenInsideAFaceToo)
     // would scatter by 8; strips along and the golden ratio across leave far less.
     const TriMesh mesh =
         test_meshes::mesh_of({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}});
-    const Samples samples = sample_surface(mesh, one(), 4096, 1);
+    const Samples samples = sample_surface(mesh, of_density(), 4096, 1);
     std::array<double, 64> boxes{};
     for (const Vec3f& p : samples.positions) {
         const int x = std::min(static_cast<int>(p.x() * 8), 7),
@@ -115,7 +115,7 @@ TEST(SampleSurface, BlueNoiseKeepsItsDistance)
 {
     const TriMesh mesh = test_meshes::icosphere(3);
     constexpr std::size_t n = 3000;
-    const Samples samples = sample_surface_blue(mesh, one(), n, 3);
+    const Samples samples = sample_surface_blue(mesh, of_density(), n, 3);
     ASSERT_EQ(samples.positions.size(), n);
     EXPECT_LT(worst_off(mesh, samples), 3e-7);
     double nearest = 10;
@@ -134,7 +134,7 @@ TEST(SampleVolume, FillsTheInsideEvenly)
 {
     const TriMesh ball = test_meshes::icosphere(3);
     constexpr std::size_t n = 20000;
-    const Samples samples = sample_volume(ball, one(500), Inside::winding, n, 2);
+    const Samples samples = sample_volume(ball, of_density(500), Inside::winding, n, 2);
     ASSERT_EQ(samples.positions.size(), n);
     EXPECT_TRUE(samples.triangle.empty());
     std::array<double, 8> octants{};
@@ -157,8 +157,8 @@ TEST(SampleVolume, FillsTheInsideEvenly)
     Vec3 centre = Vec3::Zero();
     for (std::size_t i = 0; i < 20; ++i) {
         const std::size_t count = 10'000 + 137 * i;
-        const Samples many =
-            sample_volume(test_meshes::box({0, 0, 0}, {1, 1, 1}), one(), Inside::winding, count, i);
+        const Samples many = sample_volume(test_meshes::box({0, 0, 0}, {1, 1, 1}), of_density(),
+                                           Inside::winding, count, i);
         for (const Vec3f& p : many.positions) {
             centre += p.cast<double>() / (20 * static_cast<double>(count));
         }
@@ -171,10 +171,10 @@ TEST(Sample, ASampleCubeIsACubeThatATriangleCrosses)
     const TriMesh mesh = test_meshes::bumpy_sphere(3);
     const auto grid = fit_grid(triangle_bounds(mesh), 0.1);
     const auto samples =
-        sample_surface(mesh, one(), geometry::count_for_spacing(sampled_area(mesh), 0.1 / 6), 1,
-                       {.thickness = 0.01});
+        sample_surface(mesh, of_density(), geometry::count_for_spacing(sampled_area(mesh), 0.1 / 6),
+                       1, {.thickness = 0.01});
     const auto by_samples = voxelize_samples(samples, grid, {});
-    const auto exact = voxelize_surface(mesh, one(), 0, grid, {});
+    const auto exact = voxelize_surface(mesh, of_density(), 0, grid, {});
     const geometry::CellIndex index(exact.cell);
     std::size_t outside = 0;
     for (const auto& c : by_samples.cell) outside += !index.find(c);
@@ -189,21 +189,21 @@ TEST(Sample, ASampleCubeIsACubeThatATriangleCrosses)
 TEST(Sample, SaysWhatIsWrongAndTakesTheRest)
 {
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    EXPECT_THROW(sample_surface({}, one(), 10, 1), std::invalid_argument);
-    EXPECT_THROW(sample_surface_blue({}, one(), 10, 1), std::invalid_argument);
-    EXPECT_THROW(sample_volume({}, one(), Inside::winding, 10, 1), std::invalid_argument);
+    EXPECT_THROW(sample_surface({}, of_density(), 10, 1), std::invalid_argument);
+    EXPECT_THROW(sample_surface_blue({}, of_density(), 10, 1), std::invalid_argument);
+    EXPECT_THROW(sample_volume({}, of_density(), Inside::winding, 10, 1), std::invalid_argument);
     const TriMesh flat = test_meshes::mesh_of({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}});
-    EXPECT_THROW(sample_surface(flat, one(), 10, 1), std::invalid_argument);
+    EXPECT_THROW(sample_surface(flat, of_density(), 10, 1), std::invalid_argument);
     const TriMesh some =
         test_meshes::mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {nan, 0, 0}},
                              {{0, 0, 1}, {0, 1, 3}, {0, 1, 2}, {0, 1, 9}, {1, 1, 1}});
-    for (const auto t : sample_surface(some, one(), 1000, 1).triangle) EXPECT_EQ(t, 2u);
-    EXPECT_EQ(sample_surface_blue(some, one(), 1, 1).positions.size(), 1u);
-    EXPECT_THROW(sample_volume(some, one(), Inside::winding, 10, 1), std::invalid_argument);
+    for (const auto t : sample_surface(some, of_density(), 1000, 1).triangle) EXPECT_EQ(t, 2u);
+    EXPECT_EQ(sample_surface_blue(some, of_density(), 1, 1).positions.size(), 1u);
+    EXPECT_THROW(sample_volume(some, of_density(), Inside::winding, 10, 1), std::invalid_argument);
     TriMesh huge = test_meshes::icosphere(2);
     for (Vec3f& p : huge.positions) p *= 1e9f;
-    EXPECT_EQ(sample_surface_blue(huge, one(), 100, 1).positions.size(), 100u);
-    EXPECT_EQ(sample_volume(huge, one(), Inside::parity, 100, 1).positions.size(), 100u);
+    EXPECT_EQ(sample_surface_blue(huge, of_density(), 100, 1).positions.size(), 100u);
+    EXPECT_EQ(sample_volume(huge, of_density(), Inside::parity, 100, 1).positions.size(), 100u);
     EXPECT_THROW(geometry::count_for_spacing(1e9, 1e-6), std::invalid_argument);
 }
 
@@ -213,16 +213,17 @@ TEST(Sample, SameSeedSamePointsOnAnyNumberOfThreads)
     std::vector<Vec3f> reference;
     for (const std::size_t threads : {1, 2, 8}) {
         tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        auto now = sample_surface(mesh, one(), 50000, 9).positions;
-        for (const auto& more : {sample_surface_blue(mesh, one(), 500, 9).positions,
-                                 sample_volume(mesh, one(), Inside::winding, 500, 9).positions}) {
+        auto now = sample_surface(mesh, of_density(), 50000, 9).positions;
+        for (const auto& more :
+             {sample_surface_blue(mesh, of_density(), 500, 9).positions,
+              sample_volume(mesh, of_density(), Inside::winding, 500, 9).positions}) {
             now.insert(now.end(), more.begin(), more.end());
         }
         if (reference.empty()) reference = now;
         EXPECT_EQ(now, reference);
     }
-    EXPECT_NE(sample_surface(mesh, one(), 100, 1).positions,
-              sample_surface(mesh, one(), 100, 2).positions);
+    EXPECT_NE(sample_surface(mesh, of_density(), 100, 1).positions,
+              sample_surface(mesh, of_density(), 100, 2).positions);
 }
 
 }  // namespace

@@ -18,13 +18,13 @@ using geometry::Vec3;
 using geometry::Vec3i;
 using geometry::VoxelGrid;
 
-VoxelGrid grid_of(const TriMesh& mesh, int resolution)
+VoxelGrid grid_across(const TriMesh& mesh, int resolution)
 {
     const auto box = triangle_bounds(mesh);
     return fit_grid(box, size_for(box, resolution));
 }
 
-TriMesh turned(const TriMesh& mesh)
+TriMesh inside_out(const TriMesh& mesh)
 {
     auto triangles = mesh.triangles();
     for (auto& t : triangles) std::swap(t[1], t[2]);
@@ -81,7 +81,7 @@ TEST(SolidCells, AreWhereMostOfSixRaysSaySo)
     const TriMesh soup = test_meshes::random_soup(12, 8, 2.5);
     for (const TriMesh& mesh :
          {test_meshes::mesh_of(ball.positions, torn), soup, test_meshes::both(ball, soup)}) {
-        const VoxelGrid grid = grid_of(mesh, 12);
+        const VoxelGrid grid = grid_across(mesh, 12);
         const LatticeMesh lattice = to_lattice(mesh, grid);
         const std::vector<Vec3i> cells = cells_of(grid);
         const CellSet surface = surface_cells(lattice, Touch::interior);
@@ -128,7 +128,7 @@ TEST(SolidCells, NoRowIsLostBetweenFaces)
         const std::uint32_t j = i + 2 < n ? i + 2 : 2;
         t.insert(t.end(), {{0, j, i}, {1, i + 1, j + 1}, {i, j, j + 1}, {i, j + 1, i + 1}});
     }
-    for (const auto& mesh : {test_meshes::mesh_of(p, t), turned(test_meshes::mesh_of(p, t))}) {
+    for (const auto& mesh : {test_meshes::mesh_of(p, t), inside_out(test_meshes::mesh_of(p, t))}) {
         const CellSet cells = solid_cells(to_lattice(mesh, VoxelGrid{}), Inside::winding);
         for (int y = 1; y < wide; ++y) {
             for (int z = 1; z < high; ++z) {
@@ -147,11 +147,11 @@ TEST(SolidCells, AreTheSurfaceAndEveryCentreWithAWindingNumber)
     const TriMesh ball = test_meshes::bumpy_sphere(3);
     TriMesh moved = test_meshes::icosphere(2);
     for (auto& p : moved.positions) p = 0.8f * p + geometry::Vec3f(0.7f, 0.3f, -0.2f);
-    TriMesh hole = turned(test_meshes::icosphere(2));
+    TriMesh hole = inside_out(test_meshes::icosphere(2));
     for (auto& p : hole.positions) p *= 0.4f;
     for (const TriMesh& mesh :
-         {ball, turned(ball), both(ball, ball), both(ball, moved), both(ball, hole)}) {
-        const VoxelGrid grid = grid_of(mesh, 16);
+         {ball, inside_out(ball), both(ball, ball), both(ball, moved), both(ball, hole)}) {
+        const VoxelGrid grid = grid_across(mesh, 16);
         const LatticeMesh lattice = to_lattice(mesh, grid);
         const CellSet cells = solid_cells(lattice, Inside::winding);
         const CellSet surface = surface_cells(lattice, Touch::interior);
@@ -172,7 +172,7 @@ TEST(SolidCells, ParityNeedsNoOrientation)
     for (std::size_t t = 0; t < triangles.size(); t += 2)
         std::swap(triangles[t][1], triangles[t][2]);
     const TriMesh mixed = test_meshes::mesh_of(ball.positions, triangles);
-    const VoxelGrid grid = grid_of(ball, 30);
+    const VoxelGrid grid = grid_across(ball, 30);
     EXPECT_EQ(solid_cells(to_lattice(mixed, grid), Inside::parity).sorted(),
               solid_cells(to_lattice(ball, grid), Inside::winding).sorted());
 }
@@ -187,7 +187,7 @@ TEST(SolidCells, AHoleDoesNotEmptyTheSolid)
         if (ball.positions[t[0]].y() < 0.8f) kept.push_back(t);
     }
     const TriMesh open = test_meshes::mesh_of(ball.positions, kept);
-    VoxelGrid grid = grid_of(ball, 40);
+    VoxelGrid grid = grid_across(ball, 40);
     for (const Inside rule : {Inside::winding, Inside::parity}) {
         const CellSet cells = solid_cells(to_lattice(open, grid), rule);
         for (const Vec3i& c : cells_of(grid)) {
@@ -227,7 +227,7 @@ TEST(SolidCells, SharesAddUpToTheVolume)
                       mesh.positions[b].cast<double>().cross(mesh.positions[c].cast<double>())) /
                   6;
     }
-    const VoxelGrid grid = grid_of(mesh, 20);
+    const VoxelGrid grid = grid_across(mesh, 20);
     const LatticeMesh lattice = to_lattice(mesh, grid);
     const auto cells = solid_cells(lattice, Inside::winding).sorted();
     double sum = 0;
@@ -241,7 +241,7 @@ TEST(SolidCells, TakesWhateverComesAndTheSameOnAnyNumberOfThreads)
     EXPECT_EQ(solid_cells({}, Inside::winding).count(), 0u);
     EXPECT_EQ(solid_cells({}, Inside::parity).count(), 0u);
     const TriMesh soup = test_meshes::random_soup(300, 3);
-    const LatticeMesh lattice = to_lattice(soup, grid_of(soup, 16));
+    const LatticeMesh lattice = to_lattice(soup, grid_across(soup, 16));
     std::vector<Vec3i> cells;
     std::vector<float> shares;
     for (const std::size_t threads : {1, 2, 8}) {

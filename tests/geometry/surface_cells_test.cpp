@@ -43,7 +43,7 @@ bool meets(const std::array<Vec3, 3>& p, const Vec3i& cell, Touch touch)
     return true;
 }
 
-std::vector<Vec3i> brute(const LatticeMesh& mesh, Touch touch)
+std::vector<Vec3i> brute_cells(const LatticeMesh& mesh, Touch touch)
 {
     CellSet cells;
     for (const auto& [a, b, c] : mesh.triangles) {
@@ -85,7 +85,8 @@ TEST(SurfaceCells, AreThoseThatNoAxisSeparates)
         for (const double half : {0.7, 1.5, 4.0, 9.0}) {
             for (std::uint64_t seed = 0; seed < 150; ++seed) {
                 const LatticeMesh mesh = lattice_soup(1, half, 0, seed);
-                ASSERT_EQ(surface_cells(mesh, touch).sorted(), brute(mesh, touch)) << half << seed;
+                ASSERT_EQ(surface_cells(mesh, touch).sorted(), brute_cells(mesh, touch))
+                    << half << seed;
             }
         }
     }
@@ -102,7 +103,7 @@ TEST(SurfaceCells, AreThoseThatNoAxisSeparatesWhenEverythingTouches)
                     if (steps == 3) {
                         for (Vec3& p : mesh.positions) p *= 3 / 4.0;  // quarters again, exact
                     }
-                    ASSERT_EQ(surface_cells(mesh, touch).sorted(), brute(mesh, touch))
+                    ASSERT_EQ(surface_cells(mesh, touch).sorted(), brute_cells(mesh, touch))
                         << half << ' ' << steps << ' ' << seed;
                 }
             }
@@ -136,12 +137,13 @@ TEST(SurfaceCells, SliversAndTrianglesWithoutAreaAreSegmentsAndPoints)
         if (seed % 3 == 0) p[2] = 0.5 * (p[0] + p[1]);
         if (seed % 3 == 1) p[2] = p[1];
         if (seed % 3 == 2) p[1] = p[2] = p[0];
-        ASSERT_EQ(surface_cells(mesh, Touch::half_open).sorted(), brute(mesh, Touch::half_open))
+        ASSERT_EQ(surface_cells(mesh, Touch::half_open).sorted(),
+                  brute_cells(mesh, Touch::half_open))
             << seed;
         // A hair's breadth of area: the same but for cells that the hair alone decides.
         LatticeMesh hair = mesh;
         hair.positions[2] += Vec3(1e-12, -2e-12, 3e-12);
-        const auto exact = brute(hair, Touch::half_open);
+        const auto exact = brute_cells(hair, Touch::half_open);
         const CellSet cells = surface_cells(hair, Touch::half_open);
         for (int i = 0; i <= 64; ++i) {
             EXPECT_TRUE(cells.contains(

@@ -26,7 +26,7 @@ using geometry::Vec3i;
 using geometry::VoxelGrid;
 using geometry::VoxelOptions;
 
-double total(const std::vector<double>& v)
+double sum_of(const std::vector<double>& v)
 {
     return std::accumulate(v.begin(), v.end(), 0.0);
 }
@@ -85,7 +85,7 @@ TEST(Voxelize, TheSurfaceWeighsItsAreaTimesThicknessTimesDensity)
     options.min_fill = 0;
     const Cubes cubes =
         voxelize_surface(mesh, one({.density = 700}), 0.003, grid_of(mesh, 0.1), options);
-    EXPECT_NEAR(total(cubes.mass), area_of(mesh) * 0.003 * 700, 1e-6);  // float corners
+    EXPECT_NEAR(sum_of(cubes.mass), area_of(mesh) * 0.003 * 700, 1e-6);  // float corners
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         // Thin enough that no cube is full, so fill and mass say the same.
         EXPECT_NEAR(cubes.mass[c], cubes.fill[c] * 700 * 1e-3, 1e-9 + 1e-6 * cubes.mass[c]);
@@ -94,7 +94,7 @@ TEST(Voxelize, TheSurfaceWeighsItsAreaTimesThicknessTimesDensity)
     options.min_fill = 0.02;
     const Cubes floored =
         voxelize_surface(mesh, one({.density = 700}), 0.003, grid_of(mesh, 0.1), options);
-    EXPECT_NEAR(total(floored.mass), total(cubes.mass), 1e-9);
+    EXPECT_NEAR(sum_of(floored.mass), sum_of(cubes.mass), 1e-9);
     EXPECT_GE(*std::min_element(floored.fill.begin(), floored.fill.end()), 0.02 * (1 - 1e-12));
     const Cubes full = voxelize_surface(mesh, one(), 0, grid_of(mesh, 0.1), options);
     EXPECT_EQ(full.fill, std::vector<double>(full.count(), 1.0));
@@ -107,12 +107,12 @@ TEST(Voxelize, ASolidWeighsItsVolumeTimesDensity)
     const Cubes cubes =
         voxelize_solid(mesh, one({.density = 2000}), Inside::winding, 0, grid_of(mesh, 0.1), {});
     EXPECT_EQ(cubes.count(), 60u);
-    EXPECT_NEAR(total(cubes.mass), 120, 1e-9);
+    EXPECT_NEAR(sum_of(cubes.mass), 120, 1e-9);
     EXPECT_EQ(cubes.fill, std::vector<double>(60, 1.0));
     VoxelOptions options;
     options.total_mass = 5;
     EXPECT_NEAR(
-        total(voxelize_solid(mesh, one(), Inside::winding, 0, grid_of(mesh, 0.07), options).mass),
+        sum_of(voxelize_solid(mesh, one(), Inside::winding, 0, grid_of(mesh, 0.07), options).mass),
         5, 1e-12);
 }
 
@@ -306,7 +306,7 @@ TEST(Voxelize, ASingleTriangleAndAPointAndHugeCoordinatesAreFine)
         for (Vec3f& p : huge.positions) p *= 1e9f;
         const Cubes big = voxelize(huge, 1e8);
         EXPECT_GT(big.count(), 500u);
-        EXPECT_TRUE(std::isfinite(total(big.mass)));
+        EXPECT_TRUE(std::isfinite(sum_of(big.mass)));
     }
 }
 

@@ -61,7 +61,7 @@ double number(const Loaded& loaded, const std::string& node, const std::string& 
     return std::get<double>(param(find(loaded, node), name).is);
 }
 
-constexpr const char* bakery = R"({ "aspic": 1,
+constexpr const char* oven = R"({ "aspic": 1,
   "frames": { "first": 1, "last": 48, "fps": 24 },
   "variables": { "sack": 2, "pile": "=sack * 10" },
   "nodes": {
@@ -80,7 +80,7 @@ constexpr const char* bakery = R"({ "aspic": 1,
 TEST(Shots, ChangeParametersFramesVariablesAndLinks)
 {
     const Project project;
-    project.add("bakery.json", bakery);
+    project.add("bakery.json", oven);
     project.add("shots/010.json", R"({ "aspic": 1, "extends": "../bakery.json",
       "frames": { "last": 12 },
       "variables": { "sack": 3, "minutes": 7 },
@@ -108,7 +108,7 @@ TEST(Shots, ChangeParametersFramesVariablesAndLinks)
 TEST(Shots, ReplaceAddAndRemoveNodesOverSeveralLevels)
 {
     const Project project;
-    project.add("bakery.json", bakery);
+    project.add("bakery.json", oven);
     project.add("sequence.json", R"({ "aspic": 1, "extends": "bakery.json", "nodes": {
       "bread": { "type": "Knead@1", "inputs": { "dough": "knead" } },
       "scale": null } })");
@@ -127,7 +127,7 @@ TEST(Shots, ReplaceAddAndRemoveNodesOverSeveralLevels)
 TEST(Shots, SayInWhichFileAMistakeStands)
 {
     const Project project;
-    project.add("bakery.json", bakery);
+    project.add("bakery.json", oven);
     project.add("a.json", R"({ "aspic": 1, "extends": "bakery.json",
   "nodes": { "mil": { "params": {} } } })");
     EXPECT_EQ(project.told(project.load("a.json")),

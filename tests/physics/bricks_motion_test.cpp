@@ -4,6 +4,7 @@
 #include "physics/bricks.hpp"
 #include "physics/start.hpp"
 #include "tests/physics/cube_fixtures.hpp"
+#include "tests/physics/state_measures.hpp"
 
 #include <tbb/global_control.h>
 
@@ -15,6 +16,8 @@
 namespace {
 
 using namespace physics;
+using fixtures::finite;
+using fixtures::shape_error;
 using geometry::Cubes;
 using geometry::Mat3;
 using geometry::Random;
@@ -41,26 +44,6 @@ Pins hold(const Cubes& cubes, const std::vector<std::uint32_t>& corners)
     pins.corner = corners;
     for (const auto k : corners) pins.target.push_back(cubes.corner_position(k));
     return pins;
-}
-
-bool finite(const State& s)
-{
-    const auto sound = [](const Vec3& p) { return p.allFinite(); };
-    return std::all_of(s.x.begin(), s.x.end(), sound) && std::all_of(s.v.begin(), s.v.end(), sound);
-}
-
-// The largest difference between distances of corners now and at rest: 0 for any rigid motion.
-double shape_error(const Cubes& cubes, const State& s)
-{
-    const auto rest = corner_positions(cubes);
-    double worst = 0;
-    for (std::size_t k = 1; k < rest.size(); ++k) {
-        for (const std::size_t j : {std::size_t{0}, rest.size() / 2}) {
-            worst =
-                std::max(worst, std::abs((s.x[k] - s.x[j]).norm() - (rest[k] - rest[j]).norm()));
-        }
-    }
-    return worst;
 }
 
 struct Momentum {

@@ -11,9 +11,9 @@
 namespace physics {
 namespace {
 
-using namespace fixtures;
+using namespace layer_fixtures;
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 const double exact_radius = std::sqrt(1 - h * h);  // 0.43589
 
 double radius_error(double spacing)

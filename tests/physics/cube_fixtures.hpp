@@ -96,4 +96,10 @@ inline std::vector<std::uint32_t> corners_where(const Cubes& cubes,
     return out;
 }
 
+// Those at the low end along x.
+inline std::vector<std::uint32_t> first_layer(const Cubes& cubes)
+{
+    return corners_where(cubes, [](const Vec3i& corner) { return corner.x() == 0; });
+}
+
 }  // namespace fixtures

@@ -16,7 +16,7 @@ using geometry::Random;
 
 namespace {
 
-Cubes sheet(int ni, int nj)
+Cubes whole_sheet(int ni, int nj)
 {
     return geometry::plane_cubes(geometry::rectangle_cells(ni, nj), {1, 0.1, {0, 0, 0}}, 0.02,
                                  {"sheet", 500, 1e5, 0.3, 0, 0});
@@ -96,7 +96,7 @@ double misfit_after_rest(const LatticeBody& body, const Cubes& cubes, State stat
 TEST(LatticeHardCases, TwistedByTwoTurnsAndLetGo)
 {
     for (const bool flat : {false, true}) {
-        const Cubes cubes = flat ? sheet(12, 3) : box(12, 2, 2, 0.1, {500, 1e5, 0.3});
+        const Cubes cubes = flat ? whole_sheet(12, 3) : box(12, 2, 2, 0.1, {500, 1e5, 0.3});
         const LatticeOptions options{.half_width = 2, .damping = 0.01, .substeps = 16};
         const LatticeBody body = make_lattice(cubes, options);
         const Vec3 axis = flat ? Vec3(0, 0, 0.15) : Vec3(0, 0.1, 0.1);
@@ -114,7 +114,7 @@ TEST(LatticeHardCases, TwistedByTwoTurnsAndLetGo)
 TEST(LatticeHardCases, StretchedTenTimesAndLetGo)
 {
     for (const bool flat : {false, true}) {
-        const Cubes cubes = flat ? sheet(8, 3) : box(8, 2, 2, 0.1, {500, 1e5, 0.3});
+        const Cubes cubes = flat ? whole_sheet(8, 3) : box(8, 2, 2, 0.1, {500, 1e5, 0.3});
         const LatticeOptions options{.half_width = 1, .damping = 0.01, .substeps = 16};
         const LatticeBody body = make_lattice(cubes, options);
         const State state =
@@ -168,7 +168,7 @@ TEST(LatticeHardCases, StepsOfAMillisecondToTenSecondsAtAnyStiffness)
 {
     const double infinite = std::numeric_limits<double>::infinity();
     for (const bool flat : {false, true}) {
-        const Cubes cubes = flat ? sheet(6, 5) : box(5, 3, 2, 0.1);
+        const Cubes cubes = flat ? whole_sheet(6, 5) : box(5, 3, 2, 0.1);
         for (const double rate : {0.0, 1e-3, 30.0, 1e9, infinite}) {
             for (const double bend : {0.0, 1.0, infinite}) {
                 if (!flat && bend != 1) continue;
@@ -206,7 +206,7 @@ TEST(LatticeHardCases, AHundredThousandStepsOfTumbling)
     // A free spinning body: momentum as it began, shape within a few per cent (it turns by 0.02 rad
     // a step and swells by its own centrifugal force), no creeping energy.
     for (const bool flat : {false, true}) {
-        const Cubes cubes = flat ? sheet(2, 2) : box(2, 1, 1, 0.1);
+        const Cubes cubes = flat ? whole_sheet(2, 2) : box(2, 1, 1, 0.1);
         const LatticeOptions options{.half_width = 1,
                                      .stiffness = Stiffness::rate,
                                      .rate = 200,
@@ -245,7 +245,7 @@ TEST(LatticeHardCases, AHundredThousandStepsOfTumbling)
 TEST(LatticeHardCases, AHundredThousandStepsOfVibrationDoNotGainEnergy)
 {
     for (const bool flat : {false, true}) {
-        const Cubes cubes = flat ? sheet(2, 1) : box(1, 1, 1, 0.1);
+        const Cubes cubes = flat ? whole_sheet(2, 1) : box(1, 1, 1, 0.1);
         const LatticeOptions options{.half_width = 1,
                                      .stiffness = Stiffness::rate,
                                      .rate = 100,
@@ -276,7 +276,7 @@ TEST(LatticeHardCases, AHundredThousandStepsOfVibrationDoNotGainEnergy)
 TEST(LatticeHardCases, AQuarterOfTheStepGivesTheSameMotion)
 {
     for (const bool flat : {false, true}) {
-        const Cubes cubes = flat ? sheet(10, 4) : box(10, 2, 2, 0.1, {1000, 1e5, 0.3});
+        const Cubes cubes = flat ? whole_sheet(10, 4) : box(10, 2, 2, 0.1, {1000, 1e5, 0.3});
         const auto run = [&](int substeps) {
             const LatticeOptions options{.half_width = 1, .substeps = substeps};
             const LatticeBody body = make_lattice(cubes, options);
@@ -358,7 +358,7 @@ TEST(LatticeTear, ASheetPulledApartTearsAndItsPartsForgetEachOther)
 {
     // The middle row of links is pulled to three times its length and gives way; then each half
     // moves as if the other were not there.
-    const Cubes cubes = sheet(9, 4);
+    const Cubes cubes = whole_sheet(9, 4);
     LatticeOptions options{.half_width = 2, .damping = 0.01, .tear = 0.6, .substeps = 12};
     const LatticeBody body = make_lattice(cubes, options);
     State state =
@@ -387,7 +387,7 @@ TEST(LatticeTear, AStoredStateGoesOnAsIfItHadNotStopped)
 {
     // The torn regions are a function of the broken links alone: a body made anew, as after a
     // restart, continues to the same bytes.
-    const Cubes cubes = sheet(9, 4);
+    const Cubes cubes = whole_sheet(9, 4);
     const LatticeOptions options{.half_width = 1, .damping = 0.01, .tear = 0.4, .substeps = 6};
     const auto pulled = [](const Vec3& x, double share) {
         return Vec3(x[0] * (1 + 2 * share), x[1], x[2]);
@@ -460,7 +460,7 @@ TEST(LatticeBalls, RestOnASheetAndWeighOnItsPins)
 {
     // A ball settles on a sheet held at its rim; momentum balance: its speed goes to 0 while
     // gravity pulls, so the pins carry it. It lies where it touches, above the sheet's dent.
-    const Cubes cubes = sheet(12, 12);
+    const Cubes cubes = whole_sheet(12, 12);
     LatticeOptions options{.half_width = 1, .damping = 0.02, .substeps = 16};
     const LatticeBody body = make_lattice(cubes, options);
     Loads loads;

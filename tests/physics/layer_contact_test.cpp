@@ -13,9 +13,9 @@
 namespace physics {
 namespace {
 
-using namespace fixtures;
+using namespace layer_fixtures;
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 double force_error(double spacing)
 {

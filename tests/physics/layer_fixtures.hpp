@@ -6,7 +6,7 @@
 
 #include <list>
 
-namespace physics::fixtures {
+namespace physics::layer_fixtures {
 
 using geometry::Contribution;
 using geometry::Skeleton;
@@ -73,4 +73,4 @@ inline std::list<Thing> two_balls(double spacing)
     return things;
 }
 
-}  // namespace physics::fixtures
+}  // namespace physics::layer_fixtures

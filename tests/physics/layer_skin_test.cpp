@@ -11,7 +11,7 @@ namespace {
 
 constexpr double e = 0.1;
 
-LayeredPart ball(const Vec3& at, double spacing = 0.02)
+LayeredPart still_ball(const Vec3& at, double spacing = 0.02)
 {
     geometry::ImplicitLayer layer;
     layer.skeletons = {{.kind = geometry::SkeletonKind::point, .points = {at}}};
@@ -34,7 +34,7 @@ geometry::TriMesh sphere(const Vec3& at)
 
 TEST(LayerSkin, StaysAtRestAndTurnsWithItsFrame)
 {
-    LayeredPart part = ball({0.3, 0, 0});
+    LayeredPart part = still_ball({0.3, 0, 0});
     const geometry::TriMesh mesh = sphere({0.3, 0, 0});
     const LayerSkin skin = bind(mesh, *part.body);
     part.pose.rotate(Eigen::AngleAxisd(0.8, Vec3(1, 2, 3).normalized()));
@@ -49,7 +49,7 @@ TEST(LayerSkin, StaysAtRestAndTurnsWithItsFrame)
 // Two balls 0.18 apart press each other flat at x = 0: so are their skins.
 TEST(LayerSkin, FeelsContact)
 {
-    const LayeredPart left = ball({-0.09, 0, 0}), right = ball({0.09, 0, 0});
+    const LayeredPart left = still_ball({-0.09, 0, 0}), right = still_ball({0.09, 0, 0});
     const geometry::TriMesh mesh = sphere({-0.09, 0, 0});
     const geometry::TriMesh pressed = follow(bind(mesh, *left.body), mesh, start({left, right}), 0);
     float highest = -1;
@@ -65,7 +65,7 @@ TEST(LayerSkin, FeelsContact)
 // A vertex at rest on the surface stays on it when the contribution is moved outward.
 TEST(LayerSkin, BreathesWithTheLayer)
 {
-    const LayeredPart part = ball({0, 0, 0});
+    const LayeredPart part = still_ball({0, 0, 0});
     const geometry::TriMesh mesh = sphere({0, 0, 0});
     LayeredScene scene = start({part});
     scene.states[0].translation[0] = 0.02;
@@ -75,7 +75,7 @@ TEST(LayerSkin, BreathesWithTheLayer)
 
 TEST(LayerSkin, OutOfReachItRidesAndMismatchesAreSaid)
 {
-    const LayeredPart part = ball({0, 0, 0});
+    const LayeredPart part = still_ball({0, 0, 0});
     const geometry::TriMesh far = sphere({3, 0, 0});
     const LayerSkin skin = bind(far, *part.body);
     EXPECT_EQ(skin.out_of_reach, far.positions.size());

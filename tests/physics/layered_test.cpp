@@ -1,6 +1,7 @@
 #include "physics/layered.hpp"
 
 #include "geometry/primitive.hpp"
+#include "tests/physics/layer_fixtures.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -15,16 +16,12 @@ using geometry::BlendRule;
 using geometry::Contribution;
 using geometry::Skeleton;
 using geometry::SkeletonKind;
+using layer_fixtures::point;
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 const Contribution soft{.thickness = 0.1, .stiffness = 10, .radius = 0.22};
 
-Skeleton point(const Vec3& p)
-{
-    return {.kind = SkeletonKind::point, .points = {p}};
-}
-
-ImplicitLayer layer_of(std::vector<Skeleton> skeletons, bool own_frames = false)
+ImplicitLayer soft_layer(std::vector<Skeleton> skeletons, bool own_frames = false)
 {
     ImplicitLayer layer;
     layer.skeletons = std::move(skeletons);
@@ -37,7 +34,7 @@ ImplicitLayer layer_of(std::vector<Skeleton> skeletons, bool own_frames = false)
 
 LayeredBody ball(const Vec3& at, double stiffness = 2e4, double spacing = 0.03)
 {
-    LayeredBody body = make_layered_body(layer_of({point(at)}), BaseKind::rigid, 1000, spacing);
+    LayeredBody body = make_layered_body(soft_layer({point(at)}), BaseKind::rigid, 1000, spacing);
     body.matter.stiffness = stiffness;
     body.matter.friction = 0;
     return body;
@@ -47,7 +44,7 @@ LayeredBody floor_at(double y)
 {
     Skeleton plane{.kind = SkeletonKind::plane, .points = {}};
     plane.place.translate(Vec3(0, y - soft.thickness, 0));
-    LayeredBody body = make_layered_body(layer_of({plane}), BaseKind::still, 1, 0.1);
+    LayeredBody body = make_layered_body(soft_layer({plane}), BaseKind::still, 1, 0.1);
     body.matter.rigid = true;
     return body;
 }
@@ -178,7 +175,7 @@ TEST(Layered, AHingeHoldsAndStopsAtItsLimit)
 {
     Skeleton upper{.kind = SkeletonKind::segment, .points = {{0, 0, 0}, {0.4, 0, 0}}};
     Skeleton lower{.kind = SkeletonKind::segment, .points = {{0.5, 0, 0}, {0.9, 0, 0}}};
-    ImplicitLayer layer = layer_of({upper, lower}, true);
+    ImplicitLayer layer = soft_layer({upper, lower}, true);
     layer.blend.rule = BlendRule::largest_group;
     layer.blend.links = {{0, 1, 1}};
     LayeredBody body = make_layered_body(layer, BaseKind::rigid, 1000, 0.06);
@@ -207,7 +204,7 @@ TEST(Layered, AHingeHoldsAndStopsAtItsLimit)
 
 TEST(Layered, VolumeIsHeldWhileTwoSkeletonsBlend)
 {
-    ImplicitLayer layer = layer_of({point({-0.12, 0, 0}), point({0.12, 0, 0})}, true);
+    ImplicitLayer layer = soft_layer({point({-0.12, 0, 0}), point({0.12, 0, 0})}, true);
     LayeredBody body = make_layered_body(layer, BaseKind::still, 1000, 0.01);
     body.control = {.proportional = 20, .derivative = 0};
     const double target = body.volume[0] + body.volume[1];
@@ -235,7 +232,8 @@ TEST(Layered, VolumeIsHeldWhileTwoSkeletonsBlend)
 
 TEST(Layered, AnInflationThatChangesIsMetAtEveryFrame)
 {
-    LayeredBody body = make_layered_body(layer_of({point({0, 0, 0})}), BaseKind::still, 1000, 0.02);
+    LayeredBody body =
+        make_layered_body(soft_layer({point({0, 0, 0})}), BaseKind::still, 1000, 0.02);
     body.control = {.proportional = 10};
     LayeredScene scene = scene_of({body});
     for (int i = 1; i <= 24; ++i) {
@@ -249,7 +247,8 @@ TEST(Layered, AnInflationThatChangesIsMetAtEveryFrame)
 
 TEST(Layered, AnInflationIsReached)
 {
-    LayeredBody body = make_layered_body(layer_of({point({0, 0, 0})}), BaseKind::still, 1000, 0.02);
+    LayeredBody body =
+        make_layered_body(soft_layer({point({0, 0, 0})}), BaseKind::still, 1000, 0.02);
     body.control = {.proportional = 10};
     LayeredScene scene = scene_of({body});
     scene.parts[0].inflation = 1.3;
@@ -263,7 +262,7 @@ LayeredBody dough(std::vector<Vec3> at)
 {
     std::vector<Skeleton> skeletons;
     for (const Vec3& p : at) skeletons.push_back(point(p));
-    ImplicitLayer layer = layer_of(skeletons, true);
+    ImplicitLayer layer = soft_layer(skeletons, true);
     layer.blend.rule = BlendRule::smooth_groups;
     layer.blend.part.assign(at.size(), 0);
     LayeredBody body = make_layered_body(layer, BaseKind::particles, 1000, 0.04);
@@ -316,7 +315,7 @@ TEST(Layered, WhatComesApartCollidesAndFusesUnderPressureOnly)
 // a jump in time, and its gradient without one in space.
 TEST(Layered, TheSurfaceIsContinuousThroughFusion)
 {
-    ImplicitLayer layer = layer_of({point({-0.09, 0, 0}), point({0.09, 0, 0})}, true);
+    ImplicitLayer layer = soft_layer({point({-0.09, 0, 0}), point({0.09, 0, 0})}, true);
     layer.blend.rule = BlendRule::smooth_groups;
     const std::vector<Transform> at(2, Transform::Identity());
     const Vec3 p(0, 0.04, 0), step(1e-8, 0, 0);
@@ -366,7 +365,7 @@ TEST(Layered, FrictionOfAStepIsThatAtItsEnd)
     Skeleton above{.kind = SkeletonKind::plane, .points = {}};
     above.place.translate(Vec3(0, half + soft.thickness, 0));
     above.place.rotate(Eigen::AngleAxisd(pi, Vec3::UnitX()));
-    LayeredBody ceiling = make_layered_body(layer_of({above}), BaseKind::still, 1, 0.1);
+    LayeredBody ceiling = make_layered_body(soft_layer({above}), BaseKind::still, 1, 0.1);
     ceiling.matter.rigid = true;
     LayeredScene scene = scene_of({held, floor_at(-half), ceiling});
     std::vector<LayeredPart> told = scene.parts;
@@ -399,7 +398,7 @@ TEST(Layered, AHingeFeelsItsLimitsOnlyBeyondThem)
     Skeleton upper{.kind = SkeletonKind::segment, .points = {{0, 0, 0}, {0.4, 0, 0}}};
     Skeleton lower{.kind = SkeletonKind::segment, .points = {{0.5, 0, 0}, {0.9, 0, 0}}};
     const auto after_a_step = [&](double lowest, double highest, double spin) {
-        ImplicitLayer layer = layer_of({upper, lower}, true);
+        ImplicitLayer layer = soft_layer({upper, lower}, true);
         layer.blend.rule = BlendRule::largest_group;
         layer.blend.links = {{0, 1, 1}};
         LayeredBody body = make_layered_body(layer, BaseKind::rigid, 1000, 0.06);
@@ -531,7 +530,7 @@ TEST(Layered, ALedLayerStaysOutOfWhatItIsLedInto)
 // their volumes makes of a step; the whole is right.
 TEST(Layered, AMuscleChangesItsOwnTerritory)
 {
-    ImplicitLayer layer = layer_of({point({0, 0, 0}), point({0.5, 0, 0})});
+    ImplicitLayer layer = soft_layer({point({0, 0, 0}), point({0.5, 0, 0})});
     LayeredBody body = make_layered_body(layer, BaseKind::still, 1000, 0.02);
     body.control = {.proportional = 10};
     LayeredScene scene = scene_of({body});
@@ -723,9 +722,9 @@ TEST(Layered, TheSameBitsForAnyNumberOfThreads)
 TEST(Layered, RefusesWhatHoldsNothing)
 {
     Skeleton plane{.kind = SkeletonKind::plane, .points = {}};
-    EXPECT_THROW(make_layered_body(layer_of({plane}), BaseKind::rigid, 1000, 0.1),
+    EXPECT_THROW(make_layered_body(soft_layer({plane}), BaseKind::rigid, 1000, 0.1),
                  std::invalid_argument);
-    EXPECT_THROW(make_layered_body(layer_of({point({0, 0, 0})}), BaseKind::rigid, 0, 0.1),
+    EXPECT_THROW(make_layered_body(soft_layer({point({0, 0, 0})}), BaseKind::rigid, 0, 0.1),
                  std::invalid_argument);
     LayeredScene empty;
     EXPECT_TRUE(advance(empty, {}, 0.1, 1).parts.empty());

@@ -7,18 +7,13 @@
 using namespace physics;
 using fixtures::box;
 using fixtures::cubes_on;
+using fixtures::first_layer;
 using geometry::Cubes;
 using geometry::Vec3;
 
 namespace {
 
-// Corners at the low end along x.
-std::vector<std::uint32_t> first_layer(const Cubes& cubes)
-{
-    return fixtures::corners_where(cubes, [](const auto& corner) { return corner.x() == 0; });
-}
-
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 ModeSettings lowest(int count, bool keep_rigid = false)
 {

@@ -1,6 +1,7 @@
 #include "physics/seeds.hpp"
 
 #include "geometry/polygonize.hpp"
+#include "tests/physics/layer_fixtures.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -15,23 +16,11 @@ using geometry::BlendRule;
 using geometry::Contribution;
 using geometry::Skeleton;
 using geometry::SkeletonKind;
+using layer_fixtures::layer_of;
+using layer_fixtures::point;
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 const std::vector<Transform> at_rest{Transform::Identity()};
-
-ImplicitLayer layer_of(std::vector<Skeleton> skeletons, const Contribution& contribution)
-{
-    ImplicitLayer layer;
-    layer.skeletons = std::move(skeletons);
-    layer.contributions.assign(layer.skeletons.size(), contribution);
-    layer.frame.assign(layer.skeletons.size(), 0);
-    return layer;
-}
-
-Skeleton point(const Vec3& p)
-{
-    return {.kind = SkeletonKind::point, .points = {p}};
-}
 
 double total_area(const SeedWalk& walk)
 {
@@ -51,7 +40,7 @@ double mesh_volume(const geometry::TriMesh& mesh)
     return sum;
 }
 
-const Contribution soft{.thickness = 0.5, .stiffness = 2, .radius = 1.2, .stiffening = 0.3};
+const Contribution wide{.thickness = 0.5, .stiffness = 2, .radius = 1.2, .stiffening = 0.3};
 
 }  // namespace
 
@@ -59,7 +48,7 @@ const Contribution soft{.thickness = 0.5, .stiffness = 2, .radius = 1.2, .stiffe
 TEST(Seeds, GiveABallItsVolumeAndArea)
 {
     for (const double spacing : {0.4, 0.1, 0.03}) {
-        const ImplicitLayer layer = layer_of({point({1, 2, 3})}, soft);
+        const ImplicitLayer layer = layer_of({point({1, 2, 3})}, wide);
         const SeedWalk walk = physics::walk(geometry::make_field(layer, at_rest),
                                             make_seeds(layer, spacing), at_rest);
         EXPECT_NEAR(walk.volume(), 4 * pi / 3 * 0.125, 1e-12);
@@ -77,7 +66,7 @@ TEST(Seeds, OfAPointIntegrateOverDirectionsWithOrderThreeAtLeast)
     const double exact = 4 * pi * std::sinh(a.norm()) / a.norm();
     double last = 0;
     for (const double spacing : {0.2, 0.1, 0.05}) {
-        const Seeds seeds = make_seeds(layer_of({point({1, 2, 3})}, soft), spacing);
+        const Seeds seeds = make_seeds(layer_of({point({1, 2, 3})}, wide), spacing);
         double sum = 0;
         for (std::size_t i = 0; i < seeds.count(); ++i) {
             EXPECT_GT(seeds.a2[i], 0);
@@ -100,7 +89,7 @@ TEST(Seeds, OfAPointStandForTheSolidAngleOfEachFace)
 {
     const Vec3 v = Vec3(-1, std::numbers::phi, 0).normalized();
     const auto error_at = [&](double spacing) {
-        const Seeds seeds = make_seeds(layer_of({point({0, 0, 0})}, soft), spacing);
+        const Seeds seeds = make_seeds(layer_of({point({0, 0, 0})}, wide), spacing);
         double sum = 0;
         for (std::size_t i = 0; i < seeds.count(); ++i) {
             sum += seeds.a2[i] * std::pow(v.dot(seeds.direction[i]), 12);
@@ -117,7 +106,7 @@ TEST(Seeds, KnowWhoStandsAcrossEachEdge)
 {
     const ImplicitLayer layer = layer_of(
         {point({0, 0, 0}), {.kind = SkeletonKind::segment, .points = {{0, 0, 0}, {1, 0, 0}}}},
-        soft);
+        wide);
     const Seeds seeds = make_seeds(layer, 0.3);
     ASSERT_EQ(seeds.across.size(), seeds.faces.size());
     std::vector<std::uint32_t> valence(seeds.count(), 0);
@@ -145,7 +134,7 @@ TEST(Seeds, KnowWhoStandsAcrossEachEdge)
 // Steiner: V(e) = V0 + A0 e + M e^2 + 4/3 pi e^3.
 TEST(Seeds, GiveConvexSkeletonsTheVolumeOfTheirOffset)
 {
-    const double e = soft.thickness;
+    const double e = wide.thickness;
     Skeleton box{.kind = SkeletonKind::box, .points = {}, .half_size = {0.5, 0.4, 0.3}};
     box.place.rotate(Eigen::AngleAxisd(0.4, Vec3(1, 2, 2).normalized()));
     const std::vector<std::pair<Skeleton, double>> cases{
@@ -155,7 +144,7 @@ TEST(Seeds, GiveConvexSkeletonsTheVolumeOfTheirOffset)
         {box, 8 * 0.06 + 2 * e * (0.8 + 0.48 + 0.6) + pi * e * e * (1 + 0.8 + 0.6)},
     };
     for (const auto& [skeleton, beyond_ball] : cases) {
-        const ImplicitLayer layer = layer_of({skeleton}, soft);
+        const ImplicitLayer layer = layer_of({skeleton}, wide);
         const SeedWalk walk =
             physics::walk(geometry::make_field(layer, at_rest), make_seeds(layer, 0.1), at_rest);
         // The vertices that seeds come from are floats.
@@ -166,7 +155,7 @@ TEST(Seeds, GiveConvexSkeletonsTheVolumeOfTheirOffset)
 TEST(Seeds, GiveAnEllipsoidItsOffsetsVolume)
 {
     const ImplicitLayer layer = layer_of(
-        {{.kind = SkeletonKind::ellipsoid, .points = {}, .half_size = {0.6, 0.4, 0.3}}}, soft);
+        {{.kind = SkeletonKind::ellipsoid, .points = {}, .half_size = {0.6, 0.4, 0.3}}}, wide);
     const geometry::Field field = geometry::make_field(layer, at_rest);
     const double volume = physics::walk(field, make_seeds(layer, 0.1), at_rest).volume();
     const double reference = mesh_volume(geometry::polygonize(geometry::iso_field(field), 0.05));
@@ -177,7 +166,7 @@ TEST(Seeds, GiveAnEllipsoidItsOffsetsVolume)
 // object's, as its mesh has it.
 TEST(Seeds, ShareTheVolumeOfABlendBetweenTerritories)
 {
-    const ImplicitLayer layer = layer_of({point({-0.4, 0, 0}), point({0.4, 0, 0})}, soft);
+    const ImplicitLayer layer = layer_of({point({-0.4, 0, 0}), point({0.4, 0, 0})}, wide);
     const geometry::Field field = geometry::make_field(layer, at_rest);
     const SeedWalk walk = physics::walk(field, make_seeds(layer, 0.03), at_rest);
     const double reference = mesh_volume(geometry::polygonize(geometry::iso_field(field), 0.015));
@@ -197,13 +186,13 @@ TEST(Seeds, ShareTheVolumeOfABlendBetweenTerritories)
 // fuse. A ball alone: its area.
 TEST(Seeds, KnowHowTheVolumeFollowsATranslation)
 {
-    const ImplicitLayer ball = layer_of({point({0, 0, 0})}, soft);
+    const ImplicitLayer ball = layer_of({point({0, 0, 0})}, wide);
     EXPECT_NEAR(physics::walk(geometry::make_field(ball, at_rest), make_seeds(ball, 0.1), at_rest,
                               nullptr, true)
                     .volume_slope[0],
                 4 * pi * 0.25, 1e-11);
     ImplicitLayer three =
-        layer_of({point({-0.5, 0, 0}), point({0.3, 0.1, 0}), point({0.6, -0.2, 0.3})}, soft);
+        layer_of({point({-0.5, 0, 0}), point({0.3, 0.1, 0}), point({0.6, -0.2, 0.3})}, wide);
     three.contributions[1].thickness = 0.3;
     const Seeds seeds = make_seeds(three, 0.02);
     for (const double weight : {-1.0, 0.5}) {
@@ -230,7 +219,7 @@ TEST(Seeds, KnowHowTheVolumeFollowsATranslation)
 
 TEST(Seeds, FollowTheSurfaceFromWhereTheyWere)
 {
-    ImplicitLayer layer = layer_of({point({-0.4, 0, 0}), point({0.4, 0, 0})}, soft);
+    ImplicitLayer layer = layer_of({point({-0.4, 0, 0}), point({0.4, 0, 0})}, wide);
     const Seeds seeds = make_seeds(layer, 0.05);
     SeedWalk walk = physics::walk(geometry::make_field(layer, at_rest), seeds, at_rest);
     for (int step = 0; step < 10; ++step) {
@@ -251,7 +240,7 @@ TEST(Seeds, FollowTheSurfaceFromWhereTheyWere)
 
 TEST(Seeds, ASkeletonInsideAnotherHasNoSeedOnTheSurface)
 {
-    ImplicitLayer layer = layer_of({point({0, 0, 0}), point({0.05, 0, 0})}, soft);
+    ImplicitLayer layer = layer_of({point({0, 0, 0}), point({0.05, 0, 0})}, wide);
     layer.contributions[1] = {.thickness = 0.1, .stiffness = 0.5, .radius = 0.2};
     const Seeds seeds = make_seeds(layer, 0.05);
     const SeedWalk walk = physics::walk(geometry::make_field(layer, at_rest), seeds, at_rest);
@@ -261,7 +250,7 @@ TEST(Seeds, ASkeletonInsideAnotherHasNoSeedOnTheSurface)
 
 TEST(Seeds, OnlyWhatBlendsIsTheirField)
 {
-    ImplicitLayer layer = layer_of({point({-0.45, 0, 0}), point({0.45, 0, 0})}, soft);
+    ImplicitLayer layer = layer_of({point({-0.45, 0, 0}), point({0.45, 0, 0})}, wide);
     layer.blend.rule = BlendRule::smooth_groups;  // no links: two parts that collide
     const SeedWalk walk =
         physics::walk(geometry::make_field(layer, at_rest), make_seeds(layer, 0.1), at_rest);
@@ -270,7 +259,7 @@ TEST(Seeds, OnlyWhatBlendsIsTheirField)
 
 TEST(Seeds, ThePreviewMeshIsClosedForABallAndCoversABlend)
 {
-    const ImplicitLayer ball = layer_of({point({0, 0, 0})}, soft);
+    const ImplicitLayer ball = layer_of({point({0, 0, 0})}, wide);
     const Seeds seeds = make_seeds(ball, 0.05);
     const auto mesh =
         preview_mesh(seeds, physics::walk(geometry::make_field(ball, at_rest), seeds, at_rest));
@@ -281,7 +270,7 @@ TEST(Seeds, ThePreviewMeshIsClosedForABallAndCoversABlend)
 
 TEST(Seeds, TheSameBitsForAnyNumberOfThreads)
 {
-    const ImplicitLayer layer = layer_of({point({-0.4, 0, 0}), point({0.4, 0, 0})}, soft);
+    const ImplicitLayer layer = layer_of({point({-0.4, 0, 0}), point({0.4, 0, 0})}, wide);
     const Seeds seeds = make_seeds(layer, 0.03);
     std::vector<SeedWalk> walks;
     for (const std::size_t threads : {1u, 2u, 8u}) {
@@ -295,7 +284,7 @@ TEST(Seeds, TheSameBitsForAnyNumberOfThreads)
 
 TEST(Seeds, RefuseBadSpacingAndTakeAnEmptyLayer)
 {
-    const ImplicitLayer layer = layer_of({point({0, 0, 0})}, soft);
+    const ImplicitLayer layer = layer_of({point({0, 0, 0})}, wide);
     EXPECT_THROW(make_seeds(layer, 0), std::invalid_argument);
     EXPECT_THROW(make_seeds(layer, std::nan("")), std::invalid_argument);
     EXPECT_THROW(make_seeds(layer, 1e-6), std::invalid_argument);

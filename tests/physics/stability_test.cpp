@@ -8,6 +8,7 @@
 #include "physics/start.hpp"
 #include "physics/vibrate.hpp"
 #include "tests/physics/cube_fixtures.hpp"
+#include "tests/physics/state_measures.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,36 +17,18 @@
 namespace {
 
 using namespace physics;
+using fixtures::finite;
+using fixtures::shape_error;
 using fixtures::Stuff;
 using geometry::Cubes;
 using geometry::Random;
 using geometry::Vec3i;
-
-bool finite(const State& s)
-{
-    const auto sound = [](const Vec3& p) { return p.allFinite(); };
-    return std::all_of(s.x.begin(), s.x.end(), sound) && std::all_of(s.v.begin(), s.v.end(), sound);
-}
 
 double fastest(const State& s)
 {
     double out = 0;
     for (const Vec3& v : s.v) out = std::max(out, v.norm());
     return out;
-}
-
-// The largest change of a distance between corners since rest: 0 for any rigid motion.
-double shape_error(const Cubes& cubes, const State& s)
-{
-    const auto rest = corner_positions(cubes);
-    double worst = 0;
-    for (std::size_t k = 1; k < rest.size(); ++k) {
-        for (const std::size_t j : {std::size_t{0}, rest.size() / 2}) {
-            worst =
-                std::max(worst, std::abs((s.x[k] - s.x[j]).norm() - (rest[k] - rest[j]).norm()));
-        }
-    }
-    return worst;
 }
 
 Pins pins_where(const Cubes& cubes, const std::function<bool(const Vec3i&)>& choose)

@@ -11,7 +11,7 @@ using geometry::TriMesh;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 // Two vertices and two modes: 1 Hz along x at the first, 3 Hz along y at both.
 ModalModel two_modes()

@@ -9,7 +9,7 @@
 namespace physics {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 // A linear world: V_i = rest + drift + sum_j J_ij tau_j, whose columns add up to C_j.
 struct World {

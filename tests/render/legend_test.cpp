@@ -8,7 +8,7 @@ namespace {
 
 using render::Image;
 
-constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+constexpr float no_value = std::numeric_limits<float>::quiet_NaN();
 
 Image black(int width, int height)
 {
@@ -31,7 +31,7 @@ TEST(Legend, TicksAreRoundAndInside)
     EXPECT_EQ(t, (std::vector<double>{4e6, 6e6, 8e6}));
     EXPECT_GE(render::ticks(0.1, 0.9, 1).size(), 1u);
     EXPECT_TRUE(render::ticks(1, 1, 5).empty());
-    EXPECT_TRUE(render::ticks(0, double(nan), 5).empty());
+    EXPECT_TRUE(render::ticks(0, double(no_value), 5).empty());
     EXPECT_TRUE(render::ticks(0, std::numeric_limits<double>::infinity(), 5).empty());
     EXPECT_TRUE(render::ticks(1, 1 + 1e-15, 5).empty());
 }
@@ -52,10 +52,10 @@ TEST(Legend, RangesAreRoundAndHoldAllThatIsFinite)
     using Range = std::array<float, 2>;
     EXPECT_EQ(render::round_range({0.1f, 3.7f}), (Range{0, 5}));
     EXPECT_EQ(render::round_range({-0.013f, 0.002f}), (Range{-0.02f, 0.02f}));
-    EXPECT_EQ(render::round_range({1.0f, nan, std::numeric_limits<float>::infinity()}),
+    EXPECT_EQ(render::round_range({1.0f, no_value, std::numeric_limits<float>::infinity()}),
               (Range{0, 1}));
     EXPECT_EQ(render::round_range({}), (Range{0, 1}));
-    EXPECT_EQ(render::round_range({0, nan}), (Range{0, 1}));
+    EXPECT_EQ(render::round_range({0, no_value}), (Range{0, 1}));
     EXPECT_TRUE(std::isfinite(render::round_range({3.3e38f})[1]));
 }
 

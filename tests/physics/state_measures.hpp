@@ -1,0 +1,53 @@
+#pragma once
+
+// What tests ask of a moving body's state.
+
+#include "physics/state.hpp"
+
+#include <Eigen/SVD>
+
+namespace fixtures {
+
+using geometry::Mat3;
+using geometry::Vec3;
+using physics::State;
+
+inline bool finite(const State& s)
+{
+    const auto sound = [](const Vec3& p) { return p.allFinite(); };
+    return std::all_of(s.x.begin(), s.x.end(), sound) && std::all_of(s.v.begin(), s.v.end(), sound);
+}
+
+// The largest change of a distance between corners since rest: 0 for any rigid motion.
+inline double shape_error(const geometry::Cubes& cubes, const State& s)
+{
+    const auto rest = corner_positions(cubes);
+    double worst = 0;
+    for (std::size_t k = 1; k < rest.size(); ++k) {
+        for (const std::size_t j : {std::size_t{0}, rest.size() / 2}) {
+            worst =
+                std::max(worst, std::abs((s.x[k] - s.x[j]).norm() - (rest[k] - rest[j]).norm()));
+        }
+    }
+    return worst;
+}
+
+// The largest distance between a state and the rest shape moved rigidly as well as can be.
+inline double misfit(const State& rest, const State& state)
+{
+    const std::size_t n = rest.x.size();
+    Vec3 a = Vec3::Zero(), b = a;
+    for (std::size_t i = 0; i < n; ++i) a += rest.x[i] / double(n), b += state.x[i] / double(n);
+    Mat3 m = Mat3::Zero();
+    for (std::size_t i = 0; i < n; ++i) m += (state.x[i] - b) * (rest.x[i] - a).transpose();
+    const Eigen::JacobiSVD<Mat3> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Vec3 signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
+    const Mat3 r = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+    double worst = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+        worst = std::max(worst, (state.x[i] - b - r * (rest.x[i] - a)).norm());
+    }
+    return worst;
+}
+
+}  // namespace fixtures
