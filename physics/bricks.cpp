@@ -213,7 +213,7 @@ public:
             }
         }
     }
-    std::vector<float> rotations() const
+    std::vector<float> rotations() const override
     {
         const auto& cube = body_.layout.cube;
         std::vector<float> out(4 * body_.cubes);
@@ -358,6 +358,14 @@ std::size_t BricksBody::bytes() const
 State rest_state(const BricksBody& body)
 {
     return rest_state(body.base);
+}
+
+std::unique_ptr<Elasticity> elasticity_of(const BricksBody& body,
+                                          const std::vector<float>& rotation)
+{
+    auto elasticity = std::make_unique<BrickElasticity>(body);
+    elasticity->load_rotations(rotation);
+    return elasticity;
 }
 
 State advance(const BricksBody& body, State state, const Loads& loads, double dt,

@@ -55,6 +55,10 @@ State rest_state(const BricksBody& body);
 State advance(const BricksBody& body, State state, const Loads& loads, double dt,
               const StepOptions& options = {});
 
+// Its forces, for steps of another kind; the body must outlive them. `rotation` is a state's.
+std::unique_ptr<Elasticity> elasticity_of(const BricksBody& body,
+                                          const std::vector<float>& rotation);
+
 // What a body at x holds: its elastic energy (J), the forces on its corners (N, K) and the von
 // Mises stress of its cubes (Pa, C).
 struct Strained {

@@ -4,14 +4,16 @@
 
 namespace physics {
 
-CarriedFrames bind_frames(const LayeredBody& body, const geometry::Cubes& cubes)
+using geometry::Mat3;
+
+CarriedFrames bind_frames(std::span<const Transform> frames, const Seeds& seeds,
+                          const geometry::Cubes& cubes)
 {
     CarriedFrames carried;
     carried.step = 0.5 * cubes.size;
-    const std::size_t n = body.base.frames.size();
+    const std::size_t n = frames.size();
     std::vector<std::size_t> count(n, 0);
     carried.centre.assign(n, Vec3::Zero());
-    const Seeds& seeds = body.seeds;
     for (std::size_t s = 0; s < seeds.skeletons(); ++s) {
         const std::uint32_t f = seeds.frame[s];
         for (std::size_t i = seeds.first[s]; i < seeds.first[s + 1]; ++i) {
@@ -21,7 +23,7 @@ CarriedFrames bind_frames(const LayeredBody& body, const geometry::Cubes& cubes)
     }
     for (std::size_t f = 0; f < n; ++f) {
         if (count[f] > 0) carried.centre[f] /= static_cast<double>(count[f]);
-        carried.centre[f] = body.base.frames[f] * carried.centre[f];
+        carried.centre[f] = frames[f] * carried.centre[f];
         const auto add = [&](const Vec3& p) {
             carried.probes.positions.push_back(p.cast<float>());
         };
@@ -35,11 +37,11 @@ CarriedFrames bind_frames(const LayeredBody& body, const geometry::Cubes& cubes)
     return carried;
 }
 
-std::vector<Transform> carry(const CarriedFrames& carried, const LayeredBody& body,
+std::vector<Transform> carry(const CarriedFrames& carried, std::span<const Transform> frames,
                              const geometry::Cubes& cubes, std::span<const Vec3> x)
 {
     const geometry::TriMesh now = geometry::embed(carried.binding, carried.probes, cubes, x);
-    std::vector<Transform> frames;
+    std::vector<Transform> out;
     for (std::size_t f = 0; f < carried.centre.size(); ++f) {
         const auto at = [&](std::size_t k) {
             return Vec3(now.positions[7 * f + k].cast<double>());
@@ -58,9 +60,9 @@ std::vector<Transform> carry(const CarriedFrames& carried, const LayeredBody& bo
         }
         Transform t = Transform::Identity();
         t.translate(at(0)).rotate(R).translate(-carried.centre[f]);
-        frames.push_back(t * body.base.frames[f]);
+        out.push_back(t * frames[f]);
     }
-    return frames;
+    return out;
 }
 
 }  // namespace physics

@@ -5,11 +5,11 @@
 // A frame's place X, the middle of what its skeletons' seeds start from, moves as the cubes around
 // it do, and it turns by the rotation R nearest to their deformation gradient F there:
 //   T = translate(x(X)) R translate(-X) T_0      F_k = (x(X + h e_k) - x(X - h e_k)) / 2h
-// The layer follows; what touches it is told to the cubes by Simulate's own colliders, not by it.
+// Cubes that Simulate moves do not feel what touches the layer; those of cube_base.hpp do.
 
 #include "geometry/cubes.hpp"
 #include "geometry/embed.hpp"
-#include "physics/layered.hpp"
+#include "physics/seeds.hpp"
 
 namespace physics {
 
@@ -22,11 +22,13 @@ struct CarriedFrames {
     std::size_t bytes() const { return probes.positions.size() * 32; }
 };
 
-// Throws std::invalid_argument when there are no cubes.
-CarriedFrames bind_frames(const LayeredBody& body, const geometry::Cubes& cubes);
+// Of frames that stand where these seeds are drawn. Throws std::invalid_argument when there are no
+// cubes.
+CarriedFrames bind_frames(std::span<const Transform> frames, const Seeds& seeds,
+                          const geometry::Cubes& cubes);
 
 // Where the frames are when corners are at `x` (K, m).
-std::vector<Transform> carry(const CarriedFrames& carried, const LayeredBody& body,
+std::vector<Transform> carry(const CarriedFrames& carried, std::span<const Transform> frames,
                              const geometry::Cubes& cubes, std::span<const Vec3> x);
 
 }  // namespace physics

@@ -57,6 +57,9 @@ public:
     virtual void multiply(const double* p, double* y) const = 0;
     virtual void add_diagonal(double* d) const = 0;  // of K, about
 
+    // What a state keeps so that the next one starts from there: State::rotation.
+    virtual std::vector<float> rotations() const { return {}; }
+
     // Makes ready an approximate inverse of stiffness * K + damping * (Rayleigh's) + mass (K by
     // slot) with the corners `held` (sorted) left out. Returns what it costs to apply, in products
     // with K; infinity when the method has none.

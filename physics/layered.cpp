@@ -1,5 +1,7 @@
 #include "physics/layered.hpp"
 
+#include "physics/pins.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -165,6 +167,24 @@ LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density
 
 namespace {
 
+// Puts the frames where their cubes carry them.
+void follow_cubes(const LayeredBody& body, LayeredState& state)
+{
+    const CubeBase& base = *body.base.cubes;
+    for (std::size_t f = 0; f < body.base.frames.size(); ++f) {
+        const FrameHold hold = base.hold(f, body.base.frames[f], state.cubes.x);
+        const Transform at = hold.moved * body.base.frames[f];
+        Vec6 twist = Vec6::Zero();
+        for (std::size_t a = 0; a < hold.by.size(); ++a) {
+            twist += hold.by[a] * state.cubes.v[base.corners(f)[a]];
+        }
+        state.position[f] = at.translation();
+        state.rotation[f] = Eigen::Quaterniond(at.linear()).normalized().coeffs();
+        state.velocity[f] = twist.head<3>();
+        state.spin[f] = twist.tail<3>();
+    }
+}
+
 std::vector<Transform> told_frames(const LayeredPart& part)
 {
     if (!part.frames.empty()) return part.frames;
@@ -183,6 +203,12 @@ LayeredState start(const LayeredPart& part)
     }
     state.velocity.assign(body.base.frames.size(), part.velocity);
     state.spin.assign(body.base.frames.size(), Vec3::Zero());
+    if (body.base.cubes) {
+        state.cubes = rest_state(body.base.cubes->bricks());
+        for (Vec3& x : state.cubes.x) x = part.pose * x;
+        state.cubes.v.assign(state.cubes.x.size(), part.velocity);
+        follow_cubes(body, state);
+    }
     state.translation.assign(body.layer.skeletons.size(), 0);
     state.part = body.layer.blend.part;
     if (state.part.empty() && body.layer.blend.rule != geometry::BlendRule::sum) {
@@ -201,6 +227,18 @@ LayeredScene start(std::vector<LayeredPart> parts)
     for (const LayeredPart& part : parts) scene.states.push_back(start(part));
     scene.parts = std::move(parts);
     return scene;
+}
+
+void set_on_cubes(LayeredBody& body, geometry::Cubes cubes, const BrickOptions& options)
+{
+    if (body.base.kind != BaseKind::still) {
+        throw std::invalid_argument(
+            "cubes carry a layer that has no masses of its own: make its base still");
+    }
+    CubeBase::Source source{std::move(cubes), options, {}};
+    source.frames = bind_frames(body.base.frames, body.seeds, source.cubes);
+    body.base.cubes = std::make_shared<const CubeBase>(std::move(source));
+    body.base.kind = BaseKind::cubes;
 }
 
 Hinge& add_hinge(Base& base, std::uint32_t a, std::uint32_t b, const Vec3& point, const Vec3& axis)
@@ -308,7 +346,8 @@ std::size_t LayeredBody::bytes() const
     const std::size_t each_seed = 2 * sizeof(Vec3) + 3 * sizeof(double) + sizeof(std::uint32_t);
     return seeds.count() * each_seed + 2 * seeds.faces.size() * sizeof(geometry::Triangle) +
            layer.skeletons.size() * (sizeof(Skeleton) + sizeof(geometry::Contribution) + 32) +
-           base.frames.size() * (sizeof(Transform) + sizeof(Mat3));
+           base.frames.size() * (sizeof(Transform) + sizeof(Mat3)) +
+           (base.cubes ? base.cubes->bytes() : 0);
 }
 
 std::size_t LayeredState::bytes() const
@@ -318,7 +357,8 @@ std::size_t LayeredState::bytes() const
             distance.size()) *
                sizeof(double) +
            pressed.size() * sizeof(float) + links.size() * sizeof(BlendLink) +
-           part.size() * sizeof(std::uint32_t);
+           part.size() * sizeof(std::uint32_t) + 2 * cubes.x.size() * sizeof(Vec3) +
+           cubes.rotation.size() * sizeof(float);
 }
 
 std::size_t LayeredScene::bytes() const
@@ -414,7 +454,9 @@ LayeredMoment::LayeredMoment(const LayeredScene& scene, double mesh_seconds)
 namespace {
 
 // The linear system of one backward Euler step, frame by frame; frames are numbered through all
-// bodies. A pair term with 3x3 matrices C and K between points of two frames adds
+// bodies, and after them the corners of cubes. Frames that cubes carry are no unknowns: they follow
+// corners, and what they feel is handed on to those (cube_base.hpp). A pair term with 3x3 matrices
+// C and K between points of two frames adds
 //   J^T (dt C + dt^2 K) J      J: velocities to the relative velocity of the points
 // to the left and its forces, with -dt K of that velocity, to the right.
 class StepSystem {
@@ -432,18 +474,33 @@ public:
                 kind_.push_back(body.base.kind);
                 Mat6 mass = Mat6::Identity();
                 if (body.base.kind != BaseKind::still) {
-                    mass.topLeftCorner<3, 3>() *=
-                        body.base.kind == BaseKind::led ? led_mass : body.base.mass[f];
+                    mass.topLeftCorner<3, 3>() *= body.base.kind == BaseKind::led ? led_mass
+                                                  : body.base.cubes ? body.base.cubes->mass(f)
+                                                                    : body.base.mass[f];
                 }
                 if (body.base.kind == BaseKind::rigid) {
                     const Mat3 turn = moment.frames[b][f].linear();
                     mass.bottomRightCorner<3, 3>() = turn * body.base.inertia[f] * turn.transpose();
                 }
-                diagonal_.push_back(mass);
+                mass_.push_back(mass);
+                diagonal_.push_back(body.base.cubes ? Mat6::Zero() : mass);
             }
         }
-        mass_ = diagonal_;
         right_.assign(velocity_.size(), Vec6::Zero());
+        first_corner_.resize(scene.parts.size());
+        for (std::size_t b = 0; b < scene.parts.size(); ++b) {
+            if (scene.parts[b].body->base.cubes) add_cubes(scene, b);
+        }
+    }
+
+    std::size_t corner(std::size_t body, std::size_t k) const { return first_corner_[body] + k; }
+    // The rotations of each body's cubes as they were found, in the order of such bodies.
+    std::vector<float> rotations(std::size_t body) const
+    {
+        for (const Carrier& carrier : carriers_) {
+            if (carrier.first_frame == first_[body]) return carrier.elasticity->rotations();
+        }
+        return {};
     }
 
     std::size_t frame(std::size_t body, std::size_t f) const { return first_[body] + f; }
@@ -496,6 +553,7 @@ public:
     std::vector<Vec6> solve(Report& report)
     {
         merge_pairs();
+        hand_to_corners(right_);
         for (std::size_t f = 0; f < velocity_.size(); ++f) {
             right_[f] = free(f, right_[f]);
             if (kind_[f] == BaseKind::particles) right_[f].tail<3>().setZero();
@@ -540,6 +598,17 @@ private:
         }
     };
 
+    // Cubes that carry the frames from first_frame on.
+    struct Carrier {
+        const CubeBase* base = nullptr;
+        std::size_t first_frame = 0, first_corner = 0;
+        std::vector<FrameHold> holds;  // one a frame
+        std::unique_ptr<Elasticity> elasticity;
+        Aligned<double> diagonal;  // by slot, about, of its terms
+
+        const CornerBody& corner_body() const { return base->bricks().base; }
+    };
+
     // Of the mass that it stops: it gives way by a thousandth of what the step would do without it.
     static constexpr double stop_stiffness = 1000;
     // Led frames are so much heavier than all others: those hardly push them.
@@ -580,6 +649,11 @@ private:
             sum += dv[f].dot(0.5 * diagonal_[f] * dv[f] - right_[f]);
         }
         for (const Pair& pair : pairs_) sum += dv[pair.a].dot(pair.off * dv[pair.b]);
+        if (!carriers_.empty()) {
+            std::vector<Vec6> pull(dv.size(), Vec6::Zero());
+            add_elastic(dv, pull);
+            for (std::size_t f = 0; f < dv.size(); ++f) sum += 0.5 * dv[f].dot(pull[f]);
+        }
         for (const Stop& stop : stops_) {
             const double miss = std::min(0.0, beyond(stop, dv));
             sum += 0.5 * stop.stiffness * miss * miss;
@@ -601,6 +675,8 @@ private:
             right[stop.a] -= miss * stop.along_a;
             right[stop.b] -= miss * stop.along_b;
         }
+        hand_to_corners(right);
+        add_to_corner_blocks(blocks);
         std::vector<Eigen::LDLT<Mat6>> own;
         for (std::size_t f = 0; f < n; ++f) {
             if (kind_[f] == BaseKind::led) {  // turns as told
@@ -608,6 +684,7 @@ private:
                 blocks[f].bottomLeftCorner<3, 3>().setZero();
                 blocks[f].bottomRightCorner<3, 3>().setIdentity();
             }
+            if (kind_[f] == BaseKind::cubes) blocks[f].setIdentity();
             own.emplace_back(blocks[f]);
             right[f] = free(f, right[f]);
         }
@@ -688,8 +765,10 @@ private:
         pairs_.resize(merged_);
     }
 
-    void multiply(const std::vector<Vec6>& x, std::vector<Vec6>& y) const
+    // Frames that cubes carry go along in x, whatever it has for them.
+    void multiply(std::vector<Vec6>& x, std::vector<Vec6>& y) const
     {
+        take_along(x);
         for (std::size_t f = 0; f < x.size(); ++f) y[f] = diagonal_[f] * x[f];
         for (const Pair& pair : pairs_) {
             y[pair.a] += pair.off * x[pair.b];
@@ -701,16 +780,136 @@ private:
             y[stop.a] += pull * stop.along_a;
             y[stop.b] += pull * stop.along_b;
         }
+        hand_to_corners(y);
+        add_elastic(x, y);
         for (std::size_t f = 0; f < x.size(); ++f) y[f] = free(f, y[f]);
     }
 
+    // Corners as unknowns, with the forces of body b's cubes on them.
+    void add_cubes(const LayeredScene& scene, std::size_t b)
+    {
+        const LayeredPart& part = scene.parts[b];
+        const State& state = scene.states[b].cubes;
+        Carrier carrier;
+        carrier.base = part.body->base.cubes.get();
+        carrier.first_frame = first_[b];
+        carrier.first_corner = first_corner_[b] = velocity_.size();
+        for (std::size_t f = 0; f < part.body->base.frames.size(); ++f) {
+            carrier.holds.push_back(carrier.base->hold(f, part.body->base.frames[f], state.x));
+        }
+        const CornerBody& body = carrier.corner_body();
+        carrier.elasticity = elasticity_of(carrier.base->bricks(), state.rotation);
+        Aligned<double> force(carrier.elasticity->room(), 0), pull = force;
+        carrier.elasticity->forces(by_slot(body, state.x).data(), force.data());
+        carrier.elasticity->weigh(dt_ * dt_, dt_);
+        carrier.elasticity->multiply(by_slot(body, state.v).data(), pull.data());
+        carrier.diagonal.assign(body.numbers, 0);
+        carrier.elasticity->add_diagonal(carrier.diagonal.data());
+        for (std::size_t k = 0; k < body.corners; ++k) {
+            const std::size_t slot = body.slot[k];
+            const double drag = dt_ * body.mass_damping[slot];
+            Vec6 v = Vec6::Zero(), right = Vec6::Zero();
+            for (std::size_t i = 0; i < 3; ++i) {
+                const auto axis = static_cast<Eigen::Index>(i);
+                v[axis] = state.v[k][axis];
+                right[axis] = dt_ * force[4 * slot + i] - pull[4 * slot + i] - drag * v[axis];
+            }
+            velocity_.push_back(v);
+            right_.push_back(right);
+            kind_.push_back(BaseKind::particles);
+            mass_.push_back(body.mass[slot] * Mat6::Identity());
+            diagonal_.push_back((body.mass[slot] + drag) * Mat6::Identity());
+        }
+        for (const std::uint32_t k : part.pins.corner) {
+            kind_[carrier.first_corner + k] = BaseKind::still;
+        }
+        carriers_.push_back(std::move(carrier));
+    }
+
+    // Every carried frame's part of x from its corners'.
+    void take_along(std::vector<Vec6>& x) const
+    {
+        for (const Carrier& carrier : carriers_) {
+            for (std::size_t f = 0; f < carrier.holds.size(); ++f) {
+                Vec6& twist = x[carrier.first_frame + f];
+                twist.setZero();
+                const auto corners = carrier.base->corners(f);
+                for (std::size_t a = 0; a < corners.size(); ++a) {
+                    twist +=
+                        carrier.holds[f].by[a] * x[carrier.first_corner + corners[a]].head<3>();
+                }
+            }
+        }
+    }
+
+    // What y has for carried frames goes to their corners.
+    void hand_to_corners(std::vector<Vec6>& y) const
+    {
+        for (const Carrier& carrier : carriers_) {
+            for (std::size_t f = 0; f < carrier.holds.size(); ++f) {
+                Vec6& wrench = y[carrier.first_frame + f];
+                const auto corners = carrier.base->corners(f);
+                for (std::size_t a = 0; a < corners.size(); ++a) {
+                    y[carrier.first_corner + corners[a]].head<3>() +=
+                        carrier.holds[f].by[a].transpose() * wrench;
+                }
+                wrench.setZero();
+            }
+        }
+    }
+
+    // The same of the diagonal's blocks, as far as it stays on the diagonal, and the cubes' own.
+    void add_to_corner_blocks(std::vector<Mat6>& blocks) const
+    {
+        for (const Carrier& carrier : carriers_) {
+            for (std::size_t f = 0; f < carrier.holds.size(); ++f) {
+                const auto corners = carrier.base->corners(f);
+                for (std::size_t a = 0; a < corners.size(); ++a) {
+                    const auto& by = carrier.holds[f].by[a];
+                    blocks[carrier.first_corner + corners[a]].topLeftCorner<3, 3>() +=
+                        by.transpose() * blocks[carrier.first_frame + f] * by;
+                }
+            }
+            const CornerBody& body = carrier.corner_body();
+            for (std::size_t k = 0; k < body.corners; ++k) {
+                for (int i = 0; i < 3; ++i) {
+                    blocks[carrier.first_corner + k](i, i) +=
+                        carrier.diagonal[4 * std::size_t{body.slot[k]} + std::size_t(i)];
+                }
+            }
+        }
+    }
+
+    // y += (dt C + dt^2 K) x of cubes.
+    void add_elastic(const std::vector<Vec6>& x, std::vector<Vec6>& y) const
+    {
+        for (const Carrier& carrier : carriers_) {
+            const CornerBody& body = carrier.corner_body();
+            Aligned<double> in(body.numbers, 0), out(carrier.elasticity->room(), 0);
+            for (std::size_t k = 0; k < body.corners; ++k) {
+                for (std::size_t i = 0; i < 3; ++i) {
+                    in[4 * std::size_t{body.slot[k]} + i] =
+                        x[carrier.first_corner + k][static_cast<Eigen::Index>(i)];
+                }
+            }
+            carrier.elasticity->multiply(in.data(), out.data());
+            for (std::size_t k = 0; k < body.corners; ++k) {
+                for (std::size_t i = 0; i < 3; ++i) {
+                    y[carrier.first_corner + k][static_cast<Eigen::Index>(i)] +=
+                        out[4 * std::size_t{body.slot[k]} + i];
+                }
+            }
+        }
+    }
+
     double dt_;
-    std::vector<std::size_t> first_;
+    std::vector<std::size_t> first_, first_corner_;  // of each body
     std::vector<Vec6> velocity_, right_;
     std::vector<BaseKind> kind_;
     std::vector<Mat6> mass_, diagonal_;
     std::vector<Pair> pairs_;
     std::vector<Stop> stops_;
+    std::vector<Carrier> carriers_;
     std::size_t merged_ = 0;
 };
 
@@ -885,6 +1084,30 @@ void add_particles(const LayeredScene& scene, const LayeredMoment& moment, std::
     }
 }
 
+// Cubes whose corners go by `dv`, and the frames that they carry. Warns where neighbours part by
+// more than a cube in one step: that is more than its linear forces know of.
+void move_cubes(const LayeredBody& body, std::span<const Vec6> dv, double dt, LayeredState& state)
+{
+    const geometry::Cubes& cubes = body.base.cubes->source().cubes;
+    for (std::size_t k = 0; k < state.cubes.x.size(); ++k) {
+        state.cubes.v[k] += dv[k].head<3>();
+        state.cubes.x[k] += dt * state.cubes.v[k];
+    }
+    state.cubes.time += dt;
+    double most = 0;
+    for (const auto& corners : cubes.corners) {
+        for (const std::uint32_t k : corners) {
+            most = std::max(most, (state.cubes.v[k] - state.cubes.v[corners[0]]).norm());
+        }
+    }
+    if (dt * most > cubes.size && state.report.converged) {
+        state.report.converged = false;
+        state.report.warnings.emplace_back(
+            "cubes under a layer are torn along by more than their size in a step; raise substeps");
+    }
+    follow_cubes(body, state);
+}
+
 void move(const LayeredBody& body, std::span<const Vec6> dv, double dt, LayeredState& state)
 {
     for (std::size_t f = 0; f < state.position.size(); ++f) {
@@ -917,6 +1140,17 @@ void drive(const std::vector<Transform>& motion, double left, LayeredState& stat
             turn.angle() > std::numbers::pi ? turn.angle() - 2 * std::numbers::pi : turn.angle();
         state.spin[f] = angle / left * turn.axis();
     }
+}
+
+// Gives pinned corners the velocity that brings them to where they are to be in `left` seconds.
+void drive_pins(const LayeredPart& part, double left, LayeredState& state)
+{
+    if (part.pins.corner.empty()) return;
+    for (std::size_t i = 0; i < part.pins.corner.size(); ++i) {
+        const std::uint32_t k = part.pins.corner[i];
+        state.cubes.v[k] = (part.pins.target[i] - state.cubes.x[k]) / left;
+    }
+    follow_cubes(*part.body, state);
 }
 
 std::vector<float> pressed_distances(const LayeredMoment& moment, std::uint32_t body)
@@ -1261,16 +1495,29 @@ void move_meshes(LayeredScene& now, const LayeredScene& last, const std::vector<
     }
 }
 
+bool same_cubes(const LayeredPart& part, const LayeredState& state)
+{
+    const auto& cubes = part.body->base.cubes;
+    return state.cubes.x.size() == (cubes ? cubes->source().cubes.corner_count() : 0) &&
+           state.cubes.v.size() == state.cubes.x.size();
+}
+
 }  // namespace
 
 LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
                      const LayeredWorld& world, double dt, int substeps)
 {
+    for (const LayeredPart& part : parts) {
+        check_pins(part.pins, part.body->base.cubes
+                                  ? part.body->base.cubes->source().cubes.corner_count()
+                                  : 0);
+    }
     bool same = parts.size() == scene.states.size();
     for (std::size_t b = 0; same && b < parts.size(); ++b) {
         same = parts[b].body->base.frames.size() == scene.states[b].position.size() &&
                parts[b].body->layer.skeletons.size() == scene.states[b].translation.size() &&
                told_frames(parts[b]).size() == scene.states[b].position.size() &&
+               same_cubes(parts[b], scene.states[b]) &&
                (parts[b].muscle.empty() ||
                 parts[b].muscle.size() == scene.states[b].translation.size()) &&
                (scene.states[b].distance.empty() ||
@@ -1294,6 +1541,7 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
     for (int substep = 0; substep < steps; ++substep) {
         const double left = dt - h * substep;
         for (std::size_t b = 0; b < now.parts.size(); ++b) {
+            drive_pins(now.parts[b], left, now.states[b]);
             if (!is_told(now.parts[b].body->base.kind)) continue;
             drive(told_frames(now.parts[b]), left, now.states[b]);
         }
@@ -1305,10 +1553,12 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
         for (std::size_t b = 0; b < now.parts.size(); ++b) {
             const LayeredBody& body = *now.parts[b].body;
             if (is_told(body.base.kind)) continue;
-            for (std::size_t f = 0; f < body.base.frames.size(); ++f) {
-                const std::size_t frame = system.frame(b, f);
-                system.add_force(frame, body.base.mass[f] * world.gravity);
-                if (world.drag > 0) system.add_drag(frame, world.drag);
+            const std::size_t corners = now.states[b].cubes.x.size();
+            const std::size_t begin = corners > 0 ? system.corner(b, 0) : system.frame(b, 0);
+            const std::size_t count = corners > 0 ? corners : body.base.frames.size();
+            for (std::size_t f = begin; f < begin + count; ++f) {
+                system.add_force(f, system.mass(f)(0, 0) * world.gravity);
+                if (world.drag > 0) system.add_drag(f, world.drag);
             }
             add_springs(now, b, system);
             add_hinges(now, moment, b, system);
@@ -1330,7 +1580,12 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
                 body.layer.blend.rule != geometry::BlendRule::sum) {
                 update_parts(body, b, moment, h, state);
             }
-            move(body, std::span(dv).subspan(begin, state.position.size()), h, state);
+            if (body.base.cubes) {
+                state.cubes.rotation = system.rotations(b);
+                move_cubes(body, std::span(dv).subspan(system.corner(b, 0)), h, state);
+            } else {
+                move(body, std::span(dv).subspan(begin, state.position.size()), h, state);
+            }
             state.time += h;
             state.report.steps += 1;
             state.report.iterations += report.iterations;

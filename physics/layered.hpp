@@ -11,14 +11,15 @@
 //      their volume (volume_control.hpp)
 //   4. the base: all forces with their stiffness and damping in one backward Euler step,
 //        (M + dt C + dt^2 K) dv = dt (f - dt K v)
-//      K, C from contacts, joints, springs and particles, each a symmetric pair term, so that what
-//      one body gets the other loses: momentum is kept to the solver's 1e-10. (The paper integrates
-//      explicitly; this stays stable for stiff layers and long steps.)
+//      K, C from contacts, joints, springs, particles and squashing cubes, each a symmetric pair
+//      term, so that what one body gets the other loses: momentum is kept to the solver's 1e-10.
+//      (The paper integrates explicitly; this stays stable for stiff layers and long steps.)
 //   5. soft substances: who may blend with whom (separation, fusion)
 // What comes on so fast that it could cross a layer between two steps gets more of them.
 // After the last step of a frame bodies that control their volume are walked once more, and what
 // the last motion changed of it is mended, by Newton steps in which nothing moves.
 
+#include "physics/cube_base.hpp"
 #include "physics/layer_contact.hpp"
 #include "physics/loads.hpp"
 #include "physics/state.hpp"
@@ -64,8 +65,9 @@ struct Hinge {
 
 // What carries a layer: `still` frames move only as they are told, `rigid` ones turn and move,
 // `particles` only move. `led` ones move as they are told as far as their skeletons stay out of
-// other bodies: what leads them knows nothing of those.
-enum class BaseKind : std::uint8_t { still, rigid, particles, led };
+// other bodies: what leads them knows nothing of those. `cubes` carry frames that have no mass of
+// their own, and feel all that those do.
+enum class BaseKind : std::uint8_t { still, rigid, particles, led, cubes };
 
 struct Base {
     BaseKind kind = BaseKind::rigid;
@@ -74,7 +76,8 @@ struct Base {
     std::vector<Mat3> inertia;      // B, kg m^2, about the origin, in local axes; rigid only
     std::vector<LayerSpring> springs;
     std::vector<Hinge> hinges;
-    Substance substance;  // particles only
+    Substance substance;                    // particles only
+    std::shared_ptr<const CubeBase> cubes;  // cubes only, else null
 };
 
 // An object: immutable, shared by all its states.
@@ -96,6 +99,7 @@ struct LayeredState {
     std::vector<Eigen::Vector4d> rotation;  // B, unit quaternion x y z w
     std::vector<Vec3> velocity;             // B, m/s
     std::vector<Vec3> spin;                 // B, rad/s
+    State cubes;                            // where a base of cubes is; else empty
     std::vector<double> translation;        // S, m, tau
     // S, m^3, as contacts leave the territories, bulges not counted, at the last walk (of a body
     // that controls it: as the state is); empty before the first.
@@ -117,6 +121,7 @@ struct LayeredState {
 struct LayeredPart {
     std::shared_ptr<const LayeredBody> body;
     Transform pose = Transform::Identity();  // of a body as drawn: at the start; still, led: always
+    Pins pins = {};                          // of its cubes
     std::vector<Transform> frames = {};      // still, led: where each frame is; empty: by the pose
     Vec3 velocity = Vec3::Zero();            // m/s, at the start
     // Of the volume that it seeks at the end of the step; it goes there straight.
@@ -157,6 +162,10 @@ LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density
 // A rigid thing as a still part: the collider's shape, at its pose at the end of the frame, with
 // its friction; a mesh as it changes.
 LayeredPart rigid_part(const Collider& collider);
+
+// Lets cubes carry the frames of a body as drawn, which was made `still`, and feel what they do.
+// Throws std::invalid_argument where it was not, or the cubes are no solid body.
+void set_on_cubes(LayeredBody& body, geometry::Cubes cubes, const BrickOptions& options = {});
 
 // Adds a hinge through `point` along `axis`, both as drawn; the angle as drawn is 0. Throws
 // std::invalid_argument for frames that are not there or not rigid, or an axis without direction.

@@ -101,12 +101,13 @@ TEST(ImplicitLayer, TakesMusclesByTheNumberOfTheirSkeleton)
     node.inputs["layer"] = {Value::of(layer)};
     node.param("inflation").is = 1.5;
     EXPECT_TRUE(node.run().as<LayeredPart>()->muscle.empty());
-    const auto flex = [&](std::int64_t skeleton) {
+    const auto flex = [&](std::int64_t skeleton, std::size_t times = 1) {
         const graph::ParamValue muscle{graph::ParamValues{{skeleton}, {2.0}}};
-        node.param("muscles").is = graph::ParamValues{muscle};
+        node.param("muscles").is = graph::ParamValues(times, muscle);
         return node.run().as<LayeredPart>();
     };
     EXPECT_EQ(flex(1)->muscle, (std::vector<double>{1, 2}));
+    EXPECT_EQ(flex(0, 3)->muscle, (std::vector<double>{8, 1}));  // one after the other
     EXPECT_EQ(flex(1)->sought(0), 1.5);
     EXPECT_EQ(flex(1)->sought(1), 3);
     EXPECT_THROW(flex(2), std::invalid_argument);
@@ -123,4 +124,41 @@ TEST(Skin, SaysHowManyVerticesTheLayerDoesNotReach)
     skin.run();
     ASSERT_EQ(skin.warnings.size(), 1u);
     EXPECT_NE(skin.warnings[0].find("12 of 12"), std::string::npos) << skin.warnings[0];
+}
+
+TEST(Carry, GivesTheCubesToWhoMovesThem)
+{
+    const Value part = part_of({{0.1, 0.1, 0.1}}, BaseKind::still);
+    const geometry::Cubes cubes = geometry::solid_cubes({{0, 0, 0}, {1, 0, 0}}, 0.2);
+    physics::State state;
+    state.x = geometry::corner_positions(cubes);
+    for (Vec3& x : state.x) x.y() += 1;
+    const Value pins = Value::of(physics::Pins{{3}, {Vec3(1, 2, 3)}});
+
+    NodeRun carry("Carry");
+    carry.inputs["part"] = {part};
+    carry.inputs["cubes"] = {Value::of(cubes)};
+    EXPECT_THROW(carry.run(), std::invalid_argument) << "nobody says where the cubes are";
+    carry.inputs["state"] = {Value::of(state)};
+    const auto led = carry.run().as<LayeredPart>();
+    EXPECT_EQ(led->body->base.kind, BaseKind::led);
+    ASSERT_EQ(led->frames.size(), 1u);
+    EXPECT_LT((led->frames[0].translation() - Vec3(0, 1, 0)).norm(), 1e-6);
+    carry.inputs["pins"] = {pins};
+    EXPECT_THROW(carry.run(), std::invalid_argument) << "pins are Simulate's";
+
+    carry.param("moved_by").is = std::string("layered");
+    EXPECT_THROW(carry.run(), std::invalid_argument) << "Layered says where the cubes are";
+    carry.inputs.erase("state");
+    const auto moved = carry.run().as<LayeredPart>();
+    EXPECT_EQ(moved->body->base.kind, BaseKind::cubes);
+    EXPECT_EQ(moved->pins.corner, std::vector<std::uint32_t>{3});
+
+    NodeRun carried("Carried");
+    carried.inputs["scene"] = {Value::of(physics::start({*led, *moved}))};
+    EXPECT_THROW(carried.run(), std::invalid_argument) << "those cubes are Simulate's";
+    carried.param("part").is = std::int64_t{1};
+    EXPECT_EQ(carried.run().as<physics::State>()->x, geometry::corner_positions(cubes));
+    carried.param("part").is = std::int64_t{2};
+    EXPECT_THROW(carried.run(), std::invalid_argument) << "there are two";
 }

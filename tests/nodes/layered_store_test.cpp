@@ -68,7 +68,8 @@ Cook cook(const graph::Graph& graph, int frame, const std::filesystem::path& fol
 
 }  // namespace
 
-// What is read back goes on as what was written would have, bit for bit: a ball on a mesh.
+// What is read back goes on as what was written would have, bit for bit: a ball on a mesh, and a
+// layer on cubes beside it.
 TEST(LayeredStore, AStoredSceneGoesOnAsIfItNeverStopped)
 {
     geometry::ImplicitLayer layer;
@@ -83,7 +84,13 @@ TEST(LayeredStore, AStoredSceneGoesOnAsIfItNeverStopped)
     physics::Collider ground;
     ground.kind = physics::Collider::Kind::mesh;
     ground.mesh = std::make_shared<const geometry::TriMesh>(geometry::icosphere(0.2, 2));
-    physics::LayeredScene scene = physics::start({ball, physics::rigid_part(ground)});
+    layer.skeletons[0].points = {{0.05, 0.25, 0.05}};
+    body = physics::make_layered_body(layer, physics::BaseKind::still, 1, 0.04);
+    physics::set_on_cubes(body, geometry::solid_cubes({{0, 2, 0}, {0, 3, 0}}, 0.1));
+    physics::LayeredPart coated;
+    coated.body = std::make_shared<const physics::LayeredBody>(std::move(body));
+    coated.pose.translate(geometry::Vec3(0.1, 0.15, 0));
+    physics::LayeredScene scene = physics::start({ball, physics::rigid_part(ground), coated});
     for (int i = 0; i < 5; ++i) scene = physics::advance(scene, scene.parts, {}, 1.0 / 24, 1);
     ASSERT_GT(physics::LayeredMoment(scene).contacts.contacts.size(), 0u);
 

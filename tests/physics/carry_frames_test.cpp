@@ -1,5 +1,6 @@
 #include "physics/carry_frames.hpp"
 
+#include "physics/layered.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 
 #include <gtest/gtest.h>
@@ -30,14 +31,14 @@ TEST(CarryFrames, FramesMoveRigidlyWithCubesThatDo)
 {
     const geometry::Cubes cubes = bar();
     const LayeredBody body = two_segments();
-    const CarriedFrames carried = bind_frames(body, cubes);
+    const CarriedFrames carried = bind_frames(body.base.frames, body.seeds, cubes);
     Transform move = Transform::Identity();
     move.translate(Vec3(1, 2, 3)).rotate(Eigen::AngleAxisd(1.1, Vec3(2, 1, -1).normalized()));
     std::vector<Vec3> x;
     for (std::size_t k = 0; k < cubes.corner_count(); ++k) {
         x.push_back(move * cubes.corner_position(k));
     }
-    for (const Transform& frame : carry(carried, body, cubes, x)) {
+    for (const Transform& frame : carry(carried, body.base.frames, cubes, x)) {
         EXPECT_LT((frame.matrix() - move.matrix()).norm(), 1e-5);  // probes are floats
     }
 }
@@ -48,17 +49,17 @@ TEST(CarryFrames, FramesTurnButNeverStretch)
 {
     const geometry::Cubes cubes = bar();
     const LayeredBody body = two_segments();
-    const CarriedFrames carried = bind_frames(body, cubes);
+    const CarriedFrames carried = bind_frames(body.base.frames, body.seeds, cubes);
     std::vector<Vec3> stretched, bent;
     for (std::size_t k = 0; k < cubes.corner_count(); ++k) {
         const Vec3 X = cubes.corner_position(k);
         stretched.push_back(X.cwiseProduct(Vec3(2, 0.5, 0.5)));
         bent.push_back({X.x(), X.y() + 0.2 * X.x() * X.x(), X.z()});
     }
-    for (const Transform& frame : carry(carried, body, cubes, stretched)) {
+    for (const Transform& frame : carry(carried, body.base.frames, cubes, stretched)) {
         EXPECT_LT((frame.linear() - Mat3::Identity()).norm(), 1e-5);
     }
-    const std::vector<Transform> turned = carry(carried, body, cubes, bent);
+    const std::vector<Transform> turned = carry(carried, body.base.frames, cubes, bent);
     // The slope there, 0.4 X: R of [1 0; s 1] turns by atan(s / 2).
     const auto angle = [](const Transform& t) {
         return std::atan2(t.linear()(1, 0), t.linear()(0, 0));
