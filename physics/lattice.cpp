@@ -1,6 +1,7 @@
 #include "physics/lattice.hpp"
 
 #include "geometry/parallel.hpp"
+#include "geometry/plane.hpp"
 #include "physics/balls.hpp"
 #include "physics/lattice_contact.hpp"
 #include "physics/lattice_pull.hpp"
@@ -495,7 +496,7 @@ private:
     {
         if (!plastic_) return {};
         const LatticeRegions& regions = matched_->regions;
-        const int u = regions.axes[0], v = regions.axes[1];
+        const auto [u, v] = geometry::plane_axes(body_.flat_axis);  // the membrane's
         std::vector<std::uint32_t> slot(n_);
         for (std::size_t s = 0; s < regions.slots(); ++s) {
             if (regions.particle[s] != none) slot[regions.particle[s]] = std::uint32_t(s);
