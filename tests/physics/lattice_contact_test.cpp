@@ -131,6 +131,37 @@ TEST(LatticeContact, PushesKeepMomentumAndThreadsTheSameBytes)
     EXPECT_LT((after - before).norm(), 1e-12 * moved.norm());  // rounding of some 20,000 pushes
 }
 
+TEST(LatticeContact, APairIsStoppedAtItsDistanceAndDraggedAsCoulombSays)
+{
+    // Two particles of 2 and 3 kg, 0.2 m apart, whose gap of 0.1 m would close by 0.12 m in a step
+    // of 0.01 s: an impulse of their reduced mass, 1.2 kg, times 2 m/s lets it just close. To stop
+    // their slip of 1 m/s takes 1.2 N s; friction gives no more than its coefficient times 2.4.
+    const auto solve = [](double apart, const Vec3& v, double friction) {
+        Crowd crowd(2, 0);
+        crowd.body.mass = {2, 3};
+        crowd.inverse_mass = {1.0 / 2, 1.0 / 3};
+        crowd.state.x = {Vec3(-0.01 * v[0], apart, 0), Vec3(0, 0, 0)};
+        crowd.state.v = {v, Vec3(0, 0, 0)};
+        Pushes pushes;
+        pushes.pairs = find_pair_pushes(crowd.scene(), crowd.side, crowd.piece, 0.1, friction);
+        std::vector<Vec3> out = crowd.state.v;
+        std::vector<BallState> balls;
+        solve_pushes(crowd.scene(), pushes, 8, out, balls);
+        return out;
+    };
+    const auto slides = solve(0.2, Vec3(1, -12, 0), 0.3);
+    EXPECT_LT((slides[0] - Vec3(1 - 0.72 / 2, -12 + 2.4 / 2, 0)).norm(), 1e-5);
+    EXPECT_LT((slides[1] - Vec3(0.72 / 3, -2.4 / 3, 0)).norm(), 1e-5);
+    const auto sticks = solve(0.2, Vec3(1, -12, 0), 0.6);
+    EXPECT_LT((sticks[0] - Vec3(1 - 1.2 / 2, -12 + 2.4 / 2, 0)).norm(), 1e-5);
+    // Half inside, they come out by a fifth of it in a step, 1 m/s; and nothing holds what leaves.
+    const auto comes_out = solve(0.05, Vec3(0, 0, 0), 0.3);
+    EXPECT_LT((comes_out[0] - comes_out[1] - Vec3(0, 1, 0)).norm(), 1e-5);
+    const auto leaves = solve(0.05, Vec3(0, 4, 0), 0.3);
+    EXPECT_EQ(leaves[0], Vec3(0, 4, 0));
+    EXPECT_EQ(leaves[1], Vec3(0, 0, 0));
+}
+
 TEST(LatticeContact, NothingNearIsNothing)
 {
     const Crowd crowd(20, 0);
