@@ -4,6 +4,7 @@
 #include "tests/geometry/files.hpp"
 #include "tests/geometry/meshes.hpp"
 
+#include <cstring>
 #include <thread>
 
 namespace {
@@ -56,6 +57,33 @@ TEST(WriteMesh, EveryFormatComesBackTheSameShape)
             }
         }
     }
+}
+
+// What goes from frame to frame is where vertices are, not how many: also where two of them meet.
+TEST(WriteMesh, FramesOfAMovingMeshKeepTheirVertices)
+{
+    const auto vertices = [](const TriMesh& mesh) {
+        const std::string obj = obj_text(mesh, "");
+        std::size_t lines = 0;
+        for (std::size_t at = 0; (at = obj.find("v ", at)) != std::string::npos; ++at) ++lines;
+        const std::string glb = glb_bytes(mesh);
+        std::uint32_t length = 0;
+        std::memcpy(&length, glb.data() + 12, sizeof length);
+        const auto json = nlohmann::json::parse(glb.substr(20, length));
+        std::size_t in_glb = 0;
+        for (const auto& primitive : json["meshes"][0]["primitives"]) {
+            const std::size_t accessor = primitive["attributes"]["POSITION"];
+            in_glb += json["accessors"][accessor]["count"].get<std::size_t>();
+        }
+        return std::array{lines, in_glb};
+    };
+    TriMesh mesh = meshes::soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}},
+                                {{0, 1, 2}, {3, 4, 5}});
+    ASSERT_EQ(vertices(mesh), (std::array<std::size_t, 2>{6, 6}));
+    mesh.positions[3] = mesh.positions[0];
+    EXPECT_EQ(vertices(mesh), (std::array<std::size_t, 2>{6, 6}));
+    std::copy_n(mesh.positions.begin(), 3, mesh.positions.begin() + 3);
+    EXPECT_EQ(vertices(mesh), (std::array<std::size_t, 2>{6, 6}));
 }
 
 TEST(WriteMesh, ObjAndGlbKeepMaterialsGroupsColoursAndTextureCoordinates)
