@@ -614,17 +614,28 @@ std::string suggest_file(const std::filesystem::path& path)
     if (!fs::is_directory(folder, error)) {
         return fmt::format("there is no folder {} either", folder.generic_string());
     }
-    std::vector<std::string> files;
-    for (fs::directory_iterator it(folder, error), end; !error && it != end && files.size() < 1000;
+    const std::string name = path.filename().string(), stem = path.stem().string();
+    std::vector<std::string> files, alike;  // alike: what could be meant, a file of this kind
+    std::size_t looked_at = 0;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end && ++looked_at < 1000;
          it.increment(error)) {
-        files.push_back(it->path().filename().string());
+        const std::string file = it->path().filename().string();
+        if (file.starts_with('.')) continue;
+        std::error_code ignored;
+        const bool is_folder = it->is_directory(ignored);
+        if (is_folder && fs::exists(it->path() / name, ignored)) {
+            return fmt::format("did you mean '{}/{}'?", file, name);
+        }
+        files.push_back(file);
+        if (!is_folder && it->path().extension() == path.extension()) alike.push_back(file);
     }
     std::sort(files.begin(), files.end());
-    const std::string name = path.filename().string(), stem = path.stem().string();
+    std::sort(alike.begin(), alike.end());
     for (const std::string& file : files) {  // the same name in another format
         if (fs::path(file).stem() == stem) return fmt::format("did you mean '{}'?", file);
     }
-    const std::vector<std::string_view> names(files.begin(), files.end());
+    const std::vector<std::string>& told = alike.empty() ? files : alike;
+    const std::vector<std::string_view> names(told.begin(), told.end());
     return names.empty() ? "its folder is empty" : suggest(name, names);
 }
 

@@ -83,7 +83,12 @@ int start_document(const std::string& file, Console& console)
         throw std::invalid_argument(
             fmt::format("{} is there already: say another name", path.string()));
     }
-    if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path());
+    std::error_code error;
+    if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), error);
+    if (error) {
+        throw std::invalid_argument(fmt::format("the folder {} can't be made ({}): say another",
+                                                path.parent_path().string(), error.message()));
+    }
     std::string text = console.starter;
     // Its comments show commands on itself, by the name that it now has.
     const std::string own_name = "starter.json", name = path.filename().string();

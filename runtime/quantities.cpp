@@ -46,7 +46,11 @@ std::vector<int> parse_frames(std::string_view all)
             last = take_int(text, all);
             if (take(text, 'x')) step = take_int(text, all);
         }
-        if (last < first || step < 1) bad_frames(all);
+        if (last < first) {
+            throw std::invalid_argument(
+                fmt::format("frames '{}' end before they begin: say {}-{}", all, last, first));
+        }
+        if (step < 1) bad_frames(all);
         if (long{last} - first > most_frames) {
             throw std::invalid_argument(
                 fmt::format("'{}' are more than {} frames", all, most_frames));

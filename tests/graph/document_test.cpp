@@ -175,6 +175,7 @@ TEST(Document, FilesAreReadBesideTheDocumentAndInsideOfTheProject)
     ASSERT_EQ(missing.problems.size(), 1u);
     EXPECT_EQ(missing.problems[0].suggestion, "did you mean 'recipe.txt'?");
     EXPECT_EQ(load_reading("deep/recipe.obj").problems[0].suggestion, "did you mean 'recipe.txt'?");
+    EXPECT_EQ(load_reading("recipe.txt").problems[0].suggestion, "did you mean 'deep/recipe.txt'?");
     EXPECT_EQ(load_reading("deep").problems[0].expected, "a file");
 }
 

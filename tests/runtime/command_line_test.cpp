@@ -24,6 +24,11 @@ TEST(Frames, AnythingElseIsRefused)
                             "99999999999", "1 2"}) {
         EXPECT_THROW(parse_frames(bad), std::invalid_argument) << bad;
     }
+    try {
+        parse_frames("9-1");
+    } catch (const std::invalid_argument& error) {
+        EXPECT_STREQ(error.what(), "frames '9-1' end before they begin: say 1-9");
+    }
 }
 
 TEST(Bytes, SuffixesArePowersOf1024)
@@ -298,6 +303,9 @@ TEST(CommandLine, NewWritesAStarterAndOverwritesNothing)
     EXPECT_EQ(run({"new", file}).exit, exit_usage) << "it is there already";
     EXPECT_TRUE(std::filesystem::exists(folder.path / "deep/mine.json"));
     EXPECT_EQ(run({"new", (folder.path / "short").string()}).exit, exit_ok);
+    const Said in_a_file = run({"new", file + "/own.json"});
+    EXPECT_EQ(in_a_file.exit, exit_usage);
+    EXPECT_TRUE(has(in_a_file.err, "can't be made (Not a directory): say another"));
     EXPECT_TRUE(std::filesystem::exists(folder.path / "short.json"));
     EXPECT_TRUE(has(run({"new"}).out, "\"aspic\": 1")) << "without a name it is shown";
 }
