@@ -3,6 +3,9 @@
 #include "geometry/parallel.hpp"
 #include "physics/aligned.hpp"
 
+#include <algorithm>
+#include <limits>
+
 #ifndef PHYSICS_LATTICE_SUMS_CPP  // once for all targets
 #define PHYSICS_LATTICE_SUMS_CPP
 namespace physics {
@@ -11,6 +14,9 @@ namespace physics {
 // plane along y with two.
 enum class Along { x, y, y_of_plane, z };
 inline constexpr std::size_t quads_of_window[] = {2, 3, 4, 4};
+
+// Lines that are summed at the same time, where a vector holds a quad of each.
+inline constexpr std::size_t most_abreast = 2;
 
 }  // namespace physics
 #endif
@@ -27,45 +33,80 @@ namespace sums_kernel {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// n numbers, a multiple of four, that are added as one: eight at a time, then four.
-template <class T, std::size_t n> struct Row {
-    static constexpr std::size_t most = n >= 8 ? 8 : 4;
-    using D = hn::CappedTag<T, most>;
-    static constexpr std::size_t lanes = hn::MaxLanes(D()), parts = most / lanes;
+#if HWY_TARGET == HWY_SCALAR  // one line at a time
+inline constexpr std::size_t abreast = 1;
+#else
+inline constexpr std::size_t abreast = most_abreast;
+#endif
+
+// Eight numbers: a quad of one line and a quad of the other.
+template <class D, class T>
+HWY_INLINE hn::Vec<D> load_both(D d, const T* one, [[maybe_unused]] const T* other)
+{
+#if HWY_TARGET == HWY_SCALAR
+    return hn::LoadU(d, one);
+#else
+    const hn::Half<D> half;
+    return hn::Combine(d, hn::LoadU(half, other), hn::LoadU(half, one));
+#endif
+}
+template <class D, class V, class T>
+HWY_INLINE void store_one(D d, V both, [[maybe_unused]] bool other, T* to)
+{
+#if HWY_TARGET == HWY_SCALAR
+    hn::StoreU(both, d, to);
+#else
+    const hn::Half<D> half;
+    hn::StoreU(other ? hn::UpperHalf(half, both) : hn::LowerHalf(half, both), half, to);
+#endif
+}
+
+// Quads of all those lines in turn, that are added as one.
+template <class T, std::size_t quads> struct Row {
+    static constexpr std::size_t group = 4 * abreast, numbers = group * quads;
+    using D = hn::CappedTag<T, group>;
+    static constexpr std::size_t lanes = hn::MaxLanes(D()), parts = numbers / lanes;
 
     hn::Vec<D> part[parts];
-    Row<T, n - most> rest;
 
     HWY_INLINE void clear()
     {
         for (auto& p : part) p = hn::Zero(D());
-        rest.clear();
     }
     HWY_INLINE void load(const T* from)
     {
         for (std::size_t i = 0; i < parts; ++i) part[i] = hn::LoadU(D(), from + i * lanes);
-        rest.load(from + most);
     }
     HWY_INLINE void store(T* to) const
     {
         for (std::size_t i = 0; i < parts; ++i) hn::StoreU(part[i], D(), to + i * lanes);
-        rest.store(to + most);
+    }
+    // From the quads of each line, `at` the same place.
+    HWY_INLINE void load(const T* const (&from)[abreast], std::ptrdiff_t at)
+    {
+        for (std::size_t i = 0; i < parts; ++i) {
+            const std::size_t quad = i * lanes / group, within = i * lanes % group;
+            if constexpr (lanes == 8) {
+                part[i] = load_both(D(), from[0] + at + 4 * quad, from[1] + at + 4 * quad);
+            } else {
+                part[i] = hn::LoadU(D(), from[within / 4] + at + 4 * quad + within % 4);
+            }
+        }
+    }
+    HWY_INLINE void store_line(std::size_t line, T* to) const
+    {
+        for (std::size_t i = 0; i < parts; ++i) {
+            const std::size_t quad = i * lanes / group, within = i * lanes % group;
+            if constexpr (lanes == 8) {
+                store_one(D(), part[i], line == 1, to + 4 * quad);
+            } else if (within / 4 == line) {
+                hn::StoreU(part[i], D(), to + 4 * quad + within % 4);
+            }
+        }
     }
     HWY_INLINE void add(const Row& o)
     {
         for (std::size_t i = 0; i < parts; ++i) part[i] = hn::Add(part[i], o.part[i]);
-        rest.add(o.rest);
-    }
-    HWY_INLINE void add(const T* from)
-    {
-        Row row;
-        row.load(from);
-        add(row);
-    }
-    HWY_INLINE void subtract(const Row& o)
-    {
-        for (std::size_t i = 0; i < parts; ++i) part[i] = hn::Sub(part[i], o.part[i]);
-        rest.subtract(o.rest);
     }
     HWY_INLINE void add_times(T factor, const Row& o)
     {
@@ -73,29 +114,50 @@ template <class T, std::size_t n> struct Row {
         for (std::size_t i = 0; i < parts; ++i) {
             part[i] = hn::Add(part[i], hn::Mul(times, o.part[i]));
         }
-        rest.add_times(factor, o.rest);
+    }
+    // Of a row that is no longer: from the first quads.
+    template <std::size_t fewer> HWY_INLINE void subtract(const Row<T, fewer>& o)
+    {
+        for (std::size_t i = 0; i < o.parts; ++i) part[i] = hn::Sub(part[i], o.part[i]);
+    }
+    // The quads of a longer row from `quad` on.
+    template <std::size_t more> HWY_INLINE void add_part(const Row<T, more>& o, std::size_t quad)
+    {
+        for (std::size_t i = 0; i < parts; ++i) {
+            part[i] = hn::Add(part[i], o.part[quad * group / lanes + i]);
+        }
+    }
+    template <std::size_t more>
+    HWY_INLINE void subtract_part(const Row<T, more>& o, std::size_t quad)
+    {
+        for (std::size_t i = 0; i < parts; ++i) {
+            part[i] = hn::Sub(part[i], o.part[quad * group / lanes + i]);
+        }
     }
 };
 template <class T> struct Row<T, 0> {
+    static constexpr std::size_t numbers = 0;
     HWY_INLINE void clear() {}
     HWY_INLINE void load(const T*) {}
     HWY_INLINE void store(T*) const {}
+    HWY_INLINE void store_line(std::size_t, T*) const {}
     HWY_INLINE void add(const Row&) {}
-    HWY_INLINE void add(const T*) {}
-    HWY_INLINE void subtract(const Row&) {}
-    HWY_INLINE void add_times(T, const Row&) {}
+    template <std::size_t more> HWY_INLINE void add_part(const Row<T, more>&, std::size_t) {}
 };
 
 // Sums of what lies in a window. Some quads of each item, the first ones in order to collect and
 // the last in order to spread, get their moments about the window's place too.
-template <class T, std::size_t main_numbers, std::size_t others, bool collects> struct Sums {
-    static constexpr std::size_t item = main_numbers + others;  // numbers
-    static constexpr std::size_t main_at = collects ? 0 : others;
-    static constexpr std::size_t others_at = collects ? main_numbers : 0;
-    using Main = Row<T, main_numbers>;
+template <class T, std::size_t main_quads, std::size_t others, bool collects_> struct Sums {
+    static constexpr bool collects = collects_;
+    using Main = Row<T, main_quads>;
+    using Rest = Row<T, others>;
+    using Item = Row<T, main_quads + others>;
+    static constexpr std::size_t main_quad = collects ? 0 : others;
+    static constexpr std::size_t rest_quad = collects ? main_quads : 0;
+    static constexpr std::size_t item_quads = main_quads + others;
 
     Main main, moment;
-    Row<T, others> rest;
+    Rest rest;
 
     HWY_INLINE void clear()
     {
@@ -103,59 +165,82 @@ template <class T, std::size_t main_numbers, std::size_t others, bool collects> 
         moment.clear();
         rest.clear();
     }
-    HWY_INLINE void add_item(const T* from)
+    HWY_INLINE void add_item(const Item& item)
     {
-        main.add(from + main_at);
-        rest.add(from + others_at);
+        main.add_part(item, main_quad);
+        rest.add_part(item, rest_quad);
     }
-    // Suffixes, as slide() keeps them.
-    static constexpr std::size_t entry = others + 2 * main_numbers;
+    // Suffixes, as slide_blocks() keeps them.
+    static constexpr std::size_t entry = 2 * Main::numbers + Rest::numbers;
     HWY_INLINE void keep(T* to) const
     {
         main.store(to);
-        moment.store(to + main_numbers);
-        rest.store(to + 2 * main_numbers);
+        moment.store(to + Main::numbers);
+        rest.store(to + 2 * Main::numbers);
     }
     HWY_INLINE void restore(const T* from)
     {
         main.load(from);
-        moment.load(from + main_numbers);
-        rest.load(from + 2 * main_numbers);
+        moment.load(from + Main::numbers);
+        rest.load(from + 2 * Main::numbers);
     }
     // Collected: the sums and the moments. Spread: the other sums, the moments taken from the
     // first.
-    static constexpr std::size_t answer = collects ? item + main_numbers : others;
-    HWY_INLINE void store(T* to) const
+    static constexpr std::size_t answer_quads = collects ? 2 * main_quads + others : others;
+    HWY_INLINE void store_line(std::size_t line, T* to) const
     {
         if constexpr (collects) {
-            main.store(to);
-            rest.store(to + main_numbers);
-            moment.store(to + item);
+            main.store_line(line, to);
+            rest.store_line(line, to + 4 * main_quads);
+            moment.store_line(line, to + 4 * item_quads);
         } else {
-            rest.store(to);
-            Main front;
-            front.load(to);
-            front.subtract(moment);
-            front.store(to);
+            Rest less = rest;
+            less.subtract(moment);
+            less.store_line(line, to);
         }
     }
 };
 
-// A line's items lie at `from`, one after another, at the places lead .. lead + items - 1 as seen
-// from the windows, which are at 0 .. windows - 1 and go to `to`, one after another or where
-// `place` says.
-template <class T> struct Slide {
-    int w, windows, lead, items;
-    const T* from;
-    T* to;
-    const std::uint32_t* place;
+// One of the lines that are summed abreast: its items are at the places lead .. lead + items - 1 as
+// seen from its windows. In order to collect, items are looked up by `index` and windows go to `to`
+// one after another; in order to spread it is the other way round.
+template <class T> struct Side {
+    int windows = 0, items = 0, lead = 0;
+    const T* from = nullptr;
+    T* to = nullptr;
+    const std::uint32_t* index = nullptr;
+};
 
+// Lines abreast: items at the places lead .. lead + items - 1 of both, as seen from the windows,
+// which are at 0 .. windows - 1. What is collected lies in `gathered`, quads of both lines in turn;
+// what is spread one place after another at the `from` of each line.
+template <class T> struct Slide {
+    int w = 1, windows = 0, lead = 0, items = 0;
+    Side<T> side[abreast];
+    const T* gathered = nullptr;
+    const T* from[abreast] = {};
+
+    bool has(int place) const { return place >= lead && place < lead + items; }
+    template <class S> HWY_INLINE typename S::Item item(int place) const
+    {
+        typename S::Item row;
+        if constexpr (S::collects) {
+            row.load(gathered + (place - lead) * std::ptrdiff_t(S::Item::numbers));
+        } else {
+            row.load(from, (place - lead) * std::ptrdiff_t(4 * S::item_quads));
+        }
+        return row;
+    }
     template <class S> HWY_INLINE void answer(int at, const S& sums) const
     {
-        if (place == nullptr) {
-            sums.store(to + std::size_t(at) * S::answer);
-        } else if (place[at] != none) {
-            sums.store(to + std::size_t(place[at]) * S::answer);
+        for (std::size_t l = 0; l < abreast; ++l) {
+            if (at >= side[l].windows) continue;
+            std::size_t place = std::size_t(at);
+            if constexpr (!S::collects) {
+                if (side[l].index[at] == none) continue;
+                place = side[l].index[at];
+            }
+            sums.store_line(l, side[l].to + place * (4 * S::answer_quads));
         }
     }
 };
@@ -169,25 +254,19 @@ template <class S, class T> HWY_INLINE void slide_blocks(const Slide<T>& line, T
         const int stored = std::min(length, line.windows - first);
         const int low = std::max(0, line.lead - base);
         const int high = std::min(length, line.lead + line.items - base);
-        const T* const block = line.from + (base - line.lead) * std::ptrdiff_t(S::item);
 
         // Suffix sums: from position base + j to the block's end, moments about base + j.
         S sums;
         sums.clear();
         for (int j = stored - 1; j >= std::max(high, 0); --j) sums.keep(suffix + j * int(S::entry));
-        int j = high - 1;
-        for (; j >= std::max(low, stored); --j) {
+        for (int j = high - 1; j >= low; --j) {
             sums.moment.add(sums.main);
-            sums.add_item(block + j * std::ptrdiff_t(S::item));
-        }
-        for (; j >= low; --j) {
-            sums.moment.add(sums.main);
-            sums.add_item(block + j * std::ptrdiff_t(S::item));
+            sums.add_item(line.template item<S>(base + j));
             sums.keep(suffix + j * int(S::entry));
         }
-        for (j = std::min(low, length) - 1; j >= 0; --j) {
+        for (int j = std::min(low, length) - 1; j >= 0; --j) {
             sums.moment.add(sums.main);
-            if (j < stored) sums.keep(suffix + j * int(S::entry));
+            sums.keep(suffix + j * int(S::entry));
         }
 
         // And prefix sums of the next block up to position first + t + w, moments about that.
@@ -196,8 +275,8 @@ template <class S, class T> HWY_INLINE void slide_blocks(const Slide<T>& line, T
             const int position = base + length + t - 1;
             if (t > 0) {
                 sums.moment.subtract(sums.main);
-                if (position >= line.lead && position < line.lead + line.items) {
-                    sums.add_item(block + (length + t - 1) * std::ptrdiff_t(S::item));
+                if (line.has(position)) {
+                    sums.add_item(line.template item<S>(position));
                 }
             }
             S total;
@@ -213,43 +292,99 @@ template <class S, class T> HWY_INLINE void slide_blocks(const Slide<T>& line, T
     }
 }
 
-// The same for narrow windows, item by item: with few items a block its bookkeeping costs more than
-// the additions it saves.
+// The same for narrow windows, item by item: as long as registers hold what is near, adding it all
+// costs less than writing suffixes down.
 template <int w, class S, class T> HWY_INLINE void slide_item_by_item(const Slide<T>& line)
 {
     constexpr int length = 2 * w + 1;
-    const T nothing[S::item] = {};
-    const T* near[length];
-    const auto item = [&](int position) HWY_ATTR -> const T* {
-        const bool there = position >= line.lead && position < line.lead + line.items;
-        return there ? line.from + (position - line.lead) * std::ptrdiff_t(S::item) : nothing;
+    typename S::Item near[length];
+    const auto read = [&](int place, typename S::Item& to) HWY_ATTR {
+        if (line.has(place)) {
+            to = line.template item<S>(place);
+        } else {
+            to.clear();
+        }
     };
-    for (int d = 1; d < length; ++d) near[d] = item(d - 1 - w);
+    for (int d = 1; d < length; ++d) read(d - 1 - w, near[d]);
     for (int at = 0; at < line.windows; ++at) {
         for (int d = 1; d < length; ++d) near[d - 1] = near[d];
-        near[length - 1] = item(at + w);
+        read(at + w, near[length - 1]);
         S sums;
         sums.clear();
         for (int d = 0; d < length; ++d) sums.add_item(near[d]);
         for (int d = 1; d <= w; ++d) {
-            typename S::Main after, before;
-            after.load(near[w + d] + S::main_at);
-            before.load(near[w - d] + S::main_at);
-            after.subtract(before);
-            sums.moment.add_times(T(d), after);
+            typename S::Main across;
+            across.clear();
+            across.add_part(near[w + d], S::main_quad);
+            across.subtract_part(near[w - d], S::main_quad);
+            sums.moment.add_times(T(d), across);
         }
         line.answer(at, sums);
     }
 }
 
-template <class S, class T> HWY_INLINE void sum_windows(const Slide<T>& line, T* suffix)
+// Items of all places, zeros where a line has none.
+template <class S, class T> HWY_INLINE void gather(const Slide<T>& slide, T* to)
 {
-    if (line.w == 1) {
-        slide_item_by_item<1, S>(line);
-    } else if (line.w == 2) {
-        slide_item_by_item<2, S>(line);
+    constexpr std::size_t numbers = 4 * S::item_quads;
+    const T nothing[numbers] = {};
+    const auto item = [&](const Side<T>& side, int place) HWY_ATTR -> const T* {
+        const int k = place - side.lead;
+        if (k < 0 || k >= side.items) return nothing;
+        if constexpr (S::collects) {
+            const std::uint32_t i = side.index[k];
+            return i == none ? nothing : side.from + std::size_t(i) * numbers;
+        } else {
+            return side.from + std::size_t(k) * numbers;
+        }
+    };
+    for (int k = 0; k < slide.items; ++k) {
+        const T* from[abreast];
+        for (std::size_t l = 0; l < abreast; ++l) from[l] = item(slide.side[l], slide.lead + k);
+        typename S::Item row;
+        row.load(from, 0);
+        if constexpr (S::collects) {
+            row.store(to + std::size_t(k) * S::Item::numbers);
+        } else {
+            for (std::size_t l = 0; l < abreast; ++l) {
+                row.store_line(l, to + (l * std::size_t(slide.items) + std::size_t(k)) * numbers);
+            }
+        }
+    }
+}
+
+// Sums along the lines of `slide`.
+template <class S, class T> HWY_INLINE void sum_windows(Slide<T>& slide, Aligned<T>& room)
+{
+    slide.lead = std::numeric_limits<int>::max();
+    int end = std::numeric_limits<int>::min();
+    bool alike = true;
+    for (const Side<T>& s : slide.side) {
+        slide.windows = std::max(slide.windows, s.windows);
+        alike &= s.items == slide.side[0].items && s.lead == slide.side[0].lead;
+        if (s.items == 0) continue;
+        slide.lead = std::min(slide.lead, s.lead);
+        end = std::max(end, s.lead + s.items);
+    }
+    slide.items = end - slide.lead;
+    const std::size_t suffixes = std::size_t(2 * slide.w + 1) * S::entry;
+    const bool in_place = !S::collects && alike;
+    const std::size_t items = in_place ? 0 : std::size_t(slide.items) * S::Item::numbers;
+    room.resize(std::max(room.size(), suffixes + items));
+    T* const gathered = room.data() + suffixes;
+    if (!in_place) gather<S>(slide, gathered);
+    slide.gathered = gathered;
+    for (std::size_t l = 0; l < abreast; ++l) {
+        slide.from[l] = in_place ? slide.side[l].from : gathered + l * (items / abreast);
+    }
+    if (slide.w == 1) {
+        slide_item_by_item<1, S>(slide);
+    } else if (slide.w == 2) {
+        slide_item_by_item<2, S>(slide);
+    } else if (slide.w == 3 && S::item_quads < 4) {  // seven of four do not fit 32 registers
+        slide_item_by_item<3, S>(slide);
     } else {
-        slide_blocks<S>(line, suffix);
+        slide_blocks<S>(slide, room.data());
     }
 }
 
@@ -259,27 +394,20 @@ template <std::size_t channels, std::size_t moments, class T>
 HWY_INLINE void collect_some(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
                              const T* items, T* windows, Aligned<T>& room)
 {
-    using S = Sums<T, 4 * moments, 4 * (channels - moments), true>;
-    const std::size_t suffixes = std::size_t(2 * w + 1) * S::entry;
-    for (std::size_t l = begin; l < end; ++l) {
-        const auto& line = along.lines[l];
-        const std::uint32_t* const index = along.items.data() + line.item;
-        room.resize(std::max(room.size(), suffixes + line.items * S::item));
-        T* const gathered = room.data() + suffixes;
-        for (std::size_t k = 0; k < line.items; ++k) {
-            Row<T, S::item> row;
-            if (index[k] == none) {
-                row.clear();
-            } else {
-                row.load(items + index[k] * S::item);
-            }
-            row.store(gathered + k * S::item);
+    using S = Sums<T, moments, channels - moments, true>;
+    for (std::size_t first = begin; first < end; first += abreast) {
+        Slide<T> slide;
+        slide.w = w;
+        for (std::size_t k = 0; k < std::min(abreast, end - first); ++k) {
+            const auto& line = along.lines[first + k];
+            slide.side[k] = {int(line.windows),
+                             int(line.items),
+                             line.lead,
+                             items,
+                             windows + std::size_t(line.window) * (4 * S::answer_quads),
+                             along.items.data() + line.item};
         }
-        const Slide<T> slide{w,         int(line.windows),
-                             line.lead, int(line.items),
-                             gathered,  windows + std::size_t(line.window) * S::answer,
-                             nullptr};
-        sum_windows<S>(slide, room.data());
+        sum_windows<S>(slide, room);
     }
 }
 
@@ -289,18 +417,18 @@ template <std::size_t channels, std::size_t moments, class T>
 HWY_INLINE void spread_some(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
                             const T* windows, T* items, Aligned<T>& room)
 {
-    using S = Sums<T, 4 * moments, 4 * channels, false>;
-    room.resize(std::max(room.size(), std::size_t(2 * w + 1) * S::entry));
-    for (std::size_t l = begin; l < end; ++l) {
-        const auto& line = along.lines[l];
-        const Slide<T> slide{w,
-                             int(line.items),
-                             -line.lead,
-                             int(line.windows),
-                             windows + std::size_t(line.window) * S::item,
-                             items,
-                             along.items.data() + line.item};
-        sum_windows<S>(slide, room.data());
+    using S = Sums<T, moments, channels, false>;
+    for (std::size_t first = begin; first < end; first += abreast) {
+        Slide<T> slide;
+        slide.w = w;
+        for (std::size_t k = 0; k < std::min(abreast, end - first); ++k) {
+            const auto& line = along.lines[first + k];
+            slide.side[k] = {
+                int(line.items), int(line.windows),
+                -line.lead,      windows + std::size_t(line.window) * (4 * S::item_quads),
+                items,           along.items.data() + line.item};
+        }
+        sum_windows<S>(slide, room);
     }
 }
 
@@ -371,7 +499,10 @@ void collect_lines(Along axis, const LatticeLines& along, int w, const Quad<T>* 
                    Quad<T>* windows)
 {
     geometry::parallel_for(
-        along.lines.size(), entries_a_task / 8, [&](std::size_t begin, std::size_t end) {
+        (along.lines.size() + most_abreast - 1) / most_abreast, entries_a_task / 8 / most_abreast,
+        [&](std::size_t group, std::size_t last) {
+            const std::size_t begin = group * most_abreast;
+            const std::size_t end = std::min(along.lines.size(), last * most_abreast);
             Aligned<T> room;
             const T* const from = items->data();
             T* const to = windows->data();
@@ -393,7 +524,10 @@ void spread_lines(Along axis, const LatticeLines& along, int w, Quad<T>* windows
         for (std::size_t c = 0; c < quads; ++c) windows[d * quads + c].setZero();
     }
     geometry::parallel_for(
-        along.lines.size(), entries_a_task / 8, [&](std::size_t begin, std::size_t end) {
+        (along.lines.size() + most_abreast - 1) / most_abreast, entries_a_task / 8 / most_abreast,
+        [&](std::size_t group, std::size_t last) {
+            const std::size_t begin = group * most_abreast;
+            const std::size_t end = std::min(along.lines.size(), last * most_abreast);
             Aligned<T> room;
             const T* const from = windows->data();
             T* const to = items->data();
