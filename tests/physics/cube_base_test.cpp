@@ -5,6 +5,7 @@
 #include "tests/physics/cube_fixtures.hpp"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <cmath>
 #include <numbers>
@@ -284,6 +285,65 @@ TEST(CubeBase, StaysStableWhenSteppedFarTooFar)
             EXPECT_GT(scene.states[0].position[0].y(), -0.1) << stiffness << ' ' << young;
         }
     }
+}
+
+// Backward Euler of v' = -c v: each step divides by 1 + c dt.
+TEST(CubeBase, CubesSetOffWithTheirPartAndFeelTheAir)
+{
+    LayeredPart part = part_of(coated_column({}, {}));
+    part.velocity = {1, 2, 3};
+    LayeredScene scene = start({part});
+    EXPECT_LT((scene.states[0].velocity[1] - part.velocity).norm(), 1e-14);
+    scene = advance(scene, scene.parts, {.gravity = Vec3::Zero(), .drag = 2}, 0.1, 5);
+    const Vec3 left = part.velocity / std::pow(1 + 2 * 0.02, 5);
+    for (const Vec3& v : scene.states[0].cubes.v) EXPECT_LT((v - left).norm(), 1e-10);
+    EXPECT_NEAR(fastest(scene), left.norm(), 1e-10);
+}
+
+// A layer that gives way like air: the column comes down to where its skeletons are stopped, a
+// tenth of their thickness above the floor by the seeds nearest to it; corners of the box, between
+// seeds, stand lower while it rocks, and out of the floor.
+TEST(CubeBase, ASkeletonThatIsStoppedStopsItsCubes)
+{
+    const fixtures::Stuff stuff{.young = 5e5, .stiffness_damping = 0.05};
+    LayeredPart part = part_of(coated_column(stuff, {.stiffness = 1, .friction = 1e3}));
+    LayeredScene scene = start({part, rigid_part(Collider{})});
+    for (int i = 0; i < 60; ++i) scene = advance(scene, scene.parts, {}, 1.0 / 60, 2);
+    const Transform moved =
+        part.body->base.cubes->hold(0, part.body->base.frames[0], scene.states[0].cubes.x).moved;
+    double lowest = 1;
+    for (const double x : {-half, half}) {
+        for (const double z : {-half, half}) {
+            lowest = std::min(lowest, (moved * Vec3(0.05 + x, 0.03, 0.05 + z)).y());
+        }
+    }
+    EXPECT_GT(lowest, 0);
+    EXPECT_LT(lowest, 0.1 * thickness);
+}
+
+TEST(CubeBase, SaysWhereCubesAreTornAlong)
+{
+    LayeredScene scene = start({part_of(coated_column({}, {}))});
+    scene.states[0].cubes.v[0] = {100, 0,
+                                  0};  // a metre in a hundredth of a second, of cubes of 0.1
+    scene = advance(scene, scene.parts, weightless, 0.01, 1);
+    ASSERT_EQ(scene.states[0].report.warnings.size(), 1u);
+    EXPECT_FALSE(scene.states[0].report.converged);
+}
+
+TEST(CubeBase, TheSameBitsForAnyNumberOfThreads)
+{
+    const auto run = [](std::size_t threads) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        LayeredPart part = part_of(coated_column({.young = 3e4}, {.stiffness = 1e5}));
+        LayeredScene scene = start({part, rigid_part(Collider{})});
+        for (int i = 0; i < 5; ++i) scene = advance(scene, scene.parts, {}, 0.02, 1);
+        return scene.states[0].cubes;
+    };
+    const State one = run(1), two = run(2), eight = run(8);
+    EXPECT_EQ(one.x, two.x);
+    EXPECT_EQ(one.x, eight.x);
+    EXPECT_EQ(one.rotation, eight.rotation);
 }
 
 TEST(CubeBase, PinnedCornersGoWhereTheyAreTold)
