@@ -518,6 +518,46 @@ TEST(LatticeTear, AStoredStateGoesOnAsIfItHadNotStopped)
     EXPECT_EQ(a.broken, b.broken);
 }
 
+TEST(LatticeTear, RegionsChangeWithTheStepThatBreaksALink)
+{
+    // Two steps of one frame are two frames of one step, though a link breaks in the first: a kick
+    // takes a corner away from its neighbours.
+    const Cubes cubes = box(4, 3, 3, 0.1);
+    LatticeOptions options{
+        .half_width = 1, .tear = 0.2, .substeps = 2, .precision = Precision::full};
+    const LatticeBody body = make_lattice(cubes, options);
+    State state = rest_state(body);
+    state.v[0] = Vec3(-80, 0, 0);
+    const State both = advance(body, state, {}, 0.002, options);
+    options.substeps = 1;
+    const State first = advance(body, state, {}, 0.001, options);
+    ASSERT_FALSE(first.broken.empty());
+    const State second = advance(body, first, {}, 0.001, options);
+    EXPECT_EQ(both.broken, second.broken);
+    for (std::size_t i = 0; i < both.x.size(); ++i) {
+        EXPECT_LT((both.x[i] - second.x[i]).norm(), 1e-12);  // measured from other middles
+    }
+}
+
+TEST(LatticeTear, OneBodyStepsStatesThatAreTornElsewhere)
+{
+    // As many broken links, but others: a body that has just stepped the one steps the other as a
+    // body made for it does.
+    const Cubes cubes = box(4, 3, 3, 0.1);
+    const LatticeOptions options{.half_width = 1, .tear = 5, .substeps = 1};
+    const LatticeBody shared = make_lattice(cubes, options), own = make_lattice(cubes, options);
+    State state = rest_state(shared);
+    for (std::size_t i = 0; i < state.x.size(); ++i) state.x[i][0] *= 1 + 0.1 * double(i % 3);
+    State one = state, other = state;
+    one.broken = {0, 1, 2};
+    const std::uint32_t far = 3 * 21;
+    other.broken = {far, far + 1, far + 2};
+    const State a = advance(shared, one, {}, 0.01, options);
+    const State b = advance(shared, other, {}, 0.01, options);
+    EXPECT_EQ(b.x, advance(own, other, {}, 0.01, options).x);
+    EXPECT_NE(a.x, b.x);
+}
+
 TEST(LatticeBodies, CollideAndDoNotPassThroughEachOther)
 {
     // One block falls on another that lies on the ground, half over its edge of contact distance.

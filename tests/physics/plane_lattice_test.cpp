@@ -155,6 +155,63 @@ TEST(PlaneLattice, ComesBackInItsPlaneToo)
     }
 }
 
+TEST(PlaneLattice, OfUnequalStiffnessRestsUnderAnyRigidMotion)
+{
+    // Regions pull with weights of their own, as long as steps are so short that none pulls all the
+    // way.
+    for (const bool in_plane : {false, true}) {
+        for (const Precision precision : {Precision::full, Precision::single}) {
+            Cubes cubes = sheet(7, 6);
+            for (std::size_t c = 0; c < cubes.count(); ++c) cubes.young[c] *= 1 + double(c % 5);
+            const LatticeOptions options{.half_width = 2,
+                                         .plane =
+                                             in_plane ? PlaneMotion::in_plane : PlaneMotion::space,
+                                         .substeps = 1,
+                                         .precision = precision};
+            const LatticeBody body = make_lattice(cubes, options);
+            State state = rest_state(body);
+            const Vec3 about = in_plane ? Vec3(Vec3::UnitY()) : Vec3(1, -2, 3).normalized();
+            const Mat3 turn = Eigen::AngleAxisd(2, about).toRotationMatrix();
+            for (Vec3& x : state.x) x = turn * x + Vec3(0.1, 0, 0.2);
+            const State after = advance(body, state, {}, 5e-4, options);
+            for (std::size_t i = 0; i < state.x.size(); ++i) {
+                // Rounding of places below 1 m.
+                ASSERT_LT((after.x[i] - state.x[i]).norm(),
+                          precision == Precision::full ? 1e-13 : 1e-6)
+                    << in_plane;
+            }
+        }
+    }
+}
+
+TEST(PlaneLattice, ComesBackFromAPointTheWayItWasTurned)
+{
+    // A quarter turn at rest, then all particles at one point: nothing says which way it was but
+    // the rotations of the step before.
+    LatticeOptions options = stiffest_plane(PlaneMotion::in_plane);
+    options.half_width = 1;
+    options.damping = 0;
+    options.substeps = 1;
+    const LatticeBody body = make_lattice(sheet(4, 4), options);
+    const Mat3 turn = Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()).toRotationMatrix();
+    const State rest = rest_state(body);
+    State state = rest;
+    for (Vec3& x : state.x) x = turn * x;
+    state = advance(body, state, {}, 0.01, options);
+    const Vec3 point(0.25, 0, 0.25);  // in binary: their mean is there too
+    for (Vec3& x : state.x) x = point;
+    for (Vec3& v : state.v) v.setZero();
+    state = advance(body, state, {}, 0.01, options);
+    double along = 0, across = 0;
+    for (std::size_t i = 0; i < rest.x.size(); ++i) {
+        const Vec3 from = rest.x[i] - Vec3(0.2, 0, 0.2), to = state.x[i] - point;
+        along += to.dot(turn * from);
+        across += to.dot(from);
+    }
+    EXPECT_GT(along, 0.01);
+    EXPECT_LT(std::abs(across), 1e-6);
+}
+
 TEST(PlaneLattice, StretchesLikeItsMaterial)
 {
     // rho a = -E k^2 u for a wave of 60 cells; shape matching falls short by some (k w h)^2.
