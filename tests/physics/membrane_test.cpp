@@ -183,15 +183,18 @@ TEST(Membrane, SingleIsDoubleToRounding)
 TEST(Membrane, ABrokenLinkTakesTheCornersThatHoldIt)
 {
     // Cells (0, 0) and (0, 1) share the link of particle (0, 1) along u: corners 2, 3 of the one
-    // and 0, 1 of the other.
+    // and 0, 1 of the other. Cells (0, 0) and (1, 0) share that of (1, 0) along v: 1, 3 and 0, 2.
     const Sheet sheet;
-    std::uint32_t from = 0;
-    while (sheet.cubes.corner[from] != geometry::Vec3i(0, 0, 1)) ++from;
-    const std::vector<std::uint32_t> broken{3 * from};
-    const auto torn = torn_corners(sheet.membrane, 1, broken);
-    for (std::size_t c = 0; c < torn.size(); ++c) {
+    const auto torn_at = [&](const geometry::Vec3i& at, std::uint32_t axis) {
+        std::uint32_t from = 0;
+        while (sheet.cubes.corner[from] != at) ++from;
+        return torn_corners(sheet.membrane, 1, std::vector<std::uint32_t>{3 * from + axis});
+    };
+    const auto along_u = torn_at({0, 0, 1}, 0), along_v = torn_at({1, 0, 0}, 2);
+    for (std::size_t c = 0; c < along_u.size(); ++c) {
         const auto& at = sheet.cubes.cell[c];
-        const unsigned expected = at[0] != 0 ? 0u : at[2] == 0 ? 0b1100u : 0b0011u;
-        EXPECT_EQ(torn[c], expected) << at.transpose();
+        EXPECT_EQ(along_u[c], at[0] != 0 ? 0u : at[2] == 0 ? 0b1100u : 0b0011u) << at.transpose();
+        const unsigned expected = at[2] != 0 || at[0] > 1 ? 0u : at[0] == 0 ? 0b1010u : 0b0101u;
+        EXPECT_EQ(along_v[c], expected) << at.transpose();
     }
 }

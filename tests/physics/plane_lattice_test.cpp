@@ -597,6 +597,9 @@ TEST(PlaneLattice, InItsPlaneItFeelsWhatPushesAlongIt)
     EXPECT_NEAR(momentum[0], mass * 2 * 0.25, 1e-9 * mass);
     EXPECT_NEAR(momentum[2], ball.mass * 1, 1e-9 * mass);
     EXPECT_LT(state.balls[0].v[2], 0.9);  // the sheet took some of it
+    loads.balls.clear();
+    const State alone = advance(body, rest_state(body), loads, 1.0 / 24, options);
+    for (const Vec3& x : alone.x) ASSERT_EQ(x[1], 0);
 }
 
 TEST(PlaneLattice, OnlyPlanesMoveInTheirPlane)
