@@ -1,20 +1,12 @@
 #include "physics/cube_base.hpp"
 
+#include "physics/cross_matrix.hpp"
+
 #include <Eigen/SVD>
 
 #include <map>
 
 namespace physics {
-namespace {
-
-Mat3 cross_with(const Vec3& a)
-{
-    Mat3 m;
-    m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-    return m;
-}
-
-}  // namespace
 
 CubeBase::CubeBase(Source source) : source_(std::move(source))
 {
@@ -82,9 +74,9 @@ FrameHold CubeBase::hold(std::size_t f, const Transform& rest, std::span<const V
     const Vec3 turned =
         (Vec3::Constant(stretch.sum()) - stretch).cwiseMax(2 * least).cwiseInverse();
     const Mat3 Q = U * turned.asDiagonal() * U.transpose();
-    const Mat3 arm = cross_with(hold.moved * rest.translation() - place);
+    const Mat3 arm = cross_matrix(hold.moved * rest.translation() - place);
     for (std::size_t a = 0; a < hold.by.size(); ++a) {
-        const Mat3 spin = Q * cross_with(R * carried.slope[a]);
+        const Mat3 spin = Q * cross_matrix(R * carried.slope[a]);
         hold.by[a].topRows<3>() = carried.weight[a] * Mat3::Identity() - arm * spin;
         hold.by[a].bottomRows<3>() = spin;
     }

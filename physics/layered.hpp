@@ -171,6 +171,15 @@ void set_on_cubes(LayeredBody& body, geometry::Cubes cubes, const BrickOptions& 
 // std::invalid_argument for frames that are not there or not rigid, or an axis without direction.
 Hinge& add_hinge(Base& base, std::uint32_t a, std::uint32_t b, const Vec3& point, const Vec3& axis);
 
+// Whether frames of that kind are where somebody says.
+bool is_told(BaseKind kind);
+
+// Where a part's frames are told to be: as it says, or as drawn at its pose.
+std::vector<Transform> told_frames(const LayeredPart& part);
+
+// The skeletons that each frame carries.
+std::vector<std::vector<std::uint32_t>> skeletons_on_frames(const LayeredBody& body);
+
 // The angle at which frames a and b stand to each other, rad in -pi..pi.
 double hinge_angle(const Hinge& hinge, const Transform& a, const Transform& b);
 
