@@ -496,7 +496,8 @@ private:
     {
         if (!plastic_) return {};
         const LatticeRegions& regions = matched_->regions;
-        const auto [u, v] = geometry::plane_axes(body_.flat_axis);  // the membrane's
+        const auto axes = geometry::plane_axes(body_.flat_axis);  // the membrane's
+        const int u = axes[0], v = axes[1];
         std::vector<std::uint32_t> slot(n_);
         for (std::size_t s = 0; s < regions.slots(); ++s) {
             if (regions.particle[s] != none) slot[regions.particle[s]] = std::uint32_t(s);

@@ -51,7 +51,7 @@ HWY_INLINE hn::Vec<D> load_both(D d, const T* one, [[maybe_unused]] const T* oth
 #endif
 }
 template <class D, class V, class T>
-HWY_INLINE void store_one(D d, V both, [[maybe_unused]] bool other, T* to)
+HWY_INLINE void store_one([[maybe_unused]] D d, V both, [[maybe_unused]] bool other, T* to)
 {
 #if HWY_TARGET == HWY_SCALAR
     hn::StoreU(both, d, to);
