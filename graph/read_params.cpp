@@ -621,16 +621,16 @@ std::string suggest_file(const std::filesystem::path& path)
          it.increment(error)) {
         const std::string file = it->path().filename().string();
         if (file.starts_with('.')) continue;
-        std::error_code ignored;
-        const bool is_folder = it->is_directory(ignored);
-        if (is_folder && fs::exists(it->path() / name, ignored)) {
-            return fmt::format("did you mean '{}/{}'?", file, name);
-        }
         files.push_back(file);
-        if (!is_folder && it->path().extension() == path.extension()) alike.push_back(file);
+        if (it->path().extension() == path.extension()) alike.push_back(file);
     }
     std::sort(files.begin(), files.end());
     std::sort(alike.begin(), alike.end());
+    for (const std::string& file : files) {  // in a folder below
+        if (fs::exists(folder / file / name, error)) {
+            return fmt::format("did you mean '{}/{}'?", file, name);
+        }
+    }
     for (const std::string& file : files) {  // the same name in another format
         if (fs::path(file).stem() == stem) return fmt::format("did you mean '{}'?", file);
     }
