@@ -29,6 +29,13 @@ double largest_x(const State& state)
     return most;
 }
 
+double extent_in_x(const State& state)
+{
+    double low = 1e9, high = -1e9;
+    for (const Vec3& x : state.x) low = std::min(low, x[0]), high = std::max(high, x[0]);
+    return high - low;
+}
+
 double longest_link(const LatticeBody& body, const Cubes& cubes, const State& state)
 {
     double most = 0;
@@ -319,9 +326,7 @@ TEST(LatticePlasticity, ABarBentBeyondItsYieldStaysBent)
         options.damping = 0.05;
         for (int f = 0; f < 120; ++f)
             state = advance(body, std::move(state), {}, 1.0 / 24, options);
-        double low = 1e9, high = -1e9;
-        for (const Vec3& x : state.x) low = std::min(low, x[0]), high = std::max(high, x[0]);
-        return high - low;
+        return extent_in_x(state);
     };
     EXPECT_NEAR(tip_after(0), 1, 5e-3);
     const double stayed = tip_after(0.05);
@@ -459,9 +464,7 @@ TEST(LatticePlasticity, ASheetDrawnOutBeyondItsYieldStaysDrawnOut)
                 state = advance(body, std::move(state), {}, 1.0 / 24, options);
                 for (Vec3& v : state.v) v *= 0.5;  // or it snaps back so fast that it crumples
             }
-            double low = 1e9, high = -1e9;
-            for (const Vec3& x : state.x) low = std::min(low, x[0]), high = std::max(high, x[0]);
-            return high - low;
+            return extent_in_x(state);
         };
         EXPECT_NEAR(length_after(0), 1, 5e-3);
         const double stayed = length_after(0.1);
