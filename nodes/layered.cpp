@@ -13,6 +13,7 @@ struct Inputs {
     Vec3 gravity{0, -9.81, 0};
     double drag = 0;
     int substeps = 2;
+    physics::RigidBodies rigid_bodies = physics::RigidBodies::implicit;
     graph::Wire<physics::LayeredScene> last;
 };
 struct Outputs {
@@ -26,8 +27,9 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     std::vector<physics::LayeredPart> parts;
     for (const auto& part : in.parts) parts.push_back(*part);
     for (const auto& collider : in.colliders) parts.push_back(physics::rigid_part(*collider));
+    physics::check_rigid_bodies(parts, in.rigid_bodies);
     Outputs out;
-    out.scene = in.last ? physics::advance(*in.last, parts, {in.gravity, in.drag},
+    out.scene = in.last ? physics::advance(*in.last, parts, {in.gravity, in.drag, in.rigid_bodies},
                                            context.frame_seconds(), in.substeps)
                         : physics::start(parts);
     for (const auto& state : out.scene.states) {
@@ -55,6 +57,12 @@ void add_to(graph::Registry& registry)
         .param("substeps", &Inputs::substeps,
                "Steps a frame, at least: what comes on fast gets more by itself.",
                {.min = 1, .max = 10'000})
+        .choice(
+            "rigid_bodies", &Inputs::rigid_bodies, {"implicit", "bullet"},
+            "Who moves rigid bodies and their hinges: `implicit`, one step with all else, stable "
+            "at any stiffness, which swallows bounces; or `bullet`, which keeps bounces, swings "
+            "and tumbling, takes more steps by itself the stiffer the layers are, and knows "
+            "rigid and still bodies only.")
         .reads(graph::Variable::fps)
         .output("scene", &Outputs::scene,
                 "Where all bodies are; on the first frame, the start. For Polygonize.")

@@ -1,5 +1,6 @@
 #include "physics/layered.hpp"
 
+#include "physics/layered_bullet.hpp"
 #include "physics/layered_forces.hpp"
 #include "physics/layered_pace.hpp"
 #include "physics/layered_system.hpp"
@@ -202,12 +203,11 @@ void move_cubes(const LayeredBody& body, std::span<const Vec6> dv, double dt, La
     follow_cubes(body, state);
 }
 
-void move(const LayeredBody& body, std::span<const Vec6> dv, double dt, LayeredState& state)
+// Frames on their way for dt seconds.
+void coast(const LayeredBody& body, double dt, LayeredState& state)
 {
     for (std::size_t f = 0; f < state.position.size(); ++f) {
-        state.velocity[f] += dv[f].head<3>();
         state.position[f] += dt * state.velocity[f];
-        state.spin[f] += dv[f].tail<3>();
         const Eigen::Quaterniond before(state.rotation[f]);
         const double angle = dt * state.spin[f].norm();
         if (angle > 0) {
@@ -221,6 +221,15 @@ void move(const LayeredBody& body, std::span<const Vec6> dv, double dt, LayeredS
         const Mat3 after = Eigen::Quaterniond(state.rotation[f]).toRotationMatrix();
         state.spin[f] = after * body.base.inertia[f].inverse() * after.transpose() * momentum;
     }
+}
+
+void move(const LayeredBody& body, std::span<const Vec6> dv, double dt, LayeredState& state)
+{
+    for (std::size_t f = 0; f < state.position.size(); ++f) {
+        state.velocity[f] += dv[f].head<3>();
+        state.spin[f] += dv[f].tail<3>();
+    }
+    coast(body, dt, state);
 }
 
 // Sends told frames straight, at constant spin, to where they are to be in `left` seconds.
@@ -417,13 +426,13 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
 // where they were, or would have been, a step before. `told` has them at its end, `last` as the
 // frame began.
 void move_meshes(LayeredScene& now, const LayeredScene& last, const std::vector<LayeredPart>& told,
-                 int step, int steps)
+                 float step, int steps)
 {
     for (std::size_t b = 0; b < told.size(); ++b) {
         if (!told[b].mesh_before) continue;
         geometry::TriMesh mesh = told[b].body->layer.skeletons[0].mesh->mesh;
         geometry::TriMesh earlier = mesh;
-        const float each = 1 / static_cast<float>(steps), done = each * static_cast<float>(step);
+        const float each = 1 / static_cast<float>(steps), done = each * step;
         for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
             const geometry::Vec3f& from = told[b].mesh_before->positions[v];
             const geometry::Vec3f way = mesh.positions[v] - from;
@@ -441,6 +450,132 @@ void move_meshes(LayeredScene& now, const LayeredScene& last, const std::vector<
         now.parts[b].body = std::make_shared<const LayeredBody>(std::move(body));
         now.parts[b].mesh_before = std::make_shared<const geometry::TriMesh>(std::move(earlier));
     }
+}
+
+// A frame of the film, that starts as `scene` is and ends as `told`.
+struct Span {
+    const LayeredScene& scene;
+    const std::vector<LayeredPart>& told;
+    const LayeredWorld& world;
+    double dt;
+
+    LayeredScene begin() const
+    {
+        LayeredScene now{told, scene.states};
+        for (LayeredState& state : now.states) {
+            state.report = {};
+            state.penetration = 0;
+        }
+        return now;
+    }
+};
+
+// Gives what is told where to be the velocity that it takes, `left` seconds before the frame's end.
+void drive_all(double left, LayeredScene& now)
+{
+    for (std::size_t b = 0; b < now.parts.size(); ++b) {
+        drive_pins(now.parts[b], left, now.states[b]);
+        if (!is_told(now.parts[b].body->base.kind)) continue;
+        drive(told_frames(now.parts[b]), left, now.states[b]);
+    }
+}
+
+// What is seen of all bodies in step number `step` of so many, and what their controllers do in it.
+void watch(const Span& frame, const LayeredMoment& moment, int step, int steps, LayeredScene& now)
+{
+    const double h = frame.dt / steps;
+    for (std::uint32_t b = 0; b < now.parts.size(); ++b) {
+        const LayeredBody& body = *now.parts[b].body;
+        LayeredState& state = now.states[b];
+        const auto inflation = [&](int at) {
+            return sought(frame.scene.parts[b], frame.told[b], static_cast<double>(at) / steps);
+        };
+        keep_seen(moment, b, state);
+        state.inflation = inflation(step);
+        keep_volume(body, body.control, moment.walks[b], inflation(step + 1), h, state);
+        if (body.base.kind == BaseKind::particles &&
+            body.layer.blend.rule != geometry::BlendRule::sum) {
+            update_parts(body, b, moment, h, state);
+        }
+        state.time += h;
+        state.report.steps += 1;
+    }
+}
+
+void step_implicitly(const Span& frame, int steps, LayeredScene& now)
+{
+    const double h = frame.dt / steps;
+    for (int step = 0; step < steps; ++step) {
+        drive_all(frame.dt - h * step, now);
+        move_meshes(now, frame.scene, frame.told, static_cast<float>(step), steps);
+        const LayeredMoment moment(now, h);
+        LayeredSystem system(now, moment, h);
+        add_forces(now, moment, frame.world, system);
+        Report report;
+        const std::vector<Vec6> dv = system.solve(report);
+        watch(frame, moment, step, steps, now);
+        for (std::size_t b = 0; b < now.parts.size(); ++b) {
+            const LayeredBody& body = *now.parts[b].body;
+            LayeredState& state = now.states[b];
+            if (body.base.cubes) {
+                state.cubes.rotation = system.rotations(b);
+                move_cubes(body, std::span(dv).subspan(system.corner(b, 0)), h, state);
+            } else {
+                move(body, std::span(dv).subspan(system.frame(b, 0), state.position.size()), h,
+                     state);
+            }
+            state.report.iterations += report.iterations;
+            state.report.converged &= report.converged;
+        }
+    }
+}
+
+// Rigid bodies by Bullet, under forces found in the middle of each step. Returns `steps`, or how
+// many more to begin the frame again with: as soon as contact has become so stiff that they are too
+// few, but no more than `most`. With so many it goes on: forces that are too stiff even so lose of
+// their strength what they must to stay stable, and the report warns.
+int step_with_bullet(const Span& frame, int steps, int most, LayeredScene& now)
+{
+    const double h = frame.dt / steps;
+    BulletBodies bodies(now, frame.world);
+    const auto drift = [&] {
+        bodies.drift(now, 0.5 * h);
+        for (std::size_t b = 0; b < now.parts.size(); ++b) {
+            const LayeredBody& body = *now.parts[b].body;
+            if (body.base.kind == BaseKind::still) coast(body, 0.5 * h, now.states[b]);
+        }
+    };
+    ExplicitPace hardest;
+    for (int step = 0; step < steps; ++step) {
+        drive_all(frame.dt - h * step, now);
+        drift();
+        move_meshes(now, frame.scene, frame.told, static_cast<float>(step) + 0.5f, steps);
+        const LayeredMoment moment(now, h);
+        LayeredSystem system(now, moment, h, RigidBodies::bullet);
+        add_forces(now, moment, frame.world, system);
+        const ExplicitPace pace = explicit_pace(now, system, frame.dt);
+        if (pace.steps > steps && steps < most) {
+            // One step too long has gone too deep and sees too much: by threes at most.
+            const double enough = std::min({1.1 * pace.steps, 3.0 * steps, double(most)});
+            return std::max(steps + 1, static_cast<int>(enough));
+        }
+        if (pace.steps > hardest.steps) hardest = pace;
+        const double share = std::min(1.0, steps / pace.steps);
+        bodies.push(now, moment, system, share * share, h);
+        watch(frame, moment, step, steps, now);
+        drift();
+    }
+    if (hardest.steps > steps) {
+        Report& report = now.states[hardest.part].report;
+        report.converged = false;
+        report.warnings.push_back(fmt::format(
+            "body {} is pushed so stiffly that Bullet needs {:.0f} steps a frame to stay stable "
+            "and "
+            "gets {}: what pushes it was weakened; set rigid_bodies to implicit, raise substeps or "
+            "make the layers softer",
+            hardest.part, std::ceil(hardest.steps), steps));
+    }
+    return steps;
 }
 
 bool same_cubes(const LayeredPart& part, const LayeredState& state)
@@ -477,55 +612,23 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
                         "same bodies, frames and skeletons, got {}",
                         scene.states.size(), parts.size()));
     }
-    const std::vector<LayeredPart> told = parts;
-    LayeredScene now{std::move(parts), scene.states};
-    for (LayeredState& state : now.states) {
-        state.report = {};
-        state.penetration = 0;
-    }
+    check_rigid_bodies(parts, world.rigid_bodies);
+    const Span frame{scene, parts, world, dt};
+    LayeredScene now = frame.begin();
     if (!(dt > 0)) return now;
-    const int steps = choose_steps(now, world.gravity, dt, std::max(1, substeps));
-    const double h = dt / steps;
-    for (int substep = 0; substep < steps; ++substep) {
-        const double left = dt - h * substep;
-        for (std::size_t b = 0; b < now.parts.size(); ++b) {
-            drive_pins(now.parts[b], left, now.states[b]);
-            if (!is_told(now.parts[b].body->base.kind)) continue;
-            drive(told_frames(now.parts[b]), left, now.states[b]);
-        }
-        move_meshes(now, scene, told, substep, steps);
-        const LayeredMoment moment(now, h);
-        LayeredSystem system(now, moment, h);
-        add_forces(now, moment, world, system);
-        Report report;
-        const std::vector<Vec6> dv = system.solve(report);
-        for (std::uint32_t b = 0; b < now.parts.size(); ++b) {
-            const LayeredBody& body = *now.parts[b].body;
-            LayeredState& state = now.states[b];
-            const std::size_t begin = system.frame(b, 0);
-            const auto inflation = [&](int at) {
-                return sought(scene.parts[b], told[b], static_cast<double>(at) / steps);
-            };
-            keep_seen(moment, b, state);
-            state.inflation = inflation(substep);
-            keep_volume(body, body.control, moment.walks[b], inflation(substep + 1), h, state);
-            if (body.base.kind == BaseKind::particles &&
-                body.layer.blend.rule != geometry::BlendRule::sum) {
-                update_parts(body, b, moment, h, state);
-            }
-            if (body.base.cubes) {
-                state.cubes.rotation = system.rotations(b);
-                move_cubes(body, std::span(dv).subspan(system.corner(b, 0)), h, state);
-            } else {
-                move(body, std::span(dv).subspan(begin, state.position.size()), h, state);
-            }
-            state.time += h;
-            state.report.steps += 1;
-            state.report.iterations += report.iterations;
-            state.report.converged &= report.converged;
+    int steps = choose_steps(now, world.gravity, dt, std::max(1, substeps));
+    if (world.rigid_bodies == RigidBodies::implicit) {
+        step_implicitly(frame, steps, now);
+    } else {
+        const int most = std::max(steps, most_steps(std::max(1, substeps)));
+        const std::vector<LayeredState> begin = now.states;
+        for (int more = step_with_bullet(frame, steps, most, now); more > steps;
+             more = step_with_bullet(frame, steps, most, now)) {
+            steps = more;
+            now.states = begin;
         }
     }
-    now.parts = told;
+    now.parts = frame.told;
     // Still frames end exactly where they were told to.
     for (std::size_t b = 0; b < now.parts.size(); ++b) {
         if (now.parts[b].body->base.kind != BaseKind::still) continue;

@@ -14,6 +14,7 @@
 //      K, C from contacts, joints, springs, particles and squashing cubes, each a symmetric pair
 //      term, so that what one body gets the other loses: momentum is kept to the solver's 1e-10.
 //      (The paper integrates explicitly; this stays stable for stiff layers and long steps.)
+//      Or, chosen by the scene, Bullet moves rigid bodies explicitly: layered_bullet.hpp.
 //   5. soft substances: who may blend with whom (separation, fusion)
 // What comes on so fast that it could cross a layer between two steps gets more of them.
 // After the last step of a frame bodies that control their volume are walked once more, and what
@@ -190,16 +191,27 @@ void add_spring_network(Base& base, double reach, double stiffness, double dampi
 // Everything where its part's pose puts it, at its velocity.
 LayeredScene start(std::vector<LayeredPart> parts);
 
+// Who moves rigid frames: the one implicit step that moves all others too, stable however stiff a
+// layer is, or Bullet (layered_bullet.hpp), which keeps bounces but takes layers' forces from
+// outside: the stiffer a layer, the more steps.
+enum class RigidBodies : std::uint8_t { implicit, bullet };
+
 struct LayeredWorld {
     Vec3 gravity{0, -9.81, 0};  // m/s^2
     double drag = 0;            // 1/s, of the speed of every frame
+    RigidBodies rigid_bodies = RigidBodies::implicit;
 };
 
+// Throws std::invalid_argument where Bullet is to move what it cannot: particles, cubes, led
+// bodies.
+void check_rigid_bodies(std::span<const LayeredPart> parts, RigidBodies rigid_bodies);
+
 // The scene dt seconds later, in at least `substeps` equal steps: in more where bodies near each
-// other would come on by more than two fifths of a layer in one; the report warns where 64 times as
-// many are not enough. `parts` are told for its end: still and led ones move there, straight and at
-// constant spin. Throws std::invalid_argument where they are not the
-// bodies of the scene (as many, with the same frames and skeletons); never for what happens.
+// other would come on by more than two fifths of a layer in one, or where they swing too fast for
+// Bullet; the report warns where 64 times as many are not enough. `parts` are told for its end:
+// still and led ones move there, straight and at constant spin. Throws std::invalid_argument where
+// they are not the bodies of the scene (as many, with the same frames and skeletons), and as
+// check_rigid_bodies() does; never for what happens.
 LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
                      const LayeredWorld& world, double dt, int substeps);
 

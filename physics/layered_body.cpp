@@ -150,6 +150,19 @@ bool is_told(BaseKind kind)
     return kind == BaseKind::still || kind == BaseKind::led;
 }
 
+void check_rigid_bodies(std::span<const LayeredPart> parts, RigidBodies rigid_bodies)
+{
+    if (rigid_bodies == RigidBodies::implicit) return;
+    for (std::size_t b = 0; b < parts.size(); ++b) {
+        const BaseKind kind = parts[b].body->base.kind;
+        if (kind == BaseKind::rigid || kind == BaseKind::still) continue;
+        throw std::invalid_argument(fmt::format(
+            "Bullet moves rigid bodies beside still ones only, and body {} is {}: set rigid_bodies "
+            "to implicit, which moves all kinds together, or give that body a Layered of its own",
+            b, kind == BaseKind::particles ? "of particles" : "carried by cubes"));
+    }
+}
+
 std::vector<Transform> told_frames(const LayeredPart& part)
 {
     if (!part.frames.empty()) return part.frames;

@@ -36,18 +36,15 @@ void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, Layere
     }
 }
 
-// Skeletons stay out of other bodies, by a tenth of their thickness; one that stands nearer comes
-// out by a fifth of what it lacks each step. Meshes that change their shape come on besides.
 void add_stops(const LayeredScene& scene, const LayeredMoment& moment, LayeredSystem& system)
 {
     for (const LayerStop& stop : moment.contacts.stops) {
         const std::uint32_t fa = scene.parts[stop.body].body->layer.frame[stop.skeleton];
         const std::uint32_t fb = scene.parts[stop.other].body->layer.frame[stop.other_skeleton];
-        const double clear = stop.gap - 0.1 * moment.fields[stop.body].profile[stop.skeleton].e;
         system.add_stop(system.frame(stop.body, fa), system.frame(stop.other, fb),
                         stop.position - moment.frames[stop.body][fa].translation(),
                         stop.position - moment.frames[stop.other][fb].translation(), stop.normal,
-                        clear - 0.8 * std::min(0.0, clear) - stop.closing * system.dt());
+                        stop_room(moment, stop, system.dt()));
     }
 }
 
@@ -77,41 +74,53 @@ void add_springs(const LayeredScene& scene, std::size_t b, LayeredSystem& system
     }
 }
 
+// About each axis of a frame, on average. kg m^2
+double mean_inertia(const LayeredSystem& system, std::size_t f)
+{
+    return system.mass(f).bottomRightCorner<3, 3>().trace() / 3;
+}
+
 // A hinge's two points, half a radius of gyration to either side, are held together by springs so
-// stiff that a step leaves a hundredth of what was apart; its limits likewise.
+// stiff that a step leaves a hundredth of what was apart.
+void join_hinge(const Hinge& hinge, const Transform& at_a, const Transform& at_b, std::size_t a,
+                std::size_t b, double inertia, LayeredSystem& system)
+{
+    const double mass = std::min(system.mass(a)(0, 0), system.mass(b)(0, 0));
+    const double half = std::sqrt(inertia / mass);
+    const double k = 100 * mass / (system.dt() * system.dt());
+    for (const double side : {-half, half}) {
+        const Vec3 pa = at_a * (hinge.point_a + side * hinge.axis_a);
+        const Vec3 pb = at_b * (hinge.point_b + side * hinge.axis_b);
+        const Vec3 arm_a = pa - at_a.translation(), arm_b = pb - at_b.translation();
+        const Vec3 force = -k * (pa - pb);
+        system.add_force(a, force, arm_a.cross(force));
+        system.add_force(b, -force, -arm_b.cross(force));
+        system.add_pair(a, b, arm_a, arm_b, Mat3::Zero(), k * Mat3::Identity());
+    }
+}
+
+// Held frames are joined, and stopped at their limits, by Bullet: here only springs pull at those.
 void add_hinges(const LayeredScene& scene, const LayeredMoment& moment, std::size_t b,
                 LayeredSystem& system)
 {
-    const double dt = system.dt();
     for (const Hinge& hinge : scene.parts[b].body->base.hinges) {
         const Transform& at_a = moment.frames[b][hinge.a];
         const Transform& at_b = moment.frames[b][hinge.b];
         const std::size_t a = system.frame(b, hinge.a), c = system.frame(b, hinge.b);
-        const double mass = std::min(system.mass(a)(0, 0), system.mass(c)(0, 0));
-        const double inertia = std::min(system.mass(a).bottomRightCorner<3, 3>().trace(),
-                                        system.mass(c).bottomRightCorner<3, 3>().trace()) /
-                               3;
-        const double half = std::sqrt(inertia / mass);
-        const double k = 100 * mass / (dt * dt);
-        for (const double side : {-half, half}) {
-            const Vec3 pa = at_a * (hinge.point_a + side * hinge.axis_a);
-            const Vec3 pb = at_b * (hinge.point_b + side * hinge.axis_b);
-            const Vec3 arm_a = pa - at_a.translation(), arm_b = pb - at_b.translation();
-            const Vec3 force = -k * (pa - pb);
-            system.add_force(a, force, arm_a.cross(force));
-            system.add_force(c, -force, -arm_b.cross(force));
-            system.add_pair(a, c, arm_a, arm_b, Mat3::Zero(), k * Mat3::Identity());
-        }
         const Vec3 axis = at_a.linear() * hinge.axis_a;
         const double angle = hinge_angle(hinge, at_a, at_b);
         double stiffness = hinge.stiffness, torque = -hinge.stiffness * (angle - hinge.rest);
-        const double beyond = angle > hinge.highest  ? angle - hinge.highest
-                              : angle < hinge.lowest ? angle - hinge.lowest
-                                                     : 0;
-        if (beyond != 0) {
-            const double stop = 10 * inertia / (dt * dt);
-            stiffness += stop;
-            torque -= stop * beyond;
+        if (!system.is_held(a)) {
+            const double inertia = std::min(mean_inertia(system, a), mean_inertia(system, c));
+            join_hinge(hinge, at_a, at_b, a, c, inertia, system);
+            const double beyond = angle > hinge.highest  ? angle - hinge.highest
+                                  : angle < hinge.lowest ? angle - hinge.lowest
+                                                         : 0;
+            if (beyond != 0) {  // as stiff as the joint, nearly
+                const double stop = 10 * inertia / (system.dt() * system.dt());
+                stiffness += stop;
+                torque -= stop * beyond;
+            }
         }
         const Vec3 spin = moment.twists[b][hinge.b].angular - moment.twists[b][hinge.a].angular;
         torque -= hinge.damping * spin.dot(axis);
@@ -175,12 +184,19 @@ void add_weight(const LayeredScene& scene, std::size_t b, const LayeredWorld& wo
     const std::size_t begin = corners > 0 ? system.corner(b, 0) : system.frame(b, 0);
     const std::size_t count = corners > 0 ? corners : scene.parts[b].body->base.frames.size();
     for (std::size_t f = begin; f < begin + count; ++f) {
+        if (system.is_held(f)) continue;
         system.add_force(f, system.mass(f)(0, 0) * world.gravity);
         if (world.drag > 0) system.add_drag(f, world.drag);
     }
 }
 
 }  // namespace
+
+double stop_room(const LayeredMoment& moment, const LayerStop& stop, double dt)
+{
+    const double clear = stop.gap - 0.1 * moment.fields[stop.body].profile[stop.skeleton].e;
+    return clear - 0.8 * std::min(0.0, clear) - stop.closing * dt;
+}
 
 void add_forces(const LayeredScene& scene, const LayeredMoment& moment, const LayeredWorld& world,
                 LayeredSystem& system)

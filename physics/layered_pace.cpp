@@ -110,7 +110,7 @@ double approach(const Mover& a, const Mover& b)
 int choose_steps(LayeredScene& now, const Vec3& gravity, double dt, int asked)
 {
     constexpr double share = 0.4;
-    constexpr int most_times = 64;
+    const int most = most_steps(asked);
     const std::size_t n = now.parts.size();
     std::vector<std::vector<Mover>> movers(n);
     std::vector<double> thinnest(n, std::numeric_limits<double>::infinity());  // of soft layers
@@ -146,17 +146,40 @@ int choose_steps(LayeredScene& now, const Vec3& gravity, double dt, int asked)
                                     now.parts[j].body->base.kind == BaseKind::still;
             if (i == j || both_still || (j < i && std::isfinite(thinnest[j]))) continue;
             const double steps = needed(i, j);
-            if (steps > most_times * asked) {
+            if (steps > most) {
                 now.states[i].report.warnings.push_back(fmt::format(
                     "bodies {} and {} may pass through each other: they come on by {:.2g} of a "
                     "layer's thickness in a step, even in {} steps a frame; slow them down or "
                     "raise substeps",
-                    i, j, share * steps / (most_times * asked), most_times * asked));
+                    i, j, share * steps / most, most));
             }
-            wanted = std::max(wanted, std::min<double>(steps, most_times * asked));
+            wanted = std::max(wanted, std::min<double>(steps, most));
         }
     }
     return static_cast<int>(std::ceil(wanted));
+}
+
+int most_steps(int asked)
+{
+    constexpr int times = 64;
+    return asked < std::numeric_limits<int>::max() / times ? times * asked
+                                                           : std::numeric_limits<int>::max();
+}
+
+ExplicitPace explicit_pace(const LayeredScene& now, const LayeredSystem& system, double dt)
+{
+    constexpr double share = 0.5;
+    ExplicitPace pace;
+    for (std::size_t b = 0; b < now.parts.size(); ++b) {
+        for (std::size_t f = 0; f < now.states[b].position.size(); ++f) {
+            if (!system.is_held(system.frame(b, f))) continue;
+            const LayeredSystem::Rates rates = system.rates(system.frame(b, f));
+            const double fastest =
+                std::max({rates.frequency, rates.decay, now.states[b].spin[f].norm()});
+            if (dt * fastest / share > pace.steps) pace = {dt * fastest / share, b};
+        }
+    }
+    return pace;
 }
 
 }  // namespace physics

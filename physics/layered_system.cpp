@@ -25,9 +25,11 @@ double heaviest(const LayeredScene& scene)
 
 }  // namespace
 
-LayeredSystem::LayeredSystem(const LayeredScene& scene, const LayeredMoment& moment, double dt)
+LayeredSystem::LayeredSystem(const LayeredScene& scene, const LayeredMoment& moment, double dt,
+                             RigidBodies rigid_bodies)
     : dt_(dt)
 {
+    const bool bullet = rigid_bodies == RigidBodies::bullet;
     const double led_mass = led_weight * heaviest(scene);
     for (std::size_t b = 0; b < scene.parts.size(); ++b) {
         first_.push_back(velocity_.size());
@@ -36,7 +38,9 @@ LayeredSystem::LayeredSystem(const LayeredScene& scene, const LayeredMoment& mom
             Vec6 v;
             v << moment.twists[b][f].linear, moment.twists[b][f].angular;
             velocity_.push_back(v);
-            kind_.push_back(body.base.kind);
+            const bool held = bullet && body.base.kind == BaseKind::rigid;
+            held_.push_back(held);
+            kind_.push_back(held ? BaseKind::still : body.base.kind);
             Mat6 mass = Mat6::Identity();
             if (body.base.kind != BaseKind::still) {
                 mass.topLeftCorner<3, 3>() *= body.base.kind == BaseKind::led ? led_mass
@@ -52,6 +56,7 @@ LayeredSystem::LayeredSystem(const LayeredScene& scene, const LayeredMoment& mom
         }
     }
     right_.assign(velocity_.size(), Vec6::Zero());
+    if (bullet) held_damping_ = held_stiffness_ = {velocity_.size(), Mat6::Zero()};
     first_corner_.resize(scene.parts.size());
     for (std::size_t b = 0; b < scene.parts.size(); ++b) {
         if (scene.parts[b].body->base.cubes) add_cubes(scene, b);
@@ -64,6 +69,17 @@ std::vector<float> LayeredSystem::rotations(std::size_t body) const
         if (carrier.first_frame == first_[body]) return carrier.elasticity->rotations();
     }
     return {};
+}
+
+// The largest eigenvalue of M^-1 A, of a symmetric A >= 0, is no more than sqrt(tr (M^-1 A)^2).
+LayeredSystem::Rates LayeredSystem::rates(std::size_t f) const
+{
+    const Eigen::LDLT<Mat6> mass(mass_[f]);
+    const auto largest = [&](const Mat6& A) {
+        const Mat6 ratio = mass.solve(A);
+        return std::sqrt(std::max(0.0, ratio.cwiseProduct(ratio.transpose()).sum()));
+    };
+    return {std::sqrt(largest(held_stiffness_[f])), largest(held_damping_[f])};
 }
 
 void LayeredSystem::add_force(std::size_t f, const Vec3& force, const Vec3& torque)
@@ -237,6 +253,15 @@ LayeredSystem::Jacobian LayeredSystem::point_jacobian(std::size_t f, const Vec3&
 void LayeredSystem::add_terms(std::size_t a, std::size_t b, const Jacobian& Ja, const Jacobian& Jb,
                               const Mat3& C, const Mat3& K)
 {
+    if (kind_[a] == BaseKind::still && kind_[b] == BaseKind::still) {
+        const double times = held_[a] && held_[b] ? 2 : 1;
+        for (const auto& [f, J] : {std::pair(a, &Ja), std::pair(b, &Jb)}) {
+            if (!held_[f]) continue;
+            held_stiffness_[f] += times * J->transpose() * K * *J;
+            held_damping_[f] += times * J->transpose() * C * *J;
+        }
+        return;
+    }
     const Mat3 D = dt_ * C + dt_ * dt_ * K;
     const Vec3 pull = dt_ * dt_ * (K * (Ja * velocity_[a] - Jb * velocity_[b]));
     right_[a] -= Ja.transpose() * pull;
@@ -317,6 +342,7 @@ void LayeredSystem::add_cubes(const LayeredScene& scene, std::size_t b)
         }
         velocity_.push_back(v);
         right_.push_back(right);
+        held_.push_back(false);
         kind_.push_back(BaseKind::particles);
         mass_.push_back(body.mass[slot] * Mat6::Identity());
         diagonal_.push_back((body.mass[slot] + drag) * Mat6::Identity());

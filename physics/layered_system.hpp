@@ -6,6 +6,9 @@
 // term with 3x3 matrices C and K between points of two frames adds
 //   J^T (dt C + dt^2 K) J      J: velocities to the relative velocity of the points
 // to the left and its forces, with -dt K of that velocity, to the right.
+//
+// Where Bullet moves the rigid frames (layered_bullet.hpp) nothing is solved here: those are held,
+// and the forces on them are added up, with how fast they would make them swing.
 
 #include "physics/layered.hpp"
 
@@ -20,13 +23,26 @@ using Mat6 = Eigen::Matrix<double, 6, 6>;
 class LayeredSystem {
 public:
     // Without forces but those of cubes on their corners. Both must outlive it.
-    LayeredSystem(const LayeredScene& scene, const LayeredMoment& moment, double dt);
+    LayeredSystem(const LayeredScene& scene, const LayeredMoment& moment, double dt,
+                  RigidBodies rigid_bodies = RigidBodies::implicit);
 
     double dt() const { return dt_; }
     // The numbers of a body's frames and of its cubes' corners, and what either weighs.
     std::size_t frame(std::size_t body, std::size_t f) const { return first_[body] + f; }
     std::size_t corner(std::size_t body, std::size_t k) const { return first_corner_[body] + k; }
     const Mat6& mass(std::size_t f) const { return mass_[f]; }
+    bool is_held(std::size_t f) const { return held_[f]; }
+
+    // Force and torque on a held frame.
+    Vec6 force(std::size_t f) const { return right_[f] / dt_; }
+    // What held frames would do under the stiffness and the damping of the pairs that they are in:
+    // swing at no more than `frequency` and slow down at no more than `decay`. A pair of two counts
+    // twice in each: together they swing faster than either alone.
+    struct Rates {
+        double frequency = 0;  // rad/s
+        double decay = 0;      // 1/s
+    };
+    Rates rates(std::size_t f) const;
 
     void add_force(std::size_t f, const Vec3& force, const Vec3& torque = Vec3::Zero());
     // `rate`: 1/s, of its speed.
@@ -114,8 +130,10 @@ private:
     double dt_;
     std::vector<std::size_t> first_, first_corner_;  // of each body
     std::vector<Vec6> velocity_, right_;
-    std::vector<BaseKind> kind_;
+    std::vector<BaseKind> kind_;  // of held frames: still
+    std::vector<char> held_;
     std::vector<Mat6> mass_, diagonal_;
+    std::vector<Mat6> held_stiffness_, held_damping_;  // sums of J^T K J, J^T C J
     std::vector<Pair> pairs_;
     std::vector<Stop> stops_;
     std::vector<Carrier> carriers_;
