@@ -8,10 +8,8 @@
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>
 
-#ifdef ASPIC_HAVE_BULLET
 #include <BulletSoftBody/btSoftBody.h>
 #include <BulletSoftBody/btSoftBodyHelpers.h>
-#endif
 
 namespace {
 
@@ -129,7 +127,6 @@ void many_jellies(benchmark::State& state)
 }
 BENCHMARK(many_jellies)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-#ifdef ASPIC_HAVE_BULLET
 // Structural, face and space diagonal springs between the corners of the same cubes. `matching`
 // adds Bullet's pose matching, one rigid motion for the whole body.
 void bullet(benchmark::State& state, bool matching)
@@ -166,7 +163,6 @@ void bullet(benchmark::State& state, bool matching)
 }
 BENCHMARK_CAPTURE(bullet, springs, false)->Unit(benchmark::kMillisecond)->Iterations(5);
 BENCHMARK_CAPTURE(bullet, pose_matching, true)->Unit(benchmark::kMillisecond)->Iterations(5);
-#endif
 
 }  // namespace
 

@@ -21,9 +21,7 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
-#ifdef ASPIC_HAVE_BULLET
 #include <BulletSoftBody/btSoftBody.h>
-#endif
 
 #include <ctime>
 #include <filesystem>
@@ -238,7 +236,6 @@ BeamFigures measure_beam(const Beam& beam, const Mover& settled, const Mover& fr
     return out;
 }
 
-#ifdef ASPIC_HAVE_BULLET
 // Bullet's soft body on the same lattice: springs along edges and diagonals as stiff as they get,
 // and its pose matching. It has no Young's modulus to give it.
 class BulletBody {
@@ -331,9 +328,7 @@ BeamFigures measure_bullet(const Beam& beam, double load, double pose)
     if (crossings.size() == 3) out.frequency = 1 / (crossings[2] - crossings[0]);
     return out;
 }
-#endif
 
-#ifdef ASPIC_HAVE_BULLET
 // Bullet's soft body held at its root and let go, ten steps a frame. It is made anew by begin().
 Mover bullet_fall(const Cubes& cubes, const std::string& setting, double pose)
 {
@@ -357,7 +352,6 @@ Mover bullet_fall(const Cubes& cubes, const std::string& setting, double pose)
             },
             10};
 }
-#endif
 
 // Static deflection and frequency from the lowest modes; the cost is that of stepping them.
 BeamFigures measure_modes(const Beam& beam, double load, int count)
@@ -579,12 +573,10 @@ void beam_cases(Page& page)
             both(lattice(s, name + " w=1", options), lattice(f, name + " w=1", options));
         }
         keep(free, "modal", name + ", 8 modes", measure_modes(free, load, 8));
-#ifdef ASPIC_HAVE_BULLET
         if (n < 4) {
             keep(free, "Bullet springs", name, measure_bullet(free, load, 0));
             keep(free, "Bullet pose matching", name, measure_bullet(free, load, 0.05));
         }
-#endif
     }
     const Beam beam{2, 0.1, 1, rubber};
     page.plot(
@@ -787,10 +779,8 @@ void swing_case(Page& page)
             measure(cubes, springs(cubes, name, substeps));
         }
         measure(cubes, modal_fall(cubes, fmt::format("n={} 8 modes", n), 8));
-#ifdef ASPIC_HAVE_BULLET
         measure(cubes, bullet_fall(cubes, fmt::format("n={} 10 steps", n), 0));
         measure(cubes, bullet_fall(cubes, fmt::format("n={} 10 steps", n), 0.05));
-#endif
         for (const int w : {1, 2, 3}) {
             for (const double more : {1.0, 2.0}) {
                 Mover mover = lattice(cubes, "", {.half_width = w}, more);
