@@ -430,16 +430,22 @@ std::string glb_bytes(const TriMesh& mesh)
     return out + gltf.bin;
 }
 
+bool is_written_here(MeshFormat format)
+{
+    return format <= MeshFormat::glb;
+}
+
 MeshFormat mesh_format(const fs::path& path)
 {
+    constexpr std::array<const char*, 8> endings{".obj",  ".ply", ".stl", ".glb",
+                                                 ".gltf", ".dae", ".fbx", ".x3d"};
     std::string ending = path.extension().string();
     for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    if (ending == ".obj") return MeshFormat::obj;
-    if (ending == ".ply") return MeshFormat::ply;
-    if (ending == ".stl") return MeshFormat::stl;
-    if (ending == ".glb") return MeshFormat::glb;
+    const auto at = std::find(endings.begin(), endings.end(), ending);
+    if (at != endings.end()) return static_cast<MeshFormat>(at - endings.begin());
     throw std::invalid_argument("cannot tell the format of " + path.string() +
-                                " from its ending: .obj, .ply, .stl, .glb and .pc2 are written");
+                                " from its ending: .obj, .ply, .stl, .glb, .gltf, .dae, .fbx, .x3d "
+                                "and .pc2 are written");
 }
 
 void write_mesh(const fs::path& path, MeshFormat format, const TriMesh& mesh,
@@ -463,8 +469,9 @@ void write_mesh(const fs::path& path, MeshFormat format, const TriMesh& mesh,
         return write_whole_file(path, stl_bytes(mesh));
     case MeshFormat::glb:
         return write_whole_file(path, glb_bytes(mesh));
+    default:
+        throw std::invalid_argument("only assimp writes this mesh format");
     }
-    throw std::invalid_argument("no such mesh format");
 }
 
 // ---- PC2 ----------------------------------------------------------------------------------------

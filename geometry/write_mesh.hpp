@@ -1,11 +1,12 @@
 #pragma once
 
 // Meshes as files that other programs read: one a frame (OBJ, PLY, STL, GLB), or one point cache
-// for a whole shot (PC2). Written here and not by assimp 5.2's exporters: those of OBJ and glTF
-// weld vertices that happen to coincide, so that frames of one moving mesh would differ in their
-// vertices and no program could go from one to the next; that of PLY drops attributes with names of
-// their own. They also take long for every frame: 327,000 faces as OBJ 1.3 s, as PLY 0.55, as GLB
-// 0.19, against 0.06, 0.01 and 0.03 s. What is written is read back, by assimp, in tests.
+// for a whole shot (PC2). Other formats are assimp's (geometry/export_mesh.hpp), and these too
+// where it is asked for. By itself it is not: assimp 5.2's exporters of OBJ and glTF weld vertices
+// that happen to coincide, so that frames of one moving mesh would differ in their vertices and no
+// program could go from one to the next; that of PLY drops attributes with names of their own. They
+// also take long for every frame: 327,000 faces as OBJ 1.3 s, as PLY 0.55, as GLB 0.19, against
+// 0.06, 0.01 and 0.03 s. What is written is read back, by assimp, in tests.
 
 #include "geometry/mesh.hpp"
 
@@ -33,7 +34,10 @@ std::string stl_bytes(const TriMesh& mesh);
 // Binary glTF 2.0: a node a group, a primitive a material; or points.
 std::string glb_bytes(const TriMesh& mesh);
 
-enum class MeshFormat { obj, ply, stl, glb };
+enum class MeshFormat { obj, ply, stl, glb, gltf, dae, fbx, x3d };
+
+// Whether write_mesh() writes it; the others are for export_mesh().
+bool is_written_here(MeshFormat format);
 
 // The format that a file name's ending stands for. Throws std::invalid_argument for others.
 MeshFormat mesh_format(const std::filesystem::path& path);
@@ -41,7 +45,7 @@ MeshFormat mesh_format(const std::filesystem::path& path);
 // Writes `mesh` to `path`, and beside an OBJ its material library, which frames of one pattern
 // ("a.0001.obj", "a.0002.obj") may share: `library` is its file name. Files appear whole or not at
 // all; missing folders are made. Throws std::runtime_error saying what could not be written, and
-// std::invalid_argument when the format cannot hold the mesh.
+// std::invalid_argument when the format cannot hold the mesh or is not written here.
 void write_mesh(const std::filesystem::path& path, MeshFormat format, const TriMesh& mesh,
                 const std::string& library);
 

@@ -17,7 +17,7 @@ struct Inputs {
     geometry::FileNormals normals = geometry::FileNormals::file;
     double crease_degrees = 40;
     geometry::ColourSpace colours = geometry::ColourSpace::automatic;
-    geometry::ImportLimits limits;
+    geometry::ProcessLimits limits;
 };
 struct Outputs {
     geometry::TriMesh mesh;
@@ -51,12 +51,12 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     return {std::move(read.mesh)};
 }
 
-static void describe_limits(graph::ParamsOf<geometry::ImportLimits>& params)
+static void describe_limits(graph::ParamsOf<geometry::ProcessLimits>& params)
 {
     params
-        .param("seconds", &geometry::ImportLimits::seconds, "Give up after this long.",
+        .param("seconds", &geometry::ProcessLimits::seconds, "Give up after this long.",
                {.min = 0.1, .max = 86400, .unit = "s"})
-        .param("gigabytes", &geometry::ImportLimits::gigabytes,
+        .param("gigabytes", &geometry::ProcessLimits::gigabytes,
                "Give up when the importer needs more memory than this.",
                {.min = 0.1, .max = 1024, .unit = "GiB"});
 }

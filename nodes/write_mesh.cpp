@@ -1,4 +1,4 @@
-#include "geometry/write_mesh.hpp"
+#include "geometry/export_mesh.hpp"
 
 #include "graph/frame_path.hpp"
 #include "graph/node_type.hpp"
@@ -6,12 +6,13 @@
 
 namespace nodes::write_mesh {
 
-enum class Format { automatic, obj, ply, stl, glb, pc2 };
+enum class Format { automatic, obj, ply, stl, glb, gltf, dae, fbx, x3d, pc2 };
 
 struct Inputs {
     graph::Wire<geometry::TriMesh> mesh;
     std::filesystem::path path = "mesh.####.obj";
     Format format = Format::automatic;
+    bool assimp = false;
 };
 struct Outputs {
     graph::WrittenFile file;
@@ -63,7 +64,13 @@ static Outputs run(const Inputs& in, const graph::Context& context)
                             ? geometry::mesh_format(in.path)
                             : static_cast<geometry::MeshFormat>(static_cast<int>(in.format) - 1);
     const auto path = context.output_folder / graph::frame_path(in.path, context.frame());
-    geometry::write_mesh(path, format, *in.mesh, library_of(in.path));
+    if (geometry::is_written_here(format) && !in.assimp) {
+        geometry::write_mesh(path, format, *in.mesh, library_of(in.path));
+    } else {
+        geometry::export_mesh(path, format, *in.mesh, {}, [stop = context.stop] {
+            if (stop.stop_requested()) throw graph::Cancelled();
+        });
+    }
     return {{path.string()}};
 }
 
@@ -75,9 +82,15 @@ void add_to(graph::Registry& registry)
         .path_out("path", &Inputs::path,
                   "Where it goes, below the output folder; #### stands for the frame's number with "
                   "at least as many digits.")
-        .choice("format", &Inputs::format, {"auto", "obj", "ply", "stl", "glb", "pc2"},
-                "The kind of file; auto goes by the path's ending. A pc2 is one file for all "
-                "frames.")
+        .choice(
+            "format", &Inputs::format,
+            {"auto", "obj", "ply", "stl", "glb", "gltf", "dae", "fbx", "x3d", "pc2"},
+            "The kind of file; auto goes by the path's ending. A pc2 is one file for all "
+            "frames; gltf, dae (COLLADA), fbx (its form in text) and x3d are written by assimp.")
+        .param("assimp", &Inputs::assimp,
+               "Write obj, ply, stl and glb by assimp too. It welds vertices that coincide in a "
+               "frame, drops attributes, and takes 6 to 50 times as long.",
+               {}, {"format", {"auto", "obj", "ply", "stl", "glb"}})
         .reads(graph::Variable::frame | graph::Variable::range)
         .sink()
         .output("file", &Outputs::file, "The file that was written.");

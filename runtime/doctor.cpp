@@ -81,19 +81,19 @@ void check_cache(const CookRequest& request, Checkup& all)
     }
 }
 
-void check_importer(Checkup& all)
+void check_assimp(Checkup& all)
 {
     std::error_code error;
-    const char* const named = std::getenv("ASPIC_IMPORT");
+    const char* const named = std::getenv("ASPIC_ASSIMP");
     const fs::path here = fs::read_symlink("/proc/self/exe", error).parent_path();
     for (const fs::path& file :
-         {fs::path(named ? named : ""), here / "aspic-import", here / "../aspic-import"}) {
+         {fs::path(named ? named : ""), here / "aspic-assimp", here / "../aspic-assimp"}) {
         if (!file.empty() && ::access(file.c_str(), X_OK) == 0) {
-            return all.ok("aspic-import", file.string());
+            return all.ok("aspic-assimp", file.string());
         }
     }
-    all.fail("aspic-import", "not found beside the program: ReadMesh will fail; build it there, or "
-                             "set ASPIC_IMPORT to where it is");
+    all.fail("aspic-assimp", "not found beside the program: ReadMesh will fail; build it there, or "
+                             "set ASPIC_ASSIMP to where it is");
 }
 
 }  // namespace
@@ -115,7 +115,7 @@ int doctor(const CookRequest& request, Console& console)
             all.fail("OpenGL", e.what());
         }
     }
-    check_importer(all);
+    check_assimp(all);
     check_cache(request, all);
     const auto look_for = [&](const char* name, const char* package, const char* without) {
         const fs::path found = program(name);

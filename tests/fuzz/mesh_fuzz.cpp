@@ -29,7 +29,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const char* const text = reinterpret_cast<const char*>(data);
     try {
         check(data[0] == 'p' ? geometry::read_ply({text, size})
-                             : geometry::unpack(text + 1, size - 1));
+                             : geometry::unpack<geometry::ImportedScene>(text + 1, size - 1));
     } catch (const std::runtime_error&) {
     } catch (const std::invalid_argument&) {
     }

@@ -53,4 +53,31 @@ inline fs::path shared()
     return fs::exists(beside) ? beside : fs::path();
 }
 
+// A process that misbehaves in place of aspic-assimp, as long as this lives.
+class FakeAssimp {
+public:
+    explicit FakeAssimp(const std::string& script)
+        : program_(folder_.write("fake", "#!/bin/sh\n" + script))
+    {
+        fs::permissions(program_, fs::perms::owner_all);
+        if (const char* before = std::getenv("ASPIC_ASSIMP")) kept_ = before;
+        setenv("ASPIC_ASSIMP", program_.c_str(), 1);
+    }
+    FakeAssimp(const FakeAssimp&) = delete;
+    FakeAssimp& operator=(const FakeAssimp&) = delete;
+    ~FakeAssimp()
+    {
+        if (kept_.empty()) {
+            unsetenv("ASPIC_ASSIMP");
+        } else {
+            setenv("ASPIC_ASSIMP", kept_.c_str(), 1);
+        }
+    }
+
+private:
+    Folder folder_;
+    fs::path program_;
+    std::string kept_;
+};
+
 }  // namespace files

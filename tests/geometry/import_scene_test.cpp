@@ -37,7 +37,7 @@ ImportedScene some_scene()
 TEST(ImportScene, WhatIsPackedComesOutAgain)
 {
     const std::string bytes = pack(some_scene());
-    const ImportedScene scene = unpack(bytes.data(), bytes.size());
+    const ImportedScene scene = unpack<ImportedScene>(bytes.data(), bytes.size());
     EXPECT_EQ(pack(scene), bytes);
     EXPECT_EQ(scene.meshes[0].positions[1], Vec3f(4, 5, 6));
     EXPECT_EQ(scene.meshes[0].lines, 5u);
@@ -50,15 +50,15 @@ TEST(ImportScene, NoCutOrSpoiltPackageIsTakenOrCrashes)
 {
     const std::string bytes = pack(some_scene());
     for (std::size_t n = 0; n < bytes.size(); ++n) {
-        EXPECT_THROW(unpack(bytes.data(), n), std::runtime_error) << n;
+        EXPECT_THROW(unpack<ImportedScene>(bytes.data(), n), std::runtime_error) << n;
     }
-    EXPECT_THROW(unpack((bytes + "x").data(), bytes.size() + 1), std::runtime_error);
+    EXPECT_THROW(unpack<ImportedScene>((bytes + "x").data(), bytes.size() + 1), std::runtime_error);
     std::minstd_rand random(7);
     for (int i = 0; i < 2000; ++i) {
         std::string spoilt = bytes;
         for (int k = 0; k < 4; ++k) spoilt[random() % spoilt.size()] = char(random());
         try {
-            unpack(spoilt.data(), spoilt.size());
+            unpack<ImportedScene>(spoilt.data(), spoilt.size());
         } catch (const std::runtime_error&) {
         }
     }
@@ -90,36 +90,22 @@ TEST(ImportScene, AMissingImporterSaysHowToFindIt)
 {
     const files::Folder folder;
     const auto path = folder.write("t.obj", triangle);
-    const char* before = std::getenv("ASPIC_IMPORT");
+    const char* before = std::getenv("ASPIC_ASSIMP");
     const std::string kept = before ? before : "";
-    setenv("ASPIC_IMPORT", "/nowhere/aspic-import", 1);
+    setenv("ASPIC_ASSIMP", "/nowhere/aspic-assimp", 1);
     const std::string error = import_error(path);
     if (before) {
-        setenv("ASPIC_IMPORT", kept.c_str(), 1);
+        setenv("ASPIC_ASSIMP", kept.c_str(), 1);
     } else {
-        unsetenv("ASPIC_IMPORT");
+        unsetenv("ASPIC_ASSIMP");
     }
-    EXPECT_NE(error.find("/nowhere/aspic-import"), std::string::npos) << error;
+    EXPECT_NE(error.find("/nowhere/aspic-assimp"), std::string::npos) << error;
 }
 
-// An importer that misbehaves, in place of assimp meeting a file that makes it do so.
+// An importer that misbehaves, and what reading a file with it says.
 class FakeImporter {
 public:
-    explicit FakeImporter(const std::string& script)
-        : program_(folder_.write("fake", "#!/bin/sh\n" + script))
-    {
-        files::fs::permissions(program_, files::fs::perms::owner_all);
-        if (const char* before = std::getenv("ASPIC_IMPORT")) kept_ = before;
-        setenv("ASPIC_IMPORT", program_.c_str(), 1);
-    }
-    ~FakeImporter()
-    {
-        if (kept_.empty()) {
-            unsetenv("ASPIC_IMPORT");
-        } else {
-            setenv("ASPIC_IMPORT", kept_.c_str(), 1);
-        }
-    }
+    explicit FakeImporter(const std::string& script) : fake_(script) {}
     std::string error(const ImportOptions& options = {})
     {
         return import_error(folder_.write("t.obj", triangle), options);
@@ -127,8 +113,7 @@ public:
 
 private:
     files::Folder folder_;
-    files::fs::path program_;
-    std::string kept_;
+    files::FakeAssimp fake_;
 };
 
 TEST(ImportScene, ACrashIsAnError)

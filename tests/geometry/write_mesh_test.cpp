@@ -1,5 +1,4 @@
-#include "geometry/write_mesh.hpp"
-
+#include "geometry/export_mesh.hpp"
 #include "geometry/read_mesh.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/geometry/meshes.hpp"
@@ -194,6 +193,65 @@ TEST(WriteMesh, AnUnknownEndingNamesThoseThatAreKnown)
 {
     EXPECT_EQ(mesh_format("a.GLB"), MeshFormat::glb);
     EXPECT_THROW(mesh_format("a.abc"), std::invalid_argument);
+}
+
+// ---- through assimp -----------------------------------------------------------------------------
+
+TEST(ExportMesh, EveryFormatComesBackTheSameShapeInItsUnitAndColours)
+{
+    const files::Folder folder;
+    for (const auto& [name, mesh, closed] : meshes::sound()) {
+        for (const char* ending : {"obj", "ply", "stl", "glb", "gltf", "dae", "fbx", "x3d"}) {
+            SCOPED_TRACE(name + " as " + ending);
+            const auto path = folder.path / (std::string("b.") + ending);
+            export_mesh(path, mesh_format(path), mesh);
+            const ReadMesh back = read_mesh(path);
+            meshes::expect_consistent(back.mesh);
+            expect_same_shape(mesh, back.mesh);
+            const bool has_materials = std::string(ending) != "ply" && std::string(ending) != "stl";
+            if (!has_materials || mesh.topology->materials.empty()) continue;
+            // Faces keep their colours, whichever way the format holds them.
+            const auto colour = [](const TriMesh& m, std::size_t f) {
+                const MeshTopology& t = *m.topology;
+                return t.materials[t.material.empty() ? 0 : t.material[f]].colour;
+            };
+            const auto mean = [&](const TriMesh& m) {
+                Vec3f sum = Vec3f::Zero();
+                for (std::size_t f = 0; f < m.triangles().size(); ++f) sum += colour(m, f);
+                return Vec3f(sum / float(m.triangles().size()));
+            };
+            EXPECT_LT((mean(mesh) - mean(back.mesh)).norm(), 1e-4);
+        }
+    }
+}
+
+TEST(ExportMesh, SideFilesAreWhereTheFileSaysTheyAre)
+{
+    const files::Folder folder;
+    const TriMesh mesh = rich();
+    export_mesh(folder.path / "s/a.0001.obj", MeshFormat::obj, mesh);
+    EXPECT_NE(files::bytes_of(folder.path / "s/a.0001.obj").find("mtllib a.mtl"),
+              std::string::npos);
+    EXPECT_TRUE(std::filesystem::exists(folder.path / "s/a.mtl"));
+    export_mesh(folder.path / "s/a.0002.gltf", MeshFormat::gltf, mesh);
+    EXPECT_NE(files::bytes_of(folder.path / "s/a.0002.gltf").find("a.0002.bin"), std::string::npos);
+    EXPECT_TRUE(std::filesystem::exists(folder.path / "s/a.0002.bin"));
+}
+
+TEST(ExportMesh, SaysWhatToDoWhenAssimpFails)
+{
+    const files::Folder folder;
+    const auto path = folder.path / "a.dae";
+    const files::FakeAssimp out_of_memory("exit 3");
+    try {
+        export_mesh(path, MeshFormat::dae, rich());
+        FAIL() << "written without memory";
+    } catch (const std::runtime_error& error) {
+        const std::string what = error.what();
+        EXPECT_NE(what.find("a.dae"), std::string::npos) << what;
+        EXPECT_NE(what.find("OBJ, PLY or GLB"), std::string::npos) << what;
+    }
+    EXPECT_FALSE(std::filesystem::exists(path));
 }
 
 // ---- PC2 ----------------------------------------------------------------------------------------

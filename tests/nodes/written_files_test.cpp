@@ -65,6 +65,27 @@ TEST(WriteMesh, WritesTheFormatThatItIsToldWhateverTheEnding)
     EXPECT_EQ(bytes_of(folder.path / "a.dat").substr(0, 4), "ply\n");
 }
 
+TEST(WriteMesh, LeavesToAssimpWhatItDoesNotWriteAndWhatItIsToldTo)
+{
+    const files::Folder folder;
+    NodeRun write("WriteMesh");
+    write.output_folder = folder.path;
+    write.inputs["mesh"] = {triangle(5)};
+    write.param("path").is = std::filesystem::path("a.####.dae");
+    const auto path = write.run(3).as<graph::WrittenFile>()->path;
+    EXPECT_EQ(path, (folder.path / "a.0003.dae").string());
+    EXPECT_EQ(geometry::read_mesh(path).mesh.positions.at(0).y(), 5.f);
+    const auto made_by = [&](bool assimp) {
+        write.param("path").is = std::filesystem::path("a.glb");
+        write.param("assimp").is = assimp;
+        write.run();
+        const std::string bytes = bytes_of(folder.path / "a.glb");
+        return bytes.find("Open Asset Import Library") != std::string::npos;
+    };
+    EXPECT_FALSE(made_by(false));
+    EXPECT_TRUE(made_by(true));
+}
+
 // PC2: 32 bytes of header, then 12 bytes a vertex and sample, whatever order frames are cooked in.
 TEST(WriteMesh, PutsEveryFrameAtItsPlaceInThePointCache)
 {

@@ -1,8 +1,4 @@
-// aspic-import: reads one mesh file through assimp and writes what it holds to descriptor 3. Run by
-// geometry::import_scene, see there why. Exit status: 0 a scene or an error was written, 3 memory
-// ran out, anything else a crash.
-
-#include "geometry/import_scene.hpp"
+#include "geometry/assimp/jobs.hpp"
 #include "geometry/triangulate.hpp"
 
 #include <assimp/DefaultIOSystem.h>
@@ -10,51 +6,16 @@
 #include <assimp/config.h>
 #include <assimp/scene.h>
 
-#include <signal.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <new>
 
+namespace geometry::assimp {
 namespace {
 
 namespace fs = std::filesystem;
-using geometry::ImportedFile;
-using geometry::ImportedMaterial;
-using geometry::ImportedMesh;
-using geometry::ImportedScene;
-
-#if defined(__SANITIZE_ADDRESS__)
-// The address sanitizer reserves terabytes: the limit is its own, on resident memory.
-constexpr bool limits_address_space = false;
-extern "C" const char* __asan_default_options()
-{
-    return "hard_rss_limit_mb=4096:allocator_may_return_null=1:detect_leaks=0";
-}
-#elif defined(__SANITIZE_THREAD__)
-constexpr bool limits_address_space = false;
-extern "C" const char* __tsan_default_options()
-{
-    return "memory_limit_mb=4096";
-}
-#else
-constexpr bool limits_address_space = true;
-#endif
-
-void limit(__rlimit_resource what, double value)
-{
-    rlimit now{};
-    getrlimit(what, &now);
-    const double most = double(now.rlim_max == RLIM_INFINITY ? ~rlim_t{0} >> 1 : now.rlim_max);
-    now.rlim_cur = static_cast<rlim_t>(std::clamp(value, 0.0, std::min(most, 9e18)));
-    setrlimit(what, &now);
-}
 
 // Opens files for assimp, remembers which, and refuses those outside the root.
 class RememberingFiles : public Assimp::DefaultIOSystem {
@@ -107,7 +68,7 @@ std::string text(const aiString& s)
     return {s.data, std::min<std::size_t>(s.length, sizeof(s.data) - 1)};
 }
 
-template <class V> geometry::Vec3f vec3(const V& v)
+template <class V> Vec3f vec3(const V& v)
 {
     return {float(v.x), float(v.y), float(v.z)};
 }
@@ -140,7 +101,7 @@ ImportedMesh mesh_of(const aiMesh& in)
     for (std::size_t f = 0; f < in.mNumFaces; ++f) {
         const aiFace& face = in.mFaces[f];
         if (face.mNumIndices >= 3) {
-            geometry::triangulate({face.mIndices, face.mNumIndices}, out.positions, out.triangles);
+            triangulate({face.mIndices, face.mNumIndices}, out.positions, out.triangles);
         } else if (face.mNumIndices == 1) {
             out.points.push_back(face.mIndices[0]);
         } else {
@@ -166,7 +127,7 @@ ImportedMaterial material_of(const aiMaterial& in)
     // What assimp makes up where a file says nothing is the grey of our floor: Material's instead,
     // 0.7 by the sRGB curve.
     const bool made_up =
-        out.name == AI_DEFAULT_MATERIAL_NAME && out.colour == geometry::Vec3f(0.6f, 0.6f, 0.6f);
+        out.name == AI_DEFAULT_MATERIAL_NAME && out.colour == Vec3f(0.6f, 0.6f, 0.6f);
     if (made_up) out.colour = {0.852f, 0.852f, 0.852f};
     float opacity = 1;
     if (in.Get(AI_MATKEY_OPACITY, opacity) == AI_SUCCESS) out.opacity = opacity;
@@ -241,7 +202,9 @@ void read_fbx_settings(const aiMetadata* data, ImportedScene& out)
     std::copy_n(M.data(), 9, out.to_y_up.begin());
 }
 
-void import(const std::string& path, const std::string& root, ImportedScene& out)
+}  // namespace
+
+void read(const std::string& path, const std::string& root, ImportedScene& out)
 {
     // Never destroyed: the process ends when its work is done, and taking millions of faces apart
     // takes time.
@@ -279,46 +242,4 @@ void import(const std::string& path, const std::string& root, ImportedScene& out
     add_nodes(*scene, out);
 }
 
-bool write_all(int fd, const std::string& bytes)
-{
-    for (std::size_t done = 0; done < bytes.size();) {
-        const ssize_t n = ::write(fd, bytes.data() + done, bytes.size() - done);
-        if (n <= 0) return false;
-        done += static_cast<std::size_t>(n);
-    }
-    return true;
-}
-
-}  // namespace
-
-int main(int argc, char** argv)
-{
-    if (argc != 5) {
-        std::fputs("aspic-import is run by aspic to read mesh files\n", stderr);
-        return 2;
-    }
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    const double bytes = std::atof(argv[3]) * 0x1p30;
-    if (limits_address_space) limit(RLIMIT_AS, bytes);
-    limit(RLIMIT_FSIZE, bytes);
-    limit(RLIMIT_CPU, std::ceil(std::atof(argv[4])));
-    limit(RLIMIT_CORE, 0);
-
-    ImportedScene scene;
-    try {
-        try {
-            import(argv[1], argv[2], scene);
-        } catch (const std::bad_alloc&) {
-            throw;
-        } catch (const std::exception& error) {
-            scene.error = error.what();
-        }
-        if (!write_all(3, geometry::pack(scene))) {
-            std::perror("writing the scene");
-            std::_Exit(1);
-        }
-    } catch (const std::bad_alloc&) {
-        std::_Exit(3);
-    }
-    std::_Exit(0);
-}
+}  // namespace geometry::assimp
