@@ -742,8 +742,10 @@ TEST(Evaluator, ProgressCountsUpToAllAndForetellsTheEnd)
 // stack: with one slow node under another's loop, a frame would wait for work that is not its own.
 TEST(Evaluator, AParallelLoopInANodeNeverPicksUpAnotherNode)
 {
-    static thread_local int depth = 0;
-    static std::atomic<int> deepest{0};
+    // Eight bytes: where four are all that is kept for a thread, and their place ends a page, what
+    // mold 1.10 links does not start.
+    static thread_local std::int64_t depth = 0;
+    static std::atomic<std::int64_t> deepest{0};
     deepest = 0;
     graph::NodeType type = *toys::registry().find("Sum");
     type.run = [](const graph::Call&) {
