@@ -15,7 +15,8 @@
 // block of 2w + 1 and prefix sums of the next: nothing is ever subtracted, so no rounding drifts
 // along the line, and one bad number stays in its window.
 // (van Herk. A fast algorithm for local minimum and maximum filters. Pattern Recogn. Lett. 1992.)
-// Narrow windows are added up item by item. Two lines are summed at a time, a quad of each abreast.
+// Narrow windows are added up item by item in single precision. Two lines are summed at a time, a
+// quad of each abreast.
 //
 // The other regions, where something in the box is not reached inside it (two prongs side by side),
 // are summed from shared bars and plates of their own.

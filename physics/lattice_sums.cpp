@@ -120,81 +120,58 @@ template <class T, std::size_t quads> struct Row {
     {
         for (std::size_t i = 0; i < o.parts; ++i) part[i] = hn::Sub(part[i], o.part[i]);
     }
-    // The quads of a longer row from `quad` on.
-    template <std::size_t more> HWY_INLINE void add_part(const Row<T, more>& o, std::size_t quad)
+    // Those of a longer row from `quad` on.
+    template <std::size_t more> HWY_INLINE void take(const Row<T, more>& o, std::size_t quad)
     {
-        for (std::size_t i = 0; i < parts; ++i) {
-            part[i] = hn::Add(part[i], o.part[quad * group / lanes + i]);
-        }
+        for (std::size_t i = 0; i < parts; ++i) part[i] = o.part[quad * group / lanes + i];
     }
-    template <std::size_t more>
-    HWY_INLINE void subtract_part(const Row<T, more>& o, std::size_t quad)
-    {
-        for (std::size_t i = 0; i < parts; ++i) {
-            part[i] = hn::Sub(part[i], o.part[quad * group / lanes + i]);
-        }
-    }
-};
-template <class T> struct Row<T, 0> {
-    static constexpr std::size_t numbers = 0;
-    HWY_INLINE void clear() {}
-    HWY_INLINE void load(const T*) {}
-    HWY_INLINE void store(T*) const {}
-    HWY_INLINE void store_line(std::size_t, T*) const {}
-    HWY_INLINE void add(const Row&) {}
-    template <std::size_t more> HWY_INLINE void add_part(const Row<T, more>&, std::size_t) {}
 };
 
-// Sums of what lies in a window. Some quads of each item, the first ones in order to collect and
-// the last in order to spread, get their moments about the window's place too.
-template <class T, std::size_t main_quads, std::size_t others, bool collects_> struct Sums {
+// Sums of what lies in a window, and moments about the window's place, of some quads of each item:
+// the first ones in order to collect, the last in order to spread.
+template <class T, std::size_t quads, std::size_t moments, bool collects_> struct Sums {
     static constexpr bool collects = collects_;
-    using Main = Row<T, main_quads>;
-    using Rest = Row<T, others>;
-    using Item = Row<T, main_quads + others>;
-    static constexpr std::size_t main_quad = collects ? 0 : others;
-    static constexpr std::size_t rest_quad = collects ? main_quads : 0;
-    static constexpr std::size_t item_quads = main_quads + others;
+    static constexpr std::size_t item_quads = quads, main_quad = collects ? 0 : quads - moments;
+    using Item = Row<T, quads>;
+    using Main = Row<T, moments>;
 
-    Main main, moment;
-    Rest rest;
+    Item sum;
+    Main moment;
 
+    HWY_INLINE Main main() const
+    {
+        Main row;
+        row.take(sum, main_quad);
+        return row;
+    }
     HWY_INLINE void clear()
     {
-        main.clear();
+        sum.clear();
         moment.clear();
-        rest.clear();
-    }
-    HWY_INLINE void add_item(const Item& item)
-    {
-        main.add_part(item, main_quad);
-        rest.add_part(item, rest_quad);
     }
     // Suffixes, as slide_blocks() keeps them.
-    static constexpr std::size_t entry = 2 * Main::numbers + Rest::numbers;
+    static constexpr std::size_t entry = Item::numbers + Main::numbers;
     HWY_INLINE void keep(T* to) const
     {
-        main.store(to);
-        moment.store(to + Main::numbers);
-        rest.store(to + 2 * Main::numbers);
+        sum.store(to);
+        moment.store(to + Item::numbers);
     }
     HWY_INLINE void restore(const T* from)
     {
-        main.load(from);
-        moment.load(from + Main::numbers);
-        rest.load(from + 2 * Main::numbers);
+        sum.load(from);
+        moment.load(from + Item::numbers);
     }
-    // Collected: the sums and the moments. Spread: the other sums, the moments taken from the
-    // first.
-    static constexpr std::size_t answer_quads = collects ? 2 * main_quads + others : others;
+    // Collected: the sums and the moments. Spread: the sums of the other quads, the moments taken
+    // from the first of them.
+    static constexpr std::size_t answer_quads = collects ? quads + moments : quads - moments;
     HWY_INLINE void store_line(std::size_t line, T* to) const
     {
         if constexpr (collects) {
-            main.store_line(line, to);
-            rest.store_line(line, to + 4 * main_quads);
-            moment.store_line(line, to + 4 * item_quads);
+            sum.store_line(line, to);
+            moment.store_line(line, to + 4 * quads);
         } else {
-            Rest less = rest;
+            Row<T, answer_quads> less;
+            less.take(sum, 0);
             less.subtract(moment);
             less.store_line(line, to);
         }
@@ -221,15 +198,24 @@ template <class T> struct Slide {
     const T* from[abreast] = {};
 
     bool has(int place) const { return place >= lead && place < lead + items; }
-    template <class S> HWY_INLINE typename S::Item item(int place) const
+    // How far items lie apart, and the one that lies `at` from the first.
+    template <class S> static constexpr std::ptrdiff_t stride()
+    {
+        return std::ptrdiff_t(S::collects ? S::Item::numbers : 4 * S::item_quads);
+    }
+    template <class S> HWY_INLINE typename S::Item item_at(std::ptrdiff_t at) const
     {
         typename S::Item row;
         if constexpr (S::collects) {
-            row.load(gathered + (place - lead) * std::ptrdiff_t(S::Item::numbers));
+            row.load(gathered + at);
         } else {
-            row.load(from, (place - lead) * std::ptrdiff_t(4 * S::item_quads));
+            row.load(from, at);
         }
         return row;
+    }
+    template <class S> HWY_INLINE typename S::Item item(int place) const
+    {
+        return item_at<S>((place - lead) * stride<S>());
     }
     template <class S> HWY_INLINE void answer(int at, const S& sums) const
     {
@@ -248,45 +234,54 @@ template <class T> struct Slide {
 // `suffix` has room for 2w + 1 entries.
 template <class S, class T> HWY_INLINE void slide_blocks(const Slide<T>& line, T* suffix)
 {
+    constexpr std::ptrdiff_t entry = std::ptrdiff_t(S::entry);
+    constexpr std::ptrdiff_t stride = Slide<T>::template stride<S>();
     const int w = line.w, length = 2 * w + 1;
     for (int first = 0; first < line.windows; first += length) {
-        const int base = first - w;  // the block's first position
+        const int base = first - w, next = base + length;  // first positions of blocks
         const int stored = std::min(length, line.windows - first);
-        const int low = std::max(0, line.lead - base);
-        const int high = std::min(length, line.lead + line.items - base);
+        const int low = std::clamp(line.lead - base, 0, length);
+        const int high = std::clamp(line.lead + line.items - base, low, length);
 
-        // Suffix sums: from position base + j to the block's end, moments about base + j.
-        S sums;
-        sums.clear();
-        for (int j = stored - 1; j >= std::max(high, 0); --j) sums.keep(suffix + j * int(S::entry));
-        for (int j = high - 1; j >= low; --j) {
-            sums.moment.add(sums.main);
-            sums.add_item(line.template item<S>(base + j));
-            sums.keep(suffix + j * int(S::entry));
+        // Suffix sums: from position base + j to the block's end, moments about base + j. Those
+        // before the first item differ by their place only.
+        S whole;
+        whole.clear();
+        for (int j = high; j < stored; ++j) whole.keep(suffix + j * entry);
+        std::ptrdiff_t item = (base + high - 1 - line.lead) * stride;
+        int j = high - 1;
+        for (; j >= std::max(low, stored); --j, item -= stride) {
+            whole.moment.add(whole.main());
+            whole.sum.add(line.template item_at<S>(item));
         }
-        for (int j = std::min(low, length) - 1; j >= 0; --j) {
-            sums.moment.add(sums.main);
-            sums.keep(suffix + j * int(S::entry));
+        for (std::ptrdiff_t to = j * entry; j >= low; --j, item -= stride, to -= entry) {
+            whole.moment.add(whole.main());
+            whole.sum.add(line.template item_at<S>(item));
+            whole.keep(suffix + to);
         }
 
         // And prefix sums of the next block up to position first + t + w, moments about that.
-        sums.clear();
-        for (int t = 0; t < stored; ++t) {
-            const int position = base + length + t - 1;
-            if (t > 0) {
-                sums.moment.subtract(sums.main);
-                if (line.has(position)) {
-                    sums.add_item(line.template item<S>(position));
-                }
-            }
+        const int enter = std::max(1, line.lead - next + 1);
+        const unsigned entering = unsigned(std::max(0, line.lead + line.items - next + 1 - enter));
+        item = (next - 1 - line.lead) * stride;
+        const T* kept = suffix;
+        S part;
+        part.clear();
+        for (int t = 0; t < stored; ++t, item += stride, kept += entry) {
+            part.moment.subtract(part.main());
+            if (unsigned(t - enter) < entering) part.sum.add(line.template item_at<S>(item));
             S total;
-            total.restore(suffix + t * int(S::entry));
-            typename S::Main between = sums.main;
-            between.subtract(total.main);
-            total.moment.add(sums.moment);
+            if (t < low) {
+                total = whole;
+                total.moment.add_times(T(low - t), whole.main());
+            } else {
+                total.restore(kept);
+            }
+            typename S::Main between = part.main();
+            between.subtract(total.main());
+            total.moment.add(part.moment);
             total.moment.add_times(T(w), between);
-            total.main.add(sums.main);
-            total.rest.add(sums.rest);
+            total.sum.add(part.sum);
             line.answer(first + t, total);
         }
     }
@@ -310,13 +305,14 @@ template <int w, class S, class T> HWY_INLINE void slide_item_by_item(const Slid
         for (int d = 1; d < length; ++d) near[d - 1] = near[d];
         read(at + w, near[length - 1]);
         S sums;
-        sums.clear();
-        for (int d = 0; d < length; ++d) sums.add_item(near[d]);
+        sums.sum = near[0];
+        for (int d = 1; d < length; ++d) sums.sum.add(near[d]);
+        sums.moment.clear();
         for (int d = 1; d <= w; ++d) {
-            typename S::Main across;
-            across.clear();
-            across.add_part(near[w + d], S::main_quad);
-            across.subtract_part(near[w - d], S::main_quad);
+            typename S::Main across, below;
+            across.take(near[w + d], S::main_quad);
+            below.take(near[w - d], S::main_quad);
+            across.subtract(below);
             sums.moment.add_times(T(d), across);
         }
         line.answer(at, sums);
@@ -377,24 +373,26 @@ template <class S, class T> HWY_INLINE void sum_windows(Slide<T>& slide, Aligned
     for (std::size_t l = 0; l < abreast; ++l) {
         slide.from[l] = in_place ? slide.side[l].from : gathered + l * (items / abreast);
     }
-    if (slide.w == 1) {
-        slide_item_by_item<1, S>(slide);
-    } else if (slide.w == 2) {
-        slide_item_by_item<2, S>(slide);
-    } else if (slide.w == 3 && S::item_quads < 4) {  // seven of four do not fit 32 registers
-        slide_item_by_item<3, S>(slide);
-    } else {
-        slide_blocks<S>(slide, room.data());
+    if constexpr (std::is_same_v<T, float>) {  // in double, references, one way will do
+        switch (slide.w) {
+        case 1:
+            return slide_item_by_item<1, S>(slide);
+        case 2:
+            return slide_item_by_item<2, S>(slide);
+        case 3:  // seven of four quads do not fit 32 registers
+            if constexpr (S::item_quads < 4) return slide_item_by_item<3, S>(slide);
+        }
     }
+    slide_blocks<S>(slide, room.data());
 }
 
 // Lines begin .. end of `along`, from items of `channels` quads to windows of those and the moments
 // of the first `moments`.
 template <std::size_t channels, std::size_t moments, class T>
-HWY_INLINE void collect_some(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
-                             const T* items, T* windows, Aligned<T>& room)
+HWY_NOINLINE void collect_some(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
+                               const T* items, T* windows, Aligned<T>& room)
 {
-    using S = Sums<T, moments, channels - moments, true>;
+    using S = Sums<T, channels, moments, true>;
     for (std::size_t first = begin; first < end; first += abreast) {
         Slide<T> slide;
         slide.w = w;
@@ -414,10 +412,10 @@ HWY_INLINE void collect_some(const LatticeLines& along, std::size_t begin, std::
 // The transpose: windows of channels + moments quads are spread over items of `channels`. Seen from
 // the items, place 0 is the first item.
 template <std::size_t channels, std::size_t moments, class T>
-HWY_INLINE void spread_some(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
-                            const T* windows, T* items, Aligned<T>& room)
+HWY_NOINLINE void spread_some(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
+                              const T* windows, T* items, Aligned<T>& room)
 {
-    using S = Sums<T, moments, channels, false>;
+    using S = Sums<T, channels + moments, moments, false>;
     for (std::size_t first = begin; first < end; first += abreast) {
         Slide<T> slide;
         slide.w = w;

@@ -84,10 +84,11 @@ std::vector<std::vector<std::uint32_t>> regions_by_search(const Lattice& lattice
     return regions;
 }
 
-Quad<double> any_quad(const Random& random, std::uint64_t i)
+template <class T> Quad<T> any_quad(const Random& random, std::uint64_t i)
 {
-    return {random.unit(4 * i) - 0.5, random.unit(4 * i + 1) - 0.5, random.unit(4 * i + 2) - 0.5,
-            random.unit(4 * i + 3)};
+    return Quad<double>(random.unit(4 * i) - 0.5, random.unit(4 * i + 1) - 0.5,
+                        random.unit(4 * i + 2) - 0.5, random.unit(4 * i + 3))
+        .cast<T>();
 }
 
 // What sum c of a region weighs a particle by that lies `away` from its middle: 1, a place along
@@ -99,18 +100,21 @@ double weight_of(const LatticeRegions& regions, std::size_t c, const Vec3i& away
     return double(away[regions.axes[0]]) * away[regions.axes[1]];
 }
 
-// Both sums against the definition, to 1e-12 of the sum of sizes.
-void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::string& what,
-                                 const LatticeRegions& regions)
+// Both sums against the definition, `direct`, as rounding allows: numbers below 1 are added up in
+// the order of the lines, where an error of half an epsilon of the sum is made by each addition.
+// Double precision is so held to 1e-14 of the sum of sizes.
+template <class T>
+void expect_direct_sums(const Lattice& lattice, int w, const LatticeRegions& regions,
+                        const std::vector<std::vector<std::uint32_t>>& direct)
 {
-    SCOPED_TRACE(what + ", w = " + std::to_string(w));
-    const auto direct = regions_by_search(lattice, w);
+    SCOPED_TRACE(sizeof(T) == sizeof(float) ? "single precision" : "double precision");
+    const double rounding = 45 * double(std::numeric_limits<T>::epsilon());
     const Random random(5);
-    RegionSums<double> sums(regions);
+    RegionSums<T> sums(regions);
     const std::size_t quads = regions.quads();
     for (std::size_t round = 0; round < 2; ++round) {  // the second finds used buffers
         for (std::size_t i = 0; i < lattice.count(); ++i) {
-            sums.particles(regions)[i] = any_quad(random, i);
+            sums.particles(regions)[i] = any_quad<T>(random, i);
         }
         collect(regions, sums);
         std::vector<std::size_t> slot(lattice.count(), none);
@@ -122,15 +126,16 @@ void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::strin
             Quad<double> expected[4] = {Quad<double>::Zero(), Quad<double>::Zero(),
                                         Quad<double>::Zero(), Quad<double>::Zero()};
             for (const auto i : direct[r]) {
-                const Quad<double> f = any_quad(random, i);
+                const Quad<double> f = any_quad<T>(random, i).template cast<double>();
                 for (std::size_t c = 0; c < quads; ++c) {
                     expected[c] += weight_of(regions, c, lattice.at[i] - lattice.at[r]) * f;
                 }
             }
             for (std::size_t c = 0; c < quads; ++c) {
-                const auto got = sums.slots(regions)[quads * slot[r] + c];
+                const Quad<double> got =
+                    sums.slots(regions)[quads * slot[r] + c].template cast<double>();
                 ASSERT_LT((got - expected[c]).abs().maxCoeff(),
-                          1e-14 * double(direct[r].size()) *
+                          rounding * double(direct[r].size()) *
                               (c == 0                 ? 1
                                : c <= regions.sides() ? w
                                                       : w * w))
@@ -142,12 +147,12 @@ void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::strin
         std::vector<std::uint32_t> held_by(lattice.count(), 0);
         for (std::size_t r = 0; r < lattice.count(); ++r) {
             for (std::size_t c = 0; c < quads; ++c) {
-                sums.slots(regions)[quads * slot[r] + c] = any_quad(random, 7919 * r + c);
+                sums.slots(regions)[quads * slot[r] + c] = any_quad<T>(random, 7919 * r + c);
             }
             for (const auto i : direct[r]) {
                 for (std::size_t c = 0; c < quads; ++c) {
                     expected[i] += weight_of(regions, c, lattice.at[i] - lattice.at[r]) *
-                                   any_quad(random, 7919 * r + c);
+                                   any_quad<T>(random, 7919 * r + c).template cast<double>();
                 }
                 ++held_by[i];
             }
@@ -158,12 +163,22 @@ void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::strin
         }
         spread(regions, sums);
         for (std::size_t i = 0; i < lattice.count(); ++i) {
-            ASSERT_LT((sums.particles(regions)[i] - expected[i]).abs().maxCoeff(),
-                      1e-14 * held_by[i] * (1 + 3 * w + w * w))
+            const Quad<double> got = sums.particles(regions)[i].template cast<double>();
+            ASSERT_LT((got - expected[i]).abs().maxCoeff(),
+                      rounding * held_by[i] * (1 + 3 * w + w * w))
                 << "particle " << i;
         }
         EXPECT_EQ(regions.held_by, held_by);
     }
+}
+
+void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::string& what,
+                                 const LatticeRegions& regions)
+{
+    SCOPED_TRACE(what + ", w = " + std::to_string(w));
+    const auto direct = regions_by_search(lattice, w);
+    expect_direct_sums<double>(lattice, w, regions, direct);
+    expect_direct_sums<float>(lattice, w, regions, direct);
 }
 
 void expect_equal_to_direct_sums(const Lattice& lattice, int w, const std::string& what)
