@@ -1,5 +1,6 @@
 #include "geometry/polygonize.hpp"
 
+#include "geometry/iso_grid.hpp"
 #include "geometry/parallel.hpp"
 
 #include <fmt/format.h>
@@ -11,7 +12,7 @@
 namespace geometry {
 namespace {
 
-constexpr int block_cells = 8, block_points = block_cells + 1;
+constexpr int block_points = block_cells + 1;
 constexpr std::uint8_t none = 0xff;
 
 // A vertex starts from the mean of its sheet's crossings, drawn this far towards the cell's centre:
@@ -154,64 +155,8 @@ std::size_t point_number(int x, int y, int z)
     return static_cast<std::size_t>(x + block_points * (y + block_points * z));
 }
 
-struct Grid {
-    const IsoField& field;
-    double cell;
-    Vec3i lo, hi;  // cells, half open
-
-    Vec3 point(const Vec3i& i) const { return cell * i.cast<double>(); }
-};
-
-bool before(const Vec3i& a, const Vec3i& b)
-{
-    return std::array{a.z(), a.y(), a.x()} < std::array{b.z(), b.y(), b.x()};
-}
-
-// Blocks whose bounds hold 0, by halving the domain: ascending in (z, y, x).
-std::vector<Block> crossed_blocks(const Grid& grid)
-{
-    const auto floor_div = [](int a) { return (a >= 0 ? a : a - block_cells + 1) / block_cells; };
-    const Vec3i lo = grid.lo.unaryExpr(floor_div);
-    const Vec3i hi = (grid.hi.array() - 1).matrix().unaryExpr(floor_div) + Vec3i::Ones();
-    int width = 1;
-    while (width < (hi - lo).maxCoeff()) width *= 2;
-    std::vector<Vec3i> open{lo};
-    for (;; width /= 2) {
-        std::vector<char> keep(open.size());
-        parallel_for(open.size(), 64, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                Box box;
-                box.add(grid.point(block_cells * open[i]));
-                box.add(grid.point(block_cells * (open[i].array() + width).matrix().cwiseMin(hi)));
-                const Interval range = grid.field.bounds(box);
-                // A hair wider than the bounds: their last digit may be off.
-                const double hair = 1e-12 * (std::abs(range.lo) + std::abs(range.hi));
-                keep[i] = range.lo <= hair && range.hi >= -hair;
-            }
-        });
-        std::size_t kept = 0;
-        for (std::size_t i = 0; i < open.size(); ++i) {
-            if (keep[i]) open[kept++] = open[i];
-        }
-        open.resize(kept);
-        if (width == 1) break;
-        std::vector<Vec3i> halves;
-        for (const Vec3i& at : open) {
-            for (int c = 0; c < 8; ++c) {
-                const Vec3i child = at + width / 2 * Vec3i(c & 1, c >> 1 & 1, c >> 2);
-                if ((child.array() < hi.array()).all()) halves.push_back(child);
-            }
-        }
-        open = std::move(halves);
-    }
-    std::sort(open.begin(), open.end(), before);
-    std::vector<Block> blocks(open.size());
-    for (std::size_t i = 0; i < open.size(); ++i) blocks[i].at = open[i];
-    return blocks;
-}
-
 // Whether the cell's troublesome face is one for its neighbour across it, too.
-bool troubles_both(const Grid& grid, const Vec3i& cell, unsigned pattern, std::uint8_t face)
+bool troubles_both(const IsoGrid& grid, const Vec3i& cell, unsigned pattern, std::uint8_t face)
 {
     const int d = face / 2, s = face % 2;
     FieldBlock far;
@@ -234,40 +179,7 @@ bool troubles_both(const Grid& grid, const Vec3i& cell, unsigned pattern, std::u
     return patterns().troublesome[neighbour] == (face ^ 1);
 }
 
-// Moves vertices onto the surface along its gradient, never further than half a cell out of their
-// own cell, so that no face folds over; then asks for normals.
-void project(const Grid& grid, std::span<Vec3> vertices, std::span<const Vec3i> cells, Block& block)
-{
-    FieldBlock points;
-    BlockValues values;
-    for (std::size_t begin = 0; begin < vertices.size(); begin += FieldBlock::capacity) {
-        const std::size_t end = std::min(vertices.size(), begin + FieldBlock::capacity);
-        constexpr int steps = 2;
-        for (int step = 0; step <= steps; ++step) {
-            points.count = 0;
-            for (std::size_t i = begin; i < end; ++i) points.add(vertices[i]);
-            points.pad();
-            grid.field.ask(points, values);
-            for (std::size_t i = begin; i < end; ++i) {
-                const Vec3 gradient = values.gradient(i - begin);
-                const double slope_sq = gradient.squaredNorm();
-                if (!(slope_sq > 0)) continue;
-                const Vec3 to = vertices[i] - values.f[i - begin] / slope_sq * gradient;
-                const Vec3 lo = grid.point(cells[i]).array() - 0.5 * grid.cell;
-                vertices[i] = to.cwiseMax(lo).cwiseMin((lo.array() + 2 * grid.cell).matrix());
-            }
-        }
-        for (std::size_t i = begin; i < end; ++i) {
-            const Vec3 gradient = values.gradient(i - begin);
-            const double slope = gradient.norm();
-            block.positions.push_back(vertices[i].cast<float>());
-            block.normals.push_back(slope > 0 ? Vec3f((-gradient / slope).cast<float>())
-                                              : Vec3f(Vec3f::UnitY()));
-        }
-    }
-}
-
-void find_vertices(const Grid& grid, Block& block)
+void find_vertices(const IsoGrid& grid, Block& block)
 {
     const Vec3i base = block_cells * block.at;
     thread_local std::array<double, block_points * block_points * block_points> f;
@@ -287,10 +199,9 @@ void find_vertices(const Grid& grid, Block& block)
         filled += static_cast<int>(points.count);
     }
 
-    thread_local std::vector<Vec3> vertices;
-    thread_local std::vector<Vec3i> cells;
+    thread_local std::vector<Vec3> vertices, low;  // low: how far each may go
     vertices.clear();
-    cells.clear();
+    low.clear();
     const Patterns& table = patterns();
     const auto range = [&](int axis) {
         return std::pair(std::max(0, grid.lo[axis] - base[axis]),
@@ -341,19 +252,23 @@ void find_vertices(const Grid& grid, Block& block)
                     const Vec3 within = (1 - towards_centre) / crossings[s] * sum[s] +
                                         Vec3::Constant(0.5 * towards_centre);
                     vertices.push_back(grid.cell * (cell.cast<double>() + within));
-                    cells.push_back(cell);
+                    low.push_back(grid.point(cell).array() - 0.5 * grid.cell);
                 }
             }
         }
     }
-    project(grid, vertices, cells, block);
+    // Never further than half a cell out of their own cell, so that no face folds over.
+    block.positions.resize(vertices.size());
+    block.normals.resize(vertices.size());
+    onto_surface(grid.field, vertices, low, 2 * grid.cell, block.positions, block.normals);
 }
 
 const Block* find_block(const std::vector<Block>& blocks, const Vec3i& at)
 {
     const auto found =
-        std::lower_bound(blocks.begin(), blocks.end(), at,
-                         [](const Block& block, const Vec3i& b) { return before(block.at, b); });
+        std::lower_bound(blocks.begin(), blocks.end(), at, [](const Block& block, const Vec3i& b) {
+            return block_before(block.at, b);
+        });
     return found != blocks.end() && found->at == at && !found->pattern.empty() ? &*found : nullptr;
 }
 
@@ -436,23 +351,11 @@ IsoField iso_field(const Field& field)
 
 TriMesh polygonize(const IsoField& field, double cell)
 {
-    if (!(cell > 0) || !std::isfinite(cell)) {
-        throw std::invalid_argument(
-            fmt::format("polygonize: expected a cell size above 0 m, got {}", cell));
-    }
+    const IsoGrid grid = iso_grid(field, cell);
     TriMesh mesh;
     if (field.domain.empty()) return mesh;
-    const Vec3 lo = (field.domain.lo / cell).array().floor() - 1;
-    const Vec3 hi = (field.domain.hi / cell).array().ceil() + 1;
-    constexpr double most = 1 << 20;
-    if (!((hi - lo).maxCoeff() <= most) || !(lo.cwiseAbs().maxCoeff() < 1e9)) {
-        throw std::invalid_argument(fmt::format(
-            "polygonize: a domain of {} x {} x {} m in cells of {} m has more than {} cells along "
-            "an edge, or lies too far from the origin for them; use larger cells",
-            field.domain.size().x(), field.domain.size().y(), field.domain.size().z(), cell, most));
-    }
-    const Grid grid{field, cell, lo.cast<int>(), hi.cast<int>()};
-    std::vector<Block> blocks = crossed_blocks(grid);
+    std::vector<Block> blocks;
+    for (const Vec3i& at : crossed_blocks(grid)) blocks.emplace_back().at = at;
     parallel_for(blocks.size(), 4, [&](std::size_t begin, std::size_t end) {
         for (std::size_t b = begin; b < end; ++b) find_vertices(grid, blocks[b]);
     });
