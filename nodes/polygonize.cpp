@@ -14,6 +14,8 @@ struct Inputs {
     bool deformed = true;
     Options::Cut cut = Options::Cut::none;
     double cut_at = 0;
+    Options::Mesher mesher = Options::Mesher::dual;
+    double adaptivity = 0;
 };
 struct Outputs {
     geometry::TriMesh mesh;
@@ -21,8 +23,8 @@ struct Outputs {
 
 static Outputs run(const Inputs& in, const graph::Context&)
 {
-    return {physics::layered_mesh(*in.scene,
-                                  {in.surface, in.cell, in.body, in.deformed, in.cut, in.cut_at})};
+    return {physics::layered_mesh(*in.scene, {in.surface, in.cell, in.body, in.deformed, in.cut,
+                                              in.cut_at, in.mesher, in.adaptivity})};
 }
 
 void add_to(graph::Registry& registry)
@@ -41,6 +43,14 @@ void add_to(graph::Registry& registry)
                 "Leaves out what lies beyond cut_at along this axis, to look inside.",
                 {"surface", {"exact"}})
         .param("cut_at", &Inputs::cut_at, "Where to cut.", {.unit = "m"}, {"cut", {"x", "y", "z"}})
+        .choice("mesher", &Inputs::mesher, {"dual", "openvdb"},
+                "dual marching cubes, which is quicker, closer to the surface and makes better "
+                "shaped triangles; or OpenVDB's, which can merge faces where the surface is flat "
+                "(where the program was built with it).",
+                {"surface", {"exact"}})
+        .param("adaptivity", &Inputs::adaptivity,
+               "How far OpenVDB merges faces where the surface is flat; 0: not at all.",
+               {.min = 0, .max = 1}, {"mesher", {"openvdb"}})
         .output("mesh", &Outputs::mesh,
                 "One mesh; each body is a group with a material, attribute `compression` says how "
                 "far each vertex is pressed.");

@@ -82,7 +82,9 @@ TriMesh mesh_of(const LayeredMoment& moment, std::uint32_t b, const LayeredMeshO
         field.domain.hi[axis] = std::min(field.domain.hi[axis], options.cut_at);
         if (field.domain.empty()) return {};
     }
-    return geometry::polygonize(field, options.cell);
+    return options.mesher == LayeredMeshOptions::Mesher::openvdb
+               ? geometry::polygonize_openvdb(field, options.cell, options.adaptivity)
+               : geometry::polygonize(field, options.cell);
 }
 
 Piece piece_of(const LayeredMoment& moment, std::uint32_t b, const LayeredMeshOptions& options)

@@ -17,6 +17,9 @@ struct LayeredMeshOptions {
     enum class Cut : std::uint8_t { none, x, y, z };
     Cut cut = Cut::none;  // leaves out what lies beyond `cut_at` along this axis, open
     double cut_at = 0;    // m
+    enum class Mesher : std::uint8_t { dual, openvdb };
+    Mesher mesher = Mesher::dual;  // of exact surfaces, geometry/polygonize.hpp
+    double adaptivity = 0;         // 0..1, of OpenVDB's
 };
 
 // The second kind needs no field once the scene has made a step, and `deformed` always holds.

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <optional>
 
 namespace geometry {
 namespace {
@@ -212,6 +213,64 @@ TEST(Polygonize, ASurfaceThatLeavesTheDomainIsCutOpenThere)
     const TriMesh mesh = polygonize(half, 0.05);
     EXPECT_FALSE(mesh.triangles().empty());
     for (const Vec3f& p : mesh.positions) EXPECT_LT(p.y(), 0.1f);
+}
+
+namespace {
+
+// By OpenVDB's mesher; nothing where the program is built without it.
+std::optional<TriMesh> by_openvdb(const Field& field, double cell, double adaptivity)
+{
+    try {
+        return polygonize_openvdb(iso_field(field), cell, adaptivity);
+    } catch (const std::runtime_error& error) {
+        EXPECT_NE(std::string(error.what()).find("libopenvdb-dev"), std::string::npos);
+        return {};
+    }
+}
+
+}  // namespace
+
+TEST(PolygonizeOpenVdb, GivesTheSameSurfaceAndFewerFacesWhereItIsFlat)
+{
+    const std::vector<Vec3> centres{{0.01, 0, 0}, {0.7, 0.1, 0.02}};
+    const ImplicitLayer layer = balls(centres, {0.4, 2, 1.0, 0});
+    const Field field = make_field(layer, unmoved);
+    const auto mesh = by_openvdb(field, 0.03, 0), merged = by_openvdb(field, 0.03, 0.1);
+    if (!mesh) GTEST_SKIP() << "built without OpenVDB";
+    const TriMesh ours = polygonize(iso_field(field), 0.03);
+    expect_closed_manifold(*mesh);
+    // Both are inscribed, each short of the volume by about (h / r)^2 / 2 = 0.3 %.
+    EXPECT_NEAR(volume(*mesh), volume(ours), 0.001 * volume(ours));
+    // Faces of three cells: nine times that.
+    EXPECT_NEAR(volume(*merged), volume(ours), 9 * 0.003 * volume(ours));
+    EXPECT_LT(2 * merged->triangles().size(), mesh->triangles().size());
+    for (const TriMesh* m : {&*mesh, &*merged}) {
+        ASSERT_EQ(m->normals.size(), m->positions.size());
+        for (std::size_t i = 0; i < m->positions.size(); ++i) {
+            const FieldValue at = value_at(field, m->positions[i].cast<double>());
+            EXPECT_NEAR(at.f, 1, 1e-6);
+            EXPECT_LT(m->normals[i].cast<double>().dot(at.gradient.normalized()), -1 + 1e-6);
+        }
+    }
+}
+
+TEST(PolygonizeOpenVdb, ADomainThatEndsCutsTheSurfaceOpenThere)
+{
+    const std::vector<Vec3> centre{{0, 0, 0}};
+    const ImplicitLayer layer = balls(centre, {0.5, 2, 1.0, 0});
+    const Field field = make_field(layer, unmoved);
+    IsoField half = iso_field(field);
+    half.domain.hi.x() = 0.1;
+    try {
+        const TriMesh mesh = polygonize_openvdb(half, 0.02, 0);
+        ASSERT_FALSE(mesh.positions.empty());
+        float most = -1;
+        for (const Vec3f& p : mesh.positions) most = std::max(most, p.x());
+        EXPECT_NEAR(most, 0.1, 2 * 0.02 + 1e-6);
+    } catch (const std::runtime_error&) {
+        GTEST_SKIP() << "built without OpenVDB";
+    }
+    EXPECT_TRUE(polygonize(IsoField{}, 0.1).positions.empty());
 }
 
 }  // namespace geometry
