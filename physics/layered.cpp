@@ -533,7 +533,9 @@ void step_implicitly(const Span& frame, int steps, LayeredScene& now)
 // Rigid bodies by Bullet, under forces found in the middle of each step. Returns `steps`, or how
 // many more to begin the frame again with: as soon as contact has become so stiff that they are too
 // few, but no more than `most`. With so many it goes on: forces that are too stiff even so lose of
-// their strength what they must to stay stable, and the report warns.
+// their strength what they must to stay stable, and the report warns. What it leaves is looked at
+// too, or the frame's last half step could come into a layer unseen and the next one's first come
+// out of it, with energy made or lost: the state says how many steps it wants.
 int step_with_bullet(const Span& frame, int steps, int most, LayeredScene& now)
 {
     const double h = frame.dt / steps;
@@ -545,20 +547,28 @@ int step_with_bullet(const Span& frame, int steps, int most, LayeredScene& now)
             if (body.base.kind == BaseKind::still) coast(body, 0.5 * h, now.states[b]);
         }
     };
+    const auto begin_again = [&](const ExplicitPace& pace) {
+        // One step too long has gone too deep and sees too much: by threes at most.
+        const double enough = std::min({1.1 * pace.steps, 3.0 * steps, double(most)});
+        return std::max(steps + 1, static_cast<int>(enough));
+    };
     ExplicitPace hardest;
-    for (int step = 0; step < steps; ++step) {
-        drive_all(frame.dt - h * step, now);
-        drift();
-        move_meshes(now, frame.scene, frame.told, static_cast<float>(step) + 0.5f, steps);
+    for (int step = 0; step <= steps; ++step) {
+        const bool end = step == steps;  // what the last half step came into, or is to come out of
+        if (!end) {
+            drive_all(frame.dt - h * step, now);
+            drift();
+        }
+        const float at = static_cast<float>(step) + (end ? 0 : 0.5f);
+        move_meshes(now, frame.scene, frame.told, at, steps);
         const LayeredMoment moment(now, h);
         LayeredSystem system(now, moment, h, RigidBodies::bullet);
         add_forces(now, moment, frame.world, system);
         const ExplicitPace pace = explicit_pace(now, system, frame.dt);
-        if (pace.steps > steps && steps < most) {
-            // One step too long has gone too deep and sees too much: by threes at most.
-            const double enough = std::min({1.1 * pace.steps, 3.0 * steps, double(most)});
-            return std::max(steps + 1, static_cast<int>(enough));
-        }
+        if (pace.steps > steps && steps < most) return begin_again(pace);
+        for (LayeredState& state : now.states) state.pace = 0;
+        now.states[pace.part].pace = pace.steps / frame.dt;
+        if (end) break;
         if (pace.steps > hardest.steps) hardest = pace;
         const double share = std::min(1.0, steps / pace.steps);
         bodies.push(now, moment, system, share * share, h);
@@ -569,10 +579,9 @@ int step_with_bullet(const Span& frame, int steps, int most, LayeredScene& now)
         Report& report = now.states[hardest.part].report;
         report.converged = false;
         report.warnings.push_back(fmt::format(
-            "body {} is pushed so stiffly that Bullet needs {:.0f} steps a frame to stay stable "
-            "and "
-            "gets {}: what pushes it was weakened; set rigid_bodies to implicit, raise substeps or "
-            "make the layers softer",
+            "body {} is pushed so stiffly that Bullet needs {:.0f} steps a frame to stay stable, "
+            "and gets {}: what pushes it was weakened; set rigid_bodies to implicit, raise "
+            "substeps or make the layers softer",
             hardest.part, std::ceil(hardest.steps), steps));
     }
     return steps;
@@ -615,12 +624,16 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
     check_rigid_bodies(parts, world.rigid_bodies);
     const Span frame{scene, parts, world, dt};
     LayeredScene now = frame.begin();
-    if (!(dt > 0)) return now;
+    if (!(dt > 0) || now.states.empty()) return now;
     int steps = choose_steps(now, world.gravity, dt, std::max(1, substeps));
     if (world.rigid_bodies == RigidBodies::implicit) {
         step_implicitly(frame, steps, now);
     } else {
         const int most = std::max(steps, most_steps(std::max(1, substeps)));
+        for (const LayeredState& state : now.states) {
+            const double enough = std::min<double>(most, std::ceil(1.1 * dt * state.pace));
+            steps = std::max(steps, static_cast<int>(enough));
+        }
         const std::vector<LayeredState> begin = now.states;
         for (int more = step_with_bullet(frame, steps, most, now); more > steps;
              more = step_with_bullet(frame, steps, most, now)) {

@@ -113,6 +113,7 @@ struct LayeredState {
     std::vector<float> pressed;
     std::vector<std::uint32_t> part;  // S, blend parts
     std::vector<geometry::BlendLink> links;
+    double pace = 0;  // steps a second that Bullet wants for it as it is, see explicit_pace()
     Report report;
 
     std::size_t bytes() const;

@@ -168,7 +168,7 @@ int most_steps(int asked)
 
 ExplicitPace explicit_pace(const LayeredScene& now, const LayeredSystem& system, double dt)
 {
-    constexpr double share = 0.5;
+    constexpr double share = 0.3;
     ExplicitPace pace;
     for (std::size_t b = 0; b < now.parts.size(); ++b) {
         for (std::size_t f = 0; f < now.states[b].position.size(); ++f) {

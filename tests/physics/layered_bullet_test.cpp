@@ -54,6 +54,7 @@ void expect_same(const LayeredScene& one, const LayeredScene& two)
         EXPECT_EQ(s.spin, t.spin);
         EXPECT_EQ(s.distance, t.distance);
         EXPECT_EQ(s.pressed, t.pressed);
+        EXPECT_EQ(s.pace, t.pace);
         EXPECT_EQ(s.report.steps, t.report.steps);
     }
 }
@@ -125,29 +126,28 @@ TEST(LayeredBullet, ATumblingBodyKeepsItsMomentumAndItsEnergy)
     EXPECT_NEAR(worst[0] / worst[1], 4, 0.8);
 }
 
-// Nothing rubs: a ball dropped by d keeps its energy g d in every bounce, stiff or soft, and comes
-// up to where it fell from. Some 200 seeds come and go in the contact: 2 %.
+// Nothing rubs: a ball dropped by d keeps its energy g d in every bounce, stiff or soft, wherever
+// in a frame it begins, and comes up to where it fell from. Some 1,300 seeds come and go in the
+// contact, and steps get shorter and longer: 2 %.
 TEST(LayeredBullet, ABallBouncesBackToItsHeight)
 {
+    const double whole = 9.81 * 0.2;
     for (const double stiffness : {1e5, 1e8}) {
-        LayeredScene scene = scene_of({ball({0, 0.3, 0}, stiffness, 0.01), floor_at(0)});
-        const double whole = 9.81 * 0.2;
-        double highest = 0;
-        bool down = false;
-        for (int i = 0; i < 40; ++i) {
-            scene = follow(scene, by_bullet, 0.02, 1, 2);
-            const double y = scene.states[0].position[0].y();
-            const double v = scene.states[0].velocity[0].norm();
-            down |= y < 0.12;
-            if (down) highest = std::max(highest, y);
-            if (y > 0.1) {
-                EXPECT_NEAR((0.5 * v * v + 9.81 * (y - 0.1)) / whole, 1, 0.02) << i;
+        for (const double dt : {0.02, 0.023, 1.0 / 24, 0.1}) {
+            LayeredScene scene = scene_of({ball({0, 0.3, 0}, stiffness, 0.01), floor_at(0)});
+            double highest = 0, worst = 0;
+            for (double time = dt; time < 1; time += dt) {
+                scene = follow(scene, by_bullet, dt, 1, 4);
+                const double y = scene.states[0].position[0].y();
+                const double v = scene.states[0].velocity[0].norm();
+                if (time > 0.25) highest = std::max(highest, y + 0.5 * v * v / 9.81);
+                if (y < 0.1) continue;
+                const double energy = 0.5 * v * v + 9.81 * (y - 0.1);
+                worst = std::max(worst, std::abs(energy / whole - 1));
             }
-            EXPECT_TRUE(scene.states[0].report.warnings.empty());
+            EXPECT_LT(worst, 0.02) << stiffness << ' ' << dt;
+            EXPECT_GT(highest, 0.3 - 0.02 * 0.2) << stiffness << ' ' << dt;
         }
-        EXPECT_TRUE(down);
-        // A frame falls within 0.01 s of the highest point: g t^2 / 2 below it.
-        EXPECT_NEAR(highest, 0.3, 0.02 * 0.2 + 5e-4);
     }
 }
 
@@ -165,10 +165,10 @@ TEST(LayeredBullet, WhatRubsComesToRestWhereItsLayerCarriesIt)
 // angular momentum are kept to round-off, and without friction energy to the bounce's 2 %.
 TEST(LayeredBullet, MomentumIsKeptThroughACollision)
 {
-    for (const double friction : {0.0, 1e4}) {
+    for (const double friction : {0.0, 1e4, 1e7}) {
         const LayeredScene before = glancing(friction);
         const LayeredScene after = follow(before, floating, 0.01, 30, 2);
-        EXPECT_GT(after.states[1].velocity[0].norm(), 1);
+        EXPECT_GT(after.states[1].velocity[0].norm(), 0.5);
         EXPECT_LT((momentum(after) - momentum(before)).norm(), 1e-13 * momentum(before).norm());
         EXPECT_LT((angular_momentum(after) - angular_momentum(before)).norm(),
                   1e-13 * 0.15 * momentum(before).norm());
@@ -264,6 +264,28 @@ TEST(LayeredBullet, ASkeletonStaysOutOfTheFloor)
     EXPECT_LT(scene.states[0].velocity[0].norm(), 0.01);
 }
 
+// One that holds nothing back before a knife at 1 m/s: its skeleton is pushed along ahead of the
+// face.
+TEST(LayeredBullet, AToolThatReachesASkeletonPushesItAlong)
+{
+    Collider knife;
+    knife.kind = Collider::Kind::box;
+    knife.half_size = {0.03, 0.2, 0.2};
+    const auto at = [&](double x) {
+        Collider now = knife;
+        now.pose.translate(Vec3(x, 0.03, 0));
+        return rigid_part(now);
+    };
+    const LayeredPart soft_ball{.body = std::make_shared<const LayeredBody>(ball({0, 0, 0}, 100))};
+    LayeredScene scene = start({soft_ball, at(-0.25)});
+    for (int i = 1; i <= 24; ++i) {
+        scene = physics::advance(scene, {soft_ball, at(-0.25 + i / 24.0)}, floating, 1.0 / 24, 4);
+        ASSERT_LT(interpenetration(scene), 1e-3) << i;
+    }
+    EXPECT_GT(scene.states[0].position[0].x(), 0.75 + 0.03);
+    EXPECT_LT(scene.states[0].velocity[0].norm(), 1.5);
+}
+
 // Nothing is remembered beside the state: going on from a copy of it, after others have moved too,
 // gives the same bits.
 TEST(LayeredBullet, AStateIsAllThatItGoesOnFrom)
@@ -295,7 +317,7 @@ TEST(LayeredBullet, WhatIsTooStiffIsWeakenedAndTold)
     for (int i = 0; i < 24; ++i) {
         scene = follow(scene, by_bullet, 1.0 / 24, 1);
         ASSERT_TRUE(scene.states[0].position[0].allFinite());
-        ASSERT_LT(scene.states[0].velocity[0].norm(), 10);
+        ASSERT_LT(scene.states[0].velocity[0].norm(), 1) << i;  // it fell at 0.44
         ASSERT_LE(scene.states[0].report.steps, 64);
         told |= !scene.states[0].report.warnings.empty() && !scene.states[0].report.converged;
     }
@@ -314,6 +336,9 @@ TEST(LayeredBullet, RefusesWhatItCannotMove)
     } catch (const std::invalid_argument& e) {
         EXPECT_NE(std::string(e.what()).find("body 1 is of particles"), std::string::npos);
     }
+    EXPECT_TRUE(follow({}, by_bullet, 0.01, 1).states.empty());
+    const LayeredScene floor = follow(scene_of({floor_at(0)}), by_bullet, 0.01, 1);
+    EXPECT_EQ(floor.states[0].report.steps, 1);
 }
 
 }  // namespace physics
