@@ -296,7 +296,7 @@ int main(int argc, char** argv)
            "or lies in heaps, and for all that is not rigid.\n"
            "- `bullet` lets Bullet move the rigid bodies and their hinges, with the layers' forces "
            "from outside. It keeps bounces, swings and tumbling, and takes as many steps as the "
-           "stiffness of the contact wants, half a radian of its fastest swing in each. Take it "
+           "stiffness of the contact wants, 0.3 radians of its fastest swing in each. Take it "
            "for balls that bounce, for what is thrown, swings or spins. What wants more than 64 "
            "times the steps that one asked for is weakened until they do, and the log says so.\n\n"
            "Written by `layered_bullet_bench docs/layered-bullet.md` on the machine at hand. Each "
