@@ -162,6 +162,26 @@ TEST(LatticeContact, APairIsStoppedAtItsDistanceAndDraggedAsCoulombSays)
     EXPECT_EQ(leaves[1], Vec3(0, 0, 0));
 }
 
+TEST(LatticeContact, OnePushMakesABallRoll)
+{
+    // A ball of 2 kg comes down at 1 m/s and slides at 7 m/s. Its surface gives way to an impulse
+    // across the normal by 1/m + r^2 / (2/5 m r^2) = 3.5 / m, so 7 m/s / (3.5 / 2 kg) = 4 N s end
+    // the slip at once: it goes on at 7 - 4/2 = 5 m/s and turns at 5 m/s / 0.5 m. The normal's 2 N
+    // s times a friction of 3 allow it.
+    Crowd crowd(1, 0);
+    crowd.state.balls = {{.x = Vec3(0, 0.5, 0), .v = Vec3(7, -1, 0)}};
+    const std::vector<Ball> balls = {{.radius = 0.5, .mass = 2}};
+    Collider ground;
+    ground.friction = 3;
+    const ContactScene scene{crowd.body, crowd.state, crowd.inverse_mass, 0.01, balls};
+    Pushes pushes;
+    pushes.balls = find_ball_pushes(scene, {pose_collider(ground, 1, 0.01, 0.1)});
+    std::vector<BallState> out = crowd.state.balls;
+    solve_pushes(scene, pushes, 1, crowd.state.v, out);
+    EXPECT_LT((out[0].v - Vec3(5, 0, 0)).norm(), 1e-12);
+    EXPECT_LT((out[0].spin - Vec3(0, 0, -10)).norm(), 1e-12);
+}
+
 TEST(LatticeContact, NothingNearIsNothing)
 {
     const Crowd crowd(20, 0);

@@ -13,6 +13,7 @@ using namespace physics;
 using fixtures::box;
 using geometry::Cubes;
 using geometry::Random;
+using geometry::Vec3i;
 
 namespace {
 
@@ -20,6 +21,27 @@ Cubes whole_sheet(int ni, int nj)
 {
     return geometry::plane_cubes(geometry::rectangle_cells(ni, nj), {1, 0.1, {0, 0, 0}}, 0.02,
                                  {"sheet", 500, 1e5, 0.3, 0, 0});
+}
+
+// The same cubes once more, `by` cells away and not linked to the first.
+Cubes with_copy(const Cubes& one, const Vec3i& by)
+{
+    Cubes both = one;
+    for (std::size_t c = 0; c < one.count(); ++c) {
+        both.cell.push_back(one.cell[c] + by);
+        auto corners = one.corners[c];
+        for (auto& k : corners) k += std::uint32_t(one.corner_count());
+        both.corners.push_back(corners);
+        both.mass.push_back(one.mass[c]);
+        both.fill.push_back(one.fill[c]);
+        both.young.push_back(one.young[c]);
+        both.poisson.push_back(one.poisson[c]);
+        both.mass_damping.push_back(one.mass_damping[c]);
+        both.stiffness_damping.push_back(one.stiffness_damping[c]);
+        both.matter.push_back(one.matter[c]);
+    }
+    for (const Vec3i& at : one.corner) both.corner.push_back(at + by);
+    return both;
 }
 
 double largest_x(const State& state)
@@ -446,6 +468,44 @@ TEST(LatticePlasticity, WhatHasFlowedRestsUnderAnyRigidMotion)
     }
 }
 
+TEST(LatticePlasticity, ACellOfAMembraneHasFlowedAsItsCornersHaveOnTheAverage)
+{
+    // Regions that do not resist leave all to the membrane: one cell, whose corners' regions have
+    // flowed by e each, differently in every direction, moves as one whose regions all have by the
+    // mean of the four e. In one step from rest, as S has no say in where the regions are.
+    LatticeOptions options{.half_width = 1,
+                           .stiffness = Stiffness::rate,
+                           .bend = 0,
+                           .substeps = 1,
+                           .precision = Precision::full};
+    options.plastic.yield = 10;
+    const LatticeBody body = make_lattice(whole_sheet(1, 1), options);
+    ASSERT_EQ(body.whole.regions.slots(), 4u);
+    const float flowed[4][3] = {// xx, xz and zz
+                                {0.5f, 0, 0},
+                                {0, 0.25f, -0.25f},
+                                {0.25f, -0.125f, 0.5f},
+                                {0.25f, 0.375f, 0.25f}};
+    const auto step = [&](bool averaged) {
+        State state = rest_state(body);
+        for (const auto& own : flowed) {
+            float e[3] = {own[0], own[1], own[2]};
+            if (averaged) {
+                for (int i = 0; i < 3; ++i) {
+                    e[i] = (flowed[0][i] + flowed[1][i] + flowed[2][i] + flowed[3][i]) / 4;
+                }
+            }
+            for (const float v : {e[0], 0.0f, e[1], 0.0f, 0.0f, e[2]}) state.plastic.push_back(v);
+        }
+        return advance(body, state, {}, 1e-3, options);
+    };
+    const State own = step(false), averaged = step(true);
+    for (std::size_t i = 0; i < 4; ++i) {
+        EXPECT_GT(averaged.v[i].norm(), 0.01);
+        EXPECT_LT((own.v[i] - averaged.v[i]).norm(), 1e-9 * averaged.v[i].norm());
+    }
+}
+
 TEST(LatticePlasticity, ASheetDrawnOutBeyondItsYieldStaysDrawnOut)
 {
     for (const PlaneMotion motion : {PlaneMotion::space, PlaneMotion::in_plane}) {
@@ -564,25 +624,9 @@ TEST(LatticeTear, OneBodyStepsStatesThatAreTornElsewhere)
 TEST(LatticeBodies, CollideAndDoNotPassThroughEachOther)
 {
     // One block falls on another that lies on the ground, half over its edge of contact distance.
-    Cubes cubes = fixtures::box(3, 3, 3, 0.1, {1000, 1e5, 0.3});
-    const Cubes other = cubes;
-    const auto n = std::uint32_t(cubes.corner_count());
-    for (std::size_t c = 0; c < other.count(); ++c) {
-        cubes.cell.push_back(other.cell[c] + geometry::Vec3i(0, 8, 0));
-        auto corners = other.corners[c];
-        for (auto& k : corners) k += n;
-        cubes.corners.push_back(corners);
-        cubes.mass.push_back(other.mass[c]);
-        cubes.fill.push_back(1);
-        cubes.young.push_back(other.young[c]);
-        cubes.poisson.push_back(other.poisson[c]);
-        cubes.mass_damping.push_back(0);
-        cubes.stiffness_damping.push_back(0);
-        cubes.matter.push_back(0);
-    }
-    for (std::uint32_t k = 0; k < n; ++k) {
-        cubes.corner.push_back(other.corner[k] + geometry::Vec3i(0, 8, 0));
-    }
+    const Cubes one = fixtures::box(3, 3, 3, 0.1, {1000, 1e5, 0.3});
+    const auto n = std::uint32_t(one.corner_count());
+    const Cubes cubes = with_copy(one, Vec3i(0, 8, 0));
     LatticeOptions options{.half_width = 2, .damping = 0.01, .substeps = 8};
     options.contact.on = true;
     const LatticeBody body = make_lattice(cubes, options);
@@ -614,6 +658,52 @@ TEST(LatticeBodies, CollideAndDoNotPassThroughEachOther)
     double moved = 0;
     for (std::uint32_t k = 0; k < n; ++k) moved = std::max(moved, free.v[k].norm());
     EXPECT_GT(moved, 0.5);  // the other was hit
+}
+
+TEST(LatticeBodies, AreAsFarApartAsTheirDistanceSays)
+{
+    // Two cubes of 0.1 m meet face to face, of which one may be held. A push leaves no gap and
+    // closes none beyond, so while the corners in front touch they are the contact distance apart:
+    // 0.16 m where that is given, the edge of a cube where it is 0. What is held gives nothing of
+    // way: if its mass took part, each push would leave half the speed, 1 mm a step. Pushes are
+    // kept in single precision: of 1 m/s for 1 ms.
+    const Cubes cubes = with_copy(box(1, 1, 1, 0.1), Vec3i(3, 0, 0));
+    for (const double distance : {0.0, 0.16}) {
+        for (const bool held : {false, true}) {
+            LatticeOptions options{.half_width = 1, .substeps = 1};
+            options.contact.on = true;
+            options.contact.distance = distance;
+            const LatticeBody body = make_lattice(cubes, options);
+            State state = rest_state(body);
+            Loads loads;
+            for (std::uint32_t k = 0; k < 16; ++k) {
+                if (k < 8) state.v[k] = Vec3(2, 0, 0);
+                if (k < 8 || !held) continue;
+                loads.pins.corner.push_back(k);
+                loads.pins.target.push_back(state.x[k]);
+            }
+            double nearest = 1;
+            for (int f = 0; f < 200; ++f) {
+                state = advance(body, std::move(state), loads, 1e-3, options);
+                for (std::size_t a = 0; a < 8; ++a) {
+                    for (std::size_t b = 8; b < 16; ++b) {
+                        nearest = std::min(nearest, (state.x[a] - state.x[b]).norm());
+                    }
+                }
+            }
+            EXPECT_NEAR(nearest, distance > 0 ? distance : 0.1, 1e-6) << held;
+        }
+    }
+}
+
+TEST(LatticeBodies, TouchWithTheirOutside)
+{
+    // Of 4 x 4 x 4 particles all but the 2 x 2 x 2 within; of a plane, which has nothing but two
+    // faces, all.
+    LatticeOptions options{.half_width = 1};
+    options.contact.on = true;
+    EXPECT_EQ(make_lattice(box(3, 3, 3, 0.1), options).side.size(), 64u - 8u);
+    EXPECT_EQ(make_lattice(whole_sheet(4, 5), options).side.size(), 5u * 6u);
 }
 
 TEST(LatticeBalls, RestOnASheetAndWeighOnItsPins)
