@@ -190,13 +190,14 @@ std::vector<Contact> find_contacts(const Skin& skin, double h, const double* x, 
     std::vector<std::vector<Contact>> found((cubes + grain - 1) / grain);
     const auto look = [&](std::size_t c, std::vector<Contact>& out) {
         const auto& corners = skin.corners[c];
+        const SkinPatch& patch = skin.on(c);
         Vec3 centre = Vec3::Zero();
         for (const auto k : corners) centre += at(x, k) / 8;
         double radius = 0;
         for (const auto k : corners) radius = std::max(radius, (at(x, k) - centre).norm());
         for (const PosedCollider& collider : colliders) {
-            if (!may_touch(collider, centre, 1.5 * double(skin.reach[c]) * radius)) continue;
-            for (std::uint32_t i = skin.point_at[c]; i < skin.point_at[c + 1]; ++i) {
+            if (!may_touch(collider, centre, 1.5 * double(patch.reach) * radius)) continue;
+            for (std::uint32_t i = patch.point; i < patch.points_end; ++i) {
                 const auto& weight = skin.point[i];
                 Vec3 p = Vec3::Zero();
                 for (std::size_t a = 0; a < 8; ++a) p += double(weight[a]) * at(x, corners[a]);

@@ -94,9 +94,9 @@ CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint3
 std::size_t CornerBody::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
-    return sizeof *this + of(slot, mass, mass_damping, part, rest, skin.corners, skin.share,
-                             skin.stiffness, skin.mass, skin.reach, skin.point_at, skin.point,
-                             skin.point_area, skin.area_at, skin.area, skin.piece);
+    return sizeof *this + of(slot, mass, mass_damping, part, rest, skin.corners, skin.patch_of,
+                             skin.stiffness, skin.mass, skin.patch, skin.point, skin.point_area,
+                             skin.area, skin.piece);
 }
 
 Aligned<double> by_slot(const CornerBody& body, const std::vector<Vec3>& x)

@@ -42,6 +42,7 @@ void look(const ContactScene& scene, const std::vector<PosedCollider>& colliders
     const std::vector<Vec3>& speed = scene.state.v;
     const double dt = scene.dt;
     const auto& corners = skin.corners[c];
+    const SkinPatch& patch = skin.on(c);
     const auto next = [&](std::uint32_t i) -> Vec3 { return x[i] + dt * speed[i]; };
     Vec3 centre = Vec3::Zero();
     for (const auto k : corners) centre += next(k) / 8;
@@ -50,8 +51,8 @@ void look(const ContactScene& scene, const std::vector<PosedCollider>& colliders
     for (const PosedCollider& collider : colliders) {
         // Points may lie outside their cube; a distance changes no faster than a place.
         const bool mesh = collider.kind == Collider::Kind::mesh;
-        if (!mesh && touch(collider, centre).gap > double(skin.reach[c]) * radius) continue;
-        for (std::uint32_t i = skin.point_at[c]; i < skin.point_at[c + 1]; ++i) {
+        if (!mesh && touch(collider, centre).gap > double(patch.reach) * radius) continue;
+        for (std::uint32_t i = patch.point; i < patch.points_end; ++i) {
             SkinPush push;
             push.corners = corners;
             Vec3 now = Vec3::Zero(), v = now;
@@ -320,15 +321,16 @@ void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush
     const Vec3 centre = at.x + dt * at.v;
     for (std::size_t c = 0; c < skin.corners.size(); ++c) {
         const auto& corners = skin.corners[c];
+        const SkinPatch& patch = skin.on(c);
         const Vec3 some = scene.state.x[corners[0]] + dt * scene.state.v[corners[0]];
         double size_sq = 0;  // of the cube, from that corner
         for (const auto k : corners) {
             size_sq =
                 std::max(size_sq, (scene.state.x[k] + dt * scene.state.v[k] - some).squaredNorm());
         }
-        const double reach = ball.radius + 2 * double(skin.reach[c]) * std::sqrt(size_sq);
+        const double reach = ball.radius + 2 * double(patch.reach) * std::sqrt(size_sq);
         if ((some - centre).squaredNorm() > reach * reach) continue;
-        for (std::uint32_t i = skin.point_at[c]; i < skin.point_at[c + 1]; ++i) {
+        for (std::uint32_t i = patch.point; i < patch.points_end; ++i) {
             BallPush push;
             push.ball = b;
             push.corners = corners;

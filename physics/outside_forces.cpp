@@ -75,7 +75,7 @@ Shares shares_on_skin(const CornerBody& body, const Force& force)
         if ((origin - force.position).squaredNorm() > reach * reach) continue;
         const Vec3 centre = (force.position - origin) / body.h;
         std::array<double, 8> shares{};
-        for (auto i = skin.area_at[c]; i < skin.area_at[c + 1]; ++i) {
+        for (auto i = skin.on(c).area; i < skin.on(c).areas_end; ++i) {
             press(skin.piece[i], skin.area[i].cast<double>().norm(), centre, force.radius / body.h,
                   shares);
         }
@@ -165,14 +165,15 @@ void add_wind(const CornerBody& body, std::span<const Force> forces, const doubl
     for (const Force& wind : forces) {
         if (wind.kind != Force::Kind::wind) continue;
         for (std::size_t c = 0; c < skin.corners.size(); ++c) {
-            if (skin.area_at[c] == skin.area_at[c + 1]) continue;
+            const SkinPatch& patch = skin.on(c);
+            if (patch.area == patch.areas_end) continue;
             // Columns of the mean deformation gradient; area turns and stretches by its cofactors.
             Vec3 column[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
             Vec3 speed = Vec3::Zero();
             for (unsigned a = 0; a < 8; ++a) {
                 const Vec3 p = at(x, skin.corners[c][a]) / (4 * body.h);
                 for (unsigned j = 0; j < 3; ++j) column[j] += (a >> j & 1) ? p : Vec3(-p);
-                speed += double(skin.share[c][a]) * at(v, skin.corners[c][a]);
+                speed += double(patch.share[a]) * at(v, skin.corners[c][a]);
             }
             const Vec3 u = wind.velocity - speed;
             const Vec3f seen =
@@ -180,12 +181,12 @@ void add_wind(const CornerBody& body, std::span<const Force> forces, const doubl
                      column[0].cross(column[1]).dot(u))
                     .cast<float>();
             double flow = 0;  // m^3/s
-            for (auto i = skin.area_at[c]; i < skin.area_at[c + 1]; ++i) {
+            for (auto i = patch.area; i < patch.areas_end; ++i) {
                 flow += static_cast<double>(std::abs(skin.area[i].dot(seen)));
             }
             const double resistance = 0.25 * wind.air_density * wind.drag * flow;
             for (std::size_t a = 0; a < 8; ++a) {
-                const double part = resistance * double(skin.share[c][a]);
+                const double part = resistance * double(patch.share[a]);
                 const std::size_t k = skin.corners[c][a];
                 add(f, k, part * wind.velocity);
                 add(drag, k, Vec3::Constant(part));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
 #include <unordered_map>
 #include <utility>
 
@@ -220,6 +221,60 @@ std::vector<Patch> patches_of_cubes(const Cubes& cubes, const CellMap& cells)
     return patches;
 }
 
+// All that tells one patch from another.
+std::string bytes_of(const Patch& patch)
+{
+    std::string bytes;
+    const auto add = [&](const float* from, Eigen::Index count) {
+        bytes.append(reinterpret_cast<const char*>(from), std::size_t(count) * sizeof(float));
+    };
+    for (const Point& point : patch.points) {
+        add(point.place.data(), 3);
+        add(point.weight.data(), 8);
+        add(&point.area, 1);
+    }
+    bytes.push_back('|');
+    for (std::size_t i = 0; i < patch.areas.size(); ++i) {
+        add(patch.areas[i].data(), 3);
+        for (const Vec3f& side : patch.pieces[i]) add(side.data(), 3);
+    }
+    return bytes;
+}
+
+void add_patch(const Patch& patch, Skin& skin)
+{
+    SkinPatch out;
+    out.point = std::uint32_t(skin.point.size());
+    out.area = std::uint32_t(skin.area.size());
+    for (const Point& point : patch.points) {
+        out.reach =
+            std::max(out.reach, (point.place - Vec3f::Constant(0.5f)).norm() / std::sqrt(0.75f));
+        skin.point.push_back(point.weight);
+        skin.point_area.push_back(point.area);
+    }
+    std::array<double, 8> share{};
+    double total = 0;
+    for (std::size_t i = 0; i < patch.areas.size(); ++i) {
+        const double size = patch.areas[i].cast<double>().norm();
+        // The middles of a triangle's sides give the mean of anything of second degree.
+        const auto& [corner, p, q] = patch.pieces[i];
+        for (const Vec3f& middle : {Vec3f(p / 2), Vec3f(q / 2), Vec3f((p + q) / 2)}) {
+            const Vec3 place = (corner + middle).cast<double>();
+            const auto w = trilinear_weights(place.cwiseMax(0.0).cwiseMin(1.0));
+            for (std::size_t a = 0; a < 8; ++a) share[a] += size / 3 * w[a];
+        }
+        total += size;
+    }
+    for (std::size_t a = 0; a < 8; ++a) {
+        out.share[a] = static_cast<float>(total > 0 ? share[a] / total : 0.125);
+    }
+    skin.area.insert(skin.area.end(), patch.areas.begin(), patch.areas.end());
+    skin.piece.insert(skin.piece.end(), patch.pieces.begin(), patch.pieces.end());
+    out.points_end = std::uint32_t(skin.point.size());
+    out.areas_end = std::uint32_t(skin.area.size());
+    skin.patch.push_back(out);
+}
+
 }  // namespace
 
 Skin make_skin(const Cubes& cubes, const std::vector<std::uint32_t>& slot,
@@ -230,10 +285,9 @@ Skin make_skin(const Cubes& cubes, const std::vector<std::uint32_t>& slot,
         surface ? patches_of_surface(cubes, cells, *surface) : patches_of_cubes(cubes, cells);
     Skin skin;
     for (const double m : cubes.mass) skin.body_mass += m;
-    skin.point_at.push_back(0);
-    skin.area_at.push_back(0);
+    std::unordered_map<std::string, std::uint32_t> known;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
-        const Patch& patch = patches[c];
+        Patch patch = std::exchange(patches[c], {});
         if (patch.points.empty() && patch.areas.empty()) continue;
         std::array<std::uint32_t, 8> corners;
         for (std::size_t a = 0; a < 8; ++a) corners[a] = slot[cubes.corners[c][a]];
@@ -244,36 +298,12 @@ Skin make_skin(const Cubes& cubes, const std::vector<std::uint32_t>& slot,
         // Vertices that no triangle uses (point clouds) share the faces of the cube.
         const auto spare = static_cast<float>(cubes.size * cubes.size) /
                            static_cast<float>(std::max<std::size_t>(1, patch.points.size()));
-        float reach = 1;
-        for (const Point& point : patch.points) {
-            reach =
-                std::max(reach, (point.place - Vec3f::Constant(0.5f)).norm() / std::sqrt(0.75f));
-            skin.point.push_back(point.weight);
-            skin.point_area.push_back(point.area > 0 ? point.area : spare);
+        for (Point& point : patch.points) {
+            if (!(point.area > 0)) point.area = spare;
         }
-        skin.reach.push_back(reach);
-        std::array<double, 8> share{};
-        double total = 0;
-        for (std::size_t i = 0; i < patch.areas.size(); ++i) {
-            const double size = patch.areas[i].cast<double>().norm();
-            // The middles of a triangle's sides give the mean of anything of second degree.
-            const auto& [corner, p, q] = patch.pieces[i];
-            for (const Vec3f& middle : {Vec3f(p / 2), Vec3f(q / 2), Vec3f((p + q) / 2)}) {
-                const Vec3 place = (corner + middle).cast<double>();
-                const auto w = trilinear_weights(place.cwiseMax(0.0).cwiseMin(1.0));
-                for (std::size_t a = 0; a < 8; ++a) share[a] += size / 3 * w[a];
-            }
-            total += size;
-        }
-        std::array<float, 8> shares;
-        for (std::size_t a = 0; a < 8; ++a) {
-            shares[a] = static_cast<float>(total > 0 ? share[a] / total : 0.125);
-        }
-        skin.share.push_back(shares);
-        skin.area.insert(skin.area.end(), patch.areas.begin(), patch.areas.end());
-        skin.piece.insert(skin.piece.end(), patch.pieces.begin(), patch.pieces.end());
-        skin.point_at.push_back(static_cast<std::uint32_t>(skin.point.size()));
-        skin.area_at.push_back(static_cast<std::uint32_t>(skin.area.size()));
+        const auto [at, fresh] = known.emplace(bytes_of(patch), skin.patch.size());
+        if (fresh) add_patch(patch, skin);
+        skin.patch_of.push_back(at->second);
     }
     return skin;
 }

@@ -15,23 +15,31 @@ namespace physics {
 using geometry::Vec3;
 using geometry::Vec3f;
 
-// Grouped by the cubes that hold them.
+// What lies on one cube, as seen from the cube: ranges of Skin::point and Skin::area.
+struct SkinPatch {
+    std::array<float, 8> share{};  // of what the wind does to each corner
+    float reach = 1;  // how far its points lie out, in half diagonals of the cube; >= 1
+    std::uint32_t point = 0, points_end = 0;
+    std::uint32_t area = 0, areas_end = 0;
+};
+
+// By the cubes that hold it. Cubes of a plane, or in the middle of a face, hold the same: they
+// share a patch.
 struct Skin {
     double body_mass = 0;                               // kg, of all cubes
     std::vector<std::array<std::uint32_t, 8>> corners;  // S, slots of the cube's corners
-    std::vector<std::array<float, 8>> share;            // S, of what the wind does to each corner
+    std::vector<std::uint32_t> patch_of;                // S, into patch
     std::vector<float> stiffness;                       // S, Pa, Young's modulus times fill
     std::vector<float> mass;                            // S, kg, of the cube
-    std::vector<float> reach;  // S, how far its points lie out, in half diagonals of the cube; >= 1
 
-    std::vector<std::uint32_t> point_at;      // S + 1, into point
+    std::vector<SkinPatch> patch;
     std::vector<std::array<float, 8>> point;  // P, weight of each corner, as the point is embedded
     std::vector<float> point_area;            // P, m^2, of the surface around it
-
-    std::vector<std::uint32_t> area_at;  // S + 1, into area
-    std::vector<Vec3f> area;             // m^2, normal times area at rest; either side may be out
+    std::vector<Vec3f> area;  // m^2, normal times area at rest; either side may be out
     std::vector<std::array<Vec3f, 3>> piece;  // of each area: a corner of the triangle, in the cube
                                               // from 0 to 1, and the two sides that start there
+
+    const SkinPatch& on(std::size_t cube) const { return patch[patch_of[cube]]; }
 };
 
 // `slot` of each corner is what Skin::corners holds. A null surface: the outside of the cubes.

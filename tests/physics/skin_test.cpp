@@ -1,0 +1,64 @@
+#include "physics/skin.hpp"
+
+#include "geometry/plane.hpp"
+#include "tests/physics/cube_fixtures.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+using namespace physics;
+
+namespace {
+
+Skin skin_of(const geometry::Cubes& cubes)
+{
+    std::vector<std::uint32_t> slot(cubes.corner_count());
+    std::iota(slot.begin(), slot.end(), 0u);
+    return make_skin(cubes, slot, nullptr);
+}
+
+}  // namespace
+
+TEST(Skin, CubesThatHoldTheSameShareAPatch)
+{
+    // Cells take those of their corners that no cell before them has, and corners have an area by
+    // the number of cells around. Both are the same for all cells of a row but its first and last,
+    // and so are rows but the first and last: 3 x 3 kinds, whatever the size. But the ends of rows
+    // and the cells of the last row hold the same, one corner with two cells around: 8 kinds.
+    const auto sheet =
+        geometry::plane_cubes(geometry::rectangle_cells(20, 31), {1, 0.1, {0, 0, 0}}, 0.02);
+    const Skin skin = skin_of(sheet);
+    EXPECT_EQ(skin.corners.size(), 20u * 31u);
+    EXPECT_EQ(skin.patch.size(), 8u);
+    // Of a solid alike, with three axes; cubes within hold nothing.
+    const Skin solid = skin_of(fixtures::box(6, 7, 8, 0.1));
+    EXPECT_EQ(solid.corners.size(), 6u * 7u * 8u - 4u * 5u * 6u);
+    EXPECT_EQ(solid.patch.size(), 26u);
+}
+
+TEST(Skin, HoldsEveryCornerOnceAndAllOfTheArea)
+{
+    const geometry::Cubes cubes = fixtures::box(4, 5, 3, 0.1);
+    const Skin skin = skin_of(cubes);
+    std::vector<int> times(cubes.corner_count(), 0);
+    double at_points = 0, of_faces = 0;
+    for (std::size_t c = 0; c < skin.corners.size(); ++c) {
+        const SkinPatch& patch = skin.on(c);
+        for (auto i = patch.point; i < patch.points_end; ++i) {
+            at_points += double(skin.point_area[i]);
+            for (std::size_t a = 0; a < 8; ++a) {
+                if (skin.point[i][a] != 0) ++times[skin.corners[c][a]];
+            }
+        }
+        for (auto i = patch.area; i < patch.areas_end; ++i) of_faces += double(skin.area[i].norm());
+    }
+    for (std::size_t k = 0; k < times.size(); ++k) {
+        const auto& at = cubes.corner[k];
+        const bool outside = at[0] % 4 == 0 || at[1] % 5 == 0 || at[2] % 3 == 0;
+        EXPECT_EQ(times[k], outside ? 1 : 0) << k;
+    }
+    // 2 (4 x 5 + 5 x 3 + 3 x 4) faces of 0.01 m^2, in single precision.
+    EXPECT_NEAR(at_points, 0.94, 1e-6);
+    EXPECT_NEAR(of_faces, 0.94, 1e-6);
+}
