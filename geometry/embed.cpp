@@ -2,6 +2,7 @@
 
 #include "geometry/box_tree.hpp"
 #include "geometry/cell_set.hpp"
+#include "geometry/embed_kernels.hpp"
 #include "geometry/parallel.hpp"
 #include "geometry/plane.hpp"
 
@@ -18,24 +19,19 @@ namespace {
 constexpr double inside_slack = 1e-3;  // of a cube
 constexpr std::size_t vertices_a_task = 8192;
 
-// A vector in four lanes: additions and products of one instruction each.
-using Lanes = Eigen::Array4f;
+using Lanes = Eigen::Array4f;  // a vector in four lanes
 
-// u(p) = c0 + cx x + cy y + cz z + cxy xy + cyz yz + czx zx + cxyz xyz in one cube.
-struct Polynomial {
-    Lanes c0, cx, cy, cz, cxy, cyz, czx, cxyz;
+// u at an anchor and its change over `d` by the slope there.
+Lanes affine_at(const CubePolynomial& u, const Vec3f& p, const Vec3f& d)
+{
+    const Lanes dx = (u.cx + u.cxy * p.y()) + p.z() * (u.czx + u.cxyz * p.y());
+    const Lanes dy = (u.cy + u.cxy * p.x()) + p.z() * (u.cyz + u.cxyz * p.x());
+    const Lanes dz = (u.cz + u.czx * p.x()) + p.y() * (u.cyz + u.cxyz * p.x());
+    const Lanes at = (u.c0 + p.x() * dx) + p.y() * (u.cy + u.cyz * p.z()) + p.z() * u.cz;
+    return at + dx * d.x() + dy * d.y() + dz * d.z();
+}
 
-    Lanes at(const Vec3f& p) const
-    {
-        return (c0 + cx * p.x()) + p.y() * (cy + cxy * p.x()) +
-               p.z() * ((cz + czx * p.x()) + p.y() * (cyz + cxyz * p.x()));
-    }
-    Lanes dx(const Vec3f& p) const { return (cx + cxy * p.y()) + p.z() * (czx + cxyz * p.y()); }
-    Lanes dy(const Vec3f& p) const { return (cy + cxy * p.x()) + p.z() * (cyz + cxyz * p.x()); }
-    Lanes dz(const Vec3f& p) const { return (cz + czx * p.x()) + p.y() * (cyz + cxyz * p.x()); }
-};
-
-Polynomial polynomial(const std::array<Vec3, 8>& u)
+CubePolynomial polynomial(const std::array<Vec3, 8>& u)
 {
     const auto lanes = [](const Vec3& v) {
         return Lanes(static_cast<float>(v.x()), static_cast<float>(v.y()),
@@ -218,10 +214,10 @@ void require(bool holds, const char* what, std::size_t expected, std::size_t got
 
 // The polynomials of the cubes in use. A plane's cells get a thickness: their upper corners stand
 // off along its normals.
-std::vector<Polynomial> polynomials(const Binding& binding, const Cubes& cubes,
-                                    std::span<const Vec3> x)
+std::vector<CubePolynomial> polynomials(const Binding& binding, const Cubes& cubes,
+                                        std::span<const Vec3> x)
 {
-    std::vector<Polynomial> out(binding.used.size());
+    std::vector<CubePolynomial> out(binding.used.size());
     const int axis = flat_axis(cubes);
     const std::size_t upper = axis < 0 ? 0 : std::size_t{1} << axis;
     const std::vector<Vec3> normal = axis < 0 ? std::vector<Vec3>{} : plane_normals(cubes, x);
@@ -237,40 +233,6 @@ std::vector<Polynomial> polynomials(const Binding& binding, const Cubes& cubes,
         }
     });
     return out;
-}
-
-// The same four lanes for what Eigen has no name for.
-using Four = float __attribute__((vector_size(16)));
-
-Four four(const Lanes& from)
-{
-    Four to;
-    std::memcpy(&to, from.data(), sizeof to);
-    return to;
-}
-
-Four yzx(Four a)
-{
-    return __builtin_shufflevector(a, a, 1, 2, 0, 3);
-}
-
-// cof(F) n, to unit length; n itself where that is nothing. With f_d the columns of F,
-//   cof(F) n = n_x f_y x f_z + n_y f_z x f_x + n_z f_x x f_y
-//            = f_y x (n_x f_z - n_z f_x) + n_y f_z x f_x,   and (a x b) = yzx(a yzx(b) - yzx(a) b).
-// Inline, it takes 10 ns for 13.
-[[gnu::always_inline]] inline Vec3f turned(const Polynomial& u, const Vec3f& at, float per_metre,
-                                           const Vec3f& n)
-{
-    const Four fx = per_metre * four(u.dx(at)) + Four{1, 0, 0, 0};
-    const Four fy = per_metre * four(u.dy(at)) + Four{0, 1, 0, 0};
-    const Four fz = per_metre * four(u.dz(at)) + Four{0, 0, 1, 0};
-    const Four g = n.x() * fz - n.z() * fx;
-    const Four m = yzx((fy * yzx(g) - yzx(fy) * g) + n.y() * (fz * yzx(fx) - yzx(fz) * fx));
-    const Four square = m * m;
-    const float length_sq = square[0] + square[1] + square[2];
-    if (!(length_sq > 1e-24f && std::isfinite(length_sq))) return n;
-    const Four unit = m / std::sqrt(length_sq);
-    return {unit[0], unit[1], unit[2]};
 }
 
 }  // namespace
@@ -309,6 +271,10 @@ Binding bind(const TriMesh& mesh, const Cubes& cubes)
     if (!outside.empty()) bind_strays(mesh, cubes, at, outside, binding);
     number_used(cubes.count(), binding);
     binding.normal_vertex = vertex_of_normals(mesh);
+    binding.one_normal_each = binding.normal_vertex.size() == n;
+    for (std::uint32_t v = 0; v < n && binding.one_normal_each; ++v) {
+        binding.one_normal_each = binding.normal_vertex[v] == v;
+    }
     for (std::uint32_t i = 0; i < binding.normal_vertex.size() && !binding.strays.empty(); ++i) {
         const std::uint32_t v = binding.normal_vertex[i];
         if (v != Binding::none && find_stray(binding, v)) binding.stray_normals.push_back(i);
@@ -324,8 +290,8 @@ TriMesh embed(const Binding& binding, const TriMesh& mesh, const Cubes& cubes,
             mesh.positions.size());
     require(mesh.normals.size() == binding.normal_vertex.size(), "normals",
             binding.normal_vertex.size(), mesh.normals.size());
-    const std::vector<Polynomial> u = polynomials(binding, cubes, x);
-    const float per_metre = static_cast<float>(1 / cubes.size);
+    const std::vector<CubePolynomial> u = polynomials(binding, cubes, x);
+    const auto per_metre = static_cast<float>(1 / cubes.size);
 
     TriMesh out;
     out.topology = mesh.topology;
@@ -333,31 +299,42 @@ TriMesh embed(const Binding& binding, const TriMesh& mesh, const Cubes& cubes,
     out.attributes = mesh.attributes;
     out.positions.resize(mesh.positions.size());
     out.normals.resize(mesh.normals.size());
+    const CarriedPlaces places{u, binding.cube, binding.local};
     parallel_for(mesh.positions.size(), vertices_a_task, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t v = begin; v < end; ++v) {
-            out.positions[v] =
-                mesh.positions[v] + u[binding.cube[v]].at(binding.local[v]).head<3>().matrix();
+        if (binding.one_normal_each) {
+            carry_vertices(places, mesh.positions, mesh.normals, per_metre, begin, end,
+                           out.positions, out.normals);
+        } else {
+            carry_positions(places, mesh.positions, begin, end, out.positions);
         }
     });
-    parallel_for(mesh.normals.size(), vertices_a_task, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) {
-            const std::uint32_t v = binding.normal_vertex[n];
-            out.normals[n] = v == Binding::none ? mesh.normals[n]
-                                                : turned(u[binding.cube[v]], binding.local[v],
-                                                         per_metre, mesh.normals[n]);
-        }
+    const std::size_t normals_left = binding.one_normal_each ? 0 : mesh.normals.size();
+    parallel_for(normals_left, vertices_a_task, [&](std::size_t begin, std::size_t end) {
+        turn_normals(places, binding.normal_vertex, per_metre, mesh.normals, begin, end,
+                     out.normals);
     });
+
+    // Strays move with their anchors, and turn as those do.
+    std::vector<std::uint32_t> stray_cube;
+    std::vector<Vec3f> anchor;
     for (const Binding::Stray& s : binding.strays) {
-        const Polynomial& p = u[binding.cube[s.vertex]];
-        const Vec3f d = binding.local[s.vertex] - s.anchor;
-        const Lanes moved = p.at(s.anchor) + p.dx(s.anchor) * d.x() + p.dy(s.anchor) * d.y() +
-                            p.dz(s.anchor) * d.z();
+        const Lanes moved =
+            affine_at(u[binding.cube[s.vertex]], s.anchor, binding.local[s.vertex] - s.anchor);
         out.positions[s.vertex] = mesh.positions[s.vertex] + moved.head<3>().matrix();
+        stray_cube.push_back(binding.cube[s.vertex]);
+        anchor.push_back(s.anchor);
     }
+    std::vector<std::uint32_t> stray;
+    std::vector<Vec3f> normal;
     for (const std::uint32_t n : binding.stray_normals) {
-        const std::uint32_t v = binding.normal_vertex[n];
-        out.normals[n] =
-            turned(u[binding.cube[v]], find_stray(binding, v)->anchor, per_metre, mesh.normals[n]);
+        const auto* s = find_stray(binding, binding.normal_vertex[n]);
+        stray.push_back(static_cast<std::uint32_t>(s - binding.strays.data()));
+        normal.push_back(mesh.normals[n]);
+    }
+    const std::vector<Vec3f> rest = normal;
+    turn_normals({u, stray_cube, anchor}, stray, per_metre, rest, 0, rest.size(), normal);
+    for (std::size_t i = 0; i < normal.size(); ++i) {
+        out.normals[binding.stray_normals[i]] = normal[i];
     }
     return out;
 }

@@ -33,6 +33,7 @@ struct Binding {
     std::vector<std::uint32_t> cube;           // V, into used
     std::vector<Vec3f> local;                  // V, place in the cube, 0..1 but for strays
     std::vector<std::uint32_t> normal_vertex;  // N, whose each normal is; none: not a vertex's
+    bool one_normal_each = false;              // normal v is vertex v's, for all of both
     std::vector<Stray> strays;                 // vertices in no cube, ascending
     std::vector<std::uint32_t> stray_normals;  // normals of strays
     double farthest = 0;                       // m, from a stray to its cube

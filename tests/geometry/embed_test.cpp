@@ -147,6 +147,33 @@ TEST(Embed, NormalsStayAcrossTheirSurface)
     }
 }
 
+// Vertices are carried two at a time where the machine can, with their normals where each has its
+// own: whatever their number, to the bit the same as positions and normals by themselves.
+TEST(Embed, PositionsAndNormalsAtOnceAreThoseOfEachByItself)
+{
+    const Scene s;
+    const Random random(4);
+    std::vector<Vec3> x = corner_positions(s.cubes);
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] += 0.02 * random_vector(random, i);
+    const TriMesh whole = embed(bind(s.mesh, s.cubes), s.mesh, s.cubes, x);
+    for (std::size_t n = 0; n < 8; ++n) {
+        TriMesh few = test_meshes::mesh_of({}, {});
+        few.positions.assign(s.mesh.positions.begin(), s.mesh.positions.begin() + long(n));
+        few.normals.assign(s.mesh.normals.begin(), s.mesh.normals.begin() + long(n));
+        Binding binding = bind(few, s.cubes);
+        EXPECT_TRUE(binding.one_normal_each);
+        const TriMesh together = embed(binding, few, s.cubes, x);
+        binding.one_normal_each = false;
+        const TriMesh apart = embed(binding, few, s.cubes, x);
+        for (std::size_t v = 0; v < n; ++v) {
+            EXPECT_EQ(together.positions[v], whole.positions[v]);
+            EXPECT_EQ(together.normals[v], whole.normals[v]);
+        }
+        EXPECT_EQ(together.positions, apart.positions);
+        EXPECT_EQ(together.normals, apart.normals);
+    }
+}
+
 TEST(Embed, TheTransposeIsTheAdjoint)
 {
     Scene s;
