@@ -55,7 +55,7 @@ FaceMatter plain()
 
 // range(0): cubes along the longest side, range(1): threads.
 struct Threads {
-    explicit Threads(const benchmark::State& state, int arg = 1)
+    explicit Threads(const benchmark::State& state, std::size_t arg = 1)
         : limit(tbb::global_control::max_allowed_parallelism,
                 static_cast<std::size_t>(state.range(arg)))
     {}
