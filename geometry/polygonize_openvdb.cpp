@@ -139,8 +139,9 @@ TriMesh polygonize_openvdb(const IsoField& field, double cell, double adaptivity
 
 TriMesh polygonize_openvdb(const IsoField&, double, double)
 {
-    throw std::runtime_error("this program was built without OpenVDB: install the Debian package "
-                             "libopenvdb-dev, run `cmake --preset release`, and build again");
+    throw std::runtime_error(
+        "this program was built without OpenVDB: install the Debian packages libopenvdb-dev and "
+        "libboost-iostreams-dev, run `cmake --preset release`, and build again");
 }
 
 #endif
