@@ -1,6 +1,5 @@
 // Implicit layers: fields asked at scattered points, meshes, contact, whole steps.
 
-#include "geometry/parallel.hpp"
 #include "geometry/polygonize.hpp"
 #include "geometry/random.hpp"
 #include "physics/layered.hpp"
@@ -11,13 +10,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <vector>
-
-#ifdef ASPIC_HAVE_OPENVDB
-#include <openvdb/openvdb.h>
-#include <openvdb/tools/SignedFloodFill.h>
-#include <openvdb/tools/VolumeToMesh.h>
-#endif
 
 namespace {
 
@@ -91,11 +85,6 @@ Field metaballs()
     return make_field(layer, at_rest);
 }
 
-double cell_of(const IsoField& iso, const benchmark::State& state)
-{
-    return iso.domain.size().maxCoeff() / static_cast<double>(state.range(0));
-}
-
 // How good a mesh of the surface is: edges that not just two faces share, the largest distance of a
 // vertex from the surface in cells, and the worst shape, 4 sqrt(3) area / sum of squared edges.
 void rate(benchmark::State& state, const Field& field, double cell,
@@ -137,107 +126,42 @@ void rate(benchmark::State& state, const Field& field, double cell,
     state.counters["worst_shape"] = worst_shape;
 }
 
-// Field and final mesh in a grid of so many cells a side.
-void polygonize_balls(benchmark::State& state)
+// Field and final mesh in a grid of so many cells a side, by our mesher and by OpenVDB's.
+template <class Mesher> void balls_by(benchmark::State& state, const Mesher& mesher)
 {
     const Field field = metaballs();
     const IsoField iso = iso_field(field);
-    const double cell = cell_of(iso, state);
+    const double cell = iso.domain.size().maxCoeff() / static_cast<double>(state.range(0));
     TriMesh mesh;
     for (auto _ : state) {
-        mesh = polygonize(iso, cell);
+        mesh = mesher(iso, cell);
         benchmark::DoNotOptimize(mesh.positions.data());
     }
     rate(state, field, cell, mesh.positions, mesh.triangles());
 }
-BENCHMARK(polygonize_balls)
-    ->Arg(64)
-    ->Arg(128)
-    ->Arg(256)
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
-
-#ifdef ASPIC_HAVE_OPENVDB
-// The field at the corners of the cells, in every 8^3 of them that the surface may pass and those
-// beside: minus f, since a level set is negative inside.
-openvdb::FloatGrid::Ptr level_set(const IsoField& iso, double cell)
+void polygonize_balls(benchmark::State& state)
 {
-    using Leaf = openvdb::FloatTree::LeafNodeType;
-    const Vec3i lo = (iso.domain.lo / (8 * cell)).array().floor().cast<int>() - 1;
-    const Vec3i size = (iso.domain.hi / (8 * cell)).array().ceil().cast<int>() + 1 - lo.array();
-    std::vector<Leaf*> leaves(static_cast<std::size_t>(size.prod()), nullptr);
-    parallel_for(leaves.size(), 16, [&](std::size_t begin, std::size_t end) {
-        FieldBlock points;
-        BlockValues values;
-        for (std::size_t l = begin; l < end; ++l) {
-            const int i = static_cast<int>(l);
-            const Vec3i at =
-                8 * (lo + Vec3i(i % size.x(), i / size.x() % size.y(), i / size.x() / size.y()));
-            Box wide;
-            wide.add(cell * (at.array() - 8).cast<double>().matrix());
-            wide.add(cell * (at.array() + 16).cast<double>().matrix());
-            const Interval range = iso.bounds(wide);
-            if (range.lo > 0 || range.hi < 0) continue;
-            leaves[l] = new Leaf({at.x(), at.y(), at.z()}, 1.0f, true);
-            points.count = 0;
-            for (int v = 0, asked = 0; v < 512; ++v) {
-                points.add(cell * (at + Vec3i(v >> 6, v >> 3 & 7, v & 7)).cast<double>());
-                if (points.count < FieldBlock::capacity && v + 1 < 512) continue;
-                const std::size_t count = points.count;
-                points.pad();
-                iso.ask(points, values);
-                for (std::size_t k = 0; k < count; ++k, ++asked) {
-                    leaves[l]->setValueOnly(static_cast<openvdb::Index>(asked),
-                                            -static_cast<float>(values.f[k]));
-                }
-                points.count = 0;
-            }
-        }
-    });
-    auto grid = openvdb::FloatGrid::create(1.0f);
-    grid->setGridClass(openvdb::GRID_LEVEL_SET);
-    grid->setTransform(openvdb::math::Transform::createLinearTransform(cell));
-    for (Leaf* leaf : leaves) {
-        if (leaf) grid->tree().addLeaf(leaf);
-    }
-    openvdb::tools::signedFloodFill(grid->tree());
-    return grid;
+    balls_by(state, polygonize);
 }
-
-// The same by OpenVDB's mesher; the second argument: with the level set made, or that alone before.
 void openvdb_balls(benchmark::State& state)
 {
-    openvdb::initialize();
-    const Field field = metaballs();
-    const IsoField iso = iso_field(field);
-    const double cell = cell_of(iso, state);
-    const auto ready = level_set(iso, cell);
-    std::vector<openvdb::Vec3s> points;
-    std::vector<openvdb::Vec3I> faces;
-    std::vector<openvdb::Vec4I> quads;
-    for (auto _ : state) {
-        const auto grid = state.range(1) ? level_set(iso, cell) : ready;
-        openvdb::tools::volumeToMesh(*grid, points, faces, quads, 0.0, 0.0);
-        benchmark::DoNotOptimize(points.data());
+    try {
+        balls_by(state,
+                 [](const IsoField& iso, double cell) { return polygonize_openvdb(iso, cell, 0); });
+    } catch (const std::runtime_error& error) {
+        state.SkipWithError(error.what());
     }
-    std::vector<Vec3f> positions;
-    for (const auto& p : points) positions.emplace_back(p.x(), p.y(), p.z());
-    std::vector<Triangle> triangles;
-    for (const auto& t : faces) triangles.push_back({t[0], t[1], t[2]});
-    for (const auto& q : quads) {
-        triangles.push_back({q[0], q[1], q[2]});
-        triangles.push_back({q[0], q[2], q[3]});
-    }
-    rate(state, field, cell, positions, triangles);
 }
-BENCHMARK(openvdb_balls)
-    ->Args({64, 1})
-    ->Args({128, 1})
-    ->Args({256, 1})
-    ->Args({256, 0})
+BENCHMARK(polygonize_balls)
+    ->RangeMultiplier(2)
+    ->Range(64, 256)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
-#endif
+BENCHMARK(openvdb_balls)
+    ->RangeMultiplier(2)
+    ->Range(64, 256)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 
 // A ball of `skeletons` point skeletons each, two of them pressed together: one step with contact.
 physics::LayeredScene pressed_clusters(std::size_t skeletons, double spacing)

@@ -1,5 +1,7 @@
 #include "geometry/run_assimp.hpp"
 
+#include "geometry/beside_program.hpp"
+
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
@@ -43,14 +45,12 @@ struct Descriptor {
 fs::path assimp_program()
 {
     if (const char* named = std::getenv("ASPIC_ASSIMP"); named && *named) return named;
+    const fs::path program = beside_program("aspic-assimp");
+    if (!program.empty()) return program;
     std::error_code none;
-    const fs::path here = fs::read_symlink("/proc/self/exe", none).parent_path();
-    for (const fs::path& folder : {here, here.parent_path(), here / "../libexec/aspic"}) {
-        const fs::path program = folder / "aspic-assimp";
-        if (::access(program.c_str(), X_OK) == 0) return program;
-    }
     throw std::runtime_error(
-        "aspic-assimp, the program that reads and writes mesh files, is not in " + here.string() +
+        "aspic-assimp, the program that reads and writes mesh files, is not in " +
+        fs::read_symlink("/proc/self/exe", none).parent_path().string() +
         "; build it there, or set ASPIC_ASSIMP to where it is");
 }
 

@@ -44,8 +44,8 @@ void add_to(graph::Registry& registry)
                 {"surface", {"exact"}})
         .param("cut_at", &Inputs::cut_at, "Where to cut.", {.unit = "m"}, {"cut", {"x", "y", "z"}})
         .choice("mesher", &Inputs::mesher, {"dual", "openvdb"},
-                "dual marching cubes, which is quicker, closer to the surface and makes better "
-                "shaped triangles; or OpenVDB's, which can merge faces where the surface is flat "
+                "dual marching cubes, which is quicker and makes better shaped triangles; or "
+                "OpenVDB's, which can merge faces where the surface is flat "
                 "(where the program was built with it).",
                 {"surface", {"exact"}})
         .param("adaptivity", &Inputs::adaptivity,
