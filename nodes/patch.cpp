@@ -42,7 +42,9 @@ void add_to(graph::Registry& registry)
         .input("state", &Inputs::state, "How the plane moves, from its own Simulate.")
         .input("carried", &Inputs::carried,
                "The plane's mesh as the object alone carries it: embed it in the object's cubes. "
-               "The same mesh is what Pin lets the plane's rim follow.")
+               "The same mesh is what Pin lets the plane's rim follow. No crease is left where the "
+               "object's cubes meet if a whole number of the plane's cells lies along each, on "
+               "one grid.")
         .param("distance", &Inputs::distance,
                "How far from the plane vertices feel it, fading out.", {1e-9, 1e6, "m"})
         .prepare("binding", &Inputs::binding, bind, {"rest", "cubes", "distance"})
