@@ -188,8 +188,8 @@ std::vector<Contact> find_contacts(const Skin& skin, double h, const double* x, 
     const double creep = 1e-4 * h / dt;
     const double stiffest = 1000 * skin.body_mass * 9.81 / h;
     std::vector<std::vector<Contact>> found((cubes + grain - 1) / grain);
-    const auto look = [&](std::size_t c, std::vector<Contact>& out) {
-        const auto& corners = skin.corners[c];
+    const auto look = [&](std::size_t c, const CornerRuns::Corners& corners,
+                          std::vector<Contact>& out) {
         const SkinPatch& patch = skin.on(c);
         Vec3 centre = Vec3::Zero();
         for (const auto k : corners) centre += at(x, k) / 8;
@@ -220,7 +220,9 @@ std::vector<Contact> find_contacts(const Skin& skin, double h, const double* x, 
     geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t g = begin; g < end; ++g) {
             const std::size_t last = std::min(cubes, (g + 1) * grain);
-            for (std::size_t c = g * grain; c < last; ++c) look(c, found[g]);
+            skin.corners.for_each(g * grain, last, [&](std::size_t c, const auto& corners) {
+                look(c, corners, found[g]);
+            });
         }
     });
     std::vector<Contact> all;

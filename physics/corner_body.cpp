@@ -64,17 +64,23 @@ CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint3
     body.numbers = padded_numbers(body.corners);
     body.slot = std::move(slot);
     body.mass.assign(body.corners, 0);
-    body.mass_damping.assign(body.corners, 0);
-    body.part.assign(body.corners, 0);
+    const auto damped = [](double rate) { return rate > 0; };
+    if (std::any_of(cubes.mass_damping.begin(), cubes.mass_damping.end(), damped)) {
+        body.mass_damping.assign(body.corners, 0);
+    }
     const auto joined = geometry::find_components(cubes, geometry::Connectivity::corner);
     body.parts = joined.count();
+    if (body.parts > 1) body.part.assign(body.corners, 0);
     double total = 0;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         total += cubes.mass[c];
         for (const auto k : cubes.corners[c]) {
-            body.mass[body.slot[k]] += cubes.mass[c] / 8;
-            body.mass_damping[body.slot[k]] += cubes.mass_damping[c] * cubes.mass[c] / 8;
-            body.part[body.slot[k]] = joined.label[c];
+            const std::size_t at = body.slot_of(k);
+            body.mass[at] += cubes.mass[c] / 8;
+            if (!body.mass_damping.empty()) {
+                body.mass_damping[at] += cubes.mass_damping[c] * cubes.mass[c] / 8;
+            }
+            if (!body.part.empty()) body.part[at] = joined.label[c];
         }
     }
     // A corner without mass has no equation of motion.
@@ -84,7 +90,7 @@ CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint3
     for (std::size_t k = 0; k < body.corners; ++k) {
         const Vec3 p = cubes.corner_position(k);
         for (std::size_t i = 0; i < 3; ++i) {
-            body.rest[4 * body.slot[k] + i] = p[static_cast<Eigen::Index>(i)];
+            body.rest[4 * body.slot_of(k) + i] = p[static_cast<Eigen::Index>(i)];
         }
     }
     body.skin = make_skin(cubes, body.slot, surface);
@@ -94,9 +100,7 @@ CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint3
 std::size_t CornerBody::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
-    return sizeof *this + of(slot, mass, mass_damping, part, rest, skin.corners, skin.patch_of,
-                             skin.stiffness, skin.mass, skin.patch, skin.point, skin.point_area,
-                             skin.area, skin.piece);
+    return sizeof *this + of(slot, mass, mass_damping, part, rest) + skin.bytes();
 }
 
 Aligned<double> by_slot(const CornerBody& body, const std::vector<Vec3>& x)
@@ -104,7 +108,7 @@ Aligned<double> by_slot(const CornerBody& body, const std::vector<Vec3>& x)
     Aligned<double> out(body.numbers, 0);
     for (std::size_t k = 0; k < body.corners; ++k) {
         for (std::size_t i = 0; i < 3; ++i) {
-            out[4 * std::size_t{body.slot[k]} + i] = x[k][static_cast<Eigen::Index>(i)];
+            out[4 * body.slot_of(k) + i] = x[k][static_cast<Eigen::Index>(i)];
         }
     }
     return out;

@@ -82,11 +82,11 @@ public:
         for (std::size_t k = 0; k < body.corners; ++k) {
             for (std::size_t i = 0; i < 3; ++i) {
                 mass_[4 * k + i] = body.mass[k];
-                damping_[4 * k + i] = body.mass_damping[k];
+                damping_[4 * k + i] = body.damping_of(k);
             }
         }
         for (const auto k : loads.pins.corner) {
-            for (std::size_t i = 0; i < 3; ++i) fixed_[4 * body.slot[k] + i] = 1;
+            for (std::size_t i = 0; i < 3; ++i) fixed_[4 * body.slot_of(k) + i] = 1;
         }
         block_of_.assign(body.corners, none);
         add_steady_forces(body, loads.forces, outside_);
@@ -165,7 +165,7 @@ private:
         // Pinned corners arrive exactly, and move as their targets do.
         const auto& pins = loads_.pins;
         for (std::size_t i = 0; i < pins.corner.size(); ++i) {
-            const std::size_t at = 4 * std::size_t{body_.slot[pins.corner[i]]};
+            const std::size_t at = 4 * body_.slot_of(pins.corner[i]);
             for (std::size_t k = 0; k < 3; ++k) {
                 x_[at + k] = pinned(i, k, end);
                 v_[at + k] = (pinned(i, k, 1) - start_[at + k]) / frame_;
@@ -175,7 +175,7 @@ private:
 
     double pinned(std::size_t pin, std::size_t axis, double share) const
     {
-        const double from = start_[4 * std::size_t{body_.slot[loads_.pins.corner[pin]]} + axis];
+        const double from = start_[4 * body_.slot_of(loads_.pins.corner[pin]) + axis];
         const double to = loads_.pins.target[pin][static_cast<Eigen::Index>(axis)];
         return share == 1 ? to : from + share * (to - from);
     }
@@ -196,7 +196,7 @@ private:
         }
         w_ = v0_;
         for (std::size_t i = 0; i < loads_.pins.corner.size(); ++i) {
-            const std::size_t at = 4 * std::size_t{body_.slot[loads_.pins.corner[i]]};
+            const std::size_t at = 4 * body_.slot_of(loads_.pins.corner[i]);
             for (std::size_t k = 0; k < 3; ++k)
                 w_[at + k] = (pinned(i, k, end) - x0_[at + k]) / tau;
         }
@@ -213,12 +213,12 @@ private:
     void balance_free_parts()
     {
         free_.assign(body_.parts, 1);
-        for (const auto k : loads_.pins.corner) free_[body_.part[body_.slot[k]]] = 0;
-        for (const Contact& c : contacts_) free_[body_.part[c.corners[0]]] = 0;
+        for (const auto k : loads_.pins.corner) free_[body_.part_of(body_.slot_of(k))] = 0;
+        for (const Contact& c : contacts_) free_[body_.part_of(c.corners[0])] = 0;
         missing_.assign(body_.parts, {0, 0, 0});
         inertia_.assign(body_.parts, {0, 0, 0});
         for (std::size_t k = 0; k < body_.corners; ++k) {
-            const std::size_t part = body_.part[k];
+            const std::size_t part = body_.part_of(k);
             if (free_[part] == 0) continue;
             for (std::size_t i = 4 * k, a = 0; a < 3; ++i, ++a) {
                 const double drag = damping_[i] + drag_[i];
@@ -228,7 +228,7 @@ private:
             }
         }
         for (std::size_t k = 0; k < body_.corners; ++k) {
-            const std::size_t part = body_.part[k];
+            const std::size_t part = body_.part_of(k);
             if (free_[part] == 0) continue;
             for (std::size_t a = 0; a < 3; ++a) {
                 w_[4 * k + a] += missing_[part][a] / inertia_[part][a];
@@ -255,7 +255,7 @@ private:
         if (with_diagonal < std::max(20.0, with_inverse)) return;
         std::vector<double> mass(body_.corners);
         for (std::size_t k = 0; k < body_.corners; ++k) {
-            mass[k] = body_.mass[k] + tau_ * body_.mass_damping[k];
+            mass[k] = body_.mass[k] + tau_ * body_.damping_of(k);
         }
         const double cost =
             elasticity_.prepare_inverse(tau_ * tau_, tau_, mass, loads_.pins.corner);
@@ -639,8 +639,8 @@ private:
         for (std::size_t k = 0; k < body_.corners; ++k) {
             for (std::size_t i = 0; i < 3; ++i) {
                 const auto axis = static_cast<Eigen::Index>(i);
-                x_[4 * std::size_t{body_.slot[k]} + i] = state.x[k][axis];
-                v_[4 * std::size_t{body_.slot[k]} + i] = state.v[k][axis];
+                x_[4 * body_.slot_of(k) + i] = state.x[k][axis];
+                v_[4 * body_.slot_of(k) + i] = state.v[k][axis];
             }
         }
     }
@@ -648,7 +648,7 @@ private:
     void store(State& state)
     {
         for (std::size_t k = 0; k < body_.corners; ++k) {
-            const std::size_t at = 4 * std::size_t{body_.slot[k]};
+            const std::size_t at = 4 * body_.slot_of(k);
             state.x[k] = Vec3(x_[at], x_[at + 1], x_[at + 2]);
             state.v[k] = Vec3(v_[at], v_[at + 1], v_[at + 2]);
         }
@@ -754,7 +754,7 @@ State rest_state(const CornerBody& body)
     state.x.resize(body.corners);
     state.v.assign(body.corners, Vec3::Zero());
     for (std::size_t k = 0; k < body.corners; ++k) {
-        const double* at = body.rest.data() + 4 * std::size_t{body.slot[k]};
+        const double* at = body.rest.data() + 4 * body.slot_of(k);
         state.x[k] = Vec3(at[0], at[1], at[2]);
     }
     return state;

@@ -64,7 +64,7 @@ public:
             add_steady_forces(body.base, points, steady_);
         }
         for (std::size_t i = 0; i < n_; ++i) {
-            damped_ |= body.base.mass_damping[i] > 0;
+            damped_ |= body.base.damping_of(i) > 0;
             mass_ += body.base.mass[i];
         }
         use_regions(state.broken);
@@ -630,7 +630,7 @@ private:
             Vec3& v = state_.v[i];
             v += steady - spin.cross(Vec3(state_.x[i] - pivot));
             if (!steady_.empty()) v += dt_ / m * Eigen::Map<const Vec3>(steady_.data() + 4 * i);
-            if (damped_) v *= std::exp(-body_.base.mass_damping[i] / m * dt_);
+            if (damped_) v *= std::exp(-body_.base.damping_of(i) / m * dt_);
             if (windy_) {
                 // The drag is implicit, so that light bodies follow the wind and no more.
                 v = (m * v + dt_ * Eigen::Map<const Vec3>(force.data() + 4 * i)) /

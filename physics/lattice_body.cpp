@@ -355,8 +355,6 @@ std::size_t LatticeBody::bytes() const
 LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& options,
                          const geometry::TriMesh* surface)
 {
-    std::vector<std::uint32_t> slot(cubes.corner_count());
-    std::iota(slot.begin(), slot.end(), 0u);
     LatticeBody body;
     body.options = options;
     body.flat_axis = geometry::flat_axis(cubes);
@@ -364,7 +362,7 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& opt
         throw std::invalid_argument("motion in the plane needs a plane: link one, or choose plane "
                                     "= space for cubes");
     }
-    body.base = make_corner_body(cubes, std::move(slot), surface);
+    body.base = make_corner_body(cubes, {}, surface);
     Lattice lattice = corner_lattice(cubes);
     const bool flat = body.flat_axis >= 0, plastic = options.plastic.yield > 0;
     auto matter = matter_of(cubes, body.base, options.weighting, flat);

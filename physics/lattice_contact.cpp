@@ -34,14 +34,14 @@ double bias_of(double gap, double speed, double dt)
     return (gap - 0.8 * std::min(0.0, inside)) / dt - speed;
 }
 
+// What cube c of the skin, of these corners, has in the colliders.
 void look(const ContactScene& scene, const std::vector<PosedCollider>& colliders, std::size_t c,
-          std::vector<SkinPush>& out)
+          const CornerRuns::Corners& corners, std::vector<SkinPush>& out)
 {
     const Skin& skin = scene.body.skin;
     const std::vector<Vec3>& x = scene.state.x;
     const std::vector<Vec3>& speed = scene.state.v;
     const double dt = scene.dt;
-    const auto& corners = skin.corners[c];
     const SkinPatch& patch = skin.on(c);
     const auto next = [&](std::uint32_t i) -> Vec3 { return x[i] + dt * speed[i]; };
     Vec3 centre = Vec3::Zero();
@@ -186,7 +186,9 @@ std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,
     geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t g = begin; g < end; ++g) {
             const std::size_t last = std::min(skin.corners.size(), (g + 1) * piece);
-            for (std::size_t c = g * piece; c < last; ++c) look(scene, colliders, c, found[g]);
+            skin.corners.for_each(g * piece, last, [&](std::size_t c, const auto& corners) {
+                look(scene, colliders, c, corners, found[g]);
+            });
         }
     });
     return joined(found);
@@ -319,8 +321,7 @@ void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush
     const Skin& skin = scene.body.skin;
     const double dt = scene.dt;
     const Vec3 centre = at.x + dt * at.v;
-    for (std::size_t c = 0; c < skin.corners.size(); ++c) {
-        const auto& corners = skin.corners[c];
+    skin.corners.for_each(0, skin.corners.size(), [&](std::size_t c, const auto& corners) {
         const SkinPatch& patch = skin.on(c);
         const Vec3 some = scene.state.x[corners[0]] + dt * scene.state.v[corners[0]];
         double size_sq = 0;  // of the cube, from that corner
@@ -329,7 +330,7 @@ void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush
                 std::max(size_sq, (scene.state.x[k] + dt * scene.state.v[k] - some).squaredNorm());
         }
         const double reach = ball.radius + 2 * double(patch.reach) * std::sqrt(size_sq);
-        if ((some - centre).squaredNorm() > reach * reach) continue;
+        if ((some - centre).squaredNorm() > reach * reach) return;
         for (std::uint32_t i = patch.point; i < patch.points_end; ++i) {
             BallPush push;
             push.ball = b;
@@ -353,7 +354,7 @@ void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush
             push.bias = bias_of(length - ball.radius, (at.v - v).dot(push.normal), dt);
             out.push_back(push);
         }
-    }
+    });
 }
 
 void touch_colliders(const ContactScene& scene, std::uint32_t b,

@@ -332,8 +332,8 @@ void LayeredSystem::add_cubes(const LayeredScene& scene, std::size_t b)
     carrier.diagonal.assign(body.numbers, 0);
     carrier.elasticity->add_diagonal(carrier.diagonal.data());
     for (std::size_t k = 0; k < body.corners; ++k) {
-        const std::size_t slot = body.slot[k];
-        const double drag = dt_ * body.mass_damping[slot];
+        const std::size_t slot = body.slot_of(k);
+        const double drag = dt_ * body.damping_of(slot);
         Vec6 v = Vec6::Zero(), right = Vec6::Zero();
         for (std::size_t i = 0; i < 3; ++i) {
             const auto axis = static_cast<Eigen::Index>(i);
@@ -399,7 +399,7 @@ void LayeredSystem::add_to_corner_blocks(std::vector<Mat6>& blocks) const
         for (std::size_t k = 0; k < body.corners; ++k) {
             for (int i = 0; i < 3; ++i) {
                 blocks[carrier.first_corner + k](i, i) +=
-                    carrier.diagonal[4 * std::size_t{body.slot[k]} + std::size_t(i)];
+                    carrier.diagonal[4 * body.slot_of(k) + std::size_t(i)];
             }
         }
     }
@@ -411,7 +411,7 @@ void LayeredSystem::add_elastic(const std::vector<Vec6>& x, std::vector<Vec6>& y
         const CornerBody& body = carrier.corner_body();
         for (std::size_t k = 0; k < body.corners; ++k) {
             for (std::size_t i = 0; i < 3; ++i) {
-                carrier.in[4 * std::size_t{body.slot[k]} + i] =
+                carrier.in[4 * body.slot_of(k) + i] =
                     x[carrier.first_corner + k][static_cast<Eigen::Index>(i)];
             }
         }
@@ -419,7 +419,7 @@ void LayeredSystem::add_elastic(const std::vector<Vec6>& x, std::vector<Vec6>& y
         for (std::size_t k = 0; k < body.corners; ++k) {
             for (std::size_t i = 0; i < 3; ++i) {
                 y[carrier.first_corner + k][static_cast<Eigen::Index>(i)] +=
-                    carrier.out[4 * std::size_t{body.slot[k]} + i];
+                    carrier.out[4 * body.slot_of(k) + i];
             }
         }
     }

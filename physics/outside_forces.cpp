@@ -70,9 +70,9 @@ Shares shares_on_skin(const CornerBody& body, const Force& force)
     const Skin& skin = body.skin;
     // Pieces lie in their cube, or by up to one cube off.
     const double reach = force.radius + 4 * body.h;
-    for (std::size_t c = 0; c < skin.corners.size(); ++c) {
-        const Vec3 origin = at(body.rest.data(), skin.corners[c][0]);
-        if ((origin - force.position).squaredNorm() > reach * reach) continue;
+    skin.corners.for_each(0, skin.corners.size(), [&](std::size_t c, const auto& corners) {
+        const Vec3 origin = at(body.rest.data(), corners[0]);
+        if ((origin - force.position).squaredNorm() > reach * reach) return;
         const Vec3 centre = (force.position - origin) / body.h;
         std::array<double, 8> shares{};
         for (auto i = skin.on(c).area; i < skin.on(c).areas_end; ++i) {
@@ -80,9 +80,9 @@ Shares shares_on_skin(const CornerBody& body, const Force& force)
                   shares);
         }
         for (std::size_t a = 0; a < 8; ++a) {
-            if (shares[a] != 0) out.emplace_back(skin.corners[c][a], shares[a]);
+            if (shares[a] != 0) out.emplace_back(corners[a], shares[a]);
         }
-    }
+    });
     return out;
 }
 
@@ -164,16 +164,16 @@ void add_wind(const CornerBody& body, std::span<const Force> forces, const doubl
     const Skin& skin = body.skin;
     for (const Force& wind : forces) {
         if (wind.kind != Force::Kind::wind) continue;
-        for (std::size_t c = 0; c < skin.corners.size(); ++c) {
+        skin.corners.for_each(0, skin.corners.size(), [&](std::size_t c, const auto& corners) {
             const SkinPatch& patch = skin.on(c);
-            if (patch.area == patch.areas_end) continue;
+            if (patch.area == patch.areas_end) return;
             // Columns of the mean deformation gradient; area turns and stretches by its cofactors.
             Vec3 column[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
             Vec3 speed = Vec3::Zero();
             for (unsigned a = 0; a < 8; ++a) {
-                const Vec3 p = at(x, skin.corners[c][a]) / (4 * body.h);
+                const Vec3 p = at(x, corners[a]) / (4 * body.h);
                 for (unsigned j = 0; j < 3; ++j) column[j] += (a >> j & 1) ? p : Vec3(-p);
-                speed += double(patch.share[a]) * at(v, skin.corners[c][a]);
+                speed += double(patch.share[a]) * at(v, corners[a]);
             }
             const Vec3 u = wind.velocity - speed;
             const Vec3f seen =
@@ -187,11 +187,10 @@ void add_wind(const CornerBody& body, std::span<const Force> forces, const doubl
             const double resistance = 0.25 * wind.air_density * wind.drag * flow;
             for (std::size_t a = 0; a < 8; ++a) {
                 const double part = resistance * double(patch.share[a]);
-                const std::size_t k = skin.corners[c][a];
-                add(f, k, part * wind.velocity);
-                add(drag, k, Vec3::Constant(part));
+                add(f, corners[a], part * wind.velocity);
+                add(drag, corners[a], Vec3::Constant(part));
             }
-        }
+        });
     }
 }
 

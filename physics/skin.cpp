@@ -277,6 +277,32 @@ void add_patch(const Patch& patch, Skin& skin)
 
 }  // namespace
 
+void CornerRuns::push_back(const Corners& corners)
+{
+    if (runs_.empty() || runs_.back().at(size_) != corners) {
+        runs_.push_back({static_cast<std::uint32_t>(size_), corners});
+    }
+    ++size_;
+}
+
+std::vector<CornerRuns::Run>::const_iterator CornerRuns::holder_of(std::size_t cube) const
+{
+    const auto next = std::upper_bound(runs_.begin(), runs_.end(), cube,
+                                       [](std::size_t c, const Run& run) { return c < run.first; });
+    return next - 1;
+}
+
+CornerRuns::Corners CornerRuns::operator[](std::size_t cube) const
+{
+    return holder_of(cube)->at(cube);
+}
+
+std::size_t Skin::bytes() const
+{
+    const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
+    return corners.bytes() + of(patch_of, stiffness, mass, patch, point, point_area, area, piece);
+}
+
 Skin make_skin(const Cubes& cubes, const std::vector<std::uint32_t>& slot,
                const geometry::TriMesh* surface)
 {
@@ -289,8 +315,11 @@ Skin make_skin(const Cubes& cubes, const std::vector<std::uint32_t>& slot,
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         Patch patch = std::exchange(patches[c], {});
         if (patch.points.empty() && patch.areas.empty()) continue;
-        std::array<std::uint32_t, 8> corners;
-        for (std::size_t a = 0; a < 8; ++a) corners[a] = slot[cubes.corners[c][a]];
+        CornerRuns::Corners corners;
+        for (std::size_t a = 0; a < 8; ++a) {
+            const std::uint32_t k = cubes.corners[c][a];
+            corners[a] = slot.empty() ? k : slot[k];
+        }
         skin.corners.push_back(corners);
         skin.stiffness.push_back(
             static_cast<float>(cubes.young[c] * std::clamp(cubes.fill[c], 0.05, 1.0)));

@@ -243,9 +243,7 @@ SpringsBody make_springs(const geometry::Cubes& cubes, const SpringOptions& opti
         throw std::invalid_argument("springs: expected a share of bending from 0 to below 1");
     }
     SpringsBody body;
-    std::vector<std::uint32_t> same(cubes.corner_count());
-    std::iota(same.begin(), same.end(), 0u);
-    body.base = make_corner_body(cubes, std::move(same), surface);
+    body.base = make_corner_body(cubes, {}, surface);
     const auto pairs = cube_pairs();
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         const double k = 0.4 * cubes.young[c] * std::clamp(cubes.fill[c], 1e-3, 1.0) * cubes.size;

@@ -1,6 +1,8 @@
 #include "physics/lattice_contact.hpp"
 
+#include "geometry/plane.hpp"
 #include "geometry/random.hpp"
+#include "tests/physics/cube_fixtures.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -180,6 +182,45 @@ TEST(LatticeContact, OnePushMakesABallRoll)
     solve_pushes(scene, pushes, 1, crowd.state.v, out);
     EXPECT_LT((out[0].v - Vec3(5, 0, 0)).norm(), 1e-12);
     EXPECT_LT((out[0].spin - Vec3(0, 0, -10)).norm(), 1e-12);
+}
+
+TEST(LatticeContact, EveryCornerOfASkinTouchesOnce)
+{
+    // Sheets without a surface of their own, and a solid, deep in the ground and in a huge ball:
+    // the points of their skin are their outer corners.
+    for (const int axis : {0, 1, 2, 3}) {
+        auto cells = geometry::rectangle_cells(70, 5);
+        std::erase(cells, std::array{30, 2});
+        const geometry::Cubes cubes =
+            axis < 3 ? geometry::plane_cubes(cells, {axis, 0.1, {0, 0, 0}}, 0.02)
+                     : fixtures::box(9, 7, 8, 0.1);
+        const CornerBody body = make_corner_body(cubes, {}, nullptr);
+        State state;
+        state.x = geometry::corner_positions(cubes);
+        state.v.assign(state.x.size(), Vec3::Zero());
+        state.balls.push_back({});
+        const std::vector<double> inverse_mass(state.x.size(), 1);
+        const std::vector<Ball> balls(1, Ball{.radius = 100});
+        const ContactScene scene{body, state, inverse_mass, 0.01, balls};
+        Collider ground;
+        ground.pose.translate(Vec3(0, 50, 0));
+        std::vector<int> on_ground(state.x.size(), 0), on_ball = on_ground;
+        const auto count = [](const auto& push, std::vector<int>& times) {
+            for (std::size_t a = 0; a < 8; ++a) {
+                if (push.weight[a] == 1) ++times[push.corners[a]];
+            }
+        };
+        for (const auto& p : find_skin_pushes(scene, {pose_collider(ground, 1, 0.04, 0.1)})) {
+            count(p, on_ground);
+        }
+        for (const auto& p : find_ball_pushes(scene, {})) count(p, on_ball);
+        for (std::size_t k = 0; k < state.x.size(); ++k) {
+            const auto& at = cubes.corner[k];
+            const bool inside = axis == 3 && at[0] % 9 != 0 && at[1] % 7 != 0 && at[2] % 8 != 0;
+            ASSERT_EQ(on_ground[k], inside ? 0 : 1) << axis << ' ' << k;
+            ASSERT_EQ(on_ball[k], inside ? 0 : 1) << axis << ' ' << k;
+        }
+    }
 }
 
 TEST(LatticeContact, NothingNearIsNothing)

@@ -1,11 +1,10 @@
 #include "physics/skin.hpp"
 
 #include "geometry/plane.hpp"
+#include "geometry/random.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 
 #include <gtest/gtest.h>
-
-#include <numeric>
 
 using namespace physics;
 
@@ -13,9 +12,7 @@ namespace {
 
 Skin skin_of(const geometry::Cubes& cubes)
 {
-    std::vector<std::uint32_t> slot(cubes.corner_count());
-    std::iota(slot.begin(), slot.end(), 0u);
-    return make_skin(cubes, slot, nullptr);
+    return make_skin(cubes, {}, nullptr);
 }
 
 }  // namespace
@@ -35,6 +32,47 @@ TEST(Skin, CubesThatHoldTheSameShareAPatch)
     const Skin solid = skin_of(fixtures::box(6, 7, 8, 0.1));
     EXPECT_EQ(solid.corners.size(), 6u * 7u * 8u - 4u * 5u * 6u);
     EXPECT_EQ(solid.patch.size(), 26u);
+}
+
+TEST(Skin, CornersAreReadAsTheyWereGivenInWhateverRuns)
+{
+    // Runs of one to five cubes: some go on, some start anew, one in seven changes a single corner.
+    const geometry::Random random(3);
+    std::vector<CornerRuns::Corners> given;
+    CornerRuns runs;
+    for (std::uint64_t run = 0; run < 60; ++run) {
+        CornerRuns::Corners at;
+        for (std::size_t a = 0; a < 8; ++a) {
+            at[a] = std::uint32_t(1000 * random.unit(16 * run + a));
+        }
+        if (run % 7 == 6) {
+            at = given.back();
+            for (auto& k : at) ++k;
+            ++at[run % 8];
+        }
+        const auto count = 1 + std::uint32_t(5 * random.unit(16 * run + 8));
+        for (std::uint32_t k = 0; k < count; ++k) {
+            given.push_back(at);
+            runs.push_back(at);
+            for (auto& corner : at) ++corner;
+        }
+    }
+    ASSERT_EQ(runs.size(), given.size());
+    for (std::size_t c = 0; c < given.size(); ++c) EXPECT_EQ(runs[c], given[c]) << c;
+    for (std::size_t begin = 0; begin <= given.size(); ++begin) {
+        for (const std::size_t end : {begin, std::min(begin + 9, given.size()), given.size()}) {
+            std::size_t next = begin;
+            runs.for_each(begin, end, [&](std::size_t c, const auto& corners) {
+                ASSERT_EQ(c, next++);
+                ASSERT_EQ(corners, given[c]) << c;
+            });
+            EXPECT_EQ(next, end);
+        }
+    }
+    // A sheet's rows are one run each: its number here, and eight corners.
+    const auto sheet =
+        geometry::plane_cubes(geometry::rectangle_cells(20, 31), {1, 0.1, {0, 0, 0}}, 0.02);
+    EXPECT_EQ(skin_of(sheet).corners.bytes(), 31u * 36u);
 }
 
 TEST(Skin, HoldsEveryCornerOnceAndAllOfTheArea)
