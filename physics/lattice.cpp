@@ -196,7 +196,7 @@ private:
                                       (4 - stiffness_) / 3)
                            : 0;
 
-        if (bends) take_twist(matched_->twist);
+        if (bends) take_twist();
         weigh_pins();
         weight_.assign(slots, T(0));
         const double scale = stiffness_ > 0 ? 1 / stiffness_ : 0;
@@ -271,19 +271,35 @@ private:
         for (std::size_t s = 0; s < holds.size(); ++s) {
             holds[s] = slots[regions.quads() * s][1] > 0;
         }
-        std::vector<RegionTwist> twist = matched_->twist;
-        find_twist(
-            *matched_, with_pins_, [&](std::size_t s) { return holds[s] != 0; }, twist);
-        take_twist(twist);
+        if constexpr (std::is_same_v<T, float>) own_twist_ = matched_->twist;
+        find_own_twist(with_pins_, [&](std::size_t s) { return holds[s] != 0; });
     }
 
-    void take_twist(const std::vector<RegionTwist>& twist)
+    // That of the body, or as exact as the sums are.
+    void take_twist()
     {
-        twist_.resize(4 * twist.size());
-        for (std::size_t s = 0; s < twist.size(); ++s) {
-            const double shape[4] = {twist[s].b, twist[s].c, twist[s].loose, 0};
-            for (std::size_t i = 0; i < 4; ++i) twist_[4 * s + i] = T(shape[i]);
+        if constexpr (std::is_same_v<T, float>) {
+            twist_ = matched_->twist.data();
+        } else {
+            find_own_twist(matched_->mass, [](std::size_t) { return true; });
         }
+    }
+
+    // Of the slots that `which` says, where particles weigh `mass`.
+    void find_own_twist(const std::vector<float>& mass,
+                        const std::function<bool(std::size_t)>& which)
+    {
+        const LatticeRegions& regions = matched_->regions;
+        const auto steps_from_first = [&](std::size_t i) {
+            std::array<double, 2> out;
+            for (std::size_t d = 0; d < 2; ++d) {
+                const double* const rest = body_.base.rest.data() + regions.axes[d];
+                out[d] = std::round((rest[4 * i] - rest[0]) / body_.base.h);
+            }
+            return out;
+        };
+        find_twist(regions, mass, steps_from_first, which, own_twist_);
+        twist_ = own_twist_.data();
     }
 
     // Sums of weights over the regions that hold each particle: they do not change with motion.
@@ -335,13 +351,12 @@ private:
     // phi) / B P. s is its sums. Returns a of its psi.
     T keep_twist(std::size_t slot, Quad<T>* s) const
     {
-        const T* const shape = twist_.data() + 4 * slot;
+        const auto& [b, c, loose] = twist_[slot];
         const T inverse = s[0][3] > 0 ? 1 / s[0][3] : T(0);
         const auto about_middle = [&](int q) -> Quad<T> { return s[q] - s[q][3] * inverse * s[0]; };
-        const Quad<T> bent =
-            about_middle(3) - shape[0] * about_middle(1) - shape[1] * about_middle(2);
-        const T a = inverse * (s[3][3] - shape[0] * s[1][3] - shape[1] * s[2][3]);
-        s[3] = shape[2] * bent;
+        const Quad<T> bent = about_middle(3) - b * about_middle(1) - c * about_middle(2);
+        const T a = inverse * (s[3][3] - b * s[1][3] - c * s[2][3]);
+        s[3] = loose * bent;
         s[3][3] = T(0);
         return a;
     }
@@ -349,11 +364,10 @@ private:
     // Adds what keep_twist() left in s[3] to what is spread, times the slot's weight.
     void add_twist(std::size_t slot, T a, Quad<T>* s) const
     {
-        const T* const shape = twist_.data() + 4 * slot;
         s[3] *= weight_[slot];
         s[0] -= a * s[3];
-        s[1] -= shape[0] * s[3];
-        s[2] -= shape[1] * s[3];
+        s[1] -= twist_[slot].b * s[3];
+        s[2] -= twist_[slot].c * s[3];
     }
 
     // A_r of a slot, with the columns of rest axes; s is its sums.
@@ -376,8 +390,8 @@ private:
             const LatticeRegions& regions = matched_->regions;
             float* const slots = sums_.slots(regions).data()->data();
             match_slots(end - begin, slots + 4 * regions.quads() * begin, weight_.data() + begin,
-                        flat_ ? twist_.data() + 4 * begin : nullptr,
-                        state_.rotation.data() + 4 * begin, regions.axes, float(body_.base.h));
+                        flat_ ? &twist_[begin].b : nullptr, state_.rotation.data() + 4 * begin,
+                        regions.axes, float(body_.base.h));
         }
     }
 
@@ -744,11 +758,12 @@ private:
     std::vector<std::uint8_t> torn_corners_;  // C, while links of a membrane are broken
     std::vector<float> membrane_rest_;        // 3 C, as MembraneState wants it; where plastic
     MembranePull<T> stretched_;
-    std::vector<T> twist_;              // b, c, (1 - phi) / B and 0 a slot, of a plane in space
-    std::vector<float> with_pins_;      // kg, M_i, as regions weigh it; where there are pins
-    std::vector<double> inverse_mass_;  // 1/kg, 0 of pins; where there can be contact
-    std::vector<Vec3> start_;           // of pins, at the start of the frame
-    bool has_before_ = false;           // d of the step before is known
+    const RegionTwist<T>* twist_ = nullptr;  // slots, of a plane in space
+    std::vector<RegionTwist<T>> own_twist_;  // where it is not the body's
+    std::vector<float> with_pins_;           // kg, M_i, as regions weigh it; where there are pins
+    std::vector<double> inverse_mass_;       // 1/kg, 0 of pins; where there can be contact
+    std::vector<Vec3> start_;                // of pins, at the start of the frame
+    bool has_before_ = false;                // d of the step before is known
     Vec3 gravity_ = Vec3::Zero();
     Aligned<double> steady_;  // point forces, N, four numbers a corner; empty without
     bool windy_ = false, damped_ = false;

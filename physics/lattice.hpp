@@ -99,9 +99,9 @@ struct LatticeOptions {
 };
 
 // How a region of a plane twists, in lattice steps, see above; a follows from sums of M psi = 0.
-struct RegionTwist {
-    double b = 0, c = 0;
-    double loose = 0;  // 1/kg, (1 - phi) / B; 0 where nothing twists
+template <class T> struct RegionTwist {
+    T b = 0, c = 0;
+    T loose = 0;  // 1/kg, (1 - phi) / B; 0 where nothing twists
 };
 
 // Regions and what belongs to each of them, or to each particle because of them.
@@ -112,8 +112,7 @@ struct MatchedRegions {
     std::vector<float> rate_sq;         // slots, 1/s^2, s^2 from the material
     std::vector<float> bend_sq;         // slots, 1/s^2, b^2 of a plane, without the option's factor
     std::vector<float> inverse_spread;  // 6 a slot, B^-1 in lattice steps; where plastic
-    std::vector<std::array<int, 2>> place;  // N, of a plane, lattice steps along regions.axes
-    std::vector<RegionTwist> twist;         // slots, of a plane
+    std::vector<RegionTwist<float>> twist;  // slots, of a plane
 };
 
 // Regions of lattices with broken links: the last few that were asked for.

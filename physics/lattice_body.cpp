@@ -35,8 +35,8 @@ template <class... V> std::size_t bytes_in(const V&... v)
 
 std::size_t bytes_of(const MatchedRegions& m)
 {
-    std::size_t sum = bytes_in(m.mass, m.held_by, m.rate_sq, m.bend_sq, m.inverse_spread, m.place,
-                               m.twist, m.regions.particle, m.regions.held_by);
+    std::size_t sum = bytes_in(m.mass, m.held_by, m.rate_sq, m.bend_sq, m.inverse_spread, m.twist,
+                               m.regions.particle);
     for (const LatticeLines* along : {&m.regions.x, &m.regions.y, &m.regions.z}) {
         sum += bytes_in(along->lines, along->items, along->dead);
     }
@@ -228,22 +228,18 @@ std::vector<double> bending_excess(const geometry::Cubes& cubes, const LatticeBo
 
 }  // namespace
 
-void find_twist(const MatchedRegions& matched, std::span<const float> mass,
-                const std::function<bool(std::size_t)>& which, std::vector<RegionTwist>& twist)
+template <class T>
+void find_twist(const LatticeRegions& regions, std::span<const float> mass,
+                const std::function<std::array<double, 2>(std::size_t)>& place,
+                const std::function<bool(std::size_t)>& which, std::vector<RegionTwist<T>>& twist)
 {
-    // Sums of M times 1, x, y and x y about the first particle, and their moments about the
-    // region's own: with its place (x0, y0), those of x^2 are moments of M x less x0 times M, and
-    // so on.
-    const LatticeRegions& regions = matched.regions;
+    // Sums of M times 1, x, y and x y, and their moments about the region's own particle: with its
+    // place (x0, y0), those of x^2 are moments of M x less x0 times M, and so on.
     RegionSums<double> sums(regions);
     const auto f = sums.particles(regions);
-    const auto at = [&](std::size_t i) {
-        return std::array{double(matched.place[i][0] - matched.place[0][0]),
-                          double(matched.place[i][1] - matched.place[0][1])};
-    };
     for (std::size_t i = 0; i < regions.particles; ++i) {
         const double m = double(mass[i]);
-        const auto [x, y] = at(i);
+        const auto [x, y] = place(i);
         f[i] = {m, m * x, m * y, m * x * y};
     }
     collect(regions, sums);
@@ -253,7 +249,7 @@ void find_twist(const MatchedRegions& matched, std::span<const float> mass,
         for (std::size_t s = begin; s < end; ++s) {
             if (regions.particle[s] == none || !which(s)) continue;
             const auto* const q = sums.slots(regions).data() + 4 * s;
-            const auto [x0, y0] = at(regions.particle[s]);
+            const auto [x0, y0] = place(regions.particle[s]);
             const double xx = q[1][1] - x0 * q[1][0], yy = q[2][2] - y0 * q[2][0];
             const double xxy = q[3][1] - x0 * q[3][0], xyy = q[3][2] - y0 * q[3][0];
             const double xxyy = q[3][3] - x0 * q[3][2] - y0 * q[3][1] + x0 * y0 * q[3][0];
@@ -266,10 +262,18 @@ void find_twist(const MatchedRegions& matched, std::span<const float> mass,
             // Regions that are a line, or hold no more than three corners, have no twist.
             const bool twists = solver.vectorD().minCoeff() > 1e-9 * m.trace() &&
                                 straight.allFinite() && b > 1e-9 * m.trace();
-            twist[s] = twists ? RegionTwist{straight[1], straight[2], loose / b} : RegionTwist{};
+            twist[s] = {};
+            if (twists) twist[s] = {T(straight[1]), T(straight[2]), T(loose / b)};
         }
     });
 }
+template void find_twist(const LatticeRegions&, std::span<const float>,
+                         const std::function<std::array<double, 2>(std::size_t)>&,
+                         const std::function<bool(std::size_t)>&, std::vector<RegionTwist<float>>&);
+template void find_twist(const LatticeRegions&, std::span<const float>,
+                         const std::function<std::array<double, 2>(std::size_t)>&,
+                         const std::function<bool(std::size_t)>&,
+                         std::vector<RegionTwist<double>>&);
 
 MatchedRegions match_regions(LatticeRegions found, const Lattice& lattice,
                              const std::vector<std::array<double, 3>>& matter, double h,
@@ -279,8 +283,9 @@ MatchedRegions match_regions(LatticeRegions found, const Lattice& lattice,
     out.regions = std::move(found);
     const LatticeRegions& regions = out.regions;
     const std::size_t n = lattice.count();
+    const std::vector<std::uint32_t> held_by = count_holders(regions);
     for (std::size_t i = 0; i < n; ++i) {
-        const auto holders = double(regions.held_by[i]);
+        const auto holders = double(held_by[i]);
         out.mass.push_back(float(matter[i][1] / holders));
         out.held_by.push_back(float(1 / holders));
     }
@@ -304,10 +309,13 @@ MatchedRegions match_regions(LatticeRegions found, const Lattice& lattice,
     }
     if (with_spread) out.inverse_spread = inverse_spreads(out, lattice);
     if (regions.flat) {
-        for (const Vec3i& p : lattice.at)
-            out.place.push_back({p[regions.axes[0]], p[regions.axes[1]]});
+        const auto place = [&](std::size_t i) {
+            const Vec3i from_first = lattice.at[i] - lattice.at[0];
+            return std::array{double(from_first[regions.axes[0]]),
+                              double(from_first[regions.axes[1]])};
+        };
         find_twist(
-            out, out.mass, [](std::size_t) { return true; }, out.twist);
+            regions, out.mass, place, [](std::size_t) { return true; }, out.twist);
     }
     return out;
 }

@@ -530,22 +530,6 @@ std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegi
     return all;
 }
 
-// How many regions hold each particle.
-void count_holders(LatticeRegions& regions)
-{
-    RegionSums<double> sums(regions);
-    const auto slots = sums.slots(regions);
-    for (std::size_t s = 0; s < regions.slots(); ++s) {
-        if (regions.particle[s] != none) slots[regions.quads() * s] = {1, 0, 0, 0};
-    }
-    spread(regions, sums);
-    regions.held_by.resize(regions.particles);
-    const auto counts = sums.particles(regions);
-    for (std::size_t i = 0; i < regions.particles; ++i) {
-        regions.held_by[i] = std::uint32_t(std::lround(counts[i][0]));
-    }
-}
-
 // The lattice with its axes in the order that lines run along.
 Lattice turned(const Lattice& lattice, const std::array<int, 3>& axes)
 {
@@ -586,7 +570,6 @@ LatticeRegions find_regions(const Lattice& given, int half_width, int flat_axis)
     const Runs runs = make_runs(lattice);
     const auto exceptions = find_exceptions(lattice, regions, runs, charts);
     regions.exceptions = share_sums(lattice, runs, exceptions);
-    count_holders(regions);
     return regions;
 }
 
@@ -618,8 +601,22 @@ LatticeRegions find_torn_regions(const Lattice& torn, const LatticeRegions& whol
         exceptions.push_back({slot, r, {pieces.begin(), pieces.end()}});
     }
     regions.exceptions = share_sums(lattice, runs, exceptions);
-    count_holders(regions);
     return regions;
+}
+
+std::vector<std::uint32_t> count_holders(const LatticeRegions& regions)
+{
+    RegionSums<double> sums(regions);
+    const auto slots = sums.slots(regions);
+    for (std::size_t s = 0; s < regions.slots(); ++s) {
+        if (regions.particle[s] != none) slots[regions.quads() * s] = {1, 0, 0, 0};
+    }
+    spread(regions, sums);
+    std::vector<std::uint32_t> held_by;
+    for (const auto& count : sums.particles(regions)) {
+        held_by.push_back(std::uint32_t(std::lround(count[0])));
+    }
+    return held_by;
 }
 
 }  // namespace physics

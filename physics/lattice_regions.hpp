@@ -81,7 +81,6 @@ struct LatticeRegions {
     LatticeLines x, y, z;
     LatticeExceptions exceptions;
     std::vector<std::uint32_t> particle;  // of each region slot; none for a gap
-    std::vector<std::uint32_t> held_by;   // N, how many regions hold each particle
 
     std::size_t slots() const { return particle.size(); }
     std::size_t quads() const { return 4; }             // a slot: S and its moments
@@ -96,6 +95,9 @@ LatticeRegions find_regions(const Lattice& lattice, int half_width, int flat_axi
 // those that hold one of `ends`, the particles at links that are gone, are looked at again.
 LatticeRegions find_torn_regions(const Lattice& torn, const LatticeRegions& whole,
                                  std::span<const std::uint32_t> ends);
+
+// How many regions hold each particle. N.
+std::vector<std::uint32_t> count_holders(const LatticeRegions& regions);
 
 // Four numbers that are added as one.
 template <class T> using Quad = Eigen::Array<T, 4, 1>;

@@ -65,10 +65,10 @@ HWY_INLINE void match_group(D d, float* slots, const float* weight, const float*
             column[m - 1][k] = hn::Sub(s[m][k], hn::Mul(of_mass[m - 1], s[0][k]));
         }
     }
-    V bent[3], shape[4], less = zero;
+    V bent[3], shape[3], less = zero;
     if constexpr (flat) {
         // (1 - phi) / B P: how far the region is bent like a saddle, and may stay so.
-        hn::LoadInterleaved4(d, twist, shape[0], shape[1], shape[2], shape[3]);
+        hn::LoadInterleaved3(d, twist, shape[0], shape[1], shape[2]);
         const V of_twist = hn::Mul(s[3][3], inverse);
         for (std::size_t k = 0; k < 3; ++k) {
             const V twisted = hn::Sub(s[3][k], hn::Mul(of_twist, s[0][k]));
@@ -137,18 +137,18 @@ void match_all(std::size_t count, float* slots, const float* weight, const float
     const std::size_t lanes = hn::Lanes(d);
     std::size_t i = 0;
     for (; i + lanes <= count; i += lanes) {
-        match_group<flat>(d, slots + 16 * i, weight + i, flat ? twist + 4 * i : nullptr,
+        match_group<flat>(d, slots + 16 * i, weight + i, flat ? twist + 3 * i : nullptr,
                           rotation + 4 * i, axes, h);
     }
     if (i == count) return;
     HWY_ALIGN float some[16 * hn::MaxLanes(d)] = {};
     HWY_ALIGN float w[hn::MaxLanes(d)] = {};
-    HWY_ALIGN float shape[4 * hn::MaxLanes(d)] = {};
+    HWY_ALIGN float shape[3 * hn::MaxLanes(d)] = {};
     HWY_ALIGN float q[4 * hn::MaxLanes(d)] = {};
     const std::size_t rest = count - i;
     std::copy_n(slots + 16 * i, 16 * rest, some);
     std::copy_n(weight + i, rest, w);
-    if (flat) std::copy_n(twist + 4 * i, 4 * rest, shape);
+    if (flat) std::copy_n(twist + 3 * i, 3 * rest, shape);
     std::copy_n(rotation + 4 * i, 4 * rest, q);
     match_group<flat>(d, some, w, shape, q, axes, h);
     std::copy_n(some, 16 * rest, slots + 16 * i);

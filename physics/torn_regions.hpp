@@ -53,10 +53,12 @@ inline double twist_share(double w)
     return (mean_fourth_place(w) - m2 * m2) / (2 * m2 * m2);
 }
 
-// MatchedRegions::twist of a plane whose particles weigh `mass`, into `twist`; of the slots that
-// `which` says.
-void find_twist(const MatchedRegions& matched, std::span<const float> mass,
-                const std::function<bool(std::size_t)>& which, std::vector<RegionTwist>& twist);
+// The twist of the regions of a plane whose particles weigh `mass`, into `twist`; of the slots that
+// `which` says. `place` of a particle is in lattice steps along regions.axes, from any particle on.
+template <class T>
+void find_twist(const LatticeRegions& regions, std::span<const float> mass,
+                const std::function<std::array<double, 2>(std::size_t)>& place,
+                const std::function<bool(std::size_t)>& which, std::vector<RegionTwist<T>>& twist);
 
 // What belongs to regions. `matter` holds, for each particle, its share of E V (Pa m^3), its mass
 // (kg) and mass (t / h)^2 of a plane of thickness t; `with_spread`: B^-1 too.
