@@ -1,7 +1,6 @@
 #include "physics/lattice.hpp"
 
 #include "geometry/parallel.hpp"
-#include "geometry/plane.hpp"
 #include "physics/balls.hpp"
 #include "physics/lattice_contact.hpp"
 #include "physics/lattice_pull.hpp"
@@ -21,6 +20,7 @@ namespace physics {
 namespace {
 
 constexpr std::size_t grain = 2048;
+constexpr std::size_t strips_grain = 32;  // of a membrane, up to 64 cells each
 
 // alpha of a rate s over dt.
 double share_of(double rate_sq, double dt)
@@ -137,17 +137,17 @@ private:
             double sq = 0;
             Fastest operator+(const Fastest& o) const { return {std::max(sq, o.sq)}; }
         };
-        const auto& cell = body_.membrane.cell;
+        const Membrane& membrane = body_.membrane;
         const auto& v = state_.v;
         const auto fastest = geometry::ordered_sum<Fastest>(
-            cell.size(), grain, {}, [&](std::size_t begin, std::size_t end) {
+            membrane.strip.size(), strips_grain, {}, [&](std::size_t begin, std::size_t end) {
                 Fastest most;
-                for (std::size_t c = begin; c < end; ++c) {
+                membrane.for_each_cell(begin, end, [&](std::size_t, const Membrane::Cell& cell) {
                     for (const std::size_t side : {1u, 2u}) {
-                        const double sq = (v[cell[c][side]] - v[cell[c][0]]).squaredNorm();
+                        const double sq = (v[cell[side]] - v[cell[0]]).squaredNorm();
                         most.sq = std::max(most.sq, sq);
                     }
-                }
+                });
                 return most;
             });
         return std::sqrt(fastest.sq) * dt_ / body_.base.h;
@@ -170,8 +170,8 @@ private:
             body_.torn && !broken.empty() ? body_.torn->find(body_.whole.regions, broken) : nullptr;
         matched_ = held_regions_ ? held_regions_.get() : &body_.whole;
         if (held_regions_) sums_ = RegionSums<T>(matched_->regions);
-        torn_corners_ = broken.empty() ? std::vector<std::uint8_t>{}
-                                       : torn_corners(body_.membrane, body_.flat_axis, broken);
+        torn_corners_ =
+            broken.empty() ? std::vector<std::uint8_t>{} : torn_corners(body_.membrane, broken);
 
         const bool material = options_.stiffness == Stiffness::material;
         const std::size_t slots = matched_->regions.slots();
@@ -216,26 +216,25 @@ private:
         const double w = matched_->regions.half_width;
         const double m2 = mean_square_place(w), bent = 3 * (mean_fourth_place(w) - m2 * m2) / m2;
         const bool material = options_.stiffness == Stiffness::material;
-        const std::size_t cells = membrane.cell.size();
-        std::vector<double> share(cells), sum(n_, 0);
-        for (std::size_t c = 0; c < cells; ++c) {
+        std::vector<double> share(membrane.cells()), sum(n_, 0);
+        membrane.for_each_cell([&](std::size_t c, const Membrane::Cell& cell) {
             const double bend = options_.bend * (material ? double(membrane.bend[c]) / bent : 1);
             const double stiffness = material ? double(membrane.stiffness[c])
                                               : std::min(options_.rate * options_.rate, 1e200) *
                                                     m2 * double(membrane.mass[c]);
             share[c] = bend < 1 ? (1 - bend) * stiffness * dt_ * dt_ : 0;
-            for (const auto k : membrane.cell[c]) sum[k] += 2 * share[c] / body_.base.mass[k];
-        }
+            for (const auto k : cell) sum[k] += 2 * share[c] / body_.base.mass[k];
+        });
         double largest = 0;
-        membrane_share_.resize(cells);
-        for (std::size_t c = 0; c < cells; ++c) {
+        membrane_share_.resize(share.size());
+        membrane.for_each_cell([&](std::size_t c, const Membrane::Cell& cell) {
             double most = 0;
-            for (const auto k : membrane.cell[c]) most = std::max(most, sum[k]);
+            for (const auto k : cell) most = std::max(most, sum[k]);
             largest = std::max(largest, std::min(most, most_membrane));
             resolved_ = std::max(resolved_, std::sqrt(most / most_membrane));
             membrane_share_[c] =
                 T(most > most_membrane ? share[c] * (most_membrane / most) : share[c]);
-        }
+        });
         if (largest == 0) membrane_share_.clear();
         return largest;
     }
@@ -510,25 +509,26 @@ private:
     {
         if (!plastic_) return {};
         const LatticeRegions& regions = matched_->regions;
-        const auto axes = geometry::plane_axes(body_.flat_axis);  // the membrane's
-        const int u = axes[0], v = axes[1];
+        const int u = body_.membrane.axes[0], v = body_.membrane.axes[1];
         std::vector<std::uint32_t> slot(n_);
         for (std::size_t s = 0; s < regions.slots(); ++s) {
             if (regions.particle[s] != none) slot[regions.particle[s]] = std::uint32_t(s);
         }
-        const std::size_t cells = body_.membrane.cell.size();
-        membrane_rest_.resize(3 * cells);
-        geometry::parallel_for(cells, grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t c = begin; c < end; ++c) {
-                Mat mean = Mat::Zero();
-                for (const auto k : body_.membrane.cell[c]) mean += T(0.25) * rest_shape(slot[k]);
-                const T det = mean(u, u) * mean(v, v) - mean(u, v) * mean(u, v);
-                const T inverse = det > 0 ? 1 / det : T(0);
-                membrane_rest_[3 * c] = float(mean(v, v) * inverse);
-                membrane_rest_[3 * c + 1] = float(-mean(u, v) * inverse);
-                membrane_rest_[3 * c + 2] = float(mean(u, u) * inverse);
-            }
-        });
+        const Membrane& membrane = body_.membrane;
+        membrane_rest_.resize(3 * membrane.cells());
+        const auto find_rest = [&](std::size_t c, const Membrane::Cell& cell) {
+            Mat mean = Mat::Zero();
+            for (const auto k : cell) mean += T(0.25) * rest_shape(slot[k]);
+            const T det = mean(u, u) * mean(v, v) - mean(u, v) * mean(u, v);
+            const T inverse = det > 0 ? 1 / det : T(0);
+            membrane_rest_[3 * c] = float(mean(v, v) * inverse);
+            membrane_rest_[3 * c + 1] = float(-mean(u, v) * inverse);
+            membrane_rest_[3 * c + 2] = float(mean(u, u) * inverse);
+        };
+        geometry::parallel_for(membrane.strip.size(), strips_grain,
+                               [&](std::size_t begin, std::size_t end) {
+                                   membrane.for_each_cell(begin, end, find_rest);
+                               });
         return membrane_rest_;
     }
 

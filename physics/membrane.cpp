@@ -1,12 +1,10 @@
 #include "physics/membrane.hpp"
 
 #include "geometry/parallel.hpp"
-#include "geometry/plane.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
 #include <stdexcept>
 
 #ifndef PHYSICS_MEMBRANE_CPP  // once for all targets
@@ -261,7 +259,7 @@ void pull_strip(std::size_t count, const double* low, const double* high, double
 }
 
 // Cells one after another along u, and where their pulls go.
-void find_strips(Membrane& membrane, std::size_t particles)
+void find_strips(Membrane& membrane, const std::vector<Membrane::Cell>& cell, std::size_t particles)
 {
     std::vector<std::array<std::uint32_t, 4>> pulls(particles,
                                                     {no_cell, no_cell, no_cell, no_cell});
@@ -276,29 +274,31 @@ void find_strips(Membrane& membrane, std::size_t particles)
         }
         *free = row;
     };
-    const std::size_t cells = membrane.cell.size();
-    for (std::size_t first = 0, end = 0; first < cells; first = end) {
+    for (std::size_t first = 0, end = 0; first < cell.size(); first = end) {
         end = first + 1;
-        while (end < cells && end - first < most_cells_a_strip &&
-               membrane.cell[end][0] == membrane.cell[end - 1][1] &&
-               membrane.cell[end][2] == membrane.cell[end - 1][3]) {
+        while (end < cell.size() && end - first < most_cells_a_strip &&
+               cell[end][0] == cell[end - 1][1] && cell[end][2] == cell[end - 1][3]) {
             ++end;
         }
         const auto count = std::uint32_t(end - first), row = std::uint32_t(membrane.rows);
-        bool in_order = true;
-        for (std::size_t k = first + 1; k < end; ++k) {
-            in_order &= membrane.cell[k][0] == membrane.cell[k - 1][0] + 1 &&
-                        membrane.cell[k][2] == membrane.cell[k - 1][2] + 1;
-        }
-        const auto& last = membrane.cell[end - 1];
-        in_order &= last[1] == last[0] + 1 && last[3] == last[2] + 1;
+        const auto across = [&](std::uint32_t k) -> std::array<std::uint32_t, 2> {
+            if (k == count) return {cell[end - 1][1], cell[end - 1][3]};
+            return {cell[first + k][0], cell[first + k][2]};
+        };
+        const auto [low, high] = across(0);
         // Vectors read on past the end of a row.
-        in_order &= std::max(last[1], last[3]) + 4 < particles;
-        membrane.strip.push_back({std::uint32_t(first), count, row, in_order});
+        bool in_order = std::max(low, high) + count + 4 < particles;
         for (std::uint32_t k = 0; k <= count; ++k) {
-            const auto& cell = membrane.cell[first + std::min(k, count - 1)];
-            add(cell[k < count ? 0 : 1], row + k);
-            add(cell[k < count ? 2 : 3], row + count + 1 + k);
+            in_order &= across(k) == std::array{low + k, high + k};
+            add(across(k)[0], row + k);
+            add(across(k)[1], row + count + 1 + k);
+        }
+        if (in_order) {
+            membrane.strip.push_back({std::uint32_t(first), count, row, true, low, high});
+        } else {
+            const auto at = std::uint32_t(membrane.link.size());
+            membrane.strip.push_back({std::uint32_t(first), count, row, false, at, 0});
+            for (std::uint32_t k = 0; k <= count; ++k) membrane.link.push_back(across(k));
         }
         membrane.rows += 2 * (count + 1);
     }
@@ -313,7 +313,7 @@ void find_strips(Membrane& membrane, std::size_t particles)
 
 std::size_t Membrane::bytes() const
 {
-    return cell.size() * sizeof(cell[0]) + strip.size() * sizeof(strip[0]) +
+    return strip.size() * sizeof(strip[0]) + link.size() * sizeof(link[0]) +
            run.size() * sizeof(run[0]) +
            (stiffness.size() + bend.size() + mass.size()) * sizeof(float);
 }
@@ -322,45 +322,37 @@ Membrane make_membrane(const geometry::Cubes& cubes, int axis)
 {
     Membrane out;
     out.h = cubes.size;
-    const auto axes = geometry::plane_axes(axis);
-    const unsigned u = 1u << axes[0], v = 1u << axes[1];
-    std::vector<std::uint32_t> order(cubes.count());
-    std::iota(order.begin(), order.end(), 0u);
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-        const auto place = [&](std::uint32_t c) {
-            return std::pair(cubes.cell[c][axes[1]], cubes.cell[c][axes[0]]);
-        };
-        return place(a) < place(b);
-    });
-    for (const std::uint32_t c : order) {
+    out.axes = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
+    const unsigned u = 1u << out.axes[0], v = 1u << out.axes[1];
+    std::vector<Membrane::Cell> cell;
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
         const auto& corners = cubes.corners[c];
-        out.cell.push_back({corners[0], corners[u], corners[v], corners[u | v]});
+        cell.push_back({corners[0], corners[u], corners[v], corners[u | v]});
         out.stiffness.push_back(float(cubes.young[c] * cubes.fill[c] * cubes.size));
         const double nu = cubes.poisson[c];
         out.bend.push_back(float(cubes.fill[c] * cubes.fill[c] / (1 - nu * nu)));
         out.mass.push_back(float(cubes.mass[c]));
     }
-    find_strips(out, cubes.corner_count());
+    find_strips(out, cell, cubes.corner_count());
     return out;
 }
 
-std::vector<std::uint8_t> torn_corners(const Membrane& membrane, int axis,
+std::vector<std::uint8_t> torn_corners(const Membrane& membrane,
                                        std::span<const std::uint32_t> broken)
 {
-    std::vector<std::uint8_t> torn(membrane.cell.size(), 0);
-    const auto axes = geometry::plane_axes(axis);
+    std::vector<std::uint8_t> torn(membrane.cells(), 0);
+    const auto& axes = membrane.axes;
     const auto is_broken = [&](std::uint32_t from, int along) {
         return std::binary_search(broken.begin(), broken.end(), 3 * from + std::uint32_t(along));
     };
-    for (std::size_t c = 0; c < torn.size(); ++c) {
-        const auto& cell = membrane.cell[c];
+    membrane.for_each_cell([&](std::size_t c, const Membrane::Cell& cell) {
         unsigned mask = 0;
         if (is_broken(cell[0], axes[0])) mask |= 0b0011u;  // links are between 0 and u,
         if (is_broken(cell[2], axes[0])) mask |= 0b1100u;  // v and u + v,
         if (is_broken(cell[0], axes[1])) mask |= 0b0101u;  // 0 and v,
         if (is_broken(cell[1], axes[1])) mask |= 0b1010u;  // u and u + v
         torn[c] = std::uint8_t(mask);
-    }
+    });
     return torn;
 }
 
@@ -377,17 +369,13 @@ void MembranePull<T>::pull(const Membrane& membrane, const MembraneState& state,
         for (std::size_t s = begin; s < end; ++s) {
             const MembraneStrip& strip = membrane.strip[s];
             const std::size_t first = strip.first, count = strip.count;
-            const auto* const cell = membrane.cell.data() + first;
-            const auto place = [&](std::uint32_t low_one, std::uint32_t high_one, std::size_t k) {
+            for (std::uint32_t k = 0; k <= count && !strip.in_order; ++k) {
+                const auto [low_one, high_one] = membrane.across(strip, k);
                 // Number by number: three are too few for a call of memmove().
                 for (std::size_t i = 0; i < 3; ++i) {
                     low[3 * k + i] = x[low_one][Eigen::Index(i)];
                     high[3 * k + i] = x[high_one][Eigen::Index(i)];
                 }
-            };
-            if (!strip.in_order) {
-                for (std::size_t k = 0; k < count; ++k) place(cell[k][0], cell[k][2], k);
-                place(cell[count - 1][1], cell[count - 1][3], count);
             }
             const bool torn = !state.torn.empty();
             for (std::size_t k = 0; k < count; ++k) {
@@ -406,8 +394,8 @@ void MembranePull<T>::pull(const Membrane& membrane, const MembraneState& state,
                 }
             }
             T* const low_pulls = pulls_.data() + 4 * std::size_t(strip.row);
-            pull_strip(count, strip.in_order ? x[cell[0][0]].data() : low,
-                       strip.in_order ? x[cell[0][2]].data() : high, 1 / membrane.h, scale,
+            pull_strip(count, strip.in_order ? x[strip.low].data() : low,
+                       strip.in_order ? x[strip.high].data() : high, 1 / membrane.h, scale,
                        torn ? most : 0, state.rest.empty() ? nullptr : rest, low_pulls,
                        low_pulls + 4 * (count + 1));
         }

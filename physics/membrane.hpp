@@ -35,7 +35,8 @@ inline constexpr std::uint32_t no_cell = ~0u;
 struct MembraneStrip {
     std::uint32_t first, count;  // cells, at most 64
     std::uint32_t row;           // of its pulls: count + 1 particles at v = 0, then as many at 1
-    bool in_order;               // both rows of particles are numbered one after another
+    bool in_order;               // both rows of particles are numbered one after another,
+    std::uint32_t low, high;     // from these on; if not, they are Membrane::link from `low` on
 };
 
 // Particles one after another and the pulls that each adds up, likewise: `rows` of the first, then
@@ -46,24 +47,55 @@ struct MembraneRun {
 };
 
 struct Membrane {
+    using Cell = std::array<std::uint32_t, 4>;  // particles at 0, u, v, u + v
+
     double h = 0;                                    // m, edge of a cell
-    std::vector<std::array<std::uint32_t, 4>> cell;  // C, particles at 0, u, v, u + v; row by row
+    std::array<int, 2> axes{0, 1};                   // u and v
     std::vector<MembraneStrip> strip;                // all cells, in their order
+    std::vector<std::array<std::uint32_t, 2>> link;  // of strips out of order: particles at v = 0
+                                                     // and 1
     std::vector<MembraneRun> run;                    // all particles, in their order
     std::size_t rows = 0;                            // pulls of all strips
     std::vector<float> stiffness;                    // C, N/m, E V / h^2
     std::vector<float> bend;                         // C, (t / h)^2 / (1 - nu^2)
     std::vector<float> mass;                         // C, kg
 
+    std::size_t cells() const { return mass.size(); }
+    // Particles at v = 0 and 1 of the links across a strip, 0 .. count.
+    std::array<std::uint32_t, 2> across(const MembraneStrip& of, std::uint32_t k) const
+    {
+        if (of.in_order) return {of.low + k, of.high + k};
+        return link[of.low + k];
+    }
+    // Calls with(c, cell) for all cells of the strips begin .. end, in their order.
+    template <class With>
+    void for_each_cell(std::size_t begin, std::size_t end, const With& with) const
+    {
+        for (std::size_t s = begin; s < end; ++s) {
+            const MembraneStrip& of = strip[s];
+            auto near = across(of, 0);
+            for (std::uint32_t k = 0; k < of.count; ++k) {
+                const auto far = across(of, k + 1);
+                with(std::size_t(of.first + k), Cell{near[0], far[0], near[1], far[1]});
+                near = far;
+            }
+        }
+    }
+    template <class With> void for_each_cell(const With& with) const
+    {
+        for_each_cell(0, strip.size(), with);
+    }
+
     std::size_t bytes() const;
 };
 
-// Of the plane `cubes` across `axis`. Throws std::invalid_argument where more than four cells meet
-// at a corner.
+// Of the plane `cubes` across `axis`, with a cell of each cube. u is the axis along which cubes and
+// corners are numbered one after another. Throws std::invalid_argument where more than four cells
+// meet at a corner.
 Membrane make_membrane(const geometry::Cubes& cubes, int axis);
 
 // Which corners of each cell have lost a link. `broken` as in State, 3 particle + axis.
-std::vector<std::uint8_t> torn_corners(const Membrane& membrane, int axis,
+std::vector<std::uint8_t> torn_corners(const Membrane& membrane,
                                        std::span<const std::uint32_t> broken);
 
 // What of a membrane is torn and what has flowed.

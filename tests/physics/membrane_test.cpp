@@ -47,8 +47,7 @@ struct Sheet {
     double energy(const MembraneState& state = {}) const
     {
         double sum = 0;
-        for (std::size_t c = 0; c < share.size(); ++c) {
-            const auto& p = membrane.cell[c];
+        membrane.for_each_cell([&](std::size_t c, const Membrane::Cell& p) {
             for (unsigned corner = 0; corner < 4; ++corner) {
                 if (!state.torn.empty() && (state.torn[c] >> corner & 1u)) continue;
                 const std::size_t u = corner & 2u, v = corner & 1u;
@@ -65,7 +64,7 @@ struct Sheet {
                 sum += (svd.singularValues() - Eigen::Vector2d::Ones()).squaredNorm() / 4 *
                        share[c] * membrane.h * membrane.h / 2;
             }
-        }
+        });
         return sum;
     }
 
@@ -106,6 +105,32 @@ struct Sheet {
 };
 
 }  // namespace
+
+TEST(Membrane, HasTheCellsOfItsPlane)
+{
+    for (const int axis : {0, 1, 2}) {
+        auto cells = geometry::rectangle_cells(70, 5);
+        std::erase(cells, std::array{30, 2});
+        const auto cubes = geometry::plane_cubes(cells, {axis, 0.2, {0, 0, 0}}, 0.01);
+        const Membrane membrane = make_membrane(cubes, axis);
+        const std::size_t u = std::size_t{1} << membrane.axes[0];
+        const std::size_t v = std::size_t{1} << membrane.axes[1];
+        std::size_t next = 0;
+        membrane.for_each_cell([&](std::size_t c, const Membrane::Cell& cell) {
+            EXPECT_EQ(c, next++);
+            const auto& k = cubes.corners[c];
+            EXPECT_EQ(cell, (Membrane::Cell{k[0], k[u], k[v], k[u | v]})) << axis << ' ' << c;
+        });
+        EXPECT_EQ(next, cubes.count());
+        EXPECT_EQ(membrane.cells(), cubes.count());
+        // All are in order but what is so near to the last particle that vectors would read on
+        // beyond it.
+        for (const MembraneStrip& strip : membrane.strip) {
+            const std::size_t last = membrane.across(strip, strip.count)[1];
+            EXPECT_EQ(strip.in_order, last + 4 < cubes.corner_count()) << axis;
+        }
+    }
+}
 
 TEST(Membrane, PullsDownItsPotential)
 {
@@ -184,17 +209,23 @@ TEST(Membrane, ABrokenLinkTakesTheCornersThatHoldIt)
 {
     // Cells (0, 0) and (0, 1) share the link of particle (0, 1) along u: corners 2, 3 of the one
     // and 0, 1 of the other. Cells (0, 0) and (1, 0) share that of (1, 0) along v: 1, 3 and 0, 2.
-    const Sheet sheet;
-    const auto torn_at = [&](const geometry::Vec3i& at, std::uint32_t axis) {
-        std::uint32_t from = 0;
-        while (sheet.cubes.corner[from] != at) ++from;
-        return torn_corners(sheet.membrane, 1, std::vector<std::uint32_t>{3 * from + axis});
-    };
-    const auto along_u = torn_at({0, 0, 1}, 0), along_v = torn_at({1, 0, 0}, 2);
-    for (std::size_t c = 0; c < along_u.size(); ++c) {
-        const auto& at = sheet.cubes.cell[c];
-        EXPECT_EQ(along_u[c], at[0] != 0 ? 0u : at[2] == 0 ? 0b1100u : 0b0011u) << at.transpose();
-        const unsigned expected = at[2] != 0 || at[0] > 1 ? 0u : at[0] == 0 ? 0b1010u : 0b0101u;
-        EXPECT_EQ(along_v[c], expected) << at.transpose();
+    for (const int axis : {0, 1, 2}) {
+        const Sheet sheet(axis);
+        const auto& [u, v] = sheet.membrane.axes;
+        const auto torn_at = [&](const geometry::Vec3i& at, int along) {
+            std::uint32_t from = 0;
+            while (sheet.cubes.corner[from] != at) ++from;
+            return torn_corners(sheet.membrane,
+                                std::vector<std::uint32_t>{3 * from + std::uint32_t(along)});
+        };
+        const auto along_u = torn_at(geometry::Vec3i::Unit(v), u);
+        const auto along_v = torn_at(geometry::Vec3i::Unit(u), v);
+        for (std::size_t c = 0; c < along_u.size(); ++c) {
+            const auto& at = sheet.cubes.cell[c];
+            const unsigned of_u = at[u] != 0 || at[v] > 1 ? 0u : at[v] == 0 ? 0b1100u : 0b0011u;
+            const unsigned of_v = at[v] != 0 || at[u] > 1 ? 0u : at[u] == 0 ? 0b1010u : 0b0101u;
+            EXPECT_EQ(along_u[c], of_u) << axis << ' ' << at.transpose();
+            EXPECT_EQ(along_v[c], of_v) << axis << ' ' << at.transpose();
+        }
     }
 }

@@ -624,6 +624,19 @@ TEST(PlaneLattice, DampsOnlyWhatIsDamped)
     }
 }
 
+TEST(PlaneLattice, IsKeptInTwoHundredBytesAParticle)
+{
+    for (const int axis : {0, 1, 2}) {
+        const Cubes cubes = geometry::plane_cubes(geometry::rectangle_cells(100, 100),
+                                                  {axis, 0.1, {0, 0, 0}}, 0.02);
+        const LatticeBody body = make_lattice(cubes, {});
+        const State state = advance(body, rest_state(body), {}, 0.04, body.options);
+        const std::size_t of_state = state.x.size() * sizeof(Vec3) + state.v.size() * sizeof(Vec3) +
+                                     state.rotation.size() * sizeof(float);
+        EXPECT_LT(double(body.bytes() + of_state) / double(cubes.corner_count()), 200) << axis;
+    }
+}
+
 TEST(PlaneLattice, OnlyPlanesMoveInTheirPlane)
 {
     EXPECT_THROW(
