@@ -543,9 +543,14 @@ private:
             double(b[4]), double(b[2]), double(b[4]), double(b[5]);
         const Mat3 s = rest_shape(slot).template cast<double>();
         const Mat3 turned = r.transpose().template cast<double>() * m.template cast<double>();
-        Mat3 strain = turned * inverse_b / body_.base.h * s.inverse();
+        Mat3 shape = turned * inverse_b / body_.base.h;
+        // Along an axis that nothing in it lies along (of a plane, or where links have broken) it
+        // is as it was.
+        for (Eigen::Index d = 0; d < 3; ++d) {
+            if (inverse_b(d, d) == 0) shape.col(d) = s.col(d);
+        }
+        Mat3 strain = shape * s.inverse();
         strain = (0.5 * (strain + strain.transpose())).eval();
-        if (flat_) strain(body_.flat_axis, body_.flat_axis) = 1;
         strain -= Mat3::Identity();
         const double size = strain.norm();
         if (!(size > options.yield) || !std::isfinite(size)) return;

@@ -621,6 +621,47 @@ TEST(LatticeTear, OneBodyStepsStatesThatAreTornElsewhere)
     EXPECT_NE(a.x, b.x);
 }
 
+TEST(LatticeTear, WhatIsTornAtRandomRestsUnderAnyRigidMotion)
+{
+    // Regions that are left with a line of particles, or with one, see no twist, no stretch across
+    // and nothing to flow.
+    const Mat3 about_y = Eigen::AngleAxisd(2, Vec3(0, 1, 0)).toRotationMatrix();
+    const Mat3 turn = Eigen::AngleAxisd(2, Vec3(1, -2, 3).normalized()).toRotationMatrix();
+    for (int kind = 0; kind < 6; ++kind) {
+        const bool solid = kind % 3 == 0, in_plane = kind % 3 == 2, plastic = kind >= 3;
+        for (const Precision precision : {Precision::full, Precision::single}) {
+            for (const int w : {1, 2, 3}) {
+                LatticeOptions options{.half_width = w,
+                                       .stiffness = Stiffness::rate,
+                                       .rate = 1e4,
+                                       .bend = 0.3,
+                                       .tear = 5,
+                                       .substeps = 1,
+                                       .precision = precision};
+                if (in_plane) options.plane = PlaneMotion::in_plane;
+                if (plastic) options.plastic = {.yield = 0.01, .flow = 100};
+                const LatticeBody body =
+                    make_lattice(solid ? box(4, 3, 5, 0.1) : whole_sheet(7, 5), options);
+                const Random random(std::uint64_t(10 * kind + w));
+                State state = rest_state(body);
+                for (Vec3& x : state.x) x = (in_plane ? about_y : turn) * x + Vec3(0.2, 0, 0.3);
+                for (std::uint32_t link = 0; link < 3 * state.x.size(); ++link) {
+                    if (random.unit(link) < 0.5) state.broken.push_back(link);
+                }
+                const State after = advance(body, state, {}, 0.01, options);
+                const double tolerance = precision == Precision::full ? 1e-7 : 1e-6;
+                double worst = 0, flowed = 0;
+                for (std::size_t i = 0; i < state.x.size(); ++i) {
+                    worst = std::max(worst, (after.x[i] - state.x[i]).norm());
+                }
+                for (const float p : after.plastic) flowed = std::max(flowed, std::abs(double(p)));
+                EXPECT_LT(worst, tolerance) << kind << " " << w;
+                EXPECT_EQ(flowed, 0) << kind << " " << w;
+            }
+        }
+    }
+}
+
 TEST(LatticeBodies, CollideAndDoNotPassThroughEachOther)
 {
     // One block falls on another that lies on the ground, half over its edge of contact distance.
