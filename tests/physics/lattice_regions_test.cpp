@@ -1,11 +1,12 @@
 #include "physics/lattice_regions.hpp"
 
 #include "geometry/random.hpp"
+#include "tests/physics/direct_regions.hpp"
 
 #include <map>
-#include <set>
 
 using namespace physics;
+using fixtures::regions_by_search;
 using geometry::Random;
 
 namespace {
@@ -55,33 +56,6 @@ Lattice joined(const Lattice& a, const Lattice& b)
         both.next.push_back(next);
     }
     return both;
-}
-
-// Regions by searching particle by particle.
-std::vector<std::vector<std::uint32_t>> regions_by_search(const Lattice& lattice, int w)
-{
-    std::vector<std::vector<std::uint32_t>> neighbours(lattice.count()), regions;
-    for (std::uint32_t i = 0; i < lattice.count(); ++i) {
-        for (const auto j : lattice.next[i]) {
-            if (j == none) continue;
-            neighbours[i].push_back(j);
-            neighbours[j].push_back(i);
-        }
-    }
-    for (std::uint32_t r = 0; r < lattice.count(); ++r) {
-        std::set<std::uint32_t> seen{r};
-        std::vector<std::uint32_t> queue{r};
-        while (!queue.empty()) {
-            const auto i = queue.back();
-            queue.pop_back();
-            for (const auto j : neighbours[i]) {
-                if ((lattice.at[j] - lattice.at[r]).cwiseAbs().maxCoeff() > w) continue;
-                if (seen.insert(j).second) queue.push_back(j);
-            }
-        }
-        regions.emplace_back(seen.begin(), seen.end());
-    }
-    return regions;
 }
 
 template <class T> Quad<T> any_quad(const Random& random, std::uint64_t i)
@@ -283,6 +257,19 @@ TEST(LatticeRegions, OfCopiesThatMeetHoldBoth)
     lattice.next.push_back({n + 3, none, none});
     lattice.next[2 * n][1] = 2 * n + 1;
     for (const int w : {1, 2, 4}) expect_equal_to_direct_sums(lattice, w, "copies");
+}
+
+TEST(LatticeRegions, OfCopiesThatAreNoMoreThanTheirOwnHoldThem)
+{
+    // A loop that lies over itself at x = 1 and 2: the first particle's box holds as many of the
+    // first copies as it reaches, two, but what it reaches is the second.
+    Lattice loop;
+    loop.at = {{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {2, 0, 0},
+               {2, 0, 0}, {3, 0, 0}, {2, 1, 0}, {3, 1, 0}};
+    loop.next.assign(8, {none, none, none});
+    loop.next[0][0] = 2, loop.next[2][0] = 4, loop.next[4][1] = 6, loop.next[6][0] = 7;
+    loop.next[5][1] = 7, loop.next[3][0] = 5, loop.next[1][0] = 3;
+    expect_equal_to_direct_sums(loop, 1, "a loop");
 }
 
 TEST(LatticeRegions, OfProngsThatAreNotLinkedDoNotCouple)
