@@ -3,10 +3,12 @@
 #include "geometry/plane.hpp"
 #include "geometry/random.hpp"
 #include "physics/lattice.hpp"
+#include "physics/torn_regions.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <numbers>
 
 using namespace physics;
@@ -546,6 +548,8 @@ TEST(LatticeTear, ASheetPulledApartTearsAndItsPartsForgetEachOther)
               [](const Vec3& x, double share) { return Vec3(x[0] * (1 + 2 * share), x[1], x[2]); });
     ASSERT_FALSE(state.broken.empty());
     EXPECT_TRUE(std::is_sorted(state.broken.begin(), state.broken.end()));
+    EXPECT_EQ(std::adjacent_find(state.broken.begin(), state.broken.end()), state.broken.end())
+        << "a link breaks once";
     // The halves come back to their shape: every link that is left is as long as it was.
     options.damping = 0.05;
     for (int f = 0; f < 120; ++f) state = advance(body, std::move(state), {}, 1.0 / 24, options);
@@ -561,6 +565,23 @@ TEST(LatticeTear, ASheetPulledApartTearsAndItsPartsForgetEachOther)
     double low = 1e9, high = -1e9;
     for (const Vec3& x : state.x) low = std::min(low, x[0]), high = std::max(high, x[0]);
     EXPECT_GT(high - low, 1.5);  // 2.7 m apart less what snapped back
+}
+
+TEST(LatticeTear, LinksTearAlongAnyAxis)
+{
+    const Cubes cubes = box(2, 3, 2, 0.1);
+    const LatticeOptions options{.half_width = 1, .tear = 0.5, .substeps = 1};
+    const LatticeBody body = make_lattice(cubes, options);
+    const Lattice lattice = corner_lattice(cubes);
+    for (std::uint32_t d = 0; d < 3; ++d) {
+        State state = rest_state(body);
+        for (Vec3& x : state.x) x[Eigen::Index(d)] *= 2;
+        std::vector<std::uint32_t> along;
+        for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+            if (lattice.next[i][d] != none) along.push_back(3 * i + d);
+        }
+        EXPECT_EQ(advance(body, state, {}, 1e-6, options).broken, along);
+    }
 }
 
 TEST(LatticeTear, AStoredStateGoesOnAsIfItHadNotStopped)
@@ -660,6 +681,64 @@ TEST(LatticeTear, WhatIsTornAtRandomRestsUnderAnyRigidMotion)
             }
         }
     }
+}
+
+TEST(LatticeTear, RegionsAwayFromABreakAreAsTheyWere)
+{
+    for (const bool flat : {false, true}) {
+        const LatticeOptions options{.half_width = 1, .tear = 0.5};
+        const Cubes cubes = flat ? whole_sheet(8, 3) : box(8, 2, 2, 0.1);
+        const LatticeBody body = make_lattice(cubes, options);
+        const std::uint32_t link = 0;  // of the first particle, along x
+        const auto torn = body.torn->find(body.whole.regions, {link});
+        std::size_t alike = 0;
+        for (std::size_t s = 0; s < body.whole.rate_sq.size(); ++s) {
+            const auto r = body.whole.regions.particle[s];
+            if (r == none || cubes.corner[r][0] < 3) continue;
+            ASSERT_EQ(torn->regions.particle[s], r);
+            EXPECT_NEAR(torn->rate_sq[s] / body.whole.rate_sq[s], 1, 1e-6);
+            if (flat) {
+                EXPECT_NEAR(torn->bend_sq[s] / body.whole.bend_sq[s], 1, 1e-6);
+            }
+            ++alike;
+        }
+        EXPECT_GT(alike, 10u);
+        // The last few are kept.
+        EXPECT_NE(body.torn->find(body.whole.regions, {3}), torn);
+        EXPECT_EQ(body.torn->find(body.whole.regions, {link}), torn);
+        body.torn->find(body.whole.regions, {6});
+        EXPECT_EQ(body.torn->find(body.whole.regions, {link}), torn);
+    }
+}
+
+TEST(LatticeBodies, AreEachAsStiffAsAlone)
+{
+    // A slender beam bends too stiffly by far more than a block does: side by side, not linked,
+    // each is softened by its own excess.
+    const LatticeOptions options{.half_width = 2};
+    std::vector<Vec3i> beam, block, both;
+    for (int x = 0; x < 12; ++x) beam.emplace_back(x, 0, 0);
+    for (int k = 0; k < 27; ++k) block.emplace_back(k % 3, 5 + k / 3 % 3, k / 9);
+    both = beam;
+    both.insert(both.end(), block.begin(), block.end());
+    const auto rates = [&](const std::vector<Vec3i>& cells) {
+        const Cubes cubes = fixtures::cubes_on(cells, 0.1);
+        const LatticeBody body = make_lattice(cubes, options);
+        std::map<std::array<int, 3>, float> out;
+        for (std::size_t s = 0; s < body.whole.rate_sq.size(); ++s) {
+            const auto r = body.whole.regions.particle[s];
+            if (r == none) continue;
+            const Vec3i& at = cubes.corner[r];
+            out[{at[0], at[1], at[2]}] = body.whole.rate_sq[s];
+        }
+        return out;
+    };
+    auto alone = rates(beam);
+    alone.merge(rates(block));
+    const auto together = rates(both);
+    ASSERT_EQ(together.size(), alone.size());
+    // The bend that tells is so slight that some 1e-5 of it is rounding.
+    for (const auto& [at, rate] : together) EXPECT_NEAR(rate / alone[at], 1, 1e-3);
 }
 
 TEST(LatticeBodies, CollideAndDoNotPassThroughEachOther)
@@ -802,6 +881,25 @@ TEST(LatticeBalls, RollDownASlopeAsSolidBallsDo)
     for (int f = 0; f < 12; ++f) state = advance(body, std::move(state), loads, 1.0 / 24, options);
     EXPECT_NEAR((state.balls[0].x - ball.position).norm(), 0.438, 0.01);
     EXPECT_NEAR(state.balls[0].spin.norm() * 0.2, state.balls[0].v.norm(), 0.01);
+}
+
+TEST(LatticeBalls, TurnAboutTheirSpinHoweverTheyLie)
+{
+    const LatticeOptions options{.half_width = 1, .substeps = 7};
+    const LatticeBody body = make_lattice(box(1, 1, 1, 0.1), options);
+    Loads loads;
+    loads.balls.push_back({.position = Vec3(5, 5, 5)});
+    State state = advance(body, rest_state(body), loads, 0.1, options);
+    const Eigen::Quaterniond lies(Eigen::AngleAxisd(1.2, Vec3(1, 2, 3).normalized()));
+    state.balls[0].turn = {lies.w(), lies.x(), lies.y(), lies.z()};
+    state.balls[0].spin = Vec3(0, 3, 0);
+    const State after = advance(body, state, loads, 0.1, options);
+    const Eigen::Vector4d q = after.balls[0].turn;
+    const Eigen::Quaterniond turned(q[0], q[1], q[2], q[3]);
+    const Eigen::Quaterniond expected = Eigen::AngleAxisd(0.3, Vec3::UnitY()) * lies;
+    EXPECT_LT(turned.angularDistance(expected), 1e-7);  // the arc cosine of 1 less rounding
+    state.balls[0].spin[1] = std::numeric_limits<double>::infinity();
+    EXPECT_THROW(advance(body, state, loads, 0.1, options), std::invalid_argument);
 }
 
 TEST(LatticeBalls, HitEachOtherAsSolidBallsWithFrictionDo)
