@@ -1,7 +1,9 @@
 #include "physics/lattice_contact.hpp"
 
 #include "geometry/plane.hpp"
+#include "geometry/primitive.hpp"
 #include "geometry/random.hpp"
+#include "geometry/voxelize.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 
 #include <gtest/gtest.h>
@@ -10,6 +12,7 @@
 #include <set>
 
 using namespace physics;
+using geometry::Cubes;
 using geometry::Random;
 
 namespace {
@@ -105,6 +108,18 @@ TEST(LatticeContact, ABodyThatTouchesAHundredOthersIsSolvedAlone)
     const PairPushes all = find_pair_pushes(crowd.scene(), crowd.side, crowd.piece, 1, 0);
     EXPECT_TRUE(all.last_alone);
     EXPECT_LE(all.colour_at.size(), 65u);
+    // Threads would meet in a body of the last colour.
+    const auto solve = [&](std::size_t threads) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        Pushes pushes;
+        pushes.pairs = all;
+        std::vector<Vec3> v = crowd.state.v;
+        std::vector<BallState> balls;
+        solve_pushes(crowd.scene(), pushes, 8, v, balls);
+        return v;
+    };
+    const std::vector<Vec3> one = solve(1);
+    for (int k = 0; k < 10; ++k) ASSERT_EQ(solve(8), one);
 }
 
 TEST(LatticeContact, PushesKeepMomentumAndThreadsTheSameBytes)
@@ -162,6 +177,9 @@ TEST(LatticeContact, APairIsStoppedAtItsDistanceAndDraggedAsCoulombSays)
     const auto leaves = solve(0.05, Vec3(0, 4, 0), 0.3);
     EXPECT_EQ(leaves[0], Vec3(0, 4, 0));
     EXPECT_EQ(leaves[1], Vec3(0, 0, 0));
+    // At one place nothing says which way is out: up and down will do.
+    const auto parted = solve(0, Vec3(0, 0, 0), 0.3);
+    EXPECT_LT((parted[0] - parted[1] - Vec3(0, 2, 0)).norm(), 1e-5);
 }
 
 TEST(LatticeContact, OnePushMakesABallRoll)
@@ -191,9 +209,8 @@ TEST(LatticeContact, EveryCornerOfASkinTouchesOnce)
     for (const int axis : {0, 1, 2, 3}) {
         auto cells = geometry::rectangle_cells(70, 5);
         std::erase(cells, std::array{30, 2});
-        const geometry::Cubes cubes =
-            axis < 3 ? geometry::plane_cubes(cells, {axis, 0.1, {0, 0, 0}}, 0.02)
-                     : fixtures::box(9, 7, 8, 0.1);
+        const Cubes cubes = axis < 3 ? geometry::plane_cubes(cells, {axis, 0.1, {0, 0, 0}}, 0.02)
+                                     : fixtures::box(9, 7, 8, 0.1);
         const CornerBody body = make_corner_body(cubes, {}, nullptr);
         State state;
         state.x = geometry::corner_positions(cubes);
@@ -221,6 +238,160 @@ TEST(LatticeContact, EveryCornerOfASkinTouchesOnce)
             ASSERT_EQ(on_ball[k], inside ? 0 : 1) << axis << ' ' << k;
         }
     }
+}
+
+TEST(LatticeContact, WhatLiesOnAFloorThatMovesGoesAlong)
+{
+    // A floor rises at 2 m/s and goes aside at 7 m/s. What touches it is lifted with it at once; a
+    // friction of 3 allows 6 m/s of drag a unit of mass: a ball's surface, which gives way 3.5
+    // times as easily as the ball, gets all its 7 m/s, so 2 m/s of it are the ball's; the corner of
+    // a cube, the other seven of which stay as they are, gets 6.
+    const Cubes cubes = fixtures::box(1, 1, 1, 0.1);
+    const double dt = 0.01;
+    for (const double inside : {0.0, 0.005}) {
+        Crowd crowd(8, 0);
+        crowd.body = make_corner_body(cubes, {}, nullptr);
+        crowd.inverse_mass.assign(8, 8.0);
+        // On its tip, which is deepest.
+        crowd.state.x = geometry::corner_positions(cubes);
+        const auto tip = Eigen::Quaterniond::FromTwoVectors(Vec3::Ones(), Vec3::UnitY());
+        for (Vec3& x : crowd.state.x) x = tip * x - Vec3(0, inside, 0);
+        crowd.state.v.assign(8, Vec3::Zero());
+        crowd.state.balls = {{.x = Vec3(5, 0.5 - inside, 0)}};
+        const std::vector<Ball> balls = {{.radius = 0.5, .mass = 2}};
+        Collider floor;
+        floor.friction = 3;
+        floor.pose.pretranslate(dt * Vec3(7, 2, 0));
+        const std::vector<PosedCollider> posed = {pose_collider(floor, 1, dt, 0.1)};
+        const ContactScene scene{crowd.body, crowd.state, crowd.inverse_mass, dt, balls};
+        Pushes pushes;
+        pushes.skin = find_skin_pushes(scene, posed);
+        pushes.balls = find_ball_pushes(scene, posed);
+        ASSERT_EQ(pushes.skin.size(), 1u);
+        ASSERT_EQ(pushes.balls.size(), 1u);
+        std::vector<BallState> out = crowd.state.balls;
+        solve_pushes(scene, pushes, 1, crowd.state.v, out);
+        // What was inside comes out by a fifth of it besides.
+        const double up = 2 + 0.2 * inside / dt, most = std::min(7.0, 3 * up);
+        EXPECT_LT((crowd.state.v[0] - Vec3(most, up, 0)).norm(), 1e-6) << inside;
+        EXPECT_EQ(crowd.state.v[7], Vec3::Zero());
+        EXPECT_LT((out[0].v - Vec3(2, up, 0)).norm(), 1e-12) << inside;
+        EXPECT_LT((out[0].spin - Vec3(0, 0, 10)).norm(), 1e-12) << inside;
+    }
+}
+
+TEST(LatticeContact, ABallIsStoppedByACornerOfTheSkin)
+{
+    // A ball of 2 kg meets the tip of a cube, 1/8 kg, which moves itself: the gap closes by as much
+    // as there is of it. Across, the two give way to an impulse by 8 + 3.5 / 2 1/kg, which takes
+    // away the slip where friction allows it.
+    const Cubes cubes = fixtures::box(1, 1, 1, 0.1);
+    const double dt = 0.01, gap = 0.01;
+    for (const double friction : {10.0, 0.2}) {
+        Crowd crowd(8, 0);
+        crowd.body = make_corner_body(cubes, {}, nullptr);
+        crowd.inverse_mass.assign(8, 8.0);
+        crowd.state.x = geometry::corner_positions(cubes);
+        const auto tip = Eigen::Quaterniond::FromTwoVectors(-Vec3::Ones(), Vec3::UnitY());
+        for (Vec3& x : crowd.state.x) x = tip * x;  // corner 0 on top, at the origin
+        crowd.state.v.assign(8, Vec3(0, 1, 0));
+        const Vec3 speed(3, -4, 0);
+        // Straight above the tip at the end of the step, if nothing stopped it.
+        crowd.state.balls = {{.x = Vec3(-3 * dt, 0.5 + gap, 0), .v = speed}};
+        const std::vector<Ball> balls = {{.radius = 0.5, .mass = 2, .friction = friction}};
+        const ContactScene scene{crowd.body, crowd.state, crowd.inverse_mass, dt, balls};
+        Pushes pushes;
+        pushes.balls = find_ball_pushes(scene, {});
+        ASSERT_EQ(pushes.balls.size(), 1u);
+        std::vector<BallState> out = crowd.state.balls;
+        solve_pushes(scene, pushes, 1, crowd.state.v, out);
+        const double along = (5 - gap / dt) / (8 + 0.5);
+        const double across = std::min(3 / (8 + 3.5 / 2), friction * along);
+        EXPECT_LT((crowd.state.v[0] - Vec3(8 * across, 1 - 8 * along, 0)).norm(), 1e-12);
+        EXPECT_EQ(crowd.state.v[7], Vec3(0, 1, 0));
+        EXPECT_LT((out[0].v - Vec3(3 - across / 2, -4 + along / 2, 0)).norm(), 1e-12);
+        // r J / (2/5 m r^2)
+        EXPECT_LT((out[0].spin - Vec3(0, 0, -across / (0.4 * 2 * 0.5))).norm(), 1e-12);
+    }
+}
+
+TEST(LatticeContact, TwoBallsShareAPushByTheirMassesAndSizes)
+{
+    // 2 kg of radius 0.5 m come down on 3 kg of 0.3 m. To stop 4 m/s takes 4 / (1/2 + 1/3) N s; to
+    // stop the slip, of 1 m/s and what the lower one's spin of 5 rad/s adds, that over 3.5 times
+    // the masses' inverse.
+    Crowd crowd(1, 0);
+    const double dt = 0.01;
+    crowd.state.balls = {{.x = Vec3(0, -0.3, 0), .spin = Vec3(0, 0, 5)},
+                         {.x = Vec3(-dt, 0.5, 0), .v = Vec3(1, -4, 0)}};
+    const std::vector<Ball> balls = {{.radius = 0.3, .mass = 3, .friction = 4},
+                                     {.radius = 0.5, .mass = 2, .friction = 1}};
+    const ContactScene scene{crowd.body, crowd.state, crowd.inverse_mass, dt, balls};
+    Pushes pushes;
+    pushes.balls = find_ball_pushes(scene, {});
+    ASSERT_EQ(pushes.balls.size(), 1u);
+    std::vector<BallState> out = crowd.state.balls;
+    solve_pushes(scene, pushes, 1, crowd.state.v, out);
+    const double along = 4 / (1.0 / 2 + 1.0 / 3);
+    const double across = (1 + 5 * 0.3) / (3.5 / 2 + 3.5 / 3);
+    ASSERT_LT(across, 2 * along);
+    EXPECT_LT((out[0].v - Vec3(across / 3, -along / 3, 0)).norm(), 1e-12);
+    EXPECT_LT((out[1].v - Vec3(1 - across / 2, -4 + along / 2, 0)).norm(), 1e-12);
+    EXPECT_LT((out[0].spin - Vec3(0, 0, 5 - across / (0.4 * 3 * 0.3))).norm(), 1e-12);
+    EXPECT_LT((out[1].spin - Vec3(0, 0, -across / (0.4 * 2 * 0.5))).norm(), 1e-12);
+}
+
+TEST(LatticeContact, FindsThePointsOfASkinThatASearchOfAllFinds)
+{
+    // A ball-shaped surface in cubes that only just hold it, crumpled: what is culled a cube at a
+    // time is never what touches.
+    const Random random(12);
+    const geometry::TriMesh surface = geometry::icosphere(0.25, 3);
+    const Cubes cubes =
+        geometry::voxelize_surface(surface, {{}, {{}}, {}}, 0,
+                                   geometry::fit_grid(geometry::triangle_bounds(surface), 0.1), {});
+    Crowd crowd(cubes.corner_count(), 1);
+    crowd.body = make_corner_body(cubes, {}, &surface);
+    crowd.inverse_mass.assign(cubes.corner_count(), 1.0);
+    crowd.state.x = geometry::corner_positions(cubes);
+    for (std::size_t i = 0; i < cubes.corner_count(); ++i) {
+        for (std::size_t d = 0; d < 3; ++d) {
+            crowd.state.x[i][Eigen::Index(d)] += 0.06 * (random.unit(3 * i + d) - 0.5);
+        }
+    }
+    const Skin& skin = crowd.body.skin;
+    std::vector<Vec3> next;
+    for (std::size_t c = 0; c < skin.corners.size(); ++c) {
+        for (auto i = skin.on(c).point; i < skin.on(c).points_end; ++i) {
+            Vec3& p = next.emplace_back(Vec3::Zero());
+            for (std::size_t a = 0; a < 8; ++a) {
+                const auto k = skin.corners[c][a];
+                p += double(skin.point[i][a]) * (crowd.state.x[k] + 0.01 * crowd.state.v[k]);
+            }
+        }
+    }
+    std::size_t all = 0;
+    for (std::uint64_t k = 0; k < 40; ++k) {
+        Vec3 way(random.unit(900 + 3 * k) - 0.5, random.unit(901 + 3 * k) - 0.5,
+                 random.unit(902 + 3 * k) - 0.5);
+        way.normalize();
+        const double radius = 0.01 + 0.2 * random.unit(2000 + k),
+                     deep = 0.03 * random.unit(3000 + k);
+        const std::vector<Ball> balls = {{.radius = radius, .mass = 1}};
+        crowd.state.balls = {{.x = (0.25 + radius - deep) * way}};
+        const ContactScene scene{crowd.body, crowd.state, crowd.inverse_mass, 0.01, balls};
+        Collider other;
+        other.kind = Collider::Kind::sphere;
+        other.radius = radius;
+        other.pose.translation() = other.before.translation() = crowd.state.balls[0].x;
+        std::size_t expected = 0;
+        for (const Vec3& p : next) expected += (p - crowd.state.balls[0].x).norm() < radius;
+        EXPECT_EQ(find_ball_pushes(scene, {}).size(), expected) << k;
+        EXPECT_EQ(find_skin_pushes(scene, {pose_collider(other, 1, 0.01, 0.1)}).size(), expected)
+            << k;
+        all += expected;
+    }
+    EXPECT_GT(all, 200u);
 }
 
 TEST(LatticeContact, NothingNearIsNothing)
