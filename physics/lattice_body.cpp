@@ -284,6 +284,10 @@ MatchedRegions match_regions(LatticeRegions found, const Lattice& lattice,
     const LatticeRegions& regions = out.regions;
     const std::size_t n = lattice.count();
     const std::vector<std::uint32_t> held_by = count_holders(regions);
+    out.mass.reserve(n);
+    out.held_by.reserve(n);
+    out.rate_sq.reserve(regions.slots());
+    if (regions.flat) out.bend_sq.reserve(regions.slots());
     for (std::size_t i = 0; i < n; ++i) {
         const auto holders = double(held_by[i]);
         out.mass.push_back(float(matter[i][1] / holders));

@@ -324,6 +324,7 @@ Membrane make_membrane(const geometry::Cubes& cubes, int axis)
     out.h = cubes.size;
     out.axes = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
     const unsigned u = 1u << out.axes[0], v = 1u << out.axes[1];
+    for (auto* of_cells : {&out.stiffness, &out.bend, &out.mass}) of_cells->reserve(cubes.count());
     std::vector<Membrane::Cell> cell;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         const auto& corners = cubes.corners[c];

@@ -334,6 +334,9 @@ Skin make_skin(const Cubes& cubes, const std::vector<std::uint32_t>& slot,
         if (fresh) add_patch(patch, skin);
         skin.patch_of.push_back(at->second);
     }
+    skin.patch_of.shrink_to_fit();
+    skin.stiffness.shrink_to_fit();
+    skin.mass.shrink_to_fit();
     return skin;
 }
 
