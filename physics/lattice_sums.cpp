@@ -3,6 +3,8 @@
 #include "geometry/parallel.hpp"
 #include "physics/aligned.hpp"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -349,6 +351,16 @@ template <class S, class T> HWY_INLINE void gather(const Slide<T>& slide, T* to)
     }
 }
 
+// Asks for the memory that windows go to while suffixes are still being summed: it is written line
+// after line, so that most of the time of wide windows would be waiting for it.
+template <class S, class T> HWY_INLINE void fetch_windows(const Slide<T>& slide)
+{
+    for (const Side<T>& side : slide.side) {
+        const std::size_t numbers = std::size_t(side.windows) * (4 * S::answer_quads);
+        for (std::size_t i = 0; i < numbers; i += 64 / sizeof(T)) hwy::Prefetch(side.to + i);
+    }
+}
+
 // Sums along the lines of `slide`.
 template <class S, class T> HWY_INLINE void sum_windows(Slide<T>& slide, Aligned<T>& room)
 {
@@ -383,6 +395,7 @@ template <class S, class T> HWY_INLINE void sum_windows(Slide<T>& slide, Aligned
             if constexpr (S::item_quads < 4) return slide_item_by_item<3, S>(slide);
         }
     }
+    if constexpr (S::collects) fetch_windows<S>(slide);
     slide_blocks<S>(slide, room.data());
 }
 
