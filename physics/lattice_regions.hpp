@@ -26,6 +26,7 @@
 // (i - r)_x (i - r)_y Q_r.
 
 #include "geometry/vec.hpp"
+#include "physics/large_pages.hpp"
 
 #include <span>
 #include <vector>
@@ -104,7 +105,8 @@ template <class T> using Quad = Eigen::Array<T, 4, 1>;
 
 // Room for sums, reused from step to step.
 template <class T> struct RegionSums {
-    std::vector<Quad<T>> a, b, exceptional;
+    std::vector<Quad<T>, LargePages<Quad<T>>> a, b;
+    std::vector<Quad<T>> exceptional;
 
     explicit RegionSums(const LatticeRegions& regions);
 

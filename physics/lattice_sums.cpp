@@ -580,7 +580,7 @@ template <class T> RegionSums<T>::RegionSums(const LatticeRegions& regions)
 {
     const std::size_t slots = regions.slots(), bars = regions.x.windows, plates = regions.y.windows;
     // Touched first by all threads: at a million particles finding room takes as long as a step.
-    const auto make_room = [](std::vector<Quad<T>>& in, std::size_t n) {
+    const auto make_room = [](auto& in, std::size_t n) {
         in.resize(n);  // leaves quads as they are
         geometry::parallel_for(n, 16 * entries_a_task, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) in[i].setZero();
