@@ -706,7 +706,8 @@ TEST(LatticeTear, RegionsAwayFromABreakAreAsTheyWere)
         // The last few are kept.
         EXPECT_NE(body.torn->find(body.whole.regions, {3}), torn);
         EXPECT_EQ(body.torn->find(body.whole.regions, {link}), torn);
-        body.torn->find(body.whole.regions, {6});
+        const auto third = body.torn->find(body.whole.regions, {6});
+        EXPECT_EQ(body.torn->find(body.whole.regions, {6}), third);
         EXPECT_EQ(body.torn->find(body.whole.regions, {link}), torn);
     }
 }
