@@ -67,6 +67,35 @@ BENCHMARK(lattice)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 
+// The sums alone, there and back, over 46^3 particles on one thread. Argument: half width.
+void sums(benchmark::State& state)
+{
+    const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+    const Lattice particles = corner_lattice(block(45));
+    const LatticeRegions regions = find_regions(particles, int(state.range(0)));
+    RegionSums<float> room(regions);
+    for (auto _ : state) {
+        state.PauseTiming();
+        for (auto& f : room.particles(regions)) f = Quad<float>(1, 2, 3, 4);
+        state.ResumeTiming();
+        collect(regions, room);
+        spread(regions, room);
+    }
+    state.counters["particle_step"] =
+        benchmark::Counter(double(state.iterations()) * double(particles.count()),
+                           benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+BENCHMARK(sums)
+    ->Arg(1)
+    ->Arg(2)
+    ->Arg(3)
+    ->Arg(4)
+    ->Arg(6)
+    ->Arg(10)
+    ->Arg(16)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
 // A sheet of n x n cells in space; arguments: n, half width, threads, and whether its stretch is a
 // membrane's: as thin as paper, or as stiff in bending as in stretch.
 void plane(benchmark::State& state)
