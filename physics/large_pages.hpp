@@ -28,7 +28,7 @@ template <class T> struct LargePages {
     }
     void deallocate(T* room, std::size_t n)
     {
-        ::operator delete(room, n * sizeof(T), edge(n));
+        ::operator delete(room, edge(n));
     }
 
     bool operator==(const LargePages&) const
