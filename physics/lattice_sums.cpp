@@ -106,79 +106,115 @@ template <class T, std::size_t quads> struct Row {
             }
         }
     }
-    HWY_INLINE void add(const Row& o)
+    // `some` quads from `to` on, and of another row from `from` on.
+    template <std::size_t to, std::size_t from, std::size_t some, std::size_t length>
+    HWY_INLINE void copy(const Row<T, length>& o)
     {
-        for (std::size_t i = 0; i < parts; ++i) part[i] = hn::Add(part[i], o.part[i]);
+        for (std::size_t i = 0; i < of(some); ++i) part[of(to) + i] = o.part[of(from) + i];
     }
-    HWY_INLINE void add_times(T factor, const Row& o)
+    template <std::size_t to, std::size_t from, std::size_t some, std::size_t length>
+    HWY_INLINE void add(const Row<T, length>& o)
+    {
+        for (std::size_t i = 0; i < of(some); ++i) {
+            part[of(to) + i] = hn::Add(part[of(to) + i], o.part[of(from) + i]);
+        }
+    }
+    template <std::size_t to, std::size_t from, std::size_t some, std::size_t length>
+    HWY_INLINE void subtract(const Row<T, length>& o)
+    {
+        for (std::size_t i = 0; i < of(some); ++i) {
+            part[of(to) + i] = hn::Sub(part[of(to) + i], o.part[of(from) + i]);
+        }
+    }
+    template <std::size_t to, std::size_t from, std::size_t some, std::size_t length>
+    HWY_INLINE void add_times(T factor, const Row<T, length>& o)
     {
         const auto times = hn::Set(D(), factor);
-        for (std::size_t i = 0; i < parts; ++i) {
-            part[i] = hn::Add(part[i], hn::Mul(times, o.part[i]));
+        for (std::size_t i = 0; i < of(some); ++i) {
+            part[of(to) + i] = hn::Add(part[of(to) + i], hn::Mul(times, o.part[of(from) + i]));
         }
     }
-    // Of a row that is no longer: from the first quads.
-    template <std::size_t fewer> HWY_INLINE void subtract(const Row<T, fewer>& o)
-    {
-        for (std::size_t i = 0; i < o.parts; ++i) part[i] = hn::Sub(part[i], o.part[i]);
-    }
-    // Those of a longer row from `quad` on.
-    template <std::size_t more> HWY_INLINE void take(const Row<T, more>& o, std::size_t quad)
-    {
-        for (std::size_t i = 0; i < parts; ++i) part[i] = o.part[quad * group / lanes + i];
-    }
+
+private:
+    static constexpr std::size_t of(std::size_t some) { return some * group / lanes; }
 };
 
-// Sums of what lies in a window, and moments about the window's place, of some quads of each item:
-// the first ones in order to collect, the last in order to spread.
+// What a window sums, as seen from a place. Collected: S, the sum of its items, and the moments
+// about that place of their first quads. Spread: the sum of its maps at that place, which their
+// last quads move by as the place does.
 template <class T, std::size_t quads, std::size_t moments, bool collects_> struct Sums {
     static constexpr bool collects = collects_;
-    static constexpr std::size_t item_quads = quads, main_quad = collects ? 0 : quads - moments;
+    static constexpr std::size_t item_quads = quads, sum_quads = collects ? quads + moments : quads;
+    static constexpr std::size_t answer_quads = collects ? sum_quads : quads - moments;
+    static constexpr std::size_t added_quads = std::min(quads, answer_quads);
+    static constexpr std::size_t moment_quads = moments;
+    // As the place moves, `moments` quads from `moved` on change by those from `by` on.
+    static constexpr std::size_t moved = collects ? quads : 0, by = collects ? 0 : quads - moments;
+    static constexpr std::size_t numbers = Row<T, sum_quads>::numbers;
     using Item = Row<T, quads>;
-    using Main = Row<T, moments>;
+    using Answer = Row<T, answer_quads>;
 
-    Item sum;
-    Main moment;
+    Row<T, sum_quads> sum;
 
-    HWY_INLINE Main main() const
-    {
-        Main row;
-        row.take(sum, main_quad);
-        return row;
-    }
-    HWY_INLINE void clear()
-    {
-        sum.clear();
-        moment.clear();
-    }
-    // Suffixes, as slide_blocks() keeps them.
-    static constexpr std::size_t entry = Item::numbers + Main::numbers;
-    HWY_INLINE void keep(T* to) const
-    {
-        sum.store(to);
-        moment.store(to + Item::numbers);
-    }
-    HWY_INLINE void restore(const T* from)
-    {
-        sum.load(from);
-        moment.load(from + Item::numbers);
-    }
-    // Collected: the sums and the moments. Spread: the sums of the other quads, the moments taken
-    // from the first of them.
-    static constexpr std::size_t answer_quads = collects ? quads + moments : quads - moments;
-    HWY_INLINE void store_line(std::size_t line, T* to) const
+    HWY_INLINE void clear() { sum.clear(); }
+    HWY_INLINE void step_on()
     {
         if constexpr (collects) {
-            sum.store_line(line, to);
-            moment.store_line(line, to + 4 * quads);
+            sum.template subtract<moved, by, moments>(sum);
         } else {
-            Row<T, answer_quads> less;
-            less.take(sum, 0);
-            less.subtract(moment);
-            less.store_line(line, to);
+            sum.template add<moved, by, moments>(sum);
         }
     }
+    // A step, then the item there. What is spread waits for one addition each, not two.
+    HWY_INLINE void step_on(Item item)
+    {
+        if constexpr (collects) {
+            step_on();
+        } else {
+            item.template add<moved, by, moments>(sum);
+        }
+        sum.template add<0, 0, quads>(item);
+    }
+    HWY_INLINE void step_back(Item item)
+    {
+        if constexpr (collects) {
+            sum.template add<moved, by, moments>(sum);
+        } else {
+            item.template subtract<moved, by, moments>(sum);
+        }
+        sum.template add<0, 0, quads>(item);
+    }
+    HWY_INLINE void go_on(T steps)
+    {
+        sum.template add_times<moved, by, moments>(collects ? -steps : steps, sum);
+    }
+    // What `after` and `before`, one place on and one back, add to those that move.
+    template <std::size_t length>
+    static HWY_INLINE Row<T, moments> lever(const Row<T, length>& before,
+                                            const Row<T, length>& after)
+    {
+        Row<T, moments> row;
+        row.template copy<0, by, moments>(collects ? after : before);
+        row.template subtract<0, by, moments>(collects ? before : after);
+        return row;
+    }
+    // Both together, of the place w after that of `before` and w before that of `after`.
+    static HWY_INLINE Answer meet(T w, const Sums& before, const Sums& after)
+    {
+        Answer answer;
+        answer.template copy<0, 0, answer_quads>(before.sum);
+        answer.template add<0, 0, answer_quads>(after.sum);
+        answer.template add_times<moved, 0, moments>(w, lever(before.sum, after.sum));
+        return answer;
+    }
 };
+
+// Asks for the item of the next lines at this place: those go along beside these, so mostly it lies
+// a few items further on.
+template <std::size_t numbers, class T> HWY_INLINE void fetch_beside(const T* item)
+{
+    hwy::Prefetch(item + numbers * (abreast + 1) - 1);
+}
 
 // One of the lines that are summed abreast: its items are at the places lead .. lead + items - 1 as
 // seen from its windows. In order to collect, items are looked up by `index` and windows go to `to`
@@ -219,7 +255,20 @@ template <class T> struct Slide {
     {
         return item_at<S>((place - lead) * stride<S>());
     }
-    template <class S> HWY_INLINE void answer(int at, const S& sums) const
+    // Asks for the memory of this place in the next lines, of their windows, which lie one after
+    // another. Here and there it costs nothing; all of a line at once would be waited for.
+    template <class S> HWY_INLINE void fetch_ahead(int at) const
+    {
+        for (const Side<T>& s : side) {
+            const int next = at + int(abreast) * (S::collects ? s.windows : s.items);
+            if constexpr (S::collects) {
+                hwy::Prefetch(s.to + std::size_t(next) * (4 * S::answer_quads));
+            } else {
+                hwy::Prefetch(s.from + std::size_t(next) * (4 * S::item_quads));
+            }
+        }
+    }
+    template <class S> HWY_INLINE void answer(int at, const typename S::Answer& answer) const
     {
         for (std::size_t l = 0; l < abreast; ++l) {
             if (at >= side[l].windows) continue;
@@ -228,41 +277,43 @@ template <class T> struct Slide {
                 if (side[l].index[at] == none) continue;
                 place = side[l].index[at];
             }
-            sums.store_line(l, side[l].to + place * (4 * S::answer_quads));
+            T* const to = side[l].to + place * (4 * S::answer_quads);
+            answer.store_line(l, to);
+            if constexpr (!S::collects) fetch_beside<4 * S::answer_quads>(to);
         }
     }
 };
 
-// `suffix` has room for 2w + 1 entries.
-template <class S, class T> HWY_INLINE void slide_blocks(const Slide<T>& line, T* suffix)
+// `suffix` has room for 2w + 1 sums. A half width that the compiler knows, not 0, makes short
+// blocks cheaper.
+template <class S, int half_width, class T>
+HWY_INLINE void slide_blocks(const Slide<T>& line, T* suffix)
 {
-    constexpr std::ptrdiff_t entry = std::ptrdiff_t(S::entry);
+    constexpr std::ptrdiff_t entry = std::ptrdiff_t(S::numbers);
     constexpr std::ptrdiff_t stride = Slide<T>::template stride<S>();
-    const int w = line.w, length = 2 * w + 1;
+    const int w = half_width > 0 ? half_width : line.w, length = 2 * w + 1;
     for (int first = 0; first < line.windows; first += length) {
         const int base = first - w, next = base + length;  // first positions of blocks
         const int stored = std::min(length, line.windows - first);
         const int low = std::clamp(line.lead - base, 0, length);
         const int high = std::clamp(line.lead + line.items - base, low, length);
 
-        // Suffix sums: from position base + j to the block's end, moments about base + j. Those
+        // Suffix sums: from position base + j to the block's end, as seen from base + j. Those
         // before the first item differ by their place only.
         S whole;
         whole.clear();
-        for (int j = high; j < stored; ++j) whole.keep(suffix + j * entry);
+        for (int j = high; j < stored; ++j) whole.sum.store(suffix + j * entry);
         std::ptrdiff_t item = (base + high - 1 - line.lead) * stride;
         int j = high - 1;
         for (; j >= std::max(low, stored); --j, item -= stride) {
-            whole.moment.add(whole.main());
-            whole.sum.add(line.template item_at<S>(item));
+            whole.step_back(line.template item_at<S>(item));
         }
         for (std::ptrdiff_t to = j * entry; j >= low; --j, item -= stride, to -= entry) {
-            whole.moment.add(whole.main());
-            whole.sum.add(line.template item_at<S>(item));
-            whole.keep(suffix + to);
+            whole.step_back(line.template item_at<S>(item));
+            whole.sum.store(suffix + to);
         }
 
-        // And prefix sums of the next block up to position first + t + w, moments about that.
+        // And prefix sums of the next block up to position first + t + w, as seen from that.
         const int enter = std::max(1, line.lead - next + 1);
         const unsigned entering = unsigned(std::max(0, line.lead + line.items - next + 1 - enter));
         item = (next - 1 - line.lead) * stride;
@@ -270,24 +321,28 @@ template <class S, class T> HWY_INLINE void slide_blocks(const Slide<T>& line, T
         S part;
         part.clear();
         for (int t = 0; t < stored; ++t, item += stride, kept += entry) {
-            part.moment.subtract(part.main());
-            if (unsigned(t - enter) < entering) part.sum.add(line.template item_at<S>(item));
-            S total;
-            if (t < low) {
-                total = whole;
-                total.moment.add_times(T(low - t), whole.main());
+            if (unsigned(t - enter) < entering) {
+                part.step_on(line.template item_at<S>(item));
             } else {
-                total.restore(kept);
+                part.step_on();
             }
-            typename S::Main between = part.main();
-            between.subtract(total.main());
-            total.moment.add(part.moment);
-            total.moment.add_times(T(w), between);
-            total.sum.add(part.sum);
-            line.answer(first + t, total);
+            S rest;
+            if (t < low) {
+                rest = whole;
+                rest.go_on(T(t - low));
+            } else {
+                rest.sum.load(kept);
+            }
+            line.template fetch_ahead<S>(first + t);
+            line.template answer<S>(first + t, S::meet(T(w), rest, part));
         }
     }
 }
+
+// Of windows with this half width, and items of so many quads: what is near stays in registers.
+template <int half_width, std::size_t quads>
+inline constexpr bool is_narrow = half_width > 0 && half_width < 4 &&
+                                  (2 * half_width + 1) * quads <= 21;
 
 // The same for narrow windows, item by item: as long as registers hold what is near, adding it all
 // costs less than writing suffixes down.
@@ -306,18 +361,16 @@ template <int w, class S, class T> HWY_INLINE void slide_item_by_item(const Slid
     for (int at = 0; at < line.windows; ++at) {
         for (int d = 1; d < length; ++d) near[d - 1] = near[d];
         read(at + w, near[length - 1]);
-        S sums;
-        sums.sum = near[0];
-        for (int d = 1; d < length; ++d) sums.sum.add(near[d]);
-        sums.moment.clear();
+        typename S::Answer answer;
+        answer.clear();
+        answer.template copy<0, 0, S::added_quads>(near[0]);
+        for (int d = 1; d < length; ++d) answer.template add<0, 0, S::added_quads>(near[d]);
         for (int d = 1; d <= w; ++d) {
-            typename S::Main across, below;
-            across.take(near[w + d], S::main_quad);
-            below.take(near[w - d], S::main_quad);
-            across.subtract(below);
-            sums.moment.add_times(T(d), across);
+            answer.template add_times<S::moved, 0, S::moment_quads>(
+                T(d), S::lever(near[w - d], near[w + d]));
         }
-        line.answer(at, sums);
+        line.template fetch_ahead<S>(at);
+        line.template answer<S>(at, answer);
     }
 }
 
@@ -340,6 +393,9 @@ template <class S, class T> HWY_INLINE void gather(const Slide<T>& slide, T* to)
         const T* from[abreast];
         for (std::size_t l = 0; l < abreast; ++l) from[l] = item(slide.side[l], slide.lead + k);
         typename S::Item row;
+        if constexpr (S::collects) {
+            for (const T* f : from) fetch_beside<numbers>(f);
+        }
         row.load(from, 0);
         if constexpr (S::collects) {
             row.store(to + std::size_t(k) * S::Item::numbers);
@@ -351,18 +407,9 @@ template <class S, class T> HWY_INLINE void gather(const Slide<T>& slide, T* to)
     }
 }
 
-// Asks for the memory that windows go to before their suffixes are summed. Else all of it is waited
-// for at once when those are done, which is a third of collecting wide windows at 46^3 particles.
-template <class S, class T> HWY_INLINE void fetch_windows(const Slide<T>& slide)
-{
-    for (const Side<T>& side : slide.side) {
-        const std::size_t numbers = std::size_t(side.windows) * (4 * S::answer_quads);
-        for (std::size_t i = 0; i < numbers; i += 64 / sizeof(T)) hwy::Prefetch(side.to + i);
-    }
-}
-
 // Sums along the lines of `slide`.
-template <class S, class T> HWY_INLINE void sum_windows(Slide<T>& slide, Aligned<T>& room)
+template <class S, int half_width, class T>
+HWY_INLINE void sum_windows(Slide<T>& slide, Aligned<T>& room)
 {
     slide.lead = std::numeric_limits<int>::max();
     int end = std::numeric_limits<int>::min();
@@ -375,7 +422,7 @@ template <class S, class T> HWY_INLINE void sum_windows(Slide<T>& slide, Aligned
         end = std::max(end, s.lead + s.items);
     }
     slide.items = end - slide.lead;
-    const std::size_t suffixes = std::size_t(2 * slide.w + 1) * S::entry;
+    const std::size_t suffixes = std::size_t(2 * slide.w + 1) * S::numbers;
     const bool in_place = !S::collects && alike;
     const std::size_t items = in_place ? 0 : std::size_t(slide.items) * S::Item::numbers;
     room.resize(std::max(room.size(), suffixes + items));
@@ -385,82 +432,85 @@ template <class S, class T> HWY_INLINE void sum_windows(Slide<T>& slide, Aligned
     for (std::size_t l = 0; l < abreast; ++l) {
         slide.from[l] = in_place ? slide.side[l].from : gathered + l * (items / abreast);
     }
+    if constexpr (is_narrow<half_width, S::item_quads>) {
+        slide_item_by_item<half_width, S>(slide);
+    } else {
+        slide_blocks<S, half_width>(slide, room.data());
+    }
+}
+
+// Lines begin .. end of `along`, from items to windows, or from windows to items: for those, place
+// 0 is the first item.
+template <class S, int half_width, class T>
+HWY_NOINLINE void sum_lines(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
+                            const T* from, T* to, Aligned<T>& room)
+{
+    for (std::size_t first = begin; first < end; first += abreast) {
+        Slide<T> slide;
+        slide.w = w;
+        for (std::size_t k = 0; k < abreast; ++k) {
+            Side<T>& side = slide.side[k];
+            side.from = from;
+            side.to = to;
+            if (first + k >= end) continue;
+            const auto& line = along.lines[first + k];
+            side.index = along.items.data() + line.item;
+            if constexpr (S::collects) {
+                side.windows = int(line.windows);
+                side.items = int(line.items);
+                side.lead = line.lead;
+                side.to += std::size_t(line.window) * (4 * S::answer_quads);
+            } else {
+                side.windows = int(line.items);
+                side.items = int(line.windows);
+                side.lead = -line.lead;
+                side.from += std::size_t(line.window) * (4 * S::item_quads);
+            }
+        }
+        sum_windows<S, half_width>(slide, room);
+    }
+}
+
+template <class S, class T>
+HWY_INLINE void sum_some(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
+                         const T* from, T* to, Aligned<T>& room)
+{
     if constexpr (std::is_same_v<T, float>) {  // in double, references, one way will do
-        switch (slide.w) {
-        case 1:
-            return slide_item_by_item<1, S>(slide);
-        case 2:
-            return slide_item_by_item<2, S>(slide);
-        case 3:  // seven of four quads do not fit 32 registers
-            if constexpr (S::item_quads < 4) return slide_item_by_item<3, S>(slide);
-        }
+        if (w == 1) return sum_lines<S, 1>(along, begin, end, w, from, to, room);
+        if (w == 2) return sum_lines<S, 2>(along, begin, end, w, from, to, room);
+        if (w == 3) return sum_lines<S, 3>(along, begin, end, w, from, to, room);
+        if (w == 4) return sum_lines<S, 4>(along, begin, end, w, from, to, room);
     }
-    if constexpr (S::collects) fetch_windows<S>(slide);
-    slide_blocks<S>(slide, room.data());
+    sum_lines<S, 0>(along, begin, end, w, from, to, room);
 }
 
-// Lines begin .. end of `along`, from items of `channels` quads to windows of those and the moments
-// of the first `moments`.
-template <std::size_t channels, std::size_t moments, class T>
-HWY_NOINLINE void collect_some(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
-                               const T* items, T* windows, Aligned<T>& room)
-{
-    using S = Sums<T, channels, moments, true>;
-    for (std::size_t first = begin; first < end; first += abreast) {
-        Slide<T> slide;
-        slide.w = w;
-        for (std::size_t k = 0; k < std::min(abreast, end - first); ++k) {
-            const auto& line = along.lines[first + k];
-            slide.side[k] = {int(line.windows),
-                             int(line.items),
-                             line.lead,
-                             items,
-                             windows + std::size_t(line.window) * (4 * S::answer_quads),
-                             along.items.data() + line.item};
-        }
-        sum_windows<S>(slide, room);
-    }
-}
-
-// The transpose: windows of channels + moments quads are spread over items of `channels`. Seen from
-// the items, place 0 is the first item.
-template <std::size_t channels, std::size_t moments, class T>
-HWY_NOINLINE void spread_some(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
-                              const T* windows, T* items, Aligned<T>& room)
-{
-    using S = Sums<T, channels + moments, moments, false>;
-    for (std::size_t first = begin; first < end; first += abreast) {
-        Slide<T> slide;
-        slide.w = w;
-        for (std::size_t k = 0; k < std::min(abreast, end - first); ++k) {
-            const auto& line = along.lines[first + k];
-            slide.side[k] = {
-                int(line.items), int(line.windows),
-                -line.lead,      windows + std::size_t(line.window) * (4 * S::item_quads),
-                items,           along.items.data() + line.item};
-        }
-        sum_windows<S>(slide, room);
-    }
-}
-
+// Items of one, two and three quads to windows of those and their moments.
 template <class T>
 HWY_INLINE void collect_any(Along axis, const LatticeLines& along, std::size_t begin,
                             std::size_t end, int w, const T* items, T* windows, Aligned<T>& room)
 {
-    if (axis == Along::x) collect_some<1, 1>(along, begin, end, w, items, windows, room);
-    if (axis == Along::y) collect_some<2, 1>(along, begin, end, w, items, windows, room);
-    if (axis == Along::y_of_plane) collect_some<2, 2>(along, begin, end, w, items, windows, room);
-    if (axis == Along::z) collect_some<3, 1>(along, begin, end, w, items, windows, room);
+    if (axis == Along::x) sum_some<Sums<T, 1, 1, true>>(along, begin, end, w, items, windows, room);
+    if (axis == Along::y) sum_some<Sums<T, 2, 1, true>>(along, begin, end, w, items, windows, room);
+    if (axis == Along::y_of_plane) {
+        sum_some<Sums<T, 2, 2, true>>(along, begin, end, w, items, windows, room);
+    }
+    if (axis == Along::z) sum_some<Sums<T, 3, 1, true>>(along, begin, end, w, items, windows, room);
 }
 
+// The transpose.
 template <class T>
 HWY_INLINE void spread_any(Along axis, const LatticeLines& along, std::size_t begin,
                            std::size_t end, int w, const T* windows, T* items, Aligned<T>& room)
 {
-    if (axis == Along::x) spread_some<1, 1>(along, begin, end, w, windows, items, room);
-    if (axis == Along::y) spread_some<2, 1>(along, begin, end, w, windows, items, room);
-    if (axis == Along::y_of_plane) spread_some<2, 2>(along, begin, end, w, windows, items, room);
-    if (axis == Along::z) spread_some<3, 1>(along, begin, end, w, windows, items, room);
+    if (axis == Along::x)
+        sum_some<Sums<T, 2, 1, false>>(along, begin, end, w, windows, items, room);
+    if (axis == Along::y)
+        sum_some<Sums<T, 3, 1, false>>(along, begin, end, w, windows, items, room);
+    if (axis == Along::y_of_plane) {
+        sum_some<Sums<T, 4, 2, false>>(along, begin, end, w, windows, items, room);
+    }
+    if (axis == Along::z)
+        sum_some<Sums<T, 4, 1, false>>(along, begin, end, w, windows, items, room);
 }
 
 }  // namespace sums_kernel
