@@ -679,16 +679,14 @@ private:
             colliders.push_back(pose_collider(c, share, frame_, body_.base.h));
         }
         const ContactScene scene{body_.base, state_, inverse_mass_, dt_, loads_.balls};
-        Pushes pushes;
-        pushes.skin = find_skin_pushes(scene, colliders);
-        pushes.balls = find_ball_pushes(scene, colliders);
+        pushes_.skin = find_skin_pushes(scene, colliders);
+        pushes_.balls = find_ball_pushes(scene, colliders);
         if (pairs) {
             const double distance = options_.contact.distance;
-            pushes.pairs =
-                find_pair_pushes(scene, body_.side, body_.piece,
-                                 distance > 0 ? distance : body_.base.h, options_.contact.friction);
+            find_pair_pushes(scene, body_.side, body_.piece, distance > 0 ? distance : body_.base.h,
+                             options_.contact.friction, pushes_.pairs);
         }
-        solve_pushes(scene, pushes, contact_rounds, state_.v, state_.balls);
+        solve_pushes(scene, pushes_, contact_rounds, state_.v, state_.balls);
         if (!in_plane_) return;
         for (Vec3& v : state_.v) v[body_.flat_axis] = 0;
     }
@@ -757,6 +755,7 @@ private:
     std::shared_ptr<const MatchedRegions> held_regions_;  // while links are broken
     const MatchedRegions* matched_ = nullptr;
     RegionSums<T> sums_;
+    Pushes pushes_;                           // of the last step
     std::vector<T> weight_;                   // slots, alpha of `stiffness_`
     std::vector<T> held_weight_;              // N, their sums over the regions of each
     std::vector<T> membrane_share_;           // C, kg of `stiffness_`; empty where there is none

@@ -1,15 +1,20 @@
 #include "physics/lattice_contact.hpp"
 
 #include "geometry/parallel.hpp"
+#include "physics/joined.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <numeric>
 
 namespace physics {
 
 namespace {
+
+// Pairs whose pushes one thread finds.
+constexpr std::size_t pairs_a_task = 512;
+
+// Groups of pairs that one thread solves: some microseconds' work.
+constexpr std::size_t groups_a_task = 16;
 
 // The impulse that `push` wants added, when its point moves at v seen from the surface.
 template <class T> Eigen::Matrix<T, 3, 1> change_of(Push<T>& push, const Eigen::Matrix<T, 3, 1>& v)
@@ -75,105 +80,6 @@ void look(const ContactScene& scene, const std::vector<PosedCollider>& colliders
     }
 }
 
-// Places in a grid of cells as wide as contact reaches, a row of cells along x after the other.
-// Rows are found by a hash; one bucket may hold several.
-struct Entry {
-    Eigen::Array3i cell;
-    std::uint32_t particle, piece;
-    Vec3 next;  // m, where it will be
-};
-struct Rows {
-    std::vector<Entry> entries;
-    std::vector<std::uint32_t> at;  // buckets + 1, into entries
-
-    std::uint32_t bucket(int y, int z) const
-    {
-        const std::uint32_t h = std::uint32_t(y) * 0x9e3779b1u ^ std::uint32_t(z) * 0x85ebca77u;
-        return (h ^ h >> 15) & std::uint32_t(at.size() - 2);
-    }
-};
-
-bool in_front(const Eigen::Array3i& a, const Eigen::Array3i& b)
-{
-    return a[2] != b[2] ? a[2] < b[2] : a[1] != b[1] ? a[1] < b[1] : a[0] < b[0];
-}
-
-Rows sort_into_rows(const std::vector<Entry>& places)
-{
-    Rows rows;
-    std::size_t buckets = 16;
-    while (buckets < places.size() / 4) buckets *= 2;
-    rows.at.assign(buckets + 1, 0);
-    std::vector<std::uint32_t> bucket(places.size());
-    for (std::size_t i = 0; i < places.size(); ++i) {
-        bucket[i] = rows.bucket(places[i].cell[1], places[i].cell[2]);
-        ++rows.at[bucket[i] + 1];
-    }
-    for (std::size_t b = 0; b < buckets; ++b) rows.at[b + 1] += rows.at[b];
-    rows.entries.resize(places.size());
-    std::vector<std::uint32_t> next(rows.at.begin(), rows.at.end() - 1);
-    for (std::size_t i = 0; i < places.size(); ++i) rows.entries[next[bucket[i]]++] = places[i];
-    geometry::parallel_for(buckets, 256, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t b = begin; b < end; ++b) {
-            std::sort(rows.entries.begin() + rows.at[b], rows.entries.begin() + rows.at[b + 1],
-                      [](const Entry& p, const Entry& q) {
-                          if (in_front(p.cell, q.cell)) return true;
-                          return !in_front(q.cell, p.cell) && p.particle < q.particle;
-                      });
-        }
-    });
-    return rows;
-}
-
-// Calls with(mine, other) for every entry `mine` of [begin, end) and every other in the cells next
-// to its own, each pair once: from its own row those behind it, and all of four of the eight rows
-// around. Those are swept along with its own, so each row is looked up once.
-template <class With>
-void for_each_near(const Rows& rows, std::size_t begin, std::size_t end, const With& with)
-{
-    const auto same_row = [](const Entry& e, int y, int z) {
-        return e.cell[1] == y && e.cell[2] == z;
-    };
-    const Entry* const all = rows.entries.data() + rows.entries.size();
-    const Entry* const last = rows.entries.data() + end;
-    for (const Entry* first = rows.entries.data() + begin; first < last;) {
-        const int y = first->cell[1], z = first->cell[2];
-        const Entry* stop = first;
-        for (; stop < last && same_row(*stop, y, z); ++stop) {
-            for (const Entry* e = stop + 1; e < all && same_row(*e, y, z); ++e) {
-                if (e->cell[0] > stop->cell[0] + 1) break;
-                with(*stop, *e);
-            }
-        }
-        constexpr int around[4][2] = {{1, 0}, {-1, 1}, {0, 1}, {1, 1}};  // y, z
-        for (const auto& [dy, dz] : around) {
-            const Eigen::Array3i from(first->cell[0] - 1, y + dy, z + dz);
-            const std::uint32_t b = rows.bucket(from[1], from[2]);
-            const Entry* const high = rows.entries.data() + rows.at[b + 1];
-            const Entry* low = std::lower_bound(
-                rows.entries.data() + rows.at[b], high, from,
-                [](const Entry& p, const Eigen::Array3i& cell) { return in_front(p.cell, cell); });
-            const auto there = [&](const Entry* e) {
-                return e < high && same_row(*e, from[1], from[2]);
-            };
-            for (const Entry* mine = first; mine < stop && there(low); ++mine) {
-                while (there(low) && low->cell[0] < mine->cell[0] - 1) ++low;
-                for (const Entry* e = low; there(e) && e->cell[0] <= mine->cell[0] + 1; ++e) {
-                    with(*mine, *e);
-                }
-            }
-        }
-        first = stop;
-    }
-}
-
-template <class Found> std::vector<Found> joined(const std::vector<std::vector<Found>>& parts)
-{
-    std::vector<Found> all;
-    for (const auto& some : parts) all.insert(all.end(), some.begin(), some.end());
-    return all;
-}
-
 }  // namespace
 
 std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,
@@ -194,116 +100,41 @@ std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,
     return joined(found);
 }
 
-namespace {
-
-// Indices of `count` things by key, those of equal key in the order that `order` has them.
-std::vector<std::uint32_t> sorted_by(const std::vector<std::uint32_t>& order, std::size_t keys,
-                                     const auto& key)
+void find_pair_pushes(const ContactScene& scene, const std::vector<std::uint32_t>& side,
+                      const std::vector<std::uint32_t>& piece, double distance, double friction,
+                      PairPushes& out)
 {
-    std::vector<std::uint32_t> at(keys + 1, 0), out(order.size());
-    for (const auto i : order) ++at[key(i) + 1];
-    for (std::size_t k = 0; k < keys; ++k) at[k + 1] += at[k];
-    for (const auto i : order) out[at[key(i)]++] = i;
-    return out;
-}
-
-// Pairs into groups, groups into colours: each takes the first that neither of its bodies has yet.
-PairPushes grouped(const std::vector<PairPush>& found, const std::vector<std::uint32_t>& piece)
-{
-    constexpr int most_colours = 63;
-    PairPushes out;
-    if (found.empty()) return out;
-    std::uint32_t bodies = 0;
-    for (const auto p : piece) bodies = std::max(bodies, p + 1);
-    const auto bodies_of = [&](std::uint32_t i) {
-        const std::uint32_t a = piece[found[i].a], b = piece[found[i].b];
-        return std::pair(std::min(a, b), std::max(a, b));
-    };
-    std::vector<std::uint32_t> order(found.size());
-    std::iota(order.begin(), order.end(), 0u);
-    order = sorted_by(order, bodies, [&](std::uint32_t i) { return bodies_of(i).second; });
-    order = sorted_by(order, bodies, [&](std::uint32_t i) { return bodies_of(i).first; });
-
-    struct Group {
-        std::uint32_t begin, end, colour;
-    };
-    std::vector<Group> groups;
-    std::vector<std::uint64_t> taken(bodies, 0);
-    std::uint32_t colours = 0;
-    for (std::uint32_t begin = 0, end = 0; begin < order.size(); begin = end) {
-        const auto [a, b] = bodies_of(order[begin]);
-        while (end < order.size() && bodies_of(order[end]) == std::pair(a, b)) ++end;
-        const auto colour =
-            std::uint32_t(std::min(most_colours, std::countr_one(taken[a] | taken[b])));
-        taken[a] |= std::uint64_t{1} << colour;
-        taken[b] |= std::uint64_t{1} << colour;
-        colours = std::max(colours, colour + 1);
-        groups.push_back({begin, end, colour});
-    }
-    out.last_alone = colours == most_colours + 1;
-    std::vector<std::uint32_t> by_colour(groups.size());
-    std::iota(by_colour.begin(), by_colour.end(), 0u);
-    by_colour = sorted_by(by_colour, colours, [&](std::uint32_t g) { return groups[g].colour; });
-    out.push.reserve(found.size());
-    out.group_at.push_back(0);
-    for (std::size_t g = 0; g < by_colour.size(); ++g) {
-        const Group& group = groups[by_colour[g]];
-        while (out.colour_at.size() <= group.colour) out.colour_at.push_back(std::uint32_t(g));
-        for (auto k = group.begin; k < group.end; ++k) out.push.push_back(found[order[k]]);
-        out.group_at.push_back(std::uint32_t(out.push.size()));
-    }
-    out.colour_at.push_back(std::uint32_t(by_colour.size()));
-    return out;
-}
-
-}  // namespace
-
-PairPushes find_pair_pushes(const ContactScene& scene, const std::vector<std::uint32_t>& side,
-                            const std::vector<std::uint32_t>& piece, double distance,
-                            double friction)
-{
-    const double dt = scene.dt;
-    constexpr std::size_t grain = 512;
-    std::vector<Entry> places(side.size());
-    geometry::parallel_for(side.size(), grain, [&](std::size_t begin, std::size_t end) {
+    const std::vector<Vec3>& v = scene.state.v;
+    std::vector<BodyPoint> points(side.size());
+    geometry::parallel_for(side.size(), pairs_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const std::uint32_t k = side[i];
-            const Vec3 next = scene.state.x[k] + dt * scene.state.v[k];
-            const Eigen::Array3d cell = (next / distance).array().floor();
-            places[i] = {cell.max(-1e9).min(1e9).cast<int>(), k, piece[k], next};
+            points[i] = {scene.state.x[k] + scene.dt * v[k], k, piece[k],
+                         scene.inverse_mass[k] == 0};
         }
     });
-    const Rows rows = sort_into_rows(places);
-    const auto meet = [&](const Entry& mine, const Entry& other, std::vector<PairPush>& out) {
-        if (mine.piece == other.piece) return;
-        const std::uint32_t i = mine.particle, j = other.particle;
-        const Vec3 apart = mine.next - other.next;
-        const double apart_sq = apart.squaredNorm();
-        if (!(apart_sq < distance * distance)) return;
-        const double inverse_a = scene.inverse_mass[i], inverse_b = scene.inverse_mass[j];
-        if (!(inverse_a + inverse_b > 0)) return;
-        const double length = std::sqrt(apart_sq);
-        const Vec3 normal = length > 0 ? Vec3(apart / length) : Vec3(Vec3::UnitY());
-        const double speed = (scene.state.v[i] - scene.state.v[j]).dot(normal);
-        PairPush push;
-        push.a = i;
-        push.b = j;
-        push.mass = push.mass_across = float(1 / (inverse_a + inverse_b));
-        push.normal = normal.cast<float>();
-        push.bias = float(bias_of(length - distance, speed, dt));
-        push.friction = float(friction);
-        out.push_back(push);
-    };
-    std::vector<std::vector<PairPush>> found((side.size() + grain - 1) / grain);
-    geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t g = begin; g < end; ++g) {
-            const std::size_t last = std::min(side.size(), (g + 1) * grain);
-            for_each_near(rows, g * grain, last, [&](const Entry& mine, const Entry& other) {
-                meet(mine, other, found[g]);
-            });
+    NearPairs near = find_near_pairs(points, distance);
+    out.push.resize(near.pair.size());
+    geometry::parallel_for(near.pair.size(), pairs_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+            const auto [a, b] = near.pair[k];
+            const Vec3 relative = v[a] - v[b];
+            const Vec3 apart = scene.state.x[a] - scene.state.x[b] + scene.dt * relative;
+            const double length = apart.norm();
+            const Vec3 normal = length > 0 ? Vec3(apart / length) : Vec3(Vec3::UnitY());
+            PairPush& push = out.push[k] = {};
+            push.a = a;
+            push.b = b;
+            push.mass = push.mass_across =
+                float(1 / (scene.inverse_mass[a] + scene.inverse_mass[b]));
+            push.normal = normal.cast<float>();
+            push.bias = float(bias_of(length - distance, relative.dot(normal), scene.dt));
+            push.friction = float(friction);
         }
     });
-    return grouped(joined(found), piece);
+    out.group_at = std::move(near.group_at);
+    out.colour_at = std::move(near.colour_at);
+    out.last_alone = near.last_alone;
 }
 
 namespace {
@@ -401,9 +232,6 @@ void touch_balls(const ContactScene& scene, std::uint32_t b, std::vector<BallPus
         out.push_back(push);
     }
 }
-
-// Groups of pairs that one thread solves: some microseconds' work.
-constexpr std::size_t groups_a_task = 16;
 
 // Velocity of the ball's surface where it touches.
 Vec3 at_surface(const BallState& ball, const Vec3& arm)

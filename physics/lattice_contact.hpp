@@ -8,6 +8,7 @@
 #include "physics/contact.hpp"
 #include "physics/corner_body.hpp"
 #include "physics/lattice_regions.hpp"
+#include "physics/near_pairs.hpp"
 #include "physics/state.hpp"
 
 #include <span>
@@ -38,8 +39,7 @@ struct PairPush : Push<float> {
     std::uint32_t a, b;
 };
 
-// All pairs, those of two bodies with each other together, as groups. Groups of one colour share no
-// body, so they can be solved at the same time.
+// Groups of pairs, as NearPairs has them.
 struct PairPushes {
     std::vector<PairPush> push;
     std::vector<std::uint32_t> group_at;   // groups + 1, into push
@@ -68,10 +68,11 @@ struct ContactScene {
 std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,
                                        const std::vector<PosedCollider>& colliders);
 
-// Pairs of `side` of different `piece` (numbered from 0) that will be nearer than `distance`.
-PairPushes find_pair_pushes(const ContactScene& scene, const std::vector<std::uint32_t>& side,
-                            const std::vector<std::uint32_t>& piece, double distance,
-                            double friction);
+// Pairs of `side` of different `piece` (numbered from 0) that will be nearer than `distance`, into
+// `out`, whose room is used again.
+void find_pair_pushes(const ContactScene& scene, const std::vector<std::uint32_t>& side,
+                      const std::vector<std::uint32_t>& piece, double distance, double friction,
+                      PairPushes& out);
 
 std::vector<BallPush> find_ball_pushes(const ContactScene& scene,
                                        const std::vector<PosedCollider>& colliders);

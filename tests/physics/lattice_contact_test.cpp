@@ -49,6 +49,15 @@ std::set<std::pair<std::uint32_t, std::uint32_t>> named(const std::vector<PairPu
     return out;
 }
 
+PairPushes find_pair_pushes(const ContactScene& scene, const std::vector<std::uint32_t>& side,
+                            const std::vector<std::uint32_t>& piece, double distance,
+                            double friction)
+{
+    PairPushes out;
+    physics::find_pair_pushes(scene, side, piece, distance, friction, out);
+    return out;
+}
+
 }  // namespace
 
 TEST(LatticeContact, FindsThePairsThatASearchOfAllFinds)
