@@ -8,10 +8,14 @@
 #include "runtime/wires.hpp"
 
 #include <CLI/CLI.hpp>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
 
+#include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <ostream>
 
 extern char** environ;
@@ -102,24 +106,44 @@ int start_document(const std::string& file, Console& console)
     return exit_ok;
 }
 
-// Runs a program with no shell between. False when it is not there or fails.
-bool run_program(std::vector<std::string> words)
+// Runs a program with no shell between, and nothing that it says is shown: its exit status, -1 when
+// it is not there or was ended.
+int run_quietly(std::vector<std::string> words)
 {
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
     pid_t child = 0;
-    if (posix_spawnp(&child, argv[0], nullptr, nullptr, argv.data(), environ) != 0) return false;
+    const int failed = posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (failed != 0) return -1;
     int status = 0;
-    if (waitpid(child, &status, 0) != child) return false;
-    return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    if (waitpid(child, &status, 0) != child) return -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+double reference_number(const std::string& text)
+{
+    double value = 0;
+    const char* const end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    if (error == std::errc{} && stop == end && std::isfinite(value)) return value;
+    throw std::invalid_argument(
+        fmt::format("expected a number or node.parameter=value for --reference, found '{}'", text));
 }
 
 std::string reading(const Trial& t)
 {
     if (!t.failure.empty()) return "failed: " + t.failure;
     if (t.reference) return fmt::format("the reference, {:.3g} ms a frame", 1e3 * t.frame_seconds);
-    return fmt::format("error {:.3g} ({:.2g} %), {:.3g} ms a frame", t.error, 100 * t.relative,
+    const std::string share = std::isnan(t.relative)
+                                  ? "of a reference that is 0 or does not move: no share of it"
+                                  : fmt::format("{:.2g} %", 100 * t.relative);
+    return fmt::format("error {:.3g} ({}), {:.3g} ms a frame", t.error, share,
                        1e3 * t.frame_seconds);
 }
 
@@ -189,7 +213,7 @@ int run_study(const CookRequest& request, const StudyRequest& wanted,
     if (!request.frames.empty()) options.frames = parse_frames(request.frames);
     if (!wanted.reference.empty()) {
         if (wanted.reference.find('=') == std::string::npos) {
-            options.exact = std::stod(wanted.reference);
+            options.exact = reference_number(wanted.reference);
         } else {
             options.reference = Settings{graph::parse_override(wanted.reference)};
         }
@@ -205,17 +229,21 @@ int run_study(const CookRequest& request, const StudyRequest& wanted,
 
     const std::vector<Trial> trials = study(file, registry, options, [&](const Trial& t) {
         console.err << describe(t.settings) << ": " << reading(t) << "\n";
+        for (const std::string& w : t.warnings) console.err << "  warning: " << w << "\n";
     });
     const auto path = [&](const char* name) { return (folder / name).string(); };
     replace_text(path("study.csv"), to_csv(trials));
     replace_text(path("study.gp"), plot_program(trials, path("study.csv"), path("study.png"),
                                                 file.stem().string() + ": " + wanted.measure));
-    if (!run_program({"gnuplot", path("study.gp")})) {
-        console.err << "warning: no plot was made: install the Debian package gnuplot-nox and run "
-                       "gnuplot "
-                    << path("study.gp") << "\n";
-    } else {
+    if (!any_to_plot(trials)) {
+        console.err << "no plot was made: no setting has an error above 0 to draw\n";
+    } else if (const int status = run_quietly({"gnuplot", path("study.gp")}); status == 0) {
         console.out << "plot: " << path("study.png") << "\n";
+    } else {
+        console.err << fmt::format("warning: no plot was made: {} gnuplot {}\n",
+                                   status < 0 ? "install the Debian package gnuplot-nox and run"
+                                              : "gnuplot failed, and says why when run again:",
+                                   path("study.gp"));
     }
     std::vector<std::pair<graph::Value, std::string>> pictures;
     for (const Trial& t : trials) {
@@ -228,7 +256,9 @@ int run_study(const CookRequest& request, const StudyRequest& wanted,
     }
     console.out << "table: " << path("study.csv") << "\n"
                 << soonest(trials, wanted.wanted_error) << "\n";
-    return exit_ok;
+    const bool failed = std::any_of(trials.begin(), trials.end(),
+                                    [](const Trial& t) { return !t.failure.empty(); });
+    return failed || !any_compared(trials) ? exit_failed : exit_ok;
 }
 
 }  // namespace runtime

@@ -27,7 +27,8 @@ double number_distance(const graph::Value& a, const graph::Value& b)
 // Seconds of what runs anew each frame, and of what runs once.
 class Stopwatch : public Observer {
 public:
-    explicit Stopwatch(std::size_t nodes) : varies(nodes, false) {}
+    explicit Stopwatch(const graph::Graph& graph) : varies(graph.nodes.size(), false), graph_(graph)
+    {}
     void ran(const Run& run) override
     {
         (varies[run.node] && run.preparation < 0 ? frames : setup) += run.seconds;
@@ -37,9 +38,18 @@ public:
         if (failure.empty()) failure = f.what;
     }
 
+    void warned(const Warning& w) override
+    {
+        warnings.push_back(fmt::format("'{}': {}", graph_.nodes[w.node].name, w.text));
+    }
+
     std::vector<bool> varies;
     double frames = 0, setup = 0;
     std::string failure;
+    std::vector<std::string> warnings;
+
+private:
+    const graph::Graph& graph_;
 };
 
 // What a trial gave at each frame; a wire that is the same at all frames has one entry.
@@ -78,7 +88,20 @@ public:
             throw std::invalid_argument(
                 "an exact reference value needs a measure that is a number");
         }
-        if (!options.look.empty()) find_wire(graph, options.look);
+        if (!options.look.empty()) {
+            const graph::Link look = find_wire(graph, options.look);
+            if (!is_picture(graph.nodes[look.node].type->outputs[look.output])) {
+                throw std::invalid_argument(
+                    fmt::format("expected '{}' to be a picture, found type {}: name an output that "
+                                "is one, or none for the first that the graph draws",
+                                options.look, wire_of(graph, look)));
+            }
+        }
+        if (!options.exact && !options.reference && combinations(options.varied).size() < 2) {
+            throw std::invalid_argument(
+                "expected at least two settings, found one, and nothing to compare it with: vary "
+                "more values, or say what is right with --reference");
+        }
         frames_ = options.frames;
         if (frames_.empty()) {
             for (int f = graph.range.first; f <= graph.range.last; ++f) frames_.push_back(f);
@@ -135,7 +158,7 @@ private:
             if (!options_.look.empty()) look = find_wire(graph, options_.look);
 
             Caches caches;
-            Stopwatch watch(graph.nodes.size());
+            Stopwatch watch(graph);
             Evaluator evaluator(graph, caches, options_.cook, &watch);
             evaluator.keys().aim({wire.node}, frames_);
             for (const std::uint32_t n : evaluator.keys().reached()) {
@@ -146,6 +169,7 @@ private:
                                series[want.frame] = values[wire.output];
                            });
             trial.failure = watch.failure;
+            trial.warnings = std::move(watch.warnings);
             trial.frame_seconds = watch.frames / static_cast<double>(frames_.size());
             trial.setup_seconds = watch.setup;
             if (look && trial.failure.empty()) trial.look = evaluator.pull(*look, frames_.back());
@@ -217,6 +241,20 @@ std::vector<Trial> study(const std::filesystem::path& file, const graph::Registr
                          const StudyOptions& options, const std::function<void(const Trial&)>& told)
 {
     return Study(file, registry, options).run(told);
+}
+
+bool any_compared(const std::vector<Trial>& trials)
+{
+    return std::any_of(trials.begin(), trials.end(), [](const Trial& t) {
+        return !t.reference && t.failure.empty() && !std::isnan(t.relative);
+    });
+}
+
+bool any_to_plot(const std::vector<Trial>& trials)
+{
+    return std::any_of(trials.begin(), trials.end(), [](const Trial& t) {
+        return !t.reference && t.failure.empty() && t.relative > 0 && t.frame_seconds > 0;
+    });
 }
 
 std::string soonest(const std::vector<Trial>& trials, double wanted)

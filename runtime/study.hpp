@@ -33,10 +33,12 @@ struct Trial {
     double error = 0;          // root mean square over the frames, in the measure's unit
     double worst = 0;          // largest over the frames
     double relative = 0;       // error over the largest departure of the reference from its first
-                               // frame (or over its largest magnitude, for a number)
+                               // frame (or over its largest magnitude, for a number); not a
+                               // number when that is 0
     double frame_seconds = 0;  // of all that ran anew at each frame, a frame
     double setup_seconds = 0;  // of what ran once
     std::string failure;       // why it could not be cooked; empty when it could
+    std::vector<std::string> warnings;  // what its nodes warned of, "'node': text"
     graph::Value look;
 };
 
@@ -45,6 +47,12 @@ struct Trial {
 std::vector<Trial> study(const std::filesystem::path& file, const graph::Registry& registry,
                          const StudyOptions& options,
                          const std::function<void(const Trial&)>& told = {});
+
+// Whether any trial but the reference has a relative error.
+bool any_compared(const std::vector<Trial>& trials);
+
+// Whether plot_program() has a point to draw: its axes are logarithmic.
+bool any_to_plot(const std::vector<Trial>& trials);
 
 // One sentence: the quickest trial whose relative error is at most `wanted`.
 std::string soonest(const std::vector<Trial>& trials, double wanted);

@@ -1,5 +1,7 @@
 #include "runtime/wires.hpp"
 
+#include "graph/problem.hpp"
+
 #include <fmt/format.h>
 
 #include <stdexcept>
@@ -10,18 +12,31 @@ graph::Link find_wire(const graph::Graph& graph, const std::string& name)
 {
     const std::size_t dot = name.rfind('.');
     const std::string node = name.substr(0, dot);
+    std::string slip;
+    std::vector<std::string_view> nodes, ports;
     for (std::uint32_t n = 0; n < graph.nodes.size(); ++n) {
+        nodes.push_back(graph.nodes[n].name);
         if (graph.nodes[n].name != node) continue;
         const auto& outputs = graph.nodes[n].type->outputs;
         for (std::uint32_t o = 0; o < outputs.size(); ++o) {
+            ports.push_back(outputs[o].name);
             const bool only = dot == std::string::npos && outputs.size() == 1;
             if (only || (dot != std::string::npos && outputs[o].name == name.substr(dot + 1))) {
                 return {n, o};
             }
         }
+        slip = fmt::format("node '{}' ({}) has no such output", node, graph.nodes[n].type->name);
     }
+    const std::string help =
+        slip.empty()
+            ? graph::suggest(node, nodes)
+            : graph::suggest(dot == std::string::npos ? std::string_view()
+                                                      : std::string_view(name).substr(dot + 1),
+                             ports);
+    if (slip.empty()) slip = fmt::format("there is no node '{}'", node);
     throw std::invalid_argument(
-        fmt::format("expected an output node.port of {}, found '{}'", graph.file, name));
+        fmt::format("expected an output node.port of {}, found '{}': {}{}{}", graph.file, name,
+                    slip, help.empty() ? "" : "; ", help));
 }
 
 bool is_picture(const graph::OutputPort& port)

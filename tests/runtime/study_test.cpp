@@ -1,10 +1,12 @@
 #include "runtime/study.hpp"
 
 #include "graph/standard_wires.hpp"
+#include "runtime/command_line.hpp"
 
 #include <unistd.h>
 
 #include <fstream>
+#include <sstream>
 
 namespace study_test {
 
@@ -24,6 +26,7 @@ static DecayOut decay(const Decay& in, const graph::Context& context)
 {
     if (in.broken) throw std::runtime_error("it was told to break");
     DecayOut out;
+    if (in.steps == 1) context.warn("one step is few");
     if (!in.before) return out;
     out.value = *in.before;
     for (int i = 0; i < in.steps; ++i) out.value -= out.value * context.frame_seconds() / in.steps;
@@ -124,6 +127,87 @@ TEST_F(Study, OptionsThatMakeNoSenseAreRefusedWithAReason)
     } catch (const std::invalid_argument& error) {
         EXPECT_NE(std::string(error.what()).find("steps"), std::string::npos) << error.what();
     }
+}
+
+// What the command leaves and says; the program that plots is not asked.
+struct Asked {
+    int exit;
+    std::string out, err;
+};
+
+class StudyCommand : public Study {
+protected:
+    Asked run(std::vector<std::string> words) const
+    {
+        std::vector<std::string> args{"study",          file_.string(), "--out",
+                                      folder_.string(), "--measure",    "x.value",
+                                      "--no-disk-cache"};
+        args.insert(args.end(), words.begin(), words.end());
+        std::ostringstream out, err;
+        Console console{out, err, false, {}, {}, "1.2.3"};
+        const int exit = run_command_line(args, toys(), console);
+        return {exit, out.str(), err.str()};
+    }
+};
+
+static bool has(const std::string& text, const std::string& part)
+{
+    return text.find(part) != std::string::npos;
+}
+
+TEST_F(StudyCommand, OneSettingAloneIsRefused)
+{
+    const Asked alone = run({"--vary", "x.steps=4"});
+    EXPECT_EQ(alone.exit, exit_usage);
+    EXPECT_TRUE(has(alone.err, "at least two settings")) << alone.err;
+    EXPECT_TRUE(has(alone.err, "--reference")) << alone.err;
+    EXPECT_EQ(run({"--vary", "x.steps=4", "--reference", "0.5"}).exit, exit_ok);
+}
+
+TEST_F(StudyCommand, AReferenceIsANumberOrASetting)
+{
+    for (const char* wrong : {"abc", "1.5m", "nan", "1e999"}) {
+        const Asked said = run({"--vary", "x.steps=1,2", std::string("--reference=") + wrong});
+        EXPECT_EQ(said.exit, exit_usage) << wrong;
+        EXPECT_TRUE(has(said.err, "expected a number or node.parameter=value")) << said.err;
+        EXPECT_TRUE(has(said.err, wrong)) << said.err;
+    }
+}
+
+TEST_F(StudyCommand, WhatCouldNotBeComparedIsAFailure)
+{
+    const Asked broken = run({"--vary", "x.broken=true,false", "--vary", "x.steps=1,2"});
+    EXPECT_EQ(broken.exit, exit_failed) << broken.err;
+    const Asked all = run({"--vary", "x.broken=true", "--reference", "0.5"});
+    EXPECT_EQ(all.exit, exit_failed);
+    EXPECT_TRUE(has(all.err, "no setting has an error above 0 to draw")) << all.err;
+    EXPECT_FALSE(has(all.err, "gnuplot")) << all.err;
+}
+
+TEST_F(StudyCommand, AReferenceOfNothingGivesNoShareOfIt)
+{
+    const Asked said = run({"--vary", "x.steps=1,2", "--reference", "0"});
+    EXPECT_FALSE(has(said.err, "nan")) << said.err;
+    EXPECT_TRUE(has(said.err, "no share of it")) << said.err;
+    EXPECT_EQ(said.exit, exit_failed);
+}
+
+TEST_F(StudyCommand, ASlipInAnOutputGetsTheNearestName)
+{
+    const Asked port = run({"--vary", "x.steps=1,2", "--look", "x.valu"});
+    EXPECT_TRUE(has(port.err, "'x' (Decay) has no such output; did you mean 'value'?")) << port.err;
+    const Asked node = run({"--vary", "x.steps=1,2", "--look", "y.value"});
+    EXPECT_TRUE(has(node.err, "there is no node 'y'; there is 'x'")) << node.err;
+    const Asked number = run({"--vary", "x.steps=1,2", "--look", "x.value"});
+    EXPECT_EQ(number.exit, exit_usage);
+    EXPECT_TRUE(has(number.err, "to be a picture, found type number")) << number.err;
+}
+
+TEST_F(StudyCommand, WhatNodesWarnOfIsTold)
+{
+    const Asked said = run({"--vary", "x.steps=1,2,3"});
+    EXPECT_TRUE(has(said.err, "warning: 'x': one step is few")) << said.err;
+    EXPECT_EQ(said.err.find("one step is few"), said.err.rfind("one step is few")) << said.err;
 }
 
 static Trial trial(const char* value, double relative, double ms)
