@@ -28,6 +28,33 @@ Image resized(const Image& image, int width, int height)
     return out;
 }
 
+namespace {
+
+// `label` in lines that are no wider than `width` pixels, parted at blanks; a word that is wider
+// is a line of its own, cut where the width ends.
+std::vector<std::string> lines_of(const std::string& label, float width, float height)
+{
+    std::vector<std::string> lines;
+    std::string line;
+    for (std::size_t at = 0; at < label.size();) {
+        // A word and the blanks before it.
+        const std::size_t word = std::min(label.find_first_not_of(' ', at), label.size());
+        const std::size_t end = std::min(label.find(' ', word), label.size());
+        std::string longer = line + label.substr(at, end - at);
+        if (!line.empty() && text_width(longer, height) > width) {
+            lines.push_back(std::move(line));
+            longer = label.substr(word, end - word);
+        }
+        while (longer.size() > 1 && text_width(longer, height) > width) longer.pop_back();
+        line = std::move(longer);
+        at = end;
+    }
+    if (!line.empty()) lines.push_back(std::move(line));
+    return lines;
+}
+
+}  // namespace
+
 Image contact_sheet(const std::vector<Tile>& tiles, int columns, int width)
 {
     if (tiles.empty()) throw std::invalid_argument("a contact sheet needs at least one picture");
@@ -50,7 +77,16 @@ Image contact_sheet(const std::vector<Tile>& tiles, int columns, int width)
     style.height = std::clamp(static_cast<float>(tile_width) / 30, 7.0f, 16.0f);
     style.colour = {0.82f, 0.84f, 0.86f};
     style.halo_opacity = 0;
-    const int strip = static_cast<int>(std::lround(2.2f * style.height));
+    const float inset = 0.3f * style.height;
+    std::vector<std::vector<std::string>> labels;
+    std::size_t lines = 1;
+    for (const Tile& tile : tiles) {
+        labels.push_back(lines_of(tile.label, float(tile_width) - 2 * inset, style.height));
+        lines = std::max(lines, labels.back().size());
+    }
+    const float line_height = 1.7f * style.height;
+    const int strip =
+        static_cast<int>(std::lround(2.2f * style.height + float(lines - 1) * line_height));
 
     Image sheet{width, gap + rows * (tile_height + strip + gap), {}};
     sheet.rgba.resize(4 * std::size_t(sheet.width) * std::size_t(sheet.height));
@@ -67,10 +103,13 @@ Image contact_sheet(const std::vector<Tile>& tiles, int columns, int width)
             std::copy(from, from + std::ptrdiff_t(4) * tile_width,
                       sheet.rgba.begin() + 4 * (std::ptrdiff_t(y + line) * sheet.width + x));
         }
-        draw_text(sheet, tiles[i].label,
-                  {static_cast<float>(x) + 0.3f * style.height,
-                   static_cast<float>(y + tile_height) + 1.6f * style.height},
-                  style);
+        for (std::size_t k = 0; k < labels[i].size(); ++k) {
+            draw_text(sheet, labels[i][k],
+                      {static_cast<float>(x) + inset, static_cast<float>(y + tile_height) +
+                                                          1.6f * style.height +
+                                                          float(k) * line_height},
+                      style);
+        }
     }
     return sheet;
 }

@@ -16,8 +16,9 @@ struct Tile {
     std::string label;
 };
 
-// The tiles side by side in `columns` columns, each with its label below, on one sheet `width`
-// pixels wide. All take the shape of the first. Throws std::invalid_argument without tiles.
+// The tiles side by side in `columns` columns, each with its label below, in as many lines as it
+// takes, on one sheet `width` pixels wide. All take the shape of the first. Throws
+// std::invalid_argument without tiles.
 Image contact_sheet(const std::vector<Tile>& tiles, int columns, int width);
 
 // `count` frames from first to last, both among them, as evenly spaced as whole numbers go; all of

@@ -109,6 +109,32 @@ TEST(ContactSheet, SpreadsFramesEvenlyWithBothEnds)
     EXPECT_TRUE(render::spread_frames(2, 1, 4).empty());
 }
 
+// A study's labels say settings, error and time: several times as much as a tile is wide.
+TEST(ContactSheet, ALongLabelTakesMoreLinesAndStaysBelowItsTile)
+{
+    const Image dark = flat(64, 32, 40);
+    const std::string label = "sim.step.substeps=2 sim.lattice.half_width=1  error 0.17 (37 %)";
+    const Image alone = render::contact_sheet({{&dark, label}, {&dark, ""}}, 2, 400);
+    const Image sheet = render::contact_sheet({{&dark, ""}, {&dark, ""}}, 2, 400);
+    EXPECT_GT(alone.height, sheet.height);
+    // Tiles are 197 wide with gaps of 2, as high as 98 or 99: nothing but the ground below the
+    // second one, which has no label.
+    for (int y = 102; y < alone.height; ++y) {
+        for (int x = 201; x < 400; ++x) {
+            ASSERT_LT(int(alone.rgba[std::size_t(4 * (y * 400 + x))]), 40) << x << ' ' << y;
+        }
+    }
+    int lit = 0;
+    for (int y = 102; y < alone.height; ++y) {
+        for (int x = 2; x < 199; ++x) lit += alone.rgba[std::size_t(4 * (y * 400 + x))] > 99;
+    }
+    EXPECT_GT(lit, 500) << "it is below its own";
+    // One word that is wider than the tile is cut.
+    const Image cut = render::contact_sheet({{&dark, std::string(200, 'm')}, {&dark, ""}}, 2, 400);
+    EXPECT_EQ(cut.height, sheet.height);
+    EXPECT_LT(int(cut.rgba[std::size_t(4 * (110 * 400 + 300))]), 40);
+}
+
 TEST(ContactSheet, HoldsItsTilesInRows)
 {
     const Image dark = flat(64, 32, 40), light = flat(64, 32, 220);
