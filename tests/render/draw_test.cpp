@@ -349,6 +349,38 @@ TEST(Draw, SizeDoesNotMatter)
     }
 }
 
+// A sheet that lies on the floor has the floor's own depth, up to rounding.
+TEST(Draw, ASheetThatLiesOnTheFloorHidesIt)
+{
+    for (const double height : {0.0, 0.37, -12.3}) {
+        for (const double above : {0.3, 1.7, 6.0}) {
+            Scene scene;
+            TriMesh mesh = geometry::grid(1, 0.6, 20, 12);
+            for (Vec3f& p : mesh.positions) p.y() = float(height);
+            scene.surfaces = {surface(std::move(mesh))};
+            scene.surfaces[0].paint.by = render::Paint::By::constant;
+            scene.surfaces[0].paint.colour = {1, 0, 0};
+            scene.surfaces[0].receives = false;
+            const Camera camera{{0, height + above, 2}, {0, height, 0}, {0, 1, 0}, 0.5};
+            const auto red = [&] {
+                const Image image = render::draw(scene, camera, plain_look());
+                int sum = 0;
+                for (int y = 0; y < image.height; ++y) {
+                    for (int x = 0; x < image.width; ++x) {
+                        const auto p = pixel(image, x, y);
+                        sum += p[0] > 2 * p[1] ? 1 : 0;
+                    }
+                }
+                return sum;
+            };
+            const int bare = red();
+            ASSERT_GT(bare, 50);
+            scene.ground = height;
+            EXPECT_GE(red(), bare) << height << ' ' << above;
+        }
+    }
+}
+
 TEST(Draw, TheSameSceneGivesTheSamePixelsInAnyThread)
 {
     Scene scene;
