@@ -74,12 +74,11 @@ std::vector<Vec3> smooth_normals(const PatchBinding& binding, const TriMesh& mes
     return out;
 }
 
-void need(bool good, const char* what, std::size_t expected, std::size_t found)
+void need(bool good, const char* what, std::size_t expected, std::size_t found, const char* remedy)
 {
     if (good) return;
     throw std::invalid_argument(
-        fmt::format("expected {} for {} of the patch, found {}: do they belong together?", what,
-                    expected, found));
+        fmt::format("expected {} {}, found {}: {}", what, expected, found, remedy));
 }
 
 }  // namespace
@@ -88,12 +87,17 @@ TriMesh add_detail(const PatchBinding& binding, const TriMesh& mesh, const Cubes
                    std::span<const Vec3> x, std::span<const Vec3f> carried)
 {
     const std::size_t n = patch.corner_count();
-    need(x.size() == n, "a state", n, x.size());
-    need(carried.size() == n, "carried places", n, carried.size());
+    need(x.size() == n, "a state of as many corners as the plane's cells have,", n, x.size(),
+         "let it be that of the Simulate that moves these cells");
+    need(carried.size() == n, "a carried mesh of a vertex for each of the cells' corners,", n,
+         carried.size(),
+         "let it be the mesh that Plane made with these cells, embedded in the "
+         "object's cubes");
     TriMesh out = mesh;
     for (const auto& vertex : binding.vertices) {
-        need(vertex.vertex < mesh.positions.size(), "a mesh with vertices", vertex.vertex,
-             mesh.positions.size());
+        need(vertex.vertex < mesh.positions.size(), "a mesh of more vertices than", vertex.vertex,
+             mesh.positions.size(),
+             "let it be the surface that lies along the plane at rest, moved");
         Vec3 detail = Vec3::Zero();
         for (std::size_t k = 0; k < 4; ++k) {
             const std::uint32_t corner = vertex.corner[k];

@@ -3,6 +3,8 @@
 #include "graph/node_type.hpp"
 #include "nodes/wire_types.hpp"
 
+#include <fmt/format.h>
+
 namespace nodes::patch {
 
 struct Inputs {
@@ -23,6 +25,12 @@ static geometry::PatchBinding bind(const Inputs& in)
 
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
+    if (in.mesh->positions.size() != in.rest->positions.size()) {
+        throw std::invalid_argument(
+            fmt::format("expected `mesh` to be `rest` moved, with its {} vertices, found {}: link "
+                        "the one surface before and after Embed",
+                        in.rest->positions.size(), in.mesh->positions.size()));
+    }
     if (in.binding->vertices.empty()) {
         context.warn("no vertex of the mesh lies over the patch within `distance`: nothing is "
                      "added");

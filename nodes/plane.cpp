@@ -4,6 +4,9 @@
 #include "nodes/material_rules.hpp"
 #include "nodes/wire_types.hpp"
 
+#include <fmt/format.h>
+
+#include <array>
 #include <cmath>
 
 namespace nodes::plane {
@@ -57,6 +60,8 @@ static geometry::PlaneGrid grid_about(const Inputs& in, const Vec3& centre, doub
     return grid;
 }
 
+static constexpr std::array ink_names{"dark", "bright", "opaque"};  // as MaskInk
+
 static geometry::Cubes cubes_of(const Inputs& in)
 {
     const int axis = static_cast<int>(in.across);
@@ -77,6 +82,13 @@ static geometry::Cubes cubes_of(const Inputs& in)
         const geometry::Mask mask = geometry::read_mask(in.image.path, in.image.ink);
         const int ni = pieces(in.image.width, in.size);
         const auto cells = geometry::mask_cells(mask, axis, ni, in.image.threshold);
+        if (cells.empty()) {
+            throw std::invalid_argument(fmt::format(
+                "{}: expected a picture with cells at least {:g} {}, found none of {} across: "
+                "choose another image.ink, lower image.threshold or take smaller cells",
+                in.image.path.filename().string(), in.image.threshold,
+                ink_names[size_t(in.image.ink)], ni));
+        }
         const double size = in.image.width / ni;
         const int nj = pieces(in.image.width * mask.height / mask.width, size);
         return geometry::plane_cubes(cells, grid_about(in, in.centre, size, ni, nj), in.thickness,
@@ -138,7 +150,7 @@ void add_to(graph::Registry& registry)
             "image", &Inputs::image,
             [](graph::ParamsOf<Picture>& p) {
                 p.path_in("path", &Picture::path, "The picture: PNG, JPEG, BMP or TGA.")
-                    .choice("ink", &Picture::ink, {"dark", "bright", "opaque"},
+                    .choice("ink", &Picture::ink, {ink_names[0], ink_names[1], ink_names[2]},
                             "Where the sheet is: where the picture is dark, bright or opaque. What "
                             "is transparent is never.")
                     .param("threshold", &Picture::threshold,

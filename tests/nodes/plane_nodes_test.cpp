@@ -1,0 +1,69 @@
+// What Plane and Patch say of links and numbers that can't be meant.
+
+#include "geometry/plane.hpp"
+#include "geometry/primitive.hpp"
+#include "render/png.hpp"
+#include "tests/nodes/one_node.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+namespace {
+
+using fixtures::NodeRun;
+
+std::string refusal(NodeRun& node)
+{
+    try {
+        node.run();
+    } catch (const std::exception& error) {
+        return error.what();
+    }
+    return "nothing was refused";
+}
+
+bool has(const std::string& text, const std::string& part)
+{
+    return text.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST(PlaneNode, APictureWithoutInkSaysWhichNumbersToChange)
+{
+    const auto path = std::filesystem::temp_directory_path() /
+                      ("aspic_no_ink_" + std::to_string(::getpid()) + ".png");
+    render::write_png(path, {4, 2, std::vector<std::uint8_t>(4 * 4 * 2, 255)});
+    NodeRun plane("Plane");
+    plane.param("outline").is = std::string("image");
+    plane.param("image.path").is = path.string();
+    const std::string said = refusal(plane);
+    for (const char* part : {"aspic_no_ink_", "0.5 dark", "image.ink", "image.threshold"}) {
+        EXPECT_TRUE(has(said, part)) << said;
+    }
+    plane.param("image.ink").is = std::string("bright");
+    EXPECT_EQ(refusal(plane), "nothing was refused");
+    std::filesystem::remove(path);
+}
+
+TEST(PatchNode, ASurfaceThatIsNotTheOneAtRestIsRefused)
+{
+    NodeRun plane("Plane");
+    plane.param("size").is = 0.25;
+    const auto made = plane.outputs();
+    physics::State state;
+    state.x = geometry::corner_positions(*made[0].as<geometry::Cubes>());
+    NodeRun patch("Patch");
+    patch.inputs["rest"] = {graph::Value::of(geometry::grid(1, 1, 2, 2))};
+    patch.inputs["mesh"] = patch.inputs["rest"];
+    patch.inputs["cubes"] = {made[0]};
+    patch.inputs["carried"] = {made[1]};
+    patch.inputs["state"] = {graph::Value::of(state)};
+    EXPECT_EQ(refusal(patch), "nothing was refused");
+    patch.inputs["mesh"] = {graph::Value::of(geometry::grid(1, 1, 3, 3))};
+    EXPECT_TRUE(has(refusal(patch), "its 9 vertices, found 16")) << refusal(patch);
+    patch.inputs["mesh"] = patch.inputs["rest"];
+    state.x.pop_back();
+    patch.inputs["state"] = {graph::Value::of(state)};
+    EXPECT_TRUE(has(refusal(patch), "Simulate that moves these cells")) << refusal(patch);
+}
