@@ -2,6 +2,7 @@
 #include "nodes/wire_types.hpp"
 #include "physics/balls.hpp"
 #include "physics/bricks.hpp"
+#include "physics/far_forces.hpp"
 #include "physics/lattice.hpp"
 #include "physics/pins.hpp"
 #include "physics/springs.hpp"
@@ -82,6 +83,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     loads.balls = std::move(balls);
     loads.pins = physics::merge_pins(in.pins, in.cubes->corner_count());
     for (const auto& force : in.forces) loads.forces.push_back(*force);
+    for (const auto& warning : physics::far_forces(*in.cubes, loads.forces)) context.warn(warning);
     for (const auto& collider : in.colliders) loads.colliders.push_back(*collider);
     if (!in.gravity.isZero(0)) {
         loads.forces.push_back({physics::Force::Kind::gravity, in.gravity});

@@ -1,9 +1,10 @@
-// What Plane and Patch say of links and numbers that can't be meant.
+// What Plane, Patch and Simulate say of links and numbers that can't be meant.
 
 #include "geometry/plane.hpp"
 #include "geometry/primitive.hpp"
 #include "render/png.hpp"
 #include "tests/nodes/one_node.hpp"
+#include "tests/physics/cube_fixtures.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -11,6 +12,7 @@
 namespace {
 
 using fixtures::NodeRun;
+using geometry::Vec3;
 
 std::string refusal(NodeRun& node)
 {
@@ -66,4 +68,34 @@ TEST(PatchNode, ASurfaceThatIsNotTheOneAtRestIsRefused)
     state.x.pop_back();
     patch.inputs["state"] = {graph::Value::of(state)};
     EXPECT_TRUE(has(refusal(patch), "Simulate that moves these cells")) << refusal(patch);
+}
+
+// Cubes of 0.1 m that fill 0.4 m along x from the origin.
+TEST(SimulateNode, APointForceThatReachesNothingIsToldOf)
+{
+    const geometry::Cubes cubes =
+        geometry::solid_cubes({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}, 0.1);
+    const auto warnings = [&](const Vec3& position, double radius, const Vec3& push) {
+        NodeRun simulate("Simulate");
+        simulate.inputs["cubes"] = {graph::Value::of(cubes)};
+        physics::Force force;
+        force.kind = physics::Force::Kind::point;
+        force.position = position;
+        force.radius = radius;
+        force.force = push;
+        simulate.inputs["forces"] = {graph::Value::of(force)};
+        simulate.param("gravity").is = std::array<double, 3>{0, 0, 0};
+        simulate.previous = simulate.outputs(1);
+        simulate.outputs(2);
+        return simulate.warnings;
+    };
+    const Vec3 push(0, 0.01, 0);
+    EXPECT_TRUE(warnings({0.2, 0.05, 0.05}, 0.1, push).empty());
+    EXPECT_TRUE(warnings({0.2, 0.05, 0.05}, 0, push).empty());
+    EXPECT_TRUE(warnings({0.5, 0.05, 0.05}, 0.2, push).empty());
+    EXPECT_TRUE(warnings({9, 0, 0}, 9, push).empty());
+    EXPECT_TRUE(warnings({9, 0, 0}, 0.1, {0, 0, 0}).empty()) << "it does nothing";
+    const auto far = warnings({9, 0, 0}, 0.1, push);
+    ASSERT_EQ(far.size(), 1u);
+    EXPECT_TRUE(has(far[0], "point force 1 of 1 reaches no material")) << far[0];
 }
