@@ -8,10 +8,12 @@ namespace graph {
 
 namespace {
 
-// "at least 0 m", "from 0 to 1"; empty without limits. Limits of the storage are nobody's news.
+// "at least 0 m", "from 0 to 1"; empty without limits. Limits of the storage are nobody's news:
+// those of 32 and 64 bits.
 std::string range_text(const Limits& limits)
 {
-    const bool low = limits.min > -2147483648.0, high = limits.max < 2147483647.0;
+    const bool low = limits.min > -2147483648.0;
+    const bool high = limits.max < 9e18 && limits.max != 2147483647.0 && limits.max != 4294967295.0;
     const std::string unit = limits.unit.empty() ? "" : " " + limits.unit;
     if (low && high) return fmt::format(" from {} to {}{}", limits.min, limits.max, unit);
     if (low) return fmt::format(" of at least {}{}", limits.min, unit);

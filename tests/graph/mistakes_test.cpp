@@ -336,6 +336,20 @@ TEST(Mistakes, OfBlocksAndLists)
     });
 }
 
+// 1e30 Pa is "at least 1e-06 Pa" and was refused by those words.
+TEST(Mistakes, ALimitThatIsLargeIsSaidAndOneOfTheStorageIsNot)
+{
+    graph::Param p;
+    p.kind = graph::ParamKind::number;
+    p.limits = {1e-6, 1e15, "Pa"};
+    EXPECT_EQ(graph::expectation_of(p), "a number from 1e-06 to 1000000000000000 Pa");
+    p.kind = graph::ParamKind::integer;
+    for (const double storage : {2147483647.0, 4294967295.0, 9223372036854775807.0}) {
+        p.limits = {1, storage, ""};
+        EXPECT_EQ(graph::expectation_of(p), "a whole number of at least 1");
+    }
+}
+
 TEST(Mistakes, OfLinks)
 {
     const auto kneading = [](const std::string& inputs) {
