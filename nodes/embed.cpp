@@ -1,4 +1,5 @@
 #include "geometry/embed.hpp"
+#include "geometry/torn_faces.hpp"
 
 #include "graph/node_type.hpp"
 #include "nodes/wire_types.hpp"
@@ -19,6 +20,7 @@ struct Inputs {
     graph::Wire<geometry::Cubes> cubes;
     graph::Wire<physics::State> state;
     Attributes attributes;
+    bool hide_torn = true;
     std::shared_ptr<const geometry::Binding> binding;
 };
 struct Outputs {
@@ -81,6 +83,10 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         }
         add("component", "", std::move(component));
     }
+    if (in.hide_torn && !state.broken.empty()) {
+        const auto gone = geometry::torn_faces(*in.mesh, *in.cubes, state.broken);
+        out.mesh = geometry::without_faces(std::move(out.mesh), gone);
+    }
     return out;
 }
 
@@ -107,6 +113,10 @@ void add_to(graph::Registry& registry)
         .input("state", &Inputs::state, "Where the corners of the cubes are now.")
         .block("attributes", &Inputs::attributes, describe_attributes,
                "Which numbers to leave at each vertex, to colour by or to export.")
+        .param("hide_torn", &Inputs::hide_torn,
+               "Leaves out the faces in cubes that have lost a link (`lattice.tear` of Simulate), "
+               "which would be drawn out across the gap. Cubes as small as the mesh's own detail "
+               "lose little.")
         .prepare("binding", &Inputs::binding, bind, {"mesh", "cubes"})
         .output("mesh", &Outputs::mesh, "The mesh as the cubes carry it.");
 }

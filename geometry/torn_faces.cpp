@@ -1,0 +1,91 @@
+#include "geometry/torn_faces.hpp"
+
+#include "geometry/clip_to_cells.hpp"
+#include "geometry/parallel.hpp"
+#include "geometry/plane.hpp"
+
+#include <algorithm>
+
+namespace geometry {
+
+namespace {
+
+bool is_torn(const std::array<std::uint32_t, 8>& corners, std::span<const std::uint32_t> broken)
+{
+    for (std::uint32_t a = 0; a < 8; ++a) {
+        for (std::uint32_t axis = 0; axis < 3; ++axis) {
+            if (a >> axis & 1u) continue;
+            if (std::binary_search(broken.begin(), broken.end(), 3 * corners[a] + axis))
+                return true;
+        }
+    }
+    return false;
+}
+
+bool in_front(const Vec3i& a, const Vec3i& b)
+{
+    return a[2] != b[2] ? a[2] < b[2] : a[1] != b[1] ? a[1] < b[1] : a[0] < b[0];
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> torn_faces(const TriMesh& rest, const Cubes& cubes,
+                                     std::span<const std::uint32_t> broken)
+{
+    std::vector<std::uint8_t> gone(rest.triangles().size(), 0);
+    std::vector<Vec3i> torn;  // cells, by (z, y, x) as cubes are
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        if (is_torn(cubes.corners[c], broken)) torn.push_back(cubes.cell[c]);
+    }
+    if (torn.empty()) return gone;
+    Vec3 low = torn[0].cast<double>(), high = low;
+    for (const Vec3i& cell : torn) {
+        low = low.cwiseMin(cell.cast<double>());
+        high = high.cwiseMax(cell.cast<double>() + Vec3::Ones());
+    }
+    // What a plane carries may lie above it or below.
+    const int flat = flat_axis(cubes);
+    parallel_for(gone.size(), 1024, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t f = begin; f < end; ++f) {
+            Vec3 p[3];
+            for (int k = 0; k < 3; ++k) {
+                const auto v = std::size_t(rest.triangles()[f][std::size_t(k)]);
+                p[k] = (rest.positions[v].cast<double>() - cubes.origin) / cubes.size;
+                if (flat >= 0) p[k][flat] = low[flat] + 0.5;
+            }
+            const Vec3 least = p[0].cwiseMin(p[1]).cwiseMin(p[2]);
+            const Vec3 most = p[0].cwiseMax(p[1]).cwiseMax(p[2]);
+            const bool near =
+                (most.array() >= low.array()).all() && (least.array() <= high.array()).all();
+            if (!near) continue;
+            clip_to_cells(p[0], p[1], p[2], [&](const Vec3i& cell, double area) {
+                if (area > 0 && std::binary_search(torn.begin(), torn.end(), cell, in_front)) {
+                    gone[f] = 1;
+                }
+            });
+        }
+    });
+    return gone;
+}
+
+TriMesh without_faces(TriMesh mesh, const std::vector<std::uint8_t>& gone)
+{
+    auto topology = std::make_shared<MeshTopology>(*mesh.topology);
+    const auto keep = [&](auto& per_face) {
+        if (per_face.size() != gone.size()) return;
+        std::size_t kept = 0;
+        for (std::size_t f = 0; f < gone.size(); ++f) {
+            if (!gone[f]) per_face[kept++] = per_face[f];
+        }
+        per_face.resize(kept);
+    };
+    keep(topology->triangles);
+    keep(topology->normal_triangles);
+    keep(topology->uv_triangles);
+    keep(topology->material);
+    keep(topology->group);
+    mesh.topology = std::move(topology);
+    return mesh;
+}
+
+}  // namespace geometry
