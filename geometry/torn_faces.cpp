@@ -27,6 +27,17 @@ bool in_front(const Vec3i& a, const Vec3i& b)
     return a[2] != b[2] ? a[2] < b[2] : a[1] != b[1] ? a[1] < b[1] : a[0] < b[0];
 }
 
+// What of a polygon lies in the box: a face may be very much larger than what is torn.
+Polygon clipped(Polygon polygon, const Vec3& low, const Vec3& high)
+{
+    Polygon below, above;
+    for (int d = 0; d < 3 && polygon.n > 2; ++d) {
+        cut(polygon, d, low[d], below, above);
+        cut(above, d, high[d], polygon, below);
+    }
+    return polygon;
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> torn_faces(const TriMesh& rest, const Cubes& cubes,
@@ -47,22 +58,26 @@ std::vector<std::uint8_t> torn_faces(const TriMesh& rest, const Cubes& cubes,
     const int flat = flat_axis(cubes);
     parallel_for(gone.size(), 1024, [&](std::size_t begin, std::size_t end) {
         for (std::size_t f = begin; f < end; ++f) {
-            Vec3 p[3];
-            for (int k = 0; k < 3; ++k) {
-                const auto v = std::size_t(rest.triangles()[f][std::size_t(k)]);
-                p[k] = (rest.positions[v].cast<double>() - cubes.origin) / cubes.size;
-                if (flat >= 0) p[k][flat] = low[flat] + 0.5;
+            Polygon face;
+            bool finite = true;
+            for (const auto v : rest.triangles()[f]) {
+                Vec3 p =
+                    (rest.positions[std::size_t(v)].cast<double>() - cubes.origin) / cubes.size;
+                if (flat >= 0) p[flat] = low[flat] + 0.5;
+                finite &= p.allFinite();
+                face.add(p);
             }
-            const Vec3 least = p[0].cwiseMin(p[1]).cwiseMin(p[2]);
-            const Vec3 most = p[0].cwiseMax(p[1]).cwiseMax(p[2]);
-            const bool near =
-                (most.array() >= low.array()).all() && (least.array() <= high.array()).all();
-            if (!near) continue;
-            clip_to_cells(p[0], p[1], p[2], [&](const Vec3i& cell, double area) {
-                if (area > 0 && std::binary_search(torn.begin(), torn.end(), cell, in_front)) {
-                    gone[f] = 1;
-                }
-            });
+            if (!finite) continue;
+            const Polygon near = clipped(face, low, high);
+            for (std::size_t k = 2; k < near.n; ++k) {
+                clip_to_cells(near.p[0], near.p[k - 1], near.p[k],
+                              [&](const Vec3i& cell, double area) {
+                                  if (area > 0 && std::binary_search(torn.begin(), torn.end(), cell,
+                                                                     in_front)) {
+                                      gone[f] = 1;
+                                  }
+                              });
+            }
         }
     });
     return gone;

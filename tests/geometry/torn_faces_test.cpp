@@ -81,6 +81,21 @@ TEST(TornFaces, ALongFaceWithItsCornersOnBothSidesIsOne)
     EXPECT_EQ(mesh.triangles().size(), 2u);
 }
 
+TEST(TornFaces, OfAFaceThatIsHugeOrNotFiniteAreFoundSoon)
+{
+    const Cubes cubes = solid_cubes({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, 1e-3);
+    const float far = 1e5f, none = std::numeric_limits<float>::infinity();
+    TriMesh mesh;
+    mesh.positions = {{-far, 5e-4f, -far}, {far, 5e-4f, -far}, {0, 5e-4f, far},
+                      {-far, 2, -far},     {far, 2, -far},     {0, 2, far},
+                      {0, 0, 0},           {none, 0, 0},       {0, none, 1}};
+    auto topology = std::make_shared<MeshTopology>();
+    topology->triangles = {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}};
+    mesh.topology = topology;
+    const auto gone = torn_faces(mesh, cubes, std::vector{3 * corner_at(cubes, {1, 0, 0})});
+    EXPECT_EQ(gone, (std::vector<std::uint8_t>{1, 0, 0}));
+}
+
 TEST(TornFaces, OfAPlaneAtAnyHeightAboveIt)
 {
     const Cubes cubes = plane_cubes(rectangle_cells(4, 4), {1, 1, Vec3(0, 0.7, 0)}, 0.01);
