@@ -249,27 +249,25 @@ private:
         if (pins.empty()) return;
         const LatticeRegions& regions = matched_->regions;
         with_pins_ = matched_->mass;
-        const auto f = sums_.particles(regions);
+        const auto f = sums_.particles();
         for (std::size_t i = 0; i < n_; ++i) f[i] = Quad<T>(T(body_.base.mass[i]), 0, 0, 0);
         for (const auto k : pins) f[k] = Quad<T>(0, T(body_.base.mass[k]), 0, 0);
-        collect(regions, sums_);
         std::vector<float> times(n_, 1.0f);
-        const auto slots = sums_.slots(regions);
-        for (std::size_t s = 0; s < regions.slots(); ++s) {
-            if (regions.particle[s] == none) continue;
-            const Quad<T>& sum = slots[regions.quads() * s];
-            if (sum[1] > 0) times[regions.particle[s]] = float(sum[0] / sum[1]);
-        }
+        std::vector<std::uint8_t> holds(regions.slots(), 0);
+        collect<T>(regions, sums_, [&](std::size_t first, std::span<const Quad<T>> slots) {
+            for (std::size_t s = first; s < first + slots.size() / 4; ++s) {
+                const Quad<T>& sum = slots[4 * (s - first)];
+                if (!(sum[1] > 0)) continue;  // without a particle it is 0
+                times[regions.particle[s]] = float(sum[0] / sum[1]);
+                holds[s] = 1;
+            }
+        });
         const auto most = 2.0f * float(regions.half_width);
         const float least = bends_in_space() ? 2.0f : 1.0f;
         for (const auto k : pins) {
             with_pins_[k] = matched_->mass[k] * std::clamp(times[k], least, most);
         }
         if (!bends_in_space()) return;
-        std::vector<std::uint8_t> holds(regions.slots());
-        for (std::size_t s = 0; s < holds.size(); ++s) {
-            holds[s] = slots[regions.quads() * s][1] > 0;
-        }
         if constexpr (std::is_same_v<T, float>) own_twist_ = matched_->twist;
         find_own_twist(with_pins_, [&](std::size_t s) { return holds[s] != 0; });
     }
@@ -304,14 +302,10 @@ private:
     // Sums of weights over the regions that hold each particle: they do not change with motion.
     void sum_weights()
     {
-        const auto slots = sums_.slots(matched_->regions);
-        const std::size_t quads = matched_->regions.quads();
-        for (auto& quad : slots) quad.setZero();
-        for (std::size_t s = 0; s < weight_.size(); ++s) {
-            slots[quads * s] = Quad<T>(weight_[s], 0, 0, 0);
-        }
-        spread(matched_->regions, sums_);
-        const auto g = sums_.particles(matched_->regions);
+        spread<T>(matched_->regions, sums_, [&](std::size_t first, std::span<Quad<T>> slots) {
+            for (std::size_t k = 0; 4 * k < slots.size(); ++k) slots[4 * k][0] = weight_[first + k];
+        });
+        const auto g = sums_.particles();
         held_weight_.resize(n_);
         for (std::size_t i = 0; i < n_; ++i) held_weight_[i] = g[i][0];
     }
@@ -320,7 +314,7 @@ private:
     void find_goals()
     {
         const auto& mass = with_pins_.empty() ? matched_->mass : with_pins_;
-        const auto f = sums_.particles(matched_->regions);
+        const auto f = sums_.particles();
         geometry::parallel_for(n_, grain, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const T m = T(mass[i]);
@@ -328,22 +322,22 @@ private:
                 f[i] = Quad<T>(m * T(p[0]), m * T(p[1]), m * T(p[2]), m);
             }
         });
-        collect(matched_->regions, sums_);
-        const std::size_t slots = matched_->regions.slots();
-        geometry::parallel_for(
-            (slots + batch - 1) / batch, 16, [&](std::size_t begin, std::size_t end) {
-                for (std::size_t b = begin; b < end; ++b) {
-                    const std::size_t first = b * batch, last = std::min(slots, first + batch);
+        collect_and_spread<T>(
+            matched_->regions, sums_, [&](std::size_t first, std::span<Quad<T>> slots) {
+                if (std::is_same_v<T, float> && !plastic_ && !in_plane_) {
+                    match_rigid(first, slots);
+                    return;
+                }
+                for (std::size_t s = 0; 4 * s < slots.size(); s += batch) {
+                    const auto some =
+                        slots.subspan(4 * s, std::min(4 * batch, slots.size() - 4 * s));
                     if (in_plane_) {
-                        match_in_plane(first, last);
-                    } else if (std::is_same_v<T, float> && !plastic_) {
-                        match_rigid(first, last);
+                        match_in_plane(first + s, some);
                     } else {
-                        match_shapes(first, last);
+                        match_shapes(first + s, some);
                     }
                 }
             });
-        spread(matched_->regions, sums_);
     }
 
     // How far a plane's region is bent like a saddle, as far as it may stay so, into s[3]: (1 -
@@ -383,27 +377,24 @@ private:
     }
 
     // match_shapes() where nothing flows and sums are single, many regions at a time.
-    void match_rigid(std::size_t begin, std::size_t end)
+    void match_rigid(std::size_t first, std::span<Quad<T>> slots)
     {
         if constexpr (std::is_same_v<T, float>) {
-            const LatticeRegions& regions = matched_->regions;
-            float* const slots = sums_.slots(regions).data()->data();
-            match_slots(end - begin, slots + 4 * regions.quads() * begin, weight_.data() + begin,
-                        flat_ ? &twist_[begin].b : nullptr, state_.rotation.data() + 4 * begin,
-                        regions.axes, float(body_.base.h));
+            match_slots(slots.size() / 4, slots.data()->data(), weight_.data() + first,
+                        flat_ ? &twist_[first].b : nullptr, state_.rotation.data() + 4 * first,
+                        matched_->regions.axes, float(body_.base.h));
         }
     }
 
-    // From sums over regions to their rigid motions, with weights.
-    void match_shapes(std::size_t begin, std::size_t end)
+    // From sums over regions to their rigid motions, with weights. At most a batch.
+    void match_shapes(std::size_t begin, std::span<Quad<T>> slots)
     {
         const LatticeRegions& regions = matched_->regions;
-        const std::size_t quads = regions.quads(), count = end - begin;
-        Quad<T>* const slots = sums_.slots(regions).data();
+        const std::size_t count = slots.size() / 4;
         alignas(64) T a[9 * batch], q[4 * batch];
         float* const rotation = state_.rotation.data();
         for (std::size_t k = 0; k < count; ++k) {
-            Mat m = moment_matrix(slots + quads * (begin + k));
+            Mat m = moment_matrix(&slots[4 * k]);
             if (plastic_) m = (m * rest_shape(begin + k)).eval();
             if (flat_) complete(m);
             for (int i = 0; i < 9; ++i) a[std::size_t(i) * batch + k] = m(i / 3, i % 3);
@@ -413,7 +404,7 @@ private:
         const T h = T(body_.base.h);
         for (std::size_t k = 0; k < count; ++k) {
             const std::size_t slot = begin + k;
-            Quad<T>* const s = slots + quads * slot;
+            Quad<T>* const s = &slots[4 * k];
             const Eigen::Quaternion<T> turn(q[k], q[batch + k], q[2 * batch + k], q[3 * batch + k]);
             for (std::size_t c = 0; c < 4; ++c) rotation[4 * slot + c] = float(q[c * batch + k]);
             Mat r = turn.toRotationMatrix();
@@ -437,16 +428,15 @@ private:
     }
 
     // The same in two dimensions: rotations have a closed form.
-    void match_in_plane(std::size_t begin, std::size_t end)
+    void match_in_plane(std::size_t begin, std::span<Quad<T>> slots)
     {
         const LatticeRegions& regions = matched_->regions;
         const int u = regions.axes[0], v = regions.axes[1];
-        const std::size_t count = end - begin;
-        Quad<T>* const slots = sums_.slots(regions).data();
+        const std::size_t count = slots.size() / 4;
         alignas(64) T a[4 * batch], turn[2 * batch];
         float* const rotation = state_.rotation.data();
         for (std::size_t k = 0; k < count; ++k) {
-            Mat m = moment_matrix(slots + regions.quads() * (begin + k));
+            Mat m = moment_matrix(&slots[4 * k]);
             if (plastic_) m = (m * rest_shape(begin + k)).eval();
             a[k] = m(u, u);
             a[batch + k] = m(u, v);
@@ -460,7 +450,7 @@ private:
         const T h = T(body_.base.h);
         for (std::size_t k = 0; k < count; ++k) {
             const std::size_t slot = begin + k;
-            Quad<T>* const s = slots + regions.quads() * slot;
+            Quad<T>* const s = &slots[4 * k];
             const T cosine = turn[k], sine = turn[batch + k];
             rotation[4 * slot] = float(cosine);
             rotation[4 * slot + 1] = float(sine);
@@ -577,7 +567,7 @@ private:
             stretched_.pull(body_.membrane, {torn_corners_, membrane_rest()}, membrane_share_,
                             state_.x);
         }
-        const auto goal = sums_.particles(matched_->regions);
+        const auto goal = sums_.particles();
         float* const before = state_.rotation.data() + 4 * matched_->regions.slots();
         const double damping = has_before_ ? damping_ : 0;
         const auto momentum = geometry::ordered_sum<PullMomentum>(

@@ -41,8 +41,9 @@ std::size_t bytes_of(const MatchedRegions& m)
         sum += bytes_in(along->lines, along->items, along->dead);
     }
     const LatticeExceptions& e = m.regions.exceptions;
-    return sum + bytes_in(e.region, e.at, e.child_at, e.child, e.parent_at, e.parent, e.particle,
-                          e.bar_at, e.bar);
+    return sum + bytes_in(m.regions.slabs) +
+           bytes_in(e.region, e.at, e.child_at, e.child, e.parent_at, e.parent, e.particle,
+                    e.bar_at, e.bar);
 }
 
 // B^-1 of a region in lattice steps, from sums of M, M X and M X X^T about any point (packed xx,
@@ -65,30 +66,31 @@ std::vector<float> inverse_spreads(const MatchedRegions& matched, const Lattice&
 {
     const LatticeRegions& regions = matched.regions;
     RegionSums<double> sums(regions);
-    const auto f = sums.particles(regions);
+    const auto f = sums.particles();
     // M (X - X_r) (X - X_r)^T summed = moments of M X, less X_r times those of M.
     for (std::size_t i = 0; i < lattice.count(); ++i) {
         const Vec3 p = lattice.at[i].cast<double>();
         const double m = double(matched.mass[i]);
         f[i] = {m * p[0], m * p[1], m * p[2], m};
     }
-    collect(regions, sums);
     std::vector<float> out(6 * regions.slots(), 0.0f);
-    const std::size_t quads = regions.quads();
-    for (std::size_t s = 0; s < regions.slots(); ++s) {
-        if (regions.particle[s] == none) continue;
-        const auto* const sum = sums.slots(regions).data() + quads * s;
-        const Vec3 at = lattice.at[regions.particle[s]].cast<double>();
-        Vec3 moment = Vec3::Zero();
-        Mat3 about = Mat3::Zero();
-        for (std::size_t d = 1; d <= regions.sides(); ++d) {
-            const int axis = regions.axes[d - 1];
-            moment[axis] = sum[d][3];
-            about.col(axis) = sum[d].head<3>().matrix() - sum[d][3] * at;
+    collect<double>(regions, sums, [&](std::size_t first, std::span<const Quad<double>> slots) {
+        for (std::size_t k = 0; 4 * k < slots.size(); ++k) {
+            const std::uint32_t r = regions.particle[first + k];
+            if (r == none) continue;
+            const auto* const sum = slots.data() + 4 * k;
+            const Vec3 at = lattice.at[r].cast<double>();
+            Vec3 moment = Vec3::Zero();
+            Mat3 about = Mat3::Zero();
+            for (std::size_t d = 1; d <= regions.sides(); ++d) {
+                const int axis = regions.axes[d - 1];
+                moment[axis] = sum[d][3];
+                about.col(axis) = sum[d].head<3>().matrix() - sum[d][3] * at;
+            }
+            const auto packed = inverse_spread(sum[0][3], moment, about);
+            std::copy(packed.begin(), packed.end(), out.begin() + std::ptrdiff_t(6 * (first + k)));
         }
-        const auto packed = inverse_spread(sum[0][3], moment, about);
-        std::copy(packed.begin(), packed.end(), out.begin() + std::ptrdiff_t(6 * s));
-    }
+    });
     return out;
 }
 
@@ -236,19 +238,18 @@ void find_twist(const LatticeRegions& regions, std::span<const float> mass,
     // Sums of M times 1, x, y and x y, and their moments about the region's own particle: with its
     // place (x0, y0), those of x^2 are moments of M x less x0 times M, and so on.
     RegionSums<double> sums(regions);
-    const auto f = sums.particles(regions);
+    const auto f = sums.particles();
     for (std::size_t i = 0; i < regions.particles; ++i) {
         const double m = double(mass[i]);
         const auto [x, y] = place(i);
         f[i] = {m, m * x, m * y, m * x * y};
     }
-    collect(regions, sums);
     const double loose = 1 - twist_share(regions.half_width);
     twist.resize(regions.slots());
-    geometry::parallel_for(regions.slots(), 512, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t s = begin; s < end; ++s) {
+    collect<double>(regions, sums, [&](std::size_t first, std::span<const Quad<double>> slots) {
+        for (std::size_t s = first; s < first + slots.size() / 4; ++s) {
             if (regions.particle[s] == none || !which(s)) continue;
-            const auto* const q = sums.slots(regions).data() + 4 * s;
+            const auto* const q = slots.data() + 4 * (s - first);
             const auto [x0, y0] = place(regions.particle[s]);
             const double xx = q[1][1] - x0 * q[1][0], yy = q[2][2] - y0 * q[2][0];
             const double xxy = q[3][1] - x0 * q[3][0], xyy = q[3][2] - y0 * q[3][0];
@@ -286,8 +287,8 @@ MatchedRegions match_regions(LatticeRegions found, const Lattice& lattice,
     const std::vector<std::uint32_t> held_by = count_holders(regions);
     out.mass.reserve(n);
     out.held_by.reserve(n);
-    out.rate_sq.reserve(regions.slots());
-    if (regions.flat) out.bend_sq.reserve(regions.slots());
+    out.rate_sq.resize(regions.slots(), 0.0f);
+    if (regions.flat) out.bend_sq.resize(regions.slots(), 0.0f);
     for (std::size_t i = 0; i < n; ++i) {
         const auto holders = double(held_by[i]);
         out.mass.push_back(float(matter[i][1] / holders));
@@ -296,21 +297,20 @@ MatchedRegions match_regions(LatticeRegions found, const Lattice& lattice,
     // s^2 = E / (rho h^2 m2), with E V and m summed over the region.
     RegionSums<double> sums(regions);
     for (std::size_t i = 0; i < n; ++i) {
-        sums.particles(regions)[i] = {matter[i][0], matter[i][1], matter[i][2], 0};
+        sums.particles()[i] = {matter[i][0], matter[i][1], matter[i][2], 0};
     }
-    collect(regions, sums);
     const double w = regions.half_width;
     const double m2 = mean_square_place(w), m4 = mean_fourth_place(w);
-    for (std::size_t s = 0; s < regions.slots(); ++s) {
-        const auto total = sums.slots(regions)[regions.quads() * s];
-        const bool real = regions.particle[s] != none;
-        const double rate_sq = real ? total[0] / (total[1] * h * h * m2) : 0;
-        out.rate_sq.push_back(float(rate_sq));
-        if (regions.flat) {
-            out.bend_sq.push_back(
-                real ? float(rate_sq * total[2] / total[1] * m2 / (3 * (m4 - m2 * m2))) : 0.0f);
+    collect<double>(regions, sums, [&](std::size_t first, std::span<const Quad<double>> slots) {
+        for (std::size_t s = first; s < first + slots.size() / 4; ++s) {
+            if (regions.particle[s] == none) continue;
+            const Quad<double>& total = slots[4 * (s - first)];
+            const double rate_sq = total[0] / (total[1] * h * h * m2);
+            out.rate_sq[s] = float(rate_sq);
+            if (!regions.flat) continue;
+            out.bend_sq[s] = float(rate_sq * total[2] / total[1] * m2 / (3 * (m4 - m2 * m2)));
         }
-    }
+    });
     if (with_spread) out.inverse_spread = inverse_spreads(out, lattice);
     if (regions.flat) {
         const auto place = [&](std::size_t i) {

@@ -218,7 +218,21 @@ private:
                 plates_.push_back({x * ny_ + y, z, plate});
             });
         }
+        // Thin slices make up a slab together.
+        auto& slabs = regions_.slabs;
+        const std::size_t all = slabs.size();
+        const std::uint32_t before = all < 2 ? 0 : slabs[all - 2].x_lines;
+        const auto first_bar = [&](std::uint32_t line) {
+            return line < regions_.x.lines.size() ? regions_.x.lines[line].window
+                                                  : regions_.x.windows;
+        };
+        if (all == 0 || first_bar(slabs.back().x_lines) - first_bar(before) >= least_bars)
+            slabs.emplace_back();
+        slabs.back() = {std::uint32_t(regions_.x.lines.size()),
+                        std::uint32_t(regions_.y.lines.size())};
     }
+
+    static constexpr std::uint32_t least_bars = 1024;
 
     // On a plane: a plate is the region of the particle in its middle.
     void name_plates()
@@ -489,14 +503,17 @@ std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegi
     // How many particles of a region's chart its box holds: a sum over all regions as if there
     // were no exceptions.
     RegionSums<double> sums(regions);
-    for (auto& f : sums.particles(regions)) f = {1, 0, 0, 0};
-    collect(regions, sums);
+    for (auto& f : sums.particles()) f = {1, 0, 0, 0};
+    std::vector<std::uint32_t> held(regions.slots());
+    collect<double>(regions, sums, [&](std::size_t first, std::span<const Quad<double>> slots) {
+        for (std::size_t k = 0; 4 * k < slots.size(); ++k) {
+            held[first + k] = std::uint32_t(slots[4 * k][0]);
+        }
+    });
     std::vector<std::uint32_t> chart_of(lattice.count());
     for (std::uint32_t c = 0; c < charts.size(); ++c) {
         for (const auto i : charts[c].particles) chart_of[i] = c;
     }
-    const auto slots = sums.slots(regions);
-    const std::size_t quads = regions.quads();
     constexpr std::size_t piece = 4096;
     std::vector<std::vector<Exception>> found((regions.slots() + piece - 1) / piece);
     geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -515,9 +532,7 @@ std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegi
                     }
                     reached += run.length;
                 }
-                if (!elsewhere && reached == std::uint32_t(slots[quads * slot][0])) {
-                    continue;
-                }
+                if (!elsewhere && reached == held[slot]) continue;
                 found[p].push_back({std::uint32_t(slot), r, {pieces.begin(), pieces.end()}});
             }
         }
@@ -607,13 +622,11 @@ LatticeRegions find_torn_regions(const Lattice& torn, const LatticeRegions& whol
 std::vector<std::uint32_t> count_holders(const LatticeRegions& regions)
 {
     RegionSums<double> sums(regions);
-    const auto slots = sums.slots(regions);
-    for (std::size_t s = 0; s < regions.slots(); ++s) {
-        if (regions.particle[s] != none) slots[regions.quads() * s] = {1, 0, 0, 0};
-    }
-    spread(regions, sums);
+    spread<double>(regions, sums, [](std::size_t, std::span<Quad<double>> slots) {
+        for (std::size_t k = 0; k < slots.size(); k += 4) slots[k] = {1, 0, 0, 0};
+    });
     std::vector<std::uint32_t> held_by;
-    for (const auto& count : sums.particles(regions)) {
+    for (const auto& count : sums.particles()) {
         held_by.push_back(std::uint32_t(std::lround(count[0])));
     }
     return held_by;

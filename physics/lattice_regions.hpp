@@ -16,7 +16,9 @@
 // along the line, and one bad number stays in its window.
 // (van Herk. A fast algorithm for local minimum and maximum filters. Pattern Recogn. Lett. 1992.)
 // Narrow windows are added up item by item in single precision. Two lines are summed at a time, a
-// quad of each abreast.
+// quad of each abreast. Memory is what large lattices wait for: so a slice's bars become plates
+// while they are near, and what regions make of their sums is spread where they lie, a few columns
+// at a time.
 //
 // The other regions, where something in the box is not reached inside it (two prongs side by side),
 // are summed from shared bars and plates of their own.
@@ -28,6 +30,7 @@
 #include "geometry/vec.hpp"
 #include "physics/large_pages.hpp"
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -59,6 +62,12 @@ struct LatticeLines {
     std::uint32_t windows = 0;         // of all lines
 };
 
+// Where the lines of some slices across z end. What its lines along y sum are windows of its own
+// lines along x.
+struct LatticeSlab {
+    std::uint32_t x_lines = 0, y_lines = 0;
+};
+
 // Regions that do not hold everything in their box, as sums of plates, those of bars, those of
 // particles. Node n sums child[child_at[n] .. child_at[n + 1]]: bars come first and sum particles.
 struct LatticeExceptions {
@@ -80,11 +89,11 @@ struct LatticeRegions {
     std::array<int, 3> axes{0, 1, 2};  // of the lattice that lines x, y, z run along; z of a plane
                                        // is its flat one, without lines
     LatticeLines x, y, z;
+    std::vector<LatticeSlab> slabs;
     LatticeExceptions exceptions;
     std::vector<std::uint32_t> particle;  // of each region slot; none for a gap
 
     std::size_t slots() const { return particle.size(); }
-    std::size_t quads() const { return 4; }             // a slot: S and its moments
     std::size_t sides() const { return flat ? 2 : 3; }  // moments along `axes`
 };
 
@@ -105,19 +114,29 @@ template <class T> using Quad = Eigen::Array<T, 4, 1>;
 
 // Room for sums, reused from step to step.
 template <class T> struct RegionSums {
-    std::vector<Quad<T>, LargePages<Quad<T>>> a, b;
+    std::vector<Quad<T>, LargePages<Quad<T>>> of_particles, of_bars, of_plates;
     std::vector<Quad<T>> exceptional;
 
     explicit RegionSums(const LatticeRegions& regions);
 
     // Where collect() wants f, one quad a particle, and spread() leaves g.
-    std::span<Quad<T>> particles(const LatticeRegions& regions);
-    // quads() a slot. collect() leaves S and its moments along `axes`, of a plane along two and
-    // their product; spread() wants c and the R (and Q) there. Slots without a particle are zero,
-    // or must be made so.
-    std::span<Quad<T>> slots(const LatticeRegions& regions);
+    std::span<Quad<T>> particles();
 };
-template <class T> void collect(const LatticeRegions& regions, RegionSums<T>& sums);
-template <class T> void spread(const LatticeRegions& regions, RegionSums<T>& sums);
+
+// Is given the quads of some slots, from `first` on, four each: S and its moments along `axes`, of
+// a plane along two and their product; or, to be spread, room for c and the R (and Q). Those of
+// slots without a particle are zero, and whatever is left there is not spread. Called once for each
+// slot, by several threads at a time.
+template <class T>
+using SlotVisit = std::function<void(std::size_t first, std::span<Quad<T>> slots)>;
+
+template <class T>
+void collect(const LatticeRegions& regions, RegionSums<T>& sums, const SlotVisit<T>& visit);
+template <class T>
+void spread(const LatticeRegions& regions, RegionSums<T>& sums, const SlotVisit<T>& visit);
+// Both, with what `visit` makes of each sum in its place: no slot ever goes out to memory.
+template <class T>
+void collect_and_spread(const LatticeRegions& regions, RegionSums<T>& sums,
+                        const SlotVisit<T>& visit);
 
 }  // namespace physics

@@ -15,10 +15,16 @@ namespace physics {
 // Lines along an axis: items of one, two and three quads, and their windows with one more, of a
 // plane along y with two.
 enum class Along { x, y, y_of_plane, z };
-inline constexpr std::size_t quads_of_window[] = {2, 3, 4, 4};
 
 // Lines that are summed at the same time, where a vector holds a quad of each.
 inline constexpr std::size_t most_abreast = 2;
+
+// Some lines, begin .. end, and the window that their windows' numbers start with.
+struct SomeLines {
+    const LatticeLines& along;
+    std::size_t begin, end;
+    std::uint32_t window = 0;
+};
 
 }  // namespace physics
 #endif
@@ -151,6 +157,8 @@ template <class T, std::size_t quads, std::size_t moments, bool collects_> struc
     // As the place moves, `moments` quads from `moved` on change by those from `by` on.
     static constexpr std::size_t moved = collects ? quads : 0, by = collects ? 0 : quads - moments;
     static constexpr std::size_t numbers = Row<T, sum_quads>::numbers;
+    // Slots are visited while they are at hand; windows of fewer quads come from far.
+    static constexpr bool windows_far = (collects ? answer_quads : quads) < 4;
     using Item = Row<T, quads>;
     using Answer = Row<T, answer_quads>;
 
@@ -231,6 +239,7 @@ template <class T> struct Side {
 // what is spread one place after another at the `from` of each line.
 template <class T> struct Slide {
     int w = 1, windows = 0, lead = 0, items = 0;
+    bool alike = true;  // in where their items are
     Side<T> side[abreast];
     const T* gathered = nullptr;
     const T* from[abreast] = {};
@@ -259,6 +268,7 @@ template <class T> struct Slide {
     // another. Here and there it costs nothing; all of a line at once would be waited for.
     template <class S> HWY_INLINE void fetch_ahead(int at) const
     {
+        if constexpr (!S::windows_far) return;
         for (const Side<T>& s : side) {
             const int next = at + int(abreast) * (S::collects ? s.windows : s.items);
             if constexpr (S::collects) {
@@ -375,13 +385,13 @@ template <int w, class S, class T> HWY_INLINE void slide_item_by_item(const Slid
 }
 
 // Items of all places, zeros where a line has none.
-template <class S, class T> HWY_INLINE void gather(const Slide<T>& slide, T* to)
+template <class S, bool alike, class T> HWY_INLINE void gather(const Slide<T>& slide, T* to)
 {
     constexpr std::size_t numbers = 4 * S::item_quads;
     const T nothing[numbers] = {};
     const auto item = [&](const Side<T>& side, int place) HWY_ATTR -> const T* {
         const int k = place - side.lead;
-        if (k < 0 || k >= side.items) return nothing;
+        if (!alike && (k < 0 || k >= side.items)) return nothing;
         if constexpr (S::collects) {
             const std::uint32_t i = side.index[k];
             return i == none ? nothing : side.from + std::size_t(i) * numbers;
@@ -413,21 +423,24 @@ HWY_INLINE void sum_windows(Slide<T>& slide, Aligned<T>& room)
 {
     slide.lead = std::numeric_limits<int>::max();
     int end = std::numeric_limits<int>::min();
-    bool alike = true;
     for (const Side<T>& s : slide.side) {
         slide.windows = std::max(slide.windows, s.windows);
-        alike &= s.items == slide.side[0].items && s.lead == slide.side[0].lead;
+        slide.alike &= s.items == slide.side[0].items && s.lead == slide.side[0].lead;
         if (s.items == 0) continue;
         slide.lead = std::min(slide.lead, s.lead);
         end = std::max(end, s.lead + s.items);
     }
     slide.items = end - slide.lead;
     const std::size_t suffixes = std::size_t(2 * slide.w + 1) * S::numbers;
-    const bool in_place = !S::collects && alike;
+    const bool in_place = !S::collects && slide.alike;
     const std::size_t items = in_place ? 0 : std::size_t(slide.items) * S::Item::numbers;
     room.resize(std::max(room.size(), suffixes + items));
     T* const gathered = room.data() + suffixes;
-    if (!in_place) gather<S>(slide, gathered);
+    if (!slide.alike) {
+        gather<S, false>(slide, gathered);
+    } else if (S::collects) {
+        gather<S, true>(slide, gathered);
+    }
     slide.gathered = gathered;
     for (std::size_t l = 0; l < abreast; ++l) {
         slide.from[l] = in_place ? slide.side[l].from : gathered + l * (items / abreast);
@@ -439,32 +452,31 @@ HWY_INLINE void sum_windows(Slide<T>& slide, Aligned<T>& room)
     }
 }
 
-// Lines begin .. end of `along`, from items to windows, or from windows to items: for those, place
-// 0 is the first item.
+// From items to windows, or from windows to items: for those, place 0 is the first item.
 template <class S, int half_width, class T>
-HWY_NOINLINE void sum_lines(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
-                            const T* from, T* to, Aligned<T>& room)
+HWY_NOINLINE void sum_lines(const SomeLines& lines, int w, const T* from, T* to, Aligned<T>& room)
 {
-    for (std::size_t first = begin; first < end; first += abreast) {
+    const LatticeLines& along = lines.along;
+    for (std::size_t first = lines.begin; first < lines.end; first += abreast) {
         Slide<T> slide;
         slide.w = w;
         for (std::size_t k = 0; k < abreast; ++k) {
             Side<T>& side = slide.side[k];
             side.from = from;
             side.to = to;
-            if (first + k >= end) continue;
+            if (first + k >= lines.end) continue;
             const auto& line = along.lines[first + k];
             side.index = along.items.data() + line.item;
             if constexpr (S::collects) {
                 side.windows = int(line.windows);
                 side.items = int(line.items);
                 side.lead = line.lead;
-                side.to += std::size_t(line.window) * (4 * S::answer_quads);
+                side.to += std::size_t(line.window - lines.window) * (4 * S::answer_quads);
             } else {
                 side.windows = int(line.items);
                 side.items = int(line.windows);
                 side.lead = -line.lead;
-                side.from += std::size_t(line.window) * (4 * S::item_quads);
+                side.from += std::size_t(line.window - lines.window) * (4 * S::item_quads);
             }
         }
         sum_windows<S, half_width>(slide, room);
@@ -472,69 +484,61 @@ HWY_NOINLINE void sum_lines(const LatticeLines& along, std::size_t begin, std::s
 }
 
 template <class S, class T>
-HWY_INLINE void sum_some(const LatticeLines& along, std::size_t begin, std::size_t end, int w,
-                         const T* from, T* to, Aligned<T>& room)
+HWY_INLINE void sum_some(const SomeLines& lines, int w, const T* from, T* to, Aligned<T>& room)
 {
     if constexpr (std::is_same_v<T, float>) {  // in double, references, one way will do
-        if (w == 1) return sum_lines<S, 1>(along, begin, end, w, from, to, room);
-        if (w == 2) return sum_lines<S, 2>(along, begin, end, w, from, to, room);
-        if (w == 3) return sum_lines<S, 3>(along, begin, end, w, from, to, room);
-        if (w == 4) return sum_lines<S, 4>(along, begin, end, w, from, to, room);
+        if (w == 1) return sum_lines<S, 1>(lines, w, from, to, room);
+        if (w == 2) return sum_lines<S, 2>(lines, w, from, to, room);
+        if (w == 3) return sum_lines<S, 3>(lines, w, from, to, room);
+        if (w == 4) return sum_lines<S, 4>(lines, w, from, to, room);
     }
-    sum_lines<S, 0>(along, begin, end, w, from, to, room);
+    sum_lines<S, 0>(lines, w, from, to, room);
 }
 
 // Items of one, two and three quads to windows of those and their moments.
 template <class T>
-HWY_INLINE void collect_any(Along axis, const LatticeLines& along, std::size_t begin,
-                            std::size_t end, int w, const T* items, T* windows, Aligned<T>& room)
+HWY_INLINE void collect_any(Along axis, const SomeLines& lines, int w, const T* items, T* windows,
+                            Aligned<T>& room)
 {
-    if (axis == Along::x) sum_some<Sums<T, 1, 1, true>>(along, begin, end, w, items, windows, room);
-    if (axis == Along::y) sum_some<Sums<T, 2, 1, true>>(along, begin, end, w, items, windows, room);
-    if (axis == Along::y_of_plane) {
-        sum_some<Sums<T, 2, 2, true>>(along, begin, end, w, items, windows, room);
-    }
-    if (axis == Along::z) sum_some<Sums<T, 3, 1, true>>(along, begin, end, w, items, windows, room);
+    if (axis == Along::x) sum_some<Sums<T, 1, 1, true>>(lines, w, items, windows, room);
+    if (axis == Along::y) sum_some<Sums<T, 2, 1, true>>(lines, w, items, windows, room);
+    if (axis == Along::y_of_plane) sum_some<Sums<T, 2, 2, true>>(lines, w, items, windows, room);
+    if (axis == Along::z) sum_some<Sums<T, 3, 1, true>>(lines, w, items, windows, room);
 }
 
 // The transpose.
 template <class T>
-HWY_INLINE void spread_any(Along axis, const LatticeLines& along, std::size_t begin,
-                           std::size_t end, int w, const T* windows, T* items, Aligned<T>& room)
+HWY_INLINE void spread_any(Along axis, const SomeLines& lines, int w, const T* windows, T* items,
+                           Aligned<T>& room)
 {
-    if (axis == Along::x)
-        sum_some<Sums<T, 2, 1, false>>(along, begin, end, w, windows, items, room);
-    if (axis == Along::y)
-        sum_some<Sums<T, 3, 1, false>>(along, begin, end, w, windows, items, room);
-    if (axis == Along::y_of_plane) {
-        sum_some<Sums<T, 4, 2, false>>(along, begin, end, w, windows, items, room);
-    }
-    if (axis == Along::z)
-        sum_some<Sums<T, 4, 1, false>>(along, begin, end, w, windows, items, room);
+    if (axis == Along::x) sum_some<Sums<T, 2, 1, false>>(lines, w, windows, items, room);
+    if (axis == Along::y) sum_some<Sums<T, 3, 1, false>>(lines, w, windows, items, room);
+    if (axis == Along::y_of_plane) sum_some<Sums<T, 4, 2, false>>(lines, w, windows, items, room);
+    if (axis == Along::z) sum_some<Sums<T, 4, 1, false>>(lines, w, windows, items, room);
 }
 
 }  // namespace sums_kernel
 
 // Dispatch tables take plain functions.
-void collect_float(Along axis, const LatticeLines& along, std::size_t begin, std::size_t end, int w,
-                   const float* items, float* windows, Aligned<float>& room)
+void collect_float(Along axis, const SomeLines& lines, int w, const float* items, float* windows,
+                   Aligned<float>& room)
 {
-    sums_kernel::collect_any(axis, along, begin, end, w, items, windows, room);
+    sums_kernel::collect_any(axis, lines, w, items, windows, room);
 }
-void collect_double(Along axis, const LatticeLines& along, std::size_t begin, std::size_t end,
-                    int w, const double* items, double* windows, Aligned<double>& room)
+void collect_double(Along axis, const SomeLines& lines, int w, const double* items, double* windows,
+                    Aligned<double>& room)
 {
-    sums_kernel::collect_any(axis, along, begin, end, w, items, windows, room);
+    sums_kernel::collect_any(axis, lines, w, items, windows, room);
 }
-void spread_float(Along axis, const LatticeLines& along, std::size_t begin, std::size_t end, int w,
-                  const float* windows, float* items, Aligned<float>& room)
+void spread_float(Along axis, const SomeLines& lines, int w, const float* windows, float* items,
+                  Aligned<float>& room)
 {
-    sums_kernel::spread_any(axis, along, begin, end, w, windows, items, room);
+    sums_kernel::spread_any(axis, lines, w, windows, items, room);
 }
-void spread_double(Along axis, const LatticeLines& along, std::size_t begin, std::size_t end, int w,
-                   const double* windows, double* items, Aligned<double>& room)
+void spread_double(Along axis, const SomeLines& lines, int w, const double* windows, double* items,
+                   Aligned<double>& room)
 {
-    sums_kernel::spread_any(axis, along, begin, end, w, windows, items, room);
+    sums_kernel::spread_any(axis, lines, w, windows, items, room);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -554,50 +558,62 @@ namespace {
 // Items a task handles: some 100 us.
 constexpr std::size_t entries_a_task = 512;
 
+// Slots that are visited together: they stay in the nearest cache.
+constexpr std::size_t slots_a_visit = 256;
+
+template <class T>
+void collect_some(Along axis, const SomeLines& lines, int w, const T* items, T* windows,
+                  Aligned<T>& room)
+{
+    if constexpr (std::is_same_v<T, float>) {
+        HWY_DYNAMIC_DISPATCH(collect_float)(axis, lines, w, items, windows, room);
+    } else {
+        HWY_DYNAMIC_DISPATCH(collect_double)(axis, lines, w, items, windows, room);
+    }
+}
+
+template <class T>
+void spread_some(Along axis, const SomeLines& lines, int w, const T* windows, T* items,
+                 Aligned<T>& room)
+{
+    if constexpr (std::is_same_v<T, float>) {
+        HWY_DYNAMIC_DISPATCH(spread_float)(axis, lines, w, windows, items, room);
+    } else {
+        HWY_DYNAMIC_DISPATCH(spread_double)(axis, lines, w, windows, items, room);
+    }
+}
+
+// Calls sum(lines, room) on pieces of these lines, in which none is parted from the one it is
+// summed with.
+template <class T, class Sum> void for_some_lines(const SomeLines& lines, const Sum& sum)
+{
+    geometry::parallel_for((lines.end - lines.begin + most_abreast - 1) / most_abreast,
+                           entries_a_task / 8 / most_abreast,
+                           [&](std::size_t begin, std::size_t end) {
+                               Aligned<T> room;
+                               SomeLines some = lines;
+                               some.begin += most_abreast * begin;
+                               some.end = std::min(lines.end, lines.begin + most_abreast * end);
+                               sum(some, room);
+                           });
+}
+
 // From items to windows.
 template <class T>
-void collect_lines(Along axis, const LatticeLines& along, int w, const Quad<T>* items,
-                   Quad<T>* windows)
+void collect_lines(Along axis, const SomeLines& all, int w, const Quad<T>* items, Quad<T>* windows)
 {
-    geometry::parallel_for(
-        (along.lines.size() + most_abreast - 1) / most_abreast, entries_a_task / 8 / most_abreast,
-        [&](std::size_t group, std::size_t last) {
-            const std::size_t begin = group * most_abreast;
-            const std::size_t end = std::min(along.lines.size(), last * most_abreast);
-            Aligned<T> room;
-            const T* const from = items->data();
-            T* const to = windows->data();
-            if constexpr (std::is_same_v<T, float>) {
-                HWY_DYNAMIC_DISPATCH(collect_float)(axis, along, begin, end, w, from, to, room);
-            } else {
-                HWY_DYNAMIC_DISPATCH(collect_double)
-                (axis, along, begin, end, w, from, to, room);
-            }
-        });
+    for_some_lines<T>(all, [&](const SomeLines& lines, Aligned<T>& room) {
+        collect_some(axis, lines, w, items->data(), windows->data(), room);
+    });
 }
 
 // The transpose: windows are spread over items.
 template <class T>
-void spread_lines(Along axis, const LatticeLines& along, int w, Quad<T>* windows, Quad<T>* items)
+void spread_lines(Along axis, const SomeLines& all, int w, Quad<T>* windows, Quad<T>* items)
 {
-    const std::size_t quads = quads_of_window[std::size_t(axis)];
-    for (const std::uint32_t d : along.dead) {
-        for (std::size_t c = 0; c < quads; ++c) windows[d * quads + c].setZero();
-    }
-    geometry::parallel_for(
-        (along.lines.size() + most_abreast - 1) / most_abreast, entries_a_task / 8 / most_abreast,
-        [&](std::size_t group, std::size_t last) {
-            const std::size_t begin = group * most_abreast;
-            const std::size_t end = std::min(along.lines.size(), last * most_abreast);
-            Aligned<T> room;
-            const T* const from = windows->data();
-            T* const to = items->data();
-            if constexpr (std::is_same_v<T, float>) {
-                HWY_DYNAMIC_DISPATCH(spread_float)(axis, along, begin, end, w, from, to, room);
-            } else {
-                HWY_DYNAMIC_DISPATCH(spread_double)(axis, along, begin, end, w, from, to, room);
-            }
-        });
+    for_some_lines<T>(all, [&](const SomeLines& lines, Aligned<T>& room) {
+        spread_some(axis, lines, w, windows->data(), items->data(), room);
+    });
 }
 
 // S and its moments about a place `by` back, added to `to`. A plane's third moment is along both
@@ -628,7 +644,6 @@ template <class T> void add_moved(bool flat, const Vec3i& by, const Quad<T>* fro
 
 template <class T> RegionSums<T>::RegionSums(const LatticeRegions& regions)
 {
-    const std::size_t slots = regions.slots(), bars = regions.x.windows, plates = regions.y.windows;
     // Touched first by all threads: at a million particles finding room takes as long as a step.
     const auto make_room = [](auto& in, std::size_t n) {
         in.resize(n);  // leaves quads as they are
@@ -636,128 +651,239 @@ template <class T> RegionSums<T>::RegionSums(const LatticeRegions& regions)
             for (std::size_t i = begin; i < end; ++i) in[i].setZero();
         });
     };
-    make_room(a, std::max(regions.flat ? 0 : 4 * slots, 2 * bars));
-    make_room(b, std::max((regions.flat ? 4 : 3) * plates, regions.particles));
+    make_room(of_particles, regions.particles);
+    make_room(of_bars, 2 * regions.x.windows);
+    make_room(of_plates, regions.flat ? 0 : 3 * regions.y.windows);
     make_room(exceptional, 4 * regions.exceptions.nodes());
 }
 
-template <class T> std::span<Quad<T>> RegionSums<T>::particles(const LatticeRegions& regions)
+template <class T> std::span<Quad<T>> RegionSums<T>::particles()
 {
-    return {b.data(), regions.particles};
+    return of_particles;
 }
 
-template <class T> std::span<Quad<T>> RegionSums<T>::slots(const LatticeRegions& regions)
-{
-    return {regions.flat ? b.data() : a.data(), regions.quads() * regions.slots()};
-}
+namespace {
 
-template <class T> void collect(const LatticeRegions& regions, RegionSums<T>& sums)
-{
-    const LatticeExceptions& e = regions.exceptions;
-    const int w = regions.half_width;
-    const std::size_t first_plate = e.bars, first_region = e.bars + e.plates;
-    const auto nodes = sums.exceptional.data();
-    // A node's value about its own place: S and three moments.
-    geometry::parallel_for(e.bars, entries_a_task, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) {
-            Quad<T> total[4] = {Quad<T>::Zero(), Quad<T>::Zero(), Quad<T>::Zero(), Quad<T>::Zero()};
-            for (std::uint32_t k = e.child_at[n]; k < e.child_at[n + 1]; ++k) {
-                const Quad<T>& f = sums.b[e.child[k]];
-                total[0] += f;
-                total[1] += T(k - e.child_at[n]) * f;  // a bar is unbroken, and about its first
-            }
-            for (std::size_t c = 0; c < 4; ++c) nodes[4 * n + c] = total[c];
-        }
-    });
-    for (const auto& [low, high] :
-         {std::pair(first_plate, first_region), std::pair(first_region, e.nodes())}) {
-        geometry::parallel_for(
-            high - low, entries_a_task, [&, low = low](std::size_t begin, std::size_t end) {
-                for (std::size_t n = low + begin; n < low + end; ++n) {
-                    Quad<T> total[4] = {Quad<T>::Zero(), Quad<T>::Zero(), Quad<T>::Zero(),
-                                        Quad<T>::Zero()};
-                    for (std::uint32_t k = e.child_at[n]; k < e.child_at[n + 1]; ++k) {
-                        const std::size_t child = e.child[k];
-                        add_shifted<T>(regions.flat, e.at[child] - e.at[n], nodes + 4 * child,
-                                       total);
-                    }
-                    for (std::size_t c = 0; c < 4; ++c) nodes[4 * n + c] = total[c];
+// Sums over exceptional regions, and back, by their nodes' values about their own places: S and
+// three moments, or an affine map.
+template <class T> class Exceptional {
+public:
+    Exceptional(const LatticeRegions& regions, RegionSums<T>& sums)
+        : e_(regions.exceptions), flat_(regions.flat), nodes_(sums.exceptional.data()),
+          particles_(sums.of_particles.data())
+    {}
+
+    void collect()
+    {
+        geometry::parallel_for(e_.bars, entries_a_task, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t n = begin; n < end; ++n) {
+                Node total = zero();
+                for (std::uint32_t k = e_.child_at[n]; k < e_.child_at[n + 1]; ++k) {
+                    const Quad<T>& f = particles_[e_.child[k]];
+                    total[0] += f;
+                    total[1] += T(k - e_.child_at[n]) * f;  // unbroken, and about its first
                 }
-            });
-    }
-
-    collect_lines(Along::x, regions.x, w, sums.b.data(), sums.a.data());
-    collect_lines(regions.flat ? Along::y_of_plane : Along::y, regions.y, w, sums.a.data(),
-                  sums.b.data());
-    if (!regions.flat) collect_lines(Along::z, regions.z, w, sums.b.data(), sums.a.data());
-    const auto slots = sums.slots(regions);
-    const std::size_t quads = regions.quads();
-    for (const std::uint32_t d : regions.flat ? regions.y.dead : regions.z.dead) {
-        for (std::size_t c = 0; c < quads; ++c) slots[quads * d + c].setZero();
-    }
-    for (std::size_t i = 0; i < e.region.size(); ++i) {
-        for (std::size_t c = 0; c < quads; ++c) {
-            slots[quads * e.region[i] + c] = nodes[4 * (first_region + i) + c];
-        }
-    }
-}
-
-template <class T> void spread(const LatticeRegions& regions, RegionSums<T>& sums)
-{
-    const LatticeExceptions& e = regions.exceptions;
-    const int w = regions.half_width;
-    const std::size_t first_plate = e.bars, first_region = e.bars + e.plates;
-    const auto nodes = sums.exceptional.data();
-    const auto slots = sums.slots(regions);
-    const std::size_t quads = regions.quads();
-    for (std::size_t i = 0; i < e.region.size(); ++i) {
-        for (std::size_t c = 0; c < quads; ++c) {
-            Quad<T>& slot = slots[quads * e.region[i] + c];
-            nodes[4 * (first_region + i) + c] = slot;
-            slot.setZero();
-        }
-    }
-    if (!regions.flat) spread_lines(Along::z, regions.z, w, sums.a.data(), sums.b.data());
-    spread_lines(regions.flat ? Along::y_of_plane : Along::y, regions.y, w, sums.b.data(),
-                 sums.a.data());
-    spread_lines(Along::x, regions.x, w, sums.a.data(), sums.b.data());
-
-    // From plates' regions down: an affine map a node, about its own place.
-    for (const auto& [low, high] :
-         {std::pair(first_plate, first_region), std::pair(std::size_t{0}, first_plate)}) {
-        geometry::parallel_for(
-            high - low, entries_a_task, [&, low = low](std::size_t begin, std::size_t end) {
-                for (std::size_t n = low + begin; n < low + end; ++n) {
-                    Quad<T> total[4] = {Quad<T>::Zero(), Quad<T>::Zero(), Quad<T>::Zero(),
-                                        Quad<T>::Zero()};
-                    for (std::uint32_t k = e.parent_at[n]; k < e.parent_at[n + 1]; ++k) {
-                        const std::size_t parent = e.parent[k];
-                        add_moved<T>(regions.flat, e.at[n] - e.at[parent], nodes + 4 * parent,
-                                     total);
-                    }
-                    for (std::size_t c = 0; c < 4; ++c) nodes[4 * n + c] = total[c];
-                }
-            });
-    }
-    geometry::parallel_for(
-        e.particle.size(), entries_a_task, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                Quad<T> total = Quad<T>::Zero();
-                for (std::uint32_t k = e.bar_at[i]; k < e.bar_at[i + 1]; ++k) {
-                    const std::size_t bar = e.bar[k] >> 8, along = e.bar[k] & 255u;
-                    total += nodes[4 * bar] + T(along) * nodes[4 * bar + 1];
-                }
-                sums.b[e.particle[i]] += total;
+                put(n, total);
             }
         });
+        collect_nodes(e_.bars, first_region());
+        collect_nodes(first_region(), e_.nodes());
+    }
+
+    // Calls move(slot, node) with the quads of those regions whose slots are some of first .. last.
+    template <class Move> void with_slots(std::size_t first, std::size_t last, const Move& move)
+    {
+        auto i = std::size_t(std::lower_bound(e_.region.begin(), e_.region.end(), first) -
+                             e_.region.begin());
+        for (; i < e_.region.size() && e_.region[i] < last; ++i) {
+            move(e_.region[i], nodes_ + 4 * (first_region() + i));
+        }
+    }
+
+    // From regions down; to particles it is added.
+    void spread()
+    {
+        spread_nodes(e_.bars, first_region());
+        spread_nodes(0, e_.bars);
+        geometry::parallel_for(
+            e_.particle.size(), entries_a_task, [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i) {
+                    Quad<T> total = Quad<T>::Zero();
+                    for (std::uint32_t k = e_.bar_at[i]; k < e_.bar_at[i + 1]; ++k) {
+                        const std::size_t bar = e_.bar[k] >> 8, along = e_.bar[k] & 255u;
+                        total += nodes_[4 * bar] + T(along) * nodes_[4 * bar + 1];
+                    }
+                    particles_[e_.particle[i]] += total;
+                }
+            });
+    }
+
+private:
+    using Node = std::array<Quad<T>, 4>;
+
+    static Node zero()
+    {
+        return {Quad<T>::Zero(), Quad<T>::Zero(), Quad<T>::Zero(), Quad<T>::Zero()};
+    }
+    std::size_t first_region() const { return e_.bars + e_.plates; }
+    void put(std::size_t n, const Node& total)
+    {
+        std::copy(total.begin(), total.end(), nodes_ + 4 * n);
+    }
+
+    void collect_nodes(std::size_t low, std::size_t high)
+    {
+        geometry::parallel_for(high - low, entries_a_task, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t n = low + begin; n < low + end; ++n) {
+                Node total = zero();
+                for (std::uint32_t k = e_.child_at[n]; k < e_.child_at[n + 1]; ++k) {
+                    const std::size_t child = e_.child[k];
+                    add_shifted<T>(flat_, e_.at[child] - e_.at[n], nodes_ + 4 * child,
+                                   total.data());
+                }
+                put(n, total);
+            }
+        });
+    }
+    void spread_nodes(std::size_t low, std::size_t high)
+    {
+        geometry::parallel_for(high - low, entries_a_task, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t n = low + begin; n < low + end; ++n) {
+                Node total = zero();
+                for (std::uint32_t k = e_.parent_at[n]; k < e_.parent_at[n + 1]; ++k) {
+                    const std::size_t parent = e_.parent[k];
+                    add_moved<T>(flat_, e_.at[n] - e_.at[parent], nodes_ + 4 * parent,
+                                 total.data());
+                }
+                put(n, total);
+            }
+        });
+    }
+
+    const LatticeExceptions& e_;
+    bool flat_;
+    Quad<T>* nodes_;
+    Quad<T>* particles_;
+};
+
+enum class Way { collect, spread, both };
+
+// From particles to slots, back, or there and back, a few lines of slots at a time.
+template <class T>
+void sum_over(const LatticeRegions& regions, RegionSums<T>& sums, Way way,
+              const SlotVisit<T>& visit)
+{
+    const bool flat = regions.flat, collects = way != Way::spread, spreads = way != Way::collect;
+    const int w = regions.half_width;
+    const LatticeLines& last = flat ? regions.y : regions.z;
+    const Along along_last = flat ? Along::y_of_plane : Along::z;
+    // What slots are sums of, and are spread over again in the same place.
+    Quad<T>* const particles = sums.of_particles.data();
+    Quad<T>* const bars = sums.of_bars.data();
+    Quad<T>* const plates = sums.of_plates.data();
+    Quad<T>* const near = flat ? bars : plates;
+    const auto for_slabs = [&](const auto& sum) {
+        geometry::parallel_for(regions.slabs.size(), 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t s = begin; s < end; ++s) {
+                const LatticeSlab before = s > 0 ? regions.slabs[s - 1] : LatticeSlab{};
+                const LatticeSlab& slab = regions.slabs[s];
+                sum(SomeLines{regions.x, before.x_lines, slab.x_lines},
+                    SomeLines{regions.y, before.y_lines, slab.y_lines});
+            }
+        });
+    };
+    Exceptional<T> exceptional(regions, sums);
+    if (collects) {
+        exceptional.collect();
+        for_slabs([&](const SomeLines& x, const SomeLines& y) {
+            collect_lines(Along::x, x, w, particles, bars);
+            if (!flat) collect_lines(Along::y, y, w, bars, plates);
+        });
+    }
+    for_some_lines<T>({last, 0, last.lines.size()}, [&](SomeLines lines, Aligned<T>& room) {
+        Aligned<Quad<T>> slots;
+        for (const std::size_t end = lines.end; lines.begin < end; lines.begin = lines.end) {
+            const std::size_t first = lines.window = last.lines[lines.begin].window;
+            std::size_t next = first;
+            for (lines.end = lines.begin; lines.end < end && next < first + slots_a_visit;) {
+                lines.end = std::min(end, lines.end + most_abreast);
+                next = last.lines[lines.end - 1].window + last.lines[lines.end - 1].windows;
+            }
+            slots.resize(std::max(slots.size(), 4 * (next - first)));
+            const auto slot = [&](std::size_t s) { return slots.data() + 4 * (s - first); };
+            const auto clear = [&] {
+                const auto& dead = last.dead;
+                for (auto d = std::lower_bound(dead.begin(), dead.end(), first);
+                     d != dead.end() && *d < next; ++d) {
+                    std::fill_n(slot(*d), 4, Quad<T>::Zero());
+                }
+            };
+            if (collects) {
+                collect_some(along_last, lines, w, near->data(), slots.data()->data(), room);
+                clear();
+                exceptional.with_slots(first, next, [&](std::size_t s, const Quad<T>* node) {
+                    std::copy_n(node, 4, slot(s));
+                });
+            } else {
+                std::fill_n(slots.data(), 4 * (next - first), Quad<T>::Zero());
+            }
+            visit(first, {slots.data(), 4 * (next - first)});
+            if (spreads) {
+                exceptional.with_slots(first, next, [&](std::size_t s, Quad<T>* node) {
+                    std::copy_n(slot(s), 4, node);
+                    std::fill_n(slot(s), 4, Quad<T>::Zero());
+                });
+                clear();
+                spread_some(along_last, lines, w, slots.data()->data(), near->data(), room);
+            }
+        }
+    });
+    if (spreads) {
+        if (!flat) {
+            for (const std::uint32_t d : regions.y.dead) {
+                std::fill_n(plates + 3 * d, 3, Quad<T>::Zero());
+            }
+        }
+        for (const std::uint32_t d : regions.x.dead) std::fill_n(bars + 2 * d, 2, Quad<T>::Zero());
+        for_slabs([&](const SomeLines& x, const SomeLines& y) {
+            if (!flat) spread_lines(Along::y, y, w, plates, bars);
+            spread_lines(Along::x, x, w, bars, particles);
+        });
+        exceptional.spread();
+    }
+}
+
+}  // namespace
+
+template <class T>
+void collect(const LatticeRegions& regions, RegionSums<T>& sums, const SlotVisit<T>& visit)
+{
+    sum_over(regions, sums, Way::collect, visit);
+}
+
+template <class T>
+void spread(const LatticeRegions& regions, RegionSums<T>& sums, const SlotVisit<T>& visit)
+{
+    sum_over(regions, sums, Way::spread, visit);
+}
+
+template <class T>
+void collect_and_spread(const LatticeRegions& regions, RegionSums<T>& sums,
+                        const SlotVisit<T>& visit)
+{
+    sum_over(regions, sums, Way::both, visit);
 }
 
 template struct RegionSums<float>;
 template struct RegionSums<double>;
-template void collect(const LatticeRegions&, RegionSums<float>&);
-template void collect(const LatticeRegions&, RegionSums<double>&);
-template void spread(const LatticeRegions&, RegionSums<float>&);
-template void spread(const LatticeRegions&, RegionSums<double>&);
+template void collect(const LatticeRegions&, RegionSums<float>&, const SlotVisit<float>&);
+template void collect(const LatticeRegions&, RegionSums<double>&, const SlotVisit<double>&);
+template void spread(const LatticeRegions&, RegionSums<float>&, const SlotVisit<float>&);
+template void spread(const LatticeRegions&, RegionSums<double>&, const SlotVisit<double>&);
+template void collect_and_spread(const LatticeRegions&, RegionSums<float>&,
+                                 const SlotVisit<float>&);
+template void collect_and_spread(const LatticeRegions&, RegionSums<double>&,
+                                 const SlotVisit<double>&);
 
 }  // namespace physics
 #endif

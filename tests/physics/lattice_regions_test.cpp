@@ -85,12 +85,19 @@ void expect_direct_sums(const Lattice& lattice, int w, const LatticeRegions& reg
     const double rounding = 45 * double(std::numeric_limits<T>::epsilon());
     const Random random(5);
     RegionSums<T> sums(regions);
-    const std::size_t quads = regions.quads();
+    constexpr std::size_t quads = 4;
+    std::vector<Quad<T>> kept(quads * regions.slots());
+    const auto keep = [&](std::size_t first, std::span<Quad<T>> slots) {
+        std::copy(slots.begin(), slots.end(), kept.begin() + std::ptrdiff_t(quads * first));
+    };
+    const auto fill = [&](std::size_t first, std::span<Quad<T>> slots) {
+        std::copy_n(kept.begin() + std::ptrdiff_t(quads * first), slots.size(), slots.begin());
+    };
     for (std::size_t round = 0; round < 2; ++round) {  // the second finds used buffers
         for (std::size_t i = 0; i < lattice.count(); ++i) {
-            sums.particles(regions)[i] = any_quad<T>(random, i);
+            sums.particles()[i] = any_quad<T>(random, i);
         }
-        collect(regions, sums);
+        collect<T>(regions, sums, keep);
         std::vector<std::size_t> slot(lattice.count(), none);
         for (std::size_t s = 0; s < regions.slots(); ++s) {
             if (regions.particle[s] != none) slot[regions.particle[s]] = s;
@@ -106,8 +113,7 @@ void expect_direct_sums(const Lattice& lattice, int w, const LatticeRegions& reg
                 }
             }
             for (std::size_t c = 0; c < quads; ++c) {
-                const Quad<double> got =
-                    sums.slots(regions)[quads * slot[r] + c].template cast<double>();
+                const Quad<double> got = kept[quads * slot[r] + c].template cast<double>();
                 ASSERT_LT((got - expected[c]).abs().maxCoeff(),
                           rounding * double(direct[r].size()) *
                               (c == 0                 ? 1
@@ -121,7 +127,7 @@ void expect_direct_sums(const Lattice& lattice, int w, const LatticeRegions& reg
         std::vector<std::uint32_t> held_by(lattice.count(), 0);
         for (std::size_t r = 0; r < lattice.count(); ++r) {
             for (std::size_t c = 0; c < quads; ++c) {
-                sums.slots(regions)[quads * slot[r] + c] = any_quad<T>(random, 7919 * r + c);
+                kept[quads * slot[r] + c] = any_quad<T>(random, 7919 * r + c);
             }
             for (const auto i : direct[r]) {
                 for (std::size_t c = 0; c < quads; ++c) {
@@ -133,16 +139,39 @@ void expect_direct_sums(const Lattice& lattice, int w, const LatticeRegions& reg
         }
         for (std::size_t s = 0; s < regions.slots(); ++s) {
             if (regions.particle[s] != none) continue;
-            for (std::size_t c = 0; c < quads; ++c) sums.slots(regions)[quads * s + c].setZero();
+            for (std::size_t c = 0; c < quads; ++c) {
+                ASSERT_TRUE((kept[quads * s + c] == 0).all()) << "slot " << s << " of no particle";
+                kept[quads * s + c] = any_quad<T>(random, s);  // what is left there is not spread
+            }
         }
-        spread(regions, sums);
+        spread<T>(regions, sums, fill);
         for (std::size_t i = 0; i < lattice.count(); ++i) {
-            const Quad<double> got = sums.particles(regions)[i].template cast<double>();
+            const Quad<double> got = sums.particles()[i].template cast<double>();
             ASSERT_LT((got - expected[i]).abs().maxCoeff(),
                       rounding * held_by[i] * (1 + 3 * w + w * w))
                 << "particle " << i;
         }
         EXPECT_EQ(count_holders(regions), held_by);
+    }
+
+    // There and back at once is both of them, one after the other, to the bit.
+    const auto change = [](std::size_t first, std::span<Quad<T>> slots) {
+        for (std::size_t k = 0; k < slots.size(); ++k) slots[k] *= T(1 + (quads * first + k) % 7);
+    };
+    const auto fill_particles = [&] {
+        for (std::size_t i = 0; i < lattice.count(); ++i) {
+            sums.particles()[i] = any_quad<T>(random, i);
+        }
+    };
+    fill_particles();
+    collect<T>(regions, sums, keep);
+    change(0, kept);
+    spread<T>(regions, sums, fill);
+    const std::vector<Quad<T>> one_by_one(sums.particles().begin(), sums.particles().end());
+    fill_particles();
+    collect_and_spread<T>(regions, sums, change);
+    for (std::size_t i = 0; i < lattice.count(); ++i) {
+        ASSERT_TRUE((sums.particles()[i] == one_by_one[i]).all()) << "particle " << i;
     }
 }
 
@@ -237,6 +266,22 @@ TEST(LatticeRegions, SumsEqualDirectOnesOnRandomLattices)
     }
 }
 
+TEST(LatticeRegions, SumsEqualDirectOnesOverSlicesThatAreSummedApart)
+{
+    // Long enough for several slabs and many visits, with holes and cuts in all of them.
+    const Random random(11);
+    std::vector<Vec3i> places;
+    for (const auto& p : block(40, 30, 5)) {
+        if ((p - Vec3i(20, 15, p[2])).squaredNorm() > 9) places.push_back(p);
+    }
+    const auto cut = [&](std::size_t k, int d) {
+        return random.unit(3 * k + std::uint64_t(d)) >= 0.01;
+    };
+    EXPECT_EQ(find_regions(linked(places), 2).slabs.size(), 5u);
+    expect_equal_to_direct_sums(linked(places), 2, "a plate with a hole");
+    expect_equal_to_direct_sums(linked(places, cut), 2, "a plate with a hole and cuts");
+}
+
 TEST(LatticeRegions, OfCopiesThatMeetHoldBoth)
 {
     // Two strands over the same places, joined at one end only: y = 0 is shared, above it each has
@@ -287,8 +332,8 @@ TEST(LatticeRegions, OfNothingAreNone)
     const LatticeRegions regions = find_regions({}, 2);
     EXPECT_EQ(regions.slots(), 0u);
     RegionSums<float> sums(regions);
-    collect(regions, sums);
-    spread(regions, sums);
+    const auto visit = [](std::size_t, std::span<Quad<float>>) { ADD_FAILURE(); };
+    collect_and_spread<float>(regions, sums, visit);
 }
 
 TEST(LatticeRegions, SayWhatIsWrong)
