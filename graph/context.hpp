@@ -24,7 +24,7 @@ struct FrameRange {
 enum class Variable : unsigned {
     frame = 1,  // the frame's number, and its time
     fps = 2,    // frames a second, and the seconds a frame lasts
-    range = 4,  // first and last frame of the cook
+    range = 4,  // first and last frame of the document
 };
 constexpr unsigned operator|(Variable a, Variable b)
 {

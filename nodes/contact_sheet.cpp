@@ -25,13 +25,13 @@ static std::vector<int> some_frames(const Inputs& in, const graph::FrameRange& r
 
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
-    const graph::FrameRange& range = context.range();
-    const std::vector<int> frames = some_frames(in, range);
+    const std::vector<int>& frames = context.gathered;
     std::vector<render::Tile> tiles;
-    for (std::size_t i = 0; i < in.image.size() && i < frames.size(); ++i) {
+    for (std::size_t i = 0; i < in.image.size(); ++i) {
+        if (i > 0 && frames[i] == frames[i - 1]) continue;  // stands for one that was not cooked
         std::array<char, 64> label{};
         std::snprintf(label.data(), label.size(), "frame %d   %.2f s", frames[i],
-                      range.time(frames[i]));
+                      context.range().time(frames[i]));
         tiles.push_back({in.image[i].get(), label.data()});
     }
     const auto path = context.output_folder / in.path;

@@ -841,7 +841,7 @@ private:
 
         auto result = std::make_shared<Result>();
         std::mutex talking;  // a node may warn and open from many threads
-        graph::Context context(task.frame, keys_.range(task.node), type.reads);
+        graph::Context context(task.frame, graph_.range, type.reads);
         context.stop = options_.stop;
         context.output_folder = options_.output_folder;
         context.root = graph_.root;

@@ -309,8 +309,7 @@ void Keys::add_fixed_part(std::uint32_t n, KeyBuilder& b) const
     if (!known.placed) return;
     if (declares(node, graph::Variable::fps)) b.add(graph_.range.fps);
     if (declares(node, graph::Variable::range)) {
-        const graph::FrameRange told = range(n);
-        b.add(told.first).add(told.last);
+        b.add(graph_.range.first).add(graph_.range.last);
     }
     if (node.type->sink) {
         b.add(std::filesystem::absolute(options_.output_folder).lexically_normal().native());
@@ -364,8 +363,9 @@ Key Keys::gather_key(std::uint32_t n, bool with_side_files)
     KeyBuilder b;
     b.add(nodes_[n].fixed);
     try {
-        for (const int frame :
-             source.type->gather_frames(params(n, graph_.range.first), range(n))) {
+        graph::FrameRange cooked = graph_.range;
+        if (!frames_.empty()) cooked.first = frames_.front(), cooked.last = frames_.back();
+        for (const int frame : source.type->gather_frames(params(n, graph_.range.first), cooked)) {
             gathered.frames.push_back(nearest_cooked(frames_, frame));
         }
         ParamValues values = params(n, graph_.range.first);
@@ -589,14 +589,6 @@ Key Keys::opened(std::uint32_t n, int frame, const std::set<std::filesystem::pat
 const std::string& Keys::trouble(std::uint32_t n) const
 {
     return gathered_.at(n).trouble;
-}
-
-graph::FrameRange Keys::range(std::uint32_t n) const
-{
-    graph::FrameRange range = graph_.range;
-    if (nodes_[n].gathers && !frames_.empty())
-        range.first = frames_.front(), range.last = frames_.back();
-    return range;
 }
 
 ParamValues Keys::params(std::uint32_t n, int frame) const

@@ -69,9 +69,6 @@ public:
     // Why a gathering node can't say which frames it wants; empty when it can.
     const std::string& trouble(std::uint32_t n) const;
 
-    // What a run of the node may know about the range of frames.
-    graph::FrameRange range(std::uint32_t n) const;
-
     // Parameters as the node sees them.
     graph::ParamValues params(std::uint32_t n, int frame) const;
 

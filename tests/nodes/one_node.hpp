@@ -15,6 +15,7 @@ struct NodeRun {
     graph::ParamValues params;
     std::vector<graph::Value> previous;
     graph::FrameRange range{1, 10, 24};
+    std::vector<int> gathered;  // of gathered inputs; empty: those that the node asks for
     std::filesystem::path output_folder = ".";
     std::vector<std::string> warnings;
 
@@ -36,6 +37,10 @@ struct NodeRun {
         for (const auto& port : type.inputs) by_port.push_back(inputs[port.name]);
         graph::Context context(frame, range, type.reads);
         context.output_folder = output_folder;
+        context.gathered = gathered;
+        if (gathered.empty() && type.gather_frames) {
+            context.gathered = type.gather_frames(params, range);
+        }
         context.warn = [this](const std::string& text) { warnings.push_back(text); };
         std::vector<std::shared_ptr<const void>> prepared;
         for (const auto& p : type.preparations) {

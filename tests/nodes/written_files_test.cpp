@@ -2,6 +2,7 @@
 
 #include "geometry/read_mesh.hpp"
 #include "graph/frame_path.hpp"
+#include "render/contact_sheet.hpp"
 #include "render/png.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/nodes/one_node.hpp"
@@ -118,6 +119,26 @@ render::Image grey(std::uint8_t level)
         }
     }
     return image;
+}
+
+TEST(ContactSheet, NamesTheFramesThatWereCooked)
+{
+    // Of a cook of frames 7, 9 and 12: those stand for frames between them, which are left out.
+    const files::Folder folder;
+    NodeRun sheet("ContactSheet");
+    sheet.output_folder = folder.path;
+    sheet.range = {1, 20, 24};
+    sheet.gathered = {7, 7, 9, 9, 9, 12};
+    std::map<int, render::Image> picture;
+    for (const int frame : sheet.gathered) {
+        picture[frame] = {32, 24, std::vector<std::uint8_t>(32 * 24 * 4, std::uint8_t(20 * frame))};
+        sheet.inputs["image"].push_back(Value::of(render::Image(picture[frame])));
+    }
+    const auto expected = render::contact_sheet({{&picture[7], "frame 7   0.25 s"},
+                                                 {&picture[9], "frame 9   0.33 s"},
+                                                 {&picture[12], "frame 12   0.46 s"}},
+                                                4, 1600);
+    EXPECT_EQ(sheet.run().as<render::Image>()->rgba, expected.rgba);
 }
 
 TEST(WriteVideo, WantsEveryFrameOfTheRangeInOrder)
