@@ -137,7 +137,20 @@ std::string suggest(std::string_view name, std::span<const std::string_view> can
     const std::string near = nearest(name, candidates);
     if (!near.empty()) return fmt::format("did you mean '{}'?", near);
     if (candidates.empty()) return {};
-    return fmt::format("there is {}", list_names(candidates));
+    // Of a long list, what is nearest comes first.
+    std::vector<std::pair<std::size_t, std::string_view>> by_distance;
+    for (const std::string_view candidate : candidates) {
+        const std::size_t longest = std::max(name.size(), candidate.size());
+        by_distance.emplace_back(candidates.size() > listed && longest <= 64
+                                     ? edit_distance(name, candidate, longest)
+                                     : 0,
+                                 candidate);
+    }
+    std::stable_sort(by_distance.begin(), by_distance.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<std::string_view> names;
+    for (const auto& [distance, candidate] : by_distance) names.push_back(candidate);
+    return fmt::format("there is {}", list_names(names));
 }
 
 std::string list_names(std::span<const std::string_view> names, std::size_t most)

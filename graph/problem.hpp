@@ -73,6 +73,7 @@ std::string nearest(std::string_view name, std::span<const std::string_view> can
 std::string suggest(std::string_view name, std::span<const std::string_view> candidates);
 
 // "'a', 'b' and 'c'", at most `most` of them.
-std::string list_names(std::span<const std::string_view> names, std::size_t most = 12);
+inline constexpr std::size_t listed = 12;
+std::string list_names(std::span<const std::string_view> names, std::size_t most = listed);
 
 }  // namespace graph

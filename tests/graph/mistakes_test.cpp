@@ -453,4 +453,17 @@ TEST(Mistakes, OfAWholeFileAreToldTogetherInOrderOfPlace)
     EXPECT_TRUE(loaded.graph.nodes.empty());
 }
 
+TEST(Suggest, NamesWhatIsNearestFirstOfALongList)
+{
+    std::vector<std::string_view> names = {"Ball",  "Carry", "Copies", "Embed",  "Figure",
+                                           "Force", "Modes", "Patch",  "Plane",  "Points",
+                                           "Pin",   "Roll",  "Sample", "Shrink", "Skin"};
+    const std::string text = graph::suggest("Plain", names);
+    EXPECT_EQ(text.find("there is 'Plane', 'Pin'"), 0u) << text;
+    EXPECT_NE(text.find("and 3 more"), std::string::npos) << text;
+    // A list that is shown whole stays in its order.
+    names.resize(9);
+    EXPECT_EQ(graph::suggest("Plain", names).find("there is 'Ball', 'Carry'"), 0u);
+}
+
 }  // namespace
