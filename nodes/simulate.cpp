@@ -63,6 +63,29 @@ static Body build(const Inputs& in)
     throw std::logic_error("Simulate: a method without a body");
 }
 
+// Warns of what is set and can do nothing.
+static void warn_of_idle(const Inputs& in, const graph::Context& context)
+{
+    const auto* const body = std::get_if<physics::LatticeBody>(&in.body->is);
+    if (!body) return;
+    if (body->flat_axis < 0 && in.lattice.bend != 1) {
+        context.warn("lattice.bend is for planes, and does nothing to these cubes: stiffness here "
+                     "is that of the material, or a rate");
+    }
+    if (in.lattice.plane != physics::PlaneMotion::in_plane) return;
+    for (std::size_t i = 0; i < in.forces.size(); ++i) {
+        const physics::Force& force = *in.forces[i];
+        Vec3 within = force.force;
+        within[body->flat_axis] = 0;
+        if (force.kind != physics::Force::Kind::point || force.force.isZero(0)) continue;
+        if (within.norm() > 1e-9 * force.force.norm()) continue;
+        context.warn("point force " + std::to_string(i + 1) + " of " +
+                     std::to_string(in.forces.size()) +
+                     " pushes across the plane, which moves within itself only, and does nothing: "
+                     "turn it, or choose space for lattice.plane");
+    }
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     if (!in.balls.empty() && in.method != Method::lattice) {
@@ -84,6 +107,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     loads.pins = physics::merge_pins(in.pins, in.cubes->corner_count());
     for (const auto& force : in.forces) loads.forces.push_back(*force);
     for (const auto& warning : physics::far_forces(*in.cubes, loads.forces)) context.warn(warning);
+    warn_of_idle(in, context);
     for (const auto& collider : in.colliders) loads.colliders.push_back(*collider);
     if (!in.gravity.isZero(0)) {
         loads.forces.push_back({physics::Force::Kind::gravity, in.gravity});
@@ -196,7 +220,7 @@ static void describe_step(graph::ParamsOf<physics::StepOptions>& p)
              "cannot follow, at twice the cost.")
         .param("substeps", &physics::StepOptions::substeps,
                "Steps a frame: more follow fast motion and vibration better.",
-               {.min = 1, .max = 10'000})
+               {.min = 1, .max = physics::most_substeps})
         .param("tolerance", &physics::StepOptions::tolerance,
                "How much of the forces at work may be left unbalanced when a step ends.",
                {.min = 1e-12, .max = 0.1})

@@ -29,6 +29,8 @@ namespace physics {
 
 enum class Integrator { implicit_euler, implicit_midpoint, sdirk2 };
 
+inline constexpr int most_substeps = 10'000;
+
 struct StepOptions {
     Integrator integrator = Integrator::implicit_euler;
     int substeps = 1;              // a frame

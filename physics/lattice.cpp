@@ -22,6 +22,16 @@ namespace {
 constexpr std::size_t grain = 2048;
 constexpr std::size_t strips_grain = 32;  // of a membrane, up to 64 cells each
 
+// The next of 1, 2, 5, 10, 20 ... : so that frames that differ a little advise the same.
+double round_number(double v)
+{
+    const double ten = std::pow(10, std::floor(std::log10(v)));
+    for (const double times : {1, 2, 5}) {
+        if (v <= times * ten) return times * ten;
+    }
+    return 10 * ten;
+}
+
 // alpha of a rate s over dt.
 double share_of(double rate_sq, double dt)
 {
@@ -81,23 +91,28 @@ public:
         state_.report.steps = options_.substeps;
         if (crossed > most_crossed) {
             state_.report.converged = false;
-            state_.report.warnings.push_back(fmt::format(
-                "the plane is thrown about faster than its steps can follow, and heats up: corners "
-                "pass {:.3g} cells of their neighbours in a substep; take {} substeps or more",
-                crossed, std::ceil(std::min(1e9, options_.substeps * crossed / most_crossed))));
+            const double needed = round_number(options_.substeps * crossed / most_crossed);
+            state_.report.warnings.push_back(
+                "the plane is thrown about faster than its steps can follow, and heats up; " +
+                (needed <= most_substeps
+                     ? fmt::format("take {} substeps or more", needed)
+                     : fmt::format("{} substeps would not do: is it pushed that hard on purpose?",
+                                   most_substeps)));
         }
         if (options_.stiffness == Stiffness::material && resolved_ > 1) {
+            const int least = least_substeps();
+            const bool more = least <= most_substeps;
             state_.report.converged = false;
             state_.report.warnings.push_back(
                 bends_in_space()
                     ? fmt::format("the plane is softer than its material: cells of {:.3g} m can be "
-                                  "that stiff only at {} substeps or more; take more substeps or "
-                                  "larger cells",
-                                  body_.base.h, least_substeps())
+                                  "that stiff only at {} substeps or more; {}make larger cells",
+                                  body_.base.h, least, more ? "take more substeps or " : "")
                     : fmt::format("the lattice is softer than its material: regions of half width "
                                   "{} can be that stiff only at {} substeps or more; widen the "
-                                  "regions, take more substeps or set a rate",
-                                  body_.whole.regions.half_width, least_substeps()));
+                                  "regions{} or set a rate",
+                                  body_.whole.regions.half_width, least,
+                                  more ? ", take more substeps" : ""));
         }
     }
 

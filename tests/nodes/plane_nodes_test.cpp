@@ -99,3 +99,36 @@ TEST(SimulateNode, APointForceThatReachesNothingIsToldOf)
     ASSERT_EQ(far.size(), 1u);
     EXPECT_TRUE(has(far[0], "point force 1 of 1 reaches no material")) << far[0];
 }
+
+TEST(SimulateNode, WhatCanDoNothingIsToldOf)
+{
+    const auto warnings = [](const geometry::Cubes& cubes, const char* motion, double bend,
+                             const Vec3& push) {
+        NodeRun simulate("Simulate");
+        simulate.inputs["cubes"] = {graph::Value::of(cubes)};
+        simulate.param("method").is = std::string("lattice");
+        simulate.param("lattice.plane").is = std::string(motion);
+        simulate.param("lattice.stiffness").is = std::string("rate");
+        simulate.param("lattice.bend").is = bend;
+        physics::Force force;
+        force.kind = physics::Force::Kind::point;
+        force.radius = 9;
+        force.force = push;
+        simulate.inputs["forces"] = {graph::Value::of(force)};
+        simulate.previous = simulate.outputs(1);
+        simulate.outputs(2);
+        return simulate.warnings;
+    };
+    const geometry::Cubes solid = geometry::solid_cubes({{0, 0, 0}, {1, 0, 0}}, 0.1);
+    const geometry::Cubes plane =  // across y
+        geometry::plane_cubes(geometry::rectangle_cells(4, 4), {1, 0.1, {0, 0, 0}}, 0.01);
+    EXPECT_TRUE(warnings(solid, "space", 1, {0, 1, 0}).empty());
+    EXPECT_TRUE(warnings(plane, "space", 0.5, {0, 1, 0}).empty());
+    EXPECT_TRUE(warnings(plane, "in_plane", 1, {1, 1, 0}).empty());
+    const auto bent = warnings(solid, "space", 0.5, {0, 1, 0});
+    ASSERT_EQ(bent.size(), 1u);
+    EXPECT_TRUE(has(bent[0], "lattice.bend is for planes")) << bent[0];
+    const auto across = warnings(plane, "in_plane", 1, {0, 1, 0});
+    ASSERT_EQ(across.size(), 1u);
+    EXPECT_TRUE(has(across[0], "point force 1 of 1 pushes across the plane")) << across[0];
+}
