@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace physics {
 
@@ -24,8 +25,9 @@ template <class T> Eigen::Matrix<T, 3, 1> change_of(Push<T>& push, const Eigen::
     push.impulse = std::max(T(0), before - (along + push.bias) * push.mass);
     if (push.impulse == 0 && before == 0) return Vec::Zero();
     Vec drag = push.drag - push.mass_across * (v - along * push.normal);
-    const T most = push.friction * push.impulse, size_sq = drag.squaredNorm();
-    if (size_sq > most * most) drag *= most / std::sqrt(size_sq);
+    // Without a branch: whether it slides is hard to foresee.
+    const T most = push.friction * push.impulse, size = drag.norm();
+    drag *= most / std::max({most, size, std::numeric_limits<T>::min()});
     const Vec change = (push.impulse - before) * push.normal + (drag - push.drag);
     push.drag = drag;
     return change;
