@@ -451,12 +451,29 @@ static std::optional<double> ground_height(const ::render::Scene& scene, const I
     return scene.stage.lo.y();
 }
 
+// Warns of a picture that can show nothing of `drawn`.
+static void warn_of_empty(const Inputs& in, const ::render::Camera& camera,
+                          const geometry::Box& drawn, const graph::Context& context)
+{
+    if (drawn.empty() || ::render::may_see(camera, drawn, double(in.width) / in.height)) return;
+    context.warn(in.camera.kind == CameraParams::Kind::look_at
+                     ? "nothing that is linked lies in the picture: turn camera.target to it, or "
+                       "let the camera fit it"
+                     : "nothing that is linked lies in the picture any more: the camera fits where "
+                       "it is at rest; free a margin, or choose look_at for camera.kind");
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     ::render::Scene scene;
     add_meshes(scene, in);
     add_cubes(scene, in);
     add_points(scene, in);
+    geometry::Box drawn = ::render::bounds(scene);
+    for (const auto& balls : scene.balls) {
+        drawn.lo.array() -= double(balls.radius);
+        drawn.hi.array() += double(balls.radius);
+    }
     if (in.mesh.empty() && !in.cubes && !in.points && in.pins.empty() && in.forces.empty() &&
         in.colliders.empty()) {
         throw std::invalid_argument(
@@ -472,6 +489,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     std::vector<std::string> warnings;
     Outputs out{::render::draw(scene, camera, look_of(in), &warnings)};
     for (const std::string& text : warnings) context.warn(text);
+    warn_of_empty(in, camera, drawn, context);
     return out;
 }
 

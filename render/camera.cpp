@@ -1,6 +1,7 @@
 #include "render/camera.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -57,6 +58,38 @@ Camera fit(const Box& asked, double azimuth, double elevation, double field_of_v
     camera.eye = camera.target + distance * b;
     camera.field_of_view = field_of_view;
     return camera;
+}
+
+geometry::Mat3 camera_axes(const Camera& camera)
+{
+    const Vec3 ahead = (camera.target - camera.eye).normalized();
+    Vec3 right = ahead.cross(camera.up);
+    if (!(right.norm() > 1e-9)) right = ahead.unitOrthogonal();
+    right.normalize();
+    geometry::Mat3 axes;
+    axes.row(0) = right;
+    axes.row(1) = right.cross(ahead);
+    axes.row(2) = ahead;
+    return axes;
+}
+
+bool may_see(const Camera& camera, const Box& box, double aspect)
+{
+    const geometry::Mat3 axes = camera_axes(camera);
+    const double tan_y = std::tan(camera.field_of_view / 2), tan_x = tan_y * aspect;
+    std::array<bool, 5> beyond;
+    beyond.fill(true);
+    for (int k = 0; k < 8; ++k) {
+        const Vec3 corner(k & 1 ? box.hi.x() : box.lo.x(), k & 2 ? box.hi.y() : box.lo.y(),
+                          k & 4 ? box.hi.z() : box.lo.z());
+        const Vec3 p = axes * (corner - camera.eye);
+        beyond[0] &= p[2] < 0;
+        beyond[1] &= p[0] > tan_x * p[2];
+        beyond[2] &= -p[0] > tan_x * p[2];
+        beyond[3] &= p[1] > tan_y * p[2];
+        beyond[4] &= -p[1] > tan_y * p[2];
+    }
+    return std::find(beyond.begin(), beyond.end(), true) == beyond.end();
 }
 
 }  // namespace render

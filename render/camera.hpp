@@ -24,4 +24,12 @@ Vec3 direction(double azimuth, double elevation);
 Camera fit(const Box& box, double azimuth, double elevation, double field_of_view, double aspect,
            double margin);
 
+// Where right, up and ahead are in the picture: rows of length 1, across each other. The camera
+// must not stand at its target; one that looks along `up` has some direction to its right.
+geometry::Mat3 camera_axes(const Camera& camera);
+
+// Whether some of `box` may lie in the camera's picture of `aspect`: not where all of it is behind
+// the camera or beyond one and the same side of the picture.
+bool may_see(const Camera& camera, const Box& box, double aspect);
+
 }  // namespace render

@@ -432,16 +432,8 @@ View view_of(const Camera& camera, const DrawList& list, const Look& look)
                                     "degrees, got " +
                                     std::to_string(fov * 180 / 3.141592653589793));
     }
-    const Vec3 forward = ahead.normalized();
-    Vec3 right = forward.cross(camera.up);
-    if (!(right.norm() > 1e-9)) right = forward.unitOrthogonal();
-    right.normalize();
-    const Vec3 up = right.cross(forward);
-
-    geometry::Mat3 axes;
-    axes.row(0) = right;
-    axes.row(1) = up;
-    axes.row(2) = forward;
+    const geometry::Mat3 axes = camera_axes(camera);
+    const Vec3 right = axes.row(0), up = axes.row(1), forward = axes.row(2);
     const Box box = box_along(list, axes, false);
     const double eye_depth = forward.dot(eye);
     double far = box.empty() ? 2 : 1.01 * (box.hi.z() - eye_depth) + 1e-3;

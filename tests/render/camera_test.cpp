@@ -98,4 +98,36 @@ TEST(Camera, FitRefusesWhatIsNotFinite)
     EXPECT_THROW(render::fit(box, 0, 0, 0.6, 1, 0), std::invalid_argument);
 }
 
+// Of a single point it is whether the point lies in the picture; a box is seen if a corner is.
+TEST(Camera, MaySeeWhatLiesInThePicture)
+{
+    const Camera level{{1, 2, 9}, {0, 1, 0}, {0, 1, 0}, 0.7};
+    const Camera down{{0, 5, 0}, {0, 0, 0}, {0, 1, 0}, 0.7};
+    const double aspect = 1.6;
+    int in_picture = 0;
+    for (const Camera& camera : {level, down}) {
+        const geometry::Mat3 axes = render::camera_axes(camera);
+        EXPECT_LT((axes * axes.transpose() - geometry::Mat3::Identity()).norm(), 1e-14);
+        EXPECT_NEAR(axes.determinant(), -1, 1e-14) << "right, up and ahead";
+        const double tan_y = std::tan(camera.field_of_view / 2);
+        for (int k = 0; k < 4096; ++k) {
+            const Vec3 at(k % 16 - 7.3, k / 16 % 16 - 7.1, k / 256 - 3.4);
+            const Vec3 p = axes * (at - camera.eye);
+            const bool seen = p[2] >= 0 && std::abs(p[1]) <= tan_y * p[2] &&
+                              std::abs(p[0]) <= aspect * tan_y * p[2];
+            in_picture += seen;
+            Box box;
+            box.add(at);
+            ASSERT_EQ(render::may_see(camera, box, aspect), seen) << at.transpose();
+            box.add(Vec3(at + Vec3(2, 3, 4)));
+            ASSERT_TRUE(!seen || render::may_see(camera, box, aspect)) << at.transpose();
+        }
+        Box around;  // no corner of it lies in the picture
+        around.add(Vec3(-50, -50, -50));
+        around.add(Vec3(50, 50, 50));
+        EXPECT_TRUE(render::may_see(camera, around, aspect));
+    }
+    EXPECT_GT(in_picture, 100);
+}
+
 }  // namespace
