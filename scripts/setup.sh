@@ -55,6 +55,7 @@ need_packages() {
 build() {
     local preset=$1 dir="$aspic_root/build/$1" log="$aspic_root/build/$1.log"
     shift
+    mkdir -p "$aspic_root/build"
     if [ ! -f "$dir/build.ninja" ]; then
         say "Configuring ($preset)"
         (cd "$aspic_root" && cmake --preset "$preset") >"$log" 2>&1 ||
