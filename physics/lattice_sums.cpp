@@ -777,10 +777,10 @@ void sum_over(const LatticeRegions& regions, RegionSums<T>& sums, Way way,
     const int w = regions.half_width;
     const LatticeLines& last = flat ? regions.y : regions.z;
     const Along along_last = flat ? Along::y_of_plane : Along::z;
-    // What slots are sums of, and are spread over again in the same place.
     Quad<T>* const particles = sums.of_particles.data();
     Quad<T>* const bars = sums.of_bars.data();
     Quad<T>* const plates = sums.of_plates.data();
+    // What slots are sums of, and are spread over again in the same place.
     Quad<T>* const near = flat ? bars : plates;
     const auto for_slabs = [&](const auto& sum) {
         geometry::parallel_for(regions.slabs.size(), 1, [&](std::size_t begin, std::size_t end) {
