@@ -137,14 +137,15 @@ std::string suggest(std::string_view name, std::span<const std::string_view> can
     const std::string near = nearest(name, candidates);
     if (!near.empty()) return fmt::format("did you mean '{}'?", near);
     if (candidates.empty()) return {};
-    // Of a long list, what is nearest comes first.
+    // Of a long list, what is nearest comes first; of a very long one, that takes too long.
+    constexpr std::size_t very_long = 256, longest_name = 64;
+    if (candidates.size() <= listed || candidates.size() > very_long ||
+        name.size() > longest_name) {
+        return fmt::format("there is {}", list_names(candidates));
+    }
     std::vector<std::pair<std::size_t, std::string_view>> by_distance;
     for (const std::string_view candidate : candidates) {
-        const std::size_t longest = std::max(name.size(), candidate.size());
-        by_distance.emplace_back(candidates.size() > listed && longest <= 64
-                                     ? edit_distance(name, candidate, longest)
-                                     : 0,
-                                 candidate);
+        by_distance.emplace_back(edit_distance(name, candidate, longest_name), candidate);
     }
     std::stable_sort(by_distance.begin(), by_distance.end(),
                      [](const auto& a, const auto& b) { return a.first < b.first; });
