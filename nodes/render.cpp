@@ -425,7 +425,7 @@ static std::optional<double> solid_floor(const Inputs& in)
 }
 
 // What does not move, where it is known; down to the floor when the model may fall onto it.
-static geometry::Box stage_of(const ::render::Scene& scene, const Inputs& in)
+static geometry::Box stage_of(const geometry::Box& drawn, const Inputs& in)
 {
     geometry::Box box;
     if (in.rest) {
@@ -433,7 +433,7 @@ static geometry::Box stage_of(const ::render::Scene& scene, const Inputs& in)
     } else if (in.cubes) {
         for (const Vec3& p : geometry::corner_positions(*in.cubes)) box.add(p);
     } else {
-        box = ::render::bounds(scene);
+        box = drawn;
     }
     const auto floor = solid_floor(in);
     if (floor && !box.empty() && *floor < box.lo.y() && box.lo.y() - *floor < 3 * box.diagonal()) {
@@ -451,10 +451,15 @@ static std::optional<double> ground_height(const ::render::Scene& scene, const I
     return scene.stage.lo.y();
 }
 
-// Warns of a picture that can show nothing of `drawn`.
-static void warn_of_empty(const Inputs& in, const ::render::Camera& camera,
-                          const geometry::Box& drawn, const graph::Context& context)
+// Warns of a picture that can show nothing of `drawn`, the bounds of what is linked.
+static void warn_of_empty(const Inputs& in, const ::render::Scene& scene,
+                          const ::render::Camera& camera, geometry::Box drawn,
+                          const graph::Context& context)
 {
+    for (const auto& balls : scene.balls) {
+        drawn.lo.array() -= double(balls.radius);
+        drawn.hi.array() += double(balls.radius);
+    }
     if (drawn.empty() || ::render::may_see(camera, drawn, double(in.width) / in.height)) return;
     context.warn(in.camera.kind == CameraParams::Kind::look_at
                      ? "nothing that is linked lies in the picture: turn camera.target to it, or "
@@ -469,17 +474,13 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     add_meshes(scene, in);
     add_cubes(scene, in);
     add_points(scene, in);
-    geometry::Box drawn = ::render::bounds(scene);
-    for (const auto& balls : scene.balls) {
-        drawn.lo.array() -= double(balls.radius);
-        drawn.hi.array() += double(balls.radius);
-    }
+    const geometry::Box drawn = ::render::bounds(scene);
     if (in.mesh.empty() && !in.cubes && !in.points && in.pins.empty() && in.forces.empty() &&
         in.colliders.empty()) {
         throw std::invalid_argument(
             "there is nothing to draw: link a mesh, cubes, points, pins, forces or colliders");
     }
-    scene.stage = stage_of(scene, in);
+    scene.stage = stage_of(drawn, in);
     add_loads(scene, in);
     scene.ground = ground_height(scene, in);
     if (!in.legend) scene.legend.reset();
@@ -489,7 +490,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     std::vector<std::string> warnings;
     Outputs out{::render::draw(scene, camera, look_of(in), &warnings)};
     for (const std::string& text : warnings) context.warn(text);
-    warn_of_empty(in, camera, drawn, context);
+    warn_of_empty(in, scene, camera, drawn, context);
     return out;
 }
 

@@ -13,6 +13,12 @@ Vec3 direction(double azimuth, double elevation)
             std::cos(azimuth) * std::cos(elevation)};
 }
 
+Vec3 corner_of(const Box& box, int k)
+{
+    return {k & 1 ? box.hi.x() : box.lo.x(), k & 2 ? box.hi.y() : box.lo.y(),
+            k & 4 ? box.hi.z() : box.lo.z()};
+}
+
 // With the camera's axes r (right), u (up), b (towards the camera), a point p at p.b behind the
 // plane through the target needs the eye at a distance of at least |p.r| / tan + p.b: that is one
 // half-space of eyes for each side of the picture. Along each of r and u the two sides cross in one
@@ -42,9 +48,7 @@ Camera fit(const Box& asked, double azimuth, double elevation, double field_of_v
     // of  p.axis + tan p.b  over the corners.
     double right = -1e300, left = -1e300, top = -1e300, bottom = -1e300, front = -1e300;
     for (int k = 0; k < 8; ++k) {
-        const Vec3 corner(k & 1 ? box.hi.x() : box.lo.x(), k & 2 ? box.hi.y() : box.lo.y(),
-                          k & 4 ? box.hi.z() : box.lo.z());
-        const Vec3 p = corner - centre;
+        const Vec3 p = corner_of(box, k) - centre;
         right = std::max(right, p.dot(r) + tan_x * p.dot(b));
         left = std::max(left, -p.dot(r) + tan_x * p.dot(b));
         top = std::max(top, p.dot(u) + tan_y * p.dot(b));
@@ -80,9 +84,7 @@ bool may_see(const Camera& camera, const Box& box, double aspect)
     std::array<bool, 5> beyond;
     beyond.fill(true);
     for (int k = 0; k < 8; ++k) {
-        const Vec3 corner(k & 1 ? box.hi.x() : box.lo.x(), k & 2 ? box.hi.y() : box.lo.y(),
-                          k & 4 ? box.hi.z() : box.lo.z());
-        const Vec3 p = axes * (corner - camera.eye);
+        const Vec3 p = axes * (corner_of(box, k) - camera.eye);
         beyond[0] &= p[2] < 0;
         beyond[1] &= p[0] > tan_x * p[2];
         beyond[2] &= -p[0] > tan_x * p[2];

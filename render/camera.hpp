@@ -17,6 +17,9 @@ struct Camera {
 // towards +z), growing counter-clockwise seen from above; elevation above the horizon. Radians.
 Vec3 direction(double azimuth, double elevation);
 
+// One of the 8 corners of a box that is not empty, k = 0 .. 7.
+Vec3 corner_of(const Box& box, int k);
+
 // The nearest camera, looking against direction(azimuth, elevation), whose picture of `aspect`
 // (width / height) holds all of `box` with `margin` (a share of the picture's size, 0..0.45) free
 // on each side. An empty box is taken for a point at the origin, a point for a box 1 m wide.

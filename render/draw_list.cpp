@@ -383,9 +383,7 @@ ShadowMap shadow_map(DrawList& list, const Vec3& to_light, const Box& stage, Sha
 
     Box box;
     for (int k = 0; k < 8; ++k) {
-        const Vec3 corner(k & 1 ? stage.hi.x() : stage.lo.x(), k & 2 ? stage.hi.y() : stage.lo.y(),
-                          k & 4 ? stage.hi.z() : stage.lo.z());
-        box.add(Vec3(axes * list.units(corner)));
+        box.add(Vec3(axes * list.units(corner_of(stage, k))));
     }
     box = grown_to_hold(box, casters);
 
