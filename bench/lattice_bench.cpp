@@ -88,7 +88,7 @@ void sums(benchmark::State& state)
     for (auto _ : state) {
         state.PauseTiming();
         for (float& number : rest_of_step) number += 1;
-        for (auto& f : room.particles()) f = Quad<float>(1, 2, 3, 4);
+        for (auto& f : room.particles) f = Quad<float>(1, 2, 3, 4);
         state.ResumeTiming();
         collect_and_spread<float>(regions, room, [](std::size_t, std::span<Quad<float>>) {});
     }

@@ -264,7 +264,7 @@ private:
         if (pins.empty()) return;
         const LatticeRegions& regions = matched_->regions;
         with_pins_ = matched_->mass;
-        const auto f = sums_.particles();
+        auto& f = sums_.particles;
         for (std::size_t i = 0; i < n_; ++i) f[i] = Quad<T>(T(body_.base.mass[i]), 0, 0, 0);
         for (const auto k : pins) f[k] = Quad<T>(0, T(body_.base.mass[k]), 0, 0);
         std::vector<float> times(n_, 1.0f);
@@ -320,7 +320,7 @@ private:
         spread<T>(matched_->regions, sums_, [&](std::size_t first, std::span<Quad<T>> slots) {
             for (std::size_t k = 0; 4 * k < slots.size(); ++k) slots[4 * k][0] = weight_[first + k];
         });
-        const auto g = sums_.particles();
+        const auto& g = sums_.particles;
         held_weight_.resize(n_);
         for (std::size_t i = 0; i < n_; ++i) held_weight_[i] = g[i][0];
     }
@@ -329,7 +329,7 @@ private:
     void find_goals()
     {
         const auto& mass = with_pins_.empty() ? matched_->mass : with_pins_;
-        const auto f = sums_.particles();
+        auto& f = sums_.particles;
         geometry::parallel_for(n_, grain, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const T m = T(mass[i]);
@@ -582,7 +582,7 @@ private:
             stretched_.pull(body_.membrane, {torn_corners_, membrane_rest()}, membrane_share_,
                             state_.x);
         }
-        const auto goal = sums_.particles();
+        const auto& goal = sums_.particles;
         float* const before = state_.rotation.data() + 4 * matched_->regions.slots();
         const double damping = has_before_ ? damping_ : 0;
         const auto momentum = geometry::ordered_sum<PullMomentum>(

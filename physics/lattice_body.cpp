@@ -66,7 +66,7 @@ std::vector<float> inverse_spreads(const MatchedRegions& matched, const Lattice&
 {
     const LatticeRegions& regions = matched.regions;
     RegionSums<double> sums(regions);
-    const auto f = sums.particles();
+    auto& f = sums.particles;
     // M (X - X_r) (X - X_r)^T summed = moments of M X, less X_r times those of M.
     for (std::size_t i = 0; i < lattice.count(); ++i) {
         const Vec3 p = lattice.at[i].cast<double>();
@@ -238,7 +238,7 @@ void find_twist(const LatticeRegions& regions, std::span<const float> mass,
     // Sums of M times 1, x, y and x y, and their moments about the region's own particle: with its
     // place (x0, y0), those of x^2 are moments of M x less x0 times M, and so on.
     RegionSums<double> sums(regions);
-    const auto f = sums.particles();
+    auto& f = sums.particles;
     for (std::size_t i = 0; i < regions.particles; ++i) {
         const double m = double(mass[i]);
         const auto [x, y] = place(i);
@@ -297,7 +297,7 @@ MatchedRegions match_regions(LatticeRegions found, const Lattice& lattice,
     // s^2 = E / (rho h^2 m2), with E V and m summed over the region.
     RegionSums<double> sums(regions);
     for (std::size_t i = 0; i < n; ++i) {
-        sums.particles()[i] = {matter[i][0], matter[i][1], matter[i][2], 0};
+        sums.particles[i] = {matter[i][0], matter[i][1], matter[i][2], 0};
     }
     const double w = regions.half_width;
     const double m2 = mean_square_place(w), m4 = mean_fourth_place(w);

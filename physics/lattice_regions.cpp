@@ -503,7 +503,7 @@ std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegi
     // How many particles of a region's chart its box holds: a sum over all regions as if there
     // were no exceptions.
     RegionSums<double> sums(regions);
-    for (auto& f : sums.particles()) f = {1, 0, 0, 0};
+    for (auto& f : sums.particles) f = {1, 0, 0, 0};
     std::vector<std::uint32_t> held(regions.slots());
     collect<double>(regions, sums, [&](std::size_t first, std::span<const Quad<double>> slots) {
         for (std::size_t k = 0; 4 * k < slots.size(); ++k) {
@@ -626,7 +626,7 @@ std::vector<std::uint32_t> count_holders(const LatticeRegions& regions)
         for (std::size_t k = 0; k < slots.size(); k += 4) slots[k] = {1, 0, 0, 0};
     });
     std::vector<std::uint32_t> held_by;
-    for (const auto& count : sums.particles()) {
+    for (const auto& count : sums.particles) {
         held_by.push_back(std::uint32_t(std::lround(count[0])));
     }
     return held_by;

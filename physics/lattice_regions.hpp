@@ -114,13 +114,13 @@ template <class T> using Quad = Eigen::Array<T, 4, 1>;
 
 // Room for sums, reused from step to step.
 template <class T> struct RegionSums {
-    std::vector<Quad<T>, LargePages<Quad<T>>> of_particles, of_bars, of_plates;
-    std::vector<Quad<T>> exceptional;
+    using Quads = std::vector<Quad<T>, LargePages<Quad<T>>>;
+
+    Quads particles;  // N, where collect() wants f and spread() leaves g
+    Quads bars, plates;
+    std::vector<Quad<T>> exceptional;  // four a node of LatticeExceptions
 
     explicit RegionSums(const LatticeRegions& regions);
-
-    // Where collect() wants f, one quad a particle, and spread() leaves g.
-    std::span<Quad<T>> particles();
 };
 
 // Is given the quads of some slots, from `first` on, four each: S and its moments along `axes`, of

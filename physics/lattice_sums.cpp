@@ -651,15 +651,10 @@ template <class T> RegionSums<T>::RegionSums(const LatticeRegions& regions)
             for (std::size_t i = begin; i < end; ++i) in[i].setZero();
         });
     };
-    make_room(of_particles, regions.particles);
-    make_room(of_bars, 2 * regions.x.windows);
-    make_room(of_plates, regions.flat ? 0 : 3 * regions.y.windows);
+    make_room(particles, regions.particles);
+    make_room(bars, 2 * regions.x.windows);
+    make_room(plates, regions.flat ? 0 : 3 * regions.y.windows);
     make_room(exceptional, 4 * regions.exceptions.nodes());
-}
-
-template <class T> std::span<Quad<T>> RegionSums<T>::particles()
-{
-    return of_particles;
 }
 
 namespace {
@@ -670,7 +665,7 @@ template <class T> class Exceptional {
 public:
     Exceptional(const LatticeRegions& regions, RegionSums<T>& sums)
         : e_(regions.exceptions), flat_(regions.flat), nodes_(sums.exceptional.data()),
-          particles_(sums.of_particles.data())
+          particles_(sums.particles.data())
     {}
 
     void collect()
@@ -777,9 +772,9 @@ void sum_over(const LatticeRegions& regions, RegionSums<T>& sums, Way way,
     const int w = regions.half_width;
     const LatticeLines& last = flat ? regions.y : regions.z;
     const Along along_last = flat ? Along::y_of_plane : Along::z;
-    Quad<T>* const particles = sums.of_particles.data();
-    Quad<T>* const bars = sums.of_bars.data();
-    Quad<T>* const plates = sums.of_plates.data();
+    Quad<T>* const particles = sums.particles.data();
+    Quad<T>* const bars = sums.bars.data();
+    Quad<T>* const plates = sums.plates.data();
     // What slots are sums of, and are spread over again in the same place.
     Quad<T>* const near = flat ? bars : plates;
     const auto for_slabs = [&](const auto& sum) {

@@ -95,7 +95,7 @@ void expect_direct_sums(const Lattice& lattice, int w, const LatticeRegions& reg
     };
     for (std::size_t round = 0; round < 2; ++round) {  // the second finds used buffers
         for (std::size_t i = 0; i < lattice.count(); ++i) {
-            sums.particles()[i] = any_quad<T>(random, i);
+            sums.particles[i] = any_quad<T>(random, i);
         }
         collect<T>(regions, sums, keep);
         std::vector<std::size_t> slot(lattice.count(), none);
@@ -146,7 +146,7 @@ void expect_direct_sums(const Lattice& lattice, int w, const LatticeRegions& reg
         }
         spread<T>(regions, sums, fill);
         for (std::size_t i = 0; i < lattice.count(); ++i) {
-            const Quad<double> got = sums.particles()[i].template cast<double>();
+            const Quad<double> got = sums.particles[i].template cast<double>();
             ASSERT_LT((got - expected[i]).abs().maxCoeff(),
                       rounding * held_by[i] * (1 + 3 * w + w * w))
                 << "particle " << i;
@@ -160,18 +160,18 @@ void expect_direct_sums(const Lattice& lattice, int w, const LatticeRegions& reg
     };
     const auto fill_particles = [&] {
         for (std::size_t i = 0; i < lattice.count(); ++i) {
-            sums.particles()[i] = any_quad<T>(random, i);
+            sums.particles[i] = any_quad<T>(random, i);
         }
     };
     fill_particles();
     collect<T>(regions, sums, keep);
     change(0, kept);
     spread<T>(regions, sums, fill);
-    const std::vector<Quad<T>> one_by_one(sums.particles().begin(), sums.particles().end());
+    const auto one_by_one = sums.particles;
     fill_particles();
     collect_and_spread<T>(regions, sums, change);
     for (std::size_t i = 0; i < lattice.count(); ++i) {
-        ASSERT_TRUE((sums.particles()[i] == one_by_one[i]).all()) << "particle " << i;
+        ASSERT_TRUE((sums.particles[i] == one_by_one[i]).all()) << "particle " << i;
     }
 }
 
