@@ -337,15 +337,16 @@ double corotate_all(const BrickCoefficients<double>& bricks, const Corotation& a
         gather_corners(bricks.gather + block * 8 * block_lanes, x, corners);
         for (std::size_t lane = 0; lane < block_lanes; lane += hn::Lanes(d)) {
             const auto c = load_field(d, corners, lane);
-            V gradient[9], q[4], r[9];
+            V gradient[1][9], rotation[1][4], r[9];
             for (std::size_t i = 0; i < 3; ++i) {
-                gradient[3 * i] = c.of[i].x;
-                gradient[3 * i + 1] = c.of[i].y;
-                gradient[3 * i + 2] = c.of[i].z;
+                gradient[0][3 * i] = c.of[i].x;
+                gradient[0][3 * i + 1] = c.of[i].y;
+                gradient[0][3 * i + 2] = c.of[i].z;
             }
+            V(&q)[4] = rotation[0];
             double* quaternion = at.quaternion + block * 4 * block_lanes + lane;
             for (std::size_t k = 0; k < 4; ++k) q[k] = hn::LoadU(d, quaternion + k * block_lanes);
-            extract_rotation(d, gradient, q);
+            extract_rotations(d, gradient, rotation);
             for (std::size_t k = 0; k < 4; ++k) {
                 hn::StoreU(q[k], d, quaternion + k * block_lanes);
             }

@@ -47,12 +47,14 @@ template <> struct RotationTolerance<float> {
     // of K + c I: eigenvalues part when they differ by more than 2^-squarings of the matrix's size,
     // which has to be coarser than rounding
     static constexpr int squarings = 16;
-    static constexpr float smallest = 1e-34f;  // a matrix with no entry above is taken for zero
+    static constexpr float nearly_unit = 4e-3f;  // |q|^2 - 1 whose cube is below rounding
+    static constexpr float smallest = 1e-34f;    // a matrix with no entry above is taken for zero
 };
 template <> struct RotationTolerance<double> {
     static constexpr double damping = 1e-12;
     static constexpr int squarings = 34;
     static constexpr double last_step = 5e-6;
+    static constexpr double nearly_unit = 5e-6;
     static constexpr double smallest = 1e-290;
 };
 
@@ -86,7 +88,16 @@ template <class D, class V> HWY_INLINE V dot4(D, const V (&a)[4], const V (&b)[4
 
 template <class D, class V> HWY_INLINE void normalise(D d, V (&q)[4])
 {
-    const V scale = hn::Div(hn::Set(d, hn::TFromD<D>(1)), hn::Sqrt(dot4(d, q, q)));
+    using T = hn::TFromD<D>;
+    // What is nearly unit is scaled by 1 - e/2 + 3 e^2 / 8 in place of 1 / sqrt(1 + e): no root and
+    // no division to wait for.
+    const V one = hn::Set(d, T(1)), size_sq = dot4(d, q, q), e = hn::Sub(size_sq, one);
+    const auto near = hn::Lt(hn::Abs(e), hn::Set(d, RotationTolerance<T>::nearly_unit));
+    const V bend = hn::Mul(hn::Set(d, T(0.375)), e);
+    V scale = hn::Add(one, hn::Mul(e, hn::Sub(bend, hn::Set(d, T(0.5)))));
+    if (HWY_UNLIKELY(!hn::AllTrue(d, near))) {
+        scale = hn::IfThenElse(near, scale, hn::Div(one, hn::Sqrt(size_sq)));
+    }
     for (V& c : q) c = hn::Mul(c, scale);
 }
 
@@ -142,35 +153,52 @@ template <class D, class V> HWY_INLINE void turn(D d, const V (&q)[4], const V (
     normalise(d, out);
 }
 
+template <class D, std::size_t some> struct Masks {
+    hn::Mask<D> of[some];
+
+    HWY_INLINE hn::Mask<D> any() const
+    {
+        auto any = of[0];
+        for (std::size_t g = 1; g < some; ++g) any = hn::Or(any, of[g]);
+        return any;
+    }
+};
+
 // Newton steps on the lanes of `active` until they settle. Returns the lanes that did not: they met
 // an indefinite H or a long step, or still take sizeable ones after `limit`.
-template <class D, class V, class M>
-HWY_INLINE M settle(D d, const V (&a)[9], V (&q)[4], M active, int limit)
+template <class D, class V, std::size_t some>
+HWY_INLINE Masks<D, some> settle(D d, const V (&a)[some][9], V (&q)[some][4], Masks<D, some> active,
+                                 int limit)
 {
     using T = hn::TFromD<D>;
     const V last_sq = hn::Set(d, RotationTolerance<T>::last_step * RotationTolerance<T>::last_step);
-    M lost = hn::MaskFromVec(hn::Zero(d));
+    Masks<D, some> lost;
+    for (auto& m : lost.of) m = hn::MaskFromVec(hn::Zero(d));
     for (int i = 1; i <= limit; ++i) {
-        V t[3], next[4];
-        const M definite = newton_step(d, a, q, t);
-        const V t_sq =
-            hn::Add(hn::Add(hn::Mul(t[0], t[0]), hn::Mul(t[1], t[1])), hn::Mul(t[2], t[2]));
         // An undetermined turn may jitter by rounding / damping for ever, and that is fine.
         const V longest_sq = hn::Set(d, i < limit ? T(1) : T(1e-3));
-        const M good = hn::And(definite, hn::Lt(t_sq, longest_sq));
-        lost = hn::Or(lost, hn::AndNot(good, active));
-        active = hn::And(active, good);
-        turn(d, q, t, next);
-        for (int k = 0; k < 4; ++k) q[k] = hn::IfThenElse(active, next[k], q[k]);
-        active = hn::AndNot(hn::Lt(t_sq, last_sq), active);
-        if (hn::AllFalse(d, active)) break;
+        V t[some][3];
+        Masks<D, some> definite;
+        for (std::size_t g = 0; g < some; ++g) definite.of[g] = newton_step(d, a[g], q[g], t[g]);
+        for (std::size_t g = 0; g < some; ++g) {
+            const V t_sq = hn::Add(hn::Add(hn::Mul(t[g][0], t[g][0]), hn::Mul(t[g][1], t[g][1])),
+                                   hn::Mul(t[g][2], t[g][2]));
+            const auto good = hn::And(definite.of[g], hn::Lt(t_sq, longest_sq));
+            lost.of[g] = hn::Or(lost.of[g], hn::AndNot(good, active.of[g]));
+            active.of[g] = hn::And(active.of[g], good);
+            V next[4];
+            turn(d, q[g], t[g], next);
+            for (int k = 0; k < 4; ++k) q[g][k] = hn::IfThenElse(active.of[g], next[k], q[g][k]);
+            active.of[g] = hn::AndNot(hn::Lt(t_sq, last_sq), active.of[g]);
+        }
+        if (hn::AllFalse(d, active.any())) break;
     }
     return lost;
 }
 
 // The part of q in the top eigenspace of K, normalised; where there is next to none, that
 // eigenspace's largest column.
-template <class D, class V> HWY_NOINLINE void project_on_top(D d, const V (&a)[9], V (&q)[4])
+template <class D, class V> HWY_INLINE void project_on_top(D d, const V (&a)[9], V (&q)[4])
 {
     using T = hn::TFromD<D>;
     // K + c I with c >= every |eigenvalue|: entries are at most 1, so |A|_F <= 3 and
@@ -250,25 +278,38 @@ template <class D, class V> HWY_INLINE void make_safe(D d, V (&a)[9], V (&q)[4])
     normalise(d, q);
 }
 
+// Of the lanes that are lost, q from the top eigenspace of K next to where they started.
+template <class D, class V, std::size_t some>
+HWY_NOINLINE void start_from_top(D d, const V (&a)[some][9], V (&start)[some][4],
+                                 const Masks<D, some>& lost, V (&q)[some][4])
+{
+    for (std::size_t g = 0; g < some; ++g) project_on_top(d, a[g], start[g]);
+    settle(d, a, start, lost, 3);
+    for (std::size_t g = 0; g < some; ++g) {
+        for (int k = 0; k < 4; ++k) q[g][k] = hn::IfThenElse(lost.of[g], start[g][k], q[g][k]);
+    }
+}
+
 }  // namespace rotation_detail
 
-// Turns q, the rotation found last time (or zeros: none), into that of `a` (row by row). Any input
-// gives a unit quaternion: a zero matrix or one that is not finite leaves q as it was.
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE void extract_rotation(D d, const V (&matrix)[9], V (&q)[4])
+// Turns q, the rotation found last time (or zeros: none), into that of `matrix` (row by row). Any
+// input gives a unit quaternion: a zero matrix or one that is not finite leaves q as it was. Each
+// is a long chain of operations that wait for the one before: two side by side take little longer
+// than one.
+template <class D, class V = hn::Vec<D>, std::size_t some>
+HWY_INLINE void extract_rotations(D d, const V (&matrix)[some][9], V (&q)[some][4])
 {
     namespace detail = rotation_detail;
-    V a[9];
-    for (int k = 0; k < 9; ++k) a[k] = matrix[k];
-    detail::make_safe(d, a, q);
-    V start[4] = {q[0], q[1], q[2], q[3]};
-    const auto all = hn::Eq(a[0], a[0]);
-    const auto lost = detail::settle(d, a, q, all, 6);
-    if (HWY_UNLIKELY(!hn::AllFalse(d, lost))) {
-        detail::project_on_top(d, a, start);
-        detail::settle(d, a, start, lost, 3);
-        for (int k = 0; k < 4; ++k) q[k] = hn::IfThenElse(lost, start[k], q[k]);
+    V a[some][9], start[some][4];
+    detail::Masks<D, some> all;
+    for (std::size_t g = 0; g < some; ++g) {
+        for (int k = 0; k < 9; ++k) a[g][k] = matrix[g][k];
+        detail::make_safe(d, a[g], q[g]);
+        for (int k = 0; k < 4; ++k) start[g][k] = q[g][k];
+        all.of[g] = hn::Eq(a[g][0], a[g][0]);
     }
+    const auto lost = detail::settle(d, a, q, all, 6);
+    if (HWY_UNLIKELY(!hn::AllFalse(d, lost.any()))) detail::start_from_top(d, a, start, lost, q);
 }
 
 // The same in 2D, in closed form: (cos, sin) of the rotation nearest to [a0 a1; a2 a3]. Where all

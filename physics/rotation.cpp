@@ -11,44 +11,56 @@ HWY_BEFORE_NAMESPACE();
 namespace physics {
 namespace HWY_NAMESPACE {
 
-// Calls group(pointer to matrices, their stride, pointer to rotations, their stride) for each
-// vectorful; the last, incomplete one is worked on in a copy padded with zeros.
-template <class T, int inputs, int outputs, class Group>
+// Calls group(pointer to matrices, their stride, pointer to rotations, their stride) for each few
+// vectorfuls; the last, incomplete ones are worked on in a copy padded with zeros.
+template <class T, int inputs, int outputs, std::size_t vectors, class Group>
 void for_each_group(std::size_t n, const T* a, std::size_t a_stride, T* q, std::size_t q_stride,
                     const Group& group)
 {
     const hn::ScalableTag<T> d;
-    const std::size_t lanes = hn::Lanes(d);
+    const std::size_t length = vectors * hn::Lanes(d);
     std::size_t i = 0;
-    for (; i + lanes <= n; i += lanes) group(a + i, a_stride, q + i, q_stride);
+    for (; i + length <= n; i += length) group(a + i, a_stride, q + i, q_stride);
     if (i == n) return;
-    HWY_ALIGN T a_rest[inputs * hn::MaxLanes(d)] = {};
-    HWY_ALIGN T q_rest[outputs * hn::MaxLanes(d)] = {};
+    HWY_ALIGN T a_rest[inputs * vectors * hn::MaxLanes(d)] = {};
+    HWY_ALIGN T q_rest[outputs * vectors * hn::MaxLanes(d)] = {};
     const std::size_t rest = n - i;
     for (std::size_t k = 0; k < inputs; ++k) {
-        for (std::size_t j = 0; j < rest; ++j) a_rest[k * lanes + j] = a[k * a_stride + i + j];
+        for (std::size_t j = 0; j < rest; ++j) a_rest[k * length + j] = a[k * a_stride + i + j];
     }
     for (std::size_t k = 0; k < outputs; ++k) {
-        for (std::size_t j = 0; j < rest; ++j) q_rest[k * lanes + j] = q[k * q_stride + i + j];
+        for (std::size_t j = 0; j < rest; ++j) q_rest[k * length + j] = q[k * q_stride + i + j];
     }
-    group(a_rest, lanes, q_rest, lanes);
+    group(a_rest, length, q_rest, length);
     for (std::size_t k = 0; k < outputs; ++k) {
-        for (std::size_t j = 0; j < rest; ++j) q[k * q_stride + i + j] = q_rest[k * lanes + j];
+        for (std::size_t j = 0; j < rest; ++j) q[k * q_stride + i + j] = q_rest[k * length + j];
     }
 }
 
 template <class T>
 void extract(std::size_t n, const T* a, std::size_t a_stride, T* q, std::size_t q_stride)
 {
+    constexpr std::size_t at_once = 2;
     const hn::ScalableTag<T> d;
-    for_each_group<T, 9, 4>(
+    for_each_group<T, 9, 4, at_once>(
         n, a, a_stride, q, q_stride,
         [d](const T* from, std::size_t from_stride, T* to, std::size_t to_stride) HWY_ATTR {
-            hn::Vec<decltype(d)> matrix[9], rotation[4];
-            for (std::size_t k = 0; k < 9; ++k) matrix[k] = hn::LoadU(d, from + k * from_stride);
-            for (std::size_t k = 0; k < 4; ++k) rotation[k] = hn::LoadU(d, to + k * to_stride);
-            extract_rotation(d, matrix, rotation);
-            for (std::size_t k = 0; k < 4; ++k) hn::StoreU(rotation[k], d, to + k * to_stride);
+            const std::size_t lanes = hn::Lanes(d);
+            hn::Vec<decltype(d)> matrix[at_once][9], rotation[at_once][4];
+            for (std::size_t g = 0; g < at_once; ++g) {
+                for (std::size_t k = 0; k < 9; ++k) {
+                    matrix[g][k] = hn::LoadU(d, from + k * from_stride + g * lanes);
+                }
+                for (std::size_t k = 0; k < 4; ++k) {
+                    rotation[g][k] = hn::LoadU(d, to + k * to_stride + g * lanes);
+                }
+            }
+            extract_rotations(d, matrix, rotation);
+            for (std::size_t g = 0; g < at_once; ++g) {
+                for (std::size_t k = 0; k < 4; ++k) {
+                    hn::StoreU(rotation[g][k], d, to + k * to_stride + g * lanes);
+                }
+            }
         });
 }
 
@@ -56,7 +68,7 @@ template <class T>
 void extract_2d(std::size_t n, const T* a, std::size_t a_stride, T* cs, std::size_t cs_stride)
 {
     const hn::ScalableTag<T> d;
-    for_each_group<T, 4, 2>(
+    for_each_group<T, 4, 2, 1>(
         n, a, a_stride, cs, cs_stride,
         [d](const T* from, std::size_t from_stride, T* to, std::size_t to_stride) HWY_ATTR {
             hn::Vec<decltype(d)> matrix[4];
