@@ -44,7 +44,7 @@ namespace detail {
 template <class Emit> void clip_along(Polygon& rest, int axis, Vec3i& cell, const Emit& emit)
 {
     if (axis < 0) {
-        emit(cell, rest.area());
+        emit(cell, rest);
         return;
     }
     double lo = rest.p[0][axis], hi = lo;
@@ -66,8 +66,16 @@ template <class Emit> void clip_along(Polygon& rest, int axis, Vec3i& cell, cons
 
 }  // namespace detail
 
-// Calls emit(cell, area) for the pieces of triangle abc in each cell that it passes, in lattice
-// coordinates; some may have no area. They sum to the triangle's.
+// Calls emit(cell, piece) for the pieces of a polygon in each cell that it passes, in lattice
+// coordinates; some may have no area. They sum to the polygon's.
+template <class Emit> void clip_polygon_to_cells(Polygon polygon, const Emit& emit)
+{
+    if (polygon.n < 3) return;
+    Vec3i cell;
+    detail::clip_along(polygon, 2, cell, emit);
+}
+
+// Calls emit(cell, area) for the pieces of triangle abc likewise.
 template <class Emit>
 void clip_to_cells(const Vec3& a, const Vec3& b, const Vec3& c, const Emit& emit)
 {
@@ -75,8 +83,8 @@ void clip_to_cells(const Vec3& a, const Vec3& b, const Vec3& c, const Emit& emit
     triangle.add(a);
     triangle.add(b);
     triangle.add(c);
-    Vec3i cell;
-    detail::clip_along(triangle, 2, cell, emit);
+    clip_polygon_to_cells(
+        triangle, [&](const Vec3i& cell, const Polygon& piece) { emit(cell, piece.area()); });
 }
 
 }  // namespace geometry

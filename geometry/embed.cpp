@@ -31,22 +31,6 @@ Lanes affine_at(const CubePolynomial& u, const Vec3f& p, const Vec3f& d)
     return at + dx * d.x() + dy * d.y() + dz * d.z();
 }
 
-CubePolynomial polynomial(const std::array<Vec3, 8>& u)
-{
-    const auto lanes = [](const Vec3& v) {
-        return Lanes(static_cast<float>(v.x()), static_cast<float>(v.y()),
-                     static_cast<float>(v.z()), 0);
-    };
-    return {lanes(u[0]),
-            lanes(u[1] - u[0]),
-            lanes(u[2] - u[0]),
-            lanes(u[4] - u[0]),
-            lanes(u[3] - u[1] - u[2] + u[0]),
-            lanes(u[6] - u[2] - u[4] + u[0]),
-            lanes(u[5] - u[1] - u[4] + u[0]),
-            lanes(u[7] - u[6] - u[5] - u[3] + u[1] + u[2] + u[4] - u[0])};
-}
-
 // A mesh's pieces, joined by triangles: the first vertex of each vertex's piece.
 std::vector<std::uint32_t> pieces(const TriMesh& mesh)
 {
@@ -215,12 +199,12 @@ void require(bool holds, const char* what, std::size_t expected, std::size_t got
 // The polynomials of the cubes in use. A plane's cells get a thickness: their upper corners stand
 // off along its normals.
 std::vector<CubePolynomial> polynomials(const Binding& binding, const Cubes& cubes,
-                                        std::span<const Vec3> x)
+                                        std::span<const Vec3> x, std::span<const std::uint8_t> torn)
 {
     std::vector<CubePolynomial> out(binding.used.size());
     const int axis = flat_axis(cubes);
     const std::size_t upper = axis < 0 ? 0 : std::size_t{1} << axis;
-    const std::vector<Vec3> normal = axis < 0 ? std::vector<Vec3>{} : plane_normals(cubes, x);
+    const std::vector<Vec3> normal = axis < 0 ? std::vector<Vec3>{} : plane_normals(cubes, x, torn);
     parallel_for(out.size(), 1024, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             std::array<Vec3, 8> u;
@@ -229,7 +213,7 @@ std::vector<CubePolynomial> polynomials(const Binding& binding, const Cubes& cub
                 u[a] = x[k] - cubes.corner_position(k);
                 if (a & upper) u[a] += cubes.size * (normal[k] - Vec3::Unit(axis));
             }
-            out[i] = polynomial(u);
+            out[i] = polynomial_of(u);
         }
     });
     return out;
@@ -283,14 +267,14 @@ Binding bind(const TriMesh& mesh, const Cubes& cubes)
 }
 
 TriMesh embed(const Binding& binding, const TriMesh& mesh, const Cubes& cubes,
-              std::span<const Vec3> x)
+              std::span<const Vec3> x, std::span<const std::uint8_t> torn)
 {
     require(x.size() == cubes.corner_count(), "corner positions", cubes.corner_count(), x.size());
     require(mesh.positions.size() == binding.cube.size(), "vertices", binding.cube.size(),
             mesh.positions.size());
     require(mesh.normals.size() == binding.normal_vertex.size(), "normals",
             binding.normal_vertex.size(), mesh.normals.size());
-    const std::vector<CubePolynomial> u = polynomials(binding, cubes, x);
+    const std::vector<CubePolynomial> u = polynomials(binding, cubes, x, torn);
     const auto per_metre = static_cast<float>(1 / cubes.size);
 
     TriMesh out;

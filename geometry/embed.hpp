@@ -48,9 +48,10 @@ Binding bind(const TriMesh& mesh, const Cubes& cubes);
 
 // The mesh as corners at `x` (K, m) carry it: positions and normals; all else as it was. Throws
 // std::invalid_argument when sizes do not match. In single precision from the displacements on:
-// the error is some 1e-7 of the displacement, below that of the positions themselves.
+// the error is some 1e-7 of the displacement, below that of the positions themselves. Cells of a
+// plane that are `torn` (C, or empty) do not count for its normals.
 TriMesh embed(const Binding& binding, const TriMesh& mesh, const Cubes& cubes,
-              std::span<const Vec3> x);
+              std::span<const Vec3> x, std::span<const std::uint8_t> torn = {});
 
 // Forces at vertices (V, N) to forces at corners (K, N): the transpose of displacements at corners
 // to displacements at vertices. Keeps sum and torque about any point of the rest shape.

@@ -209,5 +209,21 @@ void carry_vertices(const CarriedPlaces& places, std::span<const Vec3f> rest,
     (places, rest, rest_normals, per_metre, begin, end, to, to_normals);
 }
 
+CubePolynomial polynomial_of(const std::array<Vec3, 8>& u)
+{
+    const auto lanes = [](const Vec3& v) {
+        return Eigen::Array4f(static_cast<float>(v.x()), static_cast<float>(v.y()),
+                              static_cast<float>(v.z()), 0);
+    };
+    return {lanes(u[0]),
+            lanes(u[1] - u[0]),
+            lanes(u[2] - u[0]),
+            lanes(u[4] - u[0]),
+            lanes(u[3] - u[1] - u[2] + u[0]),
+            lanes(u[6] - u[2] - u[4] + u[0]),
+            lanes(u[5] - u[1] - u[4] + u[0]),
+            lanes(u[7] - u[6] - u[5] - u[3] + u[1] + u[2] + u[4] - u[0])};
+}
+
 }  // namespace geometry
 #endif

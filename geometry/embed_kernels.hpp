@@ -16,6 +16,9 @@ struct CubePolynomial {
     Eigen::Array4f c0, cx, cy, cz, cxy, cyz, czx, cxyz;
 };
 
+// That of a cube whose corners move by u, m.
+CubePolynomial polynomial_of(const std::array<Vec3, 8>& u);
+
 // Of V vertices: the cube of each, into `polynomials`, and its place there.
 struct CarriedPlaces {
     std::span<const CubePolynomial> polynomials;

@@ -233,12 +233,14 @@ TriMesh plane_mesh(const Cubes& plane)
     return mesh;
 }
 
-std::vector<Vec3> plane_normals(const Cubes& plane, std::span<const Vec3> x)
+std::vector<Vec3> plane_normals(const Cubes& plane, std::span<const Vec3> x,
+                                std::span<const std::uint8_t> torn)
 {
     const int axis = flat_axis(plane);
     std::vector<Vec3> normal(plane.corner_count(), Vec3::Zero());
-    for (const auto& corners : plane.corners) {
-        const auto [a, b, c, d] = ring(corners, axis);
+    for (std::size_t cell = 0; cell < plane.count(); ++cell) {
+        if (!torn.empty() && torn[cell]) continue;
+        const auto [a, b, c, d] = ring(plane.corners[cell], axis);
         const Vec3 n = (x[c] - x[a]).cross(x[d] - x[b]);  // twice the area
         for (const auto k : {a, b, c, d}) normal[k] += n;
     }

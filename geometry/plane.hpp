@@ -68,8 +68,9 @@ Cubes plane_cubes(const Cells2& cells, const PlaneGrid& grid, double thickness,
 // in their order. Texture coordinates run 0..1 over the bounds.
 TriMesh plane_mesh(const Cubes& plane);
 
-// Unit normals of a plane's corners at x (K): the mean of the cells' around each, by area; along
-// the flat axis where cells have none. K.
-std::vector<Vec3> plane_normals(const Cubes& plane, std::span<const Vec3> x);
+// Unit normals of a plane's corners at x (K): the mean of the cells' around each, by area, but for
+// those that are `torn` (C, or empty); along the flat axis where cells have none. K.
+std::vector<Vec3> plane_normals(const Cubes& plane, std::span<const Vec3> x,
+                                std::span<const std::uint8_t> torn = {});
 
 }  // namespace geometry

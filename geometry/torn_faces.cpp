@@ -22,11 +22,6 @@ bool is_torn(const std::array<std::uint32_t, 8>& corners, std::span<const std::u
     return false;
 }
 
-bool in_front(const Vec3i& a, const Vec3i& b)
-{
-    return a[2] != b[2] ? a[2] < b[2] : a[1] != b[1] ? a[1] < b[1] : a[0] < b[0];
-}
-
 // What of a polygon lies in the box: a face may be very much larger than what is torn.
 Polygon clipped(Polygon polygon, const Vec3& low, const Vec3& high)
 {
@@ -40,47 +35,60 @@ Polygon clipped(Polygon polygon, const Vec3& low, const Vec3& high)
 
 }  // namespace
 
-std::vector<std::uint8_t> torn_faces(const TriMesh& rest, const Cubes& cubes,
-                                     std::span<const std::uint32_t> broken)
+bool in_front(const Vec3i& a, const Vec3i& b)
 {
-    std::vector<std::uint8_t> gone(rest.triangles().size(), 0);
-    std::vector<Vec3i> torn;  // cells, by (z, y, x) as cubes are
-    for (std::size_t c = 0; c < cubes.count(); ++c) {
-        if (is_torn(cubes.corners[c], broken)) torn.push_back(cubes.cell[c]);
+    return a[2] != b[2] ? a[2] < b[2] : a[1] != b[1] ? a[1] < b[1] : a[0] < b[0];
+}
+
+Polygon lattice_face(const TriMesh& rest, const Cubes& cubes, std::size_t face, int flat)
+{
+    Polygon out;
+    for (const auto v : rest.triangles()[face]) {
+        Vec3 p = (rest.positions[v].cast<double>() - cubes.origin) / cubes.size;
+        if (flat >= 0) p[flat] = cubes.cell[0][flat] + 0.5;
+        out.add(p);
     }
-    if (torn.empty()) return gone;
-    Vec3 low = torn[0].cast<double>(), high = low;
-    for (const Vec3i& cell : torn) {
+    return out;
+}
+
+std::vector<std::uint8_t> faces_through(const TriMesh& rest, const Cubes& cubes,
+                                        std::span<const Vec3i> cells)
+{
+    std::vector<std::uint8_t> through(rest.triangles().size(), 0);
+    if (cells.empty()) return through;
+    Vec3 low = cells[0].cast<double>(), high = low;
+    for (const Vec3i& cell : cells) {
         low = low.cwiseMin(cell.cast<double>());
         high = high.cwiseMax(cell.cast<double>() + Vec3::Ones());
     }
-    // What a plane carries may lie above it or below.
     const int flat = flat_axis(cubes);
-    parallel_for(gone.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    parallel_for(through.size(), 1024, [&](std::size_t begin, std::size_t end) {
         for (std::size_t f = begin; f < end; ++f) {
-            Polygon face;
-            bool finite = true;
-            for (const auto v : rest.triangles()[f]) {
-                Vec3 p =
-                    (rest.positions[std::size_t(v)].cast<double>() - cubes.origin) / cubes.size;
-                if (flat >= 0) p[flat] = low[flat] + 0.5;
-                finite &= p.allFinite();
-                face.add(p);
+            const Polygon face = lattice_face(rest, cubes, f, flat);
+            if (!std::all_of(face.p.begin(), face.p.begin() + 3,
+                             [](const Vec3& p) { return p.allFinite(); })) {
+                continue;
             }
-            if (!finite) continue;
-            const Polygon near = clipped(face, low, high);
-            for (std::size_t k = 2; k < near.n; ++k) {
-                clip_to_cells(near.p[0], near.p[k - 1], near.p[k],
-                              [&](const Vec3i& cell, double area) {
-                                  if (area > 0 && std::binary_search(torn.begin(), torn.end(), cell,
-                                                                     in_front)) {
-                                      gone[f] = 1;
-                                  }
-                              });
-            }
+            const auto note = [&](const Vec3i& cell, const Polygon& piece) {
+                if (piece.area() > 0 &&
+                    std::binary_search(cells.begin(), cells.end(), cell, in_front)) {
+                    through[f] = 1;
+                }
+            };
+            clip_polygon_to_cells(clipped(face, low, high), note);
         }
     });
-    return gone;
+    return through;
+}
+
+std::vector<std::uint8_t> torn_faces(const TriMesh& rest, const Cubes& cubes,
+                                     std::span<const std::uint32_t> broken)
+{
+    std::vector<Vec3i> torn;
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        if (is_torn(cubes.corners[c], broken)) torn.push_back(cubes.cell[c]);
+    }
+    return faces_through(rest, cubes, torn);
 }
 
 TriMesh without_faces(TriMesh mesh, const std::vector<std::uint8_t>& gone)

@@ -1,0 +1,502 @@
+#include "geometry/cut_torn.hpp"
+
+#include "geometry/clip_to_cells.hpp"
+#include "geometry/embed.hpp"
+#include "geometry/embed_kernels.hpp"
+#include "geometry/plane.hpp"
+#include "geometry/torn_faces.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace geometry {
+namespace {
+
+constexpr std::uint32_t whole = ~std::uint32_t{0};  // in no parted cube
+
+bool is_broken(std::span<const std::uint32_t> broken, std::uint32_t corner, std::size_t axis)
+{
+    return std::binary_search(broken.begin(), broken.end(), 3 * corner + std::uint32_t(axis));
+}
+
+// How the lattice lies around a corner, by the links that it has left.
+class CornerFrames {
+public:
+    CornerFrames(const Cubes& cubes, std::span<const Vec3> x, std::span<const std::uint32_t> broken)
+        : x_(x), size_(cubes.size), after_(3 * x.size(), whole), before_(3 * x.size(), whole)
+    {
+        for (const auto& corners : cubes.corners) {
+            for (std::size_t a = 0; a < 8; ++a) {
+                for (std::size_t d = 0; d < 3; ++d) {
+                    const std::uint32_t i = corners[a], j = corners[a | std::size_t{1} << d];
+                    if (i == j) continue;  // the upper end, or across a plane
+                    after_[3 * i + d] = j;
+                    before_[3 * j + d] = i;
+                }
+            }
+        }
+        for (const std::uint32_t link : broken) {
+            const std::uint32_t j = link < after_.size() ? after_[link] : whole;
+            if (j == whole) continue;
+            after_[link] = before_[3 * j + link % 3] = whole;
+        }
+    }
+
+    // A step along each axis of the lattice, column by column, m. What no link says goes with what
+    // the others do: across them, or turned as one of them is.
+    Mat3 at(std::uint32_t corner) const
+    {
+        Mat3 frame = size_ * Mat3::Identity();
+        std::array<bool, 3> known{};
+        int count = 0;
+        for (int d = 0; d < 3; ++d) {
+            const auto side = std::size_t(3 * corner) + std::size_t(d);
+            const std::uint32_t after = after_[side], before = before_[side];
+            if (after == whole && before == whole) continue;
+            const Vec3& end = x_[after == whole ? corner : after];
+            const Vec3& start = x_[before == whole ? corner : before];
+            const Vec3 step = (end - start) / (after == whole || before == whole ? 1 : 2);
+            if (!(step.norm() > 1e-6 * size_)) continue;
+            frame.col(d) = step;
+            known[std::size_t(d)] = true;
+            ++count;
+        }
+        if (count == 3 || count == 0) return frame;
+        const auto first = int(std::find(known.begin(), known.end(), true) - known.begin());
+        if (count == 2) {
+            const auto d = int(std::find(known.begin(), known.end(), false) - known.begin());
+            const Vec3 across = frame.col((d + 1) % 3).cross(frame.col((d + 2) % 3));
+            if (across.norm() > 1e-6 * size_ * size_) {
+                frame.col(d) = size_ * across.normalized();
+                return frame;
+            }
+        }
+        const Mat3 turn = Eigen::Quaterniond::FromTwoVectors(Vec3::Unit(first), frame.col(first))
+                              .toRotationMatrix();
+        for (int d = 0; d < 3; ++d) {
+            if (!known[std::size_t(d)]) frame.col(d) = size_ * turn.col(d);
+        }
+        return frame;
+    }
+
+private:
+    std::span<const Vec3> x_;
+    double size_;
+    std::vector<std::uint32_t> after_, before_;  // 3 K, the corner linked there
+};
+
+// Normals of a plane's corners by the cells that are whole, and by their links where none is. Empty
+// for cubes with thickness.
+std::vector<Vec3> torn_plane_normals(const Cubes& cubes, std::span<const Vec3> x,
+                                     const CornerFrames& frames, int flat,
+                                     std::span<const std::uint8_t> torn)
+{
+    if (flat < 0) return {};
+    std::vector<Vec3> normals = plane_normals(cubes, x, torn);
+    std::vector<std::uint8_t> has_whole(cubes.corner_count(), 0);
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        for (const auto k : cubes.corners[c]) has_whole[k] |= torn[c] == 0;
+    }
+    for (std::uint32_t k = 0; k < normals.size(); ++k) {
+        if (!has_whole[k]) normals[k] = frames.at(k).col(flat).normalized();
+    }
+    return normals;
+}
+
+// How a part of a cube moves, from its corners and virtual ones. `normals` are those of a plane's
+// corners.
+CubePolynomial polynomial_of_part(const Cubes& cubes, std::span<const Vec3> x,
+                                  const CornerFrames& frames, int flat,
+                                  std::span<const Vec3> normals, const PartedCube& parted,
+                                  std::size_t part)
+{
+    const auto& corners = cubes.corners[parted.cube];
+    std::array<Vec3, 8> u;
+    for (unsigned b = 0; b < 8; ++b) {
+        int least = 4;
+        for (unsigned a = 0; a < 8; ++a) {
+            if (parted.part[a] == part) least = std::min(least, std::popcount(a ^ b));
+        }
+        Vec3 place = Vec3::Zero(), normal = Vec3::Zero();
+        int count = 0;
+        for (unsigned a = 0; a < 8; ++a) {
+            if (parted.part[a] != part || std::popcount(a ^ b) != least) continue;
+            Vec3 step = Vec3::Zero();
+            for (unsigned d = 0; d < 3; ++d) {
+                step[d] = double(b >> d & 1u) - double(a >> d & 1u);
+            }
+            place += x[corners[a]];
+            if (!step.isZero(0)) place += frames.at(corners[a]) * step;
+            if (flat >= 0) normal += normals[corners[a]];
+            ++count;
+        }
+        Vec3 rest = cubes.cell[parted.cube].cast<double>();
+        for (unsigned d = 0; d < 3; ++d) rest[d] += double(b >> d & 1u);
+        if (flat >= 0) rest[flat] = cubes.corner[corners[0]][flat];
+        u[b] = place / count - (cubes.origin + cubes.size * rest);
+        if (flat >= 0 && (b >> flat & 1u)) {
+            u[b] += cubes.size * (normal.normalized() - Vec3::Unit(flat));
+        }
+    }
+    return polynomial_of(u);
+}
+
+// Cuts the faces of a mesh at rest and says which part each of their corners is of.
+class Cutter {
+public:
+    struct Corner {
+        std::uint32_t face;
+        std::uint32_t part;           // 8 * parted cube + part, or whole
+        Vec3 at;                      // lattice coordinates
+        std::array<double, 3> share;  // of the face's corners
+    };
+
+    Cutter(const TriMesh& rest, const Cubes& cubes, std::span<const PartedCube> parted)
+        : rest_(rest), cubes_(cubes), parted_(parted), flat_(flat_axis(cubes))
+    {
+        for (const PartedCube& p : parted) cells_.push_back(cubes.cell[p.cube]);
+        box_[0] = box_[1] = cells_[0].cast<double>();
+        for (const Vec3i& cell : cells_) {
+            box_[0] = box_[0].cwiseMin(cell.cast<double>());
+            box_[1] = box_[1].cwiseMax(cell.cast<double>() + Vec3::Ones());
+        }
+        cut_ = faces_through(rest, cubes, cells_);
+        for (std::uint32_t f = 0; f < cut_.size(); ++f) {
+            if (cut_[f]) cut_face(f);
+        }
+    }
+
+    const std::vector<std::uint8_t>& cut() const { return cut_; }  // F
+    const std::vector<Corner>& corners() const { return corners_; }
+    const std::vector<Triangle>& faces() const { return faces_; }  // new ones, into corners()
+
+private:
+    void cut_face(std::uint32_t f)
+    {
+        face_ = lattice_face(rest_, cubes_, f, flat_);
+        // What lies outside of all parted cubes' box stays in large pieces.
+        Polygon inside = face_, below, above;
+        for (int d = 0; d < 3; ++d) {
+            geometry::cut(inside, d, box_[0][d], below, above);
+            add(f, below, whole);
+            geometry::cut(above, d, box_[1][d], inside, below);
+            add(f, below, whole);
+        }
+        clip_polygon_to_cells(inside, [&](const Vec3i& cell, const Polygon& piece) {
+            const auto at = std::lower_bound(cells_.begin(), cells_.end(), cell, in_front);
+            if (at == cells_.end() || *at != cell) {
+                add(f, piece, whole);
+            } else {
+                add_parts(f, piece, std::uint32_t(at - cells_.begin()), 0, 0);
+            }
+        });
+    }
+
+    // By the planes between parts, an axis at a time: `octant` says which side along those before.
+    void add_parts(std::uint32_t f, const Polygon& piece, std::uint32_t parted, unsigned axis,
+                   unsigned octant)
+    {
+        const PartedCube& cube = parted_[parted];
+        bool one = true, alike = true;  // of all octants left, of those beside each other
+        for (unsigned o = octant; o < 8; o += 1u << axis) {
+            one &= cube.part[o] == cube.part[octant];
+            if (axis < 3) alike &= cube.part[o] == cube.part[o ^ 1u << axis];
+        }
+        if (one) return add(f, piece, 8 * parted + cube.part[octant]);
+        if (alike) return add_parts(f, piece, parted, axis + 1, octant);
+        Polygon below, above;
+        geometry::cut(piece, int(axis), cells_[parted][Eigen::Index(axis)] + 0.5, below, above);
+        if (below.n > 2) add_parts(f, below, parted, axis + 1, octant);
+        if (above.n > 2) add_parts(f, above, parted, axis + 1, octant | 1u << axis);
+    }
+
+    void add(std::uint32_t f, const Polygon& piece, std::uint32_t part)
+    {
+        if (piece.n < 3 || !(piece.area() > 0)) return;
+        const auto first = std::uint32_t(corners_.size());
+        for (std::size_t k = 0; k < piece.n; ++k) {
+            corners_.push_back({f, part, piece.p[k], shares(piece.p[k])});
+        }
+        for (std::uint32_t k = 2; k < piece.n; ++k)
+            faces_.push_back({first, first + k - 1, first + k});
+    }
+
+    std::array<double, 3> shares(const Vec3& p) const
+    {
+        const Vec3 a = face_.p[1] - face_.p[0], b = face_.p[2] - face_.p[0], to = p - face_.p[0];
+        const Vec3 n = a.cross(b);
+        const double sq = n.squaredNorm();
+        const double one = to.cross(b).dot(n) / sq, two = a.cross(to).dot(n) / sq;
+        return {1 - one - two, one, two};
+    }
+
+    const TriMesh& rest_;
+    const Cubes& cubes_;
+    std::span<const PartedCube> parted_;
+    int flat_;
+    std::vector<Vec3i> cells_;  // of parted cubes
+    Vec3 box_[2];
+    Polygon face_;
+    std::vector<std::uint8_t> cut_;
+    std::vector<Corner> corners_;
+    std::vector<Triangle> faces_;
+};
+
+// The mean of some of `values` by the shares of a face's corners.
+template <class Value>
+Value mixed(const std::vector<Value>& values, const Triangle& at,
+            const std::array<double, 3>& share)
+{
+    Value sum = float(share[0]) * values[at[0]];
+    for (std::size_t k = 1; k < 3; ++k) sum += float(share[k]) * values[at[k]];
+    return sum;
+}
+
+// Carries points and normals along with parts of cubes.
+class PartMotion {
+public:
+    PartMotion(const Cubes& cubes, std::span<const Vec3> x, std::span<const std::uint32_t> broken,
+               std::span<const PartedCube> parted, std::span<const std::uint8_t> torn)
+        : cubes_(cubes), parted_(parted)
+    {
+        const CornerFrames frames(cubes, x, broken);
+        const int flat = flat_axis(cubes);
+        const std::vector<Vec3> normals = torn_plane_normals(cubes, x, frames, flat, torn);
+        for (const PartedCube& p : parted) {
+            first_.push_back(std::uint32_t(polynomials_.size()));
+            for (std::size_t k = 0; k < p.parts; ++k) {
+                polynomials_.push_back(polynomial_of_part(cubes, x, frames, flat, normals, p, k));
+            }
+        }
+    }
+
+    // The part that a vertex is in, as Cutter::Corner says.
+    std::uint32_t part_of(const Binding& binding, std::size_t v) const
+    {
+        const std::uint32_t cube = binding.used[binding.cube[v]];
+        const auto found =
+            std::lower_bound(parted_.begin(), parted_.end(), cube,
+                             [](const PartedCube& p, std::uint32_t c) { return p.cube < c; });
+        if (found == parted_.end() || found->cube != cube) return whole;
+        unsigned octant = 0;
+        for (int d = 0; d < 3; ++d) octant |= unsigned(binding.local[v][d] >= 0.5f) << d;
+        return std::uint32_t(8 * (found - parted_.begin())) + found->part[octant];
+    }
+
+    // `rest` goes with `part`; `to` is where it comes to be.
+    void add_place(std::uint32_t part, const Vec3f& rest, std::uint32_t to)
+    {
+        const PartedCube& p = parted_[part / 8];
+        const Vec3 at = (rest.cast<double>() - cubes_.origin) / cubes_.size;
+        cube_.push_back(first_[part / 8] + part % 8);
+        local_.push_back((at - cubes_.cell[p.cube].cast<double>()).cast<float>());
+        places_.push_back(rest);
+        places_to_.push_back(to);
+    }
+    // A normal of the place that was added last.
+    void add_normal(const Vec3f& rest, std::uint32_t to)
+    {
+        normal_of_.push_back(std::uint32_t(places_.size() - 1));
+        normals_.push_back(rest);
+        normals_to_.push_back(to);
+    }
+
+    void carry(std::vector<Vec3f>& positions, std::vector<Vec3f>& normals)
+    {
+        const CarriedPlaces parts{polynomials_, cube_, local_};
+        std::vector<Vec3f> moved(places_.size()), turned(normals_.size());
+        carry_positions(parts, places_, 0, places_.size(), moved);
+        turn_normals(parts, normal_of_, float(1 / cubes_.size), normals_, 0, normals_.size(),
+                     turned);
+        for (std::size_t i = 0; i < moved.size(); ++i) positions[places_to_[i]] = moved[i];
+        for (std::size_t i = 0; i < turned.size(); ++i) normals[normals_to_[i]] = turned[i];
+    }
+
+private:
+    const Cubes& cubes_;
+    std::span<const PartedCube> parted_;
+    std::vector<CubePolynomial> polynomials_;
+    std::vector<std::uint32_t> first_;  // of each parted cube
+    std::vector<std::uint32_t> cube_, places_to_, normal_of_, normals_to_;
+    std::vector<Vec3f> local_, places_, normals_;
+};
+
+// Where the corners of new faces come to be: their places, and a normal each where there are any.
+TriMesh carried_corners(const TriMesh& rest, const std::vector<Triangle>& normals_of,
+                        const Cubes& cubes, std::span<const Vec3> x,
+                        std::span<const std::uint8_t> torn, PartMotion motion, const Cutter& cutter)
+{
+    TriMesh points;
+    for (const Cutter::Corner& c : cutter.corners()) {
+        points.positions.push_back(mixed(rest.positions, rest.triangles()[c.face], c.share));
+        if (normals_of.empty()) continue;
+        points.normals.push_back(mixed(rest.normals, normals_of[c.face], c.share).normalized());
+    }
+    const Binding binding = bind(points, cubes);
+    TriMesh out = embed(binding, points, cubes, x, torn);
+    for (std::uint32_t i = 0; i < cutter.corners().size(); ++i) {
+        std::uint32_t part = cutter.corners()[i].part;
+        if (part == whole) part = motion.part_of(binding, i);  // on its border
+        if (part == whole) continue;
+        motion.add_place(part, points.positions[i], i);
+        if (!normals_of.empty()) motion.add_normal(points.normals[i], i);
+    }
+    motion.carry(out.positions, out.normals);
+    return out;
+}
+
+// Vertices in parted cubes go with the part that they are in. Those that uncut faces share lie on
+// the border of their cube, where it makes a difference to their normals only.
+void carry_old_vertices(const TriMesh& rest, const std::vector<Triangle>& normals_of,
+                        const Binding& binding, PartMotion motion, TriMesh& carried)
+{
+    std::vector<std::uint32_t> part(rest.positions.size(), whole);
+    for (std::size_t v = 0; v < part.size(); ++v) part[v] = motion.part_of(binding, v);
+    std::map<std::uint32_t, std::vector<std::uint32_t>> normals_at;
+    for (std::size_t f = 0; f < normals_of.size(); ++f) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t v = rest.triangles()[f][k];
+            if (part[v] != whole) normals_at[v].push_back(normals_of[f][k]);
+        }
+    }
+    for (std::uint32_t v = 0; v < part.size(); ++v) {
+        if (part[v] == whole) continue;
+        motion.add_place(part[v], rest.positions[v], v);
+        for (const std::uint32_t n : normals_at[v]) motion.add_normal(rest.normals[n], n);
+    }
+    motion.carry(carried.positions, carried.normals);
+}
+
+}  // namespace
+
+std::vector<PartedCube> find_parted(const Cubes& cubes, std::span<const std::uint32_t> broken)
+{
+    std::vector<PartedCube> out;
+    std::vector<std::uint8_t> has_lost(cubes.corner_count(), 0);
+    for (const std::uint32_t link : broken) {
+        if (link / 3 < has_lost.size()) has_lost[link / 3] = 1;
+    }
+    for (std::uint32_t c = 0; c < cubes.count() && !broken.empty(); ++c) {
+        if (c > 0 && cubes.cell[c] == cubes.cell[c - 1]) continue;
+        const auto& corners = cubes.corners[c];
+        if (std::none_of(corners.begin(), corners.end(),
+                         [&](auto k) { return has_lost[k] != 0; })) {
+            continue;
+        }
+        PartedCube cube{c, {0, 1, 2, 3, 4, 5, 6, 7}, 0};
+        const auto join = [&](std::size_t a, std::size_t b) {
+            const std::uint8_t low = std::min(cube.part[a], cube.part[b]);
+            const std::uint8_t high = std::max(cube.part[a], cube.part[b]);
+            std::replace(cube.part.begin(), cube.part.end(), high, low);
+        };
+        for (std::size_t a = 0; a < 8; ++a) {
+            for (std::size_t d = 0; d < 3; ++d) {
+                const std::size_t b = a | std::size_t{1} << d;
+                if (a != b && (corners[a] == corners[b] || !is_broken(broken, corners[a], d))) {
+                    join(a, b);
+                }
+            }
+        }
+        std::array<std::uint8_t, 8> number;
+        for (std::size_t a = 0; a < 8; ++a) {
+            if (cube.part[a] == a) number[a] = cube.parts++;
+            cube.part[a] = number[cube.part[a]];
+        }
+        if (cube.parts > 1) out.push_back(cube);
+    }
+    return out;
+}
+
+std::vector<std::uint8_t> marked(const Cubes& cubes, std::span<const PartedCube> parted)
+{
+    std::vector<std::uint8_t> out(cubes.count(), 0);
+    for (const PartedCube& p : parted) out[p.cube] = 1;
+    return out;
+}
+
+TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, const Cubes& cubes,
+                 std::span<const Vec3> x, std::span<const std::uint32_t> broken,
+                 std::span<const PartedCube> parted)
+{
+    if (parted.empty()) return carried;
+    const Cutter cutter(rest, cubes, parted);
+    if (cutter.faces().empty()) return carried;
+
+    MeshTopology topology = *without_faces(carried, cutter.cut()).topology;
+    const MeshTopology& before = *rest.topology;
+    const std::vector<Triangle>& triangles = before.triangles;
+    const bool own_normals = before.normal_triangles.size() == triangles.size();
+    const bool normals_listed = own_normals || rest.normals.size() == rest.positions.size();
+    static const std::vector<Triangle> nothing;
+    const auto& normals_of = rest.normals.empty() || !normals_listed ? nothing
+                             : own_normals                           ? before.normal_triangles
+                                                                     : triangles;
+    if (!normals_of.empty() && !own_normals) topology.normal_triangles = topology.triangles;
+    const bool has_uvs = before.uv_triangles.size() == triangles.size();
+    const std::vector<std::uint8_t> torn = marked(cubes, parted);
+    const PartMotion motion(cubes, x, broken, parted, torn);
+    const TriMesh points = carried_corners(rest, normals_of, cubes, x, torn, motion, cutter);
+    carry_old_vertices(rest, normals_of, binding, motion, carried);
+
+    // One vertex for all that meet at rest and still do.
+    const auto near = float(1e-4 * cubes.size);
+    std::map<std::array<std::int64_t, 3>, std::vector<std::uint32_t>> known;
+    std::vector<Triangle> corner(cutter.corners().size());  // vertex, normal and uv of each
+    for (std::size_t i = 0; i < corner.size(); ++i) {
+        const Cutter::Corner& c = cutter.corners()[i];
+        const Triangle& vertices = triangles[c.face];
+        const auto meets = [&](std::uint32_t v) {
+            return (carried.positions[v] - points.positions[i]).norm() < near;
+        };
+        const auto k =
+            std::size_t(std::max_element(c.share.begin(), c.share.end()) - c.share.begin());
+        if (c.share[k] > 1 - 1e-9 && meets(vertices[k])) {  // a corner of the face itself
+            corner[i][0] = vertices[k];
+            if (!normals_of.empty()) corner[i][1] = normals_of[c.face][k];
+            if (has_uvs) corner[i][2] = before.uv_triangles[c.face][k];
+            continue;
+        }
+        std::array<std::int64_t, 3> key;
+        for (std::size_t d = 0; d < 3; ++d) {
+            constexpr double fine = 1 << 20;
+            key[d] = std::llround(std::clamp(c.at[Eigen::Index(d)], -1e12, 1e12) * fine);
+        }
+        auto& there = known[key];
+        const auto same = std::find_if(there.begin(), there.end(), meets);
+        corner[i][0] = same != there.end() ? *same : std::uint32_t(carried.positions.size());
+        if (same == there.end()) {
+            there.push_back(corner[i][0]);
+            carried.positions.push_back(points.positions[i]);
+            if (!carried.colours.empty()) {
+                carried.colours.push_back(mixed(rest.colours, vertices, c.share));
+            }
+            for (Attribute& a : carried.attributes) {
+                a.values.push_back(mixed(a.values, vertices, c.share));
+            }
+        }
+        if (!normals_of.empty()) {
+            corner[i][1] = std::uint32_t(carried.normals.size());
+            carried.normals.push_back(points.normals[i]);
+        }
+        if (has_uvs) {
+            corner[i][2] = std::uint32_t(topology.uvs.size());
+            topology.uvs.push_back(mixed(before.uvs, before.uv_triangles[c.face], c.share));
+        }
+    }
+    for (const Triangle& face : cutter.faces()) {
+        const std::uint32_t source = cutter.corners()[face[0]].face;
+        const auto entries = [&](std::size_t what) -> Triangle {
+            return {corner[face[0]][what], corner[face[1]][what], corner[face[2]][what]};
+        };
+        topology.triangles.push_back(entries(0));
+        if (!normals_of.empty()) topology.normal_triangles.push_back(entries(1));
+        if (has_uvs) topology.uv_triangles.push_back(entries(2));
+        if (!before.material.empty()) topology.material.push_back(before.material[source]);
+        if (!before.group.empty()) topology.group.push_back(before.group[source]);
+    }
+    carried.topology = std::make_shared<MeshTopology>(std::move(topology));
+    return carried;
+}
+
+}  // namespace geometry
