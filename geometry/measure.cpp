@@ -19,7 +19,8 @@ void check_same_vertices(const TriMesh& mesh, const TriMesh& rest)
     if (mesh.positions.size() != rest.positions.size()) {
         throw std::invalid_argument(fmt::format(
             "expected the moved mesh and the rest mesh to have the same vertices, found {} and {}: "
-            "link `rest` to the mesh that was embedded",
+            "link `rest` to the mesh that was embedded; if that is torn, let Embed hide what is "
+            "torn, as cutting it adds vertices",
             mesh.positions.size(), rest.positions.size()));
     }
 }

@@ -1,6 +1,8 @@
 #include "geometry/embed.hpp"
+#include "geometry/cut_torn.hpp"
 #include "geometry/torn_faces.hpp"
 
+#include "graph/json.hpp"
 #include "graph/node_type.hpp"
 #include "nodes/wire_types.hpp"
 
@@ -15,12 +17,14 @@ struct Attributes {
     bool component = true;
 };
 
+enum class Torn { cut, hide, stretch };
+
 struct Inputs {
     graph::Wire<geometry::TriMesh> mesh;
     graph::Wire<geometry::Cubes> cubes;
     graph::Wire<physics::State> state;
     Attributes attributes;
-    bool hide_torn = true;
+    Torn torn = Torn::cut;
     std::shared_ptr<const geometry::Binding> binding;
 };
 struct Outputs {
@@ -61,7 +65,11 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 {
     warn_of_strays(in, context);
     const physics::State& state = *in.state;
-    Outputs out{geometry::embed(*in.binding, *in.mesh, *in.cubes, state.x)};
+    const auto parted = in.torn == Torn::cut ? geometry::find_parted(*in.cubes, state.broken)
+                                             : std::vector<geometry::PartedCube>{};
+    const auto torn =
+        parted.empty() ? std::vector<std::uint8_t>{} : geometry::marked(*in.cubes, parted);
+    Outputs out{geometry::embed(*in.binding, *in.mesh, *in.cubes, state.x, torn)};
     const auto add = [&](const char* name, const char* unit, std::vector<float> values) {
         std::erase_if(out.mesh.attributes, [&](const auto& a) { return a.name == name; });
         out.mesh.attributes.push_back({name, unit, std::move(values)});
@@ -83,7 +91,10 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         }
         add("component", "", std::move(component));
     }
-    if (in.hide_torn && !state.broken.empty()) {
+    if (in.torn == Torn::cut) {
+        out.mesh = geometry::cut_torn(*in.binding, *in.mesh, std::move(out.mesh), *in.cubes,
+                                      state.x, state.broken, parted);
+    } else if (in.torn == Torn::hide && !state.broken.empty()) {
         const auto gone = geometry::torn_faces(*in.mesh, *in.cubes, state.broken);
         out.mesh = geometry::without_faces(std::move(out.mesh), gone);
     }
@@ -101,11 +112,23 @@ static void describe_attributes(graph::ParamsOf<Attributes>& p)
                "ConnectedComponent.");
 }
 
+// Version 1 left faces out, or not.
+static void keep_hiding(graph::Json& node)
+{
+    graph::Json* const params = graph::put_missing(node, "params", graph::Json::Object());
+    if (!params) return;
+    const graph::Json* const hide = params->find("hide_torn");
+    const bool* const hidden = hide ? std::get_if<bool>(&hide->is) : nullptr;
+    graph::put_missing(*params, "torn", std::string(hidden && !*hidden ? "stretch" : "hide"));
+    graph::erase(*params, "hide_torn");
+}
+
 void add_to(graph::Registry& registry)
 {
-    registry.add("Embed", 1, run)
+    registry.add("Embed", 2, run)
         .summary("Carries a mesh along with deformed cubes: vertices by trilinear interpolation, "
                  "normals by the deformation's gradient.")
+        .upgrade(1, "hide_torn is torn: hide, or stretch; unless said it is cut now", keep_hiding)
         .input("mesh", &Inputs::mesh,
                "The mesh at rest, where the undeformed cubes are. It need not be the one that the "
                "cubes were made from.")
@@ -113,10 +136,11 @@ void add_to(graph::Registry& registry)
         .input("state", &Inputs::state, "Where the corners of the cubes are now.")
         .block("attributes", &Inputs::attributes, describe_attributes,
                "Which numbers to leave at each vertex, to colour by or to export.")
-        .param("hide_torn", &Inputs::hide_torn,
-               "Leaves out the faces in cubes that have lost a link (`lattice.tear` of Simulate), "
-               "which would be drawn out across the gap. Cubes as small as the mesh's own detail "
-               "lose little.")
+        .choice("torn", &Inputs::torn, {"cut", "hide", "stretch"},
+                "What becomes of faces where links have broken (`lattice.tear` of Simulate). cut: "
+                "they are cut between the corners that have parted, and stay open there; vertices "
+                "are added. hide: those in cubes that have lost a link are left out; vertices stay "
+                "the same, as point caches want them. stretch: they are drawn out across the gap.")
         .prepare("binding", &Inputs::binding, bind, {"mesh", "cubes"})
         .output("mesh", &Outputs::mesh, "The mesh as the cubes carry it.");
 }

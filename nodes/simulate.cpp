@@ -203,7 +203,7 @@ static void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
                                         "Whether the shape at rest gives way for good.")
         .param("tear", &LatticeOptions::tear,
                "The strain at which a link between neighbouring corners breaks: 1 is twice its "
-               "length. 0: never. Embed leaves out what would be drawn out across a tear.",
+               "length. 0: never. Embed cuts meshes along such a tear.",
                {.min = 0, .max = 1000})
         .block<physics::BodyContactOptions>("contact", &LatticeOptions::contact, describe_contact,
                                             "Whether bodies that are not linked collide.")

@@ -50,9 +50,11 @@ static Outputs run_cache(const Inputs& in, const graph::Context& context)
     const bool anew = geometry::write_sample(
         path, cache, static_cast<std::uint32_t>(context.frame() - range.first), in.mesh->positions);
     if (anew) {
-        context.warn("began " + path.string() + " anew at frame " +
-                     std::to_string(context.frame()) +
-                     ": it was of another number of points or other frames.");
+        context.warn(
+            "began " + path.string() + " anew at frame " + std::to_string(context.frame()) +
+            ": it was of another number of points or other frames. (A mesh that tears gets "
+            "more points from frame to frame where Embed cuts it; let Embed hide what is "
+            "torn.)");
     }
     return {{path.string()}};
 }

@@ -2,16 +2,19 @@
 // each with a number that is known beforehand.
 
 #include "geometry/measure.hpp"
+#include "geometry/primitive.hpp"
 #include "graph/document.hpp"
 #include "nodes/registry.hpp"
 #include "nodes/wire_types.hpp"
 #include "runtime/evaluator.hpp"
+#include "tests/nodes/one_node.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 namespace {
 
+using fixtures::NodeRun;
 using geometry::Cubes;
 using geometry::Samples;
 using geometry::TriMesh;
@@ -171,11 +174,11 @@ TEST(GraphOfCubes, EmbedCarriesAMeshAsItsCubesMove)
                    "params": { "method": "solid", "size": 0.3 } },
         "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" },
                  "params": { "gravity": [0, 0, 0], "initial_velocity": [1, 0, 0] } },
-        "shape": { "type": "Embed@1", "inputs": { "mesh": "ball.mesh", "cubes": "cubes.cubes",
+        "shape": { "type": "Embed@2", "inputs": { "mesh": "ball.mesh", "cubes": "cubes.cubes",
                    "state": "sim.state" } },
         "far": { "type": "Transform@1", "inputs": { "mesh": "ball.mesh" },
                  "params": { "translate": [0, 2, 0] } },
-        "stray": { "type": "Embed@1", "inputs": { "mesh": "far.mesh", "cubes": "cubes.cubes",
+        "stray": { "type": "Embed@2", "inputs": { "mesh": "far.mesh", "cubes": "cubes.cubes",
                    "state": "sim.state" } })");
     const auto rest = scene.at<TriMesh>("ball"), moved = scene.at<TriMesh>("shape", 3);
     ASSERT_EQ(moved->positions.size(), rest->positions.size());
@@ -195,6 +198,39 @@ TEST(GraphOfCubes, EmbedCarriesAMeshAsItsCubesMove)
                 2 / 24.0, 1e-6);
     ASSERT_FALSE(scene.warnings.empty());
     EXPECT_NE(scene.warnings[0].find("vertices lie in no cube"), std::string::npos);
+}
+
+TEST(GraphOfCubes, EmbedDoesWithWhatIsTornAsItIsTold)
+{
+    // A row of four cubes, torn in the third; its right end is carried off by a metre.
+    const geometry::Cubes cubes =
+        geometry::solid_cubes({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}, 0.5);
+    physics::State state;
+    state.x = geometry::corner_positions(cubes);
+    for (std::uint32_t k = 0; k < state.x.size(); ++k) {
+        if (cubes.corner[k].x() == 2) state.broken.push_back(3 * k);
+        if (cubes.corner[k].x() > 2) state.x[k].x() += 1;
+    }
+    const TriMesh mesh = geometry::box({1.9, 0.2, 0.2}, {8, 1, 1});
+    const auto embedded = [&](const char* torn) {
+        NodeRun node("Embed");
+        TriMesh moved = mesh;
+        for (auto& p : moved.positions) p += geometry::Vec3f(1, 0.25f, 0.25f);
+        node.inputs["mesh"] = {graph::Value::of(moved)};
+        node.inputs["cubes"] = {graph::Value::of(cubes)};
+        node.inputs["state"] = {graph::Value::of(state)};
+        node.param("torn").is = std::string(torn);
+        return *node.run().as<TriMesh>();
+    };
+    const double whole = geometry::surface_area(mesh);
+    const TriMesh cut = embedded("cut"), hidden = embedded("hide"), drawn = embedded("stretch");
+    EXPECT_NEAR(geometry::surface_area(cut), whole, 1e-4);
+    EXPECT_GT(cut.positions.size(), mesh.positions.size());
+    EXPECT_EQ(cut.attributes[0].values.size(), cut.positions.size());
+    EXPECT_LT(geometry::surface_area(hidden), whole - 0.25);
+    EXPECT_EQ(hidden.positions.size(), mesh.positions.size());
+    EXPECT_NEAR(geometry::surface_area(drawn), whole + 4 * 0.2, 1e-4);
+    EXPECT_EQ(drawn.topology->triangles, mesh.topology->triangles);
 }
 
 // A cantilever of 1 m by 0.1 m by 0.1 m, E = 1e7, rho = 1000, and what follows.

@@ -63,10 +63,11 @@ TEST(OldFiles, AllLoadWithNoteOfWhatChangedAndNothingElse)
         notes[entry.path().stem()] = loaded.problems.size();
     }
     EXPECT_EQ(notes.size(), 8u);
-    EXPECT_EQ(notes["bridge"], 1u);                 // a Sample
+    EXPECT_EQ(notes["bridge"], 2u);                 // a Sample and an Embed
     EXPECT_EQ(notes["two_soft_solids"], 2u);        // two layers
     EXPECT_EQ(notes["blend_constant_volume"], 2u);  // two layers
-    EXPECT_EQ(notes["flag"], 0u);                   // nothing of it changed since
+    EXPECT_EQ(notes["flag"], 1u);                   // an Embed
+    EXPECT_EQ(notes["breathing"], 1u);              // a layer; nothing else of it changed since
 }
 
 TEST(OldFiles, WhatTheyDoNotSayIsTheDefaultOfThen)
@@ -118,9 +119,28 @@ TEST(OldFiles, ALayerOfVersionOneMeetsNoChangeInAdvanceUnlessItSaysSo)
     EXPECT_EQ(derivative(R"("volume": { "derivative": 50 })"), 2);
 }
 
+TEST(OldFiles, AnEmbedOfVersionOneHidesWhatIsTornUnlessItSaysSo)
+{
+    const auto torn = [](const char* type, const char* params) {
+        const graph::Loaded loaded = load(
+            std::string(R"("cubes": { "type": "Voxelize@1", "inputs": { "mesh": "ball.mesh" } },
+                "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" } },
+                "shape": { "type": ")") +
+            type + R"(", "inputs": { "mesh": "ball.mesh", "cubes": "cubes.cubes",
+                "state": "sim.state" })" +
+            params + " }");
+        EXPECT_TRUE(loaded.ok()) << type << params;
+        return std::get<std::string>(param(loaded.graph, "shape", "torn").is);
+    };
+    EXPECT_EQ(torn("Embed@1", ""), "hide");
+    EXPECT_EQ(torn("Embed@1", R"(, "params": { "hide_torn": true })"), "hide");
+    EXPECT_EQ(torn("Embed@1", R"(, "params": { "hide_torn": false })"), "stretch");
+    EXPECT_EQ(torn("Embed@2", ""), "cut");
+}
+
 TEST(OldFiles, AnUpgradeMeetsStrangeNodesWithoutHarm)
 {
-    for (const char* type : {"Sample@1", "ImplicitLayer@1"}) {
+    for (const char* type : {"Sample@1", "ImplicitLayer@1", "Embed@1"}) {
         for (const char* params : {"3", "[]", "null", R"({ "mass": 7, "volume": 3 })",
                                    R"({ "mass": "=frame", "volume": { "derivative": "no" } })"}) {
             const graph::Loaded loaded = load(std::string(R"("strange": { "type": ")") + type +
