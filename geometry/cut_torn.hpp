@@ -35,8 +35,9 @@ std::vector<PartedCube> find_parted(const Cubes& cubes, std::span<const std::uin
 std::vector<std::uint8_t> marked(const Cubes& cubes, std::span<const PartedCube> parted);
 
 // `carried` is what embed() makes of `rest` with corners at x (K, m), and `parted` what
-// find_parted() says of the same `broken`. Faces that pass through those cubes are cut there; new
-// vertices, normals and texture coordinates come after the others, which stay as they are.
+// find_parted() says of the same `broken`. Faces that pass through those cubes are cut there, and
+// vertices in them go with the part that they are in; new vertices, normals and texture coordinates
+// come after the others.
 TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, const Cubes& cubes,
                  std::span<const Vec3> x, std::span<const std::uint32_t> broken,
                  std::span<const PartedCube> parted);
