@@ -271,28 +271,31 @@ public:
         }
     }
 
-    // The part that a vertex is in, as Cutter::Corner says.
-    std::uint32_t part_of(const Binding& binding, std::size_t v) const
+    // The part that a vertex is in, as Cutter::Corner says. Of strays, that of their anchors.
+    std::uint32_t part_of(const Binding& binding, std::uint32_t v) const
     {
         const std::uint32_t cube = binding.used[binding.cube[v]];
         const auto found =
             std::lower_bound(parted_.begin(), parted_.end(), cube,
                              [](const PartedCube& p, std::uint32_t c) { return p.cube < c; });
         if (found == parted_.end() || found->cube != cube) return whole;
+        const Vec3f at = anchor(binding, v);
         unsigned octant = 0;
-        for (int d = 0; d < 3; ++d) octant |= unsigned(binding.local[v][d] >= 0.5f) << d;
+        for (int d = 0; d < 3; ++d) octant |= unsigned(at[d] >= 0.5f) << d;
         return std::uint32_t(8 * (found - parted_.begin())) + found->part[octant];
     }
 
-    // `rest` goes with `part`; `to` is where it comes to be.
+    // `rest` goes with `part`, as a vertex bound like this; `to` is where it comes to be.
+    void add_vertex(std::uint32_t part, const Vec3f& rest, const Binding& binding, std::uint32_t v)
+    {
+        add(part, rest, anchor(binding, v), binding.local[v], v);
+    }
+    // Likewise in its own cube.
     void add_place(std::uint32_t part, const Vec3f& rest, std::uint32_t to)
     {
-        const PartedCube& p = parted_[part / 8];
-        const Vec3 at = (rest.cast<double>() - cubes_.origin) / cubes_.size;
-        cube_.push_back(first_[part / 8] + part % 8);
-        local_.push_back((at - cubes_.cell[p.cube].cast<double>()).cast<float>());
-        places_.push_back(rest);
-        places_to_.push_back(to);
+        const Vec3 cell = cubes_.cell[parted_[part / 8].cube].cast<double>();
+        const Vec3 at = (rest.cast<double>() - cubes_.origin) / cubes_.size - cell;
+        add(part, rest, at.cast<float>(), at.cast<float>(), to);
     }
     // A normal of the place that was added last.
     void add_normal(const Vec3f& rest, std::uint32_t to)
@@ -304,22 +307,41 @@ public:
 
     void carry(std::vector<Vec3f>& positions, std::vector<Vec3f>& normals)
     {
-        const CarriedPlaces parts{polynomials_, cube_, local_};
-        std::vector<Vec3f> moved(places_.size()), turned(normals_.size());
-        carry_positions(parts, places_, 0, places_.size(), moved);
-        turn_normals(parts, normal_of_, float(1 / cubes_.size), normals_, 0, normals_.size(),
-                     turned);
-        for (std::size_t i = 0; i < moved.size(); ++i) positions[places_to_[i]] = moved[i];
+        for (std::size_t i = 0; i < places_.size(); ++i) {
+            positions[places_to_[i]] =
+                places_[i] + affine_at(polynomials_[cube_[i]], anchor_[i], local_[i] - anchor_[i]);
+        }
+        std::vector<Vec3f> turned(normals_.size());
+        turn_normals({polynomials_, cube_, anchor_}, normal_of_, float(1 / cubes_.size), normals_,
+                     0, normals_.size(), turned);
         for (std::size_t i = 0; i < turned.size(); ++i) normals[normals_to_[i]] = turned[i];
     }
 
 private:
+    static Vec3f anchor(const Binding& binding, std::uint32_t v)
+    {
+        const auto stray = std::lower_bound(
+            binding.strays.begin(), binding.strays.end(), v,
+            [](const Binding::Stray& s, std::uint32_t of) { return s.vertex < of; });
+        const bool strays = stray != binding.strays.end() && stray->vertex == v;
+        return strays ? stray->anchor : binding.local[v];
+    }
+    void add(std::uint32_t part, const Vec3f& rest, const Vec3f& anchor, const Vec3f& local,
+             std::uint32_t to)
+    {
+        cube_.push_back(first_[part / 8] + part % 8);
+        anchor_.push_back(anchor);
+        local_.push_back(local);
+        places_.push_back(rest);
+        places_to_.push_back(to);
+    }
+
     const Cubes& cubes_;
     std::span<const PartedCube> parted_;
     std::vector<CubePolynomial> polynomials_;
     std::vector<std::uint32_t> first_;  // of each parted cube
     std::vector<std::uint32_t> cube_, places_to_, normal_of_, normals_to_;
-    std::vector<Vec3f> local_, places_, normals_;
+    std::vector<Vec3f> anchor_, local_, places_, normals_;
 };
 
 // Where the corners of new faces come to be: their places, and a normal each where there are any.
@@ -333,13 +355,22 @@ TriMesh carried_corners(const TriMesh& rest, const std::vector<Triangle>& normal
         if (normals_of.empty()) continue;
         points.normals.push_back(mixed(rest.normals, normals_of[c.face], c.share).normalized());
     }
+    // Joined, as the faces are: what lies outside of all cubes goes with what is near.
+    MeshTopology joined;
+    for (std::uint32_t i = 1; i < points.positions.size(); ++i)
+        joined.triangles.push_back({i - 1, i, i});
+    points.topology = std::make_shared<MeshTopology>(std::move(joined));
     const Binding binding = bind(points, cubes);
     TriMesh out = embed(binding, points, cubes, x, torn);
     for (std::uint32_t i = 0; i < cutter.corners().size(); ++i) {
-        std::uint32_t part = cutter.corners()[i].part;
-        if (part == whole) part = motion.part_of(binding, i);  // on its border
-        if (part == whole) continue;
-        motion.add_place(part, points.positions[i], i);
+        const std::uint32_t part = cutter.corners()[i].part, bound = motion.part_of(binding, i);
+        if (part != whole) {
+            motion.add_place(part, points.positions[i], i);
+        } else if (bound != whole) {  // on its border, or outside and nearest to it
+            motion.add_vertex(bound, points.positions[i], binding, i);
+        } else {
+            continue;
+        }
         if (!normals_of.empty()) motion.add_normal(points.normals[i], i);
     }
     motion.carry(out.positions, out.normals);
@@ -352,7 +383,7 @@ void carry_old_vertices(const TriMesh& rest, const std::vector<Triangle>& normal
                         const Binding& binding, PartMotion motion, TriMesh& carried)
 {
     std::vector<std::uint32_t> part(rest.positions.size(), whole);
-    for (std::size_t v = 0; v < part.size(); ++v) part[v] = motion.part_of(binding, v);
+    for (std::uint32_t v = 0; v < part.size(); ++v) part[v] = motion.part_of(binding, v);
     std::map<std::uint32_t, std::vector<std::uint32_t>> normals_at;
     for (std::size_t f = 0; f < normals_of.size(); ++f) {
         for (std::size_t k = 0; k < 3; ++k) {
@@ -362,7 +393,7 @@ void carry_old_vertices(const TriMesh& rest, const std::vector<Triangle>& normal
     }
     for (std::uint32_t v = 0; v < part.size(); ++v) {
         if (part[v] == whole) continue;
-        motion.add_place(part[v], rest.positions[v], v);
+        motion.add_vertex(part[v], rest.positions[v], binding, v);
         for (const std::uint32_t n : normals_at[v]) motion.add_normal(rest.normals[n], n);
     }
     motion.carry(carried.positions, carried.normals);

@@ -21,16 +21,6 @@ constexpr std::size_t vertices_a_task = 8192;
 
 using Lanes = Eigen::Array4f;  // a vector in four lanes
 
-// u at an anchor and its change over `d` by the slope there.
-Lanes affine_at(const CubePolynomial& u, const Vec3f& p, const Vec3f& d)
-{
-    const Lanes dx = (u.cx + u.cxy * p.y()) + p.z() * (u.czx + u.cxyz * p.y());
-    const Lanes dy = (u.cy + u.cxy * p.x()) + p.z() * (u.cyz + u.cxyz * p.x());
-    const Lanes dz = (u.cz + u.czx * p.x()) + p.y() * (u.cyz + u.cxyz * p.x());
-    const Lanes at = (u.c0 + p.x() * dx) + p.y() * (u.cy + u.cyz * p.z()) + p.z() * u.cz;
-    return at + dx * d.x() + dy * d.y() + dz * d.z();
-}
-
 // A mesh's pieces, joined by triangles: the first vertex of each vertex's piece.
 std::vector<std::uint32_t> pieces(const TriMesh& mesh)
 {
@@ -302,9 +292,9 @@ TriMesh embed(const Binding& binding, const TriMesh& mesh, const Cubes& cubes,
     std::vector<std::uint32_t> stray_cube;
     std::vector<Vec3f> anchor;
     for (const Binding::Stray& s : binding.strays) {
-        const Lanes moved =
+        const Vec3f moved =
             affine_at(u[binding.cube[s.vertex]], s.anchor, binding.local[s.vertex] - s.anchor);
-        out.positions[s.vertex] = mesh.positions[s.vertex] + moved.head<3>().matrix();
+        out.positions[s.vertex] = mesh.positions[s.vertex] + moved;
         stray_cube.push_back(binding.cube[s.vertex]);
         anchor.push_back(s.anchor);
     }

@@ -225,5 +225,16 @@ CubePolynomial polynomial_of(const std::array<Vec3, 8>& u)
             lanes(u[7] - u[6] - u[5] - u[3] + u[1] + u[2] + u[4] - u[0])};
 }
 
+Vec3f affine_at(const CubePolynomial& u, const Vec3f& p, const Vec3f& by)
+{
+    using Lanes = Eigen::Array4f;
+    const Lanes dx = (u.cx + u.cxy * p.y()) + p.z() * (u.czx + u.cxyz * p.y());
+    const Lanes dy = (u.cy + u.cxy * p.x()) + p.z() * (u.cyz + u.cxyz * p.x());
+    const Lanes dz = (u.cz + u.czx * p.x()) + p.y() * (u.cyz + u.cxyz * p.x());
+    const Lanes at = (u.c0 + p.x() * dx) + p.y() * (u.cy + u.cyz * p.z()) + p.z() * u.cz;
+    const Lanes moved = at + dx * by.x() + dy * by.y() + dz * by.z();
+    return moved.head<3>().matrix();
+}
+
 }  // namespace geometry
 #endif

@@ -19,6 +19,9 @@ struct CubePolynomial {
 // That of a cube whose corners move by u, m.
 CubePolynomial polynomial_of(const std::array<Vec3, 8>& u);
 
+// u at p, 0..1, and its change over `by` with the slope there. m.
+Vec3f affine_at(const CubePolynomial& u, const Vec3f& p, const Vec3f& by);
+
 // Of V vertices: the cube of each, into `polynomials`, and its place there.
 struct CarriedPlaces {
     std::span<const CubePolynomial> polynomials;

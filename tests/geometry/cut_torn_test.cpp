@@ -342,6 +342,28 @@ TEST(CutTorn, KeepsWhatBelongsToFacesAndVertices)
     }
 }
 
+// Outside of all cubes, a piece goes with one part; what sticks out goes on as its cube does,
+// however far and however that is bent.
+TEST(CutTorn, WhatIsInNoCubeStaysTogetherAndNear)
+{
+    const Cubes cubes = block({3, 1, 1}, 1, Vec3::Zero());
+    TriMesh rest = meshes::soup({{1.2f, 0.5f, 0.5f},
+                                 {1.3f, 60, 0.4f},
+                                 {1.3f, 60, 40},  // sticks out
+                                 {1.2f, 2, 0.2f},
+                                 {1.8f, 2, 0.2f},
+                                 {1.8f, 2, 0.8f}},  // apart
+                                {{0, 1, 2}, {3, 4, 5}});
+    std::vector<Vec3> x = corner_positions(cubes);
+    for (Vec3& p : x) p += 0.2 * Vec3(p.y() * p.z() * p.x(), p.x() * p.y(), 0);
+    for (std::size_t k = 0; k < x.size(); ++k) x[k].x() += cubes.corner[k].x() > 1 ? 10 : 0;
+    const TriMesh out = torn(rest, cubes, x, links_across(cubes, 0, 1));
+    for (const Vec3f& p : out.positions) EXPECT_LT(p.cwiseAbs().maxCoeff(), 90) << p.transpose();
+    const auto& p = out.positions;
+    EXPECT_LT((p[3] - p[4]).norm(), 1.5f);
+    EXPECT_LT((p[4] - p[5]).norm(), 1.5f);
+}
+
 TEST(CutTorn, WhatIsWholeStaysAsItIs)
 {
     const Cubes cubes = block({4, 1, 1}, 1, Vec3::Zero());
