@@ -156,11 +156,7 @@ public:
         : rest_(rest), cubes_(cubes), parted_(parted), flat_(flat_axis(cubes))
     {
         for (const PartedCube& p : parted) cells_.push_back(cubes.cell[p.cube]);
-        box_[0] = box_[1] = cells_[0].cast<double>();
-        for (const Vec3i& cell : cells_) {
-            box_[0] = box_[0].cwiseMin(cell.cast<double>());
-            box_[1] = box_[1].cwiseMax(cell.cast<double>() + Vec3::Ones());
-        }
+        box_ = bounds_of(cells_);
         cut_ = faces_through(rest, cubes, cells_);
         for (std::uint32_t f = 0; f < cut_.size(); ++f) {
             if (cut_[f]) cut_face(f);
@@ -178,9 +174,9 @@ private:
         // What lies outside of all parted cubes' box stays in large pieces.
         Polygon inside = face_, below, above;
         for (int d = 0; d < 3; ++d) {
-            geometry::cut(inside, d, box_[0][d], below, above);
+            geometry::cut(inside, d, box_.lo[d], below, above);
             add(f, below, whole);
-            geometry::cut(above, d, box_[1][d], inside, below);
+            geometry::cut(above, d, box_.hi[d], inside, below);
             add(f, below, whole);
         }
         clip_polygon_to_cells(inside, [&](const Vec3i& cell, const Polygon& piece) {
@@ -236,7 +232,7 @@ private:
     std::span<const PartedCube> parted_;
     int flat_;
     std::vector<Vec3i> cells_;  // of parted cubes
-    Vec3 box_[2];
+    Box box_;
     Polygon face_;
     std::vector<std::uint8_t> cut_;
     std::vector<Corner> corners_;
@@ -403,12 +399,13 @@ void carry_old_vertices(const TriMesh& rest, const std::vector<Triangle>& normal
 
 std::vector<PartedCube> find_parted(const Cubes& cubes, std::span<const std::uint32_t> broken)
 {
+    if (broken.empty()) return {};
     std::vector<PartedCube> out;
     std::vector<std::uint8_t> has_lost(cubes.corner_count(), 0);
     for (const std::uint32_t link : broken) {
         if (link / 3 < has_lost.size()) has_lost[link / 3] = 1;
     }
-    for (std::uint32_t c = 0; c < cubes.count() && !broken.empty(); ++c) {
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
         if (c > 0 && cubes.cell[c] == cubes.cell[c - 1]) continue;
         const auto& corners = cubes.corners[c];
         if (std::none_of(corners.begin(), corners.end(),
@@ -451,10 +448,6 @@ TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, c
                  std::span<const PartedCube> parted)
 {
     if (parted.empty()) return carried;
-    const Cutter cutter(rest, cubes, parted);
-    if (cutter.faces().empty()) return carried;
-
-    MeshTopology topology = *without_faces(carried, cutter.cut()).topology;
     const MeshTopology& before = *rest.topology;
     const std::vector<Triangle>& triangles = before.triangles;
     const bool own_normals = before.normal_triangles.size() == triangles.size();
@@ -463,12 +456,17 @@ TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, c
     const auto& normals_of = rest.normals.empty() || !normals_listed ? nothing
                              : own_normals                           ? before.normal_triangles
                                                                      : triangles;
-    if (!normals_of.empty() && !own_normals) topology.normal_triangles = topology.triangles;
     const bool has_uvs = before.uv_triangles.size() == triangles.size();
     const std::vector<std::uint8_t> torn = marked(cubes, parted);
     const PartMotion motion(cubes, x, broken, parted, torn);
-    const TriMesh points = carried_corners(rest, normals_of, cubes, x, torn, motion, cutter);
     carry_old_vertices(rest, normals_of, binding, motion, carried);
+    const Cutter cutter(rest, cubes, parted);
+    if (cutter.faces().empty()) return carried;
+
+    const TriMesh points = carried_corners(rest, normals_of, cubes, x, torn, motion, cutter);
+    carried = without_faces(std::move(carried), cutter.cut());
+    MeshTopology topology = *carried.topology;
+    if (!normals_of.empty() && !own_normals) topology.normal_triangles = topology.triangles;
 
     // One vertex for all that meet at rest and still do.
     const auto near = float(1e-4 * cubes.size);

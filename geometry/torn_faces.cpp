@@ -51,16 +51,22 @@ Polygon lattice_face(const TriMesh& rest, const Cubes& cubes, std::size_t face, 
     return out;
 }
 
+Box bounds_of(std::span<const Vec3i> cells)
+{
+    Box box;
+    for (const Vec3i& cell : cells) {
+        box.add(Vec3(cell.cast<double>()));
+        box.add(Vec3(cell.cast<double>() + Vec3::Ones()));
+    }
+    return box;
+}
+
 std::vector<std::uint8_t> faces_through(const TriMesh& rest, const Cubes& cubes,
                                         std::span<const Vec3i> cells)
 {
     std::vector<std::uint8_t> through(rest.triangles().size(), 0);
     if (cells.empty()) return through;
-    Vec3 low = cells[0].cast<double>(), high = low;
-    for (const Vec3i& cell : cells) {
-        low = low.cwiseMin(cell.cast<double>());
-        high = high.cwiseMax(cell.cast<double>() + Vec3::Ones());
-    }
+    const Box box = bounds_of(cells);
     const int flat = flat_axis(cubes);
     parallel_for(through.size(), 1024, [&](std::size_t begin, std::size_t end) {
         for (std::size_t f = begin; f < end; ++f) {
@@ -75,7 +81,7 @@ std::vector<std::uint8_t> faces_through(const TriMesh& rest, const Cubes& cubes,
                     through[f] = 1;
                 }
             };
-            clip_polygon_to_cells(clipped(face, low, high), note);
+            clip_polygon_to_cells(clipped(face, box.lo, box.hi), note);
         }
     });
     return through;

@@ -14,6 +14,9 @@ namespace geometry {
 std::vector<std::uint8_t> torn_faces(const TriMesh& rest, const Cubes& cubes,
                                      std::span<const std::uint32_t> broken);
 
+// What these cells fill, in lattice coordinates.
+Box bounds_of(std::span<const Vec3i> cells);
+
 // Those that pass through some of these cells, which are in the order of cubes. F.
 std::vector<std::uint8_t> faces_through(const TriMesh& rest, const Cubes& cubes,
                                         std::span<const Vec3i> cells);

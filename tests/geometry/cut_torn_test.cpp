@@ -364,6 +364,21 @@ TEST(CutTorn, WhatIsInNoCubeStaysTogetherAndNear)
     EXPECT_LT((p[4] - p[5]).norm(), 1.5f);
 }
 
+TEST(CutTorn, PointsGoWithTheirPartToo)
+{
+    const Cubes cubes = block({3, 1, 1}, 1, Vec3::Zero());
+    TriMesh rest;
+    rest.positions = {{1.1f, 0.5f, 0.5f}, {1.49f, 0.2f, 0.1f}, {1.51f, 0.2f, 0.1f}, {2.5f, 0, 0}};
+    std::vector<Vec3> x = corner_positions(cubes);
+    for (std::size_t k = 0; k < x.size(); ++k) x[k].x() += cubes.corner[k].x() > 1 ? 10 : 0;
+    const TriMesh out = torn(rest, cubes, x, links_across(cubes, 0, 1));
+    ASSERT_EQ(out.positions.size(), 4u);
+    for (std::size_t v = 0; v < 4; ++v) {
+        const Vec3f way = out.positions[v] - rest.positions[v];
+        EXPECT_LT((way - Vec3f(v < 2 ? 0 : 10, 0, 0)).norm(), 1e-5f) << v;
+    }
+}
+
 TEST(CutTorn, WhatIsWholeStaysAsItIs)
 {
     const Cubes cubes = block({4, 1, 1}, 1, Vec3::Zero());
