@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace physics {
 
@@ -36,6 +37,31 @@ double round_number(double v)
 double share_of(double rate_sq, double dt)
 {
     return std::min(1.0, rate_sq * dt * dt);
+}
+
+// Calls with(i) for i below n, on all threads.
+template <class With> void for_each(std::size_t n, const With& with)
+{
+    geometry::parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) with(i);
+    });
+}
+
+// The largest of(i) for i below n, or 0.
+template <class Of> double largest_of(std::size_t n, const Of& of)
+{
+    struct Largest {
+        double value = 0;
+        Largest operator+(const Largest& o) const { return {std::max(value, o.value)}; }
+    };
+    return geometry::ordered_sum<Largest>(n, grain, {},
+                                          [&](std::size_t begin, std::size_t end) {
+                                              Largest most;
+                                              for (std::size_t i = begin; i < end; ++i)
+                                                  most.value = std::max(most.value, of(i));
+                                              return most;
+                                          })
+        .value;
 }
 
 template <class T> class Stepper {
@@ -73,10 +99,13 @@ public:
             steady_.assign(body.base.numbers, 0);
             add_steady_forces(body.base, points, steady_);
         }
-        for (std::size_t i = 0; i < n_; ++i) {
-            damped_ |= body.base.damping_of(i) > 0;
-            mass_ += body.base.mass[i];
-        }
+        damped_ = largest_of(n_, [&](std::size_t i) { return body.base.damping_of(i); }) > 0;
+        mass_ =
+            geometry::ordered_sum<double>(n_, grain, 0, [&](std::size_t begin, std::size_t end) {
+                const auto from = body.base.mass.begin();
+                return std::accumulate(from + std::ptrdiff_t(begin), from + std::ptrdiff_t(end),
+                                       0.0);
+            });
         use_regions(state.broken);
         if (state.balls.size() != loads.balls.size()) state.balls = place_balls(loads.balls);
     }
@@ -198,10 +227,9 @@ private:
             if (!bends) return stretch;
             return options_.bend * (material ? double(matched_->bend_sq[s]) : stretch);
         };
-        double largest = 0;
-        for (std::size_t s = 0; s < slots; ++s) {
-            if (matched_->regions.particle[s] != none) largest = std::max(largest, rate_sq(s));
-        }
+        const double largest = largest_of(slots, [&](std::size_t s) {
+            return matched_->regions.particle[s] != none ? rate_sq(s) : 0;
+        });
         resolved_ = std::sqrt(largest) * dt_;
         const double stiffest = bends ? share_membrane() : 0;
         stiffness_ = share_of(largest, dt_) + stiffest;
@@ -213,13 +241,13 @@ private:
 
         if (bends) take_twist();
         weigh_pins();
-        weight_.assign(slots, T(0));
+        weight_.resize(slots);
         const double scale = stiffness_ > 0 ? 1 / stiffness_ : 0;
-        for (std::size_t s = 0; s < slots; ++s) {
-            if (matched_->regions.particle[s] == none) continue;
-            weight_[s] = T(share_of(rate_sq(s), dt_) * scale);
-        }
-        for (T& share : membrane_share_) share *= T(scale);
+        for_each(slots, [&](std::size_t s) {
+            const bool some = matched_->regions.particle[s] != none;
+            weight_[s] = some ? T(share_of(rate_sq(s), dt_) * scale) : T(0);
+        });
+        for_each(membrane_share_.size(), [&](std::size_t c) { membrane_share_[c] *= T(scale); });
         sum_weights();
     }
 
@@ -231,27 +259,32 @@ private:
         const double w = matched_->regions.half_width;
         const double m2 = mean_square_place(w), bent = 3 * (mean_fourth_place(w) - m2 * m2) / m2;
         const bool material = options_.stiffness == Stiffness::material;
-        std::vector<double> share(membrane.cells()), sum(n_, 0);
-        membrane.for_each_cell([&](std::size_t c, const Membrane::Cell& cell) {
+        const double rate_sq = std::min(options_.rate * options_.rate, 1e200);
+        std::vector<double> share(membrane.cells());
+        for_each(share.size(), [&](std::size_t c) {
             const double bend = options_.bend * (material ? double(membrane.bend[c]) / bent : 1);
-            const double stiffness = material ? double(membrane.stiffness[c])
-                                              : std::min(options_.rate * options_.rate, 1e200) *
-                                                    m2 * double(membrane.mass[c]);
+            const double stiffness =
+                material ? double(membrane.stiffness[c]) : rate_sq * m2 * double(membrane.mass[c]);
             share[c] = bend < 1 ? (1 - bend) * stiffness * dt_ * dt_ : 0;
-            for (const auto k : cell) sum[k] += 2 * share[c] / body_.base.mass[k];
         });
-        double largest = 0;
+        membrane_share_.clear();
+        if (!(largest_of(share.size(), [&](std::size_t c) { return share[c]; }) > 0)) return 0;
+
+        std::vector<double> sum = sum_at_corners(membrane, share, n_);
+        for_each(n_, [&](std::size_t i) { sum[i] *= 2 / body_.base.mass[i]; });
+        const double largest = largest_of(n_, [&](std::size_t i) { return sum[i]; });
+        resolved_ = std::max(resolved_, std::sqrt(largest / most_membrane));
         membrane_share_.resize(share.size());
-        membrane.for_each_cell([&](std::size_t c, const Membrane::Cell& cell) {
+        const auto bear = [&](std::size_t c, const Membrane::Cell& cell) {
             double most = 0;
             for (const auto k : cell) most = std::max(most, sum[k]);
-            largest = std::max(largest, std::min(most, most_membrane));
-            resolved_ = std::max(resolved_, std::sqrt(most / most_membrane));
             membrane_share_[c] =
                 T(most > most_membrane ? share[c] * (most_membrane / most) : share[c]);
-        });
-        if (largest == 0) membrane_share_.clear();
-        return largest;
+        };
+        geometry::parallel_for(
+            membrane.strip.size(), strips_grain,
+            [&](std::size_t begin, std::size_t end) { membrane.for_each_cell(begin, end, bear); });
+        return std::min(largest, most_membrane);
     }
 
     // A wall that holds corners goes on behind them, where the lattice may end. So regions weigh
@@ -265,7 +298,7 @@ private:
         const LatticeRegions& regions = matched_->regions;
         with_pins_ = matched_->mass;
         auto& f = sums_.particles;
-        for (std::size_t i = 0; i < n_; ++i) f[i] = Quad<T>(T(body_.base.mass[i]), 0, 0, 0);
+        for_each(n_, [&](std::size_t i) { f[i] = Quad<T>(T(body_.base.mass[i]), 0, 0, 0); });
         for (const auto k : pins) f[k] = Quad<T>(0, T(body_.base.mass[k]), 0, 0);
         std::vector<float> times(n_, 1.0f);
         std::vector<std::uint8_t> holds(regions.slots(), 0);
@@ -322,7 +355,7 @@ private:
         });
         const auto& g = sums_.particles;
         held_weight_.resize(n_);
-        for (std::size_t i = 0; i < n_; ++i) held_weight_[i] = g[i][0];
+        for_each(n_, [&](std::size_t i) { held_weight_[i] = g[i][0]; });
     }
 
     // The sums of T_r X_i, weighed, into the particles' quads.

@@ -12,6 +12,7 @@
 namespace physics {
 inline constexpr std::size_t most_cells_a_strip = 64;
 inline constexpr std::size_t room_a_strip = 96;  // whole vectors, and some more
+inline constexpr std::size_t strips_a_task = 16;
 }  // namespace physics
 #endif
 
@@ -357,50 +358,82 @@ std::vector<std::uint8_t> torn_corners(const Membrane& membrane,
     return torn;
 }
 
+std::vector<double> sum_at_corners(const Membrane& membrane, std::span<const double> of_cell,
+                                   std::size_t particles)
+{
+    std::vector<double> row(membrane.rows), sum(particles, 0);
+    geometry::parallel_for(
+        membrane.strip.size(), strips_a_task, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t s = begin; s < end; ++s) {
+                const MembraneStrip& strip = membrane.strip[s];
+                const double* const of = of_cell.data() + strip.first;
+                double* const low = row.data() + strip.row;
+                double* const high = low + strip.count + 1;
+                for (std::uint32_t k = 0; k <= strip.count; ++k) {
+                    low[k] = (k > 0 ? of[k - 1] : 0) + (k < strip.count ? of[k] : 0);
+                    high[k] = low[k];
+                }
+            }
+        });
+    const auto& runs = membrane.run;
+    geometry::parallel_for(runs.size(), strips_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t r = begin; r < end; ++r) {
+            const std::size_t first = runs[r].first;
+            const std::size_t past = r + 1 < runs.size() ? runs[r + 1].first : particles;
+            for (const std::uint32_t from : runs[r].rows) {
+                if (from == no_cell) break;
+                for (std::size_t i = first; i < past; ++i) sum[i] += row[from + (i - first)];
+            }
+        }
+    });
+    return sum;
+}
+
 template <class T>
 void MembranePull<T>::pull(const Membrane& membrane, const MembraneState& state,
                            std::span<const T> share, const std::vector<geometry::Vec3>& x)
 {
     pulls_.resize(4 * membrane.rows);
-    geometry::parallel_for(membrane.strip.size(), 16, [&](std::size_t begin, std::size_t end) {
-        constexpr std::size_t most = room_a_strip;
-        alignas(64) double low[3 * most] = {}, high[3 * most] = {};
-        alignas(64) T scale[4 * most] = {}, rest[3 * most] = {};
-        const T quarter = T(membrane.h / 4);
-        for (std::size_t s = begin; s < end; ++s) {
-            const MembraneStrip& strip = membrane.strip[s];
-            const std::size_t first = strip.first, count = strip.count;
-            for (std::uint32_t k = 0; k <= count && !strip.in_order; ++k) {
-                const auto [low_one, high_one] = membrane.across(strip, k);
-                // Number by number: three are too few for a call of memmove().
-                for (std::size_t i = 0; i < 3; ++i) {
-                    low[3 * k + i] = x[low_one][Eigen::Index(i)];
-                    high[3 * k + i] = x[high_one][Eigen::Index(i)];
+    geometry::parallel_for(
+        membrane.strip.size(), strips_a_task, [&](std::size_t begin, std::size_t end) {
+            constexpr std::size_t most = room_a_strip;
+            alignas(64) double low[3 * most] = {}, high[3 * most] = {};
+            alignas(64) T scale[4 * most] = {}, rest[3 * most] = {};
+            const T quarter = T(membrane.h / 4);
+            for (std::size_t s = begin; s < end; ++s) {
+                const MembraneStrip& strip = membrane.strip[s];
+                const std::size_t first = strip.first, count = strip.count;
+                for (std::uint32_t k = 0; k <= count && !strip.in_order; ++k) {
+                    const auto [low_one, high_one] = membrane.across(strip, k);
+                    // Number by number: three are too few for a call of memmove().
+                    for (std::size_t i = 0; i < 3; ++i) {
+                        low[3 * k + i] = x[low_one][Eigen::Index(i)];
+                        high[3 * k + i] = x[high_one][Eigen::Index(i)];
+                    }
                 }
+                const bool torn = !state.torn.empty();
+                for (std::size_t k = 0; k < count; ++k) {
+                    const T whole = quarter * share[first + k];
+                    if (!torn) {
+                        scale[k] = whole;
+                        continue;
+                    }
+                    for (std::size_t i = 0; i < 4; ++i) {
+                        scale[i * most + k] = state.torn[first + k] >> i & 1u ? T(0) : whole;
+                    }
+                }
+                for (std::size_t k = 0; k < count && !state.rest.empty(); ++k) {
+                    for (std::size_t i = 0; i < 3; ++i) {
+                        rest[i * most + k] = T(state.rest[3 * (first + k) + i]);
+                    }
+                }
+                T* const low_pulls = pulls_.data() + 4 * std::size_t(strip.row);
+                pull_strip(count, strip.in_order ? x[strip.low].data() : low,
+                           strip.in_order ? x[strip.high].data() : high, 1 / membrane.h, scale,
+                           torn ? most : 0, state.rest.empty() ? nullptr : rest, low_pulls,
+                           low_pulls + 4 * (count + 1));
             }
-            const bool torn = !state.torn.empty();
-            for (std::size_t k = 0; k < count; ++k) {
-                const T whole = quarter * share[first + k];
-                if (!torn) {
-                    scale[k] = whole;
-                    continue;
-                }
-                for (std::size_t i = 0; i < 4; ++i) {
-                    scale[i * most + k] = state.torn[first + k] >> i & 1u ? T(0) : whole;
-                }
-            }
-            for (std::size_t k = 0; k < count && !state.rest.empty(); ++k) {
-                for (std::size_t i = 0; i < 3; ++i) {
-                    rest[i * most + k] = T(state.rest[3 * (first + k) + i]);
-                }
-            }
-            T* const low_pulls = pulls_.data() + 4 * std::size_t(strip.row);
-            pull_strip(count, strip.in_order ? x[strip.low].data() : low,
-                       strip.in_order ? x[strip.high].data() : high, 1 / membrane.h, scale,
-                       torn ? most : 0, state.rest.empty() ? nullptr : rest, low_pulls,
-                       low_pulls + 4 * (count + 1));
-        }
-    });
+        });
 }
 
 template <class T>

@@ -98,6 +98,10 @@ Membrane make_membrane(const geometry::Cubes& cubes, int axis);
 std::vector<std::uint8_t> torn_corners(const Membrane& membrane,
                                        std::span<const std::uint32_t> broken);
 
+// Of each of `particles` the sum of `of_cell`, C, over the cells it is a corner of.
+std::vector<double> sum_at_corners(const Membrane& membrane, std::span<const double> of_cell,
+                                   std::size_t particles);
+
 // What of a membrane is torn and what has flowed.
 struct MembraneState {
     std::span<const std::uint8_t> torn;  // C, bit k: not corner k; empty: nothing is

@@ -205,6 +205,24 @@ TEST(Membrane, SingleIsDoubleToRounding)
     for (std::size_t i = 0; i < one.size(); ++i) EXPECT_LT((one[i] - two[i]).norm(), 1e-6);
 }
 
+TEST(Membrane, SumsAtCornersAreThoseOfTheirCells)
+{
+    auto cells = geometry::rectangle_cells(150, 40);
+    std::erase_if(cells, [](const auto& c) { return (c[0] * 7 + c[1] * 13) % 11 == 0; });
+    const geometry::Cubes cubes =
+        geometry::plane_cubes(cells, {1, 0.1, {0, 0, 0}}, 0.01, {"s", 500, 1e6, 0, 0, 0});
+    const Membrane membrane = make_membrane(cubes, 1);
+    const Random random(5);
+    std::vector<double> of_cell, expected(cubes.corner_count(), 0);
+    for (std::size_t c = 0; c < membrane.cells(); ++c) of_cell.push_back(random.unit(c));
+    membrane.for_each_cell([&](std::size_t c, const Membrane::Cell& cell) {
+        for (const auto k : cell) expected[k] += of_cell[c];
+    });
+    const auto sums = sum_at_corners(membrane, of_cell, expected.size());
+    ASSERT_EQ(sums.size(), expected.size());
+    for (std::size_t i = 0; i < sums.size(); ++i) ASSERT_NEAR(sums[i], expected[i], 1e-14) << i;
+}
+
 TEST(Membrane, ABrokenLinkTakesTheCornersThatHoldIt)
 {
     // Cells (0, 0) and (0, 1) share the link of particle (0, 1) along u: corners 2, 3 of the one
