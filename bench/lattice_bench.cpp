@@ -107,6 +107,21 @@ BENCHMARK(sums)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 
+// What a body costs before its first step. Arguments: cubes along an edge, half width.
+void make(benchmark::State& state)
+{
+    const geometry::Cubes cubes = block(int(state.range(0)));
+    const LatticeOptions options{.half_width = int(state.range(1))};
+    for (auto _ : state) benchmark::DoNotOptimize(make_lattice(cubes, options).whole.mass.data());
+}
+BENCHMARK(make)
+    ->Args({45, 1})
+    ->Args({45, 3})
+    ->Args({45, 16})
+    ->Args({99, 3})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
 // A sheet of n x n cells in space; arguments: n, half width, threads, and whether its stretch is a
 // membrane's: as thin as paper, or as stiff in bending as in stretch.
 void plane(benchmark::State& state)

@@ -496,23 +496,85 @@ struct PlaceHash {
     }
 };
 
+// Charts, and what of them tells that a region holds all of its box.
+class ChartExtents {
+public:
+    ChartExtents(const Lattice& lattice, const std::vector<Chart>& charts, int w)
+        : lattice_(lattice), w_(w), of_(lattice.count()), loose_(lattice.count(), 0)
+    {
+        for (std::uint32_t c = 0; c < charts.size(); ++c) {
+            const Vec3i& any = lattice.at[charts[c].particles[0]];
+            auto& [low, high] = extent_.emplace_back(any, any);
+            for (const auto i : charts[c].particles) {
+                of_[i] = c;
+                low = low.cwiseMin(lattice.at[i]);
+                high = high.cwiseMax(lattice.at[i]);
+            }
+        }
+        for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+            for (int d = 0; d < 3; ++d) {
+                const std::uint32_t j = lattice.next[i][std::size_t(d)];
+                if (j == none) {
+                    if (lattice.at[i][d] < extent_[of_[i]].second[d]) loose_[i] = 1;
+                } else if (of_[i] != of_[j]) {
+                    loose_[i] = loose_[j] = 1;
+                }
+            }
+        }
+    }
+
+    std::uint32_t of(std::uint32_t i) const { return of_[i]; }
+
+    // Whether there might be a place beside this particle that it is not linked to. A box that is
+    // full of others hangs together.
+    bool is_loose(std::uint32_t i) const { return loose_[i] != 0; }
+
+    // How many places the box around a particle has, within its chart.
+    std::size_t places(std::uint32_t i) const
+    {
+        const auto& [low, high] = extent_[of_[i]];
+        std::size_t count = 1;
+        for (int d = 0; d < 3; ++d) {
+            const int at = lattice_.at[i][d];
+            count *= std::size_t(std::min(high[d], at + w_) - std::max(low[d], at - w_) + 1);
+        }
+        return count;
+    }
+
+private:
+    const Lattice& lattice_;
+    int w_;
+    std::vector<std::uint32_t> of_;
+    std::vector<std::uint8_t> loose_;
+    std::vector<std::pair<Vec3i, Vec3i>> extent_;
+};
+
 // Regions whose reach is not all that its chart has in the box.
 std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegions& regions,
-                                       const Runs& runs, const std::vector<Chart>& charts)
+                                       const Runs& runs, const std::vector<Chart>& all_charts)
 {
-    // How many particles of a region's chart its box holds: a sum over all regions as if there
-    // were no exceptions.
+    const ChartExtents charts(lattice, all_charts, regions.half_width);
+    // How many particles of a region's chart its box holds, and how many of them are loose: a sum
+    // over all regions as if there were no exceptions.
     RegionSums<double> sums(regions);
-    for (auto& f : sums.particles) f = {1, 0, 0, 0};
+    for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+        sums.particles[i] = {1, charts.is_loose(i) ? 1.0 : 0.0, 0, 0};
+    }
     std::vector<std::uint32_t> held(regions.slots());
+    constexpr std::uint32_t all_places = none;
     collect<double>(regions, sums, [&](std::size_t first, std::span<const Quad<double>> slots) {
         for (std::size_t k = 0; 4 * k < slots.size(); ++k) {
-            held[first + k] = std::uint32_t(slots[4 * k][0]);
+            const Quad<double>& sum = slots[4 * k];
+            const std::uint32_t r = regions.particle[first + k];
+            const bool is_full = r != none && sum[1] == 0 && sum[0] == double(charts.places(r));
+            held[first + k] = is_full ? all_places : std::uint32_t(sum[0]);
         }
     });
-    std::vector<std::uint32_t> chart_of(lattice.count());
-    for (std::uint32_t c = 0; c < charts.size(); ++c) {
-        for (const auto i : charts[c].particles) chart_of[i] = c;
+    // How often the chart has changed along the runs up to each of their particles.
+    std::vector<std::uint32_t> changes(runs.particle.size(), 0);
+    for (std::size_t k = 1; k < changes.size(); ++k) {
+        const bool same = charts.of(runs.particle[k]) == charts.of(runs.particle[k - 1]);
+        changes[k] = changes[k - 1] + (same ? 0 : 1);
     }
     constexpr std::size_t piece = 4096;
     std::vector<std::vector<Exception>> found((regions.slots() + piece - 1) / piece);
@@ -522,14 +584,13 @@ std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegi
             for (std::size_t slot = p * piece; slot < std::min(regions.slots(), (p + 1) * piece);
                  ++slot) {
                 const std::uint32_t r = regions.particle[slot];
-                if (r == none) continue;
+                if (r == none || held[slot] == all_places) continue;
                 std::uint32_t reached = 0;
                 bool elsewhere = false;
                 const auto pieces = reach.from(r, lattice.at[r]);
                 for (const auto& run : pieces) {
-                    for (std::uint32_t k = 0; k < run.length; ++k) {
-                        elsewhere |= chart_of[runs.particle[run.first + k]] != chart_of[r];
-                    }
+                    elsewhere |= charts.of(runs.particle[run.first]) != charts.of(r) ||
+                                 changes[run.first] != changes[run.first + run.length - 1];
                     reached += run.length;
                 }
                 if (!elsewhere && reached == held[slot]) continue;
