@@ -1,6 +1,7 @@
 #include "geometry/cut_torn.hpp"
 
 #include "geometry/clip_to_cells.hpp"
+#include "geometry/cut_caps.hpp"
 #include "geometry/embed.hpp"
 #include "geometry/embed_kernels.hpp"
 #include "geometry/plane.hpp"
@@ -8,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 namespace geometry {
@@ -142,7 +144,8 @@ CubePolynomial polynomial_of_part(const Cubes& cubes, std::span<const Vec3> x,
     return polynomial_of(u);
 }
 
-// Cuts the faces of a mesh at rest and says which part each of their corners is of.
+// Cuts the faces of a mesh at rest, closes what is cut, and says which part each corner of that is
+// of.
 class Cutter {
 public:
     struct Corner {
@@ -150,9 +153,15 @@ public:
         std::uint32_t part;           // 8 * parted cube + part, or whole
         Vec3 at;                      // lattice coordinates
         std::array<double, 3> share;  // of the face's corners
+        // Of faces that close what is cut, unit, and `face` is the nearest one; of others zero.
+        Vec3 outward = Vec3::Zero();
+
+        bool closes() const { return !outward.isZero(0); }
     };
 
-    Cutter(const TriMesh& rest, const Cubes& cubes, std::span<const PartedCube> parted)
+    // `solid` as cut_torn() has it.
+    Cutter(const TriMesh& rest, const Cubes& cubes, std::span<const PartedCube> parted,
+           const TriangleBvh* solid)
         : rest_(rest), cubes_(cubes), parted_(parted), flat_(flat_axis(cubes))
     {
         for (const PartedCube& p : parted) cells_.push_back(cubes.cell[p.cube]);
@@ -161,6 +170,7 @@ public:
         for (std::uint32_t f = 0; f < cut_.size(); ++f) {
             if (cut_[f]) cut_face(f);
         }
+        if (solid && flat_ < 0) close(*solid);
     }
 
     const std::vector<std::uint8_t>& cut() const { return cut_; }  // F
@@ -203,8 +213,54 @@ private:
         if (alike) return add_parts(f, piece, parted, axis + 1, octant);
         Polygon below, above;
         geometry::cut(piece, int(axis), cells_[parted][Eigen::Index(axis)] + 0.5, below, above);
+        add_edge(parted, int(axis), below);
         if (below.n > 2) add_parts(f, below, parted, axis + 1, octant);
         if (above.n > 2) add_parts(f, above, parted, axis + 1, octant | 1u << axis);
+    }
+
+    // Where what was cut meets the plane it was cut by, unless it lies in that. Points that are one
+    // but for rounding may be several.
+    void add_edge(std::uint32_t parted, int axis, const Polygon& below)
+    {
+        const double plane = cells_[parted][axis] + 0.5;
+        Polygon on;
+        for (std::size_t k = 0; k < below.n; ++k) {
+            if (below.p[k][axis] == plane) on.add(below.p[k]);
+        }
+        if (on.n < 2 || (on.n > 2 && on.n == below.n)) return;
+        CutEdge longest{parted, axis, on.p[0], on.p[1]};
+        for (std::size_t i = 0; i < on.n; ++i) {
+            for (std::size_t j = i + 1; j < on.n; ++j) {
+                const double length = (on.p[j] - on.p[i]).squaredNorm();
+                if (length <= (longest.to - longest.from).squaredNorm()) continue;
+                longest.from = on.p[i];
+                longest.to = on.p[j];
+            }
+        }
+        edges_.push_back(longest);
+    }
+
+    void close(const TriangleBvh& solid)
+    {
+        const std::vector<Cap> caps = find_caps(cubes_, parted_, std::move(edges_), solid);
+        std::vector<Vec3> places;
+        for (const Cap& cap : caps) {
+            for (const Vec3& at : cap.corners) places.push_back(cubes_.origin + cubes_.size * at);
+        }
+        std::vector<TriangleBvh::Hit> nearest(places.size());
+        solid.closest(places, std::numeric_limits<double>::infinity(), nearest);
+        auto hit = nearest.begin();
+        for (const Cap& cap : caps) {
+            const auto first = std::uint32_t(corners_.size());
+            for (const Vec3& at : cap.corners) {
+                const Vec3& share = hit->barycentric;
+                corners_.push_back(
+                    {hit->triangle, cap.part, at, {share[0], share[1], share[2]}, cap.outward});
+                ++hit;
+            }
+            for (std::uint32_t k = 2; k < cap.corners.size(); ++k)
+                faces_.push_back({first, first + k - 1, first + k});
+        }
     }
 
     void add(std::uint32_t f, const Polygon& piece, std::uint32_t part)
@@ -237,6 +293,7 @@ private:
     std::vector<std::uint8_t> cut_;
     std::vector<Corner> corners_;
     std::vector<Triangle> faces_;
+    std::vector<CutEdge> edges_;
 };
 
 // The mean of some of `values` by the shares of a face's corners.
@@ -347,6 +404,11 @@ TriMesh carried_corners(const TriMesh& rest, const std::vector<Triangle>& normal
 {
     TriMesh points;
     for (const Cutter::Corner& c : cutter.corners()) {
+        if (c.closes()) {
+            points.positions.push_back((cubes.origin + cubes.size * c.at).cast<float>());
+            if (!normals_of.empty()) points.normals.push_back(c.outward.cast<float>());
+            continue;
+        }
         points.positions.push_back(mixed(rest.positions, rest.triangles()[c.face], c.share));
         if (normals_of.empty()) continue;
         points.normals.push_back(mixed(rest.normals, normals_of[c.face], c.share).normalized());
@@ -393,6 +455,21 @@ void carry_old_vertices(const TriMesh& rest, const std::vector<Triangle>& normal
         for (const std::uint32_t n : normals_at[v]) motion.add_normal(rest.normals[n], n);
     }
     motion.carry(carried.positions, carried.normals);
+}
+
+// The number of the group "inside"; without groups so far, all faces are of "outside".
+std::uint16_t group_inside(MeshTopology& topology)
+{
+    auto& names = topology.groups;
+    if (topology.group.empty()) {
+        names.assign(1, "outside");
+        topology.group.assign(topology.triangles.size(), 0);
+    }
+    const auto found = std::find(names.begin(), names.end(), "inside");
+    if (found != names.end()) return std::uint16_t(found - names.begin());
+    if (names.size() > 0xffff) return 0;
+    names.emplace_back("inside");
+    return std::uint16_t(names.size() - 1);
 }
 
 }  // namespace
@@ -445,7 +522,7 @@ std::vector<std::uint8_t> marked(const Cubes& cubes, std::span<const PartedCube>
 
 TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, const Cubes& cubes,
                  std::span<const Vec3> x, std::span<const std::uint32_t> broken,
-                 std::span<const PartedCube> parted)
+                 std::span<const PartedCube> parted, const TriangleBvh* solid)
 {
     if (parted.empty()) return carried;
     const MeshTopology& before = *rest.topology;
@@ -460,7 +537,7 @@ TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, c
     const std::vector<std::uint8_t> torn = marked(cubes, parted);
     const PartMotion motion(cubes, x, broken, parted, torn);
     carry_old_vertices(rest, normals_of, binding, motion, carried);
-    const Cutter cutter(rest, cubes, parted);
+    const Cutter cutter(rest, cubes, parted, solid);
     if (cutter.faces().empty()) return carried;
 
     const TriMesh points = carried_corners(rest, normals_of, cubes, x, torn, motion, cutter);
@@ -480,7 +557,8 @@ TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, c
         };
         const auto k =
             std::size_t(std::max_element(c.share.begin(), c.share.end()) - c.share.begin());
-        if (c.share[k] > 1 - 1e-9 && meets(vertices[k])) {  // a corner of the face itself
+        if (!c.closes() && c.share[k] > 1 - 1e-9 &&
+            meets(vertices[k])) {  // a corner of the face itself
             corner[i][0] = vertices[k];
             if (!normals_of.empty()) corner[i][1] = normals_of[c.face][k];
             if (has_uvs) corner[i][2] = before.uv_triangles[c.face][k];
@@ -513,8 +591,11 @@ TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, c
             topology.uvs.push_back(mixed(before.uvs, before.uv_triangles[c.face], c.share));
         }
     }
+    const auto& corners = cutter.corners();
+    const bool closes = !corners.empty() && corners.back().closes();
+    const std::uint16_t inside = closes ? group_inside(topology) : 0;
     for (const Triangle& face : cutter.faces()) {
-        const std::uint32_t source = cutter.corners()[face[0]].face;
+        const std::uint32_t source = corners[face[0]].face;
         const auto entries = [&](std::size_t what) -> Triangle {
             return {corner[face[0]][what], corner[face[1]][what], corner[face[2]][what]};
         };
@@ -522,7 +603,10 @@ TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, c
         if (!normals_of.empty()) topology.normal_triangles.push_back(entries(1));
         if (has_uvs) topology.uv_triangles.push_back(entries(2));
         if (!before.material.empty()) topology.material.push_back(before.material[source]);
-        if (!before.group.empty()) topology.group.push_back(before.group[source]);
+        if (!closes && before.group.empty()) continue;
+        const std::uint16_t outside =
+            before.group.empty() ? std::uint16_t{0} : before.group[source];
+        topology.group.push_back(corners[face[0]].closes() ? inside : outside);
     }
     carried.topology = std::make_shared<MeshTopology>(std::move(topology));
     return carried;

@@ -10,10 +10,11 @@
 // After Molino, Bao, Fedkiw. A virtual node algorithm for changing mesh topology during simulation.
 // SIGGRAPH 2004.
 //
-// What is cut stays open: faces are parted, no new ones close what is behind them.
+// Where the mesh is a solid, new faces close it along those planes (cut_caps.hpp).
 
 #include "geometry/embed.hpp"
 #include "geometry/mesh.hpp"
+#include "geometry/triangle_bvh.hpp"
 
 #include <span>
 
@@ -37,9 +38,11 @@ std::vector<std::uint8_t> marked(const Cubes& cubes, std::span<const PartedCube>
 // `carried` is what embed() makes of `rest` with corners at x (K, m), and `parted` what
 // find_parted() says of the same `broken`. Faces that pass through those cubes are cut there, and
 // vertices in them go with the part that they are in; new vertices, normals and texture coordinates
-// come after the others.
+// come after the others. What is cut is closed where it is inside `solid`, that mesh at rest; null:
+// it stays open, as planes do. Faces that close it are of the group "inside", after all others, and
+// have the material, and their vertices the numbers, of what is nearest to them of the mesh.
 TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, const Cubes& cubes,
                  std::span<const Vec3> x, std::span<const std::uint32_t> broken,
-                 std::span<const PartedCube> parted);
+                 std::span<const PartedCube> parted, const TriangleBvh* solid = nullptr);
 
 }  // namespace geometry

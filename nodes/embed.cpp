@@ -6,6 +6,8 @@
 #include "graph/node_type.hpp"
 #include "nodes/wire_types.hpp"
 
+#include <tbb/collaborative_call_once.h>
+
 #include <cstdio>
 
 namespace nodes::embed {
@@ -19,13 +21,37 @@ struct Attributes {
 
 enum class Torn { cut, hide, stretch };
 
+// The tree of a mesh at rest, made when something is cut for the first time.
+class TreeOnDemand {
+public:
+    explicit TreeOnDemand(graph::Wire<geometry::TriMesh> mesh) : mesh_(std::move(mesh)) {}
+
+    const geometry::TriangleBvh& get() const
+    {
+        tbb::collaborative_call_once(made_->once,
+                                     [&] { made_->tree = geometry::TriangleBvh(*mesh_); });
+        return made_->tree;
+    }
+    std::size_t bytes() const { return sizeof(Made); }  // when it is asked for, there is no tree
+
+private:
+    struct Made {
+        tbb::collaborative_once_flag once;
+        geometry::TriangleBvh tree;
+    };
+    graph::Wire<geometry::TriMesh> mesh_;
+    std::unique_ptr<Made> made_ = std::make_unique<Made>();
+};
+
 struct Inputs {
     graph::Wire<geometry::TriMesh> mesh;
     graph::Wire<geometry::Cubes> cubes;
     graph::Wire<physics::State> state;
     Attributes attributes;
     Torn torn = Torn::cut;
+    bool close_cuts = true;
     std::shared_ptr<const geometry::Binding> binding;
+    std::shared_ptr<const TreeOnDemand> tree;
 };
 struct Outputs {
     geometry::TriMesh mesh;
@@ -34,6 +60,11 @@ struct Outputs {
 static geometry::Binding bind(const Inputs& in)
 {
     return geometry::bind(*in.mesh, *in.cubes);
+}
+
+static TreeOnDemand tree_on_demand(const Inputs& in)
+{
+    return TreeOnDemand(in.mesh);
 }
 
 static void warn_of_strays(const Inputs& in, const graph::Context& context)
@@ -92,8 +123,10 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         add("component", "", std::move(component));
     }
     if (in.torn == Torn::cut) {
-        out.mesh = geometry::cut_torn(*in.binding, *in.mesh, std::move(out.mesh), *in.cubes,
-                                      state.x, state.broken, parted);
+        const bool closes = in.close_cuts && !parted.empty();
+        out.mesh =
+            geometry::cut_torn(*in.binding, *in.mesh, std::move(out.mesh), *in.cubes, state.x,
+                               state.broken, parted, closes ? &in.tree->get() : nullptr);
     } else if (in.torn == Torn::hide && !state.broken.empty()) {
         const auto gone = geometry::torn_faces(*in.mesh, *in.cubes, state.broken);
         out.mesh = geometry::without_faces(std::move(out.mesh), gone);
@@ -138,10 +171,14 @@ void add_to(graph::Registry& registry)
                "Which numbers to leave at each vertex, to colour by or to export.")
         .choice("torn", &Inputs::torn, {"cut", "hide", "stretch"},
                 "What becomes of faces where links have broken (`lattice.tear` of Simulate). cut: "
-                "they are cut between the corners that have parted, and stay open there; vertices "
-                "are added. hide: those in cubes that have lost a link are left out; vertices stay "
+                "they are cut between the corners that have parted; vertices are added. hide: "
+                "those in cubes that have lost a link are left out; vertices stay "
                 "the same, as point caches want them. stretch: they are drawn out across the gap.")
+        .param("close_cuts", &Inputs::close_cuts,
+               "Whether faces close what is cut, where the mesh encloses a volume. They are of the "
+               "group \"inside\", and look like the surface nearest to them.")
         .prepare("binding", &Inputs::binding, bind, {"mesh", "cubes"})
+        .prepare("tree", &Inputs::tree, tree_on_demand, {"mesh"})
         .output("mesh", &Outputs::mesh, "The mesh as the cubes carry it.");
 }
 
