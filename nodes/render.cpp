@@ -511,7 +511,7 @@ void add_to(graph::Registry& registry)
         .inputs("mesh", &Inputs::mesh, "Meshes to draw.")
         .input(
             "rest", &Inputs::rest,
-            "The stage: the camera, the floor, the shadow and the grid are laid out for the "
+            "The stage: the camera, the floor and the shadow are laid out for the "
             "bounds of this mesh. Link what does not move (the mesh at rest), so that they stand "
             "still; without it they follow what is drawn.",
             graph::Need::optional)

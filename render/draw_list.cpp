@@ -518,8 +518,11 @@ DrawList draw_list(const Scene& scene, const Camera& camera, const Look& look)
     const double eye_height = list.units(camera.eye).y();
     if (scene.ground && list.units(Vec3(0, *scene.ground, 0)).y() < eye_height) {
         list.ground = static_cast<float>(list.units(Vec3(0, *scene.ground, 0)).y());
-        // Fine lines a tenth of the stage or less apart.
-        const double spacing = std::pow(10, std::floor(std::log10(0.25 * stage.diagonal())));
+        // Fine lines a tenth of the spacing apart, by what the picture holds at its target: they
+        // stay as they are while the camera does, whatever flies about.
+        const double height = 2 * std::tan(0.5 * camera.field_of_view) *
+                              std::max((camera.eye - camera.target).norm(), 1e-9);
+        const double spacing = std::pow(10, std::floor(std::log10(0.27 * height)));
         list.grid_spacing = static_cast<float>(spacing * list.units.scale);
         for (int k = 0; k < 4; ++k) {
             list.floor.emplace_back(k & 1 ? floor_reach : -floor_reach, *list.ground,

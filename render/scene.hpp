@@ -65,8 +65,8 @@ struct Scene {
     std::vector<Surface> surfaces;
     std::vector<Lines> lines;
     std::vector<Balls> balls;
-    // Where the action is: the shadow and the grid are laid out for this box, so keep it the same
-    // for all frames of a shot. Empty: the bounds of what is drawn.
+    // Where the action is: the shadow and the floor's extent are laid out for this box, so keep it
+    // the same for all frames of a shot. Empty: the bounds of what is drawn.
     Box stage;
     std::optional<double> ground;  // m, height of the floor
     std::optional<Legend> legend;

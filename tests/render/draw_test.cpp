@@ -350,6 +350,36 @@ TEST(Draw, SizeDoesNotMatter)
 }
 
 // A sheet that lies on the floor has the floor's own depth, up to rounding.
+TEST(Draw, TheGridStaysWhatFliesAbout)
+{
+    Look look = plain_look(256);
+    look.grid = true;
+    const Camera camera{{0, 2, 3}, {0, 0, 0}, {0, 1, 0}, 0.6};
+    // A box in the picture, and another that flies off behind the camera.
+    const auto picture = [&](float away) {
+        Scene scene;
+        const TriMesh here = geometry::box({0.4, 0.4, 0.4}, {1, 1, 1});
+        TriMesh there = here;
+        for (Vec3f& p : there.positions) p += Vec3f(0, 1, 3.5f + away);
+        scene.surfaces = {surface(here), surface(std::move(there))};
+        scene.ground = -0.2;
+        return render::draw(scene, camera, look);
+    };
+    const Image near = picture(0);
+    for (const float away : {3.0f, 10.0f, 40.0f}) {
+        const Image far = picture(away);
+        int lines = 0, others = 0;
+        for (int y = 128; y < 256; ++y) {
+            for (int x = 1; x < 256; ++x) {
+                lines += std::abs(pixel(near, x, y)[1] - pixel(near, x - 1, y)[1]) > 3;
+                others += std::abs(pixel(near, x, y)[1] - pixel(far, x, y)[1]) > 3;
+            }
+        }
+        EXPECT_GT(lines, 500);
+        EXPECT_LT(others, lines / 10) << away;
+    }
+}
+
 TEST(Draw, ASheetThatLiesOnTheFloorHidesIt)
 {
     for (const double height : {0.0, 0.37, -12.3}) {
