@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
-#include <map>
+#include <limits>
 #include <numeric>
-#include <unordered_map>
+#include <unordered_set>
 
 namespace physics {
 
@@ -408,79 +408,153 @@ struct Exception {
     std::vector<Reach::Piece> pieces;  // by z, then by place
 };
 
-template <class T> std::vector<std::uint32_t> counts_to_starts(const std::vector<T>& lists)
+// Numbers what is the same alike, from 0 in the order that it is first seen.
+class Numbering {
+public:
+    // `same(k)` says whether what has number k is this; a new number is count().
+    template <class Same> std::uint32_t of(std::uint64_t hash, const Same& same)
+    {
+        if (2 * hash_.size() >= slot_.size()) grow();
+        std::size_t at = place(hash);
+        for (; slot_[at] != none; at = (at + 1) & (slot_.size() - 1)) {
+            if (hash_[slot_[at]] == hash && same(slot_[at])) return slot_[at];
+        }
+        slot_[at] = std::uint32_t(hash_.size());
+        hash_.push_back(hash);
+        return slot_[at];
+    }
+    std::uint32_t count() const { return std::uint32_t(hash_.size()); }
+
+private:
+    std::size_t place(std::uint64_t hash) const { return hash & (slot_.size() - 1); }
+    void grow()
+    {
+        slot_.assign(2 * slot_.size(), none);
+        for (std::uint32_t k = 0; k < hash_.size(); ++k) {
+            std::size_t at = place(hash_[k]);
+            while (slot_[at] != none) at = (at + 1) & (slot_.size() - 1);
+            slot_[at] = k;
+        }
+    }
+
+    std::vector<std::uint64_t> hash_;
+    std::vector<std::uint32_t> slot_ = std::vector<std::uint32_t>(1024, none);
+};
+
+std::uint64_t mixed(std::uint64_t hash, std::uint64_t with)
 {
-    std::vector<std::uint32_t> at{0};
-    for (const auto& list : lists) at.push_back(at.back() + std::uint32_t(list.size()));
-    return at;
+    hash = (hash ^ with) * 0x9e3779b97f4a7c15u;
+    return hash ^ hash >> 29;
+}
+
+// Lists one after another.
+struct Lists {
+    std::vector<std::uint32_t> at{0}, all;
+
+    void end() { at.push_back(std::uint32_t(all.size())); }
+    std::size_t count() const { return at.size() - 1; }
+    std::span<const std::uint32_t> operator[](std::size_t k) const
+    {
+        return {all.begin() + at[k], all.begin() + at[k + 1]};
+    }
+};
+
+// Which lists name each number below `count`, with with(list, place in it) of each, in their order.
+template <class With> Lists transposed(const Lists& lists, std::size_t count, const With& with)
+{
+    Lists out;
+    out.at.assign(count + 1, 0);
+    for (const auto k : lists.all) ++out.at[k + 1];
+    std::partial_sum(out.at.begin(), out.at.end(), out.at.begin());
+    out.all.resize(lists.all.size());
+    std::vector<std::uint32_t> next(out.at.begin(), out.at.end() - 1);
+    for (std::uint32_t l = 0; l < lists.count(); ++l) {
+        for (std::uint32_t i = lists.at[l]; i < lists.at[l + 1]; ++i) {
+            out.all[next[lists.all[i]]++] = with(l, i - lists.at[l]);
+        }
+    }
+    return out;
 }
 
 LatticeExceptions share_sums(const Lattice& lattice, const Runs& runs,
                              const std::vector<Exception>& exceptions)
 {
     LatticeExceptions e;
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> bar_number;
-    std::map<std::vector<std::uint32_t>, std::uint32_t> plate_number;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> bars;
-    std::vector<std::vector<std::uint32_t>> plates, regions;
+    Numbering bar_numbers, plate_numbers;
+    Lists bars, plates, regions;  // of particles, bars, plates
+    std::vector<Reach::Piece> bar;
+    std::vector<std::pair<int, std::uint32_t>> pieces;  // z and bar of an exception
     for (const Exception& x : exceptions) {
-        std::map<int, std::vector<std::uint32_t>> by_z;
+        pieces.clear();
         for (const auto& piece : x.pieces) {
-            const auto key = std::pair(piece.first, piece.length);
-            const auto [found, fresh] = bar_number.try_emplace(key, std::uint32_t(bars.size()));
-            if (fresh) bars.push_back(key);
-            by_z[runs.run[piece.run].z].push_back(found->second);
+            const auto k = bar_numbers.of(mixed(piece.first, piece.length), [&](std::uint32_t b) {
+                return bar[b].first == piece.first && bar[b].length == piece.length;
+            });
+            if (k == bar.size()) {
+                bar.push_back(piece);
+                const auto first = runs.particle.begin() + piece.first;
+                bars.all.insert(bars.all.end(), first, first + piece.length);
+                bars.end();
+            }
+            pieces.emplace_back(runs.run[piece.run].z, k);
         }
-        auto& region = regions.emplace_back();
-        for (auto& [z, plate] : by_z) {
-            std::sort(plate.begin(), plate.end());
-            const auto [found, fresh] =
-                plate_number.try_emplace(plate, std::uint32_t(plates.size()));
-            if (fresh) plates.push_back(plate);
-            region.push_back(found->second);
+        std::sort(pieces.begin(), pieces.end());
+        for (std::size_t first = 0, last = 0; first < pieces.size(); first = last) {
+            std::uint64_t hash = 0;
+            for (; last < pieces.size() && pieces[last].first == pieces[first].first; ++last) {
+                hash = mixed(hash, pieces[last].second);
+            }
+            const auto k = plate_numbers.of(hash, [&](std::uint32_t p) {
+                const auto plate = plates[p];
+                return plate.size() == last - first &&
+                       std::equal(
+                           plate.begin(), plate.end(), pieces.begin() + std::ptrdiff_t(first),
+                           [](std::uint32_t b, const auto& piece) { return b == piece.second; });
+            });
+            if (k == plates.count()) {
+                for (std::size_t i = first; i < last; ++i) plates.all.push_back(pieces[i].second);
+                plates.end();
+            }
+            regions.all.push_back(k);
         }
+        regions.end();
         e.region.push_back(x.slot);
     }
-    e.bars = std::uint32_t(bars.size());
-    e.plates = std::uint32_t(plates.size());
+    e.bars = bar_numbers.count();
+    e.plates = plate_numbers.count();
 
-    std::vector<std::vector<std::uint32_t>> children, parents(e.bars + e.plates);
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> holds;  // particle, bar * 256 + place
-    for (std::uint32_t b = 0; b < e.bars; ++b) {
-        auto& list = children.emplace_back();
-        for (std::uint32_t k = 0; k < bars[b].second; ++k) {
-            const std::uint32_t i = runs.particle[bars[b].first + k];
-            list.push_back(i);
-            holds.emplace_back(i, b * 256 + k);
+    e.child_at = {0};
+    const auto add_children = [&](const Lists& lists, std::uint32_t first) {
+        for (std::size_t k = 0; k < lists.count(); ++k) {
+            for (const auto child : lists[k]) e.child.push_back(first + child);
+            e.child_at.push_back(std::uint32_t(e.child.size()));
         }
-        e.at.push_back(lattice.at[list[0]]);
-    }
+    };
+    add_children(bars, 0);
+    add_children(plates, 0);
+    add_children(regions, e.bars);
+    for (std::uint32_t b = 0; b < e.bars; ++b) e.at.push_back(lattice.at[bars[b][0]]);
+    for (std::uint32_t p = 0; p < e.plates; ++p) e.at.push_back(e.at[plates[p][0]]);
+    for (const Exception& x : exceptions) e.at.push_back(lattice.at[x.particle]);
+
+    const auto plates_of = transposed(plates, e.bars, [&](auto p, auto) { return e.bars + p; });
+    const auto regions_of =
+        transposed(regions, e.plates, [&](auto r, auto) { return e.bars + e.plates + r; });
+    e.parent_at = plates_of.at;
+    e.parent = plates_of.all;
     for (std::uint32_t p = 0; p < e.plates; ++p) {
-        for (const auto b : plates[p]) parents[b].push_back(e.bars + p);
-        e.at.push_back(e.at[plates[p][0]]);
-        children.push_back(plates[p]);
+        e.parent_at.push_back(std::uint32_t(plates_of.all.size()) + regions_of.at[p + 1]);
     }
-    for (std::size_t r = 0; r < regions.size(); ++r) {
-        auto& list = children.emplace_back();
-        for (const auto p : regions[r]) {
-            list.push_back(e.bars + p);
-            parents[e.bars + p].push_back(std::uint32_t(e.bars + e.plates + r));
-        }
-        e.at.push_back(lattice.at[exceptions[r].particle]);
-    }
-    e.child_at = counts_to_starts(children);
-    for (const auto& list : children) e.child.insert(e.child.end(), list.begin(), list.end());
-    e.parent_at = counts_to_starts(parents);
-    for (const auto& list : parents) e.parent.insert(e.parent.end(), list.begin(), list.end());
-    std::sort(holds.begin(), holds.end());
+    e.parent.insert(e.parent.end(), regions_of.all.begin(), regions_of.all.end());
+
+    auto bars_of = transposed(bars, lattice.count(), [](auto b, auto k) { return b * 256 + k; });
     e.bar_at.push_back(0);
-    for (std::size_t k = 0; k < holds.size(); ++k) {
-        if (k == 0 || holds[k].first != holds[k - 1].first) e.particle.push_back(holds[k].first);
-        e.bar.push_back(holds[k].second);
-        if (k + 1 == holds.size() || holds[k + 1].first != holds[k].first) {
-            e.bar_at.push_back(std::uint32_t(e.bar.size()));
-        }
+    for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+        if (bars_of[i].empty()) continue;
+        e.particle.push_back(i);
+        e.bar_at.push_back(bars_of.at[i + 1]);
     }
+    e.bar = std::move(bars_of.all);
     return e;
 }
 
@@ -488,10 +562,7 @@ struct PlaceHash {
     std::size_t operator()(const Vec3i& p) const
     {
         std::uint64_t h = 0;
-        for (int d = 0; d < 3; ++d) {
-            h = (h ^ std::uint32_t(p[d])) * 0x9e3779b97f4a7c15u;
-            h ^= h >> 29;
-        }
+        for (int d = 0; d < 3; ++d) h = mixed(h, std::uint32_t(p[d]));
         return h;
     }
 };
@@ -606,6 +677,56 @@ std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegi
     return all;
 }
 
+// The boxes of half width w around some particles.
+class Boxes {
+public:
+    Boxes(const Lattice& lattice, std::span<const std::uint32_t> around, int w, bool flat)
+    {
+        const Vec3i reach(w, w, flat ? 0 : w);
+        for (const auto i : around) {
+            low_ = low_.cwiseMin(lattice.at[i] - reach);
+            high_ = high_.cwiseMax(lattice.at[i] + reach);
+        }
+        if (around.empty()) return;
+        const double places =
+            (high_.cast<double>() - low_.cast<double>() + geometry::Vec3::Ones()).prod();
+        if (places <= most_places) marked_.assign(std::size_t(places), 0);
+        for (const auto i : around) {
+            for (int z = -reach[2]; z <= reach[2]; ++z) {
+                for (int y = -w; y <= w; ++y) {
+                    const Vec3i at = lattice.at[i] + Vec3i(-w, y, z);
+                    if (!marked_.empty()) {
+                        std::fill_n(marked_.begin() + std::ptrdiff_t(place(at)), 2 * w + 1, 1);
+                        continue;
+                    }
+                    for (int x = 0; x <= 2 * w; ++x) far_.insert(at + Vec3i(x, 0, 0));
+                }
+            }
+        }
+    }
+
+    bool hold(const Vec3i& at) const
+    {
+        if ((at.array() < low_.array()).any() || (at.array() > high_.array()).any()) return false;
+        return marked_.empty() ? far_.contains(at) : marked_[place(at)] != 0;
+    }
+
+private:
+    static constexpr double most_places = 1 << 26;
+
+    std::size_t place(const Vec3i& at) const
+    {
+        const Vec3i p = at - low_, n = high_ - low_ + Vec3i::Ones();
+        return (std::size_t(p[2]) * std::size_t(n[1]) + std::size_t(p[1])) * std::size_t(n[0]) +
+               std::size_t(p[0]);
+    }
+
+    Vec3i low_ = Vec3i::Constant(std::numeric_limits<int>::max());
+    Vec3i high_ = Vec3i::Constant(std::numeric_limits<int>::min());
+    std::vector<std::uint8_t> marked_;          // all places between low_ and high_
+    std::unordered_set<Vec3i, PlaceHash> far_;  // or those in boxes that lie far apart
+};
+
 // The lattice with its axes in the order that lines run along.
 Lattice turned(const Lattice& lattice, const std::array<int, 3>& axes)
 {
@@ -658,24 +779,22 @@ LatticeRegions find_torn_regions(const Lattice& torn, const LatticeRegions& whol
     // particles that are reached from it in the whole lattice, and all of them lie in its box.
     std::vector<std::uint8_t> again(whole.slots(), 0);
     for (const auto slot : whole.exceptions.region) again[slot] = 1;
-    std::unordered_map<Vec3i, std::uint8_t, PlaceHash> near;
-    const int w = whole.half_width, deep = whole.flat ? 0 : w;
-    for (const auto i : ends) {
-        for (int z = -deep; z <= deep; ++z) {
-            for (int y = -w; y <= w; ++y) {
-                for (int x = -w; x <= w; ++x) near[lattice.at[i] + Vec3i(x, y, z)] = 1;
-            }
-        }
-    }
-    LatticeRegions regions = whole;
-    std::vector<Exception> exceptions;
-    Reach reach(runs, whole.half_width);
+    const Boxes near(lattice, ends, whole.half_width, whole.flat);
+    std::vector<std::uint32_t> slots;
     for (std::uint32_t slot = 0; slot < whole.slots(); ++slot) {
         const std::uint32_t r = whole.particle[slot];
-        if (r == none || !(again[slot] || near.contains(lattice.at[r]))) continue;
-        const auto pieces = reach.from(r, lattice.at[r]);
-        exceptions.push_back({slot, r, {pieces.begin(), pieces.end()}});
+        if (r != none && (again[slot] || near.hold(lattice.at[r]))) slots.push_back(slot);
     }
+    LatticeRegions regions = whole;
+    std::vector<Exception> exceptions(slots.size());
+    geometry::parallel_for(slots.size(), 512, [&](std::size_t begin, std::size_t end) {
+        Reach reach(runs, whole.half_width);
+        for (std::size_t k = begin; k < end; ++k) {
+            const std::uint32_t r = whole.particle[slots[k]];
+            const auto pieces = reach.from(r, lattice.at[r]);
+            exceptions[k] = {slots[k], r, {pieces.begin(), pieces.end()}};
+        }
+    });
     regions.exceptions = share_sums(lattice, runs, exceptions);
     return regions;
 }
