@@ -181,6 +181,8 @@ private:
     void cut_face(std::uint32_t f)
     {
         face_ = lattice_face(rest_, cubes_, f, flat_);
+        const Vec3 a = face_.p[1] - face_.p[0], b = face_.p[2] - face_.p[0];
+        if (!(a.cross(b).norm() > 1e-10 * a.norm() * b.norm())) return;  // a line: nothing to see
         // What lies outside of all parted cubes' box stays in large pieces.
         Polygon inside = face_, below, above;
         for (int d = 0; d < 3; ++d) {
