@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <tuple>
 
 namespace geometry {
 namespace {
@@ -131,6 +132,12 @@ std::vector<Piece> pieces_of(const Point& low, const Point& high, std::span<cons
     return pieces.all();
 }
 
+// The order of edges, by the planes they lie in.
+bool by_plane(const CutEdge& a, const CutEdge& b)
+{
+    return std::tie(a.parted, a.axis) < std::tie(b.parted, b.axis);
+}
+
 class Capper {
 public:
     Capper(const Cubes& cubes, std::span<const PartedCube> parted, std::span<const CutEdge> edges,
@@ -166,11 +173,8 @@ private:
         const PartedCube& cube = parted_[parted];
         const std::uint8_t below = cube.part[octant], above = cube.part[octant | 1u << d];
         if (below == above) return;
-        const auto order = [](const CutEdge& a, const CutEdge& b) {
-            return std::tie(a.parted, a.axis) < std::tie(b.parted, b.axis);
-        };
         const auto [first, last] =
-            std::equal_range(edges_.begin(), edges_.end(), CutEdge{parted, d, {}, {}}, order);
+            std::equal_range(edges_.begin(), edges_.end(), CutEdge{parted, d, {}, {}}, by_plane);
         const Vec3 cell = cubes_.cell[cube.cube].cast<double>();
         for (const Piece& piece : pieces_of(low, high, {first, last}, cell)) {
             Cap cap{8 * parted + below, Vec3::Unit(d), {}};
@@ -213,9 +217,7 @@ private:
 std::vector<Cap> find_caps(const Cubes& cubes, std::span<const PartedCube> parted,
                            std::vector<CutEdge> edges, const TriangleBvh& mesh)
 {
-    std::stable_sort(edges.begin(), edges.end(), [](const CutEdge& a, const CutEdge& b) {
-        return std::tie(a.parted, a.axis) < std::tie(b.parted, b.axis);
-    });
+    std::stable_sort(edges.begin(), edges.end(), by_plane);
     const Capper capper(cubes, parted, edges, mesh);
     std::vector<std::vector<Cap>> of(parted.size());
     parallel_for(parted.size(), 4, [&](std::size_t begin, std::size_t end) {

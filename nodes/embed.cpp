@@ -1,5 +1,6 @@
 #include "geometry/embed.hpp"
 #include "geometry/cut_torn.hpp"
+#include "geometry/plane.hpp"
 #include "geometry/torn_faces.hpp"
 
 #include "graph/json.hpp"
@@ -123,7 +124,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         add("component", "", std::move(component));
     }
     if (in.torn == Torn::cut) {
-        const bool closes = in.close_cuts && !parted.empty();
+        // Planes stay open: they need no tree.
+        const bool closes = in.close_cuts && !parted.empty() && geometry::flat_axis(*in.cubes) < 0;
         out.mesh =
             geometry::cut_torn(*in.binding, *in.mesh, std::move(out.mesh), *in.cubes, state.x,
                                state.broken, parted, closes ? &in.tree->get() : nullptr);
@@ -172,8 +174,8 @@ void add_to(graph::Registry& registry)
         .choice("torn", &Inputs::torn, {"cut", "hide", "stretch"},
                 "What becomes of faces where links have broken (`lattice.tear` of Simulate). cut: "
                 "they are cut between the corners that have parted; vertices are added. hide: "
-                "those in cubes that have lost a link are left out; vertices stay "
-                "the same, as point caches want them. stretch: they are drawn out across the gap.")
+                "those in cubes that have lost a link are left out; vertices stay the same, as "
+                "point caches want them. stretch: they are drawn out across the gap.")
         .param("close_cuts", &Inputs::close_cuts,
                "Whether faces close what is cut, where the mesh encloses a volume. They are of the "
                "group \"inside\", and look like the surface nearest to them.")

@@ -511,9 +511,9 @@ void add_to(graph::Registry& registry)
         .inputs("mesh", &Inputs::mesh, "Meshes to draw.")
         .input(
             "rest", &Inputs::rest,
-            "The stage: the camera, the floor and the shadow are laid out for the "
-            "bounds of this mesh. Link what does not move (the mesh at rest), so that they stand "
-            "still; without it they follow what is drawn.",
+            "The stage: the camera, the floor and the shadow are laid out for the bounds of this "
+            "mesh. Link what does not move (the mesh at rest), so that they stand still; without "
+            "it they follow what is drawn.",
             graph::Need::optional)
         .input("cubes", &Inputs::cubes, "Cubes to draw.", graph::Need::optional)
         .input("state", &Inputs::state, "Where the corners of the cubes are; at rest without it.",

@@ -47,21 +47,19 @@ template <class With> void for_each(std::size_t n, const With& with)
     });
 }
 
-// The largest of(i) for i below n, or 0.
-template <class Of> double largest_of(std::size_t n, const Of& of)
+// The largest of(i) for i below n, or 0; `piece` of them a task.
+template <class Of> double largest_of(std::size_t n, const Of& of, std::size_t piece = grain)
 {
     struct Largest {
         double value = 0;
         Largest operator+(const Largest& o) const { return {std::max(value, o.value)}; }
     };
-    return geometry::ordered_sum<Largest>(n, grain, {},
-                                          [&](std::size_t begin, std::size_t end) {
-                                              Largest most;
-                                              for (std::size_t i = begin; i < end; ++i)
-                                                  most.value = std::max(most.value, of(i));
-                                              return most;
-                                          })
-        .value;
+    const auto of_piece = [&](std::size_t begin, std::size_t end) {
+        Largest most;
+        for (std::size_t i = begin; i < end; ++i) most.value = std::max(most.value, of(i));
+        return most;
+    };
+    return geometry::ordered_sum<Largest>(n, piece, {}, of_piece).value;
 }
 
 template <class T> class Stepper {
@@ -177,24 +175,19 @@ private:
     double cells_crossed() const
     {
         if (membrane_share_.empty()) return 0;
-        struct Fastest {
-            double sq = 0;
-            Fastest operator+(const Fastest& o) const { return {std::max(sq, o.sq)}; }
-        };
         const Membrane& membrane = body_.membrane;
         const auto& v = state_.v;
-        const auto fastest = geometry::ordered_sum<Fastest>(
-            membrane.strip.size(), strips_grain, {}, [&](std::size_t begin, std::size_t end) {
-                Fastest most;
-                membrane.for_each_cell(begin, end, [&](std::size_t, const Membrane::Cell& cell) {
-                    for (const std::size_t side : {1u, 2u}) {
-                        const double sq = (v[cell[side]] - v[cell[0]]).squaredNorm();
-                        most.sq = std::max(most.sq, sq);
-                    }
-                });
-                return most;
+        const auto fastest_of = [&](std::size_t strip) {
+            double most = 0;
+            membrane.for_each_cell(strip, strip + 1, [&](std::size_t, const Membrane::Cell& cell) {
+                for (const std::size_t side : {1u, 2u}) {
+                    most = std::max(most, (v[cell[side]] - v[cell[0]]).squaredNorm());
+                }
             });
-        return std::sqrt(fastest.sq) * dt_ / body_.base.h;
+            return most;
+        };
+        const double fastest_sq = largest_of(membrane.strip.size(), fastest_of, strips_grain);
+        return std::sqrt(fastest_sq) * dt_ / body_.base.h;
     }
 
     void step(double share)

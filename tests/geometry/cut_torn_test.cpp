@@ -604,7 +604,7 @@ TEST(CutCaps, OfASoupAreFinite)
         const TriMesh out = closed(rest, cubes, corner_positions(cubes), broken);
         EXPECT_TRUE(all_finite(out));
         // No more than both sides of all planes.
-        EXPECT_LT(inside_area(out), 2 * 3 * 12 * 1.44);
+        EXPECT_LT(inside_area(out), 2 * 3 * 6 * 1.44);
     }
 }
 

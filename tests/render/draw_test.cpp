@@ -349,7 +349,6 @@ TEST(Draw, SizeDoesNotMatter)
     }
 }
 
-// A sheet that lies on the floor has the floor's own depth, up to rounding.
 TEST(Draw, TheGridStaysWhatFliesAbout)
 {
     Look look = plain_look(256);
@@ -380,6 +379,7 @@ TEST(Draw, TheGridStaysWhatFliesAbout)
     }
 }
 
+// A sheet that lies on the floor has the floor's own depth, up to rounding.
 TEST(Draw, ASheetThatLiesOnTheFloorHidesIt)
 {
     for (const double height : {0.0, 0.37, -12.3}) {
