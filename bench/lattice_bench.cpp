@@ -3,7 +3,7 @@
 
 #include "geometry/cubes.hpp"
 #include "geometry/plane.hpp"
-#include "physics/lattice.hpp"
+#include "physics/torn_regions.hpp"
 
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>
@@ -121,6 +121,37 @@ BENCHMARK(make)
     ->Args({99, 3})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
+
+// Regions after ten more links of two thousand have broken, side by side; arguments: cubes along an
+// edge, half width, and whether nothing is known of those that were broken before.
+void tear(benchmark::State& state)
+{
+    const geometry::Cubes cubes = block(int(state.range(0)));
+    const LatticeBody body = make_lattice(cubes, {.half_width = int(state.range(1)), .tear = 1});
+    std::vector<std::uint32_t> links;
+    for (std::uint32_t i = 0; i < cubes.corner_count(); ++i) {
+        if (cubes.corner[i][0] % 12 == 5) links.push_back(3 * i);
+    }
+    std::size_t first = 0, last = 2000;
+    const auto find = [&] {
+        const std::vector<std::uint32_t> broken(links.begin() + std::ptrdiff_t(first),
+                                                links.begin() + std::ptrdiff_t(last));
+        benchmark::DoNotOptimize(body.torn->find(body.whole, broken).get());
+    };
+    find();
+    for (auto _ : state) {
+        last += 10;
+        if (state.range(2)) first += 10;  // these were not broken: nothing to go on from
+        if (last > links.size()) {
+            state.PauseTiming();
+            first = 0, last = 2000;
+            find();
+            state.ResumeTiming();
+        }
+        find();
+    }
+}
+BENCHMARK(tear)->Args({45, 3, 0})->Args({45, 3, 1})->Unit(benchmark::kMillisecond)->UseRealTime();
 
 // A sheet of n x n cells in space; arguments: n, half width, threads, and whether its stretch is a
 // membrane's: as thin as paper, or as stiff in bending as in stretch.

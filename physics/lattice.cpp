@@ -204,9 +204,9 @@ private:
     void use_regions(const std::vector<std::uint32_t>& broken)
     {
         held_regions_ =
-            body_.torn && !broken.empty() ? body_.torn->find(body_.whole.regions, broken) : nullptr;
+            body_.torn && !broken.empty() ? body_.torn->find(body_.whole, broken) : nullptr;
         matched_ = held_regions_ ? held_regions_.get() : &body_.whole;
-        if (held_regions_) sums_ = RegionSums<T>(matched_->regions);
+        sums_.exceptional.resize(4 * matched_->regions.exceptions.nodes());
         torn_corners_ =
             broken.empty() ? std::vector<std::uint8_t>{} : torn_corners(body_.membrane, broken);
 

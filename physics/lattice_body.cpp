@@ -294,68 +294,42 @@ MatchedRegions match_regions(LatticeRegions found, const Lattice& lattice,
         out.mass.push_back(float(matter[i][1] / holders));
         out.held_by.push_back(float(1 / holders));
     }
-    // s^2 = E / (rho h^2 m2), with E V and m summed over the region.
     RegionSums<double> sums(regions);
     for (std::size_t i = 0; i < n; ++i) {
         sums.particles[i] = {matter[i][0], matter[i][1], matter[i][2], 0};
     }
-    const double w = regions.half_width;
-    const double m2 = mean_square_place(w), m4 = mean_fourth_place(w);
     collect<double>(regions, sums, [&](std::size_t first, std::span<const Quad<double>> slots) {
         for (std::size_t s = first; s < first + slots.size() / 4; ++s) {
             if (regions.particle[s] == none) continue;
             const Quad<double>& total = slots[4 * (s - first)];
-            const double rate_sq = total[0] / (total[1] * h * h * m2);
-            out.rate_sq[s] = float(rate_sq);
-            if (!regions.flat) continue;
-            out.bend_sq[s] = float(rate_sq * total[2] / total[1] * m2 / (3 * (m4 - m2 * m2)));
+            const auto rates = rates_of({total[0], total[1], total[2]}, regions.half_width, h);
+            out.rate_sq[s] = rates.rate_sq;
+            if (regions.flat) out.bend_sq[s] = rates.bend_sq;
         }
     });
-    if (with_spread) out.inverse_spread = inverse_spreads(out, lattice);
-    if (regions.flat) {
-        const auto place = [&](std::size_t i) {
-            const Vec3i from_first = lattice.at[i] - lattice.at[0];
-            return std::array{double(from_first[regions.axes[0]]),
-                              double(from_first[regions.axes[1]])};
-        };
-        find_twist(
-            regions, out.mass, place, [](std::size_t) { return true; }, out.twist);
-    }
+    find_spread(out, lattice, with_spread);
     return out;
 }
 
-TornRegions::Found TornRegions::find(const LatticeRegions& whole,
-                                     const std::vector<std::uint32_t>& broken)
+// s^2 = E / (rho h^2 m2), with E V and m summed over the region.
+RegionRates rates_of(const std::array<double, 3>& matter, int half_width, double h)
 {
-    {
-        const std::lock_guard lock(mutex_);
-        for (auto entry = kept_.begin(); entry != kept_.end(); ++entry) {
-            if (entry->first != broken) continue;
-            kept_.splice(kept_.begin(), kept_, entry);
-            return kept_.front().second;
-        }
-    }
-    // Not under the lock: it runs on all threads.
-    Lattice lattice = lattice_;
-    std::vector<std::uint32_t> ends;
-    for (const std::uint32_t link : broken) {
-        const std::uint32_t from = link / 3, axis = link % 3;
-        if (from >= lattice.count() || lattice.next[from][axis] == none) continue;
-        ends.push_back(from);
-        ends.push_back(lattice.next[from][axis]);
-        lattice.next[from][axis] = none;
-    }
-    const auto made = std::make_shared<const MatchedRegions>(
-        match_regions(find_torn_regions(lattice, whole, ends), lattice, matter_, h_, with_spread_));
-    const std::lock_guard lock(mutex_);
-    kept_.emplace_front(broken, made);
-    if (kept_.size() > most) kept_.pop_back();
-    return made;
+    const double w = half_width, m2 = mean_square_place(w), m4 = mean_fourth_place(w);
+    const double rate_sq = matter[0] / (matter[1] * h * h * m2);
+    return {float(rate_sq), float(rate_sq * matter[2] / matter[1] * m2 / (3 * (m4 - m2 * m2)))};
 }
 
-std::size_t TornRegions::bytes() const
+void find_spread(MatchedRegions& matched, const Lattice& lattice, bool with_spread)
 {
-    return bytes_in(lattice_.at, lattice_.next, matter_);
+    const LatticeRegions& regions = matched.regions;
+    if (with_spread) matched.inverse_spread = inverse_spreads(matched, lattice);
+    if (!regions.flat) return;
+    const auto place = [&](std::size_t i) {
+        const Vec3i from_first = lattice.at[i] - lattice.at[0];
+        return std::array{double(from_first[regions.axes[0]]), double(from_first[regions.axes[1]])};
+    };
+    find_twist(
+        regions, matched.mass, place, [](std::size_t) { return true; }, matched.twist);
 }
 
 std::size_t LatticeBody::bytes() const

@@ -1,12 +1,11 @@
 #include "physics/lattice_regions.hpp"
 
 #include "geometry/parallel.hpp"
+#include "physics/shared_sums.hpp"
 
 #include <fmt/format.h>
 
-#include <limits>
 #include <numeric>
-#include <unordered_set>
 
 namespace physics {
 
@@ -291,282 +290,6 @@ private:
     std::vector<Place3> plates_;
 };
 
-// Unbroken runs of particles along x, and where neighbouring runs are linked: reach in a box is
-// found a run at a time.
-struct Runs {
-    struct Run {
-        std::uint32_t first, length;  // into particle
-        int x, y, z;                  // of its first particle
-    };
-    struct Seam {
-        std::uint32_t run;
-        int low, high;  // x, inclusive, of a stretch without a gap
-    };
-    std::vector<Run> run;
-    std::vector<std::uint32_t> particle;
-    std::vector<std::uint32_t> of;       // N, the run that holds a particle
-    std::vector<std::uint32_t> seam_at;  // run + 1, into seam
-    std::vector<Seam> seam;
-};
-
-Runs make_runs(const Lattice& lattice)
-{
-    const std::size_t n = lattice.count();
-    Runs runs;
-    runs.of.assign(n, none);
-    std::vector<std::uint8_t> has_before(n, 0);
-    for (const auto& next : lattice.next) {
-        if (next[0] != none) has_before[next[0]] = 1;
-    }
-    for (std::uint32_t i = 0; i < n; ++i) {
-        if (has_before[i]) continue;
-        const Vec3i& p = lattice.at[i];
-        const auto first = std::uint32_t(runs.particle.size());
-        for (std::uint32_t j = i; j != none; j = lattice.next[j][0]) {
-            runs.of[j] = std::uint32_t(runs.run.size());
-            runs.particle.push_back(j);
-        }
-        runs.run.push_back({first, std::uint32_t(runs.particle.size()) - first, p[0], p[1], p[2]});
-    }
-    std::vector<std::vector<Runs::Seam>> seams(runs.run.size());
-    for (std::uint32_t r = 0; r < runs.run.size(); ++r) {
-        const auto& run = runs.run[r];
-        for (std::size_t d = 1; d < 3; ++d) {
-            for (std::uint32_t k = 0; k < run.length; ++k) {
-                const std::uint32_t j = lattice.next[runs.particle[run.first + k]][d];
-                if (j == none) continue;
-                const int x = run.x + int(k);
-                const std::uint32_t other = runs.of[j];
-                auto& mine = seams[r];
-                if (!mine.empty() && mine.back().run == other && mine.back().high == x - 1) {
-                    ++mine.back().high;
-                    ++seams[other].back().high;
-                } else {
-                    mine.push_back({other, x, x});
-                    seams[other].push_back({r, x, x});
-                }
-            }
-        }
-    }
-    runs.seam_at.push_back(0);
-    for (const auto& s : seams) {
-        runs.seam.insert(runs.seam.end(), s.begin(), s.end());
-        runs.seam_at.push_back(std::uint32_t(runs.seam.size()));
-    }
-    return runs;
-}
-
-// What links reach inside the box of half width w around one particle: pieces of runs.
-class Reach {
-public:
-    struct Piece {
-        std::uint32_t first, length;  // into Runs::particle
-        std::uint32_t run;
-    };
-
-    Reach(const Runs& runs, int w) : runs_(runs), w_(w), seen_(runs.run.size(), none) {}
-
-    // In no particular order; valid until the next call.
-    std::span<const Piece> from(std::uint32_t particle, const Vec3i& at)
-    {
-        pieces_.clear();
-        visit(runs_.of[particle], particle, at);
-        for (std::size_t k = 0; k < pieces_.size(); ++k) {
-            const std::uint32_t r = pieces_[k].run;
-            for (std::uint32_t s = runs_.seam_at[r]; s < runs_.seam_at[r + 1]; ++s) {
-                const auto& seam = runs_.seam[s];
-                if (seam.low <= at[0] + w_ && seam.high >= at[0] - w_)
-                    visit(seam.run, particle, at);
-            }
-        }
-        return pieces_;
-    }
-
-private:
-    void visit(std::uint32_t r, std::uint32_t particle, const Vec3i& at)
-    {
-        const auto& run = runs_.run[r];
-        if (seen_[r] == particle || std::abs(run.y - at[1]) > w_ || std::abs(run.z - at[2]) > w_) {
-            return;
-        }
-        seen_[r] = particle;
-        const int low = std::max(run.x, at[0] - w_);
-        const int high = std::min(run.x + int(run.length) - 1, at[0] + w_);
-        pieces_.push_back(
-            {run.first + std::uint32_t(low - run.x), std::uint32_t(high - low + 1), r});
-    }
-
-    const Runs& runs_;
-    int w_;
-    std::vector<std::uint32_t> seen_;  // the particle that last saw a run
-    std::vector<Piece> pieces_;
-};
-
-// One region that is not its whole box.
-struct Exception {
-    std::uint32_t slot, particle;
-    std::vector<Reach::Piece> pieces;  // by z, then by place
-};
-
-// Numbers what is the same alike, from 0 in the order that it is first seen.
-class Numbering {
-public:
-    // `same(k)` says whether what has number k is this; a new number is count().
-    template <class Same> std::uint32_t of(std::uint64_t hash, const Same& same)
-    {
-        if (2 * hash_.size() >= slot_.size()) grow();
-        std::size_t at = place(hash);
-        for (; slot_[at] != none; at = (at + 1) & (slot_.size() - 1)) {
-            if (hash_[slot_[at]] == hash && same(slot_[at])) return slot_[at];
-        }
-        slot_[at] = std::uint32_t(hash_.size());
-        hash_.push_back(hash);
-        return slot_[at];
-    }
-    std::uint32_t count() const { return std::uint32_t(hash_.size()); }
-
-private:
-    std::size_t place(std::uint64_t hash) const { return hash & (slot_.size() - 1); }
-    void grow()
-    {
-        slot_.assign(2 * slot_.size(), none);
-        for (std::uint32_t k = 0; k < hash_.size(); ++k) {
-            std::size_t at = place(hash_[k]);
-            while (slot_[at] != none) at = (at + 1) & (slot_.size() - 1);
-            slot_[at] = k;
-        }
-    }
-
-    std::vector<std::uint64_t> hash_;
-    std::vector<std::uint32_t> slot_ = std::vector<std::uint32_t>(1024, none);
-};
-
-std::uint64_t mixed(std::uint64_t hash, std::uint64_t with)
-{
-    hash = (hash ^ with) * 0x9e3779b97f4a7c15u;
-    return hash ^ hash >> 29;
-}
-
-// Lists one after another.
-struct Lists {
-    std::vector<std::uint32_t> at{0}, all;
-
-    void end() { at.push_back(std::uint32_t(all.size())); }
-    std::size_t count() const { return at.size() - 1; }
-    std::span<const std::uint32_t> operator[](std::size_t k) const
-    {
-        return {all.begin() + at[k], all.begin() + at[k + 1]};
-    }
-};
-
-// Which lists name each number below `count`, with with(list, place in it) of each, in their order.
-template <class With> Lists transposed(const Lists& lists, std::size_t count, const With& with)
-{
-    Lists out;
-    out.at.assign(count + 1, 0);
-    for (const auto k : lists.all) ++out.at[k + 1];
-    std::partial_sum(out.at.begin(), out.at.end(), out.at.begin());
-    out.all.resize(lists.all.size());
-    std::vector<std::uint32_t> next(out.at.begin(), out.at.end() - 1);
-    for (std::uint32_t l = 0; l < lists.count(); ++l) {
-        for (std::uint32_t i = lists.at[l]; i < lists.at[l + 1]; ++i) {
-            out.all[next[lists.all[i]]++] = with(l, i - lists.at[l]);
-        }
-    }
-    return out;
-}
-
-LatticeExceptions share_sums(const Lattice& lattice, const Runs& runs,
-                             const std::vector<Exception>& exceptions)
-{
-    LatticeExceptions e;
-    Numbering bar_numbers, plate_numbers;
-    Lists bars, plates, regions;  // of particles, bars, plates
-    std::vector<Reach::Piece> bar;
-    std::vector<std::pair<int, std::uint32_t>> pieces;  // z and bar of an exception
-    for (const Exception& x : exceptions) {
-        pieces.clear();
-        for (const auto& piece : x.pieces) {
-            const auto k = bar_numbers.of(mixed(piece.first, piece.length), [&](std::uint32_t b) {
-                return bar[b].first == piece.first && bar[b].length == piece.length;
-            });
-            if (k == bar.size()) {
-                bar.push_back(piece);
-                const auto first = runs.particle.begin() + piece.first;
-                bars.all.insert(bars.all.end(), first, first + piece.length);
-                bars.end();
-            }
-            pieces.emplace_back(runs.run[piece.run].z, k);
-        }
-        std::sort(pieces.begin(), pieces.end());
-        for (std::size_t first = 0, last = 0; first < pieces.size(); first = last) {
-            std::uint64_t hash = 0;
-            for (; last < pieces.size() && pieces[last].first == pieces[first].first; ++last) {
-                hash = mixed(hash, pieces[last].second);
-            }
-            const auto k = plate_numbers.of(hash, [&](std::uint32_t p) {
-                const auto plate = plates[p];
-                return plate.size() == last - first &&
-                       std::equal(
-                           plate.begin(), plate.end(), pieces.begin() + std::ptrdiff_t(first),
-                           [](std::uint32_t b, const auto& piece) { return b == piece.second; });
-            });
-            if (k == plates.count()) {
-                for (std::size_t i = first; i < last; ++i) plates.all.push_back(pieces[i].second);
-                plates.end();
-            }
-            regions.all.push_back(k);
-        }
-        regions.end();
-        e.region.push_back(x.slot);
-    }
-    e.bars = bar_numbers.count();
-    e.plates = plate_numbers.count();
-
-    e.child_at = {0};
-    const auto add_children = [&](const Lists& lists, std::uint32_t first) {
-        for (std::size_t k = 0; k < lists.count(); ++k) {
-            for (const auto child : lists[k]) e.child.push_back(first + child);
-            e.child_at.push_back(std::uint32_t(e.child.size()));
-        }
-    };
-    add_children(bars, 0);
-    add_children(plates, 0);
-    add_children(regions, e.bars);
-    for (std::uint32_t b = 0; b < e.bars; ++b) e.at.push_back(lattice.at[bars[b][0]]);
-    for (std::uint32_t p = 0; p < e.plates; ++p) e.at.push_back(e.at[plates[p][0]]);
-    for (const Exception& x : exceptions) e.at.push_back(lattice.at[x.particle]);
-
-    const auto plates_of = transposed(plates, e.bars, [&](auto p, auto) { return e.bars + p; });
-    const auto regions_of =
-        transposed(regions, e.plates, [&](auto r, auto) { return e.bars + e.plates + r; });
-    e.parent_at = plates_of.at;
-    e.parent = plates_of.all;
-    for (std::uint32_t p = 0; p < e.plates; ++p) {
-        e.parent_at.push_back(std::uint32_t(plates_of.all.size()) + regions_of.at[p + 1]);
-    }
-    e.parent.insert(e.parent.end(), regions_of.all.begin(), regions_of.all.end());
-
-    auto bars_of = transposed(bars, lattice.count(), [](auto b, auto k) { return b * 256 + k; });
-    e.bar_at.push_back(0);
-    for (std::uint32_t i = 0; i < lattice.count(); ++i) {
-        if (bars_of[i].empty()) continue;
-        e.particle.push_back(i);
-        e.bar_at.push_back(bars_of.at[i + 1]);
-    }
-    e.bar = std::move(bars_of.all);
-    return e;
-}
-
-struct PlaceHash {
-    std::size_t operator()(const Vec3i& p) const
-    {
-        std::uint64_t h = 0;
-        for (int d = 0; d < 3; ++d) h = mixed(h, std::uint32_t(p[d]));
-        return h;
-    }
-};
-
 // Charts, and what of them tells that a region holds all of its box.
 class ChartExtents {
 public:
@@ -620,6 +343,12 @@ private:
     std::vector<std::pair<Vec3i, Vec3i>> extent_;
 };
 
+// One region that is not its whole box.
+struct Exception {
+    std::uint32_t slot, particle;
+    std::vector<Reach::Piece> pieces;  // by z, then by place
+};
+
 // Regions whose reach is not all that its chart has in the box.
 std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegions& regions,
                                        const Runs& runs, const std::vector<Chart>& all_charts)
@@ -642,9 +371,10 @@ std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegi
         }
     });
     // How often the chart has changed along the runs up to each of their particles.
-    std::vector<std::uint32_t> changes(runs.particle.size(), 0);
+    const auto in_runs = runs.particles();
+    std::vector<std::uint32_t> changes(in_runs.size(), 0);
     for (std::size_t k = 1; k < changes.size(); ++k) {
-        const bool same = charts.of(runs.particle[k]) == charts.of(runs.particle[k - 1]);
+        const bool same = charts.of(in_runs[k]) == charts.of(in_runs[k - 1]);
         changes[k] = changes[k - 1] + (same ? 0 : 1);
     }
     constexpr std::size_t piece = 4096;
@@ -660,12 +390,14 @@ std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegi
                 bool elsewhere = false;
                 const auto pieces = reach.from(r, lattice.at[r]);
                 for (const auto& run : pieces) {
-                    elsewhere |= charts.of(runs.particle[run.first]) != charts.of(r) ||
+                    elsewhere |= charts.of(in_runs[run.first]) != charts.of(r) ||
                                  changes[run.first] != changes[run.first + run.length - 1];
                     reached += run.length;
                 }
                 if (!elsewhere && reached == held[slot]) continue;
-                found[p].push_back({std::uint32_t(slot), r, {pieces.begin(), pieces.end()}});
+                auto& exception = found[p].emplace_back(std::uint32_t(slot), r);
+                exception.pieces.assign(pieces.begin(), pieces.end());
+                std::sort(exception.pieces.begin(), exception.pieces.end());
             }
         }
     });
@@ -677,57 +409,8 @@ std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegi
     return all;
 }
 
-// The boxes of half width w around some particles.
-class Boxes {
-public:
-    Boxes(const Lattice& lattice, std::span<const std::uint32_t> around, int w, bool flat)
-    {
-        const Vec3i reach(w, w, flat ? 0 : w);
-        for (const auto i : around) {
-            low_ = low_.cwiseMin(lattice.at[i] - reach);
-            high_ = high_.cwiseMax(lattice.at[i] + reach);
-        }
-        if (around.empty()) return;
-        const double places =
-            (high_.cast<double>() - low_.cast<double>() + geometry::Vec3::Ones()).prod();
-        if (places <= most_places) marked_.assign(std::size_t(places), 0);
-        for (const auto i : around) {
-            for (int z = -reach[2]; z <= reach[2]; ++z) {
-                for (int y = -w; y <= w; ++y) {
-                    const Vec3i at = lattice.at[i] + Vec3i(-w, y, z);
-                    if (!marked_.empty()) {
-                        std::fill_n(marked_.begin() + std::ptrdiff_t(place(at)), 2 * w + 1, 1);
-                        continue;
-                    }
-                    for (int x = 0; x <= 2 * w; ++x) far_.insert(at + Vec3i(x, 0, 0));
-                }
-            }
-        }
-    }
+}  // namespace
 
-    bool hold(const Vec3i& at) const
-    {
-        if ((at.array() < low_.array()).any() || (at.array() > high_.array()).any()) return false;
-        return marked_.empty() ? far_.contains(at) : marked_[place(at)] != 0;
-    }
-
-private:
-    static constexpr double most_places = 1 << 26;
-
-    std::size_t place(const Vec3i& at) const
-    {
-        const Vec3i p = at - low_, n = high_ - low_ + Vec3i::Ones();
-        return (std::size_t(p[2]) * std::size_t(n[1]) + std::size_t(p[1])) * std::size_t(n[0]) +
-               std::size_t(p[0]);
-    }
-
-    Vec3i low_ = Vec3i::Constant(std::numeric_limits<int>::max());
-    Vec3i high_ = Vec3i::Constant(std::numeric_limits<int>::min());
-    std::vector<std::uint8_t> marked_;          // all places between low_ and high_
-    std::unordered_set<Vec3i, PlaceHash> far_;  // or those in boxes that lie far apart
-};
-
-// The lattice with its axes in the order that lines run along.
 Lattice turned(const Lattice& lattice, const std::array<int, 3>& axes)
 {
     Lattice out;
@@ -738,8 +421,6 @@ Lattice turned(const Lattice& lattice, const std::array<int, 3>& axes)
     }
     return out;
 }
-
-}  // namespace
 
 LatticeRegions find_regions(const Lattice& given, int half_width, int flat_axis)
 {
@@ -764,38 +445,14 @@ LatticeRegions find_regions(const Lattice& given, int half_width, int flat_axis)
     for (const Chart& chart : charts) ChartLines(lattice, chart, regions).add();
     regions.particle.resize(regions.flat ? regions.y.windows : regions.z.windows, none);
 
-    const Runs runs = make_runs(lattice);
+    const Runs runs(lattice);
+    SharedSums sums(half_width);
     const auto exceptions = find_exceptions(lattice, regions, runs, charts);
-    regions.exceptions = share_sums(lattice, runs, exceptions);
-    return regions;
-}
-
-LatticeRegions find_torn_regions(const Lattice& torn, const LatticeRegions& whole,
-                                 std::span<const std::uint32_t> ends)
-{
-    const Lattice lattice = turned(torn, whole.axes);
-    const Runs runs = make_runs(lattice);
-    // Whoever held an end may have reached through it; links go both ways, so those are the
-    // particles that are reached from it in the whole lattice, and all of them lie in its box.
-    std::vector<std::uint8_t> again(whole.slots(), 0);
-    for (const auto slot : whole.exceptions.region) again[slot] = 1;
-    const Boxes near(lattice, ends, whole.half_width, whole.flat);
-    std::vector<std::uint32_t> slots;
-    for (std::uint32_t slot = 0; slot < whole.slots(); ++slot) {
-        const std::uint32_t r = whole.particle[slot];
-        if (r != none && (again[slot] || near.hold(lattice.at[r]))) slots.push_back(slot);
-    }
-    LatticeRegions regions = whole;
-    std::vector<Exception> exceptions(slots.size());
-    geometry::parallel_for(slots.size(), 512, [&](std::size_t begin, std::size_t end) {
-        Reach reach(runs, whole.half_width);
-        for (std::size_t k = begin; k < end; ++k) {
-            const std::uint32_t r = whole.particle[slots[k]];
-            const auto pieces = reach.from(r, lattice.at[r]);
-            exceptions[k] = {slots[k], r, {pieces.begin(), pieces.end()}};
-        }
-    });
-    regions.exceptions = share_sums(lattice, runs, exceptions);
+    std::vector<SharedSums::Region> exceptional;
+    for (const Exception& x : exceptions) exceptional.push_back({x.slot, x.particle});
+    sums.add(exceptional);
+    for (const Exception& x : exceptions) sums.set(x.slot, x.pieces);
+    regions.exceptions = sums.table(runs.particles(), {lattice.at, {0, 1, 2}});
     return regions;
 }
 

@@ -101,10 +101,8 @@ struct LatticeRegions {
 // width outside 1 .. 64, or links that are not to a neighbour, or along the flat axis.
 LatticeRegions find_regions(const Lattice& lattice, int half_width, int flat_axis = -1);
 
-// The regions of `torn`, which is the lattice that `whole` was found for less some links: only
-// those that hold one of `ends`, the particles at links that are gone, are looked at again.
-LatticeRegions find_torn_regions(const Lattice& torn, const LatticeRegions& whole,
-                                 std::span<const std::uint32_t> ends);
+// The lattice with its axes in the order that lines run along.
+Lattice turned(const Lattice& lattice, const std::array<int, 3>& axes);
 
 // How many regions hold each particle. N.
 std::vector<std::uint32_t> count_holders(const LatticeRegions& regions);

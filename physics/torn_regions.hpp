@@ -1,6 +1,7 @@
 #pragma once
 
 #include "physics/lattice.hpp"
+#include "physics/torn_lattice.hpp"
 
 #include <functional>
 #include <list>
@@ -9,8 +10,8 @@
 namespace physics {
 
 // The regions of a lattice of which links are broken, for the last few sets of links that were
-// asked for. A function of the body and the links alone, so what is kept changes how long a step
-// takes, never what it gives.
+// asked for; when more break, only what lies around those is looked at again. A function of the
+// body and the links alone, so what is kept changes how long a step takes, never what it gives.
 class TornRegions {
 public:
     using Found = std::shared_ptr<const MatchedRegions>;
@@ -20,20 +21,29 @@ public:
         : lattice_(std::move(lattice)), matter_(std::move(matter)), h_(h), with_spread_(with_spread)
     {}
 
-    // `broken` as in State; links that never were are none that break.
-    Found find(const LatticeRegions& whole, const std::vector<std::uint32_t>& broken);
+    // `whole` are the body's own, `broken` as in State; links that never were are none that break.
+    Found find(const MatchedRegions& whole, const std::vector<std::uint32_t>& broken);
 
     const Lattice& lattice() const { return lattice_; }
     std::size_t bytes() const;
 
 private:
+    struct Kept {
+        std::vector<std::uint32_t> broken;
+        Found found;
+        std::unique_ptr<TornLattice> lattice;  // until another goes on from it
+    };
+
+    MatchedRegions match(const MatchedRegions& whole, const MatchedRegions& before,
+                         const TornLattice& torn) const;
+
     static constexpr std::size_t most = 2;
     Lattice lattice_;
     std::vector<std::array<double, 3>> matter_;  // as match_regions() wants it
     double h_;
     bool with_spread_;
     std::mutex mutex_;
-    std::list<std::pair<std::vector<std::uint32_t>, Found>> kept_;  // newest first
+    std::list<Kept> kept_;  // newest first
 };
 
 // Mean square and mean fourth power of the places -w .. w.
@@ -59,6 +69,15 @@ template <class T>
 void find_twist(const LatticeRegions& regions, std::span<const float> mass,
                 const std::function<std::array<double, 2>(std::size_t)>& place,
                 const std::function<bool(std::size_t)>& which, std::vector<RegionTwist<T>>& twist);
+
+// s^2, and b^2 of a plane, of a region that holds this much `matter`.
+struct RegionRates {
+    float rate_sq, bend_sq;
+};
+RegionRates rates_of(const std::array<double, 3>& matter, int half_width, double h);
+
+// What regions see of how their matter is spread: B^-1, with_spread, and the twist of a plane's.
+void find_spread(MatchedRegions& matched, const Lattice& lattice, bool with_spread);
 
 // What belongs to regions. `matter` holds, for each particle, its share of E V (Pa m^3), its mass
 // (kg) and mass (t / h)^2 of a plane of thickness t; `with_spread`: B^-1 too.

@@ -690,25 +690,86 @@ TEST(LatticeTear, RegionsAwayFromABreakAreAsTheyWere)
         const Cubes cubes = flat ? whole_sheet(8, 3) : box(8, 2, 2, 0.1);
         const LatticeBody body = make_lattice(cubes, options);
         const std::uint32_t link = 0;  // of the first particle, along x
-        const auto torn = body.torn->find(body.whole.regions, {link});
+        const auto torn = body.torn->find(body.whole, {link});
         std::size_t alike = 0;
         for (std::size_t s = 0; s < body.whole.rate_sq.size(); ++s) {
             const auto r = body.whole.regions.particle[s];
             if (r == none || cubes.corner[r][0] < 3) continue;
             ASSERT_EQ(torn->regions.particle[s], r);
-            EXPECT_NEAR(torn->rate_sq[s] / body.whole.rate_sq[s], 1, 1e-6);
+            EXPECT_EQ(torn->rate_sq[s], body.whole.rate_sq[s]);
             if (flat) {
-                EXPECT_NEAR(torn->bend_sq[s] / body.whole.bend_sq[s], 1, 1e-6);
+                EXPECT_EQ(torn->bend_sq[s], body.whole.bend_sq[s]);
             }
             ++alike;
         }
         EXPECT_GT(alike, 10u);
         // The last few are kept.
-        EXPECT_NE(body.torn->find(body.whole.regions, {3}), torn);
-        EXPECT_EQ(body.torn->find(body.whole.regions, {link}), torn);
-        const auto third = body.torn->find(body.whole.regions, {6});
-        EXPECT_EQ(body.torn->find(body.whole.regions, {6}), third);
-        EXPECT_EQ(body.torn->find(body.whole.regions, {link}), torn);
+        EXPECT_NE(body.torn->find(body.whole, {3}), torn);
+        EXPECT_EQ(body.torn->find(body.whole, {link}), torn);
+        const auto third = body.torn->find(body.whole, {6});
+        EXPECT_EQ(body.torn->find(body.whole, {6}), third);
+        EXPECT_EQ(body.torn->find(body.whole, {link}), torn);
+    }
+}
+
+TEST(LatticeTear, WhatIsFoundDependsOnTheLinksAlone)
+{
+    // Whether links break a few at a time or all at once, and as a search of the torn lattice
+    // finds.
+    for (const bool flat : {false, true}) {
+        const double h = 0.1;
+        const Lattice lattice = corner_lattice(flat ? whole_sheet(9, 6) : box(7, 4, 3, h));
+        const auto n = std::uint32_t(lattice.count());
+        const Random random(20 + flat);
+        std::vector<std::array<double, 3>> matter;
+        for (std::uint64_t i = 0; i < n; ++i) {
+            matter.push_back({1 + random.unit(3 * i), 1 + random.unit(3 * i + 1),
+                              flat ? 1e-3 * (1 + random.unit(3 * i + 2)) : 0});
+        }
+        const auto matched = [&](const Lattice& of) {
+            return match_regions(find_regions(of, 2, flat ? 1 : -1), of, matter, h, true);
+        };
+        const MatchedRegions whole = matched(lattice);
+        TornRegions bit_by_bit(lattice, matter, h, true), at_once(lattice, matter, h, true);
+        std::vector<std::uint32_t> broken;
+        TornRegions::Found found;
+        for (std::uint64_t some = 0; some < 5; ++some) {
+            for (std::uint64_t k = 0; k < 12; ++k) {
+                broken.push_back(std::uint32_t(random.bits(1000 + 100 * some + k) % (3 * n)));
+            }
+            std::sort(broken.begin(), broken.end());
+            broken.erase(std::unique(broken.begin(), broken.end()), broken.end());
+            found = bit_by_bit.find(whole, broken);
+        }
+        const auto same = at_once.find(whole, broken);
+        EXPECT_EQ(found->mass, same->mass);
+        EXPECT_EQ(found->held_by, same->held_by);
+        EXPECT_EQ(found->rate_sq, same->rate_sq);
+        EXPECT_EQ(found->bend_sq, same->bend_sq);
+        EXPECT_EQ(found->inverse_spread, same->inverse_spread);
+        EXPECT_EQ(found->regions.exceptions.child, same->regions.exceptions.child);
+
+        Lattice torn = lattice;
+        for (const auto link : broken) torn.next[link / 3][link % 3] = none;
+        const MatchedRegions anew = matched(torn);
+        EXPECT_EQ(found->mass, anew.mass);
+        EXPECT_EQ(found->held_by, anew.held_by);
+        std::vector<std::size_t> slot(n);
+        for (std::size_t s = 0; s < anew.regions.slots(); ++s) {
+            if (anew.regions.particle[s] != none) slot[anew.regions.particle[s]] = s;
+        }
+        for (std::size_t s = 0; s < found->regions.slots(); ++s) {
+            if (found->regions.particle[s] == none) continue;
+            const std::size_t other = slot[found->regions.particle[s]];
+            EXPECT_NEAR(found->rate_sq[s] / anew.rate_sq[other], 1, 1e-6);
+            if (flat) {
+                EXPECT_NEAR(found->bend_sq[s] / anew.bend_sq[other], 1, 1e-6);
+            }
+            for (std::size_t k = 0; k < 6; ++k) {
+                EXPECT_NEAR(found->inverse_spread[6 * s + k], anew.inverse_spread[6 * other + k],
+                            1e-5);
+            }
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-#include "physics/lattice_regions.hpp"
+#include "physics/torn_lattice.hpp"
 
 #include "geometry/random.hpp"
 #include "tests/physics/direct_regions.hpp"
@@ -381,32 +381,111 @@ TEST(LatticeRegions, SumsOfRandomPlanesEqualDirectOnes)
     }
 }
 
-TEST(LatticeRegions, OfATornLatticeAreThoseFoundAnew)
-{
-    // Links break at random, a few at a time: the regions that were looked at again are those that
-    // a search finds.
-    for (std::uint64_t seed = 0; seed < 12; ++seed) {
-        const Random random(seed);
-        const bool flat = seed % 2 == 0;
-        const int w = 1 + int(seed % 3);
-        // Loosely linked solids: there a break changes reach layers away, and some regions do not
-        // hold their whole box to begin with.
-        const double cut = flat ? 0.1 : 0.45;
-        Lattice lattice =
-            linked(flat ? block(11, 9, 1) : block(6, 5, 5), [&](std::size_t k, int d) {
-                return random.unit(9000 + 3 * k + std::uint64_t(d)) >= cut;
-            });
-        const LatticeRegions whole = find_regions(lattice, w, flat ? 2 : -1);
-        std::vector<std::uint32_t> ends;
-        for (std::uint64_t k = 0; k < 3 + 4 * seed; ++k) {
-            const auto from = std::uint32_t(random.bits(2 * k) % lattice.count());
-            auto& next = lattice.next[from][random.bits(2 * k + 1) % 3];
-            if (next == none) continue;
-            ends.push_back(from);
-            ends.push_back(next);
-            next = none;
+// Loosely linked, so that a break changes reach layers away, and some regions do not hold their
+// whole box to begin with; some planes, some with a second sheet over the first.
+struct Tearing {
+    explicit Tearing(std::uint64_t seed)
+        : random(seed), w(1 + int(seed % 3)), axis(int(seed / 3 % 4) - 1)
+    {
+        const double cut = axis >= 0 ? 0.1 : 0.45;
+        const Vec3i shape = axis < 0    ? Vec3i(6, 5, 5)
+                            : axis == 0 ? Vec3i(2, 9, 7)
+                            : axis == 1 ? Vec3i(9, 2, 7)
+                                        : Vec3i(11, 9, 1);
+        lattice = linked(block(shape[0], shape[1], shape[2]), [&](std::size_t k, int d) {
+            return d != axis && random.unit(9000 + 3 * k + std::uint64_t(d)) >= cut;
+        });
+        std::vector<std::uint32_t> all;
+        for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+            for (std::uint32_t d = 0; d < 3; ++d) {
+                if (lattice.next[i][d] != none) all.push_back(3 * i + d);
+            }
         }
-        expect_equal_to_direct_sums(lattice, w, "torn, seed " + std::to_string(seed),
-                                    find_torn_regions(lattice, whole, ends));
+        for (std::uint64_t k = 0; k < 4 + 5 * seed; ++k) {
+            const auto at = std::ptrdiff_t(random.bits(k) % all.size());
+            links.push_back(all[std::size_t(at)]);
+            all.erase(all.begin() + at);
+        }
+        whole = find_regions(lattice, w, axis);
     }
+    Lattice torn() const
+    {
+        Lattice out = lattice;
+        for (const auto link : links) out.next[link / 3][link % 3] = none;
+        return out;
+    }
+
+    Random random;
+    int w, axis;
+    Lattice lattice;
+    std::vector<std::uint32_t> links;  // that break, in this order
+    LatticeRegions whole;
+};
+
+TEST(TornLattice, ItsRegionsAreThoseFoundAnew)
+{
+    for (std::uint64_t seed = 0; seed < 24; ++seed) {
+        const Tearing t(seed);
+        TornLattice torn(t.lattice, t.whole);
+        for (std::size_t k = 0; k < t.links.size();) {  // a few at a time
+            const auto some =
+                std::min(t.links.size() - k, std::size_t(1 + t.random.bits(700 + k) % 4));
+            torn.break_links({t.links.data() + k, some});
+            k += some;
+        }
+        LatticeRegions regions = t.whole;
+        regions.exceptions = torn.exceptions();
+        const std::string name = "torn, seed " + std::to_string(seed);
+        expect_equal_to_direct_sums(t.torn(), t.w, name, regions);
+        const auto before = count_holders(t.whole);
+        const auto after = count_holders(find_regions(t.torn(), t.w, t.axis));
+        for (std::size_t i = 0; i < before.size(); ++i) {
+            EXPECT_EQ(before[i] - torn.lost()[i], after[i]) << name << ", particle " << i;
+        }
+    }
+}
+
+TEST(TornLattice, TheOrderOfBreaksChangesNothing)
+{
+    for (std::uint64_t seed = 0; seed < 24; ++seed) {
+        const Tearing t(seed);
+        TornLattice at_once(t.lattice, t.whole), one_by_one(t.lattice, t.whole);
+        at_once.break_links(t.links);
+        for (auto link = t.links.rbegin(); link != t.links.rend(); ++link) {
+            one_by_one.break_links({&*link, 1});
+        }
+        const LatticeExceptions a = at_once.exceptions(), b = one_by_one.exceptions();
+        EXPECT_EQ(a.region, b.region);
+        EXPECT_EQ(a.at, b.at);
+        EXPECT_EQ(a.child_at, b.child_at);
+        EXPECT_EQ(a.child, b.child);
+        EXPECT_EQ(a.parent_at, b.parent_at);
+        EXPECT_EQ(a.parent, b.parent);
+        EXPECT_EQ(a.particle, b.particle);
+        EXPECT_EQ(a.bar_at, b.bar_at);
+        EXPECT_EQ(a.bar, b.bar);
+        for (const auto slot : one_by_one.changed()) {
+            std::vector<std::uint32_t> one, other;
+            at_once.for_each_particle(slot, [&](std::uint32_t i) { one.push_back(i); });
+            one_by_one.for_each_particle(slot, [&](std::uint32_t i) { other.push_back(i); });
+            EXPECT_EQ(one, other) << "what is added up one by one";
+        }
+    }
+}
+
+TEST(TornLattice, NothingBeyondTheBoxesOfABreakIsLookedAt)
+{
+    const Lattice lattice = linked(block(12, 9, 8));
+    const LatticeRegions whole = find_regions(lattice, 2);
+    TornLattice torn(lattice, whole);
+    const std::uint32_t from = 5 + 12 * (4 + 9 * 3);
+    torn.break_links(std::vector{3 * from});
+    ASSERT_FALSE(torn.changed().empty());
+    std::size_t near = 0;
+    for (const Vec3i& p : lattice.at) {
+        near += (p - Vec3i(5, 4, 3)).cwiseAbs().maxCoeff() <= 2 ||
+                (p - Vec3i(6, 4, 3)).cwiseAbs().maxCoeff() <= 2;
+    }
+    EXPECT_EQ(torn.changed().size(), near);
+    EXPECT_EQ(torn.exceptions().region.size(), near);
 }

@@ -1,0 +1,62 @@
+#pragma once
+
+// The regions of a lattice while its links break: those near a break are looked at again, the
+// others are as they were. What it says is a function of the broken links, not of their order.
+
+#include "physics/shared_sums.hpp"
+
+namespace physics {
+
+class TornLattice {
+public:
+    // `whole` are the regions of `lattice`, which must outlive it.
+    TornLattice(const Lattice& lattice, const LatticeRegions& whole);
+
+    // Breaks links, 3 * particle + axis each, that are there and not broken yet.
+    void break_links(std::span<const std::uint32_t> links);
+
+    // Slots whose boxes hold an end of what broke last, ascending. Some of their regions have
+    // changed, no others have.
+    std::span<const std::uint32_t> changed() const { return changed_; }
+    // How many regions that held a particle have lost it. N.
+    std::span<const std::uint32_t> lost() const { return lost_; }
+    // Calls visit(particle) with those of the region of a slot that has changed, now or before.
+    template <class Visit> void for_each_particle(std::uint32_t slot, const Visit& visit) const
+    {
+        sums_.for_each_piece(slot, [&](std::uint32_t first, std::uint32_t length) {
+            for (const auto i : runs_.particles().subspan(first, length)) visit(i);
+        });
+    }
+
+    LatticeExceptions exceptions() const { return sums_.table(runs_.particles(), places_); }
+    // Whether most of what it remembers is of no use any more, and a new one would be smaller.
+    bool is_worn() const { return sums_.is_worn(); }
+
+private:
+    using Pieces = std::vector<Reach::Piece>;
+    using Order = std::array<int, 3>;  // z, y, x
+
+    static Order in_order(const Vec3i& p);
+    Order place_in_order(std::uint32_t slot) const { return in_order(places_(particle_[slot])); }
+
+    void take(std::span<const std::uint32_t> slots);
+    void set(std::span<const std::uint32_t> slots);
+    std::span<const std::uint32_t> in_runs(const Reach::Piece& piece) const
+    {
+        return runs_.particles().subspan(piece.first, piece.length);
+    }
+    void find_changed(std::span<const std::uint32_t> links);
+    std::vector<Pieces> pieces_of(std::span<const std::uint32_t> slots) const;
+
+    const Lattice& lattice_;
+    int half_width_;
+    bool flat_;
+    std::vector<std::uint32_t> particle_;  // of each slot
+    TurnedPlaces places_;
+    Runs runs_;
+    SharedSums sums_;
+    std::vector<std::uint32_t> by_place_;  // slots with a particle, by its place in_order()
+    std::vector<std::uint32_t> lost_, changed_;
+};
+
+}  // namespace physics

@@ -1,0 +1,94 @@
+#include "physics/torn_regions.hpp"
+
+#include "geometry/parallel.hpp"
+
+#include <algorithm>
+
+namespace physics {
+
+TornRegions::Found TornRegions::find(const MatchedRegions& whole,
+                                     const std::vector<std::uint32_t>& broken)
+{
+    std::unique_ptr<TornLattice> torn;
+    std::vector<std::uint32_t> already;
+    Found before;
+    {
+        const std::lock_guard lock(mutex_);
+        auto from = kept_.end();
+        for (auto kept = kept_.begin(); kept != kept_.end(); ++kept) {
+            if (kept->broken == broken) {
+                kept_.splice(kept_.begin(), kept_, kept);
+                return kept_.front().found;
+            }
+            if (!kept->lattice || kept->lattice->is_worn() ||
+                (from != kept_.end() && from->broken.size() >= kept->broken.size()))
+                continue;
+            if (std::includes(broken.begin(), broken.end(), kept->broken.begin(),
+                              kept->broken.end())) {
+                from = kept;
+            }
+        }
+        if (from != kept_.end()) {
+            torn = std::move(from->lattice);
+            already = from->broken;
+            before = from->found;
+        }
+    }
+    // Not under the lock: it runs on all threads.
+    if (!torn) torn = std::make_unique<TornLattice>(lattice_, whole.regions);
+    std::vector<std::uint32_t> fresh;
+    std::set_difference(broken.begin(), broken.end(), already.begin(), already.end(),
+                        std::back_inserter(fresh));
+    std::erase_if(fresh, [&](std::uint32_t link) {
+        return link / 3 >= lattice_.count() || lattice_.next[link / 3][link % 3] == none;
+    });
+    torn->break_links(fresh);
+    const auto found =
+        std::make_shared<const MatchedRegions>(match(whole, before ? *before : whole, *torn));
+    const std::lock_guard lock(mutex_);
+    kept_.push_front({broken, found, std::move(torn)});
+    if (kept_.size() > most) kept_.pop_back();
+    return found;
+}
+
+// Sums over regions that have changed are made one by one, those of others are as they were.
+MatchedRegions TornRegions::match(const MatchedRegions& whole, const MatchedRegions& before,
+                                  const TornLattice& torn) const
+{
+    MatchedRegions out;
+    out.regions = whole.regions;
+    out.regions.exceptions = torn.exceptions();
+    out.mass = whole.mass;
+    out.held_by = whole.held_by;
+    out.rate_sq = before.rate_sq;
+    out.bend_sq = before.bend_sq;
+    const auto lost = torn.lost();
+    for (std::size_t i = 0; i < lost.size(); ++i) {
+        if (lost[i] == 0) continue;
+        const double holders = std::round(1 / double(whole.held_by[i])) - lost[i];
+        out.mass[i] = float(matter_[i][1] / holders);
+        out.held_by[i] = float(1 / holders);
+    }
+    const auto changed = torn.changed();
+    geometry::parallel_for(changed.size(), 64, [&](std::size_t begin, std::size_t end) {
+        for (const auto slot : changed.subspan(begin, end - begin)) {
+            std::array<double, 3> matter{};
+            torn.for_each_particle(slot, [&](std::uint32_t i) {
+                for (std::size_t k = 0; k < 3; ++k) matter[k] += matter_[i][k];
+            });
+            const auto rates = rates_of(matter, out.regions.half_width, h_);
+            out.rate_sq[slot] = rates.rate_sq;
+            if (out.regions.flat) out.bend_sq[slot] = rates.bend_sq;
+        }
+    });
+    find_spread(out, lattice_, with_spread_);
+    return out;
+}
+
+std::size_t TornRegions::bytes() const
+{
+    return lattice_.at.size() * sizeof lattice_.at[0] +
+           lattice_.next.size() * sizeof lattice_.next[0] + matter_.size() * sizeof matter_[0];
+}
+
+}  // namespace physics
