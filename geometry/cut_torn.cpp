@@ -159,7 +159,7 @@ public:
         bool closes() const { return !outward.isZero(0); }
     };
 
-    // `solid` as cut_torn() has it.
+    // Closed where it is inside `solid`; null: nowhere.
     Cutter(const TriMesh& rest, const Cubes& cubes, std::span<const PartedCube> parted,
            const TriangleBvh* solid)
         : rest_(rest), cubes_(cubes), parted_(parted), flat_(flat_axis(cubes))
@@ -474,6 +474,27 @@ std::uint16_t group_inside(MeshTopology& topology)
     return std::uint16_t(names.size() - 1);
 }
 
+// The number of this material; without materials so far, all faces have the first or the default.
+std::uint16_t number_of(MeshTopology& topology, const Material& material)
+{
+    auto& all = topology.materials;
+    if (all.empty()) all.emplace_back();
+    if (topology.material.empty()) topology.material.assign(topology.triangles.size(), 0);
+    const auto found = std::find(all.begin(), all.end(), material);
+    if (found != all.end()) return std::uint16_t(found - all.begin());
+    if (all.size() > 0xffff) return 0;
+    all.push_back(material);
+    return std::uint16_t(all.size() - 1);
+}
+
+// Where a point lies along the plane across an axis.
+Vec2f place_along(const Vec3& across, const Vec3& at)
+{
+    Eigen::Index axis = 0;
+    across.cwiseAbs().maxCoeff(&axis);
+    return Vec3f(at.cast<float>())({(axis + 1) % 3, (axis + 2) % 3});
+}
+
 }  // namespace
 
 std::vector<PartedCube> find_parted(const Cubes& cubes, std::span<const std::uint32_t> broken)
@@ -524,7 +545,7 @@ std::vector<std::uint8_t> marked(const Cubes& cubes, std::span<const PartedCube>
 
 TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, const Cubes& cubes,
                  std::span<const Vec3> x, std::span<const std::uint32_t> broken,
-                 std::span<const PartedCube> parted, const TriangleBvh* solid)
+                 std::span<const PartedCube> parted, const Closing* closing)
 {
     if (parted.empty()) return carried;
     const MeshTopology& before = *rest.topology;
@@ -539,7 +560,7 @@ TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, c
     const std::vector<std::uint8_t> torn = marked(cubes, parted);
     const PartMotion motion(cubes, x, broken, parted, torn);
     carry_old_vertices(rest, normals_of, binding, motion, carried);
-    const Cutter cutter(rest, cubes, parted, solid);
+    const Cutter cutter(rest, cubes, parted, closing ? &closing->solid : nullptr);
     if (cutter.faces().empty()) return carried;
 
     const TriMesh points = carried_corners(rest, normals_of, cubes, x, torn, motion, cutter);
@@ -590,12 +611,16 @@ TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, c
         }
         if (has_uvs) {
             corner[i][2] = std::uint32_t(topology.uvs.size());
-            topology.uvs.push_back(mixed(before.uvs, before.uv_triangles[c.face], c.share));
+            topology.uvs.push_back(c.closes() && closing->material
+                                       ? place_along(c.outward, cubes.origin + cubes.size * c.at)
+                                       : mixed(before.uvs, before.uv_triangles[c.face], c.share));
         }
     }
     const auto& corners = cutter.corners();
     const bool closes = !corners.empty() && corners.back().closes();
     const std::uint16_t inside = closes ? group_inside(topology) : 0;
+    const bool own_material = closes && closing->material;
+    const std::uint16_t material = own_material ? number_of(topology, *closing->material) : 0;
     for (const Triangle& face : cutter.faces()) {
         const std::uint32_t source = corners[face[0]].face;
         const auto entries = [&](std::size_t what) -> Triangle {
@@ -604,11 +629,16 @@ TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, c
         topology.triangles.push_back(entries(0));
         if (!normals_of.empty()) topology.normal_triangles.push_back(entries(1));
         if (has_uvs) topology.uv_triangles.push_back(entries(2));
-        if (!before.material.empty()) topology.material.push_back(before.material[source]);
+        const bool is_inside = corners[face[0]].closes();
+        if (!topology.material.empty()) {
+            const std::uint16_t outside =
+                before.material.empty() ? std::uint16_t{0} : before.material[source];
+            topology.material.push_back(is_inside && own_material ? material : outside);
+        }
         if (!closes && before.group.empty()) continue;
         const std::uint16_t outside =
             before.group.empty() ? std::uint16_t{0} : before.group[source];
-        topology.group.push_back(corners[face[0]].closes() ? inside : outside);
+        topology.group.push_back(is_inside ? inside : outside);
     }
     carried.topology = std::make_shared<MeshTopology>(std::move(topology));
     return carried;

@@ -16,6 +16,7 @@
 #include "geometry/mesh.hpp"
 #include "geometry/triangle_bvh.hpp"
 
+#include <optional>
 #include <span>
 
 namespace geometry {
@@ -35,14 +36,21 @@ std::vector<PartedCube> find_parted(const Cubes& cubes, std::span<const std::uin
 // Which cubes those are. C.
 std::vector<std::uint8_t> marked(const Cubes& cubes, std::span<const PartedCube> parted);
 
+// What closes a solid where it is cut.
+struct Closing {
+    const TriangleBvh& solid;          // the mesh at rest
+    std::optional<Material> material;  // of the faces; else each has that of what is nearest
+};
+
 // `carried` is what embed() makes of `rest` with corners at x (K, m), and `parted` what
 // find_parted() says of the same `broken`. Faces that pass through those cubes are cut there, and
 // vertices in them go with the part that they are in; new vertices, normals and texture coordinates
-// come after the others. What is cut is closed where it is inside `solid`, that mesh at rest; null:
-// it stays open, as planes do. Faces that close it are of the group "inside", after all others, and
-// have the material, and their vertices the numbers, of what is nearest to them of the mesh.
+// come after the others. What is cut is closed where it is inside the solid; without `closing` it
+// stays open, as planes do. Faces that close it are of the group "inside", after all others, and
+// their vertices have the numbers of what is nearest to them of the mesh. Where it has texture
+// coordinates, so have they: with a material of their own, their places along the plane, m.
 TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, const Cubes& cubes,
                  std::span<const Vec3> x, std::span<const std::uint32_t> broken,
-                 std::span<const PartedCube> parted, const TriangleBvh* solid = nullptr);
+                 std::span<const PartedCube> parted, const Closing* closing = nullptr);
 
 }  // namespace geometry

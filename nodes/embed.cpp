@@ -21,6 +21,7 @@ struct Attributes {
 };
 
 enum class Torn { cut, hide, stretch };
+enum class Inside { open, material, surface };
 
 // The tree of a mesh at rest, made when something is cut for the first time.
 class TreeOnDemand {
@@ -50,7 +51,8 @@ struct Inputs {
     graph::Wire<physics::State> state;
     Attributes attributes;
     Torn torn = Torn::cut;
-    bool close_cuts = true;
+    Inside inside = Inside::material;
+    geometry::Vec3f inside_colour{0.55f, 0.4f, 0.3f};
     std::shared_ptr<const geometry::Binding> binding;
     std::shared_ptr<const TreeOnDemand> tree;
 };
@@ -125,10 +127,13 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     }
     if (in.torn == Torn::cut) {
         // Planes stay open: they need no tree.
-        const bool closes = in.close_cuts && !parted.empty() && geometry::flat_axis(*in.cubes) < 0;
-        out.mesh =
-            geometry::cut_torn(*in.binding, *in.mesh, std::move(out.mesh), *in.cubes, state.x,
-                               state.broken, parted, closes ? &in.tree->get() : nullptr);
+        std::optional<geometry::Closing> closing;
+        if (in.inside != Inside::open && !parted.empty() && geometry::flat_axis(*in.cubes) < 0) {
+            closing.emplace(in.tree->get());
+            if (in.inside == Inside::material) closing->material = {"inside", in.inside_colour};
+        }
+        out.mesh = geometry::cut_torn(*in.binding, *in.mesh, std::move(out.mesh), *in.cubes,
+                                      state.x, state.broken, parted, closing ? &*closing : nullptr);
     } else if (in.torn == Torn::hide && !state.broken.empty()) {
         const auto gone = geometry::torn_faces(*in.mesh, *in.cubes, state.broken);
         out.mesh = geometry::without_faces(std::move(out.mesh), gone);
@@ -176,9 +181,14 @@ void add_to(graph::Registry& registry)
                 "they are cut between the corners that have parted; vertices are added. hide: "
                 "those in cubes that have lost a link are left out; vertices stay the same, as "
                 "point caches want them. stretch: they are drawn out across the gap.")
-        .param("close_cuts", &Inputs::close_cuts,
-               "Whether faces close what is cut, where the mesh encloses a volume. They are of the "
-               "group \"inside\", and look like the surface nearest to them.")
+        .choice(
+            "inside", &Inputs::inside, {"open", "material", "surface"},
+            "What closes the mesh where it is cut, if it encloses a volume: nothing, faces with "
+            "a material \"inside\" of their own, or faces that look like the surface nearest "
+            "to them. They are of the group \"inside\".",
+            {"torn", {"cut"}})
+        .colour("inside_colour", &Inputs::inside_colour, "The colour of that material.",
+                {"inside", {"material"}})
         .prepare("binding", &Inputs::binding, bind, {"mesh", "cubes"})
         .prepare("tree", &Inputs::tree, tree_on_demand, {"mesh"})
         .output("mesh", &Outputs::mesh, "The mesh as the cubes carry it.");

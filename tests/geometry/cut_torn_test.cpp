@@ -52,12 +52,12 @@ std::vector<std::uint32_t> links_across(const Cubes& cubes, int axis, int below)
 }
 
 TriMesh torn(const TriMesh& rest, const Cubes& cubes, const std::vector<Vec3>& x,
-             const std::vector<std::uint32_t>& broken, const TriangleBvh* solid = nullptr)
+             const std::vector<std::uint32_t>& broken, const Closing* closing = nullptr)
 {
     const auto parted = find_parted(cubes, broken);
     const Binding binding = bind(rest, cubes);
     TriMesh carried = embed(binding, rest, cubes, x, marked(cubes, parted));
-    return cut_torn(binding, rest, std::move(carried), cubes, x, broken, parted, solid);
+    return cut_torn(binding, rest, std::move(carried), cubes, x, broken, parted, closing);
 }
 
 // Far enough for what is moved to be told from what is not.
@@ -70,10 +70,12 @@ const Transform turned = [] {
 
 // The same as a solid, cut and closed.
 TriMesh closed(const TriMesh& rest, const Cubes& cubes, const std::vector<Vec3>& x,
-               const std::vector<std::uint32_t>& broken)
+               const std::vector<std::uint32_t>& broken,
+               const std::optional<Material>& material = {})
 {
     const TriangleBvh solid(rest);
-    return torn(rest, cubes, x, broken, &solid);
+    const Closing closing{solid, material};
+    return torn(rest, cubes, x, broken, &closing);
 }
 
 double area(const TriMesh& mesh, std::size_t f)
@@ -624,4 +626,46 @@ TEST(CutCaps, LookLikeWhatIsNear)
     for (const float v : out.attributes[0].values) EXPECT_NEAR(v, 7, 1e-5);
     for (const Vec3f& c : out.colours) EXPECT_NEAR((c - Vec3f(0.1f, 0.2f, 0.3f)).norm(), 0, 1e-6);
     EXPECT_NEAR(inside_area(out), 2 * 0.25, 1e-6);
+}
+
+TEST(CutCaps, HaveAMaterialOfTheirOwnAndLieInItAsTheyDoInTheirPlane)
+{
+    const Cubes cubes = block({6, 6, 6}, 0.2, Vec3(-0.6, -0.6, -0.6));
+    for (const bool has_materials : {false, true}) {
+        TriMesh rest = box({0.5, 0.5, 0.5}, {1, 1, 1});
+        MeshTopology with_uvs = *rest.topology;
+        with_uvs.materials.clear();
+        with_uvs.material.clear();
+        if (has_materials) {
+            with_uvs.materials = {{"blue"}, {"red"}};
+            with_uvs.material.assign(with_uvs.triangles.size(), 1);
+        }
+        with_uvs.uvs = {{0, 0}, {1, 0}, {0, 1}};
+        with_uvs.uv_triangles.assign(with_uvs.triangles.size(), {0, 1, 2});
+        rest.topology = std::make_shared<const MeshTopology>(with_uvs);
+        const Material crumb{"crumb", {0.9f, 0.8f, 0.6f}};
+        std::vector<Vec3> x = corner_positions(cubes);
+        for (Vec3& p : x) p += Vec3(3, 0, 0);
+        const TriMesh out = closed(rest, cubes, x, links_across(cubes, 2, 2), crumb);
+        const MeshTopology& t = *out.topology;
+        const std::uint16_t before = has_materials ? 1 : 0;
+        ASSERT_EQ(t.materials.size(), before + 2u);
+        EXPECT_EQ(t.materials[before].name, has_materials ? "red" : "");
+        EXPECT_EQ(t.materials[before + 1u], crumb);
+        ASSERT_EQ(t.material.size(), t.triangles.size());
+        ASSERT_EQ(t.uv_triangles.size(), t.triangles.size());
+        double uv_area = 0;
+        for (std::size_t f = 0; f < t.triangles.size(); ++f) {
+            const bool inside = t.groups[t.group[f]] == "inside";
+            EXPECT_EQ(t.material[f], inside ? before + 1 : before);
+            if (!inside) continue;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Vec3f& p = out.positions[t.triangles[f][k]];
+                const Vec2f& uv = t.uvs[t.uv_triangles[f][k]];
+                EXPECT_NEAR((uv - Vec2f(p[0] - 3, p[1])).norm(), 0, 1e-5);
+            }
+            uv_area += area(out, f);
+        }
+        EXPECT_NEAR(uv_area, 2 * 0.25, 1e-6);
+    }
 }

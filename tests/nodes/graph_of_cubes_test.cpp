@@ -212,7 +212,7 @@ TEST(GraphOfCubes, EmbedDoesWithWhatIsTornAsItIsTold)
         if (cubes.corner[k].x() > 2) state.x[k].x() += 1;
     }
     const TriMesh mesh = geometry::box({1.9, 0.2, 0.2}, {8, 1, 1});
-    const auto embedded = [&](const char* torn, bool closed = true) {
+    const auto embedded = [&](const char* torn, const char* inside = "material") {
         NodeRun node("Embed");
         TriMesh moved = mesh;
         for (auto& p : moved.positions) p += geometry::Vec3f(1, 0.25f, 0.25f);
@@ -220,14 +220,16 @@ TEST(GraphOfCubes, EmbedDoesWithWhatIsTornAsItIsTold)
         node.inputs["cubes"] = {graph::Value::of(cubes)};
         node.inputs["state"] = {graph::Value::of(state)};
         node.param("torn").is = std::string(torn);
-        node.param("close_cuts").is = closed;
+        node.param("inside").is = std::string(inside);
         return *node.run().as<TriMesh>();
     };
     const double whole = geometry::surface_area(mesh);
     const TriMesh cut = embedded("cut"), hidden = embedded("hide"), drawn = embedded("stretch");
     EXPECT_NEAR(geometry::surface_area(cut), whole + 2 * 0.2 * 0.2, 1e-4);
     EXPECT_NEAR(geometry::enclosed_volume(cut), geometry::enclosed_volume(mesh), 1e-6);
-    EXPECT_NEAR(geometry::surface_area(embedded("cut", false)), whole, 1e-4);
+    EXPECT_NEAR(geometry::surface_area(embedded("cut", "open")), whole, 1e-4);
+    EXPECT_EQ(cut.topology->materials.back().name, "inside");
+    EXPECT_EQ(embedded("cut", "surface").topology->materials, mesh.topology->materials);
     EXPECT_GT(cut.positions.size(), mesh.positions.size());
     EXPECT_EQ(cut.attributes[0].values.size(), cut.positions.size());
     EXPECT_LT(geometry::surface_area(hidden), whole - 0.25);
