@@ -1,5 +1,6 @@
 #include "graph/node_type.hpp"
 
+#include <charconv>
 #include <cstdio>
 #include <exception>
 #include <stdexcept>
@@ -22,6 +23,15 @@ void find(const NodeType& type, const std::string& name, Preparation& p)
 }
 
 }  // namespace
+
+double detail::as_written(float in)
+{
+    char text[32];
+    const auto end = std::to_chars(std::begin(text), std::end(text), in).ptr;
+    double out = 0;
+    std::from_chars(text, end, out);
+    return out;
+}
 
 std::size_t detail::place_of(const ParamValue& value, const std::vector<std::string>& choices)
 {

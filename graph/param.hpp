@@ -95,6 +95,13 @@ template <class T> void decode(const ParamValue& value, T& out)
     }
 }
 
+// The number with the fewest digits that is this single: 0.7, not 0.699999988.
+double as_written(float in);
+inline double as_written(double in)
+{
+    return in;
+}
+
 template <class T> ParamValue encode(const T& in)
 {
     if constexpr (std::is_same_v<T, bool>) {
@@ -102,9 +109,9 @@ template <class T> ParamValue encode(const T& in)
     } else if constexpr (std::is_integral_v<T>) {
         return {static_cast<std::int64_t>(in)};
     } else if constexpr (std::is_floating_point_v<T>) {
-        return {static_cast<double>(in)};
+        return {as_written(in)};
     } else if constexpr (Vector3<T>) {
-        return {std::array<double, 3>{double(in[0]), double(in[1]), double(in[2])}};
+        return {std::array<double, 3>{as_written(in[0]), as_written(in[1]), as_written(in[2])}};
     } else if constexpr (std::is_same_v<T, std::filesystem::path>) {
         return {in.generic_string()};
     } else {

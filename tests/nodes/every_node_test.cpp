@@ -6,6 +6,7 @@
 #include "tests/geometry/files.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
@@ -131,10 +132,12 @@ TEST(EveryNode, GivesUnitsThatPeopleKnowAndAnglesInDegrees)
     });
 }
 
-// Whether a default is of its parameter's kind and within its limits.
+// Whether a default is of its parameter's kind and within its limits, and a number that a person
+// would write.
 void expect_sane_default(const Param& p)
 {
     const auto within = [&](double x) {
+        EXPECT_LE(fmt::format("{}", x).size(), 9u) << x;
         EXPECT_GE(x, p.limits.min);
         EXPECT_LE(x, p.limits.max);
     };
