@@ -23,7 +23,7 @@ fs::path sphere_file(int subdivisions, const char* ending)
                                                        "-" + std::to_string(subdivisions) + ending);
     if (!fs::exists(path)) {
         geometry::write_mesh(path, geometry::mesh_format(path),
-                             geometry::icosphere(1, subdivisions), "");
+                             geometry::icosphere(1, subdivisions));
     }
     return path;
 }
@@ -80,7 +80,7 @@ void Write(benchmark::State& state, const char* ending)
     const fs::path path =
         fs::temp_directory_path() / ("aspic-bench-" + std::to_string(::getpid()) + "-out" + ending);
     for (auto _ : state) {
-        geometry::write_mesh(path, geometry::mesh_format(path), mesh, "");
+        geometry::write_mesh(path, geometry::mesh_format(path), mesh);
     }
     fs::remove(path);
     count_faces(state, mesh.triangles().size());

@@ -448,27 +448,29 @@ MeshFormat mesh_format(const fs::path& path)
                                 "and .pc2 are written");
 }
 
-void write_mesh(const fs::path& path, MeshFormat format, const TriMesh& mesh,
-                const std::string& library)
+fs::path write_mesh(const fs::path& path, MeshFormat format, const TriMesh& mesh)
 {
     switch (format) {
     case MeshFormat::obj: {
         const std::string materials = mtl_text(mesh);
-        const fs::path beside = path.parent_path() / library;
-        if (!materials.empty() && !library.empty()) {
-            // Frames share it: leave it alone when it is right already.
-            std::ifstream in(beside, std::ios::binary);
-            const std::string there{std::istreambuf_iterator<char>(in), {}};
-            if (there != materials) write_whole_file(beside, materials);
+        fs::path library;
+        if (!materials.empty()) {
+            library = path.extension() == ".mtl" ? path : path.parent_path() / path.stem();
+            library += ".mtl";
+            write_whole_file(library, materials);
         }
-        return write_whole_file(path, obj_text(mesh, library));
+        write_whole_file(path, obj_text(mesh, library.filename().string()));
+        return library;
     }
     case MeshFormat::ply:
-        return write_whole_file(path, ply_bytes(mesh));
+        write_whole_file(path, ply_bytes(mesh));
+        return {};
     case MeshFormat::stl:
-        return write_whole_file(path, stl_bytes(mesh));
+        write_whole_file(path, stl_bytes(mesh));
+        return {};
     case MeshFormat::glb:
-        return write_whole_file(path, glb_bytes(mesh));
+        write_whole_file(path, glb_bytes(mesh));
+        return {};
     default:
         throw std::invalid_argument("only assimp writes this mesh format");
     }

@@ -11,7 +11,8 @@ namespace graph {
 
 // A file that a sink wrote.
 struct WrittenFile {
-    std::string path;  // where it is, as the process can open it
+    std::string path;                      // where it is, as the process can open it
+    std::vector<std::string> beside = {};  // other files that it is of no use without
 };
 
 template <> inline constexpr const char* wire_name<double> = "number";

@@ -18,17 +18,6 @@ struct Outputs {
     graph::WrittenFile file;
 };
 
-// The name that all frames of a pattern share: "a.####.obj" has the library "a.mtl".
-static std::string library_of(const std::filesystem::path& pattern)
-{
-    std::string stem = pattern.stem().string();
-    std::erase(stem, '#');
-    while (!stem.empty() && (stem.back() == '.' || stem.back() == '_' || stem.back() == '-')) {
-        stem.pop_back();
-    }
-    return (stem.empty() ? "materials" : stem) + ".mtl";
-}
-
 static bool is_cache(const Inputs& in)
 {
     return in.format == Format::pc2 ||
@@ -67,7 +56,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
                             : static_cast<geometry::MeshFormat>(static_cast<int>(in.format) - 1);
     const auto path = context.output_folder / graph::frame_path(in.path, context.frame());
     if (geometry::is_written_here(format) && !in.assimp) {
-        geometry::write_mesh(path, format, *in.mesh, library_of(in.path));
+        const auto library = geometry::write_mesh(path, format, *in.mesh);
+        if (!library.empty()) return {{path.string(), {library.string()}}};
     } else {
         geometry::export_mesh(path, format, *in.mesh, {}, [stop = context.stop] {
             if (stop.stop_requested()) throw graph::Cancelled();
@@ -83,7 +73,7 @@ void add_to(graph::Registry& registry)
         .input("mesh", &Inputs::mesh, "The mesh to write.")
         .path_out("path", &Inputs::path,
                   "Where it goes, below the output folder; #### stands for the frame's number with "
-                  "at least as many digits.")
+                  "at least as many digits. The materials of an OBJ go beside it: mesh.0001.mtl.")
         .choice(
             "format", &Inputs::format,
             {"auto", "obj", "ply", "stl", "glb", "gltf", "dae", "fbx", "x3d", "pc2"},

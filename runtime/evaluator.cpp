@@ -879,8 +879,11 @@ private:
         for (const Value& value : result->values) {
             result->bytes += value.bytes();
             if (!type.sink || !value || *value.type()->type != typeid(graph::WrittenFile)) continue;
-            const std::filesystem::path path = value.as<graph::WrittenFile>()->path;
-            result->files.push_back({path, caches_.files.of(path)});
+            const auto written = value.as<graph::WrittenFile>();
+            result->files.push_back({written->path, caches_.files.of(written->path)});
+            for (const std::filesystem::path path : written->beside) {
+                result->files.push_back({path, caches_.files.of(path)});
+            }
         }
         return result;
     }

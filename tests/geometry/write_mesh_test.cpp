@@ -24,7 +24,7 @@ TriMesh rich()
 ReadMesh there_and_back(const files::Folder& folder, const std::string& name, const TriMesh& mesh)
 {
     const auto path = folder.path / name;
-    write_mesh(path, mesh_format(path), mesh, "m.mtl");
+    write_mesh(path, mesh_format(path), mesh);
     return read_mesh(path);
 }
 
@@ -176,16 +176,15 @@ TEST(WriteMesh, FilesAreWholeOrNotThere)
     const TriMesh mesh = box({1, 1, 1}, {1, 1, 1});
     // A folder stands where the file should go.
     files::fs::create_directories(folder.path / "a.obj" / "b");
-    EXPECT_THROW(write_mesh(folder.path / "a.obj", MeshFormat::obj, mesh, ""), std::runtime_error);
+    EXPECT_THROW(write_mesh(folder.path / "a.obj", MeshFormat::obj, mesh), std::runtime_error);
     // A file stands where a folder is needed.
     folder.write("file", "x");
-    EXPECT_THROW(write_mesh(folder.path / "file/b.obj", MeshFormat::obj, mesh, ""),
-                 std::runtime_error);
+    EXPECT_THROW(write_mesh(folder.path / "file/b.obj", MeshFormat::obj, mesh), std::runtime_error);
     for (const auto& entry : files::fs::directory_iterator(folder.path)) {
         EXPECT_EQ(entry.path().string().find(".part"), std::string::npos) << entry.path();
     }
     // New folders are made.
-    write_mesh(folder.path / "x/y/z.ply", MeshFormat::ply, mesh, "");
+    write_mesh(folder.path / "x/y/z.ply", MeshFormat::ply, mesh);
     EXPECT_EQ(files::bytes_of(folder.path / "x/y/z.ply"), ply_bytes(mesh));
 }
 

@@ -53,6 +53,33 @@ TEST(WriteMesh, LeavesAFileAFrameUnderItsNumber)
     }
 }
 
+TEST(WriteMesh, KeepsTheMaterialsOfEachFrameApart)
+{
+    // A mesh that tears has one more from then on, and frames are written in any order.
+    const files::Folder folder;
+    NodeRun write("WriteMesh");
+    write.output_folder = folder.path;
+    write.param("path").is = std::filesystem::path("a.##.obj");
+    const auto written = [&](int frame, std::vector<geometry::Material> materials) {
+        TriMesh mesh = *triangle(1).as<TriMesh>();
+        geometry::MeshTopology topology = *mesh.topology;
+        topology.material.assign(1, std::uint16_t(materials.size() - 1));
+        topology.materials = std::move(materials);
+        mesh.topology = std::make_shared<const geometry::MeshTopology>(std::move(topology));
+        write.inputs["mesh"] = {Value::of(mesh)};
+        return *write.run(frame).as<graph::WrittenFile>();
+    };
+    const auto torn = written(12, {{"skin", {1, 0, 0}}, {"inside", {0, 1, 0}}});
+    const auto whole = written(3, {{"skin", {1, 0, 0}}});
+    EXPECT_EQ(torn.beside, std::vector{(folder.path / "a.12.mtl").string()});
+    const TriMesh back = geometry::read_mesh(torn.path).mesh;
+    EXPECT_EQ(back.topology->materials.at(back.topology->material.at(0)).name, "inside");
+    EXPECT_NEAR(back.topology->materials.at(back.topology->material.at(0)).colour[1], 1, 1e-3);
+    EXPECT_EQ(geometry::read_mesh(whole.path).mesh.topology->materials.at(0).name, "skin");
+    write.param("path").is = std::filesystem::path("b.ply");
+    EXPECT_TRUE(written(1, {{"skin", {1, 0, 0}}}).beside.empty());
+}
+
 TEST(WriteMesh, WritesTheFormatThatItIsToldWhateverTheEnding)
 {
     const files::Folder folder;

@@ -691,6 +691,26 @@ TEST(Evaluator, ASinkIsSkippedOnlyWhileItsFileIsThere)
     EXPECT_TRUE(std::filesystem::exists(other.path / "1number.txt"));
 }
 
+TEST(Evaluator, ASinkIsSkippedOnlyWhileWhatLiesBesideItsFileIsThere)
+{
+    const toys::Folder folder;
+    Wiring w(3);
+    const auto sink = w.add("WritePair", {{"value", {w.add("Clock")}}});
+    Kitchen kitchen;
+    kitchen.options.output_folder = folder.path;
+    const auto wants = at_all_frames(w.graph, sink);
+    const auto cook_again = [&] {
+        take_runs("WriteNumber");
+        Evaluator(w.graph, kitchen.caches, kitchen.options).cook(wants);
+        return take_runs("WriteNumber");
+    };
+    EXPECT_EQ(cook_again(), 3);
+    EXPECT_EQ(cook_again(), 0);
+    std::filesystem::remove(folder.path / "2number.txt.note");
+    EXPECT_EQ(cook_again(), 1);
+    EXPECT_TRUE(std::filesystem::exists(folder.path / "2number.txt.note"));
+}
+
 TEST(Evaluator, AnOutputNameMattersToSinksOnly)
 {
     Wiring w;

@@ -249,6 +249,17 @@ struct WriteNumber {
     }
 };
 
+// Writes a file, and one that it is of no use without.
+struct WritePair {
+    static WriteNumber::Outputs run(const WriteNumber::Inputs& in, const Context& context)
+    {
+        auto out = WriteNumber::run(in, context);
+        out.file.beside.push_back(out.file.path + ".note");
+        std::ofstream(out.file.beside[0]) << "of " << *in.value;
+        return out;
+    }
+};
+
 // Burns `seconds` or until told to stop, and gives a value of `size` numbers.
 struct Slow {
     struct Inputs {
@@ -317,6 +328,12 @@ inline const graph::Registry& registry()
             .path_in("path", &ReadNumber::Inputs::path, "The file.")
             .output("value", &Number::value, "What is in it.");
         r.add("WriteNumber", 1, WriteNumber::run)
+            .reads(Variable::frame)
+            .input("value", &WriteNumber::Inputs::value, "Written.")
+            .path_out("path", &WriteNumber::Inputs::path, "The file.")
+            .output("file", &WriteNumber::Outputs::file, "The file.")
+            .sink();
+        r.add("WritePair", 1, WritePair::run)
             .reads(Variable::frame)
             .input("value", &WriteNumber::Inputs::value, "Written.")
             .path_out("path", &WriteNumber::Inputs::path, "The file.")
