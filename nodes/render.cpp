@@ -101,9 +101,11 @@ static void describe(graph::ParamsOf<CameraParams>& p)
                {"kind", {"fit", "turntable"}})
         .param("turn", &CameraParams::turn, "How far the camera goes round in each frame.",
                {.unit = "deg"}, {"kind", {"turntable"}})
-        .param("margin", &CameraParams::margin,
-               "Share of the picture's width and height left free on each side.", {0, 0.45},
-               {"kind", {"fit", "turntable"}})
+        .param(
+            "margin", &CameraParams::margin,
+            "Share of the picture's width and height left free on each side; on the right as much "
+            "as a legend takes, where that is more.",
+            {0, 0.45}, {"kind", {"fit", "turntable"}})
         .param("eye", &CameraParams::eye, "Where the camera stands.", {.unit = "m"},
                {"kind", {"look_at"}})
         .param("target", &CameraParams::target, "What the camera looks at.", {.unit = "m"},
@@ -211,15 +213,17 @@ static ::render::Look look_of(const Inputs& in)
     return look;
 }
 
-static ::render::Camera camera_of(const Inputs& in, const geometry::Box& stage, int turns)
+// Beside the legend, where the camera fits what is drawn.
+static ::render::Camera camera_of(const Inputs& in, const ::render::Scene& scene, int turns)
 {
     const CameraParams& c = in.camera;
     if (c.kind == CameraParams::Kind::look_at) {
         return {c.eye, c.target, {0, 1, 0}, c.field_of_view * degrees};
     }
     const double turn = c.kind == CameraParams::Kind::turntable ? c.turn * turns : 0;
-    return ::render::fit(stage, (c.azimuth + turn) * degrees, c.elevation * degrees,
-                         c.field_of_view * degrees, double(in.width) / in.height, c.margin);
+    const double legend = scene.legend ? ::render::width_of(*scene.legend, in.width, in.height) : 0;
+    return ::render::fit(scene.stage, (c.azimuth + turn) * degrees, c.elevation * degrees,
+                         c.field_of_view * degrees, double(in.width) / in.height, c.margin, legend);
 }
 
 // The scale for `values`, and what its legend says.
@@ -486,7 +490,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     if (!in.legend) scene.legend.reset();
     scene.label = graph::frame_text(in.label, context.frame());
 
-    const auto camera = camera_of(in, scene.stage, context.frame() - context.range().first);
+    const auto camera = camera_of(in, scene, context.frame() - context.range().first);
     std::vector<std::string> warnings;
     Outputs out{::render::draw(scene, camera, look_of(in), &warnings)};
     for (const std::string& text : warnings) context.warn(text);

@@ -23,8 +23,9 @@ Vec3 corner_of(const Box& box, int k)
 // plane through the target needs the eye at a distance of at least |p.r| / tan + p.b: that is one
 // half-space of eyes for each side of the picture. Along each of r and u the two sides cross in one
 // place; the farther of the two crossings is taken, and the other axis is centred in what is free.
+// With more free on the right, the eye may go to the right up to there and no further.
 Camera fit(const Box& asked, double azimuth, double elevation, double field_of_view, double aspect,
-           double margin)
+           double margin, double right_free)
 {
     Box box = asked;
     if (box.empty()) box.add(Vec3(Vec3::Zero()));
@@ -41,24 +42,30 @@ Camera fit(const Box& asked, double azimuth, double elevation, double field_of_v
     const Vec3 r = Vec3(0, 1, 0).cross(b).normalized();
     const Vec3 u = b.cross(r);
 
-    const double free = 1 - 2 * std::clamp(margin, 0.0, 0.45);
-    const double tan_y = free * std::tan(field_of_view / 2), tan_x = tan_y * aspect;
+    const auto within = [&](double share) {
+        return (1 - 2 * std::clamp(share, 0.0, 0.45)) * std::tan(field_of_view / 2);
+    };
+    const double tan_y = within(margin), tan_x = tan_y * aspect;
+    const double tan_right = aspect * within(std::max(margin, right_free));
     const Vec3 centre = box.centre();
     // How far to the right (left, up, down) each corner pushes its side of the picture: the largest
     // of  p.axis + tan p.b  over the corners.
     double right = -1e300, left = -1e300, top = -1e300, bottom = -1e300, front = -1e300;
+    double alike = -1e300;  // right, with no more free there
     for (int k = 0; k < 8; ++k) {
         const Vec3 p = corner_of(box, k) - centre;
-        right = std::max(right, p.dot(r) + tan_x * p.dot(b));
+        right = std::max(right, p.dot(r) + tan_right * p.dot(b));
+        alike = std::max(alike, p.dot(r) + tan_x * p.dot(b));
         left = std::max(left, -p.dot(r) + tan_x * p.dot(b));
         top = std::max(top, p.dot(u) + tan_y * p.dot(b));
         bottom = std::max(bottom, -p.dot(u) + tan_y * p.dot(b));
         front = std::max(front, p.dot(b));
     }
-    const double distance = std::max({(right + left) / (2 * tan_x), (top + bottom) / (2 * tan_y),
-                                      front + 1e-3 * box.diagonal()});
+    const double distance = std::max({(right + left) / (tan_right + tan_x),
+                                      (top + bottom) / (2 * tan_y), front + 1e-3 * box.diagonal()});
     Camera camera;
-    camera.target = centre + r * ((right - left) / 2) + u * ((top - bottom) / 2);
+    const double sideways = std::max((alike - left) / 2, right - tan_right * distance);
+    camera.target = centre + r * sideways + u * ((top - bottom) / 2);
     camera.eye = camera.target + distance * b;
     camera.field_of_view = field_of_view;
     return camera;

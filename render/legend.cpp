@@ -18,10 +18,29 @@ double round_up(double x)
     return 10 * power;
 }
 
-float text_height(const Image& image)
+float text_height(int height)
 {
-    return std::max(7.0f, std::round(static_cast<float>(image.height) / 54));
+    return std::max(7.0f, std::round(static_cast<float>(height) / 54));
 }
+
+// Where a legend goes, pixels.
+struct Place {
+    Place(const Legend& legend, int width, int height)
+        : size(text_height(height)), bar_width(int(std::lround(1.4f * size))),
+          bar_height(height * 45 / 100), right(width - int(std::lround(8 * size))),
+          top(height * 25 / 100),
+          title(legend.title + (legend.unit.empty() ? "" : " (" + legend.unit + ")"))
+    {
+        const float room = float(width) - 1.5f * size;
+        const float left = std::min(float(right - bar_width), room - text_width(title, size));
+        title_left = std::max(2.0f, left);
+    }
+
+    float size;
+    int bar_width, bar_height, right, top;  // of the bar
+    std::string title;
+    float title_left;
+};
 
 std::uint8_t* pixel_at(Image& image, int x, int y)
 {
@@ -76,10 +95,10 @@ std::array<float, 2> round_range(const std::vector<float>& values)
 
 void draw_legend(Image& image, const Legend& legend)
 {
-    const float size = text_height(image);
-    const int bar_width = int(std::lround(1.4f * size));
-    const int bar_height = image.height * 45 / 100;
-    const int right = image.width - int(std::lround(8 * size)), top = image.height * 25 / 100;
+    const Place place(legend, image.width, image.height);
+    const float size = place.size;
+    const int bar_width = place.bar_width, bar_height = place.bar_height;
+    const int right = place.right, top = place.top;
     if (right < 2 || bar_height < 2) return;
     for (int y = 0; y < bar_height; ++y) {
         const float t = 1 - (float(y) + 0.5f) / float(bar_height);
@@ -94,10 +113,7 @@ void draw_legend(Image& image, const Legend& legend)
 
     TextStyle style;
     style.height = size;
-    const std::string title = legend.title + (legend.unit.empty() ? "" : " (" + legend.unit + ")");
-    const float room = float(image.width) - 1.5f * size;
-    const float left = std::min(float(right - bar_width), room - text_width(title, size));
-    draw_text(image, title, {std::max(2.0f, left), float(top) - 1.2f * size}, style);
+    draw_text(image, place.title, {place.title_left, float(top) - 1.2f * size}, style);
 
     const double low = legend.scale.low, high = legend.scale.high;
     const std::vector<double> marks = ticks(low, high, 5);
@@ -115,10 +131,17 @@ void draw_legend(Image& image, const Legend& legend)
     }
 }
 
+double width_of(const Legend& legend, int width, int height)
+{
+    const Place place(legend, width, height);
+    const double left = std::min(double(place.right - place.bar_width), double(place.title_left));
+    return std::clamp(1 - (left - place.size) / width, 0.0, 1.0);
+}
+
 void draw_label(Image& image, const std::string& label)
 {
     TextStyle style;
-    style.height = text_height(image);
+    style.height = text_height(image.height);
     draw_text(image, label, {1.6f * style.height, float(image.height) - 1.6f * style.height},
               style);
 }

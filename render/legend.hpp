@@ -22,6 +22,8 @@ std::array<float, 2> round_range(const std::vector<float>& values);
 
 // Draws the scale with its numbers at the right edge of the picture.
 void draw_legend(Image& image, const Legend& legend);
+// The share of the picture's width that it takes.
+double width_of(const Legend& legend, int width, int height);
 
 // Draws `label` in the lower left corner.
 void draw_label(Image& image, const std::string& label);
