@@ -58,12 +58,14 @@ std::string why_no_files(const AssimpRun& run, const ProcessLimits& limits)
 
 }  // namespace
 
-void export_mesh(const fs::path& path, MeshFormat format, const TriMesh& mesh,
-                 const ProcessLimits& limits, const std::function<void()>& check)
+std::vector<fs::path> export_mesh(const fs::path& path, MeshFormat format, const TriMesh& mesh,
+                                  const ProcessLimits& limits, const std::function<void()>& check)
 {
     ExportedFiles made;
+    // Of an OBJ assimp takes what follows the last dot for an ending.
+    const std::string name = path.stem().string() + (format == MeshFormat::obj ? ".obj" : "");
     const AssimpRun run = run_assimp(
-        {"write", assimp_name(format), path.stem().string()}, glb_bytes(mesh), limits, check,
+        {"write", assimp_name(format), name}, glb_bytes(mesh), limits, check,
         [&](const char* bytes, std::size_t size) { made = unpack<ExportedFiles>(bytes, size); });
     std::string why = why_no_files(run, limits);
     if (why.empty() && !made.error.empty()) why = "assimp refused it: " + made.error;
@@ -71,11 +73,13 @@ void export_mesh(const fs::path& path, MeshFormat format, const TriMesh& mesh,
     if (!why.empty()) throw std::runtime_error("could not write " + path.string() + ": " + why);
 
     // What it names first, so that it never names what is not there.
+    std::vector<fs::path> beside;
     for (std::size_t i = 1; i < made.files.size(); ++i) {
-        const fs::path beside = fs::path(made.files[i].name).filename();
-        write_whole_file(path.parent_path() / beside, made.files[i].bytes);
+        beside.push_back(path.parent_path() / fs::path(made.files[i].name).filename());
+        write_whole_file(beside.back(), made.files[i].bytes);
     }
     write_whole_file(path, made.files[0].bytes);
+    return beside;
 }
 
 }  // namespace geometry

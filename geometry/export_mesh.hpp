@@ -9,12 +9,12 @@
 
 namespace geometry {
 
-// Writes `mesh` to `path`, and beside it the files that it names: an OBJ's materials ("a.mtl" for
-// "a.0001.obj", which frames share) and a glTF's numbers ("a.0001.bin"). Each appears whole or not
-// at all; missing folders are made. `check` is called now and then while waiting; what it throws
-// ends the writing. Throws std::runtime_error saying what could not be written and
+// Writes `mesh` to `path`, and beside it the files that it names, which are returned: of
+// "a.0001.obj" its materials, "a.0001.mtl", and of a glTF its numbers, "a.0001.bin". Each appears
+// whole or not at all; missing folders are made. `check` is called now and then while waiting; what
+// it throws ends the writing. Throws std::runtime_error saying what could not be written and
 // std::invalid_argument when the format cannot hold the mesh.
-void export_mesh(
+std::vector<std::filesystem::path> export_mesh(
     const std::filesystem::path& path, MeshFormat format, const TriMesh& mesh,
     const ProcessLimits& limits = {}, const std::function<void()>& check = [] {});
 

@@ -448,32 +448,35 @@ MeshFormat mesh_format(const fs::path& path)
                                 "and .pc2 are written");
 }
 
-fs::path write_mesh(const fs::path& path, MeshFormat format, const TriMesh& mesh)
+std::vector<fs::path> write_mesh(const fs::path& path, MeshFormat format, const TriMesh& mesh)
 {
+    std::vector<fs::path> beside;
     switch (format) {
     case MeshFormat::obj: {
         const std::string materials = mtl_text(mesh);
-        fs::path library;
+        std::string library;
         if (!materials.empty()) {
-            library = path.extension() == ".mtl" ? path : path.parent_path() / path.stem();
-            library += ".mtl";
-            write_whole_file(library, materials);
+            library =
+                (path.extension() == ".mtl" ? path.filename() : path.stem()).string() + ".mtl";
+            beside.push_back(path.parent_path() / library);
+            write_whole_file(beside[0], materials);
         }
-        write_whole_file(path, obj_text(mesh, library.filename().string()));
-        return library;
+        write_whole_file(path, obj_text(mesh, library));
+        break;
     }
     case MeshFormat::ply:
         write_whole_file(path, ply_bytes(mesh));
-        return {};
+        break;
     case MeshFormat::stl:
         write_whole_file(path, stl_bytes(mesh));
-        return {};
+        break;
     case MeshFormat::glb:
         write_whole_file(path, glb_bytes(mesh));
-        return {};
+        break;
     default:
         throw std::invalid_argument("only assimp writes this mesh format");
     }
+    return beside;
 }
 
 // ---- PC2 ----------------------------------------------------------------------------------------

@@ -42,12 +42,12 @@ bool is_written_here(MeshFormat format);
 // The format that a file name's ending stands for. Throws std::invalid_argument for others.
 MeshFormat mesh_format(const std::filesystem::path& path);
 
-// Writes `mesh` to `path`, and beside an OBJ with materials their library, which it returns: of
+// Writes `mesh` to `path`, and beside an OBJ with materials their library, which is returned: of
 // "a.0001.obj" it is "a.0001.mtl", since materials may change from frame to frame. Files appear
 // whole or not at all; missing folders are made. Throws std::runtime_error saying what could not be
 // written, and std::invalid_argument when the format cannot hold the mesh or is not written here.
-std::filesystem::path write_mesh(const std::filesystem::path& path, MeshFormat format,
-                                 const TriMesh& mesh);
+std::vector<std::filesystem::path> write_mesh(const std::filesystem::path& path, MeshFormat format,
+                                              const TriMesh& mesh);
 
 // What the header of a PC2 file says: positions of every vertex at `samples` times, `rate` frames
 // apart, the first at frame `start`.

@@ -55,15 +55,15 @@ static Outputs run(const Inputs& in, const graph::Context& context)
                             ? geometry::mesh_format(in.path)
                             : static_cast<geometry::MeshFormat>(static_cast<int>(in.format) - 1);
     const auto path = context.output_folder / graph::frame_path(in.path, context.frame());
-    if (geometry::is_written_here(format) && !in.assimp) {
-        const auto library = geometry::write_mesh(path, format, *in.mesh);
-        if (!library.empty()) return {{path.string(), {library.string()}}};
-    } else {
-        geometry::export_mesh(path, format, *in.mesh, {}, [stop = context.stop] {
-            if (stop.stop_requested()) throw graph::Cancelled();
-        });
-    }
-    return {{path.string()}};
+    const auto files =
+        geometry::is_written_here(format) && !in.assimp
+            ? geometry::write_mesh(path, format, *in.mesh)
+            : geometry::export_mesh(path, format, *in.mesh, {}, [stop = context.stop] {
+                  if (stop.stop_requested()) throw graph::Cancelled();
+              });
+    Outputs out{{path.string()}};
+    for (const auto& file : files) out.file.beside.push_back(file.string());
+    return out;
 }
 
 void add_to(graph::Registry& registry)

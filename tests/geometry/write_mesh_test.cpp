@@ -228,11 +228,13 @@ TEST(ExportMesh, SideFilesAreWhereTheFileSaysTheyAre)
 {
     const files::Folder folder;
     const TriMesh mesh = rich();
-    export_mesh(folder.path / "s/a.0001.obj", MeshFormat::obj, mesh);
-    EXPECT_NE(files::bytes_of(folder.path / "s/a.0001.obj").find("mtllib a.mtl"),
+    const auto library = export_mesh(folder.path / "s/a.0001.obj", MeshFormat::obj, mesh);
+    EXPECT_NE(files::bytes_of(folder.path / "s/a.0001.obj").find("mtllib a.0001.mtl"),
               std::string::npos);
-    EXPECT_TRUE(std::filesystem::exists(folder.path / "s/a.mtl"));
-    export_mesh(folder.path / "s/a.0002.gltf", MeshFormat::gltf, mesh);
+    EXPECT_EQ(library, std::vector{folder.path / "s/a.0001.mtl"});
+    EXPECT_TRUE(std::filesystem::exists(library[0]));
+    const auto numbers = export_mesh(folder.path / "s/a.0002.gltf", MeshFormat::gltf, mesh);
+    EXPECT_EQ(numbers, std::vector{folder.path / "s/a.0002.bin"});
     EXPECT_NE(files::bytes_of(folder.path / "s/a.0002.gltf").find("a.0002.bin"), std::string::npos);
     EXPECT_TRUE(std::filesystem::exists(folder.path / "s/a.0002.bin"));
 }
