@@ -545,7 +545,7 @@ std::vector<std::uint8_t> marked(const Cubes& cubes, std::span<const PartedCube>
 
 TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, const Cubes& cubes,
                  std::span<const Vec3> x, std::span<const std::uint32_t> broken,
-                 std::span<const PartedCube> parted, const Closing* closing)
+                 std::span<const PartedCube> parted, const Closing& closing)
 {
     if (parted.empty()) return carried;
     const MeshTopology& before = *rest.topology;
@@ -560,7 +560,7 @@ TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, c
     const std::vector<std::uint8_t> torn = marked(cubes, parted);
     const PartMotion motion(cubes, x, broken, parted, torn);
     carry_old_vertices(rest, normals_of, binding, motion, carried);
-    const Cutter cutter(rest, cubes, parted, closing ? &closing->solid : nullptr);
+    const Cutter cutter(rest, cubes, parted, closing.solid);
     if (cutter.faces().empty()) return carried;
 
     const TriMesh points = carried_corners(rest, normals_of, cubes, x, torn, motion, cutter);
@@ -611,7 +611,7 @@ TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, c
         }
         if (has_uvs) {
             corner[i][2] = std::uint32_t(topology.uvs.size());
-            topology.uvs.push_back(c.closes() && closing->material
+            topology.uvs.push_back(c.closes() && closing.material
                                        ? place_along(c.outward, cubes.origin + cubes.size * c.at)
                                        : mixed(before.uvs, before.uv_triangles[c.face], c.share));
         }
@@ -619,8 +619,8 @@ TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, c
     const auto& corners = cutter.corners();
     const bool closes = !corners.empty() && corners.back().closes();
     const std::uint16_t inside = closes ? group_inside(topology) : 0;
-    const bool own_material = closes && closing->material;
-    const std::uint16_t material = own_material ? number_of(topology, *closing->material) : 0;
+    const bool own_material = closes && closing.material;
+    const std::uint16_t material = own_material ? number_of(topology, *closing.material) : 0;
     for (const Triangle& face : cutter.faces()) {
         const std::uint32_t source = corners[face[0]].face;
         const auto entries = [&](std::size_t what) -> Triangle {

@@ -38,19 +38,19 @@ std::vector<std::uint8_t> marked(const Cubes& cubes, std::span<const PartedCube>
 
 // What closes a solid where it is cut.
 struct Closing {
-    const TriangleBvh& solid;          // the mesh at rest
-    std::optional<Material> material;  // of the faces; else each has that of what is nearest
+    const TriangleBvh* solid = nullptr;  // the mesh at rest; null: it stays open, as planes do
+    std::optional<Material> material;    // of the faces; else each has that of what is nearest
 };
 
 // `carried` is what embed() makes of `rest` with corners at x (K, m), and `parted` what
 // find_parted() says of the same `broken`. Faces that pass through those cubes are cut there, and
 // vertices in them go with the part that they are in; new vertices, normals and texture coordinates
-// come after the others. What is cut is closed where it is inside the solid; without `closing` it
-// stays open, as planes do. Faces that close it are of the group "inside", after all others, and
-// their vertices have the numbers of what is nearest to them of the mesh. Where it has texture
-// coordinates, so have they: with a material of their own, their places along the plane, m.
+// come after the others. What is cut is closed where it is inside the solid, by faces of the group
+// "inside", after all others, whose vertices have the numbers of what is nearest to them of the
+// mesh. Where that has texture coordinates, so have they: with a material of their own, their
+// places along the plane, m.
 TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, const Cubes& cubes,
                  std::span<const Vec3> x, std::span<const std::uint32_t> broken,
-                 std::span<const PartedCube> parted, const Closing* closing = nullptr);
+                 std::span<const PartedCube> parted, const Closing& closing = {});
 
 }  // namespace geometry

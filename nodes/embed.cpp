@@ -127,13 +127,15 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     }
     if (in.torn == Torn::cut) {
         // Planes stay open: they need no tree.
-        std::optional<geometry::Closing> closing;
+        geometry::Closing closing;
         if (in.inside != Inside::open && !parted.empty() && geometry::flat_axis(*in.cubes) < 0) {
-            closing.emplace(in.tree->get());
-            if (in.inside == Inside::material) closing->material = {"inside", in.inside_colour};
+            closing.solid = &in.tree->get();
+        }
+        if (in.inside == Inside::material) {
+            closing.material = geometry::Material{"inside", in.inside_colour};
         }
         out.mesh = geometry::cut_torn(*in.binding, *in.mesh, std::move(out.mesh), *in.cubes,
-                                      state.x, state.broken, parted, closing ? &*closing : nullptr);
+                                      state.x, state.broken, parted, closing);
     } else if (in.torn == Torn::hide && !state.broken.empty()) {
         const auto gone = geometry::torn_faces(*in.mesh, *in.cubes, state.broken);
         out.mesh = geometry::without_faces(std::move(out.mesh), gone);

@@ -395,9 +395,9 @@ std::vector<Exception> find_exceptions(const Lattice& lattice, const LatticeRegi
                     reached += run.length;
                 }
                 if (!elsewhere && reached == held[slot]) continue;
-                auto& exception = found[p].emplace_back(std::uint32_t(slot), r);
-                exception.pieces.assign(pieces.begin(), pieces.end());
-                std::sort(exception.pieces.begin(), exception.pieces.end());
+                Exception fresh{std::uint32_t(slot), r, {pieces.begin(), pieces.end()}};
+                std::sort(fresh.pieces.begin(), fresh.pieces.end());
+                found[p].push_back(std::move(fresh));
             }
         }
     });

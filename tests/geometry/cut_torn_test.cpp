@@ -52,7 +52,7 @@ std::vector<std::uint32_t> links_across(const Cubes& cubes, int axis, int below)
 }
 
 TriMesh torn(const TriMesh& rest, const Cubes& cubes, const std::vector<Vec3>& x,
-             const std::vector<std::uint32_t>& broken, const Closing* closing = nullptr)
+             const std::vector<std::uint32_t>& broken, const Closing& closing = {})
 {
     const auto parted = find_parted(cubes, broken);
     const Binding binding = bind(rest, cubes);
@@ -74,8 +74,7 @@ TriMesh closed(const TriMesh& rest, const Cubes& cubes, const std::vector<Vec3>&
                const std::optional<Material>& material = {})
 {
     const TriangleBvh solid(rest);
-    const Closing closing{solid, material};
-    return torn(rest, cubes, x, broken, &closing);
+    return torn(rest, cubes, x, broken, {&solid, material});
 }
 
 double area(const TriMesh& mesh, std::size_t f)
