@@ -151,7 +151,12 @@ void tear(benchmark::State& state)
         find();
     }
 }
-BENCHMARK(tear)->Args({45, 3, 0})->Args({45, 3, 1})->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(tear)
+    ->Args({45, 3, 0})
+    ->Args({45, 3, 1})
+    ->Args({45, 8, 0})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 // A sheet of n x n cells in space; arguments: n, half width, threads, and whether its stretch is a
 // membrane's: as thin as paper, or as stiff in bending as in stretch.

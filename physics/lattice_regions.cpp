@@ -446,7 +446,7 @@ LatticeRegions find_regions(const Lattice& given, int half_width, int flat_axis)
     regions.particle.resize(regions.flat ? regions.y.windows : regions.z.windows, none);
 
     const Runs runs(lattice);
-    SharedSums sums(half_width);
+    SharedSums sums(regions.flat ? 1 : 2 * std::size_t(half_width) + 1);
     const auto exceptions = find_exceptions(lattice, regions, runs, charts);
     std::vector<SharedSums::Region> exceptional;
     for (const Exception& x : exceptions) exceptional.push_back({x.slot, x.particle});

@@ -1,5 +1,7 @@
 #include "physics/lattice_runs.hpp"
 
+#include <algorithm>
+
 namespace physics {
 
 Runs::Runs(const Lattice& lattice)

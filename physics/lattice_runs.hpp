@@ -4,6 +4,8 @@
 
 #include "physics/lattice_regions.hpp"
 
+#include <algorithm>
+#include <cstdlib>
 #include <span>
 #include <tuple>
 #include <vector>

@@ -65,6 +65,7 @@ std::size_t SharedSums::find(std::uint32_t slot) const
 
 void SharedSums::set(std::uint32_t slot, Pieces pieces)
 {
+    assert(has(slot));
     std::uint32_t* const plates = plates_of_.data() + regions_[find(slot)].at;
     std::size_t count = 0;
     for (std::size_t i = 0; i < pieces.size();) {
@@ -160,6 +161,7 @@ LatticeExceptions SharedSums::table(std::span<const std::uint32_t> particles,
     e.parent.insert(e.parent.end(), regions_of.all.begin(), regions_of.all.end());
 
     const std::size_t n = places.at.size();
+    assert(e.bars < 1u << 24);
     auto bars_of = transposed(bars, n, [](auto b, auto k) { return b * 256 + k; });
     e.bar_at.push_back(0);
     for (std::uint32_t i = 0; i < n; ++i) {

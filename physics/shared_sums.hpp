@@ -5,6 +5,11 @@
 
 #include "physics/lattice_runs.hpp"
 
+#include <cassert>
+#include <cstdint>
+#include <span>
+#include <vector>
+
 namespace physics {
 
 // Numbers what is the same alike, from 0 in the order that it is first seen.
@@ -36,7 +41,11 @@ private:
 struct Lists {
     std::vector<std::uint32_t> at{0}, all;
 
-    void end() { at.push_back(std::uint32_t(all.size())); }
+    void end()
+    {
+        assert(all.size() < none);
+        at.push_back(std::uint32_t(all.size()));
+    }
     std::uint32_t count() const { return std::uint32_t(at.size() - 1); }
     std::span<const std::uint32_t> operator[](std::size_t k) const
     {
@@ -59,7 +68,8 @@ class SharedSums {
 public:
     using Pieces = std::span<const Reach::Piece>;
 
-    explicit SharedSums(int half_width) : most_plates_(2 * std::size_t(half_width) + 1) {}
+    // `most_plates` a region has: 2w + 1, of a plane one.
+    explicit SharedSums(std::size_t most_plates) : most_plates_(most_plates) {}
 
     struct Region {
         std::uint32_t slot, particle;
@@ -74,16 +84,19 @@ public:
     // Calls visit(first, length) with each piece of a region's, into Runs::particles().
     template <class Visit> void for_each_piece(std::uint32_t slot, const Visit& visit) const
     {
+        assert(has(slot));
         const std::uint32_t* plate = plates_of_.data() + regions_[find(slot)].at;
         for (std::size_t p = 0; p < most_plates_ && plate[p] != none; ++p) {
             for (const auto b : plates_[plate[p]]) visit(bars_[b].first, bars_[b].length);
         }
     }
 
-    // Whether most of what is remembered belongs to regions as they were.
-    bool is_worn() const
+    // Whether most of what is remembered belongs to regions as they were, before they came to be
+    // `live`.
+    bool is_worn(const LatticeExceptions& live) const
     {
-        return plates_.count() > 64 * 1024 + 4 * most_plates_ * regions_.size();
+        const std::size_t used = live.child_at[live.bars + live.plates] - live.child_at[live.bars];
+        return plates_.all.size() > (std::size_t{1} << 20) + 4 * used;
     }
 
     LatticeExceptions table(std::span<const std::uint32_t> particles, TurnedPlaces places) const;

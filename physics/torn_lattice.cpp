@@ -8,23 +8,48 @@ namespace physics {
 
 namespace {
 
-void sort_once(std::vector<std::uint32_t>& numbers)
+// Places low .. high along x.
+struct Row {
+    int z, y, low, high;
+
+    auto operator<=>(const Row&) const = default;
+};
+
+// Sorted, none beside or over another.
+void merge(std::vector<Row>& rows)
 {
-    std::sort(numbers.begin(), numbers.end());
-    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+    std::sort(rows.begin(), rows.end());
+    std::size_t count = 0;
+    for (const Row& row : rows) {
+        Row* const last = count > 0 ? &rows[count - 1] : nullptr;
+        if (last && last->z == row.z && last->y == row.y && row.low <= last->high + 1) {
+            last->high = std::max(last->high, row.high);
+        } else {
+            rows[count++] = row;
+        }
+    }
+    rows.resize(count);
+}
+
+// Those up to w away along one axis too.
+void spread_rows(std::vector<Row>& rows, int Row::*along, int w)
+{
+    std::vector<Row> out;
+    for (Row row : rows) {
+        const int at = row.*along;
+        for (row.*along = at - w; row.*along <= at + w; ++(row.*along)) out.push_back(row);
+    }
+    merge(out);
+    rows = std::move(out);
 }
 
 }  // namespace
 
-TornLattice::Order TornLattice::in_order(const Vec3i& p)
-{
-    return {p[2], p[1], p[0]};
-}
-
 TornLattice::TornLattice(const Lattice& lattice, const LatticeRegions& whole)
     : lattice_(lattice), half_width_(whole.half_width), flat_(whole.flat),
       particle_(whole.particle), places_{lattice.at, whole.axes},
-      runs_(turned(lattice, whole.axes)), sums_(whole.half_width), lost_(lattice.count(), 0)
+      runs_(turned(lattice, whole.axes)),
+      sums_(whole.flat ? 1 : 2 * std::size_t(whole.half_width) + 1), lost_(lattice.count() + 1, 0)
 {
     for (std::uint32_t slot = 0; slot < whole.slots(); ++slot) {
         if (whole.particle[slot] != none) by_place_.push_back(slot);
@@ -32,40 +57,6 @@ TornLattice::TornLattice(const Lattice& lattice, const LatticeRegions& whole)
     std::ranges::sort(by_place_, {}, [&](std::uint32_t slot) { return place_in_order(slot); });
     take(whole.exceptions.region);
     set(whole.exceptions.region);
-}
-
-// Those of the slots that are not in sums_ yet go there, and their particles count as lost until
-// they are set.
-void TornLattice::take(std::span<const std::uint32_t> slots)
-{
-    std::vector<std::uint32_t> fresh;
-    std::vector<SharedSums::Region> regions;
-    for (const auto slot : slots) {
-        if (sums_.has(slot)) {
-            for_each_particle(slot, [&](std::uint32_t i) { ++lost_[i]; });
-        } else {
-            fresh.push_back(slot);
-            regions.push_back({slot, particle_[slot]});
-        }
-    }
-    sums_.add(regions);
-    for (const Pieces& pieces : pieces_of(fresh)) {
-        for (const auto& piece : pieces) {
-            for (const auto i : in_runs(piece)) ++lost_[i];
-        }
-    }
-}
-
-// To what is reached now.
-void TornLattice::set(std::span<const std::uint32_t> slots)
-{
-    const auto pieces = pieces_of(slots);
-    for (std::size_t k = 0; k < slots.size(); ++k) {
-        sums_.set(slots[k], pieces[k]);
-        for (const auto& piece : pieces[k]) {
-            for (const auto i : in_runs(piece)) --lost_[i];
-        }
-    }
 }
 
 void TornLattice::break_links(std::span<const std::uint32_t> links)
@@ -87,54 +78,96 @@ void TornLattice::break_links(std::span<const std::uint32_t> links)
 // particles in its box.
 void TornLattice::find_changed(std::span<const std::uint32_t> links)
 {
-    const int w = half_width_, across = flat_ ? 0 : w;
-    std::vector<std::uint32_t> ends;
+    std::vector<Row> rows;
     for (const auto link : links) {
-        ends.push_back(link / 3);
-        ends.push_back(lattice_.next[link / 3][link % 3]);
-    }
-    sort_once(ends);
-    // Rows of the boxes, as ranges of by_place_.
-    std::vector<std::pair<std::ptrdiff_t, std::ptrdiff_t>> rows;
-    for (const auto end : ends) {
-        const Vec3i at = places_(end);
-        for (int z = -across; z <= across; ++z) {
-            for (int y = -w; y <= w; ++y) {
-                const auto low = in_order(at + Vec3i(-w, y, z)),
-                           high = in_order(at + Vec3i(w, y, z));
-                const auto first = std::ranges::lower_bound(
-                    by_place_, low, {}, [&](std::uint32_t slot) { return place_in_order(slot); });
-                auto last = first;
-                while (last != by_place_.end() && place_in_order(*last) <= high) ++last;
-                rows.emplace_back(first - by_place_.begin(), last - by_place_.begin());
-            }
+        for (const auto end : {link / 3, lattice_.next[link / 3][link % 3]}) {
+            const Vec3i at = places_(end);
+            rows.push_back({at[2], at[1], at[0] - half_width_, at[0] + half_width_});
         }
     }
-    std::sort(rows.begin(), rows.end());
+    merge(rows);
+    spread_rows(rows, &Row::y, half_width_);
+    if (!flat_) spread_rows(rows, &Row::z, half_width_);
     changed_.clear();
-    std::ptrdiff_t next = 0;
-    for (const auto& [first, last] : rows) {
-        for (next = std::max(next, first); next < last; ++next) {
-            changed_.push_back(by_place_[std::size_t(next)]);
-        }
+    const auto from = [&](const Order& place) {
+        return std::ranges::lower_bound(by_place_, place, {},
+                                        [&](std::uint32_t slot) { return place_in_order(slot); });
+    };
+    for (const Row& row : rows) {
+        changed_.insert(changed_.end(), from({row.z, row.y, row.low}),
+                        from({row.z, row.y, row.high + 1}));
     }
     std::sort(changed_.begin(), changed_.end());
 }
 
-// Those that are reached from the particles of these slots, by z and place.
-std::vector<TornLattice::Pieces> TornLattice::pieces_of(std::span<const std::uint32_t> slots) const
+// Those of the slots that are not in sums_ yet go there, and their particles count as lost until
+// they are set.
+void TornLattice::take(std::span<const std::uint32_t> slots)
 {
-    std::vector<Pieces> out(slots.size());
-    geometry::parallel_for(slots.size(), 64, [&](std::size_t begin, std::size_t end) {
-        Reach reach(runs_, half_width_);
-        for (std::size_t k = begin; k < end; ++k) {
-            const std::uint32_t r = particle_[slots[k]];
-            const auto pieces = reach.from(r, places_(r));
-            out[k].assign(pieces.begin(), pieces.end());
-            std::sort(out[k].begin(), out[k].end());
+    std::vector<std::uint32_t> fresh;
+    std::vector<SharedSums::Region> regions;
+    for (const auto slot : slots) {
+        if (sums_.has(slot)) {
+            sums_.for_each_piece(slot, [&](std::uint32_t first, std::uint32_t length) {
+                count_lost(first, length, 1);
+            });
+        } else {
+            fresh.push_back(slot);
+            regions.push_back({slot, particle_[slot]});
         }
+    }
+    sums_.add(regions);
+    for_pieces(fresh, [&](std::uint32_t, const Pieces& pieces) {
+        for (const auto& piece : pieces) count_lost(piece.first, piece.length, 1);
     });
+}
+
+// To what is reached now.
+void TornLattice::set(std::span<const std::uint32_t> slots)
+{
+    for_pieces(slots, [&](std::uint32_t slot, const Pieces& pieces) {
+        sums_.set(slot, pieces);
+        for (const auto& piece : pieces) count_lost(piece.first, piece.length, ~0u);  // one less
+    });
+}
+
+void TornLattice::count_lost(std::uint32_t first, std::uint32_t length, std::uint32_t regions)
+{
+    lost_[first] += regions;
+    lost_[first + length] -= regions;
+}
+
+std::vector<std::uint32_t> TornLattice::lost() const
+{
+    std::vector<std::uint32_t> out(lattice_.count());
+    std::uint32_t count = 0;
+    for (std::size_t k = 0; k < out.size(); ++k) {
+        count += lost_[k];
+        out[runs_.particles()[k]] = count;
+    }
     return out;
+}
+
+// Calls visit(slot, pieces), in turn, with those that are reached from the particles of these
+// slots, by z and place.
+template <class Visit>
+void TornLattice::for_pieces(std::span<const std::uint32_t> slots, const Visit& visit) const
+{
+    constexpr std::size_t at_a_time = 4096;
+    std::vector<Pieces> pieces(std::min(slots.size(), at_a_time));
+    for (; !slots.empty(); slots = slots.subspan(std::min(slots.size(), at_a_time))) {
+        const auto some = slots.first(std::min(slots.size(), at_a_time));
+        geometry::parallel_for(some.size(), 64, [&](std::size_t begin, std::size_t end) {
+            Reach reach(runs_, half_width_);
+            for (std::size_t k = begin; k < end; ++k) {
+                const std::uint32_t r = particle_[some[k]];
+                const auto found = reach.from(r, places_(r));
+                pieces[k].assign(found.begin(), found.end());
+                std::sort(pieces[k].begin(), pieces[k].end());
+            }
+        });
+        for (std::size_t k = 0; k < some.size(); ++k) visit(some[k], pieces[k]);
+    }
 }
 
 }  // namespace physics

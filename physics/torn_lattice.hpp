@@ -19,34 +19,25 @@ public:
     // changed, no others have.
     std::span<const std::uint32_t> changed() const { return changed_; }
     // How many regions that held a particle have lost it. N.
-    std::span<const std::uint32_t> lost() const { return lost_; }
-    // Calls visit(particle) with those of the region of a slot that has changed, now or before.
-    template <class Visit> void for_each_particle(std::uint32_t slot, const Visit& visit) const
-    {
-        sums_.for_each_piece(slot, [&](std::uint32_t first, std::uint32_t length) {
-            for (const auto i : runs_.particles().subspan(first, length)) visit(i);
-        });
-    }
+    std::vector<std::uint32_t> lost() const;
 
     LatticeExceptions exceptions() const { return sums_.table(runs_.particles(), places_); }
-    // Whether most of what it remembers is of no use any more, and a new one would be smaller.
-    bool is_worn() const { return sums_.is_worn(); }
+    // Whether most of what it remembers is of no use any more, and a new one would be smaller; of
+    // what exceptions() said last.
+    bool is_worn(const LatticeExceptions& live) const { return sums_.is_worn(live); }
 
 private:
     using Pieces = std::vector<Reach::Piece>;
     using Order = std::array<int, 3>;  // z, y, x
 
-    static Order in_order(const Vec3i& p);
+    static Order in_order(const Vec3i& p) { return {p[2], p[1], p[0]}; }
     Order place_in_order(std::uint32_t slot) const { return in_order(places_(particle_[slot])); }
-
+    void find_changed(std::span<const std::uint32_t> links);
     void take(std::span<const std::uint32_t> slots);
     void set(std::span<const std::uint32_t> slots);
-    std::span<const std::uint32_t> in_runs(const Reach::Piece& piece) const
-    {
-        return runs_.particles().subspan(piece.first, piece.length);
-    }
-    void find_changed(std::span<const std::uint32_t> links);
-    std::vector<Pieces> pieces_of(std::span<const std::uint32_t> slots) const;
+    void count_lost(std::uint32_t first, std::uint32_t length, std::uint32_t regions);
+    template <class Visit>
+    void for_pieces(std::span<const std::uint32_t> slots, const Visit& visit) const;
 
     const Lattice& lattice_;
     int half_width_;
@@ -56,7 +47,9 @@ private:
     Runs runs_;
     SharedSums sums_;
     std::vector<std::uint32_t> by_place_;  // slots with a particle, by its place in_order()
-    std::vector<std::uint32_t> lost_, changed_;
+    std::vector<std::uint32_t>
+        lost_;  // along Runs::particles(), how it changes from each to the next
+    std::vector<std::uint32_t> changed_;
 };
 
 }  // namespace physics

@@ -1,8 +1,8 @@
 #include "physics/torn_regions.hpp"
 
-#include "geometry/parallel.hpp"
-
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 
 namespace physics {
 
@@ -11,7 +11,6 @@ TornRegions::Found TornRegions::find(const MatchedRegions& whole,
 {
     std::unique_ptr<TornLattice> torn;
     std::vector<std::uint32_t> already;
-    Found before;
     {
         const std::lock_guard lock(mutex_);
         auto from = kept_.end();
@@ -20,7 +19,7 @@ TornRegions::Found TornRegions::find(const MatchedRegions& whole,
                 kept_.splice(kept_.begin(), kept_, kept);
                 return kept_.front().found;
             }
-            if (!kept->lattice || kept->lattice->is_worn() ||
+            if (!kept->lattice || kept->lattice->is_worn(kept->found->regions.exceptions) ||
                 (from != kept_.end() && from->broken.size() >= kept->broken.size()))
                 continue;
             if (std::includes(broken.begin(), broken.end(), kept->broken.begin(),
@@ -31,7 +30,6 @@ TornRegions::Found TornRegions::find(const MatchedRegions& whole,
         if (from != kept_.end()) {
             torn = std::move(from->lattice);
             already = from->broken;
-            before = from->found;
         }
     }
     // Not under the lock: it runs on all threads.
@@ -43,25 +41,22 @@ TornRegions::Found TornRegions::find(const MatchedRegions& whole,
         return link / 3 >= lattice_.count() || lattice_.next[link / 3][link % 3] == none;
     });
     torn->break_links(fresh);
-    const auto found =
-        std::make_shared<const MatchedRegions>(match(whole, before ? *before : whole, *torn));
+    const auto found = std::make_shared<const MatchedRegions>(match(whole, *torn));
     const std::lock_guard lock(mutex_);
     kept_.push_front({broken, found, std::move(torn)});
     if (kept_.size() > most) kept_.pop_back();
     return found;
 }
 
-// Sums over regions that have changed are made one by one, those of others are as they were.
-MatchedRegions TornRegions::match(const MatchedRegions& whole, const MatchedRegions& before,
-                                  const TornLattice& torn) const
+MatchedRegions TornRegions::match(const MatchedRegions& whole, const TornLattice& torn) const
 {
     MatchedRegions out;
     out.regions = whole.regions;
     out.regions.exceptions = torn.exceptions();
     out.mass = whole.mass;
     out.held_by = whole.held_by;
-    out.rate_sq = before.rate_sq;
-    out.bend_sq = before.bend_sq;
+    out.rate_sq = whole.rate_sq;
+    out.bend_sq = whole.bend_sq;
     const auto lost = torn.lost();
     for (std::size_t i = 0; i < lost.size(); ++i) {
         if (lost[i] == 0) continue;
@@ -69,22 +64,25 @@ MatchedRegions TornRegions::match(const MatchedRegions& whole, const MatchedRegi
         out.mass[i] = float(matter_[i][1] / holders);
         out.held_by[i] = float(1 / holders);
     }
-    const auto changed = torn.changed();
-    geometry::parallel_for(changed.size(), 64, [&](std::size_t begin, std::size_t end) {
-        for (const auto slot : changed.subspan(begin, end - begin)) {
-            std::array<double, 3> matter{};
-            torn.for_each_particle(slot, [&](std::uint32_t i) {
-                for (std::size_t k = 0; k < 3; ++k) matter[k] += matter_[i][k];
-            });
-            const auto rates = rates_of(matter, out.regions.half_width, h_);
-            out.rate_sq[slot] = rates.rate_sq;
-            if (out.regions.flat) out.bend_sq[slot] = rates.bend_sq;
+    // Of exceptional regions, by the sums that they share; others are as they were.
+    const LatticeExceptions& e = out.regions.exceptions;
+    std::vector<std::array<double, 3>> matter(e.nodes());
+    for (std::size_t n = 0; n < matter.size(); ++n) {
+        for (std::uint32_t k = e.child_at[n]; k < e.child_at[n + 1]; ++k) {
+            const auto& part = n < e.bars ? matter_[e.child[k]] : matter[e.child[k]];
+            for (std::size_t d = 0; d < 3; ++d) matter[n][d] += part[d];
         }
-    });
+    }
+    for (std::size_t i = 0; i < e.region.size(); ++i) {
+        const auto rates = rates_of(matter[e.bars + e.plates + i], out.regions.half_width, h_);
+        out.rate_sq[e.region[i]] = rates.rate_sq;
+        if (out.regions.flat) out.bend_sq[e.region[i]] = rates.bend_sq;
+    }
     find_spread(out, lattice_, with_spread_);
     return out;
 }
 
+// Of the last few sets of links nothing counts: they come and go.
 std::size_t TornRegions::bytes() const
 {
     return lattice_.at.size() * sizeof lattice_.at[0] +

@@ -34,8 +34,7 @@ private:
         std::unique_ptr<TornLattice> lattice;  // until another goes on from it
     };
 
-    MatchedRegions match(const MatchedRegions& whole, const MatchedRegions& before,
-                         const TornLattice& torn) const;
+    MatchedRegions match(const MatchedRegions& whole, const TornLattice& torn) const;
 
     static constexpr std::size_t most = 2;
     Lattice lattice_;

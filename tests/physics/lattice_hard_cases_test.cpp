@@ -748,6 +748,11 @@ TEST(LatticeTear, WhatIsFoundDependsOnTheLinksAlone)
         EXPECT_EQ(found->bend_sq, same->bend_sq);
         EXPECT_EQ(found->inverse_spread, same->inverse_spread);
         EXPECT_EQ(found->regions.exceptions.child, same->regions.exceptions.child);
+        ASSERT_EQ(found->twist.size(), same->twist.size());
+        for (std::size_t k = 0; k < found->twist.size(); ++k) {
+            EXPECT_EQ(found->twist[k].b, same->twist[k].b);
+            EXPECT_EQ(found->twist[k].loose, same->twist[k].loose);
+        }
 
         Lattice torn = lattice;
         for (const auto link : broken) torn.next[link / 3][link % 3] = none;

@@ -437,10 +437,10 @@ TEST(TornLattice, ItsRegionsAreThoseFoundAnew)
         regions.exceptions = torn.exceptions();
         const std::string name = "torn, seed " + std::to_string(seed);
         expect_equal_to_direct_sums(t.torn(), t.w, name, regions);
-        const auto before = count_holders(t.whole);
+        const auto before = count_holders(t.whole), lost = torn.lost();
         const auto after = count_holders(find_regions(t.torn(), t.w, t.axis));
         for (std::size_t i = 0; i < before.size(); ++i) {
-            EXPECT_EQ(before[i] - torn.lost()[i], after[i]) << name << ", particle " << i;
+            EXPECT_EQ(before[i] - lost[i], after[i]) << name << ", particle " << i;
         }
     }
 }
@@ -464,12 +464,7 @@ TEST(TornLattice, TheOrderOfBreaksChangesNothing)
         EXPECT_EQ(a.particle, b.particle);
         EXPECT_EQ(a.bar_at, b.bar_at);
         EXPECT_EQ(a.bar, b.bar);
-        for (const auto slot : one_by_one.changed()) {
-            std::vector<std::uint32_t> one, other;
-            at_once.for_each_particle(slot, [&](std::uint32_t i) { one.push_back(i); });
-            one_by_one.for_each_particle(slot, [&](std::uint32_t i) { other.push_back(i); });
-            EXPECT_EQ(one, other) << "what is added up one by one";
-        }
+        EXPECT_EQ(at_once.lost(), one_by_one.lost());
     }
 }
 
