@@ -63,7 +63,9 @@ std::vector<fs::path> export_mesh(const fs::path& path, MeshFormat format, const
 {
     ExportedFiles made;
     // Of an OBJ assimp takes what follows the last dot for an ending.
-    const std::string name = path.stem().string() + (format == MeshFormat::obj ? ".obj" : "");
+    const fs::path whole = path.extension() == ".mtl" ? path.filename() : path.stem();
+    const std::string name =
+        format == MeshFormat::obj ? whole.string() + ".obj" : path.stem().string();
     const AssimpRun run = run_assimp(
         {"write", assimp_name(format), name}, glb_bytes(mesh), limits, check,
         [&](const char* bytes, std::size_t size) { made = unpack<ExportedFiles>(bytes, size); });

@@ -165,12 +165,25 @@ static void keep_hiding(graph::Json& node)
     graph::erase(*params, "hide_torn");
 }
 
+// Version 2 left open what it cut.
+static void keep_open(graph::Json& node)
+{
+    graph::Json* const params = graph::put_missing(node, "params", graph::Json::Object());
+    if (!params) return;
+    const graph::Json* const torn = params->find("torn");
+    const std::string* const what = torn ? std::get_if<std::string>(&torn->is) : nullptr;
+    if (!torn || (what && *what == "cut")) {
+        graph::put_missing(*params, "inside", std::string("open"));
+    }
+}
+
 void add_to(graph::Registry& registry)
 {
-    registry.add("Embed", 2, run)
+    registry.add("Embed", 3, run)
         .summary("Carries a mesh along with deformed cubes: vertices by trilinear interpolation, "
                  "normals by the deformation's gradient.")
         .upgrade(1, "hide_torn is torn: hide, or stretch; unless said it is cut now", keep_hiding)
+        .upgrade(2, "what is cut is closed, unless inside is open", keep_open)
         .input("mesh", &Inputs::mesh,
                "The mesh at rest, where the undeformed cubes are. It need not be the one that the "
                "cubes were made from.")

@@ -30,7 +30,7 @@ static void drop(const fs::path& model, const char* unit, double fit)
         "floor": {{ "type": "Ground@1" }},
         "sim": {{ "type": "Simulate@1",
                  "inputs": {{ "cubes": "part.cubes", "colliders": ["floor.collider"] }} }},
-        "shape": {{ "type": "Embed@2", "inputs": {{ "mesh": "lifted.mesh", "cubes": "part.cubes",
+        "shape": {{ "type": "Embed@3", "inputs": {{ "mesh": "lifted.mesh", "cubes": "part.cubes",
                    "state": "sim.state" }} }},
         "finite": {{ "type": "Measure@1", "inputs": {{ "mesh": "shape.mesh" }},
                     "params": {{ "what": "mesh_finite" }} }},

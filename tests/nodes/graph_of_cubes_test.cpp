@@ -174,11 +174,11 @@ TEST(GraphOfCubes, EmbedCarriesAMeshAsItsCubesMove)
                    "params": { "method": "solid", "size": 0.3 } },
         "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" },
                  "params": { "gravity": [0, 0, 0], "initial_velocity": [1, 0, 0] } },
-        "shape": { "type": "Embed@2", "inputs": { "mesh": "ball.mesh", "cubes": "cubes.cubes",
+        "shape": { "type": "Embed@3", "inputs": { "mesh": "ball.mesh", "cubes": "cubes.cubes",
                    "state": "sim.state" } },
         "far": { "type": "Transform@1", "inputs": { "mesh": "ball.mesh" },
                  "params": { "translate": [0, 2, 0] } },
-        "stray": { "type": "Embed@2", "inputs": { "mesh": "far.mesh", "cubes": "cubes.cubes",
+        "stray": { "type": "Embed@3", "inputs": { "mesh": "far.mesh", "cubes": "cubes.cubes",
                    "state": "sim.state" } })");
     const auto rest = scene.at<TriMesh>("ball"), moved = scene.at<TriMesh>("shape", 3);
     ASSERT_EQ(moved->positions.size(), rest->positions.size());

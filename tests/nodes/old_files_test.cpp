@@ -63,10 +63,10 @@ TEST(OldFiles, AllLoadWithNoteOfWhatChangedAndNothingElse)
         notes[entry.path().stem()] = loaded.problems.size();
     }
     EXPECT_EQ(notes.size(), 8u);
-    EXPECT_EQ(notes["bridge"], 2u);                 // a Sample and an Embed
+    EXPECT_EQ(notes["bridge"], 3u);                 // a Sample, and an Embed twice
     EXPECT_EQ(notes["two_soft_solids"], 2u);        // two layers
     EXPECT_EQ(notes["blend_constant_volume"], 2u);  // two layers
-    EXPECT_EQ(notes["flag"], 1u);                   // an Embed
+    EXPECT_EQ(notes["flag"], 2u);                   // an Embed, twice
     EXPECT_EQ(notes["breathing"], 1u);              // a layer; nothing else of it changed since
 }
 
@@ -119,7 +119,7 @@ TEST(OldFiles, ALayerOfVersionOneMeetsNoChangeInAdvanceUnlessItSaysSo)
     EXPECT_EQ(derivative(R"("volume": { "derivative": 50 })"), 2);
 }
 
-TEST(OldFiles, AnEmbedOfVersionOneHidesWhatIsTornUnlessItSaysSo)
+TEST(OldFiles, AnOldEmbedHidesWhatIsTornOrLeavesItOpen)
 {
     const auto torn = [](const char* type, const char* params) {
         const graph::Loaded loaded = load(
@@ -130,17 +130,21 @@ TEST(OldFiles, AnEmbedOfVersionOneHidesWhatIsTornUnlessItSaysSo)
                 "state": "sim.state" })" +
             params + " }");
         EXPECT_TRUE(loaded.ok()) << type << params;
-        return std::get<std::string>(param(loaded.graph, "shape", "torn").is);
+        return std::get<std::string>(param(loaded.graph, "shape", "torn").is) + " " +
+               std::get<std::string>(param(loaded.graph, "shape", "inside").is);
     };
-    EXPECT_EQ(torn("Embed@1", ""), "hide");
-    EXPECT_EQ(torn("Embed@1", R"(, "params": { "hide_torn": true })"), "hide");
-    EXPECT_EQ(torn("Embed@1", R"(, "params": { "hide_torn": false })"), "stretch");
-    EXPECT_EQ(torn("Embed@2", ""), "cut");
+    EXPECT_EQ(torn("Embed@1", ""), "hide material");
+    EXPECT_EQ(torn("Embed@1", R"(, "params": { "hide_torn": true })"), "hide material");
+    EXPECT_EQ(torn("Embed@1", R"(, "params": { "hide_torn": false })"), "stretch material");
+    EXPECT_EQ(torn("Embed@2", ""), "cut open");
+    EXPECT_EQ(torn("Embed@2", R"(, "params": { "torn": "cut" })"), "cut open");
+    EXPECT_EQ(torn("Embed@2", R"(, "params": { "torn": "hide" })"), "hide material");
+    EXPECT_EQ(torn("Embed@3", ""), "cut material");
 }
 
 TEST(OldFiles, AnUpgradeMeetsStrangeNodesWithoutHarm)
 {
-    for (const char* type : {"Sample@1", "ImplicitLayer@1", "Embed@1"}) {
+    for (const char* type : {"Sample@1", "ImplicitLayer@1", "Embed@1", "Embed@2"}) {
         for (const char* params : {"3", "[]", "null", R"({ "mass": 7, "volume": 3 })",
                                    R"({ "mass": "=frame", "volume": { "derivative": "no" } })"}) {
             const graph::Loaded loaded = load(std::string(R"("strange": { "type": ")") + type +

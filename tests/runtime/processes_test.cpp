@@ -27,7 +27,7 @@ const char* const falling = R"({ "aspic": 1, "frames": { "first": 1, "last": 20,
     "floor": { "type": "Ground@1" },
     "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes",
                "colliders": ["floor.collider"], "surface": "block.mesh" } },
-    "shape": { "type": "Embed@2", "inputs": { "cubes": "cubes.cubes", "mesh": "block.mesh",
+    "shape": { "type": "Embed@3", "inputs": { "cubes": "cubes.cubes", "mesh": "block.mesh",
                "state": "sim.state" } },
     "files": { "type": "WriteMesh@1", "inputs": { "mesh": "shape.mesh" },
                "params": { "path": "block.####.ply" } } } })";
