@@ -221,7 +221,8 @@ static ::render::Camera camera_of(const Inputs& in, const ::render::Scene& scene
         return {c.eye, c.target, {0, 1, 0}, c.field_of_view * degrees};
     }
     const double turn = c.kind == CameraParams::Kind::turntable ? c.turn * turns : 0;
-    const double legend = scene.legend ? ::render::width_of(*scene.legend, in.width, in.height) : 0;
+    double legend = scene.legend ? ::render::width_of(*scene.legend, in.width, in.height) : 0;
+    if (legend > 0.45) legend = 0;  // a thumbnail: there is no beside
     return ::render::fit(scene.stage, (c.azimuth + turn) * degrees, c.elevation * degrees,
                          c.field_of_view * degrees, double(in.width) / in.height, c.margin, legend);
 }

@@ -23,7 +23,7 @@ Vec3 corner_of(const Box& box, int k)
 // plane through the target needs the eye at a distance of at least |p.r| / tan + p.b: that is one
 // half-space of eyes for each side of the picture. Along each of r and u the two sides cross in one
 // place; the farther of the two crossings is taken, and the other axis is centred in what is free.
-// With more free on the right, the eye may go to the right up to there and no further.
+// With more free on the right, the eye goes to the right as far as the box would reach in there.
 Camera fit(const Box& asked, double azimuth, double elevation, double field_of_view, double aspect,
            double margin, double right_free)
 {

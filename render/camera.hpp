@@ -22,11 +22,12 @@ Vec3 corner_of(const Box& box, int k);
 
 // The nearest camera, looking against direction(azimuth, elevation), whose picture of `aspect`
 // (width / height) holds all of `box` with `margin` (a share of the picture's size, 0..0.45) free
-// on each side, and `right` (a share of its width, up to 0.45) on the right where that is more; the
-// box is in the middle as far as there is room for it. An empty box is taken for a point at the
-// origin, a point for a box 1 m wide. Throws std::invalid_argument for a box that is not finite.
+// on each side, and `right_free` (a share of its width, up to 0.45) on the right where that is
+// more; the box is in the middle as far as there is room for it. An empty box is taken for a point
+// at the origin, a point for a box 1 m wide. Throws std::invalid_argument for a box that is not
+// finite.
 Camera fit(const Box& box, double azimuth, double elevation, double field_of_view, double aspect,
-           double margin, double right = 0);
+           double margin, double right_free = 0);
 
 // Where right, up and ahead are in the picture: rows of length 1, across each other. The camera
 // must not stand at its target; one that looks along `up` has some direction to its right.

@@ -36,6 +36,8 @@ struct Place {
         title_left = std::max(2.0f, left);
     }
 
+    bool is_there() const { return right >= 2 && bar_height >= 2; }
+
     float size;
     int bar_width, bar_height, right, top;  // of the bar
     std::string title;
@@ -96,10 +98,10 @@ std::array<float, 2> round_range(const std::vector<float>& values)
 void draw_legend(Image& image, const Legend& legend)
 {
     const Place place(legend, image.width, image.height);
+    if (!place.is_there()) return;
     const float size = place.size;
     const int bar_width = place.bar_width, bar_height = place.bar_height;
     const int right = place.right, top = place.top;
-    if (right < 2 || bar_height < 2) return;
     for (int y = 0; y < bar_height; ++y) {
         const float t = 1 - (float(y) + 0.5f) / float(bar_height);
         const Vec3f c = colour_at(legend.scale.map, t);
@@ -134,6 +136,7 @@ void draw_legend(Image& image, const Legend& legend)
 double width_of(const Legend& legend, int width, int height)
 {
     const Place place(legend, width, height);
+    if (!place.is_there()) return 0;
     const double left = std::min(double(place.right - place.bar_width), double(place.title_left));
     return std::clamp(1 - (left - place.size) / width, 0.0, 1.0);
 }

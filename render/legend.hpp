@@ -22,7 +22,7 @@ std::array<float, 2> round_range(const std::vector<float>& values);
 
 // Draws the scale with its numbers at the right edge of the picture.
 void draw_legend(Image& image, const Legend& legend);
-// The share of the picture's width that it takes.
+// The share of the picture's width that it takes; 0 where there is no room to draw it.
 double width_of(const Legend& legend, int width, int height);
 
 // Draws `label` in the lower left corner.

@@ -84,6 +84,25 @@ TEST(Legend, ASmallPictureIsNoTrouble)
         render::draw_legend(image, {"a long title", "m", {}});
         render::draw_label(image, "and a long label");
     }
+    EXPECT_EQ(render::width_of({"a long title", "m", {}}, 30, 30), 0);
+}
+
+TEST(Legend, LiesWithinTheWidthThatItSays)
+{
+    for (const char* title : {"a", "a title that is rather long"}) {
+        Image image = black(640, 480);
+        const render::Legend legend{title, "m", {}};
+        render::draw_legend(image, legend);
+        const double width = render::width_of(legend, 640, 480);
+        EXPECT_GT(width, 0.1);
+        EXPECT_LT(width, 0.45);
+        for (int y = 0; y < 480; ++y) {
+            for (int x = 0; x < int((1 - width) * 640); ++x) {
+                const auto* const p = &image.rgba[4 * std::size_t(640 * y + x)];
+                ASSERT_EQ(p[0] + p[1] + p[2], 0) << x << " " << y;
+            }
+        }
+    }
 }
 
 TEST(Text, IsAsWideAsItSaysAndGrowsWithItsHeight)
