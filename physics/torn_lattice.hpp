@@ -47,8 +47,7 @@ private:
     Runs runs_;
     SharedSums sums_;
     std::vector<std::uint32_t> by_place_;  // slots with a particle, by its place in_order()
-    std::vector<std::uint32_t>
-        lost_;  // along Runs::particles(), how it changes from each to the next
+    std::vector<std::uint32_t> lost_;      // N + 1, differences along Runs::particles()
     std::vector<std::uint32_t> changed_;
 };
 
