@@ -78,34 +78,31 @@ BENCHMARK(lattice)
 
 // The sums alone, there and back, over 46^3 particles on one thread, after what the rest of a step
 // goes through has been in the cache. Argument: half width.
-void sums(benchmark::State& state)
+template <class T> void sums(benchmark::State& state)
 {
     const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
     const Lattice particles = corner_lattice(block(45));
     const LatticeRegions regions = find_regions(particles, int(state.range(0)));
-    RegionSums<float> room(regions);
+    RegionSums<T> room(regions);
     std::vector<float> rest_of_step(100 / sizeof(float) * particles.count());  // 100 bytes each
     for (auto _ : state) {
         state.PauseTiming();
         for (float& number : rest_of_step) number += 1;
-        for (auto& f : room.particles) f = Quad<float>(1, 2, 3, 4);
+        for (auto& f : room.particles) f = Quad<T>(1, 2, 3, 4);
         state.ResumeTiming();
-        collect_and_spread<float>(regions, room, [](std::size_t, std::span<Quad<float>>) {});
+        collect_and_spread<T>(regions, room, [](std::size_t, std::span<Quad<T>>) {});
     }
     state.counters["particle_step"] =
         benchmark::Counter(double(state.iterations()) * double(particles.count()),
                            benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
-BENCHMARK(sums)
-    ->Arg(1)
-    ->Arg(2)
-    ->Arg(3)
-    ->Arg(4)
-    ->Arg(6)
-    ->Arg(10)
-    ->Arg(16)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime();
+void half_widths(benchmark::internal::Benchmark* sums)
+{
+    for (const int w : {1, 2, 3, 4, 6, 10, 16}) sums->Arg(w);
+    sums->Unit(benchmark::kMillisecond)->UseRealTime();
+}
+BENCHMARK_TEMPLATE(sums, float)->Apply(half_widths);
+BENCHMARK_TEMPLATE(sums, double)->Apply(half_widths);
 
 // What a body costs before its first step. Arguments: cubes along an edge, half width.
 void make(benchmark::State& state)
