@@ -119,15 +119,18 @@ BENCHMARK(make)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 
-// Regions after ten more links of two thousand have broken, side by side; arguments: cubes along an
-// edge, half width, and whether nothing is known of those that were broken before.
-void tear(benchmark::State& state)
+// Regions after ten more links of two thousand have broken, side by side; where nothing is known of
+// those that broke before, all are found anew.
+void tear(benchmark::State& state, const geometry::Cubes& cubes, const LatticeOptions& options,
+          bool anew)
 {
-    const geometry::Cubes cubes = block(int(state.range(0)));
-    const LatticeBody body = make_lattice(cubes, {.half_width = int(state.range(1)), .tear = 1});
+    const LatticeBody body = make_lattice(cubes, options);
+    const auto [low, high] =
+        std::ranges::minmax(cubes.corner, {}, [](const auto& p) { return p[0]; });
     std::vector<std::uint32_t> links;
     for (std::uint32_t i = 0; i < cubes.corner_count(); ++i) {
-        if (cubes.corner[i][0] % 12 == 5) links.push_back(3 * i);
+        const int x = cubes.corner[i][0] - low[0];
+        if (x % 12 == 5 && x < high[0] - low[0]) links.push_back(3 * i);
     }
     std::size_t first = 0, last = 2000;
     const auto find = [&] {
@@ -138,7 +141,7 @@ void tear(benchmark::State& state)
     find();
     for (auto _ : state) {
         last += 10;
-        if (state.range(2)) first += 10;  // these were not broken: nothing to go on from
+        if (anew) first += 10;
         if (last > links.size()) {
             state.PauseTiming();
             first = 0, last = 2000;
@@ -148,12 +151,28 @@ void tear(benchmark::State& state)
         find();
     }
 }
-BENCHMARK(tear)
-    ->Args({45, 3, 0})
-    ->Args({45, 3, 1})
-    ->Args({45, 8, 0})
+void tear_solid(benchmark::State& state, int half_width, bool plastic, bool anew)
+{
+    const double yield = plastic ? 0.1 : 0;
+    tear(state, block(45), {.half_width = half_width, .plastic = {.yield = yield}, .tear = 1},
+         anew);
+}
+void tear_plane(benchmark::State& state, int half_width, bool anew)
+{
+    const int n = 316;
+    tear(state, geometry::plane_cubes(geometry::rectangle_cells(n, n), {1, 0.05, {0, 0, 0}}, 0.01),
+         {.half_width = half_width, .tear = 1}, anew);
+}
+BENCHMARK_CAPTURE(tear_solid, w_3, 3, false, false)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(tear_solid, w_3_anew, 3, false, true)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
+BENCHMARK_CAPTURE(tear_solid, w_8, 8, false, false)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(tear_solid, plastic, 3, true, false)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(tear_plane, w_3, 3, false)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(tear_plane, w_3_anew, 3, true)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 // A sheet of n x n cells in space; arguments: n, half width, threads, and whether its stretch is a
 // membrane's: as thin as paper, or as stiff in bending as in stretch.
