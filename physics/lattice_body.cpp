@@ -60,9 +60,10 @@ std::array<float, 6> inverse_spread(double mass, const Vec3& moment, const Mat3&
             float(m(1, 1)), float(m(1, 2)), float(m(2, 2))};
 }
 
-// B^-1 of all regions. Sums of M X X^T need one more moment than collect() takes, so M X goes in as
-// what is summed.
-std::vector<float> inverse_spreads(const MatchedRegions& matched, const Lattice& lattice)
+// B^-1 of the regions of those slots. Sums of M X X^T need one more moment than collect() takes, so
+// M X goes in as what is summed.
+void find_inverse_spreads(MatchedRegions& matched, const Lattice& lattice,
+                          const std::function<bool(std::size_t)>& which)
 {
     const LatticeRegions& regions = matched.regions;
     RegionSums<double> sums(regions);
@@ -73,11 +74,12 @@ std::vector<float> inverse_spreads(const MatchedRegions& matched, const Lattice&
         const double m = double(matched.mass[i]);
         f[i] = {m * p[0], m * p[1], m * p[2], m};
     }
-    std::vector<float> out(6 * regions.slots(), 0.0f);
+    auto& out = matched.inverse_spread;
+    out.resize(6 * regions.slots(), 0.0f);
     collect<double>(regions, sums, [&](std::size_t first, std::span<const Quad<double>> slots) {
         for (std::size_t k = 0; 4 * k < slots.size(); ++k) {
             const std::uint32_t r = regions.particle[first + k];
-            if (r == none) continue;
+            if (r == none || !which(first + k)) continue;
             const auto* const sum = slots.data() + 4 * k;
             const Vec3 at = lattice.at[r].cast<double>();
             Vec3 moment = Vec3::Zero();
@@ -91,7 +93,6 @@ std::vector<float> inverse_spreads(const MatchedRegions& matched, const Lattice&
             std::copy(packed.begin(), packed.end(), out.begin() + std::ptrdiff_t(6 * (first + k)));
         }
     });
-    return out;
 }
 
 // To which linked body each particle belongs; bodies are numbered by their first particles.
@@ -307,7 +308,7 @@ MatchedRegions match_regions(LatticeRegions found, const Lattice& lattice,
             if (regions.flat) out.bend_sq[s] = rates.bend_sq;
         }
     });
-    find_spread(out, lattice, with_spread);
+    find_spread(out, lattice, with_spread, [](std::size_t) { return true; });
     return out;
 }
 
@@ -319,17 +320,17 @@ RegionRates rates_of(const std::array<double, 3>& matter, int half_width, double
     return {float(rate_sq), float(rate_sq * matter[2] / matter[1] * m2 / (3 * (m4 - m2 * m2)))};
 }
 
-void find_spread(MatchedRegions& matched, const Lattice& lattice, bool with_spread)
+void find_spread(MatchedRegions& matched, const Lattice& lattice, bool with_spread,
+                 const std::function<bool(std::size_t)>& which)
 {
     const LatticeRegions& regions = matched.regions;
-    if (with_spread) matched.inverse_spread = inverse_spreads(matched, lattice);
+    if (with_spread) find_inverse_spreads(matched, lattice, which);
     if (!regions.flat) return;
     const auto place = [&](std::size_t i) {
         const Vec3i from_first = lattice.at[i] - lattice.at[0];
         return std::array{double(from_first[regions.axes[0]]), double(from_first[regions.axes[1]])};
     };
-    find_twist(
-        regions, matched.mass, place, [](std::size_t) { return true; }, matched.twist);
+    find_twist(regions, matched.mass, place, which, matched.twist);
 }
 
 std::size_t LatticeBody::bytes() const

@@ -61,7 +61,14 @@ TornLattice::TornLattice(const Lattice& lattice, const LatticeRegions& whole)
 
 void TornLattice::break_links(std::span<const std::uint32_t> links)
 {
-    find_changed(links);
+    // Whoever held an end may have reached through it; links go both ways, so those are among the
+    // particles in its box.
+    std::vector<std::uint32_t> ends;
+    for (const auto link : links) {
+        ends.push_back(link / 3);
+        ends.push_back(lattice_.next[link / 3][link % 3]);
+    }
+    changed_ = slots_around(ends);
     take(changed_);
     const auto axis_of = [&](std::uint32_t d) {
         return int(std::find(places_.axes.begin(), places_.axes.end(), int(d)) -
@@ -74,30 +81,26 @@ void TornLattice::break_links(std::span<const std::uint32_t> links)
     set(changed_);
 }
 
-// Whoever held an end may have reached through it; links go both ways, so those are among the
-// particles in its box.
-void TornLattice::find_changed(std::span<const std::uint32_t> links)
+std::vector<std::uint32_t> TornLattice::slots_around(std::span<const std::uint32_t> particles) const
 {
     std::vector<Row> rows;
-    for (const auto link : links) {
-        for (const auto end : {link / 3, lattice_.next[link / 3][link % 3]}) {
-            const Vec3i at = places_(end);
-            rows.push_back({at[2], at[1], at[0] - half_width_, at[0] + half_width_});
-        }
+    for (const auto particle : particles) {
+        const Vec3i at = places_(particle);
+        rows.push_back({at[2], at[1], at[0] - half_width_, at[0] + half_width_});
     }
     merge(rows);
     spread_rows(rows, &Row::y, half_width_);
     if (!flat_) spread_rows(rows, &Row::z, half_width_);
-    changed_.clear();
+    std::vector<std::uint32_t> out;
     const auto from = [&](const Order& place) {
         return std::ranges::lower_bound(by_place_, place, {},
                                         [&](std::uint32_t slot) { return place_in_order(slot); });
     };
     for (const Row& row : rows) {
-        changed_.insert(changed_.end(), from({row.z, row.y, row.low}),
-                        from({row.z, row.y, row.high + 1}));
+        out.insert(out.end(), from({row.z, row.y, row.low}), from({row.z, row.y, row.high + 1}));
     }
-    std::sort(changed_.begin(), changed_.end());
+    std::sort(out.begin(), out.end());
+    return out;
 }
 
 // Those of the slots that are not in sums_ yet go there, and their particles count as lost until

@@ -18,6 +18,8 @@ public:
     // Slots whose boxes hold an end of what broke last, ascending. Some of their regions have
     // changed, no others have.
     std::span<const std::uint32_t> changed() const { return changed_; }
+    // Slots whose boxes hold one of these particles, ascending.
+    std::vector<std::uint32_t> slots_around(std::span<const std::uint32_t> particles) const;
     // How many regions that held a particle have lost it. N.
     std::vector<std::uint32_t> lost() const;
 
@@ -32,7 +34,6 @@ private:
 
     static Order in_order(const Vec3i& p) { return {p[2], p[1], p[0]}; }
     Order place_in_order(std::uint32_t slot) const { return in_order(places_(particle_[slot])); }
-    void find_changed(std::span<const std::uint32_t> links);
     void take(std::span<const std::uint32_t> slots);
     void set(std::span<const std::uint32_t> slots);
     void count_lost(std::uint32_t first, std::uint32_t length, std::uint32_t regions);

@@ -10,6 +10,7 @@ TornRegions::Found TornRegions::find(const MatchedRegions& whole,
                                      const std::vector<std::uint32_t>& broken)
 {
     std::unique_ptr<TornLattice> torn;
+    Found before;
     std::vector<std::uint32_t> already;
     {
         const std::lock_guard lock(mutex_);
@@ -29,6 +30,7 @@ TornRegions::Found TornRegions::find(const MatchedRegions& whole,
         }
         if (from != kept_.end()) {
             torn = std::move(from->lattice);
+            before = from->found;
             already = from->broken;
         }
     }
@@ -41,28 +43,36 @@ TornRegions::Found TornRegions::find(const MatchedRegions& whole,
         return link / 3 >= lattice_.count() || lattice_.next[link / 3][link % 3] == none;
     });
     torn->break_links(fresh);
-    const auto found = std::make_shared<const MatchedRegions>(match(whole, *torn));
+    const auto found =
+        std::make_shared<const MatchedRegions>(match(whole, before ? *before : whole, *torn));
     const std::lock_guard lock(mutex_);
     kept_.push_front({broken, found, std::move(torn)});
     if (kept_.size() > most) kept_.pop_back();
     return found;
 }
 
-MatchedRegions TornRegions::match(const MatchedRegions& whole, const TornLattice& torn) const
+MatchedRegions TornRegions::match(const MatchedRegions& whole, const MatchedRegions& before,
+                                  const TornLattice& torn) const
 {
     MatchedRegions out;
     out.regions = whole.regions;
     out.regions.exceptions = torn.exceptions();
-    out.mass = whole.mass;
-    out.held_by = whole.held_by;
-    out.rate_sq = whole.rate_sq;
-    out.bend_sq = whole.bend_sq;
+    out.mass = before.mass;
+    out.held_by = before.held_by;
+    out.rate_sq = before.rate_sq;
+    out.bend_sq = before.bend_sq;
+    out.inverse_spread = before.inverse_spread;
+    out.twist = before.twist;
     const auto lost = torn.lost();
-    for (std::size_t i = 0; i < lost.size(); ++i) {
+    std::vector<std::uint32_t> fresh;
+    for (std::uint32_t i = 0; i < lost.size(); ++i) {
         if (lost[i] == 0) continue;
         const double holders = std::round(1 / double(whole.held_by[i])) - lost[i];
+        const auto held_by = float(1 / holders);
+        if (held_by == out.held_by[i]) continue;
+        fresh.push_back(i);
         out.mass[i] = float(matter_[i][1] / holders);
-        out.held_by[i] = float(1 / holders);
+        out.held_by[i] = held_by;
     }
     // Of exceptional regions, by the sums that they share; others are as they were.
     const LatticeExceptions& e = out.regions.exceptions;
@@ -78,7 +88,12 @@ MatchedRegions TornRegions::match(const MatchedRegions& whole, const TornLattice
         out.rate_sq[e.region[i]] = rates.rate_sq;
         if (out.regions.flat) out.bend_sq[e.region[i]] = rates.bend_sq;
     }
-    find_spread(out, lattice_, with_spread_);
+    if (with_spread_ || out.regions.flat) {
+        // A region that changes loses a particle, and one that is lost weighs more in the others.
+        std::vector<std::uint8_t> changed(out.regions.slots(), 0);
+        for (const auto slot : torn.slots_around(fresh)) changed[slot] = 1;
+        find_spread(out, lattice_, with_spread_, [&](std::size_t s) { return changed[s] != 0; });
+    }
     return out;
 }
 

@@ -34,7 +34,9 @@ private:
         std::unique_ptr<TornLattice> lattice;  // until another goes on from it
     };
 
-    MatchedRegions match(const MatchedRegions& whole, const TornLattice& torn) const;
+    // `before` are those of some of the links.
+    MatchedRegions match(const MatchedRegions& whole, const MatchedRegions& before,
+                         const TornLattice& torn) const;
 
     static constexpr std::size_t most = 2;
     Lattice lattice_;
@@ -75,8 +77,10 @@ struct RegionRates {
 };
 RegionRates rates_of(const std::array<double, 3>& matter, int half_width, double h);
 
-// What regions see of how their matter is spread: B^-1, with_spread, and the twist of a plane's.
-void find_spread(MatchedRegions& matched, const Lattice& lattice, bool with_spread);
+// What the regions of the slots that `which` says see of how their matter is spread: B^-1,
+// with_spread, and the twist of a plane's. Others keep what they have.
+void find_spread(MatchedRegions& matched, const Lattice& lattice, bool with_spread,
+                 const std::function<bool(std::size_t)>& which);
 
 // What belongs to regions. `matter` holds, for each particle, its share of E V (Pa m^3), its mass
 // (kg) and mass (t / h)^2 of a plane of thickness t; `with_spread`: B^-1 too.

@@ -716,9 +716,18 @@ TEST(LatticeTear, WhatIsFoundDependsOnTheLinksAlone)
 {
     // Whether links break a few at a time or all at once, and as a search of the torn lattice
     // finds.
-    for (const bool flat : {false, true}) {
-        const double h = 0.1;
-        const Lattice lattice = corner_lattice(flat ? whole_sheet(9, 6) : box(7, 4, 3, h));
+    const double h = 0.1;
+    struct Case {
+        geometry::Cubes cubes;
+        bool flat, slit;
+    };
+    // Small, and torn at random until all regions have changed; and large, with a slit that grows.
+    const Case cases[] = {{box(7, 4, 3, h), false, false},
+                          {whole_sheet(9, 6), true, false},
+                          {box(19, 8, 7, h), false, true},
+                          {whole_sheet(40, 30), true, true}};
+    for (const auto& [cubes, flat, slit] : cases) {
+        const Lattice lattice = corner_lattice(cubes);
         const auto n = std::uint32_t(lattice.count());
         const Random random(20 + flat);
         std::vector<std::array<double, 3>> matter;
@@ -731,11 +740,16 @@ TEST(LatticeTear, WhatIsFoundDependsOnTheLinksAlone)
         };
         const MatchedRegions whole = matched(lattice);
         TornRegions bit_by_bit(lattice, matter, h, true), at_once(lattice, matter, h, true);
+        std::vector<std::uint32_t> across;
+        for (std::uint32_t i = 0; i < n; ++i) {
+            if (lattice.at[i][0] == lattice.at[0][0] + 9) across.push_back(3 * i);
+        }
         std::vector<std::uint32_t> broken;
         TornRegions::Found found;
         for (std::uint64_t some = 0; some < 5; ++some) {
-            for (std::uint64_t k = 0; k < 12; ++k) {
-                broken.push_back(std::uint32_t(random.bits(1000 + 100 * some + k) % (3 * n)));
+            for (std::uint64_t k = 12 * some; k < 12 * some + 12; ++k) {
+                if (!slit) broken.push_back(std::uint32_t(random.bits(1000 + k) % (3 * n)));
+                if (slit && k / 2 < across.size()) broken.push_back(across[k / 2]);
             }
             std::sort(broken.begin(), broken.end());
             broken.erase(std::unique(broken.begin(), broken.end()), broken.end());
@@ -769,6 +783,8 @@ TEST(LatticeTear, WhatIsFoundDependsOnTheLinksAlone)
             EXPECT_NEAR(found->rate_sq[s] / anew.rate_sq[other], 1, 1e-6);
             if (flat) {
                 EXPECT_NEAR(found->bend_sq[s] / anew.bend_sq[other], 1, 1e-6);
+                EXPECT_NEAR(found->twist[s].loose, anew.twist[other].loose,
+                            1e-4 * std::abs(anew.twist[other].loose));
             }
             for (std::size_t k = 0; k < 6; ++k) {
                 EXPECT_NEAR(found->inverse_spread[6 * s + k], anew.inverse_spread[6 * other + k],
