@@ -100,8 +100,9 @@ public:
         for (const bool deciding : {true, false}) {
             for (std::size_t i = 0; i < params.size(); ++i) {
                 if (!found[i] || decides(params[i]) != deciding) continue;
-                if (!deciding && !shown(params, values, i)) {
-                    hidden(params[i], *found[i], values, params);
+                const ShownWhen* const by = deciding ? nullptr : hidden_by(params, values, i);
+                if (by) {
+                    hidden(params[i], *found[i], *by, values, params);
                     continue;
                 }
                 where_.push_back(static_cast<std::uint32_t>(i));
@@ -112,8 +113,9 @@ public:
             }
         }
         for (std::size_t i = 0; i < params.size(); ++i) {
-            if (found[i] && decides(params[i]) && !shown(params, values, i)) {
-                hidden(params[i], *found[i], values, params);
+            if (!found[i] || !decides(params[i])) continue;
+            if (const ShownWhen* const by = hidden_by(params, values, i)) {
+                hidden(params[i], *found[i], *by, values, params);
                 values[i] = params[i].fallback;
             }
         }
@@ -132,21 +134,23 @@ private:
         return p.kind == ParamKind::choice || p.kind == ParamKind::boolean;
     }
 
-    // Whether its condition holds, and those of the parameter that it depends on.
-    static bool shown(const std::vector<Param>& params, const ParamValues& values, std::size_t i)
+    // The outermost condition that does not hold, of its own and those of the parameters that it
+    // depends on; null: it is shown.
+    static const ShownWhen* hidden_by(const std::vector<Param>& params, const ParamValues& values,
+                                      std::size_t i)
     {
+        const ShownWhen* by = nullptr;
         for (std::size_t depth = 0; depth <= params.size(); ++depth) {
             const ShownWhen& when = params[i].shown_when;
-            if (when.param.empty()) return true;
             const std::size_t k = index_of(params, when.param);
-            if (k == params.size()) return true;
+            if (k == params.size()) break;
             const std::string now = text_of(values[k]);
             if (std::find(when.values.begin(), when.values.end(), now) == when.values.end()) {
-                return false;
+                by = &when;
             }
             i = k;
         }
-        return true;
+        return by;
     }
     static std::string text_of(const ParamValue& value)
     {
@@ -202,16 +206,15 @@ private:
         c_.problems.add(std::move(p));
     }
 
-    void hidden(const Param& param, const Json& given, const ParamValues& values,
-                const std::vector<Param>& params)
+    void hidden(const Param& param, const Json& given, const ShownWhen& by,
+                const ParamValues& values, const std::vector<Param>& params)
     {
-        const std::size_t k = index_of(params, param.shown_when.param);
+        const std::size_t k = index_of(params, by.param);
         Problem p = problem(given.place(), Severity::warning);
         p.port = path(param.name);
-        const std::vector<std::string_view> wanted(param.shown_when.values.begin(),
-                                                   param.shown_when.values.end());
-        p.message = fmt::format("this has no effect while {} is {}; it takes {}",
-                                param.shown_when.param, text_of(values[k]), list_names(wanted));
+        const std::vector<std::string_view> wanted(by.values.begin(), by.values.end());
+        p.message = fmt::format("this has no effect while {} is {}; it takes {}", by.param,
+                                text_of(values[k]), list_names(wanted));
         c_.problems.add(std::move(p));
         // It is read all the same: what is wrong with it would come out when it is wanted.
         Problems inside;

@@ -191,6 +191,42 @@ TEST(Mistakes, InWhatHasNoEffectAreToldAsWarnings)
     EXPECT_TRUE(loaded.graph.nodes.empty() || loaded.graph.nodes[1].animated.empty());
 }
 
+enum class Rise { flat, risen };
+enum class Leaven { yeast, sourdough };
+struct ProveIn {
+    Rise rise = Rise::risen;
+    Leaven leaven = Leaven::sourdough;
+    double hours = 12;
+};
+
+TEST(Mistakes, InWhatHasNoEffectAreToldOfTheOutermostThatHidesIt)
+{
+    graph::Registry registry = toys::make_registry();
+    registry
+        .add(
+            "Prove", 1, +[](const ProveIn&, const graph::Context&) { return toys::DoughOut{}; })
+        .choice("rise", &ProveIn::rise, {"flat", "risen"}, "What it does.")
+        .choice("leaven", &ProveIn::leaven, {"yeast", "sourdough"}, "By what.", {"rise", {"risen"}})
+        .param("hours", &ProveIn::hours, "How long.", {}, {"leaven", {"sourdough"}})
+        .output("dough", &toys::DoughOut::dough, "What rose.");
+    const auto said_of = [&](const std::string& params) {
+        const auto loaded = graph::load_text(
+            nodes("\"p\": { \"type\": \"Prove@1\", \"params\": { " + params + " } }"), "toy.json",
+            registry);
+        std::string text;
+        for (const auto& problem : loaded.problems) {
+            if (problem.port == "hours") text += problem.message;
+        }
+        return text;
+    };
+    const std::string flat = "this has no effect while rise is flat; it takes 'risen'";
+    EXPECT_EQ(said_of("\"hours\": 3"), "");
+    EXPECT_EQ(said_of("\"leaven\": \"yeast\", \"hours\": 3"),
+              "this has no effect while leaven is yeast; it takes 'sourdough'");
+    EXPECT_EQ(said_of("\"rise\": \"flat\", \"hours\": 3"), flat);
+    EXPECT_EQ(said_of("\"rise\": \"flat\", \"leaven\": \"yeast\", \"hours\": 3"), flat);
+}
+
 TEST(Mistakes, OfLinksAreFoundBehindAnUnknownTypeToo)
 {
     const graph::Loaded loaded = toys::load(R"({ "aspic": 1, "nodes": {
