@@ -2,6 +2,7 @@
 
 #include "geometry/parallel.hpp"
 #include "physics/joined.hpp"
+#include "physics/near_pairs.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,21 +15,17 @@ namespace {
 // Pairs whose pushes one thread finds.
 constexpr std::size_t pairs_a_task = 512;
 
-// Groups of pairs that one thread solves: some microseconds' work.
-constexpr std::size_t groups_a_task = 16;
-
 // The impulse that `push` wants added, when its point moves at v seen from the surface.
-template <class T> Eigen::Matrix<T, 3, 1> change_of(Push<T>& push, const Eigen::Matrix<T, 3, 1>& v)
+Vec3 change_of(Push& push, const Vec3& v)
 {
-    using Vec = Eigen::Matrix<T, 3, 1>;
-    const T along = v.dot(push.normal), before = push.impulse;
-    push.impulse = std::max(T(0), before - (along + push.bias) * push.mass);
-    if (push.impulse == 0 && before == 0) return Vec::Zero();
-    Vec drag = push.drag - push.mass_across * (v - along * push.normal);
+    const double along = v.dot(push.normal), before = push.impulse;
+    push.impulse = std::max(0.0, before - (along + push.bias) * push.mass);
+    if (push.impulse == 0 && before == 0) return Vec3::Zero();
+    Vec3 drag = push.drag - push.mass_across * (v - along * push.normal);
     // Without a branch: whether it slides is hard to foresee.
-    const T most = push.friction * push.impulse, size = drag.norm();
-    drag *= most / std::max({most, size, std::numeric_limits<T>::min()});
-    const Vec change = (push.impulse - before) * push.normal + (drag - push.drag);
+    const double most = push.friction * push.impulse, size = drag.norm();
+    drag *= most / std::max({most, size, std::numeric_limits<double>::min()});
+    const Vec3 change = (push.impulse - before) * push.normal + (drag - push.drag);
     push.drag = drag;
     return change;
 }
@@ -102,6 +99,33 @@ std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,
     return joined(found);
 }
 
+namespace {
+
+// Room for pairs in rows: groups of a colour, of which the larger ones come first, eight abreast.
+// Returns which groups are in each bunch, bunches + 1.
+std::vector<std::uint32_t> arrange(const NearPairs& near, PairPushes& out)
+{
+    std::vector<std::uint32_t> group_at{0};
+    out.bunch_at.assign(1, 0);
+    out.colour_at.assign(1, 0);
+    out.last_alone = near.last_alone;
+    const auto count = [&](std::uint32_t g) { return near.group_at[g + 1] - near.group_at[g]; };
+    const std::size_t colours = std::max<std::size_t>(near.colour_at.size(), 1) - 1;
+    for (std::size_t c = 0; c < colours; ++c) {
+        const bool alone = near.last_alone && c + 1 == colours;
+        const std::uint32_t abreast = alone ? 1 : PairsAbreast::most, end = near.colour_at[c + 1];
+        for (std::uint32_t g = near.colour_at[c]; g < end; g = group_at.back()) {
+            out.bunch_at.push_back(out.bunch_at.back() + count(g));
+            group_at.push_back(std::min(end, g + abreast));
+        }
+        out.colour_at.push_back(std::uint32_t(out.bunch_at.size() - 1));
+    }
+    out.row.resize(out.bunch_at.back());
+    return group_at;
+}
+
+}  // namespace
+
 void find_pair_pushes(const ContactScene& scene, const std::vector<std::uint32_t>& side,
                       const std::vector<std::uint32_t>& piece, double distance, double friction,
                       PairPushes& out)
@@ -115,28 +139,33 @@ void find_pair_pushes(const ContactScene& scene, const std::vector<std::uint32_t
                          scene.inverse_mass[k] == 0};
         }
     });
-    NearPairs near = find_near_pairs(points, distance);
-    out.push.resize(near.pair.size());
-    geometry::parallel_for(near.pair.size(), pairs_a_task, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t k = begin; k < end; ++k) {
-            const auto [a, b] = near.pair[k];
-            const Vec3 relative = v[a] - v[b];
-            const Vec3 apart = scene.state.x[a] - scene.state.x[b] + scene.dt * relative;
-            const double length = apart.norm();
-            const Vec3 normal = length > 0 ? Vec3(apart / length) : Vec3(Vec3::UnitY());
-            PairPush& push = out.push[k] = {};
-            push.a = a;
-            push.b = b;
-            push.mass = push.mass_across =
-                float(1 / (scene.inverse_mass[a] + scene.inverse_mass[b]));
-            push.normal = normal.cast<float>();
-            push.bias = float(bias_of(length - distance, relative.dot(normal), scene.dt));
-            push.friction = float(friction);
+    const NearPairs near = find_near_pairs(points, distance);
+    const std::vector<std::uint32_t> group_at = arrange(near, out);
+    out.friction = float(friction);
+    const auto add = [&](NearPairs::Pair pair, PairsAbreast& row) {
+        const auto [a, b] = pair;
+        const Vec3 relative = v[a] - v[b];
+        const Vec3 apart = scene.state.x[a] - scene.state.x[b] + scene.dt * relative;
+        const double length = apart.norm();
+        const Vec3 normal = length > 0 ? Vec3(apart / length) : Vec3(Vec3::UnitY());
+        const std::size_t k = row.count++;
+        row.a[k] = a;
+        row.b[k] = b;
+        row.mass[k] = float(1 / (scene.inverse_mass[a] + scene.inverse_mass[b]));
+        for (int d = 0; d < 3; ++d) row.normal[d][k] = float(normal[d]);
+        row.bias[k] = float(bias_of(length - distance, relative.dot(normal), scene.dt));
+    };
+    const std::size_t bunches = group_at.size() - 1;
+    geometry::parallel_for(bunches, 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t bunch = begin; bunch < end; ++bunch) {
+            PairsAbreast* const rows = out.row.data() + out.bunch_at[bunch];
+            std::fill_n(rows, out.bunch_at[bunch + 1] - out.bunch_at[bunch], PairsAbreast{});
+            for (auto g = group_at[bunch]; g < group_at[bunch + 1]; ++g) {
+                const std::uint32_t first = near.group_at[g], last = near.group_at[g + 1];
+                for (auto k = first; k < last; ++k) add(near.pair[k], rows[k - first]);
+            }
         }
     });
-    out.group_at = std::move(near.group_at);
-    out.colour_at = std::move(near.colour_at);
-    out.last_alone = near.last_alone;
 }
 
 namespace {
@@ -275,25 +304,17 @@ void solve_pushes(const ContactScene& scene, Pushes& pushes, int rounds, std::ve
         }
     };
     PairPushes& pairs = pushes.pairs;
-    const auto solve_groups = [&](std::size_t begin, std::size_t end) {
-        for (std::size_t k = pairs.group_at[begin]; k < pairs.group_at[end]; ++k) {
-            PairPush& p = pairs.push[k];
-            const Eigen::Vector3f relative = (v[p.a] - v[p.b]).cast<float>();
-            const float before = p.impulse;
-            const Vec3 change = change_of(p, relative).cast<double>();
-            if (before == 0 && p.impulse == 0) continue;  // they do not touch, and write nothing
-            // The same masses on both sides as in double: momentum is kept to rounding.
-            v[p.a] += scene.inverse_mass[p.a] * change;
-            v[p.b] -= scene.inverse_mass[p.b] * change;
-        }
+    const auto solve_bunches = [&](std::size_t begin, std::size_t end) {
+        const std::uint32_t first = pairs.bunch_at[begin], last = pairs.bunch_at[end];
+        solve_rows({pairs.row.data() + first, last - first}, pairs.friction, scene.inverse_mass, v);
     };
     for (int round = 0; round < rounds; ++round) {
-        for (std::size_t c = 0; c + 1 < pairs.colour_at.size(); ++c) {
+        for (std::size_t c = 0; c < pairs.colours(); ++c) {
             const std::size_t first = pairs.colour_at[c], last = pairs.colour_at[c + 1];
-            const bool alone = pairs.last_alone && c + 2 == pairs.colour_at.size();
-            geometry::parallel_for(last - first, alone ? last - first : groups_a_task,
+            const bool alone = pairs.last_alone && c + 1 == pairs.colours();
+            geometry::parallel_for(last - first, alone ? last - first : 1,
                                    [&](std::size_t begin, std::size_t end) {
-                                       solve_groups(first + begin, first + end);
+                                       solve_bunches(first + begin, first + end);
                                    });
         }
         for (BallPush& p : pushes.balls) {

@@ -8,7 +8,7 @@
 #include "physics/contact.hpp"
 #include "physics/corner_body.hpp"
 #include "physics/lattice_regions.hpp"
-#include "physics/near_pairs.hpp"
+#include "physics/pair_pushes.hpp"
 #include "physics/state.hpp"
 
 #include <span>
@@ -16,39 +16,25 @@
 namespace physics {
 
 // What any touching point needs, seen from the surface it touches.
-template <class T> struct Push {
-    Eigen::Matrix<T, 3, 1> normal;
-    Eigen::Matrix<T, 3, 1> drag = Eigen::Matrix<T, 3, 1>::Zero();  // N s, across the normal, so far
-    T impulse = 0;                                                 // N s, along the normal, so far
-    T bias = 0;  // m/s, added to the speed along the normal: their sum closes the gap
-                 // by the end of the step
-    T mass = 0, mass_across = 0;  // kg, of the point, for impulses along and across the normal
-    T friction = 0;
+struct Push {
+    Vec3 normal;
+    Vec3 drag = Vec3::Zero();  // N s, across the normal, so far
+    double impulse = 0;        // N s, along the normal, so far
+    double bias = 0;           // m/s, added to the speed along the normal: their sum closes the gap
+                               // by the end of the step
+    double mass = 0, mass_across = 0;  // kg, of the point, for impulses along and across the normal
+    double friction = 0;
 };
 
 // A point of the skin at a collider.
-struct SkinPush : Push<double> {
+struct SkinPush : Push {
     std::array<std::uint32_t, 8> corners;
     std::array<double, 8> weight;
     Vec3 surface_velocity;  // m/s
 };
 
-// Two particles of bodies that are not linked; the normal points from b to a. There can be very
-// many, so they are kept small.
-struct PairPush : Push<float> {
-    std::uint32_t a, b;
-};
-
-// Groups of pairs, as NearPairs has them.
-struct PairPushes {
-    std::vector<PairPush> push;
-    std::vector<std::uint32_t> group_at;   // groups + 1, into push
-    std::vector<std::uint32_t> colour_at;  // colours + 1, into group_at
-    bool last_alone = false;               // groups of the last colour may share bodies
-};
-
 // A rigid ball at a point of the skin, a collider or another ball; the normal points to the ball.
-struct BallPush : Push<double> {
+struct BallPush : Push {
     std::uint32_t ball, other = none;    // none: not a ball
     Vec3 arm, other_arm = Vec3::Zero();  // m, from centres to where they touch
     Vec3 surface_velocity = Vec3::Zero();

@@ -177,7 +177,9 @@ NearPairs grouped(const std::vector<NearPairs::Pair>& found, const std::vector<s
     out.last_alone = colours == most_colours + 1;
     std::vector<std::uint32_t> by_colour(groups.size());
     std::iota(by_colour.begin(), by_colour.end(), 0u);
-    by_colour = sorted_by(by_colour, colours, [&](std::uint32_t g) { return groups[g].colour; });
+    std::ranges::stable_sort(by_colour, std::less(), [&](std::uint32_t g) {
+        return std::pair(groups[g].colour, ~(groups[g].end - groups[g].begin));
+    });
     out.pair.reserve(found.size());
     out.group_at.push_back(0);
     for (std::size_t g = 0; g < by_colour.size(); ++g) {

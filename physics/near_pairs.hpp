@@ -17,7 +17,7 @@ struct BodyPoint {
 };
 
 // All pairs, those of two bodies with each other together, as groups. Groups of one colour share no
-// body, so they can be worked on at the same time.
+// body, so they can be worked on at the same time; the larger ones of them come first.
 struct NearPairs {
     struct Pair {
         std::uint32_t a, b;

@@ -5,10 +5,12 @@
 #include "geometry/random.hpp"
 #include "geometry/voxelize.hpp"
 #include "tests/physics/cube_fixtures.hpp"
+#include "tests/physics/every_target.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <map>
 #include <set>
 
 using namespace physics;
@@ -40,11 +42,13 @@ struct Crowd {
     ContactScene scene() const { return {body, state, inverse_mass, 0.01}; }
 };
 
-std::set<std::pair<std::uint32_t, std::uint32_t>> named(const std::vector<PairPush>& pushes)
+std::set<std::pair<std::uint32_t, std::uint32_t>> named(const PairPushes& pushes)
 {
     std::set<std::pair<std::uint32_t, std::uint32_t>> out;
-    for (const PairPush& p : pushes) {
-        EXPECT_TRUE(out.insert(std::minmax(p.a, p.b)).second) << "found twice";
+    for (const PairsAbreast& row : pushes.row) {
+        for (std::uint32_t k = 0; k < row.count; ++k) {
+            EXPECT_TRUE(out.insert(std::minmax(row.a[k], row.b[k])).second) << "found twice";
+        }
     }
     return out;
 }
@@ -78,29 +82,37 @@ TEST(LatticeContact, FindsThePairsThatASearchOfAllFinds)
             }
         }
         EXPECT_FALSE(expected.empty());
-        EXPECT_EQ(named(found.push), expected) << distance;
+        EXPECT_EQ(named(found), expected) << distance;
     }
 }
 
-TEST(LatticeContact, GroupsOfOneColourShareNoBody)
+TEST(LatticeContact, BunchesOfOneColourShareNoBodyNorDoPairsAbreast)
 {
     const Crowd crowd(900, 2);
     const PairPushes found = find_pair_pushes(crowd.scene(), crowd.side, crowd.piece, 0.1, 0.3);
-    ASSERT_EQ(found.group_at.back(), found.push.size());
-    ASSERT_EQ(found.colour_at.back() + 1, found.group_at.size());
+    ASSERT_EQ(found.bunch_at.back(), found.row.size());
+    ASSERT_EQ(found.colour_at.back() + 1, found.bunch_at.size());
     EXPECT_FALSE(found.last_alone);
-    for (std::size_t c = 0; c + 1 < found.colour_at.size(); ++c) {
+    std::size_t fullest = 0;
+    for (std::size_t c = 0; c < found.colours(); ++c) {
         std::set<std::uint32_t> bodies;
-        for (auto g = found.colour_at[c]; g < found.colour_at[c + 1]; ++g) {
-            std::set<std::uint32_t> mine;
-            for (auto k = found.group_at[g]; k < found.group_at[g + 1]; ++k) {
-                mine.insert(crowd.piece[found.push[k].a]);
-                mine.insert(crowd.piece[found.push[k].b]);
+        for (auto bunch = found.colour_at[c]; bunch < found.colour_at[c + 1]; ++bunch) {
+            std::set<std::uint32_t> mine[PairsAbreast::most];  // of the pairs one after another
+            for (auto r = found.bunch_at[bunch]; r < found.bunch_at[bunch + 1]; ++r) {
+                const PairsAbreast& row = found.row[r];
+                EXPECT_GT(row.count, 0u);
+                for (std::uint32_t k = 0; k < row.count; ++k) {
+                    mine[k].insert({crowd.piece[row.a[k]], crowd.piece[row.b[k]]});
+                }
+                fullest = std::max<std::size_t>(fullest, row.count);
             }
-            EXPECT_EQ(mine.size(), 2u);
-            for (const auto b : mine) EXPECT_TRUE(bodies.insert(b).second) << "colour " << c;
+            for (const auto& some : mine) {
+                EXPECT_TRUE(some.empty() || some.size() == 2);
+                for (const auto b : some) EXPECT_TRUE(bodies.insert(b).second) << "colour " << c;
+            }
         }
     }
+    EXPECT_GT(fullest, 4u);
 }
 
 TEST(LatticeContact, ABodyThatTouchesAHundredOthersIsSolvedAlone)
@@ -113,10 +125,13 @@ TEST(LatticeContact, ABodyThatTouchesAHundredOthersIsSolvedAlone)
         crowd.state.x[i] *= i == 0 ? 0 : 1e-3;
     }
     const PairPushes found = find_pair_pushes(crowd.scene(), {0, 1, 2, 3, 4, 5}, crowd.piece, 1, 0);
-    EXPECT_EQ(found.push.size(), 15u);
+    EXPECT_EQ(named(found).size(), 15u);
     const PairPushes all = find_pair_pushes(crowd.scene(), crowd.side, crowd.piece, 1, 0);
     EXPECT_TRUE(all.last_alone);
     EXPECT_LE(all.colour_at.size(), 65u);
+    for (auto r = all.bunch_at[all.colour_at[all.colours() - 1]]; r < all.row.size(); ++r) {
+        EXPECT_EQ(all.row[r].count, 1u);
+    }
     // Threads would meet in a body of the last colour.
     const auto solve = [&](std::size_t threads) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
@@ -155,6 +170,54 @@ TEST(LatticeContact, PushesKeepMomentumAndThreadsTheSameBytes)
     }
     EXPECT_GT(moved.norm(), 1);
     EXPECT_LT((after - before).norm(), 1e-12 * moved.norm());  // rounding of some 20,000 pushes
+}
+
+TEST(LatticeContact, PairsAbreastAreSolvedAsOneAfterAnotherOnAnyProcessor)
+{
+    const Crowd crowd(900, 2);
+    const auto scene = crowd.scene();
+    for (const float friction : {0.0f, 0.3f, 5.0f}) {
+        PairPushes found = find_pair_pushes(scene, crowd.side, crowd.piece, 0.1, friction);
+        // In double, from the same normals and masses.
+        std::vector<Vec3> v = crowd.state.v;
+        std::map<std::pair<std::uint32_t, std::uint32_t>, std::pair<double, Vec3>> sofar;
+        double most = 0;
+        for (int round = 0; round < 3; ++round) {
+            for (const PairsAbreast& row : found.row) {
+                for (std::uint32_t k = 0; k < row.count; ++k) {
+                    const std::uint32_t a = row.a[k], b = row.b[k];
+                    auto& [impulse, drag] =
+                        sofar.try_emplace({a, b}, 0.0, Vec3::Zero()).first->second;
+                    const Vec3 n(row.normal[0][k], row.normal[1][k], row.normal[2][k]);
+                    const Vec3 u = v[a] - v[b];
+                    const double m = row.mass[k], along = u.dot(n);
+                    const double now = std::max(0.0, impulse - m * (along + row.bias[k]));
+                    Vec3 slip = drag - m * (u - along * n);
+                    if (slip.norm() > friction * now) slip *= friction * now / slip.norm();
+                    const Vec3 change = (now - impulse) * n + slip - drag;
+                    v[a] += scene.inverse_mass[a] * change;
+                    v[b] -= scene.inverse_mass[b] * change;
+                    impulse = now;
+                    drag = slip;
+                    most = std::max(most, change.norm());
+                }
+            }
+        }
+        EXPECT_GT(most, 0.5);
+        std::vector<Vec3> first;
+        on_every_target([&](const char* target) {
+            PairPushes pairs = found;
+            std::vector<Vec3> out = crowd.state.v;
+            for (int round = 0; round < 3; ++round) {
+                solve_rows(pairs.row, pairs.friction, scene.inverse_mass, out);
+            }
+            for (std::size_t i = 0; i < out.size(); ++i) {
+                ASSERT_LT((out[i] - v[i]).norm(), 2e-4) << target << " " << friction << " " << i;
+            }
+            if (first.empty()) first = out;
+            EXPECT_EQ(out, first) << target;
+        });
+    }
 }
 
 TEST(LatticeContact, APairIsStoppedAtItsDistanceAndDraggedAsCoulombSays)
@@ -407,7 +470,7 @@ TEST(LatticeContact, NothingNearIsNothing)
 {
     const Crowd crowd(20, 0);
     const PairPushes found = find_pair_pushes(crowd.scene(), crowd.side, crowd.piece, 1e-9, 0.3);
-    EXPECT_TRUE(found.push.empty());
+    EXPECT_TRUE(found.row.empty());
     Pushes pushes;
     pushes.pairs = found;
     std::vector<Vec3> v = crowd.state.v;
