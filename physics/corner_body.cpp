@@ -55,7 +55,7 @@ void check(const geometry::Cubes& cubes)
 }  // namespace
 
 CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint32_t> slot,
-                            const geometry::TriMesh* surface)
+                            const geometry::TriMesh* surface, bool tears)
 {
     check(cubes);
     CornerBody body;
@@ -93,7 +93,7 @@ CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint3
             body.rest[4 * body.slot_of(k) + i] = p[static_cast<Eigen::Index>(i)];
         }
     }
-    body.skin = make_skin(cubes, body.slot, surface);
+    body.skin = make_skin(cubes, body.slot, surface, tears);
     return body;
 }
 

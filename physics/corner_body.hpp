@@ -38,10 +38,11 @@ struct CornerBody {
 };
 
 // `slot` numbers the corners 0 .. K, or is empty. `surface` may be null: then the cubes' own
-// outside is the skin. Throws std::invalid_argument when the cubes are no body: lengths that do not
-// fit, sizes, masses or moduli that are not finite or out of range.
+// outside is the skin. A body that `tears` has a skin within. Throws std::invalid_argument when the
+// cubes are no body: lengths that do not fit, sizes, masses or moduli that are not finite or out of
+// range.
 CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint32_t> slot,
-                            const geometry::TriMesh* surface);
+                            const geometry::TriMesh* surface, bool tears = false);
 
 // Corner by corner to slot by slot, padded.
 Aligned<double> by_slot(const CornerBody& body, const std::vector<Vec3>& x);

@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 namespace physics {
 
@@ -207,6 +208,10 @@ private:
             body_.torn && !broken.empty() ? body_.torn->find(body_.whole, broken) : nullptr;
         matched_ = held_regions_ ? held_regions_.get() : &body_.whole;
         sums_.exceptional.resize(4 * matched_->regions.exceptions.nodes());
+        torn_skin_.reset();
+        if (touches_ && held_regions_) {
+            torn_skin_.emplace(body_.base.skin, body_.torn->lattice(), broken, body_.base.h);
+        }
         torn_corners_ =
             broken.empty() ? std::vector<std::uint8_t>{} : torn_corners(body_.membrane, broken);
 
@@ -709,7 +714,8 @@ private:
         for (const Collider& c : loads_.colliders) {
             colliders.push_back(pose_collider(c, share, frame_, body_.base.h));
         }
-        const ContactScene scene{body_.base, state_, inverse_mass_, dt_, loads_.balls};
+        const ContactScene scene{body_.base, state_,       inverse_mass_,
+                                 dt_,        loads_.balls, torn_skin_ ? &*torn_skin_ : nullptr};
         pushes_.skin = find_skin_pushes(scene, colliders);
         pushes_.balls = find_ball_pushes(scene, colliders);
         if (pairs) {
@@ -783,7 +789,8 @@ private:
     double frame_, dt_;
     std::size_t n_;
     bool flat_, in_plane_, plastic_ = false;
-    std::shared_ptr<const MatchedRegions> held_regions_;  // while links are broken
+    std::shared_ptr<const MatchedRegions> held_regions_;
+    std::optional<TornSkin> torn_skin_;  // likewise, where it touches
     const MatchedRegions* matched_ = nullptr;
     RegionSums<T> sums_;
     Pushes pushes_;                           // of the last step

@@ -349,7 +349,7 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& opt
         throw std::invalid_argument("motion in the plane needs a plane: link one, or choose plane "
                                     "= space for cubes");
     }
-    body.base = make_corner_body(cubes, {}, surface);
+    body.base = make_corner_body(cubes, {}, surface, options.tear > 0);
     Lattice lattice = corner_lattice(cubes);
     const bool flat = body.flat_axis >= 0, plastic = options.plastic.yield > 0;
     auto matter = matter_of(cubes, body.base, options.weighting, flat);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace physics {
 
@@ -31,11 +32,118 @@ Vec3 change_of(Push& push, const Vec3& v)
 }
 
 // Push::bias of a gap that is expected when the point goes on at `speed` along the normal. What was
-// inside already comes out by a fifth a step, not with a jump.
-double bias_of(double gap, double speed, double dt)
+// inside already comes out by a fifth a step, not with a jump; or `stays` as deep as it is.
+double bias_of(double gap, double speed, double dt, bool stays = false)
 {
     const double inside = gap - dt * speed;
-    return (gap - 0.8 * std::min(0.0, inside)) / dt - speed;
+    return (gap - (stays ? 1 : 0.8) * std::min(0.0, inside)) / dt - speed;
+}
+
+// Where a point of the skin is, how fast, and whom a push there moves.
+struct SkinPlace {
+    std::array<double, 8> weight;
+    Vec3 at = Vec3::Zero(), v = Vec3::Zero();  // m, m/s
+    double inverse = 0;                        // 1/kg
+    bool stays = false;                        // it is let no deeper in, and not driven out
+};
+
+SkinPlace place_of(const ContactScene& scene, const CornerRuns::Corners& corners, std::uint32_t i)
+{
+    SkinPlace out;
+    for (std::size_t a = 0; a < 8; ++a) {
+        const double weight = out.weight[a] = double(scene.body.skin.point[i][a]);
+        out.at += weight * scene.state.x[corners[a]];
+        out.v += weight * scene.state.v[corners[a]];
+        out.inverse += weight * weight * scene.inverse_mass[corners[a]];
+    }
+    return out;
+}
+
+// That whose octant of the cube holds a point with these weights.
+std::uint8_t part_of(const std::array<float, 8>& weight, const TornSkin::Parts& parts)
+{
+    return parts[std::size_t(std::ranges::max_element(weight) - weight.begin())];
+}
+
+// Of a cube in parts: it goes with the corners of the part whose octant holds it, from each of
+// those as far as the links there point.
+SkinPlace place_of(const ContactScene& scene, const CornerRuns::Corners& corners, std::uint32_t i,
+                   const TornSkin::Parts& parts)
+{
+    const auto& given = scene.body.skin.point[i];
+    const auto bits = [](std::size_t a) {
+        return Vec3(double(a & 1), double(a >> 1 & 1), double(a >> 2 & 1));
+    };
+    Vec3 local = Vec3::Zero();  // 0 .. 1
+    for (std::size_t a = 0; a < 8; ++a) local += double(given[a]) * bits(a);
+    double total = 0;
+    const std::uint8_t part = part_of(given, parts);
+    for (std::size_t a = 0; a < 8; ++a) {
+        if (parts[a] == part) total += double(given[a]);
+    }
+    SkinPlace out;
+    for (std::size_t a = 0; a < 8; ++a) {
+        out.weight[a] = parts[a] == part ? double(given[a]) / total : 0;
+        if (out.weight[a] == 0) continue;
+        const std::uint32_t k = corners[a];
+        out.at += out.weight[a] * (scene.state.x[k] +
+                                   scene.torn->frames().at(k, scene.state.x) * (local - bits(a)));
+        out.v += out.weight[a] * scene.state.v[k];
+        out.inverse += out.weight[a] * out.weight[a] * scene.inverse_mass[k];
+    }
+    return out;
+}
+
+// Calls touch(place) with the points of cube c of the skin that lie open. What a tear laid open may
+// have been deep in a collider before: driven out, it would fly off.
+template <class Touch>
+void for_places(const ContactScene& scene, std::size_t c, const CornerRuns::Corners& corners,
+                const Touch& touch)
+{
+    const SkinPatch& patch = scene.body.skin.on(c);
+    const bool open = scene.torn && scene.torn->is_open(c);
+    const TornSkin::Parts* const parts = open ? scene.torn->parts_of(c) : nullptr;
+    for (std::uint32_t i = patch.point; i < (open ? patch.points_end : patch.within); ++i) {
+        SkinPlace place = parts ? place_of(scene, corners, i, *parts) : place_of(scene, corners, i);
+        place.stays = i >= patch.within;
+        touch(place);
+    }
+}
+
+// The same with the corners that a tear leaves bare.
+template <class Touch> void for_bare(const ContactScene& scene, const Touch& touch)
+{
+    if (!scene.torn) return;
+    for (const std::uint32_t k : scene.torn->bare()) {
+        CornerRuns::Corners corners;
+        corners.fill(k);
+        touch(corners,
+              SkinPlace{{1}, scene.state.x[k], scene.state.v[k], scene.inverse_mass[k], true});
+    }
+}
+
+// Whether all of that lies within `corners`, as far out as the patch reaches; what is torn may not.
+bool is_bounded(const ContactScene& scene, std::size_t c)
+{
+    return !scene.torn || !scene.torn->parts_of(c);
+}
+
+// A push, where that place comes to lie in the collider.
+void push_out(const ContactScene& scene, const PosedCollider& collider,
+              const CornerRuns::Corners& corners, const SkinPlace& place,
+              std::vector<SkinPush>& out)
+{
+    const Touch t = touch(collider, place.at + scene.dt * place.v);
+    if (!(t.gap < 0) || !(place.inverse > 0)) return;
+    SkinPush push;
+    push.corners = corners;
+    push.weight = place.weight;
+    push.mass = push.mass_across = 1 / place.inverse;
+    push.normal = t.normal;
+    push.surface_velocity = t.velocity;
+    push.bias = bias_of(t.gap, (place.v - t.velocity).dot(t.normal), scene.dt, place.stays);
+    push.friction = collider.friction;
+    out.push_back(push);
 }
 
 // What cube c of the skin, of these corners, has in the colliders.
@@ -47,6 +155,7 @@ void look(const ContactScene& scene, const std::vector<PosedCollider>& colliders
     const std::vector<Vec3>& speed = scene.state.v;
     const double dt = scene.dt;
     const SkinPatch& patch = skin.on(c);
+    if (patch.point == patch.within && !(scene.torn && scene.torn->is_open(c))) return;
     const auto next = [&](std::uint32_t i) -> Vec3 { return x[i] + dt * speed[i]; };
     Vec3 centre = Vec3::Zero();
     for (const auto k : corners) centre += next(k) / 8;
@@ -55,31 +164,75 @@ void look(const ContactScene& scene, const std::vector<PosedCollider>& colliders
     for (const PosedCollider& collider : colliders) {
         // Points may lie outside their cube; a distance changes no faster than a place.
         const bool mesh = collider.kind == Collider::Kind::mesh;
-        if (!mesh && touch(collider, centre).gap > double(patch.reach) * radius) continue;
-        for (std::uint32_t i = patch.point; i < patch.points_end; ++i) {
-            SkinPush push;
-            push.corners = corners;
-            Vec3 now = Vec3::Zero(), v = now;
-            double inverse = 0;
-            for (std::size_t a = 0; a < 8; ++a) {
-                const double weight = push.weight[a] = double(skin.point[i][a]);
-                now += weight * x[corners[a]];
-                v += weight * speed[corners[a]];
-                inverse += weight * weight * scene.inverse_mass[corners[a]];
-            }
-            const Touch t = touch(collider, now + dt * v);
-            if (!(t.gap < 0) || !(inverse > 0)) continue;
-            push.mass = push.mass_across = 1 / inverse;
-            push.normal = t.normal;
-            push.surface_velocity = t.velocity;
-            push.bias = bias_of(t.gap, (v - t.velocity).dot(t.normal), dt);
-            push.friction = collider.friction;
-            out.push_back(push);
-        }
+        if (!mesh && is_bounded(scene, c) &&
+            touch(collider, centre).gap > double(patch.reach) * radius)
+            continue;
+        for_places(scene, c, corners,
+                   [&](const SkinPlace& place) { push_out(scene, collider, corners, place, out); });
     }
 }
 
+// The part of each corner of a cube, by the links that join them; 0 throughout: they are joined.
+TornSkin::Parts parts_of(const CornerRuns::Corners& corners, const Lattice& lattice,
+                         std::span<const std::uint32_t> broken)
+{
+    TornSkin::Parts part;
+    std::iota(part.begin(), part.end(), std::uint8_t{0});
+    for (std::size_t a = 0; a < 8; ++a) {
+        for (std::uint32_t d = 0; d < 3; ++d) {
+            const std::size_t b = a | std::size_t{1} << d;
+            const bool same = corners[a] == corners[b];  // a plane has no thickness
+            if (b == a || (!same && lattice.next[corners[a]][d] != corners[b])) continue;
+            if (!same && std::ranges::binary_search(broken, 3 * corners[a] + d)) continue;
+            const auto [low, high] = std::minmax({part[a], part[b]});
+            std::ranges::replace(part, high, low);
+        }
+    }
+    return part;
+}
+
 }  // namespace
+
+TornSkin::TornSkin(const Skin& skin, const Lattice& lattice, std::span<const std::uint32_t> broken,
+                   double h)
+    : frames_({lattice.next.data()->data(), lattice.next.data()->data() + 3 * lattice.count()},
+              broken, h),
+      row_(skin.corners.size(), none)
+{
+    std::vector<std::uint8_t> open(lattice.count(), 0);  // its links are not what they were
+    for (const std::uint32_t link : broken) {
+        const std::uint32_t i = link / 3;
+        if (i >= lattice.count() || lattice.next[i][link % 3] == none) continue;
+        open[i] = open[lattice.next[i][link % 3]] = 1;
+    }
+    skin.corners.for_each(0, skin.corners.size(), [&](std::size_t c, const auto& corners) {
+        if (std::ranges::none_of(corners, [&](std::uint32_t k) { return open[k] != 0; })) return;
+        const Parts parts = physics::parts_of(corners, lattice, broken);
+        const bool joined = parts == Parts{};
+        row_[c] = joined ? none - 1 : std::uint32_t(parts_.size());
+        if (!joined) parts_.push_back(parts);
+    });
+    find_bare(skin, std::move(open));
+}
+
+void TornSkin::find_bare(const Skin& skin, std::vector<std::uint8_t> open)
+{
+    skin.corners.for_each(0, skin.corners.size(), [&](std::size_t c, const auto& corners) {
+        if (!is_open(c)) return;
+        const Parts parts = parts_of(c) ? *parts_of(c) : Parts{};
+        const SkinPatch& patch = skin.on(c);
+        for (std::uint32_t i = patch.point; i < patch.points_end; ++i) {
+            const auto& weight = skin.point[i];
+            const std::uint8_t part = part_of(weight, parts);
+            for (std::size_t a = 0; a < 8; ++a) {
+                if (parts[a] == part && weight[a] > 0) open[corners[a]] = 0;
+            }
+        }
+    });
+    for (std::uint32_t k = 0; k < open.size(); ++k) {
+        if (open[k]) bare_.push_back(k);
+    }
+}
 
 std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,
                                        const std::vector<PosedCollider>& colliders)
@@ -94,6 +247,12 @@ std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,
             skin.corners.for_each(g * piece, last, [&](std::size_t c, const auto& corners) {
                 look(scene, colliders, c, corners, found[g]);
             });
+        }
+    });
+    found.emplace_back();
+    for_bare(scene, [&](const CornerRuns::Corners& corners, const SkinPlace& place) {
+        for (const PosedCollider& collider : colliders) {
+            push_out(scene, collider, corners, place, found.back());
         }
     });
     return joined(found);
@@ -183,6 +342,23 @@ void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush
     const Skin& skin = scene.body.skin;
     const double dt = scene.dt;
     const Vec3 centre = at.x + dt * at.v;
+    const auto push_out = [&](const CornerRuns::Corners& corners, const SkinPlace& place) {
+        const Vec3 apart = centre - (place.at + dt * place.v);
+        const double length = apart.norm();
+        if (!(length < ball.radius)) return;
+        BallPush push;
+        push.ball = b;
+        push.corners = corners;
+        push.weight = place.weight;
+        push.normal = length > 0 ? Vec3(apart / length) : Vec3(Vec3::UnitY());
+        push.mass_across = 1 / (place.inverse + across(ball));
+        push.mass = 1 / (place.inverse + 1 / ball.mass);
+        push.arm = -ball.radius * push.normal;
+        push.friction = ball.friction;
+        push.bias =
+            bias_of(length - ball.radius, (at.v - place.v).dot(push.normal), dt, place.stays);
+        out.push_back(push);
+    };
     skin.corners.for_each(0, skin.corners.size(), [&](std::size_t c, const auto& corners) {
         const SkinPatch& patch = skin.on(c);
         const Vec3 some = scene.state.x[corners[0]] + dt * scene.state.v[corners[0]];
@@ -192,31 +368,10 @@ void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush
                 std::max(size_sq, (scene.state.x[k] + dt * scene.state.v[k] - some).squaredNorm());
         }
         const double reach = ball.radius + 2 * double(patch.reach) * std::sqrt(size_sq);
-        if ((some - centre).squaredNorm() > reach * reach) return;
-        for (std::uint32_t i = patch.point; i < patch.points_end; ++i) {
-            BallPush push;
-            push.ball = b;
-            push.corners = corners;
-            Vec3 now = Vec3::Zero(), v = now;
-            double inverse = 0;
-            for (std::size_t a = 0; a < 8; ++a) {
-                const double weight = push.weight[a] = double(skin.point[i][a]);
-                now += weight * scene.state.x[corners[a]];
-                v += weight * scene.state.v[corners[a]];
-                inverse += weight * weight * scene.inverse_mass[corners[a]];
-            }
-            const Vec3 apart = centre - (now + dt * v);
-            const double length = apart.norm();
-            if (!(length < ball.radius)) continue;
-            push.normal = length > 0 ? Vec3(apart / length) : Vec3(Vec3::UnitY());
-            push.mass_across = 1 / (inverse + across(ball));
-            push.mass = 1 / (inverse + 1 / ball.mass);
-            push.arm = -ball.radius * push.normal;
-            push.friction = ball.friction;
-            push.bias = bias_of(length - ball.radius, (at.v - v).dot(push.normal), dt);
-            out.push_back(push);
-        }
+        if (is_bounded(scene, c) && (some - centre).squaredNorm() > reach * reach) return;
+        for_places(scene, c, corners, [&](const SkinPlace& place) { push_out(corners, place); });
     });
+    for_bare(scene, push_out);
 }
 
 void touch_colliders(const ContactScene& scene, std::uint32_t b,

@@ -5,6 +5,7 @@
 // gap that was there already closes at most to nothing; what was inside comes out by a fifth a
 // step.
 
+#include "geometry/corner_frames.hpp"
 #include "physics/contact.hpp"
 #include "physics/corner_body.hpp"
 #include "physics/lattice_regions.hpp"
@@ -42,6 +43,35 @@ struct BallPush : Push {
     std::array<double, 8> weight{};  // zeros where it is not the skin
 };
 
+// What a tear changes of a skin: corners within come to lie open, and points of cubes that are no
+// longer joined go with the corners of their part, as the mesh does (geometry/cut_torn.hpp).
+class TornSkin {
+public:
+    using Parts = std::array<std::uint8_t, 8>;  // of the corners of a cube
+
+    // `h`: m, a link at rest; `broken` as in State.
+    TornSkin(const Skin& skin, const Lattice& lattice, std::span<const std::uint32_t> broken,
+             double h);
+
+    bool is_open(std::size_t cube) const { return row_[cube] != none; }
+    // Null: its corners are joined.
+    const Parts* parts_of(std::size_t cube) const
+    {
+        return row_[cube] < parts_.size() ? &parts_[row_[cube]] : nullptr;
+    }
+    // Corners by a broken link that no point of the skin goes with: they are touched themselves.
+    std::span<const std::uint32_t> bare() const { return bare_; }
+    const geometry::CornerFrames& frames() const { return frames_; }
+
+private:
+    void find_bare(const Skin& skin, std::vector<std::uint8_t> open);
+
+    geometry::CornerFrames frames_;
+    std::vector<std::uint32_t> row_;  // S, into parts_; beyond: open, and joined; none: whole
+    std::vector<Parts> parts_;
+    std::vector<std::uint32_t> bare_;
+};
+
 // Who is in contact, and when.
 struct ContactScene {
     const CornerBody& body;
@@ -49,6 +79,7 @@ struct ContactScene {
     const std::vector<double>& inverse_mass;  // 1/kg, by corner; 0 where it is pinned
     double dt;                                // s, the step
     std::span<const Ball> balls = {};
+    const TornSkin* torn = nullptr;  // null: nothing is
 };
 
 std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,

@@ -23,7 +23,7 @@ struct Point {
     float area;
 };
 struct Patch {
-    std::vector<Point> points;
+    std::vector<Point> points, within;
     std::vector<Vec3f> areas;
     std::vector<std::array<Vec3f, 3>> pieces;  // of the areas, as in Skin
 };
@@ -118,11 +118,60 @@ void thin_out(Patch& patch)
     patch.points = std::move(out);
 }
 
+// A triangle that is wider than a cube, in `cuts` rows of small ones. The places where those meet
+// are numbered by row, 0 .. cuts, and along it, 0 .. row.
+struct Subdivided {
+    const Vec3 (&v)[3];
+    int cuts;
+
+    Vec3 at(int row, int along) const
+    {
+        return v[0] + (row * (v[1] - v[0]) + along * (v[2] - v[1])) / cuts;
+    }
+    // How many small ones meet there.
+    int meeting(int row, int along) const
+    {
+        const int sides = int(along == 0) + int(along == row) + int(row == cuts);
+        return sides == 0 ? 6 : sides == 1 ? 3 : 1;
+    }
+};
+
+// Points on the faces of a surface, between its vertices: no two in the same sixty-fourth of a
+// cube.
+class FacePoints {
+public:
+    FacePoints(const Cubes& cubes, const CellMap& cells) : cubes_(cubes), cells_(cells) {}
+
+    void add(const Vec3& at, float area)
+    {
+        const Vec3 local = 4 / cubes_.size * (at - cubes_.origin);
+        if (!local.allFinite() || local.cwiseAbs().maxCoeff() > 1e9) return;
+        const Vec3i place = local.array().floor().cast<int>();
+        const auto [found, fresh] = by_place_.emplace(place, std::uint32_t(positions.size()));
+        if (!fresh) {
+            areas[found->second] += area;
+        } else if (cube_at(cubes_, cells_, at)) {
+            positions.push_back(at.cast<float>());
+            areas.push_back(area);
+        } else {
+            by_place_.erase(found);
+        }
+    }
+    std::vector<Vec3f> positions;
+    std::vector<float> areas;
+
+private:
+    const Cubes& cubes_;
+    const CellMap& cells_;
+    CellMap by_place_;
+};
+
 std::vector<Patch> patches_of_surface(const Cubes& cubes, const CellMap& cells,
                                       const geometry::TriMesh& mesh)
 {
     std::vector<Patch> patches(cubes.count());
     std::vector<float> area_at(mesh.positions.size(), 0.0f);
+    FacePoints between(cubes, cells);
     for (const auto& t : mesh.triangles()) {
         Vec3 v[3];
         bool sound = true;
@@ -133,22 +182,28 @@ std::vector<Patch> patches_of_surface(const Cubes& cubes, const CellMap& cells,
         if (!sound) continue;
         const Vec3 area = 0.5 * (v[1] - v[0]).cross(v[2] - v[0]);
         if (!area.allFinite() || area.squaredNorm() == 0) continue;
-        for (const auto i : t) area_at[i] += static_cast<float>(area.norm() / 3);
-        // Long triangles pass through many cubes: share them out by pieces a cube wide.
+        // Long triangles pass through many cubes: share them out by pieces a cube wide, and let the
+        // world touch them where those meet.
         const double longest =
             std::max({(v[1] - v[0]).norm(), (v[2] - v[1]).norm(), (v[0] - v[2]).norm()});
         const int cuts = static_cast<int>(std::clamp(std::ceil(longest / cubes.size), 1.0, 64.0));
         const double share = 1.0 / (cuts * cuts);
+        const Subdivided rows{v, cuts};
+        for (const auto i : t) area_at[i] += static_cast<float>(share * area.norm() / 3);
+        for (int i = 0; i <= cuts && cuts > 1; ++i) {
+            for (int k = 0; k <= i; ++k) {
+                const int meeting = rows.meeting(i, k);
+                if (meeting == 1) continue;  // a vertex
+                between.add(rows.at(i, k), static_cast<float>(meeting * share * area.norm() / 3));
+            }
+        }
         for (int i = 0; i < cuts; ++i) {
             for (int j = 0; j < 2 * i + 1; ++j) {
                 // Row i of cuts has 2 i + 1 small triangles; the j-th stands on its base or, where
                 // j is odd, on its tip.
-                const auto at = [&](int row, int along) {
-                    return Vec3(v[0] + (row * (v[1] - v[0]) + along * (v[2] - v[1])) / cuts);
-                };
                 const int k = j / 2;
-                const std::array<Vec3, 3> small{at(i, k), at(i + 1, j % 2 ? k + 1 : k),
-                                                j % 2 ? at(i, k + 1) : at(i + 1, k + 1)};
+                const std::array<Vec3, 3> small{rows.at(i, k), rows.at(i + 1, j % 2 ? k + 1 : k),
+                                                j % 2 ? rows.at(i, k + 1) : rows.at(i + 1, k + 1)};
                 const auto c = cube_at(cubes, cells, (small[0] + small[1] + small[2]) / 3);
                 if (!c) continue;
                 patches[*c].areas.push_back((share * area).cast<float>());
@@ -156,9 +211,14 @@ std::vector<Patch> patches_of_surface(const Cubes& cubes, const CellMap& cells,
             }
         }
     }
-    const geometry::Binding binding = geometry::bind(mesh, cubes);
-    for (std::uint32_t i = 0; i < mesh.positions.size(); ++i) {
-        if (!mesh.positions[i].allFinite()) continue;
+    geometry::TriMesh points;
+    points.positions = mesh.positions;
+    points.positions.insert(points.positions.end(), between.positions.begin(),
+                            between.positions.end());
+    area_at.insert(area_at.end(), between.areas.begin(), between.areas.end());
+    const geometry::Binding binding = geometry::bind(points, cubes);
+    for (std::uint32_t i = 0; i < points.positions.size(); ++i) {
+        if (!points.positions[i].allFinite()) continue;
         Point point{binding.local[i], {}, area_at[i]};
         const auto weight = geometry::weights(binding, i);
         for (std::size_t a = 0; a < 8; ++a) point.weight[a] = static_cast<float>(weight[a]);
@@ -177,6 +237,13 @@ std::vector<Patch> patches_of_surface(const Cubes& cubes, const CellMap& cells,
         }
     }
     return patches;
+}
+
+Point corner_point(unsigned a, float area)
+{
+    Point point{Vec3f(float(a & 1), float(a >> 1 & 1), float(a >> 2 & 1)), {}, area};
+    point.weight[a] = 1;
+    return point;
 }
 
 // The faces that no other cube covers, and their corners, each in one of its cubes. A plane has
@@ -212,13 +279,30 @@ std::vector<Patch> patches_of_cubes(const Cubes& cubes, const CellMap& cells)
         for (unsigned a = 0; a < 8; ++a) {
             float& area = area_at[cubes.corners[c][a]];
             if (area == 0) continue;
-            Point point{Vec3f(float(a & 1), float(a >> 1 & 1), float(a >> 2 & 1)), {}, area};
-            point.weight[a] = 1;
-            patches[c].points.push_back(point);
+            patches[c].points.push_back(corner_point(a, area));
             area = 0;  // taken
         }
     }
     return patches;
+}
+
+// Corners that no point goes with, each in one of its cubes.
+void add_corners_within(const Cubes& cubes, std::vector<Patch>& patches)
+{
+    std::vector<std::uint8_t> held(cubes.corner_count(), 0);
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        for (const Point& point : patches[c].points) {
+            for (std::size_t a = 0; a < 8; ++a) {
+                if (point.weight[a] > 0) held[cubes.corners[c][a]] = 1;
+            }
+        }
+    }
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        for (unsigned a = 0; a < 8; ++a) {
+            if (std::exchange(held[cubes.corners[c][a]], std::uint8_t{1})) continue;
+            patches[c].within.push_back(corner_point(a, 0));
+        }
+    }
 }
 
 // All that tells one patch from another.
@@ -228,12 +312,14 @@ std::string bytes_of(const Patch& patch)
     const auto add = [&](const float* from, Eigen::Index count) {
         bytes.append(reinterpret_cast<const char*>(from), std::size_t(count) * sizeof(float));
     };
-    for (const Point& point : patch.points) {
-        add(point.place.data(), 3);
-        add(point.weight.data(), 8);
-        add(&point.area, 1);
+    for (const auto* points : {&patch.points, &patch.within}) {
+        for (const Point& point : *points) {
+            add(point.place.data(), 3);
+            add(point.weight.data(), 8);
+            add(&point.area, 1);
+        }
+        bytes.push_back('|');
     }
-    bytes.push_back('|');
     for (std::size_t i = 0; i < patch.areas.size(); ++i) {
         add(patch.areas[i].data(), 3);
         for (const Vec3f& side : patch.pieces[i]) add(side.data(), 3);
@@ -246,11 +332,14 @@ void add_patch(const Patch& patch, Skin& skin)
     SkinPatch out;
     out.point = std::uint32_t(skin.point.size());
     out.area = std::uint32_t(skin.area.size());
-    for (const Point& point : patch.points) {
-        out.reach =
-            std::max(out.reach, (point.place - Vec3f::Constant(0.5f)).norm() / std::sqrt(0.75f));
-        skin.point.push_back(point.weight);
-        skin.point_area.push_back(point.area);
+    out.within = out.point + std::uint32_t(patch.points.size());
+    for (const auto* points : {&patch.points, &patch.within}) {
+        for (const Point& point : *points) {
+            const float away = (point.place - Vec3f::Constant(0.5f)).norm();
+            out.reach = std::max(out.reach, away / std::sqrt(0.75f));
+            skin.point.push_back(point.weight);
+            skin.point_area.push_back(point.area);
+        }
     }
     std::array<double, 8> share{};
     double total = 0;
@@ -304,17 +393,18 @@ std::size_t Skin::bytes() const
 }
 
 Skin make_skin(const Cubes& cubes, const std::vector<std::uint32_t>& slot,
-               const geometry::TriMesh* surface)
+               const geometry::TriMesh* surface, bool tears)
 {
     const CellMap cells = map_cells(cubes);
     auto patches =
         surface ? patches_of_surface(cubes, cells, *surface) : patches_of_cubes(cubes, cells);
+    if (tears) add_corners_within(cubes, patches);
     Skin skin;
     for (const double m : cubes.mass) skin.body_mass += m;
     std::unordered_map<std::string, std::uint32_t> known;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         Patch patch = std::exchange(patches[c], {});
-        if (patch.points.empty() && patch.areas.empty()) continue;
+        if (patch.points.empty() && patch.areas.empty() && patch.within.empty()) continue;
         CornerRuns::Corners corners;
         for (std::size_t a = 0; a < 8; ++a) {
             const std::uint32_t k = cubes.corners[c][a];

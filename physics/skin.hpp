@@ -1,8 +1,9 @@
 #pragma once
 
 // Where the world touches a body of cubes: contact points and bits of area, embedded in the cubes
-// with trilinear weights. They are the vertices and triangles of the original surface, or the
-// outside corners and faces of the cubes themselves.
+// with trilinear weights. They are the vertices and triangles of the original surface, with points
+// a cube apart on triangles that are wider, or the outside corners and faces of the cubes
+// themselves.
 
 #include "geometry/cubes.hpp"
 #include "geometry/mesh.hpp"
@@ -22,6 +23,7 @@ struct SkinPatch {
     std::array<float, 8> share{};  // of what the wind does to each corner
     float reach = 1;  // how far its points lie out, in half diagonals of the cube; >= 1
     std::uint32_t point = 0, points_end = 0;
+    std::uint32_t within = 0;  // from there on: corners that only a tear lays open
     std::uint32_t area = 0, areas_end = 0;
 };
 
@@ -89,8 +91,9 @@ struct Skin {
 
 // `slot` of each corner is what Skin::corners holds; empty: the corner itself. A null surface: the
 // outside of the cubes. Vertices are embedded as geometry::bind does it. Of those crowded into one
-// place, a quarter of a cube wide, the one farthest out stands for all.
+// place, a quarter of a cube wide, the one farthest out stands for all. A body that `tears` is
+// touched at its other corners too, where they come to lie open.
 Skin make_skin(const geometry::Cubes& cubes, const std::vector<std::uint32_t>& slot,
-               const geometry::TriMesh* surface);
+               const geometry::TriMesh* surface, bool tears = false);
 
 }  // namespace physics

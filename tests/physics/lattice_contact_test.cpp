@@ -4,6 +4,7 @@
 #include "geometry/primitive.hpp"
 #include "geometry/random.hpp"
 #include "geometry/voxelize.hpp"
+#include "physics/lattice.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 #include "tests/physics/every_target.hpp"
 
@@ -464,6 +465,121 @@ TEST(LatticeContact, FindsThePointsOfASkinThatASearchOfAllFinds)
         all += expected;
     }
     EXPECT_GT(all, 200u);
+}
+
+TEST(LatticeContact, PointsOfATornCubeGoWithTheirPart)
+{
+    // A block and a sheet in two halves, each moved its own way, with all links between them
+    // broken: every point is where its half takes it, and moves none of the other's corners.
+    for (const bool flat : {false, true}) {
+        const Cubes cubes =
+            flat ? geometry::plane_cubes(geometry::rectangle_cells(5, 4), {1, 0.1, {0, 0, 0}}, 0.02)
+                 : fixtures::box(5, 4, 4, 0.1);
+        const Lattice lattice = corner_lattice(cubes);
+        const std::vector<Vec3> rest = geometry::corner_positions(cubes);
+        const auto beyond = [&](const Vec3& p) { return p[0] > rest[0][0] + 0.25; };
+        std::vector<std::uint32_t> broken;
+        for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+            const std::uint32_t j = lattice.next[i][0];
+            if (j != none && beyond(rest[i]) != beyond(rest[j])) broken.push_back(3 * i);
+        }
+        const auto moved = [&](const Vec3& p, bool other) {
+            const Eigen::AngleAxisd turn(other ? 2.0 : -0.7,
+                                         Vec3(1, 2, other ? 3 : -1).normalized());
+            return Vec3(turn * p + (other ? Vec3(5, 1, 0) : Vec3(0, -1, 2)));
+        };
+        auto surface = geometry::box(Vec3(0.45, 0.03, 0.33), {3, 1, 1});
+        for (Vec3f& p : surface.positions) p += Vec3f(0.263f, 0.2f, 0.2f);
+        for (const geometry::TriMesh* mesh : {static_cast<geometry::TriMesh*>(nullptr), &surface}) {
+            if (flat && mesh) continue;  // a sheet's points lie in its plane
+            const CornerBody body = make_corner_body(cubes, {}, mesh, true);
+            const TornSkin torn(body.skin, lattice, broken, 0.1);
+            EXPECT_TRUE(torn.bare().empty());
+            State state;
+            for (const Vec3& p : rest) state.x.push_back(moved(p, beyond(p)));
+            state.v.assign(rest.size(), Vec3::Zero());
+            const std::vector<double> inverse_mass(rest.size(), 1);
+            const ContactScene scene{body, state, inverse_mass, 0.01, {}, &torn};
+            Collider ground;
+            ground.pose.translate(Vec3(0, 50, 0));
+            ground.before = ground.pose;
+            std::size_t of_torn = 0, count = 0;
+            for (const auto& p : find_skin_pushes(scene, {pose_collider(ground, 1, 0.01, 0.1)})) {
+                ++count;
+                bool here = false, there = false;
+                double total = 0;
+                for (std::size_t a = 0; a < 8; ++a) {
+                    total += p.weight[a];
+                    if (p.weight[a] > 0) (beyond(rest[p.corners[a]]) ? there : here) = true;
+                }
+                EXPECT_NEAR(total, 1, 1e-6);
+                EXPECT_NE(here, there);
+                of_torn += std::ranges::any_of(p.corners, [&](auto k) {
+                    return beyond(rest[k]) != beyond(rest[p.corners[0]]);
+                });
+            }
+            EXPECT_GE(of_torn, 5u);
+            // At rest the same points lie where they did, and moved apart where each half takes
+            // them: the depths are those of the rest points, moved.
+            std::vector<double> depth, expected;
+            for (const auto& p : find_skin_pushes(scene, {pose_collider(ground, 1, 0.01, 0.1)})) {
+                depth.push_back(p.bias * 0.01 / 0.2);
+            }
+            body.skin.corners.for_each(0, body.skin.corners.size(), [&](auto c, const auto& k) {
+                const SkinPatch& patch = body.skin.on(c);
+                for (auto i = patch.point; i < (torn.is_open(c) ? patch.points_end : patch.within);
+                     ++i) {
+                    Vec3 at = Vec3::Zero();
+                    for (std::size_t a = 0; a < 8; ++a)
+                        at += double(body.skin.point[i][a]) * rest[k[a]];
+                    const bool driven_out = i < patch.within;
+                    expected.push_back(driven_out ? moved(at, beyond(at))[1] - 50 : 0);
+                }
+            });
+            std::ranges::sort(depth);
+            std::ranges::sort(expected);
+            ASSERT_EQ(depth.size(), expected.size());
+            EXPECT_EQ(count, expected.size());
+            for (std::size_t i = 0; i < depth.size(); ++i) EXPECT_NEAR(depth[i], expected[i], 1e-6);
+        }
+    }
+}
+
+TEST(LatticeContact, ACornerThatATearLeavesBareIsTouchedItself)
+{
+    // Of a surface in one octant of a cube all corners carry a part, until the last is torn off.
+    const Cubes cubes = fixtures::box(1, 1, 1, 0.1);
+    const Lattice lattice = corner_lattice(cubes);
+    geometry::TriMesh surface;
+    surface.positions = {Vec3f(0.01f, 0.01f, 0.01f), Vec3f(0.02f, 0.01f, 0.01f),
+                         Vec3f(0.01f, 0.02f, 0.02f)};
+    const CornerBody body = make_corner_body(cubes, {}, &surface, true);
+    std::vector<std::uint32_t> broken;
+    for (std::uint32_t i = 0; i < 8; ++i) {
+        for (std::uint32_t d = 0; d < 3; ++d) {
+            if (lattice.next[i][d] == 7) broken.push_back(3 * i + d);
+        }
+    }
+    ASSERT_EQ(broken.size(), 3u);
+    const TornSkin torn(body.skin, lattice, broken, 0.1);
+    ASSERT_EQ(torn.bare().size(), 1u);
+    EXPECT_EQ(torn.bare()[0], 7u);
+    State state;
+    state.x = geometry::corner_positions(cubes);
+    state.x[7] = Vec3(3, -2, 0);
+    state.v.assign(8, Vec3::Zero());
+    state.balls.push_back({.x = Vec3(3, -2.3, 0)});
+    const std::vector<double> inverse_mass(8, 1);
+    const std::vector<Ball> balls = {{.radius = 0.5}};
+    const ContactScene scene{body, state, inverse_mass, 0.01, balls, &torn};
+    const auto pushes = find_skin_pushes(scene, {pose_collider(Collider{}, 1, 0.01, 0.1)});
+    ASSERT_EQ(pushes.size(), 1u);  // the others are above the ground
+    EXPECT_EQ(pushes[0].corners[0], 7u);
+    EXPECT_EQ(pushes[0].weight[0], 1);
+    EXPECT_EQ(pushes[0].bias, 0);  // it goes no deeper, and is not driven out
+    const auto of_ball = find_ball_pushes(scene, {});
+    ASSERT_EQ(of_ball.size(), 1u);
+    EXPECT_EQ(of_ball[0].corners[0], 7u);
 }
 
 TEST(LatticeContact, NothingNearIsNothing)

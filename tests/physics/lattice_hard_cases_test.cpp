@@ -1,6 +1,7 @@
 // Numerical stability of lattice shape matching where it is hard: solids and planes.
 
 #include "geometry/plane.hpp"
+#include "geometry/primitive.hpp"
 #include "geometry/random.hpp"
 #include "physics/lattice.hpp"
 #include "physics/torn_regions.hpp"
@@ -640,6 +641,40 @@ TEST(LatticeTear, OneBodyStepsStatesThatAreTornElsewhere)
     const State b = advance(shared, other, {}, 0.01, options);
     EXPECT_EQ(b.x, advance(own, other, {}, 0.01, options).x);
     EXPECT_NE(a.x, b.x);
+}
+
+TEST(LatticeTear, PiecesStayAboveTheGroundAndGainNoEnergy)
+{
+    // Thrown down so that it shatters, with its own outside as its skin and with a ball inside it.
+    const Cubes cubes = box(6, 6, 6, 0.1);
+    auto ball = geometry::icosphere(0.26, 2);
+    for (auto& p : ball.positions) p += geometry::Vec3f(0.3f, 0.3f, 0.3f);
+    for (const geometry::TriMesh* surface : {static_cast<geometry::TriMesh*>(nullptr), &ball}) {
+        const LatticeOptions options{.half_width = 1, .tear = 0.15, .substeps = 8};
+        const LatticeBody body = make_lattice(cubes, options, surface);
+        State state = rest_state(body);
+        for (Vec3& x : state.x) x[1] += 0.05;
+        state.v.assign(state.x.size(), Vec3(0.5, -6, 0));
+        Loads loads;
+        loads.forces.push_back({});
+        loads.colliders.push_back({});
+        const auto energy = [&] {
+            double sum = 0;
+            for (std::size_t k = 0; k < state.x.size(); ++k) {
+                sum += body.base.mass[k] * (state.v[k].squaredNorm() / 2 + 9.81 * state.x[k][1]);
+            }
+            return sum;
+        };
+        const double before = energy();
+        for (int f = 0; f < 36; ++f) {
+            state = advance(body, std::move(state), loads, 1.0 / 24, options);
+            EXPECT_LT(energy(), before) << f << (surface ? " ball" : "");
+            // The corners of the block are 0.26 m from the ball.
+            const double low = surface ? -0.3 : -0.15;
+            for (const Vec3& x : state.x) ASSERT_GT(x[1], low) << f;
+        }
+        EXPECT_GT(state.broken.size(), 100u);
+    }
 }
 
 TEST(LatticeTear, WhatIsTornAtRandomRestsUnderAnyRigidMotion)

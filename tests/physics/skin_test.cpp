@@ -1,6 +1,7 @@
 #include "physics/skin.hpp"
 
 #include "geometry/plane.hpp"
+#include "geometry/primitive.hpp"
 #include "geometry/random.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 
@@ -99,4 +100,67 @@ TEST(Skin, HoldsEveryCornerOnceAndAllOfTheArea)
     // 2 (4 x 5 + 5 x 3 + 3 x 4) faces of 0.01 m^2, in single precision.
     EXPECT_NEAR(at_points, 0.94, 1e-6);
     EXPECT_NEAR(of_faces, 0.94, 1e-6);
+}
+
+TEST(Skin, WideFacesAreTouchedAllOver)
+{
+    // A box of 12 triangles around 8 x 5 x 6 cubes, just inside them, as it is and finer: each cube
+    // on the outside has a point of its own, and points share out the area.
+    const geometry::Cubes cubes = fixtures::box(8, 5, 6, 0.1);
+    for (const int divisions : {1, 2, 3, 40}) {
+        auto surface = geometry::box(Vec3(0.79, 0.49, 0.59), geometry::Vec3i::Constant(divisions));
+        for (Vec3f& p : surface.positions) p += Vec3f(0.4f, 0.25f, 0.3f);
+        const Skin skin = make_skin(cubes, {}, &surface);
+        double area = 0;
+        std::size_t touched = 0, most = 0;
+        for (std::size_t c = 0; c < skin.corners.size(); ++c) {
+            const SkinPatch& patch = skin.on(c);
+            EXPECT_EQ(patch.within, patch.points_end);
+            const std::size_t points = patch.points_end - patch.point;
+            touched += points > 0;
+            most = std::max(most, points);
+            for (auto i = patch.point; i < patch.points_end; ++i) {
+                area += double(skin.point_area[i]);
+                Vec3 local = Vec3::Zero();
+                for (std::size_t a = 0; a < 8; ++a) {
+                    const Vec3 corner(double(a & 1), double(a >> 1 & 1), double(a >> 2 & 1));
+                    local += double(skin.point[i][a]) * corner;
+                }
+                const Vec3 at = 0.1 * (cubes.corner[skin.corners[c][0]].cast<double>() + local);
+                const Vec3 away =
+                    (at - Vec3(0.4, 0.25, 0.3)).cwiseAbs() - Vec3(0.395, 0.245, 0.295);
+                EXPECT_NEAR(away.maxCoeff(), 0, 1e-6);  // on the box
+            }
+        }
+        EXPECT_EQ(touched, 8u * 5u * 6u - 6u * 3u * 4u) << divisions;
+        EXPECT_LE(most, 64u);
+        EXPECT_NEAR(area, 2 * (0.79 * 0.49 + 0.49 * 0.59 + 0.59 * 0.79), 1e-5) << divisions;
+    }
+}
+
+TEST(Skin, WhatMayTearIsTouchedAtItsOtherCornersToo)
+{
+    // Corners that no point of the surface goes with, each once.
+    const geometry::Cubes cubes = fixtures::box(5, 4, 4, 0.1);
+    auto surface = geometry::icosphere(0.12, 3);
+    for (Vec3f& p : surface.positions) p += Vec3f(0.2f, 0.2f, 0.2f);
+    for (const geometry::TriMesh* mesh : {&surface, static_cast<geometry::TriMesh*>(nullptr)}) {
+        const Skin skin = make_skin(cubes, {}, mesh, true);
+        std::vector<int> outer(cubes.corner_count(), 0), within = outer;
+        for (std::size_t c = 0; c < skin.corners.size(); ++c) {
+            const SkinPatch& patch = skin.on(c);
+            for (auto i = patch.point; i < patch.points_end; ++i) {
+                for (std::size_t a = 0; a < 8; ++a) {
+                    auto& times = i < patch.within ? outer : within;
+                    if (skin.point[i][a] > 0) ++times[skin.corners[c][a]];
+                }
+            }
+        }
+        std::size_t inner = 0;
+        for (std::size_t k = 0; k < outer.size(); ++k) {
+            EXPECT_EQ(within[k], outer[k] > 0 ? 0 : 1) << k;
+            inner += std::size_t(within[k]);
+        }
+        EXPECT_GT(inner, 10u);
+    }
 }
