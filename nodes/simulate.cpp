@@ -163,10 +163,13 @@ static void describe_contact(graph::ParamsOf<physics::BodyContactOptions>& p)
 static void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
 {
     using physics::LatticeOptions;
-    p.param("half_width", &LatticeOptions::half_width,
-            "How far a region of cubes that keep their shape together reaches, in cubes each way: "
-            "wider is stiffer and smoother, at the same cost.",
-            {.min = 1, .max = 64})
+    p.param(
+         "half_width", &LatticeOptions::half_width,
+         "How far a region of cubes that keep their shape together reaches, in cubes each way: "
+         "wider is stiffer and smoother, at the same cost. With the stiffness from the material "
+         "no wider than a tenth of a beam's length or a sixteenth of a sheet's: at twice that it "
+         "bends a third too far.",
+         {.min = 1, .max = 64})
         .choice("stiffness", &LatticeOptions::stiffness, {"material", "rate"},
                 "material takes the stiffness from Young's modulus, as far as regions and substeps "
                 "can give it (Poisson's ratio acts as 0); rate takes the number below.")

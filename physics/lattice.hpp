@@ -124,6 +124,7 @@ struct LatticeBody {
     LatticeOptions options;  // as it was made
     MatchedRegions whole;
     double damping = 0;                 // tau, s, the mean of the cubes' stiffness damping
+    int slender = 0;                    // cubes along the shortest slender piece; 0: none is
     int flat_axis = -1;                 // of a plane
     Membrane membrane;                  // of a plane in space
     std::vector<std::uint32_t> side;    // particles that lack a neighbour: bodies meet there

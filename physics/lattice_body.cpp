@@ -119,6 +119,27 @@ std::vector<std::uint32_t> linked_pieces(const Lattice& lattice)
     return piece;
 }
 
+// Cubes along the shortest of the pieces that bend rather than shear: they are more than twice as
+// long as thick. 0: there is none.
+int shortest_slender(const Lattice& lattice, const std::vector<std::uint32_t>& piece)
+{
+    std::vector<std::pair<Vec3i, Vec3i>> extent;
+    for (std::size_t i = 0; i < piece.size(); ++i) {
+        if (piece[i] == extent.size()) extent.emplace_back(lattice.at[i], lattice.at[i]);
+        auto& [low, high] = extent[piece[i]];
+        low = low.cwiseMin(lattice.at[i]);
+        high = high.cwiseMax(lattice.at[i]);
+    }
+    int shortest = 0;
+    for (const auto& [low, high] : extent) {
+        const Vec3i cubes = high - low;
+        const int length = cubes.maxCoeff();
+        if (length <= 2 * cubes.minCoeff() || length < 2) continue;
+        shortest = shortest == 0 ? length : std::min(shortest, length);
+    }
+    return shortest;
+}
+
 // Particles that lack a neighbour along an axis other than `flat`.
 std::vector<std::uint32_t> particles_at_the_side(const Lattice& lattice, int flat)
 {
@@ -366,6 +387,7 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& opt
     }
     body.damping /= whole;
     auto piece = linked_pieces(lattice);
+    body.slender = shortest_slender(lattice, piece);
     if (!flat && options.calibrate == Calibration::bending) {
         // Softer by what it bends too stiffly: the mass and all proportions stay.
         const std::vector<double> excess = bending_excess(cubes, body, piece);

@@ -1,10 +1,12 @@
 #include "physics/lattice.hpp"
 
+#include "geometry/plane.hpp"
 #include "geometry/random.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 #include "tests/physics/every_target.hpp"
 #include "tests/physics/state_measures.hpp"
 
+#include <fmt/format.h>
 #include <tbb/global_control.h>
 
 #include <numbers>
@@ -473,6 +475,33 @@ TEST(Lattice, WarnsWhenItIsSofterThanItsMaterial)
         advance(body, rest_state(body), {}, 1.0 / 24, LatticeOptions{.substeps = 2});
     ASSERT_EQ(state.report.warnings.size(), 1u);
     EXPECT_NE(state.report.warnings[0].find("softer than its material"), std::string::npos);
+}
+
+TEST(Lattice, WarnsOfRegionsThatAreWideForWhatBends)
+{
+    const auto warned = [](const Cubes& cubes, int half_width, Stiffness stiffness) {
+        const LatticeOptions options{
+            .half_width = half_width, .stiffness = stiffness, .substeps = 1000};
+        const LatticeBody body = make_lattice(cubes, options);
+        std::string all;
+        const State after = advance(body, rest_state(body), {}, 1e-3, options);
+        for (const auto& text : after.report.warnings) all += text + "\n";
+        return all;
+    };
+    const Cubes rod = box(10, 3, 3, 0.1), block = box(8, 8, 8, 0.1);
+    const Cubes sheet =
+        geometry::plane_cubes(geometry::rectangle_cells(32, 8), {1, 0.1, {0, 0, 0}}, 0.02);
+    const auto says = [](int w, int length, int take) {
+        return fmt::format("regions of half width {} are wide for a body {} cubes long: it bends "
+                           "too far for its material; take a half width of {}, or smaller cubes\n",
+                           w, length, take);
+    };
+    EXPECT_EQ(warned(rod, 4, Stiffness::material), says(4, 10, 1));
+    EXPECT_EQ(warned(rod, 1, Stiffness::material), "");
+    EXPECT_EQ(warned(rod, 4, Stiffness::rate), "");
+    EXPECT_EQ(warned(block, 4, Stiffness::material), "");
+    EXPECT_EQ(warned(sheet, 3, Stiffness::material), says(3, 32, 2));
+    EXPECT_EQ(warned(sheet, 2, Stiffness::material), "");
 }
 
 TEST(Lattice, SaysWhatIsWrong)
