@@ -77,8 +77,20 @@ static std::vector<std::uint32_t> chosen(const Inputs& in)
     return {};
 }
 
+static void require_a_vertex_a_corner(const Inputs& in)
+{
+    const std::size_t corners = in.cubes->corner_count(), found = in.follow->positions.size();
+    if (found == corners) return;
+    throw std::invalid_argument(
+        "expected `follow` to have " + std::to_string(corners) +
+        " vertices, one for each corner of the cubes, found " + std::to_string(found) +
+        ": link the mesh that Plane made with these cubes, carried along; if what carries it is "
+        "torn, let its Embed hide or stretch that (torn: hide), as cutting it adds vertices");
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
+    if (in.follow) require_a_vertex_a_corner(in);
     auto corners = chosen(in);
     if (corners.empty()) context.warn("no corner of the cubes lies there: nothing is pinned");
     if (in.follow) return {physics::pins_on(*in.cubes, std::move(corners), in.follow->positions)};
