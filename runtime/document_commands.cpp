@@ -139,6 +139,7 @@ double reference_number(const std::string& text)
 std::string reading(const Trial& t)
 {
     if (!t.failure.empty()) return "failed: " + t.failure;
+    if (!t.incomparable.empty()) return "not comparable: " + t.incomparable;
     if (t.reference) return fmt::format("the reference, {:.3g} ms a frame", 1e3 * t.frame_seconds);
     const std::string share = std::isnan(t.relative)
                                   ? "of a reference that is 0 or does not move: no share of it"

@@ -190,11 +190,20 @@ private:
     {
         double scale = 0;
         for (const int f : frames_) {
-            const double size = number_ ? std::abs(*at(reference_, f).as<double>())
-                                        : distance_(at(reference_, f), at(reference_, frames_[0]));
-            scale = std::max(scale, size);
+            scale = std::max(scale, number_ ? std::abs(*at(reference_, f).as<double>())
+                                            : departure_of_reference(f));
         }
         return scale;
+    }
+
+    // From its first frame; 0 where it has become something that can't be compared with that.
+    double departure_of_reference(int frame) const
+    {
+        try {
+            return distance_(at(reference_, frame), at(reference_, frames_[0]));
+        } catch (const std::invalid_argument&) {
+            return 0;
+        }
     }
 
     void compare(Trial& trial, const Series& series) const
@@ -205,7 +214,14 @@ private:
         }
         double sum_sq = 0;
         for (const int f : frames_) {
-            const double d = distance_(at(series, f), at(reference_, f));
+            double d = 0;
+            try {
+                d = distance_(at(series, f), at(reference_, f));
+            } catch (const std::invalid_argument& why) {
+                trial.incomparable = fmt::format("at frame {} {}", f, why.what());
+                trial.error = trial.worst = trial.relative = nan;
+                return;
+            }
             sum_sq += d * d;
             if (!(d <= trial.worst) && !std::isnan(trial.worst)) trial.worst = d;
         }
@@ -287,9 +303,11 @@ std::string to_csv(const std::vector<Trial>& trials)
     out += "error_rms,error_max,error_relative,ms_per_frame,setup_ms,best,reference,failure\n";
     for (const Trial& t : trials) {
         for (const graph::Override& s : t.settings) out.append(csv_quoted(s.value)).append(1, ',');
+        const std::string why =
+            t.incomparable.empty() ? t.failure : "not comparable: " + t.incomparable;
         out += fmt::format("{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:d},{:d},{}\n", t.error, t.worst,
                            t.relative, 1e3 * t.frame_seconds, 1e3 * t.setup_seconds, t.best,
-                           t.reference, csv_quoted(t.failure));
+                           t.reference, csv_quoted(why));
     }
     return out;
 }

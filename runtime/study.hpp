@@ -11,7 +11,8 @@
 
 namespace runtime {
 
-// How far two values of one wire type are apart; not a number when they can't be compared.
+// How far a value is from the reference's, of one wire type. Throws std::invalid_argument, saying
+// why, when they can't be compared.
 using Distance = std::function<double(const graph::Value&, const graph::Value&)>;
 
 struct StudyOptions {
@@ -33,11 +34,13 @@ struct Trial {
     double error = 0;          // root mean square over the frames, in the measure's unit
     double worst = 0;          // largest over the frames
     double relative = 0;       // error over the largest departure of the reference from its first
-                               // frame (or over its largest magnitude, for a number); not a
-                               // number when that is 0
+                               // frame (or over its largest magnitude, for a number), of the
+                               // frames that can be compared with that one; not a number when
+                               // that is 0
     double frame_seconds = 0;  // of all that ran anew at each frame, a frame
     double setup_seconds = 0;  // of what ran once
     std::string failure;       // why it could not be cooked; empty when it could
+    std::string incomparable;  // why it could not be compared with the reference, likewise
     std::vector<std::string> warnings;  // what its nodes warned of, "'node': text"
     graph::Value look;
 };

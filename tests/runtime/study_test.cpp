@@ -115,6 +115,89 @@ TEST_F(Study, AFailedTrialIsToldAndTheOthersGoOn)
     EXPECT_TRUE(trials[1].best);
 }
 
+// A wire whose values are apart by what is no number: of one length, or not comparable.
+struct Row {
+    std::vector<double> x;
+};
+struct Rows {
+    int length = 2, steps = 1;
+    bool grows = false;
+};
+struct RowsOut {
+    Row row;
+};
+
+}  // namespace study_test
+
+namespace graph {
+template <> inline constexpr const char* wire_name<study_test::Row> = "row";
+}
+
+namespace study_test {
+
+static RowsOut rows(const Rows& in, const graph::Context& context)
+{
+    const int length = in.length + (in.grows && context.frame() > 5 ? 1 : 0);
+    const double x = context.frame() + 1.0 / in.steps;
+    return {{std::vector<double>(std::size_t(length), x)}};
+}
+
+class StudyOfRows : public Study {
+protected:
+    void SetUp() override
+    {
+        Study::SetUp();
+        std::ofstream(file_) << R"({ "aspic": 1, "frames": { "first": 1, "last": 10, "fps": 10 },
+            "nodes": { "x": { "type": "Rows@1" } } })";
+        registry_.add("Rows", 1, rows)
+            .summary("Rows of numbers.")
+            .param("length", &Rows::length, "How many.")
+            .param("steps", &Rows::steps, "How exact.")
+            .param("grows", &Rows::grows, "Whether there is one more from frame 6 on.")
+            .output("row", &RowsOut::row, "The row.")
+            .reads(graph::Variable::frame);
+    }
+    std::vector<Trial> cook(std::vector<Vary> varied) const
+    {
+        StudyOptions o = options(std::move(varied));
+        o.measure = "x.row";
+        o.distances["row"] = [](const graph::Value& a, const graph::Value& b) {
+            const auto &p = a.as<Row>()->x, &q = b.as<Row>()->x;
+            if (p.size() != q.size()) throw std::invalid_argument("they are not as long");
+            return std::abs(p[0] - q[0]);
+        };
+        return study(file_, registry_, o);
+    }
+
+    graph::Registry registry_;
+};
+
+TEST_F(StudyOfRows, ASettingThatCantBeComparedIsToldAndTheOthersGoOn)
+{
+    const auto trials = cook({{"x.length", {"3", "2"}}, {"x.steps", {"1", "4"}}});
+    ASSERT_EQ(trials.size(), 4u);
+    for (const std::size_t i : {0u, 1u}) {
+        EXPECT_EQ(trials[i].incomparable, "at frame 1 they are not as long");
+        EXPECT_EQ(trials[i].failure, "");
+        EXPECT_TRUE(std::isnan(trials[i].error) && std::isnan(trials[i].relative));
+        EXPECT_FALSE(trials[i].best);
+    }
+    EXPECT_EQ(trials[2].incomparable, "");
+    EXPECT_NEAR(trials[2].error, 0.75, 1e-12);  // 1 / 1 - 1 / 4
+    EXPECT_TRUE(any_compared(trials));
+    EXPECT_NE(to_csv(trials).find("not comparable: at frame 1"), std::string::npos);
+    EXPECT_FALSE(any_compared(cook({{"x.length", {"3", "2"}}})));
+}
+
+TEST_F(StudyOfRows, AReferenceThatGrowsIsMeasuredByTheFramesThatItsFirstCanBeComparedWith)
+{
+    const auto trials = cook({{"x.grows", {"true"}}, {"x.steps", {"1", "4"}}});
+    EXPECT_EQ(trials[0].incomparable, "");
+    EXPECT_NEAR(trials[0].relative, 0.75 / 4, 1e-12);  // it goes 4 from frame 1 to 5
+    EXPECT_EQ(cook({{"x.grows", {"true", "false"}}})[0].incomparable,
+              "at frame 6 they are not as long");
+}
+
 TEST_F(Study, OptionsThatMakeNoSenseAreRefusedWithAReason)
 {
     StudyOptions o = options({{"x.steps", {"1"}}});
