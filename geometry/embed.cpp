@@ -74,14 +74,23 @@ private:
     std::vector<std::uint32_t> cube_;  // the same
 };
 
+// A place over or under a plane as one in it, for a plane across the axis `flat`.
+Vec3 flattened(Vec3 at, const Cubes& cubes, int flat)
+{
+    if (flat >= 0) at[flat] = cubes.cell[0][flat];
+    return at;
+}
+
 // Vertices in no cube: cube[v] and anchors.
-void bind_strays(const TriMesh& mesh, const Cubes& cubes, const std::vector<Vec3>& at,
+void bind_strays(const TriMesh& mesh, const Cubes& cubes, int flat, const std::vector<Vec3>& at,
                  const std::vector<std::uint32_t>& outside, Binding& binding)
 {
     const NearestCubes nearest(cubes);
     std::vector<std::pair<std::uint32_t, double>> found(outside.size());
     parallel_for(outside.size(), 256, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) found[i] = nearest.find(at[outside[i]]);
+        for (std::size_t i = begin; i < end; ++i) {
+            found[i] = nearest.find(flattened(at[outside[i]], cubes, flat));
+        }
     });
     const std::vector<std::uint32_t> piece = pieces(mesh);
     // A piece all outside goes with the cube nearest to any of its vertices.
@@ -103,7 +112,8 @@ void bind_strays(const TriMesh& mesh, const Cubes& cubes, const std::vector<Vec3
         binding.cube[v] = found[alone ? nearest_of[piece[v]] : i].first;
         binding.local[v] = (at[v] - cubes.cell[binding.cube[v]].cast<double>()).cast<float>();
         if (found[i].second <= inside_slack) continue;
-        const Vec3f nearby = binding.local[v].cwiseMax(0.0f).cwiseMin(1.0f);
+        Vec3f nearby = binding.local[v].cwiseMax(0.0f).cwiseMin(1.0f);
+        if (flat >= 0) nearby[flat] = binding.local[v][flat];
         const Vec3f anchor = alone ? Vec3f(Vec3f::Constant(0.5f)) : nearby;
         const double distance = double((binding.local[v] - nearby).norm()) * cubes.size;
         binding.strays.push_back({v, anchor});
@@ -219,6 +229,7 @@ Binding bind(const TriMesh& mesh, const Cubes& cubes)
         throw std::invalid_argument("there are no cubes to embed the mesh in");
     }
     const CellIndex index(cubes.cell);
+    const int flat = flat_axis(cubes);
     binding.cube.resize(n);
     binding.local.resize(n);
     std::vector<Vec3> at(n);
@@ -232,7 +243,8 @@ Binding bind(const TriMesh& mesh, const Cubes& cubes)
             }
             at[v] = (p.cast<double>() - cubes.origin) / cubes.size;
             const double reach = CellSet::extent;
-            const Vec3 cell = at[v].array().floor().cwiseMax(-reach - 1).cwiseMin(reach);
+            const Vec3 seen = flattened(at[v], cubes, flat);
+            const Vec3 cell = seen.array().floor().cwiseMax(-reach - 1).cwiseMin(reach);
             const CellIndex::Found found = index.find(cell.cast<int>());
             binding.cube[v] = found ? found.begin : Binding::none;
             binding.local[v] = (at[v] - cell).cast<float>();
@@ -242,7 +254,7 @@ Binding bind(const TriMesh& mesh, const Cubes& cubes)
     for (std::uint32_t v = 0; v < n; ++v) {
         if (binding.cube[v] == Binding::none) outside.push_back(v);
     }
-    if (!outside.empty()) bind_strays(mesh, cubes, at, outside, binding);
+    if (!outside.empty()) bind_strays(mesh, cubes, flat, at, outside, binding);
     number_used(cubes.count(), binding);
     binding.normal_vertex = vertex_of_normals(mesh);
     binding.one_normal_each = binding.normal_vertex.size() == n;

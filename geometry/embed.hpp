@@ -14,7 +14,8 @@
 // for all of it, so that it stays in one piece, and turns and shears as that cube does.
 // All are exact for affine motion, so forces handed back keep their sum and their torque.
 //
-// On a plane (geometry/plane.hpp) vertices keep their height above it, along its turning normals.
+// On a plane (geometry/plane.hpp) vertices keep their height above or below it, along its turning
+// normals: however far that is, who lies over or under a cell is in it.
 
 #include "geometry/cubes.hpp"
 #include "geometry/mesh.hpp"
@@ -32,6 +33,7 @@ struct Binding {
     std::vector<std::uint32_t> used;           // cubes that carry vertices, ascending
     std::vector<std::uint32_t> cube;           // V, into used
     std::vector<Vec3f> local;                  // V, place in the cube, 0..1 but for strays
+                                               // and across a plane
     std::vector<std::uint32_t> normal_vertex;  // N, whose each normal is; none: not a vertex's
     bool one_normal_each = false;              // normal v is vertex v's, for all of both
     std::vector<Stray> strays;                 // vertices in no cube, ascending
@@ -65,7 +67,7 @@ std::vector<float> interpolate(const Binding& binding, const Cubes& cubes,
 // Cube values (C) averaged at corners, over the cubes around each by their fill. K.
 std::vector<double> at_corners(const Cubes& cubes, std::span<const float> values);
 
-// The weights of a vertex's eight corners; they sum to 1, and are 0..1 but for strays.
+// The weights of a vertex's eight corners; they sum to 1, and are 0..1 where its place is.
 std::array<double, 8> weights(const Binding& binding, std::uint32_t vertex);
 
 }  // namespace geometry

@@ -118,6 +118,50 @@ TEST(Plane, CarriesAMeshAtItsHeight)
     }
 }
 
+// Points in a row along x beside and on a plane of 1 m by 1 m, all at one height.
+TriMesh row_at(float height)
+{
+    TriMesh mesh;
+    auto topology = std::make_shared<MeshTopology>();
+    for (const float x : {-0.3f, 0.0f, 0.1f, 0.5f, 0.85f, 1.0f, 1.2f}) {
+        mesh.positions.emplace_back(x, height, 0.4f);
+        mesh.normals.emplace_back(0, 1, 0);
+    }
+    for (std::uint32_t v = 1; v < 7; ++v) topology->triangles.push_back({v - 1, v, v});
+    mesh.topology = topology;
+    return mesh;
+}
+
+TEST(Plane, CarriesWhatIsOverItAndWhatIsUnderItAlike)
+{
+    // On a plane bent about its middle, whose mirror image is itself upside down, what is as far
+    // under it moves as the mirror image of what is over it: however far, in no more cubes or
+    // fewer.
+    const Cubes plane = plane_cubes(rectangle_cells(4, 4), {1, 0.25, {0, 0, 0}}, 0.01);
+    const auto bent = [&](double up) {
+        std::vector<Vec3> x = corner_positions(plane);
+        for (Vec3& p : x) p.y() += up * (p.x() - 0.5) * (p.x() - 0.5);
+        return x;
+    };
+    for (const float height : {0.02f, 0.2f, 0.7f}) {
+        const TriMesh over = row_at(height), under = row_at(-height);
+        const Binding above = bind(over, plane), below = bind(under, plane);
+        // Only what lies beside it.
+        for (const Binding* b : {&above, &below}) {
+            ASSERT_EQ(b->strays.size(), 2u) << height;
+            EXPECT_EQ(b->strays[0].vertex, 0u);
+            EXPECT_EQ(b->strays[1].vertex, 6u);
+            EXPECT_NEAR(b->farthest, 0.3, 1e-6);
+        }
+        const TriMesh up = embed(above, over, plane, bent(0.8));
+        const TriMesh down = embed(below, under, plane, bent(-0.8));
+        for (std::size_t v = 0; v < 7; ++v) {
+            const Vec3f& p = down.positions[v];
+            EXPECT_LT((up.positions[v] - Vec3f(p.x(), -p.y(), p.z())).norm(), 1e-6f) << v;
+        }
+    }
+}
+
 TEST(Plane, ReadsAPictureAsInk)
 {
     // A grey TGA of two pixels, black and white.
