@@ -71,14 +71,13 @@ void add_to(graph::Registry& registry)
                 "inside; an open one a sheet, two cubes thick below its front.")
         .block<Sphere>("sphere", &Inputs::sphere,
                        [](graph::ParamsOf<Sphere>& p) {
-                           p.param("radius", &Sphere::radius, "Its radius.",
-                                   {.min = 0, .unit = "m"});
+                           p.param("radius", &Sphere::radius, "Its radius.", {1e-9, 1e6, "m"});
                        },
                        "A ball about its own origin.", {"kind", {"sphere"}})
         .block<Box>("box", &Inputs::box,
                     [](graph::ParamsOf<Box>& p) {
                         p.param("size", &Box::size, "Its edges along its own x, y and z.",
-                                {.min = 0, .unit = "m"});
+                                {1e-9, 1e6, "m"});
                     },
                     "A box about its own origin.", {"kind", {"box"}})
         .param("translate", &Inputs::translate,

@@ -1,3 +1,4 @@
+#include "graph/document.hpp"
 #include "tests/nodes/one_node.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 
@@ -76,6 +77,24 @@ TEST(Collider, RemembersWhereItWasAFrameAgo)
     const auto second = collider.run().as<physics::Collider>();
     EXPECT_EQ(second->before.translation().y(), 0);
     EXPECT_EQ(second->pose.translation().y(), 1);
+}
+
+TEST(Collider, OfNoSizeIsRefusedWhereItIsRead)
+{
+    const auto problems = [](const std::string& params) {
+        return graph::load_text(R"({ "aspic": 1, "nodes": { "hard": { "type": "Collider@1",
+            "params": )" + params + " } } }",
+                                "c.json", nodes::registry())
+            .problems;
+    };
+    for (const char* empty : {R"({ "kind": "sphere", "sphere": { "radius": 0 } })",
+                              R"({ "kind": "box", "box": { "size": [1, 0, 1] } })"}) {
+        const auto found = problems(empty);
+        ASSERT_EQ(found.size(), 1u) << empty;
+        EXPECT_NE(graph::describe(found[0]).find("from 1e-09 to"), std::string::npos)
+            << graph::describe(found[0]);
+    }
+    EXPECT_TRUE(problems(R"({ "kind": "box", "box": { "size": [1, 1e-3, 1] } })").empty());
 }
 
 }  // namespace
