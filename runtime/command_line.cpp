@@ -83,10 +83,22 @@ int tend_cache(const std::string& what, const CookRequest& request, Console& con
     return exit_ok;
 }
 
+// Of nothing, too: a script whose variable is empty does not mean all frames.
+std::string what_is_wrong_with_frames(const std::string& text)
+{
+    try {
+        static_cast<void>(parse_frames(text));
+    } catch (const std::invalid_argument& error) {
+        return error.what();
+    }
+    return {};
+}
+
 void add_cooking_options(CLI::App& command, CookRequest& request)
 {
     command.add_option("--frames", request.frames, "Which, as 1-48, 1-48x2 or 10,20; else all")
-        ->type_name("FRAMES");
+        ->type_name("FRAMES")
+        ->check(what_is_wrong_with_frames);
     command.add_option("--threads", request.threads, "At most; the results are the same")
         ->type_name("N")
         ->check(CLI::Range(1, 1024));
@@ -337,7 +349,9 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
         ->required()
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    sweep_app->add_option("--frame", request.frames, "The same as --frames")->type_name("N");
+    sweep_app->add_option("--frame", request.frames, "The same as --frames")
+        ->type_name("N")
+        ->check(what_is_wrong_with_frames);
     sweep_app
         ->add_option("--picture", swept.picture, "What to show; else the graph's first picture")
         ->type_name("NODE.PORT");

@@ -113,6 +113,9 @@ TEST(CommandLine, WrongWordsGetTheNearestName)
     EXPECT_TRUE(has(node.err, "did you mean 'sum'?")) << node.err;
     EXPECT_EQ(run({"cook", file, "--frames", "9"}).exit, exit_usage);
     EXPECT_EQ(run({"cook", file, "--frames", "x"}).exit, exit_usage);
+    const Said no_frames = run({"cook", file, "--frames", ""});
+    EXPECT_EQ(no_frames.exit, exit_usage);
+    EXPECT_TRUE(has(no_frames.err, "expected frames like 1-48")) << no_frames.err;
     EXPECT_EQ(run({"cook", file, "--memory", "lots"}).exit, exit_usage);
     EXPECT_EQ(run({"cook", file, "--set", "sum"}).exit, exit_usage);
     EXPECT_EQ(run({"cook", file, "--var", "a=b"}).exit, exit_usage);
