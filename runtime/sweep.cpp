@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
 
 namespace runtime {
 
@@ -27,14 +28,17 @@ std::vector<std::string> all_numbers(const graph::Graph& graph)
     return names;
 }
 
-// The first thing that went wrong.
-struct FirstFailure : Observer {
-    const graph::Graph& graph;
-    std::string what;
-    explicit FirstFailure(const graph::Graph& g) : graph(g) {}
-    void failed(const Failure& f) override
+// What went wrong, in order.
+struct Failures : Observer {
+    std::vector<Failure> all;
+    void failed(const Failure& f) override { all.push_back(f); }
+    // Why a frame lacks something: what failed there, or else first.
+    std::string at(const graph::Graph& graph, int frame) const
     {
-        if (what.empty()) what = describe(graph, f);
+        if (all.empty()) return {};
+        const auto found = std::find_if(all.begin(), all.end(),
+                                        [&](const Failure& f) { return f.frame == frame; });
+        return describe(graph, found == all.end() ? all.front() : *found);
     }
 };
 
@@ -99,16 +103,18 @@ Swept sweep(const std::filesystem::path& file, const graph::Registry& registry,
             std::sort(wants.begin(), wants.end());
             wants.erase(std::unique(wants.begin(), wants.end()), wants.end());
 
-            FirstFailure failure(graph);
+            Failures failures;
             Options cook = options.cook;
             cook.keep_going = true;
-            Evaluator evaluator(graph, caches, cook, &failure);
+            Evaluator evaluator(graph, caches, cook, &failures);
+            std::set<Want> arrived;
             const Cooked cooked =
                 evaluator.cook(wants, [&](const Want& want, std::span<const graph::Value> values) {
                     for (SweepRow& row : rows) {
                         // What is the same at all frames arrives once.
                         const bool varies = evaluator.keys().varies(want.node);
                         if (varies && row.frame != want.frame) continue;
+                        arrived.insert({want.node, row.frame});
                         for (std::size_t i = 0; i < links.size(); ++i) {
                             if (links[i].node != want.node) continue;
                             const graph::Value& v = values[links[i].output];
@@ -119,7 +125,13 @@ Swept sweep(const std::filesystem::path& file, const graph::Registry& registry,
                         }
                     }
                 });
-            for (SweepRow& row : rows) row.seconds = cooked.seconds, row.failure = failure.what;
+            for (SweepRow& row : rows) row.seconds = cooked.seconds;
+            for (const Want& want : wants) {
+                if (arrived.contains(want)) continue;
+                for (SweepRow& row : rows) {
+                    if (row.frame == want.frame) row.failure = failures.at(graph, row.frame);
+                }
+            }
             out.cancelled = cooked.cancelled;
         } catch (const std::exception& e) {
             for (SweepRow& row : rows) row.failure = e.what();

@@ -99,6 +99,27 @@ TEST(Sweep, SeveralFramesAreARowEach)
     EXPECT_TRUE(has(said.err, "frame 5")) << said.err;
 }
 
+TEST(Sweep, AFailureIsToldOfTheFramesThatLackSomethingForIt)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", R"({ "aspic": 1, "frames": { "last": 9 }, "nodes": {
+        "clock": { "type": "Clock@1" },
+        "early": { "type": "Fail@1", "inputs": { "value": "clock.value" },
+                   "params": { "above": 150 } } } })");  // 167 + 5 at frame 5
+    Caches caches;
+    SweepOptions options = varying({"early.above=150,1000"});
+    options.frames = {1, 4, 5, 9};
+    const Swept swept = sweep(file, toys::registry(), options, caches);
+    ASSERT_EQ(swept.rows.size(), 8u);
+    for (const SweepRow& row : swept.rows) {
+        const bool fails = row.frame >= 5 && row.settings[0].value == "150";
+        EXPECT_EQ(std::isnan(row.numbers[1]), fails) << row.frame;
+        EXPECT_EQ(row.failure.empty(), !fails) << row.frame << ": " << row.failure;
+        const std::string at = "at frame " + std::to_string(row.frame);
+        EXPECT_TRUE(!fails || has(row.failure, at)) << row.failure;
+    }
+}
+
 TEST(Sweep, OptionsThatMakeNoSenseAreRefused)
 {
     const toys::Folder folder;
