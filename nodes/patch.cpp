@@ -28,7 +28,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     if (in.mesh->positions.size() != in.rest->positions.size()) {
         throw std::invalid_argument(
             fmt::format("expected `mesh` to be `rest` moved, with its {} vertices, found {}: link "
-                        "the one surface before and after Embed",
+                        "the one surface before and after Embed; if that is torn, let Embed hide "
+                        "or stretch it (torn: hide), as cutting it adds vertices",
                         in.rest->positions.size(), in.mesh->positions.size()));
     }
     if (in.binding->vertices.empty()) {

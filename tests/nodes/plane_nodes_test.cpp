@@ -64,6 +64,7 @@ TEST(PatchNode, ASurfaceThatIsNotTheOneAtRestIsRefused)
     EXPECT_EQ(refusal(patch), "nothing was refused");
     patch.inputs["mesh"] = {graph::Value::of(geometry::grid(1, 1, 3, 3))};
     EXPECT_TRUE(has(refusal(patch), "its 9 vertices, found 16")) << refusal(patch);
+    EXPECT_TRUE(has(refusal(patch), "torn: hide")) << refusal(patch);
     patch.inputs["mesh"] = patch.inputs["rest"];
     state.x.pop_back();
     patch.inputs["state"] = {graph::Value::of(state)};
