@@ -13,6 +13,7 @@ namespace graph {
 struct WrittenFile {
     std::string path;                      // where it is, as the process can open it
     std::vector<std::string> beside = {};  // other files that it is of no use without
+    bool shared = false;                   // other frames write to it, too
 };
 
 template <> inline constexpr const char* wire_name<double> = "number";

@@ -45,7 +45,7 @@ static Outputs run_cache(const Inputs& in, const graph::Context& context)
             "more points from frame to frame where Embed cuts it; let Embed hide what is "
             "torn.)");
     }
-    return {{path.string()}};
+    return {{path.string(), {}, true}};
 }
 
 static Outputs run(const Inputs& in, const graph::Context& context)

@@ -85,11 +85,19 @@ public:
     {}
     void wrote(std::uint32_t n, int frame, const Written& w) override
     {
+        if (!w.digest) shared_.push_back({manifest_.outputs.size(), w.path});
         add({graph_.nodes[n].name,
              {},
              frame,
              {w.path.lexically_proximate(folder_).generic_string(), to_hex(w.digest)}});
         Relay::wrote(n, frame, w);
+    }
+    // Files that frames share are now what they will be.
+    void finish(FileDigests& digests)
+    {
+        for (const auto& [place, path] : shared_) {
+            manifest_.outputs[place].file.digest = to_hex(digests.of(path));
+        }
     }
     // Values that were asked for and go into no file.
     void arrived(const Want& want, std::span<const graph::Value> values, ContentNames& names)
@@ -110,6 +118,7 @@ private:
     const graph::Graph& graph_;
     const fs::path folder_;
     Manifest& manifest_;
+    std::vector<std::pair<std::size_t, fs::path>> shared_;  // places in manifest_.outputs
 };
 
 void begin_manifest(const CookRequest& request, const Console& console,
@@ -232,6 +241,7 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
                 outputs.arrived(want, values, caches.names);
             }
         });
+    outputs.finish(caches.files);
     manifest.complete = !cooked.cancelled && cooked.failures == 0;
     if (!nodes.empty()) {
         describe_graph(graph, evaluator.keys(), frames, caches.files, manifest);

@@ -342,11 +342,12 @@ private:
         expand(task);
     }
 
-    // A sink's result is good only as long as its files are what it wrote.
+    // A sink's result is good only as long as its files are what it wrote. Of one that all frames
+    // share nobody can tell, and to read it all for each frame would take long.
     bool still_there(const Result& result)
     {
         return std::all_of(result.files.begin(), result.files.end(), [this](const Written& w) {
-            return caches_.files.of(w.path) == w.digest;
+            return w.digest && caches_.files.of(w.path) == w.digest;
         });
     }
 
@@ -786,6 +787,10 @@ private:
     {
         if (!caches_.disk || task.preparation >= 0 || !storable(task.node)) return false;
         const graph::NodeType& type = *graph_.nodes[task.node].type;
+        if (std::any_of(result.files.begin(), result.files.end(),
+                        [](const Written& w) { return !w.digest; })) {
+            return false;
+        }
         const bool pays = DiskCache::pays(result.seconds, result.bytes);
         if (type.previous.empty()) return pays || !result.files.empty();
         const double all = static_cast<double>(result.bytes) * graph_.range.count();
@@ -880,7 +885,8 @@ private:
             result->bytes += value.bytes();
             if (!type.sink || !value || *value.type()->type != typeid(graph::WrittenFile)) continue;
             const auto written = value.as<graph::WrittenFile>();
-            result->files.push_back({written->path, caches_.files.of(written->path)});
+            result->files.push_back(
+                {written->path, written->shared ? Key() : caches_.files.of(written->path)});
             for (const std::filesystem::path path : written->beside) {
                 result->files.push_back({path, caches_.files.of(path)});
             }

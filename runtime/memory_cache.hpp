@@ -17,7 +17,7 @@ namespace runtime {
 // A file that a sink wrote, and what was in it then.
 struct Written {
     std::filesystem::path path;
-    Key digest;
+    Key digest;  // zero of a file that other frames write to, too
 };
 
 // What running a node, or one of its preparations, gave.

@@ -260,6 +260,22 @@ struct WritePair {
     }
 };
 
+// All frames in one file, each at its own place.
+struct WriteRow {
+    static WriteNumber::Outputs run(const WriteNumber::Inputs& in, const Context& context)
+    {
+        ++runs().of["WriteRow"];
+        static std::mutex one;
+        const std::lock_guard lock(one);
+        const auto path = context.output_folder / in.path;
+        std::ofstream(path, std::ios::app);  // so that it is there
+        std::fstream file(path);
+        file.seekp(8 * context.frame());
+        file << std::to_string(*in.value).substr(0, 7) << '\n';
+        return {{path.string(), {}, true}};
+    }
+};
+
 // Burns `seconds` or until told to stop, and gives a value of `size` numbers.
 struct Slow {
     struct Inputs {
@@ -334,6 +350,12 @@ inline const graph::Registry& registry()
             .output("file", &WriteNumber::Outputs::file, "The file.")
             .sink();
         r.add("WritePair", 1, WritePair::run)
+            .reads(Variable::frame)
+            .input("value", &WriteNumber::Inputs::value, "Written.")
+            .path_out("path", &WriteNumber::Inputs::path, "The file.")
+            .output("file", &WriteNumber::Outputs::file, "The file.")
+            .sink();
+        r.add("WriteRow", 1, WriteRow::run)
             .reads(Variable::frame)
             .input("value", &WriteNumber::Inputs::value, "Written.")
             .path_out("path", &WriteNumber::Inputs::path, "The file.")

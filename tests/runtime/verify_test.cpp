@@ -77,6 +77,25 @@ TEST_F(Verified, TheSameCookLeavesTheSameManifestBesidesItsTimes)
     EXPECT_EQ(to_text(first), to_text(again));
 }
 
+TEST_F(Verified, AFileThatAllFramesShareIsTheOneThatTheCookLeft)
+{
+    // Not what it was after each frame; and every cook writes it again, as none can tell whether
+    // its frame is still in it.
+    file_ = folder_.write("row.json", R"({ "aspic": 1, "frames": { "first": 1, "last": 5 },
+        "nodes": { "clock": { "type": "Clock@1" },
+                   "row": { "type": "WriteRow@1", "inputs": { "value": "clock.value" } } } })");
+    cook({});
+    for (const Manifest::Output& o : read_manifest(path()).outputs) {
+        FileDigests digests;
+        EXPECT_EQ(o.file.digest, to_hex(digests.of(folder_.path / "out/number.txt")));
+    }
+    const Said said = verify();
+    EXPECT_EQ(said.exit, exit_ok) << said.out << said.err;
+    toys::take_runs("WriteRow");
+    cook({});
+    EXPECT_EQ(toys::take_runs("WriteRow"), 5);
+}
+
 TEST_F(Verified, AChangedOutputFileIsSaid)
 {
     folder_.write("out/2number.txt", "someone else's");
