@@ -7,13 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <charconv>
-#include <cstring>
 #include <map>
 #include <stdexcept>
 
@@ -476,88 +470,6 @@ std::vector<fs::path> write_mesh(const fs::path& path, MeshFormat format, const 
         throw std::invalid_argument("only assimp writes this mesh format");
     }
     return beside;
-}
-
-// ---- PC2 ----------------------------------------------------------------------------------------
-
-namespace {
-
-constexpr std::size_t header_size = 32;
-
-std::string header_of(const PointCache& cache)
-{
-    std::string out("POINTCACHE2\0", 12);
-    put_bytes(out, std::int32_t(1));
-    put_bytes(out, static_cast<std::int32_t>(cache.points));
-    put_bytes(out, cache.start);
-    put_bytes(out, cache.rate);
-    put_bytes(out, static_cast<std::int32_t>(cache.samples));
-    return out;
-}
-
-[[noreturn]] void fail_cache(const fs::path& path, int code)
-{
-    throw std::runtime_error("could not write the point cache " + path.string() + ": " +
-                             std::strerror(code));
-}
-
-void write_at(int fd, const fs::path& path, const char* bytes, std::size_t size, std::size_t offset)
-{
-    while (size > 0) {
-        const ssize_t n = ::pwrite(fd, bytes, size, static_cast<off_t>(offset));
-        if (n < 0 && errno == EINTR) continue;
-        if (n < 0) fail_cache(path, errno);
-        bytes += n;
-        size -= static_cast<std::size_t>(n);
-        offset += static_cast<std::size_t>(n);
-    }
-}
-
-struct Closing {
-    int fd;
-    ~Closing() { ::close(fd); }
-};
-
-// Makes `fd` hold a cache of this header and full size; true when something else was in it.
-bool begin(int fd, const fs::path& path, const std::string& header, std::size_t size)
-{
-    if (::flock(fd, LOCK_EX) != 0) fail_cache(path, errno);
-    std::string there(header_size, '\0');
-    const ssize_t n = ::pread(fd, there.data(), header_size, 0);
-    struct stat about;
-    if (n < 0 || ::fstat(fd, &about) != 0) fail_cache(path, errno);
-    const bool same = there == header && static_cast<std::size_t>(about.st_size) == size;
-    if (!same) {
-        if (::ftruncate(fd, 0) != 0) fail_cache(path, errno);
-        write_at(fd, path, header.data(), header.size(), 0);
-        if (::ftruncate(fd, static_cast<off_t>(size)) != 0) fail_cache(path, errno);
-    }
-    ::flock(fd, LOCK_UN);
-    return !same && about.st_size > 0;
-}
-
-}  // namespace
-
-bool write_sample(const fs::path& path, const PointCache& cache, std::uint32_t sample,
-                  const std::vector<Vec3f>& positions)
-{
-    if (positions.size() != cache.points || sample >= cache.samples) {
-        throw std::invalid_argument("a point cache of " + std::to_string(cache.samples) +
-                                    " samples of " + std::to_string(cache.points) +
-                                    " points has no place for sample " + std::to_string(sample) +
-                                    " of " + std::to_string(positions.size()) + " points");
-    }
-    std::error_code code;
-    if (path.has_parent_path()) fs::create_directories(path.parent_path(), code);
-    const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (fd < 0) fail_cache(path, errno);
-    const Closing closing{fd};
-
-    const std::size_t sample_size = sizeof(Vec3f) * positions.size();
-    const bool anew = begin(fd, path, header_of(cache), header_size + sample_size * cache.samples);
-    write_at(fd, path, reinterpret_cast<const char*>(positions.data()), sample_size,
-             header_size + sample_size * sample);
-    return anew;
 }
 
 }  // namespace geometry

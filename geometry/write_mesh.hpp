@@ -1,12 +1,12 @@
 #pragma once
 
-// Meshes as files that other programs read: one a frame (OBJ, PLY, STL, GLB), or one point cache
-// for a whole shot (PC2). Other formats are assimp's (geometry/export_mesh.hpp), and these too
-// where it is asked for. By itself it is not: assimp 5.2's exporters of OBJ and glTF weld vertices
-// that happen to coincide, so that frames of one moving mesh would differ in their vertices and no
-// program could go from one to the next; that of PLY drops attributes with names of their own. They
-// also take long for every frame: 327,000 faces as OBJ 1.3 s, as PLY 0.55, as GLB 0.19, against
-// 0.06, 0.01 and 0.03 s. What is written is read back, by assimp, in tests.
+// Meshes as files that other programs read, one a frame: OBJ, PLY, STL, GLB. One for a whole shot
+// is in geometry/point_cache.hpp; other formats are assimp's (geometry/export_mesh.hpp), and these
+// too where it is asked for. By itself it is not: assimp 5.2's exporters of OBJ and glTF weld
+// vertices that happen to coincide, so that frames of one moving mesh would differ in their
+// vertices and no program could go from one to the next; that of PLY drops attributes with names of
+// their own. They also take long for every frame: 327,000 faces as OBJ 1.3 s, as PLY 0.55, as GLB
+// 0.19, against 0.06, 0.01 and 0.03 s. What is written is read back, by assimp, in tests.
 
 #include "geometry/mesh.hpp"
 
@@ -48,22 +48,5 @@ MeshFormat mesh_format(const std::filesystem::path& path);
 // written, and std::invalid_argument when the format cannot hold the mesh or is not written here.
 std::vector<std::filesystem::path> write_mesh(const std::filesystem::path& path, MeshFormat format,
                                               const TriMesh& mesh);
-
-// What the header of a PC2 file says: positions of every vertex at `samples` times, `rate` frames
-// apart, the first at frame `start`.
-struct PointCache {
-    std::uint32_t points = 0;
-    float start = 1, rate = 1;
-    std::uint32_t samples = 0;
-
-    bool operator==(const PointCache&) const = default;
-};
-
-// Puts one sample into the point cache at `path`, at its own place: samples may come in any order
-// and from several threads and processes. A file whose header is another's is begun anew: true is
-// returned when that dropped samples. Throws std::runtime_error when it cannot be written and
-// std::invalid_argument when there are not cache.points positions or no such sample.
-bool write_sample(const std::filesystem::path& path, const PointCache& cache, std::uint32_t sample,
-                  const std::vector<Vec3f>& positions);
 
 }  // namespace geometry

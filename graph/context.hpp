@@ -3,9 +3,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <stdexcept>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 namespace graph {
 
@@ -35,6 +39,26 @@ constexpr unsigned operator|(unsigned a, Variable b)
     return a | static_cast<unsigned>(b);
 }
 
+// What the runs of one cook know of each other. It is part of no key: only for sinks, which must
+// not undo in one frame what they wrote in another.
+class Cook {
+public:
+    explicit Cook(std::vector<int> all) : frames(std::move(all)) {}
+
+    const std::vector<int> frames;  // ascending
+
+    // What the first run that said something of `name` said.
+    std::size_t first_said(const std::string& name, std::size_t value)
+    {
+        const std::lock_guard lock(mutex_);
+        return said_.emplace(name, value).first->second;
+    }
+
+private:
+    std::mutex mutex_;
+    std::map<std::string, std::size_t> said_;
+};
+
 class Context {
 public:
     Context() = default;
@@ -59,6 +83,9 @@ public:
     // For a node that gathers: the frame of each gathered value, in order. They are those that it
     // asked for, or, in a cook of fewer frames, the nearest cooked ones before them.
     std::vector<int> gathered;
+
+    // Null: a cook of this frame only.
+    std::shared_ptr<Cook> cook;
 
     // A sentence for the person who cooks; once a result, kept with it. Null in tests.
     std::function<void(const std::string&)> warn = [](const std::string&) {};

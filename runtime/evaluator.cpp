@@ -130,9 +130,10 @@ class Cooking {
 public:
     Cooking(const graph::Graph& graph, Caches& caches, const Options& options, Observer* observer,
             Keys& keys, std::vector<Usual>& usual, tbb::task_arena& arena,
-            const Evaluator::Arrived& arrived)
+            const Evaluator::Arrived& arrived, std::vector<int> frames)
         : graph_(graph), caches_(caches), options_(options), observer_(observer), keys_(keys),
-          usual_(usual), arena_(arena), arrived_(arrived), threads_(arena.max_concurrency())
+          usual_(usual), arena_(arena), arrived_(arrived), threads_(arena.max_concurrency()),
+          cook_(std::make_shared<graph::Cook>(std::move(frames)))
     {
         cooked_.tallies = Tallies(graph.nodes.size());
         usual_.resize(keys.type_count());
@@ -850,6 +851,7 @@ private:
         context.stop = options_.stop;
         context.output_folder = options_.output_folder;
         context.root = graph_.root;
+        context.cook = cook_;
         context.warn = [&](const std::string& text) {
             const std::lock_guard lock(talking);
             auto& all = result->warnings;
@@ -1074,6 +1076,7 @@ private:
     tbb::task_arena& arena_;
     const Evaluator::Arrived& arrived_;
     const int threads_;
+    const std::shared_ptr<graph::Cook> cook_;
     const Clock::time_point start_ = Clock::now();
 
     std::mutex mutex_;
@@ -1150,7 +1153,8 @@ Cooked Evaluator::cook(std::vector<Want> wants, const Arrived& arrived)
     const std::size_t a_frame =
         (wants.size() + frames.size()) / std::max<std::size_t>(frames.size(), 1);
     const auto ahead = static_cast<std::size_t>(std::max(4, 2 * arena_->max_concurrency()));
-    Cooking cooking(graph_, caches_, options_, observer_, keys_, usual_, *arena_, arrived);
+    Cooking cooking(graph_, caches_, options_, observer_, keys_, usual_, *arena_, arrived,
+                    std::move(frames));
     return cooking.cook(std::move(wants), ahead * a_frame);
 }
 
@@ -1164,7 +1168,7 @@ void Evaluator::find_side_files(const std::vector<std::uint32_t>& targets,
     for (const std::uint32_t n : std::vector<std::uint32_t>(keys_.openers())) {
         for (const int frame : frames) {
             if (!keys_.known(n, frame)) {
-                Cooking(graph_, caches_, options, nullptr, keys_, usual_, *arena_, {})
+                Cooking(graph_, caches_, options, nullptr, keys_, usual_, *arena_, {}, {frame})
                     .cook({{n, frame}}, 1);
                 keys_.edited(n);
                 keys_.aim(targets, frames);

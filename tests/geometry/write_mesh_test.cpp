@@ -4,7 +4,6 @@
 #include "tests/geometry/meshes.hpp"
 
 #include <cstring>
-#include <thread>
 
 namespace {
 
@@ -253,69 +252,6 @@ TEST(ExportMesh, SaysWhatToDoWhenAssimpFails)
         EXPECT_NE(what.find("OBJ, PLY or GLB"), std::string::npos) << what;
     }
     EXPECT_FALSE(std::filesystem::exists(path));
-}
-
-// ---- PC2 ----------------------------------------------------------------------------------------
-
-std::vector<Vec3f> sample_at(std::size_t points, std::uint32_t sample)
-{
-    std::vector<Vec3f> out;
-    for (std::size_t i = 0; i < points; ++i) out.emplace_back(float(i), float(sample), 0.5f);
-    return out;
-}
-
-// The file as a reader of the format sees it.
-std::string expected_cache(std::uint32_t points, float start, std::uint32_t samples)
-{
-    std::string out("POINTCACHE2\0\1\0\0\0", 16);
-    const auto put = [&](const auto& x) { out.append(reinterpret_cast<const char*>(&x), 4); };
-    put(points), put(start), put(1.f), put(samples);
-    for (std::uint32_t s = 0; s < samples; ++s) {
-        for (const Vec3f& p : sample_at(points, s)) put(p.x()), put(p.y()), put(p.z());
-    }
-    return out;
-}
-
-TEST(PointCache, SamplesFromManyThreadsInAnyOrderMakeOneFile)
-{
-    const files::Folder folder;
-    const auto path = folder.path / "deep/a.pc2";
-    const PointCache cache{1000, 101, 1, 24};
-    std::vector<std::thread> threads;
-    for (std::uint32_t k = 0; k < 4; ++k) {
-        threads.emplace_back([&, k] {
-            for (std::uint32_t i = 0; i < 6; ++i) {
-                const std::uint32_t s = (k * 6 + i) * 7 % 24;  // 7 and 24 share no factor
-                write_sample(path, cache, s, sample_at(1000, s));
-            }
-        });
-    }
-    for (auto& t : threads) t.join();
-    EXPECT_EQ(files::bytes_of(path), expected_cache(1000, 101, 24));
-}
-
-TEST(PointCache, AnotherCooksSamplesStayUnlessItsHeaderDiffers)
-{
-    const files::Folder folder;
-    const auto path = folder.path / "a.pc2";
-    const PointCache cache{3, 1, 1, 2};
-    EXPECT_FALSE(write_sample(path, cache, 0, sample_at(3, 0)));
-    EXPECT_FALSE(write_sample(path, cache, 1, sample_at(3, 1)));
-    EXPECT_FALSE(write_sample(path, cache, 1, sample_at(3, 1)));
-    EXPECT_EQ(files::bytes_of(path), expected_cache(3, 1, 2));
-    const PointCache longer{4, 1, 1, 2};
-    EXPECT_TRUE(write_sample(path, longer, 0, sample_at(4, 0)));
-    EXPECT_FALSE(write_sample(path, longer, 1, sample_at(4, 1)));
-    EXPECT_EQ(files::bytes_of(path), expected_cache(4, 1, 2));
-}
-
-TEST(PointCache, WrongSamplesAreRefused)
-{
-    const files::Folder folder;
-    const auto path = folder.path / "a.pc2";
-    EXPECT_THROW(write_sample(path, {3, 1, 1, 2}, 2, sample_at(3, 0)), std::invalid_argument);
-    EXPECT_THROW(write_sample(path, {3, 1, 1, 2}, 0, sample_at(4, 0)), std::invalid_argument);
-    EXPECT_THROW(write_sample(folder.path, {3, 1, 1, 2}, 0, sample_at(3, 0)), std::runtime_error);
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ struct NodeRun {
     graph::FrameRange range{1, 10, 24};
     std::vector<int> gathered;  // of gathered inputs; empty: those that the node asks for
     std::filesystem::path output_folder = ".";
+    std::shared_ptr<graph::Cook> cook;
     std::vector<std::string> warnings;
 
     explicit NodeRun(const std::string& name)
@@ -37,6 +38,7 @@ struct NodeRun {
         for (const auto& port : type.inputs) by_port.push_back(inputs[port.name]);
         graph::Context context(frame, range, type.reads);
         context.output_folder = output_folder;
+        context.cook = cook;
         context.gathered = gathered;
         if (gathered.empty() && type.gather_frames) {
             context.gathered = type.gather_frames(params, range);

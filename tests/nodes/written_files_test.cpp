@@ -137,6 +137,78 @@ TEST(WriteMesh, PutsEveryFrameAtItsPlaceInThePointCache)
     EXPECT_THROW(write.run(11), std::invalid_argument);
 }
 
+// The height of the triangle in each sample of the file.
+std::vector<float> heights(const std::filesystem::path& path, std::size_t samples)
+{
+    const std::string bytes = bytes_of(path);
+    std::vector<float> out(samples, -1);
+    for (std::size_t s = 0; s < samples && 32 + 36 * (s + 1) <= bytes.size(); ++s) {
+        std::memcpy(&out[s], bytes.data() + 32 + s * 36 + 4, sizeof(float));
+    }
+    return out;
+}
+
+TEST(WriteMesh, APointCacheOfSomeFramesHoldsThemInBetweenAndSaysWhichAreMissing)
+{
+    const files::Folder folder;
+    NodeRun write("WriteMesh");
+    write.output_folder = folder.path;
+    write.range = {1, 8, 24};
+    write.param("path").is = std::filesystem::path("a.pc2");
+    const auto cook = [&](std::vector<int> frames) {
+        write.warnings.clear();
+        write.cook = std::make_shared<graph::Cook>(frames);
+        for (const int frame : frames) {
+            write.inputs["mesh"] = {triangle(frame)};
+            write.run(frame);
+        }
+    };
+    cook({2, 5, 8});
+    EXPECT_EQ(heights(folder.path / "a.pc2", 8), (std::vector<float>{2, 2, 2, 2, 5, 5, 5, 8}));
+    ASSERT_FALSE(write.warnings.empty());
+    for (const std::string& text : write.warnings) {  // one to read: they are the same
+        EXPECT_NE(text.find("lacks frames 1, 3-4, 6-7 of 1-8"), std::string::npos) << text;
+    }
+    cook({3, 4});
+    EXPECT_EQ(heights(folder.path / "a.pc2", 8), (std::vector<float>{2, 2, 3, 4, 5, 5, 5, 8}));
+    cook({1, 6, 7});
+    EXPECT_TRUE(write.warnings.empty());
+    EXPECT_EQ(heights(folder.path / "a.pc2", 8), (std::vector<float>{1, 2, 3, 4, 5, 6, 7, 8}));
+    EXPECT_EQ(std::filesystem::file_size(folder.path / "a.pc2"), 32u + 8 * 36);
+}
+
+TEST(WriteMesh, APointCacheOfAMeshThatGetsMoreVerticesFailsAndKeepsWhatWasWritten)
+{
+    const files::Folder folder;
+    NodeRun write("WriteMesh");
+    write.output_folder = folder.path;
+    write.range = {1, 4, 24};
+    write.param("path").is = std::filesystem::path("a.pc2");
+    const auto with_more = [] {
+        TriMesh mesh = *triangle(9).as<TriMesh>();
+        mesh.positions.push_back(mesh.positions[0]);
+        return Value::of(std::move(mesh));
+    };
+    write.cook = std::make_shared<graph::Cook>(std::vector{1, 2, 3, 4});
+    for (const int frame : {1, 2}) {
+        write.inputs["mesh"] = {triangle(frame)};
+        write.run(frame);
+    }
+    write.inputs["mesh"] = {with_more()};
+    try {
+        write.run(3);
+        FAIL() << "was written";
+    } catch (const std::invalid_argument& error) {
+        for (const char* part : {"3 vertices", "found 4", "torn: hide", "a.####.obj"}) {
+            EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+        }
+    }
+    EXPECT_EQ(heights(folder.path / "a.pc2", 2), (std::vector<float>{1, 2}));
+    // A cook of another mesh begins the file anew.
+    write.cook = std::make_shared<graph::Cook>(std::vector{3});
+    EXPECT_NO_THROW(write.run(3));
+}
+
 render::Image grey(std::uint8_t level)
 {
     render::Image image{32, 32, {}};
