@@ -22,4 +22,20 @@ std::filesystem::path frame_path(const std::filesystem::path& pattern, int frame
     return path.replace_filename(frame_text(path.filename().string(), frame));
 }
 
+std::filesystem::path frame_file(const std::filesystem::path& pattern, const Context& context)
+{
+    const bool numbered = pattern.filename().string().find('#') != std::string::npos;
+    if (!numbered && context.cook && context.cook->frames.size() > 1) {
+        std::filesystem::path better = pattern;
+        better.replace_extension(".####" + pattern.extension().string());
+        throw std::invalid_argument(
+            "parameter 'path': " + pattern.string() + " is one file, and each of the " +
+            std::to_string(context.cook->frames.size()) +
+            " frames of this cook would write over the one before: write " + better.string() +
+            ", a file a frame, or cook one frame only (--frames " +
+            std::to_string(context.cook->frames.back()) + ")");
+    }
+    return context.output_folder / frame_path(pattern, context.frame());
+}
+
 }  // namespace graph

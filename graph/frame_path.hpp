@@ -1,7 +1,6 @@
 #pragma once
 
-#include <filesystem>
-#include <string>
+#include "graph/context.hpp"
 
 namespace graph {
 
@@ -10,7 +9,11 @@ namespace graph {
 // the pattern itself.
 std::filesystem::path frame_path(const std::filesystem::path& pattern, int frame);
 
-// The same for any text that is to show the number of the frame.
+// The path of the file that a sink writes at this frame, below the output folder. Throws
+// std::invalid_argument when frames of one cook would write over each other for want of a #.
+std::filesystem::path frame_file(const std::filesystem::path& pattern, const Context& context);
+
+// The same as frame_path() for any text that is to show the number of the frame.
 std::string frame_text(std::string pattern, int frame);
 
 }  // namespace graph

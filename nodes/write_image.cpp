@@ -15,7 +15,7 @@ struct Outputs {
 
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
-    const auto path = context.output_folder / graph::frame_path(in.path, context.frame());
+    const auto path = graph::frame_file(in.path, context);
     render::write_png(path, *in.image);
     return {{path.string()}};
 }
@@ -27,7 +27,7 @@ void add_to(graph::Registry& registry)
         .input("image", &Inputs::image, "The picture to write.")
         .path_out("path", &Inputs::path,
                   "Where it goes, below the output folder; #### stands for the frame's number with "
-                  "at least as many digits.")
+                  "at least as many digits, and is needed when several frames are cooked.")
         .reads(graph::Variable::frame)
         .sink()
         .output("file", &Outputs::file, "The file that was written.");

@@ -105,7 +105,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const auto format = in.format == Format::automatic
                             ? geometry::mesh_format(in.path)
                             : static_cast<geometry::MeshFormat>(static_cast<int>(in.format) - 1);
-    const auto path = context.output_folder / graph::frame_path(in.path, context.frame());
+    const auto path = graph::frame_file(in.path, context);
     const auto files =
         geometry::is_written_here(format) && !in.assimp
             ? geometry::write_mesh(path, format, *in.mesh)
@@ -124,7 +124,8 @@ void add_to(graph::Registry& registry)
         .input("mesh", &Inputs::mesh, "The mesh to write.")
         .path_out("path", &Inputs::path,
                   "Where it goes, below the output folder; #### stands for the frame's number with "
-                  "at least as many digits. The materials of an OBJ go beside it: mesh.0001.mtl.")
+                  "at least as many digits. A pc2 has none, all others need it when several "
+                  "frames are cooked. The materials of an OBJ go beside it: mesh.0001.mtl.")
         .choice("format", &Inputs::format,
                 {"auto", "obj", "ply", "stl", "glb", "gltf", "dae", "fbx", "x3d", "pc2"},
                 "The kind of file; auto goes by the path's ending. A pc2 is one file for all "

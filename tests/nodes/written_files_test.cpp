@@ -209,6 +209,31 @@ TEST(WriteMesh, APointCacheOfAMeshThatGetsMoreVerticesFailsAndKeepsWhatWasWritte
     EXPECT_NO_THROW(write.run(3));
 }
 
+TEST(WrittenFiles, FramesOfOneCookDoNotWriteOverEachOther)
+{
+    const files::Folder folder;
+    NodeRun mesh("WriteMesh"), image("WriteImage");
+    mesh.inputs["mesh"] = {triangle(1)};
+    image.inputs["image"] = {
+        Value::of(render::Image{1, 1, std::vector<std::uint8_t>(4, std::uint8_t(255))})};
+    mesh.param("path").is = std::filesystem::path("deep/m.obj");
+    image.param("path").is = std::filesystem::path("deep/m.png");
+    for (NodeRun* write : {&mesh, &image}) {
+        write->output_folder = folder.path;
+        write->cook = std::make_shared<graph::Cook>(std::vector{1, 4});
+        try {
+            write->run(1);
+            FAIL() << "was written";
+        } catch (const std::invalid_argument& error) {
+            const std::string text = error.what();
+            EXPECT_NE(text.find("'path'"), std::string::npos) << text;
+            EXPECT_NE(text.find("deep/m.####."), std::string::npos) << text;
+        }
+        write->cook = std::make_shared<graph::Cook>(std::vector{4});
+        EXPECT_NO_THROW(write->run(4));
+    }
+}
+
 render::Image grey(std::uint8_t level)
 {
     render::Image image{32, 32, {}};
