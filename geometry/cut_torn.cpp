@@ -1,6 +1,7 @@
 #include "geometry/cut_torn.hpp"
 
 #include "geometry/clip_to_cells.hpp"
+#include "geometry/corner_frames.hpp"
 #include "geometry/cut_caps.hpp"
 #include "geometry/embed.hpp"
 #include "geometry/embed_kernels.hpp"
@@ -22,71 +23,20 @@ bool is_broken(std::span<const std::uint32_t> broken, std::uint32_t corner, std:
     return std::binary_search(broken.begin(), broken.end(), 3 * corner + std::uint32_t(axis));
 }
 
-// How the lattice lies around a corner, by the links that it has left.
-class CornerFrames {
-public:
-    CornerFrames(const Cubes& cubes, std::span<const Vec3> x, std::span<const std::uint32_t> broken)
-        : x_(x), size_(cubes.size), after_(3 * x.size(), whole), before_(3 * x.size(), whole)
-    {
-        for (const auto& corners : cubes.corners) {
-            for (std::size_t a = 0; a < 8; ++a) {
-                for (std::size_t d = 0; d < 3; ++d) {
-                    const std::uint32_t i = corners[a], j = corners[a | std::size_t{1} << d];
-                    if (i == j) continue;  // the upper end, or across a plane
-                    after_[3 * i + d] = j;
-                    before_[3 * j + d] = i;
-                }
+// Which corner each of its links leads to, 3 a corner.
+std::vector<std::uint32_t> links_of(const Cubes& cubes)
+{
+    std::vector<std::uint32_t> after(3 * cubes.corner_count(), CornerFrames::none);
+    for (const auto& corners : cubes.corners) {
+        for (std::size_t a = 0; a < 8; ++a) {
+            for (std::size_t d = 0; d < 3; ++d) {
+                const std::uint32_t i = corners[a], j = corners[a | std::size_t{1} << d];
+                if (i != j) after[3 * i + d] = j;  // not the upper end, nor across a plane
             }
         }
-        for (const std::uint32_t link : broken) {
-            const std::uint32_t j = link < after_.size() ? after_[link] : whole;
-            if (j == whole) continue;
-            after_[link] = before_[3 * j + link % 3] = whole;
-        }
     }
-
-    // A step along each axis of the lattice, column by column, m. What no link says goes with what
-    // the others do: across them, or turned as one of them is.
-    Mat3 at(std::uint32_t corner) const
-    {
-        Mat3 frame = size_ * Mat3::Identity();
-        std::array<bool, 3> known{};
-        int count = 0;
-        for (int d = 0; d < 3; ++d) {
-            const auto side = std::size_t(3 * corner) + std::size_t(d);
-            const std::uint32_t after = after_[side], before = before_[side];
-            if (after == whole && before == whole) continue;
-            const Vec3& end = x_[after == whole ? corner : after];
-            const Vec3& start = x_[before == whole ? corner : before];
-            const Vec3 step = (end - start) / (after == whole || before == whole ? 1 : 2);
-            if (!(step.norm() > 1e-6 * size_)) continue;
-            frame.col(d) = step;
-            known[std::size_t(d)] = true;
-            ++count;
-        }
-        if (count == 3 || count == 0) return frame;
-        const auto first = int(std::find(known.begin(), known.end(), true) - known.begin());
-        if (count == 2) {
-            const auto d = int(std::find(known.begin(), known.end(), false) - known.begin());
-            const Vec3 across = frame.col((d + 1) % 3).cross(frame.col((d + 2) % 3));
-            if (across.norm() > 1e-6 * size_ * size_) {
-                frame.col(d) = size_ * across.normalized();
-                return frame;
-            }
-        }
-        const Mat3 turn = Eigen::Quaterniond::FromTwoVectors(Vec3::Unit(first), frame.col(first))
-                              .toRotationMatrix();
-        for (int d = 0; d < 3; ++d) {
-            if (!known[std::size_t(d)]) frame.col(d) = size_ * turn.col(d);
-        }
-        return frame;
-    }
-
-private:
-    std::span<const Vec3> x_;
-    double size_;
-    std::vector<std::uint32_t> after_, before_;  // 3 K, the corner linked there
-};
+    return after;
+}
 
 // Normals of a plane's corners by the cells that are whole, and by their links where none is. Empty
 // for cubes with thickness.
@@ -101,7 +51,7 @@ std::vector<Vec3> torn_plane_normals(const Cubes& cubes, std::span<const Vec3> x
         for (const auto k : cubes.corners[c]) has_whole[k] |= torn[c] == 0;
     }
     for (std::uint32_t k = 0; k < normals.size(); ++k) {
-        if (!has_whole[k]) normals[k] = frames.at(k).col(flat).normalized();
+        if (!has_whole[k]) normals[k] = frames.at(k, x).col(flat).normalized();
     }
     return normals;
 }
@@ -129,7 +79,7 @@ CubePolynomial polynomial_of_part(const Cubes& cubes, std::span<const Vec3> x,
                 step[d] = double(b >> d & 1u) - double(a >> d & 1u);
             }
             place += x[corners[a]];
-            if (!step.isZero(0)) place += frames.at(corners[a]) * step;
+            if (!step.isZero(0)) place += frames.at(corners[a], x) * step;
             if (flat >= 0) normal += normals[corners[a]];
             ++count;
         }
@@ -142,6 +92,13 @@ CubePolynomial polynomial_of_part(const Cubes& cubes, std::span<const Vec3> x,
         }
     }
     return polynomial_of(u);
+}
+
+std::vector<Vec3i> cells_of(const Cubes& cubes, std::span<const PartedCube> parted)
+{
+    std::vector<Vec3i> cells;
+    for (const PartedCube& p : parted) cells.push_back(cubes.cell[p.cube]);
+    return cells;
 }
 
 // Cuts the faces of a mesh at rest, closes what is cut, and says which part each corner of that is
@@ -160,13 +117,12 @@ public:
     };
 
     // Closed where it is inside `solid`; null: nowhere.
-    Cutter(const TriMesh& rest, const Cubes& cubes, std::span<const PartedCube> parted,
-           const TriangleBvh* solid)
-        : rest_(rest), cubes_(cubes), parted_(parted), flat_(flat_axis(cubes))
+    Cutter(const Binding& binding, const TriMesh& rest, const Cubes& cubes,
+           std::span<const PartedCube> parted, const TriangleBvh* solid)
+        : rest_(rest), cubes_(cubes), parted_(parted), around_(cubes, cells_of(cubes, parted)),
+          alone_(binding, rest), flat_(flat_axis(cubes)),
+          cut_(faces_through(rest, cubes, around_, alone_))
     {
-        for (const PartedCube& p : parted) cells_.push_back(cubes.cell[p.cube]);
-        box_ = bounds_of(cells_);
-        cut_ = faces_through(rest, cubes, cells_);
         for (std::uint32_t f = 0; f < cut_.size(); ++f) {
             if (cut_[f]) cut_face(f);
         }
@@ -183,20 +139,21 @@ private:
         face_ = lattice_face(rest_, cubes_, f, flat_);
         const Vec3 a = face_.p[1] - face_.p[0], b = face_.p[2] - face_.p[0];
         if (!(a.cross(b).norm() > 1e-10 * a.norm() * b.norm())) return;  // a line: nothing to see
-        // What lies outside of all parted cubes' box stays in large pieces.
+        // What lies beyond all parted cubes stays in large pieces.
         Polygon inside = face_, below, above;
         for (int d = 0; d < 3; ++d) {
-            geometry::cut(inside, d, box_.lo[d], below, above);
+            geometry::cut(inside, d, around_.box().lo[d], below, above);
             add(f, below, whole);
-            geometry::cut(above, d, box_.hi[d], inside, below);
+            geometry::cut(above, d, around_.box().hi[d], inside, below);
             add(f, below, whole);
         }
         clip_polygon_to_cells(inside, [&](const Vec3i& cell, const Polygon& piece) {
-            const auto at = std::lower_bound(cells_.begin(), cells_.end(), cell, in_front);
-            if (at == cells_.end() || *at != cell) {
+            const std::uint32_t parted = around_.find(cell, piece, alone_[f]);
+            beyond_ = parted != CellsAround::none && around_.cells()[parted] != cell;
+            if (parted == CellsAround::none) {
                 add(f, piece, whole);
             } else {
-                add_parts(f, piece, std::uint32_t(at - cells_.begin()), 0, 0);
+                add_parts(f, piece, parted, 0, 0);
             }
         });
     }
@@ -214,8 +171,9 @@ private:
         if (one) return add(f, piece, 8 * parted + cube.part[octant]);
         if (alike) return add_parts(f, piece, parted, axis + 1, octant);
         Polygon below, above;
-        geometry::cut(piece, int(axis), cells_[parted][Eigen::Index(axis)] + 0.5, below, above);
-        add_edge(parted, int(axis), below);
+        geometry::cut(piece, int(axis), around_.cells()[parted][Eigen::Index(axis)] + 0.5, below,
+                      above);
+        if (!beyond_) add_edge(parted, int(axis), below);  // cubes are closed in themselves
         if (below.n > 2) add_parts(f, below, parted, axis + 1, octant);
         if (above.n > 2) add_parts(f, above, parted, axis + 1, octant | 1u << axis);
     }
@@ -224,7 +182,7 @@ private:
     // but for rounding may be several.
     void add_edge(std::uint32_t parted, int axis, const Polygon& below)
     {
-        const double plane = cells_[parted][axis] + 0.5;
+        const double plane = around_.cells()[parted][axis] + 0.5;
         Polygon on;
         for (std::size_t k = 0; k < below.n; ++k) {
             if (below.p[k][axis] == plane) on.add(below.p[k]);
@@ -288,11 +246,12 @@ private:
     const TriMesh& rest_;
     const Cubes& cubes_;
     std::span<const PartedCube> parted_;
+    CellsAround around_;  // the parted cubes
+    FacesAlone alone_;
     int flat_;
-    std::vector<Vec3i> cells_;  // of parted cubes
-    Box box_;
-    Polygon face_;
     std::vector<std::uint8_t> cut_;
+    Polygon face_;
+    bool beyond_ = false;  // what is cut lies outside of all cubes
     std::vector<Corner> corners_;
     std::vector<Triangle> faces_;
     std::vector<CutEdge> edges_;
@@ -315,7 +274,7 @@ public:
                std::span<const PartedCube> parted, std::span<const std::uint8_t> torn)
         : cubes_(cubes), parted_(parted)
     {
-        const CornerFrames frames(cubes, x, broken);
+        const CornerFrames frames(links_of(cubes), broken, cubes.size);
         const int flat = flat_axis(cubes);
         const std::vector<Vec3> normals = torn_plane_normals(cubes, x, frames, flat, torn);
         for (const PartedCube& p : parted) {
@@ -350,7 +309,8 @@ public:
     {
         const Vec3 cell = cubes_.cell[parted_[part / 8].cube].cast<double>();
         const Vec3 at = (rest.cast<double>() - cubes_.origin) / cubes_.size - cell;
-        add(part, rest, at.cast<float>(), at.cast<float>(), to);
+        const Vec3f local = at.cast<float>();
+        add(part, rest, local.cwiseMax(0.0f).cwiseMin(1.0f), local, to);
     }
     // A normal of the place that was added last.
     void add_normal(const Vec3f& rest, std::uint32_t to)
@@ -560,7 +520,7 @@ TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, c
     const std::vector<std::uint8_t> torn = marked(cubes, parted);
     const PartMotion motion(cubes, x, broken, parted, torn);
     carry_old_vertices(rest, normals_of, binding, motion, carried);
-    const Cutter cutter(rest, cubes, parted, closing.solid);
+    const Cutter cutter(binding, rest, cubes, parted, closing.solid);
     if (cutter.faces().empty()) return carried;
 
     const TriMesh points = carried_corners(rest, normals_of, cubes, x, torn, motion, cutter);

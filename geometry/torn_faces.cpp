@@ -5,6 +5,8 @@
 #include "geometry/plane.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace geometry {
 
@@ -33,6 +35,14 @@ Polygon clipped(Polygon polygon, const Vec3& low, const Vec3& high)
     return polygon;
 }
 
+// Calls visit(cell) with the 26 around one.
+template <class Visit> void for_around(const Vec3i& cell, const Visit& visit)
+{
+    for (int k = 0; k < 27; ++k) {
+        if (k != 13) visit(Vec3i(cell + Vec3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1)));
+    }
+}
+
 }  // namespace
 
 bool in_front(const Vec3i& a, const Vec3i& b)
@@ -40,33 +50,82 @@ bool in_front(const Vec3i& a, const Vec3i& b)
     return a[2] != b[2] ? a[2] < b[2] : a[1] != b[1] ? a[1] < b[1] : a[0] < b[0];
 }
 
+CellsAround::CellsAround(const Cubes& cubes, std::vector<Vec3i> cells)
+    : cells_(std::move(cells)), cubes_(cubes.cell)
+{
+    for (const Vec3i& cell : cells_) {
+        box_.add(Vec3(cell.cast<double>() - Vec3::Ones()));
+        box_.add(Vec3(cell.cast<double>() + 2 * Vec3::Ones()));
+        for_around(cell, [&](const Vec3i& next) {
+            if (!cubes_.find(next)) around_.push_back(next);
+        });
+    }
+    std::ranges::sort(around_, in_front);
+    const auto copies = std::ranges::unique(around_);
+    around_.erase(copies.begin(), copies.end());
+}
+
+std::uint32_t CellsAround::find(const Vec3i& cell, const Polygon& piece, bool alone) const
+{
+    const auto number = [&](const Vec3i& of) {
+        const auto at = std::ranges::lower_bound(cells_, of, in_front);
+        return at != cells_.end() && *at == of ? std::uint32_t(at - cells_.begin()) : none;
+    };
+    if (alone || !std::ranges::binary_search(around_, cell, in_front)) return number(cell);
+    Vec3 middle = Vec3::Zero();
+    for (std::size_t k = 0; k < piece.n; ++k) middle += piece.p[k] / double(piece.n);
+    double least = std::numeric_limits<double>::infinity();
+    Vec3i nearest = cell;
+    for_around(cell, [&](const Vec3i& next) {
+        if (!cubes_.find(next)) return;
+        const Vec3 low = next.cast<double>();
+        const double away =
+            (middle - middle.cwiseMax(low).cwiseMin(low + Vec3::Ones())).squaredNorm();
+        if (away >= least) return;
+        least = away;
+        nearest = next;
+    });
+    return number(nearest);
+}
+
+FacesAlone::FacesAlone(const Binding& binding, const TriMesh& rest) : triangles_(rest.triangles())
+{
+    for (const Binding::Stray& stray : binding.strays) {
+        if (stray.anchor != Vec3f::Constant(0.5f)) continue;
+        if (vertices_.empty()) vertices_.resize(rest.positions.size(), 0);
+        vertices_[stray.vertex] = 1;
+    }
+}
+
+bool FacesAlone::operator[](std::size_t face) const
+{
+    if (vertices_.empty()) return false;
+    return std::ranges::all_of(triangles_[face], [&](auto v) { return vertices_[v] != 0; });
+}
+
 Polygon lattice_face(const TriMesh& rest, const Cubes& cubes, std::size_t face, int flat)
 {
     Polygon out;
     for (const auto v : rest.triangles()[face]) {
-        Vec3 p = (rest.positions[v].cast<double>() - cubes.origin) / cubes.size;
-        if (flat >= 0) p[flat] = cubes.cell[0][flat] + 0.5;
-        out.add(p);
+        out.add((rest.positions[v].cast<double>() - cubes.origin) / cubes.size);
+    }
+    if (flat < 0) return out;
+    const double middle = cubes.cell[0][flat] + 0.5;
+    double highest = 1;
+    for (std::size_t k = 0; k < out.n; ++k) {
+        highest = std::max(highest, std::abs(out.p[k][flat] - middle));
+    }
+    for (std::size_t k = 0; k < out.n; ++k) {
+        out.p[k][flat] = middle + (out.p[k][flat] - middle) / (4 * highest);
     }
     return out;
 }
 
-Box bounds_of(std::span<const Vec3i> cells)
-{
-    Box box;
-    for (const Vec3i& cell : cells) {
-        box.add(Vec3(cell.cast<double>()));
-        box.add(Vec3(cell.cast<double>() + Vec3::Ones()));
-    }
-    return box;
-}
-
 std::vector<std::uint8_t> faces_through(const TriMesh& rest, const Cubes& cubes,
-                                        std::span<const Vec3i> cells)
+                                        const CellsAround& cells, const FacesAlone& alone)
 {
     std::vector<std::uint8_t> through(rest.triangles().size(), 0);
-    if (cells.empty()) return through;
-    const Box box = bounds_of(cells);
+    if (cells.cells().empty()) return through;
     const int flat = flat_axis(cubes);
     parallel_for(through.size(), 1024, [&](std::size_t begin, std::size_t end) {
         for (std::size_t f = begin; f < end; ++f) {
@@ -76,25 +135,24 @@ std::vector<std::uint8_t> faces_through(const TriMesh& rest, const Cubes& cubes,
                 continue;
             }
             const auto note = [&](const Vec3i& cell, const Polygon& piece) {
-                if (piece.area() > 0 &&
-                    std::binary_search(cells.begin(), cells.end(), cell, in_front)) {
+                if (piece.area() > 0 && cells.find(cell, piece, alone[f]) != CellsAround::none) {
                     through[f] = 1;
                 }
             };
-            clip_polygon_to_cells(clipped(face, box.lo, box.hi), note);
+            clip_polygon_to_cells(clipped(face, cells.box().lo, cells.box().hi), note);
         }
     });
     return through;
 }
 
-std::vector<std::uint8_t> torn_faces(const TriMesh& rest, const Cubes& cubes,
-                                     std::span<const std::uint32_t> broken)
+std::vector<std::uint8_t> torn_faces(const Binding& binding, const TriMesh& rest,
+                                     const Cubes& cubes, std::span<const std::uint32_t> broken)
 {
     std::vector<Vec3i> torn;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         if (is_torn(cubes.corners[c], broken)) torn.push_back(cubes.cell[c]);
     }
-    return faces_through(rest, cubes, torn);
+    return faces_through(rest, cubes, CellsAround(cubes, std::move(torn)), {binding, rest});
 }
 
 TriMesh without_faces(TriMesh mesh, const std::vector<std::uint8_t>& gone)

@@ -1,28 +1,59 @@
 #pragma once
 
+#include "geometry/cell_set.hpp"
 #include "geometry/clip_to_cells.hpp"
 #include "geometry/cubes.hpp"
+#include "geometry/embed.hpp"
 #include "geometry/mesh.hpp"
 
 #include <span>
 
 namespace geometry {
 
-// Which faces of a mesh at rest pass through cubes that have lost a link between two corners. Links
-// are named 3 * corner + axis, ascending, by the lower of their corners. F. Pieces of the mesh that
-// share cells with cubes of another component count as well.
-std::vector<std::uint8_t> torn_faces(const TriMesh& rest, const Cubes& cubes,
-                                     std::span<const std::uint32_t> broken);
+// Which faces of a mesh at rest, bound like this, pass through cubes that have lost a link between
+// two corners. Links are named 3 * corner + axis, ascending, by the lower of their corners. F.
+// Pieces of the mesh that share cells with cubes of another component count as well.
+std::vector<std::uint8_t> torn_faces(const Binding& binding, const TriMesh& rest,
+                                     const Cubes& cubes, std::span<const std::uint32_t> broken);
 
-// What these cells fill, in lattice coordinates.
-Box bounds_of(std::span<const Vec3i> cells);
+// Some cells of cubes, and the empty ones around them: what lies there goes with the nearest cube.
+class CellsAround {
+public:
+    // `cells` in the order of cubes.
+    CellsAround(const Cubes& cubes, std::vector<Vec3i> cells);
 
-// Those that pass through some of these cells, which are in the order of cubes. F.
+    const std::vector<Vec3i>& cells() const { return cells_; }
+    const Box& box() const { return box_; }  // of all, lattice coordinates
+    // Which of the cells a piece of a face in `cell` goes with, or none. What goes `alone`, with
+    // one cube for all of it, is in no empty one.
+    std::uint32_t find(const Vec3i& cell, const Polygon& piece, bool alone) const;
+
+    static constexpr std::uint32_t none = ~std::uint32_t{0};
+
+private:
+    std::vector<Vec3i> cells_, around_;
+    CellIndex cubes_;
+    Box box_;
+};
+
+// The faces of pieces of a mesh that lie in no cube at all: each such piece goes with one.
+class FacesAlone {
+public:
+    FacesAlone(const Binding& binding, const TriMesh& rest);
+    bool operator[](std::size_t face) const;
+
+private:
+    const std::vector<Triangle>& triangles_;
+    std::vector<std::uint8_t> vertices_;  // V, or none
+};
+
+// Those that pass through some of these cells. F.
 std::vector<std::uint8_t> faces_through(const TriMesh& rest, const Cubes& cubes,
-                                        std::span<const Vec3i> cells);
+                                        const CellsAround& cells, const FacesAlone& alone);
 
 // A face of a mesh at rest in lattice coordinates. On a plane, whose axis without extent is `flat`,
-// it may lie above it or below, and counts as if in it.
+// it may lie above or below, as high as it likes, and counts as in it: its heights are small there,
+// and in proportion.
 Polygon lattice_face(const TriMesh& rest, const Cubes& cubes, std::size_t face, int flat);
 
 // The order of cubes, by their cells.

@@ -137,7 +137,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         out.mesh = geometry::cut_torn(*in.binding, *in.mesh, std::move(out.mesh), *in.cubes,
                                       state.x, state.broken, parted, closing);
     } else if (in.torn == Torn::hide && !state.broken.empty()) {
-        const auto gone = geometry::torn_faces(*in.mesh, *in.cubes, state.broken);
+        const auto gone = geometry::torn_faces(*in.binding, *in.mesh, *in.cubes, state.broken);
         out.mesh = geometry::without_faces(std::move(out.mesh), gone);
     }
     return out;

@@ -6,6 +6,7 @@
 #include "geometry/plane.hpp"
 #include "geometry/primitive.hpp"
 #include "geometry/random.hpp"
+#include "geometry/torn_faces.hpp"
 #include "meshes.hpp"
 
 #include <gtest/gtest.h>
@@ -184,6 +185,73 @@ TEST(CutTorn, HalvesMoveAsTheRigidBodiesTheyAre)
     EXPECT_NEAR(right, sphere * (0.35 - middle) / 0.9, 0.01 * sphere);
 }
 
+// No face goes from one half, which stays, to the other, 5 m on, and each half is where it was.
+void expect_two_halves(const TriMesh& out, const TriMesh& rest, double middle, double tolerance)
+{
+    EXPECT_NEAR(surface_area(out), surface_area(rest), 1e-5 * surface_area(rest));
+    const Box box = bounds(rest);
+    for (std::size_t f = 0; f < out.triangles().size(); ++f) {
+        if (area(out, f) == 0) continue;
+        int far = 0;
+        for (const auto v : out.triangles()[f]) far += out.positions[v].x() > 3;
+        ASSERT_TRUE(far == 0 || far == 3) << f;
+        for (const auto v : out.triangles()[f]) {
+            const Vec3 p = out.positions[v].cast<double>() - Vec3(far ? 5 : 0, 0, 0);
+            ASSERT_LT((p - p.cwiseMax(box.lo).cwiseMin(box.hi)).norm(), tolerance) << f;
+            ASSERT_LT(far ? middle - p.x() : p.x() - middle, tolerance) << f;
+        }
+    }
+}
+
+TEST(CutTorn, FacesOnTheOutermostPlanesAndBeyondAreCut)
+{
+    // A box exactly as large as its cubes, and higher, and lower.
+    const Cubes cubes = block({7, 4, 4}, 0.25, Vec3(-1, -0.5, -0.5));
+    const auto broken = links_across(cubes, 0, 3);
+    std::vector<Vec3> x = corner_positions(cubes);
+    for (std::size_t k = 0; k < x.size(); ++k) {
+        if (cubes.corner[k].x() > 3) x[k].x() += 5;
+    }
+    for (const double more : {0.0, 0.05, 0.2, -0.05}) {
+        const Vec3 size(1.75, 1, 1 + more);
+        const TriMesh rest = meshes::moved(box(size, {2, 1, 3}), Vec3(-0.125, 0, 0));
+        expect_two_halves(torn(rest, cubes, x, broken), rest, -0.125, 1e-5);
+        if (more > 0) continue;  // what closes it reaches as far as cubes do
+        const TriMesh solid = closed(rest, cubes, x, broken);
+        EXPECT_NEAR(enclosed_volume(solid), enclosed_volume(rest), 1e-4);
+    }
+}
+
+TEST(CutTorn, WallsThatStandOnAPlaneAreCutAndHidden)
+{
+    const Cubes sheet = plane_cubes(rectangle_cells(10, 6), {1, 0.1, {0, 0, 0}}, 0.02);
+    const auto broken = links_across(sheet, 0, 4);
+    std::vector<Vec3> x = corner_positions(sheet);
+    for (std::size_t k = 0; k < x.size(); ++k) {
+        if (sheet.corner[k].x() > 4) x[k].x() += 5;
+    }
+    const double middle = corner_positions(sheet)[0].x() + 0.45;
+    const Box of_sheet = [&] {
+        Box box;
+        for (const Vec3& p : corner_positions(sheet)) box.add(p);
+        return box;
+    }();
+    const Vec3 centre = (of_sheet.lo + of_sheet.hi) / 2;
+    for (const Vec3& size : {Vec3(0.96, 0.3, 0.5), Vec3(1, 0.04, 0.6), Vec3(0.96, 3, 0.64)}) {
+        const TriMesh rest = meshes::moved(box(size, {1, 1, 2}), centre);
+        expect_two_halves(torn(rest, sheet, x, broken), rest, middle, 1e-5);
+        const auto gone = torn_faces(bind(rest, sheet), rest, sheet, broken);
+        for (std::size_t f = 0; f < gone.size(); ++f) {
+            double low = 1e9, high = -1e9;
+            for (const auto v : rest.triangles()[f]) {
+                low = std::min(low, double(rest.positions[v].x()));
+                high = std::max(high, double(rest.positions[v].x()));
+            }
+            EXPECT_EQ(gone[f] != 0, low < middle && high > middle) << f;
+        }
+    }
+}
+
 // Along and across, and with a corner in the tear's way: borders of both sides are one polyline
 // each, so that vertices are shared by all that meet there.
 TEST(CutTorn, WhatMeetsOnOneSideOfATearStaysJoined)
@@ -357,21 +425,28 @@ TEST(CutTorn, KeepsWhatBelongsToFacesAndVertices)
 TEST(CutTorn, WhatIsInNoCubeStaysTogetherAndNear)
 {
     const Cubes cubes = block({3, 1, 1}, 1, Vec3::Zero());
-    TriMesh rest = meshes::soup({{1.2f, 0.5f, 0.5f},
-                                 {1.3f, 60, 0.4f},
-                                 {1.3f, 60, 40},  // sticks out
-                                 {1.2f, 2, 0.2f},
-                                 {1.8f, 2, 0.2f},
-                                 {1.8f, 2, 0.8f}},  // apart
-                                {{0, 1, 2}, {3, 4, 5}});
     std::vector<Vec3> x = corner_positions(cubes);
     for (Vec3& p : x) p += 0.2 * Vec3(p.y() * p.z() * p.x(), p.x() * p.y(), 0);
     for (std::size_t k = 0; k < x.size(); ++k) x[k].x() += cubes.corner[k].x() > 1 ? 10 : 0;
-    const TriMesh out = torn(rest, cubes, x, links_across(cubes, 0, 1));
-    for (const Vec3f& p : out.positions) EXPECT_LT(p.cwiseAbs().maxCoeff(), 90) << p.transpose();
-    const auto& p = out.positions;
-    EXPECT_LT((p[3] - p[4]).norm(), 1.5f);
-    EXPECT_LT((p[4] - p[5]).norm(), 1.5f);
+    for (const float y : {2.0f, 1.2f}) {  // one that is apart, but near, as well
+        const TriMesh rest = meshes::soup({{1.2f, 0.5f, 0.5f},
+                                           {1.3f, 60, 0.4f},
+                                           {1.3f, 60, 40},  // sticks out
+                                           {1.2f, y, 0.2f},
+                                           {1.8f, y, 0.2f},
+                                           {1.8f, y, 0.8f}},
+                                          {{0, 1, 2}, {3, 4, 5}});
+        const auto broken = links_across(cubes, 0, 1);
+        const TriMesh out = torn(rest, cubes, x, broken);
+        for (const Vec3f& p : out.positions) {
+            EXPECT_LT(p.cwiseAbs().maxCoeff(), 90) << p.transpose();
+        }
+        const auto& p = out.positions;
+        EXPECT_LT((p[3] - p[4]).norm(), 1.5f);
+        EXPECT_LT((p[4] - p[5]).norm(), 1.5f);
+        EXPECT_EQ(torn_faces(bind(rest, cubes), rest, cubes, broken)[1], 0);
+        EXPECT_EQ(std::ranges::count(out.triangles(), Triangle{3, 4, 5}), 1);  // not cut
+    }
 }
 
 TEST(CutTorn, PointsGoWithTheirPartToo)

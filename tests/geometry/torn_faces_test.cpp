@@ -1,5 +1,6 @@
 #include "geometry/torn_faces.hpp"
 
+#include "geometry/embed.hpp"
 #include "geometry/plane.hpp"
 #include "geometry/primitive.hpp"
 
@@ -38,7 +39,7 @@ TEST(TornFaces, AreThoseInCubesAroundABrokenLink)
     // Small faces, so each lies in one cube: those of the third cubes of both rows.
     TriMesh mesh = grid(3, 1, 60, 20);
     for (Vec3f& p : mesh.positions) p += Vec3f(0.5f, 2.25f, 3.5f);
-    const auto gone = torn_faces(mesh, cubes, broken);
+    const auto gone = torn_faces(bind(mesh, cubes), mesh, cubes, broken);
     std::size_t count = 0;
     for (std::size_t f = 0; f < gone.size(); ++f) {
         const float x = middle(mesh, f).x();
@@ -47,13 +48,17 @@ TEST(TornFaces, AreThoseInCubesAroundABrokenLink)
     }
     EXPECT_EQ(count, gone.size() / 6);
     // The link one layer up is another one, but of the same cubes; one along z is of two pairs.
-    EXPECT_EQ(torn_faces(mesh, cubes, std::vector{3 * corner_at(cubes, {2, 1, 1})}), gone);
-    const auto along_z = torn_faces(mesh, cubes, std::vector{3 * corner_at(cubes, {2, 0, 0}) + 2});
+    EXPECT_EQ(
+        torn_faces(bind(mesh, cubes), mesh, cubes, std::vector{3 * corner_at(cubes, {2, 1, 1})}),
+        gone);
+    const auto along_z = torn_faces(bind(mesh, cubes), mesh, cubes,
+                                    std::vector{3 * corner_at(cubes, {2, 0, 0}) + 2});
     for (std::size_t f = 0; f < gone.size(); ++f) {
         const Vec3f at = middle(mesh, f);
         ASSERT_EQ(along_z[f] != 0, at.x() > -0.5f && at.x() < 0.5f && at.z() < 3.5f);
     }
-    EXPECT_EQ(torn_faces(mesh, cubes, {}), std::vector<std::uint8_t>(gone.size(), 0));
+    EXPECT_EQ(torn_faces(bind(mesh, cubes), mesh, cubes, {}),
+              std::vector<std::uint8_t>(gone.size(), 0));
 }
 
 TEST(TornFaces, ALongFaceWithItsCornersOnBothSidesIsOne)
@@ -71,7 +76,8 @@ TEST(TornFaces, ALongFaceWithItsCornersOnBothSidesIsOne)
         two.topology = topology;
         return two;
     }();
-    const auto gone = torn_faces(mesh, cubes, std::vector{3 * corner_at(cubes, {3, 1, 1})});
+    const auto gone =
+        torn_faces(bind(mesh, cubes), mesh, cubes, std::vector{3 * corner_at(cubes, {3, 1, 1})});
     EXPECT_EQ(gone, (std::vector<std::uint8_t>{1, 0}));
     const TriMesh rest = without_faces(mesh, gone);
     ASSERT_EQ(rest.triangles().size(), 1u);
@@ -92,7 +98,8 @@ TEST(TornFaces, OfAFaceThatIsHugeOrNotFiniteAreFoundSoon)
     auto topology = std::make_shared<MeshTopology>();
     topology->triangles = {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}};
     mesh.topology = topology;
-    const auto gone = torn_faces(mesh, cubes, std::vector{3 * corner_at(cubes, {1, 0, 0})});
+    const auto gone =
+        torn_faces(bind(mesh, cubes), mesh, cubes, std::vector{3 * corner_at(cubes, {1, 0, 0})});
     EXPECT_EQ(gone, (std::vector<std::uint8_t>{1, 0, 0}));
 }
 
@@ -111,5 +118,6 @@ TEST(TornFaces, OfAPlaneAtAnyHeightAboveIt)
     mesh.topology = topology;
     const std::uint32_t corner = corner_at(cubes, {2, cubes.corner[0][1], 1});
     ASSERT_LT(corner, cubes.corner_count());
-    EXPECT_EQ(torn_faces(mesh, cubes, std::vector{3 * corner}), (std::vector<std::uint8_t>{1, 0}));
+    EXPECT_EQ(torn_faces(bind(mesh, cubes), mesh, cubes, std::vector{3 * corner}),
+              (std::vector<std::uint8_t>{1, 0}));
 }
