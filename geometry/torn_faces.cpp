@@ -61,8 +61,7 @@ CellsAround::CellsAround(const Cubes& cubes, std::vector<Vec3i> cells)
         });
     }
     std::ranges::sort(around_, in_front);
-    const auto copies = std::ranges::unique(around_);
-    around_.erase(copies.begin(), copies.end());
+    around_.erase(std::unique(around_.begin(), around_.end()), around_.end());
 }
 
 std::uint32_t CellsAround::find(const Vec3i& cell, const Polygon& piece, bool alone) const
