@@ -14,12 +14,17 @@ using graph::ContentName;
 
 namespace {
 
-constexpr const char* version = "2";
+constexpr const char* version = "3";
 constexpr std::size_t most_queued = std::size_t{512} << 20;
 
 Key key_of(const ContentName& name)
 {
     return {name[0], name[1]};
+}
+
+ContentName name_of(const Key& key)
+{
+    return {key.low, key.high};
 }
 
 double age_of(const fs::path& path)
@@ -74,7 +79,13 @@ struct DiskCache::Record {
     };
     std::vector<Output> outputs;
     std::vector<ContentName> names;  // all contents that it needs, shared parts included
+    struct Heard {
+        ContentName from{};
+        int frame = 0;
+        std::string text;
+    };
     std::vector<std::string> warnings;
+    std::vector<Heard> heard;
     std::vector<WrittenFile> files;
     double seconds = 0;
     std::uint64_t bytes = 0;
@@ -282,6 +293,9 @@ SharedResult DiskCache::load(const fs::path& path, const graph::NodeType& type)
         }
         result->know_names(std::move(names));
         result->warnings = record->warnings;
+        for (const Record::Heard& h : record->heard) {
+            result->heard.push_back({key_of(h.from), h.frame, h.text});
+        }
         for (const Record::WrittenFile& f : record->files) {
             result->files.push_back({f.path, key_of(f.digest)});
         }
@@ -303,9 +317,14 @@ SharedResult DiskCache::load_same(const Key& same, const graph::NodeType& type)
 void DiskCache::link(const fs::path& from, const fs::path& to)
 {
     if (!writable_) return;
-    std::error_code ignored;
+    std::error_code error, ignored;
     fs::create_directories(to.parent_path(), ignored);
-    fs::create_hard_link(from, to, ignored);  // where it can't be done, nothing is lost but time
+    fs::create_hard_link(from, to, error);  // where it can't be done, nothing is lost but time
+    // The name of a file that another process wrote and that this one has just written over.
+    if (error == std::errc::file_exists && !fs::equivalent(from, to, ignored)) {
+        fs::remove(to, ignored);
+        fs::create_hard_link(from, to, ignored);
+    }
 }
 
 void DiskCache::call(const Key& key, const Key& same)
@@ -368,8 +387,11 @@ void DiskCache::write(const Job& job)
         record.outputs.push_back(output);
     }
     record.warnings = job.result->warnings;
+    for (const Heard& h : job.result->heard) {
+        record.heard.push_back({name_of(h.from), h.frame, h.text});
+    }
     for (const Written& w : job.result->files) {
-        record.files.push_back({w.path.string(), {w.digest.low, w.digest.high}});
+        record.files.push_back({w.path.string(), name_of(w.digest)});
     }
     record.seconds = job.result->seconds;
     record.bytes = job.result->bytes;

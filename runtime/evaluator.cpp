@@ -3,6 +3,7 @@
 #include "graph/standard_wires.hpp"
 #include "runtime/few.hpp"
 #include "runtime/memory_limit.hpp"
+#include "runtime/warners.hpp"
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -133,7 +134,7 @@ public:
             const Evaluator::Arrived& arrived, std::vector<int> frames)
         : graph_(graph), caches_(caches), options_(options), observer_(observer), keys_(keys),
           usual_(usual), arena_(arena), arrived_(arrived), threads_(arena.max_concurrency()),
-          cook_(std::make_shared<graph::Cook>(std::move(frames)))
+          cook_(std::make_shared<graph::Cook>(std::move(frames))), warners_(graph, keys)
     {
         cooked_.tallies = Tallies(graph.nodes.size());
         usual_.resize(keys.type_count());
@@ -473,9 +474,9 @@ private:
         for (Task* dependant : dependants) told(*dependant);
         const Few<std::uint32_t> wants = std::exchange(task.wants, {});
         for (const std::uint32_t want : wants) deliver(want, task.result);
-        if (!task.result->warnings.empty()) {
-            for (const std::string& text : task.result->warnings) {
-                events_.emplace_back(Warning{task.node, task.frame, text});
+        if (observer_ && warns(*task.result)) {
+            for (Warning& w : warners_.news(task.key, task.node, task.frame, *task.result)) {
+                events_.emplace_back(std::move(w));
             }
         }
         for (const Written& file : task.result->files) {
@@ -769,6 +770,7 @@ private:
         if (made) {
             made->seconds = outcome.run.seconds;
             outcome.run.bytes = made->bytes;
+            if (task.preparation < 0) made->heard = heard(task);
             outcome.store = worth_storing(task, *made);
             made->since_stored = outcome.store ? 0 : since_stored(task) + made->seconds;
             outcome.result = std::move(made);
@@ -957,8 +959,40 @@ private:
             found = caches_.disk->load_same(same, *graph_.nodes[task.node].type);
         }
         if (!found || !still_there(*found)) return nullptr;
-        if (on_disk) caches_.disk->call(task.key, same);
+        if (task.preparation >= 0) return found;
+        // Inputs of equal bytes may have come with other warnings.
+        if (std::vector<Heard> now = heard(task); now != found->heard) {
+            auto copy = std::make_shared<Result>(*found);
+            copy->heard = std::move(now);
+            found = std::move(copy);
+            if (worth_storing(task, *found)) caches_.disk->store(task.key, found);
+        } else if (on_disk) {
+            caches_.disk->call(task.key, same);
+        }
         return found;
+    }
+
+    static bool warns(const Result& result)
+    {
+        return !result.warnings.empty() || !result.heard.empty();
+    }
+
+    // What the results that the task runs on warned of, and what they had heard.
+    std::vector<Heard> heard(const Task& task)
+    {
+        const auto each = [&](const auto& see) {
+            if (task.previous && warns(*task.previous->result)) see(*task.previous);
+            for (const Task* input : task.inputs) {
+                if (warns(*input->result)) see(*input);
+            }
+        };
+        bool any = false;
+        each([&](const Task&) { any = true; });
+        if (!any) return {};
+        const std::lock_guard lock(mutex_);
+        Warners::Heap heap(warners_);
+        each([&](const Task& t) { heap.add(t.key, t.node, t.frame, *t.result); });
+        return heap.take();
     }
 
     // What was made again must be what was found.
@@ -1042,7 +1076,7 @@ private:
     }
     void tell(const Warning& w)
     {
-        if (observer_ && warned_.insert({w.node, w.text}).second) observer_->warned(w);
+        if (observer_) observer_->warned(w);
     }
     void tell(const Failure& f)
     {
@@ -1087,6 +1121,7 @@ private:
     std::vector<std::uint32_t> free_;  // places of tasks_
     KeyTable table_;                   // into tasks_
     std::unordered_set<Key, KeyHash> failed_;
+    Warners warners_;
     std::vector<Task*> unsettled_;
     std::priority_queue<Ready> ready_;
     int running_ = 0, brief_running_ = 0, workers_ = 0;
@@ -1099,7 +1134,6 @@ private:
     tbb::task_group group_;
 
     std::mutex reporting_;  // what follows belongs to its holder
-    std::set<std::pair<std::uint32_t, std::string>> warned_;
     double repeating_seconds_ = 0, busy_seconds_ = 0;
 };
 

@@ -20,15 +20,29 @@ struct Written {
     Key digest;  // zero of a file that other frames write to, too
 };
 
+// A warning that came with a result that this one is made from.
+struct Heard {
+    Key from;  // that result's
+    int frame = 0;
+    std::string text;
+    bool operator==(const Heard&) const = default;
+};
+
 // What running a node, or one of its preparations, gave.
-struct Result {
+struct Made {
     std::vector<graph::Value> values;      // a node's, one an output port
     std::shared_ptr<const void> prepared;  // a preparation's
-    std::vector<std::string> warnings;
-    std::vector<Written> files;  // a sink's
-    double seconds = 0;          // it took
-    double since_stored = 0;     // s of a simulation since its last frame on disk, this included
-    std::size_t bytes = 0;       // it holds
+    std::vector<std::string> warnings;     // its own
+    std::vector<Heard> heard;              // earliest first
+    std::vector<Written> files;            // a sink's
+    double seconds = 0;                    // it took
+    double since_stored = 0;  // s of a simulation since its last frame on disk, this included
+    std::size_t bytes = 0;    // it holds
+};
+
+struct Result : Made {
+    Result() = default;
+    Result(const Result& other) : Made(other) {}
 
     // Names of the values, made when first asked for. Safe from many threads.
     const std::vector<graph::ContentName>& names(ContentNames& all) const

@@ -28,8 +28,8 @@ struct Cache {
         result->values = {graph::Value::of(std::move(numbers)), graph::Value::of(1.0)};
         cache.store({1, 1}, result);
         cache.flush();
-        list("2/records", records);
-        list("2/contents", contents);
+        list("3/records", records);
+        list("3/contents", contents);
     }
     void list(const char* name, std::vector<fs::path>& files)
     {

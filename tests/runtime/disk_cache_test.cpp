@@ -117,6 +117,7 @@ TEST(DiskCache, WhatIsStoredComesBack)
             EXPECT_EQ(cache.load(key, slow()), nullptr);
             auto result = numbers(n);
             result->warnings = {"careful"};
+            result->heard = {{{5, 6}, 7, "rough"}};
             result->files = {{"/a/b.png", {3, 4}}};
             cache.store(key, result);
         }
@@ -127,6 +128,7 @@ TEST(DiskCache, WhatIsStoredComesBack)
         EXPECT_EQ(all_of(back), all_of(numbers(n)));
         EXPECT_EQ(number(back->values[1]), 0);
         EXPECT_EQ(back->warnings, (std::vector<std::string>{"careful"}));
+        EXPECT_EQ(back->heard, (std::vector<Heard>{{{5, 6}, 7, "rough"}}));
         ASSERT_EQ(back->files.size(), 1u);
         EXPECT_EQ(back->files[0].path, "/a/b.png");
         EXPECT_EQ(back->files[0].digest, (Key{3, 4}));
@@ -197,7 +199,7 @@ TEST(DiskCache, AFileCutShortOrGrownIsSetAside)
         DiskCache cache(folder.path, plenty, nullptr);
         cache.store({1, 1}, numbers(3000));
         cache.flush();
-        for (const fs::path& file : files_in(folder.path / "2/contents")) {
+        for (const fs::path& file : files_in(folder.path / "3/contents")) {
             fs::resize_file(file, fs::file_size(file) + static_cast<std::uintmax_t>(change));
         }
         EXPECT_EQ(cache.load({1, 1}, slow()), nullptr);
@@ -212,7 +214,7 @@ TEST(DiskCache, VerifyFindsAFileUnderAWrongName)
     cache.store({1, 1}, numbers(10));
     cache.flush();
     EXPECT_EQ(cache.verify().good, 3u);
-    const fs::path file = files_in(folder.path / "2/contents")[0];
+    const fs::path file = files_in(folder.path / "3/contents")[0];
     fs::rename(file, file.string().substr(0, file.string().size() - 4) + "0000");
     const DiskCheck check = cache.verify();
     EXPECT_EQ(check.bad, 1u);
@@ -323,7 +325,24 @@ TEST(DiskCache, AnEditThatYieldsEqualBytesStopsThereInTheNextProcess)
     EXPECT_EQ(cache.verify().bad, 0u);
     cache.shrink(0, 0);
     EXPECT_EQ(cache.use().records, 0u);
-    EXPECT_TRUE(files_in(folder.path / "2/same").empty());
+    EXPECT_TRUE(files_in(folder.path / "3/same").empty());
+}
+
+// Each writes it before it hears of the other's, and tidies up when it ends.
+TEST(DiskCache, AResultOfTwoProcessesKeepsBothItsNames)
+{
+    const toys::Folder folder;
+    const Key key{1, 1}, same{2, 2};
+    {
+        DiskCache one(folder.path, plenty, nullptr), two(folder.path, plenty, nullptr);
+        for (DiskCache* cache : {&one, &two}) {
+            cache->store(key, numbers(10), same);
+            cache->flush();
+        }
+    }
+    DiskCache cache(folder.path, plenty, nullptr);
+    EXPECT_NE(cache.load(key, slow()), nullptr);
+    EXPECT_NE(cache.load_same(same, slow()), nullptr);
 }
 
 // Numbers that pack well, by fours and by eights, and such that do not, over chunk borders.

@@ -53,6 +53,19 @@ struct Notes : Observer {
     void progressed(const Progress& p) override { steps.push_back(p); }
 };
 
+using Told = std::set<std::tuple<std::uint32_t, int, std::string>>;  // node, frame, text
+
+Told warnings_of(const graph::Graph& graph, Kitchen& kitchen, Want want)
+{
+    Notes notes;
+    Evaluator(graph, kitchen.caches, kitchen.options, &notes).cook({want});
+    Told told;
+    for (const Warning& w : notes.warnings) {
+        EXPECT_TRUE(told.insert({w.node, w.frame, w.text}).second) << "told twice: " << w.text;
+    }
+    return told;
+}
+
 }  // namespace
 
 TEST(Evaluator, ADiamondRunsEachNodeOnce)
@@ -447,6 +460,98 @@ TEST(Evaluator, AWarningIsShownOnceAndComesBackWithTheStoredResult)
         EXPECT_EQ(notes.warnings[0].node, thin);
         EXPECT_EQ(notes.warnings[0].text, "a bit thin");
     }
+}
+
+TEST(Evaluator, AFoundResultTellsWhatItIsMadeFromWarnedOf)
+{
+    Wiring w;
+    const auto thin = w.add("Warns");
+    const auto flat = w.add("Warns", {}, {{"text", {std::string("flat")}}});
+    const auto both = w.add("Sum", {{"values", {flat, thin}}});
+    const auto last = w.add("Sum", {{"values", {both}}});
+    Kitchen kitchen;
+    EXPECT_EQ(warnings_of(w.graph, kitchen, {last, 1}),
+              (Told{{thin, 1, "a bit thin"}, {flat, 1, "flat"}}));
+    take_runs("Sum");
+    EXPECT_EQ(warnings_of(w.graph, kitchen, {last, 1}),
+              (Told{{thin, 1, "a bit thin"}, {flat, 1, "flat"}}));
+    EXPECT_EQ(take_runs("Sum"), 0);
+
+    // Another graph, in which they stand elsewhere.
+    Wiring other;
+    other.add("Clock");
+    const auto flat_too = other.add("Warns", {}, {{"text", {std::string("flat")}}});
+    const auto thin_too = other.add("Warns");
+    const auto both_too = other.add("Sum", {{"values", {flat_too, thin_too}}});
+    EXPECT_EQ(warnings_of(other.graph, kitchen, {both_too, 1}),
+              (Told{{flat_too, 1, "flat"}, {thin_too, 1, "a bit thin"}}));
+    EXPECT_EQ(take_runs("Sum"), 0);
+}
+
+TEST(Evaluator, TwoNodesThatWarnOfTheSameAreBothHeard)
+{
+    Wiring w;
+    const auto one = w.add("Warns", {}, {{"above", {0.5}}});
+    const auto two = w.add("Warns", {}, {{"above", {0.25}}});
+    const auto sum = w.add("Sum", {{"values", {one, two}}});
+    Kitchen kitchen;
+    const Told expected{{one, 1, "a bit thin"}, {two, 1, "a bit thin"}};
+    EXPECT_EQ(warnings_of(w.graph, kitchen, {sum, 1}), expected);
+    EXPECT_EQ(warnings_of(w.graph, kitchen, {sum, 1}), expected);
+}
+
+TEST(Evaluator, AFoundFrameOfASimulationTellsSinceWhichFrameThereIsSomethingToWarnOf)
+{
+    Wiring w(9);
+    const auto clock = w.add("Clock");
+    const auto thin = w.add("Warns", {{"value", {clock}}}, {{"above", {100.0}}});
+    const auto all = w.add("Accumulate", {{"value", {thin}}});
+    Kitchen kitchen(1);
+    EXPECT_EQ(warnings_of(w.graph, kitchen, {all, 9}), (Told{{thin, 4, "a bit thin"}}));
+    EXPECT_EQ(warnings_of(w.graph, kitchen, {all, 9}), (Told{{thin, 4, "a bit thin"}}));
+    EXPECT_EQ(warnings_of(w.graph, kitchen, {all, 3}), Told());
+    EXPECT_EQ(warnings_of(w.graph, kitchen, {all, 5}), (Told{{thin, 4, "a bit thin"}}));
+}
+
+// The value stays the same: what was made from it is taken over, and what was said of it is not.
+TEST(Evaluator, AnEditThatYieldsEqualBytesTakesNoOldWarningsAlong)
+{
+    Wiring w;
+    const auto thin = w.add("Warns");
+    const auto slow = w.add("Slow", {{"value", {thin}}}, {{"seconds", {4e-3}}});
+    const toys::Folder folder;
+    const auto cook = [&](Kitchen& kitchen) {
+        if (!kitchen.caches.disk) {
+            kitchen.caches.disk =
+                std::make_unique<DiskCache>(folder.path, std::uintmax_t{1} << 30, nullptr);
+        }
+        Told told = warnings_of(w.graph, kitchen, {slow, 1});
+        kitchen.caches.disk->flush();
+        return told;
+    };
+    const auto cook_twice = [&](const std::string& text) {
+        w.graph.nodes[thin].params[Wiring::param(*w.graph.nodes[thin].type, "text")] = {text};
+        const double quiet = text.empty() ? 2 : 0;
+        w.graph.nodes[thin].params[Wiring::param(*w.graph.nodes[thin].type, "above")] = {quiet};
+        const Told expected = text.empty() ? Told() : Told{{thin, 1, text}};
+        Kitchen kitchen;
+        EXPECT_EQ(cook(kitchen), expected) << "taken over from disk";
+        EXPECT_EQ(cook(kitchen), expected) << "found in memory";
+        Kitchen later;
+        EXPECT_EQ(cook(later), expected) << "found on disk";
+        return take_runs("Slow");
+    };
+    take_runs("Slow");
+    EXPECT_EQ(cook_twice("a bit thin"), 1);
+    EXPECT_EQ(cook_twice("rather thin"), 0);
+    EXPECT_EQ(cook_twice(""), 0);
+    EXPECT_EQ(cook_twice("thin again"), 0);
+    Kitchen kitchen;
+    cook(kitchen);
+    w.graph.nodes[thin].params[Wiring::param(*w.graph.nodes[thin].type, "text")] = {
+        std::string("thinner")};
+    EXPECT_EQ(cook(kitchen), (Told{{thin, 1, "thinner"}})) << "taken over from memory";
+    EXPECT_EQ(take_runs("Slow"), 0);
 }
 
 TEST(Evaluator, StopEndsTheCookAndKeepsWhatIsDone)

@@ -200,11 +200,18 @@ struct Hidden {
     static Number run(const NoInputs&, const Context&) { return {double(hidden())}; }
 };
 
+// Warns of values above `above`.
 struct Warns {
-    static Number run(const NoInputs&, const Context& context)
+    struct Inputs {
+        Wire<double> value;
+        double above = 0;
+        std::string text = "a bit thin";
+    };
+    static Number run(const Inputs& in, const Context& context)
     {
-        context.warn("a bit thin");
-        return {1};
+        const double value = in.value ? *in.value : 1;
+        if (value > in.above) context.warn(in.text);
+        return {value};
     }
 };
 
@@ -338,7 +345,11 @@ inline const graph::Registry& registry()
             .param("kind", &Fail::Inputs::kind, "What is thrown.")
             .output("value", &Number::value, "The value.");
         r.add("Undeclared", 1, Undeclared::run).output("value", &Number::value, "Frame.");
-        r.add("Warns", 1, Warns::run).output("value", &Number::value, "One.");
+        r.add("Warns", 1, Warns::run)
+            .input("value", &Warns::Inputs::value, "Looked at.", graph::Need::optional)
+            .param("above", &Warns::Inputs::above, "Largest value that is good.")
+            .param("text", &Warns::Inputs::text, "What is said of others.")
+            .output("value", &Number::value, "The value, or one.");
         r.add("Hidden", 1, Hidden::run).output("value", &Number::value, "Who knows.");
         r.add("ReadNumber", 1, ReadNumber::run)
             .path_in("path", &ReadNumber::Inputs::path, "The file.")
