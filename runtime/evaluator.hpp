@@ -63,6 +63,8 @@ struct Tally {
     std::size_t rechecked = 0;  // of the hits and loads: made again and compared
     double seconds = 0;
     std::size_t bytes = 0;  // of all results that it made
+
+    std::size_t found() const { return hits + loads + equal; }
 };
 
 // Of all nodes of a graph; those that had nothing to do take no room.

@@ -123,13 +123,13 @@ public:
         }
         if (style_ == Style::quiet) return;
         clear();
-        std::size_t runs = 0, hits = 0;
-        for (const Tally& t : cooked.tallies) runs += t.runs, hits += t.hits;
+        std::size_t runs = 0, found = 0;
+        for (const Tally& t : cooked.tallies) runs += t.runs, found += t.found();
         say(fmt::format("{} in {}: {} cooked, {} already there",
                         cooked.cancelled      ? "cancelled"
                         : cooked.failures > 0 ? "failed"
                                               : "done",
-                        format_seconds(cooked.seconds), runs, hits));
+                        format_seconds(cooked.seconds), runs, found));
         if (checked_ > 0) {
             say(missed_ == 0 ? fmt::format("all {} expectations met", checked_)
                              : fmt::format("{} of {} expectations missed", missed_, checked_));
@@ -244,13 +244,13 @@ public:
     }
     void finished(const Cooked& cooked, int exit) override
     {
-        std::size_t runs = 0, hits = 0;
-        for (const Tally& t : cooked.tallies) runs += t.runs, hits += t.hits;
+        std::size_t runs = 0, found = 0;
+        for (const Tally& t : cooked.tallies) runs += t.runs, found += t.found();
         say({{"event", "finished"},
              {"exit", exit},
              {"seconds", cooked.seconds},
              {"runs", runs},
-             {"hits", hits},
+             {"hits", found},
              {"failures", cooked.failures},
              {"blocked", cooked.blocked}});
     }

@@ -221,7 +221,9 @@ TEST(CommandLine, TheCacheOutlivesTheProcessAndCanBeTended)
                                         "--cache", (folder.path / "cache").string()};
     toys::take_runs("WriteNumber");
     EXPECT_EQ(run(cook).exit, exit_ok);
-    EXPECT_EQ(run(cook).exit, exit_ok);
+    const Said again = run(cook);
+    EXPECT_EQ(again.exit, exit_ok);
+    EXPECT_TRUE(has(again.err, ", 3 already there")) << again.err;
     EXPECT_EQ(toys::take_runs("WriteNumber"), 3) << "the files are as they were written";
     std::filesystem::remove(folder.path / "out/2number.txt");
     EXPECT_EQ(run(cook).exit, exit_ok);
