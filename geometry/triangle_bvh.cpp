@@ -249,6 +249,39 @@ void TriangleBvh::closest(std::span<const Vec3> points, double max_distance,
     });
 }
 
+TriangleBvh::Hit TriangleBvh::entry(const Vec3& from, const Vec3& to) const
+{
+    Hit hit;
+    if (!from.allFinite() || !to.allFinite()) return hit;
+    Box3f box;
+    for (const Vec3& p : {from, to}) {
+        const float margin = 4 * std::numeric_limits<float>::epsilon() * float(p.norm());
+        box.add(Vec3f(p.cast<float>() - Vec3f::Constant(margin)));
+        box.add(Vec3f(p.cast<float>() + Vec3f::Constant(margin)));
+    }
+    const Vec3 way = to - from;
+    double first = 1;  // share of the way
+    tree_.overlapping(box, [&](std::uint32_t i) {
+        const Vec3 a = corners_[i][0].cast<double>(), ab = corners_[i][1].cast<double>() - a,
+                   ac = corners_[i][2].cast<double>() - a;
+        const Vec3 normal = ab.cross(ac), start = from - a;
+        const double down = -way.dot(normal), height = start.dot(normal);
+        if (!(down > 0) || height < 0 || height > first * down) return;
+        const Vec3 turn = way.cross(start);  // barycentric by Cramer's rule
+        const double v = -ac.dot(turn) / down, w = ab.dot(turn) / down;
+        constexpr double rim = 1e-9;  // a segment through a side misses neither triangle
+        if (v < -rim || w < -rim || v + w > 1 + rim) return;
+        first = height / down;
+        hit.triangle = triangle_[i];
+        hit.barycentric = Vec3(1 - v - w, v, w);
+        hit.normal = normal.normalized();
+    });
+    if (!hit) return hit;
+    hit.point = from + first * way;
+    hit.distance = first * way.norm();
+    return hit;
+}
+
 double TriangleBvh::winding_number(const Vec3& p) const
 {
     if (tree_.nodes.empty() || !p.allFinite()) return 0;

@@ -49,6 +49,11 @@ public:
     // The same for many points, on all threads. hits.size() == points.size().
     void closest(std::span<const Vec3> points, double max_distance, std::span<Hit> hits) const;
 
+    // Where the segment from one point to the other first goes in through the front of a triangle;
+    // a triangle's plane counts as its front. The hit's normal is the triangle's own, its distance
+    // is from `from`. A segment that is not finite finds nothing.
+    Hit entry(const Vec3& from, const Vec3& to) const;
+
     // The generalized winding number, within 1e-2; triangles nearby count exactly.
     double winding_number(const Vec3& p) const;
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace physics {
 namespace {
@@ -126,6 +127,87 @@ Touch touch(const PosedCollider& c, const Vec3& p)
 
 namespace {
 
+// Where a way first goes in.
+struct Entry {
+    Vec3 point, normal;
+};
+
+// Into the ball of radius r about 0, or the box of `half` its size, from outside.
+std::optional<Entry> entry_into_ball(double r, const Vec3& from, const Vec3& way)
+{
+    const double a = way.squaredNorm(), b = from.dot(way), c = from.squaredNorm() - r * r;
+    const double root = b * b - a * c;
+    if (!(c >= 0 && b < 0 && root > 0)) return std::nullopt;
+    const double share = c / (std::sqrt(root) - b);
+    if (share > 1) return std::nullopt;
+    const Vec3 point = from + share * way;
+    return Entry{point, point.normalized()};
+}
+
+std::optional<Entry> entry_into_box(const Vec3& half, const Vec3& from, const Vec3& way)
+{
+    double in = -1, out = 1;  // shares of the way
+    Eigen::Index axis = 0;
+    for (Eigen::Index d = 0; d < 3; ++d) {
+        const double side = way[d] > 0 ? -1 : 1;  // the one it meets first
+        const double ahead = half[d] - side * from[d], steps = -side * way[d];
+        if (steps == 0) {
+            if (ahead < 0 || ahead > 2 * half[d]) return std::nullopt;
+            continue;
+        }
+        if (-ahead / steps > in) in = -ahead / steps, axis = d;
+        out = std::min(out, (2 * half[d] - ahead) / steps);
+    }
+    if (in < 0 || in > out) return std::nullopt;
+    return Entry{from + in * way, Vec3(Vec3::Unit(axis) * (way[axis] > 0 ? -1 : 1))};
+}
+
+std::optional<Entry> entry_of(const PosedCollider& c, const Vec3& from, const Vec3& way)
+{
+    std::optional<Entry> entry;
+    if (c.kind == Collider::Kind::mesh) {
+        if (const auto hit = c.tree->entry(from, from + way)) return Entry{hit.point, hit.normal};
+        return std::nullopt;
+    }
+    const Vec3 local = c.inverse * from, along = c.inverse.linear() * way;
+    if (c.kind == Collider::Kind::sphere) entry = entry_into_ball(c.radius, local, along);
+    if (c.kind == Collider::Kind::box) entry = entry_into_box(c.half_size, local, along);
+    if (entry) *entry = {c.pose * entry->point, c.pose.linear() * entry->normal};
+    return entry;
+}
+
+}  // namespace
+
+Touch touch(const PosedCollider& c, const Vec3& to, const Vec3& v, double dt)
+{
+    Touch t = touch(c, to);
+    if (c.kind == Collider::Kind::plane) return t;
+    const bool far = !std::isfinite(t.gap);
+    // As the collider sees it, and a bit of what went before: it may have started on the surface.
+    const Vec3 way = (1 + 1e-6) * dt * (v - t.velocity);
+    const double length = way.norm(), gap = t.gap + c.thickness;
+    // Nothing that near, or it is on its way in through the side that it is nearest to.
+    if (far ? c.mesh_before || length <= c.reach : gap >= length) return t;
+    if (gap < 0 && (way.dot(t.normal) <= 0 || length < -gap)) return t;
+    // A mesh stands where it will be at the end of the frame.
+    const Vec3 ahead = c.mesh_before ? Vec3(c.behind * c.frame * t.velocity) : Vec3(Vec3::Zero());
+    const Vec3 from = to + ahead - way;
+    if (const auto entry = entry_of(c, from, way)) {
+        if (gap < 0 && entry->normal.dot(t.normal) > 0) return t;
+        t.normal = entry->normal;
+        t.gap = (to + ahead - entry->point).dot(t.normal) - c.thickness;
+        return t;
+    }
+    const Touch before = touch(c, to - way);
+    if (before.gap < 0 && way.dot(before.normal) < 0) {
+        t.normal = before.normal;
+        t.gap = before.gap + way.dot(before.normal);
+    }
+    return t;
+}
+
+namespace {
+
 // a I + b n n^T
 std::array<double, 6> isotropic_about(const Vec3& n, double a, double b)
 {
@@ -165,18 +247,16 @@ Vec3 at(const double* field, std::uint32_t slot)
 
 }  // namespace
 
-namespace {
-
-// Whether a point within `radius` of p may touch: distance changes no faster than place.
-bool may_touch(const PosedCollider& c, const Vec3& p, double radius)
+bool may_touch(const PosedCollider& c, const Vec3& p, double radius, double speed, double dt)
 {
-    if (c.kind != Collider::Kind::mesh) return touch(c, p).gap <= radius;
-    const Vec3 margin = Vec3::Constant(radius + c.thickness);
+    if (c.kind != Collider::Kind::mesh) {
+        const Touch t = touch(c, p);
+        return t.gap <= radius + dt * (speed + t.velocity.norm());
+    }
+    const Vec3 margin = Vec3::Constant(radius + dt * speed + c.thickness);
     return ((p + margin).array() >= c.mesh_bounds.lo.array()).all() &&
            ((p - margin).array() <= c.mesh_bounds.hi.array()).all();
 }
-
-}  // namespace
 
 std::vector<Contact> find_contacts(const Skin& skin, double h, const double* x, const double* v,
                                    const std::vector<PosedCollider>& colliders, double dt,
@@ -195,18 +275,22 @@ std::vector<Contact> find_contacts(const Skin& skin, double h, const double* x, 
         for (const auto k : corners) centre += at(x, k) / 8;
         double radius = 0;
         for (const auto k : corners) radius = std::max(radius, (at(x, k) - centre).norm());
+        double speed = 0;
+        for (const auto k : corners) speed = std::max(speed, at(v, k).norm());
         for (const PosedCollider& collider : colliders) {
-            if (!may_touch(collider, centre, 1.5 * double(patch.reach) * radius)) continue;
+            if (!may_touch(collider, centre, 1.5 * double(patch.reach) * radius, speed, dt)) {
+                continue;
+            }
             for (std::uint32_t i = patch.point; i < patch.points_end; ++i) {
                 const auto& weight = skin.point[i];
                 Vec3 p = Vec3::Zero();
                 for (std::size_t a = 0; a < 8; ++a) p += double(weight[a]) * at(x, corners[a]);
-                const Touch t = touch(collider, p);
-                if (!(t.gap < 0)) continue;
                 SkinPoint point{p, Vec3::Zero(), 0};
                 for (std::size_t a = 0; a < 8; ++a) {
                     point.v += double(weight[a]) * at(v, corners[a]);
                 }
+                const Touch t = touch(collider, p, point.v, dt);
+                if (!(t.gap < 0)) continue;
                 const double area = skin.point_area[i];
                 point.stiffness = std::min(10 * skin.stiffness[c] * area / h, stiffest) +
                                   skin.mass[c] * std::min(1.0, area / (h * h)) / (dt * dt);

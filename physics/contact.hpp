@@ -53,6 +53,15 @@ struct Touch {
 // A mesh answers only for points inside.
 Touch touch(const PosedCollider& collider, const Vec3& p);
 
+// The same for a point that has come to `to` at velocity v (m/s) within dt seconds: where it went
+// through the nearest wall, or past the middle of it, it touches the side that it came from.
+Touch touch(const PosedCollider& collider, const Vec3& to, const Vec3& v, double dt);
+
+// Whether points within `radius` of p, none faster than `speed`, may touch after dt seconds: a
+// distance changes no faster than a place.
+bool may_touch(const PosedCollider& collider, const Vec3& p, double radius, double speed,
+               double dt);
+
 // A point of the skin that is inside a collider.
 struct Contact {
     std::array<std::uint32_t, 8> corners;  // slots

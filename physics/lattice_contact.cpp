@@ -133,7 +133,7 @@ void push_out(const ContactScene& scene, const PosedCollider& collider,
               const CornerRuns::Corners& corners, const SkinPlace& place,
               std::vector<SkinPush>& out)
 {
-    const Touch t = touch(collider, place.at + scene.dt * place.v);
+    const Touch t = touch(collider, place.at + scene.dt * place.v, place.v, scene.dt);
     if (!(t.gap < 0) || !(place.inverse > 0)) return;
     SkinPush push;
     push.corners = corners;
@@ -161,12 +161,14 @@ void look(const ContactScene& scene, const std::vector<PosedCollider>& colliders
     for (const auto k : corners) centre += next(k) / 8;
     double radius = 0;
     for (const auto k : corners) radius = std::max(radius, (next(k) - centre).norm());
+    double fastest = 0;
+    for (const auto k : corners) fastest = std::max(fastest, speed[k].norm());
     for (const PosedCollider& collider : colliders) {
-        // Points may lie outside their cube; a distance changes no faster than a place.
-        const bool mesh = collider.kind == Collider::Kind::mesh;
-        if (!mesh && is_bounded(scene, c) &&
-            touch(collider, centre).gap > double(patch.reach) * radius)
+        // Points may lie outside their cube.
+        if (is_bounded(scene, c) &&
+            !may_touch(collider, centre, double(patch.reach) * radius, fastest, dt)) {
             continue;
+        }
         for_places(scene, c, corners,
                    [&](const SkinPlace& place) { push_out(scene, collider, corners, place, out); });
     }
@@ -380,7 +382,7 @@ void touch_colliders(const ContactScene& scene, std::uint32_t b,
     const Ball& ball = scene.balls[b];
     const BallState& at = scene.state.balls[b];
     for (const PosedCollider& collider : colliders) {
-        const Touch t = touch(collider, at.x + scene.dt * at.v);
+        const Touch t = touch(collider, at.x + scene.dt * at.v, at.v, scene.dt);
         if (!(t.gap < ball.radius)) continue;
         BallPush push;
         push.ball = b;

@@ -86,6 +86,46 @@ TEST(TriangleBvh, FindsDistancesToSliversAndToTrianglesWithoutArea)
     }
 }
 
+TEST(TriangleBvh, ASegmentEntersWhereTheFirstOfAllTrianglesIsCrossedFromItsFront)
+{
+    const TriMesh mesh = test_meshes::icosphere(3);
+    const TriangleBvh bvh(mesh);
+    const Random random(4);
+    int entries = 0;
+    for (std::uint64_t i = 0; i < 500; ++i) {
+        const Vec3 from = random_point(random, 2 * i, 1.5),
+                   to = random_point(random, 2 * i + 1, 1.5);
+        double first = 2;  // by the signs of the volumes that the segment has with the sides
+        for (const auto& [ia, ib, ic] : mesh.triangles()) {
+            const Vec3 a = mesh.positions[ia].cast<double>(), b = mesh.positions[ib].cast<double>(),
+                       c = mesh.positions[ic].cast<double>();
+            const auto volume = [](const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s) {
+                return (q - p).cross(r - p).dot(s - p);
+            };
+            const double above = volume(a, b, c, from), below = volume(a, b, c, to);
+            if (!(above >= 0 && below < 0)) continue;
+            if (volume(from, to, a, b) > 0 || volume(from, to, b, c) > 0 ||
+                volume(from, to, c, a) > 0)
+                continue;
+            first = std::min(first, above / (above - below));
+        }
+        const TriangleBvh::Hit hit = bvh.entry(from, to);
+        ASSERT_EQ(bool(hit), first <= 1) << i;
+        if (!hit) continue;
+        ++entries;
+        EXPECT_NEAR(hit.distance, first * (to - from).norm(), 1e-9);
+        EXPECT_NEAR((hit.point - (from + first * (to - from))).norm(), 0, 1e-9);
+        EXPECT_LT(hit.normal.dot(to - from), 0);
+        EXPECT_NEAR(hit.point.norm(), 1, 0.02);
+        EXPECT_FALSE(bvh.entry(to, from) && bvh.entry(to, from).normal == hit.normal);
+    }
+    EXPECT_GT(entries, 100);
+    const double nan = std::nan("");
+    EXPECT_FALSE(bvh.entry(Vec3(0, 2, 0), Vec3(0, nan, 0)));
+    EXPECT_TRUE(bvh.entry(Vec3(0, 2, 0), Vec3(0, 0, 0))) << "through a corner";
+    EXPECT_FALSE(TriangleBvh().entry(Vec3(0, 2, 0), Vec3(0, 0, 0)));
+}
+
 TEST(TriangleBvh, KeepsToTheLargestDistanceAsked)
 {
     const TriangleBvh bvh(test_meshes::box({0, 0, 0}, {1, 1, 1}));

@@ -3,6 +3,8 @@
 #include "geometry/primitive.hpp"
 #include "geometry/random.hpp"
 #include "physics/bricks.hpp"
+#include "physics/lattice.hpp"
+#include "physics/springs.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 
 #include <gtest/gtest.h>
@@ -70,6 +72,74 @@ TEST(Contact, ABoxAndItsMeshAreTheSameInside)
     EXPECT_GT(inside, 50);
 }
 
+// Points that went through a plate of 2 cm, or past its middle, from above and from below.
+TEST(Contact, WhatWentThroughAThinWallTouchesTheSideItCameFrom)
+{
+    std::vector<Collider> plates(2);
+    plates[0].kind = Collider::Kind::box;
+    plates[0].half_size = Vec3(1, 0.01, 1);
+    plates[0].pose = plates[0].before = some_pose();
+    plates[1] = plates[0];
+    plates[1].kind = Collider::Kind::mesh;
+    geometry::TriMesh mesh = geometry::box({2, 0.02, 2}, {4, 1, 4});
+    for (auto& p : mesh.positions) p = (some_pose() * p.cast<double>()).cast<float>();
+    plates[1].mesh = std::make_shared<const geometry::TriMesh>(std::move(mesh));
+    const geometry::Random random(8);
+    for (Collider& plate : plates) {
+        for (const double thickness : {0.0, 0.003}) {
+            plate.thickness = thickness;
+            const PosedCollider posed = pose_collider(plate, 1, 1, 0.05);
+            for (std::uint64_t i = 0; i < 400; ++i) {
+                const double side = i % 2 == 0 ? 1 : -1, dt = 0.005;
+                const Vec3 from(random.unit(5 * i) - 0.5,
+                                side * (0.008 + 0.05 * random.unit(5 * i + 1)),
+                                random.unit(5 * i + 2) - 0.5);
+                const Vec3 way(0.05 * random.unit(5 * i + 3), -side * 0.1 * random.unit(5 * i + 4),
+                               0.02);
+                const Vec3 to = from + way;
+                const Touch t = touch(posed, some_pose() * to, some_pose().linear() * way / dt, dt);
+                const double gap = side * to.y() - 0.01 - thickness;
+                if (gap < 0) {
+                    ASSERT_NEAR(t.gap, gap, 1e-6) << i;
+                    const Vec3 up = some_pose().linear() * Vec3(0, side, 0);
+                    ASSERT_NEAR((t.normal - up).norm(), 0, 1e-6) << i;
+                } else {
+                    ASSERT_FALSE(t.gap < 0) << i;
+                }
+            }
+        }
+    }
+}
+
+TEST(Contact, WhatWentThroughASphereTouchesWhereItWentIn)
+{
+    Collider ball;
+    ball.kind = Collider::Kind::sphere;
+    ball.radius = 0.01;
+    const PosedCollider posed = pose_collider(ball, 1, 1, 0.05);
+    const Vec3 to(0.006, -0.03, 0), v(0, -10, 0);  // it came from 2 cm above
+    const Touch t = touch(posed, to, v, 0.005);
+    EXPECT_NEAR((t.normal - Vec3(0.6, 0.8, 0)).norm(), 0, 1e-12);
+    EXPECT_NEAR(t.gap, -0.8 * 0.038, 1e-12);
+    EXPECT_GT(touch(posed, Vec3(0.011, -0.03, 0), v, 0.005).gap, 0) << "it went past";
+    EXPECT_GT(touch(posed, to, -v, 0.005).gap, 0) << "it has not been there yet";
+}
+
+// The wall comes, and the point does not move.
+TEST(Contact, AThinWallThatSweepsPastAPointTakesItAlong)
+{
+    Collider plate;
+    plate.kind = Collider::Kind::box;
+    plate.half_size = Vec3(1, 0.01, 1);
+    plate.pose = Transform(Eigen::Translation3d(0, 0.5, 0));  // 12 m/s
+    const PosedCollider posed = pose_collider(plate, 0.5, 1.0 / 24, 0.05);
+    const double dt = 1.0 / 24 / 8;
+    const Touch t = touch(posed, Vec3(0, 0.22, 0), Vec3::Zero(), dt);
+    EXPECT_NEAR(t.normal.y(), 1, 1e-12);
+    EXPECT_NEAR(t.gap, -0.04, 1e-12);
+    EXPECT_NEAR(t.velocity.y(), 12, 1e-9);
+}
+
 TEST(Contact, TheSurfaceMovesWithItsPose)
 {
     // Half way through a quarter turn in a tenth of a second, the point at the rim moves along.
@@ -111,6 +181,47 @@ TEST(Contact, ABlockRestsOnAMeshAsOnABox)
         EXPECT_NEAR(mean, 0.15 - 1.5e-3, 1e-3);
         EXPECT_LT(fastest, 1e-3);
         EXPECT_TRUE(state.report.converged);
+    }
+}
+
+// A block thrown at 8 m/s at a plate of 2 cm, a box or a mesh: it goes 4 or 33 cm in a substep.
+TEST(Contact, NoMethodLetsABlockThroughAThinPlate)
+{
+    const auto cubes = fixtures::box(3, 3, 3, 0.1, {.young = 2e5, .stiffness_damping = 0.005});
+    Collider box;
+    box.kind = Collider::Kind::box;
+    box.half_size = Vec3(1, 0.01, 1);
+    box.pose = box.before = Transform(Eigen::Translation3d(0.15, -0.3, 0.15));
+    Collider mesh;
+    mesh.kind = Collider::Kind::mesh;
+    auto shape = geometry::box({2, 0.02, 2}, {4, 1, 4});
+    for (auto& p : shape.positions) p += geometry::Vec3f(0.15f, -0.3f, 0.15f);
+    mesh.mesh = std::make_shared<const geometry::TriMesh>(std::move(shape));
+    const BricksBody bricks = make_bricks(cubes);
+    const SpringsBody springs = make_springs(cubes);
+    const LatticeBody lattice = make_lattice(cubes);
+    // Those within touch nothing.
+    const auto outside = fixtures::corners_where(
+        cubes, [](const auto& c) { return (c.array() == 0).any() || (c.array() == 3).any(); });
+    ASSERT_EQ(outside.size(), 56u);
+    for (const Collider& plate : {box, mesh}) {
+        Loads loads;
+        loads.forces.push_back({});
+        loads.colliders.push_back(plate);
+        const auto lowest_of = [&](State state, const auto& body, int substeps) {
+            for (Vec3& v : state.v) v.y() = -8;
+            double lowest = 0;
+            for (int i = 0; i < 24; ++i) {
+                state = advance(body, state, loads, 1.0 / 24, StepOptions{.substeps = substeps});
+                for (const auto k : outside) lowest = std::min(lowest, state.x[k].y());
+            }
+            return lowest;
+        };
+        for (const int substeps : {1, 8}) {
+            EXPECT_GT(lowest_of(rest_state(bricks), bricks, substeps), -0.3) << substeps;
+            EXPECT_GT(lowest_of(rest_state(springs), springs, substeps), -0.3) << substeps;
+            EXPECT_GT(lowest_of(rest_state(lattice), lattice, substeps), -0.3) << substeps;
+        }
     }
 }
 
