@@ -56,4 +56,15 @@ bool is_closed(std::span<const Triangle> triangles, std::size_t vertex_count)
     return true;
 }
 
+std::size_t disagreeing_edges(std::span<const Triangle> triangles, std::size_t vertex_count)
+{
+    const std::vector<EdgeUse> uses = edge_uses(triangles, vertex_count);
+    std::size_t count = 0;
+    for (std::size_t i = 0, end = 0; i < uses.size(); i = end) {
+        while (end < uses.size() && uses[end].a == uses[i].a && uses[end].b == uses[i].b) ++end;
+        count += end - i == 2 && uses[i].forward == uses[i + 1].forward;
+    }
+    return count;
+}
+
 }  // namespace geometry

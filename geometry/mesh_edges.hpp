@@ -23,4 +23,7 @@ std::vector<EdgeUse> edge_uses(std::span<const Triangle> triangles, std::size_t 
 // the mesh does otherwise (several pieces, pieces that intersect, faces named twice).
 bool is_closed(std::span<const Triangle> triangles, std::size_t vertex_count);
 
+// How many edges of just two triangles both run the same way: one faces out, the other one in.
+std::size_t disagreeing_edges(std::span<const Triangle> triangles, std::size_t vertex_count);
+
 }  // namespace geometry

@@ -4,6 +4,7 @@
 #include "graph/json.hpp"
 #include "graph/node_type.hpp"
 #include "nodes/material_rules.hpp"
+#include "nodes/orientation.hpp"
 #include "nodes/wire_types.hpp"
 
 #include <fmt/format.h>
@@ -61,6 +62,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const geometry::SampleMass mass{in.mass, in.total_mass, in.thickness, in.surface_density};
     const std::size_t count = count_of(in);
     if (in.where == Where::volume) {
+        warn_of_disagreeing_faces(*in.mesh, in.inside, context);
         return {geometry::sample_volume(*in.mesh, matter, in.inside, count, in.seed, mass)};
     }
     if (in.pattern == Pattern::blue) {

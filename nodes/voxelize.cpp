@@ -2,6 +2,7 @@
 
 #include "graph/node_type.hpp"
 #include "nodes/material_rules.hpp"
+#include "nodes/orientation.hpp"
 #include "nodes/wire_types.hpp"
 
 #include <algorithm>
@@ -64,6 +65,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     if (in.method == Method::surface) {
         return {geometry::voxelize_surface(*in.mesh, matter, in.thickness, grid, options)};
     }
+    warn_of_disagreeing_faces(*in.mesh, in.inside, context);
     return {geometry::voxelize_solid(*in.mesh, matter, in.inside, in.thickness, grid, options)};
 }
 

@@ -7,6 +7,7 @@
 #include "physics/match_regions.hpp"
 #include "physics/outside_forces.hpp"
 #include "physics/pins.hpp"
+#include "physics/report_texts.hpp"
 #include "physics/rotation.hpp"
 #include "physics/torn_regions.hpp"
 
@@ -23,16 +24,6 @@ namespace {
 
 constexpr std::size_t grain = 2048;
 constexpr std::size_t strips_grain = 32;  // of a membrane, up to 64 cells each
-
-// The next of 1, 2, 5, 10, 20 ... : so that frames that differ a little advise the same.
-double round_number(double v)
-{
-    const double ten = std::pow(10, std::floor(std::log10(v)));
-    for (const double times : {1, 2, 5}) {
-        if (v <= times * ten) return times * ten;
-    }
-    return 10 * ten;
-}
 
 // alpha of a rate s over dt.
 double share_of(double rate_sq, double dt)
@@ -119,7 +110,7 @@ public:
         state_.report.steps = options_.substeps;
         if (crossed > most_crossed) {
             state_.report.converged = false;
-            const double needed = round_number(options_.substeps * crossed / most_crossed);
+            const double needed = round_up(options_.substeps * crossed / most_crossed);
             state_.report.warnings.push_back(
                 "the plane is thrown about faster than its steps can follow, and heats up; " +
                 (needed <= most_substeps
@@ -128,6 +119,7 @@ public:
                                    most_substeps)));
         }
         warn_of_wide_regions();
+        warn_of_inverted();
         if (options_.stiffness == Stiffness::material && resolved_ > 1) {
             const int least = least_substeps();
             const bool more = least <= most_substeps;
@@ -157,6 +149,26 @@ public:
             "regions of half width {} are wide for a body {} cubes long: it bends too far for its "
             "material; take a half width of {}, or smaller cubes",
             w, length, std::max(1, length / (plane ? 16 : 10))));
+    }
+
+    // Of the cubes of the skin, which a lattice turns first.
+    void warn_of_inverted()
+    {
+        if (flat_ || !state_.broken.empty()) return;
+        const double least = least_volume * std::pow(body_.base.h, 3);
+        const CornerRuns& cubes = body_.base.skin.corners;
+        std::size_t count = 0;
+        cubes.for_each(0, cubes.size(), [&](std::size_t, const CornerRuns::Corners& corners) {
+            Mat3 sides = Mat3::Zero();
+            for (std::size_t a = 0; a < 8; ++a) {
+                for (std::size_t d = 0; d < 3; ++d) {
+                    sides.col(Eigen::Index(d)) +=
+                        (a >> d & 1 ? 0.25 : -0.25) * state_.x[corners[a]];
+                }
+            }
+            count += sides.determinant() < least;
+        });
+        if (count > 0) state_.report.warnings.push_back(told_of_inverted(count));
     }
 
     int least_substeps() const

@@ -47,4 +47,22 @@ TEST(MeshEdges, AMeshIsClosedWhenNoBorderIsLeft)
     EXPECT_TRUE(closed(test_meshes::mesh_of(ball.positions, triangles)));
 }
 
+TEST(MeshEdges, FacesDisagreeAtTheEdgesBetweenTheTurnedAndTheOthers)
+{
+    const auto count = [](const TriMesh& mesh) {
+        return geometry::disagreeing_edges(mesh.triangles(), mesh.positions.size());
+    };
+    const TriMesh ball = test_meshes::icosphere(1);
+    EXPECT_EQ(count(ball), 0u);
+    auto triangles = ball.triangles();
+    for (auto& t : triangles) std::swap(t[0], t[1]);
+    EXPECT_EQ(count(test_meshes::mesh_of(ball.positions, triangles)), 0u);
+    triangles = ball.triangles();
+    std::swap(triangles[3][0], triangles[3][1]);
+    EXPECT_EQ(count(test_meshes::mesh_of(ball.positions, triangles)), 3u);
+    EXPECT_EQ(count(test_meshes::both(ball, ball)), 0u);
+    triangles = {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}};  // three at an edge: nobody knows
+    EXPECT_EQ(count(test_meshes::mesh_of(ball.positions, triangles)), 0u);
+}
+
 }  // namespace

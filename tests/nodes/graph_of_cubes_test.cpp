@@ -135,6 +135,35 @@ TEST(GraphOfCubes, VoxelizeGivesTheSameCubesByAllItsRoutes)
     }
 }
 
+// A ball every third face of which is turned over.
+TEST(GraphOfCubes, FacesThatDisagreeOnWhatIsOutsideAreToldWhatToDo)
+{
+    const auto ball = geometry::icosphere(1, 3);
+    auto topology = std::make_shared<geometry::MeshTopology>(*ball.topology);
+    for (std::size_t t = 0; t < topology->triangles.size(); t += 3) {
+        std::swap(topology->triangles[t][0], topology->triangles[t][1]);
+    }
+    auto broken = ball;
+    broken.topology = topology;
+    for (const std::string type : {"Voxelize", "Sample"}) {
+        const auto warnings = [&](const TriMesh& mesh, const std::string& inside) {
+            NodeRun node(type);
+            node.inputs["mesh"] = {graph::Value::of(TriMesh(mesh))};
+            node.param(type == "Sample" ? "where" : "method").is =
+                std::string(type == "Sample" ? "volume" : "solid");
+            node.param("inside").is = inside;
+            node.run();
+            return node.warnings;
+        };
+        EXPECT_TRUE(warnings(ball, "winding").empty()) << type;
+        EXPECT_TRUE(warnings(broken, "parity").empty()) << type;
+        const auto told = warnings(broken, "winding");
+        ASSERT_EQ(told.size(), 1u) << type;
+        EXPECT_NE(told[0].find("disagree on what is outside"), std::string::npos) << told[0];
+        EXPECT_NE(told[0].find("set inside to \"parity\""), std::string::npos) << told[0];
+    }
+}
+
 TEST(GraphOfCubes, ConnectedComponentKeepsWhatItIsTold)
 {
     Scene scene(metre + R"(,

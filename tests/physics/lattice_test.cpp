@@ -2,6 +2,8 @@
 
 #include "geometry/plane.hpp"
 #include "geometry/random.hpp"
+#include "physics/bricks.hpp"
+#include "physics/report_texts.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 #include "tests/physics/every_target.hpp"
 #include "tests/physics/state_measures.hpp"
@@ -475,6 +477,40 @@ TEST(Lattice, WarnsWhenItIsSofterThanItsMaterial)
         advance(body, rest_state(body), {}, 1.0 / 24, LatticeOptions{.substeps = 2});
     ASSERT_EQ(state.report.warnings.size(), 1u);
     EXPECT_NE(state.report.warnings[0].find("softer than its material"), std::string::npos);
+}
+
+// 26 of the 27 cubes of a block lie outside.
+TEST(Lattice, WarnsOfCubesThatAreTurnedInsideOutAsBricksDo)
+{
+    const Cubes cubes = box(3, 3, 3, 0.1, {1000, 1e3, 0.3});
+    const LatticeBody lattice = lattice_of(cubes, 1);
+    const BricksBody bricks = make_bricks(cubes);
+    const auto warned = [&](const auto& body, const std::function<Vec3(const Vec3&)>& deform) {
+        State state = rest_state(body);
+        for (Vec3& x : state.x) x = deform(x);
+        std::string all;
+        for (const auto& text : advance(body, state, {}, 1e-4, StepOptions{}).report.warnings) {
+            if (text.find("inside out") != std::string::npos) all += text;
+        }
+        return all;
+    };
+    const auto same = [](const Vec3& x) { return x; };
+    const auto mirrored = [](const Vec3& x) { return Vec3(-x.x(), x.y(), x.z()); };
+    const auto flat = [](const Vec3& x) { return Vec3(0.05 * x.x(), x.y(), x.z()); };
+    const auto thin = [](const Vec3& x) { return Vec3(0.5 * x.x(), x.y(), x.z()); };
+    const std::string all = "at least 20 cubes are squashed flat or turned inside out";
+    EXPECT_EQ(warned(lattice, same) + warned(bricks, same), "");
+    EXPECT_EQ(warned(lattice, thin) + warned(bricks, thin), "");
+    EXPECT_EQ(warned(lattice, mirrored), all);
+    EXPECT_EQ(warned(bricks, mirrored), all);
+    EXPECT_EQ(warned(lattice, flat), all);
+    EXPECT_EQ(warned(bricks, flat), all);
+    EXPECT_EQ(told_of_inverted(1), "a cube is squashed flat or turned inside out");
+    EXPECT_EQ(told_of_inverted(2), "2 cubes are squashed flat or turned inside out");
+    for (const auto& [cubes_of, said] : {std::pair{3, 2}, {9, 5}, {10, 10}, {499, 200}}) {
+        EXPECT_EQ(told_of_inverted(std::size_t(cubes_of)),
+                  fmt::format("at least {} cubes are squashed flat or turned inside out", said));
+    }
 }
 
 TEST(Lattice, WarnsOfRegionsThatAreWideForWhatBends)
