@@ -379,9 +379,10 @@ State advance(const BricksBody& body, State state, const Loads& loads, double dt
     elasticity.evaluate(by_slot(body.base, state.x).data(), nullptr,
                         {stress.data(), volume.data()});
     state.stress = by_cube(body, stress);
-    const auto inverted = std::count_if(volume.begin(), volume.end(),
-                                        [](float v) { return v < float(least_volume); });
-    if (inverted > 0) state.report.warnings.push_back(told_of_inverted(std::size_t(inverted)));
+    const auto inverted =
+        std::count_if(volume.begin(), volume.end(), [](float v) { return v < 0.1f; });
+    if (inverted > 0)
+        state.report.warnings.push_back(told_of_inverted(std::size_t(inverted), volume.size()));
     state.rotation = elasticity.rotations();
     return state;
 }

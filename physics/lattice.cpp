@@ -25,6 +25,16 @@ namespace {
 constexpr std::size_t grain = 2048;
 constexpr std::size_t strips_grain = 32;  // of a membrane, up to 64 cells each
 
+// The next of 1, 2, 5, 10, 20 ... : so that frames that differ a little advise the same.
+double round_number(double v)
+{
+    const double ten = std::pow(10, std::floor(std::log10(v)));
+    for (const double times : {1, 2, 5}) {
+        if (v <= times * ten) return times * ten;
+    }
+    return 10 * ten;
+}
+
 // alpha of a rate s over dt.
 double share_of(double rate_sq, double dt)
 {
@@ -110,7 +120,7 @@ public:
         state_.report.steps = options_.substeps;
         if (crossed > most_crossed) {
             state_.report.converged = false;
-            const double needed = round_up(options_.substeps * crossed / most_crossed);
+            const double needed = round_number(options_.substeps * crossed / most_crossed);
             state_.report.warnings.push_back(
                 "the plane is thrown about faster than its steps can follow, and heats up; " +
                 (needed <= most_substeps
@@ -151,11 +161,11 @@ public:
             w, length, std::max(1, length / (plane ? 16 : 10))));
     }
 
-    // Of the cubes of the skin, which a lattice turns first.
+    // A lattice comes back from anything, so what is less than a quarter does not matter. Only the
+    // skin's are counted.
     void warn_of_inverted()
     {
         if (flat_ || !state_.broken.empty()) return;
-        const double least = least_volume * std::pow(body_.base.h, 3);
         const CornerRuns& cubes = body_.base.skin.corners;
         std::size_t count = 0;
         cubes.for_each(0, cubes.size(), [&](std::size_t, const CornerRuns::Corners& corners) {
@@ -166,9 +176,10 @@ public:
                         (a >> d & 1 ? 0.25 : -0.25) * state_.x[corners[a]];
                 }
             }
-            count += sides.determinant() < least;
+            count += sides.determinant() < 0;
         });
-        if (count > 0) state_.report.warnings.push_back(told_of_inverted(count));
+        if (4 * count < cubes.size() || count == 0) return;
+        state_.report.warnings.push_back(told_of_inverted(count, cubes.size()));
     }
 
     int least_substeps() const

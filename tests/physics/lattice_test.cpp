@@ -3,7 +3,6 @@
 #include "geometry/plane.hpp"
 #include "geometry/random.hpp"
 #include "physics/bricks.hpp"
-#include "physics/report_texts.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 #include "tests/physics/every_target.hpp"
 #include "tests/physics/state_measures.hpp"
@@ -485,7 +484,8 @@ TEST(Lattice, WarnsOfCubesThatAreTurnedInsideOutAsBricksDo)
     const Cubes cubes = box(3, 3, 3, 0.1, {1000, 1e3, 0.3});
     const LatticeBody lattice = lattice_of(cubes, 1);
     const BricksBody bricks = make_bricks(cubes);
-    const auto warned = [&](const auto& body, const std::function<Vec3(const Vec3&)>& deform) {
+    using Deform = std::function<Vec3(const Vec3&)>;
+    const auto warned = [&](const auto& body, const Deform& deform) {
         State state = rest_state(body);
         for (Vec3& x : state.x) x = deform(x);
         std::string all;
@@ -498,19 +498,23 @@ TEST(Lattice, WarnsOfCubesThatAreTurnedInsideOutAsBricksDo)
     const auto mirrored = [](const Vec3& x) { return Vec3(-x.x(), x.y(), x.z()); };
     const auto flat = [](const Vec3& x) { return Vec3(0.05 * x.x(), x.y(), x.z()); };
     const auto thin = [](const Vec3& x) { return Vec3(0.5 * x.x(), x.y(), x.z()); };
-    const std::string all = "at least 20 cubes are squashed flat or turned inside out";
-    EXPECT_EQ(warned(lattice, same) + warned(bricks, same), "");
-    EXPECT_EQ(warned(lattice, thin) + warned(bricks, thin), "");
+    // Of a corner cube's corners, the one outside pushed through the cube.
+    const auto dented = [](const Vec3& x) {
+        return Vec3(x.norm() < 0.01 ? Vec3(0.5, 0.5, 0.5) : x);
+    };
+    const std::string all =
+        "a quarter of the cubes, or more, are squashed flat or turned inside out; a stiffer "
+        "material or more substeps would hold them";
+    for (const Deform& still : {Deform(same), Deform(thin)}) {
+        EXPECT_EQ(warned(lattice, still), "");
+        EXPECT_EQ(warned(bricks, still), "");
+    }
     EXPECT_EQ(warned(lattice, mirrored), all);
     EXPECT_EQ(warned(bricks, mirrored), all);
-    EXPECT_EQ(warned(lattice, flat), all);
+    EXPECT_EQ(warned(lattice, flat), "") << "it comes back";
     EXPECT_EQ(warned(bricks, flat), all);
-    EXPECT_EQ(told_of_inverted(1), "a cube is squashed flat or turned inside out");
-    EXPECT_EQ(told_of_inverted(2), "2 cubes are squashed flat or turned inside out");
-    for (const auto& [cubes_of, said] : {std::pair{3, 2}, {9, 5}, {10, 10}, {499, 200}}) {
-        EXPECT_EQ(told_of_inverted(std::size_t(cubes_of)),
-                  fmt::format("at least {} cubes are squashed flat or turned inside out", said));
-    }
+    EXPECT_EQ(warned(lattice, dented), "") << "one of 26";
+    EXPECT_EQ(warned(bricks, dented).rfind("some cubes are", 0), 0u) << warned(bricks, dented);
 }
 
 TEST(Lattice, WarnsOfRegionsThatAreWideForWhatBends)
