@@ -132,18 +132,17 @@ struct Entry {
     Vec3 point, normal;
 };
 
-// Into the ball of radius r about 0, or the box of `half` its size, from outside.
+// Where a way from outside leads into the ball of radius r about 0, be it beyond its end.
 std::optional<Entry> entry_into_ball(double r, const Vec3& from, const Vec3& way)
 {
     const double a = way.squaredNorm(), b = from.dot(way), c = from.squaredNorm() - r * r;
     const double root = b * b - a * c;
     if (!(c >= 0 && b < 0 && root > 0)) return std::nullopt;
-    const double share = c / (std::sqrt(root) - b);
-    if (share > 1) return std::nullopt;
-    const Vec3 point = from + share * way;
+    const Vec3 point = from + c / (std::sqrt(root) - b) * way;
     return Entry{point, point.normalized()};
 }
 
+// The same for the box of `half` its size, within the way.
 std::optional<Entry> entry_into_box(const Vec3& half, const Vec3& from, const Vec3& way)
 {
     double in = -1, out = 1;  // shares of the way
@@ -192,14 +191,16 @@ Touch touch(const PosedCollider& c, const Vec3& to, const Vec3& v, double dt)
     // A mesh stands where it will be at the end of the frame.
     const Vec3 ahead = c.mesh_before ? Vec3(c.behind * c.frame * t.velocity) : Vec3(Vec3::Zero());
     const Vec3 from = to + ahead - way;
+    // Through, and not over an edge.
+    const auto opposite = [&](const Vec3& n) { return far || n.dot(t.normal) < -0.5; };
     if (const auto entry = entry_of(c, from, way)) {
-        if (gap < 0 && entry->normal.dot(t.normal) > 0) return t;
+        if (!opposite(entry->normal)) return t;
         t.normal = entry->normal;
         t.gap = (to + ahead - entry->point).dot(t.normal) - c.thickness;
         return t;
     }
     const Touch before = touch(c, to - way);
-    if (before.gap < 0 && way.dot(before.normal) < 0) {
+    if (before.gap < 0 && way.dot(before.normal) < 0 && opposite(before.normal)) {
         t.normal = before.normal;
         t.gap = before.gap + way.dot(before.normal);
     }

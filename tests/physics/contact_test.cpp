@@ -123,6 +123,29 @@ TEST(Contact, WhatWentThroughASphereTouchesWhereItWentIn)
     EXPECT_NEAR(t.gap, -0.8 * 0.038, 1e-12);
     EXPECT_GT(touch(posed, Vec3(0.011, -0.03, 0), v, 0.005).gap, 0) << "it went past";
     EXPECT_GT(touch(posed, to, -v, 0.005).gap, 0) << "it has not been there yet";
+    EXPECT_GT(touch(posed, Vec3(0, 0.02, 0), v, 0.005).gap, 0) << "it is on its way";
+    // Still inside, by the side that it came in by: the nearest place of the surface is as good.
+    const Vec3 within(0.002, 0.009, 0);
+    const Touch grazed = touch(posed, within, Vec3(2, 0.4, 0), 0.005);
+    EXPECT_NEAR((grazed.normal - within.normalized()).norm(), 0, 1e-12);
+    EXPECT_NEAR(grazed.gap, within.norm() - 0.01, 1e-12);
+}
+
+TEST(Contact, WhatWentPastOrOverTheEdgeOfABoxTouchesNothing)
+{
+    Collider box;
+    box.kind = Collider::Kind::box;
+    box.half_size = Vec3(0.1, 0.1, 0.1);
+    const PosedCollider posed = pose_collider(box, 1, 1, 0.05);
+    const double dt = 0.01;
+    const std::vector<std::array<Vec3, 2>> ways = {
+        {Vec3(0.07, 0.17, 0), Vec3(0.17, 0.07, 0)},     // outside the edge at x = y = 0.1
+        {Vec3(0.03, 0.13, 0), Vec3(0.13, 0.03, 0)},     // through that edge
+        {Vec3(0.101, 0.12, 0), Vec3(0.102, -0.15, 0)},  // past the side
+        {Vec3(0.095, 0.05, 0), Vec3(0.04, 0.13, 0)}};   // from within, out by the top
+    for (const auto& [from, to] : ways) {
+        EXPECT_GT(touch(posed, to, (to - from) / dt, dt).gap, 0) << to.transpose();
+    }
 }
 
 // The wall comes, and the point does not move.
