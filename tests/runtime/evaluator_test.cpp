@@ -511,6 +511,11 @@ TEST(Evaluator, AFoundFrameOfASimulationTellsSinceWhichFrameThereIsSomethingToWa
     EXPECT_EQ(warnings_of(w.graph, kitchen, {all, 9}), (Told{{thin, 4, "a bit thin"}}));
     EXPECT_EQ(warnings_of(w.graph, kitchen, {all, 3}), Told());
     EXPECT_EQ(warnings_of(w.graph, kitchen, {all, 5}), (Told{{thin, 4, "a bit thin"}}));
+    const auto both = w.add("Sum", {{"values", {thin, all}}});
+    warnings_of(w.graph, kitchen, {both, 9});
+    take_runs("Sum");
+    EXPECT_EQ(warnings_of(w.graph, kitchen, {both, 9}), (Told{{thin, 4, "a bit thin"}}));
+    EXPECT_EQ(take_runs("Sum"), 0);
 }
 
 // The value stays the same: what was made from it is taken over, and what was said of it is not.
