@@ -1,5 +1,6 @@
 #include "geometry/sample_volume.hpp"
 
+#include "geometry/border_shares.hpp"
 #include "geometry/parallel.hpp"
 #include "geometry/random.hpp"
 #include "geometry/surface_cells.hpp"
@@ -27,7 +28,7 @@ std::vector<Vec3f> jittered(const TriMesh& mesh, Inside rule, double size, const
     std::vector<Vec3i> border = surface_cells(lattice, Touch::half_open).sorted();
     const CellIndex index(cells);
     std::erase_if(border, [&](const Vec3i& c) { return !index.find(c); });
-    const std::vector<std::uint64_t> inside = inside_points(lattice, rule, border);
+    const std::vector<std::uint64_t> inside = cell_lines(lattice, rule, border).inside;
     std::vector<std::uint64_t> allowed(cells.size(), ~std::uint64_t{0});
     std::vector<std::uint8_t> whole(cells.size(), 1);
     for (std::size_t i = 0; i < border.size(); ++i) {
@@ -70,9 +71,12 @@ double volume_inside(const TriMesh& mesh, Inside rule)
     if (box.empty() || !(box.size().maxCoeff() > 0)) return 0;
     const VoxelGrid grid = grid_over(mesh, size_for(box, 64));
     const LatticeMesh lattice = to_lattice(mesh, grid);
-    const std::vector<Vec3i> cells = solid_cells(lattice, rule).sorted();
-    double sum = 0;
-    for (const float share : inside_shares(lattice, rule, cells)) sum += double(share);
+    const CellSet cells = solid_cells(lattice, rule);
+    const BorderShares border = border_shares(lattice, rule);
+    double sum = static_cast<double>(cells.count());
+    for (std::size_t i = 0; i < border.cells.size(); ++i) {
+        if (cells.contains(border.cells[i])) sum += border.share[i] - 1;
+    }
     return sum * grid.size * grid.size * grid.size;
 }
 

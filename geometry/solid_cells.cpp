@@ -13,7 +13,6 @@
 #include "geometry/surface_cells.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 namespace geometry {
@@ -175,10 +174,18 @@ template <class Emit> void inside_runs(const Crossings& crossings, Inside rule, 
     }
 }
 
+std::uint8_t winding_bit(int winding)  // not 0
+{
+    return winding == 1    ? CellLines::plus_one
+           : winding == -1 ? CellLines::minus_one
+                           : CellLines::beyond;
+}
+
 // Adds one axis's votes at per_cell^3 points in each cell; votes[cell per_cell^3 + x + y per_cell +
-// z per_cell^2].
+// z per_cell^2]. `windings`, unless empty: notes those that the lines run through in each cell.
 void vote(const LatticeMesh& mesh, Inside rule, int axis, int per_cell,
-          std::span<const Vec3i> cells, std::vector<std::int8_t>& votes)
+          std::span<const Vec3i> cells, std::vector<std::int8_t>& votes,
+          std::span<std::uint8_t> windings = {})
 {
     const Axes axes(axis);
     const Crossings crossings = find_crossings(mesh, axes, per_cell);
@@ -203,10 +210,27 @@ void vote(const LatticeMesh& mesh, Inside rule, int axis, int per_cell,
     }
     layers.push_back(order.size());
 
+    // Of the stretches between crossings that are longer than rounding makes them.
+    const auto note_windings = [&](std::size_t begin, std::size_t end,
+                                   std::span<const Crossing> line) {
+        constexpr double least = 1e-3;  // cells
+        int left = 0;
+        std::size_t c = begin;
+        for (std::size_t i = 0; i + 1 < line.size(); ++i) {
+            left += line[i].sign;
+            const double from = line[i].u, to = line[i + 1].u;
+            if (to - from < least || left == 0) continue;
+            while (c < end && cells[order[c]][axes.u] + 1 <= from) ++c;
+            for (std::size_t k = c; k < end && cells[order[k]][axes.u] < to; ++k) {
+                windings[order[k]] |= winding_bit(left);
+            }
+        }
+    };
     const auto row_of_cells = [&](std::size_t begin, std::size_t end,
                                   std::span<const Crossing> line, std::size_t offset) {
         int total = 0, left = 0;
         for (const Crossing& c : line) total += weight(rule, c);
+        if (!windings.empty()) note_windings(begin, end, line);
         std::size_t i = 0;
         for (std::size_t c = begin; c < end; ++c) {
             std::int8_t* points = &votes[order[c] * s * s * s + offset];
@@ -301,6 +325,25 @@ std::array<LatticeMesh, 3> between_cells(const LatticeMesh& mesh)
     return out;
 }
 
+CellLines lines_along(int first_axis, int end_axis, const LatticeMesh& mesh, Inside rule,
+                      std::span<const Vec3i> cells)
+{
+    std::vector<std::int8_t> votes(cells.size() * fine_points, 0);
+    CellLines out;
+    out.inside.assign(cells.size(), 0);
+    out.windings.assign(cells.size(), 0);
+    for (int axis = first_axis; axis < end_axis; ++axis) {
+        vote(mesh, rule, axis, fine, cells, votes, out.windings);
+    }
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+        for (std::size_t i = 0; i < fine_points; ++i) {
+            const bool in = std::abs(votes[c * fine_points + i]) > end_axis - first_axis;
+            out.inside[c] |= std::uint64_t{in} << i;
+        }
+    }
+    return out;
+}
+
 }  // namespace
 
 CellSet solid_cells(const LatticeMesh& mesh, Inside rule, std::size_t limit)
@@ -324,30 +367,16 @@ CellSet solid_cells(const LatticeMesh& mesh, Inside rule, std::size_t limit)
     return cells;
 }
 
-std::vector<std::uint64_t> inside_points(const LatticeMesh& mesh, Inside rule,
-                                         std::span<const Vec3i> cells)
+CellLines cell_lines(const LatticeMesh& mesh, Inside rule, std::span<const Vec3i> cells)
 {
-    const int axes = axes_needed(mesh, rule);
-    std::vector<std::int8_t> votes(cells.size() * fine_points, 0);
-    for (int axis = 0; axis < axes; ++axis) vote(mesh, rule, axis, fine, cells, votes);
-    std::vector<std::uint64_t> inside(cells.size(), 0);
-    for (std::size_t c = 0; c < cells.size(); ++c) {
-        for (std::size_t i = 0; i < fine_points; ++i) {
-            const bool in = std::abs(votes[c * fine_points + i]) > axes;
-            inside[c] |= std::uint64_t{in} << i;
-        }
-    }
-    return inside;
+    return axes_needed(mesh, rule) == 1 ? lines_along(0, 1, mesh, rule, cells)
+                                        : lines_along(0, 3, mesh, rule, cells);
 }
 
-std::vector<float> inside_shares(const LatticeMesh& mesh, Inside rule, std::span<const Vec3i> cells)
+CellLines cell_lines_along(int axis, const LatticeMesh& mesh, Inside rule,
+                           std::span<const Vec3i> cells)
 {
-    const std::vector<std::uint64_t> inside = inside_points(mesh, rule, cells);
-    std::vector<float> shares(cells.size());
-    for (std::size_t c = 0; c < cells.size(); ++c) {
-        shares[c] = static_cast<float>(std::popcount(inside[c])) / static_cast<float>(fine_points);
-    }
-    return shares;
+    return lines_along(axis, axis + 1, mesh, rule, cells);
 }
 
 }  // namespace geometry

@@ -25,12 +25,20 @@ enum class Inside {
 // there otherwise, so that a sheet is not lost. Throws TooManyCells above `limit`.
 CellSet solid_cells(const LatticeMesh& mesh, Inside rule, std::size_t limit = ~std::size_t{0});
 
-// The share of each cell that is inside, by 4 x 4 x 4 points in it. `cells` sorted by (z, y, x).
-std::vector<float> inside_shares(const LatticeMesh& mesh, Inside rule,
-                                 std::span<const Vec3i> cells);
+// What lines along the axes meet in cells, four by four of them through each.
+struct CellLines {
+    // Which of the 4 x 4 x 4 points where they cross are inside: bit x + 4 y + 16 z.
+    std::vector<std::uint64_t> inside;
+    // The winding numbers they run through in a cell, for longer than a thousandth of it.
+    std::vector<std::uint8_t> windings;
+    enum : std::uint8_t { plus_one = 1, minus_one = 2, beyond = 4 };
+};
 
-// Which of the 4 x 4 x 4 points are inside: bit x + 4 y + 16 z of each cell.
-std::vector<std::uint64_t> inside_points(const LatticeMesh& mesh, Inside rule,
-                                         std::span<const Vec3i> cells);
+// Lines along all axes, that of six rays more than half decide. `cells` sorted by (z, y, x).
+CellLines cell_lines(const LatticeMesh& mesh, Inside rule, std::span<const Vec3i> cells);
+
+// Lines along one axis, its two rays must agree: the same on a closed mesh.
+CellLines cell_lines_along(int axis, const LatticeMesh& mesh, Inside rule,
+                           std::span<const Vec3i> cells);
 
 }  // namespace geometry

@@ -1,5 +1,6 @@
 #include "geometry/voxelize.hpp"
 
+#include "geometry/border_shares.hpp"
 #include "geometry/clip_to_cells.hpp"
 #include "geometry/parallel.hpp"
 #include "geometry/surface_cells.hpp"
@@ -208,11 +209,11 @@ Cubes voxelize_solid(const TriMesh& mesh, const FaceMatter& matter, Inside rule,
     // Whole cubes, but for those that the surface passes through.
     std::vector<double> volume(cubes.count(), cube_volume(grid));
     const CellIndex index(std::move(cells), cubes.cell);
-    std::vector<Vec3i> border = surface_cells(lattice, Touch::half_open).sorted();
-    std::erase_if(border, [&](const Vec3i& c) { return !index.find(c); });
-    const std::vector<float> shares = inside_shares(lattice, rule, border);
-    for (std::size_t i = 0; i < border.size(); ++i) {
-        volume[index.find(border[i]).begin] = double(shares[i]) * cube_volume(grid);
+    const BorderShares border = border_shares(lattice, rule);
+    for (std::size_t i = 0; i < border.cells.size(); ++i) {
+        if (const auto found = index.find(border.cells[i])) {
+            volume[found.begin] = border.share[i] * cube_volume(grid);
+        }
     }
     const bool one = matter.matters.size() == 1;
     std::vector<Patch> faces;

@@ -27,9 +27,9 @@ Cubes voxelize_samples(const Samples& samples, const VoxelGrid& grid, const Voxe
 Cubes voxelize_surface(const TriMesh& mesh, const FaceMatter& matter, double thickness,
                        const VoxelGrid& grid, const VoxelOptions& options);
 
-// A cube wherever a triangle passes, and inside. A cube that a triangle passes holds what share of
-// 4 x 4 x 4 points is inside, or `thickness` (m) times the area in it where that is more: for the
-// sheets in a model of solids. With several matters, a cube is of the faces in it, by area, and
+// A cube wherever a triangle passes, and inside. A cube that a triangle passes holds what is inside
+// (see border_shares), or `thickness` (m) times the area in it where that is more: for the sheets
+// in a model of solids. With several matters, a cube is of the faces in it, by area, and
 // one without any of the face nearest to its centre.
 Cubes voxelize_solid(const TriMesh& mesh, const FaceMatter& matter, Inside rule, double thickness,
                      const VoxelGrid& grid, const VoxelOptions& options);

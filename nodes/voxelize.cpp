@@ -106,7 +106,8 @@ void add_to(graph::Registry& registry)
                 {"method", {"solid"}})
         .param("thickness", &Inputs::thickness,
                "How thick the faces are taken to be: a cube holds the area in it times this. 0: "
-               "method surface takes its cubes as full, method solid counts what is inside only.",
+               "method surface takes its cubes as full, method solid counts what is inside only: "
+               "exactly, but by 4 x 4 x 4 points in cubes by holes and where pieces overlap.",
                {0, 1e6, "m"}, of_mesh)
         .block("matter", &Inputs::matter, describe_matter<geometry::Matter>,
                "What the model is made of where no rule says otherwise.", of_mesh)

@@ -87,7 +87,7 @@ TEST(SolidCells, AreWhereMostOfSixRaysSaySo)
         const CellSet surface = surface_cells(lattice, Touch::interior);
         for (const Inside rule : {Inside::winding, Inside::parity}) {
             const CellSet solid = solid_cells(lattice, rule);
-            const auto points = inside_points(lattice, rule, cells);
+            const auto points = cell_lines(lattice, rule, cells).inside;
             const Vec3 half = Vec3::Constant(0.5);
             std::size_t in = 0, wrong = 0;
             for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -211,29 +211,13 @@ TEST(SolidCells, AnAlignedBoxIsExactlyItsCubes)
     const LatticeMesh lattice = to_lattice(mesh, grid);
     const auto cells = solid_cells(lattice, Inside::winding).sorted();
     EXPECT_EQ(cells.size(), 5u * 2 * 3);
-    for (const float share : inside_shares(lattice, Inside::winding, cells)) EXPECT_EQ(share, 1);
+    for (const std::uint64_t inside : cell_lines(lattice, Inside::winding, cells).inside) {
+        EXPECT_EQ(inside, ~std::uint64_t{0});
+    }
     // A sheet on a face between cells has no inside but is not lost.
     const TriMesh sheet = test_meshes::mesh_of(
         {{0, 0.5f, 0}, {1, 0.5f, 0}, {1, 0.5f, 1}, {0, 0.5f, 1}}, {{0, 1, 2}, {0, 2, 3}});
     EXPECT_EQ(solid_cells(to_lattice(sheet, grid), Inside::winding).count(), 100u);
-}
-
-TEST(SolidCells, SharesAddUpToTheVolume)
-{
-    const TriMesh mesh = test_meshes::icosphere(4);
-    double volume = 0;  // the divergence theorem over the polyhedron
-    for (const auto& [a, b, c] : mesh.triangles()) {
-        volume += mesh.positions[a].cast<double>().dot(
-                      mesh.positions[b].cast<double>().cross(mesh.positions[c].cast<double>())) /
-                  6;
-    }
-    const VoxelGrid grid = grid_across(mesh, 20);
-    const LatticeMesh lattice = to_lattice(mesh, grid);
-    const auto cells = solid_cells(lattice, Inside::winding).sorted();
-    double sum = 0;
-    for (const float share : inside_shares(lattice, Inside::winding, cells)) sum += double(share);
-    // About 1,900 border cells, each off by at most some 0.05 at random: 5 sigma of their sum.
-    EXPECT_NEAR(sum * std::pow(grid.size, 3), volume, 5 * 0.05 * std::sqrt(1900) * 1e-3);
 }
 
 TEST(SolidCells, TakesWhateverComesAndTheSameOnAnyNumberOfThreads)
@@ -243,14 +227,14 @@ TEST(SolidCells, TakesWhateverComesAndTheSameOnAnyNumberOfThreads)
     const TriMesh soup = test_meshes::random_soup(300, 3);
     const LatticeMesh lattice = to_lattice(soup, grid_across(soup, 16));
     std::vector<Vec3i> cells;
-    std::vector<float> shares;
+    std::vector<std::uint64_t> inside;
     for (const std::size_t threads : {1, 2, 8}) {
         tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
         const auto now = solid_cells(lattice, Inside::winding).sorted();
-        const auto now_shares = inside_shares(lattice, Inside::winding, now);
-        if (cells.empty()) cells = now, shares = now_shares;
+        const auto now_inside = cell_lines(lattice, Inside::winding, now).inside;
+        if (cells.empty()) cells = now, inside = now_inside;
         EXPECT_EQ(now, cells);
-        EXPECT_EQ(now_shares, shares);
+        EXPECT_EQ(now_inside, inside);
     }
     EXPECT_THROW(solid_cells(lattice, Inside::winding, 100), geometry::TooManyCells);
 }

@@ -109,6 +109,17 @@ TEST(Voxelize, ASolidWeighsItsVolumeTimesDensity)
     EXPECT_EQ(cubes.count(), 60u);
     EXPECT_NEAR(sum_of(cubes.mass), 120, 1e-9);
     EXPECT_EQ(cubes.fill, std::vector<double>(60, 1.0));
+    // However large the cubes are against it, and however thin it is against them.
+    for (const double size : {0.013, 0.07, 0.31, 0.7, 4.0}) {
+        for (const double thick : {0.004, 0.024, 0.2}) {
+            const TriMesh board = test_meshes::box({0, 0, 0}, {1, 0.3, thick});
+            EXPECT_NEAR(sum_of(voxelize_solid(board, one({.density = 2000}), Inside::winding, 0,
+                                              grid_of(board, size), {})
+                                   .mass),
+                        600 * thick, 1e-5 * 600 * thick)
+                << thick << " m in cubes of " << size;
+        }
+    }
     VoxelOptions options;
     options.total_mass = 5;
     EXPECT_NEAR(
