@@ -185,7 +185,8 @@ graph::Encoder DiskCache::encoder(std::vector<ContentName>& names)
         {
             const std::lock_guard lock(shared_mutex_);
             const auto found = stored_.find(content.get());
-            if (found != stored_.end() && !found->second.content.expired()) {
+            if (found != stored_.end() && !found->second.content.expired() &&
+                ::access(path_of("contents", key_of(found->second.name)).c_str(), R_OK) == 0) {
                 const Shared& shared = found->second;
                 names.insert(names.end(), shared.inner.begin(), shared.inner.end());
                 return shared.name;
@@ -528,8 +529,11 @@ std::uintmax_t DiskCache::shrink(std::uintmax_t budget, double grace)
     std::sort(records.begin(), records.end(),
               [](const Old& a, const Old& b) { return a.worth < b.worth; });
     for (const auto& [name, content] : contents) {
-        if (content.users == 0 && !content.path.empty() && age_of(content.path) > grace) {
+        if (content.users > 0 || content.path.empty()) continue;
+        if (age_of(content.path) > grace) {
             remove(content.path, content.size);
+        } else {  // it goes later, unless it is named; nothing else has to make room for it
+            total -= std::min(total, content.size);
         }
     }
     // A second name alone keeps no content alive.
@@ -540,14 +544,18 @@ std::uintmax_t DiskCache::shrink(std::uintmax_t budget, double grace)
     };
     if (total <= budget) return drop_second_names(), gone;
     // A little more than asked for, so that the next write does not start over.
+    constexpr double moment = 10;  // s, from a content to the record that names it
     for (const Old& old : records) {
         if (total <= budget / 10 * 9) break;
         remove(old.path, old.size);
         for (const ContentName& name : old.names) {
             Content& content = contents[name];
-            if (--content.users == 0 && !content.path.empty() &&
-                (grace == 0 || age_of(content.path) > grace)) {
+            if (--content.users > 0 || content.path.empty()) continue;
+            // A moment ago another record may have been about to name it: its time comes later.
+            if (grace == 0 || age_of(content.path) > moment) {
                 remove(content.path, content.size);
+            } else {
+                total -= std::min(total, content.size);
             }
         }
     }

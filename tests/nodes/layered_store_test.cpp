@@ -119,3 +119,21 @@ TEST(LayeredStore, ACookThatEndedGoesOnFromTheDiskToTheSameBytes)
     EXPECT_GT(resumed.tally.loads, 0u) << "30 steps of 1500 seeds take longer than 5 ms";
     EXPECT_LT(resumed.tally.runs, 40u);
 }
+
+// A part that the cache dropped is written again for the next result that has it.
+TEST(LayeredStore, ASharedPartThatWentIsStoredAgain)
+{
+    const toys::Folder folder;
+    runtime::DiskCache cache(folder.path, std::uintmax_t{1} << 30, nullptr);
+    const auto result = std::make_shared<runtime::Result>();
+    result->values = {graph::Value::of(geometry::icosphere(1, 2))};  // it shares its topology
+    result->seconds = 1;
+    for (const std::uint64_t key : {1, 2}) {
+        cache.store({key, 0}, result);
+        cache.flush();
+        runtime::DiskCache another(folder.path, std::uintmax_t{1} << 30, nullptr);
+        EXPECT_NE(another.load({key, 0}, *nodes::registry().find("Primitive")), nullptr);
+        cache.shrink(0, 0);
+        EXPECT_EQ(cache.use().contents, 0u);
+    }
+}

@@ -252,6 +252,35 @@ TEST(DiskCache, ShrinkingKeepsWhatIsDearAndSmall)
     EXPECT_EQ(cache.use().bytes, 0u);
 }
 
+// Contents may be too young to go: those of a moment ago, and those that no record names yet.
+TEST(DiskCache, ShrinkingDropsNoMoreRecordsThanItHasTo)
+{
+    for (const int age : {0, 30}) {  // s
+        const toys::Folder folder;
+        DiskCache cache(folder.path, plenty, nullptr);
+        for (std::uint64_t k = 0; k < 12; ++k) {
+            auto result = numbers(10'000, static_cast<double>(k) * 1000);
+            result->seconds = 1 + static_cast<double>(k);
+            cache.store({k, 0}, result);
+        }
+        cache.flush();
+        const std::uintmax_t before = cache.use().bytes;
+        for (const fs::path& file : files_in(folder.path / "3/contents")) {
+            fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::seconds(age));
+        }
+        for (int again = 0; again < 3; ++again) {
+            cache.shrink(before / 2);
+            EXPECT_GE(cache.use().records, 4u) << age;
+            EXPECT_LE(cache.use().records, 6u) << age;
+            EXPECT_TRUE(cache.holds({11, 0}));
+            if (age > 0) {
+                EXPECT_LE(cache.use().bytes, before / 2);
+            }
+        }
+        EXPECT_EQ(cache.verify().bad, 0u);
+    }
+}
+
 TEST(DiskCache, ASharedContentOutlivesOneOfItsRecords)
 {
     const toys::Folder folder;
