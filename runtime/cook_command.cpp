@@ -233,6 +233,11 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     Observer* const observer = request.profile ? static_cast<Observer*>(&recorder) : &front_end;
     Outputs outputs(*observer, graph, options.output_folder, manifest);
     Evaluator evaluator(graph, caches, options, &outputs);
+    // Before it, as the files that it reads may change while it goes on.
+    if (!nodes.empty()) {
+        evaluator.aim(wants);
+        describe_graph(graph, evaluator.keys(), frames, caches.files, manifest);
+    }
     const Cooked cooked =
         evaluator.cook(wants, [&](const Want& want, std::span<const graph::Value> values) {
             numbers.arrived(want, values, evaluator.keys().varies(want.node));
@@ -244,7 +249,6 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     outputs.finish(caches.files);
     manifest.complete = !cooked.cancelled && cooked.failures == 0;
     if (!nodes.empty()) {
-        describe_graph(graph, evaluator.keys(), frames, caches.files, manifest);
         for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
             const Tally& t = cooked.tallies[n];
             if (t.runs == 0) continue;

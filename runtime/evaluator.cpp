@@ -247,7 +247,7 @@ private:
         if (input.state == State::done) {
             told(*demand.task);
         } else if (input.state == State::failed) {
-            fail(*demand.task, false);
+            block(*demand.task);
         } else {
             input.dependants.push_back(demand.task);
         }
@@ -267,7 +267,7 @@ private:
 
     void look_up(Task& task)
     {
-        if (failed_.contains(task.key)) return fail(task, false);
+        if (failed_.contains(task.key)) return block(task);
         if (SharedResult found = caches_.memory.find(task.key); found && still_there(*found)) {
             if (task.preparation < 0) ++cooked_.tallies.of(task.node).hits;
             if (!rechecked(task)) return arrive(task, std::move(found));
@@ -335,7 +335,7 @@ private:
             }
         }
         Task& before = *task.previous;
-        if (before.state == State::failed) return fail(task, false);
+        if (before.state == State::failed) return block(task);
         if (before.state < State::ready) return before.followers.push_back(&task);
         if (before.state != State::done) {
             ++task.missing;
@@ -420,7 +420,7 @@ private:
             }
         }
         task.state = State::waiting;
-        if (!good) return fail(task, false);
+        if (!good) return block(task);
         if (task.missing == 0) make_ready(task);
     }
 
@@ -502,14 +502,15 @@ private:
         ++cooked_.tallies.of(task.node).failures;
         events_.emplace_back(failures_.back());
         if (!options_.keep_going) stopping_ = true;
-        fail(task, true);
+        spread_failure(task, true);
     }
 
-    // What the cause blocks.
-    void fail(Task& task, bool is_cause)
+    // What a failure before it leaves without an input.
+    void block(Task& task) { spread_failure(task, false); }
+
+    void spread_failure(Task& task, bool cause)
     {
         std::vector<Task*> failing{&task};
-        bool cause = is_cause;
         while (!failing.empty()) {
             Task& t = *failing.back();
             failing.pop_back();
@@ -1159,7 +1160,7 @@ Evaluator::Evaluator(const graph::Graph& graph, Caches& caches, Options options,
 
 Evaluator::~Evaluator() = default;
 
-Cooked Evaluator::cook(std::vector<Want> wants, const Arrived& arrived)
+std::vector<int> Evaluator::aim(const std::vector<Want>& wants)
 {
     std::vector<std::uint32_t> targets;
     std::vector<int> frames;
@@ -1171,13 +1172,18 @@ Cooked Evaluator::cook(std::vector<Want> wants, const Arrived& arrived)
         }
         targets.push_back(w.node), frames.push_back(w.frame);
     }
-    for (auto* list : {&frames}) std::sort(list->begin(), list->end());
+    std::sort(frames.begin(), frames.end());
     frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
     std::sort(targets.begin(), targets.end());
     targets.erase(std::unique(targets.begin(), targets.end()), targets.end());
     keys_.aim(targets, frames);
     find_side_files(targets, frames);
+    return frames;
+}
 
+Cooked Evaluator::cook(std::vector<Want> wants, const Arrived& arrived)
+{
+    std::vector<int> frames = aim(wants);
     std::sort(wants.begin(), wants.end(), [](const Want& a, const Want& b) {
         return std::tie(a.frame, a.node) < std::tie(b.frame, b.node);
     });

@@ -120,6 +120,10 @@ public:
 
     using Arrived = std::function<void(const Want&, std::span<const graph::Value>)>;
 
+    // Makes the keys of all that is wanted, from the files as they are now: what cook() does first,
+    // for those who ask for keys before it. Returns the frames, each once, in order.
+    std::vector<int> aim(const std::vector<Want>& wants);
+
     // Cooks all that is wanted; the frames are those of this cook. `arrived` is called as an
     // observer is. A node that is the same at all frames arrives once, at the first one wanted.
     Cooked cook(std::vector<Want> wants, const Arrived& arrived = {});

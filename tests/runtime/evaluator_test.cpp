@@ -443,6 +443,32 @@ TEST(Evaluator, AnAnimatedValueOutOfItsLimitsFailsThatFrameOnly)
     EXPECT_EQ(notes.failures[0].frame, 3);
 }
 
+// Where the value is found wrong while a preparation is looked for.
+TEST(Evaluator, AnAnimatedValueOfAPreparationThatCantBeHadIsACause)
+{
+    Wiring w(4);
+    const auto clock = w.add("Clock");
+    const auto scale = w.add("Scale", {{"base", {clock}}, {"value", {clock}}});
+    w.animate(scale, "exponent", [](int f, double) {
+        if (f == 3) throw std::invalid_argument("expected a number");
+        return 2.0;
+    });
+    const auto after = w.add("Accumulate", {{"value", {scale}}});
+    for (const bool keep_going : {false, true}) {
+        Kitchen kitchen;
+        kitchen.options.keep_going = keep_going;
+        Notes notes;
+        const Cooked cooked = Evaluator(w.graph, kitchen.caches, kitchen.options, &notes)
+                                  .cook(at_all_frames(w.graph, after));
+        EXPECT_EQ(cooked.done, 2u);
+        EXPECT_EQ(cooked.failures, 1u);
+        ASSERT_EQ(notes.failures.size(), 1u);
+        EXPECT_EQ(notes.failures[0].node, scale);
+        EXPECT_EQ(notes.failures[0].frame, 3);
+        EXPECT_EQ(notes.failures[0].what, "expected a number");
+    }
+}
+
 TEST(Evaluator, AWarningIsShownOnceAndComesBackWithTheStoredResult)
 {
     Wiring w(3);

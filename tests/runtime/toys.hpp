@@ -238,6 +238,19 @@ struct ReadNumber {
     }
 };
 
+// Somebody edits a file while a cook goes on.
+struct Rewrites {
+    struct Inputs {
+        Wire<double> value;
+        std::string path;
+    };
+    static Number run(const Inputs& in, const Context&)
+    {
+        std::ofstream(in.path) << *in.value + 1;
+        return {*in.value};
+    }
+};
+
 struct WriteNumber {
     struct Inputs {
         Wire<double> value;
@@ -354,6 +367,10 @@ inline const graph::Registry& registry()
         r.add("ReadNumber", 1, ReadNumber::run)
             .path_in("path", &ReadNumber::Inputs::path, "The file.")
             .output("value", &Number::value, "What is in it.");
+        r.add("Rewrites", 1, Rewrites::run)
+            .input("value", &Rewrites::Inputs::value, "Handed on.")
+            .param("path", &Rewrites::Inputs::path, "The file that gets the value and 1.")
+            .output("value", &Number::value, "The value.");
         r.add("WriteNumber", 1, WriteNumber::run)
             .reads(Variable::frame)
             .input("value", &WriteNumber::Inputs::value, "Written.")

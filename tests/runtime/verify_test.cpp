@@ -186,3 +186,21 @@ TEST(Frames, AreWrittenAsTheyAreRead)
         EXPECT_EQ(frames_text(frames), text);
     }
 }
+
+// The manifest names what the cook began with.
+TEST_F(Verified, AFileThatChangesDuringACookIsSaid)
+{
+    const std::string number = folder_.write("number.txt", "7").string();
+    file_ = folder_
+                .write("reads.json", R"({ "aspic": 1, "frames": { "first": 1, "last": 1 },
+        "nodes": { "read": { "type": "ReadNumber@1", "params": { "path": "number.txt" } },
+                   "edit": { "type": "Rewrites@1", "inputs": { "value": "read.value" },
+                             "params": { "path": ")" +
+                                         number + R"(" } },
+                   "write": { "type": "WriteNumber@1", "inputs": { "value": "edit.value" } } } })")
+                .string();
+    cook({});
+    const Said said = verify();
+    EXPECT_EQ(said.exit, exit_failed);
+    EXPECT_TRUE(has(said.out, "changed since: " + number)) << said.out;
+}
