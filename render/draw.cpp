@@ -41,6 +41,19 @@ private:
     std::vector<std::unique_ptr<Renderer>> idle_;
 };
 
+// What OpenGL takes for a picture of this list, generously.
+std::size_t bytes_to_draw(const DrawList& list, const Look& look)
+{
+    constexpr std::size_t compiler = 48 << 20;              // of the shaders
+    constexpr std::size_t a_pixel = 28, a_sample = 4 * 16;  // see Renderer::Gl
+    const std::size_t pixels =
+        static_cast<std::size_t>(look.width) * static_cast<std::size_t>(look.height);
+    const std::size_t texels =
+        static_cast<std::size_t>(list.shadow.width) * static_cast<std::size_t>(list.shadow.height);
+    return compiler + pixels * (a_pixel + a_sample) + 4 * texels +
+           2 * (list.vertices.size() * sizeof(Vertex) + list.indices.size() * 4);
+}
+
 }  // namespace
 
 Image draw(const Scene& scene, const Camera& camera, const Look& look,
@@ -48,6 +61,7 @@ Image draw(const Scene& scene, const Camera& camera, const Look& look,
 {
     const DrawList list = draw_list(scene, camera, look);
     if (warnings) warnings->insert(warnings->end(), list.warnings.begin(), list.warnings.end());
+    const RoomToDraw room(bytes_to_draw(list, look));
     auto renderer = Pool::shared().take();
     Image image = renderer->draw(list, look);
     Pool::shared().give_back(std::move(renderer));  // one that threw is not used again

@@ -280,6 +280,29 @@ TEST_F(Processes, AGraphThatWantsMoreThanThereIsFailsInWords)
     }
 }
 
+#ifndef __SANITIZE_ADDRESS__
+#ifndef __SANITIZE_THREAD__
+// Wherever memory runs out: before OpenGL has begun, which would crash, or never.
+TEST_F(Processes, APictureThatMemoryDoesNotDoForIsRefused)
+{
+    const fs::path file = folder_.write("picture.json", R"({ "aspic": 1, "nodes": {
+        "a": { "type": "Primitive@1", "params": { "shape": "sphere" } },
+        "b": { "type": "Render@1", "inputs": { "mesh": "a.mesh" },
+               "params": { "width": 800, "height": 600 } } } })");
+    std::set<int> exits;
+    for (const int megabytes : {40, 60, 80, 100, 120, 140, 160, 200, 300, 500}) {
+        const int status = wait_for(start({"cook", file.string(), "--no-disk-cache", "--out",
+                                           (folder_.path / "out").string(), "--memory-limit",
+                                           std::to_string(megabytes) + "M", "--quiet"},
+                                          log()));
+        ASSERT_TRUE(WIFEXITED(status)) << megabytes << " MB: " << bytes_of(log());
+        exits.insert(WEXITSTATUS(status));
+    }
+    EXPECT_EQ(exits, (std::set{0, 1}));
+}
+#endif
+#endif
+
 // Names are names: nothing of a document reaches a shell.
 TEST_F(Processes, ADocumentRunsNoCommands)
 {
