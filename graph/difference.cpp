@@ -96,6 +96,23 @@ std::map<std::string, std::filesystem::path> files_of(const Node& node)
 {
     std::map<std::string, std::filesystem::path> out;
     add_paths(node.type->params, node.params, "", out);
+    for (const Animated& a : node.animated) {
+        if (a.file) out.erase(param_path(node.type->params, a.where));
+    }
+    return out;
+}
+
+std::vector<std::filesystem::path> files_at(const Node& node, int frame)
+{
+    std::vector<std::filesystem::path> out;
+    for (const Animated& a : node.animated) {
+        if (!a.file) continue;
+        try {
+            out.push_back(a.file(frame));
+        } catch (const std::exception&) {
+            // Cooking that frame says what is wrong.
+        }
+    }
     return out;
 }
 

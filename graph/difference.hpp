@@ -29,6 +29,9 @@ Texts links_of(const Graph& graph, const Node& node);
 // The files that a node's parameters name, by the same paths.
 std::map<std::string, std::filesystem::path> files_of(const Node& node);
 
+// Those of sequences, a file a frame, at this one; without what is not there.
+std::vector<std::filesystem::path> files_at(const Node& node, int frame);
+
 // The graph for Graphviz: `dot -Tsvg`.
 std::string dot_text(const Graph& graph);
 

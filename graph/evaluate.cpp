@@ -97,15 +97,29 @@ ParamValues evaluate(const Node& node, int frame, double time)
 {
     ParamValues params = node.params;
     for (const Animated& a : node.animated) {
-        double x = a.value(frame, time);
-        if (a.kind == ParamKind::integer) x = std::round(x);
-        if (!std::isfinite(x) || !within(x, a.limits)) {
+        const auto problem = [&] {
             Problem p;
             p.place = a.place;
             p.node = node.name;
             p.part = Part::parameter;
             p.port = param_path(node.type->params, a.where);
             p.message = fmt::format("at frame {}", frame);
+            return p;
+        };
+        if (a.file) {
+            try {
+                target(params, a.where).is = a.file(frame).generic_string();
+            } catch (const std::exception& e) {
+                Problem p = problem();
+                p.message += fmt::format(": {}", e.what());
+                throw Failure(std::move(p));
+            }
+            continue;
+        }
+        double x = a.value(frame, time);
+        if (a.kind == ParamKind::integer) x = std::round(x);
+        if (!std::isfinite(x) || !within(x, a.limits)) {
+            Problem p = problem();
             p.expected = "a number" + range_text(a.limits);
             p.found = fmt::format("{} from {}", number_text(x), a.source);
             throw Failure(std::move(p));

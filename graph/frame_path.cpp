@@ -1,6 +1,7 @@
 #include "graph/frame_path.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cstdlib>
 
 namespace graph {
@@ -20,6 +21,24 @@ std::filesystem::path frame_path(const std::filesystem::path& pattern, int frame
 {
     std::filesystem::path path = pattern;
     return path.replace_filename(frame_text(path.filename().string(), frame));
+}
+
+std::vector<int> frames_on_disk(const std::filesystem::path& pattern)
+{
+    const std::string name = pattern.filename().string();
+    const std::size_t begin = std::min(name.find('#'), name.size());
+    std::vector<int> frames;
+    std::error_code error;
+    for (std::filesystem::directory_iterator at(pattern.parent_path(), error), end;
+         !error && at != end; at.increment(error)) {
+        const std::string file = at->path().filename().string();
+        int frame = 0;
+        const char* const digits = file.data() + std::min(begin, file.size());
+        if (std::from_chars(digits, file.data() + file.size(), frame).ec != std::errc()) continue;
+        if (frame_text(name, frame) == file) frames.push_back(frame);
+    }
+    std::sort(frames.begin(), frames.end());
+    return frames;
 }
 
 std::filesystem::path frame_file(const std::filesystem::path& pattern, const Context& context)

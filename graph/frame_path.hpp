@@ -13,6 +13,9 @@ std::filesystem::path frame_path(const std::filesystem::path& pattern, int frame
 // std::invalid_argument when frames of one cook would write over each other for want of a #.
 std::filesystem::path frame_file(const std::filesystem::path& pattern, const Context& context);
 
+// The frames of which there are files; none when the folder can't be read. In order.
+std::vector<int> frames_on_disk(const std::filesystem::path& pattern);
+
 // The same as frame_path() for any text that is to show the number of the frame.
 std::string frame_text(std::string pattern, int frame);
 

@@ -17,14 +17,15 @@ struct Link {
     std::uint32_t output = 0;  // into that node's type's outputs
 };
 
-// A number that a keyframe curve or an expression gives anew each frame.
+// A number that a keyframe curve or an expression gives anew each frame, or a file a frame.
 struct Animated {
     std::vector<std::uint32_t> where;    // indices down the nested ParamValues to the parameter
     int component = -1;                  // 0..2 of a vector or colour, -1 for a plain number
     ParamKind kind = ParamKind::number;  // integer: rounded to nearest
     Limits limits;                       // checked at each frame
     std::function<double(int frame, double time)> value;
-    std::string source;  // its canonical text, for people
+    std::function<std::filesystem::path(int frame)> file;  // of kind path_in: throws what is wrong
+    std::string source;                                    // its canonical text, for people
     Place place;
 };
 

@@ -3,6 +3,7 @@
 #include "graph/curve.hpp"
 #include "graph/evaluate.hpp"
 #include "graph/expression.hpp"
+#include "graph/frame_path.hpp"
 
 #include <cctype>
 #include <cmath>
@@ -541,7 +542,34 @@ private:
         return {std::move(elements)};
     }
 
-    // The file as an absolute path.
+    // The frames of a sequence of files, "walk.####.obj"; none for the name of one file.
+    static std::vector<int> sequence(const std::filesystem::path& pattern)
+    {
+        std::error_code error;
+        const bool numbered = pattern.filename().string().find('#') != std::string::npos;
+        if (!numbered || std::filesystem::exists(pattern, error)) return {};
+        return frames_on_disk(pattern);
+    }
+
+    static std::filesystem::path file_of_frame(const std::filesystem::path& pattern, int frame,
+                                               int first, int last,
+                                               const std::filesystem::path& root)
+    {
+        const std::filesystem::path file = frame_path(pattern, frame);
+        std::error_code error;
+        if (!std::filesystem::is_regular_file(file, error)) {
+            throw std::invalid_argument(
+                fmt::format("there is no file {}; the sequence has files from frame {} to {}",
+                            file.generic_string(), first, last));
+        }
+        if (!root.empty() && !lies_in(std::filesystem::canonical(file), root)) {
+            throw std::invalid_argument(fmt::format("{} leads outside of the project's folder, {}",
+                                                    file.generic_string(), root.generic_string()));
+        }
+        return file;
+    }
+
+    // The file as an absolute path; of a sequence the pattern, and one more entry in node.animated.
     ParamValue read_path_in(const Param& param, const Json& json)
     {
         namespace fs = std::filesystem;
@@ -561,6 +589,14 @@ private:
                           ? json.snippet()
                           : fmt::format("{}, which is {}", json.snippet(), real.generic_string());
             p.suggestion = "copy the file into the project, or allow files outside of it";
+        } else if (const auto frames = sequence(path); !frames.empty()) {
+            Animated a = animated(param, json, -1);
+            a.file = [path, first = frames.front(), last = frames.back(),
+                      root = c_.paths.allow_outside ? fs::path() : c_.paths.root](int frame) {
+                return file_of_frame(path, frame, first, last, root);
+            };
+            node_.animated.push_back(std::move(a));
+            return {path.generic_string()};
         } else if (!fs::exists(real, error)) {
             p.message = fmt::format("there is no file {}", path.generic_string());
             p.suggestion = suggest_file(path);

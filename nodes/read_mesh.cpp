@@ -65,8 +65,10 @@ void add_to(graph::Registry& registry)
 {
     registry.add("ReadMesh", 1, run)
         .summary("Reads a mesh or a point cloud from a file of any format that assimp knows.")
-        .path_in("path", &Inputs::path,
-                 "The file: OBJ with its materials, PLY, STL, glTF, FBX, COLLADA, AC3D, 3DS ...")
+        .path_in(
+            "path", &Inputs::path,
+            "The file: OBJ with its materials, PLY, STL, glTF, FBX, COLLADA, AC3D, 3DS ... #### "
+            "stands for the frame's number: a file a frame.")
         .choice("unit", &Inputs::unit, {"auto", "m", "cm", "mm", "inch", "foot", "custom"},
                 "The file's unit of length; auto takes what the file says, else metres.")
         .param("custom_unit", &Inputs::custom_unit, "How long the file's unit is.",
@@ -78,7 +80,8 @@ void add_to(graph::Registry& registry)
                {.min = 0, .max = 1e9, .unit = "m"})
         .choice("place", &Inputs::place, {"keep", "centre", "ground"},
                 "Where to put it: as in the file, its centre at the origin, or its lowest point at "
-                "y = 0 with its centre above the origin.")
+                "y = 0 with its centre above the origin. As `fit`, for each file by itself: keep "
+                "what moves in place.")
         .choice("normals", &Inputs::normals, {"file", "computed", "none"},
                 "Take normals from the file and compute those it lacks, compute all, or have none.")
         .param("crease_degrees", &Inputs::crease_degrees,

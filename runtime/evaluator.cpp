@@ -704,7 +704,7 @@ private:
         // A sink that does not say what it wrote can't be checked later, so it runs each time.
         const bool silent = is_node && graph_.nodes[task.node].type->sink && result->files.empty();
         // A file that changed under the run: nobody knows what the node read of it.
-        const bool torn = is_node && opens(task.node) && keys_.files_changed(task.node);
+        const bool torn = is_node && opens(task.node) && keys_.files_changed(task.node, task.frame);
         const bool keep = !silent && !torn;
         const Key same = keep ? task.same : Key{};
         if (keep) gone = caches_.memory.insert(key, result);
@@ -1206,16 +1206,19 @@ void Evaluator::find_side_files(const std::vector<std::uint32_t>& targets,
     Options options = options_;
     options.keep_going = true;
     for (const std::uint32_t n : std::vector<std::uint32_t>(keys_.openers())) {
+        bool now = false;
         for (const int frame : frames) {
             if (!keys_.known(n, frame)) {
                 Cooking(graph_, caches_, options, nullptr, keys_, usual_, *arena_, {}, {frame})
                     .cook({{n, frame}}, 1);
-                keys_.edited(n);
-                keys_.aim(targets, frames);
-                ran = true;
+                now = true;
             }
             if (!keys_.varies(n)) break;
         }
+        if (!now) continue;
+        keys_.edited(n);
+        keys_.aim(targets, frames);
+        ran = true;
     }
     if (ran) keys_.aim(targets, frames);
 }

@@ -163,6 +163,9 @@ void Keys::read_links()
         each_link(node, [&](const Input& input) { links_.push_back(input); });
         nodes_[n].links = static_cast<std::uint32_t>(links_.size()) - nodes_[n].first_link;
         nodes_[n].moves = moves(node);
+        nodes_[n].sequence =
+            std::any_of(node.animated.begin(), node.animated.end(),
+                        [](const graph::Animated& a) { return static_cast<bool>(a.file); });
         nodes_[n].placed = node.type->sink || declares(node, graph::Variable::fps) ||
                            declares(node, graph::Variable::range);
         nodes_[n].rolls = !node.type->previous.empty();
@@ -243,6 +246,15 @@ void Keys::aim(const std::vector<std::uint32_t>& targets, const std::vector<int>
     for (const std::uint32_t n : file_nodes_) {
         if (!nodes_[n].stale && fixed_part(n) != nodes_[n].fixed) edited(n);
     }
+    for (auto at = sequences_.begin(); at != sequences_.end();) {
+        const auto [n, frame] = at->first;
+        if (files_of_frame(n, frame) == at->second) {
+            ++at;
+        } else {
+            edited(n);
+            at = sequences_.erase(at);
+        }
+    }
     const auto from = std::lower_bound(reached_.begin(), reached_.end(), first_stale_);
     if (from == reached_.end()) return;
 
@@ -316,14 +328,52 @@ void Keys::add_fixed_part(std::uint32_t n, KeyBuilder& b) const
     }
 }
 
+// The values at a frame of what moves, files by their bytes.
+void Keys::add_animated(std::uint32_t n, int frame, KeyBuilder& builder) const
+{
+    const graph::Node& node = graph_.nodes[n];
+    ParamValues values = params(n, frame);
+    for (const graph::Animated& a : node.animated) {
+        const ParamValue& value = child(values, a.where);
+        if (a.file) {
+            add_file(builder, std::get<std::string>(value.is), files_);
+        } else {
+            builder.add(value);
+        }
+    }
+}
+
+// Zero where there are none.
+Key Keys::files_of_frame(std::uint32_t n, int frame) const
+{
+    KeyBuilder builder;
+    for (const graph::Animated& a : graph_.nodes[n].animated) {
+        if (!a.file) continue;
+        try {
+            add_file(builder, a.file(frame).generic_string(), files_);
+        } catch (const std::exception&) {
+            builder.add("none");
+        }
+    }
+    return builder.key();
+}
+
+bool Keys::files_changed(std::uint32_t n, int frame) const
+{
+    if (fixed_part(n) != nodes_[n].fixed) return true;
+    if (!nodes_[n].sequence) return false;
+    const auto before = sequences_.find({n, frame});
+    return before != sequences_.end() && files_of_frame(n, frame) != before->second;
+}
+
 // What of the node itself is another at each frame.
 void Keys::add_movement(std::uint32_t n, int frame)
 {
     const graph::Node& source = graph_.nodes[n];
+    if (nodes_[n].sequence) sequences_.try_emplace({n, frame}, files_of_frame(n, frame));
     if (!source.animated.empty()) {
         try {
-            ParamValues values = params(n, frame);
-            for (const graph::Animated& a : source.animated) builder_.add(child(values, a.where));
+            add_animated(n, frame, builder_);
         } catch (const std::exception& e) {
             // The run says what is wrong; here it only must not meet a stored result.
             builder_.add("no value").add(frame).add(std::string_view(e.what()));
@@ -368,8 +418,7 @@ Key Keys::gather_key(std::uint32_t n, bool with_side_files)
         for (const int frame : source.type->gather_frames(params(n, graph_.range.first), cooked)) {
             gathered.frames.push_back(nearest_cooked(frames_, frame));
         }
-        ParamValues values = params(n, graph_.range.first);
-        for (const graph::Animated& a : source.animated) b.add(child(values, a.where));
+        add_animated(n, graph_.range.first, b);
     } catch (const std::exception& e) {
         gathered.trouble = e.what();
         b.add("no value").add(std::string_view(e.what()));
@@ -524,8 +573,7 @@ Key Keys::by_content(std::uint32_t n, int frame, std::span<const graph::ContentN
         for (const int f : frames) b.add(f);
     }
     if (!source.animated.empty()) {
-        ParamValues values = params(n, frame);
-        for (const graph::Animated& a : source.animated) b.add(child(values, a.where));
+        add_animated(n, frame, b);
     }
     if (declares(source, graph::Variable::frame)) b.add(frame).add(graph_.range.time(frame));
     for (const graph::ContentName& name : names) b.add(name[0]).add(name[1]);

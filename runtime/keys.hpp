@@ -13,6 +13,7 @@
 #include "runtime/side_files.hpp"
 
 #include <list>
+#include <map>
 
 namespace runtime {
 
@@ -56,7 +57,7 @@ public:
     // The node ran and opened these. Returns its key, which may differ from that before.
     Key opened(std::uint32_t n, int frame, const std::set<std::filesystem::path>& paths);
     // Whether the files named by the node's parameters are not what its key says any more.
-    bool files_changed(std::uint32_t n) const { return fixed_part(n) != nodes_[n].fixed; }
+    bool files_changed(std::uint32_t n, int frame) const;
 
     // Frames at which the node's input port is wanted when the node runs at `frame`: that one, or
     // for a port that gathers, all it asks for. The span may be `frame` itself.
@@ -84,6 +85,7 @@ private:
         bool moves = false;                       // with the frame, by itself
         bool placed = false;  // depends on frames a second, the range or the output folder
         bool varies = false, rolls = false, opens = false, gathers = false;
+        bool sequence = false;  // of files, one a frame
         bool stale = true, changed = false;
 
         // Where S would go into one key only, its parts go there directly.
@@ -113,6 +115,8 @@ private:
         add_fixed_part(n, builder);
         return builder.key();
     }
+    void add_animated(std::uint32_t n, int frame, KeyBuilder& builder) const;
+    Key files_of_frame(std::uint32_t n, int frame) const;
     void add_movement(std::uint32_t n, int frame);
     Key key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with_side_files);
     Key gather_key(std::uint32_t n, bool with_side_files);
@@ -142,6 +146,8 @@ private:
     std::vector<std::uint32_t> rolling_;        // of those: simulations
     std::vector<std::uint32_t> openers_, file_nodes_;
     std::uint32_t first_stale_ = 0;
+    // Of nodes that read sequences of files: what was in those of a frame when its key was made.
+    std::map<std::pair<std::uint32_t, int>, Key> sequences_;
 
     std::unordered_map<std::uint32_t, Gathered> gathered_;
     std::vector<std::vector<Key>> history_;  // one a rolling node, K at first, first + 1, ...

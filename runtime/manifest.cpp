@@ -107,9 +107,12 @@ void describe_graph(const graph::Graph& graph, Keys& keys, const std::vector<int
         for (const auto& [param, path] : graph::files_of(source)) {
             node.files[param] = digested(path, digests);
         }
-        for (const auto& path : keys.side_files(n, frames.front())) {
-            node.side_files.push_back(digested(path, digests));
+        std::set<std::filesystem::path> more;
+        for (const int frame : keys.varies(n) ? std::span(frames) : std::span(frames).first(1)) {
+            for (auto& path : keys.side_files(n, frame)) more.insert(std::move(path));
+            for (auto& path : graph::files_at(source, frame)) more.insert(std::move(path));
         }
+        for (const auto& path : more) node.side_files.push_back(digested(path, digests));
     }
 }
 

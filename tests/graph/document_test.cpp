@@ -1,5 +1,6 @@
 #include "graph/document.hpp"
 
+#include "graph/difference.hpp"
 #include "graph/evaluate.hpp"
 #include "tests/graph/folder.hpp"
 #include "tests/graph/toys.hpp"
@@ -132,6 +133,51 @@ TEST(Document, NestingBombsAndLargeFilesAreRefused)
     EXPECT_EQ(told(load(bakery, small)).substr(0, 66),
               "toy.json: error: this is too large for a graph document: " +
                   std::to_string(std::string(bakery).size()) + " bytes");
+}
+
+TEST(Document, ASequenceOfFilesIsOneAFrame)
+{
+    const Folder folder, elsewhere;
+    for (const char* name : {"r.0001.txt", "r.0002.txt", "r.0007.txt", "r.12345.txt", "r.8.txt",
+                             "r.0009.txt.bak", "####.txt"}) {
+        folder.write(name, "flour");
+    }
+    std::filesystem::create_symlink(elsewhere.write("secret.txt", "secret"),
+                                    folder.path / "r.0003.txt");
+    const auto load_reading = [&](const std::string& recipe) {
+        return graph::load_file(folder.write("g.json", reading(recipe)), toys::registry());
+    };
+    const auto file_at = [&](const Loaded& loaded, int frame) {
+        return std::get<std::string>(evaluate(loaded.graph.nodes[0], frame, 0)[7].is);
+    };
+    const auto wrong_at = [&](const Loaded& loaded, int frame) -> std::string {
+        try {
+            evaluate(loaded.graph.nodes[0], frame, 0);
+        } catch (const graph::Failure& failure) {
+            return failure.problem.message;
+        }
+        return "";
+    };
+
+    const Loaded loaded = load_reading("r.####.txt");
+    ASSERT_TRUE(loaded.ok()) << told(loaded);
+    const std::string before = (folder.path / "r.").string();
+    for (const int frame : {1, 2, 7, 12345}) {
+        EXPECT_EQ(file_at(loaded, frame), fmt::format("{}{:04}.txt", before, frame));
+    }
+    EXPECT_EQ(wrong_at(loaded, 8), "at frame 8: there is no file " + before +
+                                       "0008.txt; the sequence has files from frame 1 to 12345");
+    EXPECT_NE(wrong_at(loaded, 3).find("leads outside of the project"), std::string::npos);
+    EXPECT_EQ(graph::values_of(loaded.graph.nodes[0]).at("recipe"), "r.####.txt");
+    EXPECT_TRUE(graph::files_of(loaded.graph.nodes[0]).empty());
+    EXPECT_EQ(graph::files_at(loaded.graph.nodes[0], 7).at(0), before + "0007.txt");
+    EXPECT_TRUE(graph::files_at(loaded.graph.nodes[0], 8).empty());
+
+    EXPECT_TRUE(load_reading("####.txt").graph.nodes[0].animated.empty()) << "a file of that name";
+    const Loaded none = load_reading("q.####.txt");
+    ASSERT_EQ(none.problems.size(), 1u);
+    EXPECT_EQ(none.problems[0].message,
+              "there is no file " + (folder.path / "q.####.txt").string());
 }
 
 TEST(Document, FilesAreReadBesideTheDocumentAndInsideOfTheProject)
