@@ -1192,10 +1192,15 @@ Cooked Evaluator::cook(std::vector<Want> wants, const Arrived& arrived)
         wants, [&](const Want& w) { return !keys_.varies(w.node) && !seen.insert(w.node).second; });
     const std::size_t a_frame =
         (wants.size() + frames.size()) / std::max<std::size_t>(frames.size(), 1);
-    const auto ahead = static_cast<std::size_t>(std::max(4, 2 * arena_->max_concurrency()));
     Cooking cooking(graph_, caches_, options_, observer_, keys_, usual_, *arena_, arrived,
                     std::move(frames));
-    return cooking.cook(std::move(wants), ahead * a_frame);
+    return cooking.cook(std::move(wants), frames_ahead() * a_frame);
+}
+
+// How many frames are begun before the first is done.
+std::size_t Evaluator::frames_ahead() const
+{
+    return static_cast<std::size_t>(std::max(4, 2 * arena_->max_concurrency()));
 }
 
 // Keys of what depends on a node that opens side files are known only when it has run once.
@@ -1206,16 +1211,16 @@ void Evaluator::find_side_files(const std::vector<std::uint32_t>& targets,
     Options options = options_;
     options.keep_going = true;
     for (const std::uint32_t n : std::vector<std::uint32_t>(keys_.openers())) {
-        bool now = false;
+        std::vector<int> unknown;
         for (const int frame : frames) {
-            if (!keys_.known(n, frame)) {
-                Cooking(graph_, caches_, options, nullptr, keys_, usual_, *arena_, {}, {frame})
-                    .cook({{n, frame}}, 1);
-                now = true;
-            }
+            if (!keys_.known(n, frame)) unknown.push_back(frame);
             if (!keys_.varies(n)) break;
         }
-        if (!now) continue;
+        if (unknown.empty()) continue;
+        std::vector<Want> wants;
+        for (const int frame : unknown) wants.push_back({n, frame});
+        Cooking(graph_, caches_, options, nullptr, keys_, usual_, *arena_, {}, unknown)
+            .cook(std::move(wants), frames_ahead());
         keys_.edited(n);
         keys_.aim(targets, frames);
         ran = true;

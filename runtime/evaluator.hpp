@@ -138,6 +138,7 @@ public:
     const graph::Graph& graph() const { return graph_; }
 
 private:
+    std::size_t frames_ahead() const;
     void find_side_files(const std::vector<std::uint32_t>& targets, const std::vector<int>& frames);
 
     const graph::Graph& graph_;
