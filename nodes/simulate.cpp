@@ -2,6 +2,7 @@
 #include "nodes/wire_types.hpp"
 #include "physics/balls.hpp"
 #include "physics/bricks.hpp"
+#include "physics/contact.hpp"
 #include "physics/far_forces.hpp"
 #include "physics/lattice.hpp"
 #include "physics/pins.hpp"
@@ -93,7 +94,15 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     }
     std::vector<physics::Ball> balls;
     for (const auto& ball : in.balls) balls.push_back(*ball);
+    physics::Loads loads;
+    loads.pins = physics::merge_pins(in.pins, in.cubes->corner_count());
+    for (const auto& collider : in.colliders) loads.colliders.push_back(*collider);
     if (!in.last) {
+        if (!in.start) {
+            for (const auto& warning : physics::buried(*in.cubes, loads.pins, loads.colliders)) {
+                context.warn(warning);
+            }
+        }
         auto state = in.start
                          ? *in.start
                          : std::visit([](const auto& b) { return rest_state(b); }, in.body->is);
@@ -102,13 +111,10 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         state.balls = physics::place_balls(balls);
         return {std::move(state)};
     }
-    physics::Loads loads;
     loads.balls = std::move(balls);
-    loads.pins = physics::merge_pins(in.pins, in.cubes->corner_count());
     for (const auto& force : in.forces) loads.forces.push_back(*force);
     for (const auto& warning : physics::far_forces(*in.cubes, loads.forces)) context.warn(warning);
     warn_of_idle(in, context);
-    for (const auto& collider : in.colliders) loads.colliders.push_back(*collider);
     if (!in.gravity.isZero(0)) {
         loads.forces.push_back({physics::Force::Kind::gravity, in.gravity});
     }

@@ -2,6 +2,8 @@
 
 #include "geometry/parallel.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -313,6 +315,28 @@ std::vector<Contact> find_contacts(const Skin& skin, double h, const double* x, 
     std::vector<Contact> all;
     for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
     return all;
+}
+
+std::vector<std::string> buried(const geometry::Cubes& cubes, const Pins& pins,
+                                std::span<const Collider> colliders)
+{
+    const std::size_t stride = 1 + cubes.corner_count() / 20'000;
+    std::vector<std::string> out;
+    for (std::size_t i = 0; i < colliders.size(); ++i) {
+        const PosedCollider collider = pose_collider(colliders[i], 1, 0, cubes.size);
+        double deepest = 0;  // m
+        for (std::size_t c = 0; c < cubes.corner_count(); c += stride) {
+            const auto corner = static_cast<std::uint32_t>(c);
+            if (std::binary_search(pins.corner.begin(), pins.corner.end(), corner)) continue;
+            deepest = std::max(deepest, -touch(collider, cubes.corner_position(c)).gap);
+        }
+        if (!(deepest > cubes.size)) continue;
+        out.push_back(fmt::format(
+            "the body starts up to {:.2g} m deep inside collider {} of {}, and will be thrown out: "
+            "move them apart, or pin what is to stay there",
+            deepest, i + 1, colliders.size()));
+    }
+    return out;
 }
 
 }  // namespace physics

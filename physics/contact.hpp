@@ -19,6 +19,8 @@
 #include "physics/loads.hpp"
 #include "physics/skin.hpp"
 
+#include <span>
+#include <string>
 #include <vector>
 
 namespace physics {
@@ -61,6 +63,12 @@ Touch touch(const PosedCollider& collider, const Vec3& to, const Vec3& v, double
 // distance changes no faster than a place.
 bool may_touch(const PosedCollider& collider, const Vec3& p, double radius, double speed,
                double dt);
+
+// A sentence for each collider that holds a corner of the cubes at rest more than a cube deep:
+// contact will throw it out in the first steps. Corners that are pinned are left out, as a foot in
+// the ground is. Of many corners some twenty thousand are looked at.
+std::vector<std::string> buried(const geometry::Cubes& cubes, const Pins& pins,
+                                std::span<const Collider> colliders);
 
 // A point of the skin that is inside a collider.
 struct Contact {

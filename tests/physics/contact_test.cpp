@@ -267,4 +267,54 @@ TEST(Contact, AMovingColliderCarriesWhatRestsOnIt)
     for (const Vec3& v : state.v) EXPECT_NEAR(v.x(), 0.5, 0.02);
 }
 
+Collider plane_at(double height)
+{
+    Collider plane;
+    plane.pose.translation().y() = plane.before.translation().y() = height;
+    return plane;
+}
+
+TEST(Contact, BuriedIsWhatLiesMoreThanACubeDeep)
+{
+    const geometry::Cubes cubes = fixtures::box(4, 4, 4, 0.1);
+    const double lowest = geometry::corner_positions(cubes)[0].y();
+    const std::vector<Collider> touching{plane_at(lowest + 0.09)};
+    EXPECT_TRUE(buried(cubes, {}, touching).empty());
+    const std::vector<Collider> two{plane_at(lowest - 1), plane_at(lowest + 0.25)};
+    const auto said = buried(cubes, {}, two);
+    ASSERT_EQ(said.size(), 1u);
+    EXPECT_NE(said[0].find("up to 0.25 m deep inside collider 2 of 2"), std::string::npos)
+        << said[0];
+}
+
+TEST(Contact, BuriedLeavesOutWhatIsPinned)
+{
+    const geometry::Cubes cubes = fixtures::box(4, 4, 4, 0.1);
+    const auto corners = geometry::corner_positions(cubes);
+    Pins pins;
+    for (std::uint32_t c = 0; c < corners.size(); ++c) {
+        if (corners[c].y() > corners[0].y() + 0.15) continue;
+        pins.corner.push_back(c);
+        pins.target.push_back(corners[c]);
+    }
+    const std::vector<Collider> floor{plane_at(corners[0].y() + 0.25)};
+    EXPECT_TRUE(buried(cubes, pins, floor).empty());
+    pins.corner.pop_back(), pins.target.pop_back();
+    EXPECT_EQ(buried(cubes, pins, floor).size(), 1u);
+}
+
+TEST(Contact, BuriedInAMeshToo)
+{
+    const geometry::Cubes cubes = fixtures::box(4, 4, 4, 0.1);
+    Collider stone;
+    stone.kind = Collider::Kind::mesh;
+    auto ball = geometry::icosphere(0.5, 3);
+    for (auto& p : ball.positions) p += cubes.corner_position(0).cast<float>();
+    stone.mesh = std::make_shared<const geometry::TriMesh>(ball);
+    EXPECT_EQ(buried(cubes, {}, std::vector{stone}).size(), 1u);
+    for (auto& p : ball.positions) p.x() -= 0.55f;
+    stone.mesh = std::make_shared<const geometry::TriMesh>(ball);
+    EXPECT_TRUE(buried(cubes, {}, std::vector{stone}).empty());
+}
+
 }  // namespace
