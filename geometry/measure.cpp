@@ -27,6 +27,19 @@ void check_same_vertices(const TriMesh& mesh, const TriMesh& rest)
 
 }  // namespace
 
+std::string far_from_origin(const TriMesh& mesh)
+{
+    const Box box = bounds(mesh);
+    if (box.empty()) return {};
+    const double far = std::max(box.lo.cwiseAbs().maxCoeff(), box.hi.cwiseAbs().maxCoeff());
+    const double size = box.size().maxCoeff();
+    const double spacing = far * 0x1p-23;  // of numbers there, at most
+    if (!(spacing > 1e-3 * size) || !(size > 0)) return {};
+    return fmt::format("coordinates near {:.2g} m are rounded to {:.1g} m, which shows on what is "
+                       "{:.2g} m long: move it to the origin before it comes here",
+                       far, spacing, size);
+}
+
 double surface_area(const TriMesh& mesh)
 {
     double sum = 0;

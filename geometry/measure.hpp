@@ -13,6 +13,10 @@ inline bool exceeds(double x, double largest)
     return !(x <= largest) && largest == largest;
 }
 
+// A sentence where the mesh lies so far from the origin that single precision, which coordinates
+// are kept in, rounds it by more than a thousandth of its size; else empty.
+std::string far_from_origin(const TriMesh& mesh);
+
 // Sum of the triangles' areas. m^2.
 double surface_area(const TriMesh& mesh);
 

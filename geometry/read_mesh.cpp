@@ -2,6 +2,7 @@
 
 #include "geometry/colour.hpp"
 #include "geometry/distinct.hpp"
+#include "geometry/measure.hpp"
 #include "geometry/normals.hpp"
 #include "geometry/parallel.hpp"
 #include "geometry/read_ply.hpp"
@@ -443,6 +444,9 @@ ReadMesh assemble(const ImportedScene& scene, const ReadOptions& options)
         drop_normals(out.mesh);
     } else {
         complete_normals(out.mesh, options);
+    }
+    if (std::string far = far_from_origin(out.mesh); !far.empty()) {
+        out.warnings.push_back(std::move(far));
     }
     fit_and_place(out.mesh, options);
     return out;

@@ -1,4 +1,5 @@
 #include "geometry/transform.hpp"
+#include "geometry/measure.hpp"
 #include "graph/node_type.hpp"
 #include "nodes/wire_types.hpp"
 
@@ -28,11 +29,14 @@ static Mirrored mirror(const Inputs& in)
         geometry::turned_inside_out(*in.mesh->topology))};
 }
 
-static Outputs run(const Inputs& in, const graph::Context&)
+static Outputs run(const Inputs& in, const graph::Context& context)
 {
     Outputs out{*in.mesh};
     geometry::move(out.mesh,
                    geometry::placement(in.translate, in.rotate_degrees, in.scale, in.pivot));
+    if (const std::string far = geometry::far_from_origin(out.mesh); !far.empty()) {
+        context.warn(far);
+    }
     if (in.mirrored->topology) out.mesh.topology = in.mirrored->topology;
     return out;
 }

@@ -1,5 +1,7 @@
 #include "geometry/measure.hpp"
 
+#include "geometry/primitive.hpp"
+
 using namespace geometry;
 
 // The tetrahedron of the unit corner: volume 1/6, three right triangles of area 1/2 and one of
@@ -57,4 +59,17 @@ TEST(Measure, MeshesOfDifferentSizeAreRefusedAndEmptyOnesMeasureNothing)
     EXPECT_EQ(surface_area(TriMesh{}), 0);
     EXPECT_EQ(enclosed_volume(TriMesh{}), 0);
     EXPECT_EQ(displacement(TriMesh{}, TriMesh{}).largest, 0);
+}
+
+TEST(Measure, TellsOfCoordinatesThatAreRounded)
+{
+    TriMesh mesh = icosphere(0.5, 2);
+    EXPECT_EQ(far_from_origin(mesh), "");
+    EXPECT_EQ(far_from_origin(TriMesh{}), "");
+    for (auto& p : mesh.positions) p.x() += 5000;
+    EXPECT_EQ(far_from_origin(mesh), "");
+    for (auto& p : mesh.positions) p.x() -= 1.005e6f;
+    EXPECT_EQ(far_from_origin(mesh),
+              "coordinates near 1e+06 m are rounded to 0.1 m, which shows on what is 1 m long: "
+              "move it to the origin before it comes here");
 }
