@@ -6,10 +6,15 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <charconv>
 #include <chrono>
+#include <fcntl.h>
 #include <fstream>
+#include <optional>
 #include <ostream>
+#include <sys/file.h>
+#include <unistd.h>
 
 namespace runtime {
 
@@ -205,6 +210,26 @@ void make_output_folder(const fs::path& folder)
                     error.message()));
 }
 
+// Held while a cook writes into a folder, as far as its file system has locks.
+class FolderLock {
+public:
+    explicit FolderLock(const fs::path& folder)
+        : number_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)),
+          taken_(number_ >= 0 && ::flock(number_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    {}
+    ~FolderLock()
+    {
+        if (number_ >= 0) ::close(number_);
+    }
+    FolderLock(const FolderLock&) = delete;
+
+    bool taken() const { return taken_; }  // by another cook
+
+private:
+    int number_;
+    bool taken_;
+};
+
 int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& caches,
                FrontEnd& front_end, Console& console, Manifest& manifest)
 {
@@ -225,7 +250,15 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     options.recheck = request.recheck / 100;
     options.recheck_seed =
         static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count());
-    if (!nodes.empty()) make_output_folder(options.output_folder);
+    std::optional<FolderLock> lock;
+    if (!nodes.empty()) {
+        make_output_folder(options.output_folder);
+        if (lock.emplace(options.output_folder).taken()) {
+            console.err << fmt::format("warning: another cook is writing into {}; files of the two "
+                                       "may mix there: say --out DIR\n",
+                                       options.output_folder.string());
+        }
+    }
     begin_manifest(request, console, frames, manifest);
 
     front_end.began(graph, frames.size());

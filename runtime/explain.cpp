@@ -201,6 +201,11 @@ int explain(const CookRequest& request, int frame, const graph::Registry& regist
         const bool gathers = static_cast<bool>(graph->nodes[n].type->gather_frames);
         if (gathers && request.nodes.empty()) {
             gathering.push_back(graph->nodes[n].name);
+            for (const auto& port : graph->nodes[n].inputs) {
+                for (const graph::Link& link : port) {
+                    if (!graph->nodes[link.node].type->gather_frames) walk.from(link.node, frame);
+                }
+            }
         } else {
             walk.from(n, frame);
         }
@@ -231,8 +236,8 @@ int explain(const CookRequest& request, int frame, const graph::Registry& regist
         }
     }
     for (const std::string& name : gathering) {
-        console.out << fmt::format("  '{}' gathers many frames; --node {} looks at it\n", name,
-                                   name);
+        console.out << fmt::format(
+            "  '{}' gathers many frames, this one looked at; --node {} looks at all\n", name, name);
     }
     console.out << (last ? fmt::format("compared with the cook in {}\n",
                                        (folder / manifest_name).string())

@@ -5,7 +5,10 @@
 
 #include <fmt/format.h>
 
+#include <fcntl.h>
 #include <regex>
+#include <sys/file.h>
+#include <unistd.h>
 
 using namespace runtime;
 using toys::has;
@@ -76,6 +79,21 @@ TEST(CommandLine, AMissedExpectationIsExit3AndSaysWhatWasFound)
     EXPECT_EQ(said.exit, exit_missed);
     EXPECT_TRUE(has(said.err, "sum.value at frame 1: expected 11 to 11, found 5 (10 + 1)"))
         << said.err;
+}
+
+TEST(CommandLine, TwoCooksIntoOneFolderAreTold)
+{
+    const toys::Folder folder;
+    const std::string file = folder.write("three.json", three_frames).string();
+    const std::string out = (folder.path / "out").string();
+    EXPECT_EQ(run({"cook", file, "--out", out}).err.find("another cook"), std::string::npos);
+    const int other = ::open(out.c_str(), O_RDONLY | O_DIRECTORY);
+    ASSERT_EQ(::flock(other, LOCK_EX), 0);
+    const Said said = run({"cook", file, "--out", out});
+    ::close(other);
+    EXPECT_EQ(said.exit, exit_ok);
+    EXPECT_TRUE(has(said.err, "another cook is writing into " + out)) << said.err;
+    EXPECT_EQ(run({"cook", file, "--out", out}).err.find("another cook"), std::string::npos);
 }
 
 TEST(CommandLine, CheckWritesNoFile)

@@ -177,3 +177,19 @@ TEST_F(Explained, AFrameOutsideTheRangeIsRefused)
     EXPECT_TRUE(has(said.err, "frames 1 to 4; frame 9 is none of them")) << said.err;
     EXPECT_EQ(with("explain", {}).exit, exit_usage) << "which frame?";
 }
+
+// Of what gathers all frames, a contact sheet say, only this one is looked at.
+TEST_F(Explained, TheFrameThatIsGatheredIsLookedAt)
+{
+    file_ = folder_
+                .write("graph.json", R"({ "aspic": 1, "frames": { "first": 1, "last": 4 },
+        "nodes": {
+          "read": { "type": "ReadNumber@1", "params": { "path": "number.txt" } },
+          "sim": { "type": "Accumulate@1", "inputs": { "value": "read.value" } },
+          "all": { "type": "Collect@1", "inputs": { "values": ["sim.value"] } } } })")
+                .string();
+    const Said said = explain({"--frame", "2"});
+    EXPECT_TRUE(has(said.out, "'all' gathers many frames, this one looked at")) << said.out;
+    EXPECT_TRUE(has(of("sim", said), "cook frames 1-2: ")) << said.out;
+    EXPECT_EQ(of("read", said), "cook nothing is known of an earlier cook");
+}
