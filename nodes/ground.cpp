@@ -24,7 +24,9 @@ static Outputs run(const Inputs& in, const graph::Context&)
 void add_to(graph::Registry& registry)
 {
     registry.add("Ground", 1, run)
-        .summary("A level floor that bodies rest and slide on. For one that moves, use Collider.")
+        .summary(
+            "A level floor that bodies rest and slide on, sunk in by a tenth of what their own "
+            "weight squashes them. For one that moves, use Collider.")
         .param("height", &Inputs::height, "The y of the floor.", {.unit = "m"})
         .param("friction", &Inputs::friction,
                "Coulomb coefficient: 0 is ice, 0.5 wood on wood, 1 rubber.", {.min = 0, .max = 100})

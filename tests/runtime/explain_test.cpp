@@ -186,7 +186,7 @@ TEST_F(Explained, TheFrameThatIsGatheredIsLookedAt)
         "nodes": {
           "read": { "type": "ReadNumber@1", "params": { "path": "number.txt" } },
           "sim": { "type": "Accumulate@1", "inputs": { "value": "read.value" } },
-          "all": { "type": "Collect@1", "inputs": { "values": ["sim.value"] } } } })")
+          "all": { "type": "Collect@1", "inputs": { "values": "sim.value" } } } })")
                 .string();
     const Said said = explain({"--frame", "2"});
     EXPECT_TRUE(has(said.out, "'all' gathers many frames, this one looked at")) << said.out;
