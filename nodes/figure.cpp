@@ -2,6 +2,8 @@
 #include "nodes/wire_types.hpp"
 #include "physics/layered.hpp"
 
+#include <fmt/format.h>
+
 #include <numbers>
 
 namespace nodes::figure {
@@ -31,6 +33,12 @@ static physics::LayeredBody build(const Inputs& in)
 {
     physics::LayeredBody body = *in.part->body;
     for (const Joint& j : in.hinges) {
+        if (j.lowest_degrees > j.highest_degrees) {
+            throw std::invalid_argument(fmt::format(
+                "hinge {} of {}: expected lowest_degrees below highest_degrees, found "
+                "{} and {}",
+                &j - in.hinges.data() + 1, in.hinges.size(), j.lowest_degrees, j.highest_degrees));
+        }
         physics::add_hinge(body.base, static_cast<std::uint32_t>(j.a),
                            static_cast<std::uint32_t>(j.b), j.point, j.axis);
         physics::Hinge& hinge = body.base.hinges.back();

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace nodes::implicit_layer {
 
 using geometry::Vec3;
@@ -49,7 +51,7 @@ static LayeredBody build(const Inputs& in)
     return body;
 }
 
-static Outputs run(const Inputs& in, const graph::Context&)
+static Outputs run(const Inputs& in, const graph::Context& context)
 {
     physics::LayeredPart part;
     part.body = in.body;
@@ -66,6 +68,13 @@ static Outputs run(const Inputs& in, const graph::Context&)
         }
         part.muscle.resize(skeletons, 1);
         part.muscle[s] *= muscle.inflation;
+    }
+    const bool inflates =
+        in.inflation != 1 || std::any_of(in.muscles.begin(), in.muscles.end(),
+                                         [](const Muscle& m) { return m.inflation != 1; });
+    if (inflates && in.volume.proportional == 0) {
+        context.warn("inflation does nothing while volume.proportional is 0, which is off: give it "
+                     "10 per second, say");
     }
     part.colour = in.colour;
     return {std::move(part)};
@@ -156,7 +165,8 @@ void add_to(graph::Registry& registry)
                "Turns it about the world's origin, about x, then y, then z.", {.unit = "deg"})
         .param("velocity", &Inputs::velocity, "What it starts with.", {.unit = "m/s"})
         .param("inflation", &Inputs::inflation,
-               "The volume it seeks, as a share of its own; keyframe it to breathe.",
+               "The volume it seeks, as a share of its own; keyframe it to breathe. The surface "
+               "moves by at most half the layer's thickness.",
                {.min = 0.05, .max = 20})
         .list<Muscle>(
             "muscles", &Inputs::muscles,

@@ -3,6 +3,8 @@
 #include "graph/node_type.hpp"
 #include "nodes/wire_types.hpp"
 
+#include <fmt/format.h>
+
 namespace nodes::skin {
 
 struct Inputs {
@@ -23,6 +25,11 @@ static physics::LayerSkin build(const Inputs& in)
 
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
+    if (static_cast<std::size_t>(in.body) >= in.scene->parts.size()) {
+        throw std::invalid_argument(fmt::format("there is no body {} among Layered's {}; they are "
+                                                "counted from 0",
+                                                in.body, in.scene->parts.size()));
+    }
     if (in.skin->out_of_reach > 0) {
         context.warn(std::to_string(in.skin->out_of_reach) + " of " +
                      std::to_string(in.mesh->positions.size()) +

@@ -308,7 +308,9 @@ Seeds make_seeds(const ImplicitLayer& layer, double spacing)
         if (s.kind != SkeletonKind::plane) {
             Box box;
             for (const Vec3& p : s.points) box.add(p);
-            const double width = box.diagonal() + 2 * s.half_size.norm() + 2 * e;
+            if (s.mesh) box.add(geometry::bounds(s.mesh->mesh));
+            const bool solid = s.kind == SkeletonKind::box || s.kind == SkeletonKind::ellipsoid;
+            const double width = box.diagonal() + (solid ? 2 * s.half_size.norm() : 0) + 2 * e;
             if (4 * width * width / (spacing * spacing) > most_seeds) {
                 throw std::invalid_argument(fmt::format(
                     "seeds: a spacing of {} m on skeleton {}, about {} m wide, gives more than {} "

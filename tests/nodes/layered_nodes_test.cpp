@@ -162,3 +162,62 @@ TEST(Carry, GivesTheCubesToWhoMovesThem)
     carried.param("part").is = std::int64_t{2};
     EXPECT_THROW(carried.run(), std::invalid_argument) << "there are two";
 }
+
+TEST(ImplicitLayer, SaysThatInflationNeedsVolumeControl)
+{
+    geometry::ImplicitLayer layer;
+    layer.skeletons = {{.kind = geometry::SkeletonKind::point, .points = {{0, 0, 0}}}};
+    layer.contributions = {{.thickness = 0.1, .stiffness = 10, .radius = 0.22}};
+    layer.frame = {0};
+    const auto warnings = [&](double inflation, double proportional) {
+        NodeRun node("ImplicitLayer");
+        node.inputs["layer"] = {Value::of(layer)};
+        node.param("inflation").is = inflation;
+        node.param("volume.proportional").is = proportional;
+        node.run();
+        return node.warnings;
+    };
+    EXPECT_TRUE(warnings(1, 0).empty());
+    EXPECT_TRUE(warnings(1.2, 5).empty());
+    ASSERT_EQ(warnings(1.2, 0).size(), 1u);
+    EXPECT_NE(warnings(1.2, 0)[0].find("volume.proportional is 0"), std::string::npos);
+}
+
+TEST(Skin, NamesABodyThatIsNotThere)
+{
+    const Value part = part_of({{0, 0, 0}}, BaseKind::still);
+    NodeRun skin("Skin");
+    skin.inputs["mesh"] = {Value::of(geometry::icosphere(0.11, 1))};
+    skin.inputs["part"] = {part};
+    skin.inputs["scene"] = {Value::of(physics::start({*part.as<LayeredPart>()}))};
+    skin.param("body").is = std::int64_t{1};
+    try {
+        skin.run();
+        FAIL();
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("there is no body 1 among Layered's 1"),
+                  std::string::npos)
+            << error.what();
+    }
+}
+
+TEST(Figure, RefusesLimitsTheWrongWayRound)
+{
+    NodeRun figure("Figure");
+    figure.inputs["part"] = {part_of({{0, 0, 0}, {0.2, 0, 0}}, BaseKind::rigid)};
+    graph::ParamValues hinge;
+    for (const graph::Param& p : figure.type.params[0].children) hinge.push_back(p.fallback);
+    const auto number = [&](const std::string& name) -> graph::ParamValue& {
+        for (std::size_t i = 0;; ++i) {
+            if (figure.type.params[0].children.at(i).name == name) return hinge[i];
+        }
+    };
+    number("b").is = std::int64_t{1};
+    number("lowest_degrees").is = 50.0;
+    number("highest_degrees").is = 60.0;
+    figure.param("hinges").is = graph::ParamValues{{hinge}};
+    EXPECT_NO_THROW(figure.run());
+    number("highest_degrees").is = 40.0;
+    figure.param("hinges").is = graph::ParamValues{{hinge}};
+    EXPECT_THROW(figure.run(), std::invalid_argument);
+}

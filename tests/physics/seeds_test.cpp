@@ -57,6 +57,21 @@ TEST(Seeds, GiveABallItsVolumeAndArea)
     }
 }
 
+// The half size that a point does not use does not count, or no layer of millimetres could be.
+TEST(Seeds, CoatAPointOfAnySize)
+{
+    for (const double scale : {1e-4, 1.0, 1e4}) {
+        const Contribution coat{.thickness = 0.5 * scale, .stiffness = 2, .radius = 1.2 * scale};
+        geometry::Skeleton at = point({1, 2, 3});
+        at.half_size = Vec3(0.5, 0.5, 0.5);
+        EXPECT_GT(make_seeds(layer_of({at}, coat), 0.05 * scale).count(), 100u);
+        at.kind = geometry::SkeletonKind::box;
+        at.points.clear();
+        at.half_size = Vec3::Constant(5000 * scale);
+        EXPECT_THROW(make_seeds(layer_of({at}, coat), 0.05 * scale), std::invalid_argument);
+    }
+}
+
 // int exp(a . n) over the sphere = 4 pi sinh |a| / |a|. Each face is exact for quadratics, which is
 // order 3; where the cubic errors of neighbours cancel, 4. A third of the solid angle a corner
 // would have order 2.
