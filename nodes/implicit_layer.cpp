@@ -51,6 +51,26 @@ static LayeredBody build(const Inputs& in)
     return body;
 }
 
+// Particles that start too near to each other, as points at random do, fly apart at once.
+static void warn_of_crowding(const LayeredBody& body, const graph::Context& context)
+{
+    if (body.base.kind != physics::BaseKind::particles) return;
+    const double wanted = body.base.substance.rest_distance;
+    const auto& frames = body.base.frames;
+    if (!(body.base.substance.stiffness > 0) || frames.size() > 20'000) return;
+    double nearest = wanted;
+    for (std::size_t p = 0; p < frames.size(); ++p) {
+        for (std::size_t q = p + 1; q < frames.size(); ++q) {
+            nearest = std::min(nearest, (frames[p].translation() - frames[q].translation()).norm());
+        }
+    }
+    if (nearest > 0.6 * wanted) return;
+    context.warn(fmt::format("particles start {:.2g} m apart where substance.rest_distance is "
+                             "{:.2g} m: such pairs fly apart at once. Spread them more evenly, or "
+                             "give them a rest_distance of {:.2g} m or less",
+                             nearest, wanted, nearest / 0.6));
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     physics::LayeredPart part;
@@ -76,6 +96,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         context.warn("inflation does nothing while volume.proportional is 0, which is off: give it "
                      "10 per second, say");
     }
+    warn_of_crowding(*in.body, context);
     part.colour = in.colour;
     return {std::move(part)};
 }

@@ -30,6 +30,14 @@ static physics::LayeredBody build(const Inputs& in)
     return body;
 }
 
+// m, between the frames that are farthest apart along an axis, as drawn.
+static double size_of(const physics::Base& base)
+{
+    geometry::Box box;
+    for (const geometry::Transform& frame : base.frames) box.add(frame.translation());
+    return box.size().maxCoeff();
+}
+
 static Outputs run(const Inputs& in, const graph::Context&)
 {
     const physics::Base& base = in.body->base;
@@ -44,7 +52,12 @@ static Outputs run(const Inputs& in, const graph::Context&)
     for (const Goal& goal : in.goals) {
         goals.push_back({static_cast<std::uint32_t>(goal.frame), goal.point, goal.target});
     }
-    const physics::Reached reached = physics::reach(base, in.part->pose, goals, start);
+    physics::Reached reached = physics::reach(base, in.part->pose, goals, start);
+    // From where it was it may go nowhere but against its limits; a jump is better than that.
+    if (!start.empty() && reached.miss > 1e-3 * size_of(base)) {
+        physics::Reached anew = physics::reach(base, in.part->pose, goals, {});
+        if (anew.miss < 0.1 * reached.miss) reached = std::move(anew);
+    }
     Outputs out{*in.part, reached.miss};
     out.part.body = in.body;
     out.part.frames = reached.frames;
@@ -66,7 +79,8 @@ void add_to(graph::Registry& registry)
                     .param("target", &Goal::target, "Where it should be; keyframe it to lead it.",
                            {.unit = "m"});
             },
-            "What should be where. Goals that cannot all be met are missed evenly.")
+            "What should be where. Goals that cannot all be met are missed evenly. A figure that "
+            "is stuck against its limits starts anew from the pose it is drawn in.")
         .prepare("body", &Inputs::body, build, {"part"})
         .output("part", &Outputs::part, "The figure in its pose, for Layered.")
         .output("miss", &Outputs::miss, "How far the worst goal is missed, m.")

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace {
 
@@ -201,23 +202,89 @@ TEST(Skin, NamesABodyThatIsNotThere)
     }
 }
 
+// Elements of a list parameter with some numbers given by name, others as they are by default.
+static graph::ParamValues element(const graph::Param& list,
+                                  const std::map<std::string, graph::ParamValue>& given)
+{
+    graph::ParamValues values;
+    for (const graph::Param& p : list.children) {
+        const auto found = given.find(p.name);
+        values.push_back(found == given.end() ? p.fallback : found->second);
+    }
+    return values;
+}
+
+TEST(Reach, StartsAnewWhereALimitHoldsIt)
+{
+    NodeRun figure("Figure");
+    figure.inputs["part"] = {part_of({{0, 0, 0}, {0.5, 0, 0}, {1.5, 0, 0}}, BaseKind::rigid)};
+    const auto hinge = [&](std::int64_t a, double x) {
+        return element(figure.type.params[0], {{"a", {a}},
+                                               {"b", {a + 1}},
+                                               {"point", {std::array{x, 0.0, 0.0}}},
+                                               {"lowest_degrees", {a == 0 ? -170.0 : 0.0}},
+                                               {"highest_degrees", {a == 0 ? 170.0 : 10.0}}});
+    };
+    figure.param("hinges").is = graph::ParamValues{{hinge(0, 0)}, {hinge(1, 1)}};
+
+    NodeRun reach("Reach");
+    reach.inputs["part"] = {figure.run()};
+    const auto miss_at = [&](double degrees) {
+        const double angle = degrees * std::numbers::pi / 180;
+        const std::array target{2 * std::cos(angle), 2 * std::sin(angle), 0.0};
+        reach.param("goals").is = graph::ParamValues{
+            {element(reach.type.params[0], {{"frame", {std::int64_t{2}}},
+                                            {"point", {std::array{2.0, 0.0, 0.0}}},
+                                            {"target", {target}}})}};
+        const auto outputs = reach.outputs();
+        reach.previous = {outputs[0]};
+        return *outputs[1].as<double>();
+    };
+    EXPECT_LT(miss_at(-90), 1e-4);
+    EXPECT_LT(miss_at(-168), 1e-4);
+    EXPECT_LT(miss_at(165), 1e-4) << "not the short way, past the limit";
+    EXPECT_LT(miss_at(160), 1e-4);
+    EXPECT_GT(miss_at(180), 0.1) << "out of reach from anywhere";
+}
+
+TEST(ImplicitLayer, SaysThatParticlesStartTooNear)
+{
+    for (const double apart : {0.05, 0.02}) {
+        geometry::ImplicitLayer layer;
+        for (std::uint32_t i = 0; i < 3; ++i) {
+            layer.frame.push_back(i);
+            layer.skeletons.push_back({.kind = geometry::SkeletonKind::point,
+                                       .points = {{i == 2 ? 3 : apart * i, 0, 0}}});
+            layer.contributions.push_back({.thickness = 0.1, .stiffness = 10, .radius = 0.22});
+        }
+        NodeRun node("ImplicitLayer");
+        node.inputs["layer"] = {Value::of(layer)};
+        node.param("base").is = "particles";
+        node.param("substance.stiffness").is = 5.0;
+        node.param("substance.rest_distance").is = 0.05;
+        node.run();
+        ASSERT_EQ(node.warnings.size(), apart < 0.03 ? 1u : 0u);
+        if (!node.warnings.empty()) {
+            EXPECT_NE(node.warnings[0].find("particles start 0.02 m apart where "
+                                            "substance.rest_distance is 0.05 m"),
+                      std::string::npos)
+                << node.warnings[0];
+        }
+    }
+}
+
 TEST(Figure, RefusesLimitsTheWrongWayRound)
 {
     NodeRun figure("Figure");
     figure.inputs["part"] = {part_of({{0, 0, 0}, {0.2, 0, 0}}, BaseKind::rigid)};
-    graph::ParamValues hinge;
-    for (const graph::Param& p : figure.type.params[0].children) hinge.push_back(p.fallback);
-    const auto number = [&](const std::string& name) -> graph::ParamValue& {
-        for (std::size_t i = 0;; ++i) {
-            if (figure.type.params[0].children.at(i).name == name) return hinge[i];
-        }
+    const auto limit = [&](double highest) {
+        figure.param("hinges").is =
+            graph::ParamValues{{element(figure.type.params[0], {{"b", {std::int64_t{1}}},
+                                                                {"lowest_degrees", {50.0}},
+                                                                {"highest_degrees", {highest}}})}};
     };
-    number("b").is = std::int64_t{1};
-    number("lowest_degrees").is = 50.0;
-    number("highest_degrees").is = 60.0;
-    figure.param("hinges").is = graph::ParamValues{{hinge}};
+    limit(60);
     EXPECT_NO_THROW(figure.run());
-    number("highest_degrees").is = 40.0;
-    figure.param("hinges").is = graph::ParamValues{{hinge}};
+    limit(40);
     EXPECT_THROW(figure.run(), std::invalid_argument);
 }
