@@ -1,36 +1,16 @@
 // Union-find over runs of cubes instead of cubes, rows met in sorted order:
 //   Rosenfeld, Pfaltz. Sequential operations in digital picture processing. JACM 13(4), 1966.
-// with path halving and linking by index (Tarjan, van Leeuwen. Worst-case analysis of set union
-// algorithms. JACM 31(2), 1984).
 
 #include "geometry/components.hpp"
 
 #include "geometry/cell_set.hpp"
+#include "geometry/sets.hpp"
 
 #include <algorithm>
 #include <numeric>
 
 namespace geometry {
 namespace {
-
-class Sets {
-public:
-    explicit Sets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }
-
-    std::uint32_t root(std::uint32_t i)
-    {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    void join(std::uint32_t a, std::uint32_t b)
-    {
-        a = root(a), b = root(b);
-        if (a != b) parent_[std::max(a, b)] = std::min(a, b);  // the root is the first of its set
-    }
-
-private:
-    std::vector<std::uint32_t> parent_;
-};
 
 // Joins runs of two rows that come within `slack` cells of overlapping along x.
 void join_rows(const CellRuns& cells, std::size_t row, std::size_t other, int slack, Sets& sets)

@@ -5,6 +5,7 @@
 #include "geometry/embed_kernels.hpp"
 #include "geometry/parallel.hpp"
 #include "geometry/plane.hpp"
+#include "geometry/sets.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -24,21 +25,13 @@ using Lanes = Eigen::Array4f;  // a vector in four lanes
 // A mesh's pieces, joined by triangles: the first vertex of each vertex's piece.
 std::vector<std::uint32_t> pieces(const TriMesh& mesh)
 {
-    std::vector<std::uint32_t> parent(mesh.positions.size());
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](std::uint32_t v) {
-        while (parent[v] != v) v = parent[v] = parent[parent[v]];
-        return v;
-    };
+    Sets sets(mesh.positions.size());
     for (const auto& [a, b, c] : mesh.triangles()) {
-        if (std::max({a, b, c}) >= parent.size()) continue;
-        for (const std::uint32_t other : {b, c}) {
-            const std::uint32_t i = root(a), j = root(other);
-            parent[std::max(i, j)] = std::min(i, j);
-        }
+        if (std::max({a, b, c}) >= mesh.positions.size()) continue;
+        sets.join(a, b);
+        sets.join(a, c);
     }
-    for (std::uint32_t v = 0; v < parent.size(); ++v) parent[v] = root(v);
-    return parent;
+    return sets.roots();
 }
 
 // Finds the cube nearest to a place in lattice coordinates.

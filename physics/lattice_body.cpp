@@ -1,5 +1,6 @@
 #include "geometry/parallel.hpp"
 #include "geometry/plane.hpp"
+#include "geometry/sets.hpp"
 #include "physics/lattice.hpp"
 #include "physics/torn_regions.hpp"
 
@@ -98,23 +99,17 @@ void find_inverse_spreads(MatchedRegions& matched, const Lattice& lattice,
 // To which linked body each particle belongs; bodies are numbered by their first particles.
 std::vector<std::uint32_t> linked_pieces(const Lattice& lattice)
 {
-    std::vector<std::uint32_t> parent(lattice.count());
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](std::uint32_t i) {
-        while (parent[i] != i) i = parent[i] = parent[parent[i]];
-        return i;
-    };
+    geometry::Sets sets(lattice.count());
     for (std::uint32_t i = 0; i < lattice.count(); ++i) {
         for (const auto j : lattice.next[i]) {
-            if (j == none) continue;
-            const auto a = root(i), b = root(j);
-            parent[std::max(a, b)] = std::min(a, b);
+            if (j != none) sets.join(i, j);
         }
     }
     std::vector<std::uint32_t> piece(lattice.count());
     std::uint32_t pieces = 0;
     for (std::uint32_t i = 0; i < lattice.count(); ++i) {
-        piece[i] = root(i) == i ? pieces++ : piece[root(i)];
+        const std::uint32_t first = sets.root(i);
+        piece[i] = first == i ? pieces++ : piece[first];
     }
     return piece;
 }

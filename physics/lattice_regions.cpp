@@ -1,6 +1,7 @@
 #include "physics/lattice_regions.hpp"
 
 #include "geometry/parallel.hpp"
+#include "geometry/sets.hpp"
 #include "physics/shared_sums.hpp"
 
 #include <fmt/format.h>
@@ -17,17 +18,10 @@ struct Chart {
     std::vector<std::uint32_t> particles;
 };
 
-std::uint32_t root_of(std::vector<std::uint32_t>& parent, std::uint32_t i)
-{
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-}
-
 std::vector<Chart> make_charts(const Lattice& lattice)
 {
     const auto n = std::uint32_t(lattice.count());
-    std::vector<std::uint32_t> parent(n);
-    std::iota(parent.begin(), parent.end(), 0u);
+    geometry::Sets sets(n);
     for (std::uint32_t i = 0; i < n; ++i) {
         for (int d = 0; d < 3; ++d) {
             const std::uint32_t j = lattice.next[i][std::size_t(d)];
@@ -38,12 +32,11 @@ std::vector<Chart> make_charts(const Lattice& lattice)
                     "particle {}",
                     i, d, j));
             }
-            const auto a = root_of(parent, i), b = root_of(parent, j);
-            parent[std::max(a, b)] = std::min(a, b);
+            sets.join(i, j);
         }
     }
-    std::vector<std::uint32_t> order(n), root(n);
-    for (std::uint32_t i = 0; i < n; ++i) root[i] = root_of(parent, i);
+    const std::vector<std::uint32_t> root = sets.roots();
+    std::vector<std::uint32_t> order(n);
     std::iota(order.begin(), order.end(), 0u);
     const auto key = [&](std::uint32_t i) {
         const Vec3i& p = lattice.at[i];

@@ -2,6 +2,7 @@
 
 #include "geometry/plane.hpp"
 #include "geometry/random.hpp"
+#include "geometry/sets.hpp"
 
 #include <Eigen/Sparse>
 #include <Spectra/SymEigsSolver.h>
@@ -183,20 +184,12 @@ struct RigidMotions {
 std::vector<RigidMotions> rigid_motions(const Cubes& cubes, const Unknowns& unknowns,
                                         const VectorXd& root_mass)
 {
-    std::vector<std::uint32_t> parent(cubes.corner_count());
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](std::uint32_t i) {
-        while (parent[i] != i) i = parent[i] = parent[parent[i]];
-        return i;
-    };
+    geometry::Sets sets(cubes.corner_count());
     for (const auto& corners : cubes.corners) {
-        for (const auto a : corners) {
-            const auto r = root(a), s = root(corners[0]);
-            parent[std::max(r, s)] = std::min(r, s);
-        }
+        for (const auto a : corners) sets.join(a, corners[0]);
     }
     std::map<std::uint32_t, std::vector<std::uint32_t>> pieces;  // corners by smallest corner
-    for (std::uint32_t i = 0; i < cubes.corner_count(); ++i) pieces[root(i)].push_back(i);
+    for (std::uint32_t i = 0; i < cubes.corner_count(); ++i) pieces[sets.root(i)].push_back(i);
 
     std::vector<RigidMotions> all;
     for (const auto& [smallest, corners] : pieces) {
