@@ -10,13 +10,13 @@
 
 namespace geometry {
 
-IsoGrid iso_grid(const IsoField& field, double cell)
+IsoGrid iso_grid(const IsoField& field, double cell, std::size_t max_triangles)
 {
     if (!(cell > 0) || !std::isfinite(cell)) {
         throw std::invalid_argument(
             fmt::format("polygonize: expected a cell size above 0 m, got {}", cell));
     }
-    if (field.domain.empty()) return {field, cell, Vec3i::Zero(), Vec3i::Zero()};
+    if (field.domain.empty()) return {field, cell, Vec3i::Zero(), Vec3i::Zero(), max_triangles};
     const Vec3 lo = (field.domain.lo / cell).array().floor() - 1;
     const Vec3 hi = (field.domain.hi / cell).array().ceil() + 1;
     constexpr double most = 1 << 20;
@@ -26,7 +26,7 @@ IsoGrid iso_grid(const IsoField& field, double cell)
             "an edge, or lies too far from the origin for them; use larger cells",
             field.domain.size().x(), field.domain.size().y(), field.domain.size().z(), cell, most));
     }
-    return {field, cell, lo.cast<int>(), hi.cast<int>()};
+    return {field, cell, lo.cast<int>(), hi.cast<int>(), max_triangles};
 }
 
 bool block_before(const Vec3i& a, const Vec3i& b)
@@ -61,6 +61,9 @@ std::vector<Vec3i> crossed_blocks(const IsoGrid& grid)
             if (keep[i]) open[kept++] = open[i];
         }
         open.resize(kept);
+        // A block that the surface does pass has a hundred triangles and more.
+        constexpr std::size_t quick = 100'000;
+        if (kept > std::max(quick, grid.max_triangles / 25)) throw TooManyTriangles();
         if (width == 1) break;
         std::vector<Vec3i> halves;
         for (const Vec3i& at : open) {

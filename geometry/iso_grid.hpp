@@ -6,6 +6,7 @@
 #include "geometry/polygonize.hpp"
 
 #include <span>
+#include <stdexcept>
 
 namespace geometry {
 
@@ -15,18 +16,26 @@ struct IsoGrid {
     const IsoField& field;
     double cell;
     Vec3i lo, hi;  // cells, half open; none when the domain is empty
+    std::size_t max_triangles;
 
     Vec3 point(const Vec3i& i) const { return cell * i.cast<double>(); }
 };
 
 // Throws std::invalid_argument for a cell that is not positive or too small for the domain (2^20
 // cells along an edge).
-IsoGrid iso_grid(const IsoField& field, double cell);
+IsoGrid iso_grid(const IsoField& field, double cell, std::size_t max_triangles);
+
+// Thrown where a mesh would be larger than allowed; the second is for people: from a coarser mesh
+// it names cells that fit.
+struct TooManyTriangles {};
+std::invalid_argument too_many_triangles(const IsoField& field, double cell,
+                                         std::size_t max_triangles);
 
 // In order of z, then y, then x.
 bool block_before(const Vec3i& a, const Vec3i& b);
 
 // Blocks that the surface may pass, by bounds of the field while the domain is halved; ascending.
+// Throws TooManyTriangles as soon as they are so many that the mesh must be too large.
 std::vector<Vec3i> crossed_blocks(const IsoGrid& grid);
 
 // Moves vertices onto the surface along its gradient, each within the box of edge `width` whose

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <stdexcept>
 
@@ -349,16 +350,43 @@ IsoField iso_field(const Field& field)
     return iso;
 }
 
-TriMesh polygonize(const IsoField& field, double cell)
+std::invalid_argument too_many_triangles(const IsoField& field, double cell,
+                                         std::size_t max_triangles)
 {
-    const IsoGrid grid = iso_grid(field, cell);
+    // As fine as is quick; triangles go as the square of the cells' edge.
+    const double coarse = std::max(cell, field.domain.size().maxCoeff() / 64);
+    const auto count = static_cast<double>(polygonize(field, coarse, unlimited).triangles().size());
+    const double fits = 1.05 * coarse * std::sqrt(count / static_cast<double>(max_triangles));
+    if (!(fits > cell)) {  // all of it too thin for coarse cells
+        return std::invalid_argument(fmt::format(
+            "cells of {:g} m give more than max_triangles = {}; use larger cells, or raise it",
+            cell, max_triangles));
+    }
+    return std::invalid_argument(
+        fmt::format("cells of {:g} m give about {:.2g} triangles, more than max_triangles = {}; "
+                    "cells of {:.2g} m would fit, or raise max_triangles",
+                    cell, count * std::pow(coarse / cell, 2), max_triangles, fits));
+}
+
+static TriMesh mesh_on(const IsoGrid& grid)
+{
     TriMesh mesh;
-    if (field.domain.empty()) return mesh;
+    if (grid.field.domain.empty()) return mesh;
     std::vector<Block> blocks;
     for (const Vec3i& at : crossed_blocks(grid)) blocks.emplace_back().at = at;
+    std::atomic<std::size_t> found = 0;  // vertices, of which a mesh has half as many as triangles
+    std::atomic<bool> too_many = false;
     parallel_for(blocks.size(), 4, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t b = begin; b < end; ++b) find_vertices(grid, blocks[b]);
+        for (std::size_t b = begin; b < end && !too_many; ++b) {
+            find_vertices(grid, blocks[b]);
+            const std::size_t here = blocks[b].positions.size();
+            if (found.fetch_add(here) + here > grid.max_triangles / 2) too_many = true;
+        }
     });
+    if (too_many) {
+        blocks = {};
+        throw TooManyTriangles();
+    }
     std::erase_if(blocks, [](const Block& block) { return block.pattern.empty(); });
 
     std::uint64_t vertices = 0;
@@ -372,15 +400,8 @@ TriMesh polygonize(const IsoField& field, double cell)
             for_quads(blocks, blocks[b], [&](const auto&) { ++quads[b + 1]; });
         }
     });
-    std::uint64_t quad_count = 0;
-    for (const std::uint32_t q : quads) quad_count += q;
-    if (vertices > 0x7fffffff || quad_count > 0x3fffffff) {
-        throw std::invalid_argument(
-            fmt::format("polygonize: cells of {} m give {} triangles, more than a mesh can hold; "
-                        "use larger cells",
-                        cell, 2 * quad_count));
-    }
     for (std::size_t b = 0; b < blocks.size(); ++b) quads[b + 1] += quads[b];
+    const std::size_t quad_count = quads.back();
 
     auto topology = std::make_shared<MeshTopology>();
     topology->triangles.resize(2 * quad_count);
@@ -415,6 +436,16 @@ TriMesh polygonize(const IsoField& field, double cell)
     topology->normal_triangles = topology->triangles;
     mesh.topology = std::move(topology);
     return mesh;
+}
+
+TriMesh polygonize(const IsoField& field, double cell, std::size_t max_triangles)
+{
+    max_triangles = std::min(max_triangles, unlimited);
+    try {
+        return mesh_on(iso_grid(field, cell, max_triangles));
+    } catch (const TooManyTriangles&) {
+        throw too_many_triangles(field, cell, max_triangles);
+    }
 }
 
 }  // namespace geometry

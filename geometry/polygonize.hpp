@@ -38,16 +38,20 @@ struct IsoField {
 // `field` must outlive the result. The domain is where the field is not 0; a plane alone has none.
 IsoField iso_field(const Field& field);
 
+inline constexpr std::size_t unlimited = 0x7fffffff;  // triangles, as many as a mesh holds
+
 // `cell`: edge of a grid cell, m; the grid's corners are whole multiples of it in the world, so
 // that the mesh of a thing at rest does not flicker. The surface is cut open where it leaves the
 // domain. Throws std::invalid_argument for a cell that is not positive or too small for the domain
-// (2^20 cells along an edge, 2^31 triangles).
-TriMesh polygonize(const IsoField& field, double cell);
+// (2^20 cells along an edge) or that gives more than about `max_triangles`, while they are looked
+// for.
+TriMesh polygonize(const IsoField& field, double cell, std::size_t max_triangles = 20'000'000);
 
 // The same by OpenVDB's mesher, its vertices moved onto the surface too. `adaptivity`, 0..1: how
 // far faces merge where the surface is flat. Throws std::runtime_error too, where this program was
 // built without OpenVDB.
 //   Museth. VDB: high-resolution sparse volumes with dynamic topology. ACM TOG 32(3), 2013.
-TriMesh polygonize_openvdb(const IsoField& field, double cell, double adaptivity);
+TriMesh polygonize_openvdb(const IsoField& field, double cell, double adaptivity,
+                           std::size_t max_triangles = 20'000'000);
 
 }  // namespace geometry

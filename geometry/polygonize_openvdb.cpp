@@ -1,15 +1,17 @@
 #include "geometry/beside_program.hpp"
-#include "geometry/polygonize.hpp"
+#include "geometry/iso_grid.hpp"
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
 namespace geometry {
 namespace {
 
-using Mesher = void (*)(const IsoField& field, double cell, double adaptivity, TriMesh& mesh);
+using Mesher = void (*)(const IsoField& field, double cell, double adaptivity,
+                        std::size_t max_triangles, TriMesh& mesh);
 
 // From geometry/openvdb/mesher.cpp. Loaded when it is first asked for: OpenVDB would take 50 ms of
 // every start.
@@ -33,11 +35,17 @@ Mesher load()
 
 }  // namespace
 
-TriMesh polygonize_openvdb(const IsoField& field, double cell, double adaptivity)
+TriMesh polygonize_openvdb(const IsoField& field, double cell, double adaptivity,
+                           std::size_t max_triangles)
 {
     static const Mesher mesher = load();
     TriMesh mesh;
-    mesher(field, cell, adaptivity, mesh);
+    max_triangles = std::min(max_triangles, unlimited);
+    try {
+        mesher(field, cell, adaptivity, max_triangles, mesh);
+    } catch (const TooManyTriangles&) {
+        throw too_many_triangles(field, cell, max_triangles);
+    }
     return mesh;
 }
 

@@ -2,6 +2,8 @@
 #include "nodes/wire_types.hpp"
 #include "physics/layered_mesh.hpp"
 
+#include <fmt/format.h>
+
 namespace nodes::polygonize {
 
 using Options = physics::LayeredMeshOptions;
@@ -16,15 +18,36 @@ struct Inputs {
     double cut_at = 0;
     Options::Mesher mesher = Options::Mesher::dual;
     double adaptivity = 0;
+    std::int64_t max_triangles = static_cast<std::int64_t>(Options{}.max_triangles);
 };
 struct Outputs {
     geometry::TriMesh mesh;
 };
 
-static Outputs run(const Inputs& in, const graph::Context&)
+// Cells may be too coarse to see a body at all.
+static void warn_of_unseen(const geometry::TriMesh& mesh, double cell,
+                           const graph::Context& context)
 {
-    return {physics::layered_mesh(*in.scene, {in.surface, in.cell, in.body, in.deformed, in.cut,
-                                              in.cut_at, in.mesher, in.adaptivity})};
+    std::vector<std::size_t> triangles(mesh.topology->groups.size(), 0);
+    for (const std::uint16_t group : mesh.topology->group) ++triangles[group];
+    for (std::size_t g = 0; g < triangles.size(); ++g) {
+        if (triangles[g] >= 20) continue;
+        context.warn(fmt::format("{} has {} triangles: its surface is gone, or cell = {:g} m is "
+                                 "too coarse for it; use smaller cells",
+                                 mesh.topology->groups[g], triangles[g], cell));
+    }
+}
+
+static Outputs run(const Inputs& in, const graph::Context& context)
+{
+    Outputs out{physics::layered_mesh(*in.scene, {in.surface, in.cell, in.body, in.deformed, in.cut,
+                                                  in.cut_at, in.mesher, in.adaptivity,
+                                                  static_cast<std::size_t>(in.max_triangles)})};
+    if (in.surface == Options::Surface::exact && in.cut == Options::Cut::none &&
+        in.adaptivity == 0) {
+        warn_of_unseen(out.mesh, in.cell, context);
+    }
+    return out;
 }
 
 void add_to(graph::Registry& registry)
@@ -51,6 +74,9 @@ void add_to(graph::Registry& registry)
         .param("adaptivity", &Inputs::adaptivity,
                "How far OpenVDB merges faces where the surface is flat; 0: not at all.",
                {.min = 0, .max = 1}, {"mesher", {"openvdb"}})
+        .param("max_triangles", &Inputs::max_triangles,
+               "More on one body is an error, which says what cells would fit.",
+               {.min = 1000, .max = 1e9, .unit = "triangles"}, {"surface", {"exact"}})
         .output("mesh", &Outputs::mesh,
                 "One mesh; each body is a group with a material, attribute `compression` says how "
                 "far each vertex is pressed.");

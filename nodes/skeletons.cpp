@@ -62,7 +62,7 @@ static geometry::Skeleton skeleton(const Item& item, const Inputs& in)
     return s;
 }
 
-static Outputs run(const Inputs& in, const graph::Context&)
+static Outputs run(const Inputs& in, const graph::Context& context)
 {
     geometry::ImplicitLayer layer;
     std::vector<std::uint32_t> parts;
@@ -86,6 +86,10 @@ static Outputs run(const Inputs& in, const graph::Context&)
             add({.kind = SkeletonKind::point, .points = {p.cast<double>()}}, in.each, next_frame++,
                 0);
         }
+    }
+    if (layer.skeletons.empty()) {
+        context.warn("there are no skeletons, so there is nothing to see or to touch: list some "
+                     "under skeletons, or link points");
     }
     layer.blend.rule = in.blend;
     if (any_part) layer.blend.part = std::move(parts);

@@ -83,8 +83,9 @@ TriMesh mesh_of(const LayeredMoment& moment, std::uint32_t b, const LayeredMeshO
         if (field.domain.empty()) return {};
     }
     return options.mesher == LayeredMeshOptions::Mesher::openvdb
-               ? geometry::polygonize_openvdb(field, options.cell, options.adaptivity)
-               : geometry::polygonize(field, options.cell);
+               ? geometry::polygonize_openvdb(field, options.cell, options.adaptivity,
+                                              options.max_triangles)
+               : geometry::polygonize(field, options.cell, options.max_triangles);
 }
 
 Piece piece_of(const LayeredMoment& moment, std::uint32_t b, const LayeredMeshOptions& options)
@@ -114,7 +115,7 @@ bool walked(const LayeredScene& scene)
 TriMesh layered_mesh(const LayeredScene& scene, const LayeredMeshOptions& options)
 {
     if (options.body >= static_cast<int>(scene.parts.size())) {
-        throw std::invalid_argument(fmt::format("body {} was asked for in a scene of {}",
+        throw std::invalid_argument(fmt::format("body = {}: Layered has {}, counted from 0",
                                                 options.body, scene.parts.size()));
     }
     const bool quick = options.surface == LayeredMeshOptions::Surface::seeds && walked(scene);

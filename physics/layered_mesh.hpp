@@ -18,8 +18,9 @@ struct LayeredMeshOptions {
     Cut cut = Cut::none;  // leaves out what lies beyond `cut_at` along this axis, open
     double cut_at = 0;    // m
     enum class Mesher : std::uint8_t { dual, openvdb };
-    Mesher mesher = Mesher::dual;  // of exact surfaces, geometry/polygonize.hpp
-    double adaptivity = 0;         // 0..1, of OpenVDB's
+    Mesher mesher = Mesher::dual;            // of exact surfaces, geometry/polygonize.hpp
+    double adaptivity = 0;                   // 0..1, of OpenVDB's
+    std::size_t max_triangles = 20'000'000;  // of a body's exact surface
 };
 
 // The second kind needs no field once the scene has made a step, and `deformed` always holds.

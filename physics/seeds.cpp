@@ -253,7 +253,8 @@ void add_surface_seeds(const ImplicitLayer& layer, std::size_t i, double spacing
     alone.frame = {0};
     const Transform here = Transform::Identity();
     const Field field = geometry::make_field(alone, {&here, 1});
-    const TriMesh mesh = geometry::polygonize(geometry::iso_field(field), spacing);
+    const TriMesh mesh =
+        geometry::polygonize(geometry::iso_field(field), spacing, geometry::unlimited);
 
     std::vector<double> share(mesh.positions.size(), 0);
     for (const Triangle& t : mesh.triangles()) {
@@ -322,6 +323,12 @@ Seeds make_seeds(const ImplicitLayer& layer, double spacing)
             add_point_seeds(s.points[0], e, spacing, seeds);
         } else if (s.kind != SkeletonKind::plane) {
             add_surface_seeds(layer, i, spacing, seeds);
+        }
+        if (s.kind != SkeletonKind::plane && seeds.count() < seeds.first.back() + 12) {
+            throw std::invalid_argument(fmt::format(
+                "seeds: a spacing of {:g} m leaves skeleton {}, counted from 0, {} samples to meet "
+                "others with; space them a tenth of its width apart, or less",
+                spacing, i, seeds.count() - seeds.first.back()));
         }
         seeds.first.push_back(static_cast<std::uint32_t>(seeds.count()));
         seeds.core.push_back(core_volume(s));

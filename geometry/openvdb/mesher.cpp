@@ -68,9 +68,10 @@ openvdb::FloatGrid::Ptr level_set(const IsoGrid& grid)
     return out;
 }
 
-TriMesh polygonize_by_openvdb(const IsoField& field, double cell, double adaptivity)
+TriMesh polygonize_by_openvdb(const IsoField& field, double cell, double adaptivity,
+                              std::size_t max_triangles)
 {
-    const IsoGrid grid = iso_grid(field, cell);
+    const IsoGrid grid = iso_grid(field, cell, max_triangles);
     TriMesh mesh;
     if (field.domain.empty()) return mesh;
     openvdb::initialize();
@@ -132,7 +133,8 @@ TriMesh polygonize_by_openvdb(const IsoField& field, double cell, double adaptiv
 }  // namespace geometry
 
 extern "C" void aspic_polygonize_openvdb(const geometry::IsoField& field, double cell,
-                                         double adaptivity, geometry::TriMesh& mesh)
+                                         double adaptivity, std::size_t max_triangles,
+                                         geometry::TriMesh& mesh)
 {
-    mesh = geometry::polygonize_by_openvdb(field, cell, adaptivity);
+    mesh = geometry::polygonize_by_openvdb(field, cell, adaptivity, max_triangles);
 }

@@ -216,6 +216,43 @@ TEST(Polygonize, ASurfaceThatLeavesTheDomainIsCutOpenThere)
     for (const Vec3f& p : mesh.positions) EXPECT_LT(p.y(), 0.1f);
 }
 
+// It stops long before it has made what it refuses, and what it proposes does fit.
+TEST(Polygonize, MoreTrianglesThanAllowedAreRefusedWithCellsThatFit)
+{
+    const std::vector<Vec3> centre{{0.01, 0, 0}};
+    const ImplicitLayer layer = balls(centre, {0.5, 2, 1.0, 0});
+    const Field field = make_field(layer, unmoved);
+    const IsoField iso = iso_field(field);
+    const std::size_t triangles = polygonize(iso, 0.02).triangles().size();
+    EXPECT_EQ(polygonize(iso, 0.02, triangles + 10).triangles().size(), triangles);
+    const auto proposed = [&](double cell, std::size_t most) {
+        try {
+            polygonize(iso, cell, most);
+        } catch (const std::invalid_argument& error) {
+            const std::string text = error.what();
+            const auto at = text.find("; cells of ");
+            EXPECT_NE(text.find("max_triangles = " + std::to_string(most)), std::string::npos);
+            EXPECT_NE(at, std::string::npos) << text;
+            return std::stod(text.substr(at + 11));
+        }
+        ADD_FAILURE() << "not refused";
+        return 0.0;
+    };
+    for (const double cell : {0.02, 0.002, 2e-5}) {
+        const double fits = proposed(cell, triangles / 2);
+        EXPECT_NEAR(fits, 0.02 * std::sqrt(2), 0.15 * fits);
+        EXPECT_LE(polygonize(iso, fits, triangles / 2).triangles().size(), triangles / 2);
+    }
+    try {
+        polygonize_openvdb(iso, 2e-5, 0, 1000);
+        FAIL() << "not refused";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("; cells of "), std::string::npos);
+    } catch (const std::runtime_error&) {
+        GTEST_SKIP() << "built without OpenVDB";
+    }
+}
+
 namespace {
 
 // By OpenVDB's mesher; nothing where the program is built without it.

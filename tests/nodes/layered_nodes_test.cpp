@@ -273,6 +273,30 @@ TEST(ImplicitLayer, SaysThatParticlesStartTooNear)
     }
 }
 
+TEST(Polygonize, SaysThatItsCellsAreTooCoarse)
+{
+    for (const double cell : {0.02, 1.0}) {
+        NodeRun node("Polygonize");
+        const Value ball = part_of({{0.3, 0.3, 0.3}}, BaseKind::still);
+        node.inputs["scene"] = {Value::of(physics::start({*ball.as<LayeredPart>()}))};
+        node.param("cell").is = cell;
+        node.run();
+        ASSERT_EQ(node.warnings.size(), cell < 1 ? 0u : 1u);
+        if (cell == 1) {
+            EXPECT_NE(node.warnings[0].find("body 0 has 0 triangles"), std::string::npos)
+                << node.warnings[0];
+        }
+    }
+}
+
+TEST(Skeletons, SaysThatThereAreNone)
+{
+    NodeRun node("Skeletons");
+    node.run();
+    ASSERT_EQ(node.warnings.size(), 1u);
+    EXPECT_EQ(node.warnings[0].find("there are no skeletons"), 0u) << node.warnings[0];
+}
+
 TEST(Figure, RefusesLimitsTheWrongWayRound)
 {
     NodeRun figure("Figure");

@@ -304,6 +304,15 @@ TEST(Seeds, RefuseBadSpacingAndTakeAnEmptyLayer)
     EXPECT_THROW(make_seeds(layer, std::nan("")), std::invalid_argument);
     EXPECT_THROW(make_seeds(layer, 1e-6), std::invalid_argument);
     const Seeds none = make_seeds({}, 0.1);
+    Skeleton rod{.kind = SkeletonKind::segment, .points = {{0, 0, 0}, {1, 0, 0}}};
+    try {
+        make_seeds(layer_of({point({0, 0, 0}), rod}, wide), 5);
+        FAIL() << "a body that nothing meets";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("leaves skeleton 1, counted from 0, "),
+                  std::string::npos)
+            << error.what();
+    }
     EXPECT_EQ(physics::walk(geometry::make_field({}, {}), none, {}).volume(), 0);
 }
 
