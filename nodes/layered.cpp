@@ -74,7 +74,8 @@ void add_to(graph::Registry& registry)
         .output("particles", &Outputs::particles,
                 "How many particles of soft substances there are.")
         .output("pieces", &Outputs::pieces,
-                "How many pieces the soft substances are in: particles that blend make one.")
+                "How many pieces the soft substances are in: particles whose spheres of influence "
+                "overlap hold together, unless they once came apart.")
         .output("speed", &Outputs::speed, "Of the fastest frame, m/s.")
         .previous("scene", &Inputs::last);
 }

@@ -1,5 +1,6 @@
 #include "physics/layered.hpp"
 
+#include "geometry/sets.hpp"
 #include "physics/layered_bullet.hpp"
 #include "physics/layered_forces.hpp"
 #include "physics/layered_pace.hpp"
@@ -117,13 +118,40 @@ std::size_t particle_count(const LayeredScene& scene)
     return count;
 }
 
+// What chains of skeletons that are in reach of each other hold together.
+static geometry::Sets chains(std::uint32_t count, const auto& in_reach)
+{
+    geometry::Sets sets(count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        for (std::uint32_t j = i + 1; j < count; ++j) {
+            if (in_reach(i, j)) sets.join(i, j);
+        }
+    }
+    return sets;
+}
+
+// To which piece of a soft substance each skeleton belongs.
+static std::vector<std::uint32_t> pieces_of(const LayeredBody& body, const LayeredState& state)
+{
+    if (!state.part.empty()) return state.part;
+    const ImplicitLayer& layer = body.layer;  // all blend that are in reach
+    return chains(static_cast<std::uint32_t>(layer.skeletons.size()),
+                  [&](std::uint32_t i, std::uint32_t j) {
+                      const Vec3& at = state.position[layer.frame[i]];
+                      return (at - state.position[layer.frame[j]]).norm() <
+                             layer.contributions[i].radius + layer.contributions[j].radius;
+                  })
+        .roots();
+}
+
 std::size_t piece_count(const LayeredScene& scene)
 {
     std::size_t count = 0;
     for (std::size_t b = 0; b < scene.parts.size(); ++b) {
-        if (scene.parts[b].body->base.kind != BaseKind::particles) continue;
-        const std::vector<std::uint32_t>& part = scene.states[b].part;
-        count += part.empty() ? 1 : std::set(part.begin(), part.end()).size();
+        const LayeredBody& body = *scene.parts[b].body;
+        if (body.base.kind != BaseKind::particles) continue;
+        const std::vector<std::uint32_t> piece = pieces_of(body, scene.states[b]);
+        count += std::set(piece.begin(), piece.end()).size();
     }
     return count;
 }
@@ -359,21 +387,9 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
     };
 
     // Separation.
-    std::vector<std::uint32_t> root(n);
-    std::iota(root.begin(), root.end(), 0u);
-    const auto find = [&](std::uint32_t i) {
-        while (root[i] != i) i = root[i] = root[root[i]];
-        return i;
-    };
-    const auto join = [&](std::uint32_t i, std::uint32_t j) {
-        const std::uint32_t a = find(i), b = find(j);
-        root[std::max(a, b)] = std::min(a, b);
-    };
-    for (std::uint32_t i = 0; i < n; ++i) {
-        for (std::uint32_t j = i + 1; j < n; ++j) {
-            if (state.part[i] == state.part[j] && in_reach(i, j)) join(i, j);
-        }
-    }
+    geometry::Sets sets = chains(n, [&](std::uint32_t i, std::uint32_t j) {
+        return state.part[i] == state.part[j] && in_reach(i, j);
+    });
 
     // Fusion: links that still matter, grown; new ones where it presses hard enough.
     std::vector<BlendLink> links;
@@ -385,7 +401,7 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
     }
     const auto add_link = [&](std::uint32_t i, std::uint32_t j) {
         if (i > j) std::swap(i, j);
-        if (find(i) == find(j)) return;
+        if (sets.root(i) == sets.root(j)) return;
         for (const BlendLink& link : links) {
             if (link.a == i && link.b == j) return;
         }
@@ -401,12 +417,12 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
     for (const BlendLink& full : begun) {
         if (full.weight < 1) continue;
         bool whole = true;
-        const std::uint32_t A = find(full.a), B = find(full.b);
+        const std::uint32_t A = sets.root(full.a), B = sets.root(full.b);
         if (A == B) continue;
         for (std::uint32_t i = 0; i < n; ++i) {
-            if (find(i) != A) continue;
+            if (sets.root(i) != A) continue;
             for (std::uint32_t j = 0; j < n; ++j) {
-                if (find(j) != B || !in_reach(i, j)) continue;
+                if (sets.root(j) != B || !in_reach(i, j)) continue;
                 add_link(i, j);
                 const auto linked =
                     std::find_if(links.begin(), links.end(), [&](const BlendLink& l) {
@@ -415,9 +431,9 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
                 whole &= linked != links.end() && linked->weight >= 1;
             }
         }
-        if (whole) join(A, B);
+        if (whole) sets.join(A, B);
     }
-    for (std::uint32_t i = 0; i < n; ++i) state.part[i] = find(i);
+    for (std::uint32_t i = 0; i < n; ++i) state.part[i] = sets.root(i);
     std::erase_if(links, [&](const BlendLink& l) { return state.part[l.a] == state.part[l.b]; });
     state.links = std::move(links);
 }

@@ -126,8 +126,10 @@ LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density
             for (std::size_t s = layer.skeletons.size(); s-- > 0;) {
                 const Skeleton& skeleton = layer.skeletons[s];
                 if (skeleton.kind != SkeletonKind::point) {
-                    throw std::invalid_argument(fmt::format(
-                        "particles carry point skeletons only, skeleton {} is another", s));
+                    throw std::invalid_argument(
+                        fmt::format("particles carry point skeletons only: make skeleton {}, "
+                                    "counted from 0, a point, or take another base",
+                                    s));
                 }
                 body.base.frames[layer.frame[s]].translation() = skeleton.points[0];
             }

@@ -163,9 +163,10 @@ Reached reach(const Base& base, const Transform& root, std::span<const ReachGoal
     for (std::size_t g = 0; g < goals.size(); ++g) {
         if (goals[g].frame >= base.frames.size() || !goals[g].point.allFinite() ||
             !goals[g].target.allFinite()) {
-            throw std::invalid_argument(fmt::format(
-                "goal {} asks frame {} of {} to reach; point and target must be numbers", g,
-                goals[g].frame, base.frames.size()));
+            throw std::invalid_argument(
+                fmt::format("goal {} is for frame {} of a figure that has {}, counted from 0; its "
+                            "point and target must be numbers",
+                            g, goals[g].frame, base.frames.size()));
         }
     }
     const Tree tree = make_tree(base);

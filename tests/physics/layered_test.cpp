@@ -186,6 +186,23 @@ TEST(Layered, ParticlesSettleAtTheirDistance)
     EXPECT_NEAR((scene.states[0].position[0] - scene.states[0].position[1]).norm(), 0.15, 1e-3);
 }
 
+// With every rule of blending: those that only blend have no record of what came apart.
+TEST(Layered, PiecesAreWhatChainsOfInfluenceHoldTogether)
+{
+    for (const geometry::BlendRule rule :
+         {geometry::BlendRule::sum, geometry::BlendRule::smooth_groups}) {
+        LayeredBody body = dough({{0, 0, 0}, {0.3, 0, 0}, {0.6, 0, 0}, {5, 0, 0}, {5.3, 0, 0}});
+        body.base.substance.stiffness = 0;
+        body.layer.blend.rule = rule;
+        if (rule == geometry::BlendRule::sum) body.layer.blend.part.clear();
+        LayeredScene scene = advance(scene_of({body}), weightless, 1e-3, 1);
+        EXPECT_EQ(physics::piece_count(scene), 2u);
+        scene.states[0].position[1].y() += 3;
+        scene = advance(scene, weightless, 1e-3, 1);
+        EXPECT_EQ(physics::piece_count(scene), 4u);
+    }
+}
+
 TEST(Layered, WhatComesApartCollidesAndFusesUnderPressureOnly)
 {
     for (const bool fuses : {false, true}) {
