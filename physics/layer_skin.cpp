@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
+#include <tuple>
 
 namespace physics {
 namespace {
@@ -64,18 +66,223 @@ void find_reach(const Field& field, std::span<const std::uint32_t> frame_of, con
     if (out.size() > LayerSkin::most) out.resize(LayerSkin::most);
 }
 
-// Along the gradient to D = value, in steps of a quarter of the thickness at most; stays where the
-// field has no slope.
-Vec3 onto_value(const DeformedLayer& layer, double value, double thickness, Vec3 p)
+// Sums of the triangles' areas times their normals, at each vertex.
+std::vector<Vec3> vertex_normals(std::span<const Vec3> at, const geometry::MeshTopology& topology)
 {
-    for (int i = 0; i < 12; ++i) {
-        const geometry::FieldValue at = value_at(layer, p);
-        const double slope = at.gradient.norm();
-        const double miss = value - at.f;
-        if (!(slope > 0) || std::abs(miss) < 1e-9) break;
-        p += std::clamp(miss / slope, -0.25 * thickness, 0.25 * thickness) * at.gradient / slope;
+    std::vector<Vec3> normal(at.size(), Vec3::Zero());
+    for (const geometry::Triangle& t : topology.triangles) {
+        const Vec3 area = (at[t[1]] - at[t[0]]).cross(at[t[2]] - at[t[0]]);
+        for (const std::uint32_t v : t) normal[v] += area;
     }
-    return p;
+    for (Vec3& n : normal) n.normalize();
+    return normal;
+}
+
+// Mean value coordinates of each vertex among its neighbours, in the plane square to its normal:
+// a triangle's corner of angle a, between the edges to p and q, adds tan(a / 2) / length to both.
+// Vertices on a rim or where sheets meet are left without, as are those that lie outside theirs.
+void find_rings(const TriMesh& mesh, LayerSkin& skin)
+{
+    const std::size_t n = mesh.positions.size();
+    std::vector<Vec3> at;
+    for (const Vec3f& p : mesh.positions) at.push_back(p.cast<double>());
+    const std::vector<Vec3> normal = vertex_normals(at, *mesh.topology);
+    struct Share {
+        std::uint32_t vertex, neighbour;
+        double weight;
+        int side;  // 1: the neighbour is the triangle's next corner, -1: the one before
+    };
+    std::vector<Share> shares;
+    for (const geometry::Triangle& t : mesh.triangles()) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t v = t[k], p = t[(k + 1) % 3], q = t[(k + 2) % 3];
+            const auto flat = [&](std::uint32_t w) {
+                const Vec3 d = at[w] - at[v];
+                return Vec3(d - d.dot(normal[v]) * normal[v]);
+            };
+            const Vec3 a = flat(p), b = flat(q);
+            const double angle = std::atan2(a.cross(b).dot(normal[v]), a.dot(b));
+            const double half = std::tan(0.5 * angle);
+            shares.push_back({v, p, half / a.norm(), 1});
+            shares.push_back({v, q, half / b.norm(), -1});
+        }
+    }
+    std::sort(shares.begin(), shares.end(), [](const Share& a, const Share& b) {
+        return std::tuple(a.vertex, a.neighbour, a.side) <
+               std::tuple(b.vertex, b.neighbour, b.side);
+    });
+    skin.ring_at.assign(1, 0);
+    std::size_t s = 0;
+    for (std::uint32_t v = 0; v < n; ++v) {
+        const std::size_t begin = skin.ring.size();
+        bool held = true;
+        double sum = 0;
+        while (s < shares.size() && shares[s].vertex == v) {
+            // An edge within a surface: one triangle on each side.
+            const bool pair = s + 1 < shares.size() && shares[s + 1].vertex == v &&
+                              shares[s + 1].neighbour == shares[s].neighbour &&
+                              shares[s].side + shares[s + 1].side == 0 &&
+                              !(s + 2 < shares.size() && shares[s + 2].vertex == v &&
+                                shares[s + 2].neighbour == shares[s].neighbour);
+            const double weight = shares[s].weight + (pair ? shares[s + 1].weight : 0);
+            held = held && pair && weight > 0 && std::isfinite(weight);
+            sum += weight;
+            skin.ring.push_back(shares[s].neighbour);
+            skin.ring_weight.push_back(static_cast<float>(weight));
+            s += pair ? 2 : 1;
+        }
+        if (!held) {
+            skin.ring.resize(begin);
+            skin.ring_weight.resize(begin);
+        }
+        for (std::size_t i = begin; i < skin.ring.size(); ++i) {
+            skin.ring_weight[i] /= static_cast<float>(sum);
+        }
+        Vec3 offset = Vec3::Zero();
+        for (std::size_t i = begin; i < skin.ring.size(); ++i) {
+            offset += static_cast<double>(skin.ring_weight[i]) * (at[skin.ring[i]] - at[v]);
+        }
+        skin.offset.push_back(offset.cast<float>());
+        skin.ring_at.push_back(static_cast<std::uint32_t>(skin.ring.size()));
+    }
+}
+
+// A rigid motion as a unit dual quaternion.
+struct DualQuaternion {
+    Eigen::Vector4d real, dual;
+};
+
+DualQuaternion dual_quaternion(const Transform& motion)
+{
+    const Eigen::Quaterniond turn(motion.linear());
+    const Vec3 t = motion.translation();
+    const Eigen::Quaterniond move(0, t.x(), t.y(), t.z());
+    return {turn.coeffs(), 0.5 * (move * turn).coeffs()};
+}
+
+struct Motion {
+    Eigen::Quaterniond turn;
+    Vec3 way;
+
+    Vec3 operator*(const Vec3& p) const { return turn * p + way; }
+};
+
+// The weighted motions of vertex v's frames.
+Motion blended(const LayerSkin& skin, std::size_t v, std::span<const DualQuaternion> motions)
+{
+    DualQuaternion sum{Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero()};
+    const Eigen::Vector4d& first = motions[skin.frame[v][0]].real;
+    for (std::size_t k = 0; k < LayerSkin::most; ++k) {
+        if (!(skin.weight[v][k] > 0)) continue;
+        const DualQuaternion& motion = motions[skin.frame[v][k]];
+        // q and -q are the same turn: the shorter way round.
+        const double weight = motion.real.dot(first) < 0 ? -skin.weight[v][k] : skin.weight[v][k];
+        sum.real += weight * motion.real;
+        sum.dual += weight * motion.dual;
+    }
+    const double size = sum.real.norm();
+    const Eigen::Quaterniond turn(Eigen::Vector4d(sum.real / size));
+    const Eigen::Quaterniond dual(Eigen::Vector4d(sum.dual / size));
+    return {turn, 2 * (dual * turn.conjugate()).vec()};
+}
+
+// What a vertex settles on: its value's surface, and within it the border between its frame's field
+// and the largest of the others'.
+struct Ground {
+    const DeformedLayer& layer;
+    const Field& field;
+    std::span<const std::uint32_t> frame_of;
+
+    // By how much the frame's field is larger than that of any other, and the gradient of that.
+    geometry::FieldValue side(std::uint32_t frame, const Vec3& p) const
+    {
+        thread_local std::vector<std::uint32_t> near;
+        thread_local std::vector<std::pair<std::uint32_t, geometry::FieldValue>> of_frame;
+        geometry::Box box;
+        box.add(p);
+        geometry::candidates(field, box, near);
+        of_frame.assign(1, {frame, {}});
+        for (const std::uint32_t s : near) {
+            const geometry::Foot foot = geometry::foot(field, s, p);
+            const geometry::ProfileValue value = geometry::profile_at(field.profile[s], foot.r);
+            if (!(value.f > 0)) continue;
+            auto same = std::find_if(of_frame.begin(), of_frame.end(),
+                                     [&](const auto& o) { return o.first == frame_of[s]; });
+            if (same == of_frame.end()) {
+                of_frame.push_back({frame_of[s], {}});
+                same = of_frame.end() - 1;
+            }
+            same->second.f += value.f;
+            same->second.gradient += value.slope * foot.n;
+        }
+        geometry::FieldValue out = of_frame[0].second;
+        const auto rival =
+            std::max_element(of_frame.begin() + 1, of_frame.end(),
+                             [](const auto& a, const auto& b) { return a.second.f < b.second.f; });
+        if (rival != of_frame.end()) {
+            out.f -= rival->second.f;
+            out.gradient -= rival->second.gradient;
+        }
+        return out;
+    }
+
+    // From beyond the border of the frame's side back to it.
+    Vec3 to_border(std::uint32_t frame, double thickness, Vec3 p) const
+    {
+        for (int i = 0; i < 12; ++i) {
+            const geometry::FieldValue at = side(frame, p);
+            const double slope = at.gradient.norm();
+            if (!(slope > 0) || std::abs(at.f) < 1e-9) break;
+            p -=
+                std::clamp(at.f / slope, -0.25 * thickness, 0.25 * thickness) * at.gradient / slope;
+        }
+        return p;
+    }
+
+    // Along the gradient to the value, in steps of a quarter of the thickness at most; stays where
+    // the field has no slope. With a frame, what starts within keeps to that frame's side.
+    Vec3 to_value(double value, double thickness, Vec3 p,
+                  std::optional<std::uint32_t> frame = {}) const
+    {
+        for (int i = 0; i < 24; ++i) {
+            const geometry::FieldValue at = value_at(layer, p);
+            const double slope = at.gradient.norm(), miss = value - at.f;
+            if (!(slope > 0) || std::abs(miss) < 1e-9) break;
+            p +=
+                std::clamp(miss / slope, -0.25 * thickness, 0.25 * thickness) * at.gradient / slope;
+            if (frame && miss < 0 && side(*frame, p).f < 0) p = to_border(*frame, thickness, p);
+        }
+        return p;
+    }
+};
+
+// Slides vertices along the surface to their places among their neighbours, round by round, those
+// that are off by a hundredth of their ring or more; then back to their values.
+void slide(const LayerSkin& skin, const Ground& ground, std::span<const Vec3> offset,
+           std::vector<Vec3>& at)
+{
+    constexpr int rounds = 16;
+    std::vector<Vec3> next = at;
+    for (int round = 0; round < rounds; ++round) {
+        geometry::parallel_for(at.size(), skin_grain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t v = begin; v < end; ++v) {
+                if (skin.ring_at[v] == skin.ring_at[v + 1] || !(skin.value[v] > 0)) continue;
+                Vec3 way = -offset[v];
+                double around_sq = 0;
+                for (std::uint32_t i = skin.ring_at[v]; i < skin.ring_at[v + 1]; ++i) {
+                    const Vec3 to = at[skin.ring[i]] - at[v];
+                    way += static_cast<double>(skin.ring_weight[i]) * to;
+                    around_sq += static_cast<double>(skin.ring_weight[i]) * to.squaredNorm();
+                }
+                if (!(way.squaredNorm() > 1e-4 * around_sq)) continue;
+                const Vec3 normal = value_at(ground.layer, at[v]).gradient.normalized();
+                way -= way.dot(normal) * normal;
+                if (!(way.squaredNorm() > 1e-4 * around_sq)) continue;
+                next[v] = ground.to_value(skin.value[v], skin.thickness, at[v] + way);
+            }
+        });
+        at = next;
+    }
 }
 
 }  // namespace
@@ -113,6 +320,7 @@ LayerSkin bind(const TriMesh& mesh, const LayeredBody& body)
         }
     });
     for (const double value : skin.value) skin.out_of_reach += !(value > 0);
+    find_rings(mesh, skin);
     return skin;
 }
 
@@ -130,9 +338,9 @@ TriMesh follow(const LayerSkin& skin, const TriMesh& mesh, const LayeredScene& s
     }
     const LayeredMoment moment(scene);
     const std::vector<Transform>& rest = scene.parts[body].body->base.frames;
-    std::vector<Transform> moved;
+    std::vector<DualQuaternion> moved;
     for (std::size_t b = 0; b < rest.size(); ++b) {
-        moved.push_back(moment.frames[body][b] * rest[b].inverse());
+        moved.push_back(dual_quaternion(moment.frames[body][b] * rest[b].inverse()));
     }
     for (const auto& frames : skin.frame) {
         for (const std::uint32_t f : frames) {
@@ -144,21 +352,21 @@ TriMesh follow(const LayerSkin& skin, const TriMesh& mesh, const LayeredScene& s
     }
     const DeformedLayer layer =
         deformed(moment.bodies, static_cast<std::uint32_t>(body), moment.contacts);
+    const Ground ground{layer, moment.fields[body], scene.parts[body].body->layer.frame};
+    std::vector<Vec3> at(mesh.positions.size());
+    std::vector<Vec3> offset(at.size());
+    geometry::parallel_for(at.size(), skin_grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t v = begin; v < end; ++v) {
+            const Motion motion = blended(skin, v, moved);
+            at[v] = motion * mesh.positions[v].cast<double>();
+            offset[v] = motion.turn * skin.offset[v].cast<double>();
+            if (!(skin.value[v] > 0)) continue;
+            at[v] = ground.to_value(skin.value[v], skin.thickness, at[v], skin.frame[v][0]);
+        }
+    });
+    slide(skin, ground, offset, at);
     TriMesh out = mesh;
-    geometry::parallel_for(mesh.positions.size(), skin_grain,
-                           [&](std::size_t begin, std::size_t end) {
-                               for (std::size_t v = begin; v < end; ++v) {
-                                   const Vec3 at = mesh.positions[v].cast<double>();
-                                   Vec3 p = Vec3::Zero();
-                                   for (std::size_t k = 0; k < LayerSkin::most; ++k) {
-                                       if (skin.weight[v][k] > 0)
-                                           p += skin.weight[v][k] * (moved[skin.frame[v][k]] * at);
-                                   }
-                                   if (skin.value[v] > 0)
-                                       p = onto_value(layer, skin.value[v], skin.thickness, p);
-                                   out.positions[v] = p.cast<float>();
-                               }
-                           });
+    for (std::size_t v = 0; v < at.size(); ++v) out.positions[v] = at[v].cast<float>();
     if (!mesh.normals.empty()) geometry::compute_normals(out, 0.8);
     return out;
 }
