@@ -149,7 +149,7 @@ TEST(LayerSkin, AJointThatBendsOrTwistsFarKeepsItsSkinWhole)
     EXPECT_LT(bent.stretch, 1.9);
     EXPECT_LT(far.stretch, 4);
     EXPECT_LT(twisted.stretch, 2);
-    EXPECT_LT(arm_turned(20, Vec3::UnitX(), 170).stretch, 1.1) << "not the long way round";
+    EXPECT_LT(arm_turned(30, Vec3::UnitX(), 230).stretch, 1.2) << "not the long way round";
     // Where the limbs cover each other there is less surface than skin: most of it stays in order.
     EXPECT_LT(arm_turned(140, Vec3::UnitZ()).folded, 170);
 }
