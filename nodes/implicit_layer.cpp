@@ -106,9 +106,12 @@ static void describe_matter(graph::ParamsOf<LayerMatter>& p)
     p.param("stiffness", &LayerMatter::stiffness,
             "Pressure of the layer for each unit of field that it is compressed by.",
             {.min = 0, .unit = "Pa"})
-        .param("friction", &LayerMatter::friction,
-               "Traction on a contact for each metre a second of relative velocity.",
-               {.min = 0, .unit = "Pa s/m"})
+        .param(
+            "friction", &LayerMatter::friction,
+            "Traction on a contact for each metre a second of relative velocity; along a collider "
+            "no more than its own coefficient of the pressure. What should stay where it lies "
+            "wants much: it creeps by the traction that it needs over this.",
+            {.min = 0, .unit = "Pa s/m"})
         .param("bulge_width", &LayerMatter::bulge_width,
                "How far beyond a contact the layer bulges.", {.min = 0, .unit = "m"})
         .param("bulge_height", &LayerMatter::bulge_height,
