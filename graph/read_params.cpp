@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace graph {
 
@@ -188,6 +189,23 @@ private:
         c_.problems.add(std::move(p));
     }
 
+    // Where blocks, and blocks in blocks, have a parameter of this name.
+    static std::vector<std::string> within_blocks(const std::vector<Param>& params,
+                                                  const std::string& name)
+    {
+        std::vector<std::string> found;
+        for (const Param& block : params) {
+            if (block.kind != ParamKind::block) continue;
+            for (const Param& p : block.children) {
+                if (p.name == name) found.push_back(block.name + "." + name);
+            }
+            for (const std::string& path : within_blocks(block.children, name)) {
+                found.push_back(block.name + "." + path);
+            }
+        }
+        return found;
+    }
+
     void unknown(const std::vector<Param>& params, const Member& member)
     {
         std::vector<std::string_view> names;
@@ -199,6 +217,10 @@ private:
                     : names_.empty() ? fmt::format("{} has no such parameter", node_.type->name)
                                      : fmt::format("'{}' has no such parameter", path());
         p.suggestion = suggest(member.key, names);
+        const std::vector<std::string> inside = within_blocks(params, member.key);
+        if (!inside.empty()) {
+            p.suggestion = fmt::format("did you mean '{}'?", fmt::join(inside, "' or '"));
+        }
         for (std::size_t i = 0; names_.empty() && i < node_.type->inputs.size(); ++i) {
             if (node_.type->inputs[i].name == member.key) {
                 p.suggestion = fmt::format("'{}' is an input: link it in \"inputs\"", member.key);

@@ -87,8 +87,12 @@ void add_to(graph::Registry& registry)
                "Its turn about x, then y, then z, each fixed in space.", {.unit = "deg"})
         .param("friction", &Inputs::friction,
                "Coulomb coefficient: 0 is ice, 0.5 wood on wood, 1 rubber.", {.min = 0, .max = 100})
-        .param("thickness", &Inputs::thickness, "How far outside the surface contact begins.",
-               {.unit = "m"})
+        .param(
+            "thickness", &Inputs::thickness,
+            "How far outside the surface contact begins. Faces of a sheet are flat between its "
+            "corners: over a collider of radius R those of cells h want h^2 / (8 R) and a little, "
+            "or it shows through.",
+            {.unit = "m"})
         .prepare("tree", &Inputs::tree, build_tree, {"mesh", "kind"})
         .output("collider", &Outputs::collider, "The thing at this frame and how it got there.")
         .previous("collider", &Inputs::last);

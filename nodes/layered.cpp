@@ -70,7 +70,8 @@ void add_to(graph::Registry& registry)
                 "Largest relative error of volume among bodies that control theirs.")
         .output("interpenetration", &Outputs::interpenetration,
                 "How deep surfaces stand inside each other at worst, as a share of the layer's "
-                "thickness.")
+                "thickness. It does not see what comes out beyond a body that is thinner than the "
+                "layer is pressed: stiffen the layer, or thicken the body.")
         .output("particles", &Outputs::particles,
                 "How many particles of soft substances there are.")
         .output("pieces", &Outputs::pieces,

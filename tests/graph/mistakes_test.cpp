@@ -355,6 +355,8 @@ TEST(Mistakes, OfBlocksAndLists)
         {bake("\"gas\": { \"burners\": ^9 }"),
          "error: node 'b', parameter 'gas.burners': expected a "
          "whole number from 1 to 8, found 9"},
+        {bake("^\"burners\": 2"), "error: node 'b', parameter 'burners': Bake has no such "
+                                  "parameter; did you mean 'gas.burners'?"},
         {bake("\"wood\": ^{ \"kind\": \"oak\" }"),
          "warning: node 'b', parameter 'wood': this has no "
          "effect while oven is gas; it takes 'wood'"},
