@@ -111,6 +111,12 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         state.balls = physics::place_balls(balls);
         return {std::move(state)};
     }
+    if (in.last->x.size() != in.cubes->corner_count()) {
+        throw std::invalid_argument(fmt::format(
+            "the cubes have {} corners at this frame and had {} at the last, but it moves the same "
+            "cubes all along: voxelize what keeps its shape, as the model before it is moved",
+            in.cubes->corner_count(), in.last->x.size()));
+    }
     loads.balls = std::move(balls);
     for (const auto& force : in.forces) loads.forces.push_back(*force);
     for (const auto& warning : physics::far_forces(*in.cubes, loads.forces)) context.warn(warning);

@@ -43,6 +43,24 @@ TEST(Simulate, ABeamPinnedAtOneEndSagsAfterTheFirstFrame)
     }
 }
 
+TEST(Simulate, SaysThatItsCubesHaveChanged)
+{
+    NodeRun simulate("Simulate");
+    simulate.inputs["cubes"] = {Value::of(fixtures::box(2, 1, 1, 1))};
+    simulate.previous = {simulate.run()};
+    simulate.inputs["cubes"] = {Value::of(fixtures::box(3, 1, 1, 1))};
+    try {
+        simulate.run(2);
+        FAIL();
+    } catch (const std::invalid_argument& error) {
+        EXPECT_EQ(std::string(error.what())
+                      .find("the cubes have 16 corners at this frame and had "
+                            "12 at the last"),
+                  0u)
+            << error.what();
+    }
+}
+
 TEST(Simulate, SpinAndVelocityAreThoseAskedFor)
 {
     const Value cubes = Value::of(fixtures::box(2, 2, 2, 1));
