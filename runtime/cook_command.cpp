@@ -291,11 +291,16 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     }
     bool missed = false;
     if (!cooked.cancelled) {
+        std::size_t left_out = 0;
         for (const ExpectationResult& check : numbers.checks()) {
-            if (!check.value && cooked.failures > 0) continue;  // the failure was told
+            if (!check.value && cooked.failures > 0) {  // the failure was told
+                ++left_out;
+                continue;
+            }
             front_end.expectation(check);
             missed = missed || !check.met;
         }
+        front_end.expectations_left_out(left_out);
     }
     const int exit = cooked.cancelled      ? exit_cancelled
                      : cooked.failures > 0 ? exit_failed

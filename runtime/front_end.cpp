@@ -47,6 +47,7 @@ public:
         const std::lock_guard lock(mutex_);
         graph_ = &graph;
         files_.clear(), failures_.clear(), last_ = {}, missed_ = 0, checked_ = 0;
+        left_out_ = 0;
         start_ = shown_ = Clock::now();
         if (style_ == Style::quiet) return;
         say(fmt::format("{}: {} nodes, {} frame{}", graph.file, graph.nodes.size(), frames,
@@ -103,6 +104,8 @@ public:
                         e.why.empty() ? "" : " (" + e.why + ")"));
     }
 
+    void expectations_left_out(std::size_t count) override { left_out_ = count; }
+
     void finished(const Cooked& cooked, int) override
     {
         if (ticker_.joinable()) {
@@ -130,10 +133,7 @@ public:
                         : cooked.failures > 0 ? "failed"
                                               : "done",
                         format_seconds(cooked.seconds), runs, found));
-        if (checked_ > 0) {
-            say(missed_ == 0 ? fmt::format("all {} expectations met", checked_)
-                             : fmt::format("{} of {} expectations missed", missed_, checked_));
-        }
+        if (checked_ + left_out_ > 0) say(expectations());
         for (auto& [node, files] : files_) {
             for (const std::string& group : group_files(files)) {
                 console_.out << "  " << graph_->nodes[node].name << ": " << group << "\n";
@@ -143,6 +143,18 @@ public:
     }
 
 private:
+    std::string expectations() const
+    {
+        const std::size_t all = checked_ + left_out_;
+        const char* const s = all == 1 ? "" : "s";
+        if (missed_ == 0 && left_out_ == 0) return fmt::format("all {} expectation{} met", all, s);
+        std::string text = missed_ == 0
+                               ? fmt::format("{} of {} expectation{} met", checked_, all, s)
+                               : fmt::format("{} of {} expectation{} missed", missed_, all, s);
+        if (left_out_ > 0) text += fmt::format(", {} could not be looked at", left_out_);
+        return text;
+    }
+
     void tick(const std::stop_token& stop)
     {
         std::unique_lock lock(mutex_);
@@ -187,7 +199,7 @@ private:
     std::map<std::uint32_t, std::vector<std::filesystem::path>> files_;
     std::map<std::pair<std::uint32_t, std::string>, std::size_t> failures_;
     Progress last_;
-    std::size_t missed_ = 0, checked_ = 0;
+    std::size_t missed_ = 0, checked_ = 0, left_out_ = 0;
     Clock::time_point start_, shown_;
     bool drawn_ = false;
     std::jthread ticker_;  // last: it uses the rest
@@ -241,6 +253,10 @@ public:
         if (std::isfinite(r.expectation->max)) line["max"] = r.expectation->max;
         if (r.value) line["found"] = *r.value;
         say(line);
+    }
+    void expectations_left_out(std::size_t count) override
+    {
+        if (count > 0) say({{"event", "expectations_left_out"}, {"count", count}});
     }
     void finished(const Cooked& cooked, int exit) override
     {

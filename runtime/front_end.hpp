@@ -23,6 +23,8 @@ class FrontEnd : public Observer {
 public:
     virtual void began(const graph::Graph& graph, std::size_t frames) = 0;
     virtual void expectation(const ExpectationResult& result) = 0;
+    // So many had no number to look at, as nodes failed.
+    virtual void expectations_left_out(std::size_t count) = 0;
     virtual void finished(const Cooked& cooked, int exit) = 0;
 };
 

@@ -67,7 +67,7 @@ TEST(CommandLine, CookWritesFilesChecksExpectationsAndSaysWhereTheyAre)
     const Said said = run({"cook", file, "--out", out});
     EXPECT_EQ(said.exit, exit_ok) << said.err;
     EXPECT_TRUE(has(said.out, "write: " + out + "/#number.txt (3 files)")) << said.out;
-    EXPECT_TRUE(has(said.err, "all 1 expectations met")) << said.err;
+    EXPECT_TRUE(has(said.err, "all 1 expectation met")) << said.err;
     EXPECT_TRUE(std::filesystem::exists(folder.path / "out/3number.txt"));
 }
 
@@ -147,6 +147,25 @@ TEST(CommandLine, HelpAndVersionGoToTheOutput)
     EXPECT_TRUE(has(help.out, "Examples:")) << help.out;
     EXPECT_TRUE(has(run({"--version"}).out, "1.2.3"));
     EXPECT_TRUE(has(run({"cook", "--help"}).out, "--keep-going"));
+}
+
+// "All met" would hide those whose number could not be made.
+TEST(CommandLine, ExpectationsThatCouldNotBeLookedAtAreCounted)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("bad.json", R"({ "aspic": 1, "frames": { "last": 4 },
+      "nodes": {
+        "clock": { "type": "Clock@1" },
+        "bad": { "type": "Fail@1", "inputs": { "value": "clock.value" }, "params": { "above": 100 } } },
+      "expect": [{ "value": "bad.value", "frame": "every", "max": 900 },
+                 { "value": "clock.value", "frame": 2, "max": 1 }] })");
+    const Said said = run({"check", file});
+    EXPECT_EQ(said.exit, exit_failed);
+    EXPECT_TRUE(has(said.err, "1 of 5 expectations missed, 1 could not be looked at")) << said.err;
+    const Said other = run({"check", file, "--set", "bad.above=1"});
+    EXPECT_TRUE(has(other.err, "3 could not be looked at")) << other.err;
+    const Said lines = run({"check", file, "--json"});
+    EXPECT_TRUE(has(lines.err + lines.out, "\"expectations_left_out\"")) << lines.err << lines.out;
 }
 
 TEST(CommandLine, AFailureIsExit1AndKeepGoingCooksTheRest)
