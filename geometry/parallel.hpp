@@ -11,7 +11,7 @@
 
 namespace geometry {
 
-// Calls body(begin, end) on pieces of 0..n of at most `grain`, in any order, on any threads.
+// Calls body(begin, end) on pieces of 0..n, half of `grain` or more each, in any order and threads.
 template <class Body> void parallel_for(std::size_t n, std::size_t grain, const Body& body)
 {
     if (n <= grain) {

@@ -513,9 +513,7 @@ FieldValue value_at(const DeformedLayer& layer, const Vec3& p)
     block.add(p);
     block.pad();
     ask(layer, block, out);
-    FieldValue value{out.D.f[0], out.D.gradient(0), no_skeleton};
-    value.largest = geometry::value_at(*layer.bodies[layer.body].field, p).largest;
-    return value;
+    return {out.D.f[0], out.D.gradient(0), no_skeleton};
 }
 
 geometry::IsoField iso_field(const DeformedLayer& layer)

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <numeric>
 #include <stdexcept>
 #include <tuple>
 
@@ -112,6 +112,7 @@ void find_rings(const TriMesh& mesh, LayerSkin& skin)
                std::tuple(b.vertex, b.neighbour, b.side);
     });
     skin.ring_at.assign(1, 0);
+    double edges = 0;
     std::size_t s = 0;
     for (std::uint32_t v = 0; v < n; ++v) {
         const std::size_t begin = skin.ring.size();
@@ -140,11 +141,17 @@ void find_rings(const TriMesh& mesh, LayerSkin& skin)
         }
         Vec3 offset = Vec3::Zero();
         for (std::size_t i = begin; i < skin.ring.size(); ++i) {
-            offset += static_cast<double>(skin.ring_weight[i]) * (at[skin.ring[i]] - at[v]);
+            const Vec3 to = at[skin.ring[i]] - at[v];
+            offset += static_cast<double>(skin.ring_weight[i]) * to;
+            edges += to.norm();
         }
         skin.offset.push_back(offset.cast<float>());
         skin.ring_at.push_back(static_cast<std::uint32_t>(skin.ring.size()));
     }
+    // A round spreads what is crowded by an edge: as many as let it spread over a limb's side.
+    const double edge =
+        skin.ring.empty() ? skin.thickness : edges / static_cast<double>(skin.ring.size());
+    skin.rounds = static_cast<int>(std::clamp(3 * skin.thickness / edge, 4.0, 48.0));
 }
 
 // A rigid motion as a unit dual quaternion.
@@ -186,10 +193,26 @@ Motion blended(const LayerSkin& skin, std::size_t v, std::span<const DualQuatern
     return {turn, 2 * (dual * turn.conjugate()).vec()};
 }
 
+// Vertices that are asked about together.
+struct Few {
+    static constexpr std::size_t most = 32;
+    std::vector<std::uint32_t> vertex, open;
+    std::vector<Vec3> at;
+    geometry::FieldBlock block;
+    geometry::BlockValues values;
+
+    void clear() { vertex.clear(), at.clear(); }
+    void add(std::size_t v, const Vec3& p)
+    {
+        vertex.push_back(static_cast<std::uint32_t>(v));
+        at.push_back(p);
+    }
+};
+
 // What a vertex settles on: its value's surface, and within it the border between its frame's field
 // and the largest of the others'.
 struct Ground {
-    const DeformedLayer& layer;
+    geometry::IsoField layer;
     const Field& field;
     std::span<const std::uint32_t> frame_of;
 
@@ -239,47 +262,100 @@ struct Ground {
         return p;
     }
 
-    // Along the gradient to the value, in steps of a quarter of the thickness at most; stays where
-    // the field has no slope. With a frame, what starts within keeps to that frame's side.
-    Vec3 to_value(double value, double thickness, Vec3 p,
-                  std::optional<std::uint32_t> frame = {}) const
+    // Along the gradient to the values, in steps of a quarter of the thickness at most; they stay
+    // where the field has no slope. With frames, what starts within keeps to its frame's side.
+    void to_values(const LayerSkin& skin, Few& few, bool keep_sides) const
     {
-        for (int i = 0; i < 24; ++i) {
-            const geometry::FieldValue at = value_at(layer, p);
-            const double slope = at.gradient.norm(), miss = value - at.f;
-            if (!(slope > 0) || std::abs(miss) < 1e-9) break;
-            p +=
-                std::clamp(miss / slope, -0.25 * thickness, 0.25 * thickness) * at.gradient / slope;
-            if (frame && miss < 0 && side(*frame, p).f < 0) p = to_border(*frame, thickness, p);
+        std::vector<std::uint32_t>& open = few.open;
+        open.clear();
+        for (std::uint32_t i = 0; i < few.vertex.size(); ++i) {
+            if (few.at[i].allFinite()) open.push_back(i);
         }
-        return p;
+        for (int round = 0; round < 24 && !open.empty(); ++round) {
+            ask(few, open);
+            std::size_t left = 0;
+            for (std::size_t k = 0; k < open.size(); ++k) {
+                const std::uint32_t i = open[k], v = few.vertex[i];
+                const Vec3 gradient = few.values.gradient(k);
+                const double slope = gradient.norm();
+                const double miss = skin.value[v] - field.isovalue - few.values.f[k];
+                if (!(slope > 0) || std::abs(miss) < 1e-9) continue;
+                const double most = 0.25 * skin.thickness;
+                Vec3& p = few.at[i];
+                p += std::clamp(miss / slope, -most, most) * gradient / slope;
+                const std::uint32_t frame = skin.frame[v][0];
+                if (keep_sides && miss < 0 && side(frame, p).f < 0) {
+                    p = to_border(frame, skin.thickness, p);
+                }
+                open[left++] = i;
+            }
+            open.resize(left);
+        }
+    }
+
+    // The deformed field, its isovalue taken off, at the vertices, all or some.
+    void ask(Few& few) const
+    {
+        few.open.resize(few.at.size());
+        std::iota(few.open.begin(), few.open.end(), 0u);
+        ask(few, few.open);
+    }
+    void ask(Few& few, std::span<const std::uint32_t> which) const
+    {
+        few.block.count = 0;
+        for (const std::uint32_t i : which) few.block.add(few.at[i]);
+        few.block.pad();
+        layer.ask(few.block, few.values);
     }
 };
+
+// body(begin, end) for a few of n at a time.
+void for_few(std::size_t n, const auto& body)
+{
+    geometry::parallel_for(n, skin_grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t b = begin; b < end; b += Few::most) body(b, std::min(end, b + Few::most));
+    });
+}
 
 // Slides vertices along the surface to their places among their neighbours, round by round, those
 // that are off by a hundredth of their ring or more; then back to their values.
 void slide(const LayerSkin& skin, const Ground& ground, std::span<const Vec3> offset,
            std::vector<Vec3>& at)
 {
-    constexpr int rounds = 16;
+    constexpr double enough_sq = 1e-4;
     std::vector<Vec3> next = at;
-    for (int round = 0; round < rounds; ++round) {
-        geometry::parallel_for(at.size(), skin_grain, [&](std::size_t begin, std::size_t end) {
+    for (int round = 0; round < skin.rounds; ++round) {
+        for_few(at.size(), [&](std::size_t begin, std::size_t end) {
+            thread_local Few few;
+            std::array<Vec3, Few::most> way;
+            std::array<double, Few::most> least_sq;
+            few.clear();
             for (std::size_t v = begin; v < end; ++v) {
                 if (skin.ring_at[v] == skin.ring_at[v + 1] || !(skin.value[v] > 0)) continue;
-                Vec3 way = -offset[v];
+                Vec3 there = -offset[v];
                 double around_sq = 0;
                 for (std::uint32_t i = skin.ring_at[v]; i < skin.ring_at[v + 1]; ++i) {
                     const Vec3 to = at[skin.ring[i]] - at[v];
-                    way += static_cast<double>(skin.ring_weight[i]) * to;
+                    there += static_cast<double>(skin.ring_weight[i]) * to;
                     around_sq += static_cast<double>(skin.ring_weight[i]) * to.squaredNorm();
                 }
-                if (!(way.squaredNorm() > 1e-4 * around_sq)) continue;
-                const Vec3 normal = value_at(ground.layer, at[v]).gradient.normalized();
-                way -= way.dot(normal) * normal;
-                if (!(way.squaredNorm() > 1e-4 * around_sq)) continue;
-                next[v] = ground.to_value(skin.value[v], skin.thickness, at[v] + way);
+                if (!(there.squaredNorm() > enough_sq * around_sq)) continue;
+                way[few.at.size()] = there;
+                least_sq[few.at.size()] = enough_sq * around_sq;
+                few.add(v, at[v]);
             }
+            ground.ask(few);
+            std::size_t left = 0;
+            for (std::size_t i = 0; i < few.at.size(); ++i) {
+                const Vec3 normal = few.values.gradient(i).normalized();
+                const Vec3 along = way[i] - way[i].dot(normal) * normal;
+                if (!(along.squaredNorm() > least_sq[i])) continue;
+                few.vertex[left] = few.vertex[i];
+                few.at[left++] = few.at[i] + along;
+            }
+            few.vertex.resize(left), few.at.resize(left);
+            ground.to_values(skin, few, false);
+            for (std::size_t i = 0; i < left; ++i) next[few.vertex[i]] = few.at[i];
         });
         at = next;
     }
@@ -352,17 +428,20 @@ TriMesh follow(const LayerSkin& skin, const TriMesh& mesh, const LayeredScene& s
     }
     const DeformedLayer layer =
         deformed(moment.bodies, static_cast<std::uint32_t>(body), moment.contacts);
-    const Ground ground{layer, moment.fields[body], scene.parts[body].body->layer.frame};
+    const Ground ground{iso_field(layer), moment.fields[body], scene.parts[body].body->layer.frame};
     std::vector<Vec3> at(mesh.positions.size());
     std::vector<Vec3> offset(at.size());
-    geometry::parallel_for(at.size(), skin_grain, [&](std::size_t begin, std::size_t end) {
+    for_few(at.size(), [&](std::size_t begin, std::size_t end) {
+        thread_local Few few;
+        few.clear();
         for (std::size_t v = begin; v < end; ++v) {
             const Motion motion = blended(skin, v, moved);
             at[v] = motion * mesh.positions[v].cast<double>();
             offset[v] = motion.turn * skin.offset[v].cast<double>();
-            if (!(skin.value[v] > 0)) continue;
-            at[v] = ground.to_value(skin.value[v], skin.thickness, at[v], skin.frame[v][0]);
+            if (skin.value[v] > 0) few.add(v, at[v]);
         }
+        ground.to_values(skin, few, true);
+        for (std::size_t i = 0; i < few.at.size(); ++i) at[few.vertex[i]] = few.at[i];
     });
     slide(skin, ground, offset, at);
     TriMesh out = mesh;

@@ -36,6 +36,7 @@ struct LayerSkin {
     std::vector<std::uint32_t> ring;
     std::vector<float> ring_weight;
     std::vector<geometry::Vec3f> offset;  // V, m
+    int rounds = 0;                       // of sliding
     double thickness = 0;                 // m, of the thinnest contribution
     std::size_t out_of_reach = 0;         // vertices that the layer does not reach
 
