@@ -309,11 +309,12 @@ struct Ground {
     }
 };
 
-// body(begin, end) for a few of n at a time.
+// body(begin, end) for a few of n at a time, always the same.
 void for_few(std::size_t n, const auto& body)
 {
-    geometry::parallel_for(n, skin_grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t b = begin; b < end; b += Few::most) body(b, std::min(end, b + Few::most));
+    constexpr std::size_t most = Few::most;
+    geometry::parallel_for((n + most - 1) / most, 4, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) body(k * most, std::min(n, (k + 1) * most));
     });
 }
 
@@ -344,6 +345,7 @@ void slide(const LayerSkin& skin, const Ground& ground, std::span<const Vec3> of
                 least_sq[few.at.size()] = enough_sq * around_sq;
                 few.add(v, at[v]);
             }
+            if (few.at.empty()) return;
             ground.ask(few);
             std::size_t left = 0;
             for (std::size_t i = 0; i < few.at.size(); ++i) {
