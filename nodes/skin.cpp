@@ -52,8 +52,7 @@ void add_to(graph::Registry& registry)
         .output("mesh", &Outputs::mesh,
                 "The skin in its place: each vertex where the deformed field has the value that it "
                 "had at rest, slid to where its neighbours want it. Beyond 125 degrees or so the "
-                "crease "
-                "of a joint tangles: the limbs leave less surface than there is skin.");
+                "crease of a joint tangles: the limbs leave less surface than there is skin.");
 }
 
 }  // namespace nodes::skin

@@ -66,13 +66,13 @@ void find_reach(const Field& field, std::span<const std::uint32_t> frame_of, con
     if (out.size() > LayerSkin::most) out.resize(LayerSkin::most);
 }
 
-// Sums of the triangles' areas times their normals, at each vertex.
-std::vector<Vec3> vertex_normals(std::span<const Vec3> at, const geometry::MeshTopology& topology)
+// At each vertex the mean, by area, of its faces' normals.
+std::vector<Vec3> vertex_normals(const TriMesh& mesh)
 {
-    std::vector<Vec3> normal(at.size(), Vec3::Zero());
-    for (const geometry::Triangle& t : topology.triangles) {
-        const Vec3 area = (at[t[1]] - at[t[0]]).cross(at[t[2]] - at[t[0]]);
-        for (const std::uint32_t v : t) normal[v] += area;
+    const std::vector<Vec3> area = geometry::area_vectors(mesh);
+    std::vector<Vec3> normal(mesh.positions.size(), Vec3::Zero());
+    for (std::size_t t = 0; t < area.size(); ++t) {
+        for (const std::uint32_t v : mesh.triangles()[t]) normal[v] += area[t];
     }
     for (Vec3& n : normal) n.normalize();
     return normal;
@@ -86,7 +86,7 @@ void find_rings(const TriMesh& mesh, LayerSkin& skin)
     const std::size_t n = mesh.positions.size();
     std::vector<Vec3> at;
     for (const Vec3f& p : mesh.positions) at.push_back(p.cast<double>());
-    const std::vector<Vec3> normal = vertex_normals(at, *mesh.topology);
+    const std::vector<Vec3> normal = vertex_normals(mesh);
     struct Share {
         std::uint32_t vertex, neighbour;
         double weight;
