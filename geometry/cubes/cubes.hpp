@@ -1,0 +1,76 @@
+#pragma once
+
+// The deformable model of the first family: tiny cubes of equal size with shared corners.
+// James, Barbic, Twigg. Squashing cubes: automating deformable model construction for graphics.
+// SIGGRAPH 2004 sketches.
+
+#include "geometry/base/vec.hpp"
+#include "geometry/cubes/matter.hpp"
+
+#include <array>
+#include <vector>
+
+namespace geometry {
+
+// Cube c fills origin + size * (cell[c] .. cell[c] + 1). Corner number a of a cube, a = 0..7, lies
+// at cell + ((a & 1), (a >> 1 & 1), (a >> 2 & 1)):
+//
+//         2 -------- 3
+//        /|         /|        y
+//       6 -------- 7 |        |
+//       | |        | |        |
+//       | 0 -------|-1        +---- x
+//       |/         |/        /
+//       4 -------- 5        z
+//
+// Corners a and b are the ends of an edge along axis d when a ^ b is 1 << d. Cubes are sorted by
+// (z, y, x); corners are numbered in the same order of their own coordinates. Nothing asserts that
+// a cell holds one cube only: cubes that share a cell but no corners are copies for geometry that
+// must not be joined.
+struct Cubes {
+    double size = 0;  // m, edge of a cube
+    Vec3 origin = Vec3::Zero();
+
+    std::vector<Vec3i> cell;                            // C
+    std::vector<std::array<std::uint32_t, 8>> corners;  // C, into corner
+    std::vector<Vec3i> corner;                          // K, lattice coordinates
+
+    std::vector<double> mass;               // C, kg
+    std::vector<double> fill;               // C, 0..1, share of the cube that holds material
+    std::vector<double> young;              // C, Pa, of the material itself (not scaled by fill)
+    std::vector<double> poisson;            // C
+    std::vector<double> mass_damping;       // C, 1/s
+    std::vector<double> stiffness_damping;  // C, s
+    std::vector<std::uint16_t> matter;      // C, into matters: the one with most mass in the cube
+    std::vector<Matter> matters;
+    std::vector<std::uint32_t> component;  // C, 0 = largest; empty until components were sought
+
+    std::size_t count() const { return cell.size(); }
+    std::size_t corner_count() const { return corner.size(); }
+    Vec3 corner_position(std::size_t i) const { return origin + size * corner[i].cast<double>(); }
+};
+
+// Numbers the corners: fills `corner` and `corners` from `cell`, which must be sorted by (z, y, x)
+// and hold no cell twice.
+void number_corners(Cubes& cubes);
+
+// Cubes of one matter, full of it, at `cells` in any order; a cell named twice gives one cube.
+Cubes solid_cubes(std::vector<Vec3i> cells, double size, const Matter& matter = {},
+                  const Vec3& origin = Vec3::Zero());
+
+// Only the cubes c with keep[c] != 0, and only the corners they have; both keep their order.
+Cubes kept(const Cubes& cubes, const std::vector<std::uint8_t>& keep);
+
+// Rest positions of all corners. K, m.
+std::vector<Vec3> corner_positions(const Cubes& cubes);
+
+// Mass at each corner: every cube gives an eighth of its own to each of its corners. K, kg.
+std::vector<double> corner_masses(const Cubes& cubes);
+
+// Mass of all cubes together. kg.
+double total_mass(const Cubes& cubes);
+
+// Number of components that were found; 0 when none were sought yet.
+std::size_t component_count(const Cubes& cubes);
+
+}  // namespace geometry

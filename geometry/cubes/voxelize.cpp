@@ -1,0 +1,305 @@
+#include "geometry/cubes/voxelize.hpp"
+
+#include "geometry/base/parallel.hpp"
+#include "geometry/cells/clip_to_cells.hpp"
+#include "geometry/cells/inside_shares.hpp"
+#include "geometry/cells/surface_cells.hpp"
+#include "geometry/mesh/triangle_bvh.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace geometry {
+namespace {
+
+VoxelGrid coarser(const VoxelGrid& grid, double factor)
+{
+    VoxelGrid out = grid;
+    out.size *= factor;
+    for (int k = 0; k < 3; ++k) {
+        out.cells[k] = static_cast<int>(std::ceil(grid.cells[k] / factor));
+    }
+    return out;
+}
+
+// The cells that find(grid) gives; where they are too many, an error that names a size that fits,
+// found by trying.
+template <class Find>
+CellSet within_limit(const VoxelGrid& grid, const VoxelOptions& options, const Find& find)
+{
+    try {
+        return find(grid);
+    } catch (const TooManyCells&) {
+    }
+    const int most = std::max(1, grid.cells.maxCoeff());
+    double factor = 1;
+    for (bool fits = false; !fits && factor < 2.0 * most + 1e7;) {
+        factor *= 1.2;
+        try {
+            find(coarser(grid, factor));
+            fits = true;
+        } catch (const TooManyCells&) {
+        }
+    }
+    throw std::invalid_argument(
+        "with cubes of " + short_number(grid.size) +
+        " m the model exceeds max_cubes = " + std::to_string(options.max_cubes) + "; cubes of " +
+        short_number(1.01 * factor * grid.size) + " m would fit, or raise max_cubes");
+}
+
+Cubes with_corners(const VoxelGrid& grid, const CellSet& cells)
+{
+    Cubes cubes;
+    cubes.size = grid.size;
+    cubes.origin = grid.origin;
+    cubes.cell = cells.sorted();
+    number_corners(cubes);
+    return cubes;
+}
+
+// What of a face lies in a cube.
+struct FaceInCube {
+    std::uint32_t cube, triangle;  // triangle of the lattice mesh
+    double area;                   // m^2
+};
+
+// Face by face.
+std::vector<FaceInCube> faces_in_cubes(const LatticeMesh& mesh, const CellIndex& index, double size)
+{
+    constexpr std::size_t grain = 4096;
+    const std::size_t pieces = (mesh.triangles.size() + grain - 1) / grain;
+    std::vector<std::vector<FaceInCube>> parts(pieces);
+    parallel_for(pieces, 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::size_t last = std::min((i + 1) * grain, mesh.triangles.size());
+            parts[i].reserve(4 * grain);
+            for (std::size_t t = i * grain; t < last; ++t) {
+                const auto& [a, b, c] = mesh.triangles[t];
+                clip_to_cells(mesh.positions[a], mesh.positions[b], mesh.positions[c],
+                              [&](const Vec3i& cell, double area) {
+                                  if (!(area > 0)) return;
+                                  const auto found = index.find(cell);
+                                  if (!found) return;
+                                  parts[i].push_back({found.begin, static_cast<std::uint32_t>(t),
+                                                      area * size * size});
+                              });
+            }
+        }
+    });
+    std::vector<FaceInCube> all;
+    std::size_t count = 0;
+    for (const auto& part : parts) count += part.size();
+    all.reserve(count);
+    for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
+    return all;
+}
+
+void require(const LatticeMesh& mesh)
+{
+    if (mesh.triangles.empty()) {
+        throw std::invalid_argument("nothing to voxelize: the mesh has no triangle with finite "
+                                    "corners (a point cloud: put Sample before Voxelize)");
+    }
+}
+
+double cube_volume(const VoxelGrid& grid)
+{
+    return grid.size * grid.size * grid.size;
+}
+
+// Full cubes share their volume between matters by the faces' area in them.
+void scale_to(std::vector<Deposit>& deposits, std::span<const double> volume, std::size_t cubes)
+{
+    std::vector<double> sum(cubes, 0.0);
+    for (const Deposit& d : deposits) sum[d.cube] += d.volume;
+    for (Deposit& d : deposits) d.volume *= volume[d.cube] / sum[d.cube];
+}
+
+}  // namespace
+
+Cubes voxelize_samples(const Samples& samples, const VoxelGrid& grid, const VoxelOptions& options)
+{
+    const std::size_t n = samples.positions.size();
+    std::vector<Vec3> at(n);
+    std::vector<std::uint8_t> usable(n);
+    const auto place = [&](const VoxelGrid& g) {
+        parallel_for(n, 16384, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                at[i] = g.lattice(samples.positions[i]);
+                usable[i] = samples.positions[i].allFinite() &&
+                            at[i].cwiseAbs().maxCoeff() < CellSet::extent - 1;
+            }
+        });
+        CellSet cells(options.max_cubes);
+        for (std::size_t i = 0; i < n; ++i) {
+            if (usable[i]) cells.insert(cell_of(at[i]));
+        }
+        return cells;
+    };
+    CellSet cells = within_limit(grid, options, place);
+    if (cells.count() == 0) {
+        throw std::invalid_argument("nothing to voxelize: no sample has finite coordinates within "
+                                    "2^20 cubes of the origin");
+    }
+    Cubes cubes = with_corners(grid, cells);
+    const CellIndex index(std::move(cells), cubes.cell);
+    const bool full = !(samples.bulk > 0);
+    constexpr double least_volume = 1e-300;  // of a sample without mass, where others count more
+    std::vector<Deposit> deposits;
+    deposits.reserve(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        if (!usable[i]) continue;
+        const std::uint16_t m = samples.matter.empty() ? std::uint16_t{0} : samples.matter[i];
+        const double volume = double(samples.mass[i]) / samples.matters[m].density;
+        deposits.push_back({index.find(cell_of(at[i])).begin, m,
+                            full ? std::max(volume, least_volume) : samples.bulk * volume});
+    }
+    if (full) {
+        scale_to(deposits, std::vector<double>(cubes.count(), cube_volume(grid)), cubes.count());
+    }
+    VoxelOptions asked = options;
+    if (asked.total_mass == 0) asked.total_mass = samples.total_mass;
+    fill_cubes(cubes, samples.matters, deposits, asked);
+    return cubes;
+}
+
+Cubes voxelize_surface(const TriMesh& mesh, const FaceMatter& matter, double thickness,
+                       const VoxelGrid& grid, const VoxelOptions& options)
+{
+    const LatticeMesh lattice = to_lattice(mesh, grid);
+    require(lattice);
+    CellSet cells = within_limit(grid, options, [&](const VoxelGrid& g) {
+        return surface_cells(g.size == grid.size ? lattice : to_lattice(mesh, g),
+                             CellShape::half_open, options.max_cubes);
+    });
+    Cubes cubes = with_corners(grid, cells);
+    const CellIndex index(std::move(cells), cubes.cell);
+    std::vector<Deposit> deposits;
+    const bool full = !(thickness > 0);
+    if (full && matter.matters.size() == 1) {
+        for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+            deposits.push_back({c, 0, cube_volume(grid)});
+        }
+    } else {
+        for (const FaceInCube& p : faces_in_cubes(lattice, index, grid.size)) {
+            deposits.push_back({p.cube, matter.of(lattice.source_of(p.triangle)),
+                                p.area * (full ? grid.size : thickness)});
+        }
+        if (full) {
+            scale_to(deposits, std::vector<double>(cubes.count(), cube_volume(grid)),
+                     cubes.count());
+        }
+    }
+    fill_cubes(cubes, matter.matters, deposits, options);
+    return cubes;
+}
+
+namespace {
+
+// The volume inside of each cube: whole cubes, but for those that the surface passes through.
+// `faces`, unless null: gets what each face has in each cell.
+std::vector<double> volumes_inside(const LatticeMesh& lattice, Inside rule, const CellIndex& index,
+                                   std::size_t cubes, double whole, std::vector<FaceInCell>* faces)
+{
+    std::vector<double> volume(cubes, whole);
+    const InsideShares border = inside_shares(lattice, rule, faces);
+    for (std::size_t i = 0; i < border.cells.size(); ++i) {
+        if (const auto found = index.find(border.cells[i])) {
+            volume[found.begin] = border.share[i] * whole;
+        }
+    }
+    return volume;
+}
+
+// Those in cubes.
+std::vector<FaceInCube> in_cubes(const std::vector<FaceInCell>& faces, const CellIndex& index,
+                                 double size)
+{
+    std::vector<FaceInCube> out;
+    out.reserve(faces.size());
+    for (const FaceInCell& f : faces) {
+        const auto found = index.find(f.cell);
+        if (found) out.push_back({found.begin, f.triangle, f.area * size * size});
+    }
+    return out;
+}
+
+// Sheets of a thickness fill cubes, where that is more.
+void thicken(std::span<double> volume, const std::vector<FaceInCube>& faces, double thickness,
+             double whole)
+{
+    std::vector<double> sheet(volume.size(), 0.0);
+    for (const FaceInCube& p : faces) sheet[p.cube] += p.area * thickness;
+    for (std::size_t c = 0; c < sheet.size(); ++c) {
+        volume[c] = std::max(volume[c], std::min(sheet[c], whole));
+    }
+}
+
+// The deposits where there are several matters: by area of the faces in a cube, or all of the face
+// nearest to its centre.
+std::vector<Deposit> deposits_by_faces(const TriMesh& mesh, const LatticeMesh& lattice,
+                                       const FaceMatter& matter, const Cubes& cubes,
+                                       const std::vector<FaceInCube>& faces,
+                                       std::span<const double> volume)
+{
+    std::vector<Deposit> deposits;
+    deposits.reserve(cubes.count() + faces.size());
+    std::vector<std::uint8_t> has_face(cubes.count(), 0);
+    for (const FaceInCube& p : faces) {
+        deposits.push_back({p.cube, matter.of(lattice.source_of(p.triangle)), p.area});
+        has_face[p.cube] = 1;
+    }
+    scale_to(deposits, volume, cubes.count());
+
+    std::vector<Vec3> centres;
+    std::vector<std::uint32_t> faceless;
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        if (has_face[c]) continue;
+        faceless.push_back(c);
+        centres.push_back(cubes.origin +
+                          cubes.size * (cubes.cell[c].cast<double>() + Vec3::Constant(0.5)));
+    }
+    std::vector<TriangleBvh::Hit> nearest(centres.size());
+    if (!centres.empty()) {
+        TriangleBvh(mesh).closest(centres, std::numeric_limits<double>::infinity(), nearest);
+    }
+    for (std::size_t i = 0; i < faceless.size(); ++i) {
+        deposits.push_back({faceless[i], matter.of(nearest[i].triangle), volume[faceless[i]]});
+    }
+    return deposits;
+}
+
+}  // namespace
+
+Cubes voxelize_solid(const TriMesh& mesh, const FaceMatter& matter, Inside rule, double thickness,
+                     const VoxelGrid& grid, const VoxelOptions& options)
+{
+    LatticeMesh lattice = to_lattice(mesh, grid);
+    require(lattice);
+    lattice.closed = is_closed(lattice);
+    CellSet cells = within_limit(grid, options, [&](const VoxelGrid& g) {
+        return solid_cells(g.size == grid.size ? lattice : to_lattice(mesh, g), rule,
+                           options.max_cubes);
+    });
+    Cubes cubes = with_corners(grid, cells);
+    const CellIndex index(std::move(cells), cubes.cell);
+    const double whole = cube_volume(grid);
+    const bool one = matter.matters.size() == 1;
+    std::vector<FaceInCell> pieces;
+    std::vector<double> volume = volumes_inside(lattice, rule, index, cubes.count(), whole,
+                                                !one || thickness > 0 ? &pieces : nullptr);
+    const std::vector<FaceInCube> faces = in_cubes(pieces, index, grid.size);
+    if (thickness > 0) thicken(volume, faces, thickness, whole);
+    std::vector<Deposit> deposits;
+    if (one) {
+        for (std::uint32_t c = 0; c < cubes.count(); ++c) deposits.push_back({c, 0, volume[c]});
+    } else {
+        deposits = deposits_by_faces(mesh, lattice, matter, cubes, faces, volume);
+    }
+    fill_cubes(cubes, matter.matters, deposits, options);
+    return cubes;
+}
+
+}  // namespace geometry

@@ -1,0 +1,37 @@
+#pragma once
+
+// Any geometry to cubes, three ways to one result.
+// James, Barbic, Twigg. Squashing cubes: automating deformable model construction for graphics.
+// SIGGRAPH 2004 sketches.
+
+#include "geometry/cells/solid_cells.hpp"
+#include "geometry/cubes/assign_matter.hpp"
+#include "geometry/cubes/cubes.hpp"
+#include "geometry/cubes/fill_cubes.hpp"
+#include "geometry/cubes/samples.hpp"
+
+namespace geometry {
+
+// All throw std::invalid_argument when nothing is there to voxelize, or when it takes more than
+// options.max_cubes; the message then names a size that fits. Cells are numbered from the grid's
+// origin; grid.size is the cubes'.
+
+// A cube wherever a sample is: the volume that each sample fills, and its mass, go to the cube that
+// holds it; where samples do not say, the cubes are full. Faces between samples may leave holes: a
+// cube is sure to be found only where a sample falls in it.
+Cubes voxelize_samples(const Samples& samples, const VoxelGrid& grid, const VoxelOptions& options);
+
+// A cube wherever a triangle passes (CellShape::half_open), so no hole is ever left. The volume in
+// a cube is the area of the faces in it, clipped exactly, times `thickness` (m); 0 for cubes that
+// are all full.
+Cubes voxelize_surface(const TriMesh& mesh, const FaceMatter& matter, double thickness,
+                       const VoxelGrid& grid, const VoxelOptions& options);
+
+// A cube wherever a triangle passes, and inside. A cube that a triangle passes holds what is inside
+// (see inside_shares), or `thickness` (m) times the area in it where that is more: for the sheets
+// in a model of solids. With several matters, a cube is of the faces in it, by area, and
+// one without any of the face nearest to its centre.
+Cubes voxelize_solid(const TriMesh& mesh, const FaceMatter& matter, Inside rule, double thickness,
+                     const VoxelGrid& grid, const VoxelOptions& options);
+
+}  // namespace geometry

@@ -1,0 +1,202 @@
+#include "geometry/embed/bind.hpp"
+
+#include "geometry/base/box_tree.hpp"
+#include "geometry/base/parallel.hpp"
+#include "geometry/base/union_find.hpp"
+#include "geometry/cells/cell_set.hpp"
+#include "geometry/cubes/plane.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+namespace geometry {
+namespace {
+
+constexpr double inside_slack = 1e-3;  // of a cube
+constexpr std::size_t bound_a_task = 8192;
+
+// A mesh's pieces, joined by triangles: the first vertex of each vertex's piece.
+std::vector<std::uint32_t> pieces(const TriMesh& mesh)
+{
+    UnionFind sets(mesh.positions.size());
+    for (const auto& [a, b, c] : mesh.triangles()) {
+        if (std::max({a, b, c}) >= mesh.positions.size()) continue;
+        sets.join(a, b);
+        sets.join(a, c);
+    }
+    return sets.roots();
+}
+
+// Finds the cube nearest to a place in lattice coordinates.
+class NearestCubes {
+public:
+    explicit NearestCubes(const Cubes& cubes)
+    {
+        std::vector<Box3f> boxes;
+        for (const Vec3i& c : cubes.cell) {
+            boxes.push_back({c.cast<float>(), (c + Vec3i::Ones()).cast<float>()});
+        }
+        tree_ = build_box_tree(boxes);
+        for (const std::uint32_t i : tree_.items) boxes_.push_back(boxes[i]);
+        cube_ = tree_.items;
+        std::iota(tree_.items.begin(), tree_.items.end(), 0u);
+    }
+
+    // Its number, and its distance in cubes.
+    std::pair<std::uint32_t, double> find(const Vec3& at) const
+    {
+        double best_sq = std::numeric_limits<double>::infinity();
+        std::uint32_t best = 0;
+        tree_.nearest(at, best_sq, [&](std::uint32_t i, double& sq) {
+            const double d_sq = boxes_[i].distance_sq(at);
+            if (d_sq < sq) sq = d_sq, best = cube_[i];
+        });
+        return {best, std::sqrt(best_sq)};
+    }
+
+private:
+    BoxTree tree_;
+    std::vector<Box3f> boxes_;         // in the tree's order
+    std::vector<std::uint32_t> cube_;  // the same
+};
+
+// A place over or under a plane as one in it, for a plane across the axis `flat`.
+Vec3 flattened(Vec3 at, const Cubes& cubes, int flat)
+{
+    if (flat >= 0) at[flat] = cubes.cell[0][flat];
+    return at;
+}
+
+// Vertices in no cube: cube[v] and anchors.
+void bind_strays(const TriMesh& mesh, const Cubes& cubes, int flat, const std::vector<Vec3>& at,
+                 const std::vector<std::uint32_t>& outside, Binding& binding)
+{
+    const NearestCubes nearest(cubes);
+    std::vector<std::pair<std::uint32_t, double>> found(outside.size());
+    parallel_for(outside.size(), 256, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            found[i] = nearest.find(flattened(at[outside[i]], cubes, flat));
+        }
+    });
+    const std::vector<std::uint32_t> piece = pieces(mesh);
+    // A piece all outside goes with the cube nearest to any of its vertices.
+    std::vector<std::uint8_t> touches(mesh.positions.size(), 0);
+    for (std::uint32_t v = 0; v < piece.size(); ++v) {
+        if (binding.cube[v] != no_index) touches[piece[v]] = 1;
+    }
+    for (std::size_t i = 0; i < outside.size(); ++i) {
+        if (found[i].second <= inside_slack) touches[piece[outside[i]]] = 1;
+    }
+    std::vector<std::size_t> nearest_of(mesh.positions.size(), outside.size());
+    for (std::size_t i = 0; i < outside.size(); ++i) {
+        std::size_t& best = nearest_of[piece[outside[i]]];
+        if (best == outside.size() || found[i].second < found[best].second) best = i;
+    }
+    for (std::size_t i = 0; i < outside.size(); ++i) {
+        const std::uint32_t v = outside[i];
+        const bool alone = !touches[piece[v]];
+        binding.cube[v] = found[alone ? nearest_of[piece[v]] : i].first;
+        binding.local[v] = (at[v] - cubes.cell[binding.cube[v]].cast<double>()).cast<float>();
+        if (found[i].second <= inside_slack) continue;
+        Vec3f nearby = binding.local[v].cwiseMax(0.0f).cwiseMin(1.0f);
+        if (flat >= 0) nearby[flat] = binding.local[v][flat];
+        const Vec3f anchor = alone ? Vec3f(Vec3f::Constant(0.5f)) : nearby;
+        const double distance = double((binding.local[v] - nearby).norm()) * cubes.size;
+        binding.strays.push_back({v, anchor});
+        binding.farthest = std::max(binding.farthest, distance);
+    }
+}
+
+// Numbers the cubes in use and makes cube[] point at them.
+void number_used(std::size_t cubes, Binding& binding)
+{
+    std::vector<std::uint32_t> number(cubes, 0);
+    for (const std::uint32_t c : binding.cube) number[c] = 1;
+    for (std::uint32_t c = 0; c < cubes; ++c) {
+        if (number[c] == 0) continue;
+        number[c] = static_cast<std::uint32_t>(binding.used.size());
+        binding.used.push_back(c);
+    }
+    for (std::uint32_t& c : binding.cube) c = number[c];
+}
+
+std::vector<std::uint32_t> vertex_of_normals(const TriMesh& mesh)
+{
+    std::vector<std::uint32_t> vertex(mesh.normals.size(), no_index);
+    const MeshTopology& topology = *mesh.topology;
+    const std::size_t listed = topology.normal_triangles.size();
+    if (listed == 0 || listed != topology.triangles.size()) {
+        // No list of their own: one normal a vertex, in a cloud of points too.
+        const std::size_t n = std::min(vertex.size(), mesh.positions.size());
+        std::iota(vertex.begin(), vertex.begin() + static_cast<std::ptrdiff_t>(n), 0u);
+        return vertex;
+    }
+    for (std::size_t t = 0; t < topology.triangles.size(); ++t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t n = topology.normal_triangles[t][k], v = topology.triangles[t][k];
+            if (n < vertex.size() && v < mesh.positions.size()) vertex[n] = v;
+        }
+    }
+    return vertex;
+}
+
+}  // namespace
+
+const Binding::Stray* find_stray(const Binding& binding, std::uint32_t vertex)
+{
+    const auto at =
+        std::lower_bound(binding.strays.begin(), binding.strays.end(), vertex,
+                         [](const Binding::Stray& s, std::uint32_t v) { return s.vertex < v; });
+    return at != binding.strays.end() && at->vertex == vertex ? &*at : nullptr;
+}
+
+Binding bind(const TriMesh& mesh, const Cubes& cubes)
+{
+    Binding binding;
+    const std::size_t n = mesh.positions.size();
+    if (n > 0 && cubes.count() == 0) {
+        throw std::invalid_argument("no cubes to embed the mesh in");
+    }
+    const CellIndex index(cubes.cell);
+    const int flat = flat_axis(cubes);
+    binding.cube.resize(n);
+    binding.local.resize(n);
+    std::vector<Vec3> at(n);
+    parallel_for(n, bound_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t v = begin; v < end; ++v) {
+            const Vec3f& p = mesh.positions[v];
+            if (!p.allFinite()) {
+                binding.cube[v] = 0;
+                binding.local[v] = Vec3f::Zero();
+                continue;
+            }
+            at[v] = (p.cast<double>() - cubes.origin) / cubes.size;
+            const double reach = CellSet::extent;
+            const Vec3 seen = flattened(at[v], cubes, flat);
+            const Vec3 cell = seen.array().floor().cwiseMax(-reach - 1).cwiseMin(reach);
+            const CellIndex::Found found = index.find(cell.cast<int>());
+            binding.cube[v] = found ? found.begin : no_index;
+            binding.local[v] = (at[v] - cell).cast<float>();
+        }
+    });
+    std::vector<std::uint32_t> outside;
+    for (std::uint32_t v = 0; v < n; ++v) {
+        if (binding.cube[v] == no_index) outside.push_back(v);
+    }
+    if (!outside.empty()) bind_strays(mesh, cubes, flat, at, outside, binding);
+    number_used(cubes.count(), binding);
+    binding.normal_vertex = vertex_of_normals(mesh);
+    binding.one_normal_each = binding.normal_vertex.size() == n;
+    for (std::uint32_t v = 0; v < n && binding.one_normal_each; ++v) {
+        binding.one_normal_each = binding.normal_vertex[v] == v;
+    }
+    for (std::uint32_t i = 0; i < binding.normal_vertex.size() && !binding.strays.empty(); ++i) {
+        const std::uint32_t v = binding.normal_vertex[i];
+        if (v != no_index && find_stray(binding, v)) binding.stray_normals.push_back(i);
+    }
+    return binding;
+}
+
+}  // namespace geometry

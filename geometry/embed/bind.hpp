@@ -1,0 +1,46 @@
+#pragma once
+
+// Which cube carries each vertex of a mesh, and where in that cube the vertex lies at rest.
+//
+//      +-----+-----+
+//      |  .a |     |    a  lies in a cube: its place there is 0..1 along each axis
+//      +-----+-----+
+//      |     |q . . . b b  lies in none: it goes with the nearest cube, by the affine map at the
+//      +-----+-----+       anchor q, the cube's point nearest to it
+//
+// Where a whole piece of the mesh is in no cube, q is the centre of one cube for all of it, so that
+// it stays in one piece, and turns and shears as that cube does. On a plane (cubes/plane.hpp) who
+// lies over or under a cell is in it, however far.
+
+#include "geometry/base/no_index.hpp"
+#include "geometry/cubes/cubes.hpp"
+#include "geometry/mesh/mesh.hpp"
+
+namespace geometry {
+
+struct Binding {
+    struct Stray {
+        std::uint32_t vertex = 0;
+        Vec3f anchor = Vec3f::Zero();  // in its cube, 0..1
+    };
+
+    std::vector<std::uint32_t> used;           // cubes that carry vertices, ascending
+    std::vector<std::uint32_t> cube;           // V, into used
+    std::vector<Vec3f> local;                  // V, place in the cube, 0..1 but for strays
+                                               // and across a plane
+    std::vector<std::uint32_t> normal_vertex;  // N, whose each normal is; no_index: of none
+    bool one_normal_each = false;              // normal v is vertex v's, for all of both
+    std::vector<Stray> strays;                 // vertices in no cube, ascending
+    std::vector<std::uint32_t> stray_normals;  // normals of strays
+    double farthest = 0;                       // m, from a stray to its cube
+};
+
+// Where each vertex of the rest mesh lies in the rest cubes. A vertex within a thousandth of a cube
+// counts as inside; one that is not finite is bound to the first cube's origin.
+// Throws std::invalid_argument when there are vertices but no cubes.
+Binding bind(const TriMesh& mesh, const Cubes& cubes);
+
+// The vertex's entry in binding.strays; null when it lies in a cube.
+const Binding::Stray* find_stray(const Binding& binding, std::uint32_t vertex);
+
+}  // namespace geometry

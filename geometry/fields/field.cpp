@@ -1,0 +1,217 @@
+#include "geometry/fields/field.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace geometry {
+namespace {
+
+Box influence_of(const Field& field, std::size_t i)
+{
+    Box box;
+    const double reach = field.profile[i].R;
+    if (!(reach > 0) && !is_solid(field.kind[i])) return box;  // moved inward to nothing
+    switch (field.kind[i]) {
+    case SkeletonKind::plane:
+        box.add(Vec3::Constant(-std::numeric_limits<double>::infinity()));
+        box.add(Vec3::Constant(std::numeric_limits<double>::infinity()));
+        return box;
+    case SkeletonKind::box:
+    case SkeletonKind::ellipsoid: {
+        const Vec3 half = field.place[i].linear().cwiseAbs() * field.half_size[i];
+        box.add(field.place[i].translation() - half);
+        box.add(field.place[i].translation() + half);
+        break;
+    }
+    case SkeletonKind::mesh:
+        for (const Vec3f& p : field.mesh[i]->mesh.positions) {
+            if (p.allFinite()) box.add(field.place[i] * p.cast<double>());
+        }
+        break;
+    default:
+        for (const Vec3& p : points_of(field, i)) box.add(p);
+    }
+    box.lo.array() -= reach;
+    box.hi.array() += reach;
+    return box;
+}
+
+bool touch(const Box& a, const Box& b)
+{
+    return (a.lo.array() <= b.hi.array()).all() && (b.lo.array() <= a.hi.array()).all();
+}
+
+}  // namespace
+
+Field make_field(const ImplicitLayer& layer, std::span<const Transform> frames,
+                 std::span<const double> translations)
+{
+    const std::size_t n = layer.skeletons.size();
+    if (layer.contributions.size() != n || layer.frame.size() != n ||
+        (!translations.empty() && translations.size() != n)) {
+        throw std::invalid_argument(fmt::format(
+            "a layer of {} skeletons needs as many contributions, frame numbers and translations "
+            "(or no translations), got {}, {} and {}",
+            n, layer.contributions.size(), layer.frame.size(), translations.size()));
+    }
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+        if (!is_rigid(frames[f])) {
+            throw std::invalid_argument(fmt::format(
+                "frame {} of an implicit layer must be rigid: no scale, shear or mirroring", f));
+        }
+    }
+    Field field;
+    field.isovalue = layer.isovalue;
+    field.rule = layer.blend.rule;
+    field.weights = BlendWeights(layer.blend, n);
+    field.first.push_back(0);
+    for (std::size_t i = 0; i < n; ++i) {
+        const Skeleton& s = layer.skeletons[i];
+        try {
+            check(s);
+            if (layer.frame[i] >= frames.size()) {
+                throw std::invalid_argument(
+                    fmt::format("its frame is {}, but there are only {} frames", layer.frame[i],
+                                frames.size()));
+            }
+            field.profile.push_back(make_profile(layer.contributions[i], layer.isovalue,
+                                                 translations.empty() ? 0 : translations[i]));
+        } catch (const std::invalid_argument& wrong) {
+            throw std::invalid_argument(fmt::format("skeleton {}: {}", i, wrong.what()));
+        }
+        const Transform& frame = frames[layer.frame[i]];
+        field.kind.push_back(s.kind);
+        if (!is_solid(s.kind)) {
+            for (const Vec3& p : s.points) field.points.push_back(frame * p);
+        }
+        field.first.push_back(static_cast<std::uint32_t>(field.points.size()));
+        field.place.push_back(frame * s.place);
+        field.half_size.push_back(s.half_size);
+        field.mesh.push_back(s.kind == SkeletonKind::mesh ? s.mesh : nullptr);
+        field.influence.push_back(influence_of(field, i));
+        if (s.kind == SkeletonKind::plane) {
+            field.unbounded.push_back(static_cast<std::uint32_t>(i));
+        }
+    }
+    field.grid = make_field_grid(field.influence);
+    return field;
+}
+
+Box influence(const Field& field)
+{
+    Box all;
+    for (const Box& box : field.influence) {
+        if (!box.empty() && box.lo.allFinite()) all.add(box);
+    }
+    return all;
+}
+
+Foot foot(const Field& field, std::size_t i, const Vec3& p)
+{
+    const std::span<const Vec3> points = points_of(field, i);
+    switch (field.kind[i]) {
+    case SkeletonKind::point:
+    case SkeletonKind::segment:
+    case SkeletonKind::polyline:
+        return foot_on_polyline(points, p);
+    case SkeletonKind::triangle:
+        return foot_on_triangle(points.first<3>(), p);
+    default:
+        break;
+    }
+    const Mat3 turn = field.place[i].linear();
+    const Vec3 local = turn.transpose() * (p - field.place[i].translation());
+    Foot result;
+    switch (field.kind[i]) {
+    case SkeletonKind::box:
+        result = foot_on_box(field.half_size[i], local);
+        break;
+    case SkeletonKind::ellipsoid:
+        result = foot_on_ellipsoid(field.half_size[i], local);
+        break;
+    case SkeletonKind::mesh:
+        result = foot_on_mesh(*field.mesh[i], local);
+        break;
+    default:
+        result = foot_on_plane(local);
+    }
+    result.n = turn * result.n;
+    result.hessian = turn * result.hessian * turn.transpose();
+    return result;
+}
+
+FieldValue value_at(const Field& field, const Vec3& p)
+{
+    FieldValue value;
+    if (!p.allFinite()) return value;
+    thread_local std::vector<std::uint32_t> near;
+    thread_local std::vector<Contributor> contributors;
+    Box box;
+    box.add(p);
+    candidates(field, box, near);
+    contributors.clear();
+    double largest = 0;
+    for (const std::uint32_t i : near) {
+        const Foot at = foot(field, i, p);
+        const ProfileValue v = profile_at(field.profile[i], at.r);
+        if (!(v.f > 0)) continue;
+        contributors.push_back({i, v.f, v.slope * at.n, at.n, at.hessian});
+        if (v.f > largest) {
+            largest = v.f;
+            value.largest = i;
+        }
+    }
+    const Blended b = blend(field.rule, field.weights, contributors);
+    value.f = b.f;
+    value.gradient = b.gradient;
+    return value;
+}
+
+void candidates(const Field& field, const Box& box, std::vector<std::uint32_t>& out)
+{
+    out.clear();
+    const FieldGrid& grid = field.grid;
+    if (grid.cell_count() > 0 && touch(extent(grid), box)) {
+        const Vec3i cells = cell_of(grid, box.hi) - cell_of(grid, box.lo) + Vec3i::Ones();
+        if (cells.prod() > 32) {  // wide: asking every skeleton is quicker
+            for (std::uint32_t i = 0; i < field.count(); ++i) {
+                if (touch(field.influence[i], box)) out.push_back(i);
+            }
+            return;
+        }
+        for_cells(grid, box, [&](std::size_t cell) {
+            for (std::uint32_t e = grid.first[cell]; e < grid.first[cell + 1]; ++e) {
+                if (touch(field.influence[grid.skeleton[e]], box)) {
+                    out.push_back(grid.skeleton[e]);
+                }
+            }
+        });
+    }
+    out.insert(out.end(), field.unbounded.begin(), field.unbounded.end());
+    if (out.size() > 1) {
+        std::sort(out.begin(), out.end());
+        out.erase(std::unique(out.begin(), out.end()), out.end());
+    }
+}
+
+Interval bounds(const Field& field, std::span<const std::uint32_t> skeletons, const Box& box)
+{
+    const Vec3 centre = box.centre();
+    const double radius = 0.5 * box.diagonal();
+    Interval sum, largest;
+    for (const std::uint32_t i : skeletons) {
+        const double r = foot(field, i, centre).r;
+        const double lo = profile_at(field.profile[i], r + radius).f;
+        // Only solids have an inside; nothing is nearer than the skeleton itself elsewhere.
+        const double nearest = is_solid(field.kind[i]) ? r - radius : std::max(0.0, r - radius);
+        const double hi = profile_at(field.profile[i], nearest).f;
+        sum.lo += lo;
+        sum.hi += hi;
+        largest.lo = std::max(largest.lo, lo);
+    }
+    return {field.rule == BlendRule::sum ? sum.lo : largest.lo, sum.hi};
+}
+
+}  // namespace geometry

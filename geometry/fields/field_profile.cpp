@@ -1,0 +1,46 @@
+#include "geometry/fields/field_profile.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace geometry {
+
+FieldProfile make_profile(const Contribution& contribution, double isovalue, double translation)
+{
+    const auto [e, k, R, s] = contribution;
+    const auto reject = [=, e = e, k = k, R = R, s = s](const char* expected) {
+        throw std::invalid_argument(fmt::format(
+            "a contribution must decrease with distance: expected {}; got thickness {} m, "
+            "stiffness {}, radius {} m, stiffening {}, isovalue {}",
+            expected, e, k, R, s, isovalue));
+    };
+    if (!std::isfinite(e + k + R + s + isovalue)) reject("finite numbers");
+    if (!(isovalue > 0)) reject("an isovalue above 0");
+    if (!(e > 0)) reject("a thickness above 0");
+    if (!(R > e)) reject("a radius of influence above the thickness");
+    if (!(k > 0)) reject("a stiffness above 0");
+    if (!(s >= 0)) reject("a stiffening of 0 or more");
+    if (k * (R - e) > 3 * isovalue * (1 + 1e-12)) {
+        reject("stiffness * (radius - thickness) <= 3 * isovalue");
+    }
+    if (!std::isfinite(translation)) {
+        throw std::invalid_argument("the translation of a contribution must be finite");
+    }
+    FieldProfile p{.e = e, .R = R, .c = isovalue, .k = k};
+    p.q = 0.5 * k * s / e;
+    p.m = 2 * isovalue - k * (R - e);
+    p.inverse = 1 / (R - e);
+    return moved(p, translation);
+}
+
+FieldProfile moved(const FieldProfile& profile, double by)
+{
+    FieldProfile p = profile;
+    p.e += by;
+    p.R += by;
+    return p;
+}
+
+}  // namespace geometry

@@ -1,0 +1,73 @@
+#pragma once
+
+// Skeletons: the primitives that carry an implicit field, and the distance to each.
+//   r(P)  distance from P to the skeleton, m; negative inside solids (box, ellipsoid, plane, mesh),
+//         so that the field keeps a slope there
+//   n(P)  grad r, unit
+//   H(P)  Hessian of r: (I - n n^T) / r about a corner, (I - n n^T - t t^T) / r about an edge of
+//         direction t, 0 over a face, (I + r S)^-1 S over a curved surface of shape operator S
+// Wherever the nearest point is unique, |grad r| = 1: r is 1-Lipschitz, and all bounds rest on it.
+
+#include "geometry/base/vec.hpp"
+#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/triangle_bvh.hpp"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace geometry {
+
+enum class SkeletonKind : std::uint8_t {
+    point,
+    segment,
+    polyline,
+    triangle,
+    box,
+    ellipsoid,
+    plane,
+    mesh
+};
+
+// A closed mesh made ready for distances; stored as its mesh alone.
+struct SkeletonMesh {
+    using Source = TriMesh;
+    SkeletonMesh() = default;
+    explicit SkeletonMesh(TriMesh m) : mesh(std::move(m)), tree(mesh) {}
+    const Source& source() const { return mesh; }
+    TriMesh mesh;
+    TriangleBvh tree;
+};
+
+// A skeleton in the local frame that it rides on.
+struct Skeleton {
+    SkeletonKind kind = SkeletonKind::point;
+    std::vector<Vec3> points{Vec3::Zero()};  // m: 1 for point, 2, 2 or more, 3; unused by solids
+    Vec3 half_size{0.5, 0.5, 0.5};           // m: half edges of a box, semi-axes of an ellipsoid
+    // A solid's own frame, rigid; a plane is solid where its y < 0.
+    Transform place = Transform::Identity();
+    std::shared_ptr<const SkeletonMesh> mesh = nullptr;
+};
+
+// Where a point stands to a skeleton.
+struct Foot {
+    double r = 0;                 // m
+    Vec3 n = Vec3::Zero();        // grad r; zero on a skeleton without inside
+    Mat3 hessian = Mat3::Zero();  // 1/m
+};
+
+Foot foot_on_polyline(std::span<const Vec3> points, const Vec3& p);  // one point or more
+Foot foot_on_triangle(std::span<const Vec3, 3> corners, const Vec3& p);
+Foot foot_on_box(const Vec3& half_size, const Vec3& p);        // centred on the origin
+Foot foot_on_ellipsoid(const Vec3& semi_axes, const Vec3& p);  // centred on the origin
+Foot foot_on_plane(const Vec3& p);                             // y = 0
+Foot foot_on_mesh(const SkeletonMesh& mesh, const Vec3& p);    // closed, faces outward
+
+// Throws std::invalid_argument, saying what is wrong, for a skeleton that none of these accepts:
+// the wrong number of points, a size that is not positive, a place that is not rigid, not a number.
+void check(const Skeleton& skeleton);
+
+// Whether a transform only turns and moves.
+bool is_rigid(const Transform& transform);
+
+}  // namespace geometry

@@ -1,0 +1,416 @@
+// Instances are added one after the other: faces are chosen, vertices welded, then normals, texture
+// coordinates and names follow. At the end come normals that the file does not give, scale and
+// place.
+
+#include "geometry/io/assemble_mesh.hpp"
+
+#include "geometry/base/no_index.hpp"
+#include "geometry/base/numbering.hpp"
+#include "geometry/base/parallel.hpp"
+#include "geometry/base/srgb.hpp"
+#include "geometry/mesh/measure.hpp"
+#include "geometry/mesh/normals.hpp"
+#include "geometry/mesh/transform.hpp"
+
+#include <tbb/parallel_invoke.h>
+
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+namespace geometry {
+namespace {
+
+double metres_of(LengthUnit unit, double custom, double said)
+{
+    switch (unit) {
+    case LengthUnit::automatic:
+        return said > 0 && std::isfinite(said) ? said : 1;
+    case LengthUnit::metre:
+        return 1;
+    case LengthUnit::centimetre:
+        return 0.01;
+    case LengthUnit::millimetre:
+        return 0.001;
+    case LengthUnit::inch:
+        return 0.0254;
+    case LengthUnit::foot:
+        return 0.3048;
+    case LengthUnit::custom:
+        if (!(custom > 0) || !std::isfinite(custom)) {
+            throw std::invalid_argument("custom unit: expected a positive number of metres");
+        }
+        return custom;
+    }
+    throw std::invalid_argument("no such unit");
+}
+
+Mat3 to_y_up(UpAxis up, const ImportedScene& scene)
+{
+    Mat3 M = Mat3::Identity();
+    switch (up) {
+    case UpAxis::automatic:
+        if (scene.has_axes) {
+            M = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
+                scene.to_y_up.data());
+        }
+        return M;
+    case UpAxis::y:
+        return M;
+    case UpAxis::z:
+        M << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+        return M;
+    case UpAxis::x:
+        M << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+        return M;
+    }
+    throw std::invalid_argument("no such axis");
+}
+
+Transform world_of(const ImportedNode& node, const Transform& file_to_world)
+{
+    Transform T = Transform::Identity();
+    T.matrix().topRows<3>() =
+        Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(node.to_world.data());
+    return file_to_world * T;
+}
+
+// What was left out, counted; said in sentences at the end.
+struct Dropped {
+    std::uint64_t not_there = 0, not_finite = 0, repeated = 0, lines = 0, points = 0;
+
+    std::vector<std::string> sentences() const
+    {
+        std::vector<std::string> all;
+        const auto add = [&](std::uint64_t n, const char* one, const char* many) {
+            if (n > 0) all.push_back("left out " + std::to_string(n) + " " + (n == 1 ? one : many));
+        };
+        add(not_there, "face that names a vertex which is not in the file",
+            "faces that name a vertex which is not in the file");
+        add(not_finite, "face or point whose position is not a finite number",
+            "faces or points whose positions are not finite numbers");
+        add(repeated, "face that has one vertex twice", "faces that have one vertex twice");
+        add(lines, "line: only faces and points are used", "lines: only faces and points are used");
+        add(points, "loose point beside the faces", "loose points beside the faces");
+        for (std::string& s : all) s += ".";
+        return all;
+    }
+};
+
+// Numbers things 0, 1, 2 ... in order of appearance; those after number 65,535 share that one.
+template <class Key> struct Numbered {
+    std::vector<Key> order;
+    std::map<Key, std::uint16_t> number_of;
+
+    std::uint16_t number(const Key& key)
+    {
+        const auto next = static_cast<std::uint16_t>(std::min<std::size_t>(order.size(), 0xffff));
+        const auto [found, is_new] = number_of.try_emplace(key, next);
+        if (is_new && order.size() <= 0xffff) order.push_back(key);
+        return found->second;
+    }
+};
+
+// The mesh while it grows, instance by instance.
+struct Assembly {
+    const ImportedScene* scene = nullptr;
+    Dropped dropped;
+    std::size_t vertices = 0, faces = 0;
+    bool has_normals = false, has_uvs = false, has_colours = false;
+
+    Numbering<3> place_of;   // position bits -> vertex
+    Numbering<4> normal_of;  // vertex and normal bits -> normal
+    Numbering<2> uv_of;
+    Numbered<std::uint32_t> materials;
+    Numbered<std::string> groups;
+    std::vector<Vec3f> colours;
+    MeshTopology topology;
+
+    std::vector<Vec3f> position;        // of the instance being added
+    std::vector<std::uint32_t> vertex;  // likewise
+    std::vector<Triangle> kept;         // likewise
+};
+
+Assembly begin_assembly(const ImportedScene& scene)
+{
+    Assembly a;
+    a.scene = &scene;
+    for (const ImportedNode& node : scene.nodes) {
+        if (node.mesh >= scene.meshes.size()) continue;
+        const ImportedMesh& mesh = scene.meshes[node.mesh];
+        a.vertices += mesh.positions.size();
+        a.faces += mesh.triangles.size();
+        a.has_normals = a.has_normals || !mesh.normals.empty();
+        a.has_uvs = a.has_uvs || !mesh.uvs.empty();
+        a.has_colours = a.has_colours || !mesh.colours.empty();
+    }
+    if (a.vertices >= no_index || a.faces >= no_index / 3) {
+        throw std::runtime_error("it has " + std::to_string(a.faces) +
+                                 " faces in all its instances, the limit is 1.4 billion");
+    }
+    a.place_of = Numbering<3>(a.vertices / 4);
+    return a;
+}
+
+void add_points(Assembly& a, const ImportedMesh& in, const Transform& T)
+{
+    const auto add = [&](const Vec3f& p, const Vec3f* colour) {
+        const Vec3f q = (T * p.cast<double>()).cast<float>();
+        if (!q.allFinite()) {
+            ++a.dropped.not_finite;
+            return;
+        }
+        if (a.place_of.add(bits(q)) == a.colours.size() && a.has_colours) {
+            a.colours.push_back(colour ? *colour : Vec3f(Vec3f::Ones()));
+        }
+    };
+    // A file with no faces may call its vertices points or say nothing of them.
+    for (std::size_t v = 0; v < in.positions.size(); ++v) {
+        add(in.positions[v], in.colours.size() > v ? &in.colours[v] : nullptr);
+    }
+}
+
+// a.kept: the faces worth keeping, as corners in the imported mesh.
+void choose_faces(Assembly& a, const ImportedMesh& in, bool mirrored)
+{
+    a.kept.clear();
+    a.kept.reserve(in.triangles.size());
+    for (Triangle t : in.triangles) {
+        if (std::max({t[0], t[1], t[2]}) >= a.position.size()) {
+            ++a.dropped.not_there;
+            continue;
+        }
+        const Vec3f &p = a.position[t[0]], &q = a.position[t[1]], &r = a.position[t[2]];
+        if (!p.allFinite() || !q.allFinite() || !r.allFinite()) {
+            ++a.dropped.not_finite;
+        } else if (p == q || q == r || r == p) {
+            ++a.dropped.repeated;
+        } else {
+            if (mirrored) std::swap(t[1], t[2]);
+            a.kept.push_back(t);
+        }
+    }
+}
+
+// a.vertex: the welded vertex of each that a kept face uses, in the file's order of vertices.
+void number_vertices(Assembly& a, const ImportedMesh& in)
+{
+    a.vertex.assign(a.position.size(), no_index);
+    for (const Triangle& t : a.kept) {
+        for (const auto v : t) a.vertex[v] = 0;
+    }
+    for (std::size_t v = 0; v < a.vertex.size(); ++v) {
+        if (a.vertex[v] == no_index) continue;
+        a.vertex[v] = a.place_of.add(bits(a.position[v]));
+        if (a.has_colours && a.vertex[v] == a.colours.size()) {
+            a.colours.push_back(in.colours.size() > v ? in.colours[v] : Vec3f(Vec3f::Ones()));
+        }
+    }
+    for (const Triangle& t : a.kept) {
+        a.topology.triangles.push_back({a.vertex[t[0]], a.vertex[t[1]], a.vertex[t[2]]});
+    }
+}
+
+void add_normals(Assembly& a, const ImportedMesh& in, const Mat3& linear)
+{
+    if (!a.has_normals) return;
+    const bool given = in.normals.size() == in.positions.size();
+    TriMesh turned;  // normals alone
+    if (given) turned.normals = in.normals;
+    for (Vec3f& n : turned.normals) {
+        const float length = n.norm();
+        n = length > 1e-20f && std::isfinite(length) ? Vec3f(n / length) : Vec3f(Vec3f::Zero());
+    }
+    Transform T = Transform::Identity();
+    T.linear() = linear;
+    move(turned, T);
+    for (const Triangle& t : a.kept) {
+        Triangle corner{no_index, no_index, no_index};
+        for (std::size_t k = 0; k < 3 && given; ++k) {
+            const Vec3f& n = turned.normals[t[k]];
+            if (n.isZero(0) || !n.allFinite()) continue;
+            const auto b = bits(n);
+            corner[k] = a.normal_of.add({a.vertex[t[k]], b[0], b[1], b[2]});
+        }
+        a.topology.normal_triangles.push_back(corner);
+    }
+}
+
+void add_uvs(Assembly& a, const ImportedMesh& in)
+{
+    if (!a.has_uvs) return;
+    const bool given = in.uvs.size() == in.positions.size();
+    for (const Triangle& t : a.kept) {
+        Triangle corner;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec2f uv = given ? in.uvs[t[k]] : Vec2f(0, 0);
+            corner[k] = a.uv_of.add(bits(uv.allFinite() ? uv : Vec2f(0, 0)));
+        }
+        a.topology.uv_triangles.push_back(corner);
+    }
+}
+
+void add_names(Assembly& a, const ImportedMesh& in, const ImportedNode& node)
+{
+    a.topology.material.resize(a.topology.triangles.size(), a.materials.number(in.material));
+    a.topology.group.resize(a.topology.triangles.size(),
+                            a.groups.number(node.name.empty() ? in.name : node.name));
+}
+
+void add_instance(Assembly& a, const ImportedNode& node, const Transform& T)
+{
+    const ImportedMesh& in = a.scene->meshes[node.mesh];
+    a.dropped.lines += in.lines;
+    if (a.faces == 0) {
+        add_points(a, in, T);
+        return;
+    }
+    a.dropped.points += in.points.size();
+    a.position.resize(in.positions.size());
+    parallel_for(a.position.size(), 16384, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t v = begin; v < end; ++v) {
+            a.position[v] = (T * in.positions[v].cast<double>()).cast<float>();
+        }
+    });
+    choose_faces(a, in, mirrors(T.linear()));
+    number_vertices(a, in);
+    if (a.kept.size() > 10'000) {
+        tbb::parallel_invoke([&] { add_normals(a, in, T.linear()); }, [&] { add_uvs(a, in); });
+    } else {
+        add_normals(a, in, T.linear());
+        add_uvs(a, in);
+    }
+    add_names(a, in, node);
+}
+
+// Everything but normals that the file does not give.
+TriMesh finish(Assembly& a, const ReadOptions& options)
+{
+    TriMesh out;
+    for (const auto& key : a.place_of.keys()) {
+        out.positions.emplace_back(std::bit_cast<float>(key[0]), std::bit_cast<float>(key[1]),
+                                   std::bit_cast<float>(key[2]));
+    }
+    a.place_of = Numbering<3>();
+    const bool linear = options.colours == ColourSpace::linear ||
+                        (options.colours == ColourSpace::automatic && a.scene->linear_colours);
+    const auto light = [&](const Vec3f& c) {
+        const Vec3f sane = c.unaryExpr([](float x) { return x >= 0 ? std::min(x, 1.f) : 0.f; });
+        return linear ? sane : linear_from_srgb(sane);
+    };
+    if (a.has_colours) {
+        for (const Vec3f& c : a.colours) out.colours.push_back(light(c));
+    }
+    for (const auto& key : a.normal_of.keys()) {
+        out.normals.emplace_back(std::bit_cast<float>(key[1]), std::bit_cast<float>(key[2]),
+                                 std::bit_cast<float>(key[3]));
+    }
+    for (const auto& key : a.uv_of.keys()) {
+        a.topology.uvs.emplace_back(std::bit_cast<float>(key[0]), std::bit_cast<float>(key[1]));
+    }
+    a.topology.groups = std::move(a.groups.order);
+    for (const auto m : a.materials.order) {
+        const ImportedMaterial in =
+            m < a.scene->materials.size() ? a.scene->materials[m] : ImportedMaterial{};
+        const auto unit = [](float x, float otherwise) {
+            return std::isfinite(x) ? std::clamp(x, 0.f, 1.f) : otherwise;
+        };
+        a.topology.materials.push_back({in.name, light(in.colour), unit(in.opacity, 1),
+                                        unit(in.roughness, 0.6f), unit(in.metallic, 0)});
+    }
+    out.topology = std::make_shared<const MeshTopology>(std::move(a.topology));
+    return out;
+}
+
+// Corners whose normal the file does not give get a computed one.
+void complete_normals(TriMesh& mesh, const ReadOptions& options)
+{
+    const auto& given = mesh.topology->normal_triangles;
+    const auto lacks = [](const Triangle& t) {
+        return t[0] == no_index || t[1] == no_index || t[2] == no_index;
+    };
+    if (options.normals == FileNormals::computed || given.empty()) {
+        compute_normals(mesh, options.crease);
+        return;
+    }
+    if (std::none_of(given.begin(), given.end(), lacks)) return;
+
+    TriMesh computed = mesh;
+    compute_normals(computed, options.crease);
+    auto topology = std::make_shared<MeshTopology>(*mesh.topology);
+    const auto base = static_cast<std::uint32_t>(mesh.normals.size());
+    for (std::size_t f = 0; f < given.size(); ++f) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            auto& n = topology->normal_triangles[f][k];
+            if (n == no_index) n = base + computed.topology->normal_triangles[f][k];
+        }
+    }
+    mesh.normals.insert(mesh.normals.end(), computed.normals.begin(), computed.normals.end());
+    mesh.topology = std::move(topology);
+}
+
+void drop_normals(TriMesh& mesh)
+{
+    auto topology = std::make_shared<MeshTopology>(*mesh.topology);
+    topology->normal_triangles.clear();
+    mesh.topology = std::move(topology);
+    mesh.normals.clear();
+}
+
+void fit_and_place(TriMesh& mesh, const ReadOptions& options)
+{
+    double scale = 1;
+    if (options.fit > 0) {
+        const double largest = bounds(mesh).size().maxCoeff();
+        if (!(largest > 0)) {
+            throw std::runtime_error("all of it is in one place: it cannot be scaled to a size");
+        }
+        scale = options.fit / largest;
+    }
+    if (scale == 1 && options.place == Placement::keep) return;
+
+    const Box box = bounds(mesh);
+    Vec3 origin = Vec3::Zero();  // what comes to lie at the origin
+    if (options.place != Placement::keep) origin = box.centre();
+    if (options.place == Placement::ground) origin.y() = box.lo.y();
+    for (Vec3f& p : mesh.positions) {
+        p = ((p.cast<double>() - origin) * scale).cast<float>();
+        if (!p.allFinite())
+            throw std::runtime_error(
+                "scaled to that size, its coordinates exceed single precision");
+    }
+}
+
+}  // namespace
+
+ReadMesh assemble_mesh(const ImportedScene& scene, const ReadOptions& options)
+{
+    ReadMesh out;
+    Assembly assembly = begin_assembly(scene);
+    Transform file_to_world = Transform::Identity();
+    file_to_world.linear() =
+        metres_of(options.unit, options.custom_unit, scene.unit) * to_y_up(options.up, scene);
+    for (const ImportedNode& node : scene.nodes) {
+        if (node.mesh < scene.meshes.size())
+            add_instance(assembly, node, world_of(node, file_to_world));
+    }
+    out.mesh = finish(assembly, options);
+    out.warnings = assembly.dropped.sentences();
+    if (out.mesh.positions.empty()) {
+        std::string why;
+        for (const std::string& w : out.warnings) why += (why.empty() ? ": " : " ") + w;
+        throw std::runtime_error("it has no usable faces and no usable points" + why);
+    }
+    if (out.mesh.triangles().empty() || options.normals == FileNormals::none) {
+        drop_normals(out.mesh);
+    } else {
+        complete_normals(out.mesh, options);
+    }
+    if (std::string far = far_from_origin(out.mesh); !far.empty()) {
+        out.warnings.push_back(std::move(far));
+    }
+    fit_and_place(out.mesh, options);
+    return out;
+}
+
+}  // namespace geometry

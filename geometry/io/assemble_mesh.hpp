@@ -1,0 +1,17 @@
+#pragma once
+
+// What a mesh file holds, made into one mesh.
+
+#include "geometry/io/assimp_messages.hpp"
+#include "geometry/io/read_options.hpp"
+
+namespace geometry {
+
+// The mesh of a scene that was read: vertices welded where their positions agree in every bit,
+// instances placed, mirrored ones wound to face outwards still, groups named after the file's
+// nodes. Faces that use a vertex which is not finite or not there, or one vertex twice, are left
+// out with a warning, and so are lines. Without faces, the points. Throws std::runtime_error when
+// nothing is left.
+ReadMesh assemble_mesh(const ImportedScene& scene, const ReadOptions& options = {});
+
+}  // namespace geometry

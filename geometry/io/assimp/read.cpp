@@ -1,0 +1,245 @@
+#include "geometry/io/assimp/jobs.hpp"
+#include "geometry/mesh/triangulate.hpp"
+
+#include <assimp/DefaultIOSystem.h>
+#include <assimp/Importer.hpp>
+#include <assimp/config.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <new>
+
+namespace geometry::assimp {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Opens files for assimp, remembers which, and refuses those outside the root.
+class RememberingFiles : public Assimp::DefaultIOSystem {
+public:
+    RememberingFiles(fs::path mesh, const fs::path& root, std::vector<ImportedFile>& files)
+        : mesh_(std::move(mesh)), root_(root.empty() ? root : fs::weakly_canonical(root)),
+          files_(files)
+    {}
+    bool Exists(const char* path) const override
+    {
+        const bool found = allowed(path) && DefaultIOSystem::Exists(path);
+        if (!found) remember(path, false);
+        return found;
+    }
+    Assimp::IOStream* Open(const char* path, const char* mode) override
+    {
+        if (std::strchr(mode, 'w')) return nullptr;
+        Assimp::IOStream* stream = allowed(path) ? DefaultIOSystem::Open(path, mode) : nullptr;
+        remember(path, stream != nullptr);
+        return stream;
+    }
+
+private:
+    bool allowed(const fs::path& path) const
+    {
+        std::error_code none;
+        if (!fs::is_regular_file(path, none)) return false;  // no folders, devices or pipes
+        if (root_.empty() || path == mesh_) return true;
+        const fs::path real = fs::weakly_canonical(path);
+        return std::mismatch(root_.begin(), root_.end(), real.begin(), real.end()).first ==
+               root_.end();
+    }
+    void remember(const std::string& path, bool found) const
+    {
+        for (ImportedFile& f : files_) {
+            if (f.path == path) {
+                f.found = f.found || found;
+                return;
+            }
+        }
+        files_.push_back({path, found});
+    }
+
+    fs::path mesh_, root_;
+    std::vector<ImportedFile>& files_;
+};
+
+std::string text(const aiString& s)
+{
+    return {s.data, std::min<std::size_t>(s.length, sizeof(s.data) - 1)};
+}
+
+template <class V> Vec3f vec3(const V& v)
+{
+    return {float(v.x), float(v.y), float(v.z)};
+}
+
+ImportedMesh mesh_of(const aiMesh& in)
+{
+    ImportedMesh out;
+    out.name = text(in.mName);
+    out.material = in.mMaterialIndex;
+    if (!in.mVertices) return out;
+    const std::size_t n = in.mNumVertices;
+    out.positions.reserve(n);
+    for (std::size_t i = 0; i < n; ++i) out.positions.push_back(vec3(in.mVertices[i]));
+    if (in.mNormals) {
+        out.normals.reserve(n);
+        for (std::size_t i = 0; i < n; ++i) out.normals.push_back(vec3(in.mNormals[i]));
+    }
+    if (const aiVector3D* uvs = in.mTextureCoords[0]) {
+        out.uvs.reserve(n);
+        for (std::size_t i = 0; i < n; ++i) out.uvs.emplace_back(float(uvs[i].x), float(uvs[i].y));
+    }
+    if (const aiColor4D* colours = in.mColors[0]) {
+        out.colours.reserve(n);
+        for (std::size_t i = 0; i < n; ++i) {
+            out.colours.emplace_back(float(colours[i].r), float(colours[i].g), float(colours[i].b));
+        }
+    }
+    // Cut here: assimp's own triangulation takes some concave polygons for convex.
+    out.triangles.reserve(in.mNumFaces);
+    for (std::size_t f = 0; f < in.mNumFaces; ++f) {
+        const aiFace& face = in.mFaces[f];
+        if (face.mNumIndices >= 3) {
+            triangulate({face.mIndices, face.mNumIndices}, out.positions, out.triangles);
+        } else if (face.mNumIndices == 1) {
+            out.points.push_back(face.mIndices[0]);
+        } else {
+            out.lines += face.mNumIndices == 2;
+        }
+    }
+    return out;
+}
+
+ImportedMaterial material_of(const aiMaterial& in)
+{
+    ImportedMaterial out;
+    aiString name;
+    if (in.Get(AI_MATKEY_NAME, name) == AI_SUCCESS) out.name = text(name);
+    aiColor4D base;
+    aiColor3D diffuse;
+    if (in.Get(AI_MATKEY_BASE_COLOR, base) == AI_SUCCESS) {
+        out.colour = {float(base.r), float(base.g), float(base.b)};
+        out.opacity = float(base.a);
+    } else if (in.Get(AI_MATKEY_COLOR_DIFFUSE, diffuse) == AI_SUCCESS) {
+        out.colour = {float(diffuse.r), float(diffuse.g), float(diffuse.b)};
+    }
+    // What assimp makes up where a file says nothing is the grey of our floor: Material's instead,
+    // 0.7 by the sRGB curve.
+    const bool made_up =
+        out.name == AI_DEFAULT_MATERIAL_NAME && out.colour == Vec3f(0.6f, 0.6f, 0.6f);
+    if (made_up) out.colour = {0.852f, 0.852f, 0.852f};
+    float opacity = 1;
+    if (in.Get(AI_MATKEY_OPACITY, opacity) == AI_SUCCESS) out.opacity = opacity;
+
+    float roughness = 0, shininess = 0, metallic = 0;
+    if (in.Get(AI_MATKEY_ROUGHNESS_FACTOR, roughness) == AI_SUCCESS) {
+        out.roughness = roughness;
+    } else if (in.Get(AI_MATKEY_SHININESS, shininess) == AI_SUCCESS && shininess > 0) {
+        // The Blinn-Phong exponent of a microfacet distribution of width roughness^2.
+        out.roughness = std::pow(2 / (shininess + 2), 0.25f);
+    }
+    if (in.Get(AI_MATKEY_METALLIC_FACTOR, metallic) == AI_SUCCESS) out.metallic = metallic;
+    return out;
+}
+
+// Every use of a mesh in the tree, without recursion: a file may nest as deep as it likes.
+void add_nodes(const aiScene& in, ImportedScene& out)
+{
+    using Matrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+    std::vector<std::pair<const aiNode*, Matrix>> todo;
+    if (in.mRootNode) todo.emplace_back(in.mRootNode, Matrix::Identity());
+    while (!todo.empty()) {
+        const aiNode& node = *todo.back().first;
+        const Matrix local = Eigen::Map<const Eigen::Matrix<ai_real, 4, 4, Eigen::RowMajor>>(
+                                 &node.mTransformation.a1)
+                                 .cast<double>();
+        const Matrix world = todo.back().second * local;
+        todo.pop_back();
+        for (std::size_t i = 0; i < node.mNumMeshes; ++i) {
+            auto& use = out.nodes.emplace_back();
+            use.name = text(node.mName);
+            use.mesh = node.mMeshes[i];
+            std::copy_n(world.data(), 12, use.to_world.begin());
+        }
+        for (std::size_t i = node.mNumChildren; i-- > 0;) {
+            if (node.mChildren[i]) todo.emplace_back(node.mChildren[i], world);
+        }
+    }
+}
+
+bool number(const aiMetadata* data, const char* key, double& out)
+{
+    if (!data) return false;
+    for (unsigned i = 0; i < data->mNumProperties; ++i) {
+        if (std::strcmp(data->mKeys[i].C_Str(), key) != 0) continue;
+        const aiMetadataEntry& e = data->mValues[i];
+        if (e.mType == AI_INT32) return out = *static_cast<std::int32_t*>(e.mData), true;
+        if (e.mType == AI_FLOAT) return out = *static_cast<float*>(e.mData), true;
+        if (e.mType == AI_DOUBLE) return out = *static_cast<double*>(e.mData), true;
+    }
+    return false;
+}
+
+// FBX says which of its axes points right, up and to the front, and how many centimetres a unit is.
+void read_fbx_settings(const aiMetadata* data, ImportedScene& out)
+{
+    double unit = 0;
+    if (number(data, "UnitScaleFactor", unit) && unit > 0) out.unit = 0.01 * unit;
+
+    Eigen::Matrix<double, 3, 3, Eigen::RowMajor> M = Eigen::Matrix3d::Zero();
+    const std::array<std::array<const char*, 2>, 3> rows{
+        {{"CoordAxis", "CoordAxisSign"}, {"UpAxis", "UpAxisSign"}, {"FrontAxis", "FrontAxisSign"}}};
+    for (int row = 0; row < 3; ++row) {
+        double axis = 0, sign = 0;
+        const auto& [key, sign_key] = rows[std::size_t(row)];
+        if (!number(data, key, axis) || !number(data, sign_key, sign)) return;
+        if (axis != 0 && axis != 1 && axis != 2) return;
+        M(row, int(axis)) = sign < 0 ? -1 : 1;
+    }
+    if (std::abs(std::abs(M.determinant()) - 1) > 1e-9) return;
+    out.has_axes = true;
+    std::copy_n(M.data(), 9, out.to_y_up.begin());
+}
+
+}  // namespace
+
+void read(const std::string& path, const std::string& root, ImportedScene& out)
+{
+    // Never destroyed: the process ends when its work is done, and taking millions of faces apart
+    // takes time.
+    auto* importer = new Assimp::Importer;
+    importer->SetIOHandler(new RememberingFiles(path, root, out.files));
+    importer->SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
+    importer->SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);
+    importer->SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
+    const aiScene* scene = importer->ReadFile(path, 0);
+    if (!scene) {
+        out.error = importer->GetErrorString();
+        if (out.error.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
+        if (out.error.empty()) out.error = "assimp gave no reason";
+        return;
+    }
+
+    std::string extension = fs::path(path).extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (extension == ".gltf" || extension == ".glb") {
+        out.linear_colours = true;
+        out.unit = 1;
+        out.has_axes = true;
+    } else if (extension == ".dae") {
+        out.unit = 1;  // assimp has turned and scaled the root as the file says
+        out.has_axes = true;
+    } else if (extension == ".fbx") {
+        read_fbx_settings(scene->mMetaData, out);
+    }
+    for (unsigned i = 0; i < scene->mNumMeshes; ++i) {
+        out.meshes.push_back(mesh_of(*scene->mMeshes[i]));
+    }
+    for (unsigned i = 0; i < scene->mNumMaterials; ++i) {
+        out.materials.push_back(material_of(*scene->mMaterials[i]));
+    }
+    add_nodes(*scene, out);
+}
+
+}  // namespace geometry::assimp

@@ -1,0 +1,76 @@
+#pragma once
+
+// What travels between this program and aspic-assimp, the process that runs assimp (geometry/
+// run_assimp.hpp).
+
+#include "geometry/base/vec.hpp"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace geometry {
+
+struct ImportedMesh {
+    std::string name;
+    std::uint32_t material = 0;         // into ImportedScene::materials
+    std::vector<Vec3f> positions;       // V, in the file's unit; not welded, maybe not finite
+    std::vector<Vec3f> normals;         // V or 0
+    std::vector<Vec3f> colours;         // V or 0, as the file has them
+    std::vector<Vec2f> uvs;             // V or 0
+    std::vector<Triangle> triangles;    // into positions, not yet checked
+    std::vector<std::uint32_t> points;  // vertices that the file calls points
+    std::uint64_t lines = 0;            // line segments left out
+};
+
+struct ImportedMaterial {
+    std::string name;
+    Vec3f colour{0.7f, 0.7f, 0.7f};  // as the file has it
+    float opacity = 1, roughness = 0.6f, metallic = 0;
+};
+
+// One use of a mesh in the file's tree of nodes.
+struct ImportedNode {
+    std::string name;
+    std::uint32_t mesh = 0;
+    std::array<double, 12> to_world{};  // rows of a 3 x 4 matrix
+};
+
+struct ImportedFile {
+    std::string path;
+    bool found = false;
+};
+
+struct ImportedScene {
+    std::vector<ImportedMesh> meshes;
+    std::vector<ImportedMaterial> materials;
+    std::vector<ImportedNode> nodes;
+    bool linear_colours = false;  // else they are display values, sRGB
+    double unit = 0;              // m, of one unit of length; 0 when the file does not say
+    bool has_axes = false;        // whether the file says which axis is up
+    std::array<double, 9> to_y_up{1, 0, 0, 0, 1, 0, 0, 0, 1};  // rows, when it says so
+    std::vector<ImportedFile> files;  // that were opened or looked for, the mesh file first
+    std::string error;                // why nothing was read; empty on success
+
+    // Sentences; not sent, as only readers of our own have any.
+    std::vector<std::string> warnings;
+};
+
+struct ExportedFile {
+    std::string name;  // as the others call it
+    std::string bytes;
+};
+
+// A mesh in another format: the file itself, then those beside it that it names.
+struct ExportedFiles {
+    std::vector<ExportedFile> files;
+    std::string error;  // why nothing was written; empty on success
+};
+
+// Of an ImportedScene or of ExportedFiles.
+template <class T> std::string pack(const T& value);
+
+// What `bytes` hold. Throws std::runtime_error unless they are exactly what pack() makes of a T.
+template <class T> T unpack(const char* bytes, std::size_t size);
+
+}  // namespace geometry

@@ -1,0 +1,73 @@
+#include "geometry/io/import_scene.hpp"
+
+#include <unistd.h>
+
+#include <stdexcept>
+
+namespace geometry {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Why a run gave no scene; empty when it did.
+std::string why_no_scene(const AssimpRun& run, const ProcessLimits& limits)
+{
+    using End = AssimpRun::End;
+    const std::string damaged = ": raise the limit, unless the file is damaged";
+    const std::string export_again =
+        "; try to open the file in a modelling program and to export it again, or as OBJ";
+    switch (run.end) {
+    case End::fine:
+        return "";
+    case End::out_of_memory:
+        return "reading it takes more than " + shorter(limits.gigabytes) + " GiB of memory" +
+               damaged;
+    case End::out_of_time:
+        return "reading it takes more than " + shorter(limits.seconds) + " s" + damaged;
+    case End::gave_up:
+        return "the importer failed: " + run.said + export_again;
+    case End::crashed:
+        return "the importer crashed (" + run.said +
+               "): the file is damaged, or assimp does not support what is in it" + export_again;
+    case End::not_understood:
+        break;
+    }
+    return run.said;
+}
+
+}  // namespace
+
+void want_mesh_file(const fs::path& path)
+{
+    std::error_code code;
+    const fs::file_status status = fs::status(path, code);
+    if (!fs::exists(status)) throw std::runtime_error("there is no file " + path.string());
+    if (fs::is_directory(status)) {
+        throw std::runtime_error(path.string() + " is a folder, expected a mesh file");
+    }
+    if (!fs::is_regular_file(status)) {
+        throw std::runtime_error(path.string() + " is not a regular file");
+    }
+    if (::access(path.c_str(), R_OK) != 0) {
+        throw std::runtime_error(path.string() + " cannot be read: permission denied");
+    }
+    if (fs::file_size(path, code) == 0) throw std::runtime_error(path.string() + " is empty");
+}
+
+ImportedScene import_scene(const fs::path& path, const ImportOptions& options)
+{
+    want_mesh_file(path);
+    ImportedScene scene;
+    const AssimpRun run =
+        run_assimp({"read", fs::absolute(path).string(),
+                    options.root.empty() ? "" : fs::absolute(options.root).string()},
+                   {}, options.limits, options.check, [&](const char* bytes, std::size_t size) {
+                       scene = unpack<ImportedScene>(bytes, size);
+                   });
+    if (const std::string why = why_no_scene(run, options.limits); !why.empty()) {
+        throw std::runtime_error(path.string() + ": " + why);
+    }
+    return scene;
+}
+
+}  // namespace geometry

@@ -1,0 +1,29 @@
+#pragma once
+
+// A mesh file as assimp read it, before anything is made of it.
+
+#include "geometry/io/assimp_messages.hpp"
+#include "geometry/io/assimp_process.hpp"
+
+#include <filesystem>
+#include <functional>
+
+namespace geometry {
+
+struct ImportOptions {
+    ProcessLimits limits;
+    std::filesystem::path root;  // side files must lie below; empty: anywhere
+
+    // Called now and then while waiting; what it throws ends the import.
+    std::function<void()> check = [] {};
+};
+
+// What `path` holds; ImportedScene::error when assimp refused it. Throws std::runtime_error when
+// the file cannot be opened, when assimp crashed on it or went beyond the limits, and when
+// aspic-assimp is missing (run_assimp).
+ImportedScene import_scene(const std::filesystem::path& path, const ImportOptions& options = {});
+
+// Throws std::runtime_error unless `path` is a file that can be read and is not empty.
+void want_mesh_file(const std::filesystem::path& path);
+
+}  // namespace geometry

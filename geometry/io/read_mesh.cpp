@@ -1,0 +1,85 @@
+#include "geometry/io/read_mesh.hpp"
+
+#include "geometry/io/assemble_mesh.hpp"
+#include "geometry/io/read_ply.hpp"
+
+#include <cctype>
+#include <fstream>
+#include <set>
+#include <stdexcept>
+
+namespace geometry {
+namespace {
+
+bool is_ply(const std::filesystem::path& path)
+{
+    std::string ending = path.extension().string();
+    for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return ending == ".ply";
+}
+
+ImportedScene ply_scene(const std::filesystem::path& path)
+{
+    want_mesh_file(path);
+    std::ifstream in(path, std::ios::binary);
+    std::string bytes(std::filesystem::file_size(path), '\0');
+    in.read(bytes.data(), std::ssize(bytes));
+    if (!in) throw std::runtime_error(path.string() + " could not be read to its end");
+    try {
+        return read_ply(bytes);
+    } catch (const std::runtime_error& error) {
+        throw std::runtime_error(path.string() + ": " + error.what());
+    }
+}
+
+// Each file once that was looked for and never found. One that is not where it should be is looked
+// for in other folders too, and by names that nobody gave: without its extension, or with the
+// model's own name.
+std::vector<std::string> files_not_found(const std::vector<ImportedFile>& files,
+                                         const std::filesystem::path& model)
+{
+    std::set<std::string> known;
+    for (const ImportedFile& f : files) {
+        if (f.found) known.insert(std::filesystem::path(f.path).filename());
+    }
+    std::vector<std::string> missing;
+    for (const ImportedFile& f : files) {
+        const std::filesystem::path asked(f.path);
+        const bool guess = !asked.has_extension() || asked.stem() == model.stem();
+        if (f.found || (guess && !missing.empty())) continue;
+        if (known.insert(asked.filename()).second) missing.push_back(f.path);
+    }
+    return missing;
+}
+
+}  // namespace
+
+ReadMesh read_mesh(const std::filesystem::path& path, const ReadOptions& options)
+{
+    const ImportedScene scene = is_ply(path) ? ply_scene(path) : import_scene(path, options.import);
+    if (!scene.error.empty()) {
+        throw std::runtime_error(
+            path.string() +
+            " is damaged, or not of the format that its ending names: " + scene.error);
+    }
+    try {
+        ReadMesh out = assemble_mesh(scene, options);
+        const std::string itself = std::filesystem::absolute(path).string();
+        for (const ImportedFile& f : scene.files) {
+            if (f.path == itself) continue;
+            out.side_files.push_back(f.path);
+        }
+        for (const std::string& name : files_not_found(scene.files, path)) {
+            out.warnings.push_back("it refers to " + name + ", which cannot be opened.");
+        }
+        for (const std::string& w : scene.warnings) out.warnings.push_back(w);
+        for (std::string& w : out.warnings) w = path.filename().string() + ": " + w;
+        return out;
+    } catch (const std::runtime_error& error) {
+        std::string text = path.string() + ": " + error.what();
+        for (const std::string& w : scene.warnings) text += " " + w;
+        throw std::runtime_error(text);
+    }
+}
+
+}  // namespace geometry

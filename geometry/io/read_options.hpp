@@ -1,0 +1,38 @@
+#pragma once
+
+// How a mesh file is to be read, and what reading gives.
+
+#include "geometry/io/import_scene.hpp"
+#include "geometry/mesh/mesh.hpp"
+
+namespace geometry {
+
+enum class LengthUnit { automatic, metre, centimetre, millimetre, inch, foot, custom };
+enum class UpAxis { automatic, y, z, x };
+enum class ColourSpace { automatic, srgb, linear };
+enum class FileNormals { file, computed, none };
+enum class Placement {
+    keep,
+    centre,  // the centre of the bounds at the origin
+    ground,  // the lowest point at y = 0, the centre above the origin
+};
+
+struct ReadOptions {
+    ImportOptions import;
+    LengthUnit unit = LengthUnit::automatic;  // what the file says, else metres
+    double custom_unit = 1;                   // m
+    UpAxis up = UpAxis::automatic;            // what the file says, else y
+    ColourSpace colours = ColourSpace::automatic;
+    double fit = 0;  // m, the bounds' largest side after scaling; 0: as the unit gives
+    Placement place = Placement::keep;
+    FileNormals normals = FileNormals::file;
+    double crease = 0.7;  // rad, for normals that the file does not give
+};
+
+struct ReadMesh {
+    TriMesh mesh;
+    std::vector<std::string> warnings;              // each a sentence
+    std::vector<std::filesystem::path> side_files;  // others that were opened or looked for
+};
+
+}  // namespace geometry

@@ -1,0 +1,145 @@
+// Wavefront OBJ and its material library.
+
+#include "geometry/base/parallel.hpp"
+#include "geometry/base/srgb.hpp"
+#include "geometry/io/file_bytes.hpp"
+#include "geometry/io/write_mesh.hpp"
+#include "geometry/mesh/mesh.hpp"
+
+#include <charconv>
+#include <map>
+
+namespace geometry {
+namespace {
+
+template <class Number> void put(std::string& out, Number x)
+{
+    char text[32];
+    const auto end = std::to_chars(text, text + sizeof text, x).ptr;
+    out.append(text, end);
+}
+
+// item(out, i) for all i of 0..n, made in parallel, joined in order.
+template <class Item> void put_all(std::string& out, std::size_t n, const Item& item)
+{
+    constexpr std::size_t grain = 8192;
+    std::vector<std::string> pieces((n + grain - 1) / grain);
+    parallel_for(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+            pieces[k].reserve(32 * grain);
+            for (std::size_t i = k * grain; i < std::min(n, (k + 1) * grain); ++i) {
+                item(pieces[k], i);
+            }
+        }
+    });
+    std::size_t size = out.size();
+    for (const std::string& p : pieces) size += p.size();
+    out.reserve(size);
+    for (const std::string& p : pieces) out += p;
+}
+
+template <class V> void put_vector(std::string& out, const V& v)
+{
+    for (int d = 0; d < v.size(); ++d) {
+        out += ' ';
+        put(out, v[d]);
+    }
+}
+
+// Names of materials, told apart where two are the same.
+std::vector<std::string> material_names(const MeshTopology& t)
+{
+    std::vector<std::string> names;
+    std::map<std::string, int> used;
+    for (const Material& m : t.materials) {
+        std::string name = one_line(m.name, "default");
+        for (char& c : name) c = c == ' ' ? '_' : c;  // some readers stop at a space
+        const int before = used[name]++;
+        names.push_back(before == 0 ? name : name + "." + std::to_string(before));
+    }
+    return names;
+}
+
+}  // namespace
+
+std::string obj_text(const TriMesh& mesh, const std::string& library)
+{
+    const MeshTopology& t = *mesh.topology;
+    std::string out = "# Aspic: metres, y up\n";
+    if (!library.empty() && !t.materials.empty()) out += "mtllib " + library + "\n";
+    put_all(out, mesh.positions.size(), [&](std::string& line, std::size_t i) {
+        line += 'v';
+        put_vector(line, mesh.positions[i]);
+        if (!mesh.colours.empty()) put_vector(line, srgb_from_linear(mesh.colours[i]));
+        line += '\n';
+    });
+    put_all(out, mesh.normals.size(), [&](std::string& line, std::size_t i) {
+        line += "vn";
+        put_vector(line, mesh.normals[i]);
+        line += '\n';
+    });
+    put_all(out, t.uvs.size(), [&](std::string& line, std::size_t i) {
+        line += "vt";
+        put_vector(line, t.uvs[i]);
+        line += '\n';
+    });
+    if (t.triangles.empty()) {
+        put_all(out, mesh.positions.size(), [](std::string& line, std::size_t i) {
+            line += "p ";
+            put(line, i + 1);
+            line += '\n';
+        });
+        return out;
+    }
+
+    // A face's line, after the lines that change the group or the material.
+    const std::vector<std::string> names = material_names(t);
+    put_all(out, t.triangles.size(), [&](std::string& line, std::size_t f) {
+        if (!t.group.empty() && (f == 0 || t.group[f] != t.group[f - 1])) {
+            line += "o " + one_line(t.groups[t.group[f]], "default") + "\n";
+        }
+        if (!names.empty() &&
+            (f == 0 || (!t.material.empty() && t.material[f] != t.material[f - 1]))) {
+            line += "usemtl " + names[t.material.empty() ? 0 : t.material[f]] + "\n";
+        }
+        line += 'f';
+        for (std::size_t k = 0; k < 3; ++k) {
+            line += ' ';
+            put(line, t.triangles[f][k] + 1);
+            if (t.normal_triangles.empty() && t.uv_triangles.empty()) continue;
+            line += '/';
+            if (!t.uv_triangles.empty()) put(line, t.uv_triangles[f][k] + 1);
+            if (t.normal_triangles.empty()) continue;
+            line += '/';
+            put(line, t.normal_triangles[f][k] + 1);
+        }
+        line += '\n';
+    });
+    return out;
+}
+
+std::string mtl_text(const TriMesh& mesh)
+{
+    const MeshTopology& t = *mesh.topology;
+    const std::vector<std::string> names = material_names(t);
+    std::string out;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        const Material& m = t.materials[i];
+        // The Blinn-Phong exponent of the same highlight, for readers without roughness.
+        const float alpha = std::max(m.roughness * m.roughness, 1e-3f);
+        out += "newmtl " + names[i] + "\nKd";
+        put_vector(out, srgb_from_linear(m.colour));
+        out += "\nd ";
+        put(out, m.opacity);
+        out += "\nNs ";
+        put(out, std::min(2 / (alpha * alpha) - 2, 1000.f));
+        out += "\nPr ";
+        put(out, m.roughness);
+        out += "\nPm ";
+        put(out, m.metallic);
+        out += "\n\n";
+    }
+    return out;
+}
+
+}  // namespace geometry

@@ -1,0 +1,90 @@
+// Binary PLY.
+
+#include "geometry/base/no_index.hpp"
+#include "geometry/base/srgb.hpp"
+#include "geometry/io/file_bytes.hpp"
+#include "geometry/io/write_mesh.hpp"
+#include "geometry/mesh/mesh.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace geometry {
+namespace {
+
+std::uint8_t byte_of(float x)
+{
+    return static_cast<std::uint8_t>(std::lround(255 * std::clamp(x, 0.f, 1.f)));
+}
+
+// The one normal of each vertex; empty when some vertex has none or several.
+std::vector<std::uint32_t> normal_of_vertex(const TriMesh& mesh)
+{
+    const MeshTopology& t = *mesh.topology;
+    std::vector<std::uint32_t> normal(mesh.positions.size(), no_index);
+    for (std::size_t f = 0; f < t.normal_triangles.size(); ++f) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            auto& n = normal[t.triangles[f][k]];
+            if (n != no_index && n != t.normal_triangles[f][k]) return {};
+            n = t.normal_triangles[f][k];
+        }
+    }
+    if (std::find(normal.begin(), normal.end(), no_index) != normal.end()) return {};
+    return normal;
+}
+
+const Material& material_of(const MeshTopology& t, std::size_t face)
+{
+    static const Material plain;
+    if (t.materials.empty()) return plain;
+    return t.materials[t.material.empty() ? 0 : t.material[face]];
+}
+
+}  // namespace
+
+std::string ply_bytes(const TriMesh& mesh)
+{
+    const MeshTopology& t = *mesh.topology;
+    const std::vector<std::uint32_t> normal = normal_of_vertex(mesh);
+    const bool normals = !mesh.normals.empty() && !normal.empty();
+    const bool colours = !mesh.colours.empty();
+    const bool face_colours = !colours && !t.materials.empty();
+
+    std::string out = "ply\nformat binary_little_endian 1.0\ncomment Aspic: metres, y up\n";
+    out += "element vertex " + std::to_string(mesh.positions.size()) + "\n";
+    out += "property float x\nproperty float y\nproperty float z\n";
+    if (normals) out += "property float nx\nproperty float ny\nproperty float nz\n";
+    const std::string rgb = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    if (colours) out += rgb;
+    for (const Attribute& a : mesh.attributes) {
+        std::string name = one_line(a.name, "value");
+        for (char& c : name) c = c == ' ' ? '_' : c;
+        out += "property float " + name + "\n";
+    }
+    out += "element face " + std::to_string(t.triangles.size()) + "\n";
+    out += "property list uchar uint vertex_indices\n";
+    if (face_colours) out += rgb;
+    out += "end_header\n";
+
+    out.reserve(out.size() + mesh.positions.size() * 36 + t.triangles.size() * 16);
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+        put_floats(out, mesh.positions[v]);
+        if (normals) put_floats(out, mesh.normals[normal[v]]);
+        if (colours) {
+            const Vec3f c = srgb_from_linear(mesh.colours[v]);
+            for (int d = 0; d < 3; ++d) put_bytes(out, byte_of(c[d]));
+        }
+        for (const Attribute& a : mesh.attributes) put_bytes(out, a.values[v]);
+    }
+    for (std::size_t f = 0; f < t.triangles.size(); ++f) {
+        put_bytes(out, std::uint8_t(3));
+        put_bytes(out, t.triangles[f]);
+        if (face_colours) {
+            const Vec3f c = srgb_from_linear(material_of(t, f).colour);
+            for (int d = 0; d < 3; ++d) put_bytes(out, byte_of(c[d]));
+        }
+    }
+    return out;
+}
+
+}  // namespace geometry

@@ -1,0 +1,327 @@
+#include "geometry/mesh/triangle_bvh.hpp"
+
+#include "geometry/base/parallel.hpp"
+#include "geometry/mesh/mesh_edges.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+namespace geometry {
+namespace {
+
+constexpr double far_factor = 3;  // a cluster of radius r seen from beyond far_factor r is far
+
+// Where on a triangle the closest point lies: decides whose normal tells the side.
+enum Feature : std::uint8_t { face, side_ab, side_bc, side_ca, corner_a, corner_b, corner_c };
+
+struct OnTriangle {
+    Vec3 barycentric;
+    Feature feature;
+};
+
+// The closest point to the origin of the segment from a to b, as its share of b.
+double along_segment(const Vec3& a, const Vec3& b)
+{
+    const Vec3 d = b - a;
+    const double length_sq = d.squaredNorm();
+    return length_sq > 0 ? std::clamp(-a.dot(d) / length_sq, 0.0, 1.0) : 0.0;
+}
+
+// The closest point of triangle abc to the origin, by its sides only: for one without area.
+OnTriangle on_sides(const Vec3& a, const Vec3& b, const Vec3& c)
+{
+    const std::array<const Vec3*, 3> corner{&a, &b, &c};
+    double best_sq = std::numeric_limits<double>::infinity();
+    OnTriangle best{};
+    for (std::size_t s = 0; s < 3; ++s) {
+        const std::size_t e = (s + 1) % 3;
+        const double t = along_segment(*corner[s], *corner[e]);
+        const double d_sq = ((1 - t) * *corner[s] + t * *corner[e]).squaredNorm();
+        if (!(d_sq < best_sq)) continue;
+        best_sq = d_sq;
+        best.barycentric = Vec3::Zero();
+        best.barycentric[static_cast<Eigen::Index>(s)] = 1 - t;
+        best.barycentric[static_cast<Eigen::Index>(e)] = t;
+        best.feature = static_cast<Feature>(t <= 0   ? corner_a + s
+                                            : t >= 1 ? corner_a + e
+                                                     : side_ab + s);
+    }
+    return best;
+}
+
+// The closest point of triangle abc to the origin.
+OnTriangle on_triangle(const Vec3& a, const Vec3& b, const Vec3& c)
+{
+    const Vec3 ab = b - a, ac = c - a;
+    const double d1 = -ab.dot(a), d2 = -ac.dot(a);
+    if (d1 <= 0 && d2 <= 0) return {{1, 0, 0}, corner_a};
+    const double d3 = -ab.dot(b), d4 = -ac.dot(b);
+    if (d3 >= 0 && d4 <= d3) return {{0, 1, 0}, corner_b};
+    const double d5 = -ab.dot(c), d6 = -ac.dot(c);
+    if (d6 >= 0 && d5 <= d6) return {{0, 0, 1}, corner_c};
+
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3) {
+        const double t = d1 / (d1 - d3);
+        return {{1 - t, t, 0}, side_ab};
+    }
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 > d6) {
+        const double t = d2 / (d2 - d6);
+        return {{1 - t, 0, t}, side_ca};
+    }
+    const double va = d3 * d6 - d5 * d4;
+    const double bc = d4 - d3, cb = d5 - d6;
+    if (va <= 0 && bc >= 0 && cb >= 0 && bc + cb > 0) {
+        const double t = bc / (bc + cb);
+        return {{0, 1 - t, t}, side_bc};
+    }
+    const double sum = va + vb + vc;
+    // A needle's area drowns in rounding: then its sides are the triangle.
+    const double scale = ab.squaredNorm() * ac.squaredNorm();
+    if (!(sum > 1e-20 * scale)) return on_sides(a, b, c);
+    return {{va / sum, vb / sum, vc / sum}, face};
+}
+
+// Solid angle of triangle abc from the origin over 4 pi.
+// van Oosterom, Strackee. The solid angle of a plane triangle. IEEE TBME 30(2), 1983.
+double solid_angle_share(const Vec3& a, const Vec3& b, const Vec3& c)
+{
+    const double la = a.norm(), lb = b.norm(), lc = c.norm();
+    const double numerator = a.dot(b.cross(c));
+    const double denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    if (numerator == 0 && denominator <= 0) return 0;  // on the triangle itself: count neither side
+    return std::atan2(numerator, denominator) / (2 * std::numbers::pi);
+}
+
+Vec3 unit_or_zero(const Vec3& v)
+{
+    const double length = v.norm();
+    return length > 0 && std::isfinite(length) ? Vec3(v / length) : Vec3(Vec3::Zero());
+}
+
+}  // namespace
+
+TriangleBvh::TriangleBvh(const TriMesh& mesh)
+{
+    std::vector<Box3f> boxes;
+    std::vector<std::uint32_t> kept;
+    boxes.reserve(mesh.triangles().size());
+    kept.reserve(mesh.triangles().size());
+    for (std::uint32_t t = 0; t < mesh.triangles().size(); ++t) {
+        const auto& [a, b, c] = mesh.triangles()[t];
+        if (std::max({a, b, c}) >= mesh.positions.size()) continue;
+        Box3f box;
+        bool finite = true;
+        for (const std::uint32_t v : {a, b, c}) {
+            finite = finite && mesh.positions[v].allFinite();
+            box.add(mesh.positions[v]);
+        }
+        if (!finite) continue;
+        boxes.push_back(box);
+        kept.push_back(t);
+    }
+    tree_ = build_box_tree(boxes);
+    triangle_.resize(kept.size());
+    corners_.resize(kept.size());
+    for (std::uint32_t i = 0; i < kept.size(); ++i) {
+        triangle_[i] = kept[tree_.items[i]];
+        const Triangle& t = mesh.triangles()[triangle_[i]];
+        for (std::size_t k = 0; k < 3; ++k) corners_[i][k] = mesh.positions[t[k]];
+        tree_.items[i] = i;  // corners_ stand in leaf order already
+    }
+    find_normals(mesh);
+    find_moments();
+}
+
+void TriangleBvh::find_normals(const TriMesh& mesh)
+{
+    const std::size_t n = triangle_.size();
+    std::vector<Triangle> triangles(n);
+    std::vector<Vec3> unit(n), at_vertex(mesh.positions.size(), Vec3::Zero());
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::array<Vec3, 3> p{corners_[i][0].cast<double>(), corners_[i][1].cast<double>(),
+                                    corners_[i][2].cast<double>()};
+        triangles[i] = mesh.triangles()[triangle_[i]];
+        unit[i] = unit_or_zero((p[1] - p[0]).cross(p[2] - p[0]));
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3 u = p[(k + 1) % 3] - p[k], v = p[(k + 2) % 3] - p[k];
+            at_vertex[triangles[i][k]] += std::atan2(u.cross(v).norm(), u.dot(v)) * unit[i];
+        }
+    }
+    normals_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        normals_[i].fill(unit[i].cast<float>());
+        for (std::size_t k = 0; k < 3; ++k) {
+            normals_[i][corner_a + k] = unit_or_zero(at_vertex[triangles[i][k]]).cast<float>();
+        }
+    }
+    const std::vector<EdgeUse> uses = edge_uses(triangles, mesh.positions.size());
+    for (std::size_t begin = 0, end = 0; begin < uses.size(); begin = end) {
+        Vec3 sum = Vec3::Zero();
+        for (; end < uses.size() && uses[end].a == uses[begin].a && uses[end].b == uses[begin].b;
+             ++end) {
+            sum += unit[uses[end].triangle];
+        }
+        const Vec3f normal = unit_or_zero(sum).cast<float>();
+        for (std::size_t u = begin; u < end; ++u) {
+            normals_[uses[u].triangle][side_ab + uses[u].side] = normal;
+        }
+    }
+}
+
+void TriangleBvh::find_moments()
+{
+    // Children stand behind their parents, so one sweep backwards meets them first.
+    moments_.resize(tree_.nodes.size());
+    std::vector<double> area(tree_.nodes.size(), 0.0);
+    for (std::size_t n = tree_.nodes.size(); n-- > 0;) {
+        const BoxTree::Node& node = tree_.nodes[n];
+        Moments& m = moments_[n];
+        Vec3 weighted = Vec3::Zero();
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+            const Vec3 a = corners_[i][0].cast<double>(), b = corners_[i][1].cast<double>(),
+                       c = corners_[i][2].cast<double>();
+            const double s = 0.5 * (b - a).cross(c - a).norm();
+            area[n] += s;
+            weighted += s * (a + b + c) / 3;
+        }
+        if (node.count == 0) {
+            for (const std::uint32_t k : {node.first, node.first + 1}) {
+                area[n] += area[k];
+                weighted += area[k] * moments_[k].centre;
+            }
+        }
+        const Vec3 lo = node.box.lo.cast<double>(), hi = node.box.hi.cast<double>();
+        m.centre = area[n] > 0 ? Vec3(weighted / area[n]).cwiseMax(lo).cwiseMin(hi)
+                               : Vec3(0.5 * (lo + hi));
+        m.radius = (hi - m.centre).cwiseMax(m.centre - lo).norm();
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+            const Vec3 a = corners_[i][0].cast<double>(), b = corners_[i][1].cast<double>(),
+                       c = corners_[i][2].cast<double>();
+            const Vec3 normal = 0.5 * (b - a).cross(c - a);
+            m.dipole += normal;
+            m.quadrupole += ((a + b + c) / 3 - m.centre) * normal.transpose();
+        }
+        if (node.count == 0) {
+            for (const std::uint32_t k : {node.first, node.first + 1}) {
+                m.dipole += moments_[k].dipole;
+                m.quadrupole += moments_[k].quadrupole +
+                                (moments_[k].centre - m.centre) * moments_[k].dipole.transpose();
+            }
+        }
+    }
+}
+
+TriangleBvh::Hit TriangleBvh::closest(const Vec3& p, double max_distance) const
+{
+    Hit hit;
+    if (!p.allFinite() || !(max_distance > 0)) return hit;
+    double best_sq = max_distance * max_distance;
+    std::uint32_t nearest = no_index;
+    OnTriangle where{};
+    tree_.nearest(p, best_sq, [&](std::uint32_t i, double& best) {
+        const Vec3 a = corners_[i][0].cast<double>() - p, b = corners_[i][1].cast<double>() - p,
+                   c = corners_[i][2].cast<double>() - p;
+        const OnTriangle on = on_triangle(a, b, c);
+        const double d_sq =
+            (on.barycentric[0] * a + on.barycentric[1] * b + on.barycentric[2] * c).squaredNorm();
+        if (d_sq < best) best = d_sq, nearest = i, where = on;
+    });
+    if (nearest == no_index) return hit;
+    hit.distance = std::sqrt(best_sq);
+    hit.triangle = triangle_[nearest];
+    hit.barycentric = where.barycentric;
+    for (int k = 0; k < 3; ++k) {
+        hit.point +=
+            where.barycentric[k] * corners_[nearest][static_cast<std::size_t>(k)].cast<double>();
+    }
+    hit.normal = normals_[nearest][where.feature].cast<double>();
+    hit.behind = (p - hit.point).dot(hit.normal) < 0;
+    return hit;
+}
+
+void TriangleBvh::closest(std::span<const Vec3> points, double max_distance,
+                          std::span<Hit> hits) const
+{
+    parallel_for(points.size(), 256, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) hits[i] = closest(points[i], max_distance);
+    });
+}
+
+TriangleBvh::Hit TriangleBvh::entry(const Vec3& from, const Vec3& to) const
+{
+    Hit hit;
+    if (!from.allFinite() || !to.allFinite()) return hit;
+    Box3f box;
+    for (const Vec3& p : {from, to}) {
+        const float margin = 4 * std::numeric_limits<float>::epsilon() * float(p.norm());
+        box.add(Vec3f(p.cast<float>() - Vec3f::Constant(margin)));
+        box.add(Vec3f(p.cast<float>() + Vec3f::Constant(margin)));
+    }
+    const Vec3 way = to - from;
+    double first = 1;  // share of the way
+    tree_.overlapping(box, [&](std::uint32_t i) {
+        const Vec3 a = corners_[i][0].cast<double>(), ab = corners_[i][1].cast<double>() - a,
+                   ac = corners_[i][2].cast<double>() - a;
+        const Vec3 normal = ab.cross(ac), start = from - a;
+        const double down = -way.dot(normal), height = start.dot(normal);
+        if (!(down > 0) || height < 0 || height > first * down) return;
+        const Vec3 turn = way.cross(start);  // barycentric by Cramer's rule
+        const double v = -ac.dot(turn) / down, w = ab.dot(turn) / down;
+        constexpr double rim = 1e-9;  // a segment through a side misses neither triangle
+        if (v < -rim || w < -rim || v + w > 1 + rim) return;
+        first = height / down;
+        hit.triangle = triangle_[i];
+        hit.barycentric = Vec3(1 - v - w, v, w);
+        hit.normal = normal.normalized();
+    });
+    if (!hit) return hit;
+    hit.point = from + first * way;
+    hit.distance = first * way.norm();
+    return hit;
+}
+
+double TriangleBvh::winding_number(const Vec3& p) const
+{
+    if (tree_.nodes.empty() || !p.allFinite()) return 0;
+    double w = 0;
+    std::array<std::uint32_t, BoxTree::max_depth + 1> stack;
+    int top = 0;
+    stack[0] = 0;
+    while (top >= 0) {
+        const std::uint32_t n = stack[static_cast<std::size_t>(top--)];
+        const BoxTree::Node& node = tree_.nodes[n];
+        const Moments& m = moments_[n];
+        const Vec3 r = m.centre - p;
+        const double d_sq = r.squaredNorm();
+        if (d_sq > far_factor * far_factor * m.radius * m.radius) {
+            // r.n / |r|^3 and its derivative, contracted with the two moments.
+            const double inv = 1 / d_sq, inv3 = inv / std::sqrt(d_sq);
+            w += inv3 *
+                 (m.dipole.dot(r) + m.quadrupole.trace() - 3 * inv * r.dot(m.quadrupole * r)) /
+                 (4 * std::numbers::pi);
+        } else if (node.count == 0) {
+            stack[static_cast<std::size_t>(++top)] = node.first + 1;
+            stack[static_cast<std::size_t>(++top)] = node.first;
+        } else {
+            for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+                w += solid_angle_share(corners_[i][0].cast<double>() - p,
+                                       corners_[i][1].cast<double>() - p,
+                                       corners_[i][2].cast<double>() - p);
+            }
+        }
+    }
+    return w;
+}
+
+std::size_t TriangleBvh::bytes() const
+{
+    return tree_.nodes.capacity() * sizeof(BoxTree::Node) +
+           tree_.items.capacity() * sizeof(std::uint32_t) +
+           triangle_.capacity() * sizeof(std::uint32_t) +
+           corners_.capacity() * sizeof(corners_[0]) + normals_.capacity() * sizeof(normals_[0]) +
+           moments_.capacity() * sizeof(Moments);
+}
+
+}  // namespace geometry
