@@ -1,0 +1,346 @@
+#include "physics/body/collider_contact.hpp"
+
+#include "geometry/base/parallel.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+// Map: distance to each kind of collider; where a path entered one (for fast points); forces of a
+// contact; the contacts of a body; bodies that start inside a collider.
+
+namespace physics {
+namespace {
+
+using geometry::Mat3;
+using geometry::Transform;
+
+Transform between(const Transform& a, const Transform& b, double share)
+{
+    if (a.isApprox(b, 0)) return b;
+    const Eigen::Quaterniond qa(a.rotation()), qb(b.rotation());
+    Transform out = Transform::Identity();
+    out.linear() = qa.slerp(share, qb).toRotationMatrix();
+    out.translation() = (1 - share) * a.translation() + share * b.translation();
+    return out;
+}
+
+Touch touch_sphere(const PosedCollider& c, const Vec3& local)
+{
+    const double r = local.norm();
+    return {r - c.radius, r > 0 ? Vec3(local / r) : Vec3(Vec3::UnitY())};
+}
+
+Touch touch_box(const PosedCollider& c, const Vec3& local)
+{
+    const Vec3 over = local.cwiseAbs() - c.half_size;
+    const Vec3 side = local.unaryExpr([](double v) { return v < 0 ? -1.0 : 1.0; });
+    const Vec3 outside = over.cwiseMax(0);
+    if (const double d = outside.norm(); d > 0) {
+        return {d, outside.cwiseProduct(side) / d};
+    }
+    Eigen::Index axis = 0;
+    const double deepest = over.maxCoeff(&axis);
+    return {deepest, Vec3(Vec3::Unit(axis) * side[axis])};
+}
+
+Touch touch_mesh(const PosedCollider& c, const Vec3& p)
+{
+    const Vec3 margin = Vec3::Constant(c.reach + c.thickness);
+    if (((p + margin).array() < c.mesh_bounds.lo.array()).any() ||
+        ((p - margin).array() > c.mesh_bounds.hi.array()).any()) {
+        return {};
+    }
+    auto hit = c.tree->closest(p, c.reach + c.thickness);
+    if (!hit) {
+        if (!c.tree->inside(p)) return {};
+        hit = c.tree->closest(p);
+        if (!hit) return {};
+    }
+    Touch out{hit.signed_distance(), hit.normal};
+    if (c.mesh_before && c.frame > 0) {
+        Vec3 moved = Vec3::Zero();
+        const auto& corners = c.mesh->topology->triangles[hit.triangle];
+        for (std::size_t i = 0; i < 3; ++i) {
+            const auto k = corners[i];
+            moved += hit.barycentric[static_cast<Eigen::Index>(i)] *
+                     (c.mesh->positions[k] - c.mesh_before->positions[k]).cast<double>();
+        }
+        out.velocity = moved / c.frame;
+        out.gap += c.behind * moved.dot(out.normal);
+    }
+    return out;
+}
+
+}  // namespace
+
+PosedCollider pose_collider(const Collider& in, double share, double frame, double h)
+{
+    PosedCollider out;
+    out.kind = in.kind;
+    out.half_size = in.half_size;
+    out.radius = in.radius;
+    out.thickness = in.thickness;
+    out.friction = in.friction;
+    out.frame = frame;
+    out.behind = 1 - share;
+    out.start = in.before;
+    out.end = in.pose;
+    out.pose = between(in.before, in.pose, share);
+    out.inverse = out.pose.inverse(Eigen::Isometry);
+    if (in.kind == Collider::Kind::mesh) {
+        out.mesh = in.mesh.get();
+        const bool moves = in.mesh_before && in.mesh_before != in.mesh &&
+                           in.mesh_before->positions.size() == in.mesh->positions.size();
+        out.mesh_before = moves ? in.mesh_before.get() : nullptr;
+        out.tree = in.tree ? in.tree : std::make_shared<const geometry::TriangleBvh>(*in.mesh);
+        out.mesh_bounds = geometry::bounds(*in.mesh);
+        if (moves) out.mesh_bounds.add(geometry::bounds(*in.mesh_before));
+        out.reach = 2 * h;
+    }
+    return out;
+}
+
+Touch touch(const PosedCollider& c, const Vec3& p)
+{
+    Touch out;
+    if (c.kind == Collider::Kind::mesh) {
+        out = touch_mesh(c, p);
+    } else {
+        const Vec3 local = c.inverse * p;
+        switch (c.kind) {
+        case Collider::Kind::plane:
+            out = {local.y(), Vec3::UnitY()};
+            break;
+        case Collider::Kind::sphere:
+            out = touch_sphere(c, local);
+            break;
+        case Collider::Kind::box:
+            out = touch_box(c, local);
+            break;
+        case Collider::Kind::mesh:
+            break;
+        }
+        out.normal = c.pose.linear() * out.normal;
+        if (c.frame > 0) out.velocity = (c.end * local - c.start * local) / c.frame;
+    }
+    out.gap -= c.thickness;
+    return out;
+}
+
+namespace {
+
+// Where a way first goes in.
+struct Entry {
+    Vec3 point, normal;
+};
+
+// Where a way from outside leads into the ball of radius r about 0, be it beyond its end.
+std::optional<Entry> entry_into_ball(double r, const Vec3& from, const Vec3& way)
+{
+    const double a = way.squaredNorm(), b = from.dot(way), c = from.squaredNorm() - r * r;
+    const double root = b * b - a * c;
+    if (!(c >= 0 && b < 0 && root > 0)) return std::nullopt;
+    const Vec3 point = from + c / (std::sqrt(root) - b) * way;
+    return Entry{point, point.normalized()};
+}
+
+// The same for the box of `half` its size, within the way.
+std::optional<Entry> entry_into_box(const Vec3& half, const Vec3& from, const Vec3& way)
+{
+    double in = -1, out = 1;  // shares of the way
+    Eigen::Index axis = 0;
+    for (Eigen::Index d = 0; d < 3; ++d) {
+        const double side = way[d] > 0 ? -1 : 1;  // the one it meets first
+        const double ahead = half[d] - side * from[d], steps = -side * way[d];
+        if (steps == 0) {
+            if (ahead < 0 || ahead > 2 * half[d]) return std::nullopt;
+            continue;
+        }
+        if (-ahead / steps > in) in = -ahead / steps, axis = d;
+        out = std::min(out, (2 * half[d] - ahead) / steps);
+    }
+    if (in < 0 || in > out) return std::nullopt;
+    return Entry{from + in * way, Vec3(Vec3::Unit(axis) * (way[axis] > 0 ? -1 : 1))};
+}
+
+std::optional<Entry> entry_of(const PosedCollider& c, const Vec3& from, const Vec3& way)
+{
+    std::optional<Entry> entry;
+    if (c.kind == Collider::Kind::mesh) {
+        if (const auto hit = c.tree->entry(from, from + way)) return Entry{hit.point, hit.normal};
+        return std::nullopt;
+    }
+    const Vec3 local = c.inverse * from, along = c.inverse.linear() * way;
+    if (c.kind == Collider::Kind::sphere) entry = entry_into_ball(c.radius, local, along);
+    if (c.kind == Collider::Kind::box) entry = entry_into_box(c.half_size, local, along);
+    if (entry) *entry = {c.pose * entry->point, c.pose.linear() * entry->normal};
+    return entry;
+}
+
+}  // namespace
+
+Touch touch(const PosedCollider& c, const Vec3& to, const Vec3& v, double dt)
+{
+    Touch t = touch(c, to);
+    if (c.kind == Collider::Kind::plane) return t;
+    const bool far = !std::isfinite(t.gap);
+    // As the collider sees it, and a bit of what went before: it may have started on the surface.
+    const Vec3 way = (1 + 1e-6) * dt * (v - t.velocity);
+    const double length = way.norm(), gap = t.gap + c.thickness;
+    // Nothing that near, or it is on its way in through the side that it is nearest to.
+    if (far ? c.mesh_before || length <= c.reach : gap >= length) return t;
+    if (gap < 0 && (way.dot(t.normal) <= 0 || length < -gap)) return t;
+    // A mesh stands where it will be at the end of the frame.
+    const Vec3 ahead = c.mesh_before ? Vec3(c.behind * c.frame * t.velocity) : Vec3(Vec3::Zero());
+    const Vec3 from = to + ahead - way;
+    // Through, and not over an edge.
+    const auto opposite = [&](const Vec3& n) { return far || n.dot(t.normal) < -0.5; };
+    if (const auto entry = entry_of(c, from, way)) {
+        if (!opposite(entry->normal)) return t;
+        t.normal = entry->normal;
+        t.gap = (to + ahead - entry->point).dot(t.normal) - c.thickness;
+        return t;
+    }
+    const Touch before = touch(c, to - way);
+    if (before.gap < 0 && way.dot(before.normal) < 0 && opposite(before.normal)) {
+        t.normal = before.normal;
+        t.gap = before.gap + way.dot(before.normal);
+    }
+    return t;
+}
+
+namespace {
+
+// a I + b n n^T
+std::array<double, 6> isotropic_about(const Vec3& n, double a, double b)
+{
+    return {a + b * n.x() * n.x(), b * n.x() * n.y(), b * n.x() * n.z(),
+            a + b * n.y() * n.y(), b * n.y() * n.z(), a + b * n.z() * n.z()};
+}
+
+struct SurfacePoint {
+    Vec3 p, v;
+    double stiffness;  // N/m
+};
+
+ColliderContact contact_at(const Touch& t, double friction, double creep, double tangent,
+                           const SurfacePoint& point)
+{
+    ColliderContact out{};
+    const double push = point.stiffness * -t.gap;
+    const Vec3 relative = point.v - t.velocity;
+    const Vec3 slip = relative - relative.dot(t.normal) * t.normal;
+    const double speed = slip.norm();
+    const double drag = friction * push / std::max(speed, creep);
+    out.force = push * t.normal - drag * slip;
+    out.stiffness = isotropic_about(t.normal, 0, point.stiffness);
+    out.drag = isotropic_about(t.normal, drag, -drag);
+    if (tangent > 0 && speed > creep) {
+        const auto along = isotropic_about(slip / speed, 0, tangent * drag);
+        for (std::size_t i = 0; i < 6; ++i) out.drag[i] -= along[i];
+    }
+    out.energy = -0.5 * push * t.gap;
+    return out;
+}
+
+Vec3 at(const double* field, std::uint32_t slot)
+{
+    return Eigen::Map<const Vec3>(field + 4 * std::size_t{slot});
+}
+
+}  // namespace
+
+bool may_touch(const PosedCollider& c, const Vec3& p, double radius, double speed, double dt)
+{
+    if (c.kind != Collider::Kind::mesh) {
+        const Touch t = touch(c, p);
+        return t.gap <= radius + dt * (speed + t.velocity.norm());
+    }
+    const Vec3 margin = Vec3::Constant(radius + dt * speed + c.thickness);
+    return ((p + margin).array() >= c.mesh_bounds.lo.array()).all() &&
+           ((p - margin).array() <= c.mesh_bounds.hi.array()).all();
+}
+
+std::vector<ColliderContact> find_collider_contacts(const ContactSurface& surface, double h,
+                                                    const double* x, const double* v,
+                                                    const std::vector<PosedCollider>& colliders,
+                                                    double dt, double tangent)
+{
+    constexpr std::size_t grain = 256;  // cubes
+    const std::size_t cubes = surface.corners.size();
+    if (colliders.empty() || cubes == 0) return {};
+    const double creep = 1e-4 * h / dt;
+    const double stiffest = 1000 * surface.body_mass * 9.81 / h;
+    std::vector<std::vector<ColliderContact>> found((cubes + grain - 1) / grain);
+    const auto look = [&](std::size_t c, const CornerRuns::Corners& corners,
+                          std::vector<ColliderContact>& out) {
+        const SurfacePatch& patch = surface.on(c);
+        Vec3 centre = Vec3::Zero();
+        for (const auto k : corners) centre += at(x, k) / 8;
+        double radius = 0;
+        for (const auto k : corners) radius = std::max(radius, (at(x, k) - centre).norm());
+        double speed = 0;
+        for (const auto k : corners) speed = std::max(speed, at(v, k).norm());
+        for (const PosedCollider& collider : colliders) {
+            if (!may_touch(collider, centre, 1.5 * double(patch.reach) * radius, speed, dt)) {
+                continue;
+            }
+            for (std::uint32_t i = patch.point; i < patch.points_end; ++i) {
+                const auto& weight = surface.point[i];
+                Vec3 p = Vec3::Zero();
+                for (std::size_t a = 0; a < 8; ++a) p += double(weight[a]) * at(x, corners[a]);
+                SurfacePoint point{p, Vec3::Zero(), 0};
+                for (std::size_t a = 0; a < 8; ++a) {
+                    point.v += double(weight[a]) * at(v, corners[a]);
+                }
+                const Touch t = touch(collider, p, point.v, dt);
+                if (!(t.gap < 0)) continue;
+                const double area = surface.point_area[i];
+                point.stiffness = std::min(10 * surface.stiffness[c] * area / h, stiffest) +
+                                  surface.mass[c] * std::min(1.0, area / (h * h)) / (dt * dt);
+                ColliderContact contact = contact_at(t, collider.friction, creep, tangent, point);
+                contact.corners = corners;
+                contact.weight = weight;
+                out.push_back(contact);
+            }
+        }
+    };
+    geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t g = begin; g < end; ++g) {
+            const std::size_t last = std::min(cubes, (g + 1) * grain);
+            surface.corners.for_each(g * grain, last, [&](std::size_t c, const auto& corners) {
+                look(c, corners, found[g]);
+            });
+        }
+    });
+    std::vector<ColliderContact> all;
+    for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
+    return all;
+}
+
+std::vector<std::string> buried(const geometry::Cubes& cubes, const Pins& pins,
+                                std::span<const Collider> colliders)
+{
+    const std::size_t stride = 1 + cubes.corner_count() / 20'000;
+    std::vector<std::string> out;
+    for (std::size_t i = 0; i < colliders.size(); ++i) {
+        const PosedCollider collider = pose_collider(colliders[i], 1, 0, cubes.size);
+        double deepest = 0;  // m
+        for (std::size_t c = 0; c < cubes.corner_count(); c += stride) {
+            const auto corner = static_cast<std::uint32_t>(c);
+            if (std::binary_search(pins.corner.begin(), pins.corner.end(), corner)) continue;
+            deepest = std::max(deepest, -touch(collider, cubes.corner_position(c)).gap);
+        }
+        if (!(deepest > cubes.size)) continue;
+        out.push_back(fmt::format(
+            "The body starts up to {:.2g} m inside collider {} of {} and will be pushed out fast. "
+            "Move them apart, or pin the corners that must stay.",
+            deepest, i + 1, colliders.size()));
+    }
+    return out;
+}
+
+}  // namespace physics

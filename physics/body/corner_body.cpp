@@ -1,0 +1,126 @@
+#include "physics/body/corner_body.hpp"
+
+#include "geometry/cubes/components.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace physics {
+namespace {
+
+void need(bool good, const std::string& what)
+{
+    if (!good) throw std::invalid_argument("the cubes cannot be simulated: " + what);
+}
+
+void check_cube(const geometry::Cubes& cubes, std::size_t c)
+{
+    // Each sentence is only put together for the number that needs it.
+    const auto expect = [&](bool good, const char* what, double value) {
+        if (good) return;
+        need(false, "cube " + std::to_string(c) + ": expected " + what + ", found " +
+                        std::to_string(value));
+    };
+    const auto sound = [](double v) { return std::isfinite(v) && v >= 0; };
+    for (const auto k : cubes.corners[c]) {
+        expect(k < cubes.corner_count(), "corners that exist", k);
+    }
+    expect(sound(cubes.mass[c]), "a mass of at least 0 kg", cubes.mass[c]);
+    expect(sound(cubes.fill[c]), "a fill of at least 0", cubes.fill[c]);
+    expect(sound(cubes.young[c]) && cubes.young[c] > 0, "a Young's modulus above 0 Pa",
+           cubes.young[c]);
+    expect(cubes.poisson[c] > -1 && cubes.poisson[c] < 0.5, "a Poisson ratio between -1 and 0.5",
+           cubes.poisson[c]);
+    expect(sound(cubes.mass_damping[c]), "a mass damping of at least 0", cubes.mass_damping[c]);
+    expect(sound(cubes.stiffness_damping[c]), "a stiffness damping of at least 0",
+           cubes.stiffness_damping[c]);
+}
+
+void check(const geometry::Cubes& cubes)
+{
+    const std::size_t n = cubes.count();
+    need(n > 0, "there are none. Is the model empty, or was every cube removed?");
+    need(std::isfinite(cubes.size) && cubes.size > 0,
+         "expected an edge above 0 m, found " + std::to_string(cubes.size));
+    need(cubes.origin.allFinite(), "their origin is not finite");
+    for (const std::size_t length :
+         {cubes.corners.size(), cubes.mass.size(), cubes.fill.size(), cubes.young.size(),
+          cubes.poisson.size(), cubes.mass_damping.size(), cubes.stiffness_damping.size()}) {
+        need(length == n, "expected " + std::to_string(n) + " entries in every array, found " +
+                              std::to_string(length));
+    }
+    double total = 0;
+    for (std::size_t c = 0; c < n; ++c) {
+        check_cube(cubes, c);
+        total += cubes.mass[c];
+    }
+    need(std::isfinite(total) && total > 0, "expected a total mass above 0 kg, found " +
+                                                std::to_string(total) +
+                                                ". Give the material a density");
+}
+
+}  // namespace
+
+CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint32_t> slot,
+                            const geometry::TriMesh* surface, bool tears)
+{
+    check(cubes);
+    CornerBody body;
+    body.h = cubes.size;
+    body.corners = cubes.corner_count();
+    body.numbers = padded_numbers(body.corners);
+    body.slot = std::move(slot);
+    body.mass.assign(body.corners, 0);
+    const auto damped = [](double rate) { return rate > 0; };
+    if (std::any_of(cubes.mass_damping.begin(), cubes.mass_damping.end(), damped)) {
+        body.mass_damping.assign(body.corners, 0);
+    }
+    const auto joined = geometry::find_components(cubes, geometry::Connectivity::corner);
+    body.parts = joined.count();
+    if (body.parts > 1) body.part.assign(body.corners, 0);
+    double total = 0;
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        total += cubes.mass[c];
+        for (const auto k : cubes.corners[c]) {
+            const std::size_t at = body.slot_of(k);
+            body.mass[at] += cubes.mass[c] / 8;
+            if (!body.mass_damping.empty()) {
+                body.mass_damping[at] += cubes.mass_damping[c] * cubes.mass[c] / 8;
+            }
+            if (!body.part.empty()) body.part[at] = joined.label[c];
+        }
+    }
+    // A corner without mass has no equation of motion.
+    const double least = 1e-6 * total / static_cast<double>(body.corners);
+    for (double& m : body.mass) m = std::max(m, least);
+    body.rest.assign(body.numbers, 0);
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const Vec3 p = cubes.corner_position(k);
+        for (std::size_t i = 0; i < 3; ++i) {
+            body.rest[4 * body.slot_of(k) + i] = p[static_cast<Eigen::Index>(i)];
+        }
+    }
+    body.skin = make_contact_surface(cubes, body.slot, surface, tears);
+    return body;
+}
+
+std::size_t CornerBody::bytes() const
+{
+    const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
+    return sizeof *this + of(slot, mass, mass_damping, part, rest) + skin.bytes();
+}
+
+Aligned<double> by_slot(const CornerBody& body, const std::vector<Vec3>& x)
+{
+    Aligned<double> out(body.numbers, 0);
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            out[4 * body.slot_of(k) + i] = x[k][static_cast<Eigen::Index>(i)];
+        }
+    }
+    return out;
+}
+
+}  // namespace physics

@@ -1,0 +1,83 @@
+#pragma once
+
+// The elastic forces of bricks as the implicit time step asks for them: runs the kernels
+// (brick_kernels.hpp) over all pieces of a body, on all threads, and keeps the cubes' rotations
+// between calls.
+
+#include "physics/bricks/bricks_body.hpp"
+#include "physics/bricks/elasticity.hpp"
+#include "physics/bricks/factor_cache.hpp"
+
+namespace physics {
+
+template <class T> struct BrickCoefficients;
+template <class T> struct BrickCurvature;
+
+class BrickElasticity final : public Elasticity {
+public:
+    explicit BrickElasticity(const BricksBody& body);  // which must outlive it
+
+    std::size_t room() const override { return 4 * body_.layout.slots; }
+    void forces(const double* x, double* f) override { evaluate(x, f, {}); }
+    double energy(const double* x) override { return evaluate(x, nullptr, {}); }
+    double largest_difference(const double* w) const override;
+    void weigh(double stiffness, double damping) override;
+    bool use_hessian(bool on) override;
+    void multiply(const float* p, float* y) const override;
+    void multiply(const double* p, double* y) const override;
+    void add_diagonal(double* d) const override;
+    double prepare_inverse(double stiffness, double damping, const std::vector<double>& mass,
+                           const std::vector<std::uint32_t>& held) override;
+    // The inverse at rest, turned with the corners.
+    void apply_inverse(const float* r, float* z) override;
+    double prepare_coarse(double stiffness, double damping, const std::vector<double>& mass,
+                          const std::vector<std::uint32_t>& held) override;
+    // The coarse grids at rest, turned with the corners.
+    void add_coarse(const float* r, float* z) override;
+
+    // Lanes of blocks to fill, where not null.
+    struct Measures {
+        float* stress = nullptr;  // Pa
+        float* volume = nullptr;  // of that at rest
+    };
+    // Forces where f is not null, and measures. Returns the energy.
+    double evaluate(const double* x, double* f, Measures measures);
+
+    // Four numbers a cube: the unit quaternion of its rotation. Others are not taken.
+    void load_rotations(const std::vector<float>& from);
+    std::vector<float> rotations() const override;
+
+private:
+    // Null where the factor would be so large that its solves cost more than they save: in solid
+    // bodies fill-in grows faster than the iterations that it spares.
+    FactorCache::Factor make_factor(double stiffness, double damping,
+                                    const std::vector<double>& mass,
+                                    const std::vector<std::uint32_t>& held) const;
+    MultigridCache::Factor make_multigrid(double stiffness, double damping,
+                                          const std::vector<double>& mass,
+                                          const std::vector<std::uint32_t>& held) const;
+    std::vector<std::array<double, 3>> cube_weights(double stiffness, double damping) const;
+    std::vector<double> by_corner(const std::vector<double>& by_slot) const;
+    template <class T>
+    BrickCoefficients<T> coefficients(const T* stiffness, const T* rotation) const;
+    template <class T>
+    void multiply_any(const BrickCoefficients<T>& bricks, const BrickCurvature<T>& curvature,
+                      const T* p, T* y) const;
+
+    const BricksBody& body_;
+    Aligned<double> quaternion_;   // B x 4 x 16
+    Aligned<double> rotation_;     // B x 9 x 16
+    Aligned<float> rotation_low_;  // B x 9 x 16
+    Aligned<double> weighted_;     // B x 3 x 16
+    Aligned<float> weighted_low_;  // B x 3 x 16
+    double stiffness_weight_ = 0, damping_weight_ = 0;
+    bool hessian_ = false;
+    Aligned<double> strained_, share_;         // as BrickCurvature has them; empty until used
+    Aligned<float> strained_low_, share_low_;  // the same in single precision
+    FactorCache::Factor factor_;
+    MultigridCache::Factor multigrid_;
+    Multigrid::Work multigrid_work_;
+    Aligned<float> turned_, solved_, factor_work_;
+};
+
+}  // namespace physics

@@ -1,0 +1,79 @@
+#include "physics/bricks/brick_element.hpp"
+
+#include <bit>
+
+namespace physics {
+
+namespace {
+
+using geometry::Mat3;
+using geometry::Vec3;
+using Monomials = std::array<Vec3, 8>;
+
+// From corners to monomials, sum_a s_a^m u_a for all m, or from monomials to corners, sum_m s_a^m
+// f_m for all a: in place, a bit at a time.
+enum class Towards { monomials, corners };
+void butterfly(Monomials& c, Towards way)
+{
+    for (unsigned bit = 1; bit < 8; bit *= 2) {
+        for (unsigned m = 0; m < 8; ++m) {
+            if (m & bit) continue;
+            const Vec3 low = c[m], high = c[m | bit];
+            c[m] = way == Towards::monomials ? Vec3(low + high) : Vec3(low - high);
+            c[m | bit] = way == Towards::monomials ? Vec3(high - low) : Vec3(low + high);
+        }
+    }
+}
+
+}  // namespace
+
+Lame lame(double young, double poisson)
+{
+    return {young * poisson / ((1 + poisson) * (1 - 2 * poisson)), young / (2 * (1 + poisson))};
+}
+
+BrickVector brick_forces(const BrickVector& u, double h, Lame material, BrickElement element)
+{
+    const auto [lambda, mu] = material;
+    Monomials c, f;
+    for (unsigned a = 0; a < 8; ++a) {
+        c[a] = u.segment<3>(3 * a) / 8;
+        f[a].setZero();
+    }
+    butterfly(c, Towards::monomials);
+    for (unsigned n = 0; n < 7; ++n) {
+        Mat3 g = Mat3::Zero();
+        for (unsigned j = 0; j < 3; ++j) {
+            if (!(n >> j & 1)) g.col(j) = 2 / h * c[n | 1u << j];
+        }
+        if (element == BrickElement::incompatible && std::popcount(n) == 1) {
+            const int d = std::countr_zero(n);
+            double others = 0;
+            for (int j = 0; j < 3; ++j) {
+                if (j == d) continue;
+                g(j, d) = -g(d, j);
+                others += g(j, j);
+            }
+            g(d, d) = -lambda * others / (lambda + 2 * mu);
+        }
+        const Mat3 p = mu * (g + g.transpose()) + lambda * g.trace() * Mat3::Identity();
+        const double weight = h * h * h / std::pow(3, std::popcount(n));
+        for (unsigned j = 0; j < 3; ++j) {
+            if (!(n >> j & 1)) f[n | 1u << j] += weight * 2 / h * p.col(j);
+        }
+    }
+    butterfly(f, Towards::corners);
+    BrickVector forces;
+    for (unsigned a = 0; a < 8; ++a) forces.segment<3>(3 * a) = f[a] / 8;
+    return forces;
+}
+
+BrickMatrix brick_stiffness(double h, Lame material, BrickElement element)
+{
+    BrickMatrix k;
+    for (int i = 0; i < 24; ++i)
+        k.col(i) = brick_forces(BrickVector::Unit(i), h, material, element);
+    return 0.5 * (k + k.transpose());  // rounding apart it is symmetric already
+}
+
+}  // namespace physics

@@ -1,0 +1,46 @@
+#pragma once
+
+// The stiffness of one cube, linear and alone, as a 24 x 24 matrix: for assembled matrices, and as
+// the reference that the vectorised kernels are checked against.
+//
+//        2--------3
+//       /|       /|         y          corner a: bit 0 of a is its x, bit 1 its y, bit 2 its z
+//      6--------7 |         |
+//      | 0------|-1         o---- x
+//      |/       |/         /
+//      4--------5         z
+//
+// In the Walsh-Hadamard basis c_m = (1/8) sum_a s_a^m u_a over the monomials m = 0..7 (bit 0: x,
+// bit 1: y, bit 2: z; s_a the corner's signs), each monomial n that a gradient can hold has
+//   G_n(i,j) = (2/h) c_{n x_j}[i] where x_j does not divide n, else 0
+//   P_n = mu (G_n + G_n^T) + lambda tr(G_n) I      w_n = h^3 / 3^(degree of n)
+// and adds w_n (2/h) P_n(.,j) to monomial n x_j. This equals 2x2x2 Gauss integration.
+// The incompatible element adds the nine bubbles (1 - xi_d^2) and condenses them, so that bending
+// does not lock: Wilson, Taylor, Doherty, Ghaboussi. Incompatible displacement models. 1973;
+// Taylor, Beresford, Wilson. A non-conforming element for stress analysis. IJNME 1976. In this
+// basis they only choose the missing column G_n(., d) of n = x_d so that the traction P_n(., d)
+// vanishes.
+
+#include "geometry/cubes/cubes.hpp"
+
+namespace physics {
+
+enum class BrickElement { incompatible, trilinear };
+
+struct Lame {
+    double lambda, mu;  // Pa
+};
+Lame lame(double young, double poisson);
+
+using BrickVector = Eigen::Matrix<double, 24, 1>;   // corner a's x, y, z at 3a, 3a + 1, 3a + 2
+using BrickMatrix = Eigen::Matrix<double, 24, 24>;  // symmetric, positive semi-definite
+
+// K u, N: the elastic forces' opposites at the corners of a cube of edge h (m) displaced by u (m).
+BrickVector brick_forces(const BrickVector& u, double h, Lame material,
+                         BrickElement element = BrickElement::incompatible);
+
+// K, N/m.
+BrickMatrix brick_stiffness(double h, Lame material,
+                            BrickElement element = BrickElement::incompatible);
+
+}  // namespace physics

@@ -1,0 +1,75 @@
+#pragma once
+
+// The arithmetic of the brick element, 16 cubes a block, in the Walsh-Hadamard basis: products with
+// the stiffness, and the forces, rotations and stresses of bricks that turn with their material.
+//
+// A brick's corners a = 0..7 (drawn in brick_element.hpp) have signs s_a in {-1,1}^3. With C_m =
+// sum_a s_a^m u_a over the monomials m in {1,x,y,z,xy,yz,zx,xyz}, the stiffness of an axis-aligned
+// cube falls apart into tiny systems, one for each monomial n that a displacement gradient holds:
+//   n = 1            the strain e(i,j) = C_xj[i] + C_xi[j]:  F_xj[i] = mu e(i,j) + lambda tr(C) 1ij
+//   n = x, y, z      a third of the same in the plane across n: its traction on the planes along n
+//                    is relaxed by the incompatible modes, which leaves plane stress,
+//                    lambda' = 2 lambda mu / (lambda + 2 mu)
+//   n = xy, yz, zx   together F_xyz = (4 mu + lambda) / 9 C_xyz
+// and the corner forces are f_a = sum_m s_a^m F_m; mu and lambda carry the factor h / 16 (4 h from
+// the integration, 1/8 from either transform). A plain trilinear brick has lambda' = lambda and
+// mu C_xy[x] more in F_xy[x], and so on. Nothing of a cube is ever multiplied as a 24 x 24 matrix.
+// Wilson, Taylor, Doherty, Ghaboussi. Incompatible displacement models. 1973. Taylor, Beresford,
+// Wilson. A non-conforming element for stress analysis. IJNME 1976.
+//
+// Corotational: with R the rotation of the mean deformation gradient, d = R^T x - X and
+//   W(x) = 1/2 d^T K d,   -dW/dx = -R (K d + E),
+// where E accounts for the turning of R with x. Leaving E out (stiffness warping; Mueller, Gross.
+// Interactive virtual materials. GI 2004) leaves a net torque, so that a bent body starts to spin.
+// With t = sum_m d_m x F_m and S the stretch of Y = R^T F, the turning is
+//   (tr(S) I - S) w = sum_j e_j x dy_j,   hence   E_xj = e_j x q,   (tr(S) I - S) q = t.
+//
+// Only operations that IEEE 754 rounds exactly are used, and no fused multiply-add: every processor
+// gives the same bits.
+
+#include "physics/math/aligned_memory.hpp"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace physics {
+
+// Elastic coefficients and rotations of all blocks. Each entry is a row of 16 lanes.
+template <class T> struct BrickCoefficients {
+    const std::uint32_t* gather = nullptr;   // [block][8][16]
+    const std::uint32_t* scatter = nullptr;  // [block][8][16]
+    const T* stiffness = nullptr;            // [block][3][16]: mu, lambda, lambda', times h / 16
+    const T* rotation = nullptr;             // [block][9][16], row by row
+    T plain = 0;                             // 1: plain trilinear bricks, 0: incompatible modes
+};
+
+// Adds R K R^T p of blocks [begin, end) to q. Vectors have four numbers a slot, the fourth 0.
+void add_stiffness_times(const BrickCoefficients<float>& bricks, std::size_t begin, std::size_t end,
+                         const float* p, float* q);
+void add_stiffness_times(const BrickCoefficients<double>& bricks, std::size_t begin,
+                         std::size_t end, const double* p, double* q);
+
+// Rows a block of what brick_hessian.hpp needs of strained cubes: the monomials of the displacement
+// by component (21), (tr(S) I - S)^-1 (6) and q (3).
+inline constexpr std::size_t strained_rows = 30;
+
+// What corotate() reads and fills; null where not wanted. Rows of 16 lanes.
+struct Corotation {
+    double h = 0;                      // m, edge of a cube
+    double* quaternion = nullptr;      // [block][4][16], in: last time's; out: this time's
+    double* rotation = nullptr;        // [block][9][16]
+    float* rotation_low = nullptr;     // [block][9][16], the same in single precision
+    double* force = nullptr;           // slots x 4, the elastic force is added
+    double* strained = nullptr;        // [block][strained_rows][16]; needs `force`
+    float* strained_low = nullptr;     // the same in single precision; with `strained`
+    float* stress = nullptr;           // [block][16], von Mises, of `material`
+    const double* material = nullptr;  // [block][2][16]: mu, lambda, Pa; for stress
+    float* volume = nullptr;           // [block][16], of the mean deformation: 1 at rest
+};
+
+// The rotations, elastic forces and stresses of blocks [begin, end) with corners at x. Returns
+// their elastic energy, in J. `bricks.rotation` is not read.
+double corotate(const BrickCoefficients<double>& bricks, const Corotation& at, std::size_t begin,
+                std::size_t end, const double* x);
+
+}  // namespace physics

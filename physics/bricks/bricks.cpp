@@ -1,0 +1,73 @@
+#include "physics/bricks/bricks.hpp"
+
+#include "geometry/base/no_index.hpp"
+#include "physics/bricks/brick_elasticity.hpp"
+#include "physics/bricks/time_step.hpp"
+#include "physics/state/measure.hpp"
+#include "physics/state/report_texts.hpp"
+
+#include <algorithm>
+
+namespace physics {
+namespace {
+
+using geometry::no_index;
+
+std::vector<float> by_cube(const BricksBody& body, const Aligned<float>& lanes)
+{
+    std::vector<float> out(body.cubes);
+    for (std::size_t i = 0; i < lanes.size(); ++i) {
+        if (body.layout.cube[i] != no_index) out[body.layout.cube[i]] = lanes[i];
+    }
+    return out;
+}
+
+}  // namespace
+
+std::unique_ptr<Elasticity> elasticity_of(const BricksBody& body,
+                                          const std::vector<float>& rotation)
+{
+    auto elasticity = std::make_unique<BrickElasticity>(body);
+    elasticity->load_rotations(rotation);
+    return elasticity;
+}
+
+State advance(const BricksBody& body, State state, const Loads& loads, double dt,
+              const StepOptions& options)
+{
+    BrickElasticity elasticity(body);
+    elasticity.load_rotations(state.rotation);
+    const double before = largest_speed(state);
+    state = advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
+    Aligned<float> stress(body.layout.cube.size()), volume(body.layout.cube.size());
+    elasticity.evaluate(by_slot(body.base, state.x).data(), nullptr,
+                        {stress.data(), volume.data()});
+    state.stress = by_cube(body, stress);
+    const auto inverted =
+        std::count_if(volume.begin(), volume.end(), [](float v) { return v < 0.1f; });
+    if (inverted > 0) {
+        const double speed = std::max(before, largest_speed(state));
+        state.report.warnings.push_back(told_of_inverted(
+            std::size_t(inverted), volume.size(), speed * dt / options.substeps > body.base.h));
+    }
+    state.rotation = elasticity.rotations();
+    return state;
+}
+
+Strained strain(const BricksBody& body, const std::vector<Vec3>& x)
+{
+    BrickElasticity elasticity(body);
+    Aligned<double> f(4 * body.layout.slots, 0);
+    Aligned<float> stress(body.layout.cube.size());
+    Strained out;
+    out.energy = elasticity.evaluate(by_slot(body.base, x).data(), f.data(), {stress.data()});
+    for (std::size_t k = 0; k < body.base.corners; ++k) {
+        out.force.emplace_back(f[4 * std::size_t{body.base.slot[k]}],
+                               f[4 * std::size_t{body.base.slot[k]} + 1],
+                               f[4 * std::size_t{body.base.slot[k]} + 2]);
+    }
+    out.stress = by_cube(body, stress);
+    return out;
+}
+
+}  // namespace physics

@@ -1,0 +1,101 @@
+#include "physics/bricks/bricks_body.hpp"
+
+#include "geometry/base/no_index.hpp"
+#include "geometry/cubes/plane.hpp"
+#include "physics/bricks/factor_cache.hpp"
+#include "physics/bricks/time_step.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+
+namespace physics {
+
+using geometry::no_index;
+
+namespace {
+
+// Of D^-1 K, D the diagonal: no sum over cubes has more than one of its cubes alone has (Wathen.
+// Realistic eigenvalue bounds for the Galerkin mass matrix. IMA J. Numer. Anal. 7, 1987). A cube's
+// depends on its Poisson ratio alone.
+double largest_eigenvalue(const geometry::Cubes& cubes, BrickElement element)
+{
+    std::vector<double> ratios = cubes.poisson;
+    std::sort(ratios.begin(), ratios.end());
+    ratios.erase(std::unique(ratios.begin(), ratios.end()), ratios.end());
+    // It grows with the ratio where that is large, and falls where it is small: the ends bound it.
+    double most = 1;
+    for (const double poisson : {ratios.front(), ratios.back()}) {
+        const BrickMatrix k = brick_stiffness(1, lame(1, poisson), element);
+        const Eigen::SelfAdjointEigenSolver<BrickMatrix> eigen(k, Eigen::EigenvaluesOnly);
+        most = std::max(most, eigen.eigenvalues()[23] / k(0, 0));
+    }
+    return most;
+}
+
+}  // namespace
+
+BricksBody make_bricks(const geometry::Cubes& cubes, const BrickOptions& options,
+                       const geometry::TriMesh* surface)
+{
+    geometry::need_thickness(cubes, "method bricks");
+    BricksBody body;
+    body.layout = lay_out_bricks(cubes);
+    body.base = make_corner_body(cubes, body.layout.slot, surface);
+    body.element = options.element;
+    body.cubes = cubes.count();
+    body.rest = std::make_shared<const geometry::Cubes>(cubes);
+    body.factors = std::make_shared<FactorCache>();
+    body.multigrids = std::make_shared<MultigridCache>();
+    body.largest_eigenvalue = largest_eigenvalue(cubes, options.element);
+    body.turns_with.assign(body.base.corners, 0);
+    const std::size_t lanes = body.layout.cube.size();
+    body.stiffness.assign(3 * lanes, 0);
+    body.material.assign(2 * lanes, 0);
+    body.stiffness_damping.assign(lanes, 0);
+    body.diagonal.assign(cubes.corner_count(), 0);
+    body.damping_diagonal.assign(cubes.corner_count(), 0);
+    const double plain = options.element == BrickElement::trilinear ? 1 : 0;
+    for (std::size_t i = 0; i < lanes; ++i) {
+        const std::uint32_t c = body.layout.cube[i];
+        if (c == no_index) continue;
+        const auto [lambda, mu] = lame(cubes.young[c], cubes.poisson[c]);
+        const double bend = plain != 0 ? lambda : 2 * lambda * mu / (lambda + 2 * mu);
+        const double share = stiffness_share(cubes, c, options.weighting) * cubes.size / 16;
+        const std::size_t block = i / block_lanes, lane = i % block_lanes;
+        double* k = &body.stiffness[block * 3 * block_lanes + lane];
+        k[0] = share * mu;
+        k[block_lanes] = share * lambda;
+        k[2 * block_lanes] = share * bend;
+        double* m = &body.material[block * 2 * block_lanes + lane];
+        m[0] = mu;
+        m[block_lanes] = lambda;
+        body.stiffness_damping[i] = cubes.stiffness_damping[c];
+        // The force on one corner moved along one axis: each monomial of the transform has 1 there.
+        const double one =
+            share * ((2 * mu + lambda) + 2 * mu + (2 * (2 + plain) * mu + 2 * bend + 2 * mu) / 3 +
+                     (4 * mu + lambda) / 9);
+        for (const auto corner : cubes.corners[c]) {
+            body.turns_with[body.base.slot[corner]] =
+                static_cast<std::uint32_t>(block * 9 * block_lanes + lane);
+            body.diagonal[body.base.slot[corner]] += one;
+            body.damping_diagonal[body.base.slot[corner]] += one * cubes.stiffness_damping[c];
+        }
+    }
+    return body;
+}
+
+std::size_t BricksBody::bytes() const
+{
+    const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
+    return sizeof *this - sizeof base + base.bytes() +
+           of(layout.slot, layout.cube, layout.gather, layout.scatter, layout.copy_at, layout.copy,
+              layout.pieces, stiffness, material, stiffness_damping, diagonal, damping_diagonal);
+}
+
+State rest_state(const BricksBody& body)
+{
+    return rest_state(body.base);
+}
+
+}  // namespace physics

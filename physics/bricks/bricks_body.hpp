@@ -1,0 +1,59 @@
+#pragma once
+
+// A body of brick finite elements: what is made once from the cubes of a model and then stepped by
+// bricks.hpp.
+
+#include "physics/body/corner_body.hpp"
+#include "physics/body/stiffness.hpp"
+#include "physics/bricks/brick_element.hpp"
+#include "physics/bricks/brick_layout.hpp"
+#include "physics/math/aligned_memory.hpp"
+#include "physics/state/state.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace physics {
+
+class FactorCache;
+class MultigridCache;
+
+struct BrickOptions {
+    BrickElement element = BrickElement::incompatible;
+    Weighting weighting = Weighting::filled;
+};
+
+// All that depends on the cubes alone.
+struct BricksBody {
+    CornerBody base;
+    BrickLayout layout;
+    BrickElement element = BrickElement::incompatible;
+    std::size_t cubes = 0;  // C
+
+    // Rows of 16 lanes a block; lanes without a cube hold 0.
+    Aligned<double> stiffness;          // B x 3 x 16: mu, lambda, lambda' times share times h / 16
+    Aligned<double> material;           // B x 2 x 16: mu, lambda, Pa
+    Aligned<double> stiffness_damping;  // B x 16, s
+    std::vector<double> diagonal;       // K by slot, N/m, of the stiffness
+    std::vector<double> damping_diagonal;  // K by slot, N s/m
+
+    std::vector<std::uint32_t> turns_with;  // K by slot, where the rotation of a cube at it starts
+
+    // For the preconditioner. The caches only remember what is a function of the rest.
+    std::shared_ptr<const geometry::Cubes> rest;
+    std::shared_ptr<FactorCache> factors;
+    std::shared_ptr<MultigridCache> multigrids;  // null: no multigrid, to compare
+    double largest_eigenvalue = 0;  // of D^-1 K, D = the diagonal of K: no more than this
+
+    std::size_t bytes() const;
+};
+
+// Contact and wind act on `surface`, or on the outside of the cubes when it is null. Throws
+// std::invalid_argument when the cubes are no body.
+BricksBody make_bricks(const geometry::Cubes& cubes, const BrickOptions& options = {},
+                       const geometry::TriMesh* surface = nullptr);
+
+// The body at rest.
+State rest_state(const BricksBody& body);
+
+}  // namespace physics

@@ -1,0 +1,202 @@
+#include "physics/bricks/dissection.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace physics {
+namespace {
+
+using geometry::Cubes;
+using geometry::no_index;
+
+constexpr std::size_t small_part = 24;  // corners that are not cut further
+
+struct Plane {
+    int axis = -1;  // none
+    int at = 0;
+};
+
+// Corners below a plane, above it and on it.
+struct Parted {
+    std::span<std::uint32_t> below, above, on;
+};
+
+// Puts `corners` in that order; those of a kind stay in theirs.
+Parted part_at(const Plane& plane, const Cubes& cubes, std::span<std::uint32_t> corners)
+{
+    const auto place = [&](std::uint32_t k) { return cubes.corner[k][plane.axis]; };
+    const auto first = corners.begin(), last = corners.end();
+    const auto is_below = [&](std::uint32_t k) { return place(k) < plane.at; };
+    const auto is_above = [&](std::uint32_t k) { return place(k) > plane.at; };
+    const auto low = std::stable_partition(first, last, is_below);
+    const auto high = std::stable_partition(low, last, is_above);
+    const auto a = std::size_t(low - first), b = std::size_t(high - first);
+    return {corners.first(a), corners.subspan(a, b - a), corners.subspan(b)};
+}
+
+class Dissector {
+public:
+    Dissector(const Cubes& cubes, const std::vector<char>& left_out) : cubes_(cubes)
+    {
+        for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+            if (left_out.empty() || !left_out[k]) corners_.push_back(k);
+        }
+        front_of_.assign(cubes.corner_count(), no_index);
+    }
+
+    std::vector<Front> run()
+    {
+        if (!corners_.empty()) cut(corners_);
+        return std::move(fronts_);
+    }
+    const std::vector<std::uint32_t>& front_of() const { return front_of_; }
+
+private:
+    // The front of the last cut of `corners`; its children first.
+    std::uint32_t cut(std::span<std::uint32_t> corners)
+    {
+        const Plane plane = corners.size() > small_part ? thinnest_plane(corners) : Plane{};
+        if (plane.axis < 0) return add(corners, {});
+        const Parted parted = part_at(plane, cubes_, corners);
+        const auto below = cut(parted.below);
+        const auto above = cut(parted.above);
+        return add(parted.on, {below, above});
+    }
+
+    // Of planes with at least a third of the corners on either side, the one with fewest corners;
+    // none where no plane parts them so.
+    Plane thinnest_plane(std::span<const std::uint32_t> corners)
+    {
+        Plane best;
+        double best_cost = std::numeric_limits<double>::infinity();
+        const auto n = static_cast<double>(corners.size());
+        for (int axis = 0; axis < 3; ++axis) {
+            std::int64_t lo = std::numeric_limits<std::int64_t>::max(), hi = -lo;
+            for (const auto k : corners) {
+                lo = std::min<std::int64_t>(lo, cubes_.corner[k][axis]);
+                hi = std::max<std::int64_t>(hi, cubes_.corner[k][axis]);
+            }
+            // Few corners far apart would make a long list of empty planes.
+            if (hi - lo > 64 * static_cast<std::int64_t>(corners.size())) continue;
+            on_plane_.assign(static_cast<std::size_t>(hi - lo + 1), 0);
+            for (const auto k : corners) {
+                ++on_plane_[static_cast<std::size_t>(cubes_.corner[k][axis] - lo)];
+            }
+            double below = 0;
+            for (std::size_t p = 0; p < on_plane_.size(); ++p) {
+                const double here = on_plane_[p], above = n - below - here;
+                const double uneven = std::abs(below - above) / n;
+                // A cut of s corners costs s^2; what it leaves on the larger side is cut again.
+                const double cost = here * (1 + 4 * uneven * uneven) + 0.01 * uneven;
+                if (below > 0 && above > 0 && uneven < 0.6 && cost < best_cost) {
+                    best_cost = cost;
+                    best = {axis, static_cast<int>(lo + static_cast<std::int64_t>(p))};
+                }
+                below += here;
+            }
+        }
+        return best;
+    }
+
+    std::uint32_t add(std::span<const std::uint32_t> pivots, std::vector<std::uint32_t> children)
+    {
+        const auto index = static_cast<std::uint32_t>(fronts_.size());
+        Front front;
+        front.pivots.assign(pivots.begin(), pivots.end());
+        front.children = std::move(children);
+        for (const auto k : front.pivots) front_of_[k] = index;
+        fronts_.push_back(std::move(front));
+        return index;
+    }
+
+    const Cubes& cubes_;
+    std::vector<std::uint32_t> corners_;
+    std::vector<std::uint32_t> front_of_;
+    std::vector<int> on_plane_;
+    std::vector<Front> fronts_;
+};
+
+}  // namespace
+
+Dissection dissect(const Cubes& cubes, const std::vector<char>& left_out, double most)
+{
+    Dissection out;
+    Dissector dissector(cubes, left_out);
+    out.fronts = dissector.run();
+    const auto& front_of = dissector.front_of();
+
+    // A cube enters where the first of its corners is eliminated.
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        std::uint32_t first = no_index;
+        for (const auto k : cubes.corners[c]) first = std::min(first, front_of[k]);
+        if (first != no_index) out.fronts[first].cubes.push_back(c);
+    }
+
+    // The border: what cubes and children bring in that is eliminated later, in that order.
+    std::vector<std::uint32_t> place(cubes.corner_count(), no_index);  // in the front at hand
+    for (std::uint32_t f = 0; f < out.fronts.size(); ++f) {
+        Front& front = out.fronts[f];
+        std::uint32_t next = 0;
+        for (const auto k : front.pivots) place[k] = next++;
+        const auto meet = [&](std::uint32_t k) {
+            if (front_of[k] == no_index || place[k] != no_index) return;
+            place[k] = 0;  // met; its place comes after sorting
+            front.border.push_back(k);
+        };
+        for (const auto c : front.cubes) {
+            for (const auto k : cubes.corners[c]) meet(k);
+        }
+        for (const auto child : front.children) {
+            for (const auto k : out.fronts[child].border) meet(k);
+        }
+        std::sort(front.border.begin(), front.border.end(), [&](auto a, auto b) {
+            return std::pair(front_of[a], a) < std::pair(front_of[b], b);
+        });
+        for (const auto k : front.border) place[k] = next++;
+        const auto p = static_cast<double>(front.pivots.size());
+        front.entries = p * (p + static_cast<double>(front.border.size()));
+        for (const auto child : front.children) {
+            Front& below = out.fronts[child];
+            below.parent = f;
+            front.entries += below.entries;
+            for (const auto k : below.border) below.in_parent.push_back(place[k]);
+        }
+        for (const auto k : front.pivots) place[k] = no_index;
+        for (const auto k : front.border) place[k] = no_index;
+        if (front.entries > most) return {};
+    }
+    for (std::uint32_t f = 0; f < out.fronts.size(); ++f) {
+        if (out.fronts[f].parent != no_index) continue;
+        out.roots.push_back(f);
+        out.entries += out.fronts[f].entries;
+    }
+    if (out.entries > most) return {};
+    return out;
+}
+
+void order_for_elimination(const Cubes& cubes, std::span<std::uint32_t> corners)
+{
+    if (corners.size() <= 16) return;
+    geometry::Vec3i lo = cubes.corner[corners[0]], hi = lo;
+    for (const auto k : corners) {
+        lo = lo.cwiseMin(cubes.corner[k]);
+        hi = hi.cwiseMax(cubes.corner[k]);
+    }
+    Plane plane{0, 0};
+    // in 64 bits: cells may lie anywhere
+    (hi.cast<std::int64_t>() - lo.cast<std::int64_t>()).maxCoeff(&plane.axis);
+    if (hi[plane.axis] == lo[plane.axis]) return;  // copies at one place
+    const auto coordinate = [&](std::uint32_t k) { return cubes.corner[k][plane.axis]; };
+    const auto middle = corners.begin() + std::ptrdiff_t(corners.size() / 2);
+    std::nth_element(corners.begin(), middle, corners.end(), [&](auto a, auto b) {
+        return std::pair(coordinate(a), a) < std::pair(coordinate(b), b);
+    });
+    plane.at = coordinate(*middle);
+    const Parted parted = part_at(plane, cubes, corners);
+    order_for_elimination(cubes, parted.below);
+    order_for_elimination(cubes, parted.above);
+    // The plane's corners are cut as well, as long as they are not all there is.
+    if (parted.on.size() < corners.size()) order_for_elimination(cubes, parted.on);
+}
+
+}  // namespace physics

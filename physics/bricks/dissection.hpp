@@ -1,0 +1,51 @@
+#pragma once
+
+// In which order to eliminate the corners of cubes from a linear system so that little fills in.
+// George. Nested dissection of a regular finite element mesh. SIAM J. Numer. Anal. 10(2), 1973.
+// Cubes join only corners whose lattice coordinates differ by at most one, so the corners on any
+// lattice plane part those on its two sides:
+//
+//     below | on | above        eliminated in this order: below, above, on;
+//     o o o | o  | o o          below and above are cut again until they are small
+//     o o o | o  | o o
+//
+// A factorisation that works front by front takes dissect(): the cut is the plane that holds fewest
+// corners, not too far from the middle, and each cut is a front of its own (Duff, Reid. The
+// multifrontal solution of indefinite sparse symmetric linear equations. ACM TOMS 9(3), 1983). One
+// that works column by column takes order_for_elimination(): the plane through the middle corner,
+// and planes are cut again in themselves.
+
+#include "geometry/base/no_index.hpp"
+#include "geometry/cubes/cubes.hpp"
+
+#include <span>
+#include <vector>
+
+namespace physics {
+
+// A set of corners eliminated together.
+struct Front {
+    std::vector<std::uint32_t> pivots;    // corners eliminated here
+    std::vector<std::uint32_t> border;    // corners eliminated later that they meet
+    std::vector<std::uint32_t> cubes;     // that are added in here
+    std::vector<std::uint32_t> children;  // fronts, all before this one
+    std::uint32_t parent = geometry::no_index;
+    // Where each border corner is in the parent: among pivots then border.
+    std::vector<std::uint32_t> in_parent;
+    double entries = 0;  // of the factor's columns here and below, in 3 x 3 blocks
+};
+
+struct Dissection {
+    std::vector<Front> fronts;         // children before parents
+    std::vector<std::uint32_t> roots;  // fronts without a parent
+    double entries = 0;                // of all, in 3 x 3 blocks
+};
+
+// Corners marked in `left_out` (K, or empty: none) take no part. Stops, with no fronts, as soon as
+// the entries would be more than `most`.
+Dissection dissect(const geometry::Cubes& cubes, const std::vector<char>& left_out, double most);
+
+// Puts corners in the order in which to eliminate them.
+void order_for_elimination(const geometry::Cubes& cubes, std::span<std::uint32_t> corners);
+
+}  // namespace physics

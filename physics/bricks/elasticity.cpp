@@ -1,0 +1,23 @@
+#include "physics/bricks/elasticity.hpp"
+
+#include <limits>
+
+namespace physics {
+
+double Elasticity::prepare_inverse(double, double, const std::vector<double>&,
+                                   const std::vector<std::uint32_t>&)
+{
+    return std::numeric_limits<double>::infinity();
+}
+
+void Elasticity::apply_inverse(const float*, float*) {}
+
+double Elasticity::prepare_coarse(double, double, const std::vector<double>&,
+                                  const std::vector<std::uint32_t>&)
+{
+    return 0;
+}
+
+void Elasticity::add_coarse(const float*, float*) {}
+
+}  // namespace physics

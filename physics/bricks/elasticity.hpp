@@ -1,0 +1,55 @@
+#pragma once
+
+// What a method on cubes tells the implicit time step of itself: its elastic forces, and how they
+// change where corners move. Bricks and springs are two of these.
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace physics {
+
+// Vectors hold four numbers a slot, the fourth 0.
+class Elasticity {
+public:
+    virtual ~Elasticity() = default;
+
+    // Numbers in a vector that forces are added up in.
+    virtual std::size_t room() const = 0;
+    // f = the elastic forces at x, of which the derivative is kept.
+    virtual void forces(const double* x, double* f) = 0;
+    // The elastic energy at x, J. What was kept of a derivative is lost.
+    virtual double energy(const double* x) = 0;
+    // The largest difference of a field between two corners that the method ties together, about.
+    virtual double largest_difference(const double* w) const = 0;
+    // From here on K stands for stiffness * K + damping * (Rayleigh's part of) K.
+    virtual void weigh(double stiffness, double damping) = 0;
+    // Whether K is all of the second derivative of the energy at the x of the next forces(), which
+    // may have negative directions, or only what is never negative of it. Returns whether the
+    // method knows the difference.
+    virtual bool use_hessian(bool) { return false; }
+    virtual void multiply(const float* p, float* y) const = 0;  // y = K p
+    virtual void multiply(const double* p, double* y) const = 0;
+    virtual void add_diagonal(double* d) const = 0;  // of K, about
+
+    // What a state keeps so that the next one starts from there: State::rotation.
+    virtual std::vector<float> rotations() const { return {}; }
+
+    // Makes ready an approximate inverse of stiffness * K + damping * (Rayleigh's) + mass (K by
+    // slot) with the corners `held` (sorted) left out. Returns what it costs to apply, in products
+    // with K; infinity when the method has none.
+    virtual double prepare_inverse(double stiffness, double damping,
+                                   const std::vector<double>& mass,
+                                   const std::vector<std::uint32_t>& held);
+    // z = that inverse of r, 0 at held corners; symmetric and positive.
+    virtual void apply_inverse(const float* r, float* z);
+
+    // Makes ready coarse grids for the same matrix. Returns the largest eigenvalue that D^-1 times
+    // the matrix can have, D its diagonal; 0 when the method has no coarse grids.
+    virtual double prepare_coarse(double stiffness, double damping, const std::vector<double>& mass,
+                                  const std::vector<std::uint32_t>& held);
+    // z += the coarse grids' answer to r; symmetric and positive, nothing at held corners.
+    virtual void add_coarse(const float* r, float* z);
+};
+
+}  // namespace physics

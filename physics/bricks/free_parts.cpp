@@ -1,0 +1,269 @@
+#include "physics/bricks/free_parts.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace physics {
+namespace {
+
+using geometry::Mat3;
+
+Vec3 at(const Aligned<double>& v, std::size_t k)
+{
+    return {v[4 * k], v[4 * k + 1], v[4 * k + 2]};
+}
+
+// A part as a rigid body: of its corners at x that move with v.
+struct RigidPart {
+    double mass = 0;               // kg
+    Vec3 centre = Vec3::Zero();    // m
+    Vec3 velocity = Vec3::Zero();  // m/s
+    Vec3 spin = Vec3::Zero();      // rad/s
+    Mat3 inertia = Mat3::Zero();   // kg m^2, about the centre
+    Vec3 momentum = Vec3::Zero();  // N m s, about the centre
+};
+
+// b with inertia b = l, as far as it turns anything: a part on a line has no inertia about it.
+Vec3 turn_by(const Mat3& inertia, const Vec3& l)
+{
+    const Eigen::SelfAdjointEigenSolver<Mat3> solver(inertia);
+    const Vec3& value = solver.eigenvalues();
+    Vec3 out = Vec3::Zero();
+    for (int i = 0; i < 3; ++i) {
+        if (!(value[i] > 1e-9 * value[2])) continue;
+        const Vec3 axis = solver.eigenvectors().col(i);
+        out += axis * (axis.dot(l) / value[i]);
+    }
+    return out;
+}
+
+std::vector<RigidPart> rigid_parts(const CornerBody& body, const Aligned<double>& x,
+                                   const Aligned<double>& v)
+{
+    std::vector<RigidPart> parts(body.parts);
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        RigidPart& part = parts[body.part_of(k)];
+        part.mass += body.mass[k];
+        part.centre += body.mass[k] * at(x, k);
+        part.velocity += body.mass[k] * at(v, k);
+    }
+    for (RigidPart& part : parts) part.centre /= part.mass, part.velocity /= part.mass;
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        RigidPart& part = parts[body.part_of(k)];
+        const Vec3 arm = at(x, k) - part.centre;
+        part.inertia +=
+            body.mass[k] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+        part.momentum += body.mass[k] * arm.cross(at(v, k) - part.velocity);
+    }
+    for (RigidPart& part : parts) part.spin = turn_by(part.inertia, part.momentum);
+    return parts;
+}
+
+Mat3 turned_by(const Vec3& spin, double seconds)
+{
+    const double rate = spin.norm();
+    if (!(rate > 0)) return Mat3::Identity();
+    return Eigen::AngleAxisd(rate * seconds, spin / rate).toRotationMatrix();
+}
+
+// How a rigid part turns in tau seconds, and its spin then: the midpoint rule on rotations, with
+// its angular momentum as it is (Simo, Wong. Unconditionally stable algorithms for rigid body
+// dynamics. IJNME 1991), by fixed-point iterations that gain a digit each while it turns by a tenth
+// of a radian.
+struct Turn {
+    Mat3 by = Mat3::Identity();
+    Vec3 spin = Vec3::Zero();  // rad/s
+};
+Turn turn_freely(const RigidPart& part, double tau)
+{
+    constexpr int iterations = 12;
+    const auto spin_after = [&](const Mat3& by) {
+        return turn_by(by * part.inertia * by.transpose(), part.momentum);
+    };
+    Vec3 middle = part.spin;
+    for (int i = 0; i < iterations; ++i) middle = spin_after(turned_by(middle, 0.5 * tau));
+    const Mat3 by = turned_by(middle, tau);
+    return {by, spin_after(by)};
+}
+
+// Elastic forces and their damping add up to nothing over a part. What is left of
+//   sum M (v0 - w) + tau (f_ext - D w)
+// of a free one is therefore the solver's error alone: w moves as a whole to undo it, and linear
+// momentum is right to round-off whatever the tolerance.
+void balance_linear(Stage& stage, const std::vector<std::uint8_t>& held)
+{
+    const StepFrame& frame = stage.frame;
+    const CornerBody& body = frame.body;
+    std::vector<Vec3> missing(body.parts, Vec3::Zero());  // N s
+    std::vector<Vec3> inertia(body.parts, Vec3::Zero());  // kg
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const std::size_t part = body.part_of(k);
+        if (held[part] != 0) continue;
+        for (std::size_t i = 4 * k, a = 0; a < 3; ++i, ++a) {
+            const double drag = frame.damping[i] + stage.drag[i];
+            const auto axis = static_cast<Eigen::Index>(a);
+            missing[part][axis] +=
+                frame.mass[i] * (stage.v0[i] - stage.w[i]) +
+                stage.tau * (frame.steady[i] + stage.wind[i] - drag * stage.w[i]);
+            inertia[part][axis] += frame.mass[i] + stage.tau * drag;
+        }
+    }
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const std::size_t part = body.part_of(k);
+        if (held[part] != 0) continue;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const auto axis = static_cast<Eigen::Index>(a);
+            stage.w[4 * k + a] += missing[part][axis] / inertia[part][axis];
+        }
+    }
+}
+
+// Of the forces from outside about the centre of each part where the stage ends, N m s, and `about`
+// the centre where it began if that is not null. What acts on a part as a whole, as weight does,
+// has no torque about its centre: it is left out of each corner's, exactly.
+std::vector<Vec3> impulses(const Stage& stage, const std::vector<RigidPart>* about)
+{
+    const StepFrame& frame = stage.frame;
+    const CornerBody& body = frame.body;
+    std::vector<Vec3> outside(body.corners), sum(body.parts, Vec3::Zero());
+    std::vector<Vec3> centre(body.parts, Vec3::Zero()), out(body.parts, Vec3::Zero());
+    std::vector<double> mass(body.parts, 0);
+    const auto end = [&](std::size_t k) {
+        return Vec3(at(stage.x0, k) + stage.tau * at(stage.w, k));
+    };
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const std::size_t part = body.part_of(k);
+        for (std::size_t a = 0, i = 4 * k; a < 3; ++a, ++i) {
+            outside[k][static_cast<Eigen::Index>(a)] =
+                frame.steady[i] + stage.wind[i] - (frame.damping[i] + stage.drag[i]) * stage.w[i];
+        }
+        sum[part] += outside[k];
+        centre[part] += body.mass[k] * end(k);
+        mass[part] += body.mass[k];
+    }
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const std::size_t part = body.part_of(k);
+        const Vec3 own = outside[k] - body.mass[k] / mass[part] * sum[part];
+        out[part] += stage.tau * (end(k) - centre[part] / mass[part]).cross(own);
+    }
+    for (std::size_t p = 0; about && p < body.parts; ++p) {
+        out[p] += stage.tau * (centre[p] / mass[p] - (*about)[p].centre).cross(sum[p]);
+    }
+    return out;
+}
+
+// Turns the velocities v of parts that are not held, about their centres, by the least change with
+// which sum m (x x v) about the centre where each began is what is due.
+void turn_to(const CornerBody& body, const std::vector<std::uint8_t>& held,
+             const std::vector<RigidPart>& began, const std::vector<Vec3>& due,
+             const Aligned<double>& x, Aligned<double>& v)
+{
+    const auto parts = rigid_parts(body, x, v);
+    std::vector<Vec3> turn(body.parts);
+    for (std::size_t p = 0; p < body.parts; ++p) {
+        const Vec3 off = parts[p].centre - began[p].centre;
+        const Vec3 has = parts[p].momentum + parts[p].mass * off.cross(parts[p].velocity);
+        turn[p] = turn_by(parts[p].inertia, due[p] - has);
+    }
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const std::size_t part = body.part_of(k);
+        if (held[part] != 0) continue;
+        const Vec3 change = turn[part].cross(at(x, k) - parts[part].centre);
+        for (std::size_t a = 0; a < 3; ++a) {
+            v[4 * k + a] += change[static_cast<Eigen::Index>(a)];
+        }
+    }
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> held_parts(const Stage& stage)
+{
+    const CornerBody& body = stage.frame.body;
+    std::vector<std::uint8_t> held(body.parts, 0);
+    for (const auto k : stage.frame.loads.pins.corner) held[body.part_of(body.slot_of(k))] = 1;
+    for (const ColliderContact& c : stage.contacts) held[body.part_of(c.corners[0])] = 1;
+    return held;
+}
+
+void turn_free_parts(Stage& stage)
+{
+    // Below this turn of a stage, rad, its square is rounding, and nothing changes. Beyond half a
+    // turn the stage is too long to follow it.
+    constexpr double least = 1e-6, most = std::numbers::pi;
+    const CornerBody& body = stage.frame.body;
+    const double tau = stage.tau;
+    stage.base.clear();
+    const auto held = held_parts(stage);
+    if (std::all_of(held.begin(), held.end(), [](auto h) { return h != 0; })) return;
+    const auto parts = rigid_parts(body, stage.x0, stage.v0);
+    std::vector<Turn> turns;
+    for (const RigidPart& part : parts) turns.push_back(turn_freely(part, tau));
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const RigidPart& part = parts[body.part_of(k)];
+        const Turn& turn = turns[body.part_of(k)];
+        const double angle = tau * part.spin.norm();
+        if (held[body.part_of(k)] != 0 || !(angle > least && angle < most)) continue;
+        if (stage.base.empty()) stage.base.assign(stage.frame.n, 0);
+        const Vec3 from = at(stage.x0, k);
+        const Vec3 arm = turn.by * (from - part.centre);
+        const Vec3 to = part.centre + tau * part.velocity + arm;
+        const Vec3 before = part.velocity + part.spin.cross(from - part.centre);
+        const Vec3 velocity = part.velocity + turn.spin.cross(arm);
+        for (std::size_t a = 0; a < 3; ++a) {
+            const auto axis = static_cast<Eigen::Index>(a);
+            stage.w[4 * k + a] += velocity[axis] - before[axis];  // as a guess
+            if (stage.turns_start) stage.x0[4 * k + a] = to[axis] - tau * velocity[axis];
+            stage.base[4 * k + a] =
+                stage.turns_start ? velocity[axis] : (to[axis] - from[axis]) / tau;
+        }
+    }
+    if (!stage.turns_start || stage.base.empty()) return;
+    std::vector<Vec3> due(body.parts);
+    for (std::size_t p = 0; p < body.parts; ++p) due[p] = parts[p].momentum;
+    // Elastic forces have no torque about x^: w has there what v0 has.
+    Aligned<double> turned = stage.x0;
+    for (std::size_t i = 0; i < stage.frame.n; ++i) turned[i] += tau * stage.base[i];
+    turn_to(body, held, parts, due, turned, stage.v0);
+}
+
+void balance_free_parts(Stage& stage, const Aligned<double>& before_x,
+                        const Aligned<double>& before_v, Balance balance)
+{
+    const CornerBody& body = stage.frame.body;
+    const auto held = held_parts(stage);
+    if (std::all_of(held.begin(), held.end(), [](auto h) { return h != 0; })) return;
+    balance_linear(stage, held);
+    if (balance == Balance::linear) return;
+    Aligned<double> arms = stage.x0;
+    if (balance == Balance::middle) {
+        for (std::size_t i = 0; i < stage.frame.n; ++i) arms[i] += stage.tau * stage.v0[i];
+    }
+    const auto began = rigid_parts(body, before_x, before_v);
+    // At its end Euler's step has lost tau^2 v x F of the orbit about where the part began.
+    std::vector<Vec3> due = impulses(stage, balance == Balance::middle ? &began : nullptr);
+    for (std::size_t p = 0; p < body.parts; ++p) due[p] += began[p].momentum;
+    turn_to(body, held, began, due, arms, stage.w);
+}
+
+Aligned<double> deforming(const Stage& stage, const Aligned<double>& x, const Aligned<double>& v)
+{
+    const CornerBody& body = stage.frame.body;
+    const auto held = held_parts(stage);
+    const auto parts = rigid_parts(body, x, v);
+    Aligned<double> out = v;
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const RigidPart& part = parts[body.part_of(k)];
+        if (held[body.part_of(k)] != 0) continue;
+        const Vec3 rigid = part.velocity + part.spin.cross(at(x, k) - part.centre);
+        for (std::size_t a = 0; a < 3; ++a) {
+            out[4 * k + a] -= rigid[static_cast<Eigen::Index>(a)];
+        }
+    }
+    return out;
+}
+
+}  // namespace physics

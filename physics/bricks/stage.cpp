@@ -1,0 +1,155 @@
+#include "physics/bricks/stage.hpp"
+
+#include "physics/body/external_forces.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace physics {
+
+StepFrame::StepFrame(const CornerBody& its_body, const Loads& its_loads, double its_seconds,
+                     const StepOptions& its_options)
+    : body(its_body), loads(its_loads), seconds(its_seconds), options(its_options),
+      n(its_body.numbers)
+{
+    for (Aligned<double>* v : {&steady, &mass, &damping, &fixed}) v->assign(n, 0);
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            mass[4 * k + i] = body.mass[k];
+            damping[4 * k + i] = body.damping_of(k);
+        }
+    }
+    for (const auto k : loads.pins.corner) {
+        for (std::size_t i = 0; i < 3; ++i) fixed[4 * body.slot_of(k) + i] = 1;
+    }
+    add_steady_forces(body, loads.forces, steady);
+    for (const Force& f : loads.forces) windy |= f.kind == Force::Kind::wind;
+}
+
+Stage::Stage(const StepFrame& its_frame, Elasticity& its_elasticity)
+    : frame(its_frame), elasticity(its_elasticity)
+{
+    for (Aligned<double>* v : {&w, &x, &wind, &drag, &r, &delta}) v->assign(frame.n, 0);
+    force.assign(elasticity.room(), 0);
+    product.assign(elasticity.room(), 0);
+}
+
+double pin_target(const StepFrame& frame, std::size_t pin, std::size_t axis, double share)
+{
+    const Pins& pins = frame.loads.pins;
+    const double from = frame.start[4 * frame.body.slot_of(pins.corner[pin]) + axis];
+    const double to = pins.target[pin][static_cast<Eigen::Index>(axis)];
+    return share == 1 ? to : from + share * (to - from);
+}
+
+void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>& v0, double tau,
+                 double share)
+{
+    const StepFrame& frame = stage.frame;
+    const Loads& loads = frame.loads;
+    stage.tau = tau;
+    stage.share = share;
+    stage.x0 = x0, stage.v0 = v0;
+    stage.base.clear();
+    std::fill(stage.wind.begin(), stage.wind.end(), 0);
+    std::fill(stage.drag.begin(), stage.drag.end(), 0);
+    if (frame.windy) {
+        add_wind(frame.body, loads.forces, x0.data(), v0.data(), stage.wind, stage.drag);
+    }
+    stage.colliders.clear();
+    for (const Collider& c : loads.colliders) {
+        stage.colliders.push_back(pose_collider(c, share, frame.seconds, frame.body.h));
+    }
+    stage.w = v0;
+    for (std::size_t i = 0; i < loads.pins.corner.size(); ++i) {
+        const std::size_t at = 4 * frame.body.slot_of(loads.pins.corner[i]);
+        for (std::size_t k = 0; k < 3; ++k) {
+            stage.w[at + k] = (pin_target(frame, i, k, share) - x0[at + k]) / tau;
+        }
+    }
+}
+
+void place(Stage& stage)
+{
+    for (std::size_t i = 0; i < stage.frame.n; ++i) {
+        stage.x[i] = stage.x0[i] + stage.tau * stage.w[i];
+    }
+}
+
+std::vector<ColliderContact> touching(const Stage& stage)
+{
+    constexpr double nearly = 0.95;  // the derivative itself may leave a slip with no resistance
+    const CornerBody& body = stage.frame.body;
+    return find_collider_contacts(body.skin, body.h, stage.x.data(), stage.w.data(),
+                                  stage.colliders, stage.tau, stage.wary ? nearly : 0);
+}
+
+void linearise(Stage& stage, const Aligned<double>& x)
+{
+    // Pins are put where they belong between stages, by a rounding error.
+    constexpr double rounding = 1e-15;
+    bool same = stage.linear_at.size() == x.size();
+    for (std::size_t i = 0; same && i < x.size(); ++i) {
+        same = std::abs(x[i] - stage.linear_at[i]) <= rounding * std::abs(x[i]);
+    }
+    if (same) return;
+    stage.elasticity.forces(x.data(), stage.force.data());
+    stage.linear_at = x;
+}
+
+AtWork at_work(const Stage& stage)
+{
+    const StepFrame& frame = stage.frame;
+    AtWork out;
+    for (Aligned<double>* v : {&out.outside, &out.elastic, &out.inertia}) v->resize(frame.n);
+    for (std::size_t i = 0; i < frame.n; ++i) {
+        out.outside[i] = stage.tau * (frame.steady[i] + stage.wind[i]);
+        out.elastic[i] = stage.tau * stage.force[i];
+        out.inertia[i] = frame.mass[i] * (stage.w[i] - stage.v0[i]);
+    }
+    return out;
+}
+
+void find_residual(Stage& stage)
+{
+    const StepFrame& frame = stage.frame;
+    const double tau = stage.tau;
+    stage.elasticity.weigh(stage.at_start ? tau * tau : 0, tau);
+    if (stage.base.empty()) {
+        stage.elasticity.multiply(stage.w.data(), stage.product.data());
+    } else {
+        for (std::size_t i = 0; i < frame.n; ++i) stage.r[i] = stage.w[i] - stage.base[i];
+        stage.elasticity.multiply(stage.r.data(), stage.product.data());
+    }
+    for (std::size_t i = 0; i < frame.n; ++i) {
+        stage.r[i] = frame.mass[i] * (stage.v0[i] - stage.w[i]) +
+                     tau * (stage.force[i] + frame.steady[i] + stage.wind[i] -
+                            (frame.damping[i] + stage.drag[i]) * stage.w[i]) -
+                     stage.product[i];
+    }
+    stage.elasticity.weigh(tau * tau, tau);
+    for (const ColliderContact& c : stage.contacts) {
+        for (std::size_t a = 0; a < 8; ++a) {
+            for (std::size_t i = 0; i < 3; ++i) {
+                stage.r[4 * std::size_t{c.corners[a]} + i] +=
+                    tau * double(c.weight[a]) * c.force[static_cast<Eigen::Index>(i)];
+            }
+        }
+    }
+}
+
+double dot(const Aligned<double>& a, const Aligned<double>& b)
+{
+    double sum = 0;
+    for (std::size_t k = 0; k < b.size(); ++k) sum += a[k] * b[k];
+    return sum;
+}
+
+bool all_finite(const Aligned<double>& v)
+{
+    double sum = 0;  // any NaN or infinity ends up in it
+    for (const double value : v) sum += value * 0;
+    return sum == 0;
+}
+
+}  // namespace physics

@@ -1,0 +1,107 @@
+#pragma once
+
+// One stage of an implicit time step: its unknowns, and what its equations leave over for a guess
+// of them. This is the state that step_solver, step_newton and step_descent work on.
+//
+// A stage goes tau seconds ahead from (x0, v0). Its unknowns are the velocities w at its end:
+//   x = x0 + tau w
+//   r = M (v0 - w) + tau (f(x) + f_ext + f_wind + f_contact - (D + drag) w) - tau C (w - b)
+// with f the elastic forces, C = Rayleigh's damping with the stiffness, D that with the mass, and
+// drag that of the wind. The stage is solved where r = 0. A round of Newton's method solves
+//   A delta = r,   A = M + tau (D + drag) + tau^2 K + tau C + tau^2 k + tau c
+// for the change of w, with K = -df/dx, and k and c the same of the contacts by place and speed.
+// In the first round f is linear about x0 + tau b: f(x) = f(x0 + tau b) - tau K (w - b), with b the
+// motion of parts that turn freely (free_parts.hpp), else 0.
+
+#include "physics/body/collider_contact.hpp"
+#include "physics/body/corner_body.hpp"
+#include "physics/bricks/elasticity.hpp"
+#include "physics/math/aligned_memory.hpp"
+#include "physics/state/loads.hpp"
+#include "physics/state/state.hpp"
+#include "physics/state/step_options.hpp"
+
+#include <vector>
+
+namespace physics {
+
+// What stays as it is while a frame is stepped. Vectors hold four numbers a slot, the fourth 0.
+struct StepFrame {
+    StepFrame(const CornerBody& body, const Loads& loads, double seconds,
+              const StepOptions& options);  // `start` is left empty
+
+    const CornerBody& body;
+    const Loads& loads;
+    double seconds;
+    StepOptions options;
+
+    std::size_t n;                  // numbers in a vector
+    Aligned<double> start;          // m, x at the start of the frame
+    Aligned<double> steady;         // N, gravity and point forces
+    Aligned<double> mass, damping;  // kg, kg/s: M, D
+    Aligned<double> fixed;          // 1: pinned
+    bool windy = false;
+};
+
+struct Stage {
+    Stage(const StepFrame& frame, Elasticity& elasticity);  // with room; not started yet
+
+    const StepFrame& frame;
+    Elasticity& elasticity;
+
+    double tau = 0;    // s
+    double share = 0;  // of the frame that has gone by at the end of the stage
+    int halvings = 0;  // of the step that was asked for
+
+    Aligned<double> x0, v0;          // at its start
+    bool turns_start = false;        // x0 and v0 are moved on as well (free_parts.hpp)
+    Aligned<double> base;            // m/s: b; empty: 0
+    Aligned<double> w, x;            // at its end, as guessed
+    Aligned<double> wind, drag;      // N, N s/m: f_wind, drag
+    Aligned<double> force, product;  // N: f as last linearised; room for products with K
+    Aligned<double> r, delta;        // N s, m/s: the residual, and the change of w that answers it
+    Aligned<double> linear_at;       // m: where f and K were last evaluated; empty: nowhere
+    bool at_start = true;            // f is linear about x0 + tau b, not evaluated at x
+    bool wary = false;               // of friction in contacts to be found
+
+    std::vector<PosedCollider> colliders;
+    std::vector<ColliderContact> contacts;
+};
+
+// What went wrong in the stages of a frame, and what they cost.
+struct StepRecord {
+    Report report;
+    // What stopped a solve before its tolerance was met.
+    bool short_of_iterations = false, unsettled = false, violent = false;
+    bool gained = false;  // steps of the midpoint rule were taken otherwise
+};
+
+// Where pin `pin` is on an axis when a share of the frame has gone by, m.
+double pin_target(const StepFrame& frame, std::size_t pin, std::size_t axis, double share);
+
+// Starts it at x0, v0 over tau seconds up to a share of the frame: poses the colliders, takes the
+// wind, and guesses w = v0, or what takes a pin to its target.
+void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>& v0, double tau,
+                 double share);
+
+// x = x0 + tau w
+void place(Stage& stage);
+// The contacts of x, w.
+std::vector<ColliderContact> touching(const Stage& stage);
+// f and K at x, which may be x0 or stage.x. Where they were evaluated there last, they are kept.
+void linearise(Stage& stage, const Aligned<double>& x);
+// r of w and of the contacts as they were found last.
+void find_residual(Stage& stage);
+
+// The forces that a stage's residual is told as a share of, N s by slot: those that act from
+// outside, and those of the body, elastic and of inertia, as f was evaluated last.
+struct AtWork {
+    Aligned<double> outside, elastic, inertia;
+};
+AtWork at_work(const Stage& stage);
+
+// Sums in the order of the numbers.
+double dot(const Aligned<double>& a, const Aligned<double>& b);
+bool all_finite(const Aligned<double>& v);
+
+}  // namespace physics

@@ -1,0 +1,30 @@
+#pragma once
+
+// The energy that steps of the midpoint rule may have. That rule damps nothing and keeps both
+// momenta, but in stiff bodies that turn it gains energy without end (Simo, Tarnow. The discrete
+// energy-momentum method. ZAMP 1992). Where the energy is known, which is where nothing but
+// gravity, forces that do not change and pins that stay act, its error is therefore taken out of
+// the velocities with which parts deform, as v = rigid + share * (v - rigid). Momenta stay what
+// they are. A step that gained more than that can undo is not to be used.
+
+#include "physics/bricks/stage.hpp"
+
+namespace physics {
+
+struct EnergyAccount {
+    bool known = false;
+    double due = 0;  // J
+};
+
+// Whether it is known in this frame, and what it is at x, v.
+EnergyAccount open_account(Stage& stage, const Aligned<double>& x, const Aligned<double>& v);
+
+// Takes off what damping takes over `seconds` at the velocities of the stage as it is solved.
+void charge_damping(EnergyAccount& account, Stage& stage, double seconds);
+
+// Gives v, at x, the energy due, as far as it can. False: more than a tenth of the energy of
+// deformation, and more than 1e-4 of that of motion, is too much and stays.
+bool settle(const EnergyAccount& account, Stage& stage, const Aligned<double>& x,
+            Aligned<double>& v);
+
+}  // namespace physics

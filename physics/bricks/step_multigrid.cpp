@@ -1,0 +1,80 @@
+#include "physics/bricks/step_multigrid.hpp"
+
+#include "geometry/base/parallel.hpp"
+
+#include <algorithm>
+
+namespace physics {
+namespace {
+
+constexpr std::size_t numbers_a_run = 16384;
+
+// rest -= A change
+void take_product(StepMultigrid& at, const LinearSystem<float>& system)
+{
+    system.multiply(at.change.data(), at.product.data());
+    geometry::parallel_for(system.numbers, numbers_a_run, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            at.rest[i] -= at.product[i] + system.diagonal[i] * at.change[i];
+        }
+    });
+}
+
+// A step of the smoother: change = by_last change + by_rest D^-1 rest, z += change.
+void take_step(StepMultigrid& at, const LinearSystem<float>& system, ChebyshevStep step, float* z)
+{
+    geometry::parallel_for(system.numbers, numbers_a_run, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            at.change[i] =
+                step.by_last * at.change[i] + step.by_rest * system.inverse[i] * at.rest[i];
+            z[i] += at.change[i];
+        }
+    });
+    for (const auto& block : system.blocks) {
+        const CornerBlock<float> at_zero{0, block.inverse};
+        const std::size_t first = 4 * std::size_t{block.slot};
+        float by_rest[3];
+        at_zero.apply(&at.rest[first], by_rest);
+        for (std::size_t i = 0; i < 3; ++i) {
+            at.change[first + i] += step.by_rest * by_rest[i];
+            z[first + i] += step.by_rest * by_rest[i];
+        }
+    }
+}
+
+}  // namespace
+
+// Measured in products until 1e-6 in blocks, full, filled at random and of stiffness ratio 1e6:
+// degrees 1, 2, 3 take about as many where each has its best span; shorter spans take more.
+void StepMultigrid::start(double largest)
+{
+    constexpr double span = 14;
+    constexpr int degree = 2;
+    smoother = chebyshev_steps(largest, span, degree);
+}
+
+void StepMultigrid::apply(const LinearSystem<float>& system, Elasticity& elasticity, const float* r,
+                          float* z)
+{
+    const std::size_t n = system.numbers;
+    rest.assign(r, r + n);
+    change.assign(n, 0);
+    product.resize(system.room);
+    std::fill(z, z + n, 0.0f);
+    for (std::size_t k = 0; k < smoother.size(); ++k) {
+        if (k > 0) take_product(*this, system);
+        take_step(*this, system, smoother[k], z);
+    }
+    take_product(*this, system);
+    std::fill(change.begin(), change.end(), 0.0f);
+    elasticity.add_coarse(rest.data(), change.data());
+    geometry::parallel_for(n, numbers_a_run, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) z[i] += change[i];
+    });
+    for (const ChebyshevStep& step : smoother) {
+        take_product(*this, system);
+        take_step(*this, system, step, z);
+    }
+}
+
+}  // namespace physics

@@ -1,0 +1,73 @@
+#pragma once
+
+// The linear equations of one Newton round of a stage, A delta = r (see stage.hpp), and the norm
+// that all residuals of a stage are measured in.
+//
+// They are solved by conjugate gradients in single precision, again on what that leaves over where
+// it is not enough, and in double where single gets nowhere. The preconditioner is the inverse of
+// A's diagonal, with a 3 x 3 block at each corner that touches something:
+//   |r| = sqrt(r . P r),   P = that inverse
+// In stiff bodies A at rest, factored once, takes its place (corner_factor.hpp).
+
+#include "physics/bricks/stage.hpp"
+#include "physics/bricks/step_multigrid.hpp"
+#include "physics/math/conjugate_gradients.hpp"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace physics {
+
+// A contact as the linear solver sees it: W^T matrix W, W the weights of its corners.
+template <class T> struct ContactBlock {
+    std::array<std::uint32_t, 8> corners;
+    std::array<T, 8> weight;
+    std::array<T, 6> matrix;  // xx xy xz yy yz zz
+
+    // y += W^T matrix W p
+    void add_times(const T* p, T* y) const
+    {
+        T u[3] = {0, 0, 0};
+        for (std::size_t a = 0; a < 8; ++a) {
+            const T* from = p + 4 * std::size_t{corners[a]};
+            for (std::size_t i = 0; i < 3; ++i) u[i] += weight[a] * from[i];
+        }
+        const T f[3] = {matrix[0] * u[0] + matrix[1] * u[1] + matrix[2] * u[2],
+                        matrix[1] * u[0] + matrix[3] * u[1] + matrix[4] * u[2],
+                        matrix[2] * u[0] + matrix[4] * u[1] + matrix[5] * u[2]};
+        for (std::size_t a = 0; a < 8; ++a) {
+            T* to = y + 4 * std::size_t{corners[a]};
+            for (std::size_t i = 0; i < 3; ++i) to[i] += weight[a] * f[i];
+        }
+    }
+};
+
+// A in one precision, and the vectors that its solves work in.
+template <class T> struct StepSystem {
+    LinearSystem<T> linear;
+    std::vector<ContactBlock<T>> contacts;
+    ConjugateVectors<T> work;
+};
+
+// Kept from round to round for its room.
+struct StepSolver {
+    explicit StepSolver(const Stage& stage);
+
+    StepSystem<float> low;
+    StepSystem<double> high;
+    StepMultigrid multigrid;
+    Aligned<double> rest;                 // N s, r - A delta
+    std::vector<std::uint32_t> block_of;  // of each slot while blocks are added up
+};
+
+// Takes A's diagonal and its blocks from the stage as it was linearised and touches. Whoever wants
+// a norm or a solution calls this first.
+void prepare(StepSolver& solver, const Stage& stage);
+
+double norm(const StepSolver& solver, const Aligned<double>& r);
+
+// stage.delta with A delta = r up to a residual of `target` (a norm).
+Solved solve_linear(StepSolver& solver, Stage& stage, double target);
+
+}  // namespace physics

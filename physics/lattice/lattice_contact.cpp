@@ -1,0 +1,429 @@
+#include "physics/lattice/lattice_contact.hpp"
+
+// In this order: what one push wants (change_of, bias_of); points of the skin (place_of,
+// for_places, for_bare) and colliders (find_skin_pushes); pairs of particles of two bodies
+// (find_pair_pushes); rigid balls (find_ball_pushes); and all of them solved (solve_pushes).
+
+#include "geometry/base/parallel.hpp"
+#include "physics/lattice/near_pairs.hpp"
+#include "physics/math/joined.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace physics {
+
+namespace {
+
+// Pairs whose pushes one thread finds.
+constexpr std::size_t pairs_a_task = 512;
+
+// The impulse that `push` wants added, when its point moves at v seen from the surface.
+Vec3 change_of(Push& push, const Vec3& v)
+{
+    const double along = v.dot(push.normal), before = push.impulse;
+    push.impulse = std::max(0.0, before - (along + push.bias) * push.mass);
+    if (push.impulse == 0 && before == 0) return Vec3::Zero();
+    Vec3 drag = push.drag - push.mass_across * (v - along * push.normal);
+    // Without a branch: whether it slides is hard to foresee.
+    const double most = push.friction * push.impulse, size = drag.norm();
+    drag *= most / std::max({most, size, std::numeric_limits<double>::min()});
+    const Vec3 change = (push.impulse - before) * push.normal + (drag - push.drag);
+    push.drag = drag;
+    return change;
+}
+
+// Push::bias of a gap that is expected when the point goes on at `speed` along the normal. What was
+// inside already comes out by a fifth a step, not with a jump; or `stays` as deep as it is.
+double bias_of(double gap, double speed, double dt, bool stays = false)
+{
+    const double inside = gap - dt * speed;
+    return (gap - (stays ? 1 : 0.8) * std::min(0.0, inside)) / dt - speed;
+}
+
+// Where a point of the skin is, how fast, and whom a push there moves.
+struct SkinPlace {
+    std::array<double, 8> weight;
+    Vec3 at = Vec3::Zero(), v = Vec3::Zero();  // m, m/s
+    double inverse = 0;                        // 1/kg
+    bool stays = false;                        // it is let no deeper in, and not driven out
+};
+
+SkinPlace place_of(const ContactScene& scene, const CornerRuns::Corners& corners, std::uint32_t i)
+{
+    SkinPlace out;
+    for (std::size_t a = 0; a < 8; ++a) {
+        const double weight = out.weight[a] = double(scene.body.skin.point[i][a]);
+        out.at += weight * scene.state.x[corners[a]];
+        out.v += weight * scene.state.v[corners[a]];
+        out.inverse += weight * weight * scene.inverse_mass[corners[a]];
+    }
+    return out;
+}
+
+// Of a cube in parts: it goes with the corners of the part whose octant holds it, from each of
+// those as far as the links there point.
+SkinPlace place_of(const ContactScene& scene, const CornerRuns::Corners& corners, std::uint32_t i,
+                   const TornSkin::Parts& parts)
+{
+    const auto& given = scene.body.skin.point[i];
+    const auto bits = [](std::size_t a) {
+        return Vec3(double(a & 1), double(a >> 1 & 1), double(a >> 2 & 1));
+    };
+    Vec3 local = Vec3::Zero();  // 0 .. 1
+    for (std::size_t a = 0; a < 8; ++a) local += double(given[a]) * bits(a);
+    double total = 0;
+    const std::uint8_t part = part_of(given, parts);
+    for (std::size_t a = 0; a < 8; ++a) {
+        if (parts[a] == part) total += double(given[a]);
+    }
+    SkinPlace out;
+    for (std::size_t a = 0; a < 8; ++a) {
+        out.weight[a] = parts[a] == part ? double(given[a]) / total : 0;
+        if (out.weight[a] == 0) continue;
+        const std::uint32_t k = corners[a];
+        out.at += out.weight[a] * (scene.state.x[k] +
+                                   scene.torn->frames().at(k, scene.state.x) * (local - bits(a)));
+        out.v += out.weight[a] * scene.state.v[k];
+        out.inverse += out.weight[a] * out.weight[a] * scene.inverse_mass[k];
+    }
+    return out;
+}
+
+// Calls touch(place) with the points of cube c of the skin that lie open. What a tear laid open may
+// have been deep in a collider before: driven out, it would fly off.
+template <class Touch>
+void for_places(const ContactScene& scene, std::size_t c, const CornerRuns::Corners& corners,
+                const Touch& touch)
+{
+    const SkinPatch& patch = scene.body.skin.on(c);
+    const bool open = scene.torn && scene.torn->is_open(c);
+    const TornSkin::Parts* const parts = open ? scene.torn->parts_of(c) : nullptr;
+    for (std::uint32_t i = patch.point; i < (open ? patch.points_end : patch.within); ++i) {
+        SkinPlace place = parts ? place_of(scene, corners, i, *parts) : place_of(scene, corners, i);
+        place.stays = i >= patch.within;
+        touch(place);
+    }
+}
+
+// The same with the corners that a tear leaves bare.
+template <class Touch> void for_bare(const ContactScene& scene, const Touch& touch)
+{
+    if (!scene.torn) return;
+    for (const std::uint32_t k : scene.torn->bare()) {
+        CornerRuns::Corners corners;
+        corners.fill(k);
+        touch(corners,
+              SkinPlace{{1}, scene.state.x[k], scene.state.v[k], scene.inverse_mass[k], true});
+    }
+}
+
+// Whether all of that lies within `corners`, as far out as the patch reaches; what is torn may not.
+bool is_bounded(const ContactScene& scene, std::size_t c)
+{
+    return !scene.torn || !scene.torn->parts_of(c);
+}
+
+// A push, where that place comes to lie in the collider.
+void push_out(const ContactScene& scene, const PosedCollider& collider,
+              const CornerRuns::Corners& corners, const SkinPlace& place,
+              std::vector<SkinPush>& out)
+{
+    const Touch t = touch(collider, place.at + scene.dt * place.v, place.v, scene.dt);
+    if (!(t.gap < 0) || !(place.inverse > 0)) return;
+    SkinPush push;
+    push.corners = corners;
+    push.weight = place.weight;
+    push.mass = push.mass_across = 1 / place.inverse;
+    push.normal = t.normal;
+    push.surface_velocity = t.velocity;
+    push.bias = bias_of(t.gap, (place.v - t.velocity).dot(t.normal), scene.dt, place.stays);
+    push.friction = collider.friction;
+    out.push_back(push);
+}
+
+// What cube c of the skin, of these corners, has in the colliders.
+void look(const ContactScene& scene, const std::vector<PosedCollider>& colliders, std::size_t c,
+          const CornerRuns::Corners& corners, std::vector<SkinPush>& out)
+{
+    const Skin& skin = scene.body.skin;
+    const std::vector<Vec3>& x = scene.state.x;
+    const std::vector<Vec3>& speed = scene.state.v;
+    const double dt = scene.dt;
+    const SkinPatch& patch = skin.on(c);
+    if (patch.point == patch.within && !(scene.torn && scene.torn->is_open(c))) return;
+    const auto next = [&](std::uint32_t i) -> Vec3 { return x[i] + dt * speed[i]; };
+    Vec3 centre = Vec3::Zero();
+    for (const auto k : corners) centre += next(k) / 8;
+    double radius = 0;
+    for (const auto k : corners) radius = std::max(radius, (next(k) - centre).norm());
+    double fastest = 0;
+    for (const auto k : corners) fastest = std::max(fastest, speed[k].norm());
+    for (const PosedCollider& collider : colliders) {
+        // Points may lie outside their cube.
+        if (is_bounded(scene, c) &&
+            !may_touch(collider, centre, double(patch.reach) * radius, fastest, dt)) {
+            continue;
+        }
+        for_places(scene, c, corners,
+                   [&](const SkinPlace& place) { push_out(scene, collider, corners, place, out); });
+    }
+}
+
+}  // namespace
+
+std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,
+                                       const std::vector<PosedCollider>& colliders)
+{
+    if (colliders.empty()) return {};
+    const Skin& skin = scene.body.skin;
+    constexpr std::size_t piece = 256;
+    std::vector<std::vector<SkinPush>> found((skin.corners.size() + piece - 1) / piece);
+    geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t g = begin; g < end; ++g) {
+            const std::size_t last = std::min(skin.corners.size(), (g + 1) * piece);
+            skin.corners.for_each(g * piece, last, [&](std::size_t c, const auto& corners) {
+                look(scene, colliders, c, corners, found[g]);
+            });
+        }
+    });
+    found.emplace_back();
+    for_bare(scene, [&](const CornerRuns::Corners& corners, const SkinPlace& place) {
+        for (const PosedCollider& collider : colliders) {
+            push_out(scene, collider, corners, place, found.back());
+        }
+    });
+    return joined(found);
+}
+
+namespace {
+
+// Room for pairs in rows: groups of a colour, of which the larger ones come first, eight abreast.
+// Returns which groups are in each bunch, bunches + 1.
+std::vector<std::uint32_t> arrange(const NearPairs& near, PairPushes& out)
+{
+    std::vector<std::uint32_t> group_at{0};
+    out.bunch_at.assign(1, 0);
+    out.colour_at.assign(1, 0);
+    out.last_alone = near.last_alone;
+    const auto count = [&](std::uint32_t g) { return near.group_at[g + 1] - near.group_at[g]; };
+    const std::size_t colours = std::max<std::size_t>(near.colour_at.size(), 1) - 1;
+    for (std::size_t c = 0; c < colours; ++c) {
+        const bool alone = near.last_alone && c + 1 == colours;
+        const std::uint32_t abreast = alone ? 1 : PairsAbreast::most, end = near.colour_at[c + 1];
+        for (std::uint32_t g = near.colour_at[c]; g < end; g = group_at.back()) {
+            out.bunch_at.push_back(out.bunch_at.back() + count(g));
+            group_at.push_back(std::min(end, g + abreast));
+        }
+        out.colour_at.push_back(std::uint32_t(out.bunch_at.size() - 1));
+    }
+    out.row.resize(out.bunch_at.back());
+    return group_at;
+}
+
+}  // namespace
+
+void find_pair_pushes(const ContactScene& scene, const std::vector<std::uint32_t>& side,
+                      const std::vector<std::uint32_t>& piece, double distance, double friction,
+                      PairPushes& out)
+{
+    const std::vector<Vec3>& v = scene.state.v;
+    std::vector<BodyPoint> points(side.size());
+    geometry::parallel_for(side.size(), pairs_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::uint32_t k = side[i];
+            points[i] = {scene.state.x[k] + scene.dt * v[k], k, piece[k],
+                         scene.inverse_mass[k] == 0};
+        }
+    });
+    const NearPairs near = find_near_pairs(points, distance);
+    const std::vector<std::uint32_t> group_at = arrange(near, out);
+    out.friction = float(friction);
+    const auto add = [&](NearPairs::Pair pair, PairsAbreast& row) {
+        const auto [a, b] = pair;
+        const Vec3 relative = v[a] - v[b];
+        const Vec3 apart = scene.state.x[a] - scene.state.x[b] + scene.dt * relative;
+        const double length = apart.norm();
+        const Vec3 normal = length > 0 ? Vec3(apart / length) : Vec3(Vec3::UnitY());
+        const std::size_t k = row.count++;
+        row.a[k] = a;
+        row.b[k] = b;
+        row.mass[k] = float(1 / (scene.inverse_mass[a] + scene.inverse_mass[b]));
+        for (int d = 0; d < 3; ++d) row.normal[d][k] = float(normal[d]);
+        row.bias[k] = float(bias_of(length - distance, relative.dot(normal), scene.dt));
+    };
+    const std::size_t bunches = group_at.size() - 1;
+    geometry::parallel_for(bunches, 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t bunch = begin; bunch < end; ++bunch) {
+            PairsAbreast* const rows = out.row.data() + out.bunch_at[bunch];
+            std::fill_n(rows, out.bunch_at[bunch + 1] - out.bunch_at[bunch], PairsAbreast{});
+            for (auto g = group_at[bunch]; g < group_at[bunch + 1]; ++g) {
+                const std::uint32_t first = near.group_at[g], last = near.group_at[g + 1];
+                for (auto k = first; k < last; ++k) add(near.pair[k], rows[k - first]);
+            }
+        }
+    });
+}
+
+namespace {
+
+// A solid ball's 1/m and, for impulses at its surface across the normal, 1/m + r^2 / I.
+double across(const Ball& ball)
+{
+    return 3.5 / ball.mass;
+}
+
+void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush>& out)
+{
+    const Ball& ball = scene.balls[b];
+    const BallState& at = scene.state.balls[b];
+    const Skin& skin = scene.body.skin;
+    const double dt = scene.dt;
+    const Vec3 centre = at.x + dt * at.v;
+    const auto push_out = [&](const CornerRuns::Corners& corners, const SkinPlace& place) {
+        const Vec3 apart = centre - (place.at + dt * place.v);
+        const double length = apart.norm();
+        if (!(length < ball.radius)) return;
+        BallPush push;
+        push.ball = b;
+        push.corners = corners;
+        push.weight = place.weight;
+        push.normal = length > 0 ? Vec3(apart / length) : Vec3(Vec3::UnitY());
+        push.mass_across = 1 / (place.inverse + across(ball));
+        push.mass = 1 / (place.inverse + 1 / ball.mass);
+        push.arm = -ball.radius * push.normal;
+        push.friction = ball.friction;
+        push.bias =
+            bias_of(length - ball.radius, (at.v - place.v).dot(push.normal), dt, place.stays);
+        out.push_back(push);
+    };
+    skin.corners.for_each(0, skin.corners.size(), [&](std::size_t c, const auto& corners) {
+        const SkinPatch& patch = skin.on(c);
+        const Vec3 some = scene.state.x[corners[0]] + dt * scene.state.v[corners[0]];
+        double size_sq = 0;  // of the cube, from that corner
+        for (const auto k : corners) {
+            size_sq =
+                std::max(size_sq, (scene.state.x[k] + dt * scene.state.v[k] - some).squaredNorm());
+        }
+        const double reach = ball.radius + 2 * double(patch.reach) * std::sqrt(size_sq);
+        if (is_bounded(scene, c) && (some - centre).squaredNorm() > reach * reach) return;
+        for_places(scene, c, corners, [&](const SkinPlace& place) { push_out(corners, place); });
+    });
+    for_bare(scene, push_out);
+}
+
+void touch_colliders(const ContactScene& scene, std::uint32_t b,
+                     const std::vector<PosedCollider>& colliders, std::vector<BallPush>& out)
+{
+    const Ball& ball = scene.balls[b];
+    const BallState& at = scene.state.balls[b];
+    for (const PosedCollider& collider : colliders) {
+        const Touch t = touch(collider, at.x + scene.dt * at.v, at.v, scene.dt);
+        if (!(t.gap < ball.radius)) continue;
+        BallPush push;
+        push.ball = b;
+        push.corners.fill(0);
+        push.normal = t.normal;
+        push.surface_velocity = t.velocity;
+        push.mass = ball.mass;
+        push.mass_across = 1 / across(ball);
+        push.arm = -ball.radius * t.normal;
+        push.friction = collider.friction;
+        push.bias = bias_of(t.gap - ball.radius, (at.v - t.velocity).dot(t.normal), scene.dt);
+        out.push_back(push);
+    }
+}
+
+void touch_balls(const ContactScene& scene, std::uint32_t b, std::vector<BallPush>& out)
+{
+    for (std::uint32_t o = 0; o < b; ++o) {
+        const Ball &ball = scene.balls[b], &other = scene.balls[o];
+        const BallState &at = scene.state.balls[b], &from = scene.state.balls[o];
+        const Vec3 apart = at.x - from.x + scene.dt * (at.v - from.v);
+        const double length = apart.norm(), sum = ball.radius + other.radius;
+        if (!(length < sum)) continue;
+        BallPush push;
+        push.ball = b;
+        push.other = o;
+        push.corners.fill(0);
+        push.normal = length > 0 ? Vec3(apart / length) : Vec3(Vec3::UnitY());
+        push.mass = 1 / (1 / ball.mass + 1 / other.mass);
+        push.mass_across = 1 / (across(ball) + across(other));
+        push.arm = -ball.radius * push.normal;
+        push.other_arm = other.radius * push.normal;
+        push.friction = std::sqrt(ball.friction * other.friction);
+        push.bias = bias_of(length - sum, (at.v - from.v).dot(push.normal), scene.dt);
+        out.push_back(push);
+    }
+}
+
+// Velocity of the ball's surface where it touches.
+Vec3 at_surface(const BallState& ball, const Vec3& arm)
+{
+    return ball.v + ball.spin.cross(arm);
+}
+
+void kick(BallState& state, const Ball& ball, const Vec3& arm, const Vec3& impulse)
+{
+    state.v += impulse / ball.mass;
+    state.spin += arm.cross(impulse) / (0.4 * ball.mass * ball.radius * ball.radius);
+}
+
+}  // namespace
+
+std::vector<BallPush> find_ball_pushes(const ContactScene& scene,
+                                       const std::vector<PosedCollider>& colliders)
+{
+    std::vector<BallPush> out;
+    for (std::uint32_t b = 0; b < scene.balls.size(); ++b) {
+        touch_skin(scene, b, out);
+        touch_colliders(scene, b, colliders, out);
+        touch_balls(scene, b, out);
+    }
+    return out;
+}
+
+void solve_pushes(const ContactScene& scene, Pushes& pushes, int rounds, std::vector<Vec3>& v,
+                  std::vector<BallState>& balls)
+{
+    const auto at = [&](const auto& p) {
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t a = 0; a < 8; ++a) sum += p.weight[a] * v[p.corners[a]];
+        return sum;
+    };
+    const auto add = [&](const auto& p, const Vec3& impulse) {
+        for (std::size_t a = 0; a < 8; ++a) {
+            v[p.corners[a]] += p.weight[a] * scene.inverse_mass[p.corners[a]] * impulse;
+        }
+    };
+    PairPushes& pairs = pushes.pairs;
+    const auto solve_bunches = [&](std::size_t begin, std::size_t end) {
+        const std::uint32_t first = pairs.bunch_at[begin], last = pairs.bunch_at[end];
+        solve_rows({pairs.row.data() + first, last - first}, pairs.friction, scene.inverse_mass, v);
+    };
+    for (int round = 0; round < rounds; ++round) {
+        for (std::size_t c = 0; c < pairs.colours(); ++c) {
+            const std::size_t first = pairs.colour_at[c], last = pairs.colour_at[c + 1];
+            const bool alone = pairs.last_alone && c + 1 == pairs.colours();
+            geometry::parallel_for(last - first, alone ? last - first : 1,
+                                   [&](std::size_t begin, std::size_t end) {
+                                       solve_bunches(first + begin, first + end);
+                                   });
+        }
+        for (BallPush& p : pushes.balls) {
+            Vec3 relative = at_surface(balls[p.ball], p.arm) - at(p) - p.surface_velocity;
+            if (p.other != none) relative -= at_surface(balls[p.other], p.other_arm);
+            const Vec3 change = change_of(p, relative);
+            kick(balls[p.ball], scene.balls[p.ball], p.arm, change);
+            if (p.other != none) {
+                kick(balls[p.other], scene.balls[p.other], p.other_arm, -change);
+            }
+            add(p, -change);
+        }
+        for (SkinPush& p : pushes.skin) add(p, change_of(p, Vec3(at(p) - p.surface_velocity)));
+    }
+}
+
+}  // namespace physics

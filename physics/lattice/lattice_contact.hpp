@@ -1,0 +1,78 @@
+#pragma once
+
+// Contact of lattice bodies: impulses on velocities, one touching point after another, that keep
+// points out of each other at the end of a step (projected Gauss-Seidel with Coulomb friction). A
+// gap that was there already closes at most to nothing; what was inside comes out by a fifth a
+// step.
+
+#include "physics/body/collider_contact.hpp"
+#include "physics/body/corner_body.hpp"
+#include "physics/lattice/pair_pushes.hpp"
+#include "physics/lattice/torn_skin.hpp"
+#include "physics/regions/links.hpp"
+#include "physics/state/state.hpp"
+
+#include <span>
+
+namespace physics {
+
+// What any touching point needs, seen from the surface it touches.
+struct Push {
+    Vec3 normal;
+    Vec3 drag = Vec3::Zero();  // N s, across the normal, so far
+    double impulse = 0;        // N s, along the normal, so far
+    double bias = 0;           // m/s, added to the speed along the normal: their sum closes the gap
+                               // by the end of the step
+    double mass = 0, mass_across = 0;  // kg, of the point, for impulses along and across the normal
+    double friction = 0;
+};
+
+// A point of the skin at a collider.
+struct SkinPush : Push {
+    std::array<std::uint32_t, 8> corners;
+    std::array<double, 8> weight;
+    Vec3 surface_velocity;  // m/s
+};
+
+// A rigid ball at a point of the skin, a collider or another ball; the normal points to the ball.
+struct BallPush : Push {
+    std::uint32_t ball, other = none;    // none: not a ball
+    Vec3 arm, other_arm = Vec3::Zero();  // m, from centres to where they touch
+    Vec3 surface_velocity = Vec3::Zero();
+    std::array<std::uint32_t, 8> corners;
+    std::array<double, 8> weight{};  // zeros where it is not the skin
+};
+
+// Who is in contact, and when.
+struct ContactScene {
+    const CornerBody& body;
+    const State& state;
+    const std::vector<double>& inverse_mass;  // 1/kg, by corner; 0 where it is pinned
+    double dt;                                // s, the step
+    std::span<const Ball> balls = {};
+    const TornSkin* torn = nullptr;  // null: nothing is
+};
+
+std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,
+                                       const std::vector<PosedCollider>& colliders);
+
+// Pairs of `side` of different `piece` (numbered from 0) that will be nearer than `distance`, into
+// `out`, whose room is used again.
+void find_pair_pushes(const ContactScene& scene, const std::vector<std::uint32_t>& side,
+                      const std::vector<std::uint32_t>& piece, double distance, double friction,
+                      PairPushes& out);
+
+std::vector<BallPush> find_ball_pushes(const ContactScene& scene,
+                                       const std::vector<PosedCollider>& colliders);
+
+struct Pushes {
+    std::vector<SkinPush> skin;
+    PairPushes pairs;
+    std::vector<BallPush> balls;
+};
+
+// Changes the velocities of particles and balls until no push is left, or `rounds` are over.
+void solve_pushes(const ContactScene& scene, Pushes& pushes, int rounds, std::vector<Vec3>& v,
+                  std::vector<BallState>& balls);
+
+}  // namespace physics

@@ -1,0 +1,72 @@
+#pragma once
+
+// Regions and what shape matching knows of each: its rates of stretch and bending, how its matter
+// is spread, and how much of its twist a plane resists (lattice.hpp has the equations).
+
+#include "physics/regions/lattice_regions.hpp"
+
+#include <functional>
+#include <span>
+
+namespace physics {
+
+// How a region of a plane twists, in lattice steps (see lattice.hpp); a follows from sums of M psi
+// = 0.
+template <class T> struct RegionTwist {
+    T b = 0, c = 0;
+    T loose = 0;  // 1/kg, (1 - phi) / B; 0 where nothing twists
+};
+
+// Regions and what belongs to each of them, or to each particle because of them.
+struct MatchedRegions {
+    LatticeRegions regions;
+    std::vector<float> mass;            // N, kg, M_i
+    std::vector<float> held_by;         // N, 1 / |R_i|
+    std::vector<float> rate_sq;         // slots, 1/s^2, s^2 from the material
+    std::vector<float> bend_sq;         // slots, 1/s^2, b^2 of a plane, without the option's factor
+    std::vector<float> inverse_spread;  // 6 a slot, B^-1 in lattice steps; where plastic
+    std::vector<RegionTwist<float>> twist;  // slots, of a plane
+};
+
+// Mean square and mean fourth power of the places -w .. w.
+inline double mean_square_place(double w)
+{
+    return w * (w + 1) / 3;
+}
+inline double mean_fourth_place(double w)
+{
+    return mean_square_place(w) * (3 * w * w + 3 * w - 1) / 5;
+}
+
+// The share of a region's twist that a plane resists, see lattice.hpp.
+inline double twist_share(double w)
+{
+    const double m2 = mean_square_place(w);
+    return (mean_fourth_place(w) - m2 * m2) / (2 * m2 * m2);
+}
+
+// The twist of the regions of a plane whose particles weigh `mass`, into `twist`; of the slots that
+// `which` says. `place` of a particle is in lattice steps along regions.axes, from any particle on.
+template <class T>
+void find_twist(const LatticeRegions& regions, std::span<const float> mass,
+                const std::function<std::array<double, 2>(std::size_t)>& place,
+                const std::function<bool(std::size_t)>& which, std::vector<RegionTwist<T>>& twist);
+
+// s^2, and b^2 of a plane, of a region that holds this much `matter`.
+struct RegionRates {
+    float rate_sq, bend_sq;
+};
+RegionRates rates_of(const std::array<double, 3>& matter, int half_width, double h);
+
+// What the regions of the slots that `which` says see of how their matter is spread: B^-1,
+// with_spread, and the twist of a plane's. Others keep what they have.
+void find_spread(MatchedRegions& matched, const Lattice& lattice, bool with_spread,
+                 const std::function<bool(std::size_t)>& which);
+
+// What belongs to regions. `matter` holds, for each particle, its share of E V (Pa m^3), its mass
+// (kg) and mass (t / h)^2 of a plane of thickness t; `with_spread`: B^-1 too.
+MatchedRegions match_regions(LatticeRegions regions, const Lattice& lattice,
+                             const std::vector<std::array<double, 3>>& matter, double h,
+                             bool with_spread);
+
+}  // namespace physics

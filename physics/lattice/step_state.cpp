@@ -1,0 +1,68 @@
+#include "physics/lattice/step_state.hpp"
+
+#include "physics/body/external_forces.hpp"
+#include "physics/state/balls.hpp"
+
+#include <numeric>
+
+namespace physics {
+
+namespace {
+
+void find_what_touches(FrameState& step)
+{
+    const Loads& loads = step.loads;
+    step.touches = !loads.colliders.empty() || !loads.balls.empty() || step.body.options.contact.on;
+    if (!step.touches) return;
+    for (const double m : step.body.base.mass) step.inverse_mass.push_back(m > 0 ? 1 / m : 0);
+    for (const auto k : loads.pins.corner) step.inverse_mass[k] = 0;
+}
+
+// What the state keeps from step to step: rotations and d of the step before, rest shapes, breaks.
+void make_room_in_state(FrameState& step)
+{
+    State& state = step.state;
+    const std::size_t slots = step.body.whole.regions.slots(), kept = 4 * slots + 3 * step.n;
+    step.has_before = state.rotation.size() == kept;
+    if (!step.has_before) state.rotation.assign(kept, 0.0f);
+    step.plastic = step.body.options.plastic.yield > 0;
+    const std::size_t plastic = step.plastic ? 6 * slots : 0;
+    if (state.plastic.size() != plastic) state.plastic.assign(plastic, 0.0f);
+    if (!step.body.torn) state.broken.clear();
+}
+
+void find_forces(FrameState& step)
+{
+    std::vector<Force> points;
+    for (const Force& f : step.loads.forces) {
+        if (f.kind == Force::Kind::gravity) step.gravity += f.acceleration;
+        if (f.kind == Force::Kind::point) points.push_back(f);
+        if (f.kind == Force::Kind::wind) step.windy = true;
+    }
+    if (!points.empty() || step.windy) {
+        step.steady.assign(step.body.base.numbers, 0);
+        add_steady_forces(step.body.base, points, step.steady);
+    }
+}
+
+}  // namespace
+
+void begin_frame(FrameState& step)
+{
+    const CornerBody& base = step.body.base;
+    for (const auto k : step.loads.pins.corner) step.start.push_back(step.state.x[k]);
+    find_what_touches(step);
+    make_room_in_state(step);
+    find_forces(step);
+    step.damped = largest_of(step.n, [&](std::size_t i) { return base.damping_of(i); }) > 0;
+    step.mass = geometry::ordered_sum<double>(
+        step.n, particles_a_task, 0, [&](std::size_t begin, std::size_t end) {
+            const auto from = base.mass.begin();
+            return std::accumulate(from + std::ptrdiff_t(begin), from + std::ptrdiff_t(end), 0.0);
+        });
+    if (step.state.balls.size() != step.loads.balls.size()) {
+        step.state.balls = place_balls(step.loads.balls);
+    }
+}
+
+}  // namespace physics

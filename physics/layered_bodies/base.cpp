@@ -1,0 +1,64 @@
+#include "physics/layered_bodies/base.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace physics {
+
+Hinge& add_hinge(Base& base, std::uint32_t a, std::uint32_t b, const Vec3& point, const Vec3& axis)
+{
+    if (base.kind != BaseKind::rigid || a >= base.frames.size() || b >= base.frames.size() ||
+        a == b) {
+        throw std::invalid_argument(fmt::format(
+            "a hinge needs two different frames of a rigid body; got frames {} and {} of {}{}", a,
+            b, base.frames.size(),
+            base.kind == BaseKind::rigid ? "" : " of a body that is not rigid"));
+    }
+    if (!(axis.norm() > 0) || !axis.allFinite() || !point.allFinite()) {
+        throw std::invalid_argument("a hinge needs a finite point and an axis that is not zero");
+    }
+    const Vec3 along = axis.normalized(), square = along.unitOrthogonal();
+    Hinge hinge{.a = a, .b = b};
+    hinge.point_a = base.frames[a].inverse() * point;
+    hinge.point_b = base.frames[b].inverse() * point;
+    hinge.axis_a = base.frames[a].linear().transpose() * along;
+    hinge.axis_b = base.frames[b].linear().transpose() * along;
+    hinge.zero_a = base.frames[a].linear().transpose() * square;
+    hinge.zero_b = base.frames[b].linear().transpose() * square;
+    base.hinges.push_back(hinge);
+    return base.hinges.back();
+}
+
+double hinge_angle(const Hinge& hinge, const Transform& a, const Transform& b)
+{
+    const Vec3 axis = a.linear() * hinge.axis_a;
+    const Vec3 za = a.linear() * hinge.zero_a, zb = b.linear() * hinge.zero_b;
+    return std::atan2(za.cross(zb).dot(axis), za.dot(zb));
+}
+
+void add_spring_network(Base& base, double reach, double stiffness, double damping)
+{
+    const std::size_t before = base.springs.size();
+    for (std::uint32_t a = 0; a < base.frames.size(); ++a) {
+        for (std::uint32_t b = a + 1; b < base.frames.size(); ++b) {
+            const double rest =
+                (base.frames[a].translation() - base.frames[b].translation()).norm();
+            if (rest < reach) base.springs.push_back({a, b, rest, stiffness, damping});
+        }
+    }
+    if (base.springs.size() == before) {
+        throw std::invalid_argument(
+            fmt::format("no two of the {} frames are nearer than {} m: raise reach",
+                        base.frames.size(), reach));
+    }
+    base.substance.stiffness = base.substance.friction = 0;
+}
+
+bool is_told(BaseKind kind)
+{
+    return kind == BaseKind::still || kind == BaseKind::led;
+}
+
+}  // namespace physics

@@ -1,0 +1,125 @@
+#pragma once
+
+// Layered models: base structures coated by implicit layers. What they are made of and where they
+// are; layered_body.hpp makes them, layered_step.hpp moves them.
+// Cani-Gascuel, Desbrun. Animation of deformable models using implicit surfaces. IEEE TVCG 3(1),
+// 1997.
+//
+//   LayeredScene --+-- parts: LayeredPart --> LayeredBody { layer, samples, base, matter, control }
+//                  |          told this frame  immutable, shared by all moments
+//                  '-- states: LayeredState    what a step changes
+
+#include "physics/layered_bodies/base.hpp"
+#include "physics/layers/contact_types.hpp"
+#include "physics/layers/volume_control.hpp"
+#include "physics/state/loads.hpp"
+#include "physics/state/state.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace physics {
+
+// An object: immutable, shared by all its states.
+struct LayeredBody {
+    ImplicitLayer layer;
+    SurfaceSamples samples;
+    Base base;
+    LayerMatter matter;
+    VolumeControl control;
+    std::vector<double> volume;  // S, m^3, of each territory at the start
+
+    std::size_t bytes() const;
+};
+
+// Its moment.
+struct LayeredState {
+    double time = 0;                        // s
+    std::vector<Vec3> position;             // B, m, of frames
+    std::vector<Eigen::Vector4d> rotation;  // B, unit quaternion x y z w
+    std::vector<Vec3> velocity;             // B, m/s
+    std::vector<Vec3> spin;                 // B, rad/s
+    State cubes;                            // where a base of cubes is; else empty
+    std::vector<double> translation;        // S, m, tau
+    // S, m^3, as contacts leave the territories, bulges not counted, at the last walk (of a body
+    // that controls it: as the state is); empty before the first.
+    std::vector<double> volume;
+    std::vector<double> inflation;       // S, of the volume, that was sought then
+    std::vector<double> expected_error;  // S, m^3, for the controller; empty before the first
+    double penetration = 0;              // of what touches, see Contacts; the step's largest
+    std::vector<double> distance;        // N, of samples; empty before the first
+    // N, m, as contacts left the samples at the last walk; below 0: not on the surface. For
+    // preview.
+    std::vector<float> pressed;
+    std::vector<std::uint32_t> part;  // S, blend parts
+    std::vector<geometry::BlendLink> links;
+    double steps_per_second = 0;  // that Bullet needs for it as it is, see explicit_steps()
+    Report report;
+
+    std::size_t bytes() const;
+};
+
+// An object in a scene, as it is told to be at a moment.
+struct LayeredPart {
+    std::shared_ptr<const LayeredBody> body;
+    Transform pose = Transform::Identity();  // of a body as drawn: at the start; still, led: always
+    Pins pins = {};                          // of its cubes
+    std::vector<Transform> frames = {};      // still, led: where each frame is; empty: by the pose
+    Vec3 velocity = Vec3::Zero();            // m/s, at the start
+    // Of the volume that it seeks at the end of the step; it goes there straight.
+    double inflation = 1;
+    std::vector<double> muscle = {};           // S, the same of each territory besides; empty: 1
+    geometry::Vec3f colour{0.7f, 0.7f, 0.7f};  // linear RGB
+    // A still body of one mesh that changes its shape: where it was a frame ago, with the same
+    // triangles; its vertices go straight. Null: it does not.
+    std::shared_ptr<const geometry::TriMesh> mesh_before = nullptr;
+
+    double sought(std::size_t skeleton) const
+    {
+        return inflation * (muscle.empty() ? 1 : muscle[skeleton]);
+    }
+    std::size_t bytes() const
+    {
+        return (body ? body->bytes() : 0) + frames.size() * sizeof(Transform) +
+               muscle.size() * sizeof(double);
+    }
+};
+
+// All objects of a scene at a moment.
+struct LayeredScene {
+    std::vector<LayeredPart> parts;
+    std::vector<LayeredState> states;  // one a part
+
+    std::size_t bytes() const;  // of the states: bodies are shared
+};
+
+// Who moves rigid frames: the one implicit step that moves all others too, stable however stiff a
+// layer is, or Bullet (layered_bullet.hpp), which keeps bounces but takes layers' forces from
+// outside: the stiffer a layer, the more steps.
+enum class RigidBodies : std::uint8_t { implicit, bullet };
+
+struct LayeredWorld {
+    Vec3 gravity{0, -9.81, 0};  // m/s^2
+    double drag = 0;            // 1/s, of the speed of every frame
+    RigidBodies rigid_bodies = RigidBodies::implicit;
+};
+
+// Where a part's frames are told to be: as it says, or as drawn at its pose.
+std::vector<Transform> told_frames(const LayeredPart& part);
+
+// The skeletons that each frame carries.
+std::vector<std::vector<std::uint32_t>> skeletons_on_frames(const LayeredBody& body);
+
+// The largest relative error of volume over the bodies that control theirs; 0 before the first
+// step.
+double volume_error(const LayeredScene& scene);
+double volume_error(const LayeredBody& body, const LayeredState& state);
+
+// How deep a body's surface stands inside another one's where they touch, as a share of its
+// thinnest layer: the largest over bodies and over the steps of the last frame.
+double interpenetration(const LayeredScene& scene);
+
+// Speed of the fastest frame's origin, m/s.
+double fastest(const LayeredScene& scene);
+
+}  // namespace physics

@@ -1,0 +1,230 @@
+#include "physics/layered_bodies/layered_body.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace physics {
+
+using geometry::Skeleton;
+using geometry::SkeletonKind;
+
+namespace {
+
+// Volume, first and second moments about the origin, of unit density.
+struct Moments {
+    double volume = 0;
+    Vec3 first = Vec3::Zero();
+    Mat3 second = Mat3::Zero();  // sum x x^T
+
+    void add(const Vec3& p, double v)
+    {
+        volume += v;
+        first += v * p;
+        second += v * p * p.transpose();
+    }
+};
+
+void add_core(const Skeleton& s, double volume, Moments& m)
+{
+    if (!(volume > 0)) return;
+    const Vec3 centre = s.place.translation();
+    m.add(centre, volume);
+    if (s.kind == SkeletonKind::mesh) {
+        // Tetrahedra from the mesh's origin, four points each: exact for second moments.
+        m.add(centre, -volume);
+        const geometry::TriMesh& mesh = s.mesh->mesh;
+        for (const geometry::Triangle& t : mesh.triangles()) {
+            const Vec3 a = mesh.positions[t[0]].cast<double>(),
+                       b = mesh.positions[t[1]].cast<double>(),
+                       c = mesh.positions[t[2]].cast<double>();
+            const double v = a.dot(b.cross(c)) / 24;
+            constexpr double near = 0.58541019662496845, far = 0.13819660112501051;
+            const Vec3 sum = far * (a + b + c);
+            for (const Vec3& p : {sum, Vec3(sum + (near - far) * a), Vec3(sum + (near - far) * b),
+                                  Vec3(sum + (near - far) * c)}) {
+                m.add(s.place * p, v);
+            }
+        }
+        return;
+    }
+    const double share = s.kind == SkeletonKind::box ? 1.0 / 3 : 1.0 / 5;
+    const Mat3 turn = s.place.linear();
+    const Vec3 own = volume * share * s.half_size.cwiseAbs2();
+    m.second += turn * own.asDiagonal() * turn.transpose();
+}
+
+// What a frame's territories hold, from the rays of their samples; three Gauss points a ray are
+// exact.
+std::vector<Moments> moments_of_frames(const ImplicitLayer& layer, const SurfaceSamples& samples,
+                                       const SampleWalk& walk, std::size_t frames)
+{
+    std::vector<Moments> moments(frames);
+    const double g = std::sqrt(0.6);
+    const double at[] = {0.5 * (1 - g), 0.5, 0.5 * (1 + g)},
+                 weight[] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+    for (std::size_t s = 0; s < layer.skeletons.size(); ++s) {
+        Moments& m = moments[layer.frame[s]];
+        for (std::size_t i = samples.first[s]; i < samples.first[s + 1]; ++i) {
+            const double d = walk.distance[i];
+            for (int k = 0; k < 3; ++k) {
+                const double t = at[k] * d;
+                m.add(samples.origin[i] + t * samples.direction[i],
+                      weight[k] * d * samples.crossed(i, t));
+            }
+        }
+        add_core(layer.skeletons[s], samples.core[s], m);
+    }
+    return moments;
+}
+
+// Gives each frame mass, centre and inertia from what its territories hold.
+void set_masses(const ImplicitLayer& layer, const SurfaceSamples& samples, const SampleWalk& walk,
+                double density, Base& base)
+{
+    const std::vector<Moments> moments =
+        moments_of_frames(layer, samples, walk, base.frames.size());
+    for (std::size_t f = 0; f < base.frames.size(); ++f) {
+        const Moments& m = moments[f];
+        if (!(m.volume > 0)) {
+            throw std::invalid_argument(fmt::format(
+                "frame {} of the layered body has no volume of its own: its skeletons all lie "
+                "inside "
+                "those of other frames, or are planes. Set base to still, or move them apart",
+                f));
+        }
+        const Vec3 centre = m.first / m.volume;
+        base.frames[f].translation() = centre;
+        base.mass[f] = density * m.volume;
+        const Mat3 second = density * (m.second - m.volume * centre * centre.transpose());
+        base.inertia[f] = second.trace() * Mat3::Identity() - second;
+    }
+}
+
+// A particle is where its skeleton is.
+void set_particles(const ImplicitLayer& layer, Base& base)
+{
+    for (std::size_t s = layer.skeletons.size(); s-- > 0;) {
+        const Skeleton& skeleton = layer.skeletons[s];
+        if (skeleton.kind != SkeletonKind::point) {
+            throw std::invalid_argument(fmt::format(
+                "particles carry point skeletons only. Make skeleton {} (counted from 0) a "
+                "point, or choose another base",
+                s));
+        }
+        base.frames[layer.frame[s]].translation() = skeleton.points[0];
+    }
+}
+
+// Skeletons and samples, drawn in the world, into their frames.
+void move_into_frames(const Base& base, ImplicitLayer& layer, SurfaceSamples& samples)
+{
+    for (std::size_t s = 0; s < layer.skeletons.size(); ++s) {
+        const Vec3 to = -base.frames[layer.frame[s]].translation();
+        for (Vec3& p : layer.skeletons[s].points) p += to;
+        layer.skeletons[s].place.pretranslate(to);
+        for (std::size_t i = samples.first[s]; i < samples.first[s + 1]; ++i)
+            samples.origin[i] += to;
+    }
+}
+
+}  // namespace
+
+LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density,
+                              double sample_spacing)
+{
+    if (!(density > 0) || !std::isfinite(density)) {
+        throw std::invalid_argument(
+            fmt::format("density must be above 0 kg/m^3, got {}.", density));
+    }
+    std::size_t frames = 0;
+    for (const std::uint32_t f : layer.frame) frames = std::max<std::size_t>(frames, f + 1);
+    const std::vector<Transform> drawn(frames, Transform::Identity());
+
+    LayeredBody body;
+    const Field field = geometry::make_field(layer, drawn);
+    body.samples = make_surface_samples(layer, sample_spacing);
+    const SampleWalk walk = physics::walk(field, body.samples, drawn);
+    body.volume = walk.local_volume;
+    body.base.kind = kind;
+    body.base.frames = drawn;
+    body.base.mass.assign(frames, 0);
+    body.base.inertia.assign(frames, Mat3::Identity());
+    body.matter.rigid = false;
+    if (!is_told(kind)) {
+        set_masses(layer, body.samples, walk, density, body.base);
+        if (kind == BaseKind::particles) set_particles(layer, body.base);
+        move_into_frames(body.base, layer, body.samples);
+    }
+    body.layer = std::move(layer);
+    return body;
+}
+
+void set_on_cubes(LayeredBody& body, geometry::Cubes cubes, const BrickOptions& options)
+{
+    if (body.base.kind != BaseKind::still) {
+        throw std::invalid_argument(
+            "a layer on cubes must have base = still: the cubes supply its mass");
+    }
+    CubeBase::Source source{std::move(cubes), options, {}};
+    source.frames = bind_frames(body.base.frames, body.samples, source.cubes);
+    body.base.cubes = std::make_shared<const CubeBase>(std::move(source));
+    body.base.kind = BaseKind::cubes;
+}
+
+LayeredPart rigid_part(const Collider& collider)
+{
+    // Rounded by a tenth of its size; only f = c and its slope there matter to others.
+    Skeleton skeleton{.kind = SkeletonKind::plane, .points = {}};
+    double e = 0.1;
+    switch (collider.kind) {
+    case Collider::Kind::plane:
+        skeleton.place.translate(Vec3(0, collider.thickness - e, 0));
+        break;
+    case Collider::Kind::sphere:
+        skeleton = {.kind = SkeletonKind::point};
+        e = collider.radius + collider.thickness;
+        break;
+    case Collider::Kind::box: {
+        skeleton.kind = SkeletonKind::box;
+        e = 0.1 * collider.half_size.minCoeff();
+        skeleton.half_size = collider.half_size.array() - e;
+        e += collider.thickness;
+        break;
+    }
+    case Collider::Kind::mesh:
+        if (!collider.mesh) throw std::invalid_argument("the mesh collider has no mesh");
+        skeleton.kind = SkeletonKind::mesh;
+        skeleton.mesh = std::make_shared<const geometry::SkeletonMesh>(*collider.mesh);
+        e = std::max(collider.thickness, 1e-3 * geometry::bounds(*collider.mesh).diagonal());
+    }
+    LayeredBody body;
+    body.layer.skeletons = {skeleton};
+    body.layer.contributions = {{.thickness = e, .stiffness = 1 / e, .radius = 3 * e}};
+    body.layer.frame = {0};
+    body.samples.first = {0, 0};
+    body.samples.core = {0};
+    body.samples.frame = {0};
+    body.volume = {0};
+    body.base.kind = BaseKind::still;
+    body.base.frames = {Transform::Identity()};
+    body.base.mass = {0};
+    body.base.inertia = {Mat3::Identity()};
+    body.matter.rigid = true;
+    body.matter.grip = collider.friction;
+    geometry::make_field(body.layer, body.base.frames);  // throws what is wrong with it
+    LayeredPart part;
+    part.body = std::make_shared<const LayeredBody>(std::move(body));
+    if (collider.kind != Collider::Kind::mesh) {
+        part.pose = collider.pose;
+    } else if (collider.mesh_before && collider.mesh_before != collider.mesh &&
+               collider.mesh_before->topology == collider.mesh->topology &&
+               collider.mesh_before->positions.size() == collider.mesh->positions.size()) {
+        part.mesh_before = collider.mesh_before;
+    }
+    return part;
+}
+
+}  // namespace physics

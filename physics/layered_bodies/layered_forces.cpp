@@ -1,0 +1,216 @@
+#include "physics/layered_bodies/layered_forces.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace physics {
+namespace {
+
+// Contact forces, with the stiffness that the layers have there: moved together by x along the
+// normal, two layers of slopes s_i and s_j compress by x s_i s_j / (s_i + s_j); a rigid one by x
+// s_i.
+void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, LayeredSystem& system)
+{
+    for (std::size_t b = 0; b < scene.parts.size(); ++b) {
+        for (std::size_t f = 0; f < moment.contacts.wrenches[b].size(); ++f) {
+            const Wrench& wrench = moment.contacts.wrenches[b][f];
+            add_force(system, system.frame(b, f), wrench.force, wrench.torque);
+        }
+    }
+    for (const LayerContact& contact : moment.contacts.contacts) {
+        const ContactLaw law = contact_law(moment.bodies, contact);
+        const bool rigid = scene.parts[contact.other].body->matter.rigid;
+        const double si = moment.fields[contact.body].profile[contact.skeleton].k;
+        const double sj = moment.fields[contact.other].profile[contact.other_skeleton].k;
+        const double K = law.stiffness * (rigid ? si : si * sj / (si + sj));
+        const double share = rigid ? contact.area : 0.5 * contact.area;
+        const Mat3 across = contact.normal * contact.normal.transpose();
+        const std::uint32_t fa = scene.parts[contact.body].body->layer.frame[contact.skeleton];
+        const std::uint32_t fb =
+            scene.parts[contact.other].body->layer.frame[contact.other_skeleton];
+        add_pair(system, system.frame(contact.body, fa), system.frame(contact.other, fb),
+                 contact.position - moment.frames[contact.body][fa].translation(),
+                 contact.position - moment.frames[contact.other][fb].translation(),
+                 share * (law.along * Mat3::Identity() + (law.damping - law.along) * across),
+                 share * K * across);
+    }
+}
+
+void add_stops(const LayeredScene& scene, const LayeredMoment& moment, LayeredSystem& system)
+{
+    for (const LayerStop& stop : moment.contacts.stops) {
+        const std::uint32_t fa = scene.parts[stop.body].body->layer.frame[stop.skeleton];
+        const std::uint32_t fb = scene.parts[stop.other].body->layer.frame[stop.other_skeleton];
+        add_stop(system, system.frame(stop.body, fa), system.frame(stop.other, fb),
+                 stop.position - moment.frames[stop.body][fa].translation(),
+                 stop.position - moment.frames[stop.other][fb].translation(), stop.normal,
+                 stop_room(moment, stop, system.dt));
+    }
+}
+
+// A force of size f (positive: apart) and damping c along or against the line from b to a.
+void add_central(LayeredSystem& system, std::size_t a, std::size_t b, const Vec3& line, double f,
+                 double stiffness, const Mat3& damping, const Vec3& slip)
+{
+    const double r = line.norm();
+    const Vec3 n = r > 0 ? Vec3(line / r) : Vec3(Vec3::UnitY());
+    const Vec3 force = f * n - damping * slip;
+    add_force(system, a, force);
+    add_force(system, b, -force);
+    add_pair(system, a, b, Vec3::Zero(), Vec3::Zero(), damping, stiffness * n * n.transpose());
+}
+
+void add_springs(const LayeredScene& scene, std::size_t b, LayeredSystem& system)
+{
+    const LayeredState& state = scene.states[b];
+    for (const LayerSpring& spring : scene.parts[b].body->base.springs) {
+        const Vec3 line = state.position[spring.a] - state.position[spring.b];
+        const double r = line.norm();
+        const Vec3 n = r > 0 ? Vec3(line / r) : Vec3(Vec3::UnitY());
+        add_central(system, system.frame(b, spring.a), system.frame(b, spring.b), line,
+                    spring.stiffness * (spring.rest - r), spring.stiffness,
+                    spring.damping * n * n.transpose(),
+                    state.velocity[spring.a] - state.velocity[spring.b]);
+    }
+}
+
+// About each axis of a frame, on average. kg m^2
+double mean_inertia(const LayeredSystem& system, std::size_t f)
+{
+    return system.mass[f].bottomRightCorner<3, 3>().trace() / 3;
+}
+
+// A hinge's two points, half a radius of gyration to either side, are held together by springs so
+// stiff that a step leaves a hundredth of what was apart.
+void join_hinge(const Hinge& hinge, const Transform& at_a, const Transform& at_b, std::size_t a,
+                std::size_t b, double inertia, LayeredSystem& system)
+{
+    const double mass = std::min(system.mass[a](0, 0), system.mass[b](0, 0));
+    const double half = std::sqrt(inertia / mass);
+    const double k = 100 * mass / (system.dt * system.dt);
+    for (const double side : {-half, half}) {
+        const Vec3 pa = at_a * (hinge.point_a + side * hinge.axis_a);
+        const Vec3 pb = at_b * (hinge.point_b + side * hinge.axis_b);
+        const Vec3 arm_a = pa - at_a.translation(), arm_b = pb - at_b.translation();
+        const Vec3 force = -k * (pa - pb);
+        add_force(system, a, force, arm_a.cross(force));
+        add_force(system, b, -force, -arm_b.cross(force));
+        add_pair(system, a, b, arm_a, arm_b, Mat3::Zero(), k * Mat3::Identity());
+    }
+}
+
+// Held frames are joined, and stopped at their limits, by Bullet: here only springs pull at those.
+void add_hinges(const LayeredScene& scene, const LayeredMoment& moment, std::size_t b,
+                LayeredSystem& system)
+{
+    for (const Hinge& hinge : scene.parts[b].body->base.hinges) {
+        const Transform& at_a = moment.frames[b][hinge.a];
+        const Transform& at_b = moment.frames[b][hinge.b];
+        const std::size_t a = system.frame(b, hinge.a), c = system.frame(b, hinge.b);
+        const Vec3 axis = at_a.linear() * hinge.axis_a;
+        const double angle = hinge_angle(hinge, at_a, at_b);
+        double stiffness = hinge.stiffness, torque = -hinge.stiffness * (angle - hinge.rest);
+        if (!system.held[a]) {
+            const double inertia = std::min(mean_inertia(system, a), mean_inertia(system, c));
+            join_hinge(hinge, at_a, at_b, a, c, inertia, system);
+            const double beyond = angle > hinge.highest  ? angle - hinge.highest
+                                  : angle < hinge.lowest ? angle - hinge.lowest
+                                                         : 0;
+            if (beyond != 0) {  // as stiff as the joint, nearly
+                const double stop = 10 * inertia / (system.dt * system.dt);
+                stiffness += stop;
+                torque -= stop * beyond;
+            }
+        }
+        const Vec3 spin = moment.twists[b][hinge.b].angular - moment.twists[b][hinge.a].angular;
+        torque -= hinge.damping * spin.dot(axis);
+        add_force(system, c, Vec3::Zero(), torque * axis);
+        add_force(system, a, Vec3::Zero(), -torque * axis);
+        const Mat3 about = axis * axis.transpose();
+        add_angular_pair(system, a, c, hinge.damping * about, stiffness * about);
+    }
+}
+
+double weight_between(const Field& field, const std::vector<std::vector<std::uint32_t>>& on_frame,
+                      std::size_t p, std::size_t q)
+{
+    double weight = 0;
+    for (const std::uint32_t i : on_frame[p]) {
+        for (const std::uint32_t j : on_frame[q]) weight = std::max(weight, field.weights(i, j));
+    }
+    return weight;
+}
+
+void add_particles(const LayeredScene& scene, const LayeredMoment& moment, std::size_t b,
+                   LayeredSystem& system)
+{
+    const LayeredBody& body = *scene.parts[b].body;
+    const LayeredState& state = scene.states[b];
+    const Substance& s = body.base.substance;
+    const double r0 = s.rest_distance, most = s.reach * r0;
+    const auto window = [&](double r) {
+        const double u = 1 - r * r / (most * most);
+        return u > 0 ? u * u : 0;
+    };
+    const auto force = [&](double r) {
+        const double q = std::pow(r0 / std::max(r, 0.3 * r0), 4);  // bounded where they coincide
+        return s.stiffness * (q * q - q) * window(r);
+    };
+    const auto on_frame = skeletons_on_frames(body);
+    for (std::size_t p = 0; p < state.position.size(); ++p) {
+        for (std::size_t q = p + 1; q < state.position.size(); ++q) {
+            const Vec3 line = state.position[p] - state.position[q];
+            const double r = line.norm();
+            if (!(r < most)) continue;
+            // What has come apart pulls no more; what fuses begins to.
+            const double weight = moment.fields[b].rule == geometry::BlendRule::sum
+                                      ? 1
+                                      : weight_between(moment.fields[b], on_frame, p, q);
+            if (!(weight > 0)) continue;
+            const double step = 1e-4 * r0;
+            const double stiffness =
+                std::max(0.0, (force(r - step) - force(r + step)) / (2 * step));
+            add_central(system, system.frame(b, p), system.frame(b, q), line, weight * force(r),
+                        weight * stiffness, weight * s.friction * window(r) * Mat3::Identity(),
+                        state.velocity[p] - state.velocity[q]);
+        }
+    }
+}
+
+void add_weight(const LayeredScene& scene, std::size_t b, const LayeredWorld& world,
+                LayeredSystem& system)
+{
+    const std::size_t corners = scene.states[b].cubes.x.size();
+    const std::size_t begin = corners > 0 ? system.corner(b, 0) : system.frame(b, 0);
+    const std::size_t count = corners > 0 ? corners : scene.parts[b].body->base.frames.size();
+    for (std::size_t f = begin; f < begin + count; ++f) {
+        if (system.held[f]) continue;
+        add_force(system, f, system.mass[f](0, 0) * world.gravity);
+        if (world.drag > 0) add_drag(system, f, world.drag);
+    }
+}
+
+}  // namespace
+
+double stop_room(const LayeredMoment& moment, const LayerStop& stop, double dt)
+{
+    const double clear = stop.gap - 0.1 * moment.fields[stop.body].profile[stop.skeleton].e;
+    return clear - 0.8 * std::min(0.0, clear) - stop.closing * dt;
+}
+
+void add_forces(const LayeredScene& scene, const LayeredMoment& moment, const LayeredWorld& world,
+                LayeredSystem& system)
+{
+    add_contacts(scene, moment, system);
+    add_stops(scene, moment, system);
+    for (std::size_t b = 0; b < scene.parts.size(); ++b) {
+        const BaseKind kind = scene.parts[b].body->base.kind;
+        if (is_told(kind)) continue;
+        add_weight(scene, b, world, system);
+        add_springs(scene, b, system);
+        add_hinges(scene, moment, b, system);
+        if (kind == BaseKind::particles) add_particles(scene, moment, b, system);
+    }
+}
+
+}  // namespace physics

@@ -1,0 +1,27 @@
+#pragma once
+
+// A layered scene at a moment, laid out for contact and for drawing: frames in the world, fields,
+// samples walked, contacts found.
+
+#include "physics/layered_bodies/layered.hpp"
+#include "physics/layers/layer_contact.hpp"
+
+namespace physics {
+
+// Holds what its own members point to, so it is not copied.
+struct LayeredMoment {
+    // `mesh_seconds`: how long meshes that change their shape took from where they were.
+    explicit LayeredMoment(const LayeredScene& scene, double mesh_seconds = 0);
+    LayeredMoment(const LayeredMoment&) = delete;
+    LayeredMoment& operator=(const LayeredMoment&) = delete;
+
+    std::vector<std::vector<Transform>> frames;
+    std::vector<std::vector<Twist>> twists;
+    std::vector<Field> fields;
+    std::vector<SampleWalk> walks;
+    std::vector<MovingMesh> meshes;
+    std::vector<ContactBody> bodies;
+    Contacts contacts;
+};
+
+}  // namespace physics

@@ -1,0 +1,233 @@
+#include "physics/layered_bodies/layered_system.hpp"
+
+#include "physics/math/cross_matrix.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace physics {
+namespace {
+
+using Jacobian = Eigen::Matrix<double, 3, 6>;
+
+// Of the mass that it stops: it gives way by a thousandth of what the step would do without it.
+constexpr double stop_stiffness = 1000;
+// Led frames are so much heavier than all others: those hardly push them.
+constexpr double led_weight = 1e6;
+
+double heaviest(const LayeredScene& scene)
+{
+    double most = 0;
+    for (const LayeredPart& part : scene.parts) {
+        if (is_told(part.body->base.kind)) continue;
+        for (const double mass : part.body->base.mass) most = std::max(most, mass);
+    }
+    return most > 0 ? most : 1;
+}
+
+// Corners as unknowns, with the forces of body b's cubes on them.
+void add_cubes(const LayeredScene& scene, std::size_t b, LayeredSystem& system)
+{
+    const LayeredPart& part = scene.parts[b];
+    const State& state = scene.states[b].cubes;
+    CubeCarrier carrier;
+    carrier.base = part.body->base.cubes.get();
+    carrier.first_frame = system.first_frame[b];
+    carrier.first_corner = system.first_corner[b] = system.velocity.size();
+    for (std::size_t f = 0; f < part.body->base.frames.size(); ++f) {
+        carrier.holds.push_back(carrier.base->hold(f, part.body->base.frames[f], state.x));
+    }
+    const CornerBody& body = carrier.corner_body();
+    carrier.elasticity = elasticity_of(carrier.base->bricks(), state.rotation);
+    Aligned<double> force(carrier.elasticity->room(), 0), pull = force;
+    carrier.elasticity->forces(by_slot(body, state.x).data(), force.data());
+    carrier.elasticity->weigh(system.dt * system.dt, system.dt);
+    carrier.elasticity->multiply(by_slot(body, state.v).data(), pull.data());
+    carrier.diagonal.assign(body.numbers, 0);
+    carrier.elasticity->add_diagonal(carrier.diagonal.data());
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const std::size_t slot = body.slot_of(k);
+        const double drag = system.dt * body.damping_of(slot);
+        Vec6 v = Vec6::Zero(), right = Vec6::Zero();
+        for (std::size_t i = 0; i < 3; ++i) {
+            const auto axis = static_cast<Eigen::Index>(i);
+            v[axis] = state.v[k][axis];
+            right[axis] = system.dt * force[4 * slot + i] - pull[4 * slot + i] - drag * v[axis];
+        }
+        system.velocity.push_back(v);
+        system.right.push_back(right);
+        system.held.push_back(false);
+        system.kind.push_back(BaseKind::particles);
+        system.mass.push_back(body.mass[slot] * Mat6::Identity());
+        system.diagonal.push_back((body.mass[slot] + drag) * Mat6::Identity());
+    }
+    for (const std::uint32_t k : part.pins.corner) {
+        system.kind[carrier.first_corner + k] = BaseKind::still;
+    }
+    carrier.in.assign(body.numbers, 0);
+    carrier.out.assign(carrier.elasticity->room(), 0);
+    system.carriers.push_back(std::move(carrier));
+}
+
+Jacobian point_jacobian(const LayeredSystem& system, std::size_t f, const Vec3& arm)
+{
+    Jacobian J = Jacobian::Zero();
+    J.leftCols<3>().setIdentity();
+    if (system.kind[f] != BaseKind::particles) J.rightCols<3>() = -cross_matrix(arm);
+    return J;
+}
+
+void add_terms(LayeredSystem& system, std::size_t a, std::size_t b, const Jacobian& Ja,
+               const Jacobian& Jb, const Mat3& C, const Mat3& K)
+{
+    if (system.kind[a] == BaseKind::still && system.kind[b] == BaseKind::still) {
+        const double times = system.held[a] && system.held[b] ? 2 : 1;
+        for (const auto& [f, J] : {std::pair(a, &Ja), std::pair(b, &Jb)}) {
+            if (!system.held[f]) continue;
+            system.held_stiffness[f] += times * J->transpose() * K * *J;
+            system.held_damping[f] += times * J->transpose() * C * *J;
+        }
+        return;
+    }
+    const Mat3 D = system.dt * C + system.dt * system.dt * K;
+    const Vec3 pull =
+        system.dt * system.dt * (K * (Ja * system.velocity[a] - Jb * system.velocity[b]));
+    system.right[a] -= Ja.transpose() * pull;
+    system.right[b] += Jb.transpose() * pull;
+    system.diagonal[a] += Ja.transpose() * D * Ja;
+    system.diagonal[b] += Jb.transpose() * D * Jb;
+    system.pairs.push_back({a, b, -Ja.transpose() * D * Jb});
+    if (system.pairs.size() >= 4096 + 2 * system.merged) merge_pairs(system);
+}
+
+}  // namespace
+
+LayeredSystem make_system(const LayeredScene& scene, const LayeredMoment& moment, double dt,
+                          RigidBodies rigid_bodies)
+{
+    LayeredSystem system;
+    system.dt = dt;
+    const bool bullet = rigid_bodies == RigidBodies::bullet;
+    const double led_mass = led_weight * heaviest(scene);
+    for (std::size_t b = 0; b < scene.parts.size(); ++b) {
+        system.first_frame.push_back(system.velocity.size());
+        const LayeredBody& body = *scene.parts[b].body;
+        for (std::size_t f = 0; f < body.base.frames.size(); ++f) {
+            Vec6 v;
+            v << moment.twists[b][f].linear, moment.twists[b][f].angular;
+            system.velocity.push_back(v);
+            const bool held = bullet && body.base.kind == BaseKind::rigid;
+            system.held.push_back(held);
+            system.kind.push_back(held ? BaseKind::still : body.base.kind);
+            Mat6 mass = Mat6::Identity();
+            if (body.base.kind != BaseKind::still) {
+                mass.topLeftCorner<3, 3>() *= body.base.kind == BaseKind::led ? led_mass
+                                              : body.base.cubes ? body.base.cubes->mass(f)
+                                                                : body.base.mass[f];
+            }
+            if (body.base.kind == BaseKind::rigid) {
+                const Mat3 turn = moment.frames[b][f].linear();
+                mass.bottomRightCorner<3, 3>() = turn * body.base.inertia[f] * turn.transpose();
+            }
+            system.mass.push_back(mass);
+            system.diagonal.push_back(body.base.cubes ? Mat6::Zero() : mass);
+        }
+    }
+    system.right.assign(system.velocity.size(), Vec6::Zero());
+    if (bullet)
+        system.held_damping = system.held_stiffness = {system.velocity.size(), Mat6::Zero()};
+    system.first_corner.resize(scene.parts.size());
+    for (std::size_t b = 0; b < scene.parts.size(); ++b) {
+        if (scene.parts[b].body->base.cubes) add_cubes(scene, b, system);
+    }
+    return system;
+}
+
+void add_force(LayeredSystem& system, std::size_t f, const Vec3& force, const Vec3& torque)
+{
+    system.right[f].head<3>() += system.dt * force;
+    system.right[f].tail<3>() += system.dt * torque;
+}
+
+void add_drag(LayeredSystem& system, std::size_t f, double rate)
+{
+    system.right[f] -= system.dt * rate * (system.mass[f] * system.velocity[f]);
+    system.diagonal[f] += system.dt * rate * system.mass[f];
+}
+
+void add_pair(LayeredSystem& system, std::size_t a, std::size_t b, const Vec3& arm_a,
+              const Vec3& arm_b, const Mat3& C, const Mat3& K)
+{
+    add_terms(system, a, b, point_jacobian(system, a, arm_a), point_jacobian(system, b, arm_b), C,
+              K);
+}
+
+void add_angular_pair(LayeredSystem& system, std::size_t a, std::size_t b, const Mat3& C,
+                      const Mat3& K)
+{
+    Jacobian J = Jacobian::Zero();
+    J.rightCols<3>().setIdentity();
+    add_terms(system, a, b, J, J, C, K);
+}
+
+void add_stop(LayeredSystem& system, std::size_t a, std::size_t b, const Vec3& arm_a,
+              const Vec3& arm_b, const Vec3& normal, double gap)
+{
+    if (a == b || (system.kind[a] == BaseKind::still && system.kind[b] == BaseKind::still)) return;
+    const double mass = system.kind[a] == BaseKind::still ? system.mass[b](0, 0)
+                        : system.kind[b] == BaseKind::still
+                            ? system.mass[a](0, 0)
+                            : std::min(system.mass[a](0, 0), system.mass[b](0, 0));
+    system.stops.push_back({a, b, point_jacobian(system, a, arm_a).transpose() * normal,
+                            -point_jacobian(system, b, arm_b).transpose() * normal, gap / system.dt,
+                            stop_stiffness * mass});
+}
+
+void merge_pairs(LayeredSystem& system)
+{
+    for (SystemPair& pair : system.pairs) {
+        if (pair.a <= pair.b) continue;
+        std::swap(pair.a, pair.b);
+        pair.off.transposeInPlace();
+    }
+    std::stable_sort(system.pairs.begin(), system.pairs.end(),
+                     [](const SystemPair& p, const SystemPair& q) {
+                         return std::pair(p.a, p.b) < std::pair(q.a, q.b);
+                     });
+    system.merged = 0;
+    for (const SystemPair& pair : system.pairs) {
+        if (system.merged > 0 && system.pairs[system.merged - 1].a == pair.a &&
+            system.pairs[system.merged - 1].b == pair.b) {
+            system.pairs[system.merged - 1].off += pair.off;
+        } else {
+            system.pairs[system.merged++] = pair;
+        }
+    }
+    system.pairs.resize(system.merged);
+}
+
+Vec6 held_force(const LayeredSystem& system, std::size_t f)
+{
+    return system.right[f] / system.dt;
+}
+
+// The largest eigenvalue of M^-1 A, of a symmetric A >= 0, is no more than sqrt(tr (M^-1 A)^2).
+Rates held_rates(const LayeredSystem& system, std::size_t f)
+{
+    const Eigen::LDLT<Mat6> mass(system.mass[f]);
+    const auto largest = [&](const Mat6& A) {
+        const Mat6 ratio = mass.solve(A);
+        return std::sqrt(std::max(0.0, ratio.cwiseProduct(ratio.transpose()).sum()));
+    };
+    return {std::sqrt(largest(system.held_stiffness[f])), largest(system.held_damping[f])};
+}
+
+std::vector<float> cube_rotations(const LayeredSystem& system, std::size_t body)
+{
+    for (const CubeCarrier& carrier : system.carriers) {
+        if (carrier.first_frame == system.first_frame[body]) return carrier.elasticity->rotations();
+    }
+    return {};
+}
+
+}  // namespace physics

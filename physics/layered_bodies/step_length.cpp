@@ -1,0 +1,185 @@
+#include "physics/layered_bodies/step_length.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace physics {
+
+using geometry::Skeleton;
+using geometry::SkeletonKind;
+
+namespace {
+
+// A frame's layer on its way through a frame of the film: a ball that goes straight, or a half
+// space.
+struct Mover {
+    Vec3 from = Vec3::Zero();    // m, its middle; a point of a half space's edge
+    Vec3 way = Vec3::Zero();     // m, how far that goes
+    Vec3 normal = Vec3::Zero();  // of a half space; else 0
+    double reach = 0;            // m, from the middle to where its influence ends
+    double turn = 0;             // rad
+    double stray = 0;            // m, how far its points go besides: they turn, or change shape
+    Box box;                     // m, that a ball's influence stays in
+};
+
+// What these skeletons of a frame take up, in its axes; `plane`: one of them that has no end.
+Box box_of(const LayeredBody& body, std::span<const std::uint32_t> skeletons, double& reach,
+           const Skeleton*& plane)
+{
+    Box box;
+    for (const std::uint32_t s : skeletons) {
+        const Skeleton& skeleton = body.layer.skeletons[s];
+        reach = std::max(reach, body.layer.contributions[s].radius);
+        if (skeleton.kind == SkeletonKind::plane) plane = &skeleton;
+        for (const Vec3& p : skeleton.points) box.add(p);
+        if (!skeleton.points.empty()) continue;
+        Box own;
+        own.add(-skeleton.half_size);
+        own.add(skeleton.half_size);
+        if (skeleton.mesh) own = geometry::bounds(skeleton.mesh->mesh);
+        const Vec3 centre = skeleton.place * own.centre();
+        box.add(centre - Vec3::Constant(0.5 * own.diagonal()));
+        box.add(centre + Vec3::Constant(0.5 * own.diagonal()));
+    }
+    return box;
+}
+
+Mover mover_of(const LayeredPart& part, const LayeredState& state, std::size_t f,
+               std::span<const std::uint32_t> skeletons, const std::vector<Transform>& told,
+               const Vec3& gravity, double dt)
+{
+    Mover mover;
+    const Skeleton* plane = nullptr;
+    const Box box = box_of(*part.body, skeletons, mover.reach, plane);
+    const Eigen::Quaterniond now(state.rotation[f]);
+    const Vec3 arm = now * (plane ? Vec3(plane->place.translation()) : box.centre());
+    mover.from = state.position[f] + arm;
+    if (told.empty()) {
+        mover.turn = dt * state.spin[f].norm();
+        mover.way = dt * (state.velocity[f] + dt * gravity + state.spin[f].cross(arm));
+    } else {
+        mover.turn = now.angularDistance(Eigen::Quaterniond(told[f].linear()));
+        mover.way = told[f] * (now.conjugate() * arm) - mover.from;
+    }
+    if (plane) {
+        mover.normal = now * plane->place.linear().col(1);
+        return mover;
+    }
+    mover.reach += 0.5 * box.diagonal();
+    mover.stray = 0.5 * box.diagonal() * mover.turn;
+    if (part.mesh_before) {
+        const Box before = geometry::bounds(*part.mesh_before);
+        const auto& after = part.body->layer.skeletons[0].mesh->mesh.positions;
+        mover.from = before.centre();
+        mover.way = box.centre() - mover.from;
+        mover.reach =
+            std::max(mover.reach, mover.reach + 0.5 * (before.diagonal() - box.diagonal()));
+        for (std::size_t v = 0; v < after.size(); ++v) {
+            const Vec3 way = (after[v] - part.mesh_before->positions[v]).cast<double>();
+            mover.stray = std::max(mover.stray, (way - mover.way).norm());
+        }
+    }
+    const Vec3 around = Vec3::Constant(mover.reach + mover.stray);
+    for (const Vec3& at : {mover.from, Vec3(mover.from + mover.way)}) {
+        mover.box.add(at - around);
+        mover.box.add(at + around);
+    }
+    return mover;
+}
+
+// How much nearer a ball may come to another mover in the frame of the film, m; 0 where they stay
+// apart.
+double approach(const Mover& a, const Mover& b)
+{
+    if (b.normal.squaredNorm() > 0) {
+        const double apart = (a.from - b.from).dot(b.normal) - a.reach - b.reach;
+        const double tilt = b.turn * (a.from - b.from).norm();
+        const double closing = (b.way - a.way).dot(b.normal) + a.stray + tilt;
+        return closing > apart ? std::max(0.0, closing) : 0;
+    }
+    const bool meet = (a.box.lo.array() <= b.box.hi.array()).all() &&
+                      (b.box.lo.array() <= a.box.hi.array()).all();
+    return meet ? (a.way - b.way).norm() + a.stray + b.stray : 0;
+}
+
+}  // namespace
+
+int choose_steps(LayeredScene& now, const Vec3& gravity, double dt, int asked)
+{
+    constexpr double share = 0.4;
+    const int most = most_steps(asked);
+    const std::size_t n = now.parts.size();
+    std::vector<std::vector<Mover>> movers(n);
+    std::vector<double> thinnest(n, std::numeric_limits<double>::infinity());  // of soft layers
+    for (std::size_t b = 0; b < n; ++b) {
+        const LayeredBody& body = *now.parts[b].body;
+        const std::vector<Transform> told =
+            is_told(body.base.kind) ? told_frames(now.parts[b]) : std::vector<Transform>();
+        const auto on_frame = skeletons_on_frames(body);
+        for (std::size_t f = 0; f < on_frame.size(); ++f) {
+            if (on_frame[f].empty()) continue;
+            movers[b].push_back(
+                mover_of(now.parts[b], now.states[b], f, on_frame[f], told, gravity, dt));
+        }
+        if (body.matter.rigid || body.samples.count() == 0) continue;
+        for (const geometry::Contribution& c : body.layer.contributions) {
+            thinnest[b] = std::min(thinnest[b], c.thickness);
+        }
+    }
+    // How many steps body i, a soft one, needs beside j.
+    const auto needed = [&](std::size_t i, std::size_t j) {
+        double most = 0;
+        for (const Mover& a : movers[i]) {
+            if (a.normal.squaredNorm() > 0) continue;
+            for (const Mover& b : movers[j]) most = std::max(most, approach(a, b));
+        }
+        return most / (share * std::min(thinnest[i], thinnest[j]));
+    };
+    double wanted = asked;
+    for (std::size_t i = 0; i < n; ++i) {
+        if (!std::isfinite(thinnest[i])) continue;
+        for (std::size_t j = 0; j < n; ++j) {
+            const bool both_still = now.parts[i].body->base.kind == BaseKind::still &&
+                                    now.parts[j].body->base.kind == BaseKind::still;
+            if (i == j || both_still || (j < i && std::isfinite(thinnest[j]))) continue;
+            const double steps = needed(i, j);
+            if (steps > most) {
+                now.states[i].report.warnings.push_back(
+                    fmt::format("Bodies {} and {} may tunnel: they approach by {:.2g} layer "
+                                "thicknesses per step, "
+                                "even with {} steps per frame. Slow them down or raise substeps.",
+                                i, j, share * steps / most, most));
+            }
+            wanted = std::max(wanted, std::min<double>(steps, most));
+        }
+    }
+    return static_cast<int>(std::ceil(wanted));
+}
+
+int most_steps(int asked)
+{
+    constexpr int times = 64;
+    return asked < std::numeric_limits<int>::max() / times ? times * asked
+                                                           : std::numeric_limits<int>::max();
+}
+
+ExplicitSteps explicit_steps(const LayeredScene& now, const LayeredSystem& system, double dt)
+{
+    constexpr double share = 0.3;
+    ExplicitSteps wanted;
+    for (std::size_t b = 0; b < now.parts.size(); ++b) {
+        for (std::size_t f = 0; f < now.states[b].position.size(); ++f) {
+            if (!system.held[system.frame(b, f)]) continue;
+            const Rates rates = held_rates(system, system.frame(b, f));
+            const double fastest =
+                std::max({rates.frequency, rates.decay, now.states[b].spin[f].norm()});
+            if (dt * fastest / share > wanted.steps) wanted = {dt * fastest / share, b};
+        }
+    }
+    return wanted;
+}
+
+}  // namespace physics

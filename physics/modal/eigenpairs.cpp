@@ -1,0 +1,150 @@
+#include "physics/modal/eigenpairs.hpp"
+
+#include "geometry/base/random.hpp"
+#include "geometry/base/stop.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SparseCholesky>
+#include <Spectra/SymEigsSolver.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace physics {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using SparseMatrix = Eigen::SparseMatrix<double>;
+
+// (D - shift I)^-1 on what is orthogonal to the rigid motions and to the modes found so far: the
+// lowest modes of D become its largest eigenvalues.
+class ShiftInverse {
+public:
+    using Scalar = double;
+
+    ShiftInverse(const SparseMatrix& d, double shift, const std::vector<RigidMotions>& rigid)
+        : rigid_(rigid), size_(d.rows())
+    {
+        factor_.setShift(-shift);
+        factor_.compute(d);
+    }
+    bool factored() const { return factor_.info() == Eigen::Success; }
+    Index rows() const { return size_; }
+    Index cols() const { return size_; }
+    void perform_op(const double* from, double* to) const
+    {
+        geometry::stop_if_asked();
+        const Eigen::Map<const VectorXd> x(from, size_);
+        Eigen::Map<VectorXd> y(to, size_);
+        VectorXd work = x;
+        project(work);
+        y = factor_.solve(work);
+        project(y);
+        ++solves;
+    }
+    void project(Eigen::Ref<VectorXd> x) const
+    {
+        for (const auto& piece : rigid_) take_out(piece, x);
+        if (found.cols() > 0) x -= found * (found.transpose() * x);
+    }
+
+    MatrixXd found;  // orthonormal modes that are known already
+    mutable int solves = 0;
+
+private:
+    // Elimination in the order of the unknowns: no other is needed.
+    Eigen::SimplicialLDLT<SparseMatrix, Eigen::Lower, Eigen::NaturalOrdering<int>> factor_;
+    const std::vector<RigidMotions>& rigid_;
+    Index size_;
+};
+
+void sort_pairs(Eigenpairs& pairs)
+{
+    std::vector<Index> order(pairs.value.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
+        return pairs.value[std::size_t(a)] < pairs.value[std::size_t(b)];
+    });
+    Eigenpairs sorted = pairs;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        sorted.value[i] = pairs.value[std::size_t(order[i])];
+        sorted.vector.col(Index(i)) = pairs.vector.col(order[i]);
+    }
+    pairs = std::move(sorted);
+}
+
+}  // namespace
+
+Eigenpairs dense_eigenpairs(const SparseMatrix& d, const std::vector<RigidMotions>& rigid,
+                            Index count)
+{
+    MatrixXd full = MatrixXd(d).selfadjointView<Eigen::Lower>();
+    // Rigid motions are moved out of the way, above everything else.
+    const double top = 2 * full.cwiseAbs().rowwise().sum().maxCoeff();
+    for (const auto& piece : rigid) {
+        for (Index m = 0; m < piece.motion.cols(); ++m) {
+            const VectorXd motion = spread_out(piece, m, d.rows());
+            full += top * motion * motion.transpose();
+        }
+    }
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(full);
+    Eigenpairs pairs;
+    pairs.vector = eigen.eigenvectors().leftCols(count);
+    pairs.value.assign(eigen.eigenvalues().data(), eigen.eigenvalues().data() + count);
+    return pairs;
+}
+
+Eigenpairs lanczos_eigenpairs(const SparseMatrix& d, const std::vector<RigidMotions>& rigid,
+                              Index count)
+{
+    // Far below the lowest mode (a slender model has it at 1e-8 of the highest), and enough to keep
+    // the matrix definite where pieces move freely.
+    const double shift = -1e-12 * d.diagonal().maxCoeff();
+    ShiftInverse inverse(d, shift, rigid);
+    Eigenpairs pairs;
+    pairs.vector.resize(d.rows(), 0);
+    if (!inverse.factored()) {
+        pairs.converged = false;
+        return pairs;
+    }
+    Index wanted = count;
+    for (std::uint64_t round = 0; round < 16; ++round) {
+        const Index krylov = std::min<Index>(d.rows(), std::max<Index>(2 * wanted + 8, 20));
+        Spectra::SymEigsSolver<ShiftInverse> solver(inverse, wanted, krylov);
+        VectorXd start(d.rows());
+        const geometry::Random random(round);
+        for (Index i = 0; i < start.size(); ++i) start[i] = random.unit(std::uint64_t(i)) - 0.5;
+        inverse.project(start);
+        solver.init(start.data());
+        const Index got = solver.compute(Spectra::SortRule::LargestAlge, 300, 1e-12);
+        if (got < wanted) pairs.converged = false;
+        const VectorXd values = solver.eigenvalues();
+        const MatrixXd vectors = solver.eigenvectors();
+        const double highest = pairs.value.empty() ? 0 : pairs.value.back();
+        Index lower = 0;
+        for (Index i = 0; i < got; ++i) {
+            const double value = shift + 1 / values[i];
+            if (round > 0 && value >= highest * (1 - 1e-9)) continue;
+            pairs.vector.conservativeResize(Eigen::NoChange, pairs.vector.cols() + 1);
+            VectorXd vector = vectors.col(i);
+            inverse.project(vector);
+            pairs.vector.rightCols<1>() = vector.normalized();
+            pairs.value.push_back(value);
+            ++lower;
+        }
+        sort_pairs(pairs);
+        inverse.found = pairs.vector;
+        if (round > 0 && lower == 0) break;
+        wanted = std::min<Index>({2, count, d.rows() - pairs.vector.cols() - 1});
+        if (wanted < 1) break;
+    }
+    const Index kept = std::min(count, pairs.vector.cols());
+    pairs.value.resize(std::size_t(kept));
+    pairs.vector.conservativeResize(Eigen::NoChange, kept);
+    pairs.solves = inverse.solves;
+    return pairs;
+}
+
+}  // namespace physics

@@ -1,0 +1,27 @@
+#pragma once
+
+// The lowest eigenvalues of a sparse symmetric matrix and their vectors, orthogonal to rigid
+// motions that are known beforehand.
+
+#include "physics/modal/rigid_motions.hpp"
+
+namespace physics {
+
+struct Eigenpairs {
+    std::vector<double> value;  // ascending
+    Eigen::MatrixXd vector;     // orthonormal columns
+    bool converged = true;
+    int solves = 0;
+};
+
+// The lowest `count` of all, each found: for small problems. `d` holds the lower triangle.
+Eigenpairs dense_eigenpairs(const Eigen::SparseMatrix<double>& d,
+                            const std::vector<RigidMotions>& rigid, Eigen::Index count);
+
+// The lowest by restarted Lanczos. One start vector can miss copies of a repeated eigenvalue (the
+// two bending directions of a square beam), so the search goes on, orthogonal to what was found,
+// until nothing lower turns up. Fewer than `count`, and not converged, where it fails.
+Eigenpairs lanczos_eigenpairs(const Eigen::SparseMatrix<double>& d,
+                              const std::vector<RigidMotions>& rigid, Eigen::Index count);
+
+}  // namespace physics

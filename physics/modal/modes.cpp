@@ -1,0 +1,162 @@
+#include "physics/modal/modes.hpp"
+
+#include "geometry/cubes/plane.hpp"
+#include "physics/modal/eigenpairs.hpp"
+#include "physics/modal/rigid_motions.hpp"
+#include "physics/modal/stiffness_matrix.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace physics {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using geometry::Cubes;
+
+// sqrt(kg) of each unknown, x, y and z.
+VectorXd root_masses(const Cubes& cubes, const Unknowns& unknowns)
+{
+    const std::vector<double> mass = geometry::corner_masses(cubes);
+    VectorXd root_mass(Index(3 * unknowns.count()));
+    for (std::size_t i = 0; i < unknowns.count(); ++i) {
+        const double m = mass[unknowns.corner[i]];
+        if (!(m > 0) || !std::isfinite(m)) {
+            throw std::invalid_argument(fmt::format(
+                "expected a mass above 0 kg at every free corner, found {} kg at corner {}. Every "
+                "cube needs samples with mass",
+                m, unknowns.corner[i]));
+        }
+        root_mass.segment<3>(Index(3 * i)).setConstant(std::sqrt(m));
+    }
+    return root_mass;
+}
+
+// phi^T C phi, C the sum of mass_damping * mass and stiffness_damping * stiffness of each cube.
+double material_damping(const Cubes& cubes, const std::vector<Vec3>& phi, CubeStiffness& stiffness)
+{
+    double sum = 0;
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        BrickVector u;
+        for (std::size_t a = 0; a < 8; ++a) u.segment<3>(Index(3 * a)) = phi[cubes.corners[c][a]];
+        const auto [k, factor] = stiffness.of(c);
+        sum += cubes.mass_damping[c] * cubes.mass[c] / 8 * u.squaredNorm();
+        if (cubes.stiffness_damping[c] > 0) {
+            sum += cubes.stiffness_damping[c] * factor * u.dot(k * u);
+        }
+    }
+    return sum;
+}
+
+// The lowest elastic modes of D, and in the report how they were found.
+Eigenpairs elastic_pairs(const Eigen::SparseMatrix<double>& d,
+                         const std::vector<RigidMotions>& rigid, Index count, Report& report)
+{
+    Eigenpairs pairs;
+    pairs.vector.resize(d.rows(), 0);
+    if (count > 0) {
+        const bool small = d.rows() <= 240 || 3 * count + 30 > d.rows();
+        pairs = small ? dense_eigenpairs(d, rigid, count) : lanczos_eigenpairs(d, rigid, count);
+    }
+    report.converged = pairs.converged && Index(pairs.value.size()) == count;
+    report.iterations = pairs.solves;
+    if (!report.converged) {
+        report.warnings.push_back(
+            fmt::format("Only {} of {} modes converged.", pairs.value.size(), count));
+    }
+    return pairs;
+}
+
+// Adds a mode with D's eigenvector `vector`.
+void add_mode(const Cubes& cubes, const Unknowns& unknowns, const VectorXd& root_mass,
+              const VectorXd& vector, double omega_sq, Modes& modes)
+{
+    // Either sign would do: the largest component is positive.
+    Index at = 0;
+    vector.cwiseAbs().maxCoeff(&at);
+    const double sign = vector[at] < 0 ? -1 : 1;
+    std::vector<Vec3> shape(cubes.corner_count(), Vec3::Zero());
+    for (std::size_t i = 0; i < unknowns.count(); ++i) {
+        shape[unknowns.corner[i]] =
+            sign / root_mass[Index(3 * i)] * vector.segment<3>(Index(3 * i));
+    }
+    modes.omega_sq.push_back(omega_sq);
+    modes.shape.push_back(std::move(shape));
+}
+
+// How many of `count` modes are rigid and listed, and how many rigid ones are not.
+void count_rigid(const std::vector<RigidMotions>& rigid, const ModeSettings& settings, Index free,
+                 Modes& modes)
+{
+    Index rigid_count = 0;
+    for (const auto& piece : rigid) rigid_count += piece.motion.cols();
+    modes.rigid = settings.keep_rigid ? int(std::min<Index>(rigid_count, settings.count)) : 0;
+    modes.rigid_left_out = int(rigid_count) - modes.rigid;
+    if (settings.count - modes.rigid > 3 * free - rigid_count) {
+        throw std::invalid_argument(fmt::format(
+            "expected at most {} modes of {} free corners with {} rigid motions{}, found {}",
+            3 * free - rigid_count + (settings.keep_rigid ? rigid_count : 0), free, rigid_count,
+            settings.keep_rigid ? "" : " left out", settings.count));
+    }
+}
+
+}  // namespace
+
+Modes lowest_modes(const Cubes& cubes, const std::vector<std::uint32_t>& pinned,
+                   const ModeSettings& settings)
+{
+    geometry::need_thickness(cubes, "Modes");
+    if (cubes.count() == 0) throw std::invalid_argument("expected at least one cube, found none");
+    if (settings.count < 1) {
+        throw std::invalid_argument(
+            fmt::format("expected at least one mode, found {}", settings.count));
+    }
+    const Unknowns unknowns = order_unknowns(cubes, pinned);
+    if (unknowns.count() == 0) {
+        throw std::invalid_argument("expected at least one free corner, found every corner pinned");
+    }
+    const VectorXd root_mass = root_masses(cubes, unknowns);
+    CubeStiffness stiffness(cubes, settings.element, settings.weighting);
+    const auto d = stiffness_by_mass(cubes, unknowns, root_mass, stiffness);
+    const auto rigid = rigid_motions(cubes, unknowns, root_mass);
+
+    Modes modes;
+    count_rigid(rigid, settings, Index(unknowns.count()), modes);
+    const Index elastic = settings.count - modes.rigid;
+    const Eigenpairs pairs = elastic_pairs(d, rigid, elastic, modes.report);
+    for (const auto& piece : rigid) {
+        for (Index m = 0; m < piece.motion.cols() && int(modes.shape.size()) < modes.rigid; ++m) {
+            add_mode(cubes, unknowns, root_mass, spread_out(piece, m, d.rows()), 0, modes);
+        }
+    }
+    // Cubes that touch along one edge or at one corner only are hinges: they turn at no cost.
+    const double no_stiffness = 1e-13 * d.diagonal().maxCoeff();
+    int hinges = 0;
+    for (std::size_t i = 0; i < pairs.value.size(); ++i) {
+        const VectorXd vector = pairs.vector.col(Index(i));
+        const VectorXd force = d.selfadjointView<Eigen::Lower>() * vector;
+        if (pairs.value[i] < no_stiffness) {
+            ++hinges;
+            continue;
+        }
+        modes.report.residual = std::max(modes.report.residual,
+                                         (force - pairs.value[i] * vector).norm() / force.norm());
+        add_mode(cubes, unknowns, root_mass, vector, pairs.value[i], modes);
+    }
+    if (hinges > 0) {
+        modes.report.warnings.push_back(fmt::format(
+            "{} motions without stiffness were left out: some cubes share only an edge or a corner "
+            "with others. Join them by faces, or keep one component.",
+            hinges));
+    }
+    for (const auto& shape : modes.shape) {
+        modes.damping.push_back(material_damping(cubes, shape, stiffness));
+    }
+    return modes;
+}
+
+}  // namespace physics

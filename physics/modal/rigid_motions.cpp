@@ -1,0 +1,100 @@
+#include "physics/modal/rigid_motions.hpp"
+
+#include "geometry/base/no_index.hpp"
+#include "geometry/base/union_find.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+
+#include <algorithm>
+
+namespace physics {
+namespace {
+
+using geometry::no_index;
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using geometry::Vec3;
+
+// Displacement of a corner at r (in reaches from the centre) by the six unit motions, rotations
+// about the centre.
+Eigen::Matrix<double, 3, 6> unit_motions(const Vec3& r)
+{
+    Eigen::Matrix<double, 3, 6> m;
+    m.leftCols<3>().setIdentity();
+    for (int axis = 0; axis < 3; ++axis) m.col(3 + axis) = Vec3::Unit(axis).cross(r);
+    return m;
+}
+
+}  // namespace
+
+std::vector<RigidMotions> rigid_motions(const geometry::Cubes& cubes, const Unknowns& unknowns,
+                                        const VectorXd& root_mass)
+{
+    geometry::Sets sets(cubes.corner_count());
+    for (const auto& corners : cubes.corners) {
+        for (const auto a : corners) sets.join(a, corners[0]);
+    }
+    std::map<std::uint32_t, std::vector<std::uint32_t>> pieces;  // corners by smallest corner
+    for (std::uint32_t i = 0; i < cubes.corner_count(); ++i) pieces[sets.root(i)].push_back(i);
+
+    std::vector<RigidMotions> all;
+    for (const auto& [smallest, corners] : pieces) {
+        RigidMotions piece;
+        Vec3 centre = Vec3::Zero();
+        double reach = 0;
+        for (const auto i : corners) centre += cubes.corner_position(i) / double(corners.size());
+        for (const auto i : corners) {
+            reach = std::max(reach, (cubes.corner_position(i) - centre).norm());
+            if (unknowns.at[i] != no_index) piece.unknown.push_back(unknowns.at[i]);
+        }
+        const auto motion_at = [&](std::uint32_t corner) {
+            return unit_motions((cubes.corner_position(corner) - centre) / reach);
+        };
+        MatrixXd held = MatrixXd::Zero(6, 6);  // of any size, to share the solver below
+        for (const auto i : corners) {
+            if (unknowns.at[i] == no_index) held += motion_at(i).transpose() * motion_at(i);
+        }
+        const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(held);
+        const double h_over_reach = cubes.size / reach;
+        Index free = 0;  // motions that leave every pin where it is
+        while (free < 6 && eigen.eigenvalues()[free] < 1e-9 * h_over_reach * h_over_reach) ++free;
+        if (free == 0 || piece.unknown.empty()) continue;
+        MatrixXd m(Index(3 * piece.unknown.size()), free);
+        for (std::size_t i = 0; i < piece.unknown.size(); ++i) {
+            m.middleRows<3>(Index(3 * i)) = root_mass[Index(3 * piece.unknown[i])] *
+                                            motion_at(unknowns.corner[piece.unknown[i]]) *
+                                            eigen.eigenvectors().leftCols(free);
+        }
+        piece.motion =
+            Eigen::HouseholderQR<MatrixXd>(m).householderQ() * MatrixXd::Identity(m.rows(), free);
+        all.push_back(std::move(piece));
+    }
+    return all;
+}
+
+void take_out(const RigidMotions& piece, Eigen::Ref<VectorXd> x)
+{
+    VectorXd part(piece.motion.rows());
+    for (std::size_t i = 0; i < piece.unknown.size(); ++i) {
+        part.segment<3>(Index(3 * i)) = x.segment<3>(Index(3 * piece.unknown[i]));
+    }
+    part = piece.motion * (piece.motion.transpose() * part);
+    for (std::size_t i = 0; i < piece.unknown.size(); ++i) {
+        x.segment<3>(Index(3 * piece.unknown[i])) -= part.segment<3>(Index(3 * i));
+    }
+}
+
+VectorXd spread_out(const RigidMotions& piece, Index m, Index rows)
+{
+    VectorXd motion = VectorXd::Zero(rows);
+    for (std::size_t i = 0; i < piece.unknown.size(); ++i) {
+        motion.segment<3>(Index(3 * piece.unknown[i])) =
+            piece.motion.col(m).segment<3>(Index(3 * i));
+    }
+    return motion;
+}
+
+}  // namespace physics

@@ -1,0 +1,230 @@
+#include "physics/modal/vibrate.hpp"
+
+#include "geometry/base/parallel.hpp"
+#include "geometry/embed/embed.hpp"
+#include "physics/modal/oscillator.hpp"
+
+#include <fmt/format.h>
+
+namespace physics {
+
+namespace {
+
+using geometry::TriMesh;
+
+// Sum over modes of q_k times field k, at entries begin .. end: adds to `out`.
+void add_modes(const std::vector<std::vector<Vec3f>>& fields, const std::vector<double>& q,
+               double factor, std::size_t begin, std::size_t end, Vec3f* out)
+{
+    for (std::size_t k = 0; k < fields.size(); ++k) {
+        const float weight = float(factor * q[k]);
+        const Vec3f* const field = fields[k].data();
+        for (std::size_t i = begin; i < end; ++i) out[i] += weight * field[i];
+    }
+}
+
+// Weights of vertices around a place, summing to one: (1 - (d / radius)^2)^2, or the nearest
+// vertex.
+std::vector<std::pair<std::uint32_t, double>> around(const TriMesh& mesh, const Vec3& place,
+                                                     double radius)
+{
+    std::vector<std::pair<std::uint32_t, double>> weights;
+    double total = 0, nearest_sq = std::numeric_limits<double>::infinity();
+    std::uint32_t nearest = 0;
+    for (std::uint32_t i = 0; i < mesh.positions.size(); ++i) {
+        const double d_sq = (mesh.positions[i].cast<double>() - place).squaredNorm();
+        if (d_sq < nearest_sq) nearest_sq = d_sq, nearest = i;
+        if (d_sq < radius * radius) {
+            const double s = 1 - d_sq / (radius * radius);
+            weights.emplace_back(i, s * s);
+            total += s * s;
+        }
+    }
+    if (weights.empty()) return {{nearest, 1.0}};
+    for (auto& [vertex, weight] : weights) weight /= total;
+    return weights;
+}
+
+// What a force or impulse at a place is to each mode: phi . F there.
+void add_to_modes(const ModalModel& model, const Vec3& place, double radius, const Vec3& force,
+                  std::vector<double>& modal)
+{
+    if (model.rest->positions.empty()) return;
+    const auto weights = around(*model.rest, place, radius);
+    for (std::size_t k = 0; k < model.count(); ++k) {
+        for (const auto& [vertex, weight] : weights) {
+            modal[k] += weight * model.shape[k][vertex].cast<double>().dot(force);
+        }
+    }
+}
+
+double damping_of(const ModalModel& model, std::size_t k, const ModalDamping& damping)
+{
+    switch (damping.kind) {
+    case ModalDamping::Kind::material:
+        return model.damping[k];
+    case ModalDamping::Kind::ratio:
+        return 2 * damping.ratio * std::sqrt(model.omega_sq[k]);
+    case ModalDamping::Kind::rayleigh:
+        return damping.mass_damping + damping.stiffness_damping * model.omega_sq[k];
+    }
+    throw std::logic_error("unknown kind of modal damping");
+}
+
+void check(const ModalModel& model, const ModalState& state)
+{
+    if (state.q.size() == model.count() && state.q_dot.size() == model.count()) return;
+    throw std::invalid_argument(fmt::format(
+        "expected a state of {} modes, found {} modes. Does it belong to another model?",
+        model.count(), state.q.size()));
+}
+
+}  // namespace
+
+ModalModel make_modal_model(const Modes& modes, const geometry::Cubes& cubes,
+                            std::shared_ptr<const TriMesh> mesh)
+{
+    const geometry::Binding binding = geometry::bind(*mesh, cubes);
+    const std::vector<double> mass = geometry::corner_masses(cubes);
+    const std::vector<Vec3> rest = geometry::corner_positions(cubes);
+    ModalModel model;
+    model.omega_sq = modes.omega_sq;
+    model.damping = modes.damping;
+    model.warnings = modes.report.warnings;
+    for (const auto& phi : modes.shape) {
+        Vec3 participation = Vec3::Zero();
+        double largest = 0;
+        for (std::size_t i = 0; i < phi.size(); ++i) {
+            participation += mass[i] * phi[i];
+            largest = std::max(largest, phi[i].norm());
+        }
+        model.participation.push_back(participation);
+
+        std::vector<Vec3f> shape(mesh->positions.size());
+        std::vector<double> component(phi.size());
+        for (int d = 0; d < 3; ++d) {
+            for (std::size_t i = 0; i < phi.size(); ++i) component[i] = phi[i][d];
+            const std::vector<float> values = geometry::interpolate(binding, cubes, component);
+            for (std::size_t i = 0; i < shape.size(); ++i) shape[i][d] = values[i];
+        }
+        model.shape.push_back(std::move(shape));
+
+        // Normals as they change when the mode moves corners by a hundredth of a cube.
+        const double small = largest > 0 ? 0.01 * cubes.size / largest : 0;
+        std::vector<Vec3> moved = rest;
+        for (std::size_t i = 0; i < phi.size(); ++i) moved[i] += small * phi[i];
+        std::vector<Vec3f> change = geometry::embed(binding, *mesh, cubes, moved).normals;
+        for (std::size_t i = 0; i < change.size(); ++i) {
+            change[i] = small > 0 ? Vec3f((change[i] - mesh->normals[i]) / float(small))
+                                  : Vec3f(Vec3f::Zero());
+        }
+        model.normal_change.push_back(std::move(change));
+    }
+    model.rest = std::move(mesh);
+    return model;
+}
+
+ModalState rest_state(const ModalModel& model)
+{
+    ModalState state;
+    state.q.assign(model.count(), 0);
+    state.q_dot.assign(model.count(), 0);
+    return state;
+}
+
+ModalState advance(const ModalModel& model, ModalState state, std::span<const Force> forces,
+                   const Vec3& base, const ModalDamping& damping, double dt)
+{
+    check(model, state);
+    if (!(dt > 0) || !std::isfinite(dt)) {
+        throw std::invalid_argument(fmt::format("expected a step above 0 s, found {}", dt));
+    }
+    std::vector<double> load(model.count(), 0);
+    for (const Force& f : forces) {
+        switch (f.kind) {
+        case Force::Kind::gravity:
+            for (std::size_t k = 0; k < model.count(); ++k) {
+                load[k] += model.participation[k].dot(f.acceleration);
+            }
+            break;
+        case Force::Kind::point:
+            add_to_modes(model, f.position, f.radius, f.force, load);
+            break;
+        case Force::Kind::wind:
+            throw std::invalid_argument("expected gravity or point forces on a vibrating mesh, "
+                                        "found wind. Use Simulate for wind");
+        }
+    }
+    const Vec3 base_velocity = (base - state.base) / dt;
+    for (std::size_t k = 0; k < model.count(); ++k) {
+        state.q_dot[k] -= model.participation[k].dot(base_velocity - state.base_velocity);
+        oscillator_step(model.omega_sq[k], damping_of(model, k, damping), dt)
+            .apply(state.q[k], state.q_dot[k], load[k]);
+    }
+    state.base = base;
+    state.base_velocity = base_velocity;
+    state.time += dt;
+    return state;
+}
+
+ModalState struck(const ModalModel& model, ModalState state, const Kick& kick)
+{
+    check(model, state);
+    add_to_modes(model, kick.position, kick.radius, kick.impulse, state.q_dot);
+    return state;
+}
+
+TriMesh deformed(const ModalModel& model, const ModalState& state, double amplitude)
+{
+    check(model, state);
+    TriMesh mesh = *model.rest;
+    const std::size_t n = mesh.positions.size();
+    geometry::Attribute displacement{"displacement", "m", std::vector<float>(n)};
+    geometry::Attribute speed{"speed", "m/s", std::vector<float>(n)};
+    std::vector<Vec3f> velocity(n, state.base_velocity.cast<float>());
+    const Vec3f base = state.base.cast<float>();
+    constexpr std::size_t grain = 1024;  // vertices whose sums stay in the first-level cache
+    geometry::parallel_for((n + grain - 1) / grain, 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t piece = first; piece < last; ++piece) {
+            const std::size_t begin = piece * grain, end = std::min(n, begin + grain);
+            std::vector<Vec3f> moved(end - begin, base);
+            for (std::size_t k = 0; k < model.count(); ++k) {
+                const float q = float(amplitude * state.q[k]);
+                const Vec3f* const phi = model.shape[k].data() + begin;
+                for (std::size_t i = 0; i < moved.size(); ++i) moved[i] += q * phi[i];
+            }
+            add_modes(model.shape, state.q_dot, amplitude, begin, end, velocity.data());
+            for (std::size_t i = begin; i < end; ++i) {
+                mesh.positions[i] += moved[i - begin];
+                displacement.values[i] = moved[i - begin].norm();
+                speed.values[i] = velocity[i].norm();
+            }
+        }
+    });
+    const std::size_t normals = mesh.normals.size();
+    geometry::parallel_for(
+        (normals + grain - 1) / grain, 1, [&](std::size_t first, std::size_t last) {
+            const std::size_t begin = first * grain, end = std::min(normals, last * grain);
+            add_modes(model.normal_change, state.q, amplitude, begin, end, mesh.normals.data());
+            for (std::size_t i = begin; i < end; ++i) {
+                const float length = mesh.normals[i].norm();
+                mesh.normals[i] =
+                    length > 0 ? Vec3f(mesh.normals[i] / length) : model.rest->normals[i];
+            }
+        });
+    mesh.attributes.push_back(std::move(displacement));
+    mesh.attributes.push_back(std::move(speed));
+    return mesh;
+}
+
+double energy(const ModalModel& model, const ModalState& state)
+{
+    check(model, state);
+    double sum = 0;
+    for (std::size_t k = 0; k < model.count(); ++k) {
+        sum += state.q_dot[k] * state.q_dot[k] + model.omega_sq[k] * state.q[k] * state.q[k];
+    }
+    return sum / 2;
+}
+
+}  // namespace physics

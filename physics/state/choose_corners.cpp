@@ -1,0 +1,141 @@
+#include "physics/state/choose_corners.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace physics {
+namespace {
+
+using geometry::Cubes;
+using geometry::TriMesh;
+
+template <class Chosen> std::vector<std::uint32_t> corners_if(const Cubes& cubes, const Chosen& is)
+{
+    std::vector<std::uint32_t> out;
+    for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+        if (is(k)) out.push_back(k);
+    }
+    return out;
+}
+
+// "a, b, c" of at most twenty.
+std::string listed(const std::vector<std::string>& names)
+{
+    std::string out;
+    for (std::size_t i = 0; i < std::min<std::size_t>(names.size(), 20); ++i) {
+        out += (i ? ", " : "") + names[i];
+    }
+    return names.size() > 20 ? out + " ..." : out;
+}
+
+// The triangles whose material or group has that name.
+TriMesh part_of(const TriMesh& mesh, const std::string& name)
+{
+    const geometry::MeshTopology& all = *mesh.topology;
+    std::vector<std::string> materials;
+    for (const auto& m : all.materials) materials.push_back(m.name);
+    const auto picked = [&](const std::vector<std::string>& names,
+                            const std::vector<std::uint16_t>& of_face, std::size_t face) {
+        const std::size_t index = face < of_face.size() ? of_face[face] : 0;
+        return index < names.size() && names[index] == name;
+    };
+    auto part = std::make_shared<geometry::MeshTopology>();
+    for (std::size_t t = 0; t < all.triangles.size(); ++t) {
+        if (picked(materials, all.material, t) ||
+            (!all.group.empty() && picked(all.groups, all.group, t))) {
+            part->triangles.push_back(all.triangles[t]);
+        }
+    }
+    if (part->triangles.empty()) {
+        throw std::invalid_argument("no face of the mesh has a material or group called '" + name +
+                                    "'. Its materials: " + listed(materials) +
+                                    "; its groups: " + listed(all.groups));
+    }
+    TriMesh out;
+    out.topology = std::move(part);
+    out.positions = mesh.positions;
+    return out;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> corners_in_box(const Cubes& cubes, const geometry::Box& box)
+{
+    return corners_if(cubes, [&](std::uint32_t k) {
+        const Vec3 p = cubes.corner_position(k);
+        return (p.array() >= box.lo.array()).all() && (p.array() <= box.hi.array()).all();
+    });
+}
+
+std::vector<std::uint32_t> corners_in_sphere(const Cubes& cubes, const Vec3& centre, double radius)
+{
+    return corners_if(cubes, [&](std::uint32_t k) {
+        return (cubes.corner_position(k) - centre).norm() <= radius;
+    });
+}
+
+std::vector<std::uint32_t> corners_below(const Cubes& cubes, double height)
+{
+    return corners_if(cubes,
+                      [&](std::uint32_t k) { return cubes.corner_position(k).y() <= height; });
+}
+
+std::vector<std::uint32_t> corners_at_end(const Cubes& cubes, int axis, End end, int layers)
+{
+    if (cubes.corner.empty()) return {};
+    std::int64_t lo = cubes.corner[0][axis], hi = lo;
+    for (const auto& place : cubes.corner) {
+        lo = std::min<std::int64_t>(lo, place[axis]);
+        hi = std::max<std::int64_t>(hi, place[axis]);
+    }
+    return corners_if(cubes, [&](std::uint32_t k) {
+        const std::int64_t at = cubes.corner[k][axis];
+        return (end != End::high && at <= lo + layers) || (end != End::low && at >= hi - layers);
+    });
+}
+
+std::vector<std::uint32_t> corners_near_material(const Cubes& cubes, const TriMesh& mesh,
+                                                 const std::string& name, double distance)
+{
+    const geometry::TriangleBvh tree(part_of(mesh, name));
+    std::vector<Vec3> places = corner_positions(cubes);
+    std::vector<geometry::TriangleBvh::Hit> hits(places.size());
+    tree.closest(places, distance, hits);
+    return corners_if(cubes, [&](std::uint32_t k) { return bool(hits[k]); });
+}
+
+std::vector<std::uint32_t> corners_at_rim(const Cubes& cubes)
+{
+    std::vector<std::uint32_t> around(cubes.corner_count(), 0);
+    for (const auto& corners : cubes.corners) {
+        for (const auto k : corners) ++around[k];
+    }
+    // A plane's cells name each of their corners twice.
+    return corners_if(cubes, [&](std::uint32_t k) { return around[k] < 8; });
+}
+
+Pins pins_on(const Cubes& cubes, std::vector<std::uint32_t> corners,
+             const std::vector<geometry::Vec3f>& places)
+{
+    if (places.size() != cubes.corner_count()) {
+        throw std::invalid_argument("expected a mesh with " + std::to_string(cubes.corner_count()) +
+                                    " vertices, one per corner, found " +
+                                    std::to_string(places.size()) +
+                                    ". Use the mesh that Plane made with these cubes");
+    }
+    Pins out;
+    for (const auto k : corners) out.target.push_back(places[k].cast<double>());
+    out.corner = std::move(corners);
+    return out;
+}
+
+Pins pins_at(const Cubes& cubes, std::vector<std::uint32_t> corners, const Transform& motion)
+{
+    Pins out;
+    out.target.reserve(corners.size());
+    for (const auto k : corners) out.target.push_back(motion * cubes.corner_position(k));
+    out.corner = std::move(corners);
+    return out;
+}
+
+}  // namespace physics

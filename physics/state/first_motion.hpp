@@ -1,0 +1,15 @@
+#pragma once
+
+// The velocity and spin that a body starts with.
+
+#include "geometry/cubes/cubes.hpp"
+#include "physics/state/state.hpp"
+
+namespace physics {
+
+// Adds to a state's velocities: `velocity` (m/s) and a turn `spin` (rad/s) about the centre of mass
+// of the cubes. Throws std::invalid_argument when the state is of other cubes.
+void add_first_motion(State& state, const geometry::Cubes& cubes, const Vec3& velocity,
+                      const Vec3& spin);
+
+}  // namespace physics

@@ -1,0 +1,71 @@
+#pragma once
+
+// What acts on a body during one frame. Each is a plain description made by a node; solvers read
+// them. Motion inside a frame is linear from the state the frame starts with.
+
+#include "geometry/base/vec.hpp"
+#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/triangle_bvh.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace physics {
+
+using geometry::Transform;
+using geometry::Vec3;
+
+// Corners whose motion is prescribed.
+struct Pins {
+    std::vector<std::uint32_t> corner;  // P, sorted, no duplicates
+    std::vector<Vec3> target;           // P, m, where each is at the end of this frame
+};
+
+// A force field, at the end of this frame.
+struct Force {
+    enum class Kind { gravity, wind, point };
+    Kind kind = Kind::gravity;
+    Vec3 acceleration{0, -9.81, 0};  // gravity: m/s^2
+    Vec3 velocity{0, 0, 0};          // wind: of the air, m/s
+    double air_density = 1.2;        // wind: kg/m^3, drag 1/2 rho |v_rel| v_rel per exposed area
+    double drag = 1.0;               // wind: coefficient
+    Vec3 force{0, 0, 0};             // point: N, total
+    Vec3 position{0, 0, 0};          // point: m, in the rest shape
+    double radius = 0.1;             // point: m, falls off smoothly to 0 here
+};
+
+// A rigid or animated obstacle. The pose maps its local frame to the world at the end of
+// this frame, `before` at its start.
+struct Collider {
+    enum class Kind { plane, sphere, box, mesh };
+    Kind kind = Kind::plane;                        // plane: local y = 0, solid below
+    double radius = 1;                              // sphere, about the local origin
+    Vec3 half_size{0.5, 0.5, 0.5};                  // box, about the local origin
+    std::shared_ptr<const geometry::TriMesh> mesh;  // mesh: world positions at the end of the frame
+    std::shared_ptr<const geometry::TriMesh> mesh_before;  // null: as `mesh`
+    std::shared_ptr<const geometry::TriangleBvh> tree;     // of `mesh`; null: made when needed
+    Transform pose = Transform::Identity();
+    Transform before = Transform::Identity();
+    double friction = 0.5;  // Coulomb coefficient
+    double thickness = 0;   // m, offset of the contact surface
+};
+
+// A solid rigid ball that bodies, colliders and other balls push about. Where it starts; where it
+// is, the state knows.
+struct Ball {
+    double radius = 0.1;  // m
+    double mass = 1;      // kg
+    Vec3 position{0, 1, 0};
+    Vec3 velocity{0, 0, 0};
+    double friction = 0.5;  // Coulomb coefficient with bodies and balls
+};
+
+// All of it together, for one frame.
+struct Loads {
+    Pins pins;
+    std::vector<Force> forces;
+    std::vector<Collider> colliders;
+    std::vector<Ball> balls;
+};
+
+}  // namespace physics

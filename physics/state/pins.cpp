@@ -1,0 +1,88 @@
+#include "physics/state/pins.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <stdexcept>
+#include <string>
+
+namespace physics {
+namespace {
+
+// Whether a corner has targets more than `tolerance` apart in the two.
+bool conflict(const Pins& p, const Pins& q, double tolerance)
+{
+    for (std::size_t i = 0, j = 0; i < p.corner.size() && j < q.corner.size();) {
+        if (p.corner[i] < q.corner[j]) {
+            ++i;
+        } else if (q.corner[j] < p.corner[i]) {
+            ++j;
+        } else if ((p.target[i++] - q.target[j++]).norm() > tolerance) {
+            return true;
+        }
+    }
+    return false;
+}
+
+}  // namespace
+
+void check_pins(const Pins& pins, std::size_t corners)
+{
+    const auto fail = [](const std::string& what) { throw std::invalid_argument("pins: " + what); };
+    if (pins.corner.size() != pins.target.size()) {
+        fail("expected a target for each of " + std::to_string(pins.corner.size()) +
+             " corners, found " + std::to_string(pins.target.size()));
+    }
+    for (std::size_t i = 0; i < pins.corner.size(); ++i) {
+        const auto k = std::to_string(pins.corner[i]);
+        if (pins.corner[i] >= corners) {
+            fail("corner " + k + " is not one of the " + std::to_string(corners) +
+                 " corners of these cubes. Were the pins made for other cubes?");
+        }
+        if (i > 0 && pins.corner[i] <= pins.corner[i - 1]) {
+            fail("expected sorted corners, each once; corner " + k + " is out of order");
+        }
+        if (!pins.target[i].allFinite()) fail("the target of corner " + k + " is not finite");
+    }
+}
+
+Pins merge_pins(std::span<const std::shared_ptr<const Pins>> pins, std::size_t corners)
+{
+    struct Sum {
+        Vec3 target = Vec3::Zero();
+        int count = 0;
+    };
+    std::map<std::uint32_t, Sum> sums;
+    for (const auto& some : pins) {
+        check_pins(*some, corners);
+        for (std::size_t i = 0; i < some->corner.size(); ++i) {
+            Sum& sum = sums[some->corner[i]];
+            sum.target += some->target[i];
+            ++sum.count;
+        }
+    }
+    Pins out;
+    for (const auto& [corner, sum] : sums) {
+        out.corner.push_back(corner);
+        out.target.push_back(sum.target / sum.count);
+    }
+    return out;
+}
+
+std::vector<std::string> conflicting_pins(std::span<const std::shared_ptr<const Pins>> pins,
+                                          double tolerance)
+{
+    std::vector<std::string> out;
+    for (std::size_t i = 0; i < pins.size(); ++i) {
+        for (std::size_t j = i + 1; j < pins.size(); ++j) {
+            if (!conflict(*pins[i], *pins[j], tolerance)) continue;
+            out.push_back(fmt::format(
+                "Pins {} and {} of {} pull the same corners to different places: these corners go "
+                "to the mean of both. Pin separate regions, or give both the same motion.",
+                i + 1, j + 1, pins.size()));
+        }
+    }
+    return out;
+}
+
+}  // namespace physics

@@ -1,0 +1,45 @@
+#pragma once
+
+// What every solver steps: positions and velocities of corners, and how the last step went.
+
+#include "geometry/base/vec.hpp"
+
+#include <string>
+#include <vector>
+
+namespace physics {
+
+using geometry::Mat3;
+using geometry::Vec3;
+
+// How an advance() went: data, never an exception.
+struct Report {
+    bool converged = true;
+    int steps = 0;                      // time steps taken
+    int iterations = 0;                 // inner iterations, all steps together
+    double residual = 0;                // largest relative residual left over
+    std::vector<std::string> warnings;  // each a sentence for a person
+};
+
+// Where a rigid ball is and how it moves.
+struct BallState {
+    Vec3 x = Vec3::Zero();             // m
+    Vec3 v = Vec3::Zero();             // m/s
+    Vec3 spin = Vec3::Zero();          // rad/s
+    Eigen::Vector4d turn{1, 0, 0, 0};  // unit quaternion w, x, y, z
+};
+
+// A moment of a simulation. A value: copying it is a checkpoint.
+struct State {
+    double time = 0;              // s since the first frame
+    std::vector<Vec3> x;          // K, m
+    std::vector<Vec3> v;          // K, m/s
+    std::vector<float> rotation;  // what a method keeps to warm-start its rotations; may be empty
+    std::vector<float> plastic;   // what flowed for good, as the method keeps it; empty: nothing
+    std::vector<std::uint32_t> broken;  // links that broke, 3 * corner + axis, sorted
+    std::vector<BallState> balls;       // those in Loads, in their order
+    std::vector<float> stress;  // C, Pa, von Mises of each cube; empty when the method has none
+    Report report;
+};
+
+}  // namespace physics
