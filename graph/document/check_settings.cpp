@@ -1,0 +1,99 @@
+#include "graph/document/check_settings.hpp"
+
+#include "graph/document/check_json.hpp"
+#include "graph/document/frame_path.hpp"
+#include "graph/document/load_options.hpp"
+
+#include <fmt/format.h>
+
+namespace graph {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// What stands at "block.parameter" below an object; null when it isn't said.
+const Json* find_below(const Json* at, std::string_view path)
+{
+    for (std::size_t begin = 0; at && begin <= path.size();) {
+        const std::size_t end = std::min(path.find('.', begin), path.size());
+        at = at->object() ? at->find(path.substr(begin, end - begin)) : nullptr;
+        begin = end + 1;
+    }
+    return at;
+}
+
+void tell(Loading& loading, std::size_t i, const Fault& fault)
+{
+    const Declaration& d = loading.declarations[i];
+    Problem p = problem_at(d.place, fault.why);
+    p.node = d.name;
+    p.port = fault.at;
+    p.part = fault.at.empty() ? Part::none : Part::parameter;
+    for (const InputPort& port : loading.graph.nodes[i].type->inputs) {
+        if (port.name == fault.at) p.part = Part::input;
+    }
+    const bool input = p.part == Part::input;
+    if (const Json* said = find_below(d.body.find(input ? "inputs" : "params"), fault.at)) {
+        p.place = said->place();
+    }
+    loading.problems.add(std::move(p));
+}
+
+void check_node(Loading& loading, std::size_t i)
+{
+    const Node& node = loading.graph.nodes[i];
+    if (!node.type->check) return;
+    Setting setting;
+    setting.frames = loading.options.written_frames > 0 ? loading.options.written_frames
+                                                        : loading.graph.range.count();
+    for (std::size_t k = 0; k < node.inputs.size(); ++k) {
+        if (!node.inputs[k].empty()) setting.linked.push_back(node.type->inputs[k].name);
+    }
+    for (const Fault& fault : node.type->check(node.params, setting)) tell(loading, i, fault);
+}
+
+// Files that nodes write, by their names at the first and the last frame.
+using Written = std::map<fs::path, std::size_t>;
+
+void check_written(Loading& loading, std::size_t i, Written& written)
+{
+    const Node& node = loading.graph.nodes[i];
+    for (std::size_t k = 0; node.type->sink && k < node.params.size(); ++k) {
+        const Param& param = node.type->params[k];
+        const auto* text = std::get_if<std::string>(&node.params[k].is);
+        if (param.kind != ParamKind::path_out || !text || text->empty()) continue;
+        const fs::path path = fs::path(*text).lexically_normal();
+        if (path.generic_string() == loading.options.reserved) {
+            tell(loading, i,
+                 {param.name, fmt::format("{} is written by the cook itself: use another path",
+                                          path.generic_string())});
+        }
+        std::optional<std::size_t> other;
+        for (const int frame : {loading.graph.range.first, loading.graph.range.last}) {
+            const auto [at, is_new] = written.try_emplace(frame_path(path, frame), i);
+            if (!is_new && at->second != i) other = at->second;
+        }
+        if (!other) continue;
+        tell(loading, i,
+             {param.name, fmt::format("node '{}' writes {} too: give each node a path of its own",
+                                      loading.graph.nodes[*other].name, path.generic_string())});
+    }
+}
+
+}  // namespace
+
+void check_settings(Loading& loading)
+{
+    if (loading.problems.full()) return;
+    const auto wrong = loading.problems.wrong_nodes();
+    Written written;
+    for (std::size_t i = 0; i < loading.graph.nodes.size(); ++i) {
+        const Node& node = loading.graph.nodes[i];
+        if (!node.type || wrong.count(node.name) > 0) continue;
+        check_node(loading, i);
+        check_written(loading, i, written);
+    }
+}
+
+}  // namespace graph

@@ -1,0 +1,88 @@
+#include "graph/document/overrides.hpp"
+
+#include "graph/document/check_json.hpp"
+#include "graph/document/load_options.hpp"
+#include "graph/document/parse_json.hpp"
+#include "graph/document/read_documents.hpp"
+
+#include <algorithm>
+#include <charconv>
+
+#include <fmt/format.h>
+
+namespace graph {
+
+std::optional<Problem> set_param(Json& body, std::string_view path, Json value)
+{
+    Json* at = &child(body, "params", value);
+    for (std::size_t begin = 0; begin <= path.size();) {
+        const std::size_t end = std::min(path.find('.', begin), path.size());
+        const std::string key(path.substr(begin, end - begin));
+        begin = end + 1;
+        if (Json::Array* items = at->array()) {
+            std::size_t i = 0;
+            const auto [stop, error] = std::from_chars(key.data(), key.data() + key.size(), i);
+            if (error != std::errc() || stop != key.data() + key.size() || i >= items->size()) {
+                Problem p = problem_at({}, "the list has no such element");
+                p.expected = fmt::format("an index below {}", items->size());
+                p.found = key;
+                return p;
+            }
+            at = &(*items)[i];
+        } else {
+            at = &child(*at, key, value);
+        }
+    }
+    *at = std::move(value);
+    return {};
+}
+
+void apply_overrides(Loading& loading, std::vector<Declaration>& declarations, Document& document,
+                     OverridesOf which)
+{
+    std::unordered_map<std::string, std::size_t> index;
+    for (const Override& o : loading.options.sets) {
+        const std::size_t dot = std::min(o.target.find('.'), o.target.size());
+        const std::string name = o.target.substr(0, dot);
+        if ((name.find('/') != std::string::npos) != (which == OverridesOf::subgraphs)) continue;
+        if (index.empty()) {
+            for (std::size_t i = 0; i < declarations.size(); ++i) {
+                index.emplace(declarations[i].name, i);
+            }
+        }
+        const std::string text = fmt::format("--set {}={}", o.target, o.value);
+        Origin& origin =
+            new_origin(loading, document,
+                       std::make_shared<const Source>(text, document.origins[0]->source->folder(),
+                                                      o.value, false));
+        origin.grammar = document.origins[0]->grammar;
+        Problems ignored;
+        std::optional<Json> value =
+            parse_json(origin, {.depth = loading.options.max_depth}, ignored);
+        if (!value) {
+            value = Json{o.value, &origin, 0, static_cast<std::uint32_t>(o.value.size())};
+        }
+        const auto found = index.find(name);
+        std::optional<Problem> p;
+        if (dot + 1 >= o.target.size()) {
+            p = problem_at({});
+            p->expected = "node.parameter=value";
+            p->found = o.target;
+        } else if (found == index.end()) {
+            p = problem_at({}, fmt::format("there is no node '{}'", name));
+            std::vector<std::string_view> names;
+            for (const Declaration& d : declarations) names.emplace_back(d.name);
+            p->suggestion = suggest(name, names);
+        } else {
+            p = set_param(declarations[found->second].body,
+                          std::string_view(o.target).substr(dot + 1), std::move(*value));
+            if (p) p->node = name;
+        }
+        if (p) {
+            p->place = {text, 0, 0};
+            loading.problems.add(std::move(*p));
+        }
+    }
+}
+
+}  // namespace graph

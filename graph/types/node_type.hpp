@@ -1,0 +1,104 @@
+#pragma once
+
+// What a kind of node is: its ports, parameters, version, and the pure function behind it. The one
+// description that the loader, validation, the schema, the reference and the tests read. Nodes make
+// theirs with node_builder.hpp and keep them in a registry.hpp.
+
+#include "graph/types/context.hpp"
+#include "graph/types/param.hpp"
+#include "graph/types/value.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace graph {
+
+struct InputPort {
+    std::string name, type, doc;
+    bool optional = false;
+    bool many = false;    // takes any number of links, a list in the document
+    bool gather = false;  // receives this output at several frames, see NodeType::gather_frames
+};
+
+struct OutputPort {
+    std::string name, type, doc;
+    const WireType* wire = nullptr;  // null in a type made by hand: its values are not stored
+};
+
+// Everything a node sees when it runs. Spans are by port index.
+struct Call {
+    std::span<const std::vector<Value>> inputs;  // per input port: one value, or none, or many
+    const ParamValues& params;                   // per parameter
+    std::span<const Value> previous;             // per NodeType::previous; empty values at first
+    std::span<const std::shared_ptr<const void>> prepared;  // per NodeType::preparations
+    const Context& context;
+};
+
+// An output that comes back as an input one frame later: a node's only memory.
+struct Previous {
+    std::size_t output;  // index into outputs
+};
+
+// Work that depends on a few inputs and parameters only, done once for as long as they stay equal.
+struct Preparation {
+    std::string name;
+    std::vector<std::size_t> inputs, params;  // indices of all it may see
+    std::function<std::shared_ptr<const void>(const Call&)> build;
+    std::size_t (*bytes)(const void*) = nullptr;
+};
+
+// What is known of a node before anything is cooked, beside its parameters.
+struct Setting {
+    std::vector<std::string_view> linked;  // inputs
+    int frames = 1;                        // of which a cook writes files
+
+    bool links(std::string_view input) const
+    {
+        return std::find(linked.begin(), linked.end(), input) != linked.end();
+    }
+};
+
+// What makes every run of a node fail: at a parameter ("image.path") or an input, and why.
+struct Fault {
+    std::string at, why;
+};
+using Faults = std::vector<Fault>;
+
+struct Json;
+
+// How a document's node of version `from` becomes one of version `from` + 1.
+struct Upgrade {
+    int from = 1;
+    std::string note;                   // what changed, for people
+    std::function<void(Json&)> change;  // of the node's object: its "inputs" and "params"
+    std::vector<std::pair<std::string, std::string>> outputs;  // renamed: old name, new name
+};
+
+struct NodeType {
+    std::string name, summary;
+    std::vector<std::string> synonyms;  // in lower case: what other programs call it, or its use
+    int version = 1;
+    std::vector<InputPort> inputs;
+    std::vector<OutputPort> outputs;
+    std::vector<Param> params;
+    std::vector<Previous> previous;
+    std::vector<Preparation> preparations;
+    std::vector<Upgrade> upgrades;  // from older versions
+    unsigned reads = 0;             // context variables, see Variable
+    bool sink = false;              // writes files: cooked by default, once a frame
+    // For a node that gathers: which frames of its gathered inputs it wants. Such a node runs once
+    // for a cook, not once a frame.
+    std::function<std::vector<int>(const ParamValues&, const FrameRange&)> gather_frames;
+    // Null, or what every run would fail at. Parameters that move with the frame hold anything.
+    std::function<Faults(const ParamValues&, const Setting&)> check;
+    std::function<std::vector<Value>(const Call&)> run;  // one value an output port
+};
+
+}  // namespace graph
