@@ -3,9 +3,9 @@
 #include "nodes/distances.hpp"
 #include "nodes/machine.hpp"
 #include "nodes/registry.hpp"
-#include "runtime/command_line.hpp"
-#include "runtime/interrupt.hpp"
-#include "runtime/program_identity.hpp"
+#include "runtime/commands/command_line.hpp"
+#include "runtime/cook/interrupt.hpp"
+#include "runtime/cook/program_identity.hpp"
 #include "runtime/starter.hpp"
 
 #include <iostream>
@@ -19,6 +19,7 @@ int main(int argc, char** argv)
     console.salt = runtime::program_identity(nodes::late_libraries);
     console.distances = nodes::distances();
     console.write_sheet = nodes::write_sheet;
+    console.run_program = nodes::run_program;
     console.opengl = nodes::opengl;
     console.starter = runtime::starter;
     return runtime::run_command_line({argv + 1, argv + argc}, nodes::registry(), console);

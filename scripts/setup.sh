@@ -51,11 +51,19 @@ need_packages() {
     printf '%s' "$list" >"$stamp"
 }
 
-# build PRESET [TARGET ...]: configures once, then builds; quiet when there is nothing to do.
+# build PRESET [TARGET ...]: configures once, then builds; quiet when there is nothing to do. One at a
+# time: several programs started at once would write the same objects.
 build() {
+    mkdir -p "$aspic_root/build"
+    (
+        flock 9
+        build_alone "$@"
+    ) 9>"$aspic_root/build/.$1.lock"
+}
+
+build_alone() {
     local preset=$1 dir="$aspic_root/build/$1" log="$aspic_root/build/$1.log"
     shift
-    mkdir -p "$aspic_root/build"
     if [ ! -f "$dir/build.ninja" ]; then
         say "Configuring ($preset)"
         (cd "$aspic_root" && cmake --preset "$preset") >"$log" 2>&1 ||
@@ -63,7 +71,7 @@ build() {
     fi
     # ninja prints one line when there is nothing to do; what is worth showing starts with a step.
     set +e
-    NINJA_STATUS='[%f/%t, %es] ' ninja -C "$dir" "$@" 2>&1 | tee "$log" | show_build "$preset"
+    NINJA_STATUS='[%f/%t, %es] ' ninja -C "$dir" "$@" 2>&1 9>&- | tee "$log" | show_build "$preset"
     local failed=${PIPESTATUS[0]}
     set -e
     [ "$failed" = 0 ] || { grep -m1 -A30 'FAILED' "$log" >&2 || tail -n 20 "$log" >&2; die "building failed; see $log"; }

@@ -1,0 +1,244 @@
+// Tending the folder of the disk cache as a whole: counting, checking, shrinking and clearing it.
+
+#include "runtime/cache/cache_record.hpp"
+#include "runtime/cache/disk_cache.hpp"
+#include "runtime/cache/whole_file.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <unistd.h>
+
+namespace runtime {
+
+namespace fs = std::filesystem;
+using graph::ContentName;
+
+namespace {
+
+double age_of(const fs::path& path)
+{
+    std::error_code error;
+    const auto time = fs::last_write_time(path, error);
+    if (error) return 0;
+    return std::chrono::duration<double>(fs::file_time_type::clock::now() - time).count();
+}
+
+// Returns whether all of the folder could be listed; one that is not there is empty.
+template <class F> bool each_of(const fs::path& folder, bool unfinished, const F& f)
+{
+    std::error_code error;
+    fs::recursive_directory_iterator at(folder, error), end;
+    while (!error && at != end) {
+        std::error_code ignored;
+        if (at->is_regular_file(ignored) && is_unfinished(at->path()) == unfinished) f(*at);
+        at.increment(error);
+    }
+    return !error || error == std::errc::no_such_file_or_directory;
+}
+template <class F> bool each_file(const fs::path& folder, const F& f)
+{
+    return each_of(folder, false, f);
+}
+template <class F> bool each_unfinished(const fs::path& folder, const F& f)
+{
+    return each_of(folder, true, f);
+}
+
+}  // namespace
+
+DiskUse DiskCache::use() const
+{
+    DiskUse use;
+    const auto count = [&](const char* folder, std::size_t& files) {
+        each_file(folder_ / folder, [&](const fs::directory_entry& file) {
+            ++files;
+            use.bytes += size_on_disk(file.path());
+        });
+    };
+    count("records", use.records);
+    count("contents", use.contents);
+    count("lists", use.lists);
+    count("aside", use.aside);
+    return use;
+}
+
+DiskCheck DiskCache::verify()
+{
+    flush();
+    DiskCheck check;
+    const auto check_all = [&](const char* folder, const auto& is_good) {
+        const bool listed = each_file(folder_ / folder, [&](const fs::directory_entry& file) {
+            if (::access(file.path().c_str(), R_OK) != 0) {
+                ++check.unread;
+            } else {
+                is_good(file) ? ++check.good : ++check.bad;
+            }
+        });
+        if (!listed) ++check.unread;
+    };
+    check_all("records", [&](const fs::directory_entry& file) {
+        return read_record(file.path()).has_value();
+    });
+    check_all("lists", [&](const fs::directory_entry& file) {
+        return read_file(file.path(), FileKind::list).has_value();
+    });
+    check_all("contents", [&](const fs::directory_entry& file) {
+        const std::optional<FileBytes> bytes = read_file(file.path(), FileKind::content);
+        if (!bytes) return false;
+        const std::string_view all = bytes->view();
+        const bool named_right = hash_bytes(all.data(), all.size()) == key_of_file(file.path());
+        if (!named_right) set_aside(file.path(), "content does not match its name");
+        return named_right;
+    });
+    const bool listed = each_file(folder_ / "same", [&](const fs::directory_entry& file) {
+        std::error_code ignored;
+        const bool counted = file.hard_link_count(ignored) > 1;  // a file of two names is one
+        if (!read_record(file.path())) {
+            ++check.bad;
+        } else if (!counted) {
+            ++check.good;
+        }
+    });
+    if (!listed) ++check.unread;
+    return check;
+}
+
+namespace {
+
+struct Content {
+    std::uintmax_t size = 0;
+    std::size_t users = 0;  // records that name it
+    fs::path path;          // empty when it is not there
+};
+
+struct OldRecord {
+    fs::path path;
+    std::vector<ContentName> names;
+    double worth = 0;
+    std::uintmax_t size = 0;
+};
+
+// What lies in the folder, while some of it is removed.
+struct Stock {
+    std::map<ContentName, Content> contents;
+    std::vector<OldRecord> records;
+    std::uintmax_t total = 0, gone = 0;  // bytes
+
+    void remove(const fs::path& path, std::uintmax_t size)
+    {
+        std::error_code ignored;
+        if (fs::remove(path, ignored)) gone += size, leave_out(size);
+    }
+    // It stays for now, and nothing else has to make room for it.
+    void leave_out(std::uintmax_t size) { total -= std::min(total, size); }
+};
+
+// Files that a killed writer left, and damaged ones that had their time to be looked at.
+void remove_unfinished(const fs::path& folder, double grace, Stock& stock)
+{
+    for (const char* part : {"records", "contents", "lists"}) {
+        each_unfinished(folder / part, [&](const fs::directory_entry& file) {
+            if (age_of(file.path()) > grace) stock.remove(file.path(), size_on_disk(file.path()));
+        });
+    }
+    constexpr double week = 7 * 24 * 3600;
+    each_file(folder / "aside", [&](const fs::directory_entry& file) {
+        if (age_of(file.path()) > week) stock.remove(file.path(), size_on_disk(file.path()));
+    });
+}
+
+void find_contents(const fs::path& folder, Stock& stock)
+{
+    each_file(folder / "contents", [&](const fs::directory_entry& file) {
+        const std::uintmax_t size = size_on_disk(file.path());
+        stock.total += size;
+        stock.contents[name_of(DiskCache::key_of_file(file.path()))] = {size, 0, file.path()};
+    });
+}
+
+// Contents that no record names.
+void remove_unnamed(double grace, Stock& stock)
+{
+    for (const auto& [name, content] : stock.contents) {
+        if (content.users > 0 || content.path.empty()) continue;
+        if (age_of(content.path) > grace) {
+            stock.remove(content.path, content.size);
+        } else {  // it goes later, unless it is named
+            stock.leave_out(content.size);
+        }
+    }
+}
+
+// The least worth first, and the contents that no other record names.
+void remove_records(std::uintmax_t budget, double grace, Stock& stock)
+{
+    std::sort(stock.records.begin(), stock.records.end(),
+              [](const OldRecord& a, const OldRecord& b) { return a.worth < b.worth; });
+    constexpr double moment = 10;  // s, from a content to the record that names it
+    for (const OldRecord& old : stock.records) {
+        if (stock.total <= budget) return;
+        stock.remove(old.path, old.size);
+        for (const ContentName& name : old.names) {
+            Content& content = stock.contents[name];
+            if (--content.users > 0 || content.path.empty()) continue;
+            // A moment ago another record may have been about to name it: its time comes later.
+            if (grace == 0 || age_of(content.path) > moment) {
+                stock.remove(content.path, content.size);
+            } else {
+                stock.leave_out(content.size);
+            }
+        }
+    }
+}
+
+// A second name alone keeps no content alive.
+void remove_second_names(const fs::path& folder, Stock& stock)
+{
+    each_file(folder / "same", [&](const fs::directory_entry& file) {
+        std::error_code ignored;
+        if (file.hard_link_count(ignored) < 2) {
+            stock.remove(file.path(), size_on_disk(file.path()));
+        }
+    });
+}
+
+}  // namespace
+
+std::uintmax_t DiskCache::shrink(std::uintmax_t budget, double grace)
+{
+    written_ = 0;
+    Stock stock;
+    remove_unfinished(folder_, grace, stock);
+    find_contents(folder_, stock);
+    each_file(folder_ / "records", [&](const fs::directory_entry& file) {
+        stock.total += size_on_disk(file.path());
+        const double age = age_of(file.path());
+        const std::optional<CacheRecord> record = read_record(file.path());
+        if (!record) return;
+        OldRecord old{file.path(), record->names, 0, size_on_disk(file.path())};
+        double bytes = static_cast<double>(old.size);
+        for (const ContentName& name : record->names) {
+            Content& content = stock.contents[name];
+            ++content.users;
+            bytes += static_cast<double>(content.size);
+        }
+        old.worth = (record->seconds + 1e-3) / (bytes * (age + 1));
+        stock.records.push_back(std::move(old));
+    });
+    remove_unnamed(grace, stock);
+    // A little more than asked for, so that the next write does not start over.
+    if (stock.total > budget) remove_records(budget / 10 * 9, grace, stock);
+    remove_second_names(folder_, stock);
+    return stock.gone;
+}
+
+void DiskCache::clear()
+{
+    flush();
+    for (const char* folder : {"records", "same", "contents", "lists", "aside"}) {
+        std::error_code ignored;
+        fs::remove_all(folder_ / folder, ignored);
+    }
+}
+
+}  // namespace runtime

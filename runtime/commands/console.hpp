@@ -1,0 +1,52 @@
+#pragma once
+
+// What commands are given by the program, and the exit codes that they give back.
+
+#include "graph/types/value.hpp"
+#include "runtime/cache/key.hpp"
+
+#include <filesystem>
+#include <functional>
+#include <iosfwd>
+#include <map>
+#include <stop_token>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace runtime {
+
+enum Exit {
+    exit_ok = 0,
+    exit_failed = 1,       // a node failed
+    exit_usage = 2,        // the command or a document is wrong
+    exit_missed = 3,       // cooked, but a scene's expectation was missed
+    exit_cancelled = 130,  // as a shell says it of Ctrl-C
+};
+
+struct Console {
+    std::ostream& out;      // what was asked for
+    std::ostream& err;      // progress, warnings, mistakes
+    bool terminal = false;  // err is one: show a line that changes
+    std::stop_token stop;
+    Key salt;             // which program this is, see Options::salt
+    std::string version;  // "0.1.0"
+
+    // How far values of a wire type are apart, by its name, for `study`.
+    std::map<std::string, std::function<double(const graph::Value&, const graph::Value&)>>
+        distances = {};
+
+    // For `sweep` and `study`: writes labelled pictures on one sheet, and says how many there were.
+    std::function<std::size_t(const std::vector<std::pair<graph::Value, std::string>>& pictures,
+                              int columns, const std::filesystem::path& path)>
+        write_sheet = {};
+    // For `study`: runs a program and waits for its end. Its exit status; -1 when it is not there
+    // or was ended by a signal.
+    std::function<int(const std::vector<std::string>& words)> run_program = {};
+    // For `doctor`: the OpenGL that pictures are drawn with. Throws when it will not do.
+    std::function<std::string()> opengl = {};
+    // For `new`: a graph that a newcomer can change.
+    std::string starter = {};
+};
+
+}  // namespace runtime

@@ -1,0 +1,94 @@
+#include "runtime/commands/cook_command.hpp"
+
+#include "runtime/commands/cook_graph.hpp"
+#include "runtime/cook/memory_limit.hpp"
+
+#include <CLI/CLI.hpp>
+
+namespace runtime {
+
+namespace {
+
+Style style_of(const CookRequest& request, const Console& console)
+{
+    return request.json       ? Style::json
+           : request.quiet    ? Style::quiet
+           : console.terminal ? Style::terminal
+                              : Style::lines;
+}
+
+void run_cook_command(const CommandSet& set)
+{
+    run_limited(set, [&set] { return cook(set.request, set.registry, set.console); });
+}
+
+}  // namespace
+
+void add_cook_commands(const CommandSet& set)
+{
+    CLI::App* cook_app =
+        set.app.add_subcommand("cook", "Cooks graphs and writes their output files");
+    add_files(*cook_app, set.request);
+    add_loading_options(*cook_app, set.request);
+    add_cooking_options(*cook_app, set.request);
+    add_target_options(*cook_app, set.request);
+    cook_app->callback([&set] {
+        set.request.writes = true;
+        run_cook_command(set);
+    });
+
+    CLI::App* check_app = set.app.add_subcommand(
+        "check", "Cooks only what a graph's expectations need, and checks them");
+    add_files(*check_app, set.request);
+    add_loading_options(*check_app, set.request);
+    add_cooking_options(*check_app, set.request);
+    check_app->callback([&set] {
+        set.request.expectations_only = true;
+        run_cook_command(set);
+    });
+
+    CLI::App* profile_app = set.app.add_subcommand(
+        "profile", "Cooks and shows the time per node; --trace writes a trace for Perfetto");
+    add_files(*profile_app, set.request);
+    add_loading_options(*profile_app, set.request);
+    add_cooking_options(*profile_app, set.request);
+    add_target_options(*profile_app, set.request);
+    profile_app->add_option("--trace", set.request.trace, "Trace file for ui.perfetto.dev")
+        ->type_name("FILE");
+    profile_app->callback([&set] {
+        set.request.writes = set.request.profile = true;
+        run_cook_command(set);
+    });
+}
+
+int cook(const CookRequest& request, const graph::Registry& registry, Console& console)
+{
+    // All documents first: a slip in the last should not wait for the first to be cooked.
+    std::vector<graph::Graph> graphs;
+    for (const std::string& file : request.files) {
+        if (auto graph = load(file, request, registry, console))
+            graphs.push_back(std::move(*graph));
+    }
+    if (graphs.size() < request.files.size()) return exit_usage;
+
+    const std::unique_ptr<FrontEnd> front_end = make_front_end(style_of(request, console), console);
+    Caches caches;
+    caches.memory = MemoryCache(request.memory);
+    caches.disk = open_cache(request, console);
+    caches.side_files.remember_in(caches.disk.get());
+    int exit = exit_ok;
+    for (const graph::Graph& graph : graphs) {
+        Manifest manifest;
+        int one = exit_failed;
+        try {
+            one = cook_graph(graph, request, caches, *front_end, console, manifest);
+        } catch (const std::bad_alloc&) {  // not in a node: that is a failure of the node
+            throw std::runtime_error(graph.file + ": " + out_of_memory());
+        }
+        if (exit == exit_ok || one == exit_cancelled) exit = one;
+        if (one == exit_cancelled || (one == exit_failed && !request.keep_going)) break;
+    }
+    return exit;
+}
+
+}  // namespace runtime

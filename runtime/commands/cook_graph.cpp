@@ -1,0 +1,285 @@
+// Parts: the numbers that expectations look at, what goes into the manifest, the lock of the output
+// folder, and the cook itself.
+
+#include "runtime/commands/cook_graph.hpp"
+
+#include "graph/types/standard_wires.hpp"
+#include "runtime/commands/leftovers.hpp"
+#include "runtime/commands/profile.hpp"
+#include "runtime/commands/text_file.hpp"
+#include "runtime/cook/evaluator.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <fcntl.h>
+#include <fstream>
+#include <optional>
+#include <ostream>
+#include <sys/file.h>
+#include <unistd.h>
+
+namespace runtime {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// The numbers that a graph's expectations look at, as they arrive.
+class Numbers {
+public:
+    // Adds to `wants` what the expectations at the cooked frames need.
+    Numbers(const graph::Graph& graph, const std::vector<int>& frames, bool all_frames,
+            std::vector<Want>& wants)
+    {
+        for (const graph::Expectation& e : graph.expectations) {
+            for (const int f : e.frames) {
+                if (!all_frames && !std::binary_search(frames.begin(), frames.end(), f)) continue;
+                checks_.push_back({&e, f, {}, false});
+                wants.push_back({e.value.node, f});
+            }
+        }
+        std::sort(wants.begin(), wants.end());
+        wants.erase(std::unique(wants.begin(), wants.end()), wants.end());
+    }
+
+    void arrived(const Want& want, std::span<const graph::Value> values, bool varies)
+    {
+        for (ExpectationResult& check : checks_) {
+            const graph::Link& link = check.expectation->value;
+            if (link.node != want.node || (varies && check.frame != want.frame)) continue;
+            const graph::Value& value = values[link.output];
+            if (!value || *value.type()->type != typeid(double)) continue;
+            check.value = *value.as<double>();
+            check.met =
+                *check.value >= check.expectation->min && *check.value <= check.expectation->max;
+        }
+    }
+
+    const std::vector<ExpectationResult>& checks() const { return checks_; }
+
+private:
+    std::vector<ExpectationResult> checks_;
+};
+
+// Keeps which files were written, for the manifest.
+class Outputs : public Relay {
+public:
+    Outputs(Observer& next, const graph::Graph& graph, fs::path folder, Manifest& manifest)
+        : Relay(next), graph_(graph), folder_(std::move(folder)), manifest_(manifest)
+    {}
+    void wrote(std::uint32_t n, int frame, const Written& w) override
+    {
+        if (!w.digest) shared_.push_back({manifest_.outputs.size(), w.path});
+        add({graph_.nodes[n].name,
+             {},
+             frame,
+             {w.path.lexically_proximate(folder_).generic_string(), to_hex(w.digest)}});
+        Relay::wrote(n, frame, w);
+    }
+    // Files that frames share are now what they will be.
+    void finish(FileDigests& digests)
+    {
+        for (const auto& [place, path] : shared_) {
+            manifest_.outputs[place].file.digest = to_hex(digests.of(path));
+        }
+    }
+    // Values that were asked for and go into no file.
+    void arrived(const Want& want, std::span<const graph::Value> values, ContentNames& names)
+    {
+        const graph::Node& node = graph_.nodes[want.node];
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            const graph::ContentName name = names.of(values[i]);
+            add({node.name,
+                 node.type->outputs[i].name,
+                 want.frame,
+                 {{}, to_hex({name[0], name[1]})}});
+        }
+    }
+
+private:
+    void add(Manifest::Output output) { manifest_.outputs.push_back(std::move(output)); }
+
+    const graph::Graph& graph_;
+    const fs::path folder_;
+    Manifest& manifest_;
+    std::vector<std::pair<std::size_t, fs::path>> shared_;  // places in manifest_.outputs
+};
+
+void begin_manifest(const CookRequest& request, const Console& console,
+                    const std::vector<int>& frames, Manifest& m)
+{
+    m.version = console.version;
+    m.program = to_hex(console.salt);
+    m.frames = frames_text(frames);
+    m.sets = request.sets, m.variables = request.variables, m.only = request.nodes;
+    m.root = request.root.empty() ? "" : fs::absolute(request.root).lexically_normal().string();
+    m.allow_outside = request.allow_outside;
+}
+
+// Beside the files that it tells of. Its loss is no reason to fail a cook.
+void write_manifest(const fs::path& folder, Manifest& m, Console& console)
+{
+    std::sort(m.outputs.begin(), m.outputs.end(),
+              [](const Manifest::Output& a, const Manifest::Output& b) {
+                  return std::tie(a.node, a.frame, a.port, a.file.path) <
+                         std::tie(b.node, b.frame, b.port, b.file.path);
+              });
+    try {
+        replace_text(folder / manifest_name, to_text(m));
+    } catch (const std::exception& e) {
+        console.err << "warning: the manifest was not written: " << e.what() << "\n";
+    }
+}
+
+// How long a run of each node took.
+void add_seconds(const graph::Graph& graph, const Cooked& cooked, Manifest& manifest)
+{
+    for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
+        const Tally& t = cooked.tallies[n];
+        if (t.runs == 0) continue;
+        manifest.nodes[graph.nodes[n].name].seconds = t.seconds / static_cast<double>(t.runs);
+    }
+}
+
+// Held while a cook writes into a folder, as far as its file system has locks.
+class FolderLock {
+public:
+    explicit FolderLock(const fs::path& folder)
+        : number_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)),
+          taken_(number_ >= 0 && ::flock(number_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    {}
+    ~FolderLock()
+    {
+        if (number_ >= 0) ::close(number_);
+    }
+    FolderLock(const FolderLock&) = delete;
+
+    bool taken() const { return taken_; }  // by another cook
+
+private:
+    int number_;
+    bool taken_;
+};
+
+// Locks the folder for this cook, and clears it of what a killed one left.
+void lock_folder(std::optional<FolderLock>& lock, const fs::path& folder, Console& console)
+{
+    make_output_folder(folder);
+    if (!lock.emplace(folder).taken()) return remove_leftovers(folder);
+    console.err << fmt::format(
+        "warning: another cook is writing into {}; the files of both may mix. Use --out DIR.\n",
+        folder.string());
+}
+
+Options options_of(const graph::Graph& graph, const CookRequest& request, const Console& console)
+{
+    Options options;
+    options.threads = request.threads;
+    options.keep_going = request.keep_going || request.expectations_only;
+    options.output_folder = output_folder(graph, request);
+    options.stop = console.stop;
+    options.salt = console.salt;
+    options.recheck = request.recheck / 100;
+    options.recheck_seed =
+        static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count());
+    return options;
+}
+
+// Shows how each expectation came out. Returns whether one was missed.
+bool show_expectations(const Numbers& numbers, const Cooked& cooked, FrontEnd& front_end)
+{
+    if (cooked.cancelled) return false;
+    bool missed = false;
+    std::size_t left_out = 0;
+    for (const ExpectationResult& check : numbers.checks()) {
+        if (!check.value && cooked.failures > 0) {  // the failure was told
+            ++left_out;
+            continue;
+        }
+        front_end.expectation(check);
+        missed = missed || !check.met;
+    }
+    front_end.expectations_left_out(left_out);
+    return missed;
+}
+
+// A graph without a node that writes files, cooked for nothing that its user would see.
+void warn_of_no_output(const graph::Graph& graph, const CookRequest& request, Console& console)
+{
+    const bool wanted = request.writes && !request.profile && request.nodes.empty();
+    if (!wanted || !graph.expectations.empty() || graph.nodes.empty()) return;
+    for (const graph::Node& node : graph.nodes) {
+        if (node.type->sink) return;
+    }
+    console.err << fmt::format(
+        "warning: {}: no node writes a file: add WriteMesh, or Render and WriteImage\n",
+        graph.file);
+}
+
+void write_profile(const graph::Graph& graph, const CookRequest& request, const Cooked& cooked,
+                   const std::vector<Run>& runs, Console& console)
+{
+    if (request.profile) write_table(graph, cooked, console.out);
+    if (request.trace.empty()) return;
+    std::ofstream file(request.trace);
+    write_trace(graph, runs, file);
+    if (!file.flush()) throw std::runtime_error("can't write " + request.trace);
+    console.out << "trace: " << request.trace << "\n";
+}
+
+}  // namespace
+
+int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& caches,
+               FrontEnd& front_end, Console& console, Manifest& manifest)
+{
+    const std::vector<int> frames = chosen_frames(graph, request);
+    warn_of_no_output(graph, request, console);
+    std::vector<Want> wants;
+    const std::vector<std::uint32_t> nodes = chosen_nodes(graph, request);
+    for (const int f : frames) {
+        for (const std::uint32_t n : nodes) wants.push_back({n, f});
+    }
+    Numbers numbers(graph, frames, request.expectations_only && request.frames.empty(), wants);
+    const Options options = options_of(graph, request, console);
+    std::optional<FolderLock> lock;
+    if (!nodes.empty()) lock_folder(lock, options.output_folder, console);
+    begin_manifest(request, console, frames, manifest);
+
+    front_end.began(graph, frames.size());
+    Recorder recorder(front_end);
+    Observer* const observer = request.profile ? static_cast<Observer*>(&recorder) : &front_end;
+    Outputs outputs(*observer, graph, options.output_folder, manifest);
+    Evaluator evaluator(graph, caches, options, &outputs);
+    // Before it, as the files that it reads may change while it goes on.
+    if (!nodes.empty()) {
+        evaluator.aim(wants);
+        describe_graph(graph, evaluator.keys(), frames, caches.files, manifest);
+    }
+    const Cooked cooked =
+        evaluator.cook(wants, [&](const Want& want, std::span<const graph::Value> values) {
+            numbers.arrived(want, values, evaluator.keys().varies(want.node));
+            const bool asked = std::find(nodes.begin(), nodes.end(), want.node) != nodes.end();
+            if (asked && !graph.nodes[want.node].type->sink) {
+                outputs.arrived(want, values, caches.names);
+            }
+        });
+    outputs.finish(caches.files);
+    manifest.complete = !cooked.cancelled && cooked.failures == 0;
+    if (!nodes.empty()) {
+        add_seconds(graph, cooked, manifest);
+        write_manifest(options.output_folder, manifest, console);
+    }
+    const bool missed = show_expectations(numbers, cooked, front_end);
+    const int exit = cooked.cancelled      ? exit_cancelled
+                     : cooked.failures > 0 ? exit_failed
+                     : missed              ? exit_missed
+                                           : exit_ok;
+    front_end.finished(cooked, exit);
+    write_profile(graph, request, cooked, recorder.runs, console);
+    return exit;
+}
+
+}  // namespace runtime

@@ -1,0 +1,342 @@
+// Parts: what is measured of one cook (Stopwatch, Series), the study itself (class Study), and its
+// reports: the table, the plot and the sentence at the end.
+
+#include "runtime/commands/study.hpp"
+
+#include "graph/types/standard_wires.hpp"
+#include "runtime/commands/wires.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace runtime {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+const std::string& wire_of(const graph::Graph& graph, graph::Link link)
+{
+    return graph.nodes[link.node].type->outputs[link.output].type;
+}
+
+double number_distance(const graph::Value& a, const graph::Value& b)
+{
+    return std::abs(*a.as<double>() - *b.as<double>());
+}
+
+// Seconds of what runs anew each frame, and of what runs once.
+class Stopwatch : public Observer {
+public:
+    explicit Stopwatch(const graph::Graph& graph) : varies(graph.nodes.size(), false), graph_(graph)
+    {}
+    void ran(const Run& run) override
+    {
+        (varies[run.node] && run.preparation < 0 ? frames : setup) += run.seconds;
+    }
+    void failed(const Failure& f) override
+    {
+        if (failure.empty()) failure = f.what;
+    }
+
+    void warned(const Warning& w) override
+    {
+        warnings.push_back(fmt::format("'{}': {}", graph_.nodes[w.node].name, w.text));
+    }
+
+    std::vector<bool> varies;
+    double frames = 0, setup = 0;
+    std::string failure;
+    std::vector<std::string> warnings;
+
+private:
+    const graph::Graph& graph_;
+};
+
+// What a trial gave at each frame; a wire that is the same at all frames has one entry.
+using Series = std::map<int, graph::Value>;
+
+const graph::Value& at(const Series& series, int frame)
+{
+    static const graph::Value none;
+    if (series.empty()) return none;
+    auto after = series.upper_bound(frame);
+    return after == series.begin() ? none : std::prev(after)->second;
+}
+
+class Study {
+public:
+    Study(const std::filesystem::path& file, const graph::Registry& registry,
+          const StudyOptions& options)
+        : file_(file), registry_(registry), options_(options)
+    {
+        const graph::Graph graph = load({});
+        const graph::Link wire = find_wire(graph, options.measure);
+        const std::string& type = wire_of(graph, wire);
+        const auto known = options.distances.find(type);
+        if (type == graph::wire_name<double>) {
+            distance_ = number_distance;
+            number_ = true;
+        } else if (known != options.distances.end()) {
+            distance_ = known->second;
+        } else {
+            throw std::invalid_argument(fmt::format("expected '{}' to be a number or a mesh, found "
+                                                    "type {}; add a Measure node after it",
+                                                    options.measure, type));
+        }
+        if (options.exact && !number_) {
+            throw std::invalid_argument("a number as reference needs a number as measure");
+        }
+        if (!options.look.empty()) {
+            const graph::Link look = find_wire(graph, options.look);
+            if (!is_picture(graph.nodes[look.node].type->outputs[look.output])) {
+                throw std::invalid_argument(
+                    fmt::format("expected '{}' to be a picture, found type {}", options.look,
+                                wire_of(graph, look)));
+            }
+        }
+        if (!options.exact && !options.reference && combinations(options.varied).size() < 2) {
+            throw std::invalid_argument("expected at least two settings, found one; vary more "
+                                        "values or give a --reference");
+        }
+        frames_ = options.frames;
+        if (frames_.empty()) {
+            for (int f = graph.range.first; f <= graph.range.last; ++f) frames_.push_back(f);
+        }
+    }
+
+    std::vector<Trial> run(const std::function<void(const Trial&)>& told)
+    {
+        const std::vector<Settings> all = combinations(options_.varied);
+        std::vector<Trial> trials(all.size());
+        for (std::size_t i = 0; i < all.size(); ++i) trials[i].settings = all[i];
+
+        // The reference first: the others are compared with it frame by frame as they cook.
+        if (options_.exact) {
+            for (const int f : frames_) reference_[f] = graph::Value::of(double(*options_.exact));
+        } else if (options_.reference) {
+            Trial outside;
+            outside.settings = *options_.reference;
+            reference_ = cook(outside);
+            need(outside);
+        } else {
+            Trial& last = trials.back();
+            reference_ = cook(last);
+            need(last);
+            last.reference = true;
+            if (told) told(last);
+        }
+        scale_ = scale_of_reference();
+        for (Trial& trial : trials) {
+            if (trial.reference) continue;
+            compare(trial, cook(trial));
+            if (told) told(trial);
+        }
+        mark_best(trials);
+        return trials;
+    }
+
+private:
+    graph::Graph load(const Settings& settings) const
+    {
+        return load_with(file_, registry_, options_.load, settings);
+    }
+
+    // Everything from a cold cache, so that times can be compared.
+    Series cook(Trial& trial) const
+    {
+        Series series;
+        try {
+            const graph::Graph graph = load(trial.settings);
+            const graph::Link wire = find_wire(graph, options_.measure);
+            std::vector<Want> wants;
+            for (const int f : frames_) wants.push_back({wire.node, f});
+            std::optional<graph::Link> look;
+            if (!options_.look.empty()) look = find_wire(graph, options_.look);
+
+            Caches caches;
+            Stopwatch watch(graph);
+            Evaluator evaluator(graph, caches, options_.cook, &watch);
+            evaluator.keys().aim({wire.node}, frames_);
+            for (const std::uint32_t n : evaluator.keys().reached()) {
+                watch.varies[n] = evaluator.keys().varies(n);
+            }
+            evaluator.cook(std::move(wants),
+                           [&](const Want& want, std::span<const graph::Value> values) {
+                               series[want.frame] = values[wire.output];
+                           });
+            trial.failure = watch.failure;
+            trial.warnings = std::move(watch.warnings);
+            trial.frame_seconds = watch.frames / static_cast<double>(frames_.size());
+            trial.setup_seconds = watch.setup;
+            if (look && trial.failure.empty()) trial.look = evaluator.pull(*look, frames_.back());
+        } catch (const std::exception& error) {
+            trial.failure = error.what();
+        }
+        return series;
+    }
+
+    static void need(const Trial& reference)
+    {
+        if (reference.failure.empty()) return;
+        throw std::invalid_argument(fmt::format("the reference ({}) could not be cooked: {}",
+                                                describe(reference.settings), reference.failure));
+    }
+
+    double scale_of_reference() const
+    {
+        double scale = 0;
+        for (const int f : frames_) {
+            scale = std::max(scale, number_ ? std::abs(*at(reference_, f).as<double>())
+                                            : departure_of_reference(f));
+        }
+        return scale;
+    }
+
+    // From its first frame; 0 where it has become something that can't be compared with that.
+    double departure_of_reference(int frame) const
+    {
+        try {
+            return distance_(at(reference_, frame), at(reference_, frames_[0]));
+        } catch (const std::invalid_argument&) {
+            return 0;
+        }
+    }
+
+    void compare(Trial& trial, const Series& series) const
+    {
+        if (!trial.failure.empty()) {
+            trial.error = trial.worst = trial.relative = nan;
+            return;
+        }
+        double sum_sq = 0;
+        for (const int f : frames_) {
+            double d = 0;
+            try {
+                d = distance_(at(series, f), at(reference_, f));
+            } catch (const std::invalid_argument& why) {
+                trial.incomparable = fmt::format("at frame {} {}", f, why.what());
+                trial.error = trial.worst = trial.relative = nan;
+                return;
+            }
+            sum_sq += d * d;
+            if (!(d <= trial.worst) && !std::isnan(trial.worst)) trial.worst = d;
+        }
+        trial.error = std::sqrt(sum_sq / static_cast<double>(frames_.size()));
+        trial.relative = scale_ > 0 ? trial.error / scale_ : nan;
+    }
+
+    static void mark_best(std::vector<Trial>& trials)
+    {
+        for (Trial& t : trials) {
+            if (t.reference || !t.failure.empty() || std::isnan(t.error)) continue;
+            t.best = std::none_of(trials.begin(), trials.end(), [&](const Trial& o) {
+                return &o != &t && !o.reference && o.failure.empty() && o.error <= t.error &&
+                       o.frame_seconds <= t.frame_seconds &&
+                       (o.error < t.error || o.frame_seconds < t.frame_seconds);
+            });
+        }
+    }
+
+    const std::filesystem::path& file_;
+    const graph::Registry& registry_;
+    const StudyOptions& options_;
+    Distance distance_;
+    bool number_ = false;
+    std::vector<int> frames_;
+    Series reference_;
+    double scale_ = 0;
+};
+
+}  // namespace
+
+std::vector<Trial> study(const std::filesystem::path& file, const graph::Registry& registry,
+                         const StudyOptions& options, const std::function<void(const Trial&)>& told)
+{
+    return Study(file, registry, options).run(told);
+}
+
+bool any_compared(const std::vector<Trial>& trials)
+{
+    return std::any_of(trials.begin(), trials.end(), [](const Trial& t) {
+        return !t.reference && t.failure.empty() && !std::isnan(t.relative);
+    });
+}
+
+bool any_to_plot(const std::vector<Trial>& trials)
+{
+    return std::any_of(trials.begin(), trials.end(), [](const Trial& t) {
+        return !t.reference && t.failure.empty() && t.relative > 0 && t.frame_seconds > 0;
+    });
+}
+
+std::string soonest(const std::vector<Trial>& trials, double wanted)
+{
+    const Trial* found = nullptr;
+    const Trial* nearest = nullptr;
+    for (const Trial& t : trials) {
+        if (t.reference || !t.failure.empty() || std::isnan(t.relative)) continue;
+        if (!nearest || t.relative < nearest->relative) nearest = &t;
+        if (t.relative <= wanted && (!found || t.frame_seconds < found->frame_seconds)) found = &t;
+    }
+    if (found) {
+        return fmt::format(
+            "Fastest setting within {:g} %: {} ({:.3g} ms per frame, error {:.2g} %).",
+            100 * wanted, describe(found->settings), 1e3 * found->frame_seconds,
+            100 * found->relative);
+    }
+    if (!nearest) return "No setting could be compared with the reference.";
+    return fmt::format(
+        "No setting is within {:g} %; the closest is {} ({:.2g} %, {:.3g} ms per frame).",
+        100 * wanted, describe(nearest->settings), 100 * nearest->relative,
+        1e3 * nearest->frame_seconds);
+}
+
+std::string to_csv(const std::vector<Trial>& trials)
+{
+    std::string out;
+    if (trials.empty()) return out;
+    for (const graph::Override& s : trials[0].settings)
+        out.append(csv_quoted(s.target)).append(1, ',');
+    out += "error_rms,error_max,error_relative,ms_per_frame,setup_ms,best,reference,failure\n";
+    for (const Trial& t : trials) {
+        for (const graph::Override& s : t.settings) out.append(csv_quoted(s.value)).append(1, ',');
+        const std::string why =
+            t.incomparable.empty() ? t.failure : "not comparable: " + t.incomparable;
+        out += fmt::format("{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:d},{:d},{}\n", t.error, t.worst,
+                           t.relative, 1e3 * t.frame_seconds, 1e3 * t.setup_seconds, t.best,
+                           t.reference, csv_quoted(why));
+    }
+    return out;
+}
+
+std::string plot_program(const std::vector<Trial>& trials, const std::string& csv_file,
+                         const std::string& png_file, const std::string& title)
+{
+    const std::size_t settings = trials.empty() ? 0 : trials[0].settings.size();
+    const std::size_t relative = settings + 3, ms = settings + 4, best = settings + 6;
+    std::string label = "''";  // the settings' values, joined
+    for (std::size_t k = 1; k <= settings; ++k) label += fmt::format(".' '.strcol({})", k);
+    return fmt::format(
+        "set terminal pngcairo size 960,640 enhanced font 'sans,10'\n"
+        "set output '{png}'\n"
+        "set datafile separator ','\n"
+        "set title '{title}' noenhanced\n"
+        "set xlabel 'milliseconds per frame'\n"
+        "set ylabel 'relative error'\n"
+        "set logscale xy\nset format y '%.0e'\nset grid\nset key top right\nset offsets graph 0.1, "
+        "graph 0.15, graph 0.1, graph 0.1\n"
+        "plot '{csv}' skip 1 using {ms}:{rel} with points pt 7 lc rgb '#888888' title 'tried', \\\n"
+        "     '' skip 1 using {ms}:(column({best}) == 1 ? column({rel}) : NaN) with points pt 7 ps "
+        "1.6 lc rgb '#d0561f' title 'best choices', \\\n"
+        "     '' skip 1 using {ms}:{rel}:({label}) with labels offset 1,0.6 left font ',8' "
+        "noenhanced "
+        "notitle\n",
+        fmt::arg("png", png_file), fmt::arg("title", title), fmt::arg("csv", csv_file),
+        fmt::arg("ms", ms), fmt::arg("rel", relative), fmt::arg("best", best),
+        fmt::arg("label", label));
+}
+
+}  // namespace runtime

@@ -1,0 +1,126 @@
+#include "runtime/commands/sweep_command.hpp"
+
+#include "runtime/cache/quantities.hpp"
+#include "runtime/commands/sweep.hpp"
+#include "runtime/commands/text_file.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <ostream>
+
+namespace runtime {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// "height.value 0.52  mass.value 3.1", of what could be made.
+std::string numbers_text(const std::vector<std::string>& measures, const SweepRow& row)
+{
+    std::string text;
+    for (std::size_t i = 0; i < measures.size(); ++i) {
+        if (std::isnan(row.numbers[i])) continue;
+        text += fmt::format("{}{} {:.4g}", text.empty() ? "" : "  ", measures[i], row.numbers[i]);
+    }
+    return text;
+}
+
+// Frames stand side by side; of one frame, the last setting varies fastest: a row of the sheet is
+// one of the others.
+int columns_of(const SweepRequest& wanted, const std::vector<Vary>& varied, std::size_t frames,
+               std::size_t rows)
+{
+    if (wanted.columns > 0) return wanted.columns;
+    if (frames > 1 && frames <= 8) return static_cast<int>(frames);
+    const std::size_t fastest = varied.empty() ? 1 : varied.back().values.size();
+    if (varied.size() > 1 && fastest <= 8) return static_cast<int>(fastest);
+    return static_cast<int>(std::clamp(std::ceil(std::sqrt(static_cast<double>(rows))), 1.0, 6.0));
+}
+
+}  // namespace
+
+int run_sweep(const CookRequest& request, const SweepRequest& wanted,
+              const graph::Registry& registry, Console& console)
+{
+    const fs::path file = request.files.at(0);
+    SweepOptions options;
+    for (const std::string& text : wanted.vary) options.varied.push_back(parse_vary(text));
+    options.load = load_options(request);
+    options.picture = wanted.picture, options.measures = wanted.measures;
+    if (!request.frames.empty()) options.frames = parse_frames(request.frames);
+    const fs::path folder = request.output_folder.empty() ? fs::path("out") / file.stem()
+                                                          : fs::path(request.output_folder);
+    options.cook.threads = request.threads;
+    options.cook.stop = console.stop;
+    options.cook.salt = console.salt;
+    options.cook.output_folder = folder;
+    make_output_folder(folder);
+
+    Caches caches;
+    caches.memory = MemoryCache(request.memory);
+    caches.disk = open_cache(request, console);
+    caches.side_files.remember_in(caches.disk.get());
+    const std::size_t frames = std::max<std::size_t>(options.frames.size(), 1);
+    const std::size_t all = combinations(options.varied).size() * frames;
+    const auto name_of = [&](const SweepRow& row) {
+        return describe(row.settings) + (frames > 1 ? fmt::format(", frame {}", row.frame) : "");
+    };
+    std::size_t done = 0, failed = 0;
+    const Swept swept = sweep(file, registry, options, caches, [&](const SweepRow& row) {
+        failed += !row.failure.empty();
+        if (request.quiet && row.failure.empty()) return;
+        console.err << fmt::format("{} of {}, {}: {}: {}\n", ++done, all,
+                                   format_seconds(row.seconds), name_of(row),
+                                   row.failure.empty() ? "done" : "failed: " + row.failure);
+    });
+    const fs::path csv = folder / "sweep.csv", png = folder / "sweep.png";
+    replace_text(csv, to_csv(swept));
+    console.out << "table: " << csv.string() << "\n";
+    std::vector<std::pair<graph::Value, std::string>> pictures;
+    for (const SweepRow& row : swept.rows) {
+        const std::string numbers = numbers_text(swept.measures, row);
+        pictures.emplace_back(row.picture, name_of(row) + (numbers.empty() ? "" : "   " + numbers));
+    }
+    if (console.write_sheet &&
+        console.write_sheet(pictures, columns_of(wanted, options.varied, frames, swept.rows.size()),
+                            png) > 0) {
+        console.out << "sheet: " << png.string() << "\n";
+    } else {
+        console.err << "no sheet was made: there is no picture. Use --picture NODE.PORT.\n";
+    }
+    return swept.cancelled ? exit_cancelled : failed > 0 ? exit_failed : exit_ok;
+}
+
+void add_sweep_command(const CommandSet& set)
+{
+    const auto swept = std::make_shared<SweepRequest>();
+    CLI::App* sweep_app = set.app.add_subcommand(
+        "sweep", "Cooks every combination of settings; writes a picture sheet and a table");
+    add_file(*sweep_app, set.request);
+    add_repeatable(*sweep_app, "--vary", swept->vary, "Parameter and its values; repeatable",
+                   "NODE.PARAM=A,B,C")
+        ->required();
+    sweep_app->add_option("--frame", set.request.frames, "Same as --frames")
+        ->type_name("N")
+        ->check(what_is_wrong_with_frames);
+    sweep_app
+        ->add_option("--picture", swept->picture, "Picture to show (default: the graph's first)")
+        ->type_name("NODE.PORT");
+    add_repeatable(*sweep_app, "--measure", swept->measures,
+                   "Number for the table (default: all); repeatable", "NODE.PORT");
+    sweep_app->add_option("--columns", swept->columns, "Pictures in a row of the sheet")
+        ->type_name("N")
+        ->check(CLI::Range(1, 100));
+    add_out(*sweep_app, set.request);
+    add_loading_options(*sweep_app, set.request);
+    add_cooking_options(*sweep_app, set.request);
+    sweep_app->get_option("--frames")
+        ->description("Frames to show: 12 or 1-48x12 (default: the last)");
+    sweep_app->callback([&set, swept] {
+        run_limited(set, [&] { return run_sweep(set.request, *swept, set.registry, set.console); });
+    });
+}
+
+}  // namespace runtime

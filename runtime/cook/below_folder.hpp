@@ -1,0 +1,17 @@
+#pragma once
+
+// Files below a folder and nowhere else: no ".." and no symbolic link leads out of it, whoever put
+// them there.
+
+#include <filesystem>
+
+namespace runtime {
+
+// Opens a file for reading. -1, and errno says why, when it can't be had; EXDEV when the path leads
+// out of the folder.
+int open_below(const std::filesystem::path& folder, const std::filesystem::path& path);
+
+// Whether the path, taken from the folder, leads out of it. What is not there yet does not.
+bool leads_out(const std::filesystem::path& folder, const std::filesystem::path& path);
+
+}  // namespace runtime
