@@ -1,11 +1,17 @@
 #pragma once
 
-#include "geometry/vec.hpp"
+// The pinhole camera, and how one is fitted to what it should show.
+
+#include "geometry/base/vec.hpp"
+
+#include <span>
+#include <vector>
 
 namespace render {
 
 using geometry::Box;
 using geometry::Vec3;
+using geometry::Vec3f;
 
 // A pinhole that looks at `target`. World coordinates, metres.
 struct Camera {
@@ -28,6 +34,18 @@ Vec3 corner_of(const Box& box, int k);
 // finite.
 Camera fit(const Box& box, double azimuth, double elevation, double field_of_view, double aspect,
            double margin, double right_free = 0);
+
+// The same for points, which are met on at least two sides of the picture: what lies between them
+// is held too. None are taken for an empty box.
+Camera fit(std::span<const Vec3f> points, double azimuth, double elevation, double field_of_view,
+           double aspect, double margin, double right_free = 0);
+
+// `points` turned about the upright axis through the middle of their box, 24 times: a camera
+// that fits them stays at one distance while it goes round.
+std::vector<Vec3f> turned_about(std::span<const Vec3f> points);
+
+// Radians: so narrow that it stands for a parallel projection, to a third of a pixel of 540.
+inline constexpr double parallel_view = 0.002;
 
 // Where right, up and ahead are in the picture: rows of length 1, across each other. The camera
 // must not stand at its target; one that looks along `up` has some direction to its right.

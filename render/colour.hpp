@@ -2,7 +2,7 @@
 
 // Maps from numbers to colours.
 
-#include "geometry/colour.hpp"
+#include "geometry/base/srgb.hpp"
 
 #include <array>
 #include <cstdint>

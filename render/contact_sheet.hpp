@@ -1,5 +1,7 @@
 #pragma once
 
+// Many pictures on one sheet, each with a label; and pictures at another size.
+
 #include "render/image.hpp"
 
 #include <string>

@@ -1,5 +1,7 @@
 #include "render/cube_quantity.hpp"
 
+#include "geometry/embed/carried_numbers.hpp"
+
 #include <stdexcept>
 
 namespace render {
@@ -36,7 +38,7 @@ geometry::Attribute cube_quantity(const std::string& name, const geometry::Cubes
                                   const CubeShell& shell, const physics::State* state)
 {
     const auto of_cubes = [&](const auto& values, const char* unit) {
-        need(values.size() == cubes.count(), name, "they do not have one number each of it");
+        need(values.size() == cubes.count(), name, "the cubes do not have one number each");
         return geometry::Attribute{name, unit,
                                    spread(shell, [&](auto c, auto) { return values[c]; })};
     };
@@ -45,32 +47,41 @@ geometry::Attribute cube_quantity(const std::string& name, const geometry::Cubes
     if (name == "matter") return of_cubes(cubes.matter, "");
     if (name == "component") return of_cubes(cubes.component, "");
     if (name == "density") {
-        need(cubes.mass.size() == cubes.count(), name, "they do not have one mass each");
+        need(cubes.mass.size() == cubes.count(), name, "the cubes do not have one mass each");
         const double volume = cubes.size * cubes.size * cubes.size;
         return {name, "kg/m^3",
                 spread(shell, [&](auto c, auto) { return cubes.mass[c] / volume; })};
     }
     if (name == "stress") {
         if (!state) return {name, "Pa", spread(shell, [](auto, auto) { return 0.0; })};
-        need(state->stress.size() == cubes.count(), name, "the state does not hold it");
+        need(state->stress.size() == cubes.count(), name, "the state does not have it");
         return of_cubes(state->stress, "Pa");
     }
     const std::size_t corners = cubes.corner_count();
     if (name == "displacement") {
         if (!state) return {name, "m", spread(shell, [](auto, auto) { return 0.0; })};
-        need(state->x.size() == corners, name, "the state is of other cubes");
-        return {name, "m", spread(shell, [&](auto, auto k) {
-                    return (state->x[k] - cubes.corner_position(k)).norm();
-                })};
+        need(state->x.size() == corners, name, "the state belongs to other cubes");
+        const std::vector<double> far = geometry::displacements(cubes, state->x);
+        return {name, "m", spread(shell, [&](auto, auto k) { return far[k]; })};
     }
     if (name == "speed") {
         if (!state) return {name, "m/s", spread(shell, [](auto, auto) { return 0.0; })};
-        need(state->v.size() == corners, name, "the state does not hold velocities of these cubes");
-        return {name, "m/s", spread(shell, [&](auto, auto k) { return state->v[k].norm(); })};
+        need(state->v.size() == corners, name, "the state has no velocities of these cubes");
+        const std::vector<double> speed = geometry::speeds(state->v);
+        return {name, "m/s", spread(shell, [&](auto, auto k) { return speed[k]; })};
     }
     throw std::invalid_argument("cubes cannot be coloured by `" + name +
                                 "`: expected displacement, speed, stress, fill, young, density, "
                                 "component or matter");
+}
+
+void colour_by_category(TriMesh& mesh, const geometry::Attribute& values)
+{
+    mesh.colours.resize(mesh.positions.size());
+    for (std::size_t i = 0; i < mesh.colours.size(); ++i) {
+        const auto category = static_cast<std::uint32_t>(std::max(0.0f, values.values[i]));
+        mesh.colours[i] = linear_from_srgb(category_colour(category));
+    }
 }
 
 }  // namespace render

@@ -2,7 +2,7 @@
 
 // Numbers to colour cubes by.
 
-#include "physics/state.hpp"
+#include "physics/state/state.hpp"
 #include "render/cube_shell.hpp"
 
 namespace render {
@@ -16,5 +16,8 @@ geometry::Attribute cube_quantity(const std::string& name, const geometry::Cubes
 
 // Whether a quantity counts categories, which are coloured each in its own colour, without a scale.
 bool is_category(const std::string& name);
+
+// Gives each vertex of `mesh` the colour of its category, `values` rounded towards zero.
+void colour_by_category(TriMesh& mesh, const geometry::Attribute& values);
 
 }  // namespace render

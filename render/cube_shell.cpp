@@ -1,6 +1,6 @@
 #include "render/cube_shell.hpp"
 
-#include "geometry/parallel.hpp"
+#include "geometry/base/parallel.hpp"
 
 #include <algorithm>
 #include <stdexcept>

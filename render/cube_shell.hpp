@@ -2,8 +2,8 @@
 
 // Cubes as things to draw.
 
-#include "geometry/cubes.hpp"
-#include "geometry/mesh.hpp"
+#include "geometry/cubes/cubes.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "render/scene.hpp"
 #include "render/surface_layout.hpp"
 

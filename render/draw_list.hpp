@@ -2,18 +2,28 @@
 
 // A scene made ready for a drawing backend: one array of vertices, one of indices, a few batches,
 // and the numbers of the camera and the light. No OpenGL here: what is drawn, and in which order,
-// is decided (and tested) without it.
+// is decided without it.
+//
+//   scene -- make_draw_list --> DrawList -- Renderer --> image
+//              (gather)
 
-#include "render/camera.hpp"
-#include "render/look.hpp"
-#include "render/scene.hpp"
+#include "render/colour.hpp"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace render {
+
+using geometry::Box;
+using geometry::Vec3;
 
 // As the graphics memory has it.
 struct Vertex {
     std::array<float, 3> position;
-    std::array<std::int16_t, 2> normal;    // octahedral, see octahedral()
+    std::array<std::int16_t, 2> normal;    // octahedral, see gather.cpp
     std::array<std::uint8_t, 4> colour;    // square roots of linear RGB, and roughness
     std::array<std::uint8_t, 4> material;  // metallic, opacity, 255 when lit, 0
     float value;                           // place in the colour map; a ball's radius
@@ -51,6 +61,7 @@ struct ShadowMap {
     int width = 0, height = 0;   // texels; 0: there is no shadow
     Eigen::Matrix4f from_stage;  // to 0..1 in x, y and depth
     float texel = 0;             // stage units
+    float depth = 1;             // of the map's depth, for each stage unit
 };
 
 struct DrawList {
@@ -66,17 +77,9 @@ struct DrawList {
     // Corners of the floor, and of the part of it that a shadow may fall on, in the order of a
     // triangle strip. Stage units; empty without a floor, or without a shadow.
     std::vector<Vec3f> floor, shadowed_floor;
+    Box drawn;               // what is drawn, stage units; empty when nothing is
     float grid_spacing = 0;  // stage units; a power of ten in metres
     std::vector<std::string> warnings;
 };
-
-// Throws std::invalid_argument for sizes, cameras and stages that no picture can be made of. Shapes
-// that cannot be drawn (not finite, naming vertices that are not there) are left out with a
-// warning.
-DrawList draw_list(const Scene& scene, const Camera& camera, const Look& look);
-
-// A direction as a point of the square -1..1: the octahedron unfolded. Cigolle et al., A survey of
-// efficient representations for independent unit vectors, JCGT 3(2), 2014.
-geometry::Vec2f octahedral(const Vec3f& unit);
 
 }  // namespace render

@@ -2,6 +2,7 @@
 
 #define GLAD_GL_IMPLEMENTATION
 #include <glad/gl.h>
+#undef GLAD_GL_IMPLEMENTATION  // for files that are compiled together with this one
 
 #include <GL/osmesa.h>
 
@@ -9,10 +10,8 @@
 
 #include <array>
 #include <mutex>
-#include <new>
 #include <stdexcept>
 #include <string>
-#include <sys/resource.h>
 
 namespace render {
 
@@ -123,47 +122,6 @@ GlContext::Current::~Current()
 {
     mesa().make_current(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
     context_.in_use_ = false;
-}
-
-namespace {
-
-// How many are drawing, and the limit that holds when nobody is.
-struct Lifted {
-    std::mutex mutex;
-    int count = 0;
-    rlimit before{};
-};
-Lifted& lifted()
-{
-    static Lifted one;
-    return one;
-}
-
-}  // namespace
-
-RoomToDraw::RoomToDraw(std::size_t bytes)
-{
-    Lifted& all = lifted();
-    const std::lock_guard lock(all.mutex);
-    if (all.count == 0) {
-        if (::getrlimit(RLIMIT_DATA, &all.before) != 0) all.before = {RLIM_INFINITY, RLIM_INFINITY};
-        if (all.before.rlim_cur != RLIM_INFINITY) {
-            ::operator delete(::operator new(bytes));  // nothing is written there
-            rlimit most = all.before;
-            most.rlim_cur = most.rlim_max;
-            ::setrlimit(RLIMIT_DATA, &most);
-        }
-    }
-    ++all.count;
-}
-
-RoomToDraw::~RoomToDraw()
-{
-    Lifted& all = lifted();
-    const std::lock_guard lock(all.mutex);
-    if (--all.count == 0 && all.before.rlim_cur != RLIM_INFINITY) {
-        ::setrlimit(RLIMIT_DATA, &all.before);
-    }
 }
 
 std::string gl_version()

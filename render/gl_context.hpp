@@ -5,7 +5,6 @@
 // gl_context.cpp alone.
 
 #include <atomic>
-#include <cstddef>
 #include <memory>
 #include <string>
 
@@ -35,16 +34,6 @@ private:
     struct Native;
     std::unique_ptr<Native> native_;
     std::atomic<bool> in_use_ = false;
-};
-
-// Mesa crashes where memory is refused to it. So it is asked for beforehand, and while one of these
-// lives no limit that this process has set for itself (RLIMIT_DATA) refuses any.
-class RoomToDraw {
-public:
-    // Throws std::bad_alloc when `bytes` can't be had within the limit.
-    explicit RoomToDraw(std::size_t bytes);
-    ~RoomToDraw();
-    RoomToDraw(const RoomToDraw&) = delete;
 };
 
 // OSMesa's library, which is loaded when the first context is made.

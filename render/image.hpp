@@ -1,5 +1,7 @@
 #pragma once
 
+// A picture in memory: what drawing gives and what is written to files.
+
 #include <cstdint>
 #include <vector>
 

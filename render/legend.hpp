@@ -1,5 +1,7 @@
 #pragma once
 
+// The colour bar beside a picture: which numbers stand on it, and how it is drawn.
+
 #include "render/image.hpp"
 #include "render/scene.hpp"
 

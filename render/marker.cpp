@@ -1,8 +1,8 @@
 #include "render/marker.hpp"
 
-#include "geometry/normals.hpp"
-#include "geometry/primitive.hpp"
-#include "geometry/transform.hpp"
+#include "geometry/mesh/normals.hpp"
+#include "geometry/mesh/primitive.hpp"
+#include "geometry/mesh/transform.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -105,6 +105,49 @@ std::shared_ptr<const TriMesh> collider_surface(const physics::Collider& collide
     }
     geometry::move(mesh, collider.pose);
     return std::make_shared<const TriMesh>(std::move(mesh));
+}
+
+static Surface marker(std::shared_ptr<const TriMesh> mesh, const Vec3f& colour)
+{
+    Surface surface;
+    surface.mesh = std::move(mesh);
+    surface.paint.by = Paint::By::constant;
+    surface.paint.colour = colour;
+    return surface;
+}
+
+Balls pin_marks(const physics::Pins& pins, double radius)
+{
+    Balls balls;
+    balls.radius = static_cast<float>(radius);
+    balls.smallest = 3;
+    balls.shadow = false;
+    balls.colours = {Vec3f(0.85f, 0.16f, 0.02f)};
+    for (const Vec3& p : pins.target) balls.centres.push_back(p.cast<float>());
+    return balls;
+}
+
+std::vector<Surface> force_marks(const physics::Force& force, const Box& stage, double weight)
+{
+    std::vector<Surface> out;
+    for (TriMesh& mesh : force_arrows(force, stage, weight)) {
+        out.push_back(
+            marker(std::make_shared<const TriMesh>(std::move(mesh)), {0.05f, 0.30f, 0.65f}));
+        out.back().shadow = false;
+    }
+    return out;
+}
+
+std::optional<Surface> collider_mark(const physics::Collider& collider, const Box& stage)
+{
+    auto mesh = collider_surface(collider, stage);
+    if (!mesh) return std::nullopt;
+    Surface surface = marker(std::move(mesh), {0.28f, 0.33f, 0.38f});
+    if (collider.kind == physics::Collider::Kind::plane) {
+        surface.opacity = 0.35f;
+        surface.shadow = false;
+    }
+    return surface;
 }
 
 }  // namespace render

@@ -1,9 +1,11 @@
 #pragma once
 
-// Loads as things to draw.
+// Loads as things to draw: balls on pinned corners, arrows for forces, the surfaces of colliders.
 
-#include "physics/loads.hpp"
+#include "physics/state/loads.hpp"
 #include "render/scene.hpp"
+
+#include <optional>
 
 namespace render {
 
@@ -19,5 +21,10 @@ std::vector<TriMesh> force_arrows(const physics::Force& force, const Box& stage,
 // collider without a mesh.
 std::shared_ptr<const TriMesh> collider_surface(const physics::Collider& collider,
                                                 const Box& stage);
+
+// The three as parts of a scene, in the colours that tell them apart.
+Balls pin_marks(const physics::Pins& pins, double radius);
+std::vector<Surface> force_marks(const physics::Force& force, const Box& stage, double weight);
+std::optional<Surface> collider_mark(const physics::Collider& collider, const Box& stage);
 
 }  // namespace render

@@ -1,5 +1,7 @@
 #pragma once
 
+// Numbers of a finished picture, for graphs that check what they draw.
+
 #include "render/image.hpp"
 
 namespace render {

@@ -1,5 +1,7 @@
 #include "render/png.hpp"
 
+#include "geometry/base/whole_file.hpp"
+
 #include <zlib.h>
 
 #include <cstdlib>
@@ -25,16 +27,11 @@ static unsigned char* deflated(unsigned char* data, int size, int* out_size, int
 #define STB_IMAGE_WRITE_STATIC
 #include <stb/stb_image_write.h>
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
+#include <algorithm>
 #include <stdexcept>
-#include <system_error>
-
-#include <unistd.h>
+#include <string>
 
 namespace render {
-
 namespace {
 
 constexpr int filter_left = 1;  // each byte less the one a pixel to the left
@@ -87,27 +84,7 @@ std::vector<std::uint8_t> encode_png(const Image& image)
 void write_png(const std::filesystem::path& path, const Image& image)
 {
     const std::vector<std::uint8_t> bytes = encode_png(image);
-    const auto fail = [&](const std::string& what) {
-        throw std::runtime_error("cannot write " + path.string() + ": " + what);
-    };
-    std::error_code error;
-    if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), error);
-    if (error) fail(error.message());
-    const std::filesystem::path beside = path.string() + "." + std::to_string(getpid()) + ".part";
-    std::FILE* file = std::fopen(beside.c_str(), "wb");
-    if (!file) fail(std::strerror(errno));
-    const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
-    const int write_error = errno;
-    if (std::fclose(file) != 0 || !written) {
-        std::filesystem::remove(beside, error);
-        fail(std::strerror(written ? errno : write_error));
-    }
-    std::filesystem::rename(beside, path, error);
-    if (error) {
-        const std::string text = error.message();
-        std::filesystem::remove(beside, error);
-        fail(text);
-    }
+    geometry::write_whole_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace render

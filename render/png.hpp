@@ -1,13 +1,16 @@
 #pragma once
 
+// Images as PNG files.
+
 #include "render/image.hpp"
 
 #include <filesystem>
 
 namespace render {
 
-// Writes `image` as a PNG. The file appears whole or not at all: it is written beside its place and
-// renamed; missing folders are made. Throws std::runtime_error saying what could not be written.
+// Writes `image` as a PNG. The file appears whole or not at all, and nothing else of it is left
+// when the process is killed; missing folders are made. Throws std::runtime_error naming the file
+// and why.
 void write_png(const std::filesystem::path& path, const Image& image);
 
 // The bytes of a PNG of `image`. Throws std::invalid_argument when the image has no pixels, or not

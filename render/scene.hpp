@@ -3,7 +3,7 @@
 // What a picture shows, in world coordinates (metres, y up): everything else that can be drawn
 // (cubes, arrows, colliders) is made into these few shapes first.
 
-#include "geometry/mesh.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "render/colour.hpp"
 
 #include <memory>

@@ -1,5 +1,7 @@
 #pragma once
 
+// The shaders of render/shaders/, built into the program as text.
+
 #include <string_view>
 
 namespace render {

@@ -1,6 +1,6 @@
 #include "render/smooth_edges.hpp"
 
-#include "geometry/parallel.hpp"
+#include "geometry/base/parallel.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,7 @@
 #pragma once
 
+// Antialiasing of a finished picture.
+
 #include "render/image.hpp"
 
 namespace render {

@@ -1,4 +1,5 @@
 #include "render/surface_layout.hpp"
+#include "geometry/base/no_index.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -8,7 +9,7 @@ namespace {
 
 using geometry::Triangle;
 
-constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t none = geometry::no_index;
 
 bool within(const Triangle& t, std::size_t count)
 {

@@ -1,6 +1,8 @@
 #pragma once
 
-#include "geometry/mesh.hpp"
+// The part of drawing a mesh that does not depend on where its vertices are.
+
+#include "geometry/mesh/mesh.hpp"
 
 namespace render {
 

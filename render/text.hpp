@@ -3,7 +3,7 @@
 // Text for labels and legends, drawn from strokes that are built in: no font file is needed, and
 // any size is sharp.
 
-#include "geometry/vec.hpp"
+#include "geometry/base/vec.hpp"
 #include "render/image.hpp"
 
 #include <string_view>

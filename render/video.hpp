@@ -1,5 +1,7 @@
 #pragma once
 
+// Videos made of picture files by the program ffmpeg.
+
 #include <filesystem>
 #include <stop_token>
 #include <vector>

@@ -25,7 +25,7 @@ void main()
     vec3 sum = m.colour;
     float cover = opacity;
     if ((steps & 2048) != 0) {
-        sum = shade(m, n, v, lit_share(stage_point, n));
+        sum = shade(m, n, v, vec2(lit_share(stage_point, n), 1.0));
         // At a grazing angle glass hides what is behind it.
         cover = mix(opacity, 1.0, 0.6 * pow(1.0 - max(dot(n, v), 0.0), 5.0));
     }

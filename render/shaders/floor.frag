@@ -3,10 +3,12 @@ layout(location = 0) out vec4 colour;
 
 void main()
 {
-    vec3 ray = ray_at(gl_FragCoord.xy / floor_colour.w);
-    float t = floor_depth(ray), key = 1.0;
-#if IN_SHADOW == 1
-    key = lit_share(eye.xyz + t * ray, vec3(0.0, 1.0, 0.0));
+    vec2 place = gl_FragCoord.xy / floor_colour.w;
+    vec3 ray = ray_at(place);
+    float t = floor_depth(ray);
+    vec2 reach = vec2(1.0);
+#if IN_SHADOW == 1 || SOFT == 1
+    reach = light_reaching(place, t, eye.xyz + t * ray, vec3(0.0, 1.0, 0.0));
 #endif
-    colour = finished(floor_light(ray, t, key));
+    colour = finished(floor_light(ray, t, reach));
 }

@@ -1,5 +1,5 @@
 #version 450 core
-// Shared by all shaders: the numbers of a frame. Mirrors FrameNumbers in renderer.cpp.
+// Shared by all shaders: the numbers of a frame. Mirrors FrameNumbers in draw_job.hpp.
 layout(std140, binding = 0) uniform Frame {
     mat4 clip_from_stage;
     mat4 shadow_from_stage;
@@ -16,5 +16,8 @@ layout(std140, binding = 0) uniform Frame {
     vec4 backdrop_horizon;
     vec4 floor_colour;      // w samples along each side of a pixel
     vec4 shadow_size;       // xy texels, zw where the stage's centre is on the grid
+    vec4 soft;     // x tangent of the key light's half width, y shadow depth per stage unit, z strength of occlusion, w its reach
+    vec4 rim;      // to the light from behind; w its strength
+    vec4 drawn_low, drawn_high;  // the box of all that is drawn; w of the first: a turn of soft light's discs
 };
 const float FLOOR_REACH = 9.0;  // stage units: there the floor has faded into the horizon

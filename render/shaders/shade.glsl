@@ -4,7 +4,10 @@
 //   Heitz, Understanding the masking-shadowing function, JCGT 3(2), 2014, with Hammon's
 //   approximation of the height-correlated term, GDC 2017 (V); Schlick 1994 (F);
 //   Lazarov, Getting more physical in Call of Duty: Black Ops II, SIGGRAPH courses 2013, as fitted
-//   by Karis 2014 (how much of the surroundings a rough surface reflects).
+//   by Karis 2014 (how much of the surroundings a rough surface reflects);
+//   Jimenez et al., Practical real-time strategies for accurate indirect occlusion, SIGGRAPH
+//   courses 2016 (light that bounces about in a corner keeps the corner's colour).
+// STYLE is a Style of look.hpp.
 layout(binding = 2) uniform sampler2DShadow shadow_map;
 
 struct Material {
@@ -40,20 +43,54 @@ float lit_share(vec3 p, vec3 n)
 
 vec3 hemisphere(float up) { return mix(bounce.rgb, sky.rgb, 0.5 + 0.5 * up); }
 
-// Light towards v from a point with normal n; `key` is the share of the key light that reaches it.
-vec3 shade(Material m, vec3 n, vec3 v, float key)
+// The share of the light from all around that a corner of this colour sends on.
+vec3 in_corner(vec3 colour, float open)
 {
+    vec3 a = 2.0404 * colour - 0.3324, b = -4.7951 * colour + 0.6417, c = 2.7552 * colour + 0.6903;
+    return max(vec3(open), ((open * a + b) * open + c) * open);
+}
+
+#if STYLE == DIAGRAM
+// Two flat tones, paler than the material.
+vec3 shade(Material m, vec3 n, vec3 v, vec2 reach)
+{
+    float lit = smoothstep(-0.02, 0.02, dot(n, to_light.xyz)) * step(0.5, reach.x);
+    return mix(m.colour, vec3(0.8), 0.18) * mix(0.72, 1.0, lit);
+}
+#elif STYLE == MATCAP
+// A ball lit from the upper left, dark at its rim, as the camera sees it.
+vec3 shade(Material m, vec3 n, vec3 v, vec2 reach)
+{
+    vec3 right = normalize(across.xyz), up = -normalize(down.xyz);
+    vec3 seen_n = vec3(dot(n, right), dot(n, up), max(dot(n, v), 0.0));
+    float front = max(dot(seen_n, normalize(vec3(-0.45, 0.6, 0.66))), 0.0);
+    float back = max(dot(seen_n, normalize(vec3(0.7, -0.3, 0.25))), 0.0);
+    float glint = pow(max(dot(seen_n, normalize(vec3(-0.3, 0.42, 0.86))), 0.0), 40.0);
+    vec3 sum = m.colour * (0.16 + 0.72 * front + 0.24 * back * back) * mix(0.4, 1.0, reach.y);
+    return sum + 0.18 * glint;
+}
+#else
+// Light towards v from a point with normal n; `reach` says which shares of the key light and of the
+// light from all around get there.
+vec3 shade(Material m, vec3 n, vec3 v, vec2 reach)
+{
+#if STYLE == CLAY
+    m = Material(vec3(0.60, 0.50, 0.42), 0.65, 0.0);
+#endif
+    float key = reach.x, open = reach.y;
     vec3 l = to_light.xyz;
     vec3 diffuse = m.colour * (1.0 - m.metal);
     vec3 f0 = mix(vec3(0.04), m.colour, m.metal);
     float nl = dot(n, l), nv = max(dot(n, v), 0.02);
 
-    vec3 sum = diffuse * hemisphere(n.y);
+    vec3 sum = diffuse * hemisphere(n.y) * in_corner(diffuse, open);
     vec3 mirror = reflect(-v, n);
     vec4 r = m.rough * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
     float near_edge = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
     vec2 reflected = vec2(-1.04, 1.04) * near_edge + r.zw;
-    sum += (f0 * reflected.x + reflected.y) * hemisphere(mirror.y);
+    sum += (f0 * reflected.x + reflected.y) * hemisphere(mirror.y) * open;
+    float behind = max(dot(n, rim.xyz), 0.0) * (1.0 - nv);
+    sum += rim.w * open * behind * (0.5 * diffuse + 0.5 * (f0 + (1.0 - f0) * (1.0 - nv) * (1.0 - nv)));
 
     if (nl > 0.0 && key > 0.0) {
         vec3 h = normalize(l + v);
@@ -68,6 +105,7 @@ vec3 shade(Material m, vec3 n, vec3 v, float key)
     }
     return sum;
 }
+#endif
 
 vec3 backdrop(vec3 ray)
 {
@@ -87,9 +125,10 @@ float grid_cover(vec2 at, vec2 footprint, float width)
     return max(cover.x, cover.y);
 }
 
-// The floor at depth t along `ray`; `key` as for shade().
-vec3 floor_light(vec3 ray, float t, float key)
+// The floor at depth t along `ray`; `reach` as for shade().
+vec3 floor_light(vec3 ray, float t, vec2 reach)
 {
+    float key = reach.x;
     vec3 p = eye.xyz + t * ray;
     float stays = 1.0 - smoothstep(2.0, FLOOR_REACH, length(p.xz));
     vec3 colour = floor_colour.rgb;
@@ -103,7 +142,11 @@ vec3 floor_light(vec3 ray, float t, float key)
         float coarse = grid_cover(at * 0.1, footprint * 0.1, 0.004) * 0.55;
         colour *= 1.0 - max(fine, coarse) * stays;
     }
-    vec3 lit = colour * (light.rgb * to_light.y * key + hemisphere(1.0));
+#if STYLE == DIAGRAM
+    vec3 lit = colour * (1.0 - 0.22 * (1.0 - key)) * mix(0.85, 1.0, reach.y);
+#else
+    vec3 lit = colour * (light.rgb * to_light.y * key + hemisphere(1.0) * reach.y);
+#endif
     return mix(backdrop_horizon.rgb, lit, stays);
 }
 

@@ -1,17 +1,16 @@
 // Marks the pixels whose four samples do not agree: there one light for all would show stairs.
-layout(binding = 0) uniform usampler2D pixels;
-layout(binding = 1) uniform sampler2D depths;
+layout(binding = 7) uniform usampler2DArray fine_pixels;
+layout(binding = 8) uniform sampler2DArray fine_depths;
 
 void main()
 {
-    ivec2 at = 2 * ivec2(gl_FragCoord.xy);
-    uvec2 first = texelFetch(pixels, at, 0).xy;
-    float least = texelFetch(depths, at, 0).x, most = least;
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    uvec2 first = texelFetch(fine_pixels, ivec3(at, 0), 0).xy;
+    float least = texelFetch(fine_depths, ivec3(at, 0), 0).x, most = least;
     bool even = true;
     for (int k = 1; k < 4; ++k) {
-        ivec2 from = at + ivec2(k & 1, k >> 1);
-        uvec2 pixel = texelFetch(pixels, from, 0).xy;
-        float depth = texelFetch(depths, from, 0).x;
+        uvec2 pixel = texelFetch(fine_pixels, ivec3(at, k), 0).xy;
+        float depth = texelFetch(fine_depths, ivec3(at, k), 0).x;
         least = min(least, depth);
         most = max(most, depth);
         ivec2 a = ivec2(pixel.y & 16383u, pixel.y >> 14 & 16383u);

@@ -1,0 +1,54 @@
+#pragma once
+
+// One picture as plain data: what OpenGL is handed, in this process or in another. Everything has
+// been computed already; only triangles, lines and balls are left to fill in.
+
+#include "render/draw_list.hpp"
+#include "render/look.hpp"
+
+#include <array>
+#include <span>
+#include <type_traits>
+
+namespace render {
+
+// As in shaders/frame.glsl: each member is a mat4 (columns) or a vec4.
+struct FrameNumbers {
+    using Mat4 = std::array<float, 16>;
+    using Vec4 = std::array<float, 4>;
+    Mat4 clip_from_stage, shadow_from_stage;
+    Vec4 units, eye, corner, across, down, to_light, light, sky, bounce, backdrop_top,
+        backdrop_horizon, floor_colour, shadow_size, soft, rim, drawn_low, drawn_high;
+};
+static_assert(sizeof(FrameNumbers) == (2 * 16 + 17 * 4) * sizeof(float));
+
+// Corners of a triangle strip, stage units.
+struct FloorPiece {
+    bool there = false;
+    std::array<float, 12> corners{};
+};
+
+struct PictureNumbers {
+    int width = 0, height = 0;
+    bool samples4 = false;  // four samples a pixel where something changes
+    int pictures = 1;       // to take the mean of, each with other samples
+    Style style = Style::plain;
+    bool soft = false;                        // soft shadows and shade in corners
+    int shadow_width = 0, shadow_height = 0;  // texels; 0: there is no shadow
+    FloorPiece floor, shadowed_floor;
+    FrameNumbers frame{};
+};
+static_assert(std::is_trivially_copyable_v<PictureNumbers>);
+static_assert(std::is_trivially_copyable_v<Vertex> && std::is_trivially_copyable_v<Batch>);
+
+// The spans belong to the draw list, or to memory that two processes share.
+struct DrawJob {
+    PictureNumbers numbers;
+    std::span<const Vertex> vertices;
+    std::span<const std::uint32_t> indices;
+    std::span<const Batch> opaque, clear;
+};
+
+DrawJob draw_job(const DrawList& list, const Look& look);
+
+}  // namespace render

@@ -1,0 +1,196 @@
+#include "render/gl_objects.hpp"
+
+#include "render/shaders.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+
+namespace render {
+namespace {
+
+GLuint compiled(GLenum stage, const std::string& text, const std::string& name)
+{
+    const GLuint shader = glCreateShader(stage);
+    const char* source = text.c_str();
+    glShaderSource(shader, 1, &source, nullptr);
+    glCompileShader(shader);
+    GLint fine = 0;
+    glGetShaderiv(shader, GL_COMPILE_STATUS, &fine);
+    if (!fine) {
+        std::array<char, 2048> log{};
+        glGetShaderInfoLog(shader, GLsizei(log.size()), nullptr, log.data());
+        throw std::runtime_error("this OpenGL does not compile render/shaders/" + name + ": " +
+                                 log.data());
+    }
+    return shader;
+}
+
+// The files of each stage, one after the other behind the frame's numbers.
+GLuint program(const std::vector<std::string>& vertex, const std::vector<std::string>& fragment,
+               const std::string& define = "")
+{
+    const GLuint made = glCreateProgram();
+    const auto attach = [&](GLenum stage, const std::vector<std::string>& files) {
+        std::string text(shader_text("frame.glsl"));
+        text += define;
+        for (const std::string& file : files) text += shader_text(file);
+        const GLuint shader = compiled(stage, text, files.back());
+        glAttachShader(made, shader);
+        glDeleteShader(shader);
+    };
+    attach(GL_VERTEX_SHADER, vertex);
+    attach(GL_FRAGMENT_SHADER, fragment);
+    glLinkProgram(made);
+    GLint fine = 0;
+    glGetProgramiv(made, GL_LINK_STATUS, &fine);
+    if (!fine) throw std::runtime_error("this OpenGL does not link " + fragment.back());
+    return made;
+}
+
+std::vector<std::string> lit_by(std::string file)
+{
+    return {"shade.glsl", "reach.glsl", "stored.glsl", std::move(file)};
+}
+
+// What the shaders of light are to know before they are compiled.
+std::string lit_words(Style style, bool soft, int reads)
+{
+    std::string text;
+    for (const char* name : {"STUDIO 0", "CLAY 1", "DIAGRAM 2", "MATCAP 3", "PLAIN 4"}) {
+        text += std::string("#define ") + name + '\n';
+    }
+    return text + "#define STYLE " + std::to_string(int(style)) + "\n#define SOFT " +
+           (soft ? "1" : "0") + "\n#define READS " + std::to_string(reads) + '\n';
+}
+
+GlPrograms compile_programs()
+{
+    GlPrograms p{};
+    const std::vector<std::string> screen{"screen.vert"};
+    p.surface = program({"surface.vert"}, {"pack.glsl", "surface.frag"});
+    p.uneven = program(screen, {"uneven.frag"});
+    p.seen = program(screen, lit_by("seen.frag"), lit_words(Style::plain, false, 2));
+    p.soften = program(screen, {"soften.frag"});
+    p.shadow = program({"shadow.vert"}, {"shadow.frag"});
+    p.balls = program({"balls.vert"}, {"pack.glsl", "balls.frag"});
+    p.balls_shadow = program({"balls.vert"}, {"balls_shadow.frag"});
+    return p;
+}
+
+// Where a vertex array finds the members of Vertex; see surface.vert.
+void make_vertex_array(GlObjects& gl)
+{
+    glCreateVertexArrays(1, &gl.vertex_array);
+    glCreateBuffers(1, &gl.vertices);
+    glCreateBuffers(1, &gl.indices);
+    glCreateBuffers(1, &gl.frame);
+    glVertexArrayVertexBuffer(gl.vertex_array, 0, gl.vertices, 0, sizeof(Vertex));
+    glVertexArrayElementBuffer(gl.vertex_array, gl.indices);
+    const auto attribute = [&](GLuint place, GLint count, GLenum type, bool unit, std::size_t at) {
+        glEnableVertexArrayAttrib(gl.vertex_array, place);
+        glVertexArrayAttribFormat(gl.vertex_array, place, count, type, unit, GLuint(at));
+        glVertexArrayAttribBinding(gl.vertex_array, place, 0);
+    };
+    attribute(0, 3, GL_FLOAT, false, offsetof(Vertex, position));
+    attribute(1, 2, GL_SHORT, true, offsetof(Vertex, normal));
+    attribute(2, 4, GL_UNSIGNED_BYTE, true, offsetof(Vertex, colour));
+    attribute(3, 4, GL_UNSIGNED_BYTE, true, offsetof(Vertex, material));
+    attribute(4, 1, GL_FLOAT, false, offsetof(Vertex, value));
+    glBindVertexArray(gl.vertex_array);
+}
+
+// All colour maps in one texture, a row each.
+void fill_maps(GlObjects& gl)
+{
+    constexpr int steps = 256;
+    std::vector<std::uint8_t> texels;
+    for (int map = 0; map < map_count; ++map) {
+        for (int i = 0; i < steps; ++i) {
+            const Vec3f c = linear_from_srgb(colour_at(ColourMap(map), float(i) / (steps - 1)));
+            for (int k = 0; k < 3; ++k) {
+                texels.push_back(std::uint8_t(std::lround(255 * std::sqrt(c[k]))));
+            }
+            texels.push_back(255);
+        }
+    }
+    gl.maps.fit(steps, map_count);
+    gl.maps.filter(GL_LINEAR);
+    glTextureSubImage2D(gl.maps.name, 0, 0, 0, steps, map_count, GL_RGBA, GL_UNSIGNED_BYTE,
+                        texels.data());
+}
+
+}  // namespace
+
+GlObjects make_gl_objects()
+{
+    GlObjects gl{};
+    gl.programs = compile_programs();
+    for (GLuint* name : {&gl.light_pass, &gl.finish_pass, &gl.shadow_pass}) {
+        glCreateFramebuffers(1, name);
+    }
+    glCreateFramebuffers(2, gl.seen_pass.data());
+    glCreateSamplers(1, &gl.plain_depths);
+    glCreateSamplers(1, &gl.smooth_depths);
+    for (const GLuint name : {gl.plain_depths, gl.smooth_depths}) {
+        const GLint how = name == gl.smooth_depths ? GL_LINEAR : GL_NEAREST;
+        glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER, how);
+        glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, how);
+        glSamplerParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+        glSamplerParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    }
+    glSamplerParameteri(gl.smooth_depths, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+    glSamplerParameteri(gl.smooth_depths, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+    glNamedFramebufferDrawBuffer(gl.shadow_pass, GL_NONE);
+    make_vertex_array(gl);
+    fill_maps(gl);
+
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    glFrontFace(GL_CW);  // the picture's first row is the framebuffer's first: it is mirrored
+    glEnable(GL_PROGRAM_POINT_SIZE);
+    glPointParameteri(GL_POINT_SPRITE_COORD_ORIGIN, GL_LOWER_LEFT);
+    glDisable(GL_DITHER);
+    return gl;
+}
+
+void SampleLayers::fit(int w, int h)
+{
+    if (pixels && w == width && h == height) return;
+    if (!framebuffers[0]) glCreateFramebuffers(layer_samples, framebuffers.data());
+    const auto array_of = [&](GLuint& name, GLenum format) {
+        glDeleteTextures(1, &name);
+        glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &name);
+        glTextureStorage3D(name, 1, format, w, h, layer_samples);
+        glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+        glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    };
+    array_of(pixels, GL_RG32UI);
+    array_of(depths, GL_DEPTH32F_STENCIL8);
+    for (int k = 0; k < layer_samples; ++k) {
+        const GLuint framebuffer = framebuffers[std::size_t(k)];
+        glNamedFramebufferTextureLayer(framebuffer, GL_COLOR_ATTACHMENT0, pixels, 0, k);
+        glNamedFramebufferTextureLayer(framebuffer, GL_DEPTH_STENCIL_ATTACHMENT, depths, 0, k);
+    }
+    width = w;
+    height = h;
+}
+
+const LitPrograms& lit_programs(GlObjects& gl, Style style, bool soft)
+{
+    LitPrograms& p = gl.lit[2 * std::size_t(style) + (soft ? 1 : 0)];
+    if (p.object) return p;
+    const std::vector<std::string> screen{"screen.vert"};
+    const std::string words = lit_words(style, soft, 2), floor_words = lit_words(style, soft, 3);
+    p.floor_lit =
+        program({"floor.vert"}, lit_by("floor.frag"), floor_words + "#define IN_SHADOW 0\n");
+    p.floor_shadowed =
+        program({"floor.vert"}, lit_by("floor.frag"), floor_words + "#define IN_SHADOW 1\n");
+    p.backdrop = program(screen, lit_by("backdrop.frag"), words);
+    p.edges = program(screen, lit_by("edges.frag"), words);
+    p.clear = program({"surface.vert"}, lit_by("clear.frag"), words);
+    p.finish = program(screen, lit_by("finish.frag"), words);
+    p.object = program(screen, lit_by("object.frag"), words);
+    return p;
+}
+
+}  // namespace render

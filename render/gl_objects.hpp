@@ -1,0 +1,100 @@
+#pragma once
+
+// What lives in an OpenGL context: compiled shaders, buffers, framebuffers and textures. All of it
+// is made once and freed with the context; only textures are made anew, when a picture has another
+// size.
+
+#include "render/draw_list.hpp"
+#include "render/look.hpp"
+
+#include <glad/gl.h>
+
+namespace render {
+
+inline constexpr int map_count = 3;  // of ColourMap
+
+// A texture of one size, made anew when another is wanted.
+struct Target {
+    GLenum format = 0;
+    GLuint name = 0;
+    int width = 0, height = 0;
+
+    // True when it is another texture than before.
+    bool fit(int w, int h)
+    {
+        if (name && w == width && h == height) return false;
+        glDeleteTextures(1, &name);
+        glCreateTextures(GL_TEXTURE_2D, 1, &name);
+        glTextureStorage2D(name, 1, format, w, h);
+        glTextureParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+        glTextureParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+        filter(GL_NEAREST);
+        width = w;
+        height = h;
+        return true;
+    }
+    void filter(GLenum how) const
+    {
+        glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GLint(how));
+        glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GLint(how));
+    }
+};
+
+// What lies in each pixel: the result of the first pass.
+struct Layer {
+    Target pixels{GL_RG32UI}, depths{GL_DEPTH32F_STENCIL8};
+    GLuint framebuffer = 0;
+
+    void fit(int width, int height)
+    {
+        if (!framebuffer) glCreateFramebuffers(1, &framebuffer);
+        if (!pixels.fit(width, height)) return;
+        depths.fit(width, height);
+        glNamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, pixels.name, 0);
+        glNamedFramebufferTexture(framebuffer, GL_DEPTH_STENCIL_ATTACHMENT, depths.name, 0);
+    }
+};
+
+inline constexpr int layer_samples = 4;
+
+// What lies at each of the samples of a pixel: one layer for each.
+struct SampleLayers {
+    GLuint pixels = 0, depths = 0;  // texture arrays
+    std::array<GLuint, layer_samples> framebuffers{};
+    int width = 0, height = 0;
+
+    void fit(int w, int h);
+};
+
+// One for each kind of pass that knows nothing of light.
+struct GlPrograms {
+    GLuint surface, uneven, shadow, balls, balls_shadow, seen, soften;
+};
+
+// Those that light what is seen, in one style.
+struct LitPrograms {
+    GLuint object = 0, floor_lit = 0, floor_shadowed = 0, backdrop = 0, edges = 0, clear = 0,
+           finish = 0;
+};
+
+struct GlObjects {
+    GlPrograms programs;
+    std::array<LitPrograms, 2 * style_count> lit;  // compiled when first used
+    GLuint plain_depths, smooth_depths;            // samplers of the shadow map
+    std::array<GLuint, 2> seen_pass;
+    std::array<Target, 2> seen{Target{GL_RGBA32F}, Target{GL_RGBA32F}};  // half as wide and high
+    GLuint vertex_array, vertices, indices, frame;
+    GLuint light_pass, finish_pass, shadow_pass;
+    Layer layer;
+    SampleLayers fine;
+    Target light{GL_RGBA16F}, picture{GL_RGBA8}, shadow_map{GL_DEPTH_COMPONENT32F}, maps{GL_RGBA8};
+};
+
+// In the current context, whose fixed state is set as well. Throws std::runtime_error where a
+// shader does not compile.
+GlObjects make_gl_objects();
+
+// Compiles them where they are not yet. Throws as make_gl_objects does.
+const LitPrograms& lit_programs(GlObjects& gl, Style style, bool soft);
+
+}  // namespace render

@@ -1,0 +1,70 @@
+#include "render/room_to_draw.hpp"
+
+#include <mutex>
+#include <new>
+#include <sys/resource.h>
+
+namespace render {
+
+std::size_t bytes_to_draw(const DrawJob& job)
+{
+    constexpr std::size_t compiler = 48 << 20;              // of the shaders
+    constexpr std::size_t a_pixel = 36, a_sample = 4 * 16;  // see GlObjects
+    const PictureNumbers& n = job.numbers;
+    const auto area = [](int width, int height) {
+        return std::size_t(width) * std::size_t(height);
+    };
+    return compiler + area(n.width, n.height) * (a_pixel + a_sample) +
+           4 * area(n.shadow_width, n.shadow_height) +
+           2 * (job.vertices.size_bytes() + job.indices.size_bytes());
+}
+
+void ask_for_room(std::size_t bytes)
+{
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_DATA, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
+    ::operator delete(::operator new(bytes));  // nothing is written there
+}
+
+namespace {
+
+// How many are drawing, and the limit that holds when nobody is.
+struct Lifted {
+    std::mutex mutex;
+    int count = 0;
+    rlimit before{};
+};
+Lifted& lifted()
+{
+    static Lifted one;
+    return one;
+}
+
+}  // namespace
+
+RoomToDraw::RoomToDraw(std::size_t bytes)
+{
+    Lifted& all = lifted();
+    const std::lock_guard lock(all.mutex);
+    if (all.count == 0) {
+        if (::getrlimit(RLIMIT_DATA, &all.before) != 0) all.before = {RLIM_INFINITY, RLIM_INFINITY};
+        if (all.before.rlim_cur != RLIM_INFINITY) {
+            ask_for_room(bytes);
+            rlimit most = all.before;
+            most.rlim_cur = most.rlim_max;
+            ::setrlimit(RLIMIT_DATA, &most);
+        }
+    }
+    ++all.count;
+}
+
+RoomToDraw::~RoomToDraw()
+{
+    Lifted& all = lifted();
+    const std::lock_guard lock(all.mutex);
+    if (--all.count == 0 && all.before.rlim_cur != RLIM_INFINITY) {
+        ::setrlimit(RLIMIT_DATA, &all.before);
+    }
+}
+
+}  // namespace render

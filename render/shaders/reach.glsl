@@ -1,0 +1,23 @@
+// How much light reaches a point that is seen at `at` (pixels) and `depth`: x of the key light, y
+// of the light from all around.
+#if SOFT == 1
+layout(binding = 4) uniform sampler2D seen;  // see seen.frag
+
+vec2 light_reaching(vec2 at, float depth, vec3 p, vec3 n)
+{
+    // soften.frag moved everything by half a square of 2 x 2 pixels.
+    vec2 place = (at - 1.5) * 0.5, first = floor(place), part = place - first;
+    ivec2 last = textureSize(seen, 0) - 1;
+    float q = 1.0 / depth, pixel = 2.0 * length(down.xyz) * q;
+    vec3 sum = vec3(0.0);
+    for (int k = 0; k < 4; ++k) {
+        ivec2 step_to = ivec2(k & 1, k >> 1);
+        vec4 there = texelFetch(seen, clamp(ivec2(first) + step_to, ivec2(0), last), 0);
+        vec2 near = mix(1.0 - part, part, vec2(step_to));
+        sum += vec3(there.xy, 1.0) * (near.x * near.y + 1e-3) / (abs(there.z - q) + pixel);
+    }
+    return sum.xy / sum.z;
+}
+#else
+vec2 light_reaching(vec2 at, float depth, vec3 p, vec3 n) { return vec2(lit_share(p, n), 1.0); }
+#endif

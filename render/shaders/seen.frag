@@ -1,0 +1,115 @@
+// How much light reaches what is seen, in every second pixel of every second row: the share of a
+// wide key light, and the share of the light from all around.
+//   Fernando, Percentage-closer soft shadows, SIGGRAPH sketches 2005: first the mean distance of
+//   what is in between, then a disc as wide as the penumbra at that distance;
+//   McGuire, Mara, Luebke, Scalable ambient obscurance, HPG 2012: points around in the picture;
+//   Vogel, A better way to construct the sunflower head, Mathematical Biosciences 44, 1979.
+// The discs are turned by one of 16 angles in each square of 4 x 4 pixels, and soften.frag takes
+// the mean over such a square: nothing of the turns is left, and nothing is random.
+layout(location = 0) out vec4 seen_here;  // key, all around, 1 / depth
+
+layout(binding = 5) uniform sampler2D shadow_depths;
+layout(binding = 6) uniform sampler2DShadow shadow_smooth;
+
+const int BLOCKERS = 12, SHADOWS = 16, AROUND = 14;
+
+vec2 on_disc(int i, int of, vec2 turn)
+{
+    const float golden = 2.39996323;
+    float r = sqrt((float(i) + 0.5) / float(of)), a = golden * float(i);
+    vec2 p = r * vec2(cos(a), sin(a));
+    return vec2(p.x * turn.x - p.y * turn.y, p.x * turn.y + p.y * turn.x);
+}
+
+float soft_key(vec3 p, vec3 n, vec2 turn)
+{
+    float nl = dot(n, to_light.xyz);
+    float texel = light.w, slope = 1.0 - max(nl, 0.0);
+    vec3 start = p + n * texel * (1.0 + 3.0 * slope) + to_light.xyz * texel;
+    vec3 at = (shadow_from_stage * vec4(start, 1.0)).xyz;
+    bool beside = any(lessThan(at.xy, vec2(0.0))) || any(greaterThan(at.xy, vec2(1.0)));
+    float ahead = max(at.z, 0.0);  // the floor may lie beyond the map's depth
+    // The map's depth of the tangent plane, per unit of the map's x and y.
+    vec2 span = texel * shadow_size.xy;  // stage units across the map
+    mat3 rows = transpose(mat3(shadow_from_stage));
+    vec2 across_light = vec2(dot(n, rows[0]), dot(n, rows[1])) * span;  // of unit axes
+    vec2 steep = clamp(across_light / max(nl, 0.05), -4.0, 4.0) * soft.y * span;
+
+    float farthest = min(soft.x * ahead / soft.y, 0.06);
+    vec2 search = max(vec2(farthest), 1.5 * texel) / span;
+    float found = 0.0, sum = 0.0;
+    int tries = beside || nl <= 0.0 ? 0 : BLOCKERS;
+    for (int i = 0; i < tries; ++i) {
+        vec2 by = on_disc(i, BLOCKERS, turn) * search;
+        float depth = textureLod(shadow_depths, at.xy + by, 0.0).x;
+        float between = ahead + dot(steep, by) - depth;
+        if (between > 0.0 && depth < 1.0) {
+            found += 1.0;
+            sum += between;
+        }
+    }
+    vec2 wide = clamp(vec2(soft.x * sum / max(found, 1.0) / soft.y), 1.2 * texel, 0.06) / span;
+    // What faces away is dark, as what lies beside it is.
+    float lit = found > 0.0 || nl <= 0.0 ? 0.0 : float(SHADOWS);
+    int reads = found > 0.0 ? SHADOWS : 0;
+    for (int i = 0; i < reads; ++i) {
+        vec2 by = on_disc(i, SHADOWS, turn) * wide;
+        float level = min(ahead + dot(steep, by), 1.0);
+        lit += textureLod(shadow_smooth, vec3(at.xy + by, level), 0.0);
+    }
+    return lit / float(SHADOWS);
+}
+
+// 0 where nothing is seen.
+float depth_at(ivec2 pixel, vec3 ray)
+{
+    float stored = texelFetch(depths, pixel, 0).x;
+    float depth = stored > 0.0 ? view_depth(stored) : 1e30;
+    if (sky.w > 0.0 && ray.y < 0.0) depth = min(depth, floor_depth(ray));
+    return depth < 1e29 ? depth : 0.0;
+}
+
+float around(vec3 p, vec3 n, float depth, vec2 at, vec2 turn)
+{
+    float reach = soft.w, samples = floor_colour.w;
+    float pixel = depth * length(down.xyz);
+    float wide = min(reach / pixel, 0.3 * down.w);
+    reach = min(reach, wide * pixel);
+    vec3 beside = max(max(drawn_low.xyz - p, p - drawn_high.xyz), 0.0);
+    int tries = wide < 1.0 || dot(beside, beside) > reach * reach ? 0 : AROUND;
+    ivec2 last = ivec2(vec2(across.w, down.w) * samples) - 1;
+    float sum = 0.0;
+    for (int i = 0; i < tries; ++i) {
+        vec2 disc = on_disc(i, AROUND, turn);
+        vec2 there = at + disc * length(disc) * wide;
+        ivec2 from = clamp(ivec2(there * samples), ivec2(0), last);
+        vec3 ray = ray_at((vec2(from) + 0.5) / samples);
+        vec3 v = eye.xyz + depth_at(from, ray) * ray - p;
+        float far_sq = dot(v, v) + 1e-10;
+        float rise = dot(v, n) * inversesqrt(far_sq);
+        sum += max(rise - 0.08, 0.0) * max(1.0 - far_sq / (reach * reach), 0.0);
+    }
+    return clamp(1.0 - soft.z * 6.0 * sum / float(AROUND), 0.25, 1.0);
+}
+
+void main()
+{
+    ivec2 here = ivec2(gl_FragCoord.xy);
+    vec2 at = vec2(2 * here) + 0.5;
+    ivec2 from = min(ivec2(at * floor_colour.w), textureSize(depths, 0) - 1);
+    vec3 ray = ray_at(at);
+    float depth = depth_at(from, ray);
+    float stored = texelFetch(depths, from, 0).x;
+    bool on_floor = stored <= 0.0 || view_depth(stored) > depth;
+    vec3 n = on_floor ? vec3(0.0, 1.0, 0.0) : stored_normal(texelFetch(pixels, from, 0).xy);
+    if (depth <= 0.0) {
+        seen_here = vec4(1.0, 1.0, 0.0, 0.0);
+        return;
+    }
+    int order = (here.x & 1) * 2 + ((here.x ^ here.y) & 1) + 4 * ((here.x >> 1 & 1) * 2 + ((here.x ^ here.y) >> 1 & 1));
+    float angle = 6.2831853 * (float(order) + drawn_low.w) / 16.0;
+    vec2 turn = vec2(cos(angle), sin(angle));
+    vec3 p = eye.xyz + depth * ray;
+    float key = to_light.w > 0.0 ? soft_key(p, n, turn) : 1.0;
+    seen_here = vec4(key, around(p, n, depth, at, turn), 1.0 / depth, 0.0);
+}
