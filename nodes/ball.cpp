@@ -1,4 +1,4 @@
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
 #include <numbers>
@@ -27,15 +27,18 @@ static Outputs run(const Inputs& in, const graph::Context&)
 void add_to(graph::Registry& registry)
 {
     registry.add("Ball", 1, run)
-        .summary("A rigid ball with a weight of its own, for Simulate's method lattice.")
-        .param("radius", &Inputs::radius, "Its radius.", {1e-9, 1e6, "m"})
-        .param("density", &Inputs::density, "What it is made of: 80 is a beach ball, 1000 floats.",
+        .summary("A rigid ball with mass, for Simulate's method lattice.",
+                 {"rigid body", "rigidbody", "rbd"})
+        .param("radius", &Inputs::radius, "Radius of the ball.", {1e-9, 1e6, "m"})
+        .param("density", &Inputs::density,
+               "Density of the ball: about 80 for a beach ball, 1000 for water.",
                {1e-6, 1e9, "kg/m^3"})
-        .param("position", &Inputs::position, "Where its centre starts.", {.unit = "m"})
-        .param("velocity", &Inputs::velocity, "How it starts.", {.unit = "m/s"})
-        .param("friction", &Inputs::friction, "Coulomb coefficient with bodies and other balls.",
+        .param("position", &Inputs::position, "Initial position of the centre.", {.unit = "m"})
+        .param("velocity", &Inputs::velocity, "Initial velocity.", {.unit = "m/s"})
+        .param("friction", &Inputs::friction,
+               "Coulomb coefficient of friction with bodies and other balls.",
                {.min = 0, .max = 100})
-        .output("ball", &Outputs::ball, "The ball as it starts.");
+        .output("ball", &Outputs::ball, "The ball in its initial state.");
 }
 
 }  // namespace nodes::ball

@@ -1,6 +1,6 @@
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
-#include "physics/balls.hpp"
+#include "physics/state/balls.hpp"
 
 namespace nodes::ball_mesh {
 
@@ -25,14 +25,15 @@ static Outputs run(const Inputs& in, const graph::Context&)
 void add_to(graph::Registry& registry)
 {
     registry.add("BallMesh", 1, run)
-        .summary("Rigid balls where a simulation has moved them, as a mesh.")
-        .inputs("balls", &Inputs::balls, "The balls, in the order in which Simulate has them.")
-        .input("state", &Inputs::state, "Simulate's state; without it, where they start.",
+        .summary("Makes a mesh of rigid balls, at the places to which a simulation has moved them.")
+        .inputs("balls", &Inputs::balls, "The balls, in the same order as in Simulate.")
+        .input("state", &Inputs::state,
+               "Simulate's state. Without it the balls are drawn at their initial positions.",
                graph::Need::optional)
-        .param("segments", &Inputs::segments, "Pieces around each.", {3, 1000, {}})
-        .colour("colour", &Inputs::colour, "Of every other sixth.")
-        .colour("second", &Inputs::second, "Of those between.")
-        .output("mesh", &Outputs::mesh, "All of them.");
+        .param("segments", &Inputs::segments, "Number of segments around each ball.", {3, 1000, {}})
+        .colour("colour", &Inputs::colour, "Colour of three of the six stripes.")
+        .colour("second", &Inputs::second, "Colour of the other three stripes.")
+        .output("mesh", &Outputs::mesh, "All balls as one mesh.");
 }
 
 }  // namespace nodes::ball_mesh

@@ -1,4 +1,4 @@
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
 #include <fmt/format.h>
@@ -17,10 +17,10 @@ static Outputs run(const Inputs& in, const graph::Context&)
 {
     const auto part = static_cast<std::size_t>(in.part);
     if (part >= in.scene->states.size() || in.scene->states[part].cubes.x.empty()) {
-        throw std::invalid_argument(
-            fmt::format("body {} of {} has no cubes that Layered moves: name one that comes from "
-                        "Carry with moved_by = layered, counted from 0 among Layered's parts",
-                        part, in.scene->states.size()));
+        throw std::invalid_argument(fmt::format(
+            "body {} of {} has no cubes that Layered moves: choose one that comes from Carry "
+            "with moved_by = layered, counted from 0 among the parts of Layered",
+            part, in.scene->states.size()));
     }
     return {in.scene->states[part].cubes};
 }
@@ -28,10 +28,11 @@ static Outputs run(const Inputs& in, const graph::Context&)
 void add_to(graph::Registry& registry)
 {
     registry.add("Carried", 1, run)
-        .summary("Where Layered has moved the cubes that carry a layer, for Embed.")
-        .input("scene", &Inputs::scene, "From Layered.")
-        .param("part", &Inputs::part, "Which of its bodies, counted from 0.", {.min = 0})
-        .output("state", &Outputs::state, "Where the corners are and how fast they move.");
+        .summary("Gives the state of the cubes that Layered moves under a layer, for Embed.")
+        .input("scene", &Inputs::scene, "The scene, from Layered.")
+        .param("part", &Inputs::part, "Index of the body among Layered's parts, counted from 0.",
+               {.min = 0})
+        .output("state", &Outputs::state, "Positions and velocities of the cubes' corners.");
 }
 
 }  // namespace nodes::carried

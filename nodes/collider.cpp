@@ -1,5 +1,5 @@
-#include "geometry/transform.hpp"
-#include "graph/node_type.hpp"
+#include "geometry/mesh/transform.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
 namespace nodes::collider {
@@ -36,6 +36,15 @@ static geometry::TriangleBvh build_tree(const Inputs& in)
                                                       : geometry::TriangleBvh();
 }
 
+constexpr const char* needs_mesh =
+    "kind = mesh needs the input 'mesh': link a mesh that has triangles";
+
+static graph::Faults check(const Inputs& in, const graph::Setting& setting)
+{
+    if (in.kind != Collider::Kind::mesh || setting.links("mesh")) return {};
+    return {{"kind", needs_mesh}};
+}
+
 static Outputs run(const Inputs& in, const graph::Context&)
 {
     Collider out;
@@ -46,8 +55,7 @@ static Outputs run(const Inputs& in, const graph::Context&)
     out.thickness = in.thickness;
     if (in.kind == Collider::Kind::mesh) {
         if (!in.mesh || in.tree->triangle_count() == 0) {
-            throw std::invalid_argument("kind = mesh needs triangles: link a mesh that has some "
-                                        "to the input 'mesh'");
+            throw std::invalid_argument(needs_mesh);
         }
         out.mesh = in.mesh;
         out.tree = in.tree;
@@ -62,39 +70,48 @@ static Outputs run(const Inputs& in, const graph::Context&)
 void add_to(graph::Registry& registry)
 {
     registry.add("Collider", 1, run)
-        .summary("A rigid or animated thing that bodies cannot enter and rub against.")
+        .summary("A rigid or animated obstacle with friction.",
+                 {"obstacle", "collision", "static", "rigid", "wall"})
         .input("mesh", &Inputs::mesh,
-               "For kind = mesh: the thing itself, where it is at this frame. Animate it upstream.",
+               "The obstacle for kind = mesh, where it is at this frame. To move it, animate the "
+               "mesh before it is linked here.",
                graph::Need::optional)
         .choice("kind", &Inputs::kind, {"plane", "sphere", "box", "mesh"},
-                "Its shape. A plane is solid below its local y = 0. A closed mesh is solid "
-                "inside; an open one a sheet, two cubes thick below its front.")
-        .block<Sphere>("sphere", &Inputs::sphere,
-                       [](graph::ParamsOf<Sphere>& p) {
-                           p.param("radius", &Sphere::radius, "Its radius.", {1e-9, 1e6, "m"});
-                       },
-                       "A ball about its own origin.", {"kind", {"sphere"}})
+                "Shape of the obstacle. plane: solid below its local y = 0. mesh: solid inside if "
+                "it is closed; an open mesh is a sheet that is solid to a depth of two cubes "
+                "behind its front.")
+        .block<Sphere>(
+            "sphere", &Inputs::sphere,
+            [](graph::ParamsOf<Sphere>& p) {
+                p.param("radius", &Sphere::radius, "Radius of the sphere.", {1e-9, 1e6, "m"});
+            },
+            "A sphere about its local origin.", {"kind", {"sphere"}})
         .block<Box>("box", &Inputs::box,
                     [](graph::ParamsOf<Box>& p) {
-                        p.param("size", &Box::size, "Its edges along its own x, y and z.",
+                        p.param("size", &Box::size, "Edge lengths along the local x, y and z.",
                                 {1e-9, 1e6, "m"});
                     },
-                    "A box about its own origin.", {"kind", {"box"}})
+                    "A box about its local origin.", {"kind", {"box"}})
         .param("translate", &Inputs::translate,
-               "Where its origin is; keyframe it to move it. A mesh stays where it is.",
+               "Position of the local origin; keyframe it to move the obstacle. Has no effect on a "
+               "mesh.",
                {.unit = "m"})
-        .param("rotate_degrees", &Inputs::rotate_degrees,
-               "Its turn about x, then y, then z, each fixed in space.", {.unit = "deg"})
-        .param("friction", &Inputs::friction,
-               "Coulomb coefficient: 0 is ice, 0.5 wood on wood, 1 rubber.", {.min = 0, .max = 100})
         .param(
-            "thickness", &Inputs::thickness,
-            "How far outside the surface contact begins. Faces of a sheet are flat between its "
-            "corners: over a collider of radius R those of cells h want h^2 / (8 R) and a little, "
-            "or it shows through.",
-            {.unit = "m"})
+            "rotate_degrees", &Inputs::rotate_degrees,
+            "Rotation about x, then y, then z, each axis fixed in space. Has no effect on a mesh.",
+            {.unit = "deg"})
+        .param("friction", &Inputs::friction,
+               "Coulomb coefficient of friction: 0 for ice, 0.5 for wood on wood, 1 for rubber.",
+               {.min = 0, .max = 100})
+        .param("thickness", &Inputs::thickness,
+               "Distance from the surface at which contact begins. The faces of a sheet are flat "
+               "between its corners: for cells of size h over a collider of radius R, use slightly "
+               "more than h^2 / (8 R), or the collider shows through.",
+               {.unit = "m"})
         .prepare("tree", &Inputs::tree, build_tree, {"mesh", "kind"})
-        .output("collider", &Outputs::collider, "The thing at this frame and how it got there.")
+        .check(check)
+        .output("collider", &Outputs::collider,
+                "The obstacle at this frame and at the frame before.")
         .previous("collider", &Inputs::last);
 }
 

@@ -1,6 +1,6 @@
-#include "geometry/components.hpp"
+#include "geometry/cubes/components.hpp"
 
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
 #include <cstdio>
@@ -37,7 +37,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 {
     const geometry::Cubes& cubes = *in.cubes;
     if (cubes.count() == 0) {
-        throw std::invalid_argument("there are no cubes to keep a component of");
+        throw std::invalid_argument("the input 'cubes' is empty: expected at least one cube");
     }
     geometry::Components found = geometry::find_components(
         cubes, in.connectivity,
@@ -54,8 +54,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         if (nearest.distance > 0) {
             char text[120];
             std::snprintf(text, sizeof text,
-                          "the point lies in no cube; took the component of the nearest one, %.3g "
-                          "m away",
+                          "the point lies in no cube: the component of the nearest cube was kept, "
+                          "%.3g m away",
                           nearest.distance);
             context.warn(text);
         }
@@ -76,19 +76,22 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 void add_to(graph::Registry& registry)
 {
     registry.add("ConnectedComponent", 1, run)
-        .summary("Keeps the cubes that hang together, and says what it dropped.")
-        .input("cubes", &Inputs::cubes, "The cubes to sort into components.")
+        .summary(
+            "Finds the connected components of cubes, keeps one or all, and reports what it drops.",
+            {"connectivity", "islands", "pieces", "largest piece"})
+        .input("cubes", &Inputs::cubes, "The cubes to split into components.")
         .choice("keep", &Inputs::keep, {"all", "largest", "heaviest", "point"},
-                "all: drops nothing and only numbers the components, the largest 0. largest: the "
-                "one with most cubes. heaviest: the one with most mass. point: the one that holds "
-                "a given point.")
+                "Which component to keep. all: every cube is kept, and components are only "
+                "numbered. largest: the component with the most cubes. heaviest: the component "
+                "with the most mass. point: the component at a given point.")
         .choice("connectivity", &Inputs::connectivity, {"face", "edge", "corner"},
-                "What joins two cubes: a shared face (6 neighbours), a shared edge (18) or a "
-                "shared corner (26).")
-        .param("point", &Inputs::point, "A point in the rest shape; the nearest cube counts.",
+                "What connects two cubes: a shared face (6 neighbours), a shared edge too (18), or "
+                "a shared corner too (26).")
+        .param("point", &Inputs::point,
+               "A point in the rest shape. The component of the nearest cube is kept.",
                {.unit = "m"}, {"keep", {"point"}})
         .output("cubes", &Outputs::cubes,
-                "The cubes that are kept, with their component's number; 0 is the largest.");
+                "The kept cubes, each with the number of its component; the largest is 0.");
 }
 
 }  // namespace nodes::connected_component

@@ -1,7 +1,8 @@
 #include "render/contact_sheet.hpp"
 
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
+#include "nodes/written_path.hpp"
 #include "render/png.hpp"
 
 #include <cstdio>
@@ -40,20 +41,27 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     return out;
 }
 
+static graph::Faults check(const Inputs& in, const graph::Setting&)
+{
+    return wrong_path(in.path, {".png"}, 1);
+}
+
 void add_to(graph::Registry& registry)
 {
     registry.add("ContactSheet", 1, run)
-        .summary("Puts pictures of evenly spaced frames side by side in one PNG.")
-        .gather("image", &Inputs::image, some_frames, "The picture at some frames.")
-        .param("count", &Inputs::count, "How many frames, the first and the last among them.",
+        .summary("Writes the pictures of evenly spaced frames side by side into one PNG file.",
+                 {"montage", "thumbnails", "overview"})
+        .gather("image", &Inputs::image, some_frames, "The picture, read at the chosen frames.")
+        .param("count", &Inputs::count, "Number of frames, including the first and the last.",
                {1, 1000})
-        .param("columns", &Inputs::columns, "How many pictures stand side by side.", {1, 100})
+        .param("columns", &Inputs::columns, "Number of pictures in a row.", {1, 100})
         .param("width", &Inputs::width, "Width of the sheet.", {64, 8192, "px"})
-        .path_out("path", &Inputs::path, "Where it goes, below the output folder.")
+        .path_out("path", &Inputs::path, "Path of the file, below the output folder.")
         .reads(graph::Variable::range)
+        .check(check)
         .sink()
         .output("image", &Outputs::image, "The sheet.")
-        .output("file", &Outputs::file, "The file that was written.");
+        .output("file", &Outputs::file, "The written file.");
 }
 
 }  // namespace nodes::contact_sheet

@@ -1,6 +1,6 @@
-#include "geometry/copies.hpp"
+#include "geometry/mesh/copies.hpp"
 
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
 namespace nodes::copies {
@@ -25,22 +25,22 @@ static Outputs run(const Inputs& in, const graph::Context&)
 void add_to(graph::Registry& registry)
 {
     registry.add("Copies", 1, run)
-        .summary("Makes many of a mesh, in rows, columns and layers, as one mesh: the bodies of a "
-                 "heap or a wall.")
-        .input("mesh", &Inputs::mesh, "What to copy.")
-        .param("count_x", &Inputs::count_x, "How many along x.", {.min = 1, .max = 100'000})
-        .param("count_y", &Inputs::count_y, "How many layers along y.", {.min = 1, .max = 100'000})
-        .param("count_z", &Inputs::count_z, "How many along z.", {.min = 1, .max = 100'000})
+        .summary("Copies a mesh in rows, columns and layers, as one mesh: the bodies of a heap or "
+                 "a wall.",
+                 {"array", "duplicate", "instance", "copy", "scatter copies", "clone"})
+        .input("mesh", &Inputs::mesh, "The mesh to copy.")
+        .param("count_x", &Inputs::count_x, "Number of copies along x.", {.min = 1, .max = 100'000})
+        .param("count_y", &Inputs::count_y, "Number of layers along y.", {.min = 1, .max = 100'000})
+        .param("count_z", &Inputs::count_z, "Number of copies along z.", {.min = 1, .max = 100'000})
         .param("step", &Inputs::step,
-               "From one to the next along each axis. The middle of all stays where the mesh is.",
+               "Distance from one copy to the next along each axis. The centre of all copies stays "
+               "where the mesh is.",
                {.unit = "m"})
-        .param("stagger", &Inputs::stagger, "By how much every second layer is moved.",
-               {.unit = "m"})
+        .param("stagger", &Inputs::stagger, "Offset of every second layer.", {.unit = "m"})
         .param("hue_degrees", &Inputs::hue_degrees,
-               "By how much the hue of each copy's colours is turned from that of the one before: "
-               "72 gives five colours.",
+               "Rotation of the hue from each copy to the next: 72 gives five colours.",
                {.unit = "deg"})
-        .output("mesh", &Outputs::mesh, "All of them.");
+        .output("mesh", &Outputs::mesh, "All copies as one mesh.");
 }
 
 }  // namespace nodes::copies

@@ -1,10 +1,12 @@
-#include "geometry/embed.hpp"
-#include "geometry/cut_torn.hpp"
-#include "geometry/plane.hpp"
-#include "geometry/torn_faces.hpp"
+#include "geometry/embed/embed.hpp"
+#include "geometry/cubes/plane.hpp"
+#include "geometry/embed/carried_numbers.hpp"
+#include "geometry/embed/cut_torn.hpp"
+#include "geometry/embed/torn_faces.hpp"
+#include "geometry/mesh/triangle_bvh.hpp"
 
-#include "graph/json.hpp"
-#include "graph/node_type.hpp"
+#include "graph/document/json.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
 #include <tbb/collaborative_call_once.h>
@@ -13,13 +15,7 @@
 
 namespace nodes::embed {
 
-struct Attributes {
-    bool displacement = true;
-    bool speed = true;
-    bool stress = true;
-    bool component = true;
-};
-
+using Attributes = geometry::CarriedNumbers;
 enum class Torn { cut, hide, stretch };
 enum class Inside { open, material, surface };
 
@@ -74,25 +70,36 @@ static void warn_of_strays(const Inputs& in, const graph::Context& context)
 {
     if (in.binding->strays.empty()) return;
     char text[160];
-    std::snprintf(text, sizeof text,
-                  "%zu of %zu vertices lie in no cube and go with the nearest one, at most %.3g m "
-                  "away",
-                  in.binding->strays.size(), in.mesh->positions.size(), in.binding->farthest);
+    std::snprintf(
+        text, sizeof text,
+        "%zu of %zu vertices lie in no cube: each follows the nearest one, at most %.3g m "
+        "away",
+        in.binding->strays.size(), in.mesh->positions.size(), in.binding->farthest);
     context.warn(text);
 }
 
-static std::vector<float> displacement(const geometry::TriMesh& rest, const geometry::TriMesh& mesh)
+// The mesh where links have broken: cut there, or without the faces there.
+static geometry::TriMesh torn_mesh(const Inputs& in, geometry::TriMesh mesh,
+                                   std::span<const geometry::PartedCube> parted)
 {
-    std::vector<float> out(rest.positions.size());
-    for (std::size_t v = 0; v < out.size(); ++v) {
-        out[v] = (mesh.positions[v] - rest.positions[v]).norm();
+    const physics::State& state = *in.state;
+    if (in.torn == Torn::cut) {
+        // Planes stay open: they need no tree.
+        geometry::Closing closing;
+        if (in.inside != Inside::open && !parted.empty() && geometry::flat_axis(*in.cubes) < 0) {
+            closing.solid = &in.tree->get();
+        }
+        if (in.inside == Inside::material) {
+            closing.material = geometry::Material{"inside", in.inside_colour};
+        }
+        return geometry::cut_torn(*in.binding, *in.mesh, std::move(mesh), *in.cubes, state.x,
+                                  state.broken, parted, closing);
     }
-    return out;
-}
-
-static std::vector<float> per_cube(const Inputs& in, std::span<const float> values)
-{
-    return geometry::interpolate(*in.binding, *in.cubes, geometry::at_corners(*in.cubes, values));
+    if (in.torn == Torn::hide && !state.broken.empty()) {
+        const auto gone = geometry::torn_faces(*in.binding, *in.mesh, *in.cubes, state.broken);
+        return geometry::without_faces(std::move(mesh), gone);
+    }
+    return mesh;
 }
 
 static Outputs run(const Inputs& in, const graph::Context& context)
@@ -103,44 +110,10 @@ static Outputs run(const Inputs& in, const graph::Context& context)
                                              : std::vector<geometry::PartedCube>{};
     const auto torn =
         parted.empty() ? std::vector<std::uint8_t>{} : geometry::marked(*in.cubes, parted);
-    Outputs out{geometry::embed(*in.binding, *in.mesh, *in.cubes, state.x, torn)};
-    const auto add = [&](const char* name, const char* unit, std::vector<float> values) {
-        std::erase_if(out.mesh.attributes, [&](const auto& a) { return a.name == name; });
-        out.mesh.attributes.push_back({name, unit, std::move(values)});
-    };
-    if (in.attributes.displacement) add("displacement", "m", displacement(*in.mesh, out.mesh));
-    if (in.attributes.speed && state.v.size() == in.cubes->corner_count()) {
-        std::vector<double> speeds(state.v.size());
-        for (std::size_t k = 0; k < speeds.size(); ++k) speeds[k] = state.v[k].norm();
-        add("speed", "m/s", geometry::interpolate(*in.binding, *in.cubes, speeds));
-    }
-    if (in.attributes.stress && state.stress.size() == in.cubes->count()) {
-        add("stress", "Pa", per_cube(in, state.stress));
-    }
-    if (in.attributes.component && in.cubes->component.size() == in.cubes->count()) {
-        std::vector<float> component(in.mesh->positions.size());
-        for (std::size_t v = 0; v < component.size(); ++v) {
-            component[v] =
-                static_cast<float>(in.cubes->component[in.binding->used[in.binding->cube[v]]]);
-        }
-        add("component", "", std::move(component));
-    }
-    if (in.torn == Torn::cut) {
-        // Planes stay open: they need no tree.
-        geometry::Closing closing;
-        if (in.inside != Inside::open && !parted.empty() && geometry::flat_axis(*in.cubes) < 0) {
-            closing.solid = &in.tree->get();
-        }
-        if (in.inside == Inside::material) {
-            closing.material = geometry::Material{"inside", in.inside_colour};
-        }
-        out.mesh = geometry::cut_torn(*in.binding, *in.mesh, std::move(out.mesh), *in.cubes,
-                                      state.x, state.broken, parted, closing);
-    } else if (in.torn == Torn::hide && !state.broken.empty()) {
-        const auto gone = geometry::torn_faces(*in.binding, *in.mesh, *in.cubes, state.broken);
-        out.mesh = geometry::without_faces(std::move(out.mesh), gone);
-    }
-    return out;
+    geometry::TriMesh mesh = geometry::embed(*in.binding, *in.mesh, *in.cubes, state.x, torn);
+    geometry::add_carried_numbers(mesh, in.attributes, *in.mesh, *in.binding, *in.cubes,
+                                  {state.v, state.stress});
+    return {torn_mesh(in, std::move(mesh), parted)};
 }
 
 static void describe_attributes(graph::ParamsOf<Attributes>& p)
@@ -180,33 +153,34 @@ static void keep_open(graph::Json& node)
 void add_to(graph::Registry& registry)
 {
     registry.add("Embed", 3, run)
-        .summary("Carries a mesh along with deformed cubes: vertices by trilinear interpolation, "
-                 "normals by the deformation's gradient.")
-        .upgrade(1, "hide_torn is torn: hide, or stretch; unless said it is cut now", keep_hiding)
-        .upgrade(2, "what is cut is closed, unless inside is open", keep_open)
+        .summary("Deforms a mesh with its cubes: vertices by trilinear interpolation, normals by "
+                 "the deformation gradient.",
+                 {"point deform", "deform", "deformer", "bind", "wrap", "lattice deform",
+                  "mesh deform", "cage deform"})
+        .upgrade(1, "hide_torn became torn = hide or stretch; the default is now cut", keep_hiding)
+        .upgrade(2, "cuts are now closed unless inside = open", keep_open)
         .input("mesh", &Inputs::mesh,
-               "The mesh at rest, where the undeformed cubes are. It need not be the one that the "
-               "cubes were made from.")
+               "The mesh at rest, at the place of the undeformed cubes. It need not be the mesh "
+               "that the cubes were made from.")
         .input("cubes", &Inputs::cubes, "The cubes at rest.")
-        .input("state", &Inputs::state, "Where the corners of the cubes are now.")
+        .input("state", &Inputs::state, "State of the cubes at this frame.")
         .block("attributes", &Inputs::attributes, describe_attributes,
-               "Which numbers to leave at each vertex, to colour by or to export.")
+               "Attributes to compute at each vertex, for colouring or export.")
         .choice("torn", &Inputs::torn, {"cut", "hide", "stretch"},
-                "What becomes of faces where links have broken (`lattice.tear` of Simulate). cut: "
-                "they are cut between the corners that have parted; vertices are added. hide: "
-                "those in cubes that have lost a link are left out; vertices stay the same, as "
-                "point caches want them. stretch: they are drawn out across the gap.")
-        .choice(
-            "inside", &Inputs::inside, {"open", "material", "surface"},
-            "What closes the mesh where it is cut, if it encloses a volume: nothing, faces with "
-            "a material \"inside\" of their own, or faces that look like the surface nearest "
-            "to them. They are of the group \"inside\".",
-            {"torn", {"cut"}})
-        .colour("inside_colour", &Inputs::inside_colour, "The colour of that material.",
+                "What happens to faces where links have broken (`lattice.tear` of Simulate). cut: "
+                "faces are cut between the corners that have separated, which adds vertices. hide: "
+                "faces in cubes that have lost a link are removed; the number of vertices stays "
+                "the same, as point caches need. stretch: faces are stretched across the gap.")
+        .choice("inside", &Inputs::inside, {"open", "material", "surface"},
+                "How cuts are closed if the mesh encloses a volume. open: not at all. material: by "
+                "faces with a material \"inside\". surface: by faces that look like the nearest "
+                "part of the surface. The new faces are in the group \"inside\".",
+                {"torn", {"cut"}})
+        .colour("inside_colour", &Inputs::inside_colour, "Colour of the material \"inside\".",
                 {"inside", {"material"}})
         .prepare("binding", &Inputs::binding, bind, {"mesh", "cubes"})
         .prepare("tree", &Inputs::tree, tree_on_demand, {"mesh"})
-        .output("mesh", &Outputs::mesh, "The mesh as the cubes carry it.");
+        .output("mesh", &Outputs::mesh, "The deformed mesh.");
 }
 
 }  // namespace nodes::embed

@@ -1,6 +1,6 @@
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
-#include "physics/layered.hpp"
+#include "physics/layered_bodies/layered.hpp"
 
 #include <fmt/format.h>
 
@@ -34,10 +34,10 @@ static physics::LayeredBody build(const Inputs& in)
     physics::LayeredBody body = *in.part->body;
     for (const Joint& j : in.hinges) {
         if (j.lowest_degrees > j.highest_degrees) {
-            throw std::invalid_argument(fmt::format(
-                "hinge {} of {}: expected lowest_degrees below highest_degrees, found "
-                "{} and {}",
-                &j - in.hinges.data() + 1, in.hinges.size(), j.lowest_degrees, j.highest_degrees));
+            throw std::invalid_argument(fmt::format("hinge {} of {}: expected lowest_degrees to be "
+                                                    "at most highest_degrees, found {} and {}",
+                                                    &j - in.hinges.data() + 1, in.hinges.size(),
+                                                    j.lowest_degrees, j.highest_degrees));
         }
         physics::add_hinge(body.base, static_cast<std::uint32_t>(j.a),
                            static_cast<std::uint32_t>(j.b), j.point, j.axis);
@@ -61,31 +61,38 @@ static Outputs run(const Inputs& in, const graph::Context&)
 void add_to(graph::Registry& registry)
 {
     registry.add("Figure", 1, run)
-        .summary("Joins the frames of a rigid body by hinges, as the limbs of a figure.")
-        .input("part", &Inputs::part, "A body of base = rigid with a frame a limb.")
+        .summary("Joins the frames of a rigid body by hinges, as the limbs of a figure.",
+                 {"ragdoll", "skeleton", "rig", "hinge", "joint", "character", "armature", "bones"})
+        .input("part", &Inputs::part, "A body with base = rigid and a frame for each limb.")
         .list<Joint>(
             "hinges", &Inputs::hinges,
             [](graph::ParamsOf<Joint>& p) {
-                p.param("a", &Joint::a, "One frame.", {.min = 0})
-                    .param("b", &Joint::b, "The other; its angle is counted from a.", {.min = 0})
-                    .param("point", &Joint::point, "A point of the hinge, as drawn.", {.unit = "m"})
-                    .param("axis", &Joint::axis, "Its direction, as drawn.")
+                p.param("a", &Joint::a, "Index of the first frame.", {.min = 0})
+                    .param("b", &Joint::b,
+                           "Index of the second frame. The hinge angle is that of b relative to a.",
+                           {.min = 0})
+                    .param("point", &Joint::point, "A point on the axis, in the pose as drawn.",
+                           {.unit = "m"})
+                    .param("axis", &Joint::axis, "Direction of the axis, in the pose as drawn.")
                     .param("lowest_degrees", &Joint::lowest_degrees,
-                           "It stops here; the figure as drawn is at 0.",
+                           "Lower limit of the hinge angle; the pose as drawn is 0.",
                            {.min = -180, .max = 180, .unit = "deg"})
-                    .param("highest_degrees", &Joint::highest_degrees, "And here.",
+                    .param("highest_degrees", &Joint::highest_degrees,
+                           "Upper limit of the hinge angle.",
                            {.min = -180, .max = 180, .unit = "deg"})
                     .param("stiffness", &Joint::stiffness,
-                           "Torque towards rest_degrees for each radian away.",
+                           "Torque towards rest_degrees per radian of deviation.",
                            {.min = 0, .unit = "N m/rad"})
-                    .param("damping", &Joint::damping, "Torque against each radian a second.",
+                    .param("damping", &Joint::damping,
+                           "Torque against the rotation, per radian per second.",
                            {.min = 0, .unit = "N m s/rad"})
-                    .param("rest_degrees", &Joint::rest_degrees, "Where the stiffness draws it.",
+                    .param("rest_degrees", &Joint::rest_degrees,
+                           "Rest angle: the stiffness pulls the hinge towards it.",
                            {.min = -180, .max = 180, .unit = "deg"});
             },
-            "The hinges.")
+            "The hinges, each between two frames.")
         .prepare("body", &Inputs::body, build, {"part", "hinges"})
-        .output("part", &Outputs::part, "The jointed body.");
+        .output("part", &Outputs::part, "The jointed body, for Layered or Reach.");
 }
 
 }  // namespace nodes::figure

@@ -1,4 +1,4 @@
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
 namespace nodes::force {
@@ -47,43 +47,45 @@ static Outputs run(const Inputs& in, const graph::Context&)
 void add_to(graph::Registry& registry)
 {
     registry.add("Force", 1, run)
-        .summary("A force field: gravity, wind, or a push at a point of the model. Every number "
-                 "of it can be keyframed.")
-        .choice("kind", &Inputs::kind, {"gravity", "wind", "point"}, "What kind of force.")
+        .summary("A force field: gravity, wind, or a point force. Every number can be keyframed.",
+                 {"wind", "gravity", "turbulence", "field", "impulse", "explosion"})
+        .choice("kind", &Inputs::kind, {"gravity", "wind", "point"}, "Kind of force.")
         .block<Gravity>("gravity", &Inputs::gravity,
                         [](graph::ParamsOf<Gravity>& p) {
                             p.param("acceleration", &Gravity::acceleration,
-                                    "Added to the gravity that Simulate has of its own.",
+                                    "Acceleration, in addition to the gravity of Simulate.",
                                     {.unit = "m/s^2"});
                         },
                         "The same acceleration everywhere.", {"kind", {"gravity"}})
         .block<Wind>(
             "wind", &Inputs::wind,
             [](graph::ParamsOf<Wind>& p) {
-                p.param("velocity", &Wind::velocity, "Of the air.", {.unit = "m/s"})
-                    .param("air_density", &Wind::air_density, "Air at sea level has 1.2.",
+                p.param("velocity", &Wind::velocity, "Velocity of the air.", {.unit = "m/s"})
+                    .param("air_density", &Wind::air_density,
+                           "Density of the air: 1.2 at sea level.",
                            {.min = 0, .max = 1e5, .unit = "kg/m^3"})
                     .param("drag", &Wind::drag,
                            "Drag coefficient: about 0.5 for a ball, 1.2 for a plate or cable.",
                            {.min = 0, .max = 1e4});
             },
-            "Drag on the surface, by its area across the wind and its own speed.",
+            "Drag on the surface, from its area across the wind and its velocity relative to the "
+            "air.",
             {"kind", {"wind"}})
-        .block<Point>(
-            "point", &Inputs::point,
-            [](graph::ParamsOf<Point>& p) {
-                p.param("force", &Point::force, "The whole force, however many corners share it.",
-                        {.unit = "N"})
-                    .param("position", &Point::position, "Where it acts, in the shape at rest.",
-                           {.unit = "m"})
-                    .param("radius", &Point::radius,
-                           "It fades out smoothly to nothing at this distance; 0: it acts "
-                           "at the point alone.",
-                           {.min = 0, .unit = "m"});
-            },
-            "A push spread smoothly over the surface around a point, or over the material where "
-            "no surface is so near.",
-            {"kind", {"point"}})
+        .block<Point>("point", &Inputs::point,
+                      [](graph::ParamsOf<Point>& p) {
+                          p.param("force", &Point::force,
+                                  "Total force, shared by all corners that it reaches.",
+                                  {.unit = "N"})
+                              .param("position", &Point::position,
+                                     "Where the force acts, in the rest shape.", {.unit = "m"})
+                              .param("radius", &Point::radius,
+                                     "Distance at which the force has faded smoothly to zero; 0: "
+                                     "it acts at the point only.",
+                                     {.min = 0, .unit = "m"});
+                      },
+                      "A force spread smoothly over the surface around a point, or over the "
+                      "material if no surface is within the radius.",
+                      {"kind", {"point"}})
         .output("force", &Outputs::force, "The force field at this frame.");
 }
 

@@ -1,4 +1,4 @@
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
 namespace nodes::ground {
@@ -24,13 +24,14 @@ static Outputs run(const Inputs& in, const graph::Context&)
 void add_to(graph::Registry& registry)
 {
     registry.add("Ground", 1, run)
-        .summary(
-            "A level floor that bodies rest and slide on, sunk in by a tenth of what their own "
-            "weight squashes them. For one that moves, use Collider.")
-        .param("height", &Inputs::height, "The y of the floor.", {.unit = "m"})
+        .summary("A level floor. Bodies sink in slightly: by a tenth of their compression under "
+                 "their own weight. For a floor that moves, use Collider.",
+                 {"floor", "ground plane", "terrain"})
+        .param("height", &Inputs::height, "Height of the floor (y).", {.unit = "m"})
         .param("friction", &Inputs::friction,
-               "Coulomb coefficient: 0 is ice, 0.5 wood on wood, 1 rubber.", {.min = 0, .max = 100})
-        .output("collider", &Outputs::collider, "The floor.");
+               "Coulomb coefficient of friction: 0 for ice, 0.5 for wood on wood, 1 for rubber.",
+               {.min = 0, .max = 100})
+        .output("collider", &Outputs::collider, "The floor, as a collider.");
 }
 
 }  // namespace nodes::ground

@@ -1,8 +1,8 @@
-#include "geometry/transform.hpp"
-#include "graph/json.hpp"
-#include "graph/node_type.hpp"
+#include "geometry/mesh/transform.hpp"
+#include "graph/document/json.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
-#include "physics/layered.hpp"
+#include "physics/layered_bodies/layered_body.hpp"
 
 #include <fmt/format.h>
 
@@ -51,7 +51,7 @@ static LayeredBody build(const Inputs& in)
     return body;
 }
 
-// Particles that start too near to each other, as points at random do, fly apart at once.
+// Warns of particles that start too close to each other, as random points do: they fly apart.
 static void warn_of_crowding(const LayeredBody& body, const graph::Context& context)
 {
     if (body.base.kind != physics::BaseKind::particles) return;
@@ -65,9 +65,9 @@ static void warn_of_crowding(const LayeredBody& body, const graph::Context& cont
         }
     }
     if (nearest > 0.6 * wanted) return;
-    context.warn(fmt::format("particles start {:.2g} m apart where substance.rest_distance is "
-                             "{:.2g} m: such pairs fly apart at once. Spread them more evenly, or "
-                             "give them a rest_distance of {:.2g} m or less",
+    context.warn(fmt::format("particles start {:.2g} m apart, but substance.rest_distance is "
+                             "{:.2g} m: pairs this close fly apart in the first step. Spread the "
+                             "particles more evenly, or set rest_distance to {:.2g} m or less",
                              nearest, wanted, nearest / 0.6));
 }
 
@@ -83,7 +83,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         const auto s = static_cast<std::size_t>(muscle.skeleton);
         if (s >= skeletons) {
             throw std::invalid_argument(fmt::format(
-                "a muscle is skeleton {} of a layer that has {}; they are counted from 0", s,
+                "a muscle names skeleton {}, but the layer has {} skeletons, counted from 0", s,
                 skeletons));
         }
         part.muscle.resize(skeletons, 1);
@@ -93,8 +93,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         in.inflation != 1 || std::any_of(in.muscles.begin(), in.muscles.end(),
                                          [](const Muscle& m) { return m.inflation != 1; });
     if (inflates && in.volume.proportional == 0) {
-        context.warn("inflation does nothing while volume.proportional is 0, which is off: give it "
-                     "10 per second, say");
+        context.warn("inflation has no effect, because volume.proportional is 0 (volume control is "
+                     "off): set it to 10, for example");
     }
     warn_of_crowding(*in.body, context);
     part.colour = in.colour;
@@ -104,43 +104,66 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 static void describe_matter(graph::ParamsOf<LayerMatter>& p)
 {
     p.param("stiffness", &LayerMatter::stiffness,
-            "Pressure of the layer for each unit of field that it is compressed by.",
+            "Contact pressure per unit of field by which the layer is compressed.",
             {.min = 0, .unit = "Pa"})
-        .param(
-            "friction", &LayerMatter::friction,
-            "Traction on a contact for each metre a second of relative velocity; along a collider "
-            "no more than its own coefficient of the pressure. What should stay where it lies "
-            "wants much: it creeps by the traction that it needs over this.",
-            {.min = 0, .unit = "Pa s/m"})
+        .param("friction", &LayerMatter::friction,
+               "Viscous friction: traction per unit of sliding speed. Along a collider it is at "
+               "most the collider's coefficient times the pressure. Raise it for bodies that must "
+               "not creep: they creep at their tangential load divided by it.",
+               {.min = 0, .unit = "Pa s/m"})
         .param("bulge_width", &LayerMatter::bulge_width,
-               "How far beyond a contact the layer bulges.", {.min = 0, .unit = "m"})
+               "Distance beyond a contact over which the layer bulges.", {.min = 0, .unit = "m"})
         .param("bulge_height", &LayerMatter::bulge_height,
-               "Height of the bulge as a share of the largest compression.", {.min = 0, .max = 10})
+               "Height of the bulge, as a share of the largest compression.", {.min = 0, .max = 10})
         .param("rigid", &LayerMatter::rigid,
-               "It does not deform: others take its shape where they touch it.")
+               "Whether the layer is rigid: it does not deform, and others take its shape where "
+               "they touch.")
         .param("self_contact", &LayerMatter::self_contact,
-               "Skeletons that do not blend with each other collide.");
+               "Whether skeletons of this body that do not blend with each other collide.");
 }
 
 static void describe_substance(graph::ParamsOf<Substance>& p)
 {
     p.param("stiffness", &Substance::stiffness,
-            "Scale of the force that holds particles at their distance.", {.min = 0, .unit = "N"})
-        .param("rest_distance", &Substance::rest_distance, "The distance they seek.",
-               {.min = 1e-9, .unit = "m"})
+            "Scale of the forces that hold particles at their rest distance.",
+            {.min = 0, .unit = "N"})
+        .param("rest_distance", &Substance::rest_distance,
+               "Distance between particles at which the forces vanish.", {.min = 1e-9, .unit = "m"})
         .param("friction", &Substance::friction,
-               "Force against the relative velocity of particles in reach.",
+               "Friction between particles in reach: force per relative velocity.",
                {.min = 0, .unit = "N s/m"})
         .param("reach", &Substance::reach,
-               "How far particles act on each other, in rest distances.", {.min = 1, .max = 100})
+               "Range of the forces between particles, in rest distances.", {.min = 1, .max = 100})
         .param("fusion_threshold", &Substance::fusion_threshold,
-               "Parts that press harder than this fuse; what came apart never does otherwise.",
+               "Contact pressure above which parts fuse. Parts that have separated fuse in no "
+               "other way.",
                {.min = 0, .unit = "Pa"})
-        .param("fusion_time", &Substance::fusion_time,
-               "How long two skeletons take to blend fully.", {.min = 0, .unit = "s"});
+        .param("fusion_time", &Substance::fusion_time, "Time for two skeletons to blend fully.",
+               {.min = 0, .unit = "s"});
 }
 
-// Version 1 did not meet changes in advance unless told to, and took any share.
+static void describe_volume(graph::ParamsOf<VolumeControl>& p)
+{
+    p.param("proportional", &VolumeControl::proportional,
+            "Gain of the volume controller: the rate at which an error of volume is "
+            "corrected. 0 turns volume control off.",
+            {.min = 0, .unit = "1/s"})
+        .param("derivative", &VolumeControl::derivative,
+               "Share of the volume change by motion that is compensated in advance: 1 "
+               "keeps up with steady motion, 0 lags behind it.",
+               {.min = 0, .max = 2});
+}
+
+static void describe_muscle(graph::ParamsOf<Muscle>& p)
+{
+    p.param("skeleton", &Muscle::skeleton, "Index of the skeleton, counted from 0.", {.min = 0})
+        .param("inflation", &Muscle::inflation,
+               "Target volume of its territory, as a multiple of the rest volume; it "
+               "multiplies the body's inflation. Keyframe it to flex.",
+               {.min = 0.05, .max = 20});
+}
+
+// Version 1: volume.derivative was 0 by default and had no upper limit.
 static void keep_derivative(graph::Json& node)
 {
     graph::Json* const params = node.find("params");
@@ -153,59 +176,44 @@ static void keep_derivative(graph::Json& node)
 void add_to(graph::Registry& registry)
 {
     registry.add("ImplicitLayer", 2, run)
-        .summary("Coats a base structure with an implicit layer: a body for Layered.")
-        .upgrade(1, "unless said, volume.derivative was 0; it is at most 2 now", keep_derivative)
-        .input("layer", &Inputs::layer, "Its skeletons, from Skeletons.")
+        .summary("Coats a base structure with an implicit layer: makes a body for Layered.")
+        .upgrade(1,
+                 "the default of volume.derivative was 0, and it had no upper limit; it is at most "
+                 "2 now",
+                 keep_derivative)
+        .input("layer", &Inputs::layer, "The skeletons of the layer, from Skeletons.")
         .choice("base", &Inputs::base, {"still", "rigid", "particles"},
-                "What carries the layer. still moves only by translate and rotate_degrees; each "
-                "frame of rigid is a rigid body; each frame of particles a particle of a soft "
-                "substance.")
+                "What carries the layer. still: the body moves only by translate and "
+                "rotate_degrees. rigid: each frame is a rigid body. particles: each frame is a "
+                "particle of a soft substance.")
         .param("density", &Inputs::density,
-               "Mass for each volume that the skeletons' territories hold.",
+               "Density: mass per volume of the skeletons' territories.",
                {.min = 1e-9, .unit = "kg/m^3"})
-        .param("seed_spacing", &Inputs::seed_spacing,
-               "Distance between the samples of the surface that find contacts and volumes.",
-               {.min = 1e-9, .unit = "m"})
-        .block("matter", &Inputs::matter, describe_matter, "How it behaves in contact.")
-        .block<VolumeControl>(
-            "volume", &Inputs::volume,
-            [](graph::ParamsOf<VolumeControl>& p) {
-                p.param("proportional", &VolumeControl::proportional,
-                        "How fast an error of volume is mended; 0 leaves volume "
-                        "alone.",
-                        {.min = 0, .unit = "1/s"})
-                    .param("derivative", &VolumeControl::derivative,
-                           "Share of the change by motion that is met in advance: 1 keeps up with "
-                           "steady motion, 0 lags behind it.",
-                           {.min = 0, .max = 2});
-            },
-            "Keeps the volume of each skeleton's territory.")
-        .block("substance", &Inputs::substance, describe_substance,
-               "How particles act on each other.", {"base", {"particles"}})
+        .param(
+            "seed_spacing", &Inputs::seed_spacing,
+            "Distance between the samples of the surface that detect contacts and measure volumes.",
+            {.min = 1e-9, .unit = "m"})
+        .block("matter", &Inputs::matter, describe_matter, "Properties of the layer in contact.")
+        .block("volume", &Inputs::volume, describe_volume,
+               "Volume control: keeps the volume of each skeleton's territory.")
+        .block("substance", &Inputs::substance, describe_substance, "Forces between particles.",
+               {"base", {"particles"}})
         .param("translate", &Inputs::translate,
-               "Moves the body from where it is drawn; keyframed, a still body follows.",
+               "Translation from where the body is drawn; keyframe it to move a still body.",
                {.unit = "m"})
         .param("rotate_degrees", &Inputs::rotate_degrees,
-               "Turns it about the world's origin, about x, then y, then z.", {.unit = "deg"})
-        .param("velocity", &Inputs::velocity, "What it starts with.", {.unit = "m/s"})
+               "Rotation about the world's origin: about x, then y, then z.", {.unit = "deg"})
+        .param("velocity", &Inputs::velocity, "Initial velocity.", {.unit = "m/s"})
         .param("inflation", &Inputs::inflation,
-               "The volume it seeks, as a share of its own; keyframe it to breathe. The surface "
-               "moves by at most half the layer's thickness.",
+               "Target volume, as a multiple of the rest volume; keyframe it to breathe. The "
+               "surface moves by at most half the layer's thickness.",
                {.min = 0.05, .max = 20})
-        .list<Muscle>(
-            "muscles", &Inputs::muscles,
-            [](graph::ParamsOf<Muscle>& p) {
-                p.param("skeleton", &Muscle::skeleton, "Which, counted from 0.", {.min = 0})
-                    .param("inflation", &Muscle::inflation,
-                           "The volume that its territory seeks, as a share of its own, besides "
-                           "the body's; keyframe it to flex.",
-                           {.min = 0.05, .max = 20});
-            },
-            "Skeletons whose volume changes by itself.")
-        .colour("colour", &Inputs::colour, "Its colour in the mesh.")
+        .list("muscles", &Inputs::muscles, describe_muscle,
+              "Skeletons with a target volume of their own.")
+        .colour("colour", &Inputs::colour, "Colour of the body in the mesh.")
         .prepare("body", &Inputs::body, build,
                  {"layer", "base", "density", "seed_spacing", "matter", "volume", "substance"})
-        .output("part", &Outputs::part, "The body, for Layered or Figure.");
+        .output("part", &Outputs::part, "The body, for Layered, Figure, Springs or Carry.");
 }
 
 }  // namespace nodes::implicit_layer

@@ -1,7 +1,9 @@
-#include "physics/layered.hpp"
+#include "physics/layered_bodies/layered_step.hpp"
 
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
+#include "physics/layered_bodies/layered_body.hpp"
+#include "physics/layered_bodies/substance_parts.hpp"
 
 namespace nodes::layered {
 
@@ -46,38 +48,39 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 void add_to(graph::Registry& registry)
 {
     registry.add("Layered", 1, run)
-        .summary("Moves bodies coated by implicit layers a frame at a time: exact contact "
-                 "surfaces, controlled volume, separation and fusion.")
-        .inputs("parts", &Inputs::parts, "The bodies, from ImplicitLayer or Figure.")
-        .inputs("colliders", &Inputs::colliders, "Rigid things that they touch.")
-        .param("gravity", &Inputs::gravity, "Acceleration of everything; zeros for none.",
+        .summary("Simulates bodies coated by implicit layers: exact contact surfaces, controlled "
+                 "volume, separation and fusion.")
+        .inputs("parts", &Inputs::parts,
+                "The bodies, from ImplicitLayer, Figure, Springs, Carry or Reach.")
+        .inputs("colliders", &Inputs::colliders, "Rigid obstacles.")
+        .param("gravity", &Inputs::gravity, "Acceleration of all bodies; zeros for none.",
                {.unit = "m/s^2"})
-        .param("drag", &Inputs::drag, "Share of the speed that the air takes in a second.",
+        .param("drag", &Inputs::drag, "Air drag: share of the velocity that is lost per second.",
                {.min = 0, .unit = "1/s"})
-        .param("substeps", &Inputs::substeps,
-               "Steps a frame, at least: what comes on fast gets more by itself.",
-               {.min = 1, .max = 10'000})
-        .choice(
-            "rigid_bodies", &Inputs::rigid_bodies, {"implicit", "bullet"},
-            "Who moves rigid bodies and their hinges: `implicit`, one step with all else, stable "
-            "at any stiffness, which swallows bounces; or `bullet`, which keeps bounces, swings "
-            "and tumbling, takes more steps by itself the stiffer the layers are, and knows "
-            "rigid and still bodies only.")
+        .param(
+            "substeps", &Inputs::substeps,
+            "Smallest number of steps per frame. Bodies that approach fast get more automatically.",
+            {.min = 1, .max = 10'000})
+        .choice("rigid_bodies", &Inputs::rigid_bodies, {"implicit", "bullet"},
+                "Solver of rigid bodies and their hinges. implicit: one implicit step together "
+                "with everything else; stable at any stiffness, but loses bounces. bullet: keeps "
+                "bounces, swings and tumbling, takes more steps automatically the stiffer the "
+                "layers are, and supports rigid and still bodies only.")
         .reads(graph::Variable::fps)
         .output("scene", &Outputs::scene,
-                "Where all bodies are; on the first frame, the start. For Polygonize.")
+                "State of all bodies; on the first frame, the initial state. For Polygonize, Skin "
+                "and Carried.")
         .output("volume_error", &Outputs::volume_error,
-                "Largest relative error of volume among bodies that control theirs.")
+                "Largest relative error of volume among bodies with volume control.")
         .output("interpenetration", &Outputs::interpenetration,
-                "How deep surfaces stand inside each other at worst, as a share of the layer's "
-                "thickness. It does not see what comes out beyond a body that is thinner than the "
-                "layer is pressed: stiffen the layer, or thicken the body.")
-        .output("particles", &Outputs::particles,
-                "How many particles of soft substances there are.")
+                "Largest depth by which surfaces penetrate each other, as a share of the layer's "
+                "thickness. A layer pressed so deep that it comes out on the other side of a thin "
+                "body is not counted: use a stiffer layer or a thicker body.")
+        .output("particles", &Outputs::particles, "Number of particles of soft substances.")
         .output("pieces", &Outputs::pieces,
-                "How many pieces the soft substances are in: particles whose spheres of influence "
-                "overlap hold together, unless they once came apart.")
-        .output("speed", &Outputs::speed, "Of the fastest frame, m/s.")
+                "Number of pieces of the soft substances. Particles whose radii of influence "
+                "overlap belong to one piece, unless they have separated before.")
+        .output("speed", &Outputs::speed, "Speed of the fastest frame of any body, m/s.")
         .previous("scene", &Inputs::last);
 }
 

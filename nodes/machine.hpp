@@ -1,11 +1,17 @@
 #pragma once
 
-// What the nodes need of the machine and of each other's kernels, for the program's own commands.
+// Functions of the drawing library that the program's own commands need: `aspic doctor` checks
+// OpenGL with opengl(), `aspic sweep` and `aspic study` write picture sheets with write_sheet().
+// `aspic study` draws its plot with run_program(). runtime/main.cpp passes them on, because
+// runtime/ does not see render/ and geometry/.
 
+#include "geometry/base/run_program.hpp"
 #include "nodes/wire_types.hpp"
 #include "render/contact_sheet.hpp"
 #include "render/gl_context.hpp"
 #include "render/png.hpp"
+
+#include <sys/wait.h>
 
 #include <array>
 #include <filesystem>
@@ -15,17 +21,18 @@
 
 namespace nodes {
 
-// The OpenGL that pictures are drawn with; throws std::runtime_error when it will not do.
+// The version of OpenGL that pictures are drawn with. Throws std::runtime_error if it is missing or
+// too old.
 inline std::string opengl()
 {
     return render::gl_version();
 }
 
-// Libraries that are loaded when a node comes to need them.
+// Libraries that are loaded when a node first needs them.
 inline constexpr std::array late_libraries{render::opengl_library};
 
-// Writes pictures with their labels side by side as one PNG, and returns how many there were.
-// Values that are no pictures are left out.
+// Writes pictures with their labels side by side as one PNG and returns their number. Values that
+// are not pictures are skipped.
 inline std::size_t write_sheet(const std::vector<std::pair<graph::Value, std::string>>& pictures,
                                int columns, const std::filesystem::path& path)
 {
@@ -38,6 +45,16 @@ inline std::size_t write_sheet(const std::vector<std::pair<graph::Value, std::st
     }
     if (!tiles.empty()) render::write_png(path, render::contact_sheet(tiles, columns, 1600));
     return tiles.size();
+}
+
+// Runs a program without a shell and waits for its end; what it prints is not shown. Its exit
+// status; -1 when it is not there or was ended by a signal.
+inline int run_program(const std::vector<std::string>& words)
+{
+    geometry::ProgramCall call;
+    call.words = words;
+    const geometry::ProgramRun run = geometry::run_program(call, [] {});
+    return run.found && WIFEXITED(run.status) ? WEXITSTATUS(run.status) : -1;
 }
 
 }  // namespace nodes

@@ -1,10 +1,11 @@
 #pragma once
 
-// How nodes let a user say what a model is made of: one matter for all, and rules for parts of it.
+// The parameters by which a node lets a user choose materials: one for the whole model (`matter`)
+// and rules for parts of it (`materials`). Sample and Voxelize share them.
 
-#include "geometry/assign_matter.hpp"
-#include "graph/context.hpp"
-#include "graph/param.hpp"
+#include "geometry/cubes/assign_matter.hpp"
+#include "graph/types/context.hpp"
+#include "graph/types/param_builder.hpp"
 
 namespace nodes {
 
@@ -20,40 +21,43 @@ struct MaterialRule {
     double stiffness_damping = geometry::Matter{}.stiffness_damping;
 };
 
-// The five numbers of a matter, as parameters of a block or list element.
+// Adds the five numbers of a material to a block or list element.
 template <class S> void describe_matter(graph::ParamsOf<S>& p)
 {
-    p.param("density", &S::density, "Mass of a volume of the solid material.",
-            {1e-6, 1e9, "kg/m^3"})
-        .param("young", &S::young, "Young's modulus: how stiff it is.", {1e-6, 1e15, "Pa"})
+    p.param("density", &S::density, "Density of the solid material.", {1e-6, 1e9, "kg/m^3"})
+        .param("young", &S::young, "Young's modulus: the stiffness of the material.",
+               {1e-6, 1e15, "Pa"})
         .param("poisson", &S::poisson,
-               "Poisson ratio: how much it thins when stretched; near 0.5 it keeps its volume.",
+               "Poisson's ratio: how much the material thins when stretched. Near 0.5 it keeps its "
+               "volume.",
                {0, 0.499, ""})
         .param("mass_damping", &S::mass_damping,
-               "Rayleigh damping in proportion to mass: slows all motion, slow swaying most.",
+               "Rayleigh damping proportional to mass: damps all motion, slow swaying most.",
                {0, 1e6, "1/s"})
         .param("stiffness_damping", &S::stiffness_damping,
-               "Rayleigh damping in proportion to stiffness: takes out fast vibration first.",
+               "Rayleigh damping proportional to stiffness: damps fast vibration most.",
                {0, 1e6, "s"});
 }
 
 inline void describe_rule(graph::ParamsOf<MaterialRule>& p)
 {
     p.choice("match", &MaterialRule::match, {"all", "material", "group", "colour"},
-             "What a face is known by: nothing, its material's name, its group's name, or its "
-             "colour (of its vertices, else of its material).")
+             "Which faces the rule matches. all: every face. material: by the name of the face's "
+             "material. group: by the name of its group. colour: by its colour (of its vertices, "
+             "or else of its material).")
         .param("name", &MaterialRule::name,
-               "The name to match: * stands for any text, ? for any character. It also labels "
-               "the matter.",
+               "Name to match: * stands for any text, ? for any character. It also names the "
+               "material of the matching faces.",
                {}, {"match", {"material", "group"}})
-        .colour("colour", &MaterialRule::colour, "The colour to match.", {"match", {"colour"}})
+        .colour("colour", &MaterialRule::colour, "Colour to match.", {"match", {"colour"}})
         .param("tolerance", &MaterialRule::tolerance,
-               "How far each component of a face's colour may be from it.", {0, 1, ""},
+               "Largest difference from it in each component of a face's colour.", {0, 1, ""},
                {"match", {"colour"}});
     describe_matter(p);
 }
 
-// `matter` and `rules` for each face. Warns about rules that match nothing.
+// The material of each face: that of the last rule that matches it, else `matter`. Warns about
+// rules that match no face.
 inline geometry::FaceMatter face_matter(const geometry::TriMesh& mesh,
                                         const geometry::Matter& matter,
                                         const std::vector<MaterialRule>& rules,

@@ -1,41 +1,23 @@
-#include "geometry/measure.hpp"
+#include "geometry/mesh/measure.hpp"
 
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
-#include "physics/measure.hpp"
+#include "physics/state/measure.hpp"
 #include "render/measure.hpp"
+
+#include <fmt/format.h>
 
 namespace nodes::measure {
 
-enum class What {
-    vertices,
-    triangles,
-    area,
-    volume,
-    lowest,
-    highest,
-    displacement_max,
-    displacement_mean,
-    displacement_at,
-    stretch_max,
-    mesh_finite,
-    cubes,
-    components,
-    mass,
-    speed_max,
-    kinetic_energy,
-    converged,
-    iterations,
-    brightness,
-    coverage,
-};
+// The index of a quantity in the table below.
+enum class What {};
 
 struct Inputs {
     graph::Wire<geometry::TriMesh> mesh, rest;
     graph::Wire<geometry::Cubes> cubes;
     graph::Wire<physics::State> state;
     graph::Wire<render::Image> image;
-    What what = What::displacement_max;
+    What what = What{6};  // displacement_max, as the table says
     geometry::Vec3 point{0, 0, 0};
     geometry::Vec3 direction{0, 1, 0};
 };
@@ -43,134 +25,147 @@ struct Outputs {
     double value = 0;
 };
 
-// The linked input, or an error that names it.
+static std::string not_linked(const char* port)
+{
+    return fmt::format("this quantity needs the input '{}', which is not linked", port);
+}
+
 template <class T> static const T& linked(const graph::Wire<T>& wire, const char* port)
 {
     if (!wire) {
-        throw std::invalid_argument(std::string("this measure needs the input `") + port +
-                                    "`, which is not linked");
+        throw std::invalid_argument(not_linked(port));
     }
     return *wire;
 }
 
-static double measure(const Inputs& in)
+// The linked inputs; each throws std::invalid_argument if it is not linked.
+static const geometry::TriMesh& mesh(const Inputs& in)
 {
-    const auto mesh = [&]() -> const auto&
-    {
-        return linked(in.mesh, "mesh");
-    };
-    const auto rest = [&]() -> const auto&
-    {
-        return linked(in.rest, "rest");
-    };
-    const auto cubes = [&]() -> const auto&
-    {
-        return linked(in.cubes, "cubes");
-    };
-    const auto state = [&]() -> const auto&
-    {
-        return linked(in.state, "state");
-    };
-    const auto image = [&]() -> const auto&
-    {
-        return linked(in.image, "image");
-    };
-    const auto along = [&] { return in.direction.normalized(); };
+    return linked(in.mesh, "mesh");
+}
+static const geometry::TriMesh& rest(const Inputs& in)
+{
+    return linked(in.rest, "rest");
+}
+static const geometry::Cubes& cubes(const Inputs& in)
+{
+    return linked(in.cubes, "cubes");
+}
+static const physics::State& state(const Inputs& in)
+{
+    return linked(in.state, "state");
+}
+static const render::Image& image(const Inputs& in)
+{
+    return linked(in.image, "image");
+}
 
-    switch (in.what) {
-    case What::vertices:
-        return static_cast<double>(mesh().positions.size());
-    case What::triangles:
-        return static_cast<double>(mesh().triangles().size());
-    case What::area:
-        return geometry::surface_area(mesh());
-    case What::volume:
-        return geometry::enclosed_volume(mesh());
-    case What::lowest:
-        return geometry::extent(mesh(), along())[0];
-    case What::highest:
-        return geometry::extent(mesh(), along())[1];
-    case What::displacement_max:
-        return geometry::displacement(mesh(), rest()).largest;
-    case What::displacement_mean:
-        return geometry::displacement(mesh(), rest()).mean;
-    case What::displacement_at:
-        return geometry::displacement_at(mesh(), rest(), in.point).dot(along());
-    case What::stretch_max:
-        return geometry::largest_stretch(mesh(), rest());
-    case What::mesh_finite:
-        return geometry::all_finite(mesh()) ? 1 : 0;
-    case What::cubes:
-        return static_cast<double>(cubes().count());
-    case What::components:
-        return static_cast<double>(geometry::component_count(cubes()));
-    case What::mass:
-        return geometry::total_mass(cubes());
-    case What::speed_max:
-        return physics::largest_speed(state());
-    case What::kinetic_energy:
-        return physics::kinetic_energy(state(), cubes());
-    case What::converged:
-        return state().report.converged ? 1 : 0;
-    case What::iterations:
-        return state().report.iterations;
-    case What::brightness:
-        return render::mean_brightness(image());
-    case What::coverage:
-        return render::coverage(image());
+// A quantity: its name in documents, the inputs that it needs, and how it is measured.
+struct Quantity {
+    const char* name;
+    std::array<const char*, 2> needs;
+    double (*measure)(const Inputs&);
+};
+
+constexpr Quantity quantities[] = {
+    {"vertices", {"mesh"}, [](const Inputs& in) { return double(mesh(in).positions.size()); }},
+    {"triangles", {"mesh"}, [](const Inputs& in) { return double(mesh(in).triangles().size()); }},
+    {"area", {"mesh"}, [](const Inputs& in) { return geometry::surface_area(mesh(in)); }},
+    {"volume", {"mesh"}, [](const Inputs& in) { return geometry::enclosed_volume(mesh(in)); }},
+    {"lowest",
+     {"mesh"},
+     [](const Inputs& in) { return geometry::extent(mesh(in), in.direction.normalized())[0]; }},
+    {"highest",
+     {"mesh"},
+     [](const Inputs& in) { return geometry::extent(mesh(in), in.direction.normalized())[1]; }},
+    {"displacement_max",
+     {"mesh", "rest"},
+     [](const Inputs& in) { return geometry::displacement(mesh(in), rest(in)).largest; }},
+    {"displacement_mean",
+     {"mesh", "rest"},
+     [](const Inputs& in) { return geometry::displacement(mesh(in), rest(in)).mean; }},
+    {"displacement_at",
+     {"mesh", "rest"},
+     [](const Inputs& in) {
+         return geometry::displacement_at(mesh(in), rest(in), in.point)
+             .dot(in.direction.normalized());
+     }},
+    {"stretch_max",
+     {"mesh", "rest"},
+     [](const Inputs& in) { return double(geometry::largest_stretch(mesh(in), rest(in))); }},
+    {"mesh_finite",
+     {"mesh"},
+     [](const Inputs& in) { return geometry::all_finite(mesh(in)) ? 1.0 : 0.0; }},
+    {"cubes", {"cubes"}, [](const Inputs& in) { return double(cubes(in).count()); }},
+    {"components",
+     {"cubes"},
+     [](const Inputs& in) { return double(geometry::component_count(cubes(in))); }},
+    {"mass", {"cubes"}, [](const Inputs& in) { return geometry::total_mass(cubes(in)); }},
+    {"speed_max", {"state"}, [](const Inputs& in) { return physics::largest_speed(state(in)); }},
+    {"kinetic_energy",
+     {"cubes", "state"},
+     [](const Inputs& in) { return physics::kinetic_energy(state(in), cubes(in)); }},
+    {"converged",
+     {"state"},
+     [](const Inputs& in) { return state(in).report.converged ? 1.0 : 0.0; }},
+    {"iterations", {"state"}, [](const Inputs& in) { return double(state(in).report.iterations); }},
+    {"brightness",
+     {"image"},
+     [](const Inputs& in) { return double(render::mean_brightness(image(in))); }},
+    {"coverage", {"image"}, [](const Inputs& in) { return double(render::coverage(image(in))); }},
+};
+
+static_assert(std::string_view(quantities[6].name) == "displacement_max");
+
+static std::vector<std::string> names()
+{
+    std::vector<std::string> out;
+    for (const Quantity& quantity : quantities) out.emplace_back(quantity.name);
+    return out;
+}
+
+static graph::Faults check(const Inputs& in, const graph::Setting& setting)
+{
+    graph::Faults faults;
+    for (const char* need : quantities[static_cast<std::size_t>(in.what)].needs) {
+        if (need && !setting.links(need)) faults.push_back({"what", not_linked(need)});
     }
-    throw std::logic_error("a measure without a case");
+    return faults;
 }
 
 static Outputs run(const Inputs& in, const graph::Context&)
 {
-    return {measure(in)};
+    return {quantities[static_cast<std::size_t>(in.what)].measure(in)};
 }
 
 void add_to(graph::Registry& registry)
 {
     registry.add("Measure", 1, run)
-        .summary("Turns a mesh, cubes, a state or an image into one number, for `expect` blocks "
-                 "and studies.")
+        .summary("Measures a mesh, cubes, a state or an image as one number, for `expect` blocks "
+                 "and studies.",
+                 {"attribute", "statistics", "volume of", "print", "assert"})
         .input("mesh", &Inputs::mesh, "The mesh to measure.", graph::Need::optional)
-        .input("rest", &Inputs::rest, "The same mesh before it moved, for displacements.",
+        .input("rest", &Inputs::rest, "The same mesh at rest, for displacements and stretch.",
                graph::Need::optional)
         .input("cubes", &Inputs::cubes, "The cubes to measure.", graph::Need::optional)
         .input("state", &Inputs::state, "The simulation's state to measure.", graph::Need::optional)
         .input("image", &Inputs::image, "The image to measure.", graph::Need::optional)
-        .choice("what", &Inputs::what,
-                {"vertices",
-                 "triangles",
-                 "area",
-                 "volume",
-                 "lowest",
-                 "highest",
-                 "displacement_max",
-                 "displacement_mean",
-                 "displacement_at",
-                 "stretch_max",
-                 "mesh_finite",
-                 "cubes",
-                 "components",
-                 "mass",
-                 "speed_max",
-                 "kinetic_energy",
-                 "converged",
-                 "iterations",
-                 "brightness",
-                 "coverage"},
-                "The quantity: of `mesh` vertices, triangles, area (m^2), volume (m^3), lowest and "
-                "highest along `direction` (m), mesh_finite (1 or 0); of `mesh` against `rest` "
-                "displacement_max, _mean, _at (m), stretch_max (largest edge length over its rest "
-                "length); of `cubes` their number, components, mass (kg); of `state` speed_max "
-                "(m/s), kinetic_energy (J, needs `cubes`), converged (1 or 0), iterations; of "
-                "`image` brightness (mean luma, 0 to 1), coverage (share of pixels that differ "
-                "from their row's first).")
-        .param("point", &Inputs::point, "Where, in the rest shape: the nearest vertex counts.",
-               {.unit = "m"}, {"what", {"displacement_at"}})
-        .param("direction", &Inputs::direction, "Which way counts as positive.", {},
+        .choice(
+            "what", &Inputs::what, names(),
+            "The quantity to measure. Of `mesh`: vertices, triangles, area (m^2), volume (m^3), "
+            "lowest and highest (coordinate along `direction`, m), mesh_finite (1 or 0). Of `mesh` "
+            "against `rest`: displacement_max, displacement_mean, displacement_at (m), stretch_max "
+            "(largest edge length over its rest length). Of `cubes`: cubes (their number), "
+            "components, mass (kg). Of `state`: speed_max (m/s), kinetic_energy (J, also needs "
+            "`cubes`), converged (1 or 0), iterations. Of `image`: brightness (mean luma, 0 to 1), "
+            "coverage (share of pixels that differ from the first pixel of their row).")
+        .param("point", &Inputs::point,
+               "Where to measure, in the rest shape: the nearest vertex counts.", {.unit = "m"},
+               {"what", {"displacement_at"}})
+        .param("direction", &Inputs::direction, "Direction along which to measure.", {},
                {"what", {"displacement_at", "lowest", "highest"}})
-        .output("value", &Outputs::value, "The number.");
+        .check(check)
+        .output("value", &Outputs::value, "The measured number.");
 }
 
 }  // namespace nodes::measure

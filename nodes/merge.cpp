@@ -1,5 +1,5 @@
-#include "geometry/merge.hpp"
-#include "graph/node_type.hpp"
+#include "geometry/mesh/merge.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
 namespace nodes::merge {
@@ -21,9 +21,10 @@ static Outputs run(const Inputs& in, const graph::Context&)
 void add_to(graph::Registry& registry)
 {
     registry.add("Merge", 1, run)
-        .summary("Makes one mesh of many, with the materials and groups of all.")
-        .inputs("meshes", &Inputs::meshes, "What to put together, in this order.")
-        .output("mesh", &Outputs::mesh, "All of them in one.");
+        .summary("Merges meshes into one, with the materials and groups of all.",
+                 {"join", "combine", "append"})
+        .inputs("meshes", &Inputs::meshes, "The meshes to merge, in this order.")
+        .output("mesh", &Outputs::mesh, "The merged mesh.");
 }
 
 }  // namespace nodes::merge

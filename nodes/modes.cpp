@@ -1,5 +1,8 @@
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
+
+#include <cmath>
+#include <numbers>
 
 namespace nodes::modes {
 
@@ -36,25 +39,28 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 void add_to(graph::Registry& registry)
 {
     registry.add("Modes", 1, run)
-        .summary("Finds how a model of cubes vibrates, and keeps only the modes of its mesh.")
-        .input("cubes", &Inputs::cubes, "The model at rest, and what it is made of.")
-        .input("mesh", &Inputs::mesh, "What the modes are for: the mesh that the cubes carry.")
+        .summary("Computes the lowest vibration modes of a model of cubes, and keeps them at the "
+                 "vertices of its mesh.",
+                 {"vibration", "eigen", "modal", "eigenmodes"})
+        .input("cubes", &Inputs::cubes, "The model at rest, with its materials.")
+        .input("mesh", &Inputs::mesh, "The mesh that the cubes carry.")
         .input("pins", &Inputs::pins,
-               "Corners that do not move; without any the body floats, and its rigid motions are "
+               "Corners that do not move. Without pins the body is free, and its rigid motions are "
                "left out.",
                graph::Need::optional)
-        .param("count", &Inputs::count, "How many modes, from the lowest.",
+        .param("count", &Inputs::count, "Number of modes, from the lowest frequency up.",
                {.min = 1, .max = 10'000})
         .param("keep_rigid", &Inputs::keep_rigid,
-               "Whether rigid motions of a body that is not held are listed too, first.")
-        .choice("weighting", &Inputs::weighting, {"filled", "full"},
-                "filled gives a partly filled cube that share of the stiffness, full all of it.")
+               "Whether the modes of a free body include its rigid motions, as the first ones.")
+        .choice(
+            "weighting", &Inputs::weighting, {"filled", "full"},
+            "filled: a partly filled cube has that share of the stiffness. full: it has all of it.")
         .choice("element", &Inputs::element, {"incompatible", "trilinear"},
-                "incompatible bends rightly even one cube thick; trilinear is too stiff in bending "
-                "and only here to compare.")
+                "incompatible: right in bending even one cube thick. trilinear: too stiff in "
+                "bending; for comparison only.")
         .output("model", &Outputs::model, "The modes at the vertices, for Vibrate.")
         .output("lowest_frequency", &Outputs::lowest_frequency,
-                "Of the lowest mode that is no rigid motion, in Hz; 0 without any.");
+                "Frequency of the lowest mode that is not a rigid motion, Hz; 0 if there is none.");
 }
 
 }  // namespace nodes::modes

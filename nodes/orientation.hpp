@@ -1,15 +1,18 @@
 #pragma once
 
-#include "geometry/mesh_edges.hpp"
-#include "geometry/sample_volume.hpp"
-#include "graph/context.hpp"
+// A check that Sample and Voxelize share: whether the orientation of a mesh's faces is consistent
+// enough to decide what is inside of it.
+
+#include "geometry/cubes/sample_volume.hpp"
+#include "geometry/mesh/mesh_edges.hpp"
+#include "graph/types/context.hpp"
 
 #include <fmt/format.h>
 
 namespace nodes {
 
-// Warns when faces that share an edge disagree on what is outside, and what is inside by their
-// orientation is notably less than by the number of faces crossed.
+// Warns if faces that share an edge have opposite orientations and the enclosed volume by
+// orientation (winding) is more than 2 % smaller than by the number of faces crossed (parity).
 inline void warn_of_disagreeing_faces(const geometry::TriMesh& mesh, geometry::Inside rule,
                                       const graph::Context& context)
 {
@@ -19,10 +22,10 @@ inline void warn_of_disagreeing_faces(const geometry::TriMesh& mesh, geometry::I
     const double found = geometry::volume_inside(mesh, rule),
                  all = geometry::volume_inside(mesh, geometry::Inside::parity);
     if (found > 0.98 * all) return;
-    context.warn(fmt::format(
-        "the faces on the two sides of {} edge{} disagree on what is outside, so that {:.3g} of "
-        "{:.3g} m^3 count as inside; set inside to \"parity\", for which faces need not agree",
-        edges, edges == 1 ? "" : "s", found, all));
+    context.warn(
+        fmt::format("the faces at {} edge{} have opposite orientations, so only {:.3g} of {:.3g} "
+                    "m^3 count as inside: set inside = parity, which ignores orientation",
+                    edges, edges == 1 ? "" : "s", found, all));
 }
 
 }  // namespace nodes

@@ -1,7 +1,9 @@
-#include "geometry/transform.hpp"
-#include "graph/node_type.hpp"
+#include "geometry/mesh/transform.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
-#include "physics/choose_corners.hpp"
+#include "physics/state/choose_corners.hpp"
+
+#include <fmt/format.h>
 
 namespace nodes::pin {
 
@@ -49,6 +51,15 @@ struct Outputs {
     physics::Pins pins;
 };
 
+constexpr const char* needs_mesh =
+    "where = material needs the input 'mesh': link the mesh whose faces have the material";
+
+static graph::Faults check(const Inputs& in, const graph::Setting& setting)
+{
+    if (in.where != Where::material || setting.links("mesh")) return {};
+    return {{"where", needs_mesh}};
+}
+
 static std::vector<std::uint32_t> chosen(const Inputs& in)
 {
     const geometry::Cubes& cubes = *in.cubes;
@@ -61,10 +72,7 @@ static std::vector<std::uint32_t> chosen(const Inputs& in)
     case Where::below:
         return physics::corners_below(cubes, in.below.height);
     case Where::material:
-        if (!in.mesh) {
-            throw std::invalid_argument(
-                "where = material needs the mesh whose faces carry it: link the input 'mesh'");
-        }
+        if (!in.mesh) throw std::invalid_argument(needs_mesh);
         return physics::corners_near_material(cubes, *in.mesh, in.material.name,
                                               in.material.distance > 0 ? in.material.distance
                                                                        : cubes.size);
@@ -82,17 +90,18 @@ static void require_a_vertex_a_corner(const Inputs& in)
     const std::size_t corners = in.cubes->corner_count(), found = in.follow->positions.size();
     if (found == corners) return;
     throw std::invalid_argument(
-        "expected `follow` to have " + std::to_string(corners) +
-        " vertices, one for each corner of the cubes, found " + std::to_string(found) +
-        ": link the mesh that Plane made with these cubes, carried along; if what carries it is "
-        "torn, let its Embed hide or stretch that (torn: hide), as cutting it adds vertices");
+        fmt::format("`follow` has {} vertices, expected {}, one per corner of the cubes: link the "
+                    "mesh that Plane made with these cubes, carried along. If what carries it "
+                    "tears, set torn = hide or stretch in its Embed, because cutting adds vertices",
+                    found, corners));
 }
 
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     if (in.follow) require_a_vertex_a_corner(in);
     auto corners = chosen(in);
-    if (corners.empty()) context.warn("no corner of the cubes lies there: nothing is pinned");
+    if (corners.empty())
+        context.warn("no corner of the cubes lies in the chosen region: nothing is pinned");
     if (in.follow) return {physics::pins_on(*in.cubes, std::move(corners), in.follow->positions)};
     return {physics::pins_at(
         *in.cubes, std::move(corners),
@@ -104,71 +113,79 @@ static graph::ShownWhen when(const char* place)
     return {"where", {place}};
 }
 
+static void describe(graph::ParamsOf<BoxPlace>& p)
+{
+    p.param("centre", &BoxPlace::centre, "Centre of the box.", {.unit = "m"})
+        .param("size", &BoxPlace::size, "Edge lengths along x, y and z.", {.min = 0, .unit = "m"});
+}
+
+static void describe(graph::ParamsOf<SpherePlace>& p)
+{
+    p.param("centre", &SpherePlace::centre, "Centre of the sphere.", {.unit = "m"})
+        .param("radius", &SpherePlace::radius, "Radius of the sphere.", {.min = 0, .unit = "m"});
+}
+
+static void describe(graph::ParamsOf<BelowPlace>& p)
+{
+    p.param("height", &BelowPlace::height, "Largest y of the pinned corners.", {.unit = "m"});
+}
+
+static void describe(graph::ParamsOf<MaterialPlace>& p)
+{
+    p.param("name", &MaterialPlace::name, "Name of the material or group.")
+        .param("distance", &MaterialPlace::distance,
+               "Largest distance from the corners to its faces; 0: the edge of a cube.",
+               {.min = 0, .unit = "m"});
+}
+
+static void describe(graph::ParamsOf<EndsPlace>& p)
+{
+    p.choice("axis", &EndsPlace::axis, {"x", "y", "z"},
+             "Axis along which corners are farthest out.")
+        .choice("end", &EndsPlace::end, {"both", "low", "high"}, "End of the axis to pin.")
+        .param("layers", &EndsPlace::layers,
+               "Number of layers of cubes to pin; 0: only the outermost plane of corners.",
+               {.min = 0, .max = 1'000'000});
+}
+
 void add_to(graph::Registry& registry)
 {
     registry.add("Pin", 1, run)
-        .summary("Holds corners of the cubes, or moves them along a keyframed path.")
-        .input("cubes", &Inputs::cubes, "The cubes whose corners are chosen, at rest.")
+        .summary("Holds corners of the cubes in place, or moves them along a keyframed path.",
+                 {"constraint", "anchor", "attach", "fix", "hold"})
+        .input("cubes", &Inputs::cubes, "The cubes at rest, whose corners are pinned.")
         .input("mesh", &Inputs::mesh, "The mesh at rest, for where = material.",
                graph::Need::optional)
         .input("follow", &Inputs::follow,
-               "Pinned corners go where this mesh's vertices are at this frame: the mesh that "
+               "Pinned corners follow the vertices of this mesh at this frame. It is the mesh that "
                "Plane made with these cubes, carried along by something else.",
                graph::Need::optional)
         .choice("where", &Inputs::where, {"box", "sphere", "below", "material", "ends", "rim"},
-                "How the corners are chosen: inside a box or a sphere, below a height, near the "
-                "faces of a material or group, at the ends of the model, or on all its outside, "
-                "which is the border of a plane and of its holes.")
-        .block<BoxPlace>(
-            "box", &Inputs::box,
-            [](graph::ParamsOf<BoxPlace>& p) {
-                p.param("centre", &BoxPlace::centre, "The middle of the box.", {.unit = "m"})
-                    .param("size", &BoxPlace::size, "Its edges along x, y and z.",
-                           {.min = 0, .unit = "m"});
-            },
-            "Corners inside this box are pinned.", when("box"))
-        .block<SpherePlace>(
-            "sphere", &Inputs::sphere,
-            [](graph::ParamsOf<SpherePlace>& p) {
-                p.param("centre", &SpherePlace::centre, "The middle of the sphere.", {.unit = "m"})
-                    .param("radius", &SpherePlace::radius, "Its radius.", {.min = 0, .unit = "m"});
-            },
-            "Corners inside this sphere are pinned.", when("sphere"))
-        .block<BelowPlace>(
-            "below", &Inputs::below,
-            [](graph::ParamsOf<BelowPlace>& p) {
-                p.param("height", &BelowPlace::height, "The y up to which corners are taken.",
-                        {.unit = "m"});
-            },
-            "Corners not above this height are pinned.", when("below"))
-        .block<MaterialPlace>(
-            "material", &Inputs::material,
-            [](graph::ParamsOf<MaterialPlace>& p) {
-                p.param("name", &MaterialPlace::name, "The name of the material or group.")
-                    .param("distance", &MaterialPlace::distance,
-                           "How near to its faces corners are taken; 0 means one cube's edge.",
-                           {.min = 0, .unit = "m"});
-            },
-            "Corners near the faces of this material or group are pinned.", when("material"))
-        .block<EndsPlace>(
-            "ends", &Inputs::ends,
-            [](graph::ParamsOf<EndsPlace>& p) {
-                p.choice("axis", &EndsPlace::axis, {"x", "y", "z"}, "Along which axis.")
-                    .choice("end", &EndsPlace::end, {"both", "low", "high"}, "At which end of it.")
-                    .param("layers", &EndsPlace::layers,
-                           "How many layers of cubes; 0 pins the outermost plane of corners only.",
-                           {.min = 0, .max = 1'000'000});
-            },
-            "The corners farthest out along an axis are pinned.", when("ends"))
+                "How the corners are chosen. box, sphere: all inside it. below: all up to a "
+                "height. material: all near the faces of a material or group. ends: all at the "
+                "ends of the model along an axis. rim: all on the outside of the model; for a "
+                "plane, its border and those of its holes.")
+        .block<BoxPlace>("box", &Inputs::box, describe, "Pins the corners inside a box.",
+                         when("box"))
+        .block<SpherePlace>("sphere", &Inputs::sphere, describe,
+                            "Pins the corners inside a sphere.", when("sphere"))
+        .block<BelowPlace>("below", &Inputs::below, describe, "Pins the corners up to a height.",
+                           when("below"))
+        .block<MaterialPlace>("material", &Inputs::material, describe,
+                              "Pins the corners near the faces of a material or group.",
+                              when("material"))
+        .block<EndsPlace>("ends", &Inputs::ends, describe,
+                          "Pins the corners farthest out along an axis.", when("ends"))
         .param("translate", &Inputs::translate,
-               "Where the pinned corners have gone from their rest positions; keyframe it.",
+               "Translation of the pinned corners from rest; keyframe it to move them.",
                {.unit = "m"})
         .param("rotate_degrees", &Inputs::rotate_degrees,
-               "How far they have turned about the pivot: about x, then y, then z, each fixed in "
-               "space.",
+               "Rotation of the pinned corners about the pivot: about x, then y, then z, each axis "
+               "fixed in space.",
                {.unit = "deg"})
-        .param("pivot", &Inputs::pivot, "The point that turning leaves in place.", {.unit = "m"})
-        .output("pins", &Outputs::pins, "The corners and where they are at this frame.");
+        .param("pivot", &Inputs::pivot, "Centre of the rotation.", {.unit = "m"})
+        .check(check)
+        .output("pins", &Outputs::pins, "The pinned corners and their targets at this frame.");
 }
 
 }  // namespace nodes::pin

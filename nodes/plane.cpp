@@ -1,6 +1,6 @@
-#include "geometry/plane.hpp"
+#include "geometry/cubes/plane.hpp"
 
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/material_rules.hpp"
 #include "nodes/wire_types.hpp"
 
@@ -21,7 +21,7 @@ struct Sides {
 };
 struct Picture {
     std::filesystem::path path;
-    geometry::MaskInk ink = geometry::MaskInk::dark;
+    geometry::PictureInk ink = geometry::PictureInk::dark;
     double threshold = 0.5;
     double width = 1;
 };
@@ -48,7 +48,7 @@ static int pieces(double length, double size)
     return static_cast<int>(std::clamp(std::round(length / size), 1.0, 1e7));
 }
 
-// The grid on which ni by nj cells have their middle at `centre`.
+// The grid on which ni by nj cells are centred at `centre`.
 static geometry::PlaneGrid grid_about(const Inputs& in, const Vec3& centre, double size, int ni,
                                       int nj)
 {
@@ -60,7 +60,21 @@ static geometry::PlaneGrid grid_about(const Inputs& in, const Vec3& centre, doub
     return grid;
 }
 
-static constexpr std::array ink_names{"dark", "bright", "opaque"};  // as MaskInk
+static constexpr std::array ink_names{"dark", "bright", "opaque"};  // as PictureInk
+
+constexpr const char* needs_picture =
+    "outline = image needs a picture: set the parameter 'image.path'";
+constexpr const char* needs_mesh =
+    "outline = mesh needs the input 'mesh': link the mesh whose footprint is the outline";
+
+static graph::Faults check(const Inputs& in, const graph::Setting& setting)
+{
+    if (in.outline == Outline::image && in.image.path.empty()) {
+        return {{"image.path", needs_picture}};
+    }
+    if (in.outline == Outline::mesh && !setting.links("mesh")) return {{"outline", needs_mesh}};
+    return {};
+}
 
 static geometry::Cubes cubes_of(const Inputs& in)
 {
@@ -77,30 +91,30 @@ static geometry::Cubes cubes_of(const Inputs& in)
     }
     case Outline::image: {
         if (in.image.path.empty()) {
-            throw std::invalid_argument("outline = image needs a picture: give image.path a file");
+            throw std::invalid_argument(needs_picture);
         }
-        const geometry::Mask mask = geometry::read_mask(in.image.path, in.image.ink);
+        const geometry::PlanePicture picture =
+            geometry::read_plane_picture(in.image.path, in.image.ink);
         const int ni = pieces(in.image.width, in.size);
-        const auto cells = geometry::mask_cells(mask, axis, ni, in.image.threshold);
+        const auto cells = geometry::picture_cells(picture, axis, ni, in.image.threshold);
         if (cells.empty()) {
-            throw std::invalid_argument(fmt::format(
-                "{}: expected a picture with cells at least {:g} {}, found none of {} across: "
-                "choose another image.ink, lower image.threshold or take smaller cells",
-                in.image.path.filename().string(), in.image.threshold,
-                ink_names[size_t(in.image.ink)], ni));
+            throw std::invalid_argument(
+                fmt::format("{}: every cell has less than {:g} {} ink ({} cells across): change "
+                            "image.ink, lower image.threshold, or use smaller cells",
+                            in.image.path.filename().string(), in.image.threshold,
+                            ink_names[size_t(in.image.ink)], ni));
         }
         const double size = in.image.width / ni;
-        const int nj = pieces(in.image.width * mask.height / mask.width, size);
+        const int nj = pieces(in.image.width * picture.height / picture.width, size);
         return geometry::plane_cubes(cells, grid_about(in, in.centre, size, ni, nj), in.thickness,
                                      in.matter);
     }
     case Outline::mesh: {
         if (!in.mesh) {
-            throw std::invalid_argument("outline = mesh needs the input 'mesh': link the mesh "
-                                        "whose footprint the plane is to have");
+            throw std::invalid_argument(needs_mesh);
         }
         const geometry::Box box = geometry::bounds(*in.mesh);
-        if (box.empty()) throw std::invalid_argument("the mesh has no vertices");
+        if (box.empty()) throw std::invalid_argument("the input 'mesh' has no vertices");
         const auto count = [&](int d) {
             return static_cast<int>(
                 std::clamp(std::ceil(box.size()[d] / in.size - 1e-6), 1.0, 1e7));
@@ -123,57 +137,64 @@ static Outputs run(const Inputs& in, const graph::Context&)
     return out;
 }
 
+static void describe_sides(graph::ParamsOf<Sides>& p)
+{
+    p.param("u", &Sides::u,
+            "Side length along x (along z for a sheet across x), rounded to whole cells.",
+            {1e-9, 1e6, "m"})
+        .param("v", &Sides::v,
+               "Side length along y (along z for a sheet across y), rounded to whole "
+               "cells.",
+               {1e-9, 1e6, "m"});
+}
+
+static void describe_picture(graph::ParamsOf<Picture>& p)
+{
+    p.path_in("path", &Picture::path, "The picture: PNG, JPEG, BMP or TGA.")
+        .choice("ink", &Picture::ink, {ink_names[0], ink_names[1], ink_names[2]},
+                "Which pixels are ink, where the sheet is: dark, bright or opaque "
+                "ones. Transparent pixels are never ink.")
+        .param("threshold", &Picture::threshold,
+               "Smallest share of ink in a cell of the sheet, on average.", {0, 1, ""})
+        .param("width", &Picture::width, "Width of the whole picture.", {1e-9, 1e6, "m"});
+}
+
 void add_to(graph::Registry& registry)
 {
     registry.add("Plane", 1, run)
-        .summary("Makes an elastic sheet: a grid of particles of any outline, with holes, as cubes "
-                 "of no thickness for Simulate's method lattice.")
-        .input("mesh", &Inputs::mesh, "For outline = mesh: whose footprint along the flat axis.",
+        .summary("Makes an elastic sheet: a grid of particles of any outline, with holes, as flat "
+                 "cubes for Simulate's method lattice.",
+                 {"cloth", "sheet", "membrane", "fabric", "flag", "shell"})
+        .input("mesh", &Inputs::mesh,
+               "The mesh whose footprint along the flat axis is the outline, for outline = mesh.",
                graph::Need::optional)
         .choice("outline", &Inputs::outline, {"rectangle", "ellipse", "image", "mesh"},
-                "Which cells there are: all of a rectangle, those in the ellipse that fills it, "
-                "those that a picture covers, or those that a mesh covers.")
-        .choice("across", &Inputs::across, {"x", "y", "z"},
-                "The axis that the sheet lies across: y lays it flat, z stands it up facing you.")
-        .block<Sides>("sides", &Inputs::sides,
-                      [](graph::ParamsOf<Sides>& p) {
-                          p.param("u", &Sides::u,
-                                  "Along x; along z for a sheet across x. Rounded to whole cells.",
-                                  {1e-9, 1e6, "m"})
-                              .param("v", &Sides::v,
-                                     "Along y; along z for a sheet across y. Rounded to whole "
-                                     "cells.",
-                                     {1e-9, 1e6, "m"});
-                      },
-                      "The rectangle's sides.", {"outline", {"rectangle", "ellipse"}})
-        .block<Picture>(
-            "image", &Inputs::image,
-            [](graph::ParamsOf<Picture>& p) {
-                p.path_in("path", &Picture::path, "The picture: PNG, JPEG, BMP or TGA.")
-                    .choice("ink", &Picture::ink, {ink_names[0], ink_names[1], ink_names[2]},
-                            "Where the sheet is: where the picture is dark, bright or opaque. What "
-                            "is transparent is never.")
-                    .param("threshold", &Picture::threshold,
-                           "How much of a cell must be ink, on average.", {0, 1, ""})
-                    .param("width", &Picture::width, "How wide the whole picture is.",
-                           {1e-9, 1e6, "m"});
-            },
-            "The picture whose ink is the outline.", {"outline", {"image"}})
+                "Which cells the sheet has. rectangle: all. ellipse: those inside the ellipse that "
+                "fills the rectangle. image: those that a picture covers. mesh: those that a mesh "
+                "covers.")
+        .choice(
+            "across", &Inputs::across, {"x", "y", "z"},
+            "Axis normal to the sheet: y for a level sheet, z for an upright one that faces you.")
+        .block("sides", &Inputs::sides, describe_sides, "Sides of the rectangle.",
+               {"outline", {"rectangle", "ellipse"}})
+        .block("image", &Inputs::image, describe_picture, "The picture that gives the outline.",
+               {"outline", {"image"}})
         .param("size", &Inputs::size,
-               "The edge of a cell: the distance of particles. A picture's cells are rounded so "
-               "that whole ones fill its width.",
+               "Edge of a cell: the distance between particles. For a picture it is rounded so "
+               "that whole cells fill the width.",
                {1e-9, 1e6, "m"})
         .param("thickness", &Inputs::thickness,
-               "How thick the sheet is: it weighs and resists stretch by it, and bending by its "
-               "cube.",
+               "Thickness of the sheet. Mass and resistance to stretch grow with it, resistance to "
+               "bending with its cube.",
                {1e-12, 1e6, "m"})
         .param("centre", &Inputs::centre,
-               "Where the middle of the rectangle or picture lies. A mesh's footprint stays "
-               "under it.",
+               "Centre of the rectangle or picture. With outline = mesh the sheet stays at the "
+               "mesh's footprint.",
                {.unit = "m"}, {"outline", {"rectangle", "ellipse", "image"}})
         .block("matter", &Inputs::matter, describe_matter<geometry::Matter>,
-               "What the sheet is made of (Poisson's ratio acts as 0).")
-        .colour("colour", &Inputs::colour, "Of the mesh.")
+               "Material of the sheet. Poisson's ratio acts as 0.")
+        .colour("colour", &Inputs::colour, "Colour of the mesh.")
+        .check(check)
         .output("cubes", &Outputs::cubes, "The cells, for Pin, Simulate and Embed.")
         .output("mesh", &Outputs::mesh,
                 "The sheet at rest as triangles, for Embed and Render. Any other mesh can be "

@@ -1,5 +1,5 @@
-#include "geometry/primitive.hpp"
-#include "graph/node_type.hpp"
+#include "geometry/mesh/primitive.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
 namespace nodes::primitive {
@@ -79,7 +79,7 @@ static geometry::TriMesh shape(const Inputs& in)
         return geometry::torus(in.torus.radius, in.torus.tube, in.torus.segments,
                                in.torus.tube_segments);
     }
-    throw std::invalid_argument("no such shape");
+    throw std::invalid_argument("Primitive: a shape without a case");
 }
 
 static Outputs run(const Inputs& in, const graph::Context&)
@@ -92,7 +92,7 @@ static Outputs run(const Inputs& in, const graph::Context&)
     return out;
 }
 
-// The declarations that several shapes share.
+// Limits that several shapes share.
 constexpr double most_metres = 1e6;
 static const graph::Limits metres{1e-9, most_metres, "m"};
 static graph::Limits counts(double least)
@@ -102,61 +102,63 @@ static graph::Limits counts(double least)
 
 static void describe_box(graph::ParamsOf<BoxShape>& params)
 {
-    params.param("size", &BoxShape::size, "Its size along x, y and z.", metres)
-        .param("divisions_x", &BoxShape::divisions_x, "Pieces along x.", counts(1))
-        .param("divisions_y", &BoxShape::divisions_y, "Pieces along y.", counts(1))
-        .param("divisions_z", &BoxShape::divisions_z, "Pieces along z.", counts(1));
+    params.param("size", &BoxShape::size, "Size along x, y and z.", metres)
+        .param("divisions_x", &BoxShape::divisions_x, "Segments along x.", counts(1))
+        .param("divisions_y", &BoxShape::divisions_y, "Segments along y.", counts(1))
+        .param("divisions_z", &BoxShape::divisions_z, "Segments along z.", counts(1));
 }
 static void describe_beam(graph::ParamsOf<BeamShape>& params)
 {
-    params.param("length", &BeamShape::length, "Its size along x.", metres)
-        .param("height", &BeamShape::height, "Its size along y.", metres)
-        .param("width", &BeamShape::width, "Its size along z.", metres)
-        .param("divisions", &BeamShape::divisions, "Pieces along x.", counts(1));
+    params.param("length", &BeamShape::length, "Size along x.", metres)
+        .param("height", &BeamShape::height, "Size along y.", metres)
+        .param("width", &BeamShape::width, "Size along z.", metres)
+        .param("divisions", &BeamShape::divisions, "Segments along x.", counts(1));
 }
 static void describe_sphere(graph::ParamsOf<SphereShape>& params)
 {
-    params.param("radius", &SphereShape::radius, "Its radius.", metres)
+    params.param("radius", &SphereShape::radius, "Radius.", metres)
         .param("subdivisions", &SphereShape::subdivisions,
-               "How often the 20 faces of an icosahedron are split in four.",
+               "How many times the 20 faces of an icosahedron are split in four.",
                {.min = 0, .max = 10});
 }
 static void describe_uv_sphere(graph::ParamsOf<UvSphereShape>& params)
 {
-    params.param("radius", &UvSphereShape::radius, "Its radius.", metres)
-        .param("segments", &UvSphereShape::segments, "Pieces around the y axis.", counts(3))
-        .param("rings", &UvSphereShape::rings, "Pieces from pole to pole.", counts(2));
+    params.param("radius", &UvSphereShape::radius, "Radius.", metres)
+        .param("segments", &UvSphereShape::segments, "Segments around the y axis.", counts(3))
+        .param("rings", &UvSphereShape::rings, "Segments from pole to pole.", counts(2));
 }
 static void describe_grid(graph::ParamsOf<GridShape>& params)
 {
-    params.param("size_x", &GridShape::size_x, "Its size along x.", metres)
-        .param("size_z", &GridShape::size_z, "Its size along z.", metres)
-        .param("divisions_x", &GridShape::divisions_x, "Pieces along x.", counts(1))
-        .param("divisions_z", &GridShape::divisions_z, "Pieces along z.", counts(1));
+    params.param("size_x", &GridShape::size_x, "Size along x.", metres)
+        .param("size_z", &GridShape::size_z, "Size along z.", metres)
+        .param("divisions_x", &GridShape::divisions_x, "Segments along x.", counts(1))
+        .param("divisions_z", &GridShape::divisions_z, "Segments along z.", counts(1));
 }
 static void describe_cylinder(graph::ParamsOf<CylinderShape>& params)
 {
-    params.param("radius", &CylinderShape::radius, "Its radius.", metres)
-        .param("height", &CylinderShape::height, "Its size along y.", metres)
-        .param("segments", &CylinderShape::segments, "Pieces around the y axis.", counts(3))
-        .param("rings", &CylinderShape::rings, "Pieces along the y axis.", counts(1));
+    params.param("radius", &CylinderShape::radius, "Radius.", metres)
+        .param("height", &CylinderShape::height, "Size along y.", metres)
+        .param("segments", &CylinderShape::segments, "Segments around the y axis.", counts(3))
+        .param("rings", &CylinderShape::rings, "Segments along the y axis.", counts(1));
 }
 static void describe_torus(graph::ParamsOf<TorusShape>& params)
 {
     params
-        .param("radius", &TorusShape::radius, "From its centre to the middle of its tube.", metres)
-        .param("tube", &TorusShape::tube, "The radius of its tube.", metres)
-        .param("segments", &TorusShape::segments, "Pieces around the y axis.", counts(3))
-        .param("tube_segments", &TorusShape::tube_segments, "Pieces around the tube.", counts(3));
+        .param("radius", &TorusShape::radius, "Distance from the centre to the middle of the tube.",
+               metres)
+        .param("tube", &TorusShape::tube, "Radius of the tube.", metres)
+        .param("segments", &TorusShape::segments, "Segments around the y axis.", counts(3))
+        .param("tube_segments", &TorusShape::tube_segments, "Segments around the tube.", counts(3));
 }
 
 void add_to(graph::Registry& registry)
 {
     registry.add("Primitive", 1, run)
-        .summary("Makes a simple shape: a box, beam, sphere, grid, cylinder or torus.")
+        .summary("Makes a simple shape: a box, beam, sphere, grid, cylinder or torus.",
+                 {"sphere", "box", "cube", "cylinder", "torus", "grid", "shape", "geometry"})
         .choice("shape", &Inputs::shape,
                 {"box", "beam", "sphere", "uv_sphere", "grid", "cylinder", "torus"},
-                "Which shape; each has a block of its own below.")
+                "The shape. Each has a block of parameters of its own.")
         .block("box", &Inputs::box, describe_box, "A box.", {"shape", {"box"}})
         .block("beam", &Inputs::beam, describe_beam, "A long box along x.", {"shape", {"beam"}})
         .block("sphere", &Inputs::sphere, describe_sphere,
@@ -165,18 +167,19 @@ void add_to(graph::Registry& registry)
         .block("uv_sphere", &Inputs::uv_sphere, describe_uv_sphere,
                "A sphere of segments and rings, with texture coordinates.",
                {"shape", {"uv_sphere"}})
-        .block("grid", &Inputs::grid, describe_grid, "A flat sheet that faces up.",
+        .block("grid", &Inputs::grid, describe_grid, "A flat grid that faces up.",
                {"shape", {"grid"}})
         .block("cylinder", &Inputs::cylinder, describe_cylinder, "A capped cylinder along y.",
                {"shape", {"cylinder"}})
-        .block("torus", &Inputs::torus, describe_torus, "A ring around y.", {"shape", {"torus"}})
-        .param("centre", &Inputs::centre, "Where its centre lies.", {.unit = "m"})
-        .param("material", &Inputs::material, "The name of its one material.")
-        .colour("colour", &Inputs::colour, "The colour of its material.")
-        .param("roughness", &Inputs::roughness, "From 0, a mirror, to 1, chalk.",
-               {.min = 0, .max = 1})
-        .param("opacity", &Inputs::opacity, "From 0, invisible, to 1, opaque.",
-               {.min = 0, .max = 1})
+        .block("torus", &Inputs::torus, describe_torus, "A torus around the y axis.",
+               {"shape", {"torus"}})
+        .param("centre", &Inputs::centre, "Position of the centre.", {.unit = "m"})
+        .param("material", &Inputs::material, "Name of the material.")
+        .colour("colour", &Inputs::colour, "Colour of the material.")
+        .param("roughness", &Inputs::roughness,
+               "Roughness of the material: 0 for a mirror, 1 for chalk.", {.min = 0, .max = 1})
+        .param("opacity", &Inputs::opacity,
+               "Opacity of the material: 0 for invisible, 1 for opaque.", {.min = 0, .max = 1})
         .output("mesh", &Outputs::mesh, "The shape.");
 }
 

@@ -1,6 +1,6 @@
-#include "physics/reach.hpp"
+#include "physics/layered_bodies/inverse_kinematics.hpp"
 
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
 namespace nodes::reach {
@@ -30,7 +30,7 @@ static physics::LayeredBody build(const Inputs& in)
     return body;
 }
 
-// m, between the frames that are farthest apart along an axis, as drawn.
+// The longest side of the bounds of all frames, as drawn, m.
 static double size_of(const physics::Base& base)
 {
     geometry::Box box;
@@ -48,14 +48,14 @@ static Outputs run(const Inputs& in, const graph::Context&)
                 physics::hinge_angle(hinge, in.last->frames[hinge.a], in.last->frames[hinge.b]));
         }
     }
-    std::vector<physics::ReachGoal> goals;
+    std::vector<physics::PoseGoal> goals;
     for (const Goal& goal : in.goals) {
         goals.push_back({static_cast<std::uint32_t>(goal.frame), goal.point, goal.target});
     }
-    physics::Reached reached = physics::reach(base, in.part->pose, goals, start);
-    // From where it was it may go nowhere but against its limits; a jump is better than that.
+    physics::SolvedPose reached = physics::inverse_kinematics(base, in.part->pose, goals, start);
+    // From the last pose the solver may be stuck against hinge limits: then a jump is better.
     if (!start.empty() && reached.miss > 1e-3 * size_of(base)) {
-        physics::Reached anew = physics::reach(base, in.part->pose, goals, {});
+        physics::SolvedPose anew = physics::inverse_kinematics(base, in.part->pose, goals, {});
         if (anew.miss < 0.1 * reached.miss) reached = std::move(anew);
     }
     Outputs out{*in.part, reached.miss};
@@ -67,23 +67,26 @@ static Outputs run(const Inputs& in, const graph::Context&)
 void add_to(graph::Registry& registry)
 {
     registry.add("Reach", 1, run)
-        .summary("Turns a figure's hinges so that points of it reach targets (inverse kinematics): "
-                 "the figure is then moved by this alone.")
-        .input("part", &Inputs::part, "A figure, from Figure; its frame 0 stays where it is put.")
+        .summary("Poses a figure by inverse kinematics: turns its hinges so that points of it "
+                 "reach targets. Nothing else moves the figure.",
+                 {"inverse kinematics", "ik"})
+        .input("part", &Inputs::part,
+               "The figure, from Figure. Its frame 0 stays where it is placed.")
         .list<Goal>(
             "goals", &Inputs::goals,
             [](graph::ParamsOf<Goal>& p) {
-                p.param("frame", &Goal::frame, "The frame that carries the point.", {.min = 0})
-                    .param("point", &Goal::point, "The point, where it is as the figure is drawn.",
-                           {.unit = "m"})
-                    .param("target", &Goal::target, "Where it should be; keyframe it to lead it.",
-                           {.unit = "m"});
+                p.param("frame", &Goal::frame, "Index of the frame that carries the point.",
+                        {.min = 0})
+                    .param("point", &Goal::point, "The point, in the pose as drawn.", {.unit = "m"})
+                    .param("target", &Goal::target,
+                           "Target of the point; keyframe it to lead the figure.", {.unit = "m"});
             },
-            "What should be where. Goals that cannot all be met are missed evenly. A figure that "
-            "is stuck against its limits starts anew from the pose it is drawn in.")
+            "The points and their targets. If not all targets can be reached, the error is shared "
+            "evenly. A figure that is stuck against its limits starts again from the pose as "
+            "drawn.")
         .prepare("body", &Inputs::body, build, {"part"})
         .output("part", &Outputs::part, "The figure in its pose, for Layered.")
-        .output("miss", &Outputs::miss, "How far the worst goal is missed, m.")
+        .output("miss", &Outputs::miss, "Largest distance of a point from its target, m.")
         .previous("part", &Inputs::last);
 }
 

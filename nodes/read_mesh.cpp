@@ -1,6 +1,6 @@
-#include "geometry/read_mesh.hpp"
+#include "geometry/io/read_mesh.hpp"
 
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
 #include <numbers>
@@ -42,9 +42,16 @@ static geometry::ReadOptions options(const Inputs& in, const graph::Context& con
     return o;
 }
 
+constexpr const char* no_path = "expected the path of a mesh file, found none";
+
+static graph::Faults check(const Inputs& in, const graph::Setting&)
+{
+    return in.path.empty() ? graph::Faults{{"path", no_path}} : graph::Faults{};
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
-    if (in.path.empty()) throw std::invalid_argument("path names no file: give it a mesh file");
+    if (in.path.empty()) throw std::invalid_argument(no_path);
     geometry::ReadMesh read = geometry::read_mesh(in.path, options(in, context));
     for (const auto& file : read.side_files) context.opened(file);
     for (const std::string& warning : read.warnings) context.warn(warning);
@@ -54,46 +61,48 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 static void describe_limits(graph::ParamsOf<geometry::ProcessLimits>& params)
 {
     params
-        .param("seconds", &geometry::ProcessLimits::seconds, "Give up after this long.",
+        .param("seconds", &geometry::ProcessLimits::seconds, "Time limit.",
                {.min = 0.1, .max = 86400, .unit = "s"})
-        .param("gigabytes", &geometry::ProcessLimits::gigabytes,
-               "Give up when the importer needs more memory than this.",
+        .param("gigabytes", &geometry::ProcessLimits::gigabytes, "Memory limit of the importer.",
                {.min = 0.1, .max = 1024, .unit = "GiB"});
 }
 
 void add_to(graph::Registry& registry)
 {
     registry.add("ReadMesh", 1, run)
-        .summary("Reads a mesh or a point cloud from a file of any format that assimp knows.")
-        .path_in(
-            "path", &Inputs::path,
-            "The file: OBJ with its materials, PLY, STL, glTF, FBX, COLLADA, AC3D, 3DS ... #### "
-            "stands for the frame's number: a file a frame.")
+        .summary("Reads a mesh or a point cloud from a file of any format that assimp supports.",
+                 {"file", "import", "load", "mesh", "obj", "fbx", "alembic", "object"})
+        .path_in("path", &Inputs::path,
+                 "The file: OBJ with its materials, PLY, STL, glTF, FBX, COLLADA, AC3D, 3DS and "
+                 "others. #### stands for the frame number, for a sequence of one file per frame.")
         .choice("unit", &Inputs::unit, {"auto", "m", "cm", "mm", "inch", "foot", "custom"},
-                "The file's unit of length; auto takes what the file says, else metres.")
-        .param("custom_unit", &Inputs::custom_unit, "How long the file's unit is.",
+                "Unit of length of the file. auto: the unit that the file states, or else metres.")
+        .param("custom_unit", &Inputs::custom_unit, "Length of the file's unit.",
                {.min = 1e-12, .max = 1e12, .unit = "m"}, {"unit", {"custom"}})
         .choice("up", &Inputs::up, {"auto", "y", "z", "x"},
-                "The file's axis that points up; auto takes what the file says, else y.")
+                "Axis of the file that points up. auto: the axis that the file states, or else y.")
         .param("fit", &Inputs::fit,
-               "Scale the mesh so that its largest side is this long; 0 keeps its size.",
+               "Length to which the mesh's longest side is scaled; 0: no scaling.",
                {.min = 0, .max = 1e9, .unit = "m"})
         .choice("place", &Inputs::place, {"keep", "centre", "ground"},
-                "Where to put it: as in the file, its centre at the origin, or its lowest point at "
-                "y = 0 with its centre above the origin. As `fit`, for each file by itself: keep "
-                "what moves in place.")
+                "Where the mesh is placed. keep: as in the file. centre: its centre at the origin. "
+                "ground: its lowest point at y = 0, and its centre above the origin. Like `fit`, "
+                "it applies to each file of a sequence separately: use keep for a mesh that moves.")
         .choice("normals", &Inputs::normals, {"file", "computed", "none"},
-                "Take normals from the file and compute those it lacks, compute all, or have none.")
-        .param("crease_degrees", &Inputs::crease_degrees,
-               "Computed normals are smooth across edges that turn by less than this.",
-               {.min = 0, .max = 180, .unit = "deg"}, {"normals", {"file", "computed"}})
+                "Source of the normals. file: those of the file, computed where it has none. "
+                "computed: all computed. none: no normals.")
+        .param(
+            "crease_degrees", &Inputs::crease_degrees,
+            "Computed normals are smooth across edges whose faces differ by less than this angle.",
+            {.min = 0, .max = 180, .unit = "deg"}, {"normals", {"file", "computed"}})
         .choice("colours", &Inputs::colours, {"auto", "srgb", "linear"},
-                "How colours in the file are meant; auto takes glTF's as linear, others as sRGB.")
+                "Colour space of the file's colours. auto: linear for glTF, sRGB for all others.")
         .block("limits", &Inputs::limits, describe_limits,
-               "What a file may cost to read before it is taken for damaged.")
+               "Limits on reading a file. A file that exceeds one is reported as damaged.")
+        .check(check)
         .output("mesh", &Outputs::mesh,
-                "The mesh in metres, y up: welded by position, with materials, groups, normals, "
-                "texture coordinates and vertex colours where the file has them.");
+                "The mesh in metres, y up, welded by position, with the materials, groups, "
+                "normals, texture coordinates and vertex colours that the file has.");
 }
 
 }  // namespace nodes::read_mesh

@@ -1,45 +1,22 @@
-#include "geometry/measure.hpp"
-#include "geometry/mesh_edges.hpp"
-#include "graph/frame_path.hpp"
-#include "graph/node_type.hpp"
+#include "graph/document/frame_path.hpp"
+#include "graph/document/json.hpp"
+#include "graph/types/node_builder.hpp"
+#include "nodes/render_view.hpp"
 #include "nodes/wire_types.hpp"
 #include "render/cube_quantity.hpp"
 #include "render/draw.hpp"
+#include "render/extent.hpp"
 #include "render/legend.hpp"
 #include "render/marker.hpp"
+#include "render/mesh_surface.hpp"
+#include "render/stage.hpp"
 
 #include <cmath>
 
 namespace nodes::render {
 
-using geometry::Vec3;
-using geometry::Vec3f;
-
 static constexpr double degrees = 3.141592653589793 / 180;
-
-struct CameraParams {
-    enum class Kind { fit, turntable, look_at } kind = Kind::fit;
-    double azimuth = 35, elevation = 20, turn = 3, margin = 0.06;
-    Vec3 eye{3, 2, 4}, target{0, 0, 0};
-    double field_of_view = 28;
-};
-
-struct LightParams {
-    double azimuth = -25, elevation = 50, strength = 1, fill = 1;
-    Vec3f colour{1, 0.95f, 0.87f};
-    ::render::ShadowQuality shadow = ::render::ShadowQuality::medium;
-};
-
-struct GroundParams {
-    enum class Kind { none, under, at } kind = Kind::under;
-    double height = 0;
-    bool grid = true;
-    Vec3f colour = ::render::Look{}.floor;
-};
-
-struct BackdropParams {
-    Vec3f top = ::render::Look{}.backdrop_top, horizon = ::render::Look{}.backdrop_horizon;
-};
+static const Vec3f white{1, 1, 1};
 
 struct ColourParams {
     ::render::Paint::By by = ::render::Paint::By::material;
@@ -61,9 +38,13 @@ struct ShowParams {
     double point_size = 0;
 };
 
+// In the order of render::Antialias.
+enum class Quality { draft, preview, standard, final };
+
 struct Inputs {
     std::vector<graph::Wire<geometry::TriMesh>> mesh;
     graph::Wire<geometry::TriMesh> rest;
+    std::shared_ptr<const ::render::Extent> extent;
     graph::Wire<geometry::Cubes> cubes;
     graph::Wire<physics::State> state;
     graph::Wire<geometry::Samples> points;
@@ -73,7 +54,8 @@ struct Inputs {
     std::shared_ptr<const ::render::CubeShell> shell;
     std::shared_ptr<const ::render::SurfaceLayout> layout;
     int width = 960, height = 540;
-    ::render::Antialias antialias = ::render::Antialias::fxaa;
+    ::render::Style look = ::render::Style::studio;
+    Quality quality = Quality::standard;
     CameraParams camera;
     LightParams light;
     GroundParams ground;
@@ -87,67 +69,6 @@ struct Inputs {
 struct Outputs {
     ::render::Image image;
 };
-
-static void describe(graph::ParamsOf<CameraParams>& p)
-{
-    p.choice("kind", &CameraParams::kind, {"fit", "turntable", "look_at"},
-             "`fit` holds the whole stage in the picture; `turntable` does too, and goes round it; "
-             "`look_at` stands at `eye`.")
-        .param("azimuth", &CameraParams::azimuth,
-               "Where the camera stands, seen from above: 0 towards +z, 90 towards +x.",
-               {.unit = "deg"}, {"kind", {"fit", "turntable"}})
-        .param("elevation", &CameraParams::elevation,
-               "How far above the horizon the camera stands.", {-89, 89, "deg"},
-               {"kind", {"fit", "turntable"}})
-        .param("turn", &CameraParams::turn, "How far the camera goes round in each frame.",
-               {.unit = "deg"}, {"kind", {"turntable"}})
-        .param(
-            "margin", &CameraParams::margin,
-            "Share of the picture's width and height left free on each side; on the right as much "
-            "as a legend takes, where that is more.",
-            {0, 0.45}, {"kind", {"fit", "turntable"}})
-        .param("eye", &CameraParams::eye, "Where the camera stands.", {.unit = "m"},
-               {"kind", {"look_at"}})
-        .param("target", &CameraParams::target, "What the camera looks at.", {.unit = "m"},
-               {"kind", {"look_at"}})
-        .param("field_of_view", &CameraParams::field_of_view,
-               "Angle that the picture's height spans; small flattens perspective.",
-               {1, 150, "deg"});
-}
-
-static void describe(graph::ParamsOf<LightParams>& p)
-{
-    p.param("azimuth", &LightParams::azimuth,
-            "Where the key light comes from, seen from above: 0 from +z, 90 from +x.",
-            {.unit = "deg"})
-        .param("elevation", &LightParams::elevation, "How far above the horizon the key light is.",
-               {1, 90, "deg"})
-        .param("strength", &LightParams::strength, "Strength of the key light.", {0, 20})
-        .param("fill", &LightParams::fill, "Strength of the light from all around.", {0, 20})
-        .colour("colour", &LightParams::colour, "Colour of the key light.")
-        .choice("shadow", &LightParams::shadow, {"off", "low", "medium", "high"},
-                "Fineness of the key light's shadow: none, or 512, 1024 or 2048 squared texels.");
-}
-
-static void describe(graph::ParamsOf<GroundParams>& p)
-{
-    p.choice(
-         "kind", &GroundParams::kind, {"none", "under", "at"},
-         "The floor: `none`, `under` the stage (on a linked level collider where there is one), or "
-         "`at` a height.")
-        .param("height", &GroundParams::height, "Height of the floor.", {.unit = "m"},
-               {"kind", {"at"}})
-        .param("grid", &GroundParams::grid,
-               "Lines on the floor a power of ten metres apart, every tenth one stronger.")
-        .colour("colour", &GroundParams::colour, "Colour of the floor.");
-}
-
-static void describe(graph::ParamsOf<BackdropParams>& p)
-{
-    p.colour("top", &BackdropParams::top, "Colour of the backdrop overhead.")
-        .colour("horizon", &BackdropParams::horizon,
-                "Colour of the backdrop at the horizon, into which the floor fades.");
-}
 
 static void describe(graph::ParamsOf<ColourParams>& p)
 {
@@ -196,20 +117,32 @@ static void describe(graph::ParamsOf<ShowParams>& p)
 
 static ::render::Look look_of(const Inputs& in)
 {
+    using ::render::Style;
     ::render::Look look;
+    look.style = in.look;
+    look.soft = in.look != Style::plain && in.quality != Quality::draft;
+    look.light_size = in.light.size * degrees;
+    look.occlusion = in.light.occlusion;
+    look.rim = in.light.rim;
     look.width = in.width;
     look.height = in.height;
-    look.antialias = in.antialias;
+    look.antialias = ::render::Antialias(in.quality);
     look.shadow = in.light.shadow;
     look.light_azimuth = in.light.azimuth * degrees;
     look.light_elevation = in.light.elevation * degrees;
     look.light = static_cast<float>(in.light.strength) * in.light.colour;
+    if (in.look != Style::plain) {  // a room of bright walls and floor
+        look.light *= 0.82f;
+        look.sky = {0.40f, 0.44f, 0.50f};
+        look.bounce = {0.33f, 0.32f, 0.31f};
+    }
     look.sky *= static_cast<float>(in.light.fill);
     look.bounce *= static_cast<float>(in.light.fill);
     look.floor = in.ground.colour;
     look.grid = in.ground.grid;
     look.backdrop_top = in.backdrop.top;
     look.backdrop_horizon = in.backdrop.horizon;
+    if (in.look == Style::diagram) look.floor = look.backdrop_top = look.backdrop_horizon = white;
     return look;
 }
 
@@ -223,8 +156,19 @@ static ::render::Camera camera_of(const Inputs& in, const ::render::Scene& scene
     const double turn = c.kind == CameraParams::Kind::turntable ? c.turn * turns : 0;
     double legend = scene.legend ? ::render::width_of(*scene.legend, in.width, in.height) : 0;
     if (legend > 0.45) legend = 0;  // a thumbnail: there is no beside
-    return ::render::fit(scene.stage, (c.azimuth + turn) * degrees, c.elevation * degrees,
-                         c.field_of_view * degrees, double(in.width) / in.height, c.margin, legend);
+    const auto fit = [&](const auto& held) {
+        return ::render::fit(held, (c.azimuth + turn) * degrees, c.elevation * degrees,
+                             c.parallel ? ::render::parallel_view : c.field_of_view * degrees,
+                             double(in.width) / in.height, c.margin, legend);
+    };
+    // The points of the mesh at rest; with a floor below it, the stage goes down to that.
+    const bool round = c.kind == CameraParams::Kind::turntable;
+    if (c.hold == CameraParams::Hold::box || !in.extent || in.extent->points.empty()) {
+        return fit(scene.stage);
+    }
+    const std::vector<Vec3f>& points = in.extent->points;
+    if (round) return fit(std::span<const Vec3f>(::render::turned_about(points)));
+    return fit(std::span<const Vec3f>(points));
 }
 
 // The scale for `values`, and what its legend says.
@@ -242,39 +186,6 @@ static ::render::Legend legend_for(const ColourParams& colour, const geometry::A
     return legend;
 }
 
-// The mesh with the attribute that it is to be coloured by: its own, or displacement from `rest`.
-static graph::Wire<geometry::TriMesh> with_attribute(const graph::Wire<geometry::TriMesh>& mesh,
-                                                     const Inputs& in)
-{
-    const std::string& name = in.colour.attribute;
-    const bool has = std::any_of(mesh->attributes.begin(), mesh->attributes.end(),
-                                 [&](const auto& a) { return a.name == name; });
-    if (has || name != "displacement" || !in.rest ||
-        in.rest->positions.size() != mesh->positions.size()) {
-        return mesh;
-    }
-    auto out = std::make_shared<geometry::TriMesh>(*mesh);
-    std::vector<float> values(mesh->positions.size());
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        values[i] = (mesh->positions[i] - in.rest->positions[i]).norm();
-    }
-    out->attributes.push_back({name, "m", std::move(values)});
-    return out;
-}
-
-static ::render::Lines edges_of(const geometry::TriMesh& mesh)
-{
-    ::render::Lines lines;
-    const auto uses = geometry::edge_uses(mesh.triangles(), mesh.positions.size());
-    for (std::size_t i = 0; i < uses.size(); ++i) {
-        if (i > 0 && uses[i].a == uses[i - 1].a && uses[i].b == uses[i - 1].b) continue;
-        lines.ends.push_back(mesh.positions[uses[i].a]);
-        lines.ends.push_back(mesh.positions[uses[i].b]);
-    }
-    lines.colour = {0.02f, 0.02f, 0.03f};
-    return lines;
-}
-
 static void add_meshes(::render::Scene& scene, const Inputs& in)
 {
     for (const auto& linked : in.mesh) {
@@ -285,25 +196,17 @@ static void add_meshes(::render::Scene& scene, const Inputs& in)
         surface.paint.attribute = in.colour.attribute;
         surface.mesh = linked;
         if (in.colour.by == ::render::Paint::By::attribute) {
-            surface.mesh = with_attribute(linked, in);
+            if (in.colour.attribute == "displacement") {
+                surface.mesh = ::render::with_displacement(linked, in.rest.get());
+            }
             for (const auto& a : surface.mesh->attributes) {
                 if (a.name != in.colour.attribute) continue;
                 if (!scene.legend) scene.legend = legend_for(in.colour, a);
                 surface.paint.scale = scene.legend->scale;
             }
         }
-        if (in.show.edges) scene.lines.push_back(edges_of(*linked));
+        if (in.show.edges) scene.lines.push_back(::render::edge_lines(*linked));
         scene.surfaces.push_back(std::move(surface));
-    }
-}
-
-// The colour of each cube's component or matter, at its vertices.
-static void colour_by_category(geometry::TriMesh& mesh, const geometry::Attribute& values)
-{
-    mesh.colours.resize(mesh.positions.size());
-    for (std::size_t i = 0; i < mesh.colours.size(); ++i) {
-        const auto category = static_cast<std::uint32_t>(std::max(0.0f, values.values[i]));
-        mesh.colours[i] = ::render::linear_from_srgb(::render::category_colour(category));
     }
 }
 
@@ -330,7 +233,8 @@ static void add_cubes(::render::Scene& scene, const Inputs& in)
         surface.paint = {By::attribute, in.colour.constant, in.colour.attribute,
                          scene.legend->scale};
     } else if (in.cube.by_attribute || !in.cubes->component.empty()) {
-        colour_by_category(*mesh, values(in.cube.by_attribute ? in.colour.attribute : "component"));
+        ::render::colour_by_category(
+            *mesh, values(in.cube.by_attribute ? in.colour.attribute : "component"));
         surface.paint.by = By::vertex_colour;
     } else {
         surface.paint.by = By::constant;
@@ -363,97 +267,49 @@ static void add_points(::render::Scene& scene, const Inputs& in)
     scene.balls.push_back(std::move(balls));
 }
 
-static ::render::Surface marker(std::shared_ptr<const geometry::TriMesh> mesh, const Vec3f& colour)
+// N: what an arrow of half the greatest length stands for.
+static double weight_of(const geometry::Cubes* cubes)
 {
-    ::render::Surface surface;
-    surface.mesh = std::move(mesh);
-    surface.paint.by = ::render::Paint::By::constant;
-    surface.paint.colour = colour;
-    return surface;
+    if (!cubes) return 1;
+    double weight = 0;
+    for (const double m : cubes->mass) weight += 9.81 * m;
+    return weight;
 }
 
 // What acts on the body, sized for the stage.
 static void add_loads(::render::Scene& scene, const Inputs& in)
 {
-    const double size = scene.stage.diagonal();
     if (in.show.pins) {
+        const double radius = in.cubes ? 0.16 * in.cubes->size : 0.004 * scene.stage.diagonal();
         for (const auto& pins : in.pins) {
-            ::render::Balls balls;
-            balls.radius = static_cast<float>(in.cubes ? 0.16 * in.cubes->size : 0.004 * size);
-            balls.smallest = 3;
-            balls.shadow = false;
-            balls.colours = {Vec3f(0.85f, 0.16f, 0.02f)};
-            for (const Vec3& p : pins->target) balls.centres.push_back(p.cast<float>());
-            scene.balls.push_back(std::move(balls));
+            scene.balls.push_back(::render::pin_marks(*pins, radius));
         }
     }
     if (in.show.forces) {
-        double weight = 1;
-        if (in.cubes) {
-            weight = 0;
-            for (const double m : in.cubes->mass) weight += 9.81 * m;
-        }
+        const double weight = weight_of(in.cubes.get());
         for (const auto& force : in.forces) {
-            for (auto& mesh : ::render::force_arrows(*force, scene.stage, weight)) {
-                scene.surfaces.push_back(
-                    marker(std::make_shared<const geometry::TriMesh>(std::move(mesh)),
-                           {0.05f, 0.30f, 0.65f}));
-                scene.surfaces.back().shadow = false;
+            for (auto& mark : ::render::force_marks(*force, scene.stage, weight)) {
+                scene.surfaces.push_back(std::move(mark));
             }
         }
     }
     if (!in.show.colliders) return;
+    const bool floor_is_drawn = in.ground.kind == GroundParams::Kind::under;
     for (const auto& collider : in.colliders) {
-        const bool plane = collider->kind == physics::Collider::Kind::plane;
-        const bool level = (collider->pose.linear() * Vec3::UnitY()).normalized().y() > 0.9999;
-        if (plane && level && in.ground.kind == GroundParams::Kind::under) continue;
-        auto mesh = ::render::collider_surface(*collider, scene.stage);
-        if (!mesh) continue;
-        scene.surfaces.push_back(marker(std::move(mesh), {0.28f, 0.33f, 0.38f}));
-        if (plane) {
-            scene.surfaces.back().opacity = 0.35f;
-            scene.surfaces.back().shadow = false;
-        }
+        if (floor_is_drawn && ::render::is_level_plane(*collider)) continue;
+        auto mark = ::render::collider_mark(*collider, scene.stage);
+        if (mark) scene.surfaces.push_back(std::move(*mark));
     }
 }
 
-// The highest level plane that things collide with.
-static std::optional<double> solid_floor(const Inputs& in)
+static std::optional<double> ground_height(const GroundParams& ground, const geometry::Box& stage,
+                                           const std::optional<double>& floor)
 {
-    std::optional<double> height;
-    for (const auto& c : in.colliders) {
-        const bool level = (c->pose.linear() * Vec3::UnitY()).normalized().y() > 0.9999;
-        if (c->kind != physics::Collider::Kind::plane || !level) continue;
-        height = std::max(height.value_or(c->pose.translation().y()), c->pose.translation().y());
-    }
-    return height;
-}
-
-// What does not move, where it is known; down to the floor when the model may fall onto it.
-static geometry::Box stage_of(const geometry::Box& drawn, const Inputs& in)
-{
-    geometry::Box box;
-    if (in.rest) {
-        box = geometry::bounds(*in.rest);
-    } else if (in.cubes) {
-        for (const Vec3& p : geometry::corner_positions(*in.cubes)) box.add(p);
-    } else {
-        box = drawn;
-    }
-    const auto floor = solid_floor(in);
-    if (floor && !box.empty() && *floor < box.lo.y() && box.lo.y() - *floor < 3 * box.diagonal()) {
-        box.lo.y() = *floor;
-    }
-    return box;
-}
-
-static std::optional<double> ground_height(const ::render::Scene& scene, const Inputs& in)
-{
-    if (in.ground.kind == GroundParams::Kind::none) return std::nullopt;
-    if (in.ground.kind == GroundParams::Kind::at) return in.ground.height;
-    if (const auto floor = solid_floor(in)) return floor;
-    if (scene.stage.empty()) return std::nullopt;
-    return scene.stage.lo.y();
+    if (ground.kind == GroundParams::Kind::none) return std::nullopt;
+    if (ground.kind == GroundParams::Kind::at) return ground.height;
+    if (floor) return floor;
+    if (stage.empty()) return std::nullopt;
+    return stage.lo.y();
 }
 
 // Warns of a picture that can show nothing of `drawn`, the bounds of what is linked.
@@ -473,6 +329,17 @@ static void warn_of_empty(const Inputs& in, const ::render::Scene& scene,
                        "it is at rest; free a margin, or choose look_at for camera.kind");
 }
 
+constexpr const char* nothing_to_draw =
+    "there is nothing to draw: link a mesh, cubes, points, pins, forces or colliders";
+
+static graph::Faults check(const Inputs&, const graph::Setting& setting)
+{
+    for (const char* input : {"mesh", "cubes", "points", "pins", "forces", "colliders"}) {
+        if (setting.links(input)) return {};
+    }
+    return {{"", nothing_to_draw}};
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     ::render::Scene scene;
@@ -482,18 +349,21 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const geometry::Box drawn = ::render::bounds(scene);
     if (in.mesh.empty() && !in.cubes && !in.points && in.pins.empty() && in.forces.empty() &&
         in.colliders.empty()) {
-        throw std::invalid_argument(
-            "there is nothing to draw: link a mesh, cubes, points, pins, forces or colliders");
+        throw std::invalid_argument(nothing_to_draw);
     }
-    scene.stage = stage_of(drawn, in);
+    const auto floor = ::render::solid_floor(in.colliders);
+    scene.stage = ::render::stage_of(in.rest.get(), in.cubes.get(), drawn, floor);
     add_loads(scene, in);
-    scene.ground = ground_height(scene, in);
+    scene.ground = ground_height(in.ground, scene.stage, floor);
     if (!in.legend) scene.legend.reset();
     scene.label = graph::frame_text(in.label, context.frame());
 
     const auto camera = camera_of(in, scene, context.frame() - context.range().first);
     std::vector<std::string> warnings;
-    Outputs out{::render::draw(scene, camera, look_of(in), &warnings)};
+    const auto check = [&] {
+        if (context.stop.stop_requested()) throw graph::Cancelled();
+    };
+    Outputs out{::render::draw(scene, camera, look_of(in), &warnings, check)};
     for (const std::string& text : warnings) context.warn(text);
     warn_of_empty(in, scene, camera, drawn, context);
     return out;
@@ -509,19 +379,65 @@ static ::render::SurfaceLayout prepare_layout(const Inputs& in)
     return in.rest ? ::render::surface_layout(*in.rest) : ::render::SurfaceLayout{};
 }
 
+static ::render::Extent prepare_extent(const Inputs& in)
+{
+    return in.rest ? ::render::extent_of(in.rest->positions) : ::render::Extent{};
+}
+
+// Version 1 had one look: a hard light over a dark floor with a grid.
+static void say_old_look(graph::Json& node)
+{
+    graph::Json* const params = graph::put_missing(node, "params", graph::Json::Object());
+    if (!params) return;
+    const auto colour = [](double r, double g, double b) {
+        return graph::Json::Array{graph::Json{r}, graph::Json{g}, graph::Json{b}};
+    };
+    graph::put_missing(*params, "look", std::string("plain"));
+    const graph::Json* const antialias = params->find("antialias");
+    const std::string* const named = antialias ? antialias->text() : nullptr;
+    std::string quality = "preview";
+    if (named && *named == "none") quality = "draft";
+    if (named && *named == "samples4") quality = "standard";
+    graph::erase(*params, "antialias");
+    graph::put_missing(*params, "quality", std::move(quality));
+    if (auto* light = graph::put_missing(*params, "light", graph::Json::Object())) {
+        graph::put_missing(*light, "rim", 0.0);
+    }
+    if (auto* camera = graph::put_missing(*params, "camera", graph::Json::Object())) {
+        const graph::Json* const kind = camera->find("kind");
+        const std::string* const stands = kind ? kind->text() : nullptr;
+        if (!stands || *stands != "look_at") {
+            graph::put_missing(*camera, "hold", std::string("box"));
+        }
+    }
+    if (auto* ground = graph::put_missing(*params, "ground", graph::Json::Object())) {
+        graph::put_missing(*ground, "grid", true);
+        graph::put_missing(*ground, "colour", colour(0.34, 0.34, 0.34));
+    }
+    if (auto* backdrop = graph::put_missing(*params, "backdrop", graph::Json::Object())) {
+        graph::put_missing(*backdrop, "top", colour(0.10, 0.12, 0.15));
+        graph::put_missing(*backdrop, "horizon", colour(0.40, 0.42, 0.45));
+    }
+}
+
 void add_to(graph::Registry& registry)
 {
-    registry.add("Render", 1, run)
-        .summary("Draws a lit preview picture of what is linked.")
+    registry.add("Render", 2, run)
+        .summary("Draws a lit picture of what is linked.",
+                 {"camera", "picture", "draw", "viewport", "opengl", "light"})
+        .upgrade(1,
+                 "the default look was plain, with a grid on a dark floor; antialias became "
+                 "quality; the camera held a box",
+                 say_old_look)
         .inputs("mesh", &Inputs::mesh, "Meshes to draw.")
-        .input(
-            "rest", &Inputs::rest,
-            "The stage: the camera, the floor and the shadow are laid out for the bounds of this "
-            "mesh. Link what does not move (the mesh at rest), so that they stand still; without "
-            "it they follow what is drawn.",
-            graph::Need::optional)
+        .input("rest", &Inputs::rest,
+               "Mesh that sets the stage: the camera, the floor and the shadow are fitted to its "
+               "bounds. Link what does not move (the mesh at rest), so that they stand still; "
+               "without it they follow what is drawn.",
+               graph::Need::optional)
         .input("cubes", &Inputs::cubes, "Cubes to draw.", graph::Need::optional)
-        .input("state", &Inputs::state, "Where the corners of the cubes are; at rest without it.",
+        .input("state", &Inputs::state,
+               "State of the cubes at this frame; without it they are drawn at rest.",
                graph::Need::optional)
         .input("points", &Inputs::points, "Points to draw as small balls.", graph::Need::optional)
         .inputs("pins", &Inputs::pins, "Pinned corners to mark.")
@@ -529,24 +445,33 @@ void add_to(graph::Registry& registry)
         .inputs("colliders", &Inputs::colliders, "Colliders to draw; a level plane is the floor.")
         .prepare("shell", &Inputs::shell, prepare_shell, {"cubes"})
         .prepare("layout", &Inputs::layout, prepare_layout, {"rest"})
+        .prepare("extent", &Inputs::extent, prepare_extent, {"rest"})
         .param("width", &Inputs::width, "Width of the picture.", {1, 8192, "px"})
         .param("height", &Inputs::height, "Height of the picture.", {1, 8192, "px"})
-        .choice("antialias", &Inputs::antialias, {"none", "fxaa", "samples4"},
-                "Smoothing of edges: `none`, `fxaa` on the finished picture, or four samples a "
-                "pixel where something changes.")
-        .block<CameraParams>("camera", &Inputs::camera, describe, "From where it is seen.")
+        .choice("look", &Inputs::look, {"studio", "clay", "diagram", "matcap", "plain"},
+                "studio: materials in soft light, in a bright studio. clay: the same, all of one "
+                "clay. diagram: flat colours with outlines on white. matcap: lit by the direction "
+                "of the surface alone. plain: one hard light, the fastest.")
+        .choice("quality", &Inputs::quality, {"draft", "preview", "standard", "final"},
+                "draft: one sample per pixel, hard shadows, no shade in corners. preview: one "
+                "sample, and a filter over the edges. standard: four samples per pixel where "
+                "something changes; thin lines stay whole. final: the mean of 16 pictures.")
+        .block<CameraParams>("camera", &Inputs::camera, describe, "Viewpoint.")
         .block<LightParams>("light", &Inputs::light, describe,
                             "A key light that casts a shadow, and light from all around.")
         .block<GroundParams>("ground", &Inputs::ground, describe,
                              "A floor that receives the shadow.")
-        .block<BackdropParams>("backdrop", &Inputs::backdrop, describe, "What is behind it all.")
-        .block<ColourParams>("colour", &Inputs::colour, describe, "What colours things.")
+        .block<BackdropParams>("backdrop", &Inputs::backdrop, describe,
+                               "Colours of the background.")
+        .block<ColourParams>("colour", &Inputs::colour, describe, "Source of the colours.")
         .block<CubeParams>("cube", &Inputs::cube, describe, "How cubes are drawn.")
-        .block<ShowParams>("show", &Inputs::show, describe, "What else is drawn, and how.")
-        .param("legend", &Inputs::legend, "Whether a scale of colours is explained in the picture.")
+        .block<ShowParams>("show", &Inputs::show, describe,
+                           "Which other things are drawn, and how.")
+        .param("legend", &Inputs::legend, "Whether the picture has a legend for its colour scale.")
         .param("label", &Inputs::label,
-               "Text in the lower left corner; #### stands for the frame's number.")
+               "Text in the lower left corner; #### stands for the frame number.")
         .reads(graph::Variable::frame | graph::Variable::range)
+        .check(check)
         .output("image", &Outputs::image, "The picture.");
 }
 

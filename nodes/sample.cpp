@@ -1,8 +1,9 @@
-#include "geometry/sample_surface.hpp"
-#include "geometry/sample_volume.hpp"
+#include "geometry/cubes/sample_points.hpp"
+#include "geometry/cubes/sample_surface.hpp"
+#include "geometry/cubes/sample_volume.hpp"
 
-#include "graph/json.hpp"
-#include "graph/node_type.hpp"
+#include "graph/document/json.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/material_rules.hpp"
 #include "nodes/orientation.hpp"
 #include "nodes/wire_types.hpp"
@@ -37,7 +38,7 @@ struct Outputs {
     geometry::Samples points;
 };
 
-// Samples to a cube's edge such that an even pattern leaves few cubes without one.
+// Samples per cube edge with which an even pattern leaves few cubes without a sample.
 constexpr double samples_per_edge = 6;
 constexpr double most = 100'000'000;
 
@@ -50,14 +51,23 @@ static std::size_t count_of(const Inputs& in)
             ? geometry::sampled_area(*in.mesh) / (spacing * spacing)
             : geometry::volume_inside(*in.mesh, in.inside) / (spacing * spacing * spacing);
     if (!(count <= most)) {
-        throw std::invalid_argument(fmt::format(
-            "samples {:g} m apart would be more than 100,000,000: use a larger spacing", spacing));
+        throw std::invalid_argument(fmt::format("a spacing of {:g} m gives more than 100,000,000 "
+                                                "samples, which is the limit: use a larger spacing",
+                                                spacing));
     }
     return static_cast<std::size_t>(std::max(1.0, std::ceil(count)));
 }
 
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
+    if (in.mesh->triangles().empty() && !in.mesh->positions.empty()) {
+        if (!in.materials.empty()) {
+            context.warn("materials have no effect, because the mesh is a point cloud: it has no "
+                         "faces that a rule could match");
+        }
+        return {geometry::sample_points(
+            *in.mesh, in.matter, {in.mass, in.total_mass, in.thickness, in.surface_density})};
+    }
     const geometry::FaceMatter matter = face_matter(*in.mesh, in.matter, in.materials, context);
     const geometry::SampleMass mass{in.mass, in.total_mass, in.thickness, in.surface_density};
     const std::size_t count = count_of(in);
@@ -71,7 +81,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     return {geometry::sample_surface(*in.mesh, matter, count, in.seed, mass)};
 }
 
-// Version 1 made a model of 1 kg unless it said otherwise.
+// Version 1: mass was total (1 kg) by default.
 static void say_old_defaults(graph::Json& node)
 {
     graph::Json* const params = graph::put_missing(node, "params", graph::Json::Object());
@@ -85,47 +95,49 @@ static void say_old_defaults(graph::Json& node)
 void add_to(graph::Registry& registry)
 {
     registry.add("Sample", 2, run)
-        .summary("Spreads near-uniform points over a mesh or through it; each carries mass and "
-                 "material.")
-        .upgrade(1, "unless said, mass was total and faces of a density 0.01 m thick",
+        .summary("Distributes near-uniform points over a mesh or through it; each carries mass and "
+                 "material.",
+                 {"scatter", "points", "particles", "pointcloud"})
+        .upgrade(1, "the default of mass was total, and faces of mass = density were 0.01 m thick",
                  say_old_defaults)
-        .input("mesh", &Inputs::mesh, "What to sample.")
+        .input("mesh", &Inputs::mesh,
+               "The mesh to sample. Of a point cloud every point is a sample.")
         .choice("where", &Inputs::where, {"surface", "volume"},
-                "On the faces, or in what they enclose.")
+                "surface: points lie on the faces. volume: points lie inside the mesh.")
         .choice("pattern", &Inputs::pattern, {"even", "blue"},
-                "even: the same number on equal areas. blue: besides, no two near each other; "
-                "slower.",
+                "even: equal areas get equal numbers of points. blue: blue noise; in addition, no "
+                "two points are close to each other. Slower.",
                 {"where", {"surface"}})
         .choice("inside", &Inputs::inside, {"winding", "parity"},
-                "When a point is inside: by the faces' orientation, or by an odd number of faces "
-                "crossed; see Voxelize.",
+                "How inside is decided. winding: by the orientation of the faces. parity: by an "
+                "odd number of faces crossed. See Voxelize.",
                 {"where", {"volume"}})
-        .param("count", &Inputs::count, "How many points, where neither of the next two is given.",
-               {1, most, "points"})
-        .param("spacing", &Inputs::spacing, "About how far apart points lie; 0: by `count`.",
+        .param("count", &Inputs::count,
+               "Number of points, if neither spacing nor cube_size is set.", {1, most, "points"})
+        .param("spacing", &Inputs::spacing, "Approximate distance between points; 0: use `count`.",
                {0, 1e9, "m"})
         .param("cube_size", &Inputs::cube_size,
-               "For cubes of this size: six points to an edge, so that few cubes that a face "
-               "crosses are left without one. Only Voxelize's method surface is sure to leave "
-               "none. 0: by `count`.",
+               "Size of the cubes that the points are for: six points lie along an edge, so that "
+               "few cubes that a face crosses have none. Only Voxelize's method surface never "
+               "misses one. 0: use `count`.",
                {0, 1e9, "m"})
-        .param("seed", &Inputs::seed, "Same seed, same points.")
+        .param("seed", &Inputs::seed, "Random seed. The same seed gives the same points.")
         .choice("mass", &Inputs::mass, {"total", "density", "surface_density"},
-                "density: each matter's own, 1000 kg/m^3 when none is said. total: so shared out, "
-                "then scaled to a given mass; the stiffness stays. surface_density: by area "
-                "alone.")
-        .param("total_mass", &Inputs::total_mass, "Mass of all points together.",
-               {1e-12, 1e15, "kg"}, {"mass", {"total"}})
+                "How points get their mass. density: from the density of each material, 1000 "
+                "kg/m^3 by default. total: the same shares, scaled to total_mass; the stiffness "
+                "does not change. surface_density: from the area alone.")
+        .param("total_mass", &Inputs::total_mass, "Total mass of all points.", {1e-12, 1e15, "kg"},
+               {"mass", {"total"}})
         .param("thickness", &Inputs::thickness,
-               "How thick faces are taken to be: for sheets and shells whose cubes are mostly air. "
-               "0: a cube that a sample falls in counts as full of its matter.",
+               "Thickness of the faces, for sheets and shells whose cubes are mostly air. 0: a "
+               "cube that holds a sample counts as full.",
                {0, 1e6, "m"}, {"mass", {"density", "total"}})
-        .param("surface_density", &Inputs::surface_density, "Mass of a square metre.",
+        .param("surface_density", &Inputs::surface_density, "Mass per area.",
                {1e-12, 1e12, "kg/m^2"}, {"mass", {"surface_density"}})
         .block("matter", &Inputs::matter, describe_matter<geometry::Matter>,
-               "What the model is made of where no rule says otherwise.")
+               "Material of the model where no rule of `materials` matches.")
         .list("materials", &Inputs::materials, describe_rule,
-              "What parts of it are made of; where several rules match, the last one counts.")
+              "Materials of parts of the model. If several rules match, the last one counts.")
         .output("points", &Outputs::points, "The samples.");
 }
 

@@ -1,7 +1,9 @@
-#include "geometry/field.hpp"
-#include "geometry/transform.hpp"
-#include "graph/node_type.hpp"
+#include "geometry/fields/field.hpp"
+#include "geometry/mesh/transform.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
+
+#include <fmt/format.h>
 
 #include <numbers>
 
@@ -42,6 +44,18 @@ struct Outputs {
     geometry::ImplicitLayer layer;
 };
 
+constexpr const char* needs_mesh =
+    "a skeleton of kind = mesh needs the input 'mesh': link a closed mesh";
+
+static graph::Faults check(const Inputs& in, const graph::Setting& setting)
+{
+    for (std::size_t i = 0; i < in.skeletons.size() && !setting.links("mesh"); ++i) {
+        if (in.skeletons[i].kind != SkeletonKind::mesh) continue;
+        return {{fmt::format("skeletons.{}.kind", i), needs_mesh}};
+    }
+    return {};
+}
+
 static geometry::Skeleton skeleton(const Item& item, const Inputs& in)
 {
     geometry::Skeleton s;
@@ -53,9 +67,7 @@ static geometry::Skeleton skeleton(const Item& item, const Inputs& in)
     s.place = geometry::placement(item.position, item.rotate_degrees, Vec3::Ones(), Vec3::Zero());
     if (item.kind == SkeletonKind::mesh) {
         if (!in.mesh) {
-            throw std::invalid_argument(
-                "a skeleton of kind = mesh needs triangles: link a closed mesh to the input "
-                "`mesh`");
+            throw std::invalid_argument(needs_mesh);
         }
         s.mesh = std::make_shared<const geometry::SkeletonMesh>(*in.mesh);
     }
@@ -69,7 +81,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     bool any_part = false;
     const auto add = [&](geometry::Skeleton s, const Contribution& c, int frame, int part) {
         any_part |= part >= 0;
-        // Its own part: numbered beyond all that may be named.
+        // A part of its own: numbered above all numbers that a document may use.
         parts.push_back(part >= 0 ? static_cast<std::uint32_t>(part)
                                   : 0x80000000u + static_cast<std::uint32_t>(parts.size()));
         layer.skeletons.push_back(std::move(s));
@@ -88,8 +100,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         }
     }
     if (layer.skeletons.empty()) {
-        context.warn("there are no skeletons, so there is nothing to see or to touch: list some "
-                     "under skeletons, or link points");
+        context.warn("there are no skeletons, so the layer is empty: list some under `skeletons`, "
+                     "or link the input 'points'");
     }
     layer.blend.rule = in.blend;
     if (any_part) layer.blend.part = std::move(parts);
@@ -106,79 +118,92 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 static void describe_contribution(graph::ParamsOf<Contribution>& p)
 {
     p.param("thickness", &Contribution::thickness,
-            "Distance of the surface that this skeleton has alone.", {.min = 1e-9, .unit = "m"})
+            "Distance of the surface from the skeleton where it is alone.",
+            {.min = 1e-9, .unit = "m"})
         .param("stiffness", &Contribution::stiffness,
-               "Slope of the field at the surface: how much harder it presses a metre deeper. "
-               "stiffness * (radius - thickness) is 3 at most, so that the field falls all the "
-               "way.",
+               "Slope of the field at the surface: the increase of the field per metre of "
+               "compression. stiffness * (radius - thickness) is at most 3, so that the field "
+               "falls everywhere.",
                {.min = 1e-9, .unit = "1/m"})
         .param("radius", &Contribution::radius,
-               "From here on the skeleton has no influence; skeletons within each other's blend.",
+               "Radius of influence. Skeletons within each other's radius blend.",
                {.min = 1e-9, .unit = "m"})
         .param("stiffening", &Contribution::stiffening,
-               "0 is linear elasticity; 1 doubles the stiffness at full compression.", {.min = 0});
+               "Nonlinearity of the stiffness: 0 is linear elasticity; 1 doubles the stiffness at "
+               "full compression.",
+               {.min = 0});
 }
 
 static void describe_place(graph::ParamsOf<Place>& p)
 {
-    p.param("at", &Place::at, "Where the point is.", {.unit = "m"});
+    p.param("at", &Place::at, "Position of the point.", {.unit = "m"});
 }
 
 static void describe_item(graph::ParamsOf<Item>& p)
 {
     p.choice("kind", &Item::kind,
              {"point", "segment", "polyline", "triangle", "box", "ellipsoid", "plane", "mesh"},
-             "What the distance is measured from. A plane is solid below its local y = 0.")
+             "Shape of the skeleton, from which distances are measured. A plane is solid below its "
+             "local y = 0.")
         .list("points", &Item::points, describe_place,
-              "The points: 1 for a point, 2 for a segment, 3 for a triangle, 2 or more for a "
-              "polyline.",
+              "Points of the skeleton: 1 for a point, 2 for a segment, 3 for a triangle, 2 or more "
+              "for a polyline.",
               {"kind", {"point", "segment", "polyline", "triangle"}})
         .param("position", &Item::position,
-               "Where a solid's own origin is; of a point, when it has no `points`.", {.unit = "m"})
-        .param("size", &Item::size, "A box's edges or an ellipsoid's axes, end to end.",
+               "Position of a solid's origin, or of a point skeleton that has no `points`.",
+               {.unit = "m"})
+        .param("size", &Item::size,
+               "Edge lengths of a box, or axes of an ellipsoid from end to end.",
                {.min = 0, .unit = "m"}, {"kind", {"box", "ellipsoid"}})
         .param("rotate_degrees", &Item::rotate_degrees,
-               "A solid's turn about x, then y, then z, each fixed in space.", {.unit = "deg"},
-               {"kind", {"box", "ellipsoid", "plane", "mesh"}})
+               "Rotation of a solid about x, then y, then z, each axis fixed in space.",
+               {.unit = "deg"}, {"kind", {"box", "ellipsoid", "plane", "mesh"}})
         .block("contribution", &Item::contribution, describe_contribution,
                "How its field falls with distance.")
         .param("frame", &Item::frame,
-               "Which frame of the base structure it rides on: skeletons with the same number "
+               "Index of the base structure's frame that carries it. Skeletons with the same index "
                "move together.",
                {.min = 0, .max = 1e6})
         .param("part", &Item::part,
-               "Skeletons of one part always blend with each other; -1 is a part of its own.",
+               "Part that it belongs to. Skeletons of one part always blend with each other; -1: a "
+               "part of its own.",
                {.min = -1, .max = 1e6});
 }
 
 void add_to(graph::Registry& registry)
 {
     registry.add("Skeletons", 1, run)
-        .summary("Describes an implicit layer: the skeletons that carry its field, and who blends "
-                 "with whom.")
-        .input("mesh", &Inputs::mesh, "For skeletons of kind = mesh: a closed mesh.",
+        .summary("Describes an implicit layer: the skeletons that carry its field, and which of "
+                 "them blend.",
+                 {"metaball", "implicit", "field"})
+        .input("mesh", &Inputs::mesh, "A closed mesh, for skeletons of kind = mesh.",
                graph::Need::optional)
         .input("points", &Inputs::points,
-               "Each of these becomes a point skeleton on a frame of its own, all of one part.",
+               "Points. Each becomes a point skeleton on a frame of its own, all of one part.",
                graph::Need::optional)
-        .list("skeletons", &Inputs::skeletons, describe_item, "The skeletons, one by one.")
+        .list("skeletons", &Inputs::skeletons, describe_item, "The skeletons.")
         .block("each", &Inputs::each, describe_contribution,
-               "The contribution of each skeleton that comes from the input `points`.")
+               "Contribution of each skeleton that is made from the input `points`.")
         .choice("blend", &Inputs::blend, {"sum", "largest_group", "smooth_groups", "gradient"},
-                "sum blends all. largest_group blends only skeletons of one part or linked below, "
-                "with creases; smooth_groups does so without. gradient is smooth_groups that "
-                "neither swells joints nor blends at a distance.")
+                "Which skeletons blend, and how. sum: all of them. largest_group: only those of "
+                "one part or linked by `links`, with creases. smooth_groups: the same without "
+                "creases. gradient: like smooth_groups, but joints do not swell and nothing blends "
+                "at a distance.")
         .list<Link>("links", &Inputs::links,
                     [](graph::ParamsOf<Link>& p) {
-                        p.param("a", &Link::a, "One skeleton, by its place in the list from 0.",
+                        p.param("a", &Link::a, "Index of one skeleton in the list, counted from 0.",
                                 {.min = 0})
-                            .param("b", &Link::b, "The other, of another part.", {.min = 0})
-                            .param("weight", &Link::weight, "0 collides, 1 blends fully.",
+                            .param("b", &Link::b,
+                                   "Index of the other skeleton, which is of another part.",
+                                   {.min = 0})
+                            .param("weight", &Link::weight,
+                                   "Weight of the blend: 0 collides, 1 blends fully.",
                                    {.min = 0, .max = 1});
                     },
                     "Pairs of skeletons of different parts that blend.",
                     {"blend", {"largest_group", "smooth_groups", "gradient"}})
-        .output("layer", &Outputs::layer, "The layer, as drawn in the world.");
+        .check(check)
+        .output("layer", &Outputs::layer, "The layer, as drawn.");
 }
 
 }  // namespace nodes::skeletons

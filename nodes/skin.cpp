@@ -1,6 +1,6 @@
-#include "physics/layer_skin.hpp"
+#include "physics/layered_bodies/layer_skin.hpp"
 
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
 #include <fmt/format.h>
@@ -26,14 +26,15 @@ static physics::LayerSkin build(const Inputs& in)
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     if (static_cast<std::size_t>(in.body) >= in.scene->parts.size()) {
-        throw std::invalid_argument(fmt::format("there is no body {} among Layered's {}; they are "
-                                                "counted from 0",
-                                                in.body, in.scene->parts.size()));
+        throw std::invalid_argument(
+            fmt::format("there is no body {}: Layered has {} parts, counted from 0", in.body,
+                        in.scene->parts.size()));
     }
     if (in.skin->out_of_reach > 0) {
-        context.warn(std::to_string(in.skin->out_of_reach) + " of " +
-                     std::to_string(in.mesh->positions.size()) +
-                     " vertices are out of the layer's reach and only ride on its frames");
+        context.warn(
+            std::to_string(in.skin->out_of_reach) + " of " +
+            std::to_string(in.mesh->positions.size()) +
+            " vertices are outside the layer's radius of influence and follow its frames rigidly");
     }
     return {physics::follow(*in.skin, *in.mesh, *in.scene, static_cast<std::size_t>(in.body))};
 }
@@ -41,18 +42,19 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 void add_to(graph::Registry& registry)
 {
     registry.add("Skin", 1, run)
-        .summary("Lets a mesh follow a layered body, its contacts and its volume included: a "
-                 "character's skin.")
-        .input("mesh", &Inputs::mesh, "The skin, drawn where the body is drawn.")
-        .input("part", &Inputs::part, "The body, as it goes into Layered.")
-        .input("scene", &Inputs::scene, "Where everything is, from Layered.")
-        .param("body", &Inputs::body, "Which of Layered's parts it is, counted from 0.",
+        .summary(
+            "Deforms a mesh with a layered body, its contacts and its volume: a character's skin.")
+        .input("mesh", &Inputs::mesh, "The skin at rest, drawn where the body is drawn.")
+        .input("part", &Inputs::part, "The body, as it is linked to Layered.")
+        .input("scene", &Inputs::scene, "The scene, from Layered.")
+        .param("body", &Inputs::body, "Index of the body among Layered's parts, counted from 0.",
                {.min = 0, .max = 1e6})
         .prepare("skin", &Inputs::skin, build, {"mesh", "part"})
         .output("mesh", &Outputs::mesh,
-                "The skin in its place: each vertex where the deformed field has the value that it "
-                "had at rest, slid to where its neighbours want it. Beyond 125 degrees or so the "
-                "crease of a joint tangles: the limbs leave less surface than there is skin.");
+                "The deformed skin. Each vertex keeps the field value that it had at rest, and "
+                "slides along the surface to keep its distances to its neighbours. In a joint bent "
+                "by more than about 125 degrees the crease tangles: the limbs leave less surface "
+                "than there is skin.");
 }
 
 }  // namespace nodes::skin

@@ -1,6 +1,6 @@
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
-#include "physics/layered.hpp"
+#include "physics/layered_bodies/layered.hpp"
 
 namespace nodes::springs {
 
@@ -31,14 +31,17 @@ void add_to(graph::Registry& registry)
 {
     registry.add("Springs", 1, run)
         .summary("Joins the frames of a layered body by springs: a mass-spring network under its "
-                 "layer.")
+                 "layer.",
+                 {"spring", "mass spring"})
         .input("part", &Inputs::part,
-               "A body of base = particles, whose substance then no longer acts, or base = rigid.")
-        .param("reach", &Inputs::reach, "Frames nearer than this, as drawn, are joined.",
+               "A body with base = particles or rigid. With particles, the springs replace the "
+               "forces of the substance.")
+        .param("reach", &Inputs::reach, "Frames closer than this, as drawn, are joined.",
                {.min = 1e-9, .unit = "m"})
-        .param("stiffness", &Inputs::stiffness, "Force of a spring for each metre of stretch.",
-               {.min = 0, .unit = "N/m"})
-        .param("damping", &Inputs::damping, "Force against each metre a second along a spring.",
+        .param("stiffness", &Inputs::stiffness,
+               "Stiffness of a spring: force per metre of stretch.", {.min = 0, .unit = "N/m"})
+        .param("damping", &Inputs::damping,
+               "Damping of a spring: force per relative speed along it.",
                {.min = 0, .unit = "N s/m"})
         .prepare("body", &Inputs::body, build, {"part", "reach", "stiffness", "damping"})
         .output("part", &Outputs::part, "The body with its springs, for Layered.");

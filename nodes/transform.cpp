@@ -1,11 +1,11 @@
-#include "geometry/transform.hpp"
-#include "geometry/measure.hpp"
-#include "graph/node_type.hpp"
+#include "geometry/mesh/transform.hpp"
+#include "geometry/mesh/measure.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
 namespace nodes::transform {
 
-// A mirrored mesh's faces, wound to face outwards again; null where nothing is mirrored.
+// The faces of a mirrored mesh, wound to face outwards again; null if nothing is mirrored.
 struct Mirrored {
     std::shared_ptr<const geometry::MeshTopology> topology;
 };
@@ -34,6 +34,11 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     Outputs out{*in.mesh};
     geometry::move(out.mesh,
                    geometry::placement(in.translate, in.rotate_degrees, in.scale, in.pivot));
+    const std::string what = geometry::what_is_not_finite(out.mesh);
+    if (!what.empty() && geometry::what_is_not_finite(*in.mesh).empty()) {
+        throw std::invalid_argument("coordinates must stay below 3.4e38 m, but " + what +
+                                    ": use smaller numbers in translate and scale");
+    }
     if (const std::string far = geometry::far_from_origin(out.mesh); !far.empty()) {
         context.warn(far);
     }
@@ -44,17 +49,19 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 void add_to(graph::Registry& registry)
 {
     registry.add("Transform", 1, run)
-        .summary("Scales, turns and moves a mesh: p becomes pivot + translate + R S (p - pivot).")
-        .input("mesh", &Inputs::mesh, "What to move.")
-        .param("translate", &Inputs::translate, "By how much to move it.", {.unit = "m"})
+        .summary("Scales, rotates and moves a mesh: p becomes pivot + translate + R S (p - pivot).",
+                 {"move", "rotate", "scale", "xform", "place"})
+        .input("mesh", &Inputs::mesh, "The mesh to transform.")
+        .param("translate", &Inputs::translate, "Translation.", {.unit = "m"})
         .param("rotate_degrees", &Inputs::rotate_degrees,
-               "Turns about the x axis, then y, then z, each fixed in space.", {.unit = "deg"})
+               "Rotation about x, then y, then z, each axis fixed in space.", {.unit = "deg"})
         .param("scale", &Inputs::scale,
-               "Factors along x, y and z, before turning; a negative one mirrors.")
-        .param("pivot", &Inputs::pivot, "The point that scaling and turning leave in place.",
+               "Scale factors along x, y and z, applied before the rotation. A negative factor "
+               "mirrors.")
+        .param("pivot", &Inputs::pivot, "Point that scaling and rotation leave in place.",
                {.unit = "m"})
         .prepare("mirrored", &Inputs::mirrored, mirror, {"mesh", "scale"})
-        .output("mesh", &Outputs::mesh, "The moved mesh.");
+        .output("mesh", &Outputs::mesh, "The transformed mesh.");
 }
 
 }  // namespace nodes::transform

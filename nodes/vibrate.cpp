@@ -1,11 +1,11 @@
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
 namespace nodes::vibrate {
 
 using geometry::Vec3;
 
-// A blow, and when.
+// A blow and its frame.
 struct KickParams {
     int frame = 1;
     Vec3 position{0, 0, 0};
@@ -52,12 +52,13 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 
 static void describe_kick(graph::ParamsOf<KickParams>& p)
 {
-    p.param("frame", &KickParams::frame, "When it strikes: what follows this frame moves.")
-        .param("position", &KickParams::position, "Where, in the rest shape.", {.unit = "m"})
-        .param("impulse", &KickParams::impulse, "How hard and which way.", {.unit = "N s"})
+    p.param("frame", &KickParams::frame, "Frame of the blow: motion starts after it.")
+        .param("position", &KickParams::position, "Point that is hit, in the rest shape.",
+               {.unit = "m"})
+        .param("impulse", &KickParams::impulse, "Impulse, with its direction.", {.unit = "N s"})
         .param("radius", &KickParams::radius,
-               "Vertices nearer than this share it, the nearest most; the nearest vertex alone "
-               "takes it when none is.",
+               "Distance within which vertices share the impulse, the nearest most. If there are "
+               "none, the nearest vertex takes all of it.",
                {.min = 0, .unit = "m"});
 }
 
@@ -65,43 +66,48 @@ static void describe_damping(graph::ParamsOf<physics::ModalDamping>& p)
 {
     using physics::ModalDamping;
     p.choice("kind", &ModalDamping::kind, {"material", "ratio", "rayleigh"},
-             "material takes what the cubes' material says, ratio the same share of critical "
-             "damping for every mode, rayleigh the two numbers.")
+             "Source of the damping. material: the damping of the cubes' material. ratio: the same "
+             "damping ratio for all modes. rayleigh: the two coefficients below.")
         .param("ratio", &ModalDamping::ratio,
-               "Share of critical damping: 0 rings for ever, 1 and more returns without a swing.",
+               "Damping ratio: 0 rings for ever; 1 and more returns without oscillating.",
                {.min = 0, .max = 1e6}, {"kind", {"ratio"}})
         .param("mass_damping", &ModalDamping::mass_damping,
-               "Slows all modes alike; the damping is this plus stiffness_damping * omega^2.",
+               "Damping that is equal for all modes. The total is mass_damping + stiffness_damping "
+               "* omega^2.",
                {.min = 0, .unit = "1/s"}, {"kind", {"rayleigh"}})
-        .param("stiffness_damping", &ModalDamping::stiffness_damping, "Slows high modes most.",
-               {.min = 0, .unit = "s"}, {"kind", {"rayleigh"}});
+        .param("stiffness_damping", &ModalDamping::stiffness_damping,
+               "Damping that grows with the square of a mode's frequency.", {.min = 0, .unit = "s"},
+               {"kind", {"rayleigh"}});
 }
 
 void add_to(graph::Registry& registry)
 {
     registry.add("Vibrate", 1, run)
-        .summary("Lets a mesh vibrate in its modes, stepped exactly at any frame rate.")
+        .summary("Vibrates a mesh in its modes, stepped exactly at any frame rate.")
         .input("model", &Inputs::model, "The modes, from Modes.")
         .inputs("forces", &Inputs::forces, "Gravity and point forces, constant within a frame.")
-        .list("kicks", &Inputs::kicks, describe_kick, "Blows that start it swinging.")
+        .list("kicks", &Inputs::kicks, describe_kick, "Impulses that start vibrations.")
         .param("gravity", &Inputs::gravity,
-               "Acceleration that it sags under from the first frame on; zeros when the rest shape "
-               "already hangs as it should.",
+               "Acceleration under which the model sags from the first frame on; zeros if the rest "
+               "shape already includes the sag.",
                {.unit = "m/s^2"})
         .param("base", &Inputs::base,
-               "Where the pinned corners are moved to from rest; key it to shake the body.",
+               "Displacement of the pinned corners from rest; keyframe it to shake the body.",
                {.unit = "m"})
-        .block("damping", &Inputs::damping, describe_damping, "How fast the modes die out.")
-        .param("amplitude", &Inputs::amplitude,
-               "Exaggerates what is drawn, not the motion itself. Modes are straight lines: large "
-               "swings swell.",
-               {.min = 0})
+        .block("damping", &Inputs::damping, describe_damping, "Damping of the modes.")
+        .param(
+            "amplitude", &Inputs::amplitude,
+            "Factor by which the drawn motion is exaggerated; the simulated motion is unchanged. "
+            "Modes move vertices along straight lines, so large amplitudes swell the shape.",
+            {.min = 0})
         .param("dt", &Inputs::dt,
-               "Seconds that pass in a frame; 0 is a frame's own time. Less is slow motion.",
+               "Simulated seconds per frame; 0: the duration of a frame. Smaller values give slow "
+               "motion.",
                {.min = 0, .max = 1e9, .unit = "s"})
         .reads(graph::Variable::frame | graph::Variable::fps)
-        .output("mesh", &Outputs::mesh, "The mesh as it stands, with displacement and speed.")
-        .output("state", &Outputs::state, "The modes' coordinates and speeds.")
+        .output("mesh", &Outputs::mesh,
+                "The vibrating mesh, with the attributes displacement and speed.")
+        .output("state", &Outputs::state, "Coordinates and velocities of the modes.")
         .previous("state", &Inputs::last);
 }
 

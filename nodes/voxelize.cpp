@@ -1,6 +1,6 @@
-#include "geometry/voxelize.hpp"
+#include "geometry/cubes/voxelize.hpp"
 
-#include "graph/node_type.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/material_rules.hpp"
 #include "nodes/orientation.hpp"
 #include "nodes/wire_types.hpp"
@@ -45,21 +45,29 @@ static geometry::VoxelGrid grid_for(const Inputs& in)
     return geometry::fit_grid(box, size);
 }
 
+constexpr const char* needs_points =
+    "method = samples needs the input 'points': link a Sample node, or use method = surface or "
+    "solid for a mesh";
+constexpr const char* needs_mesh =
+    "method = surface or solid needs the input 'mesh': link a mesh, or use method = samples for "
+    "points";
+
+static graph::Faults check(const Inputs& in, const graph::Setting& setting)
+{
+    const bool samples = in.method == Method::samples;
+    if (setting.links(samples ? "points" : "mesh")) return {};
+    return {{"method", samples ? needs_points : needs_mesh}};
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     const geometry::VoxelOptions options{static_cast<std::size_t>(in.max_cubes), in.min_fill,
                                          in.total_mass};
     if (in.method == Method::samples) {
-        if (!in.points) {
-            throw std::invalid_argument("method \"samples\" needs the input \"points\": link a "
-                                        "Sample, or choose \"surface\" or \"solid\" for a mesh");
-        }
+        if (!in.points) throw std::invalid_argument(needs_points);
         return {geometry::voxelize_samples(*in.points, grid_for(in), options)};
     }
-    if (!in.mesh) {
-        throw std::invalid_argument("methods \"surface\" and \"solid\" need the input \"mesh\": "
-                                    "link one, or choose \"samples\" for points");
-    }
+    if (!in.mesh) throw std::invalid_argument(needs_mesh);
     const geometry::FaceMatter matter = face_matter(*in.mesh, in.matter, in.materials, context);
     const geometry::VoxelGrid grid = grid_for(in);
     if (in.method == Method::surface) {
@@ -73,57 +81,58 @@ void add_to(graph::Registry& registry)
 {
     const graph::ShownWhen of_mesh{"method", {"surface", "solid"}};
     registry.add("Voxelize", 1, run)
-        .summary("Turns samples or a mesh into equal cubes with shared corners: the deformable "
-                 "model. Memory follows the cubes, not the box around them.")
+        .summary("Converts samples or a mesh to equal cubes with shared corners: the deformable "
+                 "model. Memory grows with the number of cubes, not with the box around them.")
         .input("points", &Inputs::points,
-               "Samples to hash into cubes (method samples). Their own masses and materials "
-               "count.",
+               "Samples to convert (method samples). Their own masses and materials count.",
                graph::Need::optional)
         .input("mesh", &Inputs::mesh,
-               "The mesh to fill (methods surface and solid). With method samples it only says "
-               "where the grid lies, so that several models share one.",
+               "The mesh to convert (methods surface and solid). With method samples it only "
+               "places the grid, so that several models can share one.",
                graph::Need::optional)
-        .choice("method", &Inputs::method, {"samples", "surface", "solid"},
-                "samples: a cube wherever a sample falls, so sparse samples leave holes. surface: "
-                "a cube wherever a triangle passes, exactly; a face between two cubes belongs to "
-                "the upper one. solid: those that a triangle passes and those whose centre is "
-                "inside.")
-        .param("size", &Inputs::size, "The edge of a cube; 0: as large as `resolution` makes them.",
-               {0, 1e12, "m"})
+        .choice(
+            "method", &Inputs::method, {"samples", "surface", "solid"},
+            "Which cubes are made. samples: one wherever a sample lies; sparse samples leave "
+            "holes. surface: one wherever a triangle passes, exactly; a face between two cubes "
+            "belongs to the upper one. solid: those of surface, and those whose centre is inside.")
+        .param("size", &Inputs::size, "Edge of a cube; 0: from `resolution`.", {0, 1e12, "m"})
         .param("resolution", &Inputs::resolution,
-               "How many cubes lie along the model's longest side, where no size is given.",
+               "Number of cubes along the model's longest side, if size is 0.",
                {1, 1'000'000, "cubes"})
         .choice("align", &Inputs::align, {"fit", "origin"},
-                "fit: the grid is centred on the model. origin: cube 0 starts at a given point, "
-                "so that grids of several models agree.")
-        .param("origin", &Inputs::origin, "Where cube 0 starts.", {.unit = "m"},
+                "Where the grid lies. fit: centred on the model. origin: cube 0 starts at a given "
+                "point, so that the grids of several models agree.")
+        .param("origin", &Inputs::origin, "Lowest corner of cube 0.", {.unit = "m"},
                {"align", {"origin"}})
         .choice("inside", &Inputs::inside, {"winding", "parity"},
-                "When a point is inside (method solid): six rays along the axes vote. winding: by "
-                "the sum of faces crossed, outward less inward: right for closed, overlapping "
-                "and doubled pieces. parity: by an odd number of faces crossed: for meshes whose "
+                "How inside is decided (method solid); six rays along the axes vote. winding: by "
+                "the number of outward less inward faces crossed; right for closed, overlapping "
+                "and doubled pieces. parity: by an odd number of faces crossed; for meshes whose "
                 "faces disagree on what is outside.",
                 {"method", {"solid"}})
         .param("thickness", &Inputs::thickness,
-               "How thick the faces are taken to be: a cube holds the area in it times this. 0: "
-               "method surface takes its cubes as full, method solid counts what is inside only: "
-               "exactly, but by 4 x 4 x 4 points in cubes by holes and where pieces overlap.",
+               "Thickness of the faces: a cube holds the face area in it times this. 0: `surface` "
+               "treats every cube as full; `solid` counts only the enclosed volume (exact, except "
+               "near holes and overlaps, where 4 x 4 x 4 points per cube are sampled).",
                {0, 1e6, "m"}, of_mesh)
         .block("matter", &Inputs::matter, describe_matter<geometry::Matter>,
-               "What the model is made of where no rule says otherwise.", of_mesh)
+               "Material of the model where no rule of `materials` matches.", of_mesh)
         .list("materials", &Inputs::materials, describe_rule,
-              "What parts of it are made of; where several rules match, the last one counts.",
+              "Materials of parts of the model. If several rules match, the last one counts.",
               of_mesh)
         .param("total_mass", &Inputs::total_mass,
-               "Masses are scaled to this sum; 0 keeps what densities (or samples) give.",
+               "Total mass to which all masses are scaled; 0: masses follow from densities (or "
+               "samples).",
                {0, 1e15, "kg"})
         .param("min_fill", &Inputs::min_fill,
-               "No cube is lighter or softer than one filled to this share, however little of the "
-               "model it holds.",
+               "Smallest fill of a cube: no cube is lighter or softer than one filled to this "
+               "share, however little of the model it holds.",
                {0, 1, ""})
-        .param("max_cubes", &Inputs::max_cubes,
-               "More cubes than this are an error that names a size that would fit.",
-               {1, 1e9, "cubes"})
+        .param(
+            "max_cubes", &Inputs::max_cubes,
+            "Limit on the number of cubes. Exceeding it is an error that names a size that fits.",
+            {1, 1e9, "cubes"})
+        .check(check)
         .output("cubes", &Outputs::cubes,
                 "The cubes, with mass, fill and material. Materials in one cube are averaged by "
                 "mass.");

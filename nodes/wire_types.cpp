@@ -1,5 +1,7 @@
 #include "nodes/wire_types.hpp"
 
+#include "graph/types/wire_type.hpp"
+
 namespace graph {
 
 template const WireType& wire_type<geometry::TriMesh>();

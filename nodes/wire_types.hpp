@@ -1,16 +1,18 @@
 #pragma once
 
-// Every type that can travel along a wire: a line each for its name and for what the runtime can do
-// with it, which nodes/wire_types.cpp makes once.
+// All types that can travel along a wire. A new type needs two lines here and one in
+// wire_types.cpp: its name in documents and messages, and its WireType, through which the runtime
+// measures, hashes, stores and restores values of it. The WireTypes are instantiated in
+// wire_types.cpp only, to keep compile times low.
 
-#include "geometry/cubes.hpp"
-#include "geometry/mesh.hpp"
-#include "geometry/samples.hpp"
-#include "graph/standard_wires.hpp"
-#include "physics/layered.hpp"
-#include "physics/loads.hpp"
-#include "physics/state.hpp"
-#include "physics/vibrate.hpp"
+#include "geometry/cubes/cubes.hpp"
+#include "geometry/cubes/samples.hpp"
+#include "geometry/mesh/mesh.hpp"
+#include "graph/types/standard_wires.hpp"
+#include "physics/layered_bodies/layered.hpp"
+#include "physics/modal/vibrate.hpp"
+#include "physics/state/loads.hpp"
+#include "physics/state/state.hpp"
 #include "render/image.hpp"
 
 namespace graph {

@@ -1,6 +1,7 @@
-#include "graph/frame_path.hpp"
-#include "graph/node_type.hpp"
+#include "graph/document/frame_path.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
+#include "nodes/written_path.hpp"
 #include "render/png.hpp"
 
 namespace nodes::write_image {
@@ -20,17 +21,24 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     return {{path.string()}};
 }
 
+static graph::Faults check(const Inputs& in, const graph::Setting& setting)
+{
+    return wrong_path(in.path, {".png"}, setting.frames);
+}
+
 void add_to(graph::Registry& registry)
 {
     registry.add("WriteImage", 1, run)
-        .summary("Writes a picture as a PNG file, one a frame.")
+        .summary("Writes a picture as a PNG file per frame.",
+                 {"png", "save picture", "export image", "image"})
         .input("image", &Inputs::image, "The picture to write.")
         .path_out("path", &Inputs::path,
-                  "Where it goes, below the output folder; #### stands for the frame's number with "
-                  "at least as many digits, and is needed when several frames are cooked.")
+                  "Path of the file, below the output folder. #### stands for the frame number, "
+                  "with at least as many digits; it is required if several frames are cooked.")
         .reads(graph::Variable::frame)
+        .check(check)
         .sink()
-        .output("file", &Outputs::file, "The file that was written.");
+        .output("file", &Outputs::file, "The written file.");
 }
 
 }  // namespace nodes::write_image

@@ -1,9 +1,10 @@
-#include "geometry/export_mesh.hpp"
-#include "geometry/point_cache.hpp"
-
-#include "graph/frame_path.hpp"
-#include "graph/node_type.hpp"
+#include "geometry/io/export_mesh.hpp"
+#include "geometry/io/point_cache.hpp"
+#include "geometry/mesh/measure.hpp"
+#include "graph/document/frame_path.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
+#include "nodes/written_path.hpp"
 
 #include <algorithm>
 
@@ -27,7 +28,7 @@ static bool is_cache(const Inputs& in)
            (in.format == Format::automatic && in.path.extension() == ".pc2");
 }
 
-// "2-8, 10-16, 18-24 and 21 more".
+// The frames as text: "2-8, 10-16, 18-24 and 21 more".
 static std::string some_of(const std::vector<int>& frames)
 {
     std::string text;
@@ -43,7 +44,8 @@ static std::string some_of(const std::vector<int>& frames)
     return text;
 }
 
-// Of a mesh that gets more vertices the file would keep one frame.
+// Refuses a change of the number of vertices: it would start the file anew and lose all other
+// frames.
 static void require_as_many_points(const Inputs& in, const graph::Context& context)
 {
     if (!context.cook) return;
@@ -53,10 +55,10 @@ static void require_as_many_points(const Inputs& in, const graph::Context& conte
     std::filesystem::path better = in.path;
     better.replace_extension(".####.obj");
     throw std::invalid_argument(
-        "a pc2 holds one number of points for all frames: expected the " + std::to_string(before) +
-        " vertices of the frames before, found " + std::to_string(points) +
-        " (a mesh that tears gets more where Embed cuts it). Let Embed hide or stretch what is "
-        "torn (torn: hide), which keeps them, or write a file a frame, parameter 'path': " +
+        "a pc2 file needs the same number of vertices in all frames: expected " +
+        std::to_string(before) + " as in the frames before, found " + std::to_string(points) +
+        ". If the mesh tears, set torn = hide or stretch in Embed, because cutting adds vertices; "
+        "or write a file per frame: set the parameter 'path' to " +
         better.string());
 }
 
@@ -67,18 +69,23 @@ static void warn_of_missing(const std::vector<int>& missing, const std::filesyst
     context.warn(path.string() + " lacks frames " + some_of(missing) + " of " +
                  std::to_string(context.range().first) + "-" +
                  std::to_string(context.range().last) +
-                 ", which were never cooked: each holds the nearest cooked one before it, or else "
-                 "the first. Cook them to fill them in");
+                 ", which were not cooked: each repeats the nearest cooked frame before it, or "
+                 "else the first. Cook them to fill them in");
 }
 
-// One file for all frames, in which each has its own place.
+static std::string numbered_cache(const Inputs& in)
+{
+    return "a pc2 holds all frames in one file: expected a path without #, found " +
+           in.path.string();
+}
+
+// Writes one frame to its place in the one file for all frames.
 static Outputs run_cache(const Inputs& in, const graph::Context& context)
 {
     const graph::FrameRange& range = context.range();
     const auto path = context.output_folder / in.path;
     if (in.path.string().find('#') != std::string::npos) {
-        throw std::invalid_argument("a point cache holds all frames in one file: its path, " +
-                                    in.path.string() + ", must not have a #");
+        throw std::invalid_argument(numbered_cache(in));
     }
     require_as_many_points(in, context);
     const auto sample_of = [&](int f) { return static_cast<std::uint32_t>(f - range.first); };
@@ -101,6 +108,10 @@ static Outputs run_cache(const Inputs& in, const graph::Context& context)
 
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
+    if (const std::string what = geometry::what_is_not_finite(*in.mesh); !what.empty()) {
+        throw std::invalid_argument("the mesh can't be written, because " + what +
+                                    ": look for the first node with huge numbers");
+    }
     if (is_cache(in)) return run_cache(in, context);
     const auto format = in.format == Format::automatic
                             ? geometry::mesh_format(in.path)
@@ -117,27 +128,42 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     return out;
 }
 
+static graph::Faults check(const Inputs& in, const graph::Setting& setting)
+{
+    if (is_cache(in)) {
+        if (in.path.string().find('#') != std::string::npos) return {{"path", numbered_cache(in)}};
+        return wrong_path(in.path, {}, 1);
+    }
+    if (in.format != Format::automatic) return wrong_path(in.path, {}, setting.frames);
+    return wrong_path(in.path, {".obj", ".ply", ".stl", ".glb", ".gltf", ".dae", ".fbx", ".x3d"},
+                      setting.frames);
+}
+
 void add_to(graph::Registry& registry)
 {
     registry.add("WriteMesh", 1, run)
-        .summary("Writes a mesh a frame, or one point cache that Blender's Mesh Cache plays.")
+        .summary("Writes a mesh as a file per frame, or as one point cache for Blender's Mesh "
+                 "Cache modifier.",
+                 {"export", "save", "output", "rop", "cache", "filecache", "obj export"})
         .input("mesh", &Inputs::mesh, "The mesh to write.")
-        .path_out("path", &Inputs::path,
-                  "Where it goes, below the output folder; #### stands for the frame's number with "
-                  "at least as many digits. A pc2 has none, all others need it when several "
-                  "frames are cooked. The materials of an OBJ go beside it: mesh.0001.mtl.")
+        .path_out(
+            "path", &Inputs::path,
+            "Path of the file, below the output folder. #### stands for the frame number, with at "
+            "least as many digits. A pc2 takes none; all other formats require it if several "
+            "frames are cooked. The materials of an OBJ are written beside it: mesh.0001.mtl.")
         .choice("format", &Inputs::format,
                 {"auto", "obj", "ply", "stl", "glb", "gltf", "dae", "fbx", "x3d", "pc2"},
-                "The kind of file; auto goes by the path's ending. A pc2 is one file for all "
-                "frames, of one number of vertices; gltf, dae (COLLADA), fbx (its form in text) "
-                "and x3d are written by assimp.")
+                "File format. auto: from the ending of the path. pc2: one file for all frames, "
+                "with a constant number of vertices. gltf, dae (COLLADA), fbx (in text form) and "
+                "x3d are written by assimp.")
         .param("assimp", &Inputs::assimp,
-               "Write obj, ply, stl and glb by assimp too. It welds vertices that coincide in a "
-               "frame, drops attributes, and takes 6 to 50 times as long.",
+               "Whether assimp writes obj, ply, stl and glb too. It welds vertices that coincide "
+               "in a frame, drops attributes, and takes 6 to 50 times as long.",
                {}, {"format", {"auto", "obj", "ply", "stl", "glb"}})
+        .check(check)
         .reads(graph::Variable::frame | graph::Variable::range)
         .sink()
-        .output("file", &Outputs::file, "The file that was written.");
+        .output("file", &Outputs::file, "The written file.");
 }
 
 }  // namespace nodes::write_mesh

@@ -1,6 +1,7 @@
-#include "graph/frame_path.hpp"
-#include "graph/node_type.hpp"
+#include "graph/document/frame_path.hpp"
+#include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
+#include "nodes/written_path.hpp"
 #include "render/video.hpp"
 
 namespace nodes::write_video {
@@ -35,21 +36,29 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     return {{path.string()}};
 }
 
+static graph::Faults check(const Inputs& in, const graph::Setting&)
+{
+    return wrong_path(in.path, {".mp4", ".m4v", ".mov", ".mkv"}, 1);
+}
+
 void add_to(graph::Registry& registry)
 {
     registry.add("WriteVideo", 1, run)
-        .summary("Makes a video of the pictures that WriteImage wrote, with ffmpeg.")
+        .summary("Encodes the pictures of WriteImage as a video, with ffmpeg.",
+                 {"video", "movie", "mp4", "ffmpeg", "animation"})
         .gather("frames", &Inputs::frames, every_frame,
-                "The picture of every frame: `file` of a WriteImage.")
+                "The picture files of all frames: `file` of a WriteImage.")
         .path_out("path", &Inputs::path,
-                  "Where it goes, below the output folder: H.264 in an .mp4, .mov or .mkv.")
+                  "Path of the file, below the output folder: H.264 in an .mp4, .m4v, .mov or "
+                  ".mkv.")
         .param("quality", &Inputs::quality,
-               "H.264's constant rate factor: 0 keeps everything, 18 looks the same to the eye, "
-               "each 6 more halve the file.",
+               "Constant rate factor of H.264: 0 is lossless, 18 looks lossless, and each 6 more "
+               "halve the file size.",
                {0, 51})
+        .check(check)
         .reads(graph::Variable::fps | graph::Variable::range)
         .sink()
-        .output("file", &Outputs::file, "The video; empty when there is no ffmpeg.");
+        .output("file", &Outputs::file, "The video; empty if ffmpeg is missing.");
 }
 
 }  // namespace nodes::write_video
