@@ -2,7 +2,7 @@
 // to a video, from a cold start in memory and without stored results.
 
 #include "nodes/registry.hpp"
-#include "runtime/command_line.hpp"
+#include "runtime/commands/command_line.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -38,7 +38,7 @@ const char* const shared_bridge = R"({ "aspic": 1,
       "params": { "step": { "substeps": 2, "tolerance": 0.001 } } },
     "shape": { "type": "Embed@3",
       "inputs": { "mesh": "bridge.mesh", "cubes": "part.cubes", "state": "sim.state" } },
-    "picture": { "type": "Render@1", "inputs": { "mesh": "shape.mesh", "rest": "bridge.mesh" },
+    "picture": { "type": "Render@2", "inputs": { "mesh": "shape.mesh", "rest": "bridge.mesh" },
       "params": { "width": 960, "height": 540, "ground": { "kind": "at", "height": -1 } } },
     "frames": { "type": "WriteImage@1", "inputs": { "image": "picture.image" } },
     "video": { "type": "WriteVideo@1", "inputs": { "frames": "frames.file" } } } })";

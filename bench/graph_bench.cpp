@@ -1,8 +1,8 @@
 // Reading documents: text to a checked graph.
 
-#include "graph/curve.hpp"
-#include "graph/document.hpp"
-#include "graph/expression.hpp"
+#include "graph/document/curve.hpp"
+#include "graph/document/document.hpp"
+#include "graph/document/expression.hpp"
 #include "nodes/registry.hpp"
 
 #include <benchmark/benchmark.h>

@@ -1,9 +1,15 @@
 // Implicit layers: fields asked at scattered points, meshes, contact, whole steps.
 
-#include "geometry/polygonize.hpp"
-#include "geometry/random.hpp"
-#include "physics/layered.hpp"
-#include "physics/layered_mesh.hpp"
+#ifdef ASPIC_HAVE_OPENVDB
+#include "bench/openvdb_mesher.hpp"
+#endif
+#include "geometry/base/random.hpp"
+#include "geometry/fields/evaluate_points.hpp"
+#include "geometry/fields/polygonize.hpp"
+#include "physics/layered_bodies/layered_body.hpp"
+#include "physics/layered_bodies/layered_mesh.hpp"
+#include "physics/layered_bodies/layered_moment.hpp"
+#include "physics/layered_bodies/layered_step.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -141,27 +147,26 @@ template <class Mesher> void balls_by(benchmark::State& state, const Mesher& mes
 }
 void polygonize_balls(benchmark::State& state)
 {
-    balls_by(state, polygonize);
-}
-void openvdb_balls(benchmark::State& state)
-{
-    try {
-        balls_by(state,
-                 [](const IsoField& iso, double cell) { return polygonize_openvdb(iso, cell, 0); });
-    } catch (const std::runtime_error& error) {
-        state.SkipWithError(error.what());
-    }
+    balls_by(state, [](const IsoField& iso, double cell) { return polygonize(iso, cell); });
 }
 BENCHMARK(polygonize_balls)
     ->RangeMultiplier(2)
     ->Range(64, 256)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
+#ifdef ASPIC_HAVE_OPENVDB
+void openvdb_balls(benchmark::State& state)
+{
+    balls_by(state, [](const IsoField& iso, double cell) {
+        return polygonize_by_openvdb(iso, cell, 0, 20'000'000);
+    });
+}
 BENCHMARK(openvdb_balls)
     ->RangeMultiplier(2)
     ->Range(64, 256)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
+#endif
 
 // A ball of `skeletons` point skeletons each, two of them pressed together: one step with contact.
 physics::LayeredScene pressed_clusters(std::size_t skeletons, double spacing)
@@ -191,8 +196,8 @@ void layered_step(benchmark::State& state)
 {
     physics::LayeredScene scene = pressed_clusters(static_cast<std::size_t>(state.range(0)),
                                                    1e-4 * static_cast<double>(state.range(1)));
-    std::size_t seeds = 0;
-    for (const auto& part : scene.parts) seeds += part.body->seeds.count();
+    std::size_t samples = 0;
+    for (const auto& part : scene.parts) samples += part.body->samples.count();
     for (int warm = 0; warm < 3; ++warm) {
         scene = physics::advance(scene, scene.parts, {}, 1.0 / 240, 1);
     }
@@ -200,7 +205,7 @@ void layered_step(benchmark::State& state)
         auto next = physics::advance(scene, scene.parts, {}, 1.0 / 240, 1);
         benchmark::DoNotOptimize(next.states.data());
     }
-    state.counters["seeds"] = static_cast<double>(seeds);
+    state.counters["seeds"] = static_cast<double>(samples);
 }
 BENCHMARK(layered_step)
     ->Args({16, 190})
@@ -208,7 +213,7 @@ BENCHMARK(layered_step)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
-// The quick mesh of the same scene, from its seeds as the step left them.
+// The quick mesh of the same scene, from its samples as the step left them.
 void preview(benchmark::State& state)
 {
     physics::LayeredScene scene = pressed_clusters(static_cast<std::size_t>(state.range(0)),
@@ -218,8 +223,8 @@ void preview(benchmark::State& state)
     }
     geometry::TriMesh mesh;
     for (auto _ : state) {
-        mesh =
-            physics::layered_mesh(scene, {.surface = physics::LayeredMeshOptions::Surface::seeds});
+        mesh = physics::layered_mesh(scene,
+                                     {.surface = physics::LayeredMeshOptions::Surface::samples});
         benchmark::DoNotOptimize(mesh.positions.data());
     }
     state.counters["triangles"] = static_cast<double>(mesh.triangles().size());

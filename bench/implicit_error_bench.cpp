@@ -1,10 +1,11 @@
 // Writes docs/implicit-error.md: how far contact, volume and surface of implicit layers are from
-// the exact ones against the number of seeds, and what each costs.
+// the exact ones against the number of samples, and what each costs.
 //   implicit_error_bench [docs/implicit-error.md]
 
-#include "geometry/random.hpp"
-#include "physics/contact_border.hpp"
-#include "physics/layered.hpp"
+#include "geometry/base/random.hpp"
+#include "physics/layers/deformed_layer.hpp"
+#include "physics/layers/layer_contact.hpp"
+#include "physics/layers/layer_contact_border.hpp"
 
 #include <fmt/format.h>
 
@@ -44,8 +45,8 @@ struct Balls {
     std::vector<Transform> frames;
     std::vector<Twist> twists{1};
     Field field;
-    Seeds seeds;
-    SeedWalk walk;
+    SurfaceSamples samples;
+    SampleWalk walk;
     LayerMatter matter{.stiffness = 1, .friction = 0, .bulge_width = 0.3, .bulge_height = 0.5};
 
     Balls(const std::vector<Vec3>& points, const Contribution& c, double spacing,
@@ -58,12 +59,12 @@ struct Balls {
             layer.frame.push_back(0);
         }
         field = geometry::make_field(layer, frames);
-        seeds = make_seeds(layer, spacing);
-        walk = physics::walk(field, seeds, frames);
+        samples = make_surface_samples(layer, spacing);
+        walk = physics::walk(field, samples, frames);
     }
     ContactBody body() const
     {
-        return {&field, &seeds, &walk, frames, twists, layer.frame, matter};
+        return {&field, &samples, &walk, frames, twists, layer.frame, matter};
     }
 };
 
@@ -75,7 +76,7 @@ std::list<Balls> pressed(double spacing)
 {
     std::list<Balls> balls;
     for (const double side : {-1.0, 1.0}) {
-        // Turned, so that no row of seeds lies in the border by symmetry.
+        // Turned, so that no row of samples lies in the border by symmetry.
         Transform at = Transform::Identity();
         at.translate(Vec3(h * side, 0, 0))
             .rotate(Eigen::AngleAxisd(0.5 + 0.2 * side, Vec3(side, 2, 2).normalized()));
@@ -102,11 +103,11 @@ void contact_table(std::ostream& out)
     const double a_sq = 1 - h * h;
     const double radius = std::sqrt(a_sq), force = 2 * pi * (a_sq / 2 - (1 - h * h * h) / 3);
     out << "## Contact of two equal balls\n\n"
-        << fmt::format("Linear, k = 1, rest radius 1, half distance 0.9: radius {:.7f}, force "
-                       "{:.9f}. Seeds are those of both balls; `border` is the radius from the "
-                       "border's curve, `cells` from the areas that the seeds in contact stand "
-                       "for.\n\n",
-                       radius, force)
+        << fmt::format(
+               "Linear, k = 1, rest radius 1, half distance 0.9: radius {:.7f}, force {:.9f}. "
+               "Seeds are those of both balls. `border` computes the radius from the curve of the "
+               "contact's border, `cells` from the areas of the seeds in contact.\n\n",
+               radius, force)
         << "| seeds | force error | order | radius error, border | order | radius error, cells | "
            "walk ms | contact ms | border ms |\n|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n";
     double last_force = 0, last_radius = 0;
@@ -114,7 +115,7 @@ void contact_table(std::ostream& out)
         std::list<Balls> balls = pressed(spacing);
         const std::vector<ContactBody> both = bodies(balls);
         const Contacts found = find_contacts(both);
-        const ContactBorder border = find_border(both, found);
+        const LayerContactBorder border = find_border(both, found);
         double cells = 0, worst = 0;
         for (const LayerContact& c : found.contacts) cells += c.body == 0 ? c.area : 0;
         for (const ContactPatch& patch : border.patches) {
@@ -122,14 +123,14 @@ void contact_table(std::ostream& out)
         }
         const double force_error = std::abs(-found.wrenches[0][0].force.x() - force);
         const double walk_ms = milliseconds([&] {
-            for (Balls& b : balls) b.walk = physics::walk(b.field, b.seeds, b.frames, &b.walk);
+            for (Balls& b : balls) b.walk = physics::walk(b.field, b.samples, b.frames, &b.walk);
         });
         const double contact_ms = milliseconds([&] { find_contacts(both); });
         const double border_ms = milliseconds([&] { find_border(both, found); });
         out << fmt::format(
             "| {} | {:.2e} | {} | {:.2e} | {} | {:.2e} | {:.2f} | {:.2f} | {:.2f} |\n",
-            2 * balls.front().seeds.count(), force_error, order(last_force, force_error, 2), worst,
-            order(last_radius, worst, 2), std::abs(std::sqrt(cells / pi) - radius), walk_ms,
+            2 * balls.front().samples.count(), force_error, order(last_force, force_error, 2),
+            worst, order(last_radius, worst, 2), std::abs(std::sqrt(cells / pi) - radius), walk_ms,
             contact_ms, border_ms);
         last_force = force_error;
         last_radius = worst;
@@ -154,11 +155,11 @@ void invariants(std::ostream& out)
     const Wrench& a = found.wrenches[0][0];
     const Wrench& b = found.wrenches[1][0];
     out << "At 0.02 m between seeds, with friction and spin: both deformed surfaces pass through "
-        << fmt::format("every contact point to {:.1e} (|D - c|, over {} points); force and its "
-                       "reaction cancel to {:.1e} of the force, surfaces stand in each other by "
-                       "{:.1e} m.\n\n",
-                       apart, found.contacts.size(), (a.force + b.force).norm() / a.force.norm(),
-                       std::max(found.penetration[0], found.penetration[1]));
+        << fmt::format(
+               "every contact point to {:.1e} (|D - c|, over {} points); force and its reaction "
+               "cancel to {:.1e} of the force, surfaces penetrate each other by {:.1e} m.\n\n",
+               apart, found.contacts.size(), (a.force + b.force).norm() / a.force.norm(),
+               std::max(found.penetration[0], found.penetration[1]));
 
     const DeformedLayer left = deformed(both, 0, found);
     const auto normal_near = [&](double rho) {
@@ -183,13 +184,11 @@ void invariants(std::ostream& out)
 
 void volume_table(std::ostream& out)
 {
-    out << "## Volume and surface\n\nA ball against 4/3 pi r^3, two blended balls against the "
-           "finest row, and how far the faces of the seeds' own mesh are from the surface "
-           "(largest, "
-           "at their middles, m; balls of radius 0.5, 0.8 apart).\n\n| seeds | ball, volume error "
-           "| "
-           "two balls, volume error | order | surface distance | order | walk ms | preview mesh ms "
-           "|\n|--:|--:|--:|--:|--:|--:|--:|--:|\n";
+    out << "## Volume and surface\n\nErrors of the volume of a ball (against 4/3 pi r^3) and of "
+           "two blended balls (against the finest row), and the largest distance of the preview "
+           "mesh's faces from the surface, at their centres (m; balls of radius 0.5, 0.8 "
+           "apart).\n\n| seeds | ball, volume error | two balls, volume error | order | surface "
+           "distance | order | walk ms | preview mesh ms |\n|--:|--:|--:|--:|--:|--:|--:|--:|\n";
     const Contribution soft{.thickness = 0.5, .stiffness = 2, .radius = 1.2, .stiffening = 0.3};
     Transform turn = Transform::Identity();
     turn.rotate(Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()));
@@ -201,7 +200,7 @@ void volume_table(std::ostream& out)
         const double ball = Balls({Vec3::Zero()}, soft, spacing).walk.volume();
         Balls blend(two, soft, spacing, turn);
         const double error = std::abs(blend.walk.volume() / reference - 1);
-        const geometry::TriMesh mesh = preview_mesh(blend.seeds, blend.walk);
+        const geometry::TriMesh mesh = preview_mesh(blend.samples, blend.walk);
         double distance = 0;
         for (const geometry::Triangle& t : mesh.triangles()) {
             if (!(blend.walk.valid[t[0]] && blend.walk.valid[t[1]] && blend.walk.valid[t[2]])) {
@@ -214,11 +213,11 @@ void volume_table(std::ostream& out)
             distance = std::max(distance, std::abs(at.f - 1) / at.gradient.norm());
         }
         const double walk_ms = milliseconds([&] {
-            blend.walk = physics::walk(blend.field, blend.seeds, blend.frames, &blend.walk);
+            blend.walk = physics::walk(blend.field, blend.samples, blend.frames, &blend.walk);
         });
-        const double mesh_ms = milliseconds([&] { preview_mesh(blend.seeds, blend.walk); });
+        const double mesh_ms = milliseconds([&] { preview_mesh(blend.samples, blend.walk); });
         out << fmt::format("| {} | {:.1e} | {:.2e} | {} | {:.2e} | {} | {:.2f} | {:.2f} |\n",
-                           blend.seeds.count(), std::abs(ball / exact - 1), error,
+                           blend.samples.count(), std::abs(ball / exact - 1), error,
                            order(last, error, 2), distance, order(last_distance, distance, 2),
                            walk_ms, mesh_ms);
         last = error;
@@ -231,14 +230,12 @@ void volume_table(std::ostream& out)
 // and of normal from one weight to the next, and the largest jump of the gradient in space.
 void fusion_table(std::ostream& out)
 {
-    out << "## Fusion\n\nTwo balls of 0.1 m, 0.18 m apart, go from two parts to one as their "
-           "link's weight goes from 0 to 1 in equal steps. Largest change over a step of the place "
-           "of the surface (of the thickness) and of its normal, on 2,000 rays; and the largest "
-           "jump "
-           "of the gradient over 2e-8 m across the middle, relative. (The plain largest group of "
-           "the "
-           "paper jumps there by 1.8.)\n\n| steps | surface, of e | normal, rad | gradient jump |\n"
-           "|--:|--:|--:|--:|\n";
+    out << "## Fusion\n\nTwo balls of 0.1 m, 0.18 m apart, fuse while the weight of their link "
+           "goes from 0 to 1 in equal steps. The columns are the largest change per step of the "
+           "position of the surface (as a share of the thickness) and of its normal, on 2,000 "
+           "rays, and the largest relative jump of the gradient over 2e-8 m across the middle. "
+           "(With the largest group of the paper, the gradient jumps there by 1.8.)\n\n| steps | "
+           "surface, of e | normal, rad | gradient jump |\n|--:|--:|--:|--:|\n";
     ImplicitLayer layer;
     layer.skeletons = {{.kind = SkeletonKind::point, .points = {{-0.09, 0, 0}}},
                        {.kind = SkeletonKind::point, .points = {{0.09, 0, 0}}}};
@@ -296,10 +293,10 @@ int main(int argc, char** argv)
     std::ofstream file;
     if (argc > 1) file.open(argv[1]);
     std::ostream& out = argc > 1 ? file : std::cout;
-    out << "# Implicit layers: error against seeds and time\n\n"
-           "Written by `implicit_error_bench docs/implicit-error.md`; medians of 7 runs on the "
-           "machine at hand. The "
-           "formulas stand in physics/layer_contact.hpp, contact_border.hpp and seeds.hpp.\n\n";
+    out << "# Implicit layers: error against seeds and time\n\nWritten by `implicit_error_bench "
+           "docs/implicit-error.md`; medians of 7 runs on one machine. Seeds are the samples of a "
+           "surface. The formulas are in physics/layers/layer_contact.hpp, "
+           "layer_contact_border.hpp and surface_samples.hpp.\n\n";
     contact_table(out);
     invariants(out);
     volume_table(out);

@@ -1,9 +1,12 @@
 // Lattice shape matching, a particle and step at a time, beside Bullet's soft bodies on the same
 // lattice where Bullet is found.
 
-#include "geometry/cubes.hpp"
-#include "geometry/plane.hpp"
-#include "physics/torn_regions.hpp"
+#include "geometry/cubes/cubes.hpp"
+#include "geometry/cubes/plane.hpp"
+#include "physics/lattice/lattice.hpp"
+#include "physics/lattice/torn_regions.hpp"
+#include "physics/regions/find_regions.hpp"
+#include "physics/regions/region_sums.hpp"
 
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>

@@ -2,7 +2,9 @@
 // implicit step.
 //   layered_bullet_bench [docs/layered-bullet.md]
 
-#include "physics/layered.hpp"
+#include "physics/layered_bodies/layered_body.hpp"
+#include "physics/layered_bodies/layered_moment.hpp"
+#include "physics/layered_bodies/layered_step.hpp"
 
 #include <fmt/format.h>
 
@@ -287,37 +289,35 @@ int main(int argc, char** argv)
     std::ofstream file;
     if (argc > 1) file.open(argv[1]);
     std::ostream& out = argc > 1 ? file : std::cout;
-    out << "# Rigid bodies under layers: Bullet or the implicit step\n\n"
-           "`Layered` has a parameter, `rigid_bodies`:\n\n"
-           "- `implicit` (as it is unless one says otherwise) solves rigid bodies, hinges, "
-           "springs, "
-           "particles, cubes and contact in one backward Euler step. It holds at any stiffness and "
-           "any step, and swallows bounces. Take it for whatever falls, leans, is worked by tools "
-           "or lies in heaps, and for all that is not rigid.\n"
-           "- `bullet` lets Bullet move the rigid bodies and their hinges, with the layers' forces "
-           "from outside. It keeps bounces, swings and tumbling, and takes as many steps as the "
-           "stiffness of the contact wants, 0.3 radians of its fastest swing in each. Take it "
-           "for balls that bounce, for what is thrown, swings or spins. What wants more than 64 "
-           "times the steps that one asked for is weakened until they do, and the log says so.\n\n"
-           "Written by `layered_bullet_bench docs/layered-bullet.md` on the machine at hand. Each "
-           "row is a second of motion in frames of one step, where no more are needed. Energy is "
-           "that of motion and height, as a share of what there was: what a layer stores while it "
-           "is pressed is not counted, so more than 1 is made from nothing. A star: the report "
+    out << "# Rigid bodies under layers: Bullet or the implicit step\n\n`Layered` has a parameter, "
+           "`rigid_bodies`:\n\n- `implicit` (the default) solves rigid bodies, hinges, springs, "
+           "particles, cubes and contact in one backward Euler step. It is stable at any stiffness "
+           "and any step, but loses bounces. Use it for bodies that fall, lean, lie in heaps or "
+           "are worked by tools, and for all bodies that are not rigid.\n- `bullet` lets Bullet "
+           "move the rigid bodies and their hinges, with the forces of the layers as external "
+           "forces. It keeps bounces, swings and tumbling. It takes as many steps as the stiffness "
+           "of the contact needs: 0.3 radians of the fastest oscillation in each. Use it for "
+           "bodies that bounce, are thrown, swing or spin. Contacts that need more than 64 times "
+           "the requested steps are weakened until they do not, and the log warns.\n\nWritten by "
+           "`layered_bullet_bench docs/layered-bullet.md` on one machine. Each row is a second of "
+           "motion, in frames of one step unless more are needed. Energy is the kinetic and "
+           "potential energy, as a share of the initial energy. What a pressed layer stores is not "
+           "counted, so a value above 1 is energy that the method creates. A star: the report "
            "warned that forces were weakened.\n\n";
     falls(out, "A ball dropped on the ground",
-          "4 kg, a layer of 10 cm, K = 1e8 Pa, dropped by 20 cm, one second. Nothing rubs: the "
-          "exact ball bounces back to where it was let go.",
+          "4 kg, a layer of 10 cm, K = 1e8 Pa, dropped by 20 cm, one second. There is no friction: "
+          "an exact ball bounces back to its initial height.",
           ball_on_ground());
     falls(out, "A forearm dropped on the ground",
-          "That of graphs/figure_falls.json: K = 4e5 Pa, friction, tilted, dropped from half a "
-          "metre, one second.",
+          "The forearm of graphs/figure_falls.json: K = 4e5 Pa, friction, tilted, dropped from "
+          "half a metre, one second.",
           forearm_on_ground());
     flights(out, "Two limbs on a hinge, struck by a ball",
-            "The same matter, no gravity, one second. The blow itself loses energy by friction.",
+            "The same material, no gravity, one second. The impact loses energy by friction.",
             limbs_on_hinge(true));
     flights(out, "Two limbs on a hinge, alone",
-            "Nothing touches: rigid bodies and a joint. They turn and fold for a second; the exact "
-            "ones keep their energy.",
+            "No contact: rigid bodies and a joint. They rotate and fold for a second; exact bodies "
+            "keep their energy.",
             limbs_on_hinge(false));
     return out.good() ? 0 : 1;
 }

@@ -1,9 +1,9 @@
 // Reading and writing mesh files, beside assimp alone on the same file in the same run. What is on
 // top of assimp: a process of its own, the way back of the data, welding and normals.
 
-#include "geometry/primitive.hpp"
-#include "geometry/read_mesh.hpp"
-#include "geometry/write_mesh.hpp"
+#include "geometry/io/read_mesh.hpp"
+#include "geometry/io/write_mesh.hpp"
+#include "geometry/mesh/primitive.hpp"
 
 #include <assimp/Importer.hpp>
 #include <assimp/postprocess.h>

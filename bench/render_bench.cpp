@@ -1,10 +1,10 @@
 // Pictures a second, beside what each part of one costs. The model is a published bridge where its
 // file is, else a ball of 82k triangles.
 
-#include "geometry/primitive.hpp"
-#include "geometry/read_mesh.hpp"
+#include "geometry/io/read_mesh.hpp"
+#include "geometry/mesh/primitive.hpp"
 #include "render/draw.hpp"
-#include "render/draw_list.hpp"
+#include "render/make_draw_list.hpp"
 #include "render/png.hpp"
 #include "render/surface_layout.hpp"
 
@@ -120,7 +120,7 @@ BENCHMARK(TwoPicturesAtOnce)->Unit(benchmark::kMillisecond)->UseRealTime()->Meas
 void DrawList(benchmark::State& state)
 {
     for (auto _ : state) {
-        benchmark::DoNotOptimize(render::draw_list(shot().scene, shot().camera, shot().look));
+        benchmark::DoNotOptimize(render::make_draw_list(shot().scene, shot().camera, shot().look));
     }
 }
 BENCHMARK(DrawList)->Unit(benchmark::kMillisecond)->UseRealTime();

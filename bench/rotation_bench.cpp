@@ -1,7 +1,7 @@
 // Rotations of 3x3 matrices: the batch kernel, warm and cold, against Eigen's decompositions.
 
-#include "geometry/random.hpp"
-#include "physics/rotation.hpp"
+#include "geometry/base/random.hpp"
+#include "physics/math/rotation.hpp"
 
 #include <benchmark/benchmark.h>
 

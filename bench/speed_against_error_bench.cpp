@@ -11,12 +11,12 @@
 //   swing      a soft beam falls from level and swings: distance from the finest bricks at all
 //              frames, over how far those went
 
-#include "geometry/plane.hpp"
-#include "physics/bricks.hpp"
-#include "physics/choose_corners.hpp"
-#include "physics/lattice.hpp"
-#include "physics/modes.hpp"
-#include "physics/springs.hpp"
+#include "geometry/cubes/plane.hpp"
+#include "physics/bricks/bricks.hpp"
+#include "physics/bricks/springs.hpp"
+#include "physics/lattice/lattice.hpp"
+#include "physics/modal/modes.hpp"
+#include "physics/state/choose_corners.hpp"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -460,7 +460,7 @@ std::string soonest(const std::vector<Result>& results)
                                     milliseconds(found->ms))
                       : "none";
     }
-    return "Soonest " + text + ".";
+    return "Fastest " + text + ".";
 }
 
 struct Page {
@@ -581,13 +581,14 @@ void beam_cases(Page& page)
     const Beam beam{2, 0.1, 1, rubber};
     page.plot(
         "speed-sag", "A cantilever's sag", "ms until settled",
-        fmt::format("Length 2 m, square of 0.1 m with n cubes across, E = 1 MPa, nu = 0.3, "
-                    "{} N at its tip: Timoshenko's beam sags {:.6g} m. Critically damped until "
-                    "it stands still; the cost of `modal` is that of finding its modes.",
+        fmt::format("Length 2 m, square of 0.1 m with n cubes across, E = 1 MPa, nu = 0.3, {} N at "
+                    "its tip: Timoshenko's beam sags {:.6g} m. The beam is critically damped until "
+                    "it stands still. The cost of `modal` is that of computing its modes.",
                     load, beam.tip(load)),
         sags);
     page.plot("speed-vibration", "Its first frequency", "ms a frame of 1/24 s",
-              fmt::format("Let go from there, undamped: {:.5g} Hz.", beam.frequency()), rings);
+              fmt::format("Released from there, without damping: {:.5g} Hz.", beam.frequency()),
+              rings);
 }
 
 // Corners at the rim of a round plate, and the top one in its middle.
@@ -701,16 +702,17 @@ void plate_case(Page& page)
             measure(cubes, mover, wide);
         }
     }
-    page.plot("speed-plate", "A clamped circular plate", "ms until settled",
-              fmt::format("Radius 1 m, thickness 0.05 m, E = 1 MPa, nu = 0.3, {} N in its middle: "
-                          "the thin plate sags {:.5g} m. Its rim is a stair of cubes or cells of "
-                          "edge h, which alone changes the sag by some h / a. The solid "
-                          "lattice's Poisson ratio is 0, which alone adds 10 %; a plane's bending "
-                          "knows it. Regions of a plane see curvature as blurred as they are wide, "
-                          "and of a single corner out of the sheet the less the wider they are: a "
-                          "load at a point makes a dimple of w cells.",
-                          load, expected),
-              results);
+    page.plot(
+        "speed-plate", "A clamped circular plate", "ms until settled",
+        fmt::format(
+            "Radius 1 m, thickness 0.05 m, E = 1 MPa, nu = 0.3, {} N in its middle: the thin plate "
+            "sags {:.5g} m. Its rim is stepped, of cubes or cells of edge h, which alone changes "
+            "the sag by about h / a. The Poisson ratio of the solid lattice is 0, which alone adds "
+            "10 %; the bending of a plane includes it. Regions of a plane blur curvature over "
+            "their width, and the wider they are, the less they resist the motion of a single "
+            "corner out of the sheet: a point load makes a dimple of w cells.",
+            load, expected),
+        results);
     page.plot(
         "speed-plate-broad", "The same plate under a broad load", "ms until settled",
         fmt::format("The same {} N evenly over a disc of radius c = {:g} m: no dimple. w = P / "
@@ -789,13 +791,15 @@ void swing_case(Page& page)
             }
         }
     }
-    page.plot("speed-swing", "A soft beam falls and swings", "ms a frame of 1/24 s",
-              "1.2 m x 0.1 m x 0.1 m, E = 0.3 MPa, held level at one end and let go under gravity: "
-              "two seconds of large motion, in which modes, which are straight lines, have nothing "
-              "to say of the turning. The error is the distance of the corners that all "
-              "share, root mean square over them and 48 frames, from bricks of a third of the edge "
-              "at 24 steps a frame, over how far those went.",
-              results);
+    page.plot(
+        "speed-swing", "A soft beam falls and swings", "ms a frame of 1/24 s",
+        "1.2 m x 0.1 m x 0.1 m, E = 0.3 MPa, held level at one end and released under gravity: two "
+        "seconds of large motion. Modes move along straight lines and cannot represent its "
+        "rotation. The reference is a model of bricks of a third of the edge, with 24 steps a "
+        "frame. The error "
+        "is the distance from it of the corners that all models share, root mean square over these "
+        "corners and 48 frames, divided by how far the reference moved.",
+        results);
 }
 
 }  // namespace
@@ -809,9 +813,9 @@ int main(int argc, char** argv)
     std::filesystem::create_directories(page.folder);
     page.text = fmt::format(
         "# Speed against error\n\nEvery method on the same reference cases, in one run; times are "
-        "processor time on one thread ({}). `bench/speed_against_error` writes this page anew. An "
-        "error above zero is too soft or too fast a motion for a sag, and too high for a "
-        "frequency. `aspic study` draws the same picture of any scene of yours.\n\n",
+        "processor time on one thread ({}). `bench/speed_against_error` writes this page. A "
+        "positive error of a sag means that the model is too soft; a positive error of a "
+        "frequency, that it is too high. `aspic study` makes such a plot of any scene.\n\n",
         processor());
     beam_cases(page);
     plate_case(page);

@@ -1,13 +1,13 @@
 // Mesh to cubes and back, against peers in the same run where they are installed.
 // The mesh: a closed bumpy sphere of 81,920 triangles, made here.
 
-#include "geometry/components.hpp"
-#include "geometry/embed.hpp"
-#include "geometry/parallel.hpp"
-#include "geometry/sample_volume.hpp"
-#include "geometry/surface_cells.hpp"
-#include "geometry/triangle_bvh.hpp"
-#include "geometry/voxelize.hpp"
+#include "geometry/base/parallel.hpp"
+#include "geometry/cells/surface_cells.hpp"
+#include "geometry/cubes/components.hpp"
+#include "geometry/cubes/sample_volume.hpp"
+#include "geometry/cubes/voxelize.hpp"
+#include "geometry/embed/embed.hpp"
+#include "geometry/mesh/triangle_bvh.hpp"
 #include "tests/geometry/test_meshes.hpp"
 
 #include <benchmark/benchmark.h>
@@ -68,7 +68,7 @@ void surface_cells_of_sphere(benchmark::State& state)
     const VoxelGrid grid = grid_at(sphere(), static_cast<int>(state.range(0)));
     std::size_t cells = 0;
     for (auto _ : state) {
-        cells = surface_cells(to_lattice(sphere(), grid), Touch::half_open).count();
+        cells = surface_cells(to_lattice(sphere(), grid), CellShape::half_open).count();
     }
     state.counters["cells"] = static_cast<double>(cells);
 }

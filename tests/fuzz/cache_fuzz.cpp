@@ -1,7 +1,8 @@
 // Any bytes in the disk cache: a miss or a value, never a crash. The first byte says where they
-// stand: as a whole file (headers and checksums), or inside of one whose checksums are right.
+// stand: as a whole file (headers and checksums), or inside of one whose checksums are right; and
+// whether two files stand under each other's names.
 
-#include "runtime/disk_cache.hpp"
+#include "runtime/cache/disk_cache.hpp"
 #include "tests/runtime/toys.hpp"
 
 namespace {
@@ -28,8 +29,8 @@ struct Cache {
         result->values = {graph::Value::of(std::move(numbers)), graph::Value::of(1.0)};
         cache.store({1, 1}, result);
         cache.flush();
-        list("3/records", records);
-        list("3/contents", contents);
+        list("4/records", records);
+        list("4/contents", contents);
     }
     void list(const char* name, std::vector<fs::path>& files)
     {
@@ -66,11 +67,19 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         write(content, bytes);
         break;
     case 2:
-        runtime::write_cache_file(record, FileKind::record, bytes);
+        runtime::write_cache_file(record, FileKind::record, {{1, 1}}, bytes);
         break;
     case 3:
-        runtime::write_cache_file(content, FileKind::content, bytes);
+        runtime::write_cache_file(content, FileKind::content,
+                                  {runtime::DiskCache::key_of_file(content)}, bytes);
         break;
+    }
+    if ((data[0] & 64) != 0) {
+        const fs::path& other = (data[0] & 128) != 0 ? record : cache.contents[0];
+        const fs::path between = cache.folder.path / "between";
+        fs::rename(other, between);
+        fs::rename(cache.contents[1], other);
+        fs::rename(between, cache.contents[1]);
     }
     runtime::DiskCache disk(cache.folder.path, std::uintmax_t{1} << 30, nullptr);
     if (const runtime::SharedResult found = disk.load({1, 1}, type())) {

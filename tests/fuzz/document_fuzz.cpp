@@ -1,9 +1,9 @@
 // Any bytes as a graph document: problems, never a crash, and what loads can be evaluated,
 // compared and formatted.
 
-#include "graph/difference.hpp"
-#include "graph/evaluate.hpp"
-#include "graph/format.hpp"
+#include "graph/document/evaluate.hpp"
+#include "graph/tools/difference.hpp"
+#include "graph/tools/format.hpp"
 #include "tests/graph/toys.hpp"
 
 #include <cstdlib>

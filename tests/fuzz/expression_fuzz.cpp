@@ -1,6 +1,6 @@
 // Any text as an expression: an ExpressionError or a number, never a crash.
 
-#include "graph/expression.hpp"
+#include "graph/document/expression.hpp"
 
 #include <string>
 

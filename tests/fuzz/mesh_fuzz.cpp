@@ -1,8 +1,8 @@
 // Any bytes as what the importer hands over, or as a PLY file: a mesh that is consistent, or an
 // exception, never a crash. (assimp itself runs in a process of its own, whose end is an error.)
 
-#include "geometry/read_mesh.hpp"
-#include "geometry/read_ply.hpp"
+#include "geometry/io/assemble_mesh.hpp"
+#include "geometry/io/read_ply.hpp"
 
 #include <cstdlib>
 
@@ -10,7 +10,7 @@ namespace {
 
 void check(const geometry::ImportedScene& scene)
 {
-    const geometry::TriMesh mesh = geometry::assemble(scene).mesh;
+    const geometry::TriMesh mesh = geometry::assemble_mesh(scene).mesh;
     for (const geometry::Triangle& t : mesh.triangles()) {
         for (const auto v : t) {
             if (v >= mesh.positions.size()) std::abort();

@@ -3,10 +3,10 @@
 // Meshes of many kinds, sound and broken, for tests that hold for all of them; and what is asked of
 // every mesh.
 
-#include "geometry/measure.hpp"
-#include "geometry/merge.hpp"
-#include "geometry/primitive.hpp"
-#include "geometry/transform.hpp"
+#include "geometry/mesh/measure.hpp"
+#include "geometry/mesh/merge.hpp"
+#include "geometry/mesh/primitive.hpp"
+#include "geometry/mesh/transform.hpp"
 
 #include <gtest/gtest.h>
 

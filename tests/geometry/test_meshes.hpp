@@ -2,8 +2,8 @@
 
 // Meshes that tests and benchmarks make in code.
 
-#include "geometry/mesh.hpp"
-#include "geometry/random.hpp"
+#include "geometry/base/random.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <cmath>
 #include <map>
@@ -121,6 +121,14 @@ inline TriMesh random_soup(std::uint32_t count, std::uint64_t seed, double size 
         t.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     }
     return mesh_of(std::move(p), std::move(t));
+}
+
+// Every face turned round.
+inline geometry::TriMesh inside_out(const geometry::TriMesh& mesh)
+{
+    auto triangles = mesh.triangles();
+    for (auto& t : triangles) std::swap(t[1], t[2]);
+    return mesh_of(mesh.positions, triangles);
 }
 
 }  // namespace test_meshes

@@ -2,7 +2,7 @@
 
 // Shared content in memory, named by its place.
 
-#include "graph/codec.hpp"
+#include "graph/types/codec.hpp"
 
 #include <memory>
 #include <string>

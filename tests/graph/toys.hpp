@@ -2,8 +2,10 @@
 
 // A small registry of toy node types, for tests of what is true of any node types.
 
-#include "graph/document.hpp"
-#include "graph/standard_wires.hpp"
+#include "graph/document/document.hpp"
+#include "graph/types/node_builder.hpp"
+#include "graph/types/standard_wires.hpp"
+#include "graph/types/wire_type.hpp"
 
 namespace toys {
 
@@ -99,7 +101,7 @@ inline graph::Registry make_registry()
 {
     graph::Registry r;
     r.add("Mill", 1, mill)
-        .summary("Grinds grain.")
+        .summary("Grinds grain.", {"flour maker", "mix"})
         .param("weight", &MillIn::weight, "Of a sack.", {.min = 0, .max = 100, .unit = "kg"})
         .param("sacks", &MillIn::sacks, "How many sacks.", {.min = 1, .max = 1000})
         .param("sieve", &MillIn::sieve, "Whether the bran goes.")
@@ -111,7 +113,7 @@ inline graph::Registry make_registry()
         .output("dough", &MillOut::dough, "All the flour.")
         .output("crumbs", &MillOut::crumbs, "What was left over.");
     r.add("Knead", 1, knead)
-        .summary("Works the dough.")
+        .summary("Works the dough.", {"mix"})
         .input("dough", &KneadIn::dough, "What to work.")
         .input("salt", &KneadIn::salt, "What to strew in.", graph::Need::optional)
         .list(

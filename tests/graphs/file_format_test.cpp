@@ -1,6 +1,6 @@
 // The examples in docs/file-format.md are documents that load.
 
-#include "graph/document.hpp"
+#include "graph/document/document.hpp"
 #include "nodes/registry.hpp"
 
 #include <gtest/gtest.h>

@@ -2,10 +2,11 @@
 // They are no part of the project: a test whose model is not on the machine skips, and says so.
 
 #include "nodes/registry.hpp"
-#include "runtime/command_line.hpp"
+#include "runtime/commands/command_line.hpp"
 #include "tests/geometry/files.hpp"
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <sstream>
 

@@ -1,16 +1,24 @@
-// Every scene in graphs/ loads, cooks and keeps the promises of its own `expect` block.
+// Every scene in graphs/ and graphs/shots/ loads, cooks and meets its own `expect` block. The
+// assets in graphs/assets/ are parts of scenes and cook with them.
 
 #include "nodes/registry.hpp"
-#include "runtime/command_line.hpp"
+#include "runtime/commands/command_line.hpp"
+
+#include <gtest/gtest.h>
 
 #include <regex>
 #include <sstream>
 
+// Paths below graphs/, without ending.
 static std::vector<std::string> scenes()
 {
+    const std::filesystem::path graphs = ASPIC_SOURCE_DIR "/graphs";
     std::vector<std::string> out;
-    for (const auto& entry : std::filesystem::directory_iterator(ASPIC_SOURCE_DIR "/graphs")) {
-        if (entry.path().extension() == ".json") out.push_back(entry.path().stem().string());
+    for (const auto& folder : {graphs, graphs / "shots"}) {
+        for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+            if (entry.path().extension() != ".json") continue;
+            out.push_back(entry.path().lexically_relative(graphs).replace_extension().string());
+        }
     }
     std::sort(out.begin(), out.end());
     return out;
@@ -18,7 +26,7 @@ static std::vector<std::string> scenes()
 
 class Scene : public testing::TestWithParam<std::string> {};
 
-TEST_P(Scene, KeepsItsPromises)
+TEST_P(Scene, MeetsItsExpectations)
 {
     std::ostringstream out, err;
     runtime::Console console{out, err, false, {}, {}, "test"};
@@ -27,11 +35,14 @@ TEST_P(Scene, KeepsItsPromises)
         runtime::run_command_line({"check", file, "--no-disk-cache"}, nodes::registry(), console),
         runtime::exit_ok)
         << out.str() << err.str();
-    // A scene that promises nothing could not fail.
+    // A scene without expectations could not fail.
     EXPECT_TRUE(
         std::regex_search(out.str() + err.str(), std::regex("all [0-9]+ expectations? met")))
         << out.str() << err.str();
 }
 
-INSTANTIATE_TEST_SUITE_P(Graphs, Scene, testing::ValuesIn(scenes()),
-                         [](const auto& scene) { return scene.param; });
+INSTANTIATE_TEST_SUITE_P(Graphs, Scene, testing::ValuesIn(scenes()), [](const auto& scene) {
+    std::string name = scene.param;
+    std::replace(name.begin(), name.end(), '/', '_');
+    return name;
+});

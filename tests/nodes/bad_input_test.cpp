@@ -2,7 +2,7 @@
 // Simulate and Embed gives a clear error or a sane result, never a crash or a frame that is not
 // finite.
 
-#include "geometry/measure.hpp"
+#include "geometry/mesh/measure.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/nodes/one_node.hpp"
 
@@ -147,7 +147,7 @@ void expect_clear_or_sane_by_all_routes(const files::fs::path& path)
 const std::string box = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
                         "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
-TEST(BadInput, FilesThatHoldNothingAreRefusedByReadMesh)
+TEST(BadInput, ReadMeshRefusesFilesWithoutAMesh)
 {
     const files::Folder folder;
     const std::map<std::string, std::string> all{
@@ -170,7 +170,7 @@ TEST(BadInput, FilesThatHoldNothingAreRefusedByReadMesh)
     EXPECT_NE(chain(folder.path / "missing.obj").error.find("no file"), std::string::npos);
 }
 
-TEST(BadInput, FacesWithoutAreaATriangleAndAPoint)
+TEST(BadInput, DegenerateFacesASingleTriangleAndPoints)
 {
     const files::Folder folder;
     for (const char* text : {
@@ -196,7 +196,7 @@ TEST(BadInput, ASingleTriangleIsSimulated)
     EXPECT_TRUE(geometry::all_finite(out.moved));
 }
 
-TEST(BadInput, VerticesThatAreNotFiniteCostTheirFacesOnly)
+TEST(BadInput, NonFiniteVerticesDropOnlyTheirFaces)
 {
     const files::Folder folder;
     std::string text = box;
@@ -232,7 +232,7 @@ TEST(BadInput, AModelFarFromTheOrigin)
         folder.write("a.obj", text + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"));
 }
 
-TEST(BadInput, AllCornersPinnedStay)
+TEST(BadInput, ABodyWithAllCornersPinnedStaysAtRest)
 {
     const files::Folder folder;
     Chain chain;
@@ -243,7 +243,7 @@ TEST(BadInput, AllCornersPinnedStay)
     EXPECT_LT(geometry::displacement(out.moved, out.rest).largest, 1e-6);
 }
 
-TEST(BadInput, NothingPinnedFallsFreely)
+TEST(BadInput, ABodyWithoutPinsFallsFreely)
 {
     const files::Folder folder;
     Chain chain;
@@ -257,7 +257,7 @@ TEST(BadInput, NothingPinnedFallsFreely)
     EXPECT_NEAR(out.fallen.z(), 0, 1e-6);
 }
 
-TEST(BadInput, NoCubesAtAll)
+TEST(BadInput, AnEmptySetOfCubes)
 {
     const Value none = Value::of(geometry::Cubes{});
     NodeRun component("ConnectedComponent");
@@ -293,6 +293,65 @@ TEST(BadInput, AnEmptyMeshOnAWire)
         EXPECT_NE(out.error, "");
         expect_clear_or_sane(out);
     }
+}
+
+TEST(BadInput, AScaleBeyondTheRangeOfCoordinatesIsRefused)
+{
+    NodeRun shape("Primitive"), move("Transform");
+    move.inputs["mesh"] = {shape.run()};
+    move.param("scale").is = std::array<double, 3>{1e300, 1, 1};
+    try {
+        move.run();
+        FAIL() << "was moved to infinity";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("below 3.4e38 m"), std::string::npos)
+            << error.what();
+    }
+    move.param("scale").is = std::array<double, 3>{1e30, 1, 1};
+    EXPECT_TRUE(geometry::all_finite(*move.run().as<TriMesh>()));
+}
+
+TEST(BadInput, AModelTooFarAwayForItsCoordinatesIsNamed)
+{
+    // At 1e7 m floats are 1 m apart: both ends of the cube of 0.8 m become 1e7.
+    NodeRun shape("Primitive"), move("Transform"), voxelize("Voxelize");
+    move.inputs["mesh"] = {shape.run()};
+    move.param("scale").is = std::array<double, 3>{0.8, 0.8, 0.8};
+    move.param("translate").is = std::array<double, 3>{1e7, 1e7, 1e7};
+    voxelize.inputs["mesh"] = {move.run()};
+    voxelize.param("method").is = std::string("solid");
+    try {
+        voxelize.run();
+        FAIL() << "was voxelized";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(
+            std::string(error.what()).find("rounded to steps of 1.19 m: move it to the origin"),
+            std::string::npos)
+            << error.what();
+    }
+}
+
+TEST(BadInput, APointCloudIsSampledAndVoxelized)
+{
+    TriMesh cloud;
+    for (int i = 0; i < 4; ++i) cloud.positions.emplace_back(float(i) + 0.5f, 0.5f, 0.5f);
+    cloud.positions.emplace_back(NAN, 0, 0);
+    NodeRun sample("Sample"), voxelize("Voxelize");
+    sample.inputs["mesh"] = {Value::of(TriMesh(cloud))};
+    const Value points = sample.run();
+    EXPECT_EQ(points.as<geometry::Samples>()->positions.size(), 4u);
+    voxelize.inputs["points"] = {points};
+    voxelize.param("size").is = 1.0;
+    voxelize.param("align").is = std::string("origin");
+    const auto cubes = voxelize.run().as<geometry::Cubes>();
+    EXPECT_EQ(cubes->count(), 4u);
+    // Full cubes of 1 m^3, of 1000 kg/m^3; or as heavy together as is said.
+    EXPECT_NEAR(geometry::total_mass(*cubes), 4000, 1e-3);
+    sample.param("mass").is = std::string("total");
+    sample.param("total_mass").is = 7.0;
+    voxelize.inputs["points"] = {sample.run()};
+    const auto light = voxelize.run().as<geometry::Cubes>();
+    EXPECT_NEAR(geometry::total_mass(*light), 7, 1e-5);
 }
 
 }  // namespace

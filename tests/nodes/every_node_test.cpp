@@ -1,6 +1,7 @@
 // What every node promises, asked of every node there is. A new node is covered the day its file is
 // added: nothing here names one.
 
+#include "graph/types/encoder.hpp"
 #include "nodes/registry.hpp"
 #include "nodes/wire_types.hpp"
 #include "tests/geometry/files.hpp"
@@ -59,8 +60,9 @@ template <class See> void every_param(const std::vector<Param>& params, const Se
 // Calls see(type, params, param) for every parameter of every node.
 template <class See> void every_param_of_every_node(const See& see)
 {
-    for (const auto& [name, type] : nodes::registry().types()) {
-        SCOPED_TRACE(name);
+    for (const auto& entry : nodes::registry().types()) {
+        const NodeType& type = entry.second;
+        SCOPED_TRACE(entry.first);
         every_param(type.params, [&](const std::vector<Param>& siblings, const Param& p) {
             SCOPED_TRACE(p.name);
             see(type, siblings, p);
@@ -119,7 +121,7 @@ TEST(EveryNode, NamesItsPortsAndParametersOnceAndInSnakeCase)
         });
 }
 
-TEST(EveryNode, GivesUnitsThatPeopleKnowAndAnglesInDegrees)
+TEST(EveryNode, UsesKnownUnitsAndAnglesInDegrees)
 {
     // Products and quotients of unit symbols and whole powers: "m", "kg/m^3", "m/s^2", "N s/m".
     static const std::regex unit("([a-zA-Z%]+(\\^[0-9])?)([ /][a-zA-Z]+(\\^[0-9])?)*|1/[a-z]+");
@@ -204,7 +206,7 @@ TEST(EveryNode, ShowsParametersByChoicesThatExist)
     });
 }
 
-TEST(EveryNode, RefersOnlyToWhatItHas)
+TEST(EveryNode, RefersOnlyToItsOwnPortsAndParameters)
 {
     for (const auto& [name, type] : nodes::registry().types()) {
         SCOPED_TRACE(name);
@@ -223,7 +225,7 @@ TEST(EveryNode, RefersOnlyToWhatItHas)
     }
 }
 
-TEST(EveryNode, CanBeReachedFromNodesThatNeedNothing)
+TEST(EveryNode, CanGetItsRequiredInputsFromOtherNodes)
 {
     std::set<std::string> wires, reached;
     for (std::size_t before = 1; before != reached.size();) {
@@ -243,7 +245,7 @@ TEST(EveryNode, CanBeReachedFromNodesThatNeedNothing)
     }
 }
 
-TEST(EveryNode, ThatWritesFilesSaysWhereAndHandsThemOn)
+TEST(EveryNode, ThatWritesFilesHasAPathAndAFileOutput)
 {
     for (const auto& [name, type] : nodes::registry().types()) {
         if (!type.sink) continue;
@@ -389,7 +391,7 @@ TEST(EveryNode, RunsWithItsDefaultsOrSaysWhyNot)
     }
 }
 
-TEST(EveryNode, GivesTheSameBytesAgainAndOnOneThread)
+TEST(EveryNode, GivesTheSameBytesTwiceAndOnOneThread)
 {
     for (const auto& [name, type] : nodes::registry().types()) {
         SCOPED_TRACE(name);

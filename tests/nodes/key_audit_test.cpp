@@ -2,10 +2,14 @@
 // link, declared variable or byte of a file, and the key is another; change what a node cannot see,
 // and it is the same. A new node is covered the day its file is added: nothing here names one.
 
-#include "graph/document.hpp"
+#include "graph/document/document.hpp"
 #include "nodes/registry.hpp"
-#include "runtime/keys.hpp"
+#include "runtime/cook/keys.hpp"
 #include "tests/geometry/files.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace {
 
@@ -148,7 +152,7 @@ void each_change(const Param& p, ParamValue& value, const std::function<void()>&
     }
 }
 
-TEST(KeyAudit, EveryValueOfEveryParameterCounts)
+TEST(KeyAudit, EveryValueOfEveryParameterChangesTheKey)
 {
     std::size_t changes = 0;
     each_type([&](const NodeType& type) {
@@ -166,7 +170,7 @@ TEST(KeyAudit, EveryValueOfEveryParameterCounts)
     EXPECT_GT(changes, 200u);
 }
 
-TEST(KeyAudit, AnAnimatedParameterCountsByItsValueAtTheFrame)
+TEST(KeyAudit, AnAnimatedParameterChangesTheKeyByItsValueAtTheFrame)
 {
     each_type([&](const NodeType& type) {
         for (std::size_t i = 0; i < type.params.size(); ++i) {
@@ -191,7 +195,7 @@ TEST(KeyAudit, AnAnimatedParameterCountsByItsValueAtTheFrame)
     });
 }
 
-TEST(KeyAudit, EveryLinkCounts)
+TEST(KeyAudit, EveryLinkChangesTheKey)
 {
     each_type([&](const NodeType& type) {
         Audited a(type);
@@ -224,7 +228,7 @@ TEST(KeyAudit, EveryLinkCounts)
     });
 }
 
-TEST(KeyAudit, TwoInputsOfOneKindAreNotMixedUp)
+TEST(KeyAudit, TwoInputsOfOneTypeAreNotInterchangeable)
 {
     each_type([&](const NodeType& type) {
         Audited a(type);
@@ -239,7 +243,7 @@ TEST(KeyAudit, TwoInputsOfOneKindAreNotMixedUp)
     });
 }
 
-TEST(KeyAudit, DeclaredVariablesCountAndOthersDoNot)
+TEST(KeyAudit, DeclaredVariablesChangeTheKeyAndOthersDoNot)
 {
     each_type([&](const NodeType& type) {
         const auto reads = [&](graph::Variable v) {
@@ -264,7 +268,7 @@ TEST(KeyAudit, DeclaredVariablesCountAndOthersDoNot)
     });
 }
 
-TEST(KeyAudit, TheTypeItsVersionAndTheProgramCount)
+TEST(KeyAudit, TheTypeItsVersionAndTheProgramChangeTheKey)
 {
     std::set<Key> seen;
     each_type([&](const NodeType& type) {
@@ -281,7 +285,7 @@ TEST(KeyAudit, TheTypeItsVersionAndTheProgramCount)
     });
 }
 
-TEST(KeyAudit, NamesAndPlacesOfNodesDoNotCount)
+TEST(KeyAudit, NamesAndPlacesOfNodesDoNotChangeTheKey)
 {
     each_type([&](const NodeType& type) {
         Audited a(type);
@@ -295,7 +299,7 @@ TEST(KeyAudit, NamesAndPlacesOfNodesDoNotCount)
 }
 
 // A file counts by its bytes and its extension, wherever it lies.
-TEST(KeyAudit, EveryByteOfAFileCounts)
+TEST(KeyAudit, EveryByteOfAFileChangesTheKey)
 {
     const files::Folder folder;
     std::size_t paths = 0;
@@ -331,7 +335,7 @@ TEST(KeyAudit, EveryByteOfAFileCounts)
 }
 
 // A preparation depends on what it sees and on nothing else.
-TEST(KeyAudit, APreparationSeesWhatItNamesAndNoMore)
+TEST(KeyAudit, APreparationDependsOnWhatItDeclaresOnly)
 {
     std::size_t preparations = 0;
     each_type([&](const NodeType& type) {
@@ -361,7 +365,7 @@ TEST(KeyAudit, APreparationSeesWhatItNamesAndNoMore)
 }
 
 // What an editor keeps of its own, comments, order and notation are no part of any key.
-TEST(KeyAudit, TheUiBlockAndTheNotationDoNotCount)
+TEST(KeyAudit, TheUiBlockAndTheNotationDoNotChangeTheKey)
 {
     const auto keys_of = [](const std::string& text) {
         const graph::Loaded loaded = graph::load_text(text, "a.json", nodes::registry());

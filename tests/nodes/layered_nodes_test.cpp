@@ -1,6 +1,8 @@
 // The nodes that make and follow layered bodies, on values that are known beforehand.
 
-#include "geometry/primitive.hpp"
+#include "geometry/mesh/primitive.hpp"
+#include "physics/layered_bodies/layered_body.hpp"
+#include "physics/layered_bodies/layered_step.hpp"
 #include "tests/nodes/one_node.hpp"
 
 #include <gtest/gtest.h>
@@ -34,7 +36,7 @@ Value part_of(const std::vector<Vec3>& points, BaseKind kind)
 
 }  // namespace
 
-TEST(Springs, JoinFramesInReachAndSayWhenThereAreNone)
+TEST(Springs, JoinFramesInReachAndRefuseAnEmptyNetwork)
 {
     NodeRun springs("Springs");
     springs.inputs["part"] = {
@@ -57,12 +59,12 @@ TEST(Springs, JoinFramesInReachAndSayWhenThereAreNone)
         springs.run();
         FAIL() << "no two frames are 0.1 m near";
     } catch (const std::invalid_argument& error) {
-        EXPECT_NE(std::string(error.what()).find("reach farther"), std::string::npos);
+        EXPECT_NE(std::string(error.what()).find("raise reach"), std::string::npos);
     }
 }
 
 // Where nothing touches, each vertex is carried by its frame and keeps its value of the field.
-TEST(Skin, FollowsABodyThatMovesAndTheVolumeThatItSeeks)
+TEST(Skin, FollowsTheMotionAndTheTargetVolumeOfItsBody)
 {
     const Value part = part_of({{0, 0, 0}}, BaseKind::still);
     const geometry::TriMesh ball = geometry::icosphere(0.11, 3);
@@ -90,7 +92,7 @@ TEST(Skin, FollowsABodyThatMovesAndTheVolumeThatItSeeks)
     EXPECT_EQ(mesh->triangles(), ball.triangles());
 }
 
-TEST(ImplicitLayer, TakesMusclesByTheNumberOfTheirSkeleton)
+TEST(ImplicitLayer, FindsMusclesByTheIndexOfTheirSkeleton)
 {
     geometry::ImplicitLayer layer;
     for (const double x : {0.0, 0.5}) {
@@ -114,7 +116,7 @@ TEST(ImplicitLayer, TakesMusclesByTheNumberOfTheirSkeleton)
     EXPECT_THROW(flex(2), std::invalid_argument);
 }
 
-TEST(Skin, SaysHowManyVerticesTheLayerDoesNotReach)
+TEST(Skin, WarnsOfVerticesOutsideTheLayersRadius)
 {
     const Value part = part_of({{0, 0, 0}}, BaseKind::still);
     NodeRun skin("Skin");
@@ -127,7 +129,7 @@ TEST(Skin, SaysHowManyVerticesTheLayerDoesNotReach)
     EXPECT_NE(skin.warnings[0].find("12 of 12"), std::string::npos) << skin.warnings[0];
 }
 
-TEST(Carry, GivesTheCubesToWhoMovesThem)
+TEST(Carry, AcceptsOnlyTheInputsOfItsMover)
 {
     const Value part = part_of({{0.1, 0.1, 0.1}}, BaseKind::still);
     const geometry::Cubes cubes = geometry::solid_cubes({{0, 0, 0}, {1, 0, 0}}, 0.2);
@@ -164,7 +166,7 @@ TEST(Carry, GivesTheCubesToWhoMovesThem)
     EXPECT_THROW(carried.run(), std::invalid_argument) << "there are two";
 }
 
-TEST(ImplicitLayer, SaysThatInflationNeedsVolumeControl)
+TEST(ImplicitLayer, WarnsOfInflationWithoutVolumeControl)
 {
     geometry::ImplicitLayer layer;
     layer.skeletons = {{.kind = geometry::SkeletonKind::point, .points = {{0, 0, 0}}}};
@@ -184,7 +186,7 @@ TEST(ImplicitLayer, SaysThatInflationNeedsVolumeControl)
     EXPECT_NE(warnings(1.2, 0)[0].find("volume.proportional is 0"), std::string::npos);
 }
 
-TEST(Skin, NamesABodyThatIsNotThere)
+TEST(Skin, RefusesABodyIndexOutOfRange)
 {
     const Value part = part_of({{0, 0, 0}}, BaseKind::still);
     NodeRun skin("Skin");
@@ -196,7 +198,7 @@ TEST(Skin, NamesABodyThatIsNotThere)
         skin.run();
         FAIL();
     } catch (const std::invalid_argument& error) {
-        EXPECT_NE(std::string(error.what()).find("there is no body 1 among Layered's 1"),
+        EXPECT_NE(std::string(error.what()).find("there is no body 1: Layered has 1 parts"),
                   std::string::npos)
             << error.what();
     }
@@ -214,7 +216,7 @@ static graph::ParamValues element(const graph::Param& list,
     return values;
 }
 
-TEST(Reach, StartsAnewWhereALimitHoldsIt)
+TEST(Reach, RestartsWhereAHingeLimitBlocksIt)
 {
     NodeRun figure("Figure");
     figure.inputs["part"] = {part_of({{0, 0, 0}, {0.5, 0, 0}, {1.5, 0, 0}}, BaseKind::rigid)};
@@ -247,7 +249,7 @@ TEST(Reach, StartsAnewWhereALimitHoldsIt)
     EXPECT_GT(miss_at(180), 0.1) << "out of reach from anywhere";
 }
 
-TEST(ImplicitLayer, SaysThatParticlesStartTooNear)
+TEST(ImplicitLayer, WarnsOfParticlesThatStartTooClose)
 {
     for (const double apart : {0.05, 0.02}) {
         geometry::ImplicitLayer layer;
@@ -265,7 +267,7 @@ TEST(ImplicitLayer, SaysThatParticlesStartTooNear)
         node.run();
         ASSERT_EQ(node.warnings.size(), apart < 0.03 ? 1u : 0u);
         if (!node.warnings.empty()) {
-            EXPECT_NE(node.warnings[0].find("particles start 0.02 m apart where "
+            EXPECT_NE(node.warnings[0].find("particles start 0.02 m apart, but "
                                             "substance.rest_distance is 0.05 m"),
                       std::string::npos)
                 << node.warnings[0];
@@ -273,7 +275,7 @@ TEST(ImplicitLayer, SaysThatParticlesStartTooNear)
     }
 }
 
-TEST(Polygonize, SaysThatItsCellsAreTooCoarse)
+TEST(Polygonize, WarnsOfCellsThatAreTooCoarse)
 {
     for (const double cell : {0.02, 1.0}) {
         NodeRun node("Polygonize");
@@ -289,7 +291,7 @@ TEST(Polygonize, SaysThatItsCellsAreTooCoarse)
     }
 }
 
-TEST(Skeletons, SaysThatThereAreNone)
+TEST(Skeletons, WarnsOfAnEmptyLayer)
 {
     NodeRun node("Skeletons");
     node.run();
@@ -297,7 +299,7 @@ TEST(Skeletons, SaysThatThereAreNone)
     EXPECT_EQ(node.warnings[0].find("there are no skeletons"), 0u) << node.warnings[0];
 }
 
-TEST(Figure, RefusesLimitsTheWrongWayRound)
+TEST(Figure, RefusesALowerLimitAboveTheUpperLimit)
 {
     NodeRun figure("Figure");
     figure.inputs["part"] = {part_of({{0, 0, 0}, {0.2, 0, 0}}, BaseKind::rigid)};
@@ -311,4 +313,37 @@ TEST(Figure, RefusesLimitsTheWrongWayRound)
     EXPECT_NO_THROW(figure.run());
     limit(40);
     EXPECT_THROW(figure.run(), std::invalid_argument);
+}
+
+TEST(Layered, AStillMeshMayChangeItsShapeFromFrameToFrame)
+{
+    NodeRun ball("Primitive"), move("Transform"), skeletons("Skeletons"), body("ImplicitLayer"),
+        layered("Layered");
+    ball.param("shape").is = std::string("sphere");
+    move.inputs["mesh"] = {ball.run()};
+    std::vector<graph::ParamValue> item;
+    for (const auto& type_param : skeletons.type.params) {
+        if (type_param.name != "skeletons") continue;
+        for (const auto& child : type_param.children) {
+            item.push_back(child.fallback);
+            if (child.name == "kind") item.back().is = std::string("mesh");
+        }
+    }
+    graph::ParamValue element;
+    element.is = item;
+    skeletons.param("skeletons").is = std::vector<graph::ParamValue>{element};
+    body.param("base").is = std::string("still");
+    std::vector<std::size_t> samples;
+    for (int frame = 1; frame <= 4; ++frame) {
+        move.param("scale").is = std::array<double, 3>{1, 1 + 0.1 * frame, 1};
+        skeletons.inputs["mesh"] = {move.run(frame)};
+        body.inputs["layer"] = {skeletons.run(frame)};
+        layered.inputs["parts"] = {body.run(frame)};
+        layered.previous = {layered.run(frame)};
+        const auto scene = layered.previous[0].as<LayeredScene>();
+        samples.push_back(scene->parts[0].body->samples.count());
+        if (frame == 1) continue;
+        EXPECT_EQ(scene->states[0].distance.size(), samples.back());
+    }
+    EXPECT_NE(samples.front(), samples.back()) << "the test is of a number that changes";
 }

@@ -1,10 +1,13 @@
 // A layered scene is kept on disk: bodies once, states each frame, search trees made anew.
 
-#include "geometry/primitive.hpp"
-#include "graph/document.hpp"
+#include "geometry/mesh/primitive.hpp"
+#include "graph/document/document.hpp"
 #include "nodes/registry.hpp"
 #include "nodes/wire_types.hpp"
-#include "runtime/evaluator.hpp"
+#include "physics/layered_bodies/layered_body.hpp"
+#include "physics/layered_bodies/layered_moment.hpp"
+#include "physics/layered_bodies/layered_step.hpp"
+#include "runtime/cook/evaluator.hpp"
 #include "tests/graph/content_shelf.hpp"
 #include "tests/runtime/toys.hpp"
 
@@ -70,7 +73,7 @@ Cook cook(const graph::Graph& graph, int frame, const std::filesystem::path& fol
 
 // What is read back goes on as what was written would have, bit for bit: a ball on a mesh, and a
 // layer on cubes beside it.
-TEST(LayeredStore, AStoredSceneGoesOnAsIfItNeverStopped)
+TEST(LayeredStore, AStoredSceneContinuesBitForBit)
 {
     geometry::ImplicitLayer layer;
     layer.skeletons = {{.kind = geometry::SkeletonKind::point, .points = {{0, 0.3, 0}}}};
@@ -106,7 +109,7 @@ TEST(LayeredStore, AStoredSceneGoesOnAsIfItNeverStopped)
               bytes_of(physics::advance(scene, scene.parts, {}, 1.0 / 24, 1)));
 }
 
-TEST(LayeredStore, ACookThatEndedGoesOnFromTheDiskToTheSameBytes)
+TEST(LayeredStore, AnInterruptedCookContinuesFromDiskBitForBit)
 {
     const graph::Loaded loaded = graph::load_text(falling, "falling.json", nodes::registry());
     for (const auto& problem : loaded.problems) ADD_FAILURE() << problem.message;
@@ -121,14 +124,14 @@ TEST(LayeredStore, ACookThatEndedGoesOnFromTheDiskToTheSameBytes)
 }
 
 // A part that the cache dropped is written again for the next result that has it.
-TEST(LayeredStore, ASharedPartThatWentIsStoredAgain)
+TEST(LayeredStore, AMissingSharedPartIsStoredAgain)
 {
     const toys::Folder folder;
     runtime::DiskCache cache(folder.path, std::uintmax_t{1} << 30, nullptr);
     const auto result = std::make_shared<runtime::Result>();
     result->values = {graph::Value::of(geometry::icosphere(1, 2))};  // it shares its topology
     result->seconds = 1;
-    for (const std::uint64_t key : {1, 2}) {
+    for (const unsigned key : {1u, 2u}) {
         cache.store({key, 0}, result);
         cache.flush();
         runtime::DiskCache another(folder.path, std::uintmax_t{1} << 30, nullptr);

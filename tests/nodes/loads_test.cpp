@@ -90,7 +90,7 @@ TEST(Pin, ChoosesTheCornersOfItsPlace)
     EXPECT_EQ(held("rim", [](NodeRun&) {}), 26u);
 }
 
-TEST(Pin, TurnsAboutItsPivotAndThenMovesOn)
+TEST(Pin, RotatesAboutItsPivotBeforeItTranslates)
 {
     const Value cubes = block();
     NodeRun pin("Pin");
@@ -144,7 +144,8 @@ TEST(Pin, FollowsAMeshVertexByVertex)
         pin.run();
         FAIL() << "was followed";
     } catch (const std::invalid_argument& error) {
-        for (const char* part : {"`follow`", "27 vertices", "found 28", "Plane", "torn: hide"}) {
+        for (const char* part :
+             {"`follow`", "28 vertices", "expected 27", "Plane", "torn = hide"}) {
             EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
         }
     }
@@ -152,7 +153,7 @@ TEST(Pin, FollowsAMeshVertexByVertex)
 
 // All parts of a free body's momentum are the force's: m v = F t, 1000 kg for a quarter of a
 // second.
-TEST(Force, GravityAndAPushGiveTheMomentumOfTheirImpulse)
+TEST(Force, GravityAndAPointForceGiveTheMomentumOfTheirImpulse)
 {
     const Value cubes = block();
     NodeRun gravity("Force");
@@ -171,7 +172,7 @@ TEST(Force, GravityAndAPushGiveTheMomentumOfTheirImpulse)
     }
 }
 
-TEST(Force, WindPullsByAreaAndSquareOfSpeed)
+TEST(Force, WindForceGrowsWithAreaAndSquareOfSpeed)
 {
     // A face of 1 m^2 across a wind of 5 m/s, and the one behind: 1/2 * 1.2 * 2 * 5^2 = 30 N on
     // 1000 kg; a frame later it goes at 30 / 1000 / 24 m/s, too slow to matter to the drag.
@@ -190,7 +191,7 @@ TEST(Force, WindPullsByAreaAndSquareOfSpeed)
 }
 
 // Set off at 1 m/s on ice it goes on; with friction mu it stops after v^2 / (2 mu g).
-TEST(Ground, HoldsABlockAtItsHeightAndRubs)
+TEST(Ground, SupportsABlockAndSlowsItByFriction)
 {
     for (const double friction : {0.0, 0.4}) {
         const Value cubes = block(1e7);

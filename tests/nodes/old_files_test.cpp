@@ -2,7 +2,7 @@
 // first version of a scene in graphs/; bridge and chair_drop were written for Sample@1, those with
 // skeletons for ImplicitLayer@1.
 
-#include "graph/document.hpp"
+#include "graph/document/document.hpp"
 #include "nodes/registry.hpp"
 
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ graph::Loaded load(const std::string& nodes)
                             "old.json", nodes::registry());
 }
 
-TEST(OldFiles, AllLoadWithNoteOfWhatChangedAndNothingElse)
+TEST(OldFiles, AllLoadAndReportTheirUpgradesOnly)
 {
     std::map<std::string, std::size_t> notes;
     for (const auto& entry : fs::directory_iterator(folder)) {
@@ -63,14 +63,27 @@ TEST(OldFiles, AllLoadWithNoteOfWhatChangedAndNothingElse)
         notes[entry.path().stem()] = loaded.problems.size();
     }
     EXPECT_EQ(notes.size(), 8u);
-    EXPECT_EQ(notes["bridge"], 3u);                 // a Sample, and an Embed twice
-    EXPECT_EQ(notes["two_soft_solids"], 2u);        // two layers
-    EXPECT_EQ(notes["blend_constant_volume"], 2u);  // two layers
-    EXPECT_EQ(notes["flag"], 2u);                   // an Embed, twice
-    EXPECT_EQ(notes["breathing"], 1u);              // a layer; nothing else of it changed since
+    EXPECT_EQ(notes["bridge"], 4u);                 // a Sample, an Embed twice, a Render
+    EXPECT_EQ(notes["two_soft_solids"], 6u);        // two layers, two meshes, two Renders
+    EXPECT_EQ(notes["blend_constant_volume"], 5u);  // two layers, two meshes, a Render
+    EXPECT_EQ(notes["flag"], 3u);                   // an Embed, twice, a Render
+    EXPECT_EQ(notes["breathing"], 3u);              // a layer, a mesh, a Render
 }
 
-TEST(OldFiles, WhatTheyDoNotSayIsTheDefaultOfThen)
+TEST(OldFiles, APictureOfVersion1KeepsItsLook)
+{
+    const graph::Loaded bridge = graph::load_file(folder / "bridge.json", nodes::registry());
+    const auto at = [&](const char* path) { return param(bridge.graph, "picture", path); };
+    EXPECT_EQ(std::get<std::string>(at("look").is), "plain");
+    EXPECT_EQ(std::get<std::string>(at("quality").is), "preview");
+    EXPECT_EQ(std::get<std::string>(at("camera.hold").is), "box");
+    EXPECT_TRUE(std::get<bool>(at("ground.grid").is));
+    EXPECT_EQ(number(at("light.rim")), 0);
+    EXPECT_EQ((std::get<std::array<double, 3>>(at("ground.colour").is)),
+              (std::array<double, 3>{0.34, 0.34, 0.34}));
+}
+
+TEST(OldFiles, UnsetParametersKeepTheDefaultsOfTheirVersion)
 {
     const graph::Loaded solids = graph::load_file(folder / "breathing.json", nodes::registry());
     const auto layer =
@@ -84,7 +97,7 @@ TEST(OldFiles, WhatTheyDoNotSayIsTheDefaultOfThen)
     EXPECT_EQ(number(param(bridge.graph, "samples", "thickness")), 0.1);
 }
 
-TEST(OldFiles, ASampleOfVersionOneMakesAModelOfAKilogramUnlessItSaysOtherwise)
+TEST(OldFiles, SampleOneHasATotalMassOfOneKilogramByDefault)
 {
     const graph::Loaded loaded = load(R"(
         "plain": { "type": "Sample@1", "inputs": { "mesh": "ball.mesh" } },
@@ -103,7 +116,7 @@ TEST(OldFiles, ASampleOfVersionOneMakesAModelOfAKilogramUnlessItSaysOtherwise)
     EXPECT_EQ(loaded.problems.size(), 3u);
 }
 
-TEST(OldFiles, ALayerOfVersionOneMeetsNoChangeInAdvanceUnlessItSaysSo)
+TEST(OldFiles, ImplicitLayerOneHasADerivativeOfZeroByDefault)
 {
     const auto layer = [](const char* volume) {
         return std::string(R"("bones": { "type": "Skeletons@1" },
@@ -119,16 +132,17 @@ TEST(OldFiles, ALayerOfVersionOneMeetsNoChangeInAdvanceUnlessItSaysSo)
     EXPECT_EQ(derivative(R"("volume": { "derivative": 50 })"), 2);
 }
 
-TEST(OldFiles, AnOldEmbedHidesWhatIsTornOrLeavesItOpen)
+TEST(OldFiles, EmbedOneAndTwoKeepTheirTreatmentOfTears)
 {
     const auto torn = [](const char* type, const char* params) {
-        const graph::Loaded loaded = load(
-            std::string(R"("cubes": { "type": "Voxelize@1", "inputs": { "mesh": "ball.mesh" } },
+        const graph::Loaded loaded =
+            load(std::string(R"("cubes": { "type": "Voxelize@1", "inputs": { "mesh": "ball.mesh" },
+                           "params": { "method": "solid" } },
                 "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" } },
                 "shape": { "type": ")") +
-            type + R"(", "inputs": { "mesh": "ball.mesh", "cubes": "cubes.cubes",
+                 type + R"(", "inputs": { "mesh": "ball.mesh", "cubes": "cubes.cubes",
                 "state": "sim.state" })" +
-            params + " }");
+                 params + " }");
         EXPECT_TRUE(loaded.ok()) << type << params;
         return std::get<std::string>(param(loaded.graph, "shape", "torn").is) + " " +
                std::get<std::string>(param(loaded.graph, "shape", "inside").is);
@@ -142,7 +156,7 @@ TEST(OldFiles, AnOldEmbedHidesWhatIsTornOrLeavesItOpen)
     EXPECT_EQ(torn("Embed@3", ""), "cut material");
 }
 
-TEST(OldFiles, AnUpgradeMeetsStrangeNodesWithoutHarm)
+TEST(OldFiles, UpgradesAcceptMalformedNodes)
 {
     for (const char* type : {"Sample@1", "ImplicitLayer@1", "Embed@1", "Embed@2"}) {
         for (const char* params : {"3", "[]", "null", R"({ "mass": 7, "volume": 3 })",

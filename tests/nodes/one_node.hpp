@@ -18,6 +18,7 @@ struct NodeRun {
     std::vector<int> gathered;  // of gathered inputs; empty: those that the node asks for
     std::filesystem::path output_folder = ".";
     std::shared_ptr<graph::Cook> cook;
+    std::stop_token stop;
     std::vector<std::string> warnings;
 
     explicit NodeRun(const std::string& name)
@@ -39,6 +40,7 @@ struct NodeRun {
         graph::Context context(frame, range, type.reads);
         context.output_folder = output_folder;
         context.cook = cook;
+        context.stop = stop;
         context.gathered = gathered;
         if (gathered.empty() && type.gather_frames) {
             context.gathered = type.gather_frames(params, range);

@@ -1,7 +1,7 @@
-// What Plane, Patch and Simulate say of links and numbers that can't be meant.
+// Errors and warnings of Plane, Patch and Simulate about wrong links and parameters.
 
-#include "geometry/plane.hpp"
-#include "geometry/primitive.hpp"
+#include "geometry/cubes/plane.hpp"
+#include "geometry/mesh/primitive.hpp"
 #include "render/png.hpp"
 #include "tests/nodes/one_node.hpp"
 #include "tests/physics/cube_fixtures.hpp"
@@ -31,7 +31,7 @@ bool has(const std::string& text, const std::string& part)
 
 }  // namespace
 
-TEST(PlaneNode, APictureWithoutInkSaysWhichNumbersToChange)
+TEST(PlaneNode, RefusesAPictureWithoutInk)
 {
     const auto path = std::filesystem::temp_directory_path() /
                       ("aspic_no_ink_" + std::to_string(::getpid()) + ".png");
@@ -48,7 +48,7 @@ TEST(PlaneNode, APictureWithoutInkSaysWhichNumbersToChange)
     std::filesystem::remove(path);
 }
 
-TEST(PatchNode, ASurfaceThatIsNotTheOneAtRestIsRefused)
+TEST(PatchNode, RefusesASurfaceOfAnotherNumberOfVertices)
 {
     NodeRun plane("Plane");
     plane.param("size").is = 0.25;
@@ -63,8 +63,8 @@ TEST(PatchNode, ASurfaceThatIsNotTheOneAtRestIsRefused)
     patch.inputs["state"] = {graph::Value::of(state)};
     EXPECT_EQ(refusal(patch), "nothing was refused");
     patch.inputs["mesh"] = {graph::Value::of(geometry::grid(1, 1, 3, 3))};
-    EXPECT_TRUE(has(refusal(patch), "its 9 vertices, found 16")) << refusal(patch);
-    EXPECT_TRUE(has(refusal(patch), "torn: hide")) << refusal(patch);
+    EXPECT_TRUE(has(refusal(patch), "has 16 vertices, expected 9")) << refusal(patch);
+    EXPECT_TRUE(has(refusal(patch), "torn = hide")) << refusal(patch);
     patch.inputs["mesh"] = patch.inputs["rest"];
     state.x.pop_back();
     patch.inputs["state"] = {graph::Value::of(state)};
@@ -72,7 +72,7 @@ TEST(PatchNode, ASurfaceThatIsNotTheOneAtRestIsRefused)
 }
 
 // Cubes of 0.1 m that fill 0.4 m along x from the origin.
-TEST(SimulateNode, APointForceThatReachesNothingIsToldOf)
+TEST(SimulateNode, WarnsOfAPointForceOutOfReach)
 {
     const geometry::Cubes cubes =
         geometry::solid_cubes({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}, 0.1);
@@ -98,10 +98,10 @@ TEST(SimulateNode, APointForceThatReachesNothingIsToldOf)
     EXPECT_TRUE(warnings({9, 0, 0}, 0.1, {0, 0, 0}).empty()) << "it does nothing";
     const auto far = warnings({9, 0, 0}, 0.1, push);
     ASSERT_EQ(far.size(), 1u);
-    EXPECT_TRUE(has(far[0], "point force 1 of 1 reaches no material")) << far[0];
+    EXPECT_TRUE(has(far[0], "Point force 1 of 1 has no material")) << far[0];
 }
 
-TEST(SimulateNode, WhatCanDoNothingIsToldOf)
+TEST(SimulateNode, WarnsOfParametersAndForcesWithoutEffect)
 {
     const auto warnings = [](const geometry::Cubes& cubes, const char* motion, double bend,
                              const Vec3& push) {
@@ -128,8 +128,8 @@ TEST(SimulateNode, WhatCanDoNothingIsToldOf)
     EXPECT_TRUE(warnings(plane, "in_plane", 1, {1, 1, 0}).empty());
     const auto bent = warnings(solid, "space", 0.5, {0, 1, 0});
     ASSERT_EQ(bent.size(), 1u);
-    EXPECT_TRUE(has(bent[0], "lattice.bend is for planes")) << bent[0];
+    EXPECT_TRUE(has(bent[0], "lattice.bend has no effect")) << bent[0];
     const auto across = warnings(plane, "in_plane", 1, {0, 1, 0});
     ASSERT_EQ(across.size(), 1u);
-    EXPECT_TRUE(has(across[0], "point force 1 of 1 pushes across the plane")) << across[0];
+    EXPECT_TRUE(has(across[0], "point force 1 of 1 has no effect")) << across[0];
 }

@@ -1,11 +1,13 @@
-#include "graph/reference.hpp"
+#include "graph/tools/reference.hpp"
 
 #include "nodes/registry.hpp"
+
+#include <gtest/gtest.h>
 
 #include <fstream>
 #include <sstream>
 
-TEST(Reference, ThePageIsWhatTheDescriptionsSay)
+TEST(Reference, ThePageMatchesTheDescriptions)
 {
     std::ifstream in(ASPIC_SOURCE_DIR "/docs/nodes.md");
     std::ostringstream page;

@@ -1,6 +1,6 @@
 // What Render says of a picture that can show nothing.
 
-#include "geometry/primitive.hpp"
+#include "geometry/mesh/primitive.hpp"
 #include "tests/nodes/one_node.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace {
 using fixtures::NodeRun;
 using geometry::Vec3f;
 
-TEST(RenderNode, WarnsOfAPictureWithNothingInIt)
+TEST(RenderNode, WarnsOfAnEmptyPicture)
 {
     const geometry::TriMesh rest = geometry::grid(1, 1, 2, 2);
     const auto warnings = [&](const Vec3f& moved, const char* camera) {

@@ -1,7 +1,7 @@
 // The files that WriteMesh and WriteVideo leave: their names, their order and what is in them.
 
-#include "geometry/read_mesh.hpp"
-#include "graph/frame_path.hpp"
+#include "geometry/io/read_mesh.hpp"
+#include "graph/document/frame_path.hpp"
 #include "render/contact_sheet.hpp"
 #include "render/png.hpp"
 #include "tests/geometry/files.hpp"
@@ -9,6 +9,7 @@
 
 #include <cstring>
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 namespace {
 
@@ -35,7 +36,7 @@ std::string bytes_of(const std::filesystem::path& path)
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-TEST(WriteMesh, LeavesAFileAFrameUnderItsNumber)
+TEST(WriteMesh, WritesANumberedFilePerFrame)
 {
     const files::Folder folder;
     for (const char* ending : {"obj", "ply", "stl", "glb"}) {
@@ -53,7 +54,7 @@ TEST(WriteMesh, LeavesAFileAFrameUnderItsNumber)
     }
 }
 
-TEST(WriteMesh, KeepsTheMaterialsOfEachFrameApart)
+TEST(WriteMesh, WritesTheMaterialsOfEachFrameToAFileOfTheirOwn)
 {
     // A mesh that tears has one more from then on, and frames are written in any order.
     const files::Folder folder;
@@ -80,7 +81,7 @@ TEST(WriteMesh, KeepsTheMaterialsOfEachFrameApart)
     EXPECT_TRUE(written(1, {{"skin", {1, 0, 0}}}).beside.empty());
 }
 
-TEST(WriteMesh, WritesTheFormatThatItIsToldWhateverTheEnding)
+TEST(WriteMesh, WritesTheGivenFormatWhateverTheEnding)
 {
     const files::Folder folder;
     NodeRun write("WriteMesh");
@@ -93,7 +94,7 @@ TEST(WriteMesh, WritesTheFormatThatItIsToldWhateverTheEnding)
     EXPECT_EQ(bytes_of(folder.path / "a.dat").substr(0, 4), "ply\n");
 }
 
-TEST(WriteMesh, LeavesToAssimpWhatItDoesNotWriteAndWhatItIsToldTo)
+TEST(WriteMesh, WritesByAssimpWhereNeededOrRequested)
 {
     const files::Folder folder;
     NodeRun write("WriteMesh");
@@ -115,7 +116,7 @@ TEST(WriteMesh, LeavesToAssimpWhatItDoesNotWriteAndWhatItIsToldTo)
 }
 
 // PC2: 32 bytes of header, then 12 bytes a vertex and sample, whatever order frames are cooked in.
-TEST(WriteMesh, PutsEveryFrameAtItsPlaceInThePointCache)
+TEST(WriteMesh, WritesEveryFrameToItsPlaceInThePointCache)
 {
     const files::Folder folder;
     NodeRun write("WriteMesh");
@@ -148,14 +149,42 @@ std::vector<float> heights(const std::filesystem::path& path, std::size_t sample
     return out;
 }
 
-TEST(WriteMesh, APointCacheOfSomeFramesHoldsThemInBetweenAndSaysWhichAreMissing)
+TEST(WriteMesh, RefusesAMeshThatIsNotFiniteInEveryFormat)
+{
+    const files::Folder folder;
+    TriMesh mesh = *triangle(1).as<TriMesh>();
+    mesh.attributes.push_back({"displacement", "m", {0, 0, INFINITY}});
+    TriMesh far = mesh;
+    far.positions[1].x() = INFINITY;
+    const auto refused = [&](const std::string& ending, const TriMesh& what) -> std::string {
+        NodeRun write("WriteMesh");
+        write.output_folder = folder.path;
+        write.param("path").is = std::filesystem::path("a." + ending);
+        write.inputs["mesh"] = {Value::of(TriMesh(what))};
+        try {
+            write.run();
+        } catch (const std::invalid_argument& error) {
+            return error.what();
+        }
+        return "";
+    };
+    for (const char* ending : {"obj", "ply", "stl", "glb", "gltf", "pc2"}) {
+        const std::string text = refused(ending, far);
+        EXPECT_NE(text.find("vertex 2 is at (inf, 1, 0)"), std::string::npos) << ending << text;
+        EXPECT_NE(refused(ending, mesh).find("'displacement' of vertex 3 is inf"),
+                  std::string::npos);
+        EXPECT_FALSE(std::filesystem::exists(folder.path / (std::string("a.") + ending)));
+    }
+}
+
+TEST(WriteMesh, FillsMissingFramesOfAPointCacheAndWarns)
 {
     const files::Folder folder;
     NodeRun write("WriteMesh");
     write.output_folder = folder.path;
     write.range = {1, 8, 24};
     write.param("path").is = std::filesystem::path("a.pc2");
-    const auto cook = [&](std::vector<int> frames) {
+    const auto cook = [&](const std::vector<int>& frames) {
         write.warnings.clear();
         write.cook = std::make_shared<graph::Cook>(frames);
         for (const int frame : frames) {
@@ -177,7 +206,7 @@ TEST(WriteMesh, APointCacheOfSomeFramesHoldsThemInBetweenAndSaysWhichAreMissing)
     EXPECT_EQ(std::filesystem::file_size(folder.path / "a.pc2"), 32u + 8 * 36);
 }
 
-TEST(WriteMesh, APointCacheOfAMeshThatGetsMoreVerticesFailsAndKeepsWhatWasWritten)
+TEST(WriteMesh, RefusesAPointCacheWhoseNumberOfVerticesChanges)
 {
     const files::Folder folder;
     NodeRun write("WriteMesh");
@@ -199,7 +228,7 @@ TEST(WriteMesh, APointCacheOfAMeshThatGetsMoreVerticesFailsAndKeepsWhatWasWritte
         write.run(3);
         FAIL() << "was written";
     } catch (const std::invalid_argument& error) {
-        for (const char* part : {"3 vertices", "found 4", "torn: hide", "a.####.obj"}) {
+        for (const char* part : {"expected 3", "found 4", "torn = hide", "a.####.obj"}) {
             EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
         }
     }
@@ -209,7 +238,7 @@ TEST(WriteMesh, APointCacheOfAMeshThatGetsMoreVerticesFailsAndKeepsWhatWasWritte
     EXPECT_NO_THROW(write.run(3));
 }
 
-TEST(WrittenFiles, FramesOfOneCookDoNotWriteOverEachOther)
+TEST(WrittenFiles, NeedAFrameNumberInThePathOfSeveralFrames)
 {
     const files::Folder folder;
     NodeRun mesh("WriteMesh"), image("WriteImage");
@@ -245,7 +274,7 @@ render::Image grey(std::uint8_t level)
     return image;
 }
 
-TEST(ContactSheet, NamesTheFramesThatWereCooked)
+TEST(ContactSheet, LabelsTheFramesThatWereCooked)
 {
     // Of a cook of frames 7, 9 and 12: those stand for frames between them, which are left out.
     const files::Folder folder;
@@ -265,13 +294,13 @@ TEST(ContactSheet, NamesTheFramesThatWereCooked)
     EXPECT_EQ(sheet.run().as<render::Image>()->rgba, expected.rgba);
 }
 
-TEST(WriteVideo, WantsEveryFrameOfTheRangeInOrder)
+TEST(WriteVideo, GathersEveryFrameOfTheRangeInOrder)
 {
     const NodeRun video("WriteVideo");
     EXPECT_EQ(video.type.gather_frames(video.params, {5, 8, 24}), (std::vector<int>{5, 6, 7, 8}));
 }
 
-TEST(WriteVideo, PlaysThePicturesInOrderAtTheRateOfTheDocument)
+TEST(WriteVideo, PlaysThePicturesInOrderAtTheFrameRateOfTheDocument)
 {
     if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "there is no ffmpeg";
     const files::Folder folder;
@@ -306,7 +335,7 @@ TEST(WriteVideo, PlaysThePicturesInOrderAtTheRateOfTheDocument)
               0);
 }
 
-TEST(WriteVideo, WarnsWhereThereIsNoFfmpeg)
+TEST(WriteVideo, WarnsIfFfmpegIsMissing)
 {
     const files::Folder folder;
     NodeRun video("WriteVideo");

@@ -2,8 +2,8 @@
 
 // Cubes for tests: solid boxes, beams, and random blobs.
 
-#include "geometry/cubes.hpp"
-#include "geometry/random.hpp"
+#include "geometry/base/random.hpp"
+#include "geometry/cubes/cubes.hpp"
 
 #include <algorithm>
 #include <functional>

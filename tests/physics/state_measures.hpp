@@ -2,7 +2,7 @@
 
 // What tests ask of a moving body's state.
 
-#include "physics/state.hpp"
+#include "physics/state/state.hpp"
 
 #include <Eigen/SVD>
 

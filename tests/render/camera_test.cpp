@@ -1,4 +1,5 @@
 #include "render/camera.hpp"
+#include "render/extent.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -7,6 +8,7 @@ namespace {
 
 using geometry::Box;
 using geometry::Vec3;
+using geometry::Vec3f;
 using render::Camera;
 
 // Where a point falls in the picture: -1..1 across and up.
@@ -85,6 +87,72 @@ TEST(Camera, RoomForALegendMovesOnlyWhatWouldLieUnderIt)
     EXPECT_GT(render::fit(wide, 0, 0, 0.6, 1.5, 0.06, 0.2).eye.x(), 0.1);
 }
 
+// Points on a sphere of radius 1: the margin is what is free above and below them, and a box's
+// corners, which nothing reaches, are not held.
+TEST(Camera, TheMarginIsWhatIsFreeAroundThePoints)
+{
+    std::vector<Vec3f> points;
+    for (int i = 0; i < 4000; ++i) {
+        const float y = 1 - (float(i) + 0.5f) / 2000, a = 2.39996f * float(i);
+        const float r = std::sqrt(1 - y * y);
+        points.emplace_back(3 + r * std::cos(a), y - 7, r * std::sin(a));
+    }
+    for (const double fov : {0.6, render::parallel_view}) {
+        for (const double margin : {0.0, 0.1, 0.2}) {
+            const Camera c = render::fit(points, 0.7, 0.3, fov, 1.6, margin);
+            double low = 9, high = -9, right = -9;
+            for (const Vec3f& p : points) {
+                const auto [x, y] = seen(c, p.cast<double>(), 1.6);
+                low = std::min(low, y), high = std::max(high, y), right = std::max(right, x);
+            }
+            EXPECT_NEAR(high, 1 - 2 * margin, 1e-6);
+            EXPECT_NEAR(low, 2 * margin - 1, 1e-6);
+            EXPECT_LT(right, 1 - 2 * margin);
+        }
+    }
+}
+
+// Of a ball of many points a few are kept; the camera that fits these holds all of them, up to the
+// 1.2 % that the hull of the few may miss.
+TEST(Camera, AnExtentStandsForAllPoints)
+{
+    std::vector<Vec3f> points;
+    for (int i = 0; i < 5000; ++i) {
+        const float y = 1 - (float(i) + 0.5f) / 2500, a = 2.39996f * float(i);
+        const float r = std::sqrt(1 - y * y);
+        points.emplace_back(4 * r * std::cos(a), y, 0.3f * r * std::sin(a));
+    }
+    points.emplace_back(std::numeric_limits<float>::quiet_NaN(), 0.0f, 0.0f);
+    const render::Extent extent = render::extent_of(points);
+    EXPECT_LE(extent.points.size(), 162u);
+    points.pop_back();
+    for (const double azimuth : {0.0, 0.5, 1.4}) {
+        const Camera c = render::fit(extent.points, azimuth, 0.4, 0.5, 1.6, 0);
+        for (const Vec3f& p : points) {
+            const auto [x, y] = seen(c, p.cast<double>(), 1.6);
+            ASSERT_LT(std::max(std::abs(x), std::abs(y)), 1.03);
+        }
+    }
+}
+
+// Round a long thing the camera stays at one distance.
+TEST(Camera, ATurntableKeepsItsDistance)
+{
+    const std::vector<Vec3f> points{{-4, 0, -0.2f}, {4, 0, 0.2f}, {-4, 1, 0.2f}, {4, 1, -0.2f}};
+    const auto ring = render::turned_about(points);
+    double least = 1e9, most = 0;
+    for (int k = 0; k < 60; ++k) {
+        const Camera c = render::fit(ring, 0.1 * k, 0.3, 0.6, 1.6, 0.1);
+        least = std::min(least, (c.eye - c.target).norm());
+        most = std::max(most, (c.eye - c.target).norm());
+        for (const Vec3f& p : points) {
+            const auto [x, y] = seen(c, p.cast<double>(), 1.6);
+            ASSERT_LT(std::max(std::abs(x), std::abs(y)), 1.0);
+        }
+    }
+    EXPECT_LT(most, 1.01 * least);
+}
+
 TEST(Camera, FitScalesWithTheBox)
 {
     Box box;
@@ -107,7 +175,7 @@ TEST(Camera, FitTakesNothingAndAPointForSomethingOneMetreWide)
     const Camera c = render::fit(point, 0, 0, 0.6, 1, 0);
     EXPECT_LT((c.target - Vec3(5, 5, 5)).norm(), 1e-12);
     EXPECT_NEAR((c.eye - c.target).norm(), 0.5 + 0.5 / std::tan(0.3), 1e-12);
-    EXPECT_LT(render::fit({}, 0, 0, 0.6, 1, 0).target.norm(), 1e-12);
+    EXPECT_LT(render::fit(Box{}, 0, 0, 0.6, 1, 0).target.norm(), 1e-12);
 }
 
 TEST(Camera, FitRefusesWhatIsNotFinite)
@@ -131,7 +199,7 @@ TEST(Camera, MaySeeWhatLiesInThePicture)
         EXPECT_NEAR(axes.determinant(), -1, 1e-14) << "right, up and ahead";
         const double tan_y = std::tan(camera.field_of_view / 2);
         for (int k = 0; k < 4096; ++k) {
-            const Vec3 at(k % 16 - 7.3, k / 16 % 16 - 7.1, k / 256 - 3.4);
+            const Vec3 at(k % 16 - 7.3, k / 16 % 16 - 7.1, k / 256 % 16 - 3.4);
             const Vec3 p = axes * (at - camera.eye);
             const bool seen = p[2] >= 0 && std::abs(p[1]) <= tan_y * p[2] &&
                               std::abs(p[0]) <= aspect * tan_y * p[2];

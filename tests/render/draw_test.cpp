@@ -1,9 +1,10 @@
 #include "render/draw.hpp"
 
-#include "geometry/merge.hpp"
+#include "geometry/mesh/merge.hpp"
 #include "pictures.hpp"
 #include "tests/geometry/files.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -411,6 +412,51 @@ TEST(Draw, ASheetThatLiesOnTheFloorHidesIt)
     }
 }
 
+// Ink of a strip `width` pixels wide in each row of the picture, as a share of a pixel: the dark
+// part of what the row has, added up.
+std::vector<double> ink_of_a_strip(double width, render::Antialias antialias)
+{
+    const Camera camera = camera_ahead();
+    const double pixel_size = 4.0 / 128;
+    TriMesh strip = geometry::grid(1, 1, 1, 1);
+    for (Vec3f& p : strip.positions) {
+        const double along = -2.0 * p.z();  // -1 .. 1, a slant of a pixel in eight
+        p = Vec3f(float(p.x() * width * pixel_size + along / 8), float(1.5 * along), 0);
+    }
+    for (Vec3f& n : strip.normals) n = Vec3f::UnitZ();
+    Scene scene;
+    scene.surfaces = {surface(std::move(strip))};
+    scene.surfaces[0].paint = {render::Paint::By::constant, {0, 0, 0}, {}, {}};
+    scene.surfaces[0].receives = false;
+    Look look = plain_look(128);
+    look.backdrop_top = look.backdrop_horizon = {0.5f, 0.5f, 0.5f};
+    look.antialias = antialias;
+    const Image image = render::draw(scene, camera, look);
+    const double white = pixel(image, 2, 64)[1];
+    std::vector<double> ink;
+    for (int y = 24; y < 104; ++y) {
+        double sum = 0;
+        for (int x = 0; x < 128; ++x) sum += 1 - std::min(1.0, pixel(image, x, y)[1] / white);
+        ink.push_back(sum);
+    }
+    return ink;
+}
+
+// Samples at four different quarters of a pixel: each row of a strip 0.4 pixels wide meets one of
+// them or two. One sample a pixel misses it in six rows of ten.
+TEST(Draw, AThinStripStaysWhole)
+{
+    const auto least = [](const std::vector<double>& ink) {
+        return *std::min_element(ink.begin(), ink.end());
+    };
+    EXPECT_EQ(least(ink_of_a_strip(0.4, render::Antialias::none)), 0);
+    EXPECT_GT(least(ink_of_a_strip(0.4, render::Antialias::samples4)), 0.1);
+    // Sixteen samples, each at another sixteenth: six or seven of them.
+    const auto fine = ink_of_a_strip(0.4, render::Antialias::samples16);
+    const double most = *std::max_element(fine.begin(), fine.end());
+    EXPECT_GT(least(fine), 0.55 * most);
+}
+
 TEST(Draw, TheSameSceneGivesTheSamePixelsInAnyThread)
 {
     Scene scene;
@@ -449,10 +495,13 @@ std::vector<std::uint8_t> pixels_of_everything()
     std::vector<std::uint8_t> all;
     for (const float opacity : {1.0f, 0.4f}) {
         scene.surfaces[1].opacity = opacity;
-        for (const auto antialias : {render::Antialias::fxaa, render::Antialias::samples4}) {
+        for (const auto antialias :
+             {render::Antialias::fxaa, render::Antialias::samples4, render::Antialias::samples16}) {
             Look look;
             look.width = 240;
             look.height = 136;
+            look.style = render::Style::studio;
+            look.soft = antialias == render::Antialias::samples4;
             look.antialias = antialias;
             const Image image = render::draw(scene, {{0, 2, 5}, {0, 0, 0}, {0, 1, 0}, 0.6}, look);
             all.insert(all.end(), image.rgba.begin(), image.rgba.end());

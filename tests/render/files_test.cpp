@@ -178,6 +178,45 @@ TEST(Video, IsMadeOfOddPicturesToo)
     EXPECT_EQ(std::system(count.c_str()), 0);
 }
 
+// Five plain colours, decoded as the video's own tags say: 8-bit video levels are 255 / 219 of a
+// level wide, so each of them comes back within 2 of 255.
+TEST(Video, HasTheColoursOfItsPictures)
+{
+    if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "there is no ffmpeg";
+    const Folder folder("colours");
+    const std::array<std::array<std::uint8_t, 3>, 5> colours{
+        {{200, 40, 30}, {30, 160, 60}, {40, 60, 190}, {230, 200, 60}, {128, 128, 128}}};
+    std::vector<fs::path> pictures;
+    for (const auto& c : colours) {
+        render::Image image{32, 32, {}};
+        for (int i = 0; i < 32 * 32; ++i)
+            image.rgba.insert(image.rgba.end(), {c[0], c[1], c[2], 255});
+        pictures.push_back(folder.path / (std::to_string(pictures.size()) + ".png"));
+        render::write_png(pictures.back(), image);
+    }
+    const fs::path video = folder.path / "v.mp4", raw = folder.path / "raw";
+    ASSERT_TRUE(render::write_video(video, pictures, 24, 4));
+    const std::string tags =
+        "test \"$(ffprobe -v error -show_entries stream=color_space,color_range "
+        "-of csv=p=0 '" +
+        video.string() + "')\" = tv,bt709";
+    EXPECT_EQ(std::system(tags.c_str()), 0);
+    const std::string decode =
+        "ffmpeg -loglevel error -i '" + video.string() +
+        "' -vf scale=in_color_matrix=bt709:in_range=tv -f rawvideo -pix_fmt rgb24 '" +
+        raw.string() + "'";
+    ASSERT_EQ(std::system(decode.c_str()), 0);
+    std::ifstream in(raw, std::ios::binary);
+    const std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
+    ASSERT_EQ(bytes.size(), colours.size() * 32 * 32 * 3);
+    for (std::size_t i = 0; i < colours.size(); ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto found = std::uint8_t(bytes[(i * 32 * 32 + 16 * 32 + 16) * 3 + k]);
+            EXPECT_NEAR(found, colours[i][k], 2) << i << ' ' << k;
+        }
+    }
+}
+
 TEST(Video, SaysWhatFfmpegSays)
 {
     if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "there is no ffmpeg";

@@ -1,6 +1,6 @@
 #include "render/marker.hpp"
 
-#include "geometry/measure.hpp"
+#include "geometry/mesh/measure.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 // What the renderer's tests share.
 
-#include "geometry/primitive.hpp"
+#include "geometry/mesh/primitive.hpp"
 #include "render/draw.hpp"
 
 #include <array>

@@ -62,8 +62,8 @@ TEST(SmoothEdges, AStraightEdgeAlongPixelsStaysSharp)
     Image image = grey(40, 40, [](int x, int) { return x < 20 ? 30 : 220; });
     render::smooth_edges(image);
     // An edge without end has no stair: at most a twentieth is mixed in, for standing out.
-    EXPECT_NEAR(at(image, 19, 20), 30, 190 / 20);
-    EXPECT_NEAR(at(image, 20, 20), 220, 190 / 20);
+    EXPECT_NEAR(at(image, 19, 20), 30, 190 / 20.0);
+    EXPECT_NEAR(at(image, 20, 20), 220, 190 / 20.0);
     EXPECT_EQ(at(image, 18, 20), 30);
 }
 

@@ -2,10 +2,11 @@
 
 // The command line in this process, with the toys for nodes.
 
-#include "runtime/command_line.hpp"
+#include "runtime/commands/command_line.hpp"
 #include "tests/runtime/toys.hpp"
 
 #include <sstream>
+#include <utility>
 
 namespace toys {
 
@@ -24,7 +25,7 @@ inline Said run(std::vector<std::string> args, std::stop_token stop = {})
         args.push_back("--no-disk-cache");
     }
     std::ostringstream out, err;
-    runtime::Console console{out, err, false, stop, {}, "1.2.3"};
+    runtime::Console console{out, err, false, std::move(stop), {}, "1.2.3"};
     console.starter = "{ \"aspic\": 1, \"nodes\": {} }  // aspic cook starter.json\n";
     const int exit = runtime::run_command_line(args, registry(), console);
     return {exit, out.str(), err.str()};

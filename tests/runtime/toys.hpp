@@ -3,9 +3,11 @@
 // Small node types and a way to wire them by hand, so that the runtime is tested without files,
 // meshes or a loader.
 
-#include "graph/graph.hpp"
-#include "graph/standard_wires.hpp"
-#include "runtime/evaluator.hpp"
+#include "graph/document/graph.hpp"
+#include "graph/types/node_builder.hpp"
+#include "graph/types/standard_wires.hpp"
+#include "graph/types/wire_type.hpp"
+#include "runtime/cook/evaluator.hpp"
 
 #include <atomic>
 #include <fstream>
@@ -288,7 +290,9 @@ struct WriteRow {
         static std::mutex one;
         const std::lock_guard lock(one);
         const auto path = context.output_folder / in.path;
-        std::ofstream(path, std::ios::app);  // so that it is there
+        {
+            const std::ofstream made(path, std::ios::app);
+        }  // so that it is there
         std::fstream file(path);
         file.seekp(8 * context.frame());
         file << std::to_string(*in.value).substr(0, 7) << '\n';
@@ -454,6 +458,12 @@ public:
 inline double number(const graph::Value& value)
 {
     return *value.as<double>();
+}
+
+inline std::string bytes_of(const std::filesystem::path& file)
+{
+    std::ifstream in(file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
 // A folder of its own for a test's files, gone when the test ends.

@@ -1,0 +1,121 @@
+// What every cook would fail at is told when the document is read: validate says it, and cook
+// doesn't begin.
+
+#include "graph/document/document.hpp"
+#include "nodes/registry.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+namespace {
+
+// The problems of these nodes, one a line, without their places.
+std::string told(const std::string& nodes, const graph::LoadOptions& options = {})
+{
+    const std::string text =
+        R"({ "aspic": 1, "frames": { "last": 24 }, "nodes": {
+        "ball": { "type": "Primitive@1" }, )" +
+        nodes + " } }";
+    std::string out;
+    for (const auto& problem :
+         graph::load_text(text, "/tmp/told_before.json", nodes::registry(), options).problems) {
+        const std::string line = graph::describe(problem);
+        out += line.substr(std::min(line.find(": error: ") + 9, line.size())) + "\n";
+    }
+    return out;
+}
+
+std::string writer(const std::string& type, const std::string& params)
+{
+    const std::string of = type == "WriteMesh" ? R"("mesh": "ball.mesh")" : R"("image": "r.image")";
+    const std::string drawn =
+        type == "WriteMesh" ? "" : R"("r": { "type": "Render@2", "inputs": { "mesh": "ball" } }, )";
+    return drawn +
+           fmt::format(R"("w": {{ "type": "{}@1", "inputs": {{ {} }}, "params": {{ {} }} }})", type,
+                       of, params);
+}
+
+TEST(ToldBefore, PathsOfFilesToWrite)
+{
+    const std::string where = "node 'w', parameter 'path': ";
+    EXPECT_EQ(told(writer("WriteImage", R"("path": "a.####.jpg")")),
+              where + "expected a path that ends in .png, found a.####.jpg\n");
+    EXPECT_EQ(told(writer("ContactSheet", R"("path": "sheet.txt")")),
+              where + "expected a path that ends in .png, found sheet.txt\n");
+    EXPECT_EQ(told(writer("WriteMesh", R"("path": "a.####.abc")")),
+              where + "expected a path that ends in .obj or .ply or .stl or .glb or .gltf or .dae "
+                      "or .fbx or .x3d, found a.####.abc\n");
+    EXPECT_EQ(told(writer("WriteMesh", R"("path": "")")),
+              where + "expected the path of a file, found \"\"\n");
+    EXPECT_EQ(told(writer("WriteImage", R"("path": "frames/")")),
+              where + "expected the path of a file, found \"frames/\"\n");
+    EXPECT_NE(told(writer("WriteMesh", R"("path": "a.####.pc2")")).find("a path without #"),
+              std::string::npos);
+    EXPECT_EQ(told(R"("w": { "type": "ReadMesh@1" })"),
+              where + "expected the path of a mesh file, found none\n");
+    EXPECT_EQ(told(writer("WriteImage", R"("path": "A.####.PNG")")), "");
+    EXPECT_EQ(told(writer("WriteMesh", R"("path": "a.####.abc", "format": "ply")")), "");
+    EXPECT_EQ(told(writer("WriteMesh", R"("path": "a.pc2")")), "");
+}
+
+TEST(ToldBefore, OneFileForSeveralFrames)
+{
+    const std::string one = writer("WriteMesh", R"("path": "a.obj")");
+    EXPECT_EQ(told(one), "node 'w', parameter 'path': a.obj is a single file, but this cook writes "
+                         "24 frames; use a.####.obj for one file per frame, or cook one frame "
+                         "(--frames N)\n");
+    graph::LoadOptions frame_by_frame;
+    frame_by_frame.written_frames = 1;
+    EXPECT_EQ(told(one, frame_by_frame), "");
+}
+
+TEST(ToldBefore, TwoNodesThatWriteOneFile)
+{
+    const std::string two = R"(
+        "a": { "type": "WriteMesh@1", "inputs": { "mesh": "ball" }, "params": { "path": "x.##.obj" } },
+        "b": { "type": "WriteMesh@1", "inputs": { "mesh": "ball" }, "params": { "path": "y/../x.##.obj" } })";
+    EXPECT_EQ(told(two), "node 'b', parameter 'path': node 'a' writes x.##.obj too: give each node "
+                         "a path of its own\n");
+    graph::LoadOptions options;
+    options.reserved = "manifest.json";
+    EXPECT_EQ(
+        told(writer("WriteMesh", R"("path": "./manifest.json", "format": "pc2")"), options),
+        "node 'w', parameter 'path': manifest.json is written by the cook itself: use another "
+        "path\n");
+}
+
+TEST(ToldBefore, InputsThatAChoiceNeeds)
+{
+    const std::string cubes = R"("cubes": { "type": "Voxelize@1", "inputs": { "mesh": "ball" },
+                                 "params": { "method": "solid" } }, )";
+    const auto needs = [](const std::string& text, const std::string& input) {
+        return text.find("needs the input '" + input + "'") != std::string::npos &&
+               text.find('\n') == text.size() - 1;
+    };
+    EXPECT_TRUE(
+        needs(told(R"("c": { "type": "Voxelize@1", "inputs": { "mesh": "ball" } })"), "points"));
+    EXPECT_TRUE(
+        needs(told(R"("c": { "type": "Voxelize@1", "params": { "method": "surface" } })"), "mesh"));
+    EXPECT_TRUE(
+        needs(told(R"("c": { "type": "Collider@1", "params": { "kind": "mesh" } })"), "mesh"));
+    EXPECT_TRUE(needs(told(cubes + R"("c": { "type": "Pin@1", "inputs": { "cubes": "cubes" },
+                                   "params": { "where": "material" } })"),
+                      "mesh"));
+    EXPECT_TRUE(
+        needs(told(R"("c": { "type": "Plane@1", "params": { "outline": "mesh" } })"), "mesh"));
+    EXPECT_TRUE(
+        needs(told(R"("c": { "type": "Measure@1", "inputs": { "mesh": "ball" } })"), "rest"));
+    EXPECT_TRUE(needs(told(R"("c": { "type": "Skeletons@1",
+                           "params": { "skeletons": [{ "kind": "mesh" }] } })"),
+                      "mesh"));
+    EXPECT_EQ(told(R"("c": { "type": "Render@2" })"),
+              "node 'c': there is nothing to draw: link a mesh, cubes, points, pins, forces or "
+              "colliders\n");
+    EXPECT_EQ(told(cubes + R"("b": { "type": "Ball@1" },
+                   "sim": { "type": "Simulate@1",
+                            "inputs": { "cubes": "cubes", "balls": ["b.ball"] } })"),
+              "node 'sim', input 'balls': rigid balls need method = lattice: change the method, or "
+              "unlink the input 'balls'\n");
+}
+
+}  // namespace

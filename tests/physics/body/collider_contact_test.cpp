@@ -1,0 +1,319 @@
+#include "physics/body/collider_contact.hpp"
+
+#include "geometry/base/random.hpp"
+#include "geometry/mesh/primitive.hpp"
+#include "physics/bricks/bricks.hpp"
+#include "physics/bricks/springs.hpp"
+#include "physics/lattice/lattice.hpp"
+#include "tests/physics/cube_fixtures.hpp"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace physics;
+using geometry::Transform;
+
+Vec3 somewhere(std::uint64_t i)
+{
+    const geometry::Random random(5);
+    return 4 * Vec3(random.unit(3 * i), random.unit(3 * i + 1), random.unit(3 * i + 2)) -
+           Vec3::Constant(2);
+}
+
+Transform some_pose()
+{
+    Transform pose(Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()));
+    pose.pretranslate(Vec3(0.3, -0.2, 0.5));
+    return pose;
+}
+
+TEST(ColliderContact, GapsAndNormalsAreThoseOfTheShapes)
+{
+    Collider c;
+    c.pose = c.before = some_pose();
+    c.thickness = 0.05;
+    for (std::uint64_t i = 0; i < 200; ++i) {
+        const Vec3 p = somewhere(i), local = some_pose().inverse() * p;
+        c.kind = Collider::Kind::plane;
+        Touch t = touch(pose_collider(c, 1, 1, 0.1), p);
+        EXPECT_NEAR(t.gap, local.y() - 0.05, 1e-12);
+        c.kind = Collider::Kind::sphere;
+        t = touch(pose_collider(c, 1, 1, 0.1), p);
+        EXPECT_NEAR(t.gap, local.norm() - 1.05, 1e-12);
+        c.kind = Collider::Kind::box;
+        t = touch(pose_collider(c, 1, 1, 0.1), p);
+        // Along its normal, the gap leads to the surface.
+        const Touch there = touch(pose_collider(c, 1, 1, 0.1), p - t.gap * t.normal);
+        EXPECT_NEAR(there.gap, 0, 1e-12);
+        EXPECT_NEAR(t.normal.norm(), 1, 1e-12);
+        EXPECT_EQ(t.gap + 0.05 < 0, (local.cwiseAbs().array() < 0.5).all());
+    }
+}
+
+TEST(ColliderContact, ABoxAndItsMeshAreTheSameInside)
+{
+    Collider box;
+    box.kind = Collider::Kind::box;
+    Collider mesh;
+    mesh.kind = Collider::Kind::mesh;
+    mesh.mesh = std::make_shared<const geometry::TriMesh>(geometry::box({1, 1, 1}, {2, 2, 2}));
+    const auto posed_box = pose_collider(box, 1, 1, 0.05);
+    const auto posed_mesh = pose_collider(mesh, 1, 1, 0.05);
+    int inside = 0;
+    for (std::uint64_t i = 0; i < 500; ++i) {
+        const Vec3 p = 0.4 * somewhere(i);
+        const Touch a = touch(posed_box, p), b = touch(posed_mesh, p);
+        EXPECT_EQ(a.gap < 0, b.gap < 0);
+        if (a.gap >= 0) continue;
+        ++inside;
+        EXPECT_NEAR(a.gap, b.gap, 1e-6);
+    }
+    EXPECT_GT(inside, 50);
+}
+
+// Points that went through a plate of 2 cm, or past its middle, from above and from below.
+TEST(ColliderContact, APointThatTunneledThroughAThinWallTouchesTheSideItCameFrom)
+{
+    std::vector<Collider> plates(2);
+    plates[0].kind = Collider::Kind::box;
+    plates[0].half_size = Vec3(1, 0.01, 1);
+    plates[0].pose = plates[0].before = some_pose();
+    plates[1] = plates[0];
+    plates[1].kind = Collider::Kind::mesh;
+    geometry::TriMesh mesh = geometry::box({2, 0.02, 2}, {4, 1, 4});
+    for (auto& p : mesh.positions) p = (some_pose() * p.cast<double>()).cast<float>();
+    plates[1].mesh = std::make_shared<const geometry::TriMesh>(std::move(mesh));
+    const geometry::Random random(8);
+    for (Collider& plate : plates) {
+        for (const double thickness : {0.0, 0.003}) {
+            plate.thickness = thickness;
+            const PosedCollider posed = pose_collider(plate, 1, 1, 0.05);
+            for (std::uint64_t i = 0; i < 400; ++i) {
+                const double side = i % 2 == 0 ? 1 : -1, dt = 0.005;
+                const Vec3 from(random.unit(5 * i) - 0.5,
+                                side * (0.008 + 0.05 * random.unit(5 * i + 1)),
+                                random.unit(5 * i + 2) - 0.5);
+                const Vec3 way(0.05 * random.unit(5 * i + 3), -side * 0.1 * random.unit(5 * i + 4),
+                               0.02);
+                const Vec3 to = from + way;
+                const Touch t = touch(posed, some_pose() * to, some_pose().linear() * way / dt, dt);
+                const double gap = side * to.y() - 0.01 - thickness;
+                if (gap < 0) {
+                    ASSERT_NEAR(t.gap, gap, 1e-6) << i;
+                    const Vec3 up = some_pose().linear() * Vec3(0, side, 0);
+                    ASSERT_NEAR((t.normal - up).norm(), 0, 1e-6) << i;
+                } else {
+                    ASSERT_FALSE(t.gap < 0) << i;
+                }
+            }
+        }
+    }
+}
+
+TEST(ColliderContact, APointThatTunneledThroughASphereTouchesWhereItEntered)
+{
+    Collider ball;
+    ball.kind = Collider::Kind::sphere;
+    ball.radius = 0.01;
+    const PosedCollider posed = pose_collider(ball, 1, 1, 0.05);
+    const Vec3 to(0.006, -0.03, 0), v(0, -10, 0);  // it came from 2 cm above
+    const Touch t = touch(posed, to, v, 0.005);
+    EXPECT_NEAR((t.normal - Vec3(0.6, 0.8, 0)).norm(), 0, 1e-12);
+    EXPECT_NEAR(t.gap, -0.8 * 0.038, 1e-12);
+    EXPECT_GT(touch(posed, Vec3(0.011, -0.03, 0), v, 0.005).gap, 0) << "it went past";
+    EXPECT_GT(touch(posed, to, -v, 0.005).gap, 0) << "it has not been there yet";
+    EXPECT_GT(touch(posed, Vec3(0, 0.02, 0), v, 0.005).gap, 0) << "it is on its way";
+    // Still inside, by the side that it came in by: the nearest place of the surface is as good.
+    const Vec3 within(0.002, 0.009, 0);
+    const Touch grazed = touch(posed, within, Vec3(2, 0.4, 0), 0.005);
+    EXPECT_NEAR((grazed.normal - within.normalized()).norm(), 0, 1e-12);
+    EXPECT_NEAR(grazed.gap, within.norm() - 0.01, 1e-12);
+}
+
+TEST(ColliderContact, APointThatPassesOverTheEdgeOfABoxTouchesNothing)
+{
+    Collider box;
+    box.kind = Collider::Kind::box;
+    box.half_size = Vec3(0.1, 0.1, 0.1);
+    const PosedCollider posed = pose_collider(box, 1, 1, 0.05);
+    const double dt = 0.01;
+    const std::vector<std::array<Vec3, 2>> ways = {
+        {Vec3(0.07, 0.17, 0), Vec3(0.17, 0.07, 0)},     // outside the edge at x = y = 0.1
+        {Vec3(0.03, 0.13, 0), Vec3(0.13, 0.03, 0)},     // through that edge
+        {Vec3(0.101, 0.12, 0), Vec3(0.102, -0.15, 0)},  // past the side
+        {Vec3(0.095, 0.05, 0), Vec3(0.04, 0.13, 0)}};   // from within, out by the top
+    for (const auto& [from, to] : ways) {
+        EXPECT_GT(touch(posed, to, (to - from) / dt, dt).gap, 0) << to.transpose();
+    }
+}
+
+// The wall comes, and the point does not move.
+TEST(ColliderContact, AThinWallThatSweepsPastAPointTakesItAlong)
+{
+    Collider plate;
+    plate.kind = Collider::Kind::box;
+    plate.half_size = Vec3(1, 0.01, 1);
+    plate.pose = Transform(Eigen::Translation3d(0, 0.5, 0));  // 12 m/s
+    const PosedCollider posed = pose_collider(plate, 0.5, 1.0 / 24, 0.05);
+    const double dt = 1.0 / 24 / 8;
+    const Touch t = touch(posed, Vec3(0, 0.22, 0), Vec3::Zero(), dt);
+    EXPECT_NEAR(t.normal.y(), 1, 1e-12);
+    EXPECT_NEAR(t.gap, -0.04, 1e-12);
+    EXPECT_NEAR(t.velocity.y(), 12, 1e-9);
+}
+
+TEST(ColliderContact, TheSurfaceMovesWithItsPose)
+{
+    // Half way through a quarter turn in a tenth of a second, the point at the rim moves along.
+    Collider c;
+    c.kind = Collider::Kind::sphere;
+    c.pose = Transform(Eigen::AngleAxisd(0.02, Vec3::UnitY()));
+    const Touch t = touch(pose_collider(c, 1, 0.1, 0.1), Vec3(1, 0, 0));
+    EXPECT_NEAR(t.velocity.z(), -0.2, 1e-3);  // omega x r = 0.2 (0 1 0) x (1 0 0)
+    EXPECT_NEAR(t.velocity.x(), 0, 3e-3);
+}
+
+// A block with a finely divided surface dropped on a box, and on the mesh of that box.
+TEST(ColliderContact, ABlockRestsOnAMeshAsOnABox)
+{
+    auto cubes = fixtures::box(3, 3, 3, 0.1, {.young = 2e5, .stiffness_damping = 0.02});
+    geometry::TriMesh surface = geometry::box({0.3, 0.3, 0.3}, {12, 12, 12});
+    for (auto& p : surface.positions) p += geometry::Vec3f::Constant(0.15f);
+    const BricksBody body = make_bricks(cubes, {}, &surface);
+    Collider box;
+    box.kind = Collider::Kind::box;
+    box.pose = box.before = Transform(Eigen::Translation3d(0.15, -0.5, 0.15));
+    Collider mesh;
+    mesh.kind = Collider::Kind::mesh;
+    auto shape = geometry::box({1, 1, 1}, {4, 4, 4});
+    for (auto& p : shape.positions) p += geometry::Vec3f(0.15f, -0.5f, 0.15f);
+    mesh.mesh = std::make_shared<const geometry::TriMesh>(std::move(shape));
+    for (const Collider& collider : {box, mesh}) {
+        Loads loads;
+        loads.forces.push_back({});
+        loads.colliders.push_back(collider);
+        State state = rest_state(body);
+        for (int i = 0; i < 100; ++i) state = advance(body, state, loads, 1.0 / 24);
+        double mean = 0, fastest = 0;
+        for (std::size_t k = 0; k < state.x.size(); ++k) {
+            mean += state.x[k].y() / double(state.x.size());
+            fastest = std::max(fastest, state.v[k].norm());
+        }
+        // Its own squash, about rho g H^2 / 2 E = 2 mm at half height, and a tenth of a cube's.
+        EXPECT_NEAR(mean, 0.15 - 1.5e-3, 1e-3);
+        EXPECT_LT(fastest, 1e-3);
+        EXPECT_TRUE(state.report.converged);
+    }
+}
+
+// A block thrown at 8 m/s at a plate of 2 cm, a box or a mesh: it goes 4 or 33 cm in a substep.
+TEST(ColliderContact, NoMethodLetsABlockThroughAThinPlate)
+{
+    const auto cubes = fixtures::box(3, 3, 3, 0.1, {.young = 2e5, .stiffness_damping = 0.005});
+    Collider box;
+    box.kind = Collider::Kind::box;
+    box.half_size = Vec3(1, 0.01, 1);
+    box.pose = box.before = Transform(Eigen::Translation3d(0.15, -0.3, 0.15));
+    Collider mesh;
+    mesh.kind = Collider::Kind::mesh;
+    auto shape = geometry::box({2, 0.02, 2}, {4, 1, 4});
+    for (auto& p : shape.positions) p += geometry::Vec3f(0.15f, -0.3f, 0.15f);
+    mesh.mesh = std::make_shared<const geometry::TriMesh>(std::move(shape));
+    const BricksBody bricks = make_bricks(cubes);
+    const SpringsBody springs = make_springs(cubes);
+    const LatticeBody lattice = make_lattice(cubes);
+    // Those within touch nothing.
+    const auto outside = fixtures::corners_where(
+        cubes, [](const auto& c) { return (c.array() == 0).any() || (c.array() == 3).any(); });
+    ASSERT_EQ(outside.size(), 56u);
+    for (const Collider& plate : {box, mesh}) {
+        Loads loads;
+        loads.forces.push_back({});
+        loads.colliders.push_back(plate);
+        const auto lowest_of = [&](State state, const auto& body, int substeps) {
+            for (Vec3& v : state.v) v.y() = -8;
+            double lowest = 0;
+            for (int i = 0; i < 24; ++i) {
+                state = advance(body, state, loads, 1.0 / 24, StepOptions{.substeps = substeps});
+                for (const auto k : outside) lowest = std::min(lowest, state.x[k].y());
+            }
+            return lowest;
+        };
+        for (const int substeps : {1, 8}) {
+            EXPECT_GT(lowest_of(rest_state(bricks), bricks, substeps), -0.3) << substeps;
+            EXPECT_GT(lowest_of(rest_state(springs), springs, substeps), -0.3) << substeps;
+            EXPECT_GT(lowest_of(rest_state(lattice), lattice, substeps), -0.3) << substeps;
+        }
+    }
+}
+
+TEST(ColliderContact, AMovingColliderCarriesWhatRestsOnIt)
+{
+    // A plate that moves sideways at 0.5 m/s takes the block along by friction.
+    const auto cubes = fixtures::box(2, 1, 2, 0.1, {.young = 1e5, .stiffness_damping = 0.01});
+    const BricksBody body = make_bricks(cubes);
+    Collider plate;
+    State state = rest_state(body);
+    for (int i = 0; i < 48; ++i) {
+        Loads loads;
+        loads.forces.push_back({});
+        plate.friction = 1;
+        plate.before = Transform(Eigen::Translation3d(0.5 * i / 24, 0, 0));
+        plate.pose = Transform(Eigen::Translation3d(0.5 * (i + 1) / 24, 0, 0));
+        loads.colliders.push_back(plate);
+        state = advance(body, state, loads, 1.0 / 24);
+    }
+    for (const Vec3& v : state.v) EXPECT_NEAR(v.x(), 0.5, 0.02);
+}
+
+Collider plane_at(double height)
+{
+    Collider plane;
+    plane.pose.translation().y() = plane.before.translation().y() = height;
+    return plane;
+}
+
+TEST(ColliderContact, WarnsOfABodyThatStartsMoreThanACubeInsideACollider)
+{
+    const geometry::Cubes cubes = fixtures::box(4, 4, 4, 0.1);
+    const double lowest = geometry::corner_positions(cubes)[0].y();
+    const std::vector<Collider> touching{plane_at(lowest + 0.09)};
+    EXPECT_TRUE(buried(cubes, {}, touching).empty());
+    const std::vector<Collider> two{plane_at(lowest - 1), plane_at(lowest + 0.25)};
+    const auto said = buried(cubes, {}, two);
+    ASSERT_EQ(said.size(), 1u);
+    EXPECT_NE(said[0].find("up to 0.25 m inside collider 2 of 2"), std::string::npos) << said[0];
+}
+
+TEST(ColliderContact, DoesNotWarnOfPinnedCornersInsideACollider)
+{
+    const geometry::Cubes cubes = fixtures::box(4, 4, 4, 0.1);
+    const auto corners = geometry::corner_positions(cubes);
+    Pins pins;
+    for (std::uint32_t c = 0; c < corners.size(); ++c) {
+        if (corners[c].y() > corners[0].y() + 0.15) continue;
+        pins.corner.push_back(c);
+        pins.target.push_back(corners[c]);
+    }
+    const std::vector<Collider> floor{plane_at(corners[0].y() + 0.25)};
+    EXPECT_TRUE(buried(cubes, pins, floor).empty());
+    pins.corner.pop_back(), pins.target.pop_back();
+    EXPECT_EQ(buried(cubes, pins, floor).size(), 1u);
+}
+
+TEST(ColliderContact, WarnsOfABodyThatStartsInsideAMesh)
+{
+    const geometry::Cubes cubes = fixtures::box(4, 4, 4, 0.1);
+    Collider stone;
+    stone.kind = Collider::Kind::mesh;
+    auto ball = geometry::icosphere(0.5, 3);
+    for (auto& p : ball.positions) p += cubes.corner_position(0).cast<float>();
+    stone.mesh = std::make_shared<const geometry::TriMesh>(ball);
+    EXPECT_EQ(buried(cubes, {}, std::vector{stone}).size(), 1u);
+    for (auto& p : ball.positions) p.x() -= 0.55f;
+    stone.mesh = std::make_shared<const geometry::TriMesh>(ball);
+    EXPECT_TRUE(buried(cubes, {}, std::vector{stone}).empty());
+}
+
+}  // namespace

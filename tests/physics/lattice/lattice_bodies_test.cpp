@@ -1,0 +1,258 @@
+// Several bodies in one lattice, and rigid balls.
+
+#include "geometry/mesh/primitive.hpp"
+#include "tests/physics/lattice/lattice_fixtures.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <numbers>
+
+using namespace physics;
+using fixtures::box;
+using fixtures::whole_sheet;
+using geometry::Cubes;
+using geometry::Vec3i;
+
+namespace {
+
+// The same cubes once more, `by` cells away and not linked to the first.
+Cubes with_copy(const Cubes& one, const Vec3i& by)
+{
+    Cubes both = one;
+    for (std::size_t c = 0; c < one.count(); ++c) {
+        both.cell.push_back(one.cell[c] + by);
+        auto corners = one.corners[c];
+        for (auto& k : corners) k += std::uint32_t(one.corner_count());
+        both.corners.push_back(corners);
+        both.mass.push_back(one.mass[c]);
+        both.fill.push_back(one.fill[c]);
+        both.young.push_back(one.young[c]);
+        both.poisson.push_back(one.poisson[c]);
+        both.mass_damping.push_back(one.mass_damping[c]);
+        both.stiffness_damping.push_back(one.stiffness_damping[c]);
+        both.matter.push_back(one.matter[c]);
+    }
+    for (const Vec3i& at : one.corner) both.corner.push_back(at + by);
+    return both;
+}
+
+}  // namespace
+
+TEST(LatticeBodies, SeveralAreEachAsStiffAsAlone)
+{
+    // A slender beam bends too stiffly by far more than a block does: side by side, not linked,
+    // each is softened by its own excess.
+    const LatticeOptions options{.half_width = 2};
+    std::vector<Vec3i> beam, block, both;
+    for (int x = 0; x < 12; ++x) beam.emplace_back(x, 0, 0);
+    for (int k = 0; k < 27; ++k) block.emplace_back(k % 3, 5 + k / 3 % 3, k / 9);
+    both = beam;
+    both.insert(both.end(), block.begin(), block.end());
+    const auto rates = [&](const std::vector<Vec3i>& cells) {
+        const Cubes cubes = fixtures::cubes_on(cells, 0.1);
+        const LatticeBody body = make_lattice(cubes, options);
+        std::map<std::array<int, 3>, float> out;
+        for (std::size_t s = 0; s < body.whole.rate_sq.size(); ++s) {
+            const auto r = body.whole.regions.particle[s];
+            if (r == none) continue;
+            const Vec3i& at = cubes.corner[r];
+            out[{at[0], at[1], at[2]}] = body.whole.rate_sq[s];
+        }
+        return out;
+    };
+    auto alone = rates(beam);
+    alone.merge(rates(block));
+    const auto together = rates(both);
+    ASSERT_EQ(together.size(), alone.size());
+    // The bend that tells is so slight that some 1e-5 of it is rounding.
+    for (const auto& [at, rate] : together) EXPECT_NEAR(rate / alone[at], 1, 1e-3);
+}
+
+TEST(LatticeBodies, CollideAndDoNotPassThroughEachOther)
+{
+    // One block falls on another that lies on the ground, half over its edge of contact distance.
+    const Cubes one = fixtures::box(3, 3, 3, 0.1, {1000, 1e5, 0.3});
+    const auto n = std::uint32_t(one.corner_count());
+    const Cubes cubes = with_copy(one, Vec3i(0, 8, 0));
+    LatticeOptions options{.half_width = 2, .damping = 0.01, .substeps = 8};
+    options.contact.on = true;
+    const LatticeBody body = make_lattice(cubes, options);
+    Loads loads;
+    loads.forces.push_back({});
+    loads.colliders.push_back({});
+    State state = rest_state(body);
+    for (int f = 0; f < 72; ++f) {
+        state = advance(body, std::move(state), loads, 1.0 / 24, options);
+        double nearest = 1e9;
+        for (std::uint32_t a = 0; a < n; ++a) {
+            for (std::uint32_t b = n; b < 2 * n; ++b) {
+                nearest = std::min(nearest, (state.x[a] - state.x[b]).norm());
+            }
+        }
+        ASSERT_GT(nearest, 0.07) << f;  // 0.1 apart, less what a fifth a step has yet to resolve
+    }
+    double upper = 0;
+    for (std::uint32_t k = n; k < 2 * n; ++k) upper += state.x[k].y() / n;
+    EXPECT_NEAR(upper, 0.3 + 0.1 + 0.15, 0.06);  // on top of the other, a contact distance above
+    // Momentum between free bodies is kept.
+    State free = rest_state(body);
+    for (std::uint32_t k = n; k < 2 * n; ++k) free.v[k] = Vec3(0.3, -6, 0);
+    Vec3 before = Vec3::Zero(), after = before;
+    for (std::uint32_t k = 0; k < 2 * n; ++k) before += body.base.mass[k] * free.v[k];
+    for (int f = 0; f < 24; ++f) free = advance(body, std::move(free), {}, 1.0 / 48, options);
+    for (std::uint32_t k = 0; k < 2 * n; ++k) after += body.base.mass[k] * free.v[k];
+    EXPECT_LT((after - before).norm(), 1e-10 * before.norm());
+    double moved = 0;
+    for (std::uint32_t k = 0; k < n; ++k) moved = std::max(moved, free.v[k].norm());
+    EXPECT_GT(moved, 0.5);  // the other was hit
+}
+
+TEST(LatticeBodies, KeepTheirContactDistance)
+{
+    // Two cubes of 0.1 m meet face to face, of which one may be held. A push leaves no gap and
+    // closes none beyond, so while the corners in front touch they are the contact distance apart:
+    // 0.16 m where that is given, the edge of a cube where it is 0. What is held gives nothing of
+    // way: if its mass took part, each push would leave half the speed, 1 mm a step. Pushes are
+    // kept in single precision: of 1 m/s for 1 ms.
+    const Cubes cubes = with_copy(box(1, 1, 1, 0.1), Vec3i(3, 0, 0));
+    for (const double distance : {0.0, 0.16}) {
+        for (const bool held : {false, true}) {
+            LatticeOptions options{.half_width = 1, .substeps = 1};
+            options.contact.on = true;
+            options.contact.distance = distance;
+            const LatticeBody body = make_lattice(cubes, options);
+            State state = rest_state(body);
+            Loads loads;
+            for (std::uint32_t k = 0; k < 16; ++k) {
+                if (k < 8) state.v[k] = Vec3(2, 0, 0);
+                if (k < 8 || !held) continue;
+                loads.pins.corner.push_back(k);
+                loads.pins.target.push_back(state.x[k]);
+            }
+            double nearest = 1;
+            for (int f = 0; f < 200; ++f) {
+                state = advance(body, std::move(state), loads, 1e-3, options);
+                for (std::size_t a = 0; a < 8; ++a) {
+                    for (std::size_t b = 8; b < 16; ++b) {
+                        nearest = std::min(nearest, (state.x[a] - state.x[b]).norm());
+                    }
+                }
+            }
+            EXPECT_NEAR(nearest, distance > 0 ? distance : 0.1, 1e-6) << held;
+        }
+    }
+}
+
+TEST(LatticeBodies, TouchWithOutsideParticlesOnly)
+{
+    // Of 4 x 4 x 4 particles all but the 2 x 2 x 2 within; of a plane, which has nothing but two
+    // faces, all.
+    LatticeOptions options{.half_width = 1};
+    options.contact.on = true;
+    EXPECT_EQ(make_lattice(box(3, 3, 3, 0.1), options).side.size(), 64u - 8u);
+    EXPECT_EQ(make_lattice(whole_sheet(4, 5), options).side.size(), 5u * 6u);
+}
+
+TEST(LatticeBalls, RestOnASheetAndLoadItsPins)
+{
+    // A ball settles on a sheet held at its rim; momentum balance: its speed goes to 0 while
+    // gravity pulls, so the pins carry it. It lies where it touches, above the sheet's dent.
+    const Cubes cubes = whole_sheet(12, 12);
+    LatticeOptions options{.half_width = 1, .damping = 0.02, .substeps = 16};
+    const LatticeBody body = make_lattice(cubes, options);
+    Loads loads;
+    loads.forces.push_back({});
+    Ball ball;
+    ball.radius = 0.25;
+    ball.mass = 4;
+    ball.position = Vec3(0.6, 0.4, 0.6);
+    loads.balls.push_back(ball);
+    for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+        const auto& at = cubes.corner[k];
+        if (at[0] % 12 != 0 && at[2] % 12 != 0) continue;
+        loads.pins.corner.push_back(k);
+        loads.pins.target.push_back(cubes.corner_position(k));
+    }
+    State state = rest_state(body);
+    for (int f = 0; f < 240; ++f) {
+        state = advance(body, std::move(state), loads, 1.0 / 24, options);
+        for (Vec3& v : state.v) v *= 0.98;
+    }
+    ASSERT_EQ(state.balls.size(), 1u);
+    EXPECT_LT(state.balls[0].v.norm(), 0.05);
+    double lowest = 0;
+    for (const Vec3& x : state.x) lowest = std::min(lowest, x[1]);
+    EXPECT_LT(lowest, -0.01);
+    EXPECT_NEAR(state.balls[0].x[1], lowest + 0.25, 0.02);
+    EXPECT_NEAR(state.balls[0].x[0], 0.6, 0.02);
+}
+
+TEST(LatticeBalls, RollDownASlopeAsSolidBallsDo)
+{
+    // Without slip a = 5/7 g sin(30 deg): after 0.5 s it has gone 5/7 9.81 0.5 0.5^2 / 2 = 0.438 m.
+    const Cubes cubes = fixtures::box(1, 1, 1, 0.1);
+    LatticeOptions options{.half_width = 1, .substeps = 20};
+    const LatticeBody body = make_lattice(cubes, options);
+    Loads loads;
+    loads.forces.push_back({});
+    Collider slope;
+    slope.pose.linear() = Eigen::AngleAxisd(std::numbers::pi / 6, Vec3::UnitZ()).toRotationMatrix();
+    slope.before = slope.pose;
+    loads.colliders.push_back(slope);
+    Ball ball;
+    ball.radius = 0.2;
+    const Vec3 normal = slope.pose.linear() * Vec3::UnitY();
+    ball.position = Vec3(5, 5 * std::tan(std::numbers::pi / 6), 0) + 0.2 * normal;
+    loads.balls.push_back(ball);
+    State state = rest_state(body);
+    for (int f = 0; f < 12; ++f) state = advance(body, std::move(state), loads, 1.0 / 24, options);
+    EXPECT_NEAR((state.balls[0].x - ball.position).norm(), 0.438, 0.01);
+    EXPECT_NEAR(state.balls[0].spin.norm() * 0.2, state.balls[0].v.norm(), 0.01);
+}
+
+TEST(LatticeBalls, TurnAboutTheirSpinFromAnyOrientation)
+{
+    const LatticeOptions options{.half_width = 1, .substeps = 7};
+    const LatticeBody body = make_lattice(box(1, 1, 1, 0.1), options);
+    Loads loads;
+    loads.balls.push_back({.position = Vec3(5, 5, 5)});
+    State state = advance(body, rest_state(body), loads, 0.1, options);
+    const Eigen::Quaterniond lies(Eigen::AngleAxisd(1.2, Vec3(1, 2, 3).normalized()));
+    state.balls[0].turn = {lies.w(), lies.x(), lies.y(), lies.z()};
+    state.balls[0].spin = Vec3(0, 3, 0);
+    const State after = advance(body, state, loads, 0.1, options);
+    const Eigen::Vector4d q = after.balls[0].turn;
+    const Eigen::Quaterniond turned(q[0], q[1], q[2], q[3]);
+    const Eigen::Quaterniond expected = Eigen::AngleAxisd(0.3, Vec3::UnitY()) * lies;
+    EXPECT_LT(turned.angularDistance(expected), 1e-7);  // the arc cosine of 1 less rounding
+    state.balls[0].spin[1] = std::numeric_limits<double>::infinity();
+    EXPECT_THROW(advance(body, state, loads, 0.1, options), std::invalid_argument);
+}
+
+TEST(LatticeBalls, HitEachOtherAsSolidBallsWithFrictionDo)
+{
+    // One comes down on another at 2 m/s while it goes past at 5 m/s: they meet at t = 0.3 s, one
+    // above the other, without bounce. Each takes on half of 2 m/s, J = m / 2 * 2; friction is of
+    // the two coefficients' geometric mean, 0.3 J = 0.45 N s, far from what would stop their slip,
+    // and turns both the same way at r 0.3 J / (2/5 m r^2) = 3.75 rad/s.
+    const double m = 1.5, r = 0.2;
+    const LatticeOptions options{.half_width = 1, .substeps = 400};
+    const LatticeBody body = make_lattice(box(1, 1, 1, 0.1), options);
+    Loads loads;
+    Ball one{.radius = r, .mass = m, .friction = 1}, other = one;
+    one.position = Vec3(-1.5, 1, 5);
+    one.velocity = Vec3(5, -2, 0);
+    other.position = Vec3(0, 0, 5);
+    other.friction = 0.09;
+    loads.balls = {one, other};
+    State state = rest_state(body);
+    for (int f = 0; f < 8; ++f) state = advance(body, std::move(state), loads, 1.0 / 24, options);
+    // In a step of 0.1 ms they slide by 0.5 mm, so the normal is off by some thousandths.
+    const auto& a = state.balls[0];
+    const auto& b = state.balls[1];
+    EXPECT_LT((a.v - Vec3(4.7, -1, 0)).norm(), 0.03);
+    EXPECT_LT((b.v - Vec3(0.3, -1, 0)).norm(), 0.03);
+    EXPECT_LT((a.spin - Vec3(0, 0, -3.75)).norm(), 0.05);
+    EXPECT_LT((b.spin - Vec3(0, 0, -3.75)).norm(), 0.05);
+}

@@ -1,0 +1,93 @@
+#include "physics/layered_bodies/layered_mesh.hpp"
+
+#include "physics/layered_bodies/layered_body.hpp"
+#include "physics/layered_bodies/layered_step.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace physics {
+namespace {
+
+LayeredScene two_pressed_balls()
+{
+    std::vector<LayeredPart> parts;
+    for (const double x : {-0.09, 0.09}) {
+        geometry::ImplicitLayer layer;
+        layer.skeletons = {{.kind = geometry::SkeletonKind::point, .points = {Vec3(x, 0, 0)}}};
+        layer.contributions = {{.thickness = 0.1, .stiffness = 10, .radius = 0.25}};
+        layer.frame = {0};
+        LayeredPart part;
+        part.body = std::make_shared<const LayeredBody>(
+            make_layered_body(layer, BaseKind::still, 1000, 0.01));
+        part.colour = {x < 0 ? 1.f : 0.f, 0, 0};
+        parts.push_back(part);
+    }
+    return start(parts);
+}
+
+}  // namespace
+
+TEST(LayeredMesh, EachBodyIsAGroupThatEndsAtTheCommonSurface)
+{
+    const LayeredScene scene = two_pressed_balls();
+    for (const auto surface :
+         {LayeredMeshOptions::Surface::exact, LayeredMeshOptions::Surface::samples}) {
+        const geometry::TriMesh mesh = layered_mesh(scene, {.surface = surface, .cell = 0.01});
+        ASSERT_EQ(mesh.topology->materials.size(), 2u);
+        ASSERT_EQ(mesh.topology->group.size(), mesh.triangles().size());
+        ASSERT_EQ(mesh.normals.size(), mesh.positions.size());
+        ASSERT_EQ(mesh.attributes.at(0).values.size(), mesh.positions.size());
+        EXPECT_EQ(mesh.topology->materials[0].colour.x(), 1.f);
+        for (std::size_t t = 0; t < mesh.triangles().size(); ++t) {
+            for (const std::uint32_t v : mesh.triangles()[t]) {
+                const float side = mesh.topology->group[t] == 0 ? -1.f : 1.f;
+                // The grid of 0.01 m cuts the border's corner by about its curvature.
+                EXPECT_GT(side * mesh.positions[v].x(), -1e-4f);
+            }
+        }
+    }
+}
+
+// The preview carries the samples from where the last step left them: for a scene at rest the exact
+// surface, flat where two press each other.
+TEST(LayeredMesh, ThePreviewOfASteppedSceneNeedsNoField)
+{
+    LayeredScene scene = two_pressed_balls();
+    scene = advance(scene, scene.parts, {.gravity = Vec3::Zero()}, 1.0 / 24, 1);
+    const geometry::TriMesh mesh =
+        layered_mesh(scene, {.surface = LayeredMeshOptions::Surface::samples});
+    ASSERT_EQ(mesh.attributes.at(0).values.size(), mesh.positions.size());
+    double flat = 0, pressed = 0;
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+        const bool left = v < scene.parts[0].body->samples.count();
+        const geometry::Vec3f p = mesh.positions[v];
+        const float r = (p - geometry::Vec3f(left ? -0.09f : 0.09f, 0, 0)).norm();
+        EXPECT_LT((left ? 1.f : -1.f) * p.x(), 1e-6f);
+        if (std::abs(p.x()) > 1e-6f) {
+            EXPECT_NEAR(r, 0.1f, 1e-6f);
+        } else {
+            flat += 1;
+        }
+        pressed = std::max(pressed, static_cast<double>(mesh.attributes[0].values[v]));
+    }
+    EXPECT_GT(flat, 20);
+    EXPECT_NEAR(pressed, 10 * (0.1 - 0.09), 5e-3);  // k times the depth at the middle
+}
+
+TEST(LayeredMesh, OneBodyCanBeMeshedUndeformedOrCut)
+{
+    const LayeredScene scene = two_pressed_balls();
+    const auto right = layered_mesh(scene, {.cell = 0.01, .body = 1, .deformed = false});
+    for (const auto& p : right.positions) {
+        EXPECT_NEAR((p - geometry::Vec3f(0.09f, 0, 0)).norm(), 0.1f, 1e-6f);
+    }
+    const auto cut =
+        layered_mesh(scene, {.cell = 0.01, .cut = LayeredMeshOptions::Cut::z, .cut_at = 0});
+    ASSERT_FALSE(cut.triangles().empty());
+    for (const auto& p : cut.positions) EXPECT_LT(p.z(), 0.021f);
+    EXPECT_THROW(layered_mesh(scene, {.body = 2}), std::invalid_argument);
+}
+
+}  // namespace physics

@@ -1,0 +1,171 @@
+// Soft shadows, shade in corners and the looks, against closed forms.
+
+#include "pictures.hpp"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace tests;
+using geometry::TriMesh;
+using geometry::Vec3;
+using geometry::Vec3f;
+using render::Camera;
+using render::Image;
+using render::Look;
+using render::Scene;
+using render::Style;
+
+Look soft_look(int size)
+{
+    Look look = plain_look(size);
+    look.style = Style::studio;
+    look.soft = true;
+    look.shadow = render::ShadowQuality::medium;
+    look.floor = Vec3f::Constant(0.5f);
+    return look;
+}
+
+// Linear brightness of the floor point (x, 0, z), 0 .. 1.
+double brightness_at(const Image& image, const Camera& camera, double x, double z)
+{
+    const geometry::Mat3 axes = render::camera_axes(camera);
+    const Vec3 q = axes * (Vec3(x, 0, z) - camera.eye);
+    const double half = image.height / 2.0, tan_y = std::tan(camera.field_of_view / 2);
+    const int px = int(half + half * q[0] / (q[2] * tan_y));
+    const int py = int(half - half * q[1] / (q[2] * tan_y));
+    return render::linear_from_srgb(float(pixel(image, px, py)[1]) / 255);
+}
+
+// A card held level over the floor at `height`, lit from straight above by a light that spans 10
+// degrees; its edge runs along z at x = 0. The camera looks at the floor from the side, where the
+// card hides nothing of x > -0.6 or so.
+Image penumbra(double height, Camera& camera)
+{
+    Scene scene;
+    TriMesh mesh = geometry::grid(1.2, 2.4, 4, 4);
+    for (Vec3f& p : mesh.positions) p += Vec3f(-0.6f, float(height), 0);
+    scene.surfaces = {surface(std::move(mesh))};
+    scene.ground = 0;
+    scene.stage = box_about_origin(1);
+    camera = {{3.4, 2.0, 0}, {0.1, 0, 0}, {0, 1, 0}, 2 * std::atan(0.16)};
+    Look look = soft_look(400);
+    look.light_elevation = std::numbers::pi / 2;
+    look.light = Vec3f::Constant(0.8f);
+    look.light_size = 10 * std::numbers::pi / 180;
+    look.occlusion = 0;
+    return render::draw(scene, camera, look);
+}
+
+// The light is a disc of half-width a, so the edge of a card h above the floor darkens the floor
+// over |x| < h tan a: at x the disc's lit part is the segment beyond x / (h tan a) = s, a share of
+// 1 - (acos s - s sqrt(1 - s^2)) / pi. It reaches 3/4 at s = 0.404: the quarter and three quarters
+// points lie 0.808 h tan a apart.
+TEST(SoftLight, ThePenumbraGrowsWithTheDistanceAsTheSizeOfTheLightSays)
+{
+    for (const double height : {0.2, 0.4, 0.6}) {
+        Camera camera;
+        const Image image = penumbra(height, camera);
+        const double dark = brightness_at(image, camera, -0.35, 0);
+        const double bright = brightness_at(image, camera, 0.35, 0);
+        ASSERT_GT(bright, dark + 0.2) << height;
+        double quarter = 9, three = 9;
+        for (double x = -0.2; x < 0.2; x += 0.001) {
+            const double share = (brightness_at(image, camera, x, 0) - dark) / (bright - dark);
+            if (quarter == 9 && share > 0.25) quarter = x;
+            if (three == 9 && share > 0.75) three = x;
+        }
+        const double expected = 0.808 * height * std::tan(5 * std::numbers::pi / 180);
+        // A pixel is 0.006 m there, the map's texels 0.003 m.
+        EXPECT_NEAR(three - quarter, expected, 0.25 * expected + 0.008) << height;
+        EXPECT_NEAR(0.5 * (three + quarter), 0, 0.01) << height;
+    }
+}
+
+// A ball that touches the floor hides from a floor point at distance d the share F = R^3 / D^3 of
+// the light from all around, D^2 = R^2 + d^2: the form factor of a sphere, cos(angle) (R / D)^2.
+TEST(SoftLight, TheShadeUnderABallFollowsItsFormFactor)
+{
+    Scene scene;
+    TriMesh ball = geometry::icosphere(0.5, 5);
+    for (Vec3f& p : ball.positions) p.y() += 0.5f;
+    scene.surfaces = {surface(std::move(ball))};
+    scene.ground = 0;
+    scene.stage = box_about_origin(1.5);
+    Look look = soft_look(400);
+    look.light = Vec3f::Zero();
+    look.sky = look.bounce = Vec3f::Constant(0.9f);
+    const Camera camera{{0, 3, 4}, {0, 0, 0}, {0, 1, 0}, 2 * std::atan(0.3)};
+    const Image with = render::draw(scene, camera, look);
+    look.occlusion = 0;
+    const Image without = render::draw(scene, camera, look);
+    double before = 1;
+    for (const double d : {0.30, 0.36, 0.45, 0.6, 0.8}) {
+        const double shade =
+            1 - brightness_at(with, camera, d, 0.3) / brightness_at(without, camera, d, 0.3);
+        const double away = std::hypot(d, 0.3);
+        const double expected = std::pow(0.5 / std::hypot(0.5, away), 3);
+        // Points in the picture stand for the surroundings, and only those within the reach.
+        EXPECT_NEAR(shade, expected, 0.13) << d;
+        EXPECT_LT(shade, before + 0.01) << d;
+        before = shade;
+    }
+    EXPECT_NEAR(brightness_at(with, camera, 1.0, 1.0), brightness_at(without, camera, 1.0, 1.0),
+                0.006);
+}
+
+// A ball with a card's shadow on the floor, and another ball, or none, 100 m away.
+TEST(SoftLight, TheShadowStaysAsFineAsItIsWhateverFliesFarAway)
+{
+    for (const bool soft : {false, true}) {
+        const auto picture = [&](double away) {
+            Scene scene;
+            TriMesh card = geometry::grid(1, 1, 4, 4);
+            for (Vec3f& p : card.positions) p.y() = 0.5f;
+            TriMesh ball = geometry::icosphere(0.2, 2);
+            for (Vec3f& p : ball.positions) p += Vec3f(0, 0.4f, 0) + Vec3f(float(away), 0, 0);
+            scene.surfaces = {surface(std::move(card)), surface(std::move(ball))};
+            scene.ground = 0;
+            scene.stage = box_about_origin(1);
+            Look look = soft_look(200);
+            look.soft = soft;
+            return render::draw(scene, {{0, 3, 4}, {0, 0, 0}, {0, 1, 0}, 0.6}, look);
+        };
+        const Image near = picture(60), far = picture(600);
+        EXPECT_TRUE(near.rgba == far.rgba);
+        EXPECT_GT(covered_pixels(near), 10'000);
+    }
+}
+
+// What each look is for.
+TEST(SoftLight, EachLookShowsWhatItPromises)
+{
+    Scene scene;
+    scene.surfaces = {surface(geometry::icosphere(1, 4))};
+    scene.surfaces[0].paint.by = render::Paint::By::constant;
+    scene.surfaces[0].paint.colour = {0.05f, 0.2f, 0.6f};
+    const Camera camera{{0, 0, 10}, {0, 0, 0}, {0, 1, 0}, 2 * std::atan(0.2)};
+    const auto picture = [&](Style style) {
+        Look look = soft_look(128);
+        look.style = style;
+        return render::draw(scene, camera, look);
+    };
+    const auto middle = [](const Image& image) { return pixel(image, 64, 64); };
+    const auto studio = middle(picture(Style::studio));
+    EXPECT_GT(studio[2], studio[1] + 30);  // the material's blue
+    EXPECT_GT(studio[1], studio[0] + 30);
+    const auto clay = middle(picture(Style::clay));
+    EXPECT_GT(clay[0], clay[2]);  // one warm clay, whatever the material
+    const Image diagram = picture(Style::diagram);
+    EXPECT_LT(pixel(diagram, 64 - 32, 64)[2], 80);   // ink along the outline: radius 32.2 pixels
+    EXPECT_GT(pixel(diagram, 64 - 29, 64)[2], 120);  // and no wider than 2 pixels
+    EXPECT_NEAR(pixel(diagram, 60, 50)[2], pixel(diagram, 55, 55)[2], 2);  // flat
+    // A matcap does not see the light: from anywhere it is the same.
+    Look look = soft_look(128);
+    look.style = Style::matcap;
+    const Image one = render::draw(scene, camera, look);
+    look.light_azimuth += 2;
+    EXPECT_TRUE(one.rgba == render::draw(scene, camera, look).rgba);
+}
+
+}  // namespace

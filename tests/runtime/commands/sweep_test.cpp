@@ -1,0 +1,168 @@
+#include "runtime/commands/sweep.hpp"
+
+#include "runtime/commands/sweep_command.hpp"
+#include "tests/runtime/said.hpp"
+
+#include <gtest/gtest.h>
+
+using namespace runtime;
+using toys::has;
+using toys::run;
+using toys::Said;
+
+namespace {
+
+const char* const document = R"({ "aspic": 1, "frames": { "first": 1, "last": 3 }, "nodes": {
+    "base": { "type": "Constant@1", "params": { "value": 5 } },
+    "slow": { "type": "Slow@1", "inputs": { "value": "base.value" },
+              "params": { "seconds": 0.001 } },
+    "a": { "type": "Sum@1", "inputs": { "values": ["slow.first"] } },
+    "b": { "type": "Fail@1", "inputs": { "value": "a.value" }, "params": { "above": 100 } } } })";
+
+SweepOptions varying(const std::vector<const char*>& what)
+{
+    SweepOptions options;
+    for (const char* text : what) options.varied.push_back(parse_vary(text));
+    return options;
+}
+
+std::vector<std::string> lines_of(const std::filesystem::path& file)
+{
+    std::ifstream in(file);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    return lines;
+}
+
+}  // namespace
+
+TEST(Sweep, EveryCombinationIsCookedAndWhatIsEqualOnce)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", document);
+    Caches caches;
+    toys::take_runs("Slow");
+    const Swept swept =
+        sweep(file, toys::registry(), varying({"base.value=5,6", "a.bias=1,2,3"}), caches);
+    ASSERT_EQ(swept.rows.size(), 6u);
+    EXPECT_EQ(toys::take_runs("Slow"), 2) << "once a base";
+    ASSERT_EQ(swept.measures,
+              (std::vector<std::string>{"base.value", "slow.first", "a.value", "b.value"}));
+    for (std::size_t i = 0; i < 6; ++i) {
+        // The last one varies fastest: 5+1, 5+2, 5+3, 6+1 ...
+        const std::size_t slow = i / 3, fast = i % 3;
+        EXPECT_EQ(swept.rows[i].numbers[2], 5 + double(slow) + 1 + double(fast));
+        EXPECT_EQ(swept.rows[i].failure, "");
+        EXPECT_FALSE(swept.rows[i].picture);
+    }
+}
+
+TEST(Sweep, AFailedCombinationIsDataAndTheOthersGoOn)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", document);
+    Caches caches;
+    const Swept swept = sweep(file, toys::registry(), varying({"a.bias=1,1000,2,\"x\""}), caches);
+    ASSERT_EQ(swept.rows.size(), 4u);
+    EXPECT_EQ(swept.rows[0].failure, "");
+    EXPECT_TRUE(has(swept.rows[1].failure, "value 1005 is too large")) << swept.rows[1].failure;
+    EXPECT_EQ(swept.rows[1].numbers[2], 1005) << "what could be made is there";
+    EXPECT_TRUE(std::isnan(swept.rows[1].numbers[3]));
+    EXPECT_EQ(swept.rows[2].numbers[3], 7);
+    EXPECT_TRUE(has(swept.rows[3].failure, "expected a number")) << swept.rows[3].failure;
+    const std::string csv = to_csv(swept);
+    EXPECT_TRUE(csv.starts_with("\"a.bias\",frame,\"base.value\",")) << csv;
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 5) << "a line each: " << csv;
+}
+
+TEST(Sweep, SeveralFramesAreARowEach)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", R"({ "aspic": 1, "frames": { "last": 9 }, "nodes": {
+        "still": { "type": "Constant@1" },
+        "clock": { "type": "Clock@1" },
+        "sum": { "type": "Sum@1", "inputs": { "values": ["still.value", "clock.value"] } } } })");
+    Caches caches;
+    SweepOptions options = varying({"sum.bias=0,10"});
+    options.frames = {1, 7};
+    options.measures = {"still.value", "sum.value"};
+    const Swept swept = sweep(file, toys::registry(), options, caches);
+    ASSERT_EQ(swept.rows.size(), 4u);
+    for (std::size_t i = 0; i < 4; ++i) {
+        const int frame = i % 2 == 0 ? 1 : 7;
+        EXPECT_EQ(swept.rows[i].frame, frame);
+        EXPECT_EQ(swept.rows[i].numbers[0], 1) << "the same at all frames, and in all rows";
+        EXPECT_EQ(swept.rows[i].numbers[1],
+                  1 + frame + 1000 * ((frame - 1) / 24.0) + (i < 2 ? 0 : 10));
+    }
+    const Said said = run({"sweep", file, "--vary", "sum.bias=1,2", "--frames", "1-9x4", "--out",
+                           (folder.path / "out").string()});
+    EXPECT_EQ(said.exit, exit_ok) << said.err;
+    EXPECT_EQ(lines_of(folder.path / "out/sweep.csv").size(), 7u);
+    EXPECT_TRUE(has(said.err, "frame 5")) << said.err;
+}
+
+TEST(Sweep, AFailureIsReportedForEachFrameThatItAffects)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", R"({ "aspic": 1, "frames": { "last": 9 }, "nodes": {
+        "clock": { "type": "Clock@1" },
+        "early": { "type": "Fail@1", "inputs": { "value": "clock.value" },
+                   "params": { "above": 150 } } } })");  // 167 + 5 at frame 5
+    Caches caches;
+    SweepOptions options = varying({"early.above=150,1000"});
+    options.frames = {1, 4, 5, 9};
+    const Swept swept = sweep(file, toys::registry(), options, caches);
+    ASSERT_EQ(swept.rows.size(), 8u);
+    for (const SweepRow& row : swept.rows) {
+        const bool fails = row.frame >= 5 && row.settings[0].value == "150";
+        EXPECT_EQ(std::isnan(row.numbers[1]), fails) << row.frame;
+        EXPECT_EQ(row.failure.empty(), !fails) << row.frame << ": " << row.failure;
+        const std::string at = "at frame " + std::to_string(row.frame);
+        EXPECT_TRUE(!fails || has(row.failure, at)) << row.failure;
+    }
+}
+
+TEST(Sweep, OptionsThatMakeNoSenseAreRefused)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", document);
+    const auto refused = [&](const SweepOptions& options) -> std::string {
+        Caches caches;
+        try {
+            static_cast<void>(sweep(file, toys::registry(), options, caches));
+        } catch (const std::invalid_argument& e) {
+            return e.what();
+        }
+        return "";
+    };
+    SweepOptions o = varying({"a.bias=1"});
+    o.measures = {"a.valeu"};
+    EXPECT_TRUE(has(refused(o), "expected an output node.port")) << refused(o);
+    o.measures = {"slow.numbers"};
+    EXPECT_TRUE(has(refused(o), "to be a number")) << refused(o);
+    o.measures = {}, o.frames = {1, 7};
+    EXPECT_TRUE(has(refused(o), "frames 1 to 3; frame 7")) << refused(o);
+    o.frames = {}, o.picture = "b";
+    EXPECT_TRUE(has(refused(o), "to be a picture")) << refused(o);
+    EXPECT_TRUE(has(refused(varying({"nobody.bias=1"})), "nobody"));
+}
+
+TEST(Sweep, TheCommandLeavesATableAndASheet)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", document);
+    const auto out = (folder.path / "out").string();
+    const Said said =
+        run({"sweep", file, "--vary", "a.bias=1,2", "--measure", "b.value", "--out", out});
+    EXPECT_EQ(said.exit, exit_ok) << said.err;
+    const std::vector<std::string> lines = lines_of(folder.path / "out/sweep.csv");
+    ASSERT_EQ(lines.size(), 3u);
+    EXPECT_EQ(lines[0], "\"a.bias\",frame,\"b.value\",seconds,failure");
+    EXPECT_TRUE(lines[1].starts_with("\"1\",3,6,")) << lines[1];
+    EXPECT_TRUE(lines[2].starts_with("\"2\",3,7,")) << lines[2];
+    EXPECT_TRUE(has(said.out, "table: " + out)) << said.out;
+    EXPECT_EQ(run({"sweep", file, "--vary", "a.bias=1000", "--out", out}).exit, exit_failed);
+    EXPECT_EQ(run({"sweep", file, "--out", out}).exit, exit_usage) << "vary what?";
+    EXPECT_EQ(run({"sweep", file, "--vary", "a.bias", "--out", out}).exit, exit_usage);
+}
