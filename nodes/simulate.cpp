@@ -42,6 +42,7 @@ struct Inputs {
     physics::BrickOptions bricks;
     physics::SpringOptions springs;
     physics::LatticeOptions lattice;
+    physics::PartContactOptions contact{true, 0.5};
     double dt = 0;
     Vec3 gravity{0, -9.81, 0};
     Vec3 initial_velocity{0, 0, 0};
@@ -56,11 +57,14 @@ struct Outputs {
 
 static Body build(const Inputs& in)
 {
+    physics::BrickOptions bricks = in.bricks;
+    physics::SpringOptions springs = in.springs;
+    bricks.contact = springs.contact = in.contact;
     switch (in.method) {
     case Method::bricks:
-        return {physics::make_bricks(*in.cubes, in.bricks, in.surface.get())};
+        return {physics::make_bricks(*in.cubes, bricks, in.surface.get())};
     case Method::springs:
-        return {physics::make_springs(*in.cubes, in.springs, in.surface.get())};
+        return {physics::make_springs(*in.cubes, springs, in.surface.get())};
     case Method::lattice:
         return {physics::make_lattice(*in.cubes, in.lattice, in.surface.get())};
     }
@@ -175,6 +179,15 @@ static void describe_plastic(graph::ParamsOf<physics::PlasticOptions>& p)
                {.min = 0, .max = 1e6, .unit = "1/s"})
         .param("limit", &PlasticOptions::limit, "Largest change of the rest shape, as a strain.",
                {.min = 0, .max = 0.95});
+}
+
+static void describe_part_contact(graph::ParamsOf<physics::PartContactOptions>& p)
+{
+    using physics::PartContactOptions;
+    p.param("on", &PartContactOptions::on,
+            "Whether parts of the model that no cubes link collide. Cubes of a plane do not.")
+        .param("friction", &PartContactOptions::friction,
+               "Coulomb coefficient of friction between them.", {.min = 0, .max = 100});
 }
 
 static void describe_contact(graph::ParamsOf<physics::BodyContactOptions>& p)
@@ -297,6 +310,9 @@ void add_to(graph::Registry& registry)
                {"method", {"springs"}})
         .block("lattice", &Inputs::lattice, describe_lattice, "Options of lattice shape matching.",
                {"method", {"lattice"}})
+        .block("contact", &Inputs::contact, describe_part_contact,
+               "Contact between parts of the model that no cubes link.",
+               {"method", {"bricks", "springs"}})
         .param("dt", &Inputs::dt,
                "Simulated seconds per frame; 0: the duration of a frame. Smaller values give slow "
                "motion.",
@@ -312,7 +328,7 @@ void add_to(graph::Registry& registry)
         .block("step", &Inputs::step, describe_step, "Time steps and solver.")
         .reads(graph::Variable::fps)
         .prepare("body", &Inputs::body, build,
-                 {"cubes", "surface", "method", "bricks", "springs", "lattice"})
+                 {"cubes", "surface", "method", "bricks", "springs", "lattice", "contact"})
         .output("state", &Outputs::state,
                 "Positions and velocities of the corners; on the first frame, the initial state.")
         .previous("state", &Inputs::last);

@@ -214,38 +214,6 @@ Touch touch(const PosedCollider& c, const Vec3& to, const Vec3& v, double dt)
 
 namespace {
 
-// a I + b n n^T
-std::array<double, 6> isotropic_about(const Vec3& n, double a, double b)
-{
-    return {a + b * n.x() * n.x(), b * n.x() * n.y(), b * n.x() * n.z(),
-            a + b * n.y() * n.y(), b * n.y() * n.z(), a + b * n.z() * n.z()};
-}
-
-struct SurfacePoint {
-    Vec3 p, v;
-    double stiffness;  // N/m
-};
-
-ColliderContact contact_at(const Touch& t, double friction, double creep, double tangent,
-                           const SurfacePoint& point)
-{
-    ColliderContact out{};
-    const double push = point.stiffness * -t.gap;
-    const Vec3 relative = point.v - t.velocity;
-    const Vec3 slip = relative - relative.dot(t.normal) * t.normal;
-    const double speed = slip.norm();
-    const double drag = friction * push / std::max(speed, creep);
-    out.force = push * t.normal - drag * slip;
-    out.stiffness = isotropic_about(t.normal, 0, point.stiffness);
-    out.drag = isotropic_about(t.normal, drag, -drag);
-    if (tangent > 0 && speed > creep) {
-        const auto along = isotropic_about(slip / speed, 0, tangent * drag);
-        for (std::size_t i = 0; i < 6; ++i) out.drag[i] -= along[i];
-    }
-    out.energy = -0.5 * push * t.gap;
-    return out;
-}
-
 Vec3 at(const double* field, std::uint32_t slot)
 {
     return Eigen::Map<const Vec3>(field + 4 * std::size_t{slot});
@@ -264,19 +232,19 @@ bool may_touch(const PosedCollider& c, const Vec3& p, double radius, double spee
            ((p - margin).array() <= c.mesh_bounds.hi.array()).all();
 }
 
-std::vector<ColliderContact> find_collider_contacts(const ContactSurface& surface, double h,
-                                                    const double* x, const double* v,
-                                                    const std::vector<PosedCollider>& colliders,
-                                                    double dt, double tangent)
+std::vector<PointContact> find_collider_contacts(const ContactSurface& surface, double h,
+                                                 const double* x, const double* v,
+                                                 const std::vector<PosedCollider>& colliders,
+                                                 double dt, double tangent)
 {
     constexpr std::size_t grain = 256;  // cubes
     const std::size_t cubes = surface.corners.size();
     if (colliders.empty() || cubes == 0) return {};
     const double creep = 1e-4 * h / dt;
     const double stiffest = 1000 * surface.body_mass * 9.81 / h;
-    std::vector<std::vector<ColliderContact>> found((cubes + grain - 1) / grain);
+    std::vector<std::vector<PointContact>> found((cubes + grain - 1) / grain);
     const auto look = [&](std::size_t c, const CornerRuns::Corners& corners,
-                          std::vector<ColliderContact>& out) {
+                          std::vector<PointContact>& out) {
         const SurfacePatch& patch = surface.on(c);
         Vec3 centre = Vec3::Zero();
         for (const auto k : corners) centre += at(x, k) / 8;
@@ -292,18 +260,20 @@ std::vector<ColliderContact> find_collider_contacts(const ContactSurface& surfac
                 const auto& weight = surface.point[i];
                 Vec3 p = Vec3::Zero();
                 for (std::size_t a = 0; a < 8; ++a) p += double(weight[a]) * at(x, corners[a]);
-                SurfacePoint point{p, Vec3::Zero(), 0};
+                Vec3 velocity = Vec3::Zero();
                 for (std::size_t a = 0; a < 8; ++a) {
-                    point.v += double(weight[a]) * at(v, corners[a]);
+                    velocity += double(weight[a]) * at(v, corners[a]);
                 }
-                const Touch t = touch(collider, p, point.v, dt);
+                const Touch t = touch(collider, p, velocity, dt);
                 if (!(t.gap < 0)) continue;
                 const double area = surface.point_area[i];
-                point.stiffness = std::min(10 * surface.stiffness[c] * area / h, stiffest) +
-                                  surface.mass[c] * std::min(1.0, area / (h * h)) / (dt * dt);
-                ColliderContact contact = contact_at(t, collider.friction, creep, tangent, point);
-                contact.corners = corners;
-                contact.weight = weight;
+                const double stiffness =
+                    std::min(10 * surface.stiffness[c] * area / h, stiffest) +
+                    surface.mass[c] * std::min(1.0, area / (h * h)) / (dt * dt);
+                PointContact contact = contact_at({t.gap, t.normal, velocity - t.velocity},
+                                                  stiffness, {collider.friction, creep, tangent});
+                std::copy(corners.begin(), corners.end(), contact.corners.begin());
+                std::copy(weight.begin(), weight.end(), contact.weight.begin());
                 out.push_back(contact);
             }
         }
@@ -316,7 +286,7 @@ std::vector<ColliderContact> find_collider_contacts(const ContactSurface& surfac
             });
         }
     });
-    std::vector<ColliderContact> all;
+    std::vector<PointContact> all;
     for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
     return all;
 }

@@ -109,7 +109,8 @@ CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint3
 std::size_t CornerBody::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
-    return sizeof *this + of(slot, mass, mass_damping, part, rest) + skin.bytes();
+    return sizeof *this + of(slot, mass, mass_damping, part, rest) + skin.bytes() +
+           (shapes ? shapes->bytes() : 0);
 }
 
 Aligned<double> by_slot(const CornerBody& body, const std::vector<Vec3>& x)

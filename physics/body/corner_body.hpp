@@ -8,8 +8,10 @@
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "physics/body/contact_surface.hpp"
+#include "physics/body/part_shapes.hpp"
 #include "physics/math/aligned_memory.hpp"
 
+#include <memory>
 #include <vector>
 
 namespace physics {
@@ -29,6 +31,7 @@ struct CornerBody {
     std::size_t parts = 0;
     Aligned<double> rest;  // numbers, m
     ContactSurface skin;
+    std::shared_ptr<const PartShapes> shapes;  // null: parts do not touch each other
 
     std::size_t slot_of(std::size_t corner) const { return slot.empty() ? corner : slot[corner]; }
     double damping_of(std::size_t at) const { return mass_damping.empty() ? 0 : mass_damping[at]; }

@@ -42,6 +42,7 @@ BricksBody make_bricks(const geometry::Cubes& cubes, const BrickOptions& options
     BricksBody body;
     body.layout = lay_out_bricks(cubes);
     body.base = make_corner_body(cubes, body.layout.slot, surface);
+    body.base.shapes = shapes_that_touch(cubes, body.base, surface, options.contact);
     body.element = options.element;
     body.cubes = cubes.count();
     body.rest = std::make_shared<const geometry::Cubes>(cubes);

@@ -21,6 +21,7 @@ class MultigridCache;
 struct BrickOptions {
     BrickElement element = BrickElement::incompatible;
     Weighting weighting = Weighting::filled;
+    PartContactOptions contact = {};
 };
 
 // All that depends on the cubes alone.

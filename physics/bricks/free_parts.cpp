@@ -185,7 +185,9 @@ std::vector<std::uint8_t> held_parts(const Stage& stage)
     const CornerBody& body = stage.frame.body;
     std::vector<std::uint8_t> held(body.parts, 0);
     for (const auto k : stage.frame.loads.pins.corner) held[body.part_of(body.slot_of(k))] = 1;
-    for (const ColliderContact& c : stage.contacts) held[body.part_of(c.corners[0])] = 1;
+    for (const PointContact& c : stage.contacts) {
+        for (std::size_t a = 0; a < c.count; a += 8) held[body.part_of(c.corners[a])] = 1;
+    }
     return held;
 }
 

@@ -252,6 +252,7 @@ SpringsBody make_springs(const geometry::Cubes& cubes, const SpringOptions& opti
     }
     SpringsBody body;
     body.base = make_corner_body(cubes, {}, surface);
+    body.base.shapes = shapes_that_touch(cubes, body.base, surface, options.contact);
     const auto pairs = cube_pairs();
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         const double k = 0.4 * cubes.young[c] * std::clamp(cubes.fill[c], 1e-3, 1.0) * cubes.size;

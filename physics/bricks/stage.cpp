@@ -60,6 +60,10 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     for (const Collider& c : loads.colliders) {
         stage.colliders.push_back(pose_collider(c, share, frame.seconds, frame.body.h));
     }
+    stage.near.clear();
+    if (frame.body.shapes) {
+        stage.near = near_parts(*frame.body.shapes, x0.data(), v0.data(), tau);
+    }
     stage.w = v0;
     for (std::size_t i = 0; i < loads.pins.corner.size(); ++i) {
         const std::size_t at = 4 * frame.body.slot_of(loads.pins.corner[i]);
@@ -76,12 +80,18 @@ void place(Stage& stage)
     }
 }
 
-std::vector<ColliderContact> touching(const Stage& stage)
+std::vector<PointContact> touching(const Stage& stage)
 {
     constexpr double nearly = 0.95;  // the derivative itself may leave a slip with no resistance
     const CornerBody& body = stage.frame.body;
-    return find_collider_contacts(body.skin, body.h, stage.x.data(), stage.w.data(),
-                                  stage.colliders, stage.tau, stage.wary ? nearly : 0);
+    const double tangent = stage.wary ? nearly : 0;
+    auto out = find_collider_contacts(body.skin, body.h, stage.x.data(), stage.w.data(),
+                                      stage.colliders, stage.tau, tangent);
+    if (stage.near.empty()) return out;
+    const auto parts = find_part_contacts(*body.shapes, stage.near, stage.x.data(), stage.w.data(),
+                                          stage.tau, tangent);
+    out.insert(out.end(), parts.begin(), parts.end());
+    return out;
 }
 
 void linearise(Stage& stage, const Aligned<double>& x)
@@ -128,8 +138,8 @@ void find_residual(Stage& stage)
                      stage.product[i];
     }
     stage.elasticity.weigh(tau * tau, tau);
-    for (const ColliderContact& c : stage.contacts) {
-        for (std::size_t a = 0; a < 8; ++a) {
+    for (const PointContact& c : stage.contacts) {
+        for (std::size_t a = 0; a < c.count; ++a) {
             for (std::size_t i = 0; i < 3; ++i) {
                 stage.r[4 * std::size_t{c.corners[a]} + i] +=
                     tau * double(c.weight[a]) * c.force[static_cast<Eigen::Index>(i)];

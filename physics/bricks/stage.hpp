@@ -15,6 +15,7 @@
 
 #include "physics/body/collider_contact.hpp"
 #include "physics/body/corner_body.hpp"
+#include "physics/body/part_contact.hpp"
 #include "physics/bricks/elasticity.hpp"
 #include "physics/math/aligned_memory.hpp"
 #include "physics/state/loads.hpp"
@@ -65,7 +66,8 @@ struct Stage {
     bool wary = false;               // of friction in contacts to be found
 
     std::vector<PosedCollider> colliders;
-    std::vector<ColliderContact> contacts;
+    std::vector<PartPair> near;  // parts that may touch each other
+    std::vector<PointContact> contacts;
 };
 
 // What went wrong in the stages of a frame, and what they cost.
@@ -73,7 +75,8 @@ struct StepRecord {
     Report report;
     // What stopped a solve before its tolerance was met.
     bool short_of_iterations = false, unsettled = false, violent = false;
-    bool gained = false;  // steps of the midpoint rule were taken otherwise
+    bool gained = false;   // steps of the midpoint rule were taken otherwise
+    bool touched = false;  // there was something that the body might touch
 };
 
 // Where pin `pin` is on an axis when a share of the frame has gone by, m.
@@ -84,10 +87,16 @@ double pin_target(const StepFrame& frame, std::size_t pin, std::size_t axis, dou
 void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>& v0, double tau,
                  double share);
 
+// Whether there is anything that the body might touch.
+inline bool may_touch(const Stage& stage)
+{
+    return !stage.colliders.empty() || !stage.near.empty();
+}
+
 // x = x0 + tau w
 void place(Stage& stage);
 // The contacts of x, w.
-std::vector<ColliderContact> touching(const Stage& stage);
+std::vector<PointContact> touching(const Stage& stage);
 // f and K at x, which may be x0 or stage.x. Where they were evaluated there last, they are kept.
 void linearise(Stage& stage, const Aligned<double>& x);
 // r of w and of the contacts as they were found last.

@@ -27,8 +27,8 @@ Phi potential(Stage& stage, const Aligned<double>& w)
         sum += kinetic - work;
         size += kinetic + std::abs(work);
     }
-    if (!stage.colliders.empty()) {
-        for (const ColliderContact& c : touching(stage)) sum += c.energy;
+    if (may_touch(stage)) {
+        for (const PointContact& c : touching(stage)) sum += c.energy;
     }
     return {sum, size};
 }

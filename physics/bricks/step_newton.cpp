@@ -65,8 +65,8 @@ void go_round(Stage& stage, StepSolver& solver, double size, double start, StepR
     const StepOptions& options = stage.frame.options;
     const double target = options.tolerance * start;
     const bool one = options.newton_iterations == 1;
-    const int rounds = std::max(options.newton_iterations,
-                                stage.colliders.empty() ? 1 : options.contact_iterations);
+    const int rounds =
+        std::max(options.newton_iterations, may_touch(stage) ? options.contact_iterations : 1);
     Aligned<double> from;  // w before a wary round
     for (int round = 0; round < rounds && size > target; ++round) {
         stage.wary = round + 1 >= first_wary_round;  // of what touches after this round's step
@@ -81,9 +81,11 @@ void go_round(Stage& stage, StepSolver& solver, double size, double start, StepR
             if (descend(stage, solver, how, record) != Descended::arrived) record.violent = true;
             return;
         }
-        if (stage.colliders.empty()) return;  // linear forces alone: solved
+        if (!may_touch(stage)) return;  // linear forces alone: solved
+        const bool apart = stage.contacts.empty() && stage.colliders.empty();
         place(stage);
         stage.contacts = touching(stage);
+        if (apart && one && stage.contacts.empty()) return;  // parts that passed each other by
         if (!one) linearise_here(stage);
         find_residual(stage);
         if (round >= first_wary_round) draw_back(stage, from, slope);
@@ -102,7 +104,7 @@ void solve_stage(Stage& stage, StepSolver& solver, StepRecord& record)
     start_rounds(stage, solver);
     const double size = norm(solver, stage.r);
     const AtWork at = at_work(stage);
-    if (options.newton_iterations == 1 || !stage.colliders.empty()) {
+    if (options.newton_iterations == 1 || may_touch(stage)) {
         go_round(stage, solver, size,
                  std::max({size, norm(solver, at.outside), norm(solver, at.elastic)}), record);
         return;

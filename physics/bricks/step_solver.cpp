@@ -30,12 +30,12 @@ void add_contact_blocks(StepSolver& solver, const Stage& stage, const Aligned<do
     auto& blocks = solver.high.linear.blocks;
     solver.high.contacts.clear();
     blocks.clear();
-    for (const ColliderContact& c : stage.contacts) {
-        ContactBlock<double> block{c.corners, {}, {}};
+    for (const PointContact& c : stage.contacts) {
+        ContactBlock<double> block{c.corners, {}, c.count, {}};
         for (std::size_t i = 0; i < 6; ++i) {
             block.matrix[i] = stage.tau * stage.tau * c.stiffness[i] + stage.tau * c.drag[i];
         }
-        for (std::size_t a = 0; a < 8; ++a) {
+        for (std::size_t a = 0; a < c.count; ++a) {
             const double weight = double(c.weight[a]);
             block.weight[a] = weight;
             const auto k = c.corners[a];
@@ -72,8 +72,10 @@ void copy_low(const StepSystem<double>& high, StepSystem<float>& low)
     }
     low.contacts.clear();
     for (const auto& c : high.contacts) {
-        ContactBlock<float> block{c.corners, {}, {}};
-        for (std::size_t i = 0; i < 8; ++i) block.weight[i] = static_cast<float>(c.weight[i]);
+        ContactBlock<float> block{c.corners, {}, c.count, {}};
+        for (std::size_t i = 0; i < c.count; ++i) {
+            block.weight[i] = static_cast<float>(c.weight[i]);
+        }
         for (std::size_t i = 0; i < 6; ++i) block.matrix[i] = static_cast<float>(c.matrix[i]);
         low.contacts.push_back(block);
     }

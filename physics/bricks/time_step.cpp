@@ -41,6 +41,7 @@ void take_stage(FrameStep& step, double tau, double share, Balance balance)
     Stage& stage = step.stage;
     start_stage(stage, step.now.x, step.now.v, tau, share);
     stage.turns_start = balance == Balance::end;
+    step.record.touched |= may_touch(stage);
     solve_stage(stage, step.solver, step.record);
     balance_free_parts(stage, step.now.x, step.now.v, balance);
     find_leftover(stage, step.solver, step.record);
@@ -105,18 +106,41 @@ void place_pins(const StepFrame& frame, double share, Motion& now)
     }
 }
 
+// Whether the step that was taken last is to be taken in halves: parts that touch did not settle,
+// so that they would be thrown apart.
+bool is_torn_apart(const FrameStep& step, int halvings)
+{
+    constexpr int most = 4;
+    const StepRecord& record = step.record;
+    return !step.stage.near.empty() && halvings < most && (record.unsettled || record.violent);
+}
+
 // From share `begin` to share `end` of the frame; in halves where the whole fails. False: not even
 // a 256th of it could be taken.
 bool step_or_halves(FrameStep& step, double begin, double end, int halvings)
 {
     const Motion before = step.now;
+    const StepRecord record = step.record;
+    const EnergyAccount account = step.account;
     Report& report = step.record.report;
+    step.record.unsettled = step.record.violent = false;
     step.stage.halvings = halvings;
     ++report.steps;
     integrate(step, begin, end);
     place_pins(step.frame, end, step.now);
-    if (all_finite(step.now.x) && all_finite(step.now.v)) return true;
+    const bool finite = all_finite(step.now.x) && all_finite(step.now.v);
+    if (finite && !is_torn_apart(step, halvings)) {
+        step.record.unsettled |= record.unsettled;
+        step.record.violent |= record.violent;
+        return true;
+    }
     step.now = before;
+    step.account = account;
+    const auto iterations = report.iterations;
+    const auto steps = report.steps;
+    step.record = record;
+    report.iterations = iterations;
+    report.steps = steps;
     if (halvings == 8) {
         report.converged = false;
         report.warnings.emplace_back(told_of_divergence());
@@ -127,7 +151,7 @@ bool step_or_halves(FrameStep& step, double begin, double end, int halvings)
            step_or_halves(step, middle, end, halvings + 1);
 }
 
-void warn_of_shortfall(StepRecord& record, const Loads& loads)
+void warn_of_shortfall(StepRecord& record)
 {
     if (record.gained) {
         record.report.warnings.emplace_back(
@@ -141,7 +165,7 @@ void warn_of_shortfall(StepRecord& record, const Loads& loads)
                                      "step.solver_iterations."
         : record.violent           ? "The motion is too fast for the time step: the forces are not "
                                      "balanced to step.tolerance. Raise step.substeps."
-        : loads.colliders.empty()  ? "Newton's method did not converge to step.tolerance. Raise "
+        : !record.touched          ? "Newton's method did not converge to step.tolerance. Raise "
                                      "step.newton_iterations or step.substeps."
                                    : "Contact did not converge to step.tolerance. Raise "
                                      "step.contact_iterations or step.substeps.");
@@ -213,7 +237,7 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
         step.record.report.converged = false;
         step.record.report.warnings.emplace_back(told_of_distance());
     }
-    warn_of_shortfall(step.record, loads);
+    warn_of_shortfall(step.record);
     state.time += dt;
     state.report = std::move(step.record.report);
     return state;

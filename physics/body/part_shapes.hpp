@@ -1,0 +1,86 @@
+#pragma once
+
+// What parts of one body need to know of each other to touch: the shape of each part at rest, and
+// which cubes, corners and points of the surface are its own. A part is a set of cubes that hang
+// together by corners. Contact itself is found by part_contact.hpp.
+
+#include "geometry/cubes/cubes.hpp"
+#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/triangle_bvh.hpp"
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace physics {
+
+struct CornerBody;
+
+// Contact between parts.
+struct PartContactOptions {
+    bool on = false;
+    double friction = 0.5;  // Coulomb coefficient
+};
+
+// Numbers of several lists, one after another.
+struct PartLists {
+    std::vector<std::uint32_t> at;    // lists + 1, into item
+    std::vector<std::uint32_t> item;  // ascending within a list
+
+    std::span<const std::uint32_t> operator[](std::size_t list) const
+    {
+        return std::span(item).subspan(at[list], at[list + 1] - at[list]);
+    }
+};
+
+// The items 0 .. list_of.size() by the list that each is in.
+PartLists make_part_lists(const std::vector<std::uint32_t>& list_of, std::size_t lists);
+
+// A place on a part's shape that stands for a bit of its area.
+struct ShapePoint {
+    geometry::Vec3f place;   // in its cube, 0..1
+    geometry::Vec3f normal;  // unit, outward at rest
+    float area = 0;          // m^2
+};
+
+struct PartShapes {
+    double friction = 0.5;
+    double size = 0;         // m, edge of a cube
+    double mass_of_all = 0;  // kg
+    geometry::Vec3 origin = geometry::Vec3::Zero();
+
+    std::vector<geometry::Vec3i> cell;                  // C
+    std::vector<std::array<std::uint32_t, 8>> corners;  // C, slots
+    std::vector<float> stiffness;                       // C, Pa, Young's modulus times fill
+    std::vector<float> mass;                            // C, kg
+    PartLists cubes, slots;                             // of each part
+
+    std::vector<geometry::TriangleBvh> shape;  // of each part at rest, closed, m
+    std::vector<ShapePoint> point;             // cube by cube
+    std::vector<std::uint32_t> holder;         // H, cubes with points, ascending
+    std::vector<std::uint32_t> point_at;       // H + 1, into point
+    PartLists holders;                         // of each part
+
+    std::size_t parts() const { return shape.size(); }
+    std::size_t bytes() const;
+};
+
+// A part's shape is that of its triangles of `surface` where they are closed, else the outside of
+// its cubes. It has three points on each triangle, near the corners, and on each of those that wide
+// triangles are cut into; of points crowded into a quarter of a cube and facing the same way, their
+// mean stands for all. `body` is made of the same cubes.
+PartShapes make_part_shapes(const geometry::Cubes& cubes, const CornerBody& body,
+                            const geometry::TriMesh* surface, const PartContactOptions& options);
+
+// The same where contact is on and the body has parts; else null. Cubes of a plane have no inside:
+// null for them.
+std::shared_ptr<const PartShapes> shapes_that_touch(const geometry::Cubes& cubes,
+                                                    const CornerBody& body,
+                                                    const geometry::TriMesh* surface,
+                                                    const PartContactOptions& options);
+
+// The outside of the cubes `of`: faces that only one of them has, two triangles each.
+geometry::TriMesh outside_of(const geometry::Cubes& cubes, std::span<const std::uint32_t> of);
+
+}  // namespace physics
