@@ -42,7 +42,7 @@ struct Inputs {
     physics::BrickOptions bricks;
     physics::SpringOptions springs;
     physics::LatticeOptions lattice;
-    physics::PartContactOptions contact{true, 0.5};
+    physics::PartContactOptions contact;
     double dt = 0;
     Vec3 gravity{0, -9.81, 0};
     Vec3 initial_velocity{0, 0, 0};

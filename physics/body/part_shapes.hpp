@@ -19,7 +19,7 @@ struct CornerBody;
 
 // Contact between parts.
 struct PartContactOptions {
-    bool on = false;
+    bool on = true;
     double friction = 0.5;  // Coulomb coefficient
 };
 

@@ -21,7 +21,7 @@ class MultigridCache;
 struct BrickOptions {
     BrickElement element = BrickElement::incompatible;
     Weighting weighting = Weighting::filled;
-    PartContactOptions contact = {};
+    PartContactOptions contact = {.on = false};
 };
 
 // All that depends on the cubes alone.

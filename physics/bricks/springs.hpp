@@ -28,7 +28,7 @@ namespace physics {
 
 struct SpringOptions {
     double bending = 0.1;  // share of the edges' stiffness, 0 <= bending < 1
-    PartContactOptions contact = {};
+    PartContactOptions contact = {.on = false};
 };
 
 struct Spring {

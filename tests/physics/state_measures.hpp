@@ -2,6 +2,7 @@
 
 // What tests ask of a moving body's state.
 
+#include "geometry/cubes/cubes.hpp"
 #include "physics/state/state.hpp"
 
 #include <Eigen/SVD>
