@@ -103,16 +103,20 @@ struct InCube {
 InCube place_in(const std::array<Vec3, 8>& x, const Vec3& u, Vec3& p)
 {
     InCube out{u, Mat3::Zero()};
-    p.setZero();
-    for (unsigned a = 0; a < 8; ++a) {
-        const double wx = (a & 1) ? u.x() : 1 - u.x(), sx = (a & 1) ? 1 : -1;
-        const double wy = (a & 2) ? u.y() : 1 - u.y(), sy = (a & 2) ? 1 : -1;
-        const double wz = (a & 4) ? u.z() : 1 - u.z(), sz = (a & 4) ? 1 : -1;
-        p += wx * wy * wz * x[a];
-        out.axes.col(0) += sx * wy * wz * x[a];
-        out.axes.col(1) += wx * sy * wz * x[a];
-        out.axes.col(2) += wx * wy * sz * x[a];
+    // Between the ends along x, then along y, then along z.
+    std::array<Vec3, 4> along_x, slope_x;
+    for (std::size_t i = 0; i < 4; ++i) {
+        slope_x[i] = x[2 * i + 1] - x[2 * i];
+        along_x[i] = x[2 * i] + u.x() * slope_x[i];
     }
+    const Vec3 rise_low = along_x[1] - along_x[0], rise_high = along_x[3] - along_x[2];
+    const Vec3 low = along_x[0] + u.y() * rise_low, high = along_x[2] + u.y() * rise_high;
+    const Vec3 slope_low = slope_x[0] + u.y() * (slope_x[1] - slope_x[0]);
+    const Vec3 slope_high = slope_x[2] + u.y() * (slope_x[3] - slope_x[2]);
+    p = low + u.z() * (high - low);
+    out.axes.col(0) = slope_low + u.z() * (slope_high - slope_low);
+    out.axes.col(1) = rise_low + u.z() * (rise_high - rise_low);
+    out.axes.col(2) = high - low;
     return out;
 }
 
@@ -186,7 +190,6 @@ struct Moving {
     const ShapePoint* point = nullptr;
     std::array<double, 8> weight{};
     Vec3 p = Vec3::Zero(), v = Vec3::Zero();  // m, m/s
-    Vec3 outward = Vec3::Zero();              // unit
 };
 
 std::array<double, 8> trilinear(const Vec3& u)
@@ -204,16 +207,25 @@ Moving moving_point(const Scene& scene, std::uint32_t cube, const ShapePoint& po
     Moving out{cube, &point};
     const Vec3 u = point.place.cast<double>();
     out.weight = trilinear(u);
-    std::array<Vec3, 8> x;
     for (std::size_t a = 0; a < 8; ++a) {
         const auto slot = scene.shapes.corners[cube][a];
-        x[a] = corner_of(scene.x, slot);
+        out.p += out.weight[a] * corner_of(scene.x, slot);
         out.v += out.weight[a] * corner_of(scene.v, slot);
     }
-    const Mat3 axes = place_in(x, u, out.p).axes;
-    if (!(std::abs(axes.determinant()) > 0)) return out;
-    out.outward = (axes.inverse().transpose() * point.normal.cast<double>()).normalized();
     return out;
+}
+
+// The unit vector out of the matter that the point is on.
+Vec3 outward_of(const Scene& scene, const Moving& moving)
+{
+    std::array<Vec3, 8> x;
+    for (std::size_t a = 0; a < 8; ++a) {
+        x[a] = corner_of(scene.x, scene.shapes.corners[moving.cube][a]);
+    }
+    Vec3 p;
+    const Mat3 axes = place_in(x, moving.point->place.cast<double>(), p).axes;
+    if (!(std::abs(axes.determinant()) > 0)) return Vec3::Zero();
+    return (axes.inverse().transpose() * moving.point->normal.cast<double>()).normalized();
 }
 
 // Where a point would be in a cube of the target when it is `behind` (m) where it is.
@@ -229,8 +241,8 @@ std::optional<PointContact> contact_in(const Scene& scene, const Moving& moving,
     const std::array<double, 8> weight = trilinear(in->u);
     Vec3 velocity = moving.v;  // relative to the matter there
     for (std::size_t a = 0; a < 8; ++a) velocity -= weight[a] * corner_of(scene.v, others[a]);
-    auto gap =
-        find_gap(shapes, target.part, cube, *in, {scene.dt * velocity - behind, moving.outward});
+    auto gap = find_gap(shapes, target.part, cube, *in,
+                        {scene.dt * velocity - behind, outward_of(scene, moving)});
     if (!gap) return std::nullopt;
     gap->size += behind.dot(gap->normal);
     if (!(gap->size < 0)) return std::nullopt;

@@ -13,6 +13,11 @@ namespace {
 // steps take friction nearly by its derivative, and are shortened where they go too far.
 constexpr int first_wary_round = 3;
 
+// Contacts of parts with each other come and go: rounds are many and need not be exact, and of
+// those that do not settle in so many few ever do.
+constexpr int part_rounds = 10;
+constexpr double part_accuracy = 0.1;
+
 // Free corners set off as the steady forces have them, unless they then touch something.
 void fall(Stage& stage)
 {
@@ -65,12 +70,15 @@ void go_round(Stage& stage, StepSolver& solver, double size, double start, StepR
     const StepOptions& options = stage.frame.options;
     const double target = options.tolerance * start;
     const bool one = options.newton_iterations == 1;
-    const int rounds =
-        std::max(options.newton_iterations, may_touch(stage) ? options.contact_iterations : 1);
+    const bool parts = !stage.near.empty();
+    const int most =
+        parts ? std::min(options.contact_iterations, part_rounds) : options.contact_iterations;
+    const int rounds = std::max(options.newton_iterations, may_touch(stage) ? most : 1);
     Aligned<double> from;  // w before a wary round
     for (int round = 0; round < rounds && size > target; ++round) {
         stage.wary = round + 1 >= first_wary_round;  // of what touches after this round's step
-        const Solved solved = solve_linear(solver, stage, target);
+        const double goal = parts ? std::max(0.5 * target, part_accuracy * size) : target;
+        const Solved solved = solve_linear(solver, stage, goal);
         record.report.iterations += solved.iterations;
         if (round >= first_wary_round) from = stage.w;
         const double slope = dot(stage.r, stage.delta);
@@ -93,7 +101,9 @@ void go_round(Stage& stage, StepSolver& solver, double size, double start, StepR
         size = norm(solver, stage.r);
         if (!std::isfinite(size)) return;
     }
-    if (!(size <= 1.0001 * target)) record.unsettled = true;
+    if (size <= 1.0001 * target) return;
+    record.unsettled = true;
+    record.left = std::max(record.left, size / start);
 }
 
 }  // namespace

@@ -110,9 +110,10 @@ void place_pins(const StepFrame& frame, double share, Motion& now)
 // so that they would be thrown apart.
 bool is_torn_apart(const FrameStep& step, int halvings)
 {
-    constexpr int most = 4;
+    constexpr int most = 2;
+    constexpr double much = 0.1;  // of the forces at work
     const StepRecord& record = step.record;
-    return !step.stage.near.empty() && halvings < most && (record.unsettled || record.violent);
+    return !step.stage.near.empty() && halvings < most && (record.left > much || record.violent);
 }
 
 // From share `begin` to share `end` of the frame; in halves where the whole fails. False: not even
@@ -124,6 +125,7 @@ bool step_or_halves(FrameStep& step, double begin, double end, int halvings)
     const EnergyAccount account = step.account;
     Report& report = step.record.report;
     step.record.unsettled = step.record.violent = false;
+    step.record.left = 0;
     step.stage.halvings = halvings;
     ++report.steps;
     integrate(step, begin, end);
