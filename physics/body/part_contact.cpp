@@ -67,6 +67,7 @@ struct Target {
     std::uint32_t part = 0;
     Vec3 velocity = Vec3::Zero();  // m/s, the mean of its corners
     std::vector<std::uint32_t> cubes;
+    std::vector<Box3f> boxes;  // of each, with room around it
     BoxTree tree;
 };
 
@@ -78,7 +79,6 @@ struct Job {
 
 void fill_target(const Scene& scene, const std::vector<Box>& regions, Target& target)
 {
-    std::vector<Box3f> boxes;
     for (const auto c : scene.shapes.cubes[target.part]) {
         const Box box = box_of(scene.x, scene.shapes.corners[c]);
         const auto in = [&](const Box& region) { return overlap(region, box); };
@@ -89,9 +89,9 @@ void fill_target(const Scene& scene, const std::vector<Box>& regions, Target& ta
         const Box3f wide{margin.lo.cast<float>(), margin.hi.cast<float>()};
         if (!wide.lo.allFinite() || !wide.hi.allFinite()) continue;
         target.cubes.push_back(c);
-        boxes.push_back(wide);
+        target.boxes.push_back(wide);
     }
-    target.tree = geometry::build_box_tree(boxes);
+    target.tree = geometry::build_box_tree(target.boxes);
 }
 
 // A place in a cube that is bent: 0..1 along its axes, and what they become there.
@@ -264,9 +264,11 @@ std::optional<PointContact> contact_in(const Scene& scene, const Moving& moving,
     return contact;
 }
 
-// The contact of a point with the target, at the first place on its way where it is inside.
+// The contact of a point with one of the target's cubes `near`, at the first place on its way where
+// it is inside.
 std::optional<PointContact> first_contact(const Scene& scene, const Moving& moving,
-                                          const Target& target, std::vector<std::uint32_t>& cubes)
+                                          const Target& target,
+                                          const std::vector<std::uint32_t>& near)
 {
     constexpr double stride = 0.4;  // of a cube
     constexpr int most = 64;        // places on the way
@@ -274,13 +276,12 @@ std::optional<PointContact> first_contact(const Scene& scene, const Moving& movi
     const double strides = std::ceil(way.norm() / (stride * scene.shapes.size));
     if (!std::isfinite(strides)) return std::nullopt;
     const int places = std::clamp(static_cast<int>(std::min(strides, double(most))), 1, most);
-    for (int i = 1; i <= places; ++i) {
-        const Vec3 behind = (1 - double(i) / places) * way;
+    for (int place = 1; place <= places; ++place) {
+        const Vec3 behind = (1 - double(place) / places) * way;
         const Vec3f p = (moving.p - behind).cast<float>();
-        cubes.clear();
-        target.tree.overlapping({p, p}, [&](std::uint32_t c) { cubes.push_back(target.cubes[c]); });
-        std::sort(cubes.begin(), cubes.end());
-        for (const auto cube : cubes) {
+        for (const auto i : near) {
+            if (!target.boxes[i].overlaps({p, p})) continue;
+            const auto cube = target.cubes[i];
             if (auto contact = contact_in(scene, moving, target, cube, behind)) return contact;
         }
     }
@@ -292,7 +293,7 @@ void look(const Scene& scene, const Job& job, const Target& target, const Box& t
 {
     const PartShapes& shapes = scene.shapes;
     const auto holders = shapes.holders[job.from];
-    std::vector<std::uint32_t> cubes;
+    std::vector<std::uint32_t> near;  // of the target's cubes
     for (std::size_t i = job.begin; i < job.end; ++i) {
         const std::uint32_t holder = holders[i], cube = shapes.holder[holder];
         const auto& corners = shapes.corners[cube];
@@ -302,9 +303,15 @@ void look(const Scene& scene, const Job& job, const Target& target, const Box& t
         for (const auto k : corners) velocity += corner_of(scene.v, k) / 8;
         const Box reach = swept(wider(own, 0.5 * own.diagonal()), scene.dt * velocity);
         if (!overlap(reach, target_box)) continue;
+        near.clear();
+        target.tree.overlapping({reach.lo.cast<float>(), reach.hi.cast<float>()},
+                                [&](std::uint32_t c) { near.push_back(c); });
+        if (near.empty()) continue;
+        std::sort(near.begin(), near.end());
+
         for (auto p = shapes.point_at[holder]; p < shapes.point_at[holder + 1]; ++p) {
             const Moving moving = moving_point(scene, cube, shapes.point[p]);
-            if (const auto contact = first_contact(scene, moving, target, cubes)) {
+            if (const auto contact = first_contact(scene, moving, target, near)) {
                 out.push_back(*contact);
             }
         }
@@ -328,7 +335,7 @@ Meetings find_meetings(const Scene& scene, const std::vector<PartPair>& pairs)
     const auto target = [&](std::uint32_t part) {
         if (target_of[part] == geometry::no_index) {
             target_of[part] = static_cast<std::uint32_t>(out.targets.size());
-            out.targets.push_back({part, Vec3::Zero(), {}, {}});
+            out.targets.push_back({part, Vec3::Zero(), {}, {}, {}});
             Box& box = out.box.emplace_back();
             auto& velocity = out.targets.back().velocity;
             for (const auto slot : shapes.slots[part]) {
