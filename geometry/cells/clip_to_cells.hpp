@@ -43,7 +43,9 @@ inline void cut(const Polygon& whole, int axis, double at, Polygon& below, Polyg
 
 namespace detail {
 
-template <class Emit> void clip_along(Polygon& rest, int axis, Vec3i& cell, const Emit& emit)
+// Pieces of fewer than `least` corners are left out.
+template <std::size_t least, class Emit>
+void clip_along(Polygon& rest, int axis, Vec3i& cell, const Emit& emit)
 {
     if (axis < 0) {
         emit(cell, rest);
@@ -59,11 +61,11 @@ template <class Emit> void clip_along(Polygon& rest, int axis, Vec3i& cell, cons
     Polygon *now = &rest, *next = &above;
     for (cell[axis] = first; cell[axis] < last; ++cell[axis]) {
         cut(*now, axis, cell[axis] + 1, below, *next);
-        if (below.n > 2) clip_along(below, axis - 1, cell, emit);
+        if (below.n >= least) clip_along<least>(below, axis - 1, cell, emit);
         std::swap(now, next);
     }
     cell[axis] = last;
-    if (now->n > 2) clip_along(*now, axis - 1, cell, emit);
+    if (now->n >= least) clip_along<least>(*now, axis - 1, cell, emit);
 }
 
 }  // namespace detail
@@ -74,7 +76,16 @@ template <class Emit> void clip_polygon_to_cells(Polygon polygon, const Emit& em
 {
     if (polygon.n < 3) return;
     Vec3i cell;
-    detail::clip_along(polygon, 2, cell, emit);
+    detail::clip_along<3>(polygon, 2, cell, emit);
+}
+
+// Calls emit(cell, piece) for every cell that holds a point of the polygon, a face belonging to the
+// cell above it (CellShape::half_open). Pieces may be segments and points, of two corners and one.
+template <class Emit> void touch_cells(Polygon polygon, const Emit& emit)
+{
+    if (polygon.n == 0) return;
+    Vec3i cell;
+    detail::clip_along<1>(polygon, 2, cell, emit);
 }
 
 // Calls emit(cell, area) for the pieces of triangle abc likewise.

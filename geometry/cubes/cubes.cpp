@@ -140,6 +140,7 @@ Cubes kept(const Cubes& cubes, const std::vector<std::uint8_t>& keep)
     take(cubes.stiffness_damping, out.stiffness_damping);
     take(cubes.matter, out.matter);
     take(cubes.component, out.component);
+    take(cubes.part, out.part);
     return out;
 }
 

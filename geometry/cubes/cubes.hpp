@@ -26,7 +26,7 @@ namespace geometry {
 // Corners a and b are the ends of an edge along axis d when a ^ b is 1 << d. Cubes are sorted by
 // (z, y, x); corners are numbered in the same order of their own coordinates. Nothing asserts that
 // a cell holds one cube only: cubes that share a cell but no corners are copies for geometry that
-// must not be joined.
+// must not be joined (pieces.hpp). cube_finder.hpp tells which of them holds a place.
 struct Cubes {
     double size = 0;  // m, edge of a cube
     Vec3 origin = Vec3::Zero();
@@ -44,6 +44,9 @@ struct Cubes {
     std::vector<std::uint16_t> matter;      // C, into matters: the one with most mass in the cube
     std::vector<Matter> matters;
     std::vector<std::uint32_t> component;  // C, 0 = largest; empty until components were sought
+    // C, the quarters of its cell that the cube's material lies in (cells/sub_cells.hpp); empty
+    // where all cubes that touch share their corners, and each stands for all of its cell.
+    std::vector<std::uint64_t> part;
 
     std::size_t count() const { return cell.size(); }
     std::size_t corner_count() const { return corner.size(); }

@@ -8,11 +8,18 @@
 
 namespace geometry {
 
+// What becomes of pieces of material that one cell holds.
+enum class NearPieces {
+    merge,  // one cube holds them all: gaps narrower than a cube are mended
+    apart,  // each has a cube of its own (pieces.hpp)
+};
+
 // What every voxelization ends with.
 struct VoxelOptions {
-    std::size_t max_cubes = 4'000'000;  // more is an error, met before the memory is taken
-    double min_fill = 0.02;             // no cube is lighter and softer than one filled so far
-    double total_mass = 0;              // kg; not 0: masses are scaled to this sum
+    std::size_t max_cubes = 4'000'000;      // more is an error, met before the memory is taken
+    double min_fill = 0.02;                 // no cube is lighter and softer than one filled so far
+    double total_mass = 0;                  // kg; not 0: masses are scaled to this sum
+    NearPieces pieces = NearPieces::merge;  // of meshes
 };
 
 // A bit of material in a cube.

@@ -4,9 +4,12 @@
 #include "geometry/cells/clip_to_cells.hpp"
 #include "geometry/cells/inside_shares.hpp"
 #include "geometry/cells/surface_cells.hpp"
+#include "geometry/cubes/cube_finder.hpp"
+#include "geometry/cubes/pieces.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -59,14 +62,38 @@ Cubes with_corners(const VoxelGrid& grid, const CellSet& cells)
     return cubes;
 }
 
+// The same; or one for each piece, where they are to stay apart, of what held(cells) finds there.
+template <class Held>
+Cubes with_corners(const VoxelGrid& grid, const CellSet& cells, const VoxelOptions& options,
+                   const Held& held)
+{
+    if (options.pieces == NearPieces::merge) return with_corners(grid, cells);
+    Cubes cubes = cubes_of_pieces(held(cells.sorted()), grid.size, grid.origin);
+    if (cubes.count() <= options.max_cubes) return cubes;
+    throw std::invalid_argument("the model has " + std::to_string(cubes.count()) +
+                                " pieces of material in cubes, which exceeds max_cubes = " +
+                                std::to_string(options.max_cubes) +
+                                ": use larger cubes, raise max_cubes, or set pieces = merge");
+}
+
 // What of a face lies in a cube.
 struct FaceInCube {
     std::uint32_t cube, triangle;  // triangle of the lattice mesh
     double area;                   // m^2
 };
 
+// A place of a piece of a triangle in a cell: in one quarter with others of it, so in its cube.
+Vec3 middle_in(const Polygon& piece, const Vec3i& cell)
+{
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t i = 0; i < piece.n; ++i) sum += piece.p[i] - cell.cast<double>();
+    const Vec3 middle = sum / static_cast<double>(piece.n);
+    return cell.cast<double>() + middle.cwiseMax(0.0).cwiseMin(1 - 1e-9);
+}
+
 // Face by face.
-std::vector<FaceInCube> faces_in_cubes(const LatticeMesh& mesh, const CellIndex& index, double size)
+std::vector<FaceInCube> faces_in_cubes(const LatticeMesh& mesh, const CubeFinder& finder,
+                                       double size)
 {
     constexpr std::size_t grain = 4096;
     const std::size_t pieces = (mesh.triangles.size() + grain - 1) / grain;
@@ -77,14 +104,15 @@ std::vector<FaceInCube> faces_in_cubes(const LatticeMesh& mesh, const CellIndex&
             parts[i].reserve(4 * grain);
             for (std::size_t t = i * grain; t < last; ++t) {
                 const auto& [a, b, c] = mesh.triangles[t];
-                clip_to_cells(mesh.positions[a], mesh.positions[b], mesh.positions[c],
-                              [&](const Vec3i& cell, double area) {
-                                  if (!(area > 0)) return;
-                                  const auto found = index.find(cell);
-                                  if (!found) return;
-                                  parts[i].push_back({found.begin, static_cast<std::uint32_t>(t),
-                                                      area * size * size});
-                              });
+                Polygon triangle;
+                for (const std::uint32_t v : {a, b, c}) triangle.add(mesh.positions[v]);
+                clip_polygon_to_cells(triangle, [&](const Vec3i& cell, const Polygon& piece) {
+                    const double area = piece.area();
+                    if (!(area > 0)) return;
+                    const std::uint32_t cube = finder.find(middle_in(piece, cell));
+                    if (cube == no_index) return;
+                    parts[i].push_back({cube, static_cast<std::uint32_t>(t), area * size * size});
+                });
             }
         }
     });
@@ -174,8 +202,10 @@ Cubes voxelize_surface(const TriMesh& mesh, const FaceMatter& matter, double thi
         return surface_cells(g.size == grid.size ? lattice : to_lattice(mesh, g),
                              CellShape::half_open, options.max_cubes);
     });
-    Cubes cubes = with_corners(grid, cells);
-    const CellIndex index(std::move(cells), cubes.cell);
+    Cubes cubes = with_corners(grid, cells, options, [&](std::vector<Vec3i> all) {
+        return held_by_surface(snapped_to_quarters(lattice, grid), std::move(all));
+    });
+    const CubeFinder finder(std::move(cells), cubes);
     std::vector<Deposit> deposits;
     const bool full = !(thickness > 0);
     if (full && matter.matters.size() == 1) {
@@ -183,7 +213,7 @@ Cubes voxelize_surface(const TriMesh& mesh, const FaceMatter& matter, double thi
             deposits.push_back({c, 0, cube_volume(grid)});
         }
     } else {
-        for (const FaceInCube& p : faces_in_cubes(lattice, index, grid.size)) {
+        for (const FaceInCube& p : faces_in_cubes(lattice, finder, grid.size)) {
             deposits.push_back({p.cube, matter.of(lattice.source_of(p.triangle)),
                                 p.area * (full ? grid.size : thickness)});
         }
@@ -206,11 +236,46 @@ std::vector<double> volumes_inside(const LatticeMesh& lattice, Inside rule, cons
     std::vector<double> volume(cubes, whole);
     const InsideShares border = inside_shares(lattice, rule, faces);
     for (std::size_t i = 0; i < border.cells.size(); ++i) {
-        if (const auto found = index.find(border.cells[i])) {
-            volume[found.begin] = border.share[i] * whole;
-        }
+        const auto found = index.find(border.cells[i]);
+        for (std::uint32_t c = found.begin; c < found.end; ++c) volume[c] = border.share[i] * whole;
     }
     return volume;
+}
+
+// A place in quarters of cells, for a mesh that is.
+Vec3i quarter_of(const Vec3i& cell, unsigned bit)
+{
+    return across_cell * cell + Vec3i(static_cast<int>(bit & 3), static_cast<int>(bit >> 2 & 3),
+                                      static_cast<int>(bit >> 4));
+}
+
+// Shares the volume of each cell out to the cubes in it, by what of their quarters is inside.
+void share_out(LatticeMesh lattice, Inside rule, const Cubes& cubes, std::span<double> volume)
+{
+    for (Vec3& p : lattice.positions) p *= across_cell;
+    const bool fits =
+        std::all_of(lattice.positions.begin(), lattice.positions.end(),
+                    [](const Vec3& p) { return p.cwiseAbs().maxCoeff() < CellSet::extent - 1; });
+    const InsideShares border = fits ? inside_shares(lattice, rule) : InsideShares{};
+    const CellIndex quarters(border.cells);
+    const auto inside = [&](std::size_t c) {
+        double sum = 0;
+        for (SubCells part = cubes.part[c]; part != 0; part &= part - 1) {
+            const auto bit = static_cast<unsigned>(std::countr_zero(part));
+            const auto found = quarters.find(quarter_of(cubes.cell[c], bit));
+            sum += found ? border.share[found.begin] : 1.0;
+        }
+        return sum;
+    };
+    for (std::size_t begin = 0, end = 0; begin < cubes.count(); begin = end) {
+        while (end < cubes.count() && cubes.cell[end] == cubes.cell[begin]) ++end;
+        if (end == begin + 1) continue;
+        double sum = 0;
+        for (std::size_t c = begin; c < end; ++c) sum += inside(c);
+        for (std::size_t c = begin; c < end; ++c) {
+            volume[c] *= sum > 0 ? inside(c) / sum : 1 / static_cast<double>(end - begin);
+        }
+    }
 }
 
 // Those in cubes.
@@ -283,14 +348,20 @@ Cubes voxelize_solid(const TriMesh& mesh, const FaceMatter& matter, Inside rule,
         return solid_cells(g.size == grid.size ? lattice : to_lattice(mesh, g), rule,
                            options.max_cubes);
     });
-    Cubes cubes = with_corners(grid, cells);
+    Cubes cubes = with_corners(grid, cells, options, [&](std::vector<Vec3i> all) {
+        return held_by_solid(snapped_to_quarters(lattice, grid), rule, std::move(all));
+    });
     const CellIndex index(std::move(cells), cubes.cell);
     const double whole = cube_volume(grid);
-    const bool one = matter.matters.size() == 1;
+    const bool one = matter.matters.size() == 1, needs_faces = !one || thickness > 0;
+    const bool apart = !cubes.part.empty();
     std::vector<FaceInCell> pieces;
     std::vector<double> volume = volumes_inside(lattice, rule, index, cubes.count(), whole,
-                                                !one || thickness > 0 ? &pieces : nullptr);
-    const std::vector<FaceInCube> faces = in_cubes(pieces, index, grid.size);
+                                                needs_faces && !apart ? &pieces : nullptr);
+    if (apart) share_out(snapped_to_quarters(lattice, grid), rule, cubes, volume);
+    const std::vector<FaceInCube> faces =
+        needs_faces && apart ? faces_in_cubes(lattice, CubeFinder(cubes), grid.size)
+                             : in_cubes(pieces, index, grid.size);
     if (thickness > 0) thicken(volume, faces, thickness, whole);
     std::vector<Deposit> deposits;
     if (one) {
