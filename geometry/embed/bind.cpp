@@ -3,7 +3,7 @@
 #include "geometry/base/box_tree.hpp"
 #include "geometry/base/parallel.hpp"
 #include "geometry/base/union_find.hpp"
-#include "geometry/cells/cell_set.hpp"
+#include "geometry/cubes/cube_finder.hpp"
 #include "geometry/cubes/plane.hpp"
 
 #include <algorithm>
@@ -35,8 +35,9 @@ public:
     explicit NearestCubes(const Cubes& cubes)
     {
         std::vector<Box3f> boxes;
-        for (const Vec3i& c : cubes.cell) {
-            boxes.push_back({c.cast<float>(), (c + Vec3i::Ones()).cast<float>()});
+        for (std::size_t c = 0; c < cubes.count(); ++c) {
+            const Box held = held_box(cubes, c);
+            boxes.push_back({held.lo.cast<float>(), held.hi.cast<float>()});
         }
         tree_ = build_box_tree(boxes);
         for (const std::uint32_t i : tree_.items) boxes_.push_back(boxes[i]);
@@ -159,7 +160,7 @@ Binding bind(const TriMesh& mesh, const Cubes& cubes)
     if (n > 0 && cubes.count() == 0) {
         throw std::invalid_argument("no cubes to embed the mesh in");
     }
-    const CellIndex index(cubes.cell);
+    const CubeFinder finder(cubes);
     const int flat = flat_axis(cubes);
     binding.cube.resize(n);
     binding.local.resize(n);
@@ -173,11 +174,9 @@ Binding bind(const TriMesh& mesh, const Cubes& cubes)
                 continue;
             }
             at[v] = (p.cast<double>() - cubes.origin) / cubes.size;
-            const double reach = CellSet::extent;
-            const Vec3 seen = flattened(at[v], cubes, flat);
-            const Vec3 cell = seen.array().floor().cwiseMax(-reach - 1).cwiseMin(reach);
-            const CellIndex::Found found = index.find(cell.cast<int>());
-            binding.cube[v] = found ? found.begin : no_index;
+            binding.cube[v] = finder.find(flattened(at[v], cubes, flat));
+            if (binding.cube[v] == no_index) continue;
+            const Vec3 cell = cubes.cell[binding.cube[v]].cast<double>();
             binding.local[v] = (at[v] - cell).cast<float>();
         }
     });

@@ -10,7 +10,8 @@
 //
 // Where a whole piece of the mesh is in no cube, q is the centre of one cube for all of it, so that
 // it stays in one piece, and turns and shears as that cube does. On a plane (cubes/plane.hpp) who
-// lies over or under a cell is in it, however far.
+// lies over or under a cell is in it, however far. Of several cubes in one cell, a vertex goes with
+// the piece of material that it is nearest to (Cubes::part).
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/cubes/cubes.hpp"

@@ -1,6 +1,8 @@
 #include "geometry/embed/embed.hpp"
 
+#include "geometry/cubes/components.hpp"
 #include "geometry/cubes/voxelize.hpp"
+#include "tests/geometry/meshes.hpp"
 #include "tests/geometry/test_meshes.hpp"
 
 #include <gtest/gtest.h>
@@ -291,6 +293,45 @@ TEST(Embed, GivesTheSameBytesOnAnyNumberOfThreads)
         now.insert(now.end(), out.normals.begin(), out.normals.end());
         if (reference.empty()) reference = now;
         EXPECT_EQ(now, reference);
+    }
+}
+
+// Two blocks half a cube apart, whose cubes overlap where the gap lies within a cell.
+TEST(Embed, VerticesGoWithThePieceThatTheyBelongTo)
+{
+    for (const double x0 : {2.0, 2.2, 2.5, 2.75}) {
+        SCOPED_TRACE(x0);
+        // In slabs, so that many vertices lie on faces of cells and quarters.
+        const TriMesh left =
+            meshes::moved(geometry::box({1.5, 2, 2}, {6, 8, 7}), {x0 - 0.75, 1, 1});
+        const TriMesh right =
+            meshes::moved(geometry::box({1.5, 2, 2}, {5, 9, 8}), {x0 + 0.5 + 0.75, 1, 1});
+        const std::array<const TriMesh*, 2> both{&left, &right};
+        const TriMesh mesh = geometry::merge(both);
+        const geometry::VoxelGrid grid{1, Vec3::Zero(), geometry::Vec3i::Zero()};
+        const Cubes cubes = voxelize_solid(mesh, {{}, {{}}, {}}, geometry::Inside::winding, 0, grid,
+                                           {.pieces = geometry::NearPieces::apart});
+        const Binding binding = bind(mesh, cubes);
+        EXPECT_TRUE(binding.strays.empty());
+        std::vector<Vec3> x = corner_positions(cubes);
+        const TriMesh rest = embed(binding, mesh, cubes, x);
+        EXPECT_EQ(rest.positions, mesh.positions);
+
+        // The piece with the first cube is the left one: it moves up, the other down.
+        const auto found = find_components(cubes, geometry::Connectivity::face);
+        ASSERT_EQ(found.count(), 2u);
+        for (std::size_t c = 0; c < cubes.count(); ++c) {
+            const double up = found.label[c] == found.label[0] ? 1 : -1;
+            for (const auto k : cubes.corners[c]) {
+                x[k] = cubes.corner_position(k) + Vec3(0, up, 0);
+            }
+        }
+        const TriMesh moved = embed(binding, mesh, cubes, x);
+        for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+            const float up = v < left.positions.size() ? 1.0f : -1.0f;
+            EXPECT_LT((moved.positions[v] - mesh.positions[v] - Vec3f(0, up, 0)).norm(), 1e-6f)
+                << v;
+        }
     }
 }
 
