@@ -1,5 +1,6 @@
 #include "physics/body/contact_surface.hpp"
 
+#include "geometry/cubes/cube_finder.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/embed/embed.hpp"
 
@@ -16,6 +17,7 @@
 namespace physics {
 namespace {
 
+using geometry::CubeFinder;
 using geometry::Cubes;
 using geometry::Vec3i;
 
@@ -55,35 +57,14 @@ std::array<double, 8> trilinear_weights(const Vec3& place)
     return w;
 }
 
-CellMap map_cells(const Cubes& cubes)
-{
-    CellMap map;
-    map.reserve(2 * cubes.count());
-    for (std::uint32_t c = 0; c < cubes.count(); ++c) map.emplace(cubes.cell[c], c);
-    return map;
-}
-
 // The cube that holds p (m), or the nearest of its neighbours.
-std::optional<std::uint32_t> cube_at(const Cubes& cubes, const CellMap& cells, const Vec3& p)
+std::optional<std::uint32_t> cube_at(const Cubes& cubes, const CubeFinder& finder, const Vec3& p)
 {
     const Vec3 local = (p - cubes.origin) / cubes.size;
     if (!local.allFinite() || local.cwiseAbs().maxCoeff() > 1e9) return std::nullopt;
-    const Vec3i cell = local.array().floor().cast<int>();
-    if (const auto found = cells.find(cell); found != cells.end()) return found->second;
-    std::optional<std::uint32_t> best;
-    double best_sq = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < 27; ++i) {
-        const Vec3i next = cell + Vec3i(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
-        const auto found = cells.find(next);
-        if (found == cells.end()) continue;
-        const Vec3 lo = next.cast<double>();
-        const Vec3 away = local - local.cwiseMax(lo).cwiseMin(lo + Vec3::Ones());
-        if (away.squaredNorm() < best_sq) {
-            best_sq = away.squaredNorm();
-            best = found->second;
-        }
-    }
-    return best;
+    const std::uint32_t found = finder.find_near(local);
+    if (found == geometry::no_index) return std::nullopt;
+    return found;
 }
 
 std::array<Vec3f, 3> piece_in(const Cubes& cubes, std::uint32_t c, const std::array<Vec3, 3>& p)
@@ -152,7 +133,7 @@ struct Subdivided {
 // cube.
 class FacePoints {
 public:
-    FacePoints(const Cubes& cubes, const CellMap& cells) : cubes_(cubes), cells_(cells) {}
+    FacePoints(const Cubes& cubes, const CubeFinder& finder) : cubes_(cubes), finder_(finder) {}
 
     void add(const Vec3& at, float area)
     {
@@ -162,7 +143,7 @@ public:
         const auto [found, fresh] = by_place_.emplace(place, std::uint32_t(positions.size()));
         if (!fresh) {
             areas[found->second] += area;
-        } else if (cube_at(cubes_, cells_, at)) {
+        } else if (cube_at(cubes_, finder_, at)) {
             positions.push_back(at.cast<float>());
             areas.push_back(area);
         } else {
@@ -174,7 +155,7 @@ public:
 
 private:
     const Cubes& cubes_;
-    const CellMap& cells_;
+    const CubeFinder& finder_;
     CellMap by_place_;
 };
 
@@ -194,7 +175,7 @@ std::optional<std::array<Vec3, 3>> sound_triangle(const geometry::TriMesh& mesh,
 
 // Shares a triangle out by pieces a cube wide: their areas to the patches of the cubes that they
 // lie in, and points where they meet.
-void share_out(const Cubes& cubes, const CellMap& cells, const Subdivided& rows,
+void share_out(const Cubes& cubes, const CubeFinder& finder, const Subdivided& rows,
                FacePoints& between, std::vector<Patch>& patches)
 {
     const Vec3 area = area_of(rows.v);
@@ -213,7 +194,7 @@ void share_out(const Cubes& cubes, const CellMap& cells, const Subdivided& rows,
             const int k = j / 2;
             const std::array<Vec3, 3> small{rows.at(i, k), rows.at(i + 1, j % 2 ? k + 1 : k),
                                             j % 2 ? rows.at(i, k + 1) : rows.at(i + 1, k + 1)};
-            const auto c = cube_at(cubes, cells, (small[0] + small[1] + small[2]) / 3);
+            const auto c = cube_at(cubes, finder, (small[0] + small[1] + small[2]) / 3);
             if (!c) continue;
             patches[*c].areas.push_back((share * area).cast<float>());
             patches[*c].pieces.push_back(piece_in(cubes, *c, small));
@@ -251,12 +232,12 @@ void flatten(Patch& patch, int flat)
     }
 }
 
-std::vector<Patch> patches_of_surface(const Cubes& cubes, const CellMap& cells,
+std::vector<Patch> patches_of_surface(const Cubes& cubes, const CubeFinder& finder,
                                       const geometry::TriMesh& mesh)
 {
     std::vector<Patch> patches(cubes.count());
     std::vector<float> area_at(mesh.positions.size(), 0.0f);
-    FacePoints between(cubes, cells);
+    FacePoints between(cubes, finder);
     for (const auto& t : mesh.triangles()) {
         const auto v = sound_triangle(mesh, t);
         if (!v) continue;
@@ -267,7 +248,7 @@ std::vector<Patch> patches_of_surface(const Cubes& cubes, const CellMap& cells,
         for (const auto i : t) {
             area_at[i] += static_cast<float>(rows.share() * area_of(*v).norm() / 3);
         }
-        share_out(cubes, cells, rows, between, patches);
+        share_out(cubes, finder, rows, between, patches);
     }
     embed_points(cubes, mesh, std::move(area_at), between, patches);
     const int flat = geometry::flat_axis(cubes);
@@ -285,13 +266,46 @@ Point corner_point(unsigned a, float area)
     return point;
 }
 
+std::array<std::uint32_t, 4> face_corners(const Cubes& cubes, std::uint32_t c, int axis, int side)
+{
+    std::array<std::uint32_t, 4> out;
+    std::size_t n = 0;
+    for (unsigned a = 0; a < 8; ++a) {
+        if (int(a >> axis & 1) == side) out[n++] = cubes.corners[c][a];
+    }
+    return out;
+}
+
+// Which faces of which cubes others cover, as bits 2 axis + side: with any cube in the next cell,
+// or of pieces with one that has the same corners.
+std::vector<std::uint8_t> covered_faces(const Cubes& cubes, const CubeFinder& finder)
+{
+    std::vector<std::uint8_t> out(cubes.count(), 0);
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        for (int f = 0; f < 6; ++f) {
+            const int axis = f / 2, side = f % 2;
+            Vec3i step = Vec3i::Zero();
+            step[axis] = side ? 1 : -1;
+            const auto found = finder.in_cell(cubes.cell[c] + step);
+            bool covers = found && cubes.part.empty();
+            for (std::uint32_t other = found.begin; !covers && other < found.end; ++other) {
+                covers = face_corners(cubes, c, axis, side) ==
+                         face_corners(cubes, other, axis, 1 - side);
+            }
+            if (covers) out[c] = static_cast<std::uint8_t>(out[c] | 1u << f);
+        }
+    }
+    return out;
+}
+
 // The faces that no other cube covers, and their corners, each in one of its cubes. A plane has
 // its two sides only, which share their corners.
-std::vector<Patch> patches_of_cubes(const Cubes& cubes, const CellMap& cells)
+std::vector<Patch> patches_of_cubes(const Cubes& cubes, const CubeFinder& finder)
 {
     std::vector<Patch> patches(cubes.count());
     const auto face = static_cast<float>(cubes.size * cubes.size);
     std::vector<float> area_at(cubes.corner_count(), 0.0f);
+    const std::vector<std::uint8_t> covered = covered_faces(cubes, finder);
     const int flat = geometry::flat_axis(cubes);
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
         for (int f = 0; f < 6; ++f) {
@@ -299,7 +313,7 @@ std::vector<Patch> patches_of_cubes(const Cubes& cubes, const CellMap& cells)
             if (flat >= 0 && axis != flat) continue;
             Vec3i step = Vec3i::Zero();
             step[axis] = side ? 1 : -1;
-            if (cells.contains(cubes.cell[c] + step)) continue;
+            if (covered[c] >> f & 1) continue;
             // Two triangles, from opposite corners of the face.
             for (const float end : {0.0f, 1.0f}) {
                 Vec3f corner = Vec3f::Constant(end);
@@ -434,9 +448,9 @@ std::size_t ContactSurface::bytes() const
 ContactSurface make_contact_surface(const Cubes& cubes, const std::vector<std::uint32_t>& slot,
                                     const geometry::TriMesh* surface, bool tears)
 {
-    const CellMap cells = map_cells(cubes);
+    const CubeFinder finder(cubes);
     auto patches =
-        surface ? patches_of_surface(cubes, cells, *surface) : patches_of_cubes(cubes, cells);
+        surface ? patches_of_surface(cubes, finder, *surface) : patches_of_cubes(cubes, finder);
     if (tears) add_corners_within(cubes, patches);
     ContactSurface out;
     for (const double m : cubes.mass) out.body_mass += m;

@@ -1,5 +1,7 @@
 #include "physics/state/choose_corners.hpp"
 
+#include "geometry/cubes/cube_finder.hpp"
+
 #include <algorithm>
 #include <stdexcept>
 
@@ -16,6 +18,25 @@ template <class Chosen> std::vector<std::uint32_t> corners_if(const Cubes& cubes
         if (is(k)) out.push_back(k);
     }
     return out;
+}
+
+// Of corners in a region, those of pieces that it meets: a cube reaches beyond the piece in it,
+// over others that are not meant. meets(box): whether the region meets a box in m.
+template <class Meets>
+std::vector<std::uint32_t> of_pieces(const Cubes& cubes, std::vector<std::uint32_t> corners,
+                                     const Meets& meets)
+{
+    if (cubes.part.empty()) return corners;
+    std::vector<std::uint8_t> met(cubes.corner_count(), 0);
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        const geometry::Box held = held_box(cubes, c);
+        if (!meets({cubes.origin + cubes.size * held.lo, cubes.origin + cubes.size * held.hi})) {
+            continue;
+        }
+        for (const auto k : cubes.corners[c]) met[k] = 1;
+    }
+    std::erase_if(corners, [&](std::uint32_t k) { return met[k] == 0; });
+    return corners;
 }
 
 // "a, b, c" of at most twenty.
@@ -61,16 +82,23 @@ TriMesh part_of(const TriMesh& mesh, const std::string& name)
 
 std::vector<std::uint32_t> corners_in_box(const Cubes& cubes, const geometry::Box& box)
 {
-    return corners_if(cubes, [&](std::uint32_t k) {
+    auto corners = corners_if(cubes, [&](std::uint32_t k) {
         const Vec3 p = cubes.corner_position(k);
         return (p.array() >= box.lo.array()).all() && (p.array() <= box.hi.array()).all();
+    });
+    return of_pieces(cubes, std::move(corners), [&](const geometry::Box& held) {
+        return (held.hi.array() >= box.lo.array()).all() &&
+               (held.lo.array() <= box.hi.array()).all();
     });
 }
 
 std::vector<std::uint32_t> corners_in_sphere(const Cubes& cubes, const Vec3& centre, double radius)
 {
-    return corners_if(cubes, [&](std::uint32_t k) {
+    auto corners = corners_if(cubes, [&](std::uint32_t k) {
         return (cubes.corner_position(k) - centre).norm() <= radius;
+    });
+    return of_pieces(cubes, std::move(corners), [&](const geometry::Box& held) {
+        return (centre - centre.cwiseMax(held.lo).cwiseMin(held.hi)).norm() <= radius;
     });
 }
 

@@ -2,7 +2,10 @@
 
 #include "geometry/base/random.hpp"
 #include "geometry/cubes/plane.hpp"
+#include "geometry/cubes/voxelize.hpp"
+#include "geometry/mesh/merge.hpp"
 #include "geometry/mesh/primitive.hpp"
+#include "geometry/mesh/transform.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 
 #include <gtest/gtest.h>
@@ -163,4 +166,37 @@ TEST(ContactSurface, ABodyThatTearsHasPointsAtItsInnerCornersToo)
         }
         EXPECT_GT(inner, 10u);
     }
+}
+
+TEST(ContactSurface, PiecesThatStayApartHaveTheirOwnFaces)
+{
+    // Two blocks of 2 x 2 x 2 cells, half a cube apart: 24 faces each. Merged, the cells on both
+    // sides of the gap cover each other: 40 faces.
+    const auto block = [](double x) {
+        geometry::TriMesh mesh = geometry::box({1.5, 2, 2}, {1, 1, 1});
+        move(mesh, geometry::placement({x, 1, 1}, {0, 0, 0}, {1, 1, 1}, {0, 0, 0}));
+        return mesh;
+    };
+    const geometry::TriMesh left = block(1.25), right = block(3.25);
+    const std::array<const geometry::TriMesh*, 2> both{&left, &right};
+    const geometry::TriMesh mesh = geometry::merge(both);
+    const auto cubes = [&](geometry::NearPieces pieces) {
+        return voxelize_solid(mesh, {{}, {{}}, {}}, geometry::Inside::winding, 0,
+                              {1, Vec3::Zero(), geometry::Vec3i::Zero()}, {.pieces = pieces});
+    };
+    const auto area = [](const ContactSurface& skin) {
+        double sum = 0;
+        for (const std::uint32_t p : skin.patch_of) {
+            const SurfacePatch& patch = skin.patch[p];
+            for (auto i = patch.area; i < patch.areas_end; ++i) {
+                sum += double(skin.area[i].norm());
+            }
+        }
+        return sum;
+    };
+    const auto apart = cubes(geometry::NearPieces::apart);
+    EXPECT_NEAR(area(skin_of(apart)), 48, 1e-4);
+    EXPECT_NEAR(area(skin_of(cubes(geometry::NearPieces::merge))), 40, 1e-4);
+    // The blocks' own faces: 2 (4 + 3 + 3) each, none left out.
+    EXPECT_NEAR(area(make_contact_surface(apart, {}, &mesh)), 40, 1e-4);
 }

@@ -1,5 +1,9 @@
 #include "physics/modal/modes.hpp"
 
+#include "geometry/cubes/voxelize.hpp"
+#include "geometry/mesh/merge.hpp"
+#include "geometry/mesh/primitive.hpp"
+#include "geometry/mesh/transform.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 
 #include <gtest/gtest.h>
@@ -216,4 +220,48 @@ TEST(Modes, RefusesBadInputAndSaysWhatWasExpected)
     Cubes weightless = cube;
     weightless.mass[0] = 0;
     EXPECT_NE(message(weightless, {}, 1).find("mass"), std::string::npos);
+}
+
+// Teeth that stand on a bar below y = 0, in the given places along x: 8 cubes high and 1.5 wide.
+static geometry::TriMesh comb(const std::vector<int>& teeth)
+{
+    const auto block = [](const Vec3& lo, const Vec3& hi) {
+        geometry::TriMesh mesh = geometry::box(hi - lo, {1, 1, 1});
+        move(mesh, geometry::placement((lo + hi) / 2, {0, 0, 0}, {1, 1, 1}, {0, 0, 0}));
+        return mesh;
+    };
+    std::vector<geometry::TriMesh> parts{block({0, -1, 0}, {9.5, 0, 1})};
+    for (const int i : teeth) parts.push_back(block({2.0 * i, 0, 0}, {2.0 * i + 1.5, 8, 1}));
+    std::vector<const geometry::TriMesh*> all;
+    for (const geometry::TriMesh& part : parts) all.push_back(&part);
+    return geometry::merge(all);
+}
+
+static double lowest_of_comb(const std::vector<int>& teeth, geometry::NearPieces pieces, int mode)
+{
+    const Cubes cubes =
+        voxelize_solid(comb(teeth), {{}, {{}}, {}}, geometry::Inside::winding, 0,
+                       {1, Vec3::Zero(), geometry::Vec3i::Zero()}, {.pieces = pieces});
+    std::vector<std::uint32_t> held;
+    for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+        if (cubes.corner[k].y() <= 0) held.push_back(k);
+    }
+    const Modes modes = lowest_modes(cubes, held, lowest(mode + 1));
+    return std::sqrt(modes.omega_sq[static_cast<std::size_t>(mode)]);
+}
+
+TEST(Modes, OfACombAreThoseOfOneToothWhereGapsAreHalfACube)
+{
+    // The lowest mode of one tooth is bending along z; five teeth have it five times over.
+    const auto apart = geometry::NearPieces::apart, merge = geometry::NearPieces::merge;
+    const double one = lowest_of_comb({2}, apart, 0);
+    EXPECT_NEAR(one, lowest_of_comb({2}, merge, 0), 1e-9 * one);
+    const std::vector<int> five{0, 1, 2, 3, 4};
+    EXPECT_NEAR(lowest_of_comb(five, apart, 0), one, 1e-3 * one);
+    EXPECT_NEAR(lowest_of_comb(five, apart, 4), one, 1e-3 * one);
+    // Bending along x comes next. Merged, the teeth brace each other.
+    const double along = lowest_of_comb({2}, apart, 1);
+    EXPECT_NEAR(lowest_of_comb(five, apart, 5), along, 1e-3 * along);
+    EXPECT_NEAR(lowest_of_comb(five, apart, 9), along, 1e-3 * along);
+    EXPECT_GT(lowest_of_comb(five, merge, 4), 1.5 * one);
 }
