@@ -22,6 +22,7 @@ struct Inputs {
     Align align = Align::fit;
     geometry::Vec3 origin{0, 0, 0};
     geometry::Inside inside = geometry::Inside::winding;
+    geometry::NearPieces pieces = geometry::NearPieces::merge;
     double thickness = 0;
     geometry::Matter matter;
     std::vector<MaterialRule> materials;
@@ -62,7 +63,7 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     const geometry::VoxelOptions options{static_cast<std::size_t>(in.max_cubes), in.min_fill,
-                                         in.total_mass};
+                                         in.total_mass, in.pieces};
     if (in.method == Method::samples) {
         if (!in.points) throw std::invalid_argument(needs_points);
         return {geometry::voxelize_samples(*in.points, grid_for(in), options)};
@@ -76,6 +77,16 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     warn_of_disagreeing_faces(*in.mesh, in.inside, context);
     return {geometry::voxelize_solid(*in.mesh, matter, in.inside, in.thickness, grid, options)};
 }
+
+constexpr const char* how_inside =
+    "How inside is decided (method solid); six rays along the axes vote. winding: by the number of "
+    "outward less inward faces crossed; right for closed, overlapping and doubled pieces. parity: "
+    "by an odd number of faces crossed; for meshes whose faces disagree on what is outside.";
+constexpr const char* near_pieces =
+    "How parts are treated that are nearer to each other than a cube, such as the teeth of a comb. "
+    "merge: one cube joins all parts in it, and narrow gaps are mended. apart: each part in a cube "
+    "gets a cube of its own, and cubes are joined only where material crosses their common face. A "
+    "gap of half a cube stays open at any angle. Parts that do not touch are not joined.";
 
 void add_to(graph::Registry& registry)
 {
@@ -104,12 +115,8 @@ void add_to(graph::Registry& registry)
                 "point, so that the grids of several models agree.")
         .param("origin", &Inputs::origin, "Lowest corner of cube 0.", {.unit = "m"},
                {"align", {"origin"}})
-        .choice("inside", &Inputs::inside, {"winding", "parity"},
-                "How inside is decided (method solid); six rays along the axes vote. winding: by "
-                "the number of outward less inward faces crossed; right for closed, overlapping "
-                "and doubled pieces. parity: by an odd number of faces crossed; for meshes whose "
-                "faces disagree on what is outside.",
-                {"method", {"solid"}})
+        .choice("inside", &Inputs::inside, {"winding", "parity"}, how_inside, {"method", {"solid"}})
+        .choice("pieces", &Inputs::pieces, {"merge", "apart"}, near_pieces, of_mesh)
         .param("thickness", &Inputs::thickness,
                "Thickness of the faces: a cube holds the face area in it times this. 0: `surface` "
                "treats every cube as full; `solid` counts only the enclosed volume (exact, except "

@@ -319,4 +319,48 @@ TEST(GraphOfCubes, VibrateSagsUnderItsWeightAndSwingsWhenKicked)
     EXPECT_LT(largest, 1.6 * most);  // higher modes on top
 }
 
+TEST(GraphOfCubes, OfTwoBlocksHalfACubeApartOneIsHeldAndTheOtherFalls)
+{
+    // The blocks end at x = -0.025 and 0.025, cubes of 0.1 m meet at x = 0 or contain the gap.
+    const auto scene_of = [](const std::string& pieces, double origin) {
+        return fmt::format(R"(
+        "left": {{ "type": "Primitive@1", "params": {{ "shape": "box", "centre": [-0.125, 0, 0],
+                  "box": {{ "size": [0.2, 0.2, 0.2] }} }} }},
+        "right": {{ "type": "Primitive@1", "params": {{ "shape": "box", "centre": [0.125, 0, 0],
+                   "box": {{ "size": [0.2, 0.2, 0.2] }} }} }},
+        "both": {{ "type": "Merge@1", "inputs": {{ "meshes": ["left.mesh", "right.mesh"] }} }},
+        "cubes": {{ "type": "Voxelize@1", "inputs": {{ "mesh": "both.mesh" }},
+                   "params": {{ "method": "solid", "size": 0.1, "pieces": "{0}", "align": "origin",
+                               "origin": [{1}, -0.1, -0.1] }} }},
+        "parts": {{ "type": "ConnectedComponent@1", "inputs": {{ "cubes": "cubes.cubes" }},
+                   "params": {{ "keep": "all" }} }},
+        "count": {{ "type": "Measure@1", "inputs": {{ "cubes": "parts.cubes" }},
+                   "params": {{ "what": "components" }} }},
+        "pin": {{ "type": "Pin@1", "inputs": {{ "cubes": "cubes.cubes" }},
+                 "params": {{ "box": {{ "centre": [-0.225, 0, 0], "size": [0.4, 1, 1] }} }} }},
+        "sim": {{ "type": "Simulate@1", "inputs": {{ "cubes": "cubes.cubes", "pins": ["pin.pins"],
+                                                    "surface": "both.mesh" }},
+                 "params": {{ "step": {{ "substeps": 4 }} }} }},
+        "shape": {{ "type": "Embed@3", "inputs": {{ "mesh": "both.mesh", "cubes": "cubes.cubes",
+                                                   "state": "sim.state" }} }})",
+                           pieces, origin);
+    };
+    for (const double origin : {-0.3, -0.25, -0.275}) {
+        SCOPED_TRACE(origin);
+        Scene scene(scene_of("apart", origin));
+        EXPECT_EQ(*scene.at<double>("count"), 2);
+        const auto rest = scene.at<TriMesh>("both"), fallen = scene.at<TriMesh>("shape", 13);
+        for (std::size_t v = 0; v < rest->positions.size(); ++v) {
+            const float drop = rest->positions[v].y() - fallen->positions[v].y();
+            // Half a second of free fall, in steps of 1 / 96 s: 1.23 m and a little more.
+            if (rest->positions[v].x() > 0)
+                EXPECT_NEAR(drop, 1.25f, 0.05f) << v;
+            else
+                EXPECT_NEAR(drop, 0.0f, 0.01f) << v;
+        }
+        Scene merged(scene_of("merge", origin));
+        EXPECT_EQ(*merged.at<double>("count"), 1);
+    }
+}
+
 }  // namespace
