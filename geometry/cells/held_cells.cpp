@@ -68,18 +68,31 @@ bool before(const Vec3i& a, const Vec3i& b)
     return std::tuple(a.z(), a.y(), a.x()) < std::tuple(b.z(), b.y(), b.x());
 }
 
+// Of each neighbour 0..26, the quarters from which a step leads over into it.
+constexpr std::array<SubCells, 27> on_the_way = [] {
+    std::array<SubCells, 27> out{};
+    for (std::size_t n = 0; n < 27; ++n) {
+        const auto i = static_cast<int>(n);
+        for (const Step& step : steps) {
+            out[n] |= n == 13 ? 0 : move_of(step, {i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1}).from;
+        }
+    }
+    return out;
+}();
+
 // Links the quarters that one triangle meets; `visits` are sorted by their cells.
 void link(const std::vector<Visit>& visits, std::vector<HeldCells::Links>& links)
 {
+    if (visits.size() == 1 && std::has_single_bit(visits[0].touched)) return;
     for (const Visit& from : visits) {
         for (std::size_t d = 0; d < steps.size(); ++d) {
-            const SubCells ends = landed(from.touched, steps[d]) & from.touched;
-            if (ends) add_bits(links[from.border][d], landed(ends, backwards(steps[d])));
+            const SubCells ends = moves_on[d](from.touched) & from.touched;
+            if (ends) add_bits(links[from.border][d], moves_back[d](ends));
         }
         if (visits.size() == 1) return;
         for (int n = 0; n < 27; ++n) {
             const Step over{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
-            if (n == 13) continue;
+            if ((from.touched & on_the_way[static_cast<std::size_t>(n)]) == 0) continue;
             const Vec3i next = from.cell + Vec3i(over[0], over[1], over[2]);
             const auto to =
                 std::lower_bound(visits.begin(), visits.end(), next,
@@ -122,7 +135,7 @@ std::vector<Met> meet(const LatticeMesh& mesh, const CellIndex& border, std::siz
             link(visits, links);
         }
     };
-    parallel_for(mesh.triangles.size(), 1024, stoppable(some));
+    parallel_for(mesh.triangles.size(), 16, stoppable(some));
     return out;
 }
 

@@ -64,26 +64,54 @@ inline constexpr std::array<std::array<SubCells, 4>, 3> layers = [] {
 
 }  // namespace detail
 
+// What a step does to the quarters of a word: those `from` are shifted.
+struct Move {
+    SubCells from = 0;
+    int shift = 0;
+
+    constexpr SubCells operator()(SubCells s) const
+    {
+        return shift >= 0 ? (s & from) << shift : (s & from) >> -shift;
+    }
+};
+
 // Where quarters come to lie that take `step` and thereby go over into the cell `cells` further
 // on, in that cell's numbering; those that land in another cell are dropped.
-constexpr SubCells landed(SubCells from, const Step& step, const Step& cells = {0, 0, 0})
+constexpr Move move_of(const Step& step, const Step& cells = {0, 0, 0})
 {
-    int shift = 0;
+    Move out{all_sub_cells, 0};
     for (std::size_t k = 0; k < 3; ++k) {
         if (step[k] == 0) {
-            if (cells[k] != 0) return 0;
+            if (cells[k] != 0) return {};
             continue;
         }
         const SubCells last = detail::layers[k][step[k] > 0 ? 3 : 0];
         if (cells[k] == 0)
-            from &= ~last;
+            out.from &= ~last;
         else if (cells[k] == step[k])
-            from &= last;
+            out.from &= last;
         else
-            return 0;
-        shift += (step[k] - across_cell * cells[k]) * (1 << (2 * k));
+            return {};
+        out.shift += (step[k] - across_cell * cells[k]) * (1 << (2 * k));
     }
-    return shift >= 0 ? from << shift : from >> -shift;
+    return out;
 }
+
+constexpr SubCells landed(SubCells from, const Step& step, const Step& cells = {0, 0, 0})
+{
+    return move_of(step, cells)(from);
+}
+
+// Within a cell.
+inline constexpr std::array<Move, steps.size()> moves_on = [] {
+    std::array<Move, steps.size()> out;
+    for (std::size_t d = 0; d < steps.size(); ++d) out[d] = move_of(steps[d]);
+    return out;
+}();
+inline constexpr std::array<Move, steps.size()> moves_back = [] {
+    std::array<Move, steps.size()> out;
+    for (std::size_t d = 0; d < steps.size(); ++d) out[d] = move_of(backwards(steps[d]));
+    return out;
+}();
 
 }  // namespace geometry
