@@ -23,6 +23,7 @@ struct Inputs {
     geometry::Vec3 origin{0, 0, 0};
     geometry::Inside inside = geometry::Inside::winding;
     geometry::NearPieces pieces = geometry::NearPieces::merge;
+    double join = 0;
     double thickness = 0;
     geometry::Matter matter;
     std::vector<MaterialRule> materials;
@@ -63,7 +64,7 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     const geometry::VoxelOptions options{static_cast<std::size_t>(in.max_cubes), in.min_fill,
-                                         in.total_mass, in.pieces};
+                                         in.total_mass, in.pieces, in.join};
     if (in.method == Method::samples) {
         if (!in.points) throw std::invalid_argument(needs_points);
         return {geometry::voxelize_samples(*in.points, grid_for(in), options)};
@@ -87,6 +88,10 @@ constexpr const char* near_pieces =
     "merge: one cube joins all parts in it, and narrow gaps are mended. apart: each part in a cube "
     "gets a cube of its own, and cubes are joined only where material crosses their common face. A "
     "gap of half a cube stays open at any angle. Parts that do not touch are not joined.";
+constexpr const char* join_gap =
+    "Largest gap across which parts are joined. Gaps are measured in quarters of a cube: wider "
+    "ones "
+    "by up to half a cube may be joined too. 0: only parts that touch are joined.";
 
 void add_to(graph::Registry& registry)
 {
@@ -117,6 +122,7 @@ void add_to(graph::Registry& registry)
                {"align", {"origin"}})
         .choice("inside", &Inputs::inside, {"winding", "parity"}, how_inside, {"method", {"solid"}})
         .choice("pieces", &Inputs::pieces, {"merge", "apart"}, near_pieces, of_mesh)
+        .param("join", &Inputs::join, join_gap, {0, 1e6, "m"}, {"pieces", {"apart"}})
         .param("thickness", &Inputs::thickness,
                "Thickness of the faces: a cube holds the face area in it times this. 0: `surface` "
                "treats every cube as full; `solid` counts only the enclosed volume (exact, except "

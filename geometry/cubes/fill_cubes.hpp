@@ -20,6 +20,7 @@ struct VoxelOptions {
     double min_fill = 0.02;                 // no cube is lighter and softer than one filled so far
     double total_mass = 0;                  // kg; not 0: masses are scaled to this sum
     NearPieces pieces = NearPieces::merge;  // of meshes
+    double join = 0;                        // m; pieces as near are not kept apart (pieces.hpp)
 };
 
 // A bit of material in a cube.

@@ -16,8 +16,8 @@ SubCells grown(SubCells seed, SubCells held, const HeldCells::Links& links)
     for (SubCells now = seed;;) {
         SubCells next = now;
         for (std::size_t d = 0; d < steps.size(); ++d) {
-            next |= landed(now & links[d], steps[d]) & held;
-            next |= landed(now, backwards(steps[d])) & links[d] & held;
+            next |= moves_on[d](now & links[d]) & held;
+            next |= moves_back[d](now) & links[d] & held;
         }
         if (next == now) return now;
         now = next;
@@ -30,7 +30,43 @@ struct Pieces {
     std::vector<SubCells> part;
 };
 
-Pieces find_pieces(const HeldCells& cells)
+// Whether quarters of a come within `join` (in quarters) of those of b, whose cell lies `over`
+// further on.
+bool near(SubCells a, SubCells b, const Step& over, double join)
+{
+    const auto place = [](SubCells bits) {
+        const int bit = std::countr_zero(bits);
+        return Vec3i(bit & 3, bit >> 2 & 3, bit >> 4);
+    };
+    const Vec3i shift = across_cell * Vec3i(over[0], over[1], over[2]);
+    for (; a != 0; a &= a - 1) {
+        const Vec3i from = place(a) - shift;
+        for (SubCells rest = b; rest != 0; rest &= rest - 1) {
+            const Vec3i gap = ((place(rest) - from).cwiseAbs() - Vec3i::Ones()).cwiseMax(0);
+            if (gap.cast<double>().squaredNorm() <= join * join) return true;
+        }
+    }
+    return false;
+}
+
+// Makes one of pieces of a cell, from `first` on, that are near to each other.
+void unite_near(std::vector<SubCells>& part, std::size_t first, double join)
+{
+    for (bool changed = true; changed;) {
+        changed = false;
+        for (std::size_t a = first; a < part.size(); ++a) {
+            for (std::size_t b = a + 1; b < part.size(); ++b) {
+                if (!near(part[a], part[b], {0, 0, 0}, join)) continue;
+                part[a] |= part[b];
+                part.erase(part.begin() + static_cast<std::ptrdiff_t>(b--));
+                changed = true;
+            }
+        }
+    }
+}
+
+// `join` is in quarters here and below.
+Pieces find_pieces(const HeldCells& cells, double join)
 {
     const std::size_t n = cells.cells.size();
     std::vector<SubCells> lowest(n);  // the piece with the first quarter
@@ -52,13 +88,16 @@ Pieces find_pieces(const HeldCells& cells)
             out.part.push_back(
                 grown(rest & (~rest + 1), cells.held[c], cells.links[cells.links_of[c]]));
         }
+        if (join > 0) unite_near(out.part, out.first.back(), join);
     }
     out.first.push_back(static_cast<std::uint32_t>(out.part.size()));
     return out;
 }
 
-// Joins the corners that cube a and cube b, whose cell lies `over` further on, have in common.
-void join_corners(std::uint32_t a, std::uint32_t b, const Step& over, UnionFind& corners)
+// Calls visit(i, j) for the corners that cube a and cube b, whose cell lies `over` further on, have
+// in common, numbered 8 cube + corner.
+template <class Visit>
+void common_corners(std::uint32_t a, std::uint32_t b, const Step& over, const Visit& visit)
 {
     for (std::uint32_t i = 0; i < 8; ++i) {
         std::uint32_t other = i;
@@ -68,8 +107,32 @@ void join_corners(std::uint32_t a, std::uint32_t b, const Step& over, UnionFind&
             common = common && (i >> k & 1) == (over[k] > 0 ? 1u : 0u);
             other ^= 1u << k;
         }
-        if (common) corners.join(8 * a + i, 8 * b + other);
+        if (common) visit(8 * a + i, 8 * b + other);
     }
+}
+
+// The steps that lead over into a neighbouring cell.
+struct StepsOver {
+    struct Way {
+        std::size_t step;
+        Move move;
+    };
+    Step over{};
+    std::vector<Way> ways;
+};
+
+std::vector<StepsOver> steps_over()
+{
+    std::vector<StepsOver> out;
+    for (int n = 0; n < 27; ++n) {
+        StepsOver to{{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1}, {}};
+        for (std::size_t d = 0; d < steps.size() && n != 13; ++d) {
+            const Move way = move_of(steps[d], to.over);
+            if (way.from != 0) to.ways.push_back({d, way});
+        }
+        if (!to.ways.empty()) out.push_back(to);
+    }
+    return out;
 }
 
 class Joiner {
@@ -78,49 +141,72 @@ public:
         : cells_(cells), pieces_(pieces), index_(cells.cells), corners_(8 * pieces.part.size())
     {}
 
-    UnionFind& join()
+    UnionFind& join(double gap)
     {
+        const std::vector<StepsOver> all = steps_over();
         for (std::uint32_t c = 0; c < cells_.cells.size(); ++c) {
-            for (int n = 0; n < 27; ++n) {
-                const Step over{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
-                if (n != 13) join_over(c, over);
-            }
+            for (const StepsOver& to : all) join_over(c, to);
+        }
+        for (std::uint32_t c = 0; c < cells_.cells.size() && gap > 0; ++c) {
+            for (const Step& over : steps) join_near(c, over, gap);
         }
         return corners_;
     }
 
 private:
-    void join_over(std::uint32_t c, const Step& over)
+    // Of the cell's quarters, those that a step leads on from.
+    SubCells linked_by(std::uint32_t c, std::size_t step) const
     {
         const std::uint32_t links = cells_.links_of[c];
-        SubCells landing = 0;  // quarters there that any link leads to
-        if (links == no_index) {
-            for (std::size_t d = 0; d < 3; ++d) landing |= landed(all_sub_cells, steps[d], over);
-        } else {
-            for (std::size_t d = 0; d < steps.size(); ++d) {
-                landing |= landed(cells_.links[links][d] & cells_.held[c], steps[d], over);
-            }
-        }
-        if (landing == 0) return;
+        if (links == no_index) return step < 3 ? all_sub_cells : 0;
+        return cells_.links[links][step] & cells_.held[c];
+    }
+
+    void join_corners(std::uint32_t a, std::uint32_t b, const Step& over)
+    {
+        common_corners(a, b, over, [&](std::uint32_t i, std::uint32_t j) { corners_.join(i, j); });
+    }
+
+    bool are_joined(std::uint32_t a, std::uint32_t b, const Step& over)
+    {
+        bool all = true;
+        common_corners(a, b, over, [&](std::uint32_t i, std::uint32_t j) {
+            all = all && corners_.root(i) == corners_.root(j);
+        });
+        return all;
+    }
+
+    void join_near(std::uint32_t c, const Step& over, double gap)
+    {
         const auto found = index_.find(cells_.cells[c] + Vec3i(over[0], over[1], over[2]));
-        if (!found || (landing & cells_.held[found.begin]) == 0) return;
+        if (!found) return;
+        const std::uint32_t b_end = pieces_.first[found.begin + 1];
         for (std::uint32_t a = pieces_.first[c]; a < pieces_.first[c + 1]; ++a) {
-            for (std::uint32_t b = pieces_.first[found.begin]; b < pieces_.first[found.begin + 1];
-                 ++b) {
-                if (linked(c, a, b, over)) join_corners(a, b, over, corners_);
+            for (std::uint32_t b = pieces_.first[found.begin]; b < b_end; ++b) {
+                if (are_joined(a, b, over)) continue;
+                if (near(pieces_.part[a], pieces_.part[b], over, gap)) join_corners(a, b, over);
             }
         }
     }
 
-    bool linked(std::uint32_t c, std::uint32_t a, std::uint32_t b, const Step& over) const
+    void join_over(std::uint32_t c, const StepsOver& to)
     {
-        const std::uint32_t links = cells_.links_of[c];
-        const std::size_t count = links == no_index ? 3 : steps.size();
-        for (std::size_t d = 0; d < count; ++d) {
-            const SubCells from = links == no_index ? all_sub_cells : cells_.links[links][d];
-            if (landed(from & pieces_.part[a], steps[d], over) & pieces_.part[b]) return true;
+        SubCells landing = 0;  // quarters there that any link leads to
+        for (const auto& way : to.ways) landing |= way.move(linked_by(c, way.step));
+        if (landing == 0) return;
+        const Step& over = to.over;
+        const auto found = index_.find(cells_.cells[c] + Vec3i(over[0], over[1], over[2]));
+        if (!found || (landing & cells_.held[found.begin]) == 0) return;
+        const std::uint32_t b_end = pieces_.first[found.begin + 1];
+        for (std::uint32_t a = pieces_.first[c]; a < pieces_.first[c + 1]; ++a) {
+            SubCells from_a = 0;
+            for (const auto& way : to.ways) {
+                from_a |= way.move(linked_by(c, way.step) & pieces_.part[a]);
+            }
+            for (std::uint32_t b = pieces_.first[found.begin]; b < b_end; ++b) {
+                if (from_a & pieces_.part[b]) join_corners(a, b, over);
+            }
         }
-        return false;
     }
 
     const HeldCells& cells_;
@@ -162,9 +248,10 @@ void number_joined_corners(UnionFind& joined, Cubes& cubes)
 
 }  // namespace
 
-Cubes cubes_of_pieces(const HeldCells& cells, double size, const Vec3& origin)
+Cubes cubes_of_pieces(const HeldCells& cells, double size, const Vec3& origin, double join)
 {
-    Pieces pieces = find_pieces(cells);
+    const double gap = across_cell * join / size;
+    Pieces pieces = find_pieces(cells, gap);
     Cubes cubes;
     cubes.size = size;
     cubes.origin = origin;
@@ -173,7 +260,7 @@ Cubes cubes_of_pieces(const HeldCells& cells, double size, const Vec3& origin)
         cubes.cell.insert(cubes.cell.end(), pieces.first[c + 1] - pieces.first[c], cells.cells[c]);
     }
     Joiner joiner(cells, pieces);
-    number_joined_corners(joiner.join(), cubes);
+    number_joined_corners(joiner.join(gap), cubes);
     const auto copy = std::adjacent_find(cubes.corner.begin(), cubes.corner.end());
     if (copy != cubes.corner.end()) cubes.part = std::move(pieces.part);
     return cubes;

@@ -15,6 +15,10 @@ namespace geometry {
 // a link leads from one piece to the other. Copies of a cell are sorted by their first quarter.
 // Where every cell has one piece and all neighbours share their corners, the result is that of
 // number_corners(), and `part` stays empty.
-Cubes cubes_of_pieces(const HeldCells& cells, double size, const Vec3& origin);
+// `join`, in m, 0 or more: pieces of one cell whose quarters come as near are one, and those of
+// neighbouring cells share their corners as if a link led from one to the other. Quarters are
+// nearer than what they hold: pieces within `join` of each other are joined, and some that are up
+// to half a cube farther apart along an axis.
+Cubes cubes_of_pieces(const HeldCells& cells, double size, const Vec3& origin, double join = 0);
 
 }  // namespace geometry

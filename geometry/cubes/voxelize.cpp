@@ -68,7 +68,7 @@ Cubes with_corners(const VoxelGrid& grid, const CellSet& cells, const VoxelOptio
                    const Held& held)
 {
     if (options.pieces == NearPieces::merge) return with_corners(grid, cells);
-    Cubes cubes = cubes_of_pieces(held(cells.sorted()), grid.size, grid.origin);
+    Cubes cubes = cubes_of_pieces(held(cells.sorted()), grid.size, grid.origin, options.join);
     if (cubes.count() <= options.max_cubes) return cubes;
     throw std::invalid_argument("the model has " + std::to_string(cubes.count()) +
                                 " pieces of material in cubes, which exceeds max_cubes = " +

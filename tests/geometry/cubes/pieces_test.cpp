@@ -285,6 +285,28 @@ TEST(Pieces, BlocksThatTouchAreOne)
     EXPECT_EQ(components(solid(two_blocks(2, 0), unit_grid())), 1u);
 }
 
+TEST(Pieces, AStatedGapJoinsThem)
+{
+    const auto parts = [](double x0, double gap, double join) {
+        VoxelOptions options = apart;
+        options.join = join;
+        return components(solid(two_blocks(x0, gap), unit_grid(), options));
+    };
+    for (const double x0 : {2.0, 2.1, 2.25, 2.5, 2.6, 2.75, 2.9}) {
+        EXPECT_EQ(parts(x0, 0.5, 0), 2u) << x0;
+        EXPECT_EQ(parts(x0, 0.5, 0.5), 1u) << x0;
+        EXPECT_EQ(parts(x0, 0.25, 0.25), 1u) << x0;
+        EXPECT_EQ(parts(x0, 0.95, 0.4), 2u) << x0;
+    }
+    // With all that lies in a cell or next to it joined, the cubes are those of merge.
+    VoxelOptions all = apart;
+    all.join = 4;
+    const TriMesh ring = geometry::torus(1, 0.3, 40, 16);
+    const VoxelGrid grid = fit_grid(triangle_bounds(ring), 0.2);
+    EXPECT_FALSE(solid(ring, grid).part.empty());
+    expect_same(solid(ring, grid, all), solid(ring, grid, {}));
+}
+
 TEST(Pieces, AGapHalfACubeWideKeepsApartAtAnyAngle)
 {
     for (int i = 0; i < 8; ++i) {
