@@ -363,4 +363,39 @@ TEST(GraphOfCubes, OfTwoBlocksHalfACubeApartOneIsHeldAndTheOtherFalls)
     }
 }
 
+TEST(GraphOfCubes, TheTeethOfACombSwingByThemselves)
+{
+    // Five teeth of 0.15 x 0.8 x 0.1 m on a bar that is held, gaps of half a cube between them.
+    const auto lowest_and_fifth = [](int teeth, const std::string& pieces) {
+        std::string nodes, links = R"("bar.mesh")";
+        for (int i = 0; i < teeth; ++i) {
+            nodes += fmt::format(R"("tooth{0}": {{ "type": "Primitive@1", "params": {{
+                "shape": "box", "centre": [{1}, 0.4, 0.05],
+                "box": {{ "size": [0.15, 0.8, 0.1] }} }} }},)",
+                                 i, 0.2 * i + 0.075);
+            links += fmt::format(R"(, "tooth{}.mesh")", i);
+        }
+        Scene scene(nodes + R"(
+            "bar": { "type": "Primitive@1", "params": { "shape": "box",
+                     "centre": [0.475, -0.05, 0.05], "box": { "size": [0.95, 0.1, 0.1] } } },
+            "comb": { "type": "Merge@1", "inputs": { "meshes": [)" +
+                    links + R"(] } },
+            "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "comb.mesh" },
+                       "params": { "method": "solid", "size": 0.1, "align": "origin",
+                                   "pieces": ")" +
+                    pieces + R"(" } },
+            "held": { "type": "Pin@1", "inputs": { "cubes": "cubes.cubes" },
+                      "params": { "where": "below", "below": { "height": 0.001 } } },
+            "modes": { "type": "Modes@1", "inputs": { "cubes": "cubes.cubes", "mesh": "comb.mesh",
+                       "pins": "held.pins" }, "params": { "count": 5 } })");
+        const auto model = scene.at<physics::ModalModel>("modes");
+        return std::pair(std::sqrt(model->omega_sq.at(0)), std::sqrt(model->omega_sq.at(4)));
+    };
+    const double one = lowest_and_fifth(1, "merge").first;
+    const auto [first, fifth] = lowest_and_fifth(5, "apart");
+    EXPECT_NEAR(first, one, 0.03 * one);
+    EXPECT_NEAR(fifth, one, 0.03 * one);
+    EXPECT_GT(lowest_and_fifth(5, "merge").second, 1.5 * one);
+}
+
 }  // namespace
