@@ -303,7 +303,9 @@ void add_to(graph::Registry& registry)
                 "Method of simulation. bricks: finite elements that follow the material. springs: "
                 "a mass-spring lattice with the material's stretch stiffness and Poisson's ratio "
                 "1/4. lattice: shape matching, the fastest; it never diverges, but is for looks. "
-                "Of the block step it uses substeps only.")
+                "Of the block step it uses substeps only. The mass of bricks is spread over each "
+                "cube; springs and lattice put an eighth at each corner, so that a bar one cube "
+                "thick resists turning about its length three times as much as it should.")
         .block("bricks", &Inputs::bricks, describe_bricks, "Options of the finite elements.",
                {"method", {"bricks"}})
         .block("springs", &Inputs::springs, describe_springs, "Options of the mass-spring lattice.",

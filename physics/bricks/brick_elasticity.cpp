@@ -76,7 +76,8 @@ BrickElasticity::BrickElasticity(const BricksBody& body)
     : body_(body), quaternion_(body.layout.blocks() * 4 * block_lanes),
       rotation_(body.layout.blocks() * 9 * block_lanes),
       rotation_low_(body.layout.blocks() * 9 * block_lanes), weighted_(body.stiffness.size()),
-      weighted_low_(body.stiffness.size())
+      weighted_low_(body.stiffness.size()), excess_(body.excess.size()),
+      excess_low_(body.excess.size())
 {}
 
 double BrickElasticity::largest_difference(const double* w) const
@@ -191,21 +192,56 @@ void BrickElasticity::multiply(const float* p, float* y) const
     const BrickCurvature<float> curvature{strained_low_.data(), share_low_.data(),
                                           static_cast<float>(stiffness_weight_),
                                           static_cast<float>(4 * body_.base.h)};
-    multiply_any(coefficients(weighted_low_.data(), rotation_low_.data()), curvature, p, y);
+    auto bricks = coefficients(weighted_low_.data(), rotation_low_.data());
+    if (mass_weight_ != 0) bricks.excess = excess_low_.data();
+    multiply_any(bricks, curvature, p, y);
 }
 
 void BrickElasticity::multiply(const double* p, double* y) const
 {
     const BrickCurvature<double> curvature{strained_.data(), share_.data(), stiffness_weight_,
                                            4 * body_.base.h};
-    multiply_any(coefficients(weighted_.data(), rotation_.data()), curvature, p, y);
+    auto bricks = coefficients(weighted_.data(), rotation_.data());
+    if (mass_weight_ != 0) bricks.excess = excess_.data();
+    multiply_any(bricks, curvature, p, y);
+}
+
+bool BrickElasticity::excess(Lumped of, const double* v, double* y) const
+{
+    const Aligned<double>& lanes = of == Lumped::mass ? body_.excess : body_.damped_excess;
+    if (lanes.empty()) return false;
+    auto bricks = coefficients<double>(nullptr, nullptr);
+    bricks.excess = lanes.data();
+    for_each_piece(body_.layout, [&](std::size_t i) {
+        const BrickPiece& piece = body_.layout.pieces[i];
+        clear_own(piece, y);
+        add_excess_times(bricks, piece.first_block, piece.last_block, v, y);
+    });
+    add_copies(body_.layout, y);
+    return true;
+}
+
+void BrickElasticity::couple(double mass, double damping)
+{
+    const bool same = mass == mass_weight_ && damping == mass_damping_weight_;
+    mass_weight_ = mass, mass_damping_weight_ = damping;
+    if (same || mass == 0) return;
+    for (std::size_t i = 0; i < excess_.size(); ++i) {
+        excess_[i] = mass * body_.excess[i];
+        if (!body_.damped_excess.empty()) excess_[i] += damping * body_.damped_excess[i];
+        excess_low_[i] = static_cast<float>(excess_[i]);
+    }
 }
 
 void BrickElasticity::add_diagonal(double* d) const
 {
     for (std::size_t k = 0; k < body_.base.corners; ++k) {
-        const double value =
+        double value =
             stiffness_weight_ * body_.diagonal[k] + damping_weight_ * body_.damping_diagonal[k];
+        value -= mass_weight_ * body_.excess_diagonal[k];
+        if (!body_.damped_excess_diagonal.empty()) {
+            value -= mass_damping_weight_ * body_.damped_excess_diagonal[k];
+        }
         for (std::size_t i = 0; i < 3; ++i) d[4 * k + i] += value;
     }
 }

@@ -28,6 +28,8 @@ public:
     void add_diagonal(double* d) const override;
     double prepare_inverse(double stiffness, double damping, const std::vector<double>& mass,
                            const std::vector<std::uint32_t>& held) override;
+    bool excess(Lumped of, const double* v, double* y) const override;
+    void couple(double mass, double damping) override;
     // The inverse at rest, turned with the corners.
     void apply_inverse(const float* r, float* z) override;
     double prepare_coarse(double stiffness, double damping, const std::vector<double>& mass,
@@ -71,6 +73,9 @@ private:
     Aligned<double> weighted_;     // B x 3 x 16
     Aligned<float> weighted_low_;  // B x 3 x 16
     double stiffness_weight_ = 0, damping_weight_ = 0;
+    double mass_weight_ = 0, mass_damping_weight_ = 0;
+    Aligned<double> excess_;     // B x 16, as coupled
+    Aligned<float> excess_low_;  // the same in single precision
     bool hessian_ = false;
     Aligned<double> strained_, share_;         // as BrickCurvature has them; empty until used
     Aligned<float> strained_low_, share_low_;  // the same in single precision

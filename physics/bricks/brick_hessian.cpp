@@ -153,8 +153,9 @@ HWY_INLINE void add_hessian(const BrickCoefficients<T>& bricks, const BrickCurva
                 r[k] = hn::LoadU(d, bricks.rotation + (block * 9 + k) * block_lanes + lane);
             }
             const auto dy = rotated_back(r, load_field(d, corners, lane));
-            store_field(d, rotated(r, hessian_times(d, bricks, curvature, block, lane, dy)), forces,
-                        lane);
+            auto f = hessian_times(d, bricks, curvature, block, lane, dy);
+            subtract_excess(d, bricks, block, lane, dy, f);
+            store_field(d, rotated(r, f), forces, lane);
         }
         scatter_corners(bricks.scatter + block * 8 * block_lanes, forces, q);
     }

@@ -25,7 +25,7 @@ template <class T> struct BrickCurvature {
     T edge = 0;                   // m, four times that of a cube: C_x[x] at rest
 };
 
-// Adds (m R K R^T + s times the rest of the second derivative) p of blocks [begin, end) to q.
+// Adds (m R K R^T + s times the rest of the second derivative - N) p of blocks [begin, end) to q.
 void add_hessian_times(const BrickCoefficients<float>& bricks,
                        const BrickCurvature<float>& curvature, std::size_t begin, std::size_t end,
                        const float* p, float* q);

@@ -11,6 +11,7 @@
 
 #include "physics/bricks/brick_kernels.hpp"
 #include "physics/bricks/brick_layout.hpp"
+#include "physics/state/cube_mass.hpp"
 
 #include <hwy/highway.h>
 
@@ -199,6 +200,37 @@ HWY_INLINE BrickField<V> stiffness_times(D d, const BrickCoefficients<T>& bricks
     const T* k = bricks.stiffness + block * 3 * block_lanes + lane;
     return stiffness_times(d, c, hn::LoadU(d, k), hn::LoadU(d, k + block_lanes),
                            hn::LoadU(d, k + 2 * block_lanes), hn::Set(d, bricks.plain));
+}
+
+// N of a cube.
+template <class D, class T, class V = hn::Vec<D>>
+HWY_INLINE BrickField<V> excess_times(D d, const BrickCoefficients<T>& bricks, std::size_t block,
+                                      std::size_t lane, const BrickField<V>& c)
+{
+    const V mass = hn::LoadU(d, bricks.excess + block * block_lanes + lane);
+    const auto lacks = [&](std::size_t degree) HWY_ATTR {
+        return hn::Mul(mass, hn::Set(d, T(1 - mass_shares[degree])));
+    };
+    const V one = lacks(1), two = lacks(2), three = lacks(3);
+    BrickField<V> f;
+    for (int i = 0; i < 3; ++i) {
+        const Monomials<V>& u = c.of[i];
+        f.of[i] = {hn::Mul(one, u.x),  hn::Mul(one, u.y),  hn::Mul(one, u.z),    hn::Mul(two, u.xy),
+                   hn::Mul(two, u.yz), hn::Mul(two, u.zx), hn::Mul(three, u.xyz)};
+    }
+    return f;
+}
+
+// f -= N c, where bricks have it.
+template <class D, class T, class V = hn::Vec<D>>
+HWY_INLINE void subtract_excess(D d, const BrickCoefficients<T>& bricks, std::size_t block,
+                                std::size_t lane, const BrickField<V>& c, BrickField<V>& f)
+{
+    if (!bricks.excess) return;
+    const auto excess = excess_times(d, bricks, block, lane, c);
+    for_each_monomial(excess, f, [&](V a, V b, V e, V& x, V& y, V& z) HWY_ATTR {
+        x = hn::Sub(x, a), y = hn::Sub(y, b), z = hn::Sub(z, e);
+    });
 }
 
 // a x b added to s.

@@ -31,7 +31,9 @@ HWY_INLINE void add_stiffness(const BrickCoefficients<T>& bricks, std::size_t be
                 r[k] = hn::LoadU(d, bricks.rotation + (block * 9 + k) * block_lanes + lane);
             }
             const auto c = rotated_back(r, load_field(d, corners, lane));
-            store_field(d, rotated(r, stiffness_times(d, bricks, block, lane, c)), forces, lane);
+            auto f = stiffness_times(d, bricks, block, lane, c);
+            subtract_excess(d, bricks, block, lane, c, f);
+            store_field(d, rotated(r, f), forces, lane);
         }
         scatter_corners(bricks.scatter + block * 8 * block_lanes, forces, q);
     }
@@ -47,6 +49,21 @@ void add_stiffness_high(const BrickCoefficients<double>& bricks, std::size_t beg
                         const double* p, double* q)
 {
     add_stiffness(bricks, begin, end, p, q);
+}
+
+void add_excess_high(const BrickCoefficients<double>& bricks, std::size_t begin, std::size_t end,
+                     const double* p, double* q)
+{
+    const hn::CappedTag<double, block_lanes> d;
+    CornerBuffer<double> corners, momenta;
+    for (std::size_t block = begin; block < end; ++block) {
+        gather_corners(bricks.gather + block * 8 * block_lanes, p, corners);
+        for (std::size_t lane = 0; lane < block_lanes; lane += hn::Lanes(d)) {
+            const auto c = load_field(d, corners, lane);
+            store_field(d, excess_times(d, bricks, block, lane, c), momenta, lane);
+        }
+        scatter_corners(bricks.scatter + block * 8 * block_lanes, momenta, q);
+    }
 }
 
 // How R turns with a cube: q, and (tr(S) I - S)^-1 as xx xy xz yy yz zz.
@@ -256,6 +273,7 @@ namespace physics {
 
 HWY_EXPORT(add_stiffness_low);
 HWY_EXPORT(add_stiffness_high);
+HWY_EXPORT(add_excess_high);
 HWY_EXPORT(corotate_all);
 
 void add_stiffness_times(const BrickCoefficients<float>& bricks, std::size_t begin, std::size_t end,
@@ -268,6 +286,12 @@ void add_stiffness_times(const BrickCoefficients<double>& bricks, std::size_t be
                          std::size_t end, const double* p, double* q)
 {
     HWY_DYNAMIC_DISPATCH(add_stiffness_high)(bricks, begin, end, p, q);
+}
+
+void add_excess_times(const BrickCoefficients<double>& bricks, std::size_t begin, std::size_t end,
+                      const double* p, double* q)
+{
+    HWY_DYNAMIC_DISPATCH(add_excess_high)(bricks, begin, end, p, q);
 }
 
 double corotate(const BrickCoefficients<double>& bricks, const Corotation& at, std::size_t begin,

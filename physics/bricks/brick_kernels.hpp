@@ -41,13 +41,22 @@ template <class T> struct BrickCoefficients {
     const T* stiffness = nullptr;            // [block][3][16]: mu, lambda, lambda', times h / 16
     const T* rotation = nullptr;             // [block][9][16], row by row
     T plain = 0;                             // 1: plain trilinear bricks, 0: incompatible modes
+    const T* excess = nullptr;               // [block][16]: m / 64, or null for none
 };
 
-// Adds R K R^T p of blocks [begin, end) to q. Vectors have four numbers a slot, the fourth 0.
+// Lumped mass is mass / 64 of a cube on all C_m, and that of bricks the share w of that
+// (physics/state/cube_mass.hpp). What lumping adds, N = mass / 64 (1 - w_m) on C_m, holds no C_1,
+// and is the same however a cube is turned.
+
+// Adds (R K R^T - N) p of blocks [begin, end) to q. Vectors have four numbers a slot, the fourth 0.
 void add_stiffness_times(const BrickCoefficients<float>& bricks, std::size_t begin, std::size_t end,
                          const float* p, float* q);
 void add_stiffness_times(const BrickCoefficients<double>& bricks, std::size_t begin,
                          std::size_t end, const double* p, double* q);
+
+// Adds N p of blocks [begin, end) to q. Only gather, scatter and excess are read.
+void add_excess_times(const BrickCoefficients<double>& bricks, std::size_t begin, std::size_t end,
+                      const double* p, double* q);
 
 // Rows a block of what brick_hessian.hpp needs of strained cubes: the monomials of the displacement
 // by component (21), (tr(S) I - S)^-1 (6) and q (3).

@@ -4,6 +4,7 @@
 #include "geometry/cubes/plane.hpp"
 #include "physics/bricks/factor_cache.hpp"
 #include "physics/bricks/time_step.hpp"
+#include "physics/state/cube_mass.hpp"
 
 #include <Eigen/Eigenvalues>
 
@@ -15,22 +16,48 @@ using geometry::no_index;
 
 namespace {
 
-// Of D^-1 K, D the diagonal: no sum over cubes has more than one of its cubes alone has (Wathen.
-// Realistic eigenvalue bounds for the Galerkin mass matrix. IMA J. Numer. Anal. 7, 1987). A cube's
-// depends on its Poisson ratio alone.
+// Of D^-1 A, A a sum of K and M, D its diagonal: no sum over cubes has more than one of its cubes
+// alone has (Wathen. Realistic eigenvalue bounds for the Galerkin mass matrix. IMA J. Numer. Anal.
+// 7, 1987). A cube's depends on its Poisson ratio alone, and that of M is the same for all.
 double largest_eigenvalue(const geometry::Cubes& cubes, BrickElement element)
 {
     std::vector<double> ratios = cubes.poisson;
     std::sort(ratios.begin(), ratios.end());
     ratios.erase(std::unique(ratios.begin(), ratios.end()), ratios.end());
     // It grows with the ratio where that is large, and falls where it is small: the ends bound it.
-    double most = 1;
+    double most = 1 / cube_mass_matrix()[0][0] / 8;
     for (const double poisson : {ratios.front(), ratios.back()}) {
         const BrickMatrix k = brick_stiffness(1, lame(1, poisson), element);
         const Eigen::SelfAdjointEigenSolver<BrickMatrix> eigen(k, Eigen::EigenvaluesOnly);
         most = std::max(most, eigen.eigenvalues()[23] / k(0, 0));
     }
     return most;
+}
+
+// What the mass matrix of bricks lacks of the lumped one.
+void add_excess(const geometry::Cubes& cubes, BricksBody& body)
+{
+    const std::size_t lanes = body.layout.cube.size();
+    const double own = 1.0 / 8 - cube_mass_matrix()[0][0];  // of the diagonal, for 1 kg
+    const bool damped = !body.base.mass_damping.empty();
+    body.excess.assign(lanes, 0);
+    body.excess_diagonal.assign(cubes.corner_count(), 0);
+    if (damped) {
+        body.damped_excess.assign(lanes, 0);
+        body.damped_excess_diagonal.assign(cubes.corner_count(), 0);
+    }
+    for (std::size_t i = 0; i < lanes; ++i) {
+        const std::uint32_t c = body.layout.cube[i];
+        if (c == no_index) continue;
+        body.excess[i] = cubes.mass[c] / 64;
+        if (damped) body.damped_excess[i] = cubes.mass_damping[c] * body.excess[i];
+        for (const auto corner : cubes.corners[c]) {
+            const std::size_t at = body.base.slot_of(corner);
+            body.excess_diagonal[at] += own * cubes.mass[c];
+            if (!damped) continue;
+            body.damped_excess_diagonal[at] += own * cubes.mass_damping[c] * cubes.mass[c];
+        }
+    }
 }
 
 }  // namespace
@@ -48,6 +75,7 @@ BricksBody make_bricks(const geometry::Cubes& cubes, const BrickOptions& options
     body.rest = std::make_shared<const geometry::Cubes>(cubes);
     body.factors = std::make_shared<FactorCache>();
     body.multigrids = std::make_shared<MultigridCache>();
+    add_excess(cubes, body);
     body.largest_eigenvalue = largest_eigenvalue(cubes, options.element);
     body.turns_with.assign(body.base.corners, 0);
     const std::size_t lanes = body.layout.cube.size();
@@ -91,12 +119,15 @@ std::size_t BricksBody::bytes() const
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
     return sizeof *this - sizeof base + base.bytes() +
            of(layout.slot, layout.cube, layout.gather, layout.scatter, layout.copy_at, layout.copy,
-              layout.pieces, stiffness, material, stiffness_damping, diagonal, damping_diagonal);
+              layout.pieces, stiffness, material, stiffness_damping, diagonal, damping_diagonal,
+              excess, damped_excess, excess_diagonal, damped_excess_diagonal);
 }
 
 State rest_state(const BricksBody& body)
 {
-    return rest_state(body.base);
+    State state = rest_state(body.base);
+    state.brick_mass = true;
+    return state;
 }
 
 }  // namespace physics

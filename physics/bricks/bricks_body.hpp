@@ -35,7 +35,10 @@ struct BricksBody {
     Aligned<double> stiffness;          // B x 3 x 16: mu, lambda, lambda' times share times h / 16
     Aligned<double> material;           // B x 2 x 16: mu, lambda, Pa
     Aligned<double> stiffness_damping;  // B x 16, s
-    std::vector<double> diagonal;       // K by slot, N/m, of the stiffness
+    Aligned<double> excess;             // B x 16: mass / 64, kg
+    Aligned<double> damped_excess;      // B x 16: that times the mass damping, kg/s; empty: none
+    std::vector<double> excess_diagonal, damped_excess_diagonal;  // K by slot, of N, kg and kg/s
+    std::vector<double> diagonal;          // K by slot, N/m, of the stiffness
     std::vector<double> damping_diagonal;  // K by slot, N s/m
 
     std::vector<std::uint32_t> turns_with;  // K by slot, where the rotation of a cube at it starts
@@ -44,7 +47,7 @@ struct BricksBody {
     std::shared_ptr<const geometry::Cubes> rest;
     std::shared_ptr<FactorCache> factors;
     std::shared_ptr<MultigridCache> multigrids;  // null: no multigrid, to compare
-    double largest_eigenvalue = 0;  // of D^-1 K, D = the diagonal of K: no more than this
+    double largest_eigenvalue = 0;  // of D^-1 A, A a sum of K and M, D its diagonal: at most this
 
     std::size_t bytes() const;
 };

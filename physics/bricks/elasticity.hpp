@@ -9,6 +9,9 @@
 
 namespace physics {
 
+// What is lumped on corners: their mass, or their damping with it.
+enum class Lumped { mass, damping };
+
 // Vectors hold four numbers a slot, the fourth 0.
 class Elasticity {
 public:
@@ -31,6 +34,13 @@ public:
     virtual void multiply(const float* p, float* y) const = 0;  // y = K p
     virtual void multiply(const double* p, double* y) const = 0;
     virtual void add_diagonal(double* d) const = 0;  // of K, about
+
+    // Masses that are not lumped on corners: M = the lumped ones - N, and damping with the mass
+    // likewise. y = N v; false, and y as it was, where the method has lumped masses.
+    virtual bool excess(Lumped, const double*, double*) const { return false; }
+    // From here on K holds - (mass N + damping N of the damping) as well, for the sum with the
+    // lumped ones. 0, 0 ends it.
+    virtual void couple(double, double) {}
 
     // What a state keeps so that the next one starts from there: State::rotation.
     virtual std::vector<float> rotations() const { return {}; }

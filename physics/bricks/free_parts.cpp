@@ -40,9 +40,18 @@ Vec3 turn_by(const Mat3& inertia, const Vec3& l)
     return out;
 }
 
-std::vector<RigidPart> rigid_parts(const CornerBody& body, const Aligned<double>& x,
+std::vector<RigidPart> rigid_parts(const Stage& stage, const Aligned<double>& x,
                                    const Aligned<double>& v)
 {
+    // With M: sum_a (M v)_a, and for the inertia J = sum_a (M x)_a x_a^T. What M lacks of the
+    // lumped masses answers to differences within cubes alone, whatever the centre.
+    const CornerBody& body = stage.frame.body;
+    Aligned<double> less_x, less_v;
+    for (Aligned<double>* less : {&less_x, &less_v}) {
+        less->assign(std::max(stage.frame.n, stage.elasticity.room()), 0);
+    }
+    stage.elasticity.excess(Lumped::mass, x.data(), less_x.data());
+    stage.elasticity.excess(Lumped::mass, v.data(), less_v.data());
     std::vector<RigidPart> parts(body.parts);
     for (std::size_t k = 0; k < body.corners; ++k) {
         RigidPart& part = parts[body.part_of(k)];
@@ -54,9 +63,12 @@ std::vector<RigidPart> rigid_parts(const CornerBody& body, const Aligned<double>
     for (std::size_t k = 0; k < body.corners; ++k) {
         RigidPart& part = parts[body.part_of(k)];
         const Vec3 arm = at(x, k) - part.centre;
-        part.inertia +=
-            body.mass[k] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
-        part.momentum += body.mass[k] * arm.cross(at(v, k) - part.velocity);
+        const Vec3 by_mass = body.mass[k] * arm - at(less_x, k);
+        part.inertia += by_mass.dot(arm) * Mat3::Identity() - by_mass * arm.transpose();
+        part.momentum += arm.cross(body.mass[k] * (at(v, k) - part.velocity) - at(less_v, k));
+    }
+    for (RigidPart& part : parts) {
+        part.inertia = (0.5 * (part.inertia + part.inertia.transpose())).eval();
     }
     for (RigidPart& part : parts) part.spin = turn_by(part.inertia, part.momentum);
     return parts;
@@ -131,6 +143,8 @@ std::vector<Vec3> impulses(const Stage& stage, const std::vector<RigidPart>* abo
     std::vector<Vec3> outside(body.corners), sum(body.parts, Vec3::Zero());
     std::vector<Vec3> centre(body.parts, Vec3::Zero()), out(body.parts, Vec3::Zero());
     std::vector<double> mass(body.parts, 0);
+    Aligned<double> damped(frame.n, 0);
+    if (!body.mass_damping.empty()) times_damping(stage, stage.w, damped);
     const auto end = [&](std::size_t k) {
         return Vec3(at(stage.x0, k) + stage.tau * at(stage.w, k));
     };
@@ -138,7 +152,7 @@ std::vector<Vec3> impulses(const Stage& stage, const std::vector<RigidPart>* abo
         const std::size_t part = body.part_of(k);
         for (std::size_t a = 0, i = 4 * k; a < 3; ++a, ++i) {
             outside[k][static_cast<Eigen::Index>(a)] =
-                frame.steady[i] + stage.wind[i] - (frame.damping[i] + stage.drag[i]) * stage.w[i];
+                frame.steady[i] + stage.wind[i] - damped[i] - stage.drag[i] * stage.w[i];
         }
         sum[part] += outside[k];
         centre[part] += body.mass[k] * end(k);
@@ -157,11 +171,12 @@ std::vector<Vec3> impulses(const Stage& stage, const std::vector<RigidPart>* abo
 
 // Turns the velocities v of parts that are not held, about their centres, by the least change with
 // which sum m (x x v) about the centre where each began is what is due.
-void turn_to(const CornerBody& body, const std::vector<std::uint8_t>& held,
+void turn_to(const Stage& stage, const std::vector<std::uint8_t>& held,
              const std::vector<RigidPart>& began, const std::vector<Vec3>& due,
              const Aligned<double>& x, Aligned<double>& v)
 {
-    const auto parts = rigid_parts(body, x, v);
+    const CornerBody& body = stage.frame.body;
+    const auto parts = rigid_parts(stage, x, v);
     std::vector<Vec3> turn(body.parts);
     for (std::size_t p = 0; p < body.parts; ++p) {
         const Vec3 off = parts[p].centre - began[p].centre;
@@ -201,7 +216,7 @@ void turn_free_parts(Stage& stage)
     stage.base.clear();
     const auto held = held_parts(stage);
     if (std::all_of(held.begin(), held.end(), [](auto h) { return h != 0; })) return;
-    const auto parts = rigid_parts(body, stage.x0, stage.v0);
+    const auto parts = rigid_parts(stage, stage.x0, stage.v0);
     std::vector<Turn> turns;
     for (const RigidPart& part : parts) turns.push_back(turn_freely(part, tau));
     for (std::size_t k = 0; k < body.corners; ++k) {
@@ -229,7 +244,7 @@ void turn_free_parts(Stage& stage)
     // Elastic forces have no torque about x^: w has there what v0 has.
     Aligned<double> turned = stage.x0;
     for (std::size_t i = 0; i < stage.frame.n; ++i) turned[i] += tau * stage.base[i];
-    turn_to(body, held, parts, due, turned, stage.v0);
+    turn_to(stage, held, parts, due, turned, stage.v0);
 }
 
 void balance_free_parts(Stage& stage, const Aligned<double>& before_x,
@@ -244,18 +259,18 @@ void balance_free_parts(Stage& stage, const Aligned<double>& before_x,
     if (balance == Balance::middle) {
         for (std::size_t i = 0; i < stage.frame.n; ++i) arms[i] += stage.tau * stage.v0[i];
     }
-    const auto began = rigid_parts(body, before_x, before_v);
+    const auto began = rigid_parts(stage, before_x, before_v);
     // At its end Euler's step has lost tau^2 v x F of the orbit about where the part began.
     std::vector<Vec3> due = impulses(stage, balance == Balance::middle ? &began : nullptr);
     for (std::size_t p = 0; p < body.parts; ++p) due[p] += began[p].momentum;
-    turn_to(body, held, began, due, arms, stage.w);
+    turn_to(stage, held, began, due, arms, stage.w);
 }
 
 Aligned<double> deforming(const Stage& stage, const Aligned<double>& x, const Aligned<double>& v)
 {
     const CornerBody& body = stage.frame.body;
     const auto held = held_parts(stage);
-    const auto parts = rigid_parts(body, x, v);
+    const auto parts = rigid_parts(stage, x, v);
     Aligned<double> out = v;
     for (std::size_t k = 0; k < body.corners; ++k) {
         const RigidPart& part = parts[body.part_of(k)];

@@ -29,7 +29,7 @@ StepFrame::StepFrame(const CornerBody& its_body, const Loads& its_loads, double 
 Stage::Stage(const StepFrame& its_frame, Elasticity& its_elasticity)
     : frame(its_frame), elasticity(its_elasticity)
 {
-    for (Aligned<double>* v : {&w, &x, &wind, &drag, &r, &delta}) v->assign(frame.n, 0);
+    for (Aligned<double>* v : {&w, &x, &wind, &drag, &r, &delta, &jump}) v->assign(frame.n, 0);
     force.assign(elasticity.room(), 0);
     product.assign(elasticity.room(), 0);
 }
@@ -70,6 +70,26 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
         for (std::size_t k = 0; k < 3; ++k) {
             stage.w[at + k] = (pin_target(frame, i, k, share) - x0[at + k]) / tau;
         }
+    }
+}
+
+void times_mass(const Stage& stage, const Aligned<double>& v, Aligned<double>& out)
+{
+    const std::size_t n = stage.frame.n;
+    out.resize(std::max(n, stage.elasticity.room()));
+    const bool less = stage.elasticity.excess(Lumped::mass, v.data(), out.data());
+    for (std::size_t i = 0; i < n; ++i) {
+        out[i] = stage.frame.mass[i] * v[i] - (less ? out[i] : 0);
+    }
+}
+
+void times_damping(const Stage& stage, const Aligned<double>& v, Aligned<double>& out)
+{
+    const std::size_t n = stage.frame.n;
+    out.resize(std::max(n, stage.elasticity.room()));
+    const bool less = stage.elasticity.excess(Lumped::damping, v.data(), out.data());
+    for (std::size_t i = 0; i < n; ++i) {
+        out[i] = stage.frame.damping[i] * v[i] - (less ? out[i] : 0);
     }
 }
 
@@ -115,8 +135,10 @@ AtWork at_work(const Stage& stage)
     for (std::size_t i = 0; i < frame.n; ++i) {
         out.outside[i] = stage.tau * (frame.steady[i] + stage.wind[i]);
         out.elastic[i] = stage.tau * stage.force[i];
-        out.inertia[i] = frame.mass[i] * (stage.w[i] - stage.v0[i]);
     }
+    Aligned<double> jump = stage.w;
+    for (std::size_t i = 0; i < frame.n; ++i) jump[i] -= stage.v0[i];
+    times_mass(stage, jump, out.inertia);
     return out;
 }
 
@@ -131,11 +153,17 @@ void find_residual(Stage& stage)
         for (std::size_t i = 0; i < frame.n; ++i) stage.r[i] = stage.w[i] - stage.base[i];
         stage.elasticity.multiply(stage.r.data(), stage.product.data());
     }
+    for (std::size_t i = 0; i < frame.n; ++i) stage.jump[i] = stage.v0[i] - stage.w[i];
+    times_mass(stage, stage.jump, stage.momentum);
     for (std::size_t i = 0; i < frame.n; ++i) {
-        stage.r[i] = frame.mass[i] * (stage.v0[i] - stage.w[i]) +
-                     tau * (stage.force[i] + frame.steady[i] + stage.wind[i] -
-                            (frame.damping[i] + stage.drag[i]) * stage.w[i]) -
-                     stage.product[i];
+        stage.r[i] =
+            stage.momentum[i] +
+            tau * (stage.force[i] + frame.steady[i] + stage.wind[i] - stage.drag[i] * stage.w[i]) -
+            stage.product[i];
+    }
+    if (!frame.body.mass_damping.empty()) {
+        times_damping(stage, stage.w, stage.momentum);
+        for (std::size_t i = 0; i < frame.n; ++i) stage.r[i] -= tau * stage.momentum[i];
     }
     stage.elasticity.weigh(tau * tau, tau);
     for (const PointContact& c : stage.contacts) {

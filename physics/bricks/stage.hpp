@@ -39,7 +39,7 @@ struct StepFrame {
     std::size_t n;                  // numbers in a vector
     Aligned<double> start;          // m, x at the start of the frame
     Aligned<double> steady;         // N, gravity and point forces
-    Aligned<double> mass, damping;  // kg, kg/s: M, D
+    Aligned<double> mass, damping;  // kg, kg/s: M, D as lumped on corners
     Aligned<double> fixed;          // 1: pinned
     bool windy = false;
 };
@@ -60,6 +60,7 @@ struct Stage {
     Aligned<double> w, x;            // at its end, as guessed
     Aligned<double> wind, drag;      // N, N s/m: f_wind, drag
     Aligned<double> force, product;  // N: f as last linearised; room for products with K
+    Aligned<double> jump, momentum;  // m/s, N s: v0 - w, and M of it
     Aligned<double> r, delta;        // N s, m/s: the residual, and the change of w that answers it
     Aligned<double> linear_at;       // m: where f and K were last evaluated; empty: nowhere
     bool at_start = true;            // f is linear about x0 + tau b, not evaluated at x
@@ -93,6 +94,10 @@ inline bool may_touch(const Stage& stage)
 {
     return !stage.colliders.empty() || !stage.near.empty();
 }
+
+// out = M v, with the masses of the method (elasticity.hpp); D v likewise.
+void times_mass(const Stage& stage, const Aligned<double>& v, Aligned<double>& out);
+void times_damping(const Stage& stage, const Aligned<double>& v, Aligned<double>& out);
 
 // x = x0 + tau w
 void place(Stage& stage);

@@ -19,13 +19,19 @@ Phi potential(Stage& stage, const Aligned<double>& w)
     for (std::size_t i = 0; i < frame.n; ++i) stage.x[i] = stage.x0[i] + stage.tau * w[i];
     stage.linear_at.clear();
     double sum = stage.elasticity.energy(stage.x.data()), size = std::abs(sum);
+    for (std::size_t i = 0; i < frame.n; ++i) stage.jump[i] = w[i] - stage.v0[i];
+    times_mass(stage, stage.jump, stage.momentum);
     for (std::size_t i = 0; i < frame.n; ++i) {
-        const double push =
-            frame.steady[i] + stage.wind[i] - 0.5 * (frame.damping[i] + stage.drag[i]) * w[i];
-        const double jump = w[i] - stage.v0[i];
-        const double kinetic = 0.5 * frame.mass[i] * jump * jump, work = stage.tau * push * w[i];
+        const double push = frame.steady[i] + stage.wind[i] - 0.5 * stage.drag[i] * w[i];
+        const double kinetic = 0.5 * stage.jump[i] * stage.momentum[i];
+        const double work = stage.tau * push * w[i];
         sum += kinetic - work;
-        size += kinetic + std::abs(work);
+        size += std::abs(kinetic) + std::abs(work);
+    }
+    if (!frame.body.mass_damping.empty()) {
+        times_damping(stage, w, stage.momentum);
+        const double lost = 0.5 * stage.tau * dot(stage.momentum, w);
+        sum += lost, size += lost;
     }
     if (may_touch(stage)) {
         for (const PointContact& c : touching(stage)) sum += c.energy;

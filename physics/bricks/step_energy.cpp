@@ -15,12 +15,17 @@ double elastic(Stage& stage, const Aligned<double>& x)
 }
 
 // Of motion and of the forces that do not change.
-double others(const StepFrame& frame, const Aligned<double>& x, const Aligned<double>& v)
+double kinetic(const Stage& stage, const Aligned<double>& v)
 {
-    double sum = 0;
-    for (std::size_t i = 0; i < frame.n; ++i) {
-        sum += 0.5 * frame.mass[i] * v[i] * v[i] - frame.steady[i] * (x[i] - frame.start[i]);
-    }
+    Aligned<double> momentum;
+    times_mass(stage, v, momentum);
+    return 0.5 * dot(momentum, v);
+}
+double others(const Stage& stage, const Aligned<double>& x, const Aligned<double>& v)
+{
+    const StepFrame& frame = stage.frame;
+    double sum = kinetic(stage, v);
+    for (std::size_t i = 0; i < frame.n; ++i) sum -= frame.steady[i] * (x[i] - frame.start[i]);
     return sum;
 }
 
@@ -40,7 +45,7 @@ bool is_known(const StepFrame& frame)
 EnergyAccount open_account(Stage& stage, const Aligned<double>& x, const Aligned<double>& v)
 {
     if (!is_known(stage.frame)) return {};
-    return {true, elastic(stage, x) + others(stage.frame, x, v)};
+    return {true, elastic(stage, x) + others(stage, x, v)};
 }
 
 void charge_damping(EnergyAccount& account, Stage& stage, double seconds)
@@ -52,8 +57,10 @@ void charge_damping(EnergyAccount& account, Stage& stage, double seconds)
     stage.elasticity.weigh(0, 1);
     stage.elasticity.multiply(u.data(), stage.product.data());
     double power = 0;
-    for (std::size_t i = 0; i < frame.n; ++i) {
-        power += frame.damping[i] * stage.w[i] * stage.w[i] + u[i] * stage.product[i];
+    for (std::size_t i = 0; i < frame.n; ++i) power += u[i] * stage.product[i];
+    if (!frame.body.mass_damping.empty()) {
+        times_damping(stage, stage.w, stage.momentum);
+        power += dot(stage.momentum, stage.w);
     }
     account.due -= seconds * power;
 }
@@ -64,18 +71,16 @@ bool settle(const EnergyAccount& account, Stage& stage, const Aligned<double>& x
     if (!account.known) return true;
     const StepFrame& frame = stage.frame;
     const double stored = elastic(stage, x);
-    const double excess = stored + others(frame, x, v) - account.due;
+    const double excess = stored + others(stage, x, v) - account.due;
     const Aligned<double> u = deforming(stage, x, v);
-    double moving = 0;
-    for (std::size_t i = 0; i < frame.n; ++i) moving += 0.5 * frame.mass[i] * u[i] * u[i];
+    const double moving = kinetic(stage, u);
     const double share_sq = 1 - excess / moving;
     if (share_sq >= 0.5 && share_sq <= 2) {
         const double change = std::sqrt(share_sq) - 1;
         for (std::size_t i = 0; i < frame.n; ++i) v[i] += change * u[i];
         return true;
     }
-    double whole = 0;
-    for (std::size_t i = 0; i < frame.n; ++i) whole += 0.5 * frame.mass[i] * v[i] * v[i];
+    const double whole = kinetic(stage, v);
     return !(excess > 0.1 * (stored + moving) + 1e-4 * whole);
 }
 

@@ -175,47 +175,8 @@ Solved add_low(StepSolver& solver, Stage& stage, double goal, int iterations)
     return part;
 }
 
-}  // namespace
-
-StepSolver::StepSolver(const Stage& stage)
-{
-    low.linear.numbers = high.linear.numbers = stage.frame.n;
-    low.linear.room = high.linear.room = stage.elasticity.room();
-    block_of.assign(stage.frame.body.corners, no_index);
-}
-
-void prepare(StepSolver& solver, const Stage& stage)
-{
-    const StepFrame& frame = stage.frame;
-    auto& diagonal = solver.high.linear.diagonal;
-    diagonal.resize(frame.n);
-    for (std::size_t i = 0; i < frame.n; ++i) {
-        diagonal[i] = frame.mass[i] + stage.tau * (frame.damping[i] + stage.drag[i]);
-    }
-    Aligned<double> whole = diagonal;
-    stage.elasticity.add_diagonal(whole.data());
-    auto& inverse = solver.high.linear.inverse;
-    inverse.resize(frame.n);
-    for (std::size_t i = 0; i < frame.n; ++i) {
-        inverse[i] = frame.fixed[i] == 0 && whole[i] > 0 ? 1 / whole[i] : 0;
-    }
-    add_contact_blocks(solver, stage, whole);
-}
-
-double norm(const StepSolver& solver, const Aligned<double>& r)
-{
-    const LinearSystem<double>& linear = solver.high.linear;
-    double sum = 0;
-    for (std::size_t i = 0; i < linear.numbers; ++i) sum += r[i] * r[i] * linear.inverse[i];
-    double z[3];
-    for (const auto& block : linear.blocks) {
-        const CornerBlock<double> at_zero{0, block.inverse};
-        sum += at_zero.apply(r.data() + 4 * std::size_t{block.slot}, z);
-    }
-    return std::sqrt(sum);
-}
-
-Solved solve_linear(StepSolver& solver, Stage& stage, double target)
+// solve_linear() where the elasticity is coupled.
+Solved solve_coupled(StepSolver& solver, Stage& stage, double target)
 {
     const int most = stage.frame.options.solver_iterations;
     Solved out;
@@ -247,6 +208,56 @@ Solved solve_linear(StepSolver& solver, Stage& stage, double target)
     }
     out.residual = size;
     out.converged = size <= target;
+    return out;
+}
+
+}  // namespace
+
+StepSolver::StepSolver(const Stage& stage)
+{
+    low.linear.numbers = high.linear.numbers = stage.frame.n;
+    low.linear.room = high.linear.room = stage.elasticity.room();
+    block_of.assign(stage.frame.body.corners, no_index);
+}
+
+void prepare(StepSolver& solver, const Stage& stage)
+{
+    const StepFrame& frame = stage.frame;
+    auto& diagonal = solver.high.linear.diagonal;
+    diagonal.resize(frame.n);
+    for (std::size_t i = 0; i < frame.n; ++i) {
+        diagonal[i] = frame.mass[i] + stage.tau * (frame.damping[i] + stage.drag[i]);
+    }
+    Aligned<double> whole = diagonal;
+    stage.elasticity.couple(1, stage.tau);
+    stage.elasticity.add_diagonal(whole.data());
+    stage.elasticity.couple(0, 0);
+    auto& inverse = solver.high.linear.inverse;
+    inverse.resize(frame.n);
+    for (std::size_t i = 0; i < frame.n; ++i) {
+        inverse[i] = frame.fixed[i] == 0 && whole[i] > 0 ? 1 / whole[i] : 0;
+    }
+    add_contact_blocks(solver, stage, whole);
+}
+
+double norm(const StepSolver& solver, const Aligned<double>& r)
+{
+    const LinearSystem<double>& linear = solver.high.linear;
+    double sum = 0;
+    for (std::size_t i = 0; i < linear.numbers; ++i) sum += r[i] * r[i] * linear.inverse[i];
+    double z[3];
+    for (const auto& block : linear.blocks) {
+        const CornerBlock<double> at_zero{0, block.inverse};
+        sum += at_zero.apply(r.data() + 4 * std::size_t{block.slot}, z);
+    }
+    return std::sqrt(sum);
+}
+
+Solved solve_linear(StepSolver& solver, Stage& stage, double target)
+{
+    stage.elasticity.couple(1, stage.tau);
+    const Solved out = solve_coupled(solver, stage, target);
+    stage.elasticity.couple(0, 0);
     return out;
 }
 

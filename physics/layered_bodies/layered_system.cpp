@@ -39,10 +39,12 @@ void add_cubes(const LayeredScene& scene, std::size_t b, LayeredSystem& system)
     }
     const CornerBody& body = carrier.corner_body();
     carrier.elasticity = elasticity_of(carrier.base->bricks(), state.rotation);
-    Aligned<double> force(carrier.elasticity->room(), 0), pull = force;
+    Aligned<double> force(carrier.elasticity->room(), 0), pull = force, undamped = force;
     carrier.elasticity->forces(by_slot(body, state.x).data(), force.data());
     carrier.elasticity->weigh(system.dt * system.dt, system.dt);
     carrier.elasticity->multiply(by_slot(body, state.v).data(), pull.data());
+    carrier.elasticity->excess(Lumped::damping, by_slot(body, state.v).data(), undamped.data());
+    carrier.elasticity->couple(1, system.dt);  // for good: A has the mass of bricks
     carrier.diagonal.assign(body.numbers, 0);
     carrier.elasticity->add_diagonal(carrier.diagonal.data());
     for (std::size_t k = 0; k < body.corners; ++k) {
@@ -52,7 +54,9 @@ void add_cubes(const LayeredScene& scene, std::size_t b, LayeredSystem& system)
         for (std::size_t i = 0; i < 3; ++i) {
             const auto axis = static_cast<Eigen::Index>(i);
             v[axis] = state.v[k][axis];
-            right[axis] = system.dt * force[4 * slot + i] - pull[4 * slot + i] - drag * v[axis];
+            const double kept = system.dt * undamped[4 * slot + i];
+            right[axis] =
+                system.dt * force[4 * slot + i] - pull[4 * slot + i] - drag * v[axis] + kept;
         }
         system.velocity.push_back(v);
         system.right.push_back(right);

@@ -24,11 +24,10 @@ class ShiftInverse {
 public:
     using Scalar = double;
 
-    ShiftInverse(const SparseMatrix& d, double shift, const std::vector<RigidMotions>& rigid)
-        : rigid_(rigid), size_(d.rows())
+    ShiftInverse(const StiffnessAndMass& d, double shift, const std::vector<RigidMotions>& rigid)
+        : matrices_(d), rigid_(rigid), size_(d.rows())
     {
-        factor_.setShift(-shift);
-        factor_.compute(d);
+        factor_.compute(d.shifted(shift));
     }
     bool factored() const { return factor_.info() == Eigen::Success; }
     Index rows() const { return size_; }
@@ -40,7 +39,7 @@ public:
         Eigen::Map<VectorXd> y(to, size_);
         VectorXd work = x;
         project(work);
-        y = factor_.solve(work);
+        y = matrices_.times_root_transposed(factor_.solve(matrices_.times_root(work)));
         project(y);
         ++solves;
     }
@@ -56,6 +55,7 @@ public:
 private:
     // Elimination in the order of the unknowns: no other is needed.
     Eigen::SimplicialLDLT<SparseMatrix, Eigen::Lower, Eigen::NaturalOrdering<int>> factor_;
+    const StiffnessAndMass& matrices_;
     const std::vector<RigidMotions>& rigid_;
     Index size_;
 };
@@ -77,10 +77,15 @@ void sort_pairs(Eigenpairs& pairs)
 
 }  // namespace
 
-Eigenpairs dense_eigenpairs(const SparseMatrix& d, const std::vector<RigidMotions>& rigid,
+Eigenpairs dense_eigenpairs(const StiffnessAndMass& d, const std::vector<RigidMotions>& rigid,
                             Index count)
 {
-    MatrixXd full = MatrixXd(d).selfadjointView<Eigen::Lower>();
+    MatrixXd full = MatrixXd(d.stiffness).selfadjointView<Eigen::Lower>();
+    for (int side = 0; side < 2; ++side) {
+        for (Index j = 0; j < full.cols(); ++j) full.col(j) = d.without_root(full.col(j));
+        full.transposeInPlace();
+    }
+    full = (0.5 * (full + full.transpose())).eval();
     // Rigid motions are moved out of the way, above everything else.
     const double top = 2 * full.cwiseAbs().rowwise().sum().maxCoeff();
     for (const auto& piece : rigid) {
@@ -96,12 +101,12 @@ Eigenpairs dense_eigenpairs(const SparseMatrix& d, const std::vector<RigidMotion
     return pairs;
 }
 
-Eigenpairs lanczos_eigenpairs(const SparseMatrix& d, const std::vector<RigidMotions>& rigid,
+Eigenpairs lanczos_eigenpairs(const StiffnessAndMass& d, const std::vector<RigidMotions>& rigid,
                               Index count)
 {
     // Far below the lowest mode (a slender model has it at 1e-8 of the highest), and enough to keep
     // the matrix definite where pieces move freely.
-    const double shift = -1e-12 * d.diagonal().maxCoeff();
+    const double shift = -1e-12 * d.largest_ratio();
     ShiftInverse inverse(d, shift, rigid);
     Eigenpairs pairs;
     pairs.vector.resize(d.rows(), 0);

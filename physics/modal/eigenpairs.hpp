@@ -1,7 +1,7 @@
 #pragma once
 
-// The lowest eigenvalues of a sparse symmetric matrix and their vectors, orthogonal to rigid
-// motions that are known beforehand.
+// The lowest eigenvalues of D (stiffness_matrix.hpp) and their vectors, orthogonal to rigid motions
+// that are known beforehand.
 
 #include "physics/modal/rigid_motions.hpp"
 
@@ -14,14 +14,14 @@ struct Eigenpairs {
     int solves = 0;
 };
 
-// The lowest `count` of all, each found: for small problems. `d` holds the lower triangle.
-Eigenpairs dense_eigenpairs(const Eigen::SparseMatrix<double>& d,
-                            const std::vector<RigidMotions>& rigid, Eigen::Index count);
+// The lowest `count` of all, each found: for small problems.
+Eigenpairs dense_eigenpairs(const StiffnessAndMass& d, const std::vector<RigidMotions>& rigid,
+                            Eigen::Index count);
 
 // The lowest by restarted Lanczos. One start vector can miss copies of a repeated eigenvalue (the
 // two bending directions of a square beam), so the search goes on, orthogonal to what was found,
 // until nothing lower turns up. Fewer than `count`, and not converged, where it fails.
-Eigenpairs lanczos_eigenpairs(const Eigen::SparseMatrix<double>& d,
-                              const std::vector<RigidMotions>& rigid, Eigen::Index count);
+Eigenpairs lanczos_eigenpairs(const StiffnessAndMass& d, const std::vector<RigidMotions>& rigid,
+                              Eigen::Index count);
 
 }  // namespace physics

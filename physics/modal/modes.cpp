@@ -4,6 +4,7 @@
 #include "physics/modal/eigenpairs.hpp"
 #include "physics/modal/rigid_motions.hpp"
 #include "physics/modal/stiffness_matrix.hpp"
+#include "physics/state/cube_mass.hpp"
 
 #include <fmt/format.h>
 
@@ -18,11 +19,9 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using geometry::Cubes;
 
-// sqrt(kg) of each unknown, x, y and z.
-VectorXd root_masses(const Cubes& cubes, const Unknowns& unknowns)
+void check_masses(const Cubes& cubes, const Unknowns& unknowns)
 {
     const std::vector<double> mass = geometry::corner_masses(cubes);
-    VectorXd root_mass(Index(3 * unknowns.count()));
     for (std::size_t i = 0; i < unknowns.count(); ++i) {
         const double m = mass[unknowns.corner[i]];
         if (!(m > 0) || !std::isfinite(m)) {
@@ -31,20 +30,33 @@ VectorXd root_masses(const Cubes& cubes, const Unknowns& unknowns)
                 "cube needs samples with mass",
                 m, unknowns.corner[i]));
         }
-        root_mass.segment<3>(Index(3 * i)).setConstant(std::sqrt(m));
     }
-    return root_mass;
+}
+
+// u^T M u of a cube of 1 kg.
+double dot_by_mass(const BrickVector& u, const CubeMass& mass)
+{
+    double sum = 0;
+    for (std::size_t a = 0; a < 8; ++a) {
+        for (std::size_t b = 0; b < 8; ++b) {
+            sum += mass[a][b] * u.segment<3>(Index(3 * a)).dot(u.segment<3>(Index(3 * b)));
+        }
+    }
+    return sum;
 }
 
 // phi^T C phi, C the sum of mass_damping * mass and stiffness_damping * stiffness of each cube.
 double material_damping(const Cubes& cubes, const std::vector<Vec3>& phi, CubeStiffness& stiffness)
 {
+    const CubeMass mass = cube_mass_matrix();
     double sum = 0;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         BrickVector u;
         for (std::size_t a = 0; a < 8; ++a) u.segment<3>(Index(3 * a)) = phi[cubes.corners[c][a]];
         const auto [k, factor] = stiffness.of(c);
-        sum += cubes.mass_damping[c] * cubes.mass[c] / 8 * u.squaredNorm();
+        if (cubes.mass_damping[c] > 0) {
+            sum += cubes.mass_damping[c] * cubes.mass[c] * dot_by_mass(u, mass);
+        }
         if (cubes.stiffness_damping[c] > 0) {
             sum += cubes.stiffness_damping[c] * factor * u.dot(k * u);
         }
@@ -53,8 +65,8 @@ double material_damping(const Cubes& cubes, const std::vector<Vec3>& phi, CubeSt
 }
 
 // The lowest elastic modes of D, and in the report how they were found.
-Eigenpairs elastic_pairs(const Eigen::SparseMatrix<double>& d,
-                         const std::vector<RigidMotions>& rigid, Index count, Report& report)
+Eigenpairs elastic_pairs(const StiffnessAndMass& d, const std::vector<RigidMotions>& rigid,
+                         Index count, Report& report)
 {
     Eigenpairs pairs;
     pairs.vector.resize(d.rows(), 0);
@@ -72,17 +84,17 @@ Eigenpairs elastic_pairs(const Eigen::SparseMatrix<double>& d,
 }
 
 // Adds a mode with D's eigenvector `vector`.
-void add_mode(const Cubes& cubes, const Unknowns& unknowns, const VectorXd& root_mass,
+void add_mode(const Cubes& cubes, const Unknowns& unknowns, const StiffnessAndMass& d,
               const VectorXd& vector, double omega_sq, Modes& modes)
 {
     // Either sign would do: the largest component is positive.
     Index at = 0;
     vector.cwiseAbs().maxCoeff(&at);
     const double sign = vector[at] < 0 ? -1 : 1;
+    const VectorXd phi = d.without_root_transposed(vector);
     std::vector<Vec3> shape(cubes.corner_count(), Vec3::Zero());
     for (std::size_t i = 0; i < unknowns.count(); ++i) {
-        shape[unknowns.corner[i]] =
-            sign / root_mass[Index(3 * i)] * vector.segment<3>(Index(3 * i));
+        shape[unknowns.corner[i]] = sign * phi.segment<3>(Index(3 * i));
     }
     modes.omega_sq.push_back(omega_sq);
     modes.shape.push_back(std::move(shape));
@@ -119,10 +131,10 @@ Modes lowest_modes(const Cubes& cubes, const std::vector<std::uint32_t>& pinned,
     if (unknowns.count() == 0) {
         throw std::invalid_argument("expected at least one free corner, found every corner pinned");
     }
-    const VectorXd root_mass = root_masses(cubes, unknowns);
+    check_masses(cubes, unknowns);
     CubeStiffness stiffness(cubes, settings.element, settings.weighting);
-    const auto d = stiffness_by_mass(cubes, unknowns, root_mass, stiffness);
-    const auto rigid = rigid_motions(cubes, unknowns, root_mass);
+    const StiffnessAndMass d = sum_matrices(cubes, unknowns, stiffness);
+    const auto rigid = rigid_motions(cubes, unknowns, d);
 
     Modes modes;
     count_rigid(rigid, settings, Index(unknowns.count()), modes);
@@ -130,22 +142,24 @@ Modes lowest_modes(const Cubes& cubes, const std::vector<std::uint32_t>& pinned,
     const Eigenpairs pairs = elastic_pairs(d, rigid, elastic, modes.report);
     for (const auto& piece : rigid) {
         for (Index m = 0; m < piece.motion.cols() && int(modes.shape.size()) < modes.rigid; ++m) {
-            add_mode(cubes, unknowns, root_mass, spread_out(piece, m, d.rows()), 0, modes);
+            add_mode(cubes, unknowns, d, spread_out(piece, m, d.rows()), 0, modes);
         }
     }
     // Cubes that touch along one edge or at one corner only are hinges: they turn at no cost.
-    const double no_stiffness = 1e-13 * d.diagonal().maxCoeff();
+    const double no_stiffness = 1e-13 * d.largest_ratio();
     int hinges = 0;
     for (std::size_t i = 0; i < pairs.value.size(); ++i) {
         const VectorXd vector = pairs.vector.col(Index(i));
-        const VectorXd force = d.selfadjointView<Eigen::Lower>() * vector;
+        const VectorXd phi = d.without_root_transposed(vector);
+        const VectorXd force = d.stiffness.selfadjointView<Eigen::Lower>() * phi;
         if (pairs.value[i] < no_stiffness) {
             ++hinges;
             continue;
         }
-        modes.report.residual = std::max(modes.report.residual,
-                                         (force - pairs.value[i] * vector).norm() / force.norm());
-        add_mode(cubes, unknowns, root_mass, vector, pairs.value[i], modes);
+        modes.report.residual =
+            std::max(modes.report.residual,
+                     (force - pairs.value[i] * d.times_mass(phi)).norm() / force.norm());
+        add_mode(cubes, unknowns, d, vector, pairs.value[i], modes);
     }
     if (hinges > 0) {
         modes.report.warnings.push_back(fmt::format(

@@ -1,8 +1,8 @@
 #pragma once
 
 // Vibration modes of a model of cubes: the lowest solutions of K phi = omega^2 M phi, with K summed
-// from brick elements and M the corner masses. Rigid motions of free pieces have omega = 0; they
-// are known beforehand and left out of the search.
+// from brick elements and M the mass of bricks (state/cube_mass.hpp). Rigid motions of free pieces
+// have omega = 0; they are known beforehand and left out of the search.
 //
 //   stiffness_matrix -> rigid_motions -> eigenpairs -> modes -> vibrate (a mesh that swings in
 //   them)

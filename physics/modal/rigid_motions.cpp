@@ -31,7 +31,7 @@ Eigen::Matrix<double, 3, 6> unit_motions(const Vec3& r)
 }  // namespace
 
 std::vector<RigidMotions> rigid_motions(const geometry::Cubes& cubes, const Unknowns& unknowns,
-                                        const VectorXd& root_mass)
+                                        const StiffnessAndMass& matrices)
 {
     geometry::Sets sets(cubes.corner_count());
     for (const auto& corners : cubes.corners) {
@@ -41,6 +41,7 @@ std::vector<RigidMotions> rigid_motions(const geometry::Cubes& cubes, const Unkn
     for (std::uint32_t i = 0; i < cubes.corner_count(); ++i) pieces[sets.root(i)].push_back(i);
 
     std::vector<RigidMotions> all;
+    MatrixXd motions = MatrixXd::Zero(matrices.rows(), 6);  // of all pieces: they share no corner
     for (const auto& [smallest, corners] : pieces) {
         RigidMotions piece;
         Vec3 centre = Vec3::Zero();
@@ -62,15 +63,23 @@ std::vector<RigidMotions> rigid_motions(const geometry::Cubes& cubes, const Unkn
         Index free = 0;  // motions that leave every pin where it is
         while (free < 6 && eigen.eigenvalues()[free] < 1e-9 * h_over_reach * h_over_reach) ++free;
         if (free == 0 || piece.unknown.empty()) continue;
-        MatrixXd m(Index(3 * piece.unknown.size()), free);
-        for (std::size_t i = 0; i < piece.unknown.size(); ++i) {
-            m.middleRows<3>(Index(3 * i)) = root_mass[Index(3 * piece.unknown[i])] *
-                                            motion_at(unknowns.corner[piece.unknown[i]]) *
-                                            eigen.eigenvectors().leftCols(free);
+        for (const auto i : piece.unknown) {
+            motions.block(Index(3 * i), 0, 3, free) =
+                motion_at(unknowns.corner[i]) * eigen.eigenvectors().leftCols(free);
         }
-        piece.motion =
-            Eigen::HouseholderQR<MatrixXd>(m).householderQ() * MatrixXd::Identity(m.rows(), free);
+        piece.motion.resize(Index(3 * piece.unknown.size()), free);
         all.push_back(std::move(piece));
+    }
+    for (Index m = 0; m < 6; ++m) motions.col(m) = matrices.times_root_transposed(motions.col(m));
+    for (RigidMotions& piece : all) {
+        const Index free = piece.motion.cols();
+        for (std::size_t i = 0; i < piece.unknown.size(); ++i) {
+            piece.motion.middleRows<3>(Index(3 * i)) =
+                motions.block(Index(3 * piece.unknown[i]), 0, 3, free);
+        }
+        piece.motion = (Eigen::HouseholderQR<MatrixXd>(piece.motion).householderQ() *
+                        MatrixXd::Identity(piece.motion.rows(), free))
+                           .eval();
     }
     return all;
 }

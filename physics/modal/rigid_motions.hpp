@@ -10,12 +10,12 @@ namespace physics {
 // The rigid motions that pins leave to one connected piece: orthonormal columns over its unknowns.
 struct RigidMotions {
     std::vector<std::uint32_t> unknown;  // corners of the piece, into Unknowns::corner
-    Eigen::MatrixXd motion;              // 3 |unknown| x (0..6), in sqrt(mass) * displacement
+    Eigen::MatrixXd motion;              // 3 |unknown| x (0..6), L^T times the displacement
 };
 
 // Of every piece that has any.
 std::vector<RigidMotions> rigid_motions(const geometry::Cubes& cubes, const Unknowns& unknowns,
-                                        const Eigen::VectorXd& root_mass);
+                                        const StiffnessAndMass& matrices);
 
 // x without its parts along the piece's motions.
 void take_out(const RigidMotions& piece, Eigen::Ref<Eigen::VectorXd> x);

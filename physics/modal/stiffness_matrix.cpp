@@ -2,7 +2,9 @@
 
 #include "geometry/base/no_index.hpp"
 #include "physics/bricks/dissection.hpp"
+#include "physics/state/cube_mass.hpp"
 
+#include <Eigen/SparseCholesky>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -44,12 +46,18 @@ BlockPairs pairs_that_share_cubes(const geometry::Cubes& cubes, const Unknowns& 
     return out;
 }
 
-// K in those blocks.
-std::vector<geometry::Mat3> sum_blocks(const geometry::Cubes& cubes, const Unknowns& unknowns,
-                                       const BlockPairs& of, CubeStiffness& stiffness)
+// K and M in those blocks.
+struct Blocks {
+    std::vector<geometry::Mat3> stiffness;
+    std::vector<double> mass;
+};
+
+Blocks sum_blocks(const geometry::Cubes& cubes, const Unknowns& unknowns, const BlockPairs& of,
+                  CubeStiffness& stiffness)
 {
     const auto& [pairs, first] = of;
-    std::vector<geometry::Mat3> blocks(pairs.size(), geometry::Mat3::Zero());
+    const CubeMass mass = cube_mass_matrix();
+    Blocks blocks{{pairs.size(), geometry::Mat3::Zero()}, std::vector<double>(pairs.size(), 0.0)};
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         const auto [k, factor] = stiffness.of(c);
         for (std::size_t a = 0; a < 8; ++a) {
@@ -60,12 +68,22 @@ std::vector<geometry::Mat3> sum_blocks(const geometry::Cubes& cubes, const Unkno
                 const auto begin = pairs.begin() + std::ptrdiff_t(first[column]);
                 const auto end = pairs.begin() + std::ptrdiff_t(first[column + 1]);
                 const auto found = std::lower_bound(begin, end, column << 32 | row);
-                blocks[std::size_t(found - pairs.begin())] +=
+                const auto at = std::size_t(found - pairs.begin());
+                blocks.stiffness[at] +=
                     factor * k.block<3, 3>(Eigen::Index(3 * a), Eigen::Index(3 * b));
+                blocks.mass[at] += cubes.mass[c] * mass[a][b];
             }
         }
     }
     return blocks;
+}
+
+// x, y and z of each unknown.
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+Eigen::Map<const Rows> rows_of(const Eigen::VectorXd& v)
+{
+    return {v.data(), v.size() / 3, 3};
 }
 
 }  // namespace
@@ -101,39 +119,105 @@ std::pair<const BrickMatrix&, double> CubeStiffness::of(std::size_t c)
     return {*k, cubes_.young[c] * stiffness_share(cubes_, c, weighting_)};
 }
 
-Eigen::SparseMatrix<double> stiffness_by_mass(const geometry::Cubes& cubes,
-                                              const Unknowns& unknowns,
-                                              const Eigen::VectorXd& root_mass,
-                                              CubeStiffness& stiffness)
+double StiffnessAndMass::largest_ratio() const
+{
+    double largest = 0;
+    for (Eigen::Index i = 0; i < rows(); ++i) {
+        largest = std::max(largest, stiffness.coeff(i, i) / mass.coeff(i / 3, i / 3));
+    }
+    return largest;
+}
+
+Eigen::SparseMatrix<double> StiffnessAndMass::shifted(double shift) const
+{
+    Eigen::SparseMatrix<double> out = stiffness;
+    for (Eigen::Index column = 0; column < rows(); ++column) {
+        Eigen::SparseMatrix<double>::InnerIterator own(mass, column / 3);
+        for (Eigen::SparseMatrix<double>::InnerIterator it(out, column); it; ++it) {
+            if (it.row() % 3 != column % 3) continue;
+            while (own.row() < it.row() / 3) ++own;
+            it.valueRef() -= shift * own.value();
+        }
+    }
+    return out;
+}
+
+Eigen::VectorXd StiffnessAndMass::times_mass(const Eigen::VectorXd& v) const
+{
+    Rows out = mass.selfadjointView<Eigen::Lower>() * rows_of(v);
+    return Eigen::Map<const Eigen::VectorXd>(out.data(), v.size());
+}
+
+Eigen::VectorXd StiffnessAndMass::times_root(const Eigen::VectorXd& v) const
+{
+    const Rows out = root * rows_of(v);
+    return Eigen::Map<const Eigen::VectorXd>(out.data(), v.size());
+}
+
+Eigen::VectorXd StiffnessAndMass::times_root_transposed(const Eigen::VectorXd& v) const
+{
+    const Rows out = root.transpose() * rows_of(v);
+    return Eigen::Map<const Eigen::VectorXd>(out.data(), v.size());
+}
+
+Eigen::VectorXd StiffnessAndMass::without_root(const Eigen::VectorXd& v) const
+{
+    const Rows out = root.triangularView<Eigen::Lower>().solve(rows_of(v));
+    return Eigen::Map<const Eigen::VectorXd>(out.data(), v.size());
+}
+
+Eigen::VectorXd StiffnessAndMass::without_root_transposed(const Eigen::VectorXd& v) const
+{
+    const Rows out = root.transpose().triangularView<Eigen::Upper>().solve(rows_of(v));
+    return Eigen::Map<const Eigen::VectorXd>(out.data(), v.size());
+}
+
+StiffnessAndMass sum_matrices(const geometry::Cubes& cubes, const Unknowns& unknowns,
+                              CubeStiffness& stiffness)
 {
     const auto n = unknowns.count();
     const BlockPairs of = pairs_that_share_cubes(cubes, unknowns);
     const auto& [pairs, first] = of;
-    const std::vector<geometry::Mat3> blocks = sum_blocks(cubes, unknowns, of, stiffness);
-    Eigen::SparseMatrix<double> d(Eigen::Index(3 * n), Eigen::Index(3 * n));
-    std::vector<int> entries(3 * n);
+    const Blocks blocks = sum_blocks(cubes, unknowns, of, stiffness);
+    StiffnessAndMass out;
+    out.stiffness.resize(Eigen::Index(3 * n), Eigen::Index(3 * n));
+    out.mass.resize(Eigen::Index(n), Eigen::Index(n));
+    std::vector<int> entries(3 * n), mass_entries(n);
     for (std::size_t column = 0; column < n; ++column) {
+        mass_entries[column] = int(first[column + 1] - first[column]);
         for (std::size_t j = 0; j < 3; ++j) {
             entries[3 * column + j] = int(3 * (first[column + 1] - first[column]) - j);
         }
     }
-    d.reserve(entries);
+    out.stiffness.reserve(entries);
+    out.mass.reserve(mass_entries);
     for (std::size_t column = 0; column < n; ++column) {
+        for (std::size_t p = first[column]; p < first[column + 1]; ++p) {
+            out.mass.insert(Eigen::Index(pairs[p] & 0xffffffffu), Eigen::Index(column)) =
+                blocks.mass[p];
+        }
         for (Eigen::Index j = 0; j < 3; ++j) {
             const Eigen::Index to = Eigen::Index(3 * column) + j;
             for (std::size_t p = first[column]; p < first[column + 1]; ++p) {
                 const auto row = pairs[p] & 0xffffffffu;
                 for (Eigen::Index i = 0; i < 3; ++i) {
                     const Eigen::Index from = Eigen::Index(3 * row) + i;
-                    if (from >= to) {
-                        d.insert(from, to) = blocks[p](i, j) / (root_mass[from] * root_mass[to]);
-                    }
+                    if (from >= to) out.stiffness.insert(from, to) = blocks.stiffness[p](i, j);
                 }
             }
         }
     }
-    d.makeCompressed();
-    return d;
+    out.stiffness.makeCompressed();
+    out.mass.makeCompressed();
+    const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Lower,
+                               Eigen::NaturalOrdering<int>>
+        factor(out.mass);
+    if (factor.info() != Eigen::Success) {
+        throw std::invalid_argument("expected cubes with masses that can be added up, found some "
+                                    "that are too far apart");
+    }
+    out.root = factor.matrixL();
+    return out;
 }
 
 }  // namespace physics

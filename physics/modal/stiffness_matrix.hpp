@@ -1,8 +1,10 @@
 #pragma once
 
-// The stiffness of a model of cubes as one sparse matrix over its free corners, scaled by their
-// masses: D = M^-1/2 K M^-1/2, whose eigenvalues are the squares of the frequencies. Corners are
-// numbered in the order in which a factorisation eliminates them (bricks/dissection.hpp).
+// The stiffness K and the mass M of a model of cubes as sparse matrices over its free corners, and
+// D = L^-1 K L^-T with M = L L^T, whose eigenvalues are the squares of the frequencies: its
+// eigenvectors y are L^T phi. M is that of the bricks that move (state/cube_mass.hpp), the same for
+// x, y and z. Corners are numbered in the order in which a factorisation eliminates them
+// (bricks/dissection.hpp).
 
 #include "geometry/cubes/cubes.hpp"
 #include "physics/body/stiffness.hpp"
@@ -44,10 +46,25 @@ private:
     std::map<double, std::unique_ptr<BrickMatrix>> by_poisson_;
 };
 
-// The lower triangle of D, 3n x 3n. `root_mass` holds sqrt(kg) for each of its rows.
-Eigen::SparseMatrix<double> stiffness_by_mass(const geometry::Cubes& cubes,
-                                              const Unknowns& unknowns,
-                                              const Eigen::VectorXd& root_mass,
-                                              CubeStiffness& stiffness);
+struct StiffnessAndMass {
+    Eigen::SparseMatrix<double> stiffness;  // lower triangle of K, 3n x 3n
+    Eigen::SparseMatrix<double> mass;       // lower triangle of M, n x n, with the blocks of K
+    Eigen::SparseMatrix<double> root;       // L, n x n
+
+    Eigen::Index rows() const { return stiffness.rows(); }
+    double largest_ratio() const;  // of the diagonals of K and M, 1/s^2
+    // The lower triangle of K - shift M.
+    Eigen::SparseMatrix<double> shifted(double shift) const;
+    // On vectors of 3n numbers.
+    Eigen::VectorXd times_mass(const Eigen::VectorXd& v) const;
+    Eigen::VectorXd times_root(const Eigen::VectorXd& v) const;               // L v
+    Eigen::VectorXd times_root_transposed(const Eigen::VectorXd& v) const;    // L^T v
+    Eigen::VectorXd without_root(const Eigen::VectorXd& v) const;             // L^-1 v
+    Eigen::VectorXd without_root_transposed(const Eigen::VectorXd& v) const;  // L^-T v
+};
+
+// Throws std::invalid_argument when M is not positive.
+StiffnessAndMass sum_matrices(const geometry::Cubes& cubes, const Unknowns& unknowns,
+                              CubeStiffness& stiffness);
 
 }  // namespace physics

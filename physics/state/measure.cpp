@@ -1,6 +1,7 @@
 #include "physics/state/measure.hpp"
 
 #include "geometry/mesh/measure.hpp"
+#include "physics/state/cube_mass.hpp"
 
 #include <fmt/format.h>
 
@@ -25,8 +26,13 @@ double kinetic_energy(const State& state, const geometry::Cubes& cubes)
             "expected a state of {} corners, found {} corners. Was it made with other cubes?",
             cubes.corner_count(), state.v.size()));
     }
-    const std::vector<double> mass = geometry::corner_masses(cubes);
     double sum = 0;
+    if (state.brick_mass) {
+        const std::vector<Vec3> momentum = brick_momenta(cubes, state.v);
+        for (std::size_t i = 0; i < momentum.size(); ++i) sum += 0.5 * momentum[i].dot(state.v[i]);
+        return sum;
+    }
+    const std::vector<double> mass = geometry::corner_masses(cubes);
     for (std::size_t i = 0; i < mass.size(); ++i) sum += 0.5 * mass[i] * state.v[i].squaredNorm();
     return sum;
 }

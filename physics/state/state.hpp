@@ -34,6 +34,7 @@ struct State {
     double time = 0;              // s since the first frame
     std::vector<Vec3> x;          // K, m
     std::vector<Vec3> v;          // K, m/s
+    bool brick_mass = false;      // cubes have the mass of bricks (cube_mass.hpp), not lumped mass
     std::vector<float> rotation;  // what a method keeps to warm-start its rotations; may be empty
     std::vector<float> plastic;   // what flowed for good, as the method keeps it; empty: nothing
     std::vector<std::uint32_t> broken;  // links that broke, 3 * corner + axis, sorted

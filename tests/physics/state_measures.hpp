@@ -3,6 +3,7 @@
 // What tests ask of a moving body's state.
 
 #include "geometry/cubes/cubes.hpp"
+#include "physics/state/cube_mass.hpp"
 #include "physics/state/state.hpp"
 
 #include <Eigen/SVD>
@@ -17,6 +18,23 @@ inline bool finite(const State& s)
 {
     const auto sound = [](const Vec3& p) { return p.allFinite(); };
     return std::all_of(s.x.begin(), s.x.end(), sound) && std::all_of(s.v.begin(), s.v.end(), sound);
+}
+
+// Energy of motion (J) and momenta (N s, N m s about the origin) of a body of bricks.
+struct BrickMotion {
+    double energy = 0;
+    Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+};
+inline BrickMotion brick_motion(const geometry::Cubes& cubes, const State& s)
+{
+    BrickMotion out;
+    const auto momenta = physics::brick_momenta(cubes, s.v);
+    for (std::size_t k = 0; k < momenta.size(); ++k) {
+        out.energy += 0.5 * momenta[k].dot(s.v[k]);
+        out.linear += momenta[k];
+        out.angular += s.x[k].cross(momenta[k]);
+    }
+    return out;
 }
 
 // The largest change of a distance between corners since rest: 0 for any rigid motion.

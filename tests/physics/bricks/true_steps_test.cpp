@@ -14,6 +14,8 @@
 namespace {
 
 using namespace physics;
+using fixtures::brick_motion;
+using fixtures::BrickMotion;
 using fixtures::shape_error;
 using geometry::Cubes;
 using geometry::Random;
@@ -135,21 +137,6 @@ TEST(TrueSteps, NoStepThatIsWrongSaysThatItConverged)
     EXPECT_GT(right, 15);
 }
 
-struct Turning {
-    double energy = 0;  // J, of motion
-    Vec3 momentum = Vec3::Zero();
-};
-Turning turning(const Cubes& cubes, const State& state)
-{
-    Turning out;
-    const auto mass = corner_masses(cubes);
-    for (std::size_t k = 0; k < mass.size(); ++k) {
-        out.energy += 0.5 * mass[k] * state.v[k].squaredNorm();
-        out.momentum += mass[k] * state.x[k].cross(state.v[k]);
-    }
-    return out;
-}
-
 TEST(TrueSteps, AFreeSpinKeepsItsEnergyAndAngularMomentum)
 {
     // 300 degrees a second for 10 s, 12.5 degrees a step. What spins is stretched by
@@ -168,13 +155,13 @@ TEST(TrueSteps, AFreeSpinKeepsItsEnergyAndAngularMomentum)
             State state = rest_state(body);
             add_first_motion(state, cubes, Vec3::Zero(),
                              300 * std::numbers::pi / 180 * axis.normalized());
-            const Turning before = turning(cubes, state);
+            const BrickMotion before = brick_motion(cubes, state);
             for (int i = 0; i < 240; ++i) {
                 state = advance(body, state, {}, 1.0 / 24, {.newton_iterations = rounds});
             }
-            const Turning after = turning(cubes, state);
+            const BrickMotion after = brick_motion(cubes, state);
             EXPECT_NEAR(after.energy, before.energy, 0.01 * before.energy) << length;
-            EXPECT_LT((after.momentum - before.momentum).norm(), 1e-9 * before.momentum.norm());
+            EXPECT_LT((after.angular - before.angular).norm(), 1e-9 * before.angular.norm());
             EXPECT_LT(shape_error(cubes, state), 1e-3 * 0.4) << length;
         }
     }
@@ -189,7 +176,7 @@ TEST(TrueSteps, TheMidpointRuleGainsNoEnergyAndSaysWhatItDidInstead)
     for (const int substeps : {1, 32}) {
         State state = rest_state(body);
         add_first_motion(state, cubes, Vec3::Zero(), Vec3(0, 300 * std::numbers::pi / 180, 0));
-        const Turning before = turning(cubes, state);
+        const BrickMotion before = brick_motion(cubes, state);
         int told = 0;
         const int frames = substeps == 1 ? 240 : 24;
         for (int i = 0; i < frames; ++i) {
@@ -197,9 +184,9 @@ TEST(TrueSteps, TheMidpointRuleGainsNoEnergyAndSaysWhatItDidInstead)
                             {.integrator = Integrator::implicit_midpoint, .substeps = substeps});
             told += state.report.warnings.empty() ? 0 : 1;
         }
-        const Turning after = turning(cubes, state);
+        const BrickMotion after = brick_motion(cubes, state);
         EXPECT_NEAR(after.energy, before.energy, 0.01 * before.energy) << substeps;
-        EXPECT_LT((after.momentum - before.momentum).norm(), 1e-9 * before.momentum.norm());
+        EXPECT_LT((after.angular - before.angular).norm(), 1e-9 * before.angular.norm());
         EXPECT_EQ(told > 0, substeps == 1);
     }
 }
@@ -211,16 +198,16 @@ TEST(TrueSteps, ABrickTumblesForThousandsOfStepsWithoutATrend)
     const BricksBody body = make_bricks(cubes);
     State state = rest_state(body);
     add_first_motion(state, cubes, Vec3::Zero(), Vec3(0.05, 5, 0.05));
-    const Turning before = turning(cubes, state);
+    const BrickMotion before = brick_motion(cubes, state);
     double along = 1;
     for (int i = 0; i < 2000; ++i) {
         state = advance(body, state, {}, 1.0 / 24);
         along = std::min(along, (state.x.back() - state.x.front()).normalized().y());
     }
     EXPECT_LT(along, -0.3);  // it did turn over
-    const Turning after = turning(cubes, state);
+    const BrickMotion after = brick_motion(cubes, state);
     EXPECT_NEAR(after.energy, before.energy, 1e-3 * before.energy);
-    EXPECT_LT((after.momentum - before.momentum).norm(), 1e-9 * before.momentum.norm());
+    EXPECT_LT((after.angular - before.angular).norm(), 1e-9 * before.angular.norm());
 }
 
 TEST(TrueSteps, AThrownBodyDoesNotBeginToSpin)
