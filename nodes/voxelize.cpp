@@ -92,6 +92,11 @@ constexpr const char* join_gap =
     "Largest gap across which parts are joined. Gaps are measured in quarters of a cube: wider "
     "ones "
     "by up to half a cube may be joined too. 0: only parts that touch are joined.";
+constexpr const char* about_materials =
+    "Materials of parts of the model. If several rules match, the last one counts. "
+    "Method solid: a closed part of the mesh is filled with the material of its faces, "
+    "up to the closed parts within it; a part whose faces are of several materials, and "
+    "what is open, has the material of the faces in a cube, or of the nearest one.";
 
 void add_to(graph::Registry& registry)
 {
@@ -130,9 +135,7 @@ void add_to(graph::Registry& registry)
                {0, 1e6, "m"}, of_mesh)
         .block("matter", &Inputs::matter, describe_matter<geometry::Matter>,
                "Material of the model where no rule of `materials` matches.", of_mesh)
-        .list("materials", &Inputs::materials, describe_rule,
-              "Materials of parts of the model. If several rules match, the last one counts.",
-              of_mesh)
+        .list("materials", &Inputs::materials, describe_rule, about_materials, of_mesh)
         .param("total_mass", &Inputs::total_mass,
                "Total mass to which all masses are scaled; 0: masses follow from densities (or "
                "samples).",
@@ -148,7 +151,7 @@ void add_to(graph::Registry& registry)
         .check(check)
         .output("cubes", &Outputs::cubes,
                 "The cubes, with mass, fill and material. Materials in one cube are averaged by "
-                "mass.");
+                "volume.");
 }
 
 }  // namespace nodes::voxelize

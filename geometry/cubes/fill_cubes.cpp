@@ -66,34 +66,40 @@ void deposit_many(Cubes& cubes, std::span<const Deposit> deposits)
 {
     const ByCube by_cube = sort_by_cube(cubes.count(), deposits);
     parallel_for(cubes.count(), 1024, [&](std::size_t begin, std::size_t end) {
-        std::vector<std::pair<std::uint16_t, double>> shares;  // matter, kg
+        struct Share {
+            std::uint16_t matter;
+            double volume;
+        };
+        std::vector<Share> shares;
         for (std::size_t c = begin; c < end; ++c) {
             shares.clear();
             for (std::uint32_t i = by_cube.start[c]; i < by_cube.start[c + 1]; ++i) {
                 const Deposit& d = deposits[by_cube.deposit[i]];
-                const double mass = cubes.matters[d.matter].density * d.volume;
                 cubes.fill[c] += d.volume;
-                cubes.mass[c] += mass;
-                const auto known = std::find_if(shares.begin(), shares.end(),
-                                                [&](const auto& s) { return s.first == d.matter; });
+                cubes.mass[c] += cubes.matters[d.matter].density * d.volume;
+                const auto known = std::find_if(shares.begin(), shares.end(), [&](const Share& s) {
+                    return s.matter == d.matter;
+                });
                 if (known != shares.end())
-                    known->second += mass;
+                    known->volume += d.volume;
                 else
-                    shares.emplace_back(d.matter, mass);
+                    shares.push_back({d.matter, d.volume});
             }
             if (!(cubes.mass[c] > 0)) continue;
-            std::sort(shares.begin(), shares.end());
+            std::sort(shares.begin(), shares.end(),
+                      [](const Share& a, const Share& b) { return a.matter < b.matter; });
             Matter mean{.young = 0, .poisson = 0};
             double most = -1;
-            for (const auto& [m, mass] : shares) {
+            for (const auto& [m, volume] : shares) {
                 const Matter& matter = cubes.matters[m];
-                const double share = mass / cubes.mass[c];
+                const double mass = matter.density * volume, share = volume / cubes.fill[c];
                 mean.young += share * matter.young;
                 mean.poisson += share * matter.poisson;
-                mean.mass_damping += share * matter.mass_damping;
-                mean.stiffness_damping += share * matter.stiffness_damping;
+                mean.mass_damping += mass / cubes.mass[c] * matter.mass_damping;
+                mean.stiffness_damping += share * matter.young * matter.stiffness_damping;
                 if (mass > most) most = mass, cubes.matter[c] = m;
             }
+            mean.stiffness_damping /= mean.young;
             take_after(cubes, c, mean);
         }
     });

@@ -30,8 +30,9 @@ struct Deposit {
     double volume = 0;  // m^3
 };
 
-// Fills in mass, fill, material and damping of cubes that have their cells and corners. Materials
-// in one cube are averaged by mass; `matter` is the one with most of it. A cube without a deposit
+// Fills in mass, fill, material and damping of cubes that have their cells and corners. Of
+// the materials in one cube, stiffness and Poisson ratio are averaged by volume and each damping by
+// what it damps, mass or stiffness; `matter` is the one with most mass. A cube without a deposit
 // takes after the first of its 26 neighbours that has one.
 //   fill = min(1, max(min_fill, sum of volumes / size^3)),   mass = sum of density volume
 // What min_fill adds to the mass is taken from all in proportion, so that the total is kept.

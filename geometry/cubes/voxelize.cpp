@@ -6,7 +6,7 @@
 #include "geometry/cells/surface_cells.hpp"
 #include "geometry/cubes/cube_finder.hpp"
 #include "geometry/cubes/pieces.hpp"
-#include "geometry/mesh/triangle_bvh.hpp"
+#include "geometry/cubes/solid_matter.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -75,12 +75,6 @@ Cubes with_corners(const VoxelGrid& grid, const CellSet& cells, const VoxelOptio
                                 std::to_string(options.max_cubes) +
                                 ": use larger cubes, raise max_cubes, or set pieces = merge");
 }
-
-// What of a face lies in a cube.
-struct FaceInCube {
-    std::uint32_t cube, triangle;  // triangle of the lattice mesh
-    double area;                   // m^2
-};
 
 // A place of a piece of a triangle in a cell: in one quarter with others of it, so in its cube.
 Vec3 middle_in(const Polygon& piece, const Vec3i& cell)
@@ -302,40 +296,6 @@ void thicken(std::span<double> volume, const std::vector<FaceInCube>& faces, dou
     }
 }
 
-// The deposits where there are several matters: by area of the faces in a cube, or all of the face
-// nearest to its centre.
-std::vector<Deposit> deposits_by_faces(const TriMesh& mesh, const LatticeMesh& lattice,
-                                       const FaceMatter& matter, const Cubes& cubes,
-                                       const std::vector<FaceInCube>& faces,
-                                       std::span<const double> volume)
-{
-    std::vector<Deposit> deposits;
-    deposits.reserve(cubes.count() + faces.size());
-    std::vector<std::uint8_t> has_face(cubes.count(), 0);
-    for (const FaceInCube& p : faces) {
-        deposits.push_back({p.cube, matter.of(lattice.source_of(p.triangle)), p.area});
-        has_face[p.cube] = 1;
-    }
-    scale_to(deposits, volume, cubes.count());
-
-    std::vector<Vec3> centres;
-    std::vector<std::uint32_t> faceless;
-    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
-        if (has_face[c]) continue;
-        faceless.push_back(c);
-        centres.push_back(cubes.origin +
-                          cubes.size * (cubes.cell[c].cast<double>() + Vec3::Constant(0.5)));
-    }
-    std::vector<TriangleBvh::Hit> nearest(centres.size());
-    if (!centres.empty()) {
-        TriangleBvh(mesh).closest(centres, std::numeric_limits<double>::infinity(), nearest);
-    }
-    for (std::size_t i = 0; i < faceless.size(); ++i) {
-        deposits.push_back({faceless[i], matter.of(nearest[i].triangle), volume[faceless[i]]});
-    }
-    return deposits;
-}
-
 }  // namespace
 
 Cubes voxelize_solid(const TriMesh& mesh, const FaceMatter& matter, Inside rule, double thickness,
@@ -367,7 +327,7 @@ Cubes voxelize_solid(const TriMesh& mesh, const FaceMatter& matter, Inside rule,
     if (one) {
         for (std::uint32_t c = 0; c < cubes.count(); ++c) deposits.push_back({c, 0, volume[c]});
     } else {
-        deposits = deposits_by_faces(mesh, lattice, matter, cubes, faces, volume);
+        deposits = matter_of_solid({mesh, lattice, matter, rule, thickness}, cubes, faces, volume);
     }
     fill_cubes(cubes, matter.matters, deposits, options);
     return cubes;

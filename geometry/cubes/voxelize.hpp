@@ -29,8 +29,8 @@ Cubes voxelize_surface(const TriMesh& mesh, const FaceMatter& matter, double thi
 
 // A cube wherever a triangle passes, and inside. A cube that a triangle passes holds what is inside
 // (see inside_shares), or `thickness` (m) times the area in it where that is more: for the sheets
-// in a model of solids. With several matters, a cube is of the faces in it, by area, and
-// one without any of the face nearest to its centre.
+// in a model of solids. Several matters share a cube as solid_matter.hpp has it: by the closed
+// parts in it, else by its faces.
 Cubes voxelize_solid(const TriMesh& mesh, const FaceMatter& matter, Inside rule, double thickness,
                      const VoxelGrid& grid, const VoxelOptions& options);
 

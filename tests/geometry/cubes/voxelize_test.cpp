@@ -144,8 +144,9 @@ TEST(Voxelize, SamplesGiveTheirMassAndMatterToTheirCube)
     EXPECT_EQ(cubes.cell[1], Vec3i(2, 0, 0));
     EXPECT_NEAR(cubes.mass[0], 4, 1e-9);
     EXPECT_NEAR(cubes.fill[0], 3.0 / 500 + 1.0 / 8000, 1e-9);
-    EXPECT_NEAR(cubes.young[0], (3 * 1e9 + 1 * 2e11) / 4, 1e-3);
-    EXPECT_NEAR(cubes.poisson[0], (3 * 0.2 + 1 * 0.3) / 4, 1e-12);
+    const double wood = 3.0 / 500, iron = 1.0 / 8000;  // m^3
+    EXPECT_NEAR(cubes.young[0], (wood * 1e9 + iron * 2e11) / (wood + iron), 1e3);
+    EXPECT_NEAR(cubes.poisson[0], (wood * 0.2 + iron * 0.3) / (wood + iron), 1e-9);
     EXPECT_EQ(cubes.matter[0], 0);
     EXPECT_EQ(cubes.matter[1], 1);
     EXPECT_EQ(cubes.matters[1].name, "iron");
