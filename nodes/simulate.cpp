@@ -3,6 +3,7 @@
 #include "physics/body/collider_contact.hpp"
 #include "physics/body/external_forces.hpp"
 #include "physics/bricks/bricks.hpp"
+#include "physics/bricks/settle.hpp"
 #include "physics/bricks/springs.hpp"
 #include "physics/lattice/lattice.hpp"
 #include "physics/state/balls.hpp"
@@ -19,6 +20,7 @@ namespace nodes::simulate {
 using geometry::Vec3;
 
 enum class Method { bricks, springs, lattice };
+enum class Shape { given, equilibrium };
 
 // One alternative per method, in the order of Method.
 struct Body {
@@ -45,6 +47,7 @@ struct Inputs {
     physics::PartContactOptions contact;
     double dt = 0;
     Vec3 gravity{0, -9.81, 0};
+    Shape initial_shape = Shape::given;
     Vec3 initial_velocity{0, 0, 0};
     Vec3 initial_spin_degrees{0, 0, 0};
     physics::StepOptions step;
@@ -97,10 +100,64 @@ static void warn_of_idle(const Inputs& in, const graph::Context& context)
 constexpr const char* no_balls =
     "rigid balls need method = lattice: change the method, or unlink the input 'balls'";
 
+constexpr const char* no_equilibrium =
+    "an equilibrium needs method = bricks: change the method, or set initial_shape = given";
+constexpr const char* no_pins =
+    "an equilibrium needs pins, because a free body falls for ever: link a Pin node to the input "
+    "'pins', or set initial_shape = given";
+
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
-    if (in.method == Method::lattice || !setting.links("balls")) return {};
-    return {{"balls", no_balls}};
+    graph::Faults faults;
+    if (in.method != Method::lattice && setting.links("balls")) {
+        faults.push_back({"balls", no_balls});
+    }
+    if (in.initial_shape == Shape::equilibrium) {
+        if (in.method != Method::bricks) faults.push_back({"initial_shape", no_equilibrium});
+        if (!setting.links("pins")) faults.push_back({"initial_shape", no_pins});
+    }
+    return faults;
+}
+
+static physics::Loads gather_loads(const Inputs& in, const graph::Context& context)
+{
+    physics::Loads loads;
+    loads.pins = physics::merge_pins(in.pins, in.cubes->corner_count());
+    for (const auto& warning : physics::conflicting_pins(in.pins, 1e-3 * in.cubes->size)) {
+        context.warn(warning);
+    }
+    for (const auto& collider : in.colliders) loads.colliders.push_back(*collider);
+    return loads;
+}
+
+static void add_forces(const Inputs& in, const graph::Context& context, physics::Loads& loads)
+{
+    for (const auto& force : in.forces) loads.forces.push_back(*force);
+    for (const auto& warning : physics::far_forces(*in.cubes, loads.forces)) context.warn(warning);
+    warn_of_idle(in, context);
+    if (!in.gravity.isZero(0)) {
+        loads.forces.push_back({physics::Force::Kind::gravity, in.gravity});
+    }
+}
+
+static physics::State first_state(const Inputs& in, const graph::Context& context,
+                                  physics::Loads& loads)
+{
+    if (!in.start) {
+        for (const auto& warning : physics::buried(*in.cubes, loads.pins, loads.colliders)) {
+            context.warn(warning);
+        }
+    }
+    auto state =
+        in.start ? *in.start : std::visit([](const auto& b) { return rest_state(b); }, in.body->is);
+    if (in.initial_shape == Shape::given) return state;
+    const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);
+    if (!bricks) throw std::invalid_argument(no_equilibrium);
+    if (loads.pins.corner.empty()) throw std::invalid_argument(no_pins);
+    add_forces(in, context, loads);
+    state = physics::settle(*bricks, std::move(state), loads, in.step);
+    for (const auto& warning : state.report.warnings) context.warn(warning);
+    return state;
 }
 
 static Outputs run(const Inputs& in, const graph::Context& context)
@@ -110,21 +167,9 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     }
     std::vector<physics::Ball> balls;
     for (const auto& ball : in.balls) balls.push_back(*ball);
-    physics::Loads loads;
-    loads.pins = physics::merge_pins(in.pins, in.cubes->corner_count());
-    for (const auto& warning : physics::conflicting_pins(in.pins, 1e-3 * in.cubes->size)) {
-        context.warn(warning);
-    }
-    for (const auto& collider : in.colliders) loads.colliders.push_back(*collider);
+    physics::Loads loads = gather_loads(in, context);
     if (!in.last) {
-        if (!in.start) {
-            for (const auto& warning : physics::buried(*in.cubes, loads.pins, loads.colliders)) {
-                context.warn(warning);
-            }
-        }
-        auto state = in.start
-                         ? *in.start
-                         : std::visit([](const auto& b) { return rest_state(b); }, in.body->is);
+        auto state = first_state(in, context, loads);
         physics::add_first_motion(state, *in.cubes, in.initial_velocity,
                                   in.initial_spin_degrees * (std::numbers::pi / 180));
         state.balls = physics::place_balls(balls);
@@ -137,12 +182,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
                         in.last->x.size(), in.cubes->corner_count()));
     }
     loads.balls = std::move(balls);
-    for (const auto& force : in.forces) loads.forces.push_back(*force);
-    for (const auto& warning : physics::far_forces(*in.cubes, loads.forces)) context.warn(warning);
-    warn_of_idle(in, context);
-    if (!in.gravity.isZero(0)) {
-        loads.forces.push_back({physics::Force::Kind::gravity, in.gravity});
-    }
+    add_forces(in, context, loads);
     const double dt = in.dt > 0 ? in.dt : context.frame_seconds();
     auto state = std::visit(
         [&](const auto& body) { return advance(body, *in.last, loads, dt, in.step); }, in.body->is);
@@ -321,6 +361,10 @@ void add_to(graph::Registry& registry)
                {.min = 0, .max = 1e4, .unit = "s"})
         .param("gravity", &Inputs::gravity, "Acceleration of everything; zeros for none.",
                {.unit = "m/s^2"})
+        .choice("initial_shape", &Inputs::initial_shape, {"given", "equilibrium"},
+                "Shape in the first frame. given: the model at rest, or that of `start`. "
+                "equilibrium: the shape in which the body hangs still under the forces, pins and "
+                "colliders of the first frame (method bricks; each part needs a pin).")
         .param("initial_velocity", &Inputs::initial_velocity,
                "Velocity that is added to the initial state.", {.unit = "m/s"})
         .param("initial_spin_degrees", &Inputs::initial_spin_degrees,

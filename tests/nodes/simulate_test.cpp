@@ -43,6 +43,44 @@ TEST(Simulate, ABeamPinnedAtOneEndSagsAfterTheFirstFrame)
     }
 }
 
+TEST(Simulate, ABeamThatStartsInEquilibriumHangsInTheFirstFrameAndStays)
+{
+    const Value cubes = Value::of(fixtures::box(10, 2, 2, 0.1, {.young = 1e6}));
+    NodeRun pin("Pin");
+    pin.inputs["cubes"] = {cubes};
+    pin.param("where").is = std::string("ends");
+    pin.param("ends.end").is = std::string("low");
+    NodeRun simulate("Simulate");
+    simulate.param("initial_shape").is = std::string("equilibrium");
+    simulate.inputs["cubes"] = {cubes};
+    simulate.inputs["pins"] = {pin.run()};
+    const double rest = geometry::corner_positions(*cubes.as<geometry::Cubes>()).back().y();
+    Value state = simulate.run();
+    EXPECT_EQ(state.as<physics::State>()->time, 0);
+    const double sag = rest - state.as<physics::State>()->x.back().y();
+    EXPECT_GT(sag, 0.1);
+    for (int i = 0; i < 20; ++i) {
+        simulate.previous = {state};
+        state = simulate.run();
+        EXPECT_NEAR(rest - state.as<physics::State>()->x.back().y(), sag, 0.01 * sag);
+    }
+    EXPECT_TRUE(simulate.warnings.empty());
+}
+
+TEST(Simulate, RefusesAnEquilibriumWithoutPinsAndSaysWhatToDo)
+{
+    NodeRun simulate("Simulate");
+    simulate.param("initial_shape").is = std::string("equilibrium");
+    simulate.inputs["cubes"] = {Value::of(fixtures::box(2, 1, 1, 1))};
+    try {
+        simulate.run();
+        FAIL();
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("link a Pin node"), std::string::npos)
+            << error.what();
+    }
+}
+
 TEST(Simulate, RefusesCubesThatChangeBetweenFrames)
 {
     NodeRun simulate("Simulate");

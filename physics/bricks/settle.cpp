@@ -1,0 +1,63 @@
+#include "physics/bricks/settle.hpp"
+
+#include "physics/state/pins.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace physics {
+namespace {
+
+constexpr double forever = 1e4;  // s
+
+void check_held(const CornerBody& body, const Pins& pins)
+{
+    std::vector<std::uint8_t> held(body.parts, 0);
+    for (const auto k : pins.corner) held[body.part_of(body.slot_of(k))] = 1;
+    const auto free = std::count(held.begin(), held.end(), std::uint8_t{0});
+    if (free == 0) return;
+    throw std::invalid_argument(
+        fmt::format("{} of {} parts of the body have no pin: they would fall for ever, and have no "
+                    "equilibrium. Pin each part, or start from the given shape",
+                    free, body.parts));
+}
+
+State step_from_rest(const BricksBody& body, State state, const Loads& loads, double seconds,
+                     const StepOptions& options)
+{
+    std::fill(state.v.begin(), state.v.end(), Vec3::Zero());
+    return advance(body, std::move(state), loads, seconds, options);
+}
+
+}  // namespace
+
+State settle(const BricksBody& body, State state, const Loads& loads, const StepOptions& options)
+{
+    check_pins(loads.pins, body.base.corners);
+    check_held(body.base, loads.pins);
+    StepOptions still = options;
+    still.integrator = Integrator::implicit_euler;
+    still.substeps = 1;
+    still.newton_iterations = std::max(options.newton_iterations, 50);
+    still.contact_iterations = std::max(options.contact_iterations, 50);
+    const double time = state.time;
+    State end = step_from_rest(body, state, loads, forever, still);
+    // By way of where it creeps to in steps that grow, each of which begins at rest.
+    for (double seconds = 0.01; !end.report.converged && seconds < forever; seconds *= 3) {
+        state = step_from_rest(body, std::move(state), loads, seconds, still);
+        if (seconds * 3 >= forever) end = step_from_rest(body, state, loads, forever, still);
+    }
+    std::fill(end.v.begin(), end.v.end(), Vec3::Zero());
+    end.time = time;
+    if (!end.report.converged) {
+        end.report.warnings = {fmt::format(
+            "No equilibrium was found: {:.2g} of the forces are not balanced. The shape may buckle "
+            "or be too soft for its loads. Start from the given shape and let it come to rest.",
+            end.report.residual)};
+    }
+    return end;
+}
+
+}  // namespace physics
