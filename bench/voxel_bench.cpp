@@ -8,6 +8,7 @@
 #include "geometry/cubes/voxelize.hpp"
 #include "geometry/embed/embed.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
+#include "physics/bricks/bending_error.hpp"
 #include "tests/geometry/test_meshes.hpp"
 
 #include <benchmark/benchmark.h>
@@ -116,6 +117,22 @@ void voxelize_solid_of_sphere(benchmark::State& state)
     }
 }
 BENCHMARK(voxelize_solid_of_sphere)
+    ->ArgsProduct({{64}, {1, 2}})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+// What Voxelize asks of every model afterwards: how far its walls are too stiff. To be set against
+// voxelize_solid_of_sphere.
+void thin_parts_of_sphere(benchmark::State& state)
+{
+    const Threads threads(state);
+    const Cubes cubes = voxelize_solid(sphere(), plain(), Inside::winding, 0,
+                                       grid_at(sphere(), static_cast<int>(state.range(0))), {});
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(physics::thin_parts(sphere(), cubes, {true, 0}).size());
+    }
+}
+BENCHMARK(thin_parts_of_sphere)
     ->ArgsProduct({{64}, {1, 2}})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();

@@ -1,6 +1,7 @@
 #include "geometry/cubes/voxelize.hpp"
 
 #include "graph/types/node_builder.hpp"
+#include "nodes/large_cubes.hpp"
 #include "nodes/material_rules.hpp"
 #include "nodes/orientation.hpp"
 #include "nodes/wire_types.hpp"
@@ -73,10 +74,14 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const geometry::FaceMatter matter = face_matter(*in.mesh, in.matter, in.materials, context);
     const geometry::VoxelGrid grid = grid_for(in);
     if (in.method == Method::surface) {
-        return {geometry::voxelize_surface(*in.mesh, matter, in.thickness, grid, options)};
+        Outputs out{geometry::voxelize_surface(*in.mesh, matter, in.thickness, grid, options)};
+        warn_of_thin_walls(*in.mesh, out.cubes, {false, in.thickness}, context);
+        return out;
     }
     warn_of_disagreeing_faces(*in.mesh, in.inside, context);
-    return {geometry::voxelize_solid(*in.mesh, matter, in.inside, in.thickness, grid, options)};
+    Outputs out{geometry::voxelize_solid(*in.mesh, matter, in.inside, in.thickness, grid, options)};
+    warn_of_thin_walls(*in.mesh, out.cubes, {true, in.thickness}, context);
+    return out;
 }
 
 constexpr const char* how_inside =

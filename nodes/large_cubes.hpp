@@ -1,0 +1,36 @@
+#pragma once
+
+// What Voxelize says of a model that its cubes are too large for: walls that are too stiff.
+
+#include "graph/types/context.hpp"
+#include "physics/bricks/bending_error.hpp"
+
+#include <fmt/format.h>
+
+namespace nodes {
+
+inline void warn_of_thin_walls(const geometry::TriMesh& mesh, const geometry::Cubes& cubes,
+                               const physics::WallOptions& walls, const graph::Context& context)
+{
+    constexpr double worth_telling = 1.5;
+    const auto parts = physics::thin_parts(mesh, cubes, walls);
+    std::size_t more = 0;
+    for (const physics::ThinPart& p : parts) more += p.factor >= worth_telling ? 1 : 0;
+    if (more == 0) return;
+    const physics::ThinPart& worst = parts.front();
+    std::string text = fmt::format(
+        "{} {} {:.2g} cubes thick ({:.2g} m): about {:.2g} times too stiff in bending; use cubes "
+        "of "
+        "{:.2g} m",
+        worst.name.empty() ? "the model" : worst.name,
+        worst.share > 0.8 ? "is" : fmt::format("is in part ({:.0f} %)", 100 * worst.share),
+        worst.thickness / cubes.size, worst.thickness, worst.factor,
+        physics::size_for_wall(worst.thickness));
+    if (more > 1) {
+        text += fmt::format(" ({} part{} more {} too thin for these cubes)", more - 1,
+                            more == 2 ? "" : "s", more == 2 ? "is" : "are");
+    }
+    context.warn(text);
+}
+
+}  // namespace nodes

@@ -1,0 +1,261 @@
+#include "physics/bricks/bending_error.hpp"
+
+#include "geometry/base/parallel.hpp"
+#include "geometry/mesh/pieces.hpp"
+#include "geometry/mesh/wall_thickness.hpp"
+#include "physics/body/stiffness.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <tuple>
+
+namespace physics {
+namespace {
+
+using geometry::Cubes;
+using geometry::Vec3;
+using geometry::Vec3i;
+
+constexpr std::size_t sample_count = 2048;
+constexpr double thin_below = 5;       // cubes: 1 + 0.75 * 2 / 25 is an error of 6 %
+constexpr double considerable = 0.25;  // share of a part's surface
+constexpr double least_held = 0.05;    // cubes: more than min_fill makes of the thinnest wall
+constexpr std::size_t few = 12;        // samples that say too little of a part
+
+// The stiffness share of the cubes in a cell; negative where there is none.
+double share_in(const Cubes& cubes, const Vec3i& cell)
+{
+    const auto before = [](const Vec3i& a, const Vec3i& b) {
+        return std::tuple(a.z(), a.y(), a.x()) < std::tuple(b.z(), b.y(), b.x());
+    };
+    const auto [first, last] = std::equal_range(cubes.cell.begin(), cubes.cell.end(), cell, before);
+    if (first == last) return -1;
+    double sum = 0;
+    for (auto c = first; c != last; ++c) {
+        sum += stiffness_share(cubes, static_cast<std::size_t>(c - cubes.cell.begin()),
+                               Weighting::filled);
+    }
+    return sum;
+}
+
+// The stiffness along a line across a wall; s = 0 in the middle of the wall, lengths in cubes.
+struct Section {
+    double s0 = 0, s1 = 0, s2 = 0;
+
+    void add(double f, double a, double b)
+    {
+        if (a > b) std::swap(a, b);
+        s0 += f * (b - a);
+        s1 += f * (b * b - a * a) / 2;
+        s2 += f * (b * b * b - a * a * a) / 3;
+    }
+    double variance() const { return s2 / s0 - s1 * s1 / (s0 * s0); }
+};
+
+// Adds what lies from the middle in one direction, up to the reach or, beyond half the thickness,
+// the first cell without a cube.
+void add_half(const Cubes& cubes, const Vec3& middle, const Vec3& way, double sign, double half,
+              double reach, Section& section)
+{
+    const Vec3 d = sign * way;
+    Vec3i cell = middle.array().floor().cast<int>();
+    Vec3 next;  // where the line passes the cell's far side along each axis
+    for (int k = 0; k < 3; ++k) {
+        const double side = d[k] > 0 ? cell[k] + 1 : cell[k];
+        next[k] = d[k] == 0 ? std::numeric_limits<double>::infinity() : (side - middle[k]) / d[k];
+    }
+    for (double s = 0; s < reach;) {
+        int k = 0;
+        const double end = std::min(next.minCoeff(&k), reach);
+        const double f = share_in(cubes, cell);
+        if (f < 0 && s >= half) return;
+        if (f > 0) section.add(f, sign * s, sign * end);
+        s = end;
+        cell[k] += d[k] > 0 ? 1 : -1;
+        next[k] += 1 / std::abs(d[k]);
+    }
+}
+
+// The stiffness along the line across a wall of thickness t (cubes), whose middle is at `middle`
+// (m).
+Section section_at(const Cubes& cubes, const Vec3& middle, const Vec3& way, double t)
+{
+    constexpr double smeared = 1.75;  // cubes: a cube's diagonal, and rounding
+    const Vec3 at = (middle - cubes.origin) / cubes.size;
+    Section section;
+    for (const double sign : {-1.0, 1.0}) {
+        add_half(cubes, at, way, sign, t / 2, t / 2 + smeared, section);
+    }
+    return section;
+}
+
+// How walls lie in the grid: square to an axis, or to none. Those of one part that lie otherwise
+// bend in another direction, or are another wall.
+constexpr std::size_t tilted = 3, lies = 4;
+
+struct Wall {
+    std::uint32_t part = 0;
+    std::size_t lie = tilted;  // 0, 1, 2: square to that axis
+    double thickness = 0;      // cubes
+    double factor = 0;         // 0: no cube was met
+    double held = 0;           // cubes, of full stiffness along the line across it
+    double excess = 1;         // share of the factor's excess over 1 that is left
+};
+
+// How the wall lies, and what is left of its excess: cubes in steps give way in shear, so that a
+// tilted wall is softer than its sections. Measured on strips and bars (bench/thin_walls.py): 0.75
+// from 12 degrees on.
+void set_lie(const Vec3& normal, Wall& wall)
+{
+    int axis = 0;
+    const double along = std::min(normal.cwiseAbs().maxCoeff(&axis), 1.0);
+    const double degrees = std::acos(along) * 180 / std::numbers::pi;
+    wall.lie = degrees < 2 ? static_cast<std::size_t>(axis) : tilted;
+    wall.excess = std::max(0.75, 1 - 0.02 * degrees);
+}
+
+// Groups are parts where there are several; else pieces are.
+bool by_group(const geometry::TriMesh& mesh)
+{
+    return mesh.topology->groups.size() > 1 &&
+           mesh.topology->group.size() == mesh.triangles().size();
+}
+
+std::string part_name(const geometry::TriMesh& mesh, std::size_t pieces, std::uint32_t part)
+{
+    if (by_group(mesh)) return "'" + mesh.topology->groups[part] + "'";
+    return pieces > 1 ? "piece " + std::to_string(part + 1) : std::string();
+}
+
+// Whether the model is filled from 1.75 to 4.25 cubes below the surface on either side, so that no
+// wall is thin there.
+bool thick(const Cubes& cubes, const geometry::WallSample& sample)
+{
+    const Vec3 at = (sample.point - cubes.origin) / cubes.size;
+    for (const double sign : {-1.0, 1.0}) {
+        bool full = true;
+        for (const double depth : {1.75, 2.6, 3.4, 4.25}) {
+            const Vec3 p = at + sign * depth * sample.inward;
+            full = full && share_in(cubes, p.array().floor().cast<int>()) > 0.999;
+        }
+        if (full) return true;
+    }
+    return false;
+}
+
+// Samples of the surface; none where no wall is thin.
+std::vector<geometry::WallSample> candidates(const geometry::TriMesh& mesh, const Cubes& cubes)
+{
+    std::vector<geometry::WallSample> samples = geometry::wall_points(mesh, sample_count);
+    std::vector<std::uint8_t> thin(samples.size());
+    geometry::parallel_for(samples.size(), 64, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) thin[i] = thick(cubes, samples[i]) ? 0 : 1;
+    });
+    if (std::find(thin.begin(), thin.end(), 1) == thin.end()) samples.clear();
+    return samples;
+}
+
+// The wall at one sample; its factor stays 0 where it is not thin.
+Wall wall_at(const Cubes& cubes, const geometry::WallSample& s, const WallOptions& options)
+{
+    Wall wall;
+    const bool found = std::isfinite(s.thickness);
+    const double t = found ? s.thickness : options.thickness;
+    if (!(t > 0) || t > thin_below * cubes.size) return wall;
+    wall.thickness = t / cubes.size;
+    set_lie(s.inward, wall);
+    const Vec3 middle = found ? Vec3(s.point + 0.5 * t * s.inward) : s.point;
+    const Section section = section_at(cubes, middle, s.inward, wall.thickness);
+    if (!(section.s0 > 0)) return wall;
+    wall.held = section.s0;
+    wall.factor = 12 * section.variance() / (wall.thickness * wall.thickness);
+    return wall;
+}
+
+std::vector<Wall> walls_of(const geometry::TriMesh& mesh, const geometry::Pieces& pieces,
+                           const Cubes& cubes, const WallOptions& options,
+                           std::vector<geometry::WallSample> samples)
+{
+    if (options.solid) {
+        geometry::find_thickness(mesh, pieces, thin_below * cubes.size, samples);
+    }
+    const bool groups = by_group(mesh);
+    std::vector<Wall> walls(samples.size());
+    geometry::parallel_for(samples.size(), 64, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const geometry::WallSample& s = samples[i];
+            const std::uint32_t piece = pieces.of[s.triangle];
+            const bool hollow = !options.solid && pieces.encloses[piece] != 0;
+            if (!hollow) walls[i] = wall_at(cubes, s, options);
+            walls[i].part = groups ? mesh.topology->group[s.triangle] : piece;
+        }
+    });
+    return walls;
+}
+
+// What some walls of one part say together.
+ThinPart together(std::vector<Wall> thin, std::size_t all, double size)
+{
+    std::sort(thin.begin(), thin.end(),
+              [](const Wall& a, const Wall& b) { return a.thickness < b.thickness; });
+    const double median = thin[thin.size() / 2].thickness;
+    double inverse = 0, excess = 0, count = 0, held = 0, own = 0;
+    for (const Wall& w : thin) {
+        if (w.thickness > 1.5 * median || w.thickness < median / 1.5) continue;
+        inverse += 1 / w.factor;
+        excess += w.excess;
+        count += 1;
+        held += w.held;
+        own += std::max(w.thickness, least_held);
+    }
+    ThinPart part;
+    if (held > 2 * own) return part;  // it lies on another body, in whose cubes it is
+    part.thickness = median * size;
+    part.share = static_cast<double>(thin.size()) / static_cast<double>(all);
+    part.factor = 1 + (excess / count) * (count / inverse - 1);
+    return part;
+}
+
+}  // namespace
+
+std::vector<ThinPart> thin_parts(const geometry::TriMesh& mesh, const Cubes& cubes,
+                                 const WallOptions& options)
+{
+    if (!options.solid && !(options.thickness > 0)) return {};
+    std::vector<geometry::WallSample> samples = candidates(mesh, cubes);
+    if (samples.empty()) return {};
+    const geometry::Pieces pieces = geometry::find_pieces(mesh);
+    std::map<std::uint32_t, std::size_t> all;
+    std::map<std::uint32_t, std::array<std::vector<Wall>, lies>> thin;
+    for (const Wall& w : walls_of(mesh, pieces, cubes, options, std::move(samples))) {
+        ++all[w.part];
+        if (w.factor > 0) thin[w.part][w.lie].push_back(w);
+    }
+    std::vector<ThinPart> parts;
+    for (auto& [number, by_lie] : thin) {
+        const std::size_t of_part = all[number];
+        ThinPart worst;
+        for (std::vector<Wall>& walls : by_lie) {
+            if (of_part < few || double(walls.size()) < considerable * double(of_part)) continue;
+            const ThinPart part = together(std::move(walls), of_part, cubes.size);
+            if (part.factor > worst.factor) worst = part;
+        }
+        if (!(worst.factor > 1)) continue;
+        worst.name = part_name(mesh, pieces.count(), number);
+        parts.push_back(worst);
+    }
+    std::stable_sort(parts.begin(), parts.end(),
+                     [](const ThinPart& a, const ThinPart& b) { return a.factor > b.factor; });
+    return parts;
+}
+
+double size_for_wall(double thickness)
+{
+    const double size = thickness / 2.5, digit = std::pow(10, std::floor(std::log10(size)) - 1);
+    return std::floor(size / digit) * digit;
+}
+
+}  // namespace physics

@@ -1,0 +1,45 @@
+#pragma once
+
+// How much too stiff in bending the cubes make the walls of a solid.
+//
+// The cubes stand for a wall of thickness t. Along a line across it, each cube that the line passes
+// has its share of the full stiffness (stiffness_share, filled) over its whole edge h, so the wall
+// is smeared out. Bending grows with the second moment of the stiffness across the wall:
+//   S0 = int f ds,   V = int f s^2 ds / S0 - (int f s ds / S0)^2,   factor = V / (t^2 / 12)
+// A wall that is aligned with the grid and whole cubes thick gives 1; one of a single cube, partly
+// filled, (h / t)^2. A tilted wall gives 1 + 2 (h / t)^2 on average, as filling the cubes and
+// having the same stiffness in all of each add a variance of h^2 / 12 each. Between these lie the
+// sections that the wall's long side runs through one after another: they bend in series, so that
+// the soft ones count more.
+
+#include "geometry/cubes/cubes.hpp"
+#include "geometry/mesh/mesh.hpp"
+
+#include <string>
+
+namespace physics {
+
+// A part of a mesh, a considerable share of which is thin against the cubes.
+struct ThinPart {
+    std::string name;      // "'seat'": its group; "piece 2"; empty: the whole mesh
+    double thickness = 0;  // m, the median of its thin walls
+    double share = 0;      // 0..1, of its surface that is so thin
+    double factor = 1;     // stiffness in bending, model over solid
+};
+
+// What the walls of a mesh are.
+struct WallOptions {
+    bool solid = true;     // measured inward; false: sheets, of the thickness below
+    double thickness = 0;  // m, of sheets; 0: unknown, nothing is said about them
+};
+
+// The thin parts, the one that is most wrong first. The factor is for the cubes' incompatible
+// element. The same for any number of threads.
+std::vector<ThinPart> thin_parts(const geometry::TriMesh& mesh, const geometry::Cubes& cubes,
+                                 const WallOptions& walls);
+
+// The largest cubes whose factor is below 1.5 for a wall of this thickness, however it lies in the
+// grid. m, two digits.
+double size_for_wall(double thickness);
+
+}  // namespace physics

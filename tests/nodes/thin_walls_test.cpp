@@ -1,0 +1,158 @@
+// What Voxelize says of models that its cubes make too stiff, against the truth: Modes of the same
+// cubes, and the theory of beams.
+
+#include "geometry/mesh/merge.hpp"
+#include "geometry/mesh/primitive.hpp"
+#include "geometry/mesh/transform.hpp"
+#include "tests/nodes/one_node.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <regex>
+
+namespace {
+
+using fixtures::NodeRun;
+using geometry::TriMesh;
+using geometry::Vec3;
+
+constexpr double young = 1e9, density = 1000;
+
+TriMesh turned(TriMesh mesh, const Vec3& degrees)
+{
+    geometry::move(mesh, geometry::placement({0, 0, 0}, degrees, {1, 1, 1}, {0, 0, 0}));
+    return mesh;
+}
+
+struct Voxelized {
+    graph::Value cubes;
+    std::vector<std::string> warnings;
+
+    // "about 9 times too stiff": 9; without a warning 1.
+    double factor() const
+    {
+        std::smatch number;
+        if (warnings.empty()) return 1;
+        EXPECT_EQ(warnings.size(), 1u);
+        if (!std::regex_search(warnings[0], number, std::regex("about ([0-9.e+]+) times")))
+            return 0;
+        return std::stod(number[1]);
+    }
+    // "use cubes of 0.006 m".
+    double remedy() const
+    {
+        std::smatch number;
+        if (!std::regex_search(warnings.at(0), number, std::regex("use cubes of ([0-9.e-]+) m")))
+            return 0;
+        return std::stod(number[1]);
+    }
+};
+
+Voxelized voxelized(const TriMesh& mesh, double size, const std::string& method = "solid",
+                    double thickness = 0)
+{
+    NodeRun node("Voxelize");
+    node.inputs["mesh"] = {graph::Value::of(TriMesh(mesh))};
+    node.param("method").is = method;
+    node.param("size").is = size;
+    node.param("thickness").is = thickness;
+    node.param("matter.young").is = young;
+    node.param("matter.density").is = density;
+    graph::Value cubes = node.run();
+    return {std::move(cubes), node.warnings};
+}
+
+// The lowest frequency of the free model. Hz.
+double lowest_frequency(const TriMesh& mesh, const graph::Value& cubes)
+{
+    NodeRun node("Modes");
+    node.inputs["mesh"] = {graph::Value::of(TriMesh(mesh))};
+    node.inputs["cubes"] = {cubes};
+    node.param("count").is = std::int64_t{1};
+    return *node.outputs().at(1).as<double>();
+}
+
+TEST(ThinWalls, ThePredictedStiffnessIsWithinAFactorOfTheTrueOne)
+{
+    const double length = 1, thick = 0.02;
+    // Free ends: f = (beta L)^2 / (2 pi L^2) sqrt(E I / (rho A)), I / A = t^2 / 12. The length is
+    // 50 times the thickness, so shear takes less than 1 %.
+    const double beam = std::pow(4.730041, 2) / (2 * std::numbers::pi * length * length) *
+                        std::sqrt(young * thick * thick / (12 * density));
+    struct Case {
+        double width;
+        Vec3 degrees;
+        double cubes;  // in thicknesses
+    };
+    for (const Case& c :
+         {Case{0.1, {0, 0, 0}, 1.5}, Case{0.1, {0, 0, 0}, 3}, Case{0.1, {0, 20, 0}, 1},
+          Case{0.1, {20, 20, 20}, 2}, Case{0.1, {45, 0, 0}, 2}, Case{0.02, {30, 45, 10}, 1.5},
+          Case{0.02, {20, 20, 20}, 4}}) {
+        const TriMesh strip =
+            turned(geometry::box({length, c.width, thick}, {20, 2, 1}), c.degrees);
+        const Voxelized v = voxelized(strip, c.cubes * thick);
+        const double truth = std::pow(lowest_frequency(strip, v.cubes) / beam, 2);
+        EXPECT_GT(truth, 1.5);
+        EXPECT_LT(v.factor() / truth, 1.5) << c.degrees.transpose() << ", " << c.cubes;
+        EXPECT_GT(v.factor() / truth, 1 / 1.5) << c.degrees.transpose() << ", " << c.cubes;
+    }
+}
+
+TEST(ThinWalls, WithCubesOfTheSuggestedSizeNothingIsSaid)
+{
+    for (const Vec3& degrees : {Vec3(0, 0, 0), Vec3(0, 5, 0), Vec3(30, 45, 10)}) {
+        const TriMesh strip = turned(geometry::box({0.5, 0.1, 0.02}, {1, 1, 1}), degrees);
+        const double size = voxelized(strip, 0.05).remedy();
+        EXPECT_GT(size, 0.006);
+        EXPECT_EQ(voxelized(strip, size).warnings, std::vector<std::string>{}) << size;
+    }
+}
+
+TEST(ThinWalls, NothingIsSaidOfModelsThatAreRight)
+{
+    const TriMesh slab = geometry::box({0.5, 0.1, 0.02}, {1, 1, 1});
+    EXPECT_TRUE(voxelized(slab, 0.02).warnings.empty()) << "one whole layer of cubes is exact";
+    EXPECT_TRUE(voxelized(slab, 0.01).warnings.empty());
+    EXPECT_TRUE(voxelized(geometry::icosphere(1, 4), 0.2).warnings.empty());
+    EXPECT_TRUE(
+        voxelized(turned(geometry::box({1, 1, 1}, {1, 1, 1}), {20, 30, 40}), 0.2).warnings.empty());
+    // Of a surface that states no thickness nothing is known.
+    EXPECT_TRUE(voxelized(slab, 0.04, "surface").warnings.empty());
+}
+
+TEST(ThinWalls, ThePartIsNamed)
+{
+    const TriMesh block = geometry::box({0.4, 0.4, 0.4}, {1, 1, 1});
+    TriMesh seat = geometry::box({0.5, 0.02, 0.5}, {1, 1, 1});
+    for (auto& p : seat.positions) p.x() += 2;
+    const std::array<const TriMesh*, 2> both{&block, &seat};
+    TriMesh mesh = geometry::merge(both);
+    EXPECT_EQ(
+        voxelized(mesh, 0.05).warnings.at(0).rfind("piece 2 is 0.4 cubes thick (0.02 m): ", 0), 0u)
+        << voxelized(mesh, 0.05).warnings.at(0);
+    auto topology = std::make_shared<geometry::MeshTopology>(*mesh.topology);
+    topology->groups = {"base", "seat"};
+    topology->group.assign(12, 0);
+    topology->group.insert(topology->group.end(), 12, 1);
+    mesh.topology = topology;
+    EXPECT_EQ(voxelized(mesh, 0.05).warnings.at(0).rfind("'seat' is 0.4 cubes thick", 0), 0u)
+        << voxelized(mesh, 0.05).warnings.at(0);
+    // The block is eight cubes high, so the seat lies across a plane of the grid, in two layers of
+    // cubes: (2 / 0.4)^2.
+    EXPECT_NEAR(voxelized(mesh, 0.05).factor(), 25, 0.5);
+}
+
+// A sheet has the thickness that is stated: one layer of cubes, h^2 / t^2.
+TEST(ThinWalls, SheetsHaveTheirStatedThickness)
+{
+    TriMesh sheet = geometry::grid(1, 1, 4, 4);
+    for (auto& p : sheet.positions) p.y() += 0.005f;
+    const Voxelized v = voxelized(sheet, 0.04, "surface", 0.02);
+    EXPECT_NEAR(v.factor(), 4, 0.05);
+    EXPECT_NEAR(v.remedy(), 0.008, 1e-9);
+}
+
+}  // namespace
