@@ -1,7 +1,9 @@
 #pragma once
 
-// What Voxelize says of a model that its cubes are too large for: walls that are too stiff.
+// What Voxelize says of a model that its cubes are too large for: walls that are too stiff, and
+// separate pieces that move as one.
 
+#include "geometry/cubes/glued_pieces.hpp"
 #include "graph/types/context.hpp"
 #include "physics/bricks/bending_error.hpp"
 
@@ -31,6 +33,19 @@ inline void warn_of_thin_walls(const geometry::TriMesh& mesh, const geometry::Cu
                             more == 2 ? "" : "s", more == 2 ? "is" : "are");
     }
     context.warn(text);
+}
+
+inline void warn_of_glued_pieces(const geometry::TriMesh& mesh, const geometry::Cubes& cubes,
+                                 const graph::Context& context)
+{
+    const geometry::Pieces pieces = geometry::find_pieces(mesh);
+    const geometry::GluedPieces glued = geometry::find_glued_pieces(mesh, pieces, cubes);
+    if (glued.count == 0) return;
+    context.warn(fmt::format("{} separate pieces of the mesh share corners of cubes and move as "
+                             "one: pieces {} and {} are "
+                             "{:.2g} m apart; use cubes of {:.2g} m to keep these two apart",
+                             glued.count, glued.pair[0] + 1, glued.pair[1] + 1, glued.gap,
+                             glued.size));
 }
 
 }  // namespace nodes

@@ -76,11 +76,13 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     if (in.method == Method::surface) {
         Outputs out{geometry::voxelize_surface(*in.mesh, matter, in.thickness, grid, options)};
         warn_of_thin_walls(*in.mesh, out.cubes, {false, in.thickness}, context);
+        warn_of_glued_pieces(*in.mesh, out.cubes, context);
         return out;
     }
     warn_of_disagreeing_faces(*in.mesh, in.inside, context);
     Outputs out{geometry::voxelize_solid(*in.mesh, matter, in.inside, in.thickness, grid, options)};
     warn_of_thin_walls(*in.mesh, out.cubes, {true, in.thickness}, context);
+    warn_of_glued_pieces(*in.mesh, out.cubes, context);
     return out;
 }
 

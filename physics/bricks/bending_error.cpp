@@ -212,7 +212,9 @@ ThinPart together(std::vector<Wall> thin, std::size_t all, double size)
         own += std::max(w.thickness, least_held);
     }
     ThinPart part;
-    if (held > 2 * own) return part;  // it lies on another body, in whose cubes it is
+    // A wall that stands alone holds its thickness or less. This one shares cubes with other
+    // matter.
+    if (held > 1.25 * own) return part;
     part.thickness = median * size;
     part.share = static_cast<double>(thin.size()) / static_cast<double>(all);
     part.factor = 1 + (excess / count) * (count / inverse - 1);

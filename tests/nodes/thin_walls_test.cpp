@@ -145,6 +145,20 @@ TEST(ThinWalls, ThePartIsNamed)
     EXPECT_NEAR(voxelized(mesh, 0.05).factor(), 25, 0.5);
 }
 
+TEST(ThinWalls, SeparatePiecesThatMoveAsOneAreTold)
+{
+    const TriMesh block = geometry::box({1, 1, 1}, {1, 1, 1});
+    TriMesh other = block;
+    for (auto& p : other.positions) p.x() += 1.07f;
+    const std::array<const TriMesh*, 2> both{&block, &other};
+    const auto warnings = voxelized(geometry::merge(both), 0.2).warnings;
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_EQ(
+        warnings[0],
+        "2 separate pieces of the mesh share corners of cubes and move as one: pieces 1 and 2 are "
+        "0.07 m apart; use cubes of 0.033 m to keep these two apart");
+}
+
 // A sheet has the thickness that is stated: one layer of cubes, h^2 / t^2.
 TEST(ThinWalls, SheetsHaveTheirStatedThickness)
 {

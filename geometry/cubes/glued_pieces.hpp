@@ -1,0 +1,23 @@
+#pragma once
+
+// Which separate pieces of a mesh the cubes glue together.
+
+#include "geometry/cubes/cubes.hpp"
+#include "geometry/mesh/pieces.hpp"
+
+namespace geometry {
+
+// Pieces that share corners of cubes although they neither touch nor overlap, nor are joined by
+// pieces that do.
+struct GluedPieces {
+    std::size_t count = 0;                // of pieces; 0: none
+    std::array<std::uint32_t, 2> pair{};  // the two that are nearest
+    double gap = 0;                       // m, between these
+    double size = 0;                      // m, the largest cubes that keep these apart
+};
+
+// Distances are those from points of the surface, a third of a cube apart, to the other piece.
+// Looks at the first 256 pairs.
+GluedPieces find_glued_pieces(const TriMesh& mesh, const Pieces& pieces, const Cubes& cubes);
+
+}  // namespace geometry
