@@ -300,14 +300,16 @@ std::string to_csv(const std::vector<Trial>& trials)
     if (trials.empty()) return out;
     for (const graph::Override& s : trials[0].settings)
         out.append(csv_quoted(s.target)).append(1, ',');
-    out += "error_rms,error_max,error_relative,ms_per_frame,setup_ms,best,reference,failure\n";
+    out += "error_rms,error_max,error_relative,ms_per_frame,setup_ms,best,reference,failure,"
+           "warnings,first_warning\n";
     for (const Trial& t : trials) {
         for (const graph::Override& s : t.settings) out.append(csv_quoted(s.value)).append(1, ',');
         const std::string why =
             t.incomparable.empty() ? t.failure : "not comparable: " + t.incomparable;
-        out += fmt::format("{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:d},{:d},{}\n", t.error, t.worst,
-                           t.relative, 1e3 * t.frame_seconds, 1e3 * t.setup_seconds, t.best,
-                           t.reference, csv_quoted(why));
+        out += fmt::format("{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:d},{:d},{},{},{}\n", t.error,
+                           t.worst, t.relative, 1e3 * t.frame_seconds, 1e3 * t.setup_seconds,
+                           t.best, t.reference, csv_quoted(why), t.warnings.size(),
+                           csv_quoted(t.warnings.empty() ? "" : t.warnings.front()));
     }
     return out;
 }

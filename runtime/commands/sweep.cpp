@@ -31,10 +31,12 @@ std::vector<std::string> all_numbers(const graph::Graph& graph)
     return names;
 }
 
-// What went wrong, in order.
-struct Failures : Observer {
+// What went wrong, in order, and what was warned of.
+struct Troubles : Observer {
     std::vector<Failure> all;
+    std::vector<Warning> warnings;
     void failed(const Failure& f) override { all.push_back(f); }
+    void warned(const Warning& w) override { warnings.push_back(w); }
     // Why a frame lacks something: what failed there, or else first.
     std::string at(const graph::Graph& graph, int frame) const
     {
@@ -127,9 +129,9 @@ bool cook_combination(const graph::Graph& graph, const Looked& looked, Options o
 {
     const Wires wires = find_wires(graph, looked);
     const std::vector<Want> wants = wants_of(wires, rows);
-    Failures failures;
+    Troubles troubles;
     options.keep_going = true;
-    Evaluator evaluator(graph, caches, std::move(options), &failures);
+    Evaluator evaluator(graph, caches, std::move(options), &troubles);
     std::set<Want> arrived;
     const Cooked cooked =
         evaluator.cook(wants, [&](const Want& want, std::span<const graph::Value> values) {
@@ -141,11 +143,18 @@ bool cook_combination(const graph::Graph& graph, const Looked& looked, Options o
                 take(want.node, values, wires, row);
             }
         });
-    for (SweepRow& row : rows) row.seconds = cooked.seconds;
+    std::vector<std::string> warnings;
+    for (const Warning& w : troubles.warnings) {
+        warnings.push_back(fmt::format("'{}': {}", graph.nodes[w.node].name, w.text));
+    }
+    for (SweepRow& row : rows) {
+        row.seconds = cooked.seconds;
+        row.warnings = warnings;
+    }
     for (const Want& want : wants) {
         if (arrived.contains(want)) continue;
         for (SweepRow& row : rows) {
-            if (row.frame == want.frame) row.failure = failures.at(graph, row.frame);
+            if (row.frame == want.frame) row.failure = troubles.at(graph, row.frame);
         }
     }
     return cooked.cancelled;
@@ -191,7 +200,7 @@ std::string to_csv(const Swept& swept)
     }
     text += "frame,";
     for (const std::string& name : swept.measures) text.append(csv_quoted(name)).append(1, ',');
-    text += "seconds,failure\n";
+    text += "seconds,failure,warnings,first_warning\n";
     for (const SweepRow& row : swept.rows) {
         for (const graph::Override& s : row.settings) {
             text.append(csv_quoted(s.value)).append(1, ',');
@@ -201,7 +210,9 @@ std::string to_csv(const Swept& swept)
             if (!std::isnan(x)) text += fmt::format("{:.9g}", x);
             text += ',';
         }
-        text += fmt::format("{:.6g},{}\n", row.seconds, csv_quoted(row.failure));
+        text += fmt::format("{:.6g},{},{},{}\n", row.seconds, csv_quoted(row.failure),
+                            row.warnings.size(),
+                            csv_quoted(row.warnings.empty() ? "" : row.warnings.front()));
     }
     return text;
 }

@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <ostream>
+#include <set>
 
 namespace runtime {
 
@@ -25,6 +26,12 @@ std::string numbers_text(const std::vector<std::string>& measures, const SweepRo
         text += fmt::format("{}{} {:.4g}", text.empty() ? "" : "  ", measures[i], row.numbers[i]);
     }
     return text;
+}
+
+// ", 2 warnings", or nothing.
+std::string warnings_text(std::size_t count)
+{
+    return count == 0 ? "" : fmt::format(", {} warning{}", count, count == 1 ? "" : "s");
 }
 
 // Frames stand side by side; of one frame, the last setting varies fastest: a row of the sheet is
@@ -68,12 +75,18 @@ int run_sweep(const CookRequest& request, const SweepRequest& wanted,
         return describe(row.settings) + (frames > 1 ? fmt::format(", frame {}", row.frame) : "");
     };
     std::size_t done = 0, failed = 0;
+    std::set<std::string> warned;
     const Swept swept = sweep(file, registry, options, caches, [&](const SweepRow& row) {
         failed += !row.failure.empty();
-        if (request.quiet && row.failure.empty()) return;
-        console.err << fmt::format("{} of {}, {}: {}: {}\n", ++done, all,
-                                   format_seconds(row.seconds), name_of(row),
-                                   row.failure.empty() ? "done" : "failed: " + row.failure);
+        if (!request.quiet || !row.failure.empty()) {
+            console.err << fmt::format("{} of {}, {}: {}: {}{}\n", ++done, all,
+                                       format_seconds(row.seconds), name_of(row),
+                                       row.failure.empty() ? "done" : "failed: " + row.failure,
+                                       warnings_text(row.warnings.size()));
+        }
+        for (const std::string& text : row.warnings) {
+            if (warned.insert(text).second) console.err << "  warning: " << text << "\n";
+        }
     });
     const fs::path csv = folder / "sweep.csv", png = folder / "sweep.png";
     replace_text(csv, to_csv(swept));

@@ -318,9 +318,11 @@ TEST(StudyReport, TheTableHasALineATrialAndQuotesWhatNeedsIt)
 {
     std::vector<Trial> trials{trial("[1,2]", 0.5, 1)};
     trials[0].failure = "it said \"no\"";
+    trials[0].warnings = {"'x': one step is few", "'x': much"};
     EXPECT_EQ(to_csv(trials),
               "\"x.steps\",error_rms,error_max,error_relative,ms_per_frame,setup_ms,best,reference,"
-              "failure\n\"[1,2]\",0.5,0,0.5,1,0,0,0,\"it said \"\"no\"\"\"\n");
+              "failure,warnings,first_warning\n"
+              "\"[1,2]\",0.5,0,0.5,1,0,0,0,\"it said \"\"no\"\"\",2,\"'x': one step is few\"\n");
 }
 
 TEST(Vary, ValuesAreSplitOutsideBracketsAndQuotes)

@@ -158,11 +158,33 @@ TEST(Sweep, TheCommandLeavesATableAndASheet)
     EXPECT_EQ(said.exit, exit_ok) << said.err;
     const std::vector<std::string> lines = lines_of(folder.path / "out/sweep.csv");
     ASSERT_EQ(lines.size(), 3u);
-    EXPECT_EQ(lines[0], "\"a.bias\",frame,\"b.value\",seconds,failure");
+    EXPECT_EQ(lines[0], "\"a.bias\",frame,\"b.value\",seconds,failure,warnings,first_warning");
     EXPECT_TRUE(lines[1].starts_with("\"1\",3,6,")) << lines[1];
     EXPECT_TRUE(lines[2].starts_with("\"2\",3,7,")) << lines[2];
     EXPECT_TRUE(has(said.out, "table: " + out)) << said.out;
     EXPECT_EQ(run({"sweep", file, "--vary", "a.bias=1000", "--out", out}).exit, exit_failed);
     EXPECT_EQ(run({"sweep", file, "--out", out}).exit, exit_usage) << "vary what?";
     EXPECT_EQ(run({"sweep", file, "--vary", "a.bias", "--out", out}).exit, exit_usage);
+}
+
+TEST(Sweep, WarningsAreCountedForEachSettingAndShownOnce)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", R"({ "aspic": 1, "frames": { "last": 3 }, "nodes": {
+        "clock": { "type": "Clock@1" },
+        "loud": { "type": "Warns@1", "inputs": { "value": "clock.value" },
+                  "params": { "above": 0, "text": "this is much" } } } })");
+    const auto out = (folder.path / "out").string();
+    const Said said =
+        run({"sweep", file, "--vary", "loud.above=0,1,1e9", "--frames", "1,3", "--out", out});
+    EXPECT_EQ(said.exit, exit_ok) << said.err;
+    const auto first = said.err.find("  warning: 'loud': this is much\n");
+    EXPECT_NE(first, std::string::npos) << said.err;
+    EXPECT_EQ(first, said.err.rfind("  warning: 'loud'")) << said.err;
+    EXPECT_TRUE(has(said.err, "loud.above=1, frame 3: done, 1 warning\n")) << said.err;
+    EXPECT_TRUE(has(said.err, "loud.above=1e9, frame 3: done\n")) << said.err;
+    const std::vector<std::string> lines = lines_of(folder.path / "out/sweep.csv");
+    ASSERT_EQ(lines.size(), 7u);
+    EXPECT_TRUE(lines[3].ends_with(",\"\",1,\"'loud': this is much\"")) << lines[3];
+    EXPECT_TRUE(lines[6].ends_with(",\"\",0,\"\"")) << lines[6];
 }
