@@ -9,7 +9,22 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace nodes {
+
+inline std::string place_text(const geometry::Vec3& p)
+{
+    return fmt::format("({:.3g}, {:.3g}, {:.3g})", p.x(), p.y(), p.z());
+}
+
+// Two digits: 1.6, 23, 750.
+inline std::string times_text(double factor)
+{
+    if (factor < 100) return fmt::format("{:.2g}", factor);
+    const double digit = std::pow(10, std::floor(std::log10(factor)) - 1);
+    return fmt::format("{:.0f}", std::round(factor / digit) * digit);
+}
 
 inline void warn_of_thin_walls(const geometry::TriMesh& mesh, const geometry::Cubes& cubes,
                                const physics::WallOptions& walls, const graph::Context& context)
@@ -21,13 +36,12 @@ inline void warn_of_thin_walls(const geometry::TriMesh& mesh, const geometry::Cu
     if (more == 0) return;
     const physics::ThinPart& worst = parts.front();
     std::string text = fmt::format(
-        "{} {} {:.2g} cubes thick ({:.2g} m): about {:.2g} times too stiff in bending; use cubes "
-        "of "
-        "{:.2g} m",
+        "{} {} {:.2g} cubes thick ({:.2g} m, at {}): about {} times too stiff in bending; use "
+        "cubes of {:.2g} m",
         worst.name.empty() ? "the model" : worst.name,
         worst.share > 0.8 ? "is" : fmt::format("is in part ({:.0f} %)", 100 * worst.share),
-        worst.thickness / cubes.size, worst.thickness, worst.factor,
-        physics::size_for_wall(worst.thickness));
+        worst.thickness / cubes.size, worst.thickness, place_text(worst.where),
+        times_text(worst.factor), physics::size_for_wall(worst.thickness));
     if (more > 1) {
         text += fmt::format(" ({} part{} more {} too thin for these cubes)", more - 1,
                             more == 2 ? "" : "s", more == 2 ? "is" : "are");
@@ -41,11 +55,11 @@ inline void warn_of_glued_pieces(const geometry::TriMesh& mesh, const geometry::
     const geometry::Pieces pieces = geometry::find_pieces(mesh);
     const geometry::GluedPieces glued = geometry::find_glued_pieces(mesh, pieces, cubes);
     if (glued.count == 0) return;
-    context.warn(fmt::format("{} separate pieces of the mesh share corners of cubes and move as "
-                             "one: pieces {} and {} are "
-                             "{:.2g} m apart; use cubes of {:.2g} m to keep these two apart",
-                             glued.count, glued.pair[0] + 1, glued.pair[1] + 1, glued.gap,
-                             glued.size));
+    context.warn(fmt::format(
+        "{} separate pieces of the mesh share corners of cubes and move as one: pieces {} and {} "
+        "are {:.2g} m apart at {}; use cubes of {:.2g} m to keep these two apart",
+        glued.count, glued.pair[0] + 1, glued.pair[1] + 1, glued.gap, place_text(glued.where),
+        glued.size));
 }
 
 }  // namespace nodes

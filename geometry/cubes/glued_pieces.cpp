@@ -103,6 +103,7 @@ TriMesh one_piece(const TriMesh& mesh, const Pieces& pieces, std::uint32_t piece
 struct Gap {
     double distance = std::numeric_limits<double>::infinity();  // m; 0: they overlap
     double along = 0;                                           // m, its largest part along an axis
+    Vec3 where = Vec3::Zero();
 };
 
 // From points to the piece in the tree.
@@ -117,6 +118,7 @@ void shorten(const std::vector<Vec3>& points, const TriangleBvh& tree, bool encl
         const double distance = inside ? 0 : hits[i].distance;
         if (distance >= gap.distance) continue;
         gap.distance = distance;
+        gap.where = 0.5 * (hits[i].point + points[i]);
         gap.along = (hits[i].point - points[i]).cwiseAbs().maxCoeff();
     }
 }
@@ -162,6 +164,7 @@ GluedPieces find_glued_pieces(const TriMesh& mesh, const Pieces& pieces, const C
         if (out.size > 0 && gap.distance >= out.gap) continue;
         out.pair = pair;
         out.gap = gap.distance;
+        out.where = gap.where;
         out.size = two_digits_below(0.95 * gap.along / 2);  // a plane of corners lies between them
     }
     out.count = glued.size();

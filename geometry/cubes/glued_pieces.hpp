@@ -12,6 +12,7 @@ namespace geometry {
 struct GluedPieces {
     std::size_t count = 0;                // of pieces; 0: none
     std::array<std::uint32_t, 2> pair{};  // the two that are nearest
+    Vec3 where = Vec3::Zero();            // m, between them
     double gap = 0;                       // m, between these
     double size = 0;                      // m, the largest cubes that keep these apart
 };

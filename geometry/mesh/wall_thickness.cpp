@@ -35,6 +35,7 @@ bool meets(const Box3f& box, const Vec3& start, const Vec3& inverse, double far)
 struct Walls {
     const TriMesh& mesh;
     const Pieces& pieces;
+    double least = 0, reach = 0;  // m
     std::vector<std::uint32_t> kept;
     BoxTree tree;
 
@@ -43,7 +44,7 @@ struct Walls {
         const std::uint32_t p = pieces.of[triangle];
         return pieces.encloses[p] != 0 && pieces.volume[p] < 0 ? -1 : 1;
     }
-    double exit(const WallSample& sample, double reach) const;
+    double exit(const WallSample& sample) const;
     void leaf(const BoxTree::Node& node, const WallSample& sample, double& nearest) const;
 };
 
@@ -61,13 +62,13 @@ void Walls::leaf(const BoxTree::Node& node, const WallSample& sample, double& ne
         const double scale = 1 / c.ab.dot(p), u = scale * start.dot(p),
                      v = scale * q.dot(sample.inward), t = scale * q.dot(c.ac);
         constexpr double rim = 1e-9;  // a ray through an edge misses neither triangle
-        if (u < -rim || v < -rim || u + v > 1 + rim || !(t > 0)) continue;
+        if (u < -rim || v < -rim || u + v > 1 + rim || !(t > least)) continue;
         nearest = std::min(nearest, t);
     }
 }
 
-// The way inward to the opposite wall; infinite beyond `reach`.
-double Walls::exit(const WallSample& sample, double reach) const
+// The way inward to the opposite wall; infinite beyond the reach.
+double Walls::exit(const WallSample& sample) const
 {
     double nearest = std::numeric_limits<double>::infinity();
     if (tree.nodes.empty()) return nearest;
@@ -121,10 +122,10 @@ std::vector<WallSample> wall_points(const TriMesh& mesh, std::size_t count)
     return samples;
 }
 
-void find_thickness(const TriMesh& mesh, const Pieces& pieces, double reach,
+void find_thickness(const TriMesh& mesh, const Pieces& pieces, double least, double reach,
                     std::vector<WallSample>& samples)
 {
-    Walls walls{mesh, pieces, {}, {}};
+    Walls walls{mesh, pieces, least, reach, {}, {}};
     std::vector<Box3f> boxes;
     boxes.reserve(mesh.triangles().size());
     for (std::uint32_t t = 0; t < mesh.triangles().size(); ++t) {
@@ -138,7 +139,7 @@ void find_thickness(const TriMesh& mesh, const Pieces& pieces, double reach,
     parallel_for(samples.size(), 64, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             samples[i].inward *= walls.sign(samples[i].triangle);
-            samples[i].thickness = walls.exit(samples[i], reach);
+            samples[i].thickness = walls.exit(samples[i]);
         }
     });
 }

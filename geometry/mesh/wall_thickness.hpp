@@ -22,10 +22,11 @@ struct WallSample {
 // Their thickness is not known yet.
 std::vector<WallSample> wall_points(const TriMesh& mesh, std::size_t count);
 
-// Finds the thickness of the wall at each where it is at most `reach` (m). What is inward is told
-// by the orientation of the faces; in a piece that is turned inside out as a whole the samples are
-// turned round. The same for any number of threads.
-void find_thickness(const TriMesh& mesh, const Pieces& pieces, double reach,
+// Finds the thickness of the wall at each where it is at most `reach` (m). Faces nearer than
+// `least` (m) are not opposite walls: models for drawing often have all faces twice, back to back.
+// What is inward is told by the orientation of the faces; in a piece that is turned inside out as a
+// whole the samples are turned round. The same for any number of threads.
+void find_thickness(const TriMesh& mesh, const Pieces& pieces, double least, double reach,
                     std::vector<WallSample>& samples);
 
 }  // namespace geometry

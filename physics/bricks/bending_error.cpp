@@ -21,6 +21,7 @@ using geometry::Vec3i;
 
 constexpr std::size_t sample_count = 2048;
 constexpr double thin_below = 5;       // cubes: 1 + 0.75 * 2 / 25 is an error of 6 %
+constexpr double thinnest = 1e-3;      // cubes: faces nearer than this are two sides of one sheet
 constexpr double considerable = 0.25;  // share of a part's surface
 constexpr double least_held = 0.05;    // cubes: more than min_fill makes of the thinnest wall
 constexpr std::size_t few = 12;        // samples that say too little of a part
@@ -99,6 +100,7 @@ constexpr std::size_t tilted = 3, lies = 4;
 struct Wall {
     std::uint32_t part = 0;
     std::size_t lie = tilted;  // 0, 1, 2: square to that axis
+    Vec3 point{0, 0, 0};       // m
     double thickness = 0;      // cubes
     double factor = 0;         // 0: no cube was met
     double held = 0;           // cubes, of full stiffness along the line across it
@@ -180,7 +182,8 @@ std::vector<Wall> walls_of(const geometry::TriMesh& mesh, const geometry::Pieces
                            std::vector<geometry::WallSample> samples)
 {
     if (options.solid) {
-        geometry::find_thickness(mesh, pieces, thin_below * cubes.size, samples);
+        geometry::find_thickness(mesh, pieces, thinnest * cubes.size, thin_below * cubes.size,
+                                 samples);
     }
     const bool groups = by_group(mesh);
     std::vector<Wall> walls(samples.size());
@@ -190,6 +193,7 @@ std::vector<Wall> walls_of(const geometry::TriMesh& mesh, const geometry::Pieces
             const std::uint32_t piece = pieces.of[s.triangle];
             const bool hollow = !options.solid && pieces.encloses[piece] != 0;
             if (!hollow) walls[i] = wall_at(cubes, s, options);
+            walls[i].point = s.point;
             walls[i].part = groups ? mesh.topology->group[s.triangle] : piece;
         }
     });
@@ -216,6 +220,7 @@ ThinPart together(std::vector<Wall> thin, std::size_t all, double size)
     // matter.
     if (held > 1.25 * own) return part;
     part.thickness = median * size;
+    part.where = thin[thin.size() / 2].point;
     part.share = static_cast<double>(thin.size()) / static_cast<double>(all);
     part.factor = 1 + (excess / count) * (count / inverse - 1);
     return part;

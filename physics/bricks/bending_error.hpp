@@ -21,10 +21,11 @@ namespace physics {
 
 // A part of a mesh, a considerable share of which is thin against the cubes.
 struct ThinPart {
-    std::string name;      // "'seat'": its group; "piece 2"; empty: the whole mesh
-    double thickness = 0;  // m, the median of its thin walls
-    double share = 0;      // 0..1, of its surface that is so thin
-    double factor = 1;     // stiffness in bending, model over solid
+    std::string name;               // "'seat'": its group; "piece 2"; empty: the whole mesh
+    double thickness = 0;           // m, the median of its thin walls
+    geometry::Vec3 where{0, 0, 0};  // m, a point of its surface where it is so thick
+    double share = 0;               // 0..1, of its surface that is so thin
+    double factor = 1;              // stiffness in bending, model over solid
 };
 
 // What the walls of a mesh are.

@@ -12,7 +12,7 @@ using namespace geometry;
 std::vector<WallSample> walls(const TriMesh& mesh, std::size_t count, double reach)
 {
     std::vector<WallSample> samples = wall_points(mesh, count);
-    find_thickness(mesh, find_pieces(mesh), reach, samples);
+    find_thickness(mesh, find_pieces(mesh), 1e-4, reach, samples);
     return samples;
 }
 
@@ -76,6 +76,21 @@ TEST(WallThickness, AgreesWithTheChordOfABallOnAnyNumberOfThreads)
         EXPECT_EQ(many[i].thickness, one[i].thickness);
         EXPECT_EQ(many[i].point, one[i].point);
     }
+}
+
+// Each face twice, back to back.
+TEST(WallThickness, DoubledFacesAreNoWalls)
+{
+    const TriMesh slab = box({1, 1, 0.1}, {1, 1, 1});
+    std::vector<Triangle> triangles = slab.triangles();
+    for (const Triangle& t : slab.triangles()) triangles.push_back({t[1], t[0], t[2]});
+    std::size_t across = 0;
+    for (const WallSample& s : walls(meshes::soup(slab.positions, triangles), 200, 0.5)) {
+        if (!std::isfinite(s.thickness)) continue;
+        EXPECT_NEAR(s.thickness, 0.1, 1e-6);
+        ++across;
+    }
+    EXPECT_GT(across, 60u);
 }
 
 TEST(WallThickness, NothingIsFoundWithoutAnOppositeWall)
