@@ -1,5 +1,6 @@
 // aspic: the one place where the runtime meets the nodes.
 
+#include "nodes/body_card.hpp"
 #include "nodes/distances.hpp"
 #include "nodes/machine.hpp"
 #include "nodes/registry.hpp"
@@ -18,6 +19,7 @@ int main(int argc, char** argv)
                              interrupt.token(), {},        ASPIC_VERSION};
     console.salt = runtime::program_identity(nodes::late_libraries);
     console.distances = nodes::distances();
+    console.body_card = nodes::body_card;
     console.write_sheet = nodes::write_sheet;
     console.run_program = nodes::run_program;
     console.opengl = nodes::opengl;

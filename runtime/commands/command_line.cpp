@@ -1,6 +1,7 @@
 #include "runtime/commands/command_line.hpp"
 
 #include "runtime/commands/cache_command.hpp"
+#include "runtime/commands/card.hpp"
 #include "runtime/commands/cook_command.hpp"
 #include "runtime/commands/doctor.hpp"
 #include "runtime/commands/document_commands.hpp"
@@ -46,6 +47,7 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
     add_verify_command(set);
     add_sweep_command(set);
     add_study_command(set);
+    add_card_command(set);
     add_document_commands(set);
     add_doctor_command(set);
     add_cache_command(set);

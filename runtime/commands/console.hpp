@@ -5,6 +5,7 @@
 #include "graph/types/value.hpp"
 #include "runtime/cache/key.hpp"
 
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <iosfwd>
@@ -36,6 +37,11 @@ struct Console {
     std::map<std::string, std::function<double(const graph::Value&, const graph::Value&)>>
         distances = {};
 
+    // For `card`: quantities of a mesh and of the cubes made of it, each as {mesh, cubes}; not a
+    // number where that is not known.
+    std::function<std::vector<std::pair<std::string, std::array<double, 2>>>(
+        const graph::Value& mesh, const graph::Value& cubes)>
+        body_card = {};
     // For `sweep` and `study`: writes labelled pictures on one sheet, and says how many there were.
     std::function<std::size_t(const std::vector<std::pair<graph::Value, std::string>>& pictures,
                               int columns, const std::filesystem::path& path)>

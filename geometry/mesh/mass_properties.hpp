@@ -1,0 +1,23 @@
+#pragma once
+
+// Volume, centre and inertia of what a closed mesh encloses, and of points with mass.
+
+#include "geometry/mesh/mesh.hpp"
+
+#include <span>
+
+namespace geometry {
+
+// Of a body of density 1 kg/m^3, or of points: `mass` is then the volume in m^3, or kg.
+struct MassProperties {
+    double mass = 0;
+    Vec3 centre = Vec3::Zero();   // m
+    Mat3 inertia = Mat3::Zero();  // kg m^2, about the centre
+};
+
+// Exact, for a closed mesh wound outwards; where it overlaps itself, volume counts as often.
+MassProperties mass_properties(const TriMesh& mesh);
+
+MassProperties mass_properties(std::span<const Vec3> points, std::span<const double> masses);
+
+}  // namespace geometry

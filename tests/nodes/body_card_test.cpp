@@ -1,0 +1,95 @@
+// What `aspic card` says of a body, by numbers that are known beforehand.
+
+#include "nodes/body_card.hpp"
+
+#include "geometry/mesh/primitive.hpp"
+#include "runtime/commands/command_line.hpp"
+#include "tests/geometry/files.hpp"
+#include "tests/nodes/one_node.hpp"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <sstream>
+
+namespace {
+
+// A box of 1 x 0.4 x 0.2 m at (3, 2, 1), in cubes of 0.1 m: no cube is partly filled.
+const char* const document = R"({ "aspic": 1, "nodes": {
+    "box": { "type": "Primitive@1", "params": {
+        "shape": "box", "box": { "size": [1, 0.4, 0.2] }, "centre": [3, 2, 1] } },
+    "body": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" }, "params": {
+        "method": "solid", "size": 0.1, "matter": { "density": 500 } } } } })";
+
+int run(const std::vector<std::string>& args, std::string& out, std::string& err)
+{
+    std::ostringstream o, e;
+    runtime::Console console{o, e, false, {}, {}, "test"};
+    console.body_card = nodes::body_card;
+    const int exit = runtime::run_command_line(args, nodes::registry(), console);
+    out = o.str(), err = e.str();
+    return exit;
+}
+
+TEST(BodyCard, SaysWhatIsExactAndWhatTheCubesMakeOfIt)
+{
+    const files::Folder folder;
+    std::string out, err;
+    ASSERT_EQ(
+        run({"card", folder.write("box.json", document).string(), "--no-disk-cache", "--json"}, out,
+            err),
+        runtime::exit_ok)
+        << err;
+    const auto all = nlohmann::json::parse(out);
+    EXPECT_EQ(all["body"], "body");
+    const auto near = [&](const char* name, double mesh, double cubes) {
+        const auto& line = all["card"].at(name);
+        EXPECT_NEAR(line["mesh"].get<double>(), mesh, 1e-6) << name;
+        EXPECT_NEAR(line["cubes"].get<double>(), cubes, 1e-6) << name;
+    };
+    EXPECT_EQ(all["card"]["cubes"]["cubes"], 80);
+    EXPECT_TRUE(all["card"]["cubes"]["mesh"].is_null());
+    EXPECT_NEAR(all["card"]["mass, kg"]["cubes"].get<double>(), 40, 1e-5);
+    near("volume, m^3", 0.08, 0.08);
+    near("centre x, m", 3, 3);
+    near("centre y, m", 2, 2);
+    near("centre z, m", 1, 1);
+    // (b^2 + c^2) / 12 of the box. Mass in eighths at the corners adds h^2 / 6 to the square of
+    // each side over 12: h^2 / 4 a cube in place of h^2 / 12.
+    const double more = 0.01 / 6;
+    near("inertia about x per mass, m^2", 0.2 / 12, 0.2 / 12 + 2 * more);
+    near("inertia about y per mass, m^2", 1.04 / 12, 1.04 / 12 + 2 * more);
+    near("inertia about z per mass, m^2", 1.16 / 12, 1.16 / 12 + 2 * more);
+    near("stiffness in bending, of the true one", 1, 1);
+}
+
+TEST(BodyCard, TheTextNamesTheBodyAndItsErrors)
+{
+    const files::Folder folder;
+    std::string out, err;
+    const std::string file = folder.write("box.json", document).string();
+    ASSERT_EQ(run({"card", file, "--no-disk-cache", "--set", "body.size=0.4"}, out, err),
+              runtime::exit_ok)
+        << err;
+    EXPECT_EQ(out.rfind("body ", 0), 0u) << out;
+    // One layer of cubes for half of one: (0.4 / 0.2)^2.
+    EXPECT_NE(out.find("+3e+02 %"), std::string::npos) << out;
+    EXPECT_NE(err.find("2 m, at"), std::string::npos) << err;
+    const std::string none = folder.write("none.json", R"({ "aspic": 1, "nodes": {} })").string();
+    EXPECT_EQ(run({"card", none, "--no-disk-cache"}, out, err), runtime::exit_failed);
+    EXPECT_NE(err.find("makes no cubes of a mesh"), std::string::npos) << err;
+}
+
+TEST(BodyCard, OfAnOpenMeshNothingIsKnown)
+{
+    fixtures::NodeRun node("Voxelize");
+    const auto mesh = graph::Value::of(geometry::grid(1, 1, 2, 2));
+    node.inputs["mesh"] = {mesh};
+    node.param("method").is = std::string("surface");
+    node.param("size").is = 0.1;
+    for (const auto& [name, pair] : nodes::body_card(mesh, node.run())) {
+        EXPECT_TRUE(std::isnan(pair[0])) << name;
+    }
+}
+
+}  // namespace
