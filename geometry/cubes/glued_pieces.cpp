@@ -15,12 +15,13 @@ namespace geometry {
 namespace {
 
 constexpr std::size_t most_pairs = 256;
-constexpr double touching = 0.05;  // cubes: what is nearer than this is one body
+constexpr std::size_t most_points = 256;  // of a piece of a pair
+constexpr double touching = 0.05;         // cubes: what is nearer than this is one body
 
 using Pair = std::array<std::uint32_t, 2>;
 
-// Calls visit(point) for points of a triangle, at most a third of `size` apart, or for a large one
-// 64 a side.
+// Calls visit(point) for points of a triangle, at most half of `size` apart, or for a large one 32
+// a side.
 template <class Visit>
 void points_of(const TriMesh& mesh, const Triangle& t, double size, const Visit& visit)
 {
@@ -28,31 +29,33 @@ void points_of(const TriMesh& mesh, const Triangle& t, double size, const Visit&
                ab = mesh.positions[t[1]].cast<double>() - a,
                ac = mesh.positions[t[2]].cast<double>() - a;
     const double longest = std::max({ab.norm(), ac.norm(), (ac - ab).norm()});
-    const int n = static_cast<int>(std::clamp(std::ceil(3 * longest / size), 1.0, 64.0));
+    const int n = static_cast<int>(std::clamp(std::ceil(2 * longest / size), 1.0, 32.0));
     for (int i = 0; i <= n; ++i) {
         for (int j = 0; i + j <= n; ++j) visit(Vec3(a + (i * ab + j * ac) / n));
     }
 }
 
-// Where pieces come together in the cubes.
-struct Meetings {
-    std::set<Pair> pairs;
-    std::map<std::uint32_t, std::vector<Vec3>> points;  // of a piece, near another one
-};
+// Points of the first piece of a pair and of the second one where they come together in the cubes.
+using Meetings = std::map<Pair, std::array<std::vector<Vec3>, 2>>;
+
+Pair pair_of(std::uint32_t a, std::uint32_t b)
+{
+    return {std::min(a, b), std::max(a, b)};
+}
 
 Meetings meetings(const TriMesh& mesh, const Pieces& pieces, const Cubes& cubes)
 {
     const CellIndex index(cubes.cell);
-    std::vector<std::uint32_t> owner(cubes.corner_count(), no_index);
-    std::vector<std::uint8_t> shared(cubes.corner_count(), 0);
+    // The first piece at each corner, and the first other one.
+    std::vector<Pair> at(cubes.corner_count(), {no_index, no_index});
     const auto each_point = [&](const auto& visit) {
         for (std::size_t t = 0; t < mesh.triangles().size(); ++t) {
             if (pieces.of[t] == no_index) continue;
             points_of(mesh, mesh.triangles()[t], cubes.size, [&](const Vec3& p) {
-                const Vec3 at = (p - cubes.origin) / cubes.size;
-                auto found = index.find(cell_of(at));
+                const Vec3 lattice = (p - cubes.origin) / cubes.size;
+                auto found = index.find(cell_of(lattice));
                 // A face between two cubes may be of the lower one.
-                if (!found) found = index.find(cell_of(at - Vec3::Constant(1e-5)));
+                if (!found) found = index.find(cell_of(lattice - Vec3::Constant(1e-5)));
                 if (found) visit(p, pieces.of[t], cubes.corners[found.begin]);
             });
         }
@@ -60,44 +63,63 @@ Meetings meetings(const TriMesh& mesh, const Pieces& pieces, const Cubes& cubes)
     Meetings out;
     each_point([&](const Vec3&, std::uint32_t piece, const std::array<std::uint32_t, 8>& corners) {
         for (const std::uint32_t c : corners) {
-            if (owner[c] == no_index) owner[c] = piece;
-            if (owner[c] == piece) continue;
-            shared[c] = 1;
-            if (out.pairs.size() < most_pairs) {
-                out.pairs.insert({std::min(owner[c], piece), std::max(owner[c], piece)});
-            }
+            auto& [first, other] = at[c];
+            if (first == no_index) first = piece;
+            if (first == piece || other != no_index) continue;
+            other = piece;
+            if (out.size() < most_pairs) out[pair_of(first, piece)];
         }
     });
-    if (out.pairs.empty()) return out;
+    if (out.empty()) return out;
     each_point(
         [&](const Vec3& p, std::uint32_t piece, const std::array<std::uint32_t, 8>& corners) {
-            if (std::any_of(corners.begin(), corners.end(),
-                            [&](std::uint32_t c) { return shared[c]; })) {
-                out.points[piece].push_back(p);
+            for (const std::uint32_t c : corners) {
+                const auto [first, other] = at[c];
+                if (other == no_index || (first != piece && other != piece)) continue;
+                const auto found = out.find(pair_of(first, other));
+                if (found == out.end()) continue;
+                found->second[found->first[0] == piece ? 0 : 1].push_back(p);
+                return;
             }
         });
     return out;
 }
 
-TriMesh one_piece(const TriMesh& mesh, const Pieces& pieces, std::uint32_t piece)
-{
-    std::map<std::uint32_t, std::uint32_t> number;
-    MeshTopology topology;
-    TriMesh out;
-    for (std::size_t t = pieces.first[piece]; t < mesh.triangles().size(); ++t) {
-        if (pieces.of[t] != piece) continue;
-        Triangle triangle = mesh.triangles()[t];
-        for (std::uint32_t& v : triangle) {
-            const auto [at, fresh] =
-                number.try_emplace(v, static_cast<std::uint32_t>(out.positions.size()));
-            if (fresh) out.positions.push_back(mesh.positions[v]);
-            v = at->second;
+// The triangles of each piece that is looked at, as a tree.
+class Trees {
+public:
+    Trees(const TriMesh& mesh, const Pieces& pieces) : mesh_(mesh), triangles_(pieces.count())
+    {
+        for (std::size_t t = 0; t < mesh.triangles().size(); ++t) {
+            if (pieces.of[t] != no_index) triangles_[pieces.of[t]].push_back(mesh.triangles()[t]);
         }
-        topology.triangles.push_back(triangle);
     }
-    out.topology = std::make_shared<const MeshTopology>(std::move(topology));
-    return out;
-}
+
+    const TriangleBvh& of(std::uint32_t piece)
+    {
+        const auto known = trees_.find(piece);
+        if (known != trees_.end()) return known->second;
+        std::map<std::uint32_t, std::uint32_t> number;
+        MeshTopology topology;
+        TriMesh out;
+        for (Triangle triangle : triangles_[piece]) {
+            for (std::uint32_t& v : triangle) {
+                const auto [at, fresh] =
+                    number.try_emplace(v, static_cast<std::uint32_t>(out.positions.size()));
+                if (fresh) out.positions.push_back(mesh_.positions[v]);
+                v = at->second;
+            }
+            topology.triangles.push_back(triangle);
+        }
+        out.topology = std::make_shared<const MeshTopology>(std::move(topology));
+        return trees_.emplace(piece, TriangleBvh(out)).first->second;
+    }
+
+private:
+    const TriMesh& mesh_;
+    std::vector<std::vector<Triangle>> triangles_;
+    std::map<std::uint32_t, TriangleBvh> trees_;
+};
 
 // The shortest way between two pieces.
 struct Gap {
@@ -106,20 +128,18 @@ struct Gap {
     Vec3 where = Vec3::Zero();
 };
 
-// From points to the piece in the tree.
+// From some of the points to the piece in the tree, until the gap is below `enough` (m).
 void shorten(const std::vector<Vec3>& points, const TriangleBvh& tree, bool encloses,
-             bool inside_out, Gap& gap)
+             bool inside_out, double enough, Gap& gap)
 {
-    std::vector<TriangleBvh::Hit> hits(points.size());
-    tree.closest(points, std::numeric_limits<double>::infinity(), hits);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        if (!hits[i]) continue;
-        const bool inside = encloses && hits[i].behind != inside_out;
-        const double distance = inside ? 0 : hits[i].distance;
-        if (distance >= gap.distance) continue;
-        gap.distance = distance;
-        gap.where = 0.5 * (hits[i].point + points[i]);
-        gap.along = (hits[i].point - points[i]).cwiseAbs().maxCoeff();
+    const std::size_t step = points.size() / most_points + 1;
+    for (std::size_t i = 0; i < points.size() && gap.distance >= enough; i += step) {
+        const TriangleBvh::Hit hit = tree.closest(points[i], gap.distance);
+        if (!hit) continue;
+        const bool inside = encloses && hit.behind != inside_out;
+        gap.distance = inside ? 0 : hit.distance;
+        gap.where = 0.5 * (hit.point + points[i]);
+        gap.along = (hit.point - points[i]).cwiseAbs().maxCoeff();
     }
 }
 
@@ -135,25 +155,22 @@ GluedPieces find_glued_pieces(const TriMesh& mesh, const Pieces& pieces, const C
 {
     GluedPieces out;
     if (pieces.count() < 2) return out;
-    const Meetings meet = meetings(mesh, pieces, cubes);
-    std::map<std::uint32_t, TriangleBvh> trees;
-    for (const Pair& pair : meet.pairs) {
-        for (const std::uint32_t p : pair) {
-            if (!trees.contains(p)) trees.emplace(p, TriangleBvh(one_piece(mesh, pieces, p)));
-        }
-    }
+    const double enough = touching * cubes.size;
+    Trees trees(mesh, pieces);
     UnionFind bodies(pieces.count());
     std::vector<std::pair<Pair, Gap>> apart;
-    for (const Pair& pair : meet.pairs) {
+    for (const auto& [pair, points] : meetings(mesh, pieces, cubes)) {
+        if (bodies.root(pair[0]) == bodies.root(pair[1])) continue;
         Gap gap;
         for (const std::size_t k : {std::size_t{0}, std::size_t{1}}) {
+            if (points[k].empty()) continue;
             const std::uint32_t to = pair[1 - k];
-            shorten(meet.points.at(pair[k]), trees.at(to), pieces.encloses[to] != 0,
-                    pieces.volume[to] < 0, gap);
+            shorten(points[k], trees.of(to), pieces.encloses[to] != 0, pieces.volume[to] < 0,
+                    enough, gap);
         }
-        if (gap.distance < touching * cubes.size) {
+        if (gap.distance < enough) {
             bodies.join(pair[0], pair[1]);
-        } else {
+        } else if (std::isfinite(gap.distance)) {
             apart.emplace_back(pair, gap);
         }
     }

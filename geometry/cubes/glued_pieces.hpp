@@ -17,8 +17,8 @@ struct GluedPieces {
     double size = 0;                      // m, the largest cubes that keep these apart
 };
 
-// Distances are those from points of the surface, a third of a cube apart, to the other piece.
-// Looks at the first 256 pairs.
+// Distances are those from points of the surface, half a cube apart, to the other piece.
+// Looks at the first 256 pairs, and at 256 points of each piece of a pair.
 GluedPieces find_glued_pieces(const TriMesh& mesh, const Pieces& pieces, const Cubes& cubes);
 
 }  // namespace geometry
