@@ -25,7 +25,7 @@ SubCells grown(SubCells seed, SubCells held, const HeldCells::Links& links)
 }
 
 // The pieces of all cells.
-struct Pieces {
+struct PiecesOfCells {
     std::vector<std::uint32_t> first;  // C + 1, into part
     std::vector<SubCells> part;
 };
@@ -66,7 +66,7 @@ void unite_near(std::vector<SubCells>& part, std::size_t first, double join)
 }
 
 // `join` is in quarters here and below.
-Pieces find_pieces(const HeldCells& cells, double join)
+PiecesOfCells find_pieces(const HeldCells& cells, double join)
 {
     const std::size_t n = cells.cells.size();
     std::vector<SubCells> lowest(n);  // the piece with the first quarter
@@ -78,7 +78,7 @@ Pieces find_pieces(const HeldCells& cells, double join)
                 links == no_index ? held : grown(held & (~held + 1), held, cells.links[links]);
         }
     });
-    Pieces out;
+    PiecesOfCells out;
     out.first.reserve(n + 1);
     out.part.reserve(n + n / 16);
     for (std::size_t c = 0; c < n; ++c) {
@@ -137,7 +137,7 @@ std::vector<StepsOver> steps_over()
 
 class Joiner {
 public:
-    Joiner(const HeldCells& cells, const Pieces& pieces)
+    Joiner(const HeldCells& cells, const PiecesOfCells& pieces)
         : cells_(cells), pieces_(pieces), index_(cells.cells), corners_(8 * pieces.part.size())
     {}
 
@@ -210,7 +210,7 @@ private:
     }
 
     const HeldCells& cells_;
-    const Pieces& pieces_;
+    const PiecesOfCells& pieces_;
     CellIndex index_;
     UnionFind corners_;
 };
@@ -251,7 +251,7 @@ void number_joined_corners(UnionFind& joined, Cubes& cubes)
 Cubes cubes_of_pieces(const HeldCells& cells, double size, const Vec3& origin, double join)
 {
     const double gap = across_cell * join / size;
-    Pieces pieces = find_pieces(cells, gap);
+    PiecesOfCells pieces = find_pieces(cells, gap);
     Cubes cubes;
     cubes.size = size;
     cubes.origin = origin;
