@@ -34,7 +34,7 @@ TriMesh box_at(const Vec3& lo, const Vec3& hi)
     return meshes::moved(geometry::box(hi - lo, {1, 1, 1}), 0.5 * (lo + hi));
 }
 
-TriMesh together(const std::vector<TriMesh>& meshes)
+TriMesh merged_boxes(const std::vector<TriMesh>& meshes)
 {
     std::vector<const TriMesh*> all;
     for (const TriMesh& mesh : meshes) all.push_back(&mesh);
@@ -249,7 +249,7 @@ TEST(Pieces, ConvexBodiesAndFlatSheetsHaveTheSameCubesAsMerged)
 // Two blocks with a gap along x from x0 to x0 + gap, cubes of 1 m.
 TriMesh two_blocks(double x0, double gap)
 {
-    return together(
+    return merged_boxes(
         {box_at({x0 - 1.5, 0, 0}, {x0, 2, 2}), box_at({x0 + gap, 0, 0}, {x0 + gap + 1.5, 2, 2})});
 }
 
@@ -311,7 +311,7 @@ TEST(Pieces, AGapHalfACubeWideKeepsApartAtAnyAngle)
 {
     for (int i = 0; i < 8; ++i) {
         TriMesh mesh =
-            together({box_at({-3, -3, 0.25}, {3, 3, 1.5}), box_at({-3, -3, -1.5}, {3, 3, -0.25})});
+            merged_boxes({box_at({-3, -3, 0.25}, {3, 3, 1.5}), box_at({-3, -3, -1.5}, {3, 3, -0.25})});
         move(mesh, geometry::placement({0.1 * i, 0, 0.03 * i}, {17.0 * i, 45, 11.0 * i}, {1, 1, 1},
                                        {0, 0, 0}));
         EXPECT_EQ(components(solid(mesh, unit_grid())), 2u) << i;
@@ -344,7 +344,7 @@ TEST(Pieces, AreTheSameForAnyNumberOfThreads)
         balls.push_back(meshes::moved(geometry::icosphere(1, 3),
                                       {2.3 * (i % 3), 2.2 * (i / 3 % 3), 2.25 * (i / 9)}));
     }
-    const TriMesh mesh = together(balls);
+    const TriMesh mesh = merged_boxes(balls);
     const VoxelGrid grid = fit_grid(triangle_bounds(mesh), 0.5);
     const auto with = [&](std::size_t threads) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
