@@ -5,17 +5,13 @@
 // together by corners. Contact itself is found by part_contact.hpp.
 
 #include "geometry/cubes/cubes.hpp"
-#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 
 #include <cstddef>
-#include <memory>
 #include <span>
 #include <vector>
 
 namespace physics {
-
-struct CornerBody;
 
 // Contact between parts.
 struct PartContactOptions {
@@ -65,22 +61,5 @@ struct PartShapes {
     std::size_t parts() const { return shape.size(); }
     std::size_t bytes() const;
 };
-
-// A part's shape is that of its triangles of `surface` where they are closed, else the outside of
-// its cubes. It has three points on each triangle, near the corners, and on each of those that wide
-// triangles are cut into; of points crowded into a quarter of a cube and facing the same way, their
-// mean stands for all. `body` is made of the same cubes.
-PartShapes make_part_shapes(const geometry::Cubes& cubes, const CornerBody& body,
-                            const geometry::TriMesh* surface, const PartContactOptions& options);
-
-// The same where contact is on and the body has parts; else null. Cubes of a plane have no inside:
-// null for them.
-std::shared_ptr<const PartShapes> shapes_that_touch(const geometry::Cubes& cubes,
-                                                    const CornerBody& body,
-                                                    const geometry::TriMesh* surface,
-                                                    const PartContactOptions& options);
-
-// The outside of the cubes `of`: faces that only one of them has, two triangles each.
-geometry::TriMesh outside_of(const geometry::Cubes& cubes, std::span<const std::uint32_t> of);
 
 }  // namespace physics

@@ -2,6 +2,7 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/cubes/plane.hpp"
+#include "physics/body/make_part_shapes.hpp"
 #include "physics/bricks/factor_cache.hpp"
 #include "physics/bricks/time_step.hpp"
 #include "physics/state/cube_mass.hpp"

@@ -3,6 +3,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "physics/body/inverted_cubes.hpp"
+#include "physics/body/make_part_shapes.hpp"
 #include "physics/bricks/time_step.hpp"
 #include "physics/state/measure.hpp"
 #include "physics/state/report_texts.hpp"

@@ -111,7 +111,7 @@ void place_pins(const StepFrame& frame, double share, Motion& now)
 bool is_torn_apart(const FrameStep& step, int halvings)
 {
     constexpr int most = 2;
-    constexpr double much = 0.1;  // of the forces at work
+    constexpr double much = 0.01;  // of the forces at work
     const StepRecord& record = step.record;
     return !step.stage.near.empty() && halvings < most && (record.left > much || record.violent);
 }

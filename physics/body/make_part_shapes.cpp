@@ -1,0 +1,286 @@
+#include "physics/body/make_part_shapes.hpp"
+
+#include "geometry/base/no_index.hpp"
+#include "geometry/cubes/plane.hpp"
+#include "geometry/embed/bind.hpp"
+#include "geometry/mesh/mesh_edges.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+namespace physics {
+namespace {
+
+using geometry::Cubes;
+using geometry::no_index;
+using geometry::Triangle;
+using geometry::TriMesh;
+using geometry::Vec3;
+
+// A mesh of some triangles with the positions that they use.
+class MeshOfSome {
+public:
+    explicit MeshOfSome(std::size_t positions) : number_(positions, no_index) {}
+
+    template <class At> void add(const Triangle& t, const At& at)
+    {
+        Triangle own;
+        for (std::size_t i = 0; i < 3; ++i) {
+            auto& number = number_[t[i]];
+            if (number == no_index) {
+                number = static_cast<std::uint32_t>(used_.size());
+                used_.push_back(t[i]);
+                mesh_.positions.push_back(at(t[i]));
+            }
+            own[i] = number;
+        }
+        triangles_.push_back(own);
+    }
+
+    // The mesh so far; starts again.
+    TriMesh take()
+    {
+        for (const auto i : used_) number_[i] = no_index;
+        used_.clear();
+        geometry::MeshTopology topology;
+        topology.triangles = std::exchange(triangles_, {});
+        mesh_.topology = std::make_shared<const geometry::MeshTopology>(std::move(topology));
+        return std::exchange(mesh_, {});
+    }
+
+private:
+    std::vector<std::uint32_t> number_, used_;
+    std::vector<Triangle> triangles_;
+    TriMesh mesh_;
+};
+
+// The triangles of each part: those whose first vertex is carried by one of its cubes.
+PartLists triangles_of_parts(const Cubes& cubes, const TriMesh& surface,
+                             const std::vector<std::uint32_t>& part_of_cube, std::size_t parts)
+{
+    const geometry::Binding binding = geometry::bind(surface, cubes);
+    std::vector<std::uint32_t> part_of;
+    part_of.reserve(surface.triangles().size());
+    for (const Triangle& t : surface.triangles()) {
+        const bool sound = std::all_of(t.begin(), t.end(), [&](std::uint32_t v) {
+            return v < surface.positions.size() && surface.positions[v].allFinite();
+        });
+        // One more list holds those that are of no use.
+        part_of.push_back(sound ? part_of_cube[binding.used[binding.cube[t[0]]]]
+                                : static_cast<std::uint32_t>(parts));
+    }
+    return make_part_lists(part_of, parts + 1);
+}
+
+// A face of a cube by its corners, and which cube's.
+struct CubeFace {
+    std::array<std::uint32_t, 4> key;   // corners, ascending
+    std::array<std::uint32_t, 4> loop;  // corners, counter-clockwise seen from outside
+};
+
+CubeFace face_of(const std::array<std::uint32_t, 8>& corners, unsigned axis, unsigned side)
+{
+    const unsigned u = 1u << (axis + 1) % 3, v = 1u << (axis + 2) % 3, base = side << axis;
+    CubeFace face{};
+    face.loop = {corners[base], corners[base + u], corners[base + u + v], corners[base + v]};
+    if (side == 0) std::swap(face.loop[1], face.loop[3]);
+    face.key = face.loop;
+    std::sort(face.key.begin(), face.key.end());
+    return face;
+}
+
+// A point before it is known which cube holds it.
+struct LoosePoint {
+    Vec3 place, normal;
+    double area;
+};
+
+// Points near the corners of the triangle, cut in two along its longest side until that is no
+// longer than `longest`.
+void add_points(const std::array<Vec3, 3>& t, double longest, std::vector<LoosePoint>& out)
+{
+    // Near the corners, and inside: what rests rim on rim still has its points over the other.
+    constexpr double near = 0.9, far = 0.05;
+    std::size_t from = 0;
+    double length = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double side = (t[(i + 1) % 3] - t[i]).norm();
+        if (side > length) length = side, from = i;
+    }
+    const Vec3 &p = t[from], &q = t[(from + 1) % 3], &r = t[(from + 2) % 3];
+    if (length > longest) {
+        const Vec3 middle = (p + q) / 2;
+        add_points({p, middle, r}, longest, out);
+        add_points({middle, q, r}, longest, out);
+        return;
+    }
+    const Vec3 area = (q - p).cross(r - p) / 2;
+    const double size = area.norm();
+    if (!(size > 0)) return;
+    for (std::size_t i = 0; i < 3; ++i) {
+        out.push_back(
+            {near * t[i] + far * (t[(i + 1) % 3] + t[(i + 2) % 3]), area / size, size / 3});
+    }
+}
+
+std::vector<LoosePoint> points_of(const TriMesh& mesh, const geometry::TriangleBvh& shape,
+                                  double longest)
+{
+    std::vector<LoosePoint> out;
+    for (const Triangle& t : mesh.triangles()) {
+        add_points({mesh.positions[t[0]].cast<double>(), mesh.positions[t[1]].cast<double>(),
+                    mesh.positions[t[2]].cast<double>()},
+                   longest, out);
+    }
+    // The triangles may all face inward.
+    for (LoosePoint& point : out) {
+        if (shape.inside(point.place + 1e-3 * longest * point.normal)) point.normal *= -1;
+    }
+    return out;
+}
+
+// Which points are taken together: those of one cube, one 64th of it, and one side of six.
+std::uint64_t crowd_of(std::uint32_t cube, const Vec3& place, const Vec3& normal)
+{
+    constexpr int across = 4;
+    const geometry::Vec3i in =
+        (place * across).array().floor().cast<int>().cwiseMax(0).cwiseMin(across - 1);
+    Eigen::Index axis = 0;
+    normal.cwiseAbs().maxCoeff(&axis);
+    const auto side = static_cast<int>(2 * axis) + (normal[axis] > 0 ? 1 : 0);
+    const int number = ((in.z() * across + in.y()) * across + in.x()) * 6 + side;
+    return std::uint64_t{cube} * 384 + static_cast<std::uint64_t>(number);
+}
+
+// Finds the cubes of the points of a part, and takes crowds together.
+void keep_points(const Cubes& cubes, std::uint32_t part, const std::vector<std::uint32_t>& part_of,
+                 const std::vector<LoosePoint>& loose,
+                 std::vector<std::pair<std::uint64_t, ShapePoint>>& out)
+{
+    TriMesh mesh;
+    for (const LoosePoint& point : loose) mesh.positions.push_back(point.place.cast<float>());
+    if (mesh.positions.empty()) return;
+    const geometry::Binding binding = geometry::bind(mesh, cubes);
+    for (std::size_t i = 0; i < loose.size(); ++i) {
+        const std::uint32_t cube = binding.used[binding.cube[i]];
+        if (part_of[cube] != part) continue;
+        const Vec3 place =
+            (loose[i].place - cubes.origin) / cubes.size - cubes.cell[cube].cast<double>();
+        out.push_back({crowd_of(cube, place, loose[i].normal),
+                       {place.cast<float>(), loose[i].normal.cast<float>(),
+                        static_cast<float>(loose[i].area)}});
+    }
+}
+
+// Sorts points by cube, and takes crowds together, into the shapes.
+void take_points(std::vector<std::pair<std::uint64_t, ShapePoint>>& points, PartShapes& out)
+{
+    std::stable_sort(points.begin(), points.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (std::size_t i = 0; i < points.size();) {
+        const std::uint64_t crowd = points[i].first;
+        Vec3 place = Vec3::Zero(), normal = Vec3::Zero();
+        double area = 0;
+        for (; i < points.size() && points[i].first == crowd; ++i) {
+            const ShapePoint& p = points[i].second;
+            place += double(p.area) * p.place.cast<double>();
+            normal += double(p.area) * p.normal.cast<double>();
+            area += double(p.area);
+        }
+        const auto cube = static_cast<std::uint32_t>(crowd / 384);
+        if (out.holder.empty() || out.holder.back() != cube) {
+            out.holder.push_back(cube);
+            out.point_at.push_back(static_cast<std::uint32_t>(out.point.size()));
+        }
+        out.point.push_back({(place / area).cast<float>(), normal.normalized().cast<float>(),
+                             static_cast<float>(area)});
+    }
+    out.point_at.push_back(static_cast<std::uint32_t>(out.point.size()));
+}
+
+}  // namespace
+
+TriMesh outside_of(const Cubes& cubes, std::span<const std::uint32_t> of)
+{
+    std::vector<CubeFace> faces;
+    faces.reserve(6 * of.size());
+    for (const auto c : of) {
+        for (unsigned f = 0; f < 6; ++f) faces.push_back(face_of(cubes.corners[c], f / 2, f % 2));
+    }
+    const auto less = [](const CubeFace& a, const CubeFace& b) { return a.key < b.key; };
+    std::stable_sort(faces.begin(), faces.end(), less);
+    MeshOfSome mesh(cubes.corner_count());
+    const auto at = [&](std::uint32_t k) {
+        return geometry::Vec3f(cubes.corner_position(k).cast<float>());
+    };
+    for (std::size_t i = 0; i < faces.size();) {
+        std::size_t end = i + 1;
+        while (end < faces.size() && faces[end].key == faces[i].key) ++end;
+        const auto& l = faces[i].loop;
+        if (end == i + 1) {
+            mesh.add({l[0], l[1], l[2]}, at);
+            mesh.add({l[0], l[2], l[3]}, at);
+        }
+        i = end;
+    }
+    return mesh.take();
+}
+
+PartShapes make_part_shapes(const Cubes& cubes, const CornerBody& body, const TriMesh* surface,
+                            const PartContactOptions& options)
+{
+    PartShapes out;
+    out.friction = options.friction;
+    out.size = cubes.size;
+    out.origin = cubes.origin;
+    out.cell = cubes.cell;
+    std::vector<std::uint32_t> part_of;  // of each cube
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        auto& corners = out.corners.emplace_back();
+        for (std::size_t a = 0; a < 8; ++a) {
+            corners[a] = static_cast<std::uint32_t>(body.slot_of(cubes.corners[c][a]));
+        }
+        part_of.push_back(body.part_of(corners[0]));
+        out.stiffness.push_back(
+            static_cast<float>(cubes.young[c] * std::clamp(cubes.fill[c], 0.05, 1.0)));
+        out.mass.push_back(static_cast<float>(cubes.mass[c]));
+        out.mass_of_all += cubes.mass[c];
+    }
+    out.cubes = make_part_lists(part_of, body.parts);
+    std::vector<std::uint32_t> part_of_slot(body.corners), part_of_holder;
+    for (std::size_t k = 0; k < body.corners; ++k) part_of_slot[k] = body.part_of(k);
+    out.slots = make_part_lists(part_of_slot, body.parts);
+    PartLists triangles;
+    if (surface) triangles = triangles_of_parts(cubes, *surface, part_of, body.parts);
+    MeshOfSome some(surface ? surface->positions.size() : 0);
+    std::vector<std::pair<std::uint64_t, ShapePoint>> points;  // by the crowd that each is in
+    for (std::size_t p = 0; p < body.parts; ++p) {
+        TriMesh mesh;
+        if (surface) {
+            const auto at = [&](std::uint32_t v) { return surface->positions[v]; };
+            for (const auto t : triangles[p]) some.add(surface->triangles()[t], at);
+            mesh = some.take();
+        }
+        const bool closed = !mesh.triangles().empty() &&
+                            geometry::is_closed(mesh.triangles(), mesh.positions.size());
+        if (!closed) mesh = outside_of(cubes, out.cubes[p]);
+        const auto& shape = out.shape.emplace_back(mesh);
+        const auto loose = points_of(mesh, shape, 1.5 * cubes.size);
+        keep_points(cubes, static_cast<std::uint32_t>(p), part_of, loose, points);
+    }
+    take_points(points, out);
+    for (const auto c : out.holder) part_of_holder.push_back(part_of[c]);
+    out.holders = make_part_lists(part_of_holder, body.parts);
+    return out;
+}
+
+std::shared_ptr<const PartShapes> shapes_that_touch(const Cubes& cubes, const CornerBody& body,
+                                                    const TriMesh* surface,
+                                                    const PartContactOptions& options)
+{
+    if (!options.on || body.parts < 2 || geometry::flat_axis(cubes) >= 0) return nullptr;
+    return std::make_shared<const PartShapes>(make_part_shapes(cubes, body, surface, options));
+}
+
+}  // namespace physics

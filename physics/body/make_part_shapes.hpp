@@ -1,0 +1,31 @@
+#pragma once
+
+// Makes the shapes of a body's parts (part_shapes.hpp) from its cubes and surface.
+
+#include "geometry/mesh/mesh.hpp"
+#include "physics/body/corner_body.hpp"
+#include "physics/body/part_shapes.hpp"
+
+#include <memory>
+#include <span>
+
+namespace physics {
+
+// A part's shape is that of its triangles of `surface` where they are closed, else the outside of
+// its cubes. It has three points on each triangle, near the corners, and on each of those that wide
+// triangles are cut into; of points crowded into a quarter of a cube and facing the same way, their
+// mean stands for all. `body` is made of the same cubes.
+PartShapes make_part_shapes(const geometry::Cubes& cubes, const CornerBody& body,
+                            const geometry::TriMesh* surface, const PartContactOptions& options);
+
+// The same where contact is on and the body has parts; else null. Cubes of a plane have no inside:
+// null for them.
+std::shared_ptr<const PartShapes> shapes_that_touch(const geometry::Cubes& cubes,
+                                                    const CornerBody& body,
+                                                    const geometry::TriMesh* surface,
+                                                    const PartContactOptions& options);
+
+// The outside of the cubes `of`: faces that only one of them has, two triangles each.
+geometry::TriMesh outside_of(const geometry::Cubes& cubes, std::span<const std::uint32_t> of);
+
+}  // namespace physics
