@@ -310,8 +310,8 @@ TEST(Pieces, AStatedGapJoinsThem)
 TEST(Pieces, AGapHalfACubeWideKeepsApartAtAnyAngle)
 {
     for (int i = 0; i < 8; ++i) {
-        TriMesh mesh =
-            merged_boxes({box_at({-3, -3, 0.25}, {3, 3, 1.5}), box_at({-3, -3, -1.5}, {3, 3, -0.25})});
+        TriMesh mesh = merged_boxes(
+            {box_at({-3, -3, 0.25}, {3, 3, 1.5}), box_at({-3, -3, -1.5}, {3, 3, -0.25})});
         move(mesh, geometry::placement({0.1 * i, 0, 0.03 * i}, {17.0 * i, 45, 11.0 * i}, {1, 1, 1},
                                        {0, 0, 0}));
         EXPECT_EQ(components(solid(mesh, unit_grid())), 2u) << i;
