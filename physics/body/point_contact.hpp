@@ -35,11 +35,11 @@ struct PointContact {
 
     std::array<std::uint32_t, most> corners{};  // slots
     std::array<float, most> weight{};
-    std::uint32_t count = 8;          // of corners: 8 or 16
-    Vec3 force = Vec3::Zero();        // N, on the point
-    std::array<double, 6> stiffness;  // N/m, xx xy xz yy yz zz: minus its derivative by position
-    std::array<double, 6> drag;       // N s/m, the same by velocity
-    double energy = 0;                // J, of the layer that is pressed together
+    std::uint32_t count = 8;            // of corners: 8 or 16
+    Vec3 force = Vec3::Zero();          // N, on the point
+    std::array<double, 6> stiffness{};  // N/m, xx xy xz yy yz zz: minus its derivative by position
+    std::array<double, 6> drag{};       // N s/m, the same by velocity
+    double energy = 0;                  // J, of the layer that is pressed together
 };
 
 // Where a point stands to what it touches.

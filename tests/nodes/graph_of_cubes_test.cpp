@@ -319,6 +319,40 @@ TEST(GraphOfCubes, VibrateSagsUnderItsWeightAndSwingsWhenKicked)
     EXPECT_LT(largest, 1.6 * most);  // higher modes on top
 }
 
+// A block that falls on a block that is held: it rests there, or passes where contact is off.
+TEST(GraphOfCubes, ABlockThatFallsOnAnotherRestsOnIt)
+{
+    const auto height_of = [](const std::string& method, const std::string& on) {
+        Scene scene(fmt::format(R"(
+        "low": {{ "type": "Primitive@1", "params": {{ "shape": "box", "centre": [0, 0.1, 0],
+                 "box": {{ "size": [0.4, 0.2, 0.4] }} }} }},
+        "high": {{ "type": "Primitive@1", "params": {{ "shape": "box", "centre": [0, 0.4, 0],
+                  "box": {{ "size": [0.2, 0.2, 0.2] }} }} }},
+        "both": {{ "type": "Merge@1", "inputs": {{ "meshes": ["low.mesh", "high.mesh"] }} }},
+        "cubes": {{ "type": "Voxelize@1", "inputs": {{ "mesh": "both.mesh" }},
+                   "params": {{ "method": "solid", "size": 0.1, "align": "origin",
+                               "matter": {{ "young": 1e6, "stiffness_damping": 0.01 }} }} }},
+        "pin": {{ "type": "Pin@1", "inputs": {{ "cubes": "cubes.cubes" }},
+                 "params": {{ "box": {{ "centre": [0, 0, 0], "size": [1, 0.1, 1] }} }} }},
+        "sim": {{ "type": "Simulate@1", "inputs": {{ "cubes": "cubes.cubes", "pins": ["pin.pins"],
+                                                    "surface": "both.mesh" }},
+                 "params": {{ "method": "{}", "contact": {{ "on": {} }} }} }},
+        "shape": {{ "type": "Embed@3", "inputs": {{ "mesh": "both.mesh", "cubes": "cubes.cubes",
+                                                   "state": "sim.state" }} }})",
+                                method, on));
+        const auto rest = scene.at<TriMesh>("both"), moved = scene.at<TriMesh>("shape", 30);
+        float lowest = 10;  // of the upper block
+        for (std::size_t v = 0; v < rest->positions.size(); ++v) {
+            if (rest->positions[v].y() > 0.25f) lowest = std::min(lowest, moved->positions[v].y());
+        }
+        return lowest;
+    };
+    for (const std::string method : {"bricks", "springs"}) {
+        EXPECT_NEAR(height_of(method, "true"), 0.2f, 0.005f) << method;
+        EXPECT_LT(height_of(method, "false"), -1.0f) << method;
+    }
+}
+
 TEST(GraphOfCubes, OfTwoBlocksHalfACubeApartOneIsHeldAndTheOtherFalls)
 {
     // The blocks end at x = -0.025 and 0.025, cubes of 0.1 m meet at x = 0 or contain the gap.
