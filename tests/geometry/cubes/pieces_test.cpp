@@ -341,8 +341,9 @@ TEST(Pieces, AreTheSameForAnyNumberOfThreads)
 {
     std::vector<TriMesh> balls;
     for (int i = 0; i < 30; ++i) {
-        balls.push_back(meshes::moved(geometry::icosphere(1, 3),
-                                      {2.3 * (i % 3), 2.2 * (i / 3 % 3), 2.25 * (i / 9)}));
+        const int row = i / 3 % 3, layer = i / 9;
+        balls.push_back(
+            meshes::moved(geometry::icosphere(1, 3), {2.3 * (i % 3), 2.2 * row, 2.25 * layer}));
     }
     const TriMesh mesh = merged_boxes(balls);
     const VoxelGrid grid = fit_grid(triangle_bounds(mesh), 0.5);
