@@ -51,7 +51,7 @@ MassProperties mass_properties(const TriMesh& mesh)
 MassProperties mass_properties(std::span<const Vec3> points, std::span<const double> masses)
 {
     if (points.empty()) return {};
-    const Vec3 place = points[0];
+    const Vec3& place = points[0];
     double mass = 0;
     Vec3 first = Vec3::Zero();
     Mat3 second = Mat3::Zero();
