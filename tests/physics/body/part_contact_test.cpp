@@ -112,6 +112,17 @@ TEST(PartContact, TheDepthIsThatOfThePointInTheOtherPart)
     }
 }
 
+// Points 3 mm deep that are 0.5 mm from a side of the lower block: the top is what they came
+// through.
+TEST(PartContact, APointNearARimLeavesThroughTheSideThatFacesIt)
+{
+    TwoBlocks two;
+    two.move(true, [](const Vec3& p) { return Vec3(p + Vec3(0.1045, -0.203, 0.03)); });
+    const auto contacts = two.contacts();
+    ASSERT_GT(contacts.size(), 4u);
+    for (const PointContact& c : contacts) EXPECT_NEAR(std::abs(c.force.normalized().y()), 1, 1e-6);
+}
+
 // The same with both turned and stretched: the depth is stretched as the matter is.
 TEST(PartContact, TheDepthTurnsAndStretchesWithTheOtherPart)
 {
