@@ -224,8 +224,10 @@ static void describe_plastic(graph::ParamsOf<physics::PlasticOptions>& p)
 static void describe_part_contact(graph::ParamsOf<physics::PartContactOptions>& p)
 {
     using physics::PartContactOptions;
-    p.param("on", &PartContactOptions::on,
-            "Whether parts of the model that no cubes link collide. Cubes of a plane do not.")
+    p.param(
+         "on", &PartContactOptions::on,
+         "Whether parts of the model that no cubes link collide. Cubes of a plane do not, nor do "
+         "parts that overlap at rest.")
         .param("friction", &PartContactOptions::friction,
                "Coulomb coefficient of friction between them.", {.min = 0, .max = 100});
 }

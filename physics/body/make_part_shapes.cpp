@@ -4,6 +4,7 @@
 #include "geometry/cubes/plane.hpp"
 #include "geometry/embed/bind.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
+#include "physics/body/part_contact.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -199,6 +200,36 @@ void take_points(std::vector<std::pair<std::uint64_t, ShapePoint>>& points, Part
     out.point_at.push_back(static_cast<std::uint32_t>(out.point.size()));
 }
 
+// Pairs of parts that lie in each other at rest, deeper than rounding and bulges of thinned points.
+std::vector<PartPair> overlapping_at_rest(const PartShapes& shapes, const CornerBody& body)
+{
+    constexpr double deep = 0.05;  // cubes
+    const Aligned<double> still(body.numbers, 0);
+    std::vector<PartPair> out;
+    const auto pairs = near_parts(shapes, body.rest.data(), still.data(), 1);
+    for (const PointContact& c :
+         find_part_contacts(shapes, pairs, body.rest.data(), still.data(), 1, 0)) {
+        if (!(2 * c.energy > deep * shapes.size * c.force.norm())) continue;
+        const auto [a, b] = std::minmax(body.part_of(c.corners[0]), body.part_of(c.corners[8]));
+        out.push_back({a, b});
+    }
+
+    // Surfaces that coincide have points that are in neither.
+    const auto holds_middle = [&](std::uint32_t a, std::uint32_t b) {
+        const auto of = shapes.cubes[b];
+        return std::any_of(of.begin(), of.end(), [&](std::uint32_t c) {
+            const Vec3 middle = shapes.cell[c].cast<double>() + Vec3::Constant(0.5);
+            return shapes.shape[a].inside(shapes.origin + shapes.size * middle);
+        });
+    };
+    for (const PartPair& pair : pairs) {
+        if (holds_middle(pair.a, pair.b) || holds_middle(pair.b, pair.a)) out.push_back(pair);
+    }
+    std::sort(out.begin(), out.end());
+    out.erase(std::unique(out.begin(), out.end()), out.end());
+    return out;
+}
+
 }  // namespace
 
 TriMesh outside_of(const Cubes& cubes, std::span<const std::uint32_t> of)
@@ -271,7 +302,9 @@ PartShapes make_part_shapes(const Cubes& cubes, const CornerBody& body, const Tr
     }
     take_points(points, out);
     for (const auto c : out.holder) part_of_holder.push_back(part_of[c]);
+
     out.holders = make_part_lists(part_of_holder, body.parts);
+    out.overlapping = overlapping_at_rest(out, body);
     return out;
 }
 

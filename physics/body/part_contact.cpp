@@ -308,7 +308,6 @@ void look(const Scene& scene, const Job& job, const Target& target, const Box& t
                                 [&](std::uint32_t c) { near.push_back(c); });
         if (near.empty()) continue;
         std::sort(near.begin(), near.end());
-
         for (auto p = shapes.point_at[holder]; p < shapes.point_at[holder + 1]; ++p) {
             const Moving moving = moving_point(scene, cube, shapes.point[p]);
             if (const auto contact = first_contact(scene, moving, target, near)) {
@@ -393,12 +392,13 @@ std::vector<PartPair> near_parts(const PartShapes& shapes, const double* x, cons
         for (std::size_t j = i + 1; j < parts; ++j) {
             if (box[order[j]].lo.x() > box[order[i]].hi.x()) break;
             if (!overlap(box[order[i]], box[order[j]])) continue;
-            pairs.push_back({std::min(order[i], order[j]), std::max(order[i], order[j])});
+            const PartPair pair{std::min(order[i], order[j]), std::max(order[i], order[j])};
+            if (!std::binary_search(shapes.overlapping.begin(), shapes.overlapping.end(), pair)) {
+                pairs.push_back(pair);
+            }
         }
     }
-    std::sort(pairs.begin(), pairs.end(), [](const PartPair& a, const PartPair& b) {
-        return std::pair(a.a, a.b) < std::pair(b.a, b.b);
-    });
+    std::sort(pairs.begin(), pairs.end());
     return pairs;
 }
 

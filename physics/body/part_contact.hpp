@@ -22,13 +22,8 @@
 
 namespace physics {
 
-// Two parts, a < b.
-struct PartPair {
-    std::uint32_t a = 0, b = 0;
-};
-
-// Pairs whose boxes overlap when each corner goes from x along v for dt seconds, and a cube
-// further. x and v are by slot, four numbers each.
+// Pairs that do not overlap at rest and whose boxes overlap when each corner goes from x along v
+// for dt seconds, and a cube further. x and v are by slot, four numbers each.
 std::vector<PartPair> near_parts(const PartShapes& shapes, const double* x, const double* v,
                                  double dt);
 

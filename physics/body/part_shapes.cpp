@@ -17,7 +17,8 @@ PartLists make_part_lists(const std::vector<std::uint32_t>& list_of, std::size_t
 std::size_t PartShapes::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
-    std::size_t sum = sizeof *this + of(cell, corners, stiffness, mass, point, holder, point_at);
+    std::size_t sum =
+        sizeof *this + of(cell, corners, stiffness, mass, point, holder, point_at, overlapping);
     for (const PartLists* lists : {&cubes, &slots, &holders}) sum += of(lists->at, lists->item);
     for (const auto& tree : shape) sum += tree.bytes();
     return sum;

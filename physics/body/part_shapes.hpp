@@ -19,6 +19,13 @@ struct PartContactOptions {
     double friction = 0.5;  // Coulomb coefficient
 };
 
+// Two parts, a < b.
+struct PartPair {
+    std::uint32_t a = 0, b = 0;
+
+    auto operator<=>(const PartPair&) const = default;
+};
+
 // Numbers of several lists, one after another.
 struct PartLists {
     std::vector<std::uint32_t> at;    // lists + 1, into item
@@ -57,6 +64,7 @@ struct PartShapes {
     std::vector<std::uint32_t> holder;         // H, cubes with points, ascending
     std::vector<std::uint32_t> point_at;       // H + 1, into point
     PartLists holders;                         // of each part
+    std::vector<PartPair> overlapping;         // at rest, ascending: these do not touch each other
 
     std::size_t parts() const { return shape.size(); }
     std::size_t bytes() const;

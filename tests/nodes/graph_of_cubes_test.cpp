@@ -353,6 +353,31 @@ TEST(GraphOfCubes, ABlockThatFallsOnAnotherRestsOnIt)
     }
 }
 
+// Two sheets in one layer of cubes: each part's shape is that of its cubes, and they overlap.
+TEST(GraphOfCubes, PartsThatOverlapAtRestAreNotPushedApart)
+{
+    Scene scene(R"(
+        "low": { "type": "Primitive@1", "params": { "shape": "grid", "centre": [0, 0.02, 0] } },
+        "high": { "type": "Primitive@1", "params": { "shape": "grid", "centre": [0, 0.07, 0] } },
+        "both": { "type": "Merge@1", "inputs": { "meshes": ["low.mesh", "high.mesh"] } },
+        "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "both.mesh" },
+                   "params": { "method": "surface", "size": 0.1, "align": "origin",
+                               "pieces": "apart" } },
+        "parts": { "type": "ConnectedComponent@1", "inputs": { "cubes": "cubes.cubes" },
+                   "params": { "keep": "all" } },
+        "count": { "type": "Measure@1", "inputs": { "cubes": "parts.cubes" },
+                   "params": { "what": "components" } },
+        "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" },
+                 "params": { "gravity": [0, 0, 0] } },
+        "shape": { "type": "Embed@3", "inputs": { "mesh": "both.mesh", "cubes": "cubes.cubes",
+                                                  "state": "sim.state" } })");
+    ASSERT_EQ(*scene.at<double>("count"), 2);
+    const auto rest = scene.at<TriMesh>("both"), moved = scene.at<TriMesh>("shape", 6);
+    for (std::size_t v = 0; v < rest->positions.size(); ++v) {
+        EXPECT_LT((moved->positions[v] - rest->positions[v]).norm(), 1e-4f) << v;
+    }
+}
+
 TEST(GraphOfCubes, OfTwoBlocksHalfACubeApartOneIsHeldAndTheOtherFalls)
 {
     // The blocks end at x = -0.025 and 0.025, cubes of 0.1 m meet at x = 0 or contain the gap.
