@@ -210,8 +210,8 @@ std::vector<PartPair> overlapping_at_rest(const PartShapes& shapes, const Corner
     for (const PointContact& c :
          find_part_contacts(shapes, pairs, body.rest.data(), still.data(), 1, 0)) {
         if (!(2 * c.energy > deep * shapes.size * c.force.norm())) continue;
-        const auto [a, b] = std::minmax(body.part_of(c.corners[0]), body.part_of(c.corners[8]));
-        out.push_back({a, b});
+        const std::uint32_t a = body.part_of(c.corners[0]), b = body.part_of(c.corners[8]);
+        out.push_back({std::min(a, b), std::max(a, b)});
     }
 
     // Surfaces that coincide have points that are in neither.
