@@ -207,10 +207,10 @@ std::vector<PartPair> overlapping_at_rest(const PartShapes& shapes, const Corner
     const Aligned<double> still(body.numbers, 0);
     std::vector<PartPair> out;
     const auto pairs = near_parts(shapes, body.rest.data(), still.data(), 1);
-    for (const PointContact& c :
-         find_part_contacts(shapes, pairs, body.rest.data(), still.data(), 1, 0)) {
-        if (!(2 * c.energy > deep * shapes.size * c.force.norm())) continue;
-        const std::uint32_t a = body.part_of(c.corners[0]), b = body.part_of(c.corners[8]);
+    for (const PartTouch& touch :
+         find_part_touches(shapes, pairs, body.rest.data(), still.data(), 1, Look::back)) {
+        if (!(-touch.gap(body.rest.data()) > deep * shapes.size)) continue;
+        const std::uint32_t a = body.part_of(touch.corners[0]), b = touch.part;
         out.push_back({std::min(a, b), std::max(a, b)});
     }
 

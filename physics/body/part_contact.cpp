@@ -2,13 +2,15 @@
 
 #include "geometry/base/box_tree.hpp"
 #include "geometry/base/parallel.hpp"
+#include "physics/body/bent_cube.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <tuple>
 
-// Map: boxes of parts, and the pairs that are near; the cubes of a part that may be touched; where
-// a place lies in a cube; how deep it lies in the part; the contacts of some points.
+// Map: boxes of parts, and the pairs that are near; the cubes of a part that may be touched; how
+// deep a place lies in a part, or how far before it; the touches of some points.
 
 namespace physics {
 namespace {
@@ -58,8 +60,8 @@ struct Scene {
     const double* x;
     const double* v;
     double dt;
-    ContactLaw law;
     double stiffest;  // N/m
+    Look look;
 };
 
 // The cubes of a part that lie where another one may be, at x.
@@ -94,51 +96,6 @@ void fill_target(const Scene& scene, const std::vector<Box>& regions, Target& ta
     target.tree = geometry::build_box_tree(target.boxes);
 }
 
-// A place in a cube that is bent: 0..1 along its axes, and what they become there.
-struct InCube {
-    Vec3 u;
-    Mat3 axes;  // m, columns dx / du
-};
-
-InCube place_in(const std::array<Vec3, 8>& x, const Vec3& u, Vec3& p)
-{
-    InCube out{u, Mat3::Zero()};
-    // Between the ends along x, then along y, then along z.
-    std::array<Vec3, 4> along_x, slope_x;
-    for (std::size_t i = 0; i < 4; ++i) {
-        slope_x[i] = x[2 * i + 1] - x[2 * i];
-        along_x[i] = x[2 * i] + u.x() * slope_x[i];
-    }
-    const Vec3 rise_low = along_x[1] - along_x[0], rise_high = along_x[3] - along_x[2];
-    const Vec3 low = along_x[0] + u.y() * rise_low, high = along_x[2] + u.y() * rise_high;
-    const Vec3 slope_low = slope_x[0] + u.y() * (slope_x[1] - slope_x[0]);
-    const Vec3 slope_high = slope_x[2] + u.y() * (slope_x[3] - slope_x[2]);
-    p = low + u.z() * (high - low);
-    out.axes.col(0) = slope_low + u.z() * (slope_high - slope_low);
-    out.axes.col(1) = rise_low + u.z() * (rise_high - rise_low);
-    out.axes.col(2) = high - low;
-    return out;
-}
-
-// u with p = sum w_a(u) x_a, by Newton's method. None where p is not in the cube, or the cube is
-// flat or inside out there.
-std::optional<InCube> find_in_cube(const std::array<Vec3, 8>& x, double size, const Vec3& p)
-{
-    constexpr double slack = 1e-6;  // of a cube: what lies on a face is in both cubes
-    Vec3 u = Vec3::Constant(0.5), here;
-    for (int round = 0; round < 12; ++round) {
-        const InCube in = place_in(x, u, here);
-        if (!(in.axes.determinant() > 1e-6 * size * size * size)) return std::nullopt;
-        const Vec3 off = p - here;
-        if (off.norm() <= 1e-10 * size) {
-            const bool inside = u.minCoeff() >= -slack && u.maxCoeff() <= 1 + slack;
-            return inside ? std::optional(in) : std::nullopt;
-        }
-        u = (u + in.axes.inverse() * off).cwiseMax(-1.0).cwiseMin(2.0);
-    }
-    return std::nullopt;
-}
-
 // Of a point in another part's matter: how it came there in this step, and which way its own
 // surface faces.
 struct Approach {
@@ -154,6 +111,7 @@ std::optional<Gap> find_gap(const PartShapes& shapes, std::uint32_t part, std::u
 {
     constexpr double facing = -0.3;  // cosine; corners of blocks face their neighbours at -0.58
     constexpr double deep = 0.25;    // cubes; from there on any side is better than none
+    constexpr double half = 0.5;     // cubes: no longer way out but for what came as far
     const auto& shape = shapes.shape[part];
     const Mat3 back = (in.axes / shapes.size).inverse();  // F^-1
     const Vec3 place = shapes.origin + shapes.size * (shapes.cell[cube].cast<double>() + in.u);
@@ -168,11 +126,14 @@ std::optional<Gap> find_gap(const PartShapes& shapes, std::uint32_t part, std::u
     const auto faces_it = [&](const Vec3& n) { return outward.dot(n) <= facing; };
     const bool through = came.norm() > depth && came.dot(normal) > 0;
     if (through || !faces_it(normal)) {
+        const double most = std::max(half * shapes.size, came.norm());
         const auto left_along = [&](const Vec3& from) {
             const auto entry = shape.entry(place - from, place);
             if (!entry || !faces_it(entry.normal)) return false;
+            const double way_out = (entry.point - place).dot(entry.normal);
+            if (way_out > most) return false;
             normal = entry.normal;
-            depth = std::max(0.0, (entry.point - place).dot(normal));
+            depth = std::max(0.0, way_out);
             return true;
         };
         const bool left = (through && left_along(came)) || left_along(2 * shapes.size * outward);
@@ -184,29 +145,48 @@ std::optional<Gap> find_gap(const PartShapes& shapes, std::uint32_t part, std::u
     return Gap{-depth / length, turned / length, Vec3::Zero()};
 }
 
+// How far the point before a face of part `part` is from it, as the cube nearby would be bent
+// there. None where it is further than `reach` (m), in the part, or before an edge.
+std::optional<Gap> find_distance(const PartShapes& shapes, std::uint32_t part, std::uint32_t cube,
+                                 const InCube& in, const Vec3& outward, double reach)
+{
+    constexpr double facing = -0.3, upright = 0.99;  // cosines
+    constexpr double rounding = 1e-5;                // cubes
+    const auto& shape = shapes.shape[part];
+    const Mat3 back = (in.axes / shapes.size).inverse();  // F^-1
+    const Vec3 place = shapes.origin + shapes.size * (shapes.cell[cube].cast<double>() + in.u);
+    const auto hit = shape.closest(place, reach);
+    if (!hit) return std::nullopt;
+    const Vec3 turned_in = back * outward;
+    Vec3 normal = hit.normal;
+    if (hit.distance < rounding * shapes.size) {
+        if (normal.dot(turned_in) > 0) normal = -normal;  // the triangles may all face inward
+    } else {
+        normal = (place - hit.point) / hit.distance;
+        if (std::abs(normal.dot(hit.normal)) < upright) return std::nullopt;
+    }
+    if (turned_in.dot(normal) > facing * turned_in.norm()) return std::nullopt;
+    if (hit.distance >= rounding * shapes.size && shape.inside(place)) return std::nullopt;
+    const Vec3 turned = back.transpose() * normal;
+    const double length = turned.norm();
+    if (!(length > 0) || !std::isfinite(length)) return std::nullopt;
+    return Gap{hit.distance / length, turned / length, Vec3::Zero()};
+}
+
 // A point of a part's shape on its way.
 struct Moving {
-    std::uint32_t cube = 0;
+    std::uint32_t cube = 0, number = 0;  // of the point
     const ShapePoint* point = nullptr;
     std::array<double, 8> weight{};
     Vec3 p = Vec3::Zero(), v = Vec3::Zero();  // m, m/s
 };
 
-std::array<double, 8> trilinear(const Vec3& u)
+Moving moving_point(const Scene& scene, std::uint32_t cube, std::uint32_t number)
 {
-    std::array<double, 8> weight;
-    for (unsigned a = 0; a < 8; ++a) {
-        weight[a] = ((a & 1) ? u.x() : 1 - u.x()) * ((a & 2) ? u.y() : 1 - u.y()) *
-                    ((a & 4) ? u.z() : 1 - u.z());
-    }
-    return weight;
-}
-
-Moving moving_point(const Scene& scene, std::uint32_t cube, const ShapePoint& point)
-{
-    Moving out{cube, &point};
+    const ShapePoint& point = scene.shapes.point[number];
+    Moving out{cube, number, &point};
     const Vec3 u = point.place.cast<double>();
-    out.weight = trilinear(u);
+    out.weight = trilinear_weights(u);
     for (std::size_t a = 0; a < 8; ++a) {
         const auto slot = scene.shapes.corners[cube][a];
         out.p += out.weight[a] * corner_of(scene.x, slot);
@@ -228,47 +208,94 @@ Vec3 outward_of(const Scene& scene, const Moving& moving)
     return (axes.inverse().transpose() * moving.point->normal.cast<double>()).normalized();
 }
 
-// Where a point would be in a cube of the target when it is `behind` (m) where it is.
-std::optional<PointContact> contact_in(const Scene& scene, const Moving& moving,
-                                       const Target& target, std::uint32_t cube, const Vec3& behind)
+// The plane at a gap that a point has where it is `in` a cube of the target.
+PartTouch make_touch(const Scene& scene, const Moving& moving, const Target& target,
+                     std::uint32_t cube, const InCube& in, const Gap& gap)
 {
     const PartShapes& shapes = scene.shapes;
-    std::array<Vec3, 8> x;
-    const auto& others = shapes.corners[cube];
-    for (std::size_t a = 0; a < 8; ++a) x[a] = corner_of(scene.x, others[a]);
-    const auto in = find_in_cube(x, shapes.size, moving.p - behind);
-    if (!in) return std::nullopt;
-    const std::array<double, 8> weight = trilinear(in->u);
-    Vec3 velocity = moving.v;  // relative to the matter there
-    for (std::size_t a = 0; a < 8; ++a) velocity -= weight[a] * corner_of(scene.v, others[a]);
-    auto gap = find_gap(shapes, target.part, cube, *in,
-                        {scene.dt * velocity - behind, outward_of(scene, moving)});
-    if (!gap) return std::nullopt;
-    gap->size += behind.dot(gap->normal);
-    if (!(gap->size < 0)) return std::nullopt;
-    gap->velocity = velocity;
     const double h = shapes.size, area = double(moving.point->area);
     const double young = std::min(shapes.stiffness[moving.cube], shapes.stiffness[cube]);
     const double mass = std::min(shapes.mass[moving.cube] * std::min(1.0, area / (h * h)),
                                  double(shapes.mass[cube]));
-    const double stiffness =
+    PartTouch touch;
+    touch.point = moving.number;
+    touch.part = target.part;
+    touch.normal = gap.normal;
+    touch.friction = shapes.friction;
+    touch.stiffness =
         std::min(10 * young * area / h, scene.stiffest) + mass / (scene.dt * scene.dt);
-    PointContact contact = contact_at(*gap, stiffness, scene.law);
-    contact.count = PointContact::most;
+    const std::array<double, 8> weight = trilinear_weights(in.u);
     for (std::size_t a = 0; a < 8; ++a) {
-        contact.corners[a] = shapes.corners[moving.cube][a];
-        contact.weight[a] = static_cast<float>(moving.weight[a]);
-        contact.corners[8 + a] = others[a];
-        contact.weight[8 + a] = -static_cast<float>(weight[a]);
+        touch.corners[a] = shapes.corners[moving.cube][a];
+        touch.weight[a] = static_cast<float>(moving.weight[a]);
+        touch.corners[8 + a] = shapes.corners[cube][a];
+        touch.weight[8 + a] = -static_cast<float>(weight[a]);
     }
-    return contact;
+    touch.offset = gap.size - touch.gap(scene.x);
+    return touch;
 }
 
-// The contact of a point with one of the target's cubes `near`, at the first place on its way where
-// it is inside.
-std::optional<PointContact> first_contact(const Scene& scene, const Moving& moving,
-                                          const Target& target,
-                                          const std::vector<std::uint32_t>& near)
+std::array<Vec3, 8> corners_of(const Scene& scene, std::uint32_t cube)
+{
+    std::array<Vec3, 8> x;
+    for (std::size_t a = 0; a < 8; ++a) x[a] = corner_of(scene.x, scene.shapes.corners[cube][a]);
+    return x;
+}
+
+// Where a point would be in a cube of the target when it is `behind` (m) where it is.
+std::optional<PartTouch> touch_in(const Scene& scene, const Moving& moving, const Target& target,
+                                  std::uint32_t cube, const Vec3& behind)
+{
+    constexpr double slack = 1e-6;     // cubes: what lies on a face is in both cubes
+    constexpr double rounding = 1e-6;  // cubes: of what lies no deeper, the side is not known
+    const PartShapes& shapes = scene.shapes;
+    const auto in = find_in_cube(corners_of(scene, cube), shapes.size, moving.p - behind, slack);
+    if (!in) return std::nullopt;
+    const std::array<double, 8> weight = trilinear_weights(in->u);
+    Vec3 velocity = moving.v;  // relative to the matter there
+    for (std::size_t a = 0; a < 8; ++a) {
+        velocity -= weight[a] * corner_of(scene.v, shapes.corners[cube][a]);
+    }
+    auto gap = find_gap(shapes, target.part, cube, *in,
+                        {scene.dt * velocity - behind, outward_of(scene, moving)});
+    if (!gap) return std::nullopt;
+    gap->size += behind.dot(gap->normal);
+    if (!(gap->size < -rounding * shapes.size)) return std::nullopt;
+    return make_touch(scene, moving, target, cube, *in, *gap);
+}
+
+// The plane before a point that is in none of the cubes `near`: of the one that it is nearest to.
+std::optional<PartTouch> touch_before(const Scene& scene, const Moving& moving,
+                                      const Target& target, const std::vector<std::uint32_t>& near)
+{
+    constexpr double still = 0.3, most = 1;  // cubes
+    const double h = scene.shapes.size;
+    const double way = scene.dt * (moving.v - target.velocity).norm();
+    const double reach = scene.look == Look::ahead ? std::min(still + way / h, most) : still;
+    const Vec3f r = Vec3f::Constant(static_cast<float>(reach * h)), p = moving.p.cast<float>();
+    std::optional<InCube> best;
+    std::uint32_t cube = 0;
+    double least = reach;
+    for (const auto i : near) {
+        if (!target.boxes[i].overlaps({p - r, p + r})) continue;
+        const auto c = target.cubes[i];
+        const auto in = find_in_cube(corners_of(scene, c), h, moving.p, least);
+        if (!in) continue;
+        const double off = std::max({0.0, -in->u.minCoeff(), in->u.maxCoeff() - 1});
+        if (best && off >= least) continue;
+        best = in, cube = c, least = off;
+    }
+    if (!best) return std::nullopt;
+    const auto gap =
+        find_distance(scene.shapes, target.part, cube, *best, outward_of(scene, moving), reach * h);
+    if (!gap) return std::nullopt;
+    return make_touch(scene, moving, target, cube, *best, *gap);
+}
+
+// The touch of a point with one of the target's cubes `near`, at the first place on its way where
+// it is inside; else of where it is before them.
+std::optional<PartTouch> first_touch(const Scene& scene, const Moving& moving, const Target& target,
+                                     const std::vector<std::uint32_t>& near)
 {
     constexpr double stride = 0.4;  // of a cube
     constexpr int most = 64;        // places on the way
@@ -276,20 +303,21 @@ std::optional<PointContact> first_contact(const Scene& scene, const Moving& movi
     const double strides = std::ceil(way.norm() / (stride * scene.shapes.size));
     if (!std::isfinite(strides)) return std::nullopt;
     const int places = std::clamp(static_cast<int>(std::min(strides, double(most))), 1, most);
-    for (int place = 1; place <= places; ++place) {
+    const int first = scene.look == Look::ahead ? places : 1;
+    for (int place = first; place <= places; ++place) {
         const Vec3 behind = (1 - double(place) / places) * way;
         const Vec3f p = (moving.p - behind).cast<float>();
         for (const auto i : near) {
             if (!target.boxes[i].overlaps({p, p})) continue;
             const auto cube = target.cubes[i];
-            if (auto contact = contact_in(scene, moving, target, cube, behind)) return contact;
+            if (auto touch = touch_in(scene, moving, target, cube, behind)) return touch;
         }
     }
-    return std::nullopt;
+    return touch_before(scene, moving, target, near);
 }
 
 void look(const Scene& scene, const Job& job, const Target& target, const Box& target_box,
-          std::vector<PointContact>& out)
+          std::vector<PartTouch>& out)
 {
     const PartShapes& shapes = scene.shapes;
     const auto holders = shapes.holders[job.from];
@@ -309,10 +337,8 @@ void look(const Scene& scene, const Job& job, const Target& target, const Box& t
         if (near.empty()) continue;
         std::sort(near.begin(), near.end());
         for (auto p = shapes.point_at[holder]; p < shapes.point_at[holder + 1]; ++p) {
-            const Moving moving = moving_point(scene, cube, shapes.point[p]);
-            if (const auto contact = first_contact(scene, moving, target, near)) {
-                out.push_back(*contact);
-            }
+            const Moving moving = moving_point(scene, cube, p);
+            if (const auto touch = first_touch(scene, moving, target, near)) out.push_back(*touch);
         }
     }
 }
@@ -402,18 +428,12 @@ std::vector<PartPair> near_parts(const PartShapes& shapes, const double* x, cons
     return pairs;
 }
 
-std::vector<PointContact> find_part_contacts(const PartShapes& shapes,
-                                             const std::vector<PartPair>& pairs, const double* x,
-                                             const double* v, double dt, double tangent)
+std::vector<PartTouch> find_part_touches(const PartShapes& shapes,
+                                         const std::vector<PartPair>& pairs, const double* x,
+                                         const double* v, double dt, Look how)
 {
     if (pairs.empty()) return {};
-    const double h = shapes.size;
-    const Scene scene{shapes,
-                      x,
-                      v,
-                      dt,
-                      {shapes.friction, 1e-4 * h / dt, tangent},
-                      1000 * shapes.mass_of_all * 9.81 / h};
+    const Scene scene{shapes, x, v, dt, 1000 * shapes.mass_of_all * 9.81 / shapes.size, how};
     Meetings meetings = find_meetings(scene, pairs);
     geometry::parallel_for(meetings.targets.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t t = begin; t < end; ++t) {
@@ -421,7 +441,7 @@ std::vector<PointContact> find_part_contacts(const PartShapes& shapes,
             fill_target(scene, meetings.regions[t], meetings.targets[t]);
         }
     });
-    std::vector<std::vector<PointContact>> found(meetings.jobs.size());
+    std::vector<std::vector<PartTouch>> found(meetings.jobs.size());
     geometry::parallel_for(meetings.jobs.size(), 4, [&](std::size_t begin, std::size_t end) {
         for (std::size_t j = begin; j < end; ++j) {
             const Job& job = meetings.jobs[j];
@@ -429,8 +449,11 @@ std::vector<PointContact> find_part_contacts(const PartShapes& shapes,
             look(scene, job, target, meetings.box[job.target], found[j]);
         }
     });
-    std::vector<PointContact> all;
+    std::vector<PartTouch> all;
     for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
+    std::sort(all.begin(), all.end(), [](const PartTouch& a, const PartTouch& b) {
+        return std::tie(a.point, a.part) < std::tie(b.point, b.part);
+    });
     return all;
 }
 

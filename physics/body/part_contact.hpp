@@ -13,10 +13,10 @@
 // another side within the step is pushed back out of that side.
 //
 //   part boxes -> pairs of parts that are near -> cubes and points in the boxes' overlap
-//     -> tree of cubes -> u of each point -> shape at rest -> force
+//     -> tree of cubes -> u of each point -> shape at rest -> plane (part_touch.hpp)
 
 #include "physics/body/part_shapes.hpp"
-#include "physics/body/point_contact.hpp"
+#include "physics/body/part_touch.hpp"
 
 #include <vector>
 
@@ -27,10 +27,16 @@ namespace physics {
 std::vector<PartPair> near_parts(const PartShapes& shapes, const double* x, const double* v,
                                  double dt);
 
-// All contacts between the parts of each pair, of points at x moving at v, in a step of dt seconds.
-// `tangent` is the a of point_contact.hpp. In an order that depends on the input alone.
-std::vector<PointContact> find_part_contacts(const PartShapes& shapes,
-                                             const std::vector<PartPair>& pairs, const double* x,
-                                             const double* v, double dt, double tangent);
+// Where a point is looked for, at x moving at v for a step of dt seconds.
+enum class Look {
+    ahead,  // the step begins at x: where the point is, and which faces it may come to
+    back    // the step ends at x: on the whole way there
+};
+
+// The planes of all points of a part of each pair that are in the other part or before a face of
+// it, in ascending order of (point, part).
+std::vector<PartTouch> find_part_touches(const PartShapes& shapes,
+                                         const std::vector<PartPair>& pairs, const double* x,
+                                         const double* v, double dt, Look how);
 
 }  // namespace physics

@@ -3,16 +3,12 @@
 #include <algorithm>
 
 namespace physics {
-namespace {
 
-// a I + b n n^T
 std::array<double, 6> isotropic_about(const Vec3& n, double a, double b)
 {
     return {a + b * n.x() * n.x(), b * n.x() * n.y(), b * n.x() * n.z(),
             a + b * n.y() * n.y(), b * n.y() * n.z(), a + b * n.z() * n.z()};
 }
-
-}  // namespace
 
 PointContact contact_at(const Gap& gap, double stiffness, const ContactLaw& law)
 {
@@ -20,7 +16,8 @@ PointContact contact_at(const Gap& gap, double stiffness, const ContactLaw& law)
     const double push = stiffness * -gap.size;
     const Vec3 slip = gap.velocity - gap.velocity.dot(gap.normal) * gap.normal;
     const double speed = slip.norm();
-    const double drag = law.friction * push / std::max(speed, law.creep);
+    const double load = gap.load < 0 ? push : gap.load;
+    const double drag = law.friction * load / std::max(speed, law.creep);
     out.force = push * gap.normal - drag * slip;
     out.stiffness = isotropic_about(gap.normal, 0, stiffness);
     out.drag = isotropic_about(gap.normal, drag, -drag);

@@ -47,6 +47,7 @@ struct Gap {
     double size = 0;               // m, below 0 inside
     Vec3 normal = Vec3::UnitY();   // out of what it touches
     Vec3 velocity = Vec3::Zero();  // m/s, of the point relative to it
+    double load = -1;              // N, that friction is a share of; below 0: the push of the gap
 };
 
 // How contacts of one step are pressed and rubbed.
@@ -55,6 +56,9 @@ struct ContactLaw {
     double creep = 0;     // m/s, e
     double tangent = 0;   // a, 0 .. 1
 };
+
+// a I + b n n^T: xx xy xz yy yz zz
+std::array<double, 6> isotropic_about(const Vec3& n, double a, double b);
 
 // Forces and derivatives at a gap below 0 with `stiffness` k (N/m). Corners are left to the caller.
 PointContact contact_at(const Gap& gap, double stiffness, const ContactLaw& law);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace physics {
 
@@ -61,8 +62,13 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
         stage.colliders.push_back(pose_collider(c, share, frame.seconds, frame.body.h));
     }
     stage.near.clear();
+    stage.touches.clear();
     if (frame.body.shapes) {
         stage.near = near_parts(*frame.body.shapes, x0.data(), v0.data(), tau);
+        stage.touches = find_part_touches(*frame.body.shapes, stage.near, x0.data(), v0.data(), tau,
+                                          Look::ahead);
+        take_grips(stage.touches, stage.grips);
+        stage.looked_at = x0;
     }
     stage.w = v0;
     for (std::size_t i = 0; i < loads.pins.corner.size(); ++i) {
@@ -100,6 +106,23 @@ void place(Stage& stage)
     }
 }
 
+bool find_touches(Stage& stage)
+{
+    constexpr double much = 0.01;  // cubes
+    constexpr double far = 0.15;   // cubes: of what faces a point from nearer than 0.3 it is known
+    if (stage.near.empty()) return false;
+    double moved = 0;
+    for (std::size_t i = 0; i < stage.frame.n; ++i) {
+        moved = std::max(moved, std::abs(stage.x[i] - stage.looked_at[i]));
+    }
+    if (moved <= far * stage.frame.body.h) return false;
+    stage.looked_at = stage.x;
+    auto found = find_part_touches(*stage.frame.body.shapes, stage.near, stage.x.data(),
+                                   stage.w.data(), stage.tau, Look::back);
+    take_grips(found, stage.grips);
+    return add_found(stage.touches, std::move(found), stage.x.data(), much * stage.frame.body.h);
+}
+
 std::vector<PointContact> touching(const Stage& stage)
 {
     constexpr double nearly = 0.95;  // the derivative itself may leave a slip with no resistance
@@ -107,9 +130,8 @@ std::vector<PointContact> touching(const Stage& stage)
     const double tangent = stage.wary ? nearly : 0;
     auto out = find_collider_contacts(body.skin, body.h, stage.x.data(), stage.w.data(),
                                       stage.colliders, stage.tau, tangent);
-    if (stage.near.empty()) return out;
-    const auto parts = find_part_contacts(*body.shapes, stage.near, stage.x.data(), stage.w.data(),
-                                          stage.tau, tangent);
+    if (stage.touches.empty()) return out;
+    const auto parts = press(stage.touches, stage.x.data(), stage.w.data(), stage.tau, tangent);
     out.insert(out.end(), parts.begin(), parts.end());
     return out;
 }

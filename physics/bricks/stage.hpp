@@ -67,7 +67,10 @@ struct Stage {
     bool wary = false;               // of friction in contacts to be found
 
     std::vector<PosedCollider> colliders;
-    std::vector<PartPair> near;  // parts that may touch each other
+    std::vector<PartPair> near;      // parts that may touch each other
+    std::vector<PartTouch> touches;  // of them, found by find_touches()
+    std::vector<Grip> grips;         // of touches when the step began
+    Aligned<double> looked_at;       // m: where touches were looked for last
     std::vector<PointContact> contacts;
 };
 
@@ -101,7 +104,10 @@ void times_damping(const Stage& stage, const Aligned<double>& v, Aligned<double>
 
 // x = x0 + tau w
 void place(Stage& stage);
-// The contacts of x, w.
+// Finds which points of parts are in other parts where w leads, or before them, where that is far
+// from where they were looked for last. Returns whether any that is new is pushed.
+bool find_touches(Stage& stage);
+// The contacts of x, w: with colliders, and of what find_touches() found.
 std::vector<PointContact> touching(const Stage& stage);
 // f and K at x, which may be x0 or stage.x. Where they were evaluated there last, they are kept.
 void linearise(Stage& stage, const Aligned<double>& x);

@@ -48,6 +48,13 @@ Phi start_from_lowest(Stage& stage)
     for (std::size_t i = 0; i < n; ++i) {
         if (stage.frame.fixed[i] != 0) on[i] = best[i] = stage.w[i];
     }
+    // What is found touching at any of them, Phi of all of them counts.
+    for (Aligned<double>* w : {&best, &on, &stage.w}) {
+        stage.w.swap(*w);
+        place(stage);
+        find_touches(stage);
+        stage.w.swap(*w);
+    }
     Phi phi = potential(stage, best);
     for (Aligned<double>* w : {&on, &stage.w}) {
         const Phi here = potential(stage, *w);
@@ -167,7 +174,12 @@ Descended descend(Stage& stage, StepSolver& solver, const Descent& how, StepReco
         const double scale = how.tolerance > 0 ? forces_at_work(stage, solver) : 0;
         const double target =
             std::max({how.target, how.tolerance * scale, rounding_of(stage, solver)});
-        if (size <= target || !std::isfinite(size)) break;
+        if (!std::isfinite(size)) break;
+        if (size <= target) {
+            if (i == how.rounds || !find_touches(stage)) break;
+            phi = potential(stage, stage.w);
+            continue;
+        }
         if (i == how.rounds) {
             end = Descended::out_of_rounds;
             break;

@@ -134,6 +134,7 @@ bool step_or_halves(FrameStep& step, double begin, double end, int halvings)
     if (finite && !is_torn_apart(step, halvings)) {
         step.record.unsettled |= record.unsettled;
         step.record.violent |= record.violent;
+        step.stage.grips = grips_of(step.stage.touches, before.x.data(), step.now.x.data());
         return true;
     }
     step.now = before;
@@ -224,6 +225,7 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
     StepFrame frame(body, loads, dt, options);
     FrameStep step(frame, elasticity);
     step.now = load(body, state);
+    step.stage.grips = std::move(state.grips);
     frame.start = step.now.x;
     if (options.integrator == Integrator::implicit_midpoint) {
         step.account = open_account(step.stage, step.now.x, step.now.v);
@@ -235,6 +237,7 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
         if (!step_or_halves(step, i * share, end, 0)) break;
     }
     store(body, step.now, state);
+    state.grips = std::move(step.stage.grips);
     if (is_far(state)) {
         step.record.report.converged = false;
         step.record.report.warnings.emplace_back(told_of_distance());

@@ -29,6 +29,13 @@ struct BallState {
     Eigen::Vector4d turn{1, 0, 0, 0};  // unit quaternion w, x, y, z
 };
 
+// How far a point of a part's surface that touches another part has been dragged along it, as far
+// as friction holds.
+struct Grip {
+    std::uint32_t point = 0, part = 0;                  // of the body's part shapes
+    Eigen::Vector3f stretch = Eigen::Vector3f::Zero();  // m
+};
+
 // A moment of a simulation. A value: copying it is a checkpoint.
 struct State {
     double time = 0;              // s since the first frame
@@ -39,6 +46,7 @@ struct State {
     std::vector<float> plastic;   // what flowed for good, as the method keeps it; empty: nothing
     std::vector<std::uint32_t> broken;  // links that broke, 3 * corner + axis, sorted
     std::vector<BallState> balls;       // those in Loads, in their order
+    std::vector<Grip> grips;            // in ascending order of (point, part)
     std::vector<float> stress;  // C, Pa, von Mises of each cube; empty when the method has none
     Report report;
 };

@@ -1,0 +1,65 @@
+#pragma once
+
+// What touches between parts of a body, while one time step is solved.
+//
+// A point that a search finds in another part or before it (part_contact.hpp) is kept behind a
+// plane for the rest of the step: with the weights w of the point and of the place that it was
+// found at, the normal n and the depth as they were there,
+//   g(x) = g0 + n . sum w_a x_a
+// is its signed distance wherever the corners go. The forces of such points are the slope of a
+// convex function of x but for friction, so that rounds of Newton's method converge; a set that is
+// found anew in each round comes and goes. The plane errs by the slip within a step times the turn
+// of the normal along it, and a step starts with a new one.
+//
+// Friction is a spring along the plane, as stiff as the push, that yields at mu N, and that a point
+// keeps from step to step for as long as it touches (Cundall, Strack. A discrete numerical model
+// for granular assemblies. Geotechnique 1979):
+//   F = -min(k |s|, mu N) s / |s|,   s = s0 + dt v_t
+// What rests does not creep, and rounds converge as they do without friction. (Coulomb's law with a
+// creep too slow to see leaves each point a kink far below the solver's tolerance, and of rounds
+// that cross it none converges.)
+
+#include "physics/body/part_shapes.hpp"
+#include "physics/body/point_contact.hpp"
+#include "physics/state/state.hpp"
+
+#include <vector>
+
+namespace physics {
+
+struct PartTouch {
+    std::array<std::uint32_t, PointContact::most> corners{};  // slots, as in PointContact
+    std::array<float, PointContact::most> weight{};
+    std::uint32_t point = 0, part = 0;  // of the shapes; the part that it is found in
+    Vec3 normal = Vec3::UnitY();        // unit, out of that part
+    double offset = 0;                  // m, g0
+    double stiffness = 0;               // N/m, k
+    double friction = 0;                // mu
+    Vec3 stretch = Vec3::Zero();        // m, s0
+    double load = -1;                   // N, that it yields at a share of; below 0: as it is pushed
+
+    // g at x, by slot, four numbers each.
+    double gap(const double* x) const;
+};
+
+// The contacts of all touches whose gap is below 0, of corners at x moving at v, in their order, in
+// a step of dt seconds. `tangent` is the a of point_contact.hpp.
+std::vector<PointContact> press(const std::vector<PartTouch>& touches, const double* x,
+                                const double* v, double dt, double tangent);
+
+// Friction of all of them yields from now on by the push at x, whatever becomes of that: forces are
+// then the slope of a convex function altogether.
+void hold_loads(std::vector<PartTouch>& touches, const double* x);
+
+// The stretch of each touch whose gap at x1 is below 0, when its corners went from x0 to x1.
+std::vector<Grip> grips_of(const std::vector<PartTouch>& touches, const double* x0,
+                           const double* x1);
+// Gives touches the stretch that they have among `grips`.
+void take_grips(std::vector<PartTouch>& touches, const std::vector<Grip>& grips);
+
+// Adds those found that are of other points. Both are in ascending order of (point, part), as is
+// the result. Returns whether one that is new is deeper than `much` (m) at x.
+bool add_found(std::vector<PartTouch>& touches, std::vector<PartTouch> found, const double* x,
+               double much);
+
+}  // namespace physics
