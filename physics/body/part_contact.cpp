@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <tuple>
 
@@ -264,20 +265,37 @@ std::optional<PartTouch> touch_in(const Scene& scene, const Moving& moving, cons
     return make_touch(scene, moving, target, cube, *in, *gap);
 }
 
-// The plane before a point that is in none of the cubes `near`: of the one that it is nearest to.
-std::optional<PartTouch> touch_before(const Scene& scene, const Moving& moving,
-                                      const Target& target, const std::vector<std::uint32_t>& near)
+// How far before a face a point may be to be told of it, cubes.
+double reach_of(const Scene& scene, const Vec3& way)
 {
-    constexpr double still = 0.3, most = 1;  // cubes
+    constexpr double still = 0.3, most = 1;
+    if (scene.look == Look::back) return still;
+    return std::min(still + way.norm() / scene.shapes.size, most);
+}
+
+// The plane before a point that is in none of the target's cubes `near`: of the one that it is
+// nearest to, among three whose middles are.
+std::optional<PartTouch> touch_before(const Scene& scene, const Moving& moving,
+                                      const Target& target, const std::vector<std::uint32_t>& near,
+                                      double reach)
+{
     const double h = scene.shapes.size;
-    const double way = scene.dt * (moving.v - target.velocity).norm();
-    const double reach = scene.look == Look::ahead ? std::min(still + way / h, most) : still;
-    const Vec3f r = Vec3f::Constant(static_cast<float>(reach * h)), p = moving.p.cast<float>();
+    const Vec3f p = moving.p.cast<float>();
+    constexpr std::size_t tried = 3;
+    std::array<std::pair<float, std::uint32_t>, tried> nearest;
+    nearest.fill({std::numeric_limits<float>::infinity(), 0});
+    for (const auto i : near) {
+        const Box3f& box = target.boxes[i];
+        const std::pair<float, std::uint32_t> here{(0.5f * (box.lo + box.hi) - p).squaredNorm(), i};
+        if (!(here < nearest.back())) continue;
+        nearest.back() = here;
+        std::sort(nearest.begin(), nearest.end());
+    }
     std::optional<InCube> best;
     std::uint32_t cube = 0;
     double least = reach;
-    for (const auto i : near) {
-        if (!target.boxes[i].overlaps({p - r, p + r})) continue;
+    for (const auto& [distance, i] : nearest) {
+        if (!std::isfinite(distance)) break;
         const auto c = target.cubes[i];
         const auto in = find_in_cube(corners_of(scene, c), h, moving.p, least);
         if (!in) continue;
@@ -293,9 +311,10 @@ std::optional<PartTouch> touch_before(const Scene& scene, const Moving& moving,
 }
 
 // The touch of a point with one of the target's cubes `near`, at the first place on its way where
-// it is inside; else of where it is before them.
+// it is inside; else of where it is before them. `close` is room.
 std::optional<PartTouch> first_touch(const Scene& scene, const Moving& moving, const Target& target,
-                                     const std::vector<std::uint32_t>& near)
+                                     const std::vector<std::uint32_t>& near,
+                                     std::vector<std::uint32_t>& close)
 {
     constexpr double stride = 0.4;  // of a cube
     constexpr int most = 64;        // places on the way
@@ -304,16 +323,27 @@ std::optional<PartTouch> first_touch(const Scene& scene, const Moving& moving, c
     if (!std::isfinite(strides)) return std::nullopt;
     const int places = std::clamp(static_cast<int>(std::min(strides, double(most))), 1, most);
     const int first = scene.look == Look::ahead ? places : 1;
+    const double reach = reach_of(scene, way);
+    Box about;
+    about.add(moving.p);
+    if (scene.look == Look::back) about.add(Vec3(moving.p - way));
+    about = wider(about, reach * scene.shapes.size);
+    const Box3f span{about.lo.cast<float>(), about.hi.cast<float>()};
+    close.clear();
+    for (const auto i : near) {
+        if (target.boxes[i].overlaps(span)) close.push_back(i);
+    }
+    if (close.empty()) return std::nullopt;
     for (int place = first; place <= places; ++place) {
         const Vec3 behind = (1 - double(place) / places) * way;
         const Vec3f p = (moving.p - behind).cast<float>();
-        for (const auto i : near) {
+        for (const auto i : close) {
             if (!target.boxes[i].overlaps({p, p})) continue;
             const auto cube = target.cubes[i];
             if (auto touch = touch_in(scene, moving, target, cube, behind)) return touch;
         }
     }
-    return touch_before(scene, moving, target, near);
+    return touch_before(scene, moving, target, close, reach);
 }
 
 void look(const Scene& scene, const Job& job, const Target& target, const Box& target_box,
@@ -321,7 +351,7 @@ void look(const Scene& scene, const Job& job, const Target& target, const Box& t
 {
     const PartShapes& shapes = scene.shapes;
     const auto holders = shapes.holders[job.from];
-    std::vector<std::uint32_t> near;  // of the target's cubes
+    std::vector<std::uint32_t> near, close;  // of the target's cubes
     for (std::size_t i = job.begin; i < job.end; ++i) {
         const std::uint32_t holder = holders[i], cube = shapes.holder[holder];
         const auto& corners = shapes.corners[cube];
@@ -338,7 +368,9 @@ void look(const Scene& scene, const Job& job, const Target& target, const Box& t
         std::sort(near.begin(), near.end());
         for (auto p = shapes.point_at[holder]; p < shapes.point_at[holder + 1]; ++p) {
             const Moving moving = moving_point(scene, cube, p);
-            if (const auto touch = first_touch(scene, moving, target, near)) out.push_back(*touch);
+            if (const auto touch = first_touch(scene, moving, target, near, close)) {
+                out.push_back(*touch);
+            }
         }
     }
 }
