@@ -8,6 +8,7 @@
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/cubes/samples.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/texture.hpp"
 #include "graph/types/standard_wires.hpp"
 #include "physics/layered_bodies/layered.hpp"
 #include "physics/modal/vibrate.hpp"

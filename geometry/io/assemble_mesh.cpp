@@ -284,7 +284,7 @@ void add_instance(Assembly& a, const ImportedNode& node, const Transform& T)
 }
 
 // Everything but normals that the file does not give.
-TriMesh finish(Assembly& a, const ReadOptions& options)
+TriMesh finish(Assembly& a, const ReadOptions& options, const FoundTextures& textures)
 {
     TriMesh out;
     for (const auto& key : a.place_of.keys()) {
@@ -315,8 +315,14 @@ TriMesh finish(Assembly& a, const ReadOptions& options)
         const auto unit = [](float x, float otherwise) {
             return std::isfinite(x) ? std::clamp(x, 0.f, 1.f) : otherwise;
         };
-        a.topology.materials.push_back({in.name, light(in.colour), unit(in.opacity, 1),
-                                        unit(in.roughness, 0.6f), unit(in.metallic, 0)});
+        Material& made = a.topology.materials.emplace_back();
+        made = {in.name, light(in.colour), unit(in.opacity, 1), unit(in.roughness, 0.6f),
+                unit(in.metallic, 0)};
+        if (m >= textures.of_material.size() || !textures.of_material[m]) continue;
+        made.texture = textures.of_material[m];
+        made.use = textures.use[m];
+        // Black would hide the picture: it is what some programs write beside one.
+        if (made.colour.isZero(0)) made.colour.setOnes();
     }
     out.topology = std::make_shared<const MeshTopology>(std::move(a.topology));
     return out;
@@ -383,7 +389,8 @@ void fit_and_place(TriMesh& mesh, const ReadOptions& options)
 
 }  // namespace
 
-ReadMesh assemble_mesh(const ImportedScene& scene, const ReadOptions& options)
+ReadMesh assemble_mesh(const ImportedScene& scene, const ReadOptions& options,
+                       const FoundTextures& textures)
 {
     ReadMesh out;
     Assembly assembly = begin_assembly(scene);
@@ -394,7 +401,7 @@ ReadMesh assemble_mesh(const ImportedScene& scene, const ReadOptions& options)
         if (node.mesh < scene.meshes.size())
             add_instance(assembly, node, world_of(node, file_to_world));
     }
-    out.mesh = finish(assembly, options);
+    out.mesh = finish(assembly, options, textures);
     out.warnings = assembly.dropped.sentences();
     if (out.mesh.positions.empty()) {
         std::string why;

@@ -2,7 +2,7 @@
 
 // What a mesh file holds, made into one mesh.
 
-#include "geometry/io/assimp_messages.hpp"
+#include "geometry/io/find_textures.hpp"
 #include "geometry/io/read_options.hpp"
 
 namespace geometry {
@@ -11,7 +11,8 @@ namespace geometry {
 // instances placed, mirrored ones wound to face outwards still, groups named after the file's
 // nodes. Faces that use a vertex which is not finite or not there, or one vertex twice, are left
 // out with a warning, and so are lines. Without faces, the points. Throws std::runtime_error when
-// nothing is left.
-ReadMesh assemble_mesh(const ImportedScene& scene, const ReadOptions& options = {});
+// nothing is left. `textures` are those of its materials.
+ReadMesh assemble_mesh(const ImportedScene& scene, const ReadOptions& options = {},
+                       const FoundTextures& textures = {});
 
 }  // namespace geometry

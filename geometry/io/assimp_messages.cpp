@@ -15,6 +15,12 @@ template <class Archive> void pass(Archive& a, ImportedMesh& m)
 template <class Archive> void pass(Archive& a, ImportedMaterial& m)
 {
     a(m.name), a(m.colour), a(m.opacity), a(m.roughness), a(m.metallic);
+    a(m.picture.path), a(m.picture.embedded), a(m.picture.wrap), a(m.opacity_picture);
+    a(m.alpha), a(m.cutoff), a(m.has_normal_map);
+}
+template <class Archive> void pass(Archive& a, EmbeddedPicture& p)
+{
+    a(p.name), a(p.file);
 }
 template <class Archive> void pass(Archive& a, ImportedNode& n)
 {
@@ -26,11 +32,11 @@ template <class Archive> void pass(Archive& a, ImportedFile& f)
 }
 template <class Archive> void pass(Archive& a, ImportedScene& s)
 {
-    std::uint64_t format = 0x3130'6369'7073'6120;  // another build's importer is not understood
+    std::uint64_t format = 0x3131'6369'7073'6120;  // another build's importer is not understood
     a(format);
-    if (format != 0x3130'6369'7073'6120) throw std::runtime_error("not a scene of this version");
-    a(s.meshes), a(s.materials), a(s.nodes), a(s.linear_colours), a(s.unit), a(s.has_axes),
-        a(s.to_y_up), a(s.files), a(s.error);
+    if (format != 0x3131'6369'7073'6120) throw std::runtime_error("not a scene of this version");
+    a(s.meshes), a(s.materials), a(s.embedded), a(s.nodes), a(s.linear_colours), a(s.unit),
+        a(s.has_axes), a(s.to_y_up), a(s.files), a(s.error);
 }
 
 template <class Archive> void pass(Archive& a, ExportedFile& f)
@@ -43,7 +49,7 @@ template <class Archive> void pass(Archive& a, ExportedFiles& f)
 }
 
 // What is sent as its bytes.
-template <class T> constexpr bool is_flat = std::is_arithmetic_v<T>;
+template <class T> constexpr bool is_flat = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 template <class T, int R> constexpr bool is_flat<Eigen::Matrix<T, R, 1>> = true;
 template <class T, std::size_t N> constexpr bool is_flat<std::array<T, N>> = true;
 

@@ -5,6 +5,7 @@
 
 #include "geometry/base/vec.hpp"
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -23,10 +24,30 @@ struct ImportedMesh {
     std::uint64_t lines = 0;            // line segments left out
 };
 
+// A picture that a material names.
+struct ImportedPicture {
+    std::string path;            // as the file has it; empty: none
+    std::int32_t embedded = -1;  // into ImportedScene::embedded, where the file holds it itself
+    std::array<std::uint8_t, 2> wrap{};  // TextureUse::Wrap along u and v
+};
+
 struct ImportedMaterial {
+    enum class Alpha : std::uint8_t { unsaid, ignored, cutout, blended };
+
     std::string name;
     Vec3f colour{0.7f, 0.7f, 0.7f};  // as the file has it
     float opacity = 1, roughness = 0.6f, metallic = 0;
+    ImportedPicture picture = {};  // of the colour
+    std::string opacity_picture = {};
+    Alpha alpha = Alpha::unsaid;
+    float cutoff = 0.5f;
+    bool has_normal_map = false;
+};
+
+// A picture that lies in the mesh file.
+struct EmbeddedPicture {
+    std::string name;
+    std::string file;  // the bytes of a picture file
 };
 
 // One use of a mesh in the file's tree of nodes.
@@ -44,6 +65,7 @@ struct ImportedFile {
 struct ImportedScene {
     std::vector<ImportedMesh> meshes;
     std::vector<ImportedMaterial> materials;
+    std::vector<EmbeddedPicture> embedded;
     std::vector<ImportedNode> nodes;
     bool linear_colours = false;  // else they are display values, sRGB
     double unit = 0;              // m, of one unit of length; 0 when the file does not say

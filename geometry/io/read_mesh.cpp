@@ -63,7 +63,9 @@ ReadMesh read_mesh(const std::filesystem::path& path, const ReadOptions& options
             " is damaged, or not of the format that its ending names: " + scene.error);
     }
     try {
-        ReadMesh out = assemble_mesh(scene, options);
+        FoundTextures textures = find_textures(scene, path, options.import.root);
+        ReadMesh out = assemble_mesh(scene, options, textures);
+        out.side_files = std::move(textures.side_files);
         const std::string itself = std::filesystem::absolute(path).string();
         for (const ImportedFile& f : scene.files) {
             if (f.path == itself) continue;
@@ -72,7 +74,11 @@ ReadMesh read_mesh(const std::filesystem::path& path, const ReadOptions& options
         for (const std::string& name : files_not_found(scene.files, path)) {
             out.warnings.push_back("it refers to " + name + ", which cannot be opened.");
         }
-        for (const std::string& w : scene.warnings) out.warnings.push_back(w);
+        const auto warn = [&](const std::vector<std::string>& more) {
+            out.warnings.insert(out.warnings.end(), more.begin(), more.end());
+        };
+        warn(textures.warnings);
+        warn(scene.warnings);
         for (std::string& w : out.warnings) w = path.filename().string() + ": " + w;
         return out;
     } catch (const std::runtime_error& error) {

@@ -1,5 +1,6 @@
 #include "geometry/io/read_ply.hpp"
 
+#include "geometry/base/numbering.hpp"
 #include "geometry/mesh/triangulate.hpp"
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <optional>
 #include <stdexcept>
 
@@ -67,6 +69,7 @@ std::string_view next_word(std::string_view& line)
 struct Header {
     Format format = Format::ascii;
     std::vector<Element> elements;
+    std::string texture;  // of "comment TextureFile wood.png", as MeshLab writes it
 };
 
 [[noreturn]] void refuse(std::string_view line)
@@ -117,6 +120,8 @@ Header read_header(std::string_view& rest)
             property.kind = *known;
             property.name = next_word(words);
             header.elements.back().properties.push_back(property);
+        } else if (first == "comment" && next_word(words) == "TextureFile") {
+            header.texture = words.substr(std::min(words.size(), words.find_first_not_of(' ')));
         } else if (!first.empty() && first != "comment" && first != "obj_info") {
             refuse(line);
         }
@@ -282,11 +287,65 @@ void read_list(Numbers& numbers, const Property& property, std::vector<std::int6
     }
 }
 
-// A polygon, whose corners may name vertices that are not there: assemble_mesh() counts those.
-void add_face(const std::vector<std::int64_t>& list, ImportedMesh& mesh)
+// Texture coordinates of corners. A vertex has those of the first corner that names it; a corner
+// with others names a copy of it, after all vertices, which assemble_mesh() welds to it again.
+struct CornerCoordinates {
+    std::vector<float> list;  // of the face being read: u and v of each corner
+    std::vector<bool> given;  // of the vertices
+    std::map<std::array<std::uint32_t, 3>, std::uint32_t> copies;  // by vertex and bits of u, v
+
+    std::uint32_t corner(std::uint32_t v, std::size_t k, ImportedMesh& mesh)
+    {
+        if (v >= mesh.uvs.size()) return v;
+        const Vec2f uv(list[2 * k], list[2 * k + 1]);
+        if (given.size() < mesh.uvs.size()) given.resize(mesh.uvs.size());
+        if (!given[v]) mesh.uvs[v] = uv;
+        given[v] = true;
+        if (bits(mesh.uvs[v]) == bits(uv)) return v;
+        const auto next = static_cast<std::uint32_t>(mesh.positions.size());
+        const auto b = bits(uv);
+        const auto [at, is_new] = copies.try_emplace({v, b[0], b[1]}, next);
+        if (is_new) {
+            mesh.positions.push_back(Vec3f(mesh.positions[v]));
+            if (v < mesh.normals.size()) mesh.normals.push_back(Vec3f(mesh.normals[v]));
+            if (v < mesh.colours.size()) mesh.colours.push_back(Vec3f(mesh.colours[v]));
+            mesh.uvs.push_back(uv);
+            given.push_back(true);
+        }
+        return at->second;
+    }
+};
+
+// What is kept from one element to the next.
+struct Lists {
+    std::vector<std::int64_t> indices;
+    CornerCoordinates coordinates;
+};
+
+void read_coordinates(Numbers& numbers, const Property& property, std::vector<float>& out)
 {
+    const std::uint64_t n = list_length(numbers, property);
+    out.clear();
+    for (std::uint64_t i = 0; i < n; ++i) {
+        out.push_back(static_cast<float>(numbers.next(property.kind)));
+    }
+}
+
+// A polygon, whose corners may name vertices that are not there: assemble_mesh() counts those.
+void add_face(Lists& lists, ImportedMesh& mesh)
+{
+    const std::vector<std::int64_t>& list = lists.indices;
+    CornerCoordinates& at = lists.coordinates;
     std::vector<std::uint32_t> corner;
-    for (const auto v : list) corner.push_back(static_cast<std::uint32_t>(v));
+    if (!at.list.empty() && mesh.uvs.empty()) {
+        mesh.uvs.assign(mesh.positions.size(), Vec2f(Vec2f::Zero()));
+    }
+    const bool has_coordinates = !list.empty() && at.list.size() == 2 * list.size() &&
+                                 mesh.uvs.size() == mesh.positions.size();
+    for (std::size_t k = 0; k < list.size(); ++k) {
+        const auto v = static_cast<std::uint32_t>(list[k]);
+        corner.push_back(has_coordinates ? at.corner(v, k, mesh) : v);
+    }
     if (corner.size() == 2) ++mesh.lines;
     triangulate(corner, mesh.positions, mesh.triangles);
 }
@@ -308,21 +367,24 @@ void add_strips(const std::vector<std::int64_t>& list, ImportedMesh& mesh)
 }
 
 void read_one(Numbers& numbers, const Element& element, const std::vector<Target>& targets,
-              std::vector<std::int64_t>& list, ImportedMesh& mesh)
+              Lists& lists, ImportedMesh& mesh)
 {
     if (element.name == "vertex") return read_vertex(numbers, element, targets, mesh);
+    const bool face = element.name == "face";
+    lists.indices.clear();
+    lists.coordinates.list.clear();
     for (const Property& p : element.properties) {
         const bool indices = p.list && (p.name == "vertex_indices" || p.name == "vertex_index");
-        if (indices && element.name == "face") {
-            read_list(numbers, p, list);
-            add_face(list, mesh);
-        } else if (indices && element.name == "tristrips") {
-            read_list(numbers, p, list);
-            add_strips(list, mesh);
+        if (indices && (face || element.name == "tristrips")) {
+            read_list(numbers, p, lists.indices);
+        } else if (face && p.list && p.name == "texcoord") {
+            read_coordinates(numbers, p, lists.coordinates.list);
         } else {
             skip(numbers, p);
         }
     }
+    if (face) add_face(lists, mesh);
+    if (element.name == "tristrips") add_strips(lists.indices, mesh);
 }
 
 }  // namespace
@@ -333,7 +395,7 @@ ImportedScene read_ply(std::string_view bytes)
     Numbers numbers(bytes, header.format);
     ImportedScene scene;
     ImportedMesh mesh;
-    std::vector<std::int64_t> list;
+    Lists lists;
     std::string unread_in;  // the first of them: "vertex 3"
 
     for (const Element& element : header.elements) {
@@ -344,7 +406,7 @@ ImportedScene read_ply(std::string_view bytes)
         }
         for (std::uint64_t i = 0; i < element.count; ++i) {
             try {
-                read_one(numbers, element, targets, list, mesh);
+                read_one(numbers, element, targets, lists, mesh);
             } catch (const Numbers::CutShort&) {
                 throw std::runtime_error(
                     fmt::format("it is cut short: its header announces {} of element {}, and the "
@@ -362,6 +424,10 @@ ImportedScene read_ply(std::string_view bytes)
             numbers.unread, numbers.unread == 1 ? "is" : "are", numbers.first_unread, unread_in));
     }
     scene.meshes.push_back(std::move(mesh));
+    if (!header.texture.empty()) {
+        scene.materials.emplace_back().colour.setOnes();
+        scene.materials[0].picture.path = header.texture;
+    }
     scene.nodes.push_back({"", 0, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}});
     return scene;
 }

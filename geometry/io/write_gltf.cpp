@@ -6,9 +6,11 @@
 #include "geometry/io/file_bytes.hpp"
 #include "geometry/io/write_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/texture.hpp"
 
 #include <nlohmann/json.hpp>
 
+#include <filesystem>
 #include <map>
 #include <stdexcept>
 
@@ -49,6 +51,15 @@ struct Gltf {
                                      {"type", type}});
         return json["accessors"].size() - 1;
     }
+    // A whole file as a piece of the binary chunk; the piece's index.
+    std::size_t add_file(const std::string& file)
+    {
+        json["bufferViews"].push_back(
+            {{"buffer", 0}, {"byteOffset", bin.size()}, {"byteLength", file.size()}});
+        bin += file;
+        bin.resize((bin.size() + 3) / 4 * 4);
+        return json["bufferViews"].size() - 1;
+    }
     std::size_t add_floats(const std::vector<Vec3f>& values)
     {
         return add(values, 5126, "VEC3", 1, 34962);
@@ -67,7 +78,43 @@ struct Gltf {
     }
 };
 
-nlohmann::json gltf_material(const Material& m)
+// Index of the image in the file: equal ones are there once.
+using Images = std::vector<const Texture*>;
+std::size_t gltf_image(Gltf& gltf, Images& images, const Texture& texture)
+{
+    const Texture::Source& source = texture.source();
+    for (std::size_t i = 0; i < images.size(); ++i) {
+        if (images[i]->source().file == source.file) return i;
+    }
+    // glTF knows two kinds of picture.
+    std::string type = media_type(texture), png;
+    if (type != "image/png" && type != "image/jpeg") {
+        png = encode_png(texture.picture());
+        type = "image/png";
+    }
+    gltf.json["images"].push_back({{"name", std::filesystem::path(source.name).stem().string()},
+                                   {"mimeType", type},
+                                   {"bufferView", gltf.add_file(png.empty() ? source.file : png)}});
+    images.push_back(&texture);
+    return images.size() - 1;
+}
+
+std::size_t gltf_texture(Gltf& gltf, Images& images, const Material& m)
+{
+    const auto wrap = [](TextureUse::Wrap w) {
+        return w == TextureUse::Wrap::repeat ? 10497 : w == TextureUse::Wrap::clamp ? 33071 : 33648;
+    };
+    const std::size_t image = gltf_image(gltf, images, *m.texture);
+    gltf.json["samplers"].push_back({{"magFilter", 9729},
+                                     {"minFilter", 9987},
+                                     {"wrapS", wrap(m.use.u)},
+                                     {"wrapT", wrap(m.use.v)}});
+    gltf.json["textures"].push_back(
+        {{"sampler", gltf.json["samplers"].size() - 1}, {"source", image}});
+    return gltf.json["textures"].size() - 1;
+}
+
+nlohmann::json gltf_material(Gltf& gltf, Images& textures, const Material& m)
 {
     nlohmann::json out{{"name", m.name},
                        {"doubleSided", true},
@@ -76,6 +123,13 @@ nlohmann::json gltf_material(const Material& m)
                          {"metallicFactor", m.metallic},
                          {"roughnessFactor", m.roughness}}}};
     if (m.opacity < 1) out["alphaMode"] = "BLEND";
+    if (!m.texture) return out;
+    out["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", gltf_texture(gltf, textures, m)}};
+    if (m.use.alpha == TextureUse::Alpha::blended) out["alphaMode"] = "BLEND";
+    if (m.use.alpha == TextureUse::Alpha::cutout) {
+        out["alphaMode"] = "MASK";
+        out["alphaCutoff"] = m.use.cutoff;
+    }
     return out;
 }
 
@@ -126,7 +180,10 @@ std::string glb_bytes(const TriMesh& mesh)
     Gltf gltf;
     gltf.json["asset"] = {{"version", "2.0"}, {"generator", "Aspic"}};
     gltf.json["scene"] = 0;
-    for (const Material& m : t.materials) gltf.json["materials"].push_back(gltf_material(m));
+    Images images;
+    for (const Material& m : t.materials) {
+        gltf.json["materials"].push_back(gltf_material(gltf, images, m));
+    }
 
     const auto add_node = [&](const std::string& name, nlohmann::json primitives) {
         gltf.json["scenes"][0]["nodes"].push_back(gltf.json["nodes"].size());

@@ -1,6 +1,7 @@
 #include "geometry/io/write_mesh.hpp"
 
 #include "geometry/base/whole_file.hpp"
+#include "geometry/io/texture_files.hpp"
 
 #include <algorithm>
 #include <array>
@@ -40,12 +41,17 @@ std::vector<fs::path> write_mesh(const fs::path& path, MeshFormat format, const 
             library =
                 (path.extension() == ".mtl" ? path.filename() : path.stem()).string() + ".mtl";
             beside.push_back(path.parent_path() / library);
+            // What it names first, so that it never names what is not there.
+            for (const fs::path& file : write_textures(path.parent_path(), *mesh.topology)) {
+                beside.push_back(file);
+            }
             write_whole_file(beside[0], materials);
         }
         write_whole_file(path, obj_text(mesh, library));
         break;
     }
     case MeshFormat::ply:
+        beside = write_textures(path.parent_path(), *mesh.topology);
         write_whole_file(path, ply_bytes(mesh));
         break;
     case MeshFormat::stl:

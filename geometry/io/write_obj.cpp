@@ -3,6 +3,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/base/srgb.hpp"
 #include "geometry/io/file_bytes.hpp"
+#include "geometry/io/texture_files.hpp"
 #include "geometry/io/write_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
 
@@ -121,7 +122,7 @@ std::string obj_text(const TriMesh& mesh, const std::string& library)
 std::string mtl_text(const TriMesh& mesh)
 {
     const MeshTopology& t = *mesh.topology;
-    const std::vector<std::string> names = material_names(t);
+    const std::vector<std::string> names = material_names(t), textures = texture_names(t);
     std::string out;
     for (std::size_t i = 0; i < names.size(); ++i) {
         const Material& m = t.materials[i];
@@ -137,6 +138,12 @@ std::string mtl_text(const TriMesh& mesh)
         put(out, m.roughness);
         out += "\nPm ";
         put(out, m.metallic);
+        if (!textures[i].empty()) {
+            const bool clamps = m.use.u == TextureUse::Wrap::clamp;
+            const std::string file = (clamps ? " -clamp on " : " ") + textures[i];
+            out += "\nmap_Kd" + file;
+            if (m.use.alpha != TextureUse::Alpha::ignored) out += "\nmap_d" + file;
+        }
         out += "\n\n";
     }
     return out;

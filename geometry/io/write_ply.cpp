@@ -3,6 +3,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/srgb.hpp"
 #include "geometry/io/file_bytes.hpp"
+#include "geometry/io/texture_files.hpp"
 #include "geometry/io/write_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
 
@@ -17,20 +18,34 @@ std::uint8_t byte_of(float x)
     return static_cast<std::uint8_t>(std::lround(255 * std::clamp(x, 0.f, 1.f)));
 }
 
-// The one normal of each vertex; empty when some vertex has none or several.
-std::vector<std::uint32_t> normal_of_vertex(const TriMesh& mesh)
+// The one entry of each vertex, of its normals or texture coordinates; empty when some vertex has
+// none or several.
+std::vector<std::uint32_t> entry_of_vertex(const TriMesh& mesh,
+                                           const std::vector<Triangle>& entries)
 {
     const MeshTopology& t = *mesh.topology;
-    std::vector<std::uint32_t> normal(mesh.positions.size(), no_index);
-    for (std::size_t f = 0; f < t.normal_triangles.size(); ++f) {
+    std::vector<std::uint32_t> entry(mesh.positions.size(), no_index);
+    for (std::size_t f = 0; f < entries.size(); ++f) {
         for (std::size_t k = 0; k < 3; ++k) {
-            auto& n = normal[t.triangles[f][k]];
-            if (n != no_index && n != t.normal_triangles[f][k]) return {};
-            n = t.normal_triangles[f][k];
+            auto& n = entry[t.triangles[f][k]];
+            if (n != no_index && n != entries[f][k]) return {};
+            n = entries[f][k];
         }
     }
-    if (std::find(normal.begin(), normal.end(), no_index) != normal.end()) return {};
-    return normal;
+    if (std::find(entry.begin(), entry.end(), no_index) != entry.end()) return {};
+    return entry;
+}
+
+// Of all materials the one texture's name; empty when they have none or several.
+std::string only_texture(const MeshTopology& t)
+{
+    std::string only;
+    for (const std::string& name : texture_names(t)) {
+        if (name.empty() || name == only) continue;
+        if (!only.empty()) return {};
+        only = name;
+    }
+    return only;
 }
 
 const Material& material_of(const MeshTopology& t, std::size_t face)
@@ -45,15 +60,22 @@ const Material& material_of(const MeshTopology& t, std::size_t face)
 std::string ply_bytes(const TriMesh& mesh)
 {
     const MeshTopology& t = *mesh.topology;
-    const std::vector<std::uint32_t> normal = normal_of_vertex(mesh);
+    const std::vector<std::uint32_t> normal = entry_of_vertex(mesh, t.normal_triangles),
+                                     uv = entry_of_vertex(mesh, t.uv_triangles);
     const bool normals = !mesh.normals.empty() && !normal.empty();
+    const bool uvs = !t.uvs.empty() && !uv.empty();
+    const bool seams = !t.uv_triangles.empty() && !uvs;  // then corners have their own
     const bool colours = !mesh.colours.empty();
     const bool face_colours = !colours && !t.materials.empty();
 
     std::string out = "ply\nformat binary_little_endian 1.0\ncomment Aspic: metres, y up\n";
+    if (const std::string texture = only_texture(t); !texture.empty()) {
+        out += "comment TextureFile " + texture + "\n";
+    }
     out += "element vertex " + std::to_string(mesh.positions.size()) + "\n";
     out += "property float x\nproperty float y\nproperty float z\n";
     if (normals) out += "property float nx\nproperty float ny\nproperty float nz\n";
+    if (uvs) out += "property float s\nproperty float t\n";
     const std::string rgb = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
     if (colours) out += rgb;
     for (const Attribute& a : mesh.attributes) {
@@ -63,6 +85,7 @@ std::string ply_bytes(const TriMesh& mesh)
     }
     out += "element face " + std::to_string(t.triangles.size()) + "\n";
     out += "property list uchar uint vertex_indices\n";
+    if (seams) out += "property list uchar float texcoord\n";
     if (face_colours) out += rgb;
     out += "end_header\n";
 
@@ -70,6 +93,7 @@ std::string ply_bytes(const TriMesh& mesh)
     for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
         put_floats(out, mesh.positions[v]);
         if (normals) put_floats(out, mesh.normals[normal[v]]);
+        if (uvs) put_bytes(out, std::array{t.uvs[uv[v]].x(), t.uvs[uv[v]].y()});
         if (colours) {
             const Vec3f c = srgb_from_linear(mesh.colours[v]);
             for (int d = 0; d < 3; ++d) put_bytes(out, byte_of(c[d]));
@@ -79,6 +103,12 @@ std::string ply_bytes(const TriMesh& mesh)
     for (std::size_t f = 0; f < t.triangles.size(); ++f) {
         put_bytes(out, std::uint8_t(3));
         put_bytes(out, t.triangles[f]);
+        if (seams) {
+            put_bytes(out, std::uint8_t(6));
+            for (const auto i : t.uv_triangles[f]) {
+                put_bytes(out, std::array{t.uvs[i].x(), t.uvs[i].y()});
+            }
+        }
         if (face_colours) {
             const Vec3f c = srgb_from_linear(material_of(t, f).colour);
             for (int d = 0; d < 3; ++d) put_bytes(out, byte_of(c[d]));

@@ -3,12 +3,15 @@
 // Triangle meshes as they come from the world: any number of pieces, open or closed, broken or not.
 
 #include "geometry/base/vec.hpp"
+#include "geometry/mesh/texture_use.hpp"
 
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace geometry {
+
+class Texture;  // geometry/mesh/texture.hpp
 
 // How a face looks. Linear RGB in 0..1.
 struct Material {
@@ -17,8 +20,13 @@ struct Material {
     float opacity = 1;
     float roughness = 0.6f;  // 0 mirror .. 1 chalk
     float metallic = 0;
+    // A picture at the texture coordinates, which colour and opacity are multiplied with; null:
+    // none. All frames share it.
+    std::shared_ptr<const Texture> texture = nullptr;
+    TextureUse use = {};
 
-    bool operator==(const Material&) const = default;
+    // Textures are equal where their files are.
+    bool operator==(const Material& other) const;
 };
 
 // What stays the same while a mesh moves; shared by all frames of it.

@@ -2,6 +2,7 @@
 #include "geometry/mesh/triangulate.hpp"
 
 #include <assimp/DefaultIOSystem.h>
+#include <assimp/GltfMaterial.h>
 #include <assimp/Importer.hpp>
 #include <assimp/config.h>
 #include <assimp/scene.h>
@@ -73,7 +74,65 @@ template <class V> Vec3f vec3(const V& v)
     return {float(v.x), float(v.y), float(v.z)};
 }
 
-ImportedMesh mesh_of(const aiMesh& in)
+// Of `type`, or no path where there is none; and which texture coordinates it lies at.
+ImportedPicture picture_of(const aiScene& scene, const aiMaterial& in, aiTextureType type,
+                           unsigned& coordinates)
+{
+    ImportedPicture out;
+    aiString path;
+    std::array<aiTextureMapMode, 2> wrap{aiTextureMapMode_Wrap, aiTextureMapMode_Wrap};
+    if (in.GetTexture(type, 0, &path, nullptr, &coordinates, nullptr, nullptr, wrap.data()) !=
+        AI_SUCCESS) {
+        return out;
+    }
+    out.path = text(path);
+    for (std::size_t k = 0; k < 2; ++k) {
+        out.wrap[k] = wrap[k] == aiTextureMapMode_Wrap     ? 0
+                      : wrap[k] == aiTextureMapMode_Mirror ? 2
+                                                           : 1;
+    }
+    const auto [texture, index] = scene.GetEmbeddedTextureAndIndex(path.C_Str());
+    if (texture) out.embedded = index;
+    return out;
+}
+
+// The picture of a material's colour.
+ImportedPicture colour_picture(const aiScene& scene, const aiMaterial& in, unsigned& coordinates)
+{
+    coordinates = 0;
+    ImportedPicture out = picture_of(scene, in, aiTextureType_BASE_COLOR, coordinates);
+    if (out.path.empty()) out = picture_of(scene, in, aiTextureType_DIFFUSE, coordinates);
+    return out;
+}
+
+// One that holds pixels and no file is given a file: TGA.
+EmbeddedPicture embedded_picture(const aiTexture& in, std::size_t number)
+{
+    EmbeddedPicture out;
+    out.name = fs::path(text(in.mFilename)).filename().string();
+    if (in.mHeight == 0) {
+        out.file.assign(reinterpret_cast<const char*>(in.pcData), in.mWidth);
+    } else if (in.mWidth < 65536 && in.mHeight < 65536) {
+        out.file.assign(18, '\0');
+        out.file[2] = 2;
+        for (unsigned k = 0; k < 2; ++k) {
+            out.file[12 + k] = static_cast<char>(in.mWidth >> 8 * k & 255);
+            out.file[14 + k] = static_cast<char>(in.mHeight >> 8 * k & 255);
+        }
+        out.file[16] = 32;
+        out.file[17] = 0x28;  // eight bits of alpha, rows from the top
+        out.file.append(reinterpret_cast<const char*>(in.pcData),
+                        sizeof(aiTexel) * in.mWidth * in.mHeight);
+    }
+    if (out.name.empty() || out.name[0] == '*') {
+        const bool jpeg = out.file.starts_with("\xff\xd8");
+        const bool png = out.file.starts_with("\x89PNG");
+        out.name = "picture" + std::to_string(number) + (jpeg ? ".jpg" : png ? ".png" : ".tga");
+    }
+    return out;
+}
+
+ImportedMesh mesh_of(const aiScene& scene, const aiMesh& in)
 {
     ImportedMesh out;
     out.name = text(in.mName);
@@ -86,7 +145,12 @@ ImportedMesh mesh_of(const aiMesh& in)
         out.normals.reserve(n);
         for (std::size_t i = 0; i < n; ++i) out.normals.push_back(vec3(in.mNormals[i]));
     }
-    if (const aiVector3D* uvs = in.mTextureCoords[0]) {
+    unsigned coordinates = 0;
+    if (in.mMaterialIndex < scene.mNumMaterials) {
+        colour_picture(scene, *scene.mMaterials[in.mMaterialIndex], coordinates);
+    }
+    if (!in.HasTextureCoords(coordinates)) coordinates = 0;
+    if (const aiVector3D* uvs = in.mTextureCoords[coordinates]) {
         out.uvs.reserve(n);
         for (std::size_t i = 0; i < n; ++i) out.uvs.emplace_back(float(uvs[i].x), float(uvs[i].y));
     }
@@ -111,7 +175,28 @@ ImportedMesh mesh_of(const aiMesh& in)
     return out;
 }
 
-ImportedMaterial material_of(const aiMaterial& in)
+// What glTF says of a material's alpha.
+void read_alpha(const aiMaterial& in, ImportedMaterial& out)
+{
+    aiString mode;
+    if (in.Get(AI_MATKEY_GLTF_ALPHAMODE, mode) != AI_SUCCESS) return;
+    using Alpha = ImportedMaterial::Alpha;
+    const std::string name = text(mode);
+    out.alpha = name == "MASK" ? Alpha::cutout : name == "BLEND" ? Alpha::blended : Alpha::ignored;
+    float cutoff = 0;
+    if (in.Get(AI_MATKEY_GLTF_ALPHACUTOFF, cutoff) == AI_SUCCESS) out.cutoff = cutoff;
+}
+
+void read_pictures(const aiScene& scene, const aiMaterial& in, ImportedMaterial& out)
+{
+    unsigned coordinates = 0;
+    out.picture = colour_picture(scene, in, coordinates);
+    out.opacity_picture = picture_of(scene, in, aiTextureType_OPACITY, coordinates).path;
+    out.has_normal_map = in.GetTextureCount(aiTextureType_NORMALS) > 0 ||
+                         in.GetTextureCount(aiTextureType_HEIGHT) > 0;
+}
+
+ImportedMaterial material_of(const aiScene& scene, const aiMaterial& in)
 {
     ImportedMaterial out;
     aiString name;
@@ -140,6 +225,8 @@ ImportedMaterial material_of(const aiMaterial& in)
         out.roughness = std::pow(2 / (shininess + 2), 0.25f);
     }
     if (in.Get(AI_MATKEY_METALLIC_FACTOR, metallic) == AI_SUCCESS) out.metallic = metallic;
+    read_alpha(in, out);
+    read_pictures(scene, in, out);
     return out;
 }
 
@@ -234,10 +321,13 @@ void read(const std::string& path, const std::string& root, ImportedScene& out)
         read_fbx_settings(scene->mMetaData, out);
     }
     for (unsigned i = 0; i < scene->mNumMeshes; ++i) {
-        out.meshes.push_back(mesh_of(*scene->mMeshes[i]));
+        out.meshes.push_back(mesh_of(*scene, *scene->mMeshes[i]));
     }
     for (unsigned i = 0; i < scene->mNumMaterials; ++i) {
-        out.materials.push_back(material_of(*scene->mMaterials[i]));
+        out.materials.push_back(material_of(*scene, *scene->mMaterials[i]));
+    }
+    for (unsigned i = 0; i < scene->mNumTextures; ++i) {
+        out.embedded.push_back(embedded_picture(*scene->mTextures[i], i));
     }
     add_nodes(*scene, out);
 }

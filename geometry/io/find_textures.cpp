@@ -1,0 +1,177 @@
+#include "geometry/io/find_textures.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <stdexcept>
+
+namespace geometry {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t largest_file = std::uintmax_t{1} << 30;  // bytes
+
+// As files are named here: "..\wood%20old.png" is "../wood old.png".
+std::string plain_path(std::string path)
+{
+    std::replace(path.begin(), path.end(), '\\', '/');
+    if (path.starts_with("file://")) path.erase(0, 7);
+    return path;
+}
+
+std::string without_escapes(const std::string& path)
+{
+    std::string out;
+    const auto digit = [](char c) {
+        return c >= '0' && c <= '9'                 ? c - '0'
+               : (c | 32) >= 'a' && (c | 32) <= 'f' ? (c | 32) - 87
+                                                    : -1;
+    };
+    for (std::size_t i = 0; i < path.size(); ++i) {
+        const bool escape = path[i] == '%' && i + 2 < path.size() && digit(path[i + 1]) >= 0 &&
+                            digit(path[i + 2]) >= 0;
+        out += escape ? static_cast<char>(16 * digit(path[i + 1]) + digit(path[i + 2])) : path[i];
+        if (escape) i += 2;
+    }
+    return out;
+}
+
+// Where a picture may lie, best first.
+std::vector<fs::path> places(const std::string& named, const fs::path& folder)
+{
+    std::vector<fs::path> all;
+    const std::string plain = plain_path(named);
+    for (const std::string& path : {plain, without_escapes(plain)}) {
+        const fs::path asked(path), name = asked.filename();
+        // The same object where `path` is absolute.
+        for (const fs::path& place : {folder / asked, folder / name, folder / "textures" / name}) {
+            const fs::path clean = place.lexically_normal();
+            if (std::find(all.begin(), all.end(), clean) == all.end()) all.push_back(clean);
+        }
+    }
+    return all;
+}
+
+bool allowed(const fs::path& path, const fs::path& root)
+{
+    std::error_code none;
+    if (!fs::is_regular_file(path, none) || fs::file_size(path, none) > largest_file) return false;
+    if (root.empty()) return true;
+    const fs::path top = fs::weakly_canonical(root), real = fs::weakly_canonical(path);
+    return std::mismatch(top.begin(), top.end(), real.begin(), real.end()).first == top.end();
+}
+
+std::optional<std::string> bytes_of(const fs::path& path)
+{
+    std::ifstream in(path, std::ios::binary);
+    if (!in) return std::nullopt;
+    return std::string{std::istreambuf_iterator<char>(in), {}};
+}
+
+// The textures while they are found.
+struct Search {
+    const ImportedScene& scene;
+    fs::path folder, root;
+    std::map<std::string, std::shared_ptr<const Texture>> known;  // by path
+    std::map<const Texture*, TextureUse::Alpha> alpha;
+    FoundTextures out;
+
+    void warn(const ImportedMaterial& m, const std::string& what)
+    {
+        out.warnings.push_back(
+            fmt::format("material \"{}\" is drawn in its plain colour: {}.", m.name, what));
+    }
+};
+
+std::optional<Texture::Source> source_of(Search& search, const ImportedMaterial& m)
+{
+    const ImportedPicture& p = m.picture;
+    if (p.embedded >= 0 && std::size_t(p.embedded) < search.scene.embedded.size()) {
+        const EmbeddedPicture& e = search.scene.embedded[std::size_t(p.embedded)];
+        return Texture::Source{e.name, e.file};
+    }
+    for (const fs::path& place : places(p.path, search.folder)) {
+        search.out.side_files.push_back(place);
+        if (!allowed(place, search.root)) continue;
+        if (auto bytes = bytes_of(place)) {
+            return Texture::Source{place.filename().string(), std::move(*bytes)};
+        }
+    }
+    search.warn(m, fmt::format("its picture {} cannot be opened; put the file beside the model, or "
+                               "correct its path in the material",
+                               plain_path(p.path)));
+    return std::nullopt;
+}
+
+std::shared_ptr<const Texture> texture_of(Search& search, const ImportedMaterial& m)
+{
+    const auto known = search.known.find(m.picture.path);
+    if (known != search.known.end() && known->second) return known->second;
+    std::shared_ptr<const Texture>& texture = search.known[m.picture.path];
+    auto source = source_of(search, m);
+    if (!source) return nullptr;
+    const std::string name = source->name;
+    try {
+        auto made = std::make_shared<const Texture>(std::move(*source));
+        // All of it is read now, so that a damaged one is told of here.
+        search.alpha[made.get()] = alpha_of(made->picture());
+        texture = std::move(made);
+    } catch (const std::runtime_error& error) {
+        search.warn(
+            m, fmt::format("its picture {} {}; convert it to PNG or JPEG", name, error.what()));
+    }
+    return texture;
+}
+
+TextureUse use_of(Search& search, const ImportedMaterial& m, const Texture* texture)
+{
+    using Alpha = ImportedMaterial::Alpha;
+    TextureUse use;
+    use.u = static_cast<TextureUse::Wrap>(std::min<int>(m.picture.wrap[0], 2));
+    use.v = static_cast<TextureUse::Wrap>(std::min<int>(m.picture.wrap[1], 2));
+    use.cutoff = std::clamp(m.cutoff, 0.f, 1.f);
+    if (!texture) return use;
+    use.alpha = m.alpha == Alpha::unsaid ? search.alpha[texture]
+                                         : static_cast<TextureUse::Alpha>(int(m.alpha) - 1);
+    return use;
+}
+
+// Sentences about what materials have and nothing here uses.
+void warn_of_unused(Search& search)
+{
+    std::size_t normal_maps = 0;
+    for (const ImportedMaterial& m : search.scene.materials) {
+        normal_maps += m.has_normal_map;
+        const fs::path mask = fs::path(plain_path(m.opacity_picture)).filename();
+        if (mask.empty() || mask == fs::path(plain_path(m.picture.path)).filename()) continue;
+        search.out.warnings.push_back(fmt::format(
+            "material \"{}\": its picture {} of opacity is not used; put the opacity into the "
+            "alpha of the picture that holds the colour.",
+            m.name, mask.string()));
+    }
+    if (normal_maps > 0) {
+        search.out.warnings.push_back(
+            fmt::format("{} of its materials {} a normal map, which is not used.", normal_maps,
+                        normal_maps == 1 ? "has" : "have"));
+    }
+}
+
+}  // namespace
+
+FoundTextures find_textures(const ImportedScene& scene, const fs::path& model, const fs::path& root)
+{
+    Search search{scene, fs::absolute(model).parent_path(), root, {}, {}, {}};
+    for (const ImportedMaterial& m : scene.materials) {
+        const auto texture = m.picture.path.empty() ? nullptr : texture_of(search, m);
+        search.out.of_material.push_back(texture);
+        search.out.use.push_back(use_of(search, m, texture.get()));
+    }
+    warn_of_unused(search);
+    return std::move(search.out);
+}
+
+}  // namespace geometry

@@ -1,0 +1,26 @@
+#pragma once
+
+// The pictures that a mesh file's materials name: looked for beside it, and read.
+
+#include "geometry/io/assimp_messages.hpp"
+#include "geometry/mesh/texture.hpp"
+
+#include <filesystem>
+
+namespace geometry {
+
+struct FoundTextures {
+    // M, of the scene's materials: null where one has none, or none that can be read.
+    std::vector<std::shared_ptr<const Texture>> of_material;
+    std::vector<TextureUse> use;                    // M
+    std::vector<std::string> warnings;              // each a sentence
+    std::vector<std::filesystem::path> side_files;  // that were opened or looked for
+};
+
+// Paths are taken from the folder of `model`. A picture that is not there is looked for by its name
+// alone: in that folder, and in `textures` below it. Side files must lie below `root`, unless that
+// is empty. Materials that name one file share one texture.
+FoundTextures find_textures(const ImportedScene& scene, const std::filesystem::path& model,
+                            const std::filesystem::path& root);
+
+}  // namespace geometry

@@ -1,0 +1,22 @@
+#pragma once
+
+// Textures as files beside a mesh file that names them.
+
+#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/texture.hpp"
+
+#include <filesystem>
+
+namespace geometry {
+
+// The name of each material's texture as a file beside the mesh, empty where it has none. Equal
+// textures share a name, others are told apart; no name has a space, at which some readers stop.
+std::vector<std::string> texture_names(const MeshTopology& topology);
+
+// Writes each texture to `folder` by its name, and returns the paths. A file that holds the same
+// bytes already is left alone: all frames of a shot name one file. Throws std::runtime_error as
+// write_whole_file() does.
+std::vector<std::filesystem::path> write_textures(const std::filesystem::path& folder,
+                                                  const MeshTopology& topology);
+
+}  // namespace geometry

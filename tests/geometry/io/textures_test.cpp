@@ -1,0 +1,267 @@
+// Textures from a file to a mesh and back to files of other formats.
+
+#include "geometry/io/export_mesh.hpp"
+#include "geometry/io/read_mesh.hpp"
+#include "geometry/mesh/merge.hpp"
+#include "geometry/mesh/texture.hpp"
+#include "tests/geometry/files.hpp"
+#include "tests/geometry/meshes.hpp"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace geometry;
+
+// `cells` by `cells` squares of `texels` each, `a` in the upper left corner.
+Picture checker(int cells, int texels, std::array<std::uint8_t, 4> a, std::array<std::uint8_t, 4> b)
+{
+    Picture picture{cells * texels, cells * texels, {}};
+    for (int y = 0; y < picture.height; ++y) {
+        for (int x = 0; x < picture.width; ++x) {
+            const auto& colour = (x / texels + y / texels) % 2 == 0 ? a : b;
+            picture.rgba.insert(picture.rgba.end(), colour.begin(), colour.end());
+        }
+    }
+    return picture;
+}
+
+const std::string red_and_blue = encode_png(checker(4, 2, {200, 30, 20, 255}, {20, 40, 180, 255}));
+
+// A square in two triangles, one corner of which has texture coordinates of its own: a seam.
+const std::string square_obj = "mtllib a.mtl\nusemtl wood\n"
+                               "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+                               "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 0.25 0.5\n"
+                               "f 1/1 2/2 3/3\nf 1/5 3/3 4/4\n";
+
+// The texture coordinates of every corner, by where the corner is.
+std::vector<std::array<float, 5>> corners_of(const TriMesh& mesh)
+{
+    std::vector<std::array<float, 5>> out;
+    const MeshTopology& t = *mesh.topology;
+    for (std::size_t f = 0; f < t.uv_triangles.size(); ++f) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3f& p = mesh.positions[t.triangles[f][k]];
+            const Vec2f& uv = t.uvs[t.uv_triangles[f][k]];
+            out.push_back({p.x(), p.y(), p.z(), uv.x(), uv.y()});
+        }
+    }
+    std::sort(out.begin(), out.end());
+    return out;
+}
+
+bool mentions(const ReadMesh& read, const std::string& text)
+{
+    return std::any_of(read.warnings.begin(), read.warnings.end(),
+                       [&](const std::string& w) { return w.find(text) != std::string::npos; });
+}
+
+TEST(Textures, AnObjKeepsItsPictureItsCoordinatesAndItsWeldedVertices)
+{
+    const files::Folder folder;
+    folder.write("pictures/red and blue.png", red_and_blue);
+    folder.write("a.mtl",
+                 "newmtl wood\nKd 0.5 0.5 0.5\nmap_Kd -clamp on pictures\\red and blue.png\n");
+    const ReadMesh read = read_mesh(folder.write("a.obj", square_obj));
+    EXPECT_EQ(read.warnings, std::vector<std::string>{});
+    meshes::expect_consistent(read.mesh);
+    EXPECT_EQ(read.mesh.positions.size(), 4u) << "a seam splits no vertex";
+    EXPECT_EQ(read.mesh.topology->uvs.size(), 5u);
+    const Material& wood = read.mesh.topology->materials.at(0);
+    ASSERT_TRUE(wood.texture);
+    EXPECT_EQ(wood.texture->source().name, "red and blue.png");
+    EXPECT_EQ(wood.texture->source().file, red_and_blue);
+    EXPECT_EQ(wood.texture->size().width, 8);
+    EXPECT_EQ(wood.texture->picture().rgba, decode_picture(red_and_blue).rgba);
+    EXPECT_EQ(wood.use.u, TextureUse::Wrap::clamp);
+    EXPECT_EQ(wood.use.alpha, TextureUse::Alpha::ignored);
+    EXPECT_NEAR(wood.colour.x(), 0.2140f, 1e-3) << "display value 0.5, which the picture is times";
+    // The runtime learns of the picture: when it changes, the mesh is read again.
+    const auto& files = read.side_files;
+    EXPECT_NE(std::find(files.begin(), files.end(), folder.path / "pictures/red and blue.png"),
+              files.end());
+}
+
+TEST(Textures, APictureThatIsElsewhereIsFoundByItsName)
+{
+    for (const char* place : {"deep/red.png", "deep/textures/red.png"}) {
+        const files::Folder folder;
+        folder.write(place, red_and_blue);
+        folder.write("deep/a.mtl", "newmtl wood\nKd 0 0 0\nmap_Kd C:\\old\\machine\\red.png\n");
+        const ReadMesh read = read_mesh(folder.write("deep/a.obj", square_obj));
+        EXPECT_EQ(read.warnings, std::vector<std::string>{});
+        ASSERT_TRUE(read.mesh.topology->materials.at(0).texture);
+        EXPECT_EQ(read.mesh.topology->materials[0].colour, Vec3f(1, 1, 1)) << "black hides nothing";
+    }
+}
+
+TEST(Textures, AMissingPictureIsToldWithItsMaterialAndWhatToDo)
+{
+    const files::Folder folder;
+    folder.write("a.mtl", "newmtl wood\nKd 0.5 0.5 0.5\nmap_Kd maps/oak.png\n");
+    const ReadMesh read = read_mesh(folder.write("a.obj", square_obj));
+    EXPECT_FALSE(read.mesh.topology->materials.at(0).texture);
+    ASSERT_EQ(read.warnings.size(), 1u);
+    EXPECT_EQ(
+        read.warnings[0],
+        "a.obj: material \"wood\" is drawn in its plain colour: its picture maps/oak.png cannot "
+        "be opened; put the file beside the model, or correct its path in the material.");
+    EXPECT_FALSE(read.side_files.empty());
+}
+
+TEST(Textures, APictureThatIsDamagedOrOfAnotherFormatIsTold)
+{
+    const files::Folder folder;
+    folder.write("a.mtl", "newmtl wood\nKd 0.5 0.5 0.5\nmap_Kd oak.png\n");
+    const auto obj = folder.write("a.obj", square_obj);
+    folder.write("oak.png", red_and_blue.substr(0, red_and_blue.size() / 2));
+    EXPECT_TRUE(mentions(read_mesh(obj), "its picture oak.png is damaged"));
+    folder.write("oak.png", "RIFF....WEBP");
+    EXPECT_TRUE(mentions(read_mesh(obj), "convert it to PNG or JPEG"));
+    EXPECT_FALSE(read_mesh(obj).mesh.topology->materials.at(0).texture);
+}
+
+TEST(Textures, APictureOutsideTheRootIsNotOpened)
+{
+    const files::Folder folder;
+    folder.write("red.png", red_and_blue);
+    folder.write("job/a.mtl", "newmtl wood\nKd 0.5 0.5 0.5\nmap_Kd ../red.png\n");
+    const auto obj = folder.write("job/a.obj", square_obj);
+    ReadOptions options;
+    EXPECT_TRUE(read_mesh(obj, options).mesh.topology->materials.at(0).texture);
+    options.import.root = folder.path / "job";
+    EXPECT_FALSE(read_mesh(obj, options).mesh.topology->materials.at(0).texture);
+}
+
+TEST(Textures, WhatIsNotUsedIsTold)
+{
+    const files::Folder folder;
+    folder.write("red.png", red_and_blue);
+    folder.write("a.mtl",
+                 "newmtl wood\nKd 1 1 1\nmap_Kd red.png\nmap_d mask.png\nmap_Bump n.png\n");
+    const ReadMesh read = read_mesh(folder.write("a.obj", square_obj));
+    EXPECT_TRUE(mentions(read, "its picture mask.png of opacity is not used"));
+    EXPECT_TRUE(mentions(read, "1 of its materials has a normal map, which is not used"));
+}
+
+TEST(Textures, LeavesAreCutOutAndVeilsAreBlended)
+{
+    Picture leaf = checker(2, 8, {30, 120, 30, 255}, {0, 0, 0, 0});
+    EXPECT_EQ(alpha_of(leaf), TextureUse::Alpha::cutout);
+    for (std::size_t i = 3; i < leaf.rgba.size(); i += 4) leaf.rgba[i] = std::uint8_t(i / 4);
+    EXPECT_EQ(alpha_of(leaf), TextureUse::Alpha::blended);
+    EXPECT_EQ(alpha_of(decode_picture(red_and_blue)), TextureUse::Alpha::ignored);
+}
+
+// A mesh of two textured materials and one plain one, of which one picture is a TGA, which glTF
+// does not know, and two pictures share a name.
+TriMesh textured()
+{
+    const Picture leaf = checker(2, 8, {30, 120, 30, 255}, {0, 0, 0, 0});
+    std::string tga(18, '\0');
+    tga[2] = 2, tga[12] = 16, tga[14] = 16, tga[16] = 32, tga[17] = 0x28;
+    for (std::size_t i = 0; i < leaf.rgba.size(); i += 4) {
+        for (const std::size_t k : {2, 1, 0, 3}) tga += static_cast<char>(leaf.rgba[i + k]);
+    }
+    Material wood{"wood", {1, 1, 1}}, green{"leaf", {1, 1, 1}};
+    wood.texture = std::make_shared<const Texture>(Texture::Source{"my picture.png", red_and_blue});
+    wood.use.u = TextureUse::Wrap::mirror;
+    green.texture = std::make_shared<const Texture>(Texture::Source{"my picture.png", tga});
+    green.use.alpha = TextureUse::Alpha::cutout;
+    const TriMesh a = meshes::with_material(uv_sphere(1, 8, 6), wood, "a");
+    const TriMesh b = meshes::with_material(grid(2, 2, 2, 2), green, "b");
+    const TriMesh c = meshes::with_material(box({1, 1, 1}, {1, 1, 1}), {"plain", {1, 0, 0}}, "c");
+    const std::array<const TriMesh*, 3> all{&a, &b, &c};
+    return merge(all);
+}
+
+TEST(Textures, ObjAndGlbBringThemBack)
+{
+    const files::Folder folder;
+    const TriMesh mesh = textured();
+    for (const char* name : {"out/a.0001.obj", "out/a.0001.glb"}) {
+        SCOPED_TRACE(name);
+        const auto beside = write_mesh(folder.path / name, mesh_format(name), mesh);
+        for (const auto& file : beside) EXPECT_TRUE(files::fs::exists(file)) << file;
+        const ReadMesh back = read_mesh(folder.path / name);
+        EXPECT_EQ(back.warnings, std::vector<std::string>{});
+        const auto& materials = back.mesh.topology->materials;
+        ASSERT_EQ(materials.size(), 3u);
+        for (std::size_t m = 0; m < 2; ++m) {
+            ASSERT_TRUE(materials[m].texture);
+            EXPECT_EQ(materials[m].texture->picture().rgba,
+                      mesh.topology->materials[m].texture->picture().rgba);
+        }
+        EXPECT_EQ(materials[1].use.alpha, TextureUse::Alpha::cutout);
+        EXPECT_FALSE(materials[2].texture);
+        if (std::string(name).ends_with("glb")) {
+            EXPECT_EQ(materials[0].use.u, TextureUse::Wrap::mirror);
+            EXPECT_EQ(materials[0].use.v, TextureUse::Wrap::repeat);
+        } else {
+            EXPECT_EQ(beside, (std::vector{folder.path / "out/a.0001.mtl",
+                                           folder.path / "out/my_picture.1.png",
+                                           folder.path / "out/my_picture.png"}));
+        }
+        const auto before = corners_of(mesh), after = corners_of(back.mesh);
+        ASSERT_EQ(before.size(), after.size());
+        // glTF counts v from the top: 1 - (1 - v) is v to a place or two.
+        for (std::size_t i = 0; i < before.size(); ++i) {
+            for (std::size_t k = 0; k < 5; ++k) ASSERT_NEAR(before[i][k], after[i][k], 1e-6);
+        }
+    }
+}
+
+TEST(Textures, APlyHasCoordinatesAlsoAtSeamsAndNamesItsOnePicture)
+{
+    const files::Folder folder;
+    TriMesh mesh = uv_sphere(1, 8, 6);  // the seam runs from pole to pole
+    Material wood{"wood", {1, 1, 1}};
+    wood.texture = std::make_shared<const Texture>(Texture::Source{"red.png", red_and_blue});
+    for (const bool seams : {true, false}) {
+        if (!seams) mesh = grid(2, 2, 3, 2);
+        mesh = meshes::with_material(std::move(mesh), wood, "ball");
+        const auto beside = write_mesh(folder.path / "a.ply", MeshFormat::ply, mesh);
+        EXPECT_EQ(beside, std::vector{folder.path / "red.png"});
+        const ReadMesh back = read_mesh(folder.path / "a.ply");
+        EXPECT_EQ(back.warnings, std::vector<std::string>{});
+        EXPECT_TRUE(back.mesh.positions == mesh.positions) << "vertices keep their order";
+        EXPECT_EQ(corners_of(back.mesh), corners_of(mesh));
+        ASSERT_EQ(back.mesh.topology->materials.size(), 1u);
+        ASSERT_TRUE(back.mesh.topology->materials[0].texture);
+        EXPECT_EQ(back.mesh.topology->materials[0].texture->source().file, red_and_blue);
+    }
+}
+
+TEST(Textures, AFrameDoesNotWriteAgainWhatIsThere)
+{
+    const files::Folder folder;
+    const TriMesh mesh = textured();
+    write_mesh(folder.path / "a.0001.obj", MeshFormat::obj, mesh);
+    const auto picture = folder.path / "my_picture.png";
+    const auto long_ago = files::fs::last_write_time(picture) - std::chrono::hours(1);
+    files::fs::last_write_time(picture, long_ago);
+    write_mesh(folder.path / "a.0002.obj", MeshFormat::obj, mesh);
+    EXPECT_EQ(files::fs::last_write_time(picture), long_ago);
+    folder.write("my_picture.png", "another");
+    write_mesh(folder.path / "a.0003.obj", MeshFormat::obj, mesh);
+    EXPECT_EQ(files::bytes_of(picture), red_and_blue);
+}
+
+TEST(Textures, MaterialsAreEqualWhereTheirPicturesAre)
+{
+    const auto picture = [](const std::string& name) {
+        return std::make_shared<const Texture>(Texture::Source{name, red_and_blue});
+    };
+    Material a{"a"}, b{"a"};
+    a.texture = picture("x.png");
+    EXPECT_NE(a, b);
+    b.texture = picture("x.png");
+    EXPECT_EQ(a, b);
+    b.texture = picture("y.png");
+    EXPECT_NE(a, b);
+    b = a;
+    b.use.cutoff = 0.3f;
+    EXPECT_NE(a, b);
+}
+
+}  // namespace
