@@ -74,7 +74,10 @@ void add_to(graph::Registry& registry)
                  {"file", "import", "load", "mesh", "obj", "fbx", "alembic", "object"})
         .path_in("path", &Inputs::path,
                  "The file: OBJ with its materials, PLY, STL, glTF, FBX, COLLADA, AC3D, 3DS and "
-                 "others. #### stands for the frame number, for a sequence of one file per frame.")
+                 "others. #### stands for the frame number, for a sequence of one file per frame. "
+                 "Pictures of base colours (PNG, JPEG, BMP, TGA) are read with it, from the file "
+                 "itself or from the path that it names. One that isn't there is looked for by its "
+                 "name beside the file and in `textures` below it.")
         .choice("unit", &Inputs::unit, {"auto", "m", "cm", "mm", "inch", "foot", "custom"},
                 "Unit of length of the file. auto: the unit that the file states, or else metres.")
         .param("custom_unit", &Inputs::custom_unit, "Length of the file's unit.",
@@ -101,8 +104,9 @@ void add_to(graph::Registry& registry)
                "Limits on reading a file. A file that exceeds one is reported as damaged.")
         .check(check)
         .output("mesh", &Outputs::mesh,
-                "The mesh in metres, y up, welded by position, with the materials, groups, "
-                "normals, texture coordinates and vertex colours that the file has.");
+                "The mesh in metres, y up, welded by position, with the materials and their "
+                "textures, groups, normals, texture coordinates and vertex colours that the file "
+                "has. Two faces that meet at a seam of the texture share their vertices.");
 }
 
 }  // namespace nodes::read_mesh

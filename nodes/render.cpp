@@ -74,8 +74,9 @@ static void describe(graph::ParamsOf<ColourParams>& p)
 {
     p.choice(
          "by", &ColourParams::by, {"material", "constant", "vertex", "attribute"},
-         "What colours the meshes: their materials, one colour, their vertices' own colours, or "
-         "an attribute through a scale.")
+         "What colours the meshes: their materials with their textures, one colour, their "
+         "vertices' own colours, or an attribute through a scale. The alpha of a texture always "
+         "takes effect.")
         .colour("constant", &ColourParams::constant, "The one colour.", {"by", {"constant"}})
         .param(
             "attribute", &ColourParams::attribute,

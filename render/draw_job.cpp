@@ -91,6 +91,12 @@ DrawJob draw_job(const DrawList& list, const Look& look)
     job.indices = list.indices;
     job.opaque = list.opaque;
     job.clear = list.clear;
+    job.uvs = list.uvs;
+    for (const auto& texture : list.textures) {
+        const geometry::Picture& picture = texture->picture();
+        job.textures.push_back(
+            {texture->digest(), picture.width, picture.height, picture.rgba.data()});
+    }
     return job;
 }
 

@@ -41,12 +41,23 @@ struct PictureNumbers {
 static_assert(std::is_trivially_copyable_v<PictureNumbers>);
 static_assert(std::is_trivially_copyable_v<Vertex> && std::is_trivially_copyable_v<Batch>);
 
+// A texture; `rgba` is null where the process that draws has it already.
+struct JobTexture {
+    std::uint64_t digest = 0;  // the same for equal pictures
+    int width = 0, height = 0;
+    const std::uint8_t* rgba = nullptr;
+
+    std::size_t bytes() const { return 4 * std::size_t(width) * std::size_t(height); }
+};
+
 // The spans belong to the draw list, or to memory that two processes share.
 struct DrawJob {
     PictureNumbers numbers;
     std::span<const Vertex> vertices;
     std::span<const std::uint32_t> indices;
+    std::span<const std::array<float, 2>> uvs;  // of the vertices; empty without textures
     std::span<const Batch> opaque, clear;
+    std::vector<JobTexture> textures;
 };
 
 DrawJob draw_job(const DrawList& list, const Look& look);

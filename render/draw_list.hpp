@@ -7,10 +7,12 @@
 //   scene -- make_draw_list --> DrawList -- Renderer --> image
 //              (gather)
 
+#include "geometry/mesh/texture.hpp"
 #include "render/colour.hpp"
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,6 +32,13 @@ struct Vertex {
 };
 static_assert(sizeof(Vertex) == 28);
 
+// The picture that faces are covered with.
+struct Cover {
+    std::int32_t texture = -1;  // into DrawList::textures; -1: none
+    bool colours = false;       // the picture times the vertices' colour; else its alpha alone
+    geometry::TextureUse use;
+};
+
 struct Batch {
     enum class Shape { triangles, lines, balls } shape = Shape::triangles;
     std::uint32_t first = 0, count = 0;  // indices
@@ -37,6 +46,7 @@ struct Batch {
     ColourMap map = ColourMap::viridis;
     bool shadow = true;
     float size = 1;  // pixels: width of lines, least diameter of balls
+    Cover cover;
 };
 
 // Pictures are computed in stage units: the stage's centre is the origin and half its diagonal is
@@ -66,7 +76,9 @@ struct ShadowMap {
 
 struct DrawList {
     std::vector<Vertex> vertices;
+    std::vector<std::array<float, 2>> uvs;  // of the vertices, v up; empty without textures
     std::vector<std::uint32_t> indices;
+    std::vector<std::shared_ptr<const geometry::Texture>> textures;
     std::vector<Batch> opaque;
     std::vector<Batch> clear;  // far to near
     StageUnits units;

@@ -3,7 +3,10 @@
 // What this program and aspic-draw tell each other. Requests and replies go through a socket, one
 // message each; vertices, indices, batches and pixels lie in memory that both see:
 //
-//   memory   | vertices | indices | opaque | clear | pixels |     each from a multiple of 64 bytes
+//   memory   | vertices | uvs | indices | opaque | clear | textures | pixels | texels |
+//
+// each from a multiple of 64 bytes. Of textures, `texels` has those alone that aspic-draw does not
+// keep from the picture before; it keeps what a picture used until the next one.
 //
 // Both programs must be of one build: a message of another size, or with another `layout`, is
 // refused.
@@ -21,9 +24,17 @@ inline constexpr int draw_socket = 3, draw_memory = 4;
 inline constexpr std::uint64_t draw_layout =
     1'000'000 * sizeof(PictureNumbers) + 1000 * sizeof(Vertex) + sizeof(Batch);
 
+struct SentTexture {
+    std::uint64_t digest = 0;
+    std::int32_t width = 0, height = 0;
+    bool sent = false;  // its texels follow those of the ones before
+};
+static_assert(std::is_trivially_copyable_v<SentTexture>);
+
 struct DrawRequest {
     std::uint64_t layout = draw_layout;
-    std::uint64_t vertices = 0, indices = 0, opaque = 0, clear = 0;  // how many
+    std::uint64_t vertices = 0, uvs = 0, indices = 0, opaque = 0, clear = 0;  // how many
+    std::uint64_t textures = 0, texel_bytes = 0;
     PictureNumbers numbers;
 };
 static_assert(std::is_trivially_copyable_v<DrawRequest>);
@@ -37,7 +48,7 @@ static_assert(std::is_trivially_copyable_v<DrawReply>);
 
 // Where each part of a request lies, bytes from the start of the memory.
 struct DrawPlaces {
-    std::size_t vertices, indices, opaque, clear, pixels, end;
+    std::size_t vertices, uvs, indices, opaque, clear, textures, pixels, texels, end;
 };
 inline DrawPlaces places_of(const DrawRequest& r)
 {
@@ -49,10 +60,13 @@ inline DrawPlaces places_of(const DrawRequest& r)
         return start;
     };
     at.vertices = take(r.vertices * sizeof(Vertex));
+    at.uvs = take(r.uvs * sizeof(std::array<float, 2>));
     at.indices = take(r.indices * sizeof(std::uint32_t));
     at.opaque = take(r.opaque * sizeof(Batch));
     at.clear = take(r.clear * sizeof(Batch));
+    at.textures = take(r.textures * sizeof(SentTexture));
     at.pixels = take(std::size_t(r.numbers.width) * std::size_t(r.numbers.height) * 4);
+    at.texels = take(r.texel_bytes);
     at.end = next;
     return at;
 }

@@ -10,6 +10,7 @@
 #include <sys/socket.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -86,10 +87,26 @@ std::string last_line(int said)
     return text.substr(text.rfind('\n') + 1);
 }
 
-DrawRequest request_for(const DrawJob& job)
+// The textures of a job, and which of them the process lacks that has those of `kept`.
+std::vector<SentTexture> to_send(const DrawJob& job, const std::vector<std::uint64_t>& kept)
+{
+    std::vector<SentTexture> textures;
+    for (const JobTexture& t : job.textures) {
+        const bool has = std::find(kept.begin(), kept.end(), t.digest) != kept.end();
+        textures.push_back({t.digest, t.width, t.height, !has});
+    }
+    return textures;
+}
+
+DrawRequest request_for(const DrawJob& job, const std::vector<SentTexture>& textures)
 {
     DrawRequest request;
     request.vertices = job.vertices.size();
+    request.uvs = job.uvs.size();
+    request.textures = textures.size();
+    for (std::size_t i = 0; i < textures.size(); ++i) {
+        if (textures[i].sent) request.texel_bytes += job.textures[i].bytes();
+    }
     request.indices = job.indices.size();
     request.opaque = job.opaque.size();
     request.clear = job.clear.size();
@@ -97,7 +114,8 @@ DrawRequest request_for(const DrawJob& job)
     return request;
 }
 
-void copy_in(const DrawJob& job, const DrawPlaces& at, std::byte* memory)
+void copy_in(const DrawJob& job, const std::vector<SentTexture>& textures, const DrawPlaces& at,
+             std::byte* memory)
 {
     const auto copy = [&](std::size_t place, const auto& data) {
         if (!data.empty()) std::memcpy(memory + place, data.data(), data.size_bytes());
@@ -106,6 +124,14 @@ void copy_in(const DrawJob& job, const DrawPlaces& at, std::byte* memory)
     copy(at.indices, job.indices);
     copy(at.opaque, job.opaque);
     copy(at.clear, job.clear);
+    copy(at.uvs, job.uvs);
+    copy(at.textures, std::span<const SentTexture>(textures));
+    std::byte* texels = memory + at.texels;
+    for (std::size_t i = 0; i < textures.size(); ++i) {
+        if (!textures[i].sent) continue;
+        std::memcpy(texels, job.textures[i].rgba, job.textures[i].bytes());
+        texels += job.textures[i].bytes();
+    }
 }
 
 // The next reply; false when the process is gone.
@@ -160,14 +186,15 @@ DrawProcess::~DrawProcess()
 bool DrawProcess::draw(const DrawJob& job, std::span<std::uint8_t> rgba,
                        const std::function<void()>& check)
 {
-    const DrawRequest request = request_for(job);
+    const std::vector<SentTexture> textures = to_send(job, kept_);
+    const DrawRequest request = request_for(job, textures);
     const DrawPlaces at = places_of(request);
     if (at.end > size_) {
         if (::ftruncate(memory_fd_.fd, static_cast<off_t>(at.end)) != 0) throw std::bad_alloc();
         size_ = at.end;
     }
     std::byte* const memory = memory_.map(at.end);
-    copy_in(job, at, memory);
+    copy_in(job, textures, at, memory);
     const ssize_t sent = ::send(socket_.fd, &request, sizeof request, MSG_NOSIGNAL);
     DrawReply reply;
     if (sent != ssize_t{sizeof request} || !receive(socket_.fd, reply, check)) return false;
@@ -175,6 +202,11 @@ bool DrawProcess::draw(const DrawJob& job, std::span<std::uint8_t> rgba,
     if (reply.is == DrawReply::Is::out_of_memory) throw std::bad_alloc();
     if (reply.is == DrawReply::Is::failed) throw std::runtime_error(reply.why.data());
     std::memcpy(rgba.data(), memory + at.pixels, rgba.size());
+    kept_.clear();
+    for (const JobTexture& t : job.textures) kept_.push_back(t.digest);
+    if (request.texel_bytes > 0) {  // sent once: their room is given back
+        if (::ftruncate(memory_fd_.fd, static_cast<off_t>(at.texels)) == 0) size_ = at.texels;
+    }
     return true;
 }
 

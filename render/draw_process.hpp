@@ -19,6 +19,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace render {
 
@@ -53,6 +54,7 @@ private:
     SharedMemory memory_;
     std::size_t size_ = 0;  // bytes of the memory
     std::size_t resident_ = 0;
+    std::vector<std::uint64_t> kept_;  // the textures that it has, by their digests
     pid_t pid_ = -1, parent_ = -1;
 };
 

@@ -4,6 +4,7 @@
 
 #include "render/gather.hpp"
 
+#include "geometry/base/no_index.hpp"
 #include "geometry/base/parallel.hpp"
 #include "geometry/mesh/normals.hpp"
 #include "render/surface_layout.hpp"
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <span>
 #include <stdexcept>
 
 namespace render {
@@ -139,6 +141,19 @@ std::vector<Vertex> looks_of(const TriMesh& mesh, const Surface& surface)
     return looks;
 }
 
+// Appends where in their pictures the vertices from `base` on lie. Those of surfaces without
+// textures lie nowhere.
+void add_uvs(Gathering& all, const TriMesh& mesh, const SurfaceLayout& layout, std::size_t base)
+{
+    if (layout.uv.empty()) return;
+    auto& uvs = all.list.uvs;
+    uvs.resize(base);
+    for (const std::uint32_t i : layout.uv) {
+        const Vec2f at = i == geometry::no_index ? Vec2f(0, 0) : mesh.topology->uvs[i];
+        uvs.push_back({at.x(), at.y()});
+    }
+}
+
 // Appends the surface's vertices. Returns how many of them cannot be drawn.
 std::size_t add_vertices(Gathering& all, const Surface& surface, const TriMesh& mesh,
                          const SurfaceLayout& layout, const geometry::Attribute* attribute)
@@ -169,13 +184,34 @@ std::size_t add_vertices(Gathering& all, const Surface& surface, const TriMesh& 
         }
         bad += bad_here;
     });
+    add_uvs(all, mesh, layout, base);
     return bad;
 }
 
-// Appends the surface's triangles, whose vertices start at `offset`. Where `some_bad`, those with a
-// vertex that cannot be drawn are left out.
-void add_triangles(Gathering& all, const SurfaceLayout& layout, Batch batch, std::uint32_t offset,
-                   std::size_t opaque, bool some_bad)
+// The batch for a part of a surface.
+Batch batch_of(Gathering& all, const SurfaceLayout::Part& part, const TriMesh& mesh,
+               const Surface& surface)
+{
+    Batch batch = open_batch(all, Batch::Shape::triangles);
+    batch.mapped = surface.paint.by == Paint::By::attribute;
+    batch.map = surface.paint.scale.map;
+    batch.shadow = surface.shadow;
+    if (!part.textured) return batch;
+    const geometry::Material& material = mesh.topology->materials[part.material];
+    auto& textures = all.list.textures;
+    const auto same = [&](const auto& t) { return t->digest() == material.texture->digest(); };
+    const auto at = std::find_if(textures.begin(), textures.end(), same);
+    batch.cover.texture = static_cast<std::int32_t>(at - textures.begin());
+    batch.cover.colours = surface.paint.by == Paint::By::material;
+    batch.cover.use = material.use;
+    if (at == textures.end()) textures.push_back(material.texture);
+    return batch;
+}
+
+// Appends triangles that are drawn alike, whose vertices start at `offset`. Where `some_bad`, those
+// with a vertex that cannot be drawn are left out.
+void add_triangles(Gathering& all, std::span<const Triangle> triangles, bool clear,
+                   const Batch& batch, std::uint32_t offset, bool some_bad)
 {
     DrawList& list = all.list;
     const auto draws = [&](const Triangle& t) {
@@ -186,18 +222,18 @@ void add_triangles(Gathering& all, const SurfaceLayout& layout, Batch batch, std
         }
         return true;
     };
-    list.indices.reserve(list.indices.size() + 3 * opaque);
-    for (std::size_t f = 0; f < opaque; ++f) {
-        const Triangle& t = layout.triangles[f];
-        if (!draws(t)) continue;
-        for (const auto i : t) list.indices.push_back(offset + i);
+    if (!clear) {
+        list.indices.reserve(list.indices.size() + 3 * triangles.size());
+        for (const Triangle& t : triangles) {
+            if (!draws(t)) continue;
+            for (const auto i : t) list.indices.push_back(offset + i);
+        }
+        close_batch(all, batch);
+        return;
     }
-    close_batch(all, batch);
-
     const auto style = static_cast<std::uint32_t>(all.styles.size());
     all.styles.push_back(batch);
-    for (std::size_t f = opaque; f < layout.triangles.size(); ++f) {
-        const Triangle& t = layout.triangles[f];
+    for (const Triangle& t : triangles) {
         if (!draws(t)) continue;
         Vec3f sum = Vec3f::Zero();
         for (const auto i : t) sum += Vec3f(list.vertices[offset + i].position.data()) - all.centre;
@@ -248,12 +284,13 @@ void add_surface(Gathering& all, const Surface& surface, std::size_t number)
         warn(": " + std::to_string(bad) +
              " vertices are not finite or immensely far away: their faces are not drawn");
     }
-    Batch batch = open_batch(all, Batch::Shape::triangles);
-    batch.mapped = attribute != nullptr;
-    batch.map = surface.paint.scale.map;
-    batch.shadow = surface.shadow;
-    const std::size_t opaque = surface.opacity < 1 ? 0 : layout->opaque;
-    add_triangles(all, *layout, batch, offset, opaque, bad > 0);
+    std::span<const Triangle> rest(layout->triangles);
+    for (const SurfaceLayout::Part& part : layout->parts) {
+        add_triangles(all, rest.first(part.count),
+                      part.clear ||
+                          surface.opacity<1, batch_of(all, part, *mesh, surface), offset, bad> 0);
+        rest = rest.subspan(part.count);
+    }
 }
 
 void add_lines(Gathering& all, const Lines& lines)
@@ -300,6 +337,7 @@ void add_balls(Gathering& all, const Balls& balls)
 void finish_gathering(Gathering& all)
 {
     DrawList& list = all.list;
+    if (!list.uvs.empty()) list.uvs.resize(list.vertices.size());
     std::stable_sort(all.clear.begin(), all.clear.end(),
                      [](const auto& a, const auto& b) { return a.depth < b.depth; });
     for (std::size_t i = 0; i < all.clear.size(); ++i) {

@@ -64,6 +64,8 @@ std::string lit_words(Style style, bool soft, int reads)
            (soft ? "1" : "0") + "\n#define READS " + std::to_string(reads) + '\n';
 }
 
+constexpr const char* textured = "#define TEXTURED\n";
+
 GlPrograms compile_programs()
 {
     GlPrograms p{};
@@ -73,31 +75,36 @@ GlPrograms compile_programs()
     p.seen = program(screen, lit_by("seen.frag"), lit_words(Style::plain, false, 2));
     p.soften = program(screen, {"soften.frag"});
     p.shadow = program({"shadow.vert"}, {"shadow.frag"});
+    p.surface_textured = program({"surface.vert"}, {"pack.glsl", "surface.frag"}, textured);
+    p.shadow_textured = program({"shadow.vert"}, {"shadow.frag"}, textured);
     p.balls = program({"balls.vert"}, {"pack.glsl", "balls.frag"});
     p.balls_shadow = program({"balls.vert"}, {"balls_shadow.frag"});
     return p;
 }
 
-// Where a vertex array finds the members of Vertex; see surface.vert.
-void make_vertex_array(GlObjects& gl)
+// Where a vertex array finds the members of Vertex, and uvs; see surface.vert.
+GLuint vertex_array(const GlObjects& gl, bool with_uvs)
 {
-    glCreateVertexArrays(1, &gl.vertex_array);
-    glCreateBuffers(1, &gl.vertices);
-    glCreateBuffers(1, &gl.indices);
-    glCreateBuffers(1, &gl.frame);
-    glVertexArrayVertexBuffer(gl.vertex_array, 0, gl.vertices, 0, sizeof(Vertex));
-    glVertexArrayElementBuffer(gl.vertex_array, gl.indices);
+    GLuint array = 0;
+    glCreateVertexArrays(1, &array);
+    glVertexArrayVertexBuffer(array, 0, gl.vertices, 0, sizeof(Vertex));
+    glVertexArrayElementBuffer(array, gl.indices);
     const auto attribute = [&](GLuint place, GLint count, GLenum type, bool unit, std::size_t at) {
-        glEnableVertexArrayAttrib(gl.vertex_array, place);
-        glVertexArrayAttribFormat(gl.vertex_array, place, count, type, unit, GLuint(at));
-        glVertexArrayAttribBinding(gl.vertex_array, place, 0);
+        glEnableVertexArrayAttrib(array, place);
+        glVertexArrayAttribFormat(array, place, count, type, unit, GLuint(at));
+        glVertexArrayAttribBinding(array, place, 0);
     };
     attribute(0, 3, GL_FLOAT, false, offsetof(Vertex, position));
     attribute(1, 2, GL_SHORT, true, offsetof(Vertex, normal));
     attribute(2, 4, GL_UNSIGNED_BYTE, true, offsetof(Vertex, colour));
     attribute(3, 4, GL_UNSIGNED_BYTE, true, offsetof(Vertex, material));
     attribute(4, 1, GL_FLOAT, false, offsetof(Vertex, value));
-    glBindVertexArray(gl.vertex_array);
+    if (with_uvs) {
+        attribute(5, 2, GL_FLOAT, false, 0);
+        glVertexArrayVertexBuffer(array, 1, gl.uvs, 0, 2 * sizeof(float));
+        glVertexArrayAttribBinding(array, 5, 1);
+    }
+    return array;
 }
 
 // All colour maps in one texture, a row each.
@@ -142,7 +149,11 @@ GlObjects make_gl_objects()
     glSamplerParameteri(gl.smooth_depths, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
     glSamplerParameteri(gl.smooth_depths, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
     glNamedFramebufferDrawBuffer(gl.shadow_pass, GL_NONE);
-    make_vertex_array(gl);
+    for (GLuint* const buffer : {&gl.vertices, &gl.uvs, &gl.indices, &gl.frame}) {
+        glCreateBuffers(1, buffer);
+    }
+    gl.vertex_array = vertex_array(gl, false);
+    gl.textured_array = vertex_array(gl, true);
     fill_maps(gl);
 
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
@@ -188,6 +199,7 @@ const LitPrograms& lit_programs(GlObjects& gl, Style style, bool soft)
     p.backdrop = program(screen, lit_by("backdrop.frag"), words);
     p.edges = program(screen, lit_by("edges.frag"), words);
     p.clear = program({"surface.vert"}, lit_by("clear.frag"), words);
+    p.clear_textured = program({"surface.vert"}, lit_by("clear.frag"), words + textured);
     p.finish = program(screen, lit_by("finish.frag"), words);
     p.object = program(screen, lit_by("object.frag"), words);
     return p;

@@ -5,6 +5,7 @@
 // size.
 
 #include "render/draw_list.hpp"
+#include "render/gl_textures.hpp"
 #include "render/look.hpp"
 
 #include <glad/gl.h>
@@ -69,12 +70,13 @@ struct SampleLayers {
 // One for each kind of pass that knows nothing of light.
 struct GlPrograms {
     GLuint surface, uneven, shadow, balls, balls_shadow, seen, soften;
+    GLuint surface_textured, shadow_textured;
 };
 
 // Those that light what is seen, in one style.
 struct LitPrograms {
     GLuint object = 0, floor_lit = 0, floor_shadowed = 0, backdrop = 0, edges = 0, clear = 0,
-           finish = 0;
+           clear_textured = 0, finish = 0;
 };
 
 struct GlObjects {
@@ -83,7 +85,9 @@ struct GlObjects {
     GLuint plain_depths, smooth_depths;            // samplers of the shadow map
     std::array<GLuint, 2> seen_pass;
     std::array<Target, 2> seen{Target{GL_RGBA32F}, Target{GL_RGBA32F}};  // half as wide and high
-    GLuint vertex_array, vertices, indices, frame;
+    GLuint vertex_array, textured_array;                                 // the second has uvs too
+    GLuint vertices, uvs, indices, frame;
+    GlTextures textures;
     GLuint light_pass, finish_pass, shadow_pass;
     Layer layer;
     SampleLayers fine;

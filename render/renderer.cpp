@@ -20,7 +20,8 @@ enum Unit : GLuint {
     unit_plain_depths,
     unit_smooth_depths,
     unit_fine,
-    unit_fine_depths
+    unit_fine_depths,
+    unit_texture
 };
 
 // What the stencil says of a pixel.
@@ -66,6 +67,8 @@ void upload(const GlObjects& gl, const DrawJob& job)
     };
     fill(gl.vertices, job.vertices);
     fill(gl.indices, job.indices);
+    if (!job.uvs.empty()) fill(gl.uvs, job.uvs);
+    glBindVertexArray(job.uvs.empty() ? gl.vertex_array : gl.textured_array);
 }
 
 // Where in its pixel a sample lies, from the middle; and by how much the discs of soft light turn.
@@ -129,8 +132,13 @@ void draw_shadow(GlObjects& gl, const DrawJob& job)
         for (const Batch& batch : batches) {
             if (!batch.shadow || batch.shape == Batch::Shape::lines) continue;
             const bool round = batch.shape == Batch::Shape::balls;
-            glUseProgram(round ? gl.programs.balls_shadow : gl.programs.shadow);
+            const bool cut = batch.cover.texture >= 0 &&
+                             batch.cover.use.alpha != geometry::TextureUse::Alpha::ignored;
+            glUseProgram(round ? gl.programs.balls_shadow
+                         : cut ? gl.programs.shadow_textured
+                               : gl.programs.shadow);
             if (round) glUniform1i(1, 1);
+            if (cut) use_cover(gl.textures, job, batch.cover, unit_texture, true);
             glDrawElements(round ? GL_POINTS : GL_TRIANGLES, GLsizei(batch.count), GL_UNSIGNED_INT,
                            at_index(batch.first));
         }
@@ -165,10 +173,12 @@ void draw_batches(const GlObjects& gl, const DrawJob& job, int samples)
                 mode = GL_LINES;
                 glLineWidth(std::max(1.0f, batch.size * float(samples)));
             }
-            glUseProgram(gl.programs.surface);
+            const bool textured = batch.cover.texture >= 0;
+            glUseProgram(textured ? gl.programs.surface_textured : gl.programs.surface);
             glUniform1i(5, lines);
             glUniform1i(3, batch.mapped);
             glUniform1f(4, (float(batch.map) + 0.5f) / map_count);
+            if (textured) use_cover(gl.textures, job, batch.cover, unit_texture, false);
         }
         glDrawElements(mode, GLsizei(batch.count), GL_UNSIGNED_INT, at_index(batch.first));
     }
@@ -257,13 +267,16 @@ void draw_edges(GlObjects& gl, const DrawJob& job)
 
 void draw_clear(GlObjects& gl, const DrawJob& job)
 {
-    glUseProgram(lit_programs(gl, job.numbers.style, job.numbers.soft).clear);
+    const LitPrograms& p = lit_programs(gl, job.numbers.style, job.numbers.soft);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GREATER);
     glDepthMask(GL_FALSE);
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     for (const Batch& batch : job.clear) {
+        const bool textured = batch.cover.texture >= 0;
+        glUseProgram(textured ? p.clear_textured : p.clear);
+        if (textured) use_cover(gl.textures, job, batch.cover, unit_texture, false);
         glUniform1i(5, 0);
         glUniform1i(3, batch.mapped);
         glUniform1f(4, (float(batch.map) + 0.5f) / map_count);
@@ -361,6 +374,7 @@ void Renderer::draw(const DrawJob& job, std::span<std::uint8_t> rgba)
     GlObjects& gl = *gl_;
     const PictureNumbers& numbers = job.numbers;
     upload(gl, job);
+    take_textures(gl.textures, job);
     set_numbers(gl, job, 1, {});
     draw_shadow(gl, job);
     if (numbers.pictures > 1) {

@@ -14,9 +14,11 @@ std::size_t bytes_to_draw(const DrawJob& job)
     const auto area = [](int width, int height) {
         return std::size_t(width) * std::size_t(height);
     };
-    return compiler + area(n.width, n.height) * (a_pixel + a_sample) +
+    std::size_t textures = 0;
+    for (const JobTexture& t : job.textures) textures += 3 * t.bytes();  // with its smaller levels
+    return compiler + textures + area(n.width, n.height) * (a_pixel + a_sample) +
            4 * area(n.shadow_width, n.shadow_height) +
-           2 * (job.vertices.size_bytes() + job.indices.size_bytes());
+           2 * (job.vertices.size_bytes() + job.uvs.size_bytes() + job.indices.size_bytes());
 }
 
 void ask_for_room(std::size_t bytes)

@@ -10,14 +10,23 @@ namespace render {
 // as often as it has different normals or materials. All of this stays the same while the mesh
 // moves: each frame only positions and normals are gathered through it.
 struct SurfaceLayout {
+    // Triangles that are drawn alike.
+    struct Part {
+        std::size_t count = 0;  // triangles
+        bool clear = false;     // whether one sees through them
+        bool textured = false;  // by the texture of `material`
+        std::uint16_t material = 0;
+    };
+
     std::shared_ptr<const geometry::MeshTopology> topology;  // of the meshes that it is for
     std::vector<std::uint32_t> position;                     // D, into TriMesh::positions
     std::vector<std::uint32_t> normal;                       // D, into TriMesh::normals
     std::vector<std::uint16_t> material;                     // D, into MeshTopology::materials
-    // Into the D: opaque faces, then those with opacity < 1. Wound so that the normals' side is the
-    // front.
+    std::vector<std::uint32_t> uv;  // D, into MeshTopology::uvs or no_index; empty without textures
+    // Into the D: opaque faces, then those that one sees through. Wound so that the normals' side
+    // is the front.
     std::vector<geometry::Triangle> triangles;
-    std::size_t opaque = 0;   // how many of the triangles are opaque
+    std::vector<Part> parts;  // they have all triangles, in their order
     std::size_t skipped = 0;  // faces that name vertices, normals or materials that are not there
 
     bool suits(const geometry::TriMesh& mesh) const

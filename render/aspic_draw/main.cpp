@@ -73,7 +73,18 @@ void draw(const DrawRequest& request, render::SharedMemory& memory,
     job.indices = part(at.indices, request.indices, static_cast<const std::uint32_t*>(nullptr));
     job.opaque = part(at.opaque, request.opaque, static_cast<const render::Batch*>(nullptr));
     job.clear = part(at.clear, request.clear, static_cast<const render::Batch*>(nullptr));
-    renderer->draw(job, {reinterpret_cast<std::uint8_t*>(start + at.pixels), at.end - at.pixels});
+    job.uvs = part(at.uvs, request.uvs, static_cast<const std::array<float, 2>*>(nullptr));
+    const std::byte* texels = start + at.texels;
+    for (const render::SentTexture& t :
+         part(at.textures, request.textures, static_cast<const render::SentTexture*>(nullptr))) {
+        render::JobTexture& texture = job.textures.emplace_back();
+        texture = {t.digest, t.width, t.height, nullptr};
+        if (!t.sent) continue;
+        texture.rgba = reinterpret_cast<const std::uint8_t*>(texels);
+        texels += texture.bytes();
+    }
+    renderer->draw(job,
+                   {reinterpret_cast<std::uint8_t*>(start + at.pixels), at.texels - at.pixels});
 }
 
 DrawReply answer(const DrawRequest& request, render::SharedMemory& memory,

@@ -10,6 +10,12 @@ layout(location = 3) uniform int mapped;
 layout(binding = 3) uniform sampler2D colour_maps;
 layout(location = 4) uniform float map_row;
 
+#ifdef TEXTURED
+in vec2 at_picture;
+layout(binding = 9) uniform sampler2D picture;
+layout(location = 6) uniform vec4 laid;  // x 1: it colours too; y least alpha that is there; z 1: alpha blends
+#endif
+
 void main()
 {
     vec3 v = normalize(eye.xyz - stage_point);
@@ -17,6 +23,13 @@ void main()
     if (!gl_FrontFacing) n = -n;
     vec3 c = look.rgb;
     if (mapped == 1) c = texture(colour_maps, vec2(normal_value.w, map_row)).rgb;
+    float there = 1.0;
+#ifdef TEXTURED
+    vec4 texel = texture(picture, at_picture);
+    if (texel.a < laid.y) discard;
+    if (laid.x == 1.0) c *= sqrt(texel.rgb);
+    if (laid.z == 1.0) there = texel.a;
+#endif
     Material m;
     m.colour = c * c;
     int steps = int(look.a + 0.5);
@@ -29,5 +42,6 @@ void main()
         // At a grazing angle glass hides what is behind it.
         cover = mix(opacity, 1.0, 0.6 * pow(1.0 - max(dot(n, v), 0.0), 5.0));
     }
+    cover *= there;
     colour = vec4(sum * cover, cover);
 }

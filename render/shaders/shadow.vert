@@ -1,7 +1,14 @@
 layout(location = 0) in vec3 position;
+#ifdef TEXTURED
+layout(location = 5) in vec2 uv;
+out vec2 at_picture;
+#endif
 
 void main()
 {
+#ifdef TEXTURED
+    at_picture = vec2(uv.x, 1.0 - uv.y);
+#endif
     vec4 p = shadow_from_stage * vec4((position - units.xyz) * units.w, 1.0);
     gl_Position = vec4(p.xy * 2.0 - 1.0, p.z, 1.0);
 }

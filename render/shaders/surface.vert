@@ -4,6 +4,11 @@ layout(location = 2) in vec4 colour;
 layout(location = 3) in vec4 material;
 layout(location = 4) in float value;
 
+#ifdef TEXTURED
+layout(location = 5) in vec2 uv;
+out vec2 at_picture;
+#endif
+
 out vec4 normal_value;
 out vec4 look;        // square roots of the colour, and roughness + 256 * round(7 * metallic), both in steps
 out float opacity;
@@ -19,6 +24,9 @@ void main()
     normal_value = vec4(normalize(n), value);
     look = vec4(colour.rgb, 255.0 * colour.a + 256.0 * round(7.0 * material.x) + 2048.0 * material.z);
     opacity = material.y;
+#ifdef TEXTURED
+    at_picture = vec2(uv.x, 1.0 - uv.y);  // its first row is the upper one
+#endif
     stage_point = (position - units.xyz) * units.w;
     gl_Position = clip_from_stage * vec4(stage_point, 1.0);
     if (as_lines == 1) gl_Position.z += 1.5e-3 * eye.w * corner.w / (corner.w - eye.w);

@@ -1,0 +1,97 @@
+#include "render/gl_textures.hpp"
+
+#include "render/texture_levels.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <stdexcept>
+
+namespace render {
+namespace {
+
+// Filters along the direction in which a texture is seen at a slant, where that is known.
+constexpr GLenum most_anisotropy = 0x84FE;  // GL_TEXTURE_MAX_ANISOTROPY_EXT
+
+bool has_extension(const char* wanted)
+{
+    GLint count = 0;
+    glGetIntegerv(GL_NUM_EXTENSIONS, &count);
+    for (GLint i = 0; i < count; ++i) {
+        const auto* const name =
+            reinterpret_cast<const char*>(glGetStringi(GL_EXTENSIONS, GLuint(i)));
+        if (name && std::strcmp(name, wanted) == 0) return true;
+    }
+    return false;
+}
+
+GLuint make_sampler()
+{
+    GLuint sampler = 0;
+    glCreateSamplers(1, &sampler);
+    glSamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+    glSamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    if (has_extension("GL_EXT_texture_filter_anisotropic")) {
+        glSamplerParameterf(sampler, most_anisotropy, 8);
+    }
+    return sampler;
+}
+
+GLuint make_texture(const JobTexture& from)
+{
+    if (!from.rgba) throw std::runtime_error("a texture to be drawn with is not there");
+    GLint largest = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
+    const std::vector<TextureLevel> levels = texture_levels(
+        from.width, from.height, {from.rgba, from.bytes()}, std::min<int>(largest, 8192));
+    GLuint name = 0;
+    glCreateTextures(GL_TEXTURE_2D, 1, &name);
+    glTextureStorage2D(name, GLsizei(levels.size()), GL_SRGB8_ALPHA8, levels[0].width,
+                       levels[0].height);
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+        glTextureSubImage2D(name, GLint(i), 0, 0, levels[i].width, levels[i].height, GL_RGBA,
+                            GL_UNSIGNED_BYTE, levels[i].rgba.data());
+    }
+    return name;
+}
+
+GLint wrap(geometry::TextureUse::Wrap how)
+{
+    using Wrap = geometry::TextureUse::Wrap;
+    return how == Wrap::repeat  ? GL_REPEAT
+           : how == Wrap::clamp ? GL_CLAMP_TO_EDGE
+                                : GL_MIRRORED_REPEAT;
+}
+
+}  // namespace
+
+void take_textures(GlTextures& textures, const DrawJob& job)
+{
+    std::map<std::uint64_t, GLuint> old = std::move(textures.names);
+    textures.names.clear();
+    for (const JobTexture& t : job.textures) {
+        auto kept = old.extract(t.digest);
+        if (kept) {
+            textures.names.insert(std::move(kept));
+        } else {
+            textures.names.emplace(t.digest, make_texture(t));
+        }
+    }
+    for (const auto& [digest, name] : old) glDeleteTextures(1, &name);
+    if (!textures.sampler && !job.textures.empty()) textures.sampler = make_sampler();
+}
+
+void use_cover(const GlTextures& textures, const DrawJob& job, const Cover& cover, GLuint unit,
+               bool in_shadow_map)
+{
+    using Alpha = geometry::TextureUse::Alpha;
+    const Alpha alpha = cover.use.alpha;
+    glBindTextureUnit(unit, textures.names.at(job.textures[std::size_t(cover.texture)].digest));
+    glBindSampler(unit, textures.sampler);
+    glSamplerParameteri(textures.sampler, GL_TEXTURE_WRAP_S, wrap(cover.use.u));
+    glSamplerParameteri(textures.sampler, GL_TEXTURE_WRAP_T, wrap(cover.use.v));
+    float least = alpha == Alpha::cutout ? cover.use.cutoff : 0;
+    if (alpha == Alpha::blended && in_shadow_map) least = 0.5f;
+    glUniform4f(6, cover.colours ? 1.f : 0.f, least, alpha == Alpha::blended ? 1.f : 0.f, 0);
+}
+
+}  // namespace render

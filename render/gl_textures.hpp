@@ -1,0 +1,27 @@
+#pragma once
+
+// The textures of an OpenGL context: those of a picture stay until one is drawn without them.
+
+#include "render/draw_job.hpp"
+
+#include <glad/gl.h>
+
+#include <map>
+
+namespace render {
+
+struct GlTextures {
+    std::map<std::uint64_t, GLuint> names;  // by digest
+    GLuint sampler = 0;                     // how the one being drawn repeats
+};
+
+// Makes those of the job that are not there yet, and forgets all others. Throws std::runtime_error
+// for one that is neither there nor given.
+void take_textures(GlTextures& textures, const DrawJob& job);
+
+// Binds what `cover` has to `unit`, and says to `program`, which is in use, how to lay it on.
+// `in_shadow_map`: what is blended casts the shadow of its more opaque half.
+void use_cover(const GlTextures& textures, const DrawJob& job, const Cover& cover, GLuint unit,
+               bool in_shadow_map);
+
+}  // namespace render
