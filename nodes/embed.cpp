@@ -2,6 +2,7 @@
 #include "geometry/cubes/plane.hpp"
 #include "geometry/embed/carried_numbers.hpp"
 #include "geometry/embed/cut_torn.hpp"
+#include "geometry/embed/smooth_normals.hpp"
 #include "geometry/embed/torn_faces.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 
@@ -18,6 +19,7 @@ namespace nodes::embed {
 using Attributes = geometry::CarriedNumbers;
 enum class Torn { cut, hide, stretch };
 enum class Inside { open, material, surface };
+enum class Normals { cube, smooth };
 
 // The tree of a mesh at rest, made when something is cut for the first time.
 class TreeOnDemand {
@@ -46,6 +48,7 @@ struct Inputs {
     graph::Wire<geometry::Cubes> cubes;
     graph::Wire<physics::State> state;
     Attributes attributes;
+    Normals normals = Normals::cube;
     Torn torn = Torn::cut;
     Inside inside = Inside::material;
     geometry::Vec3f inside_colour{0.55f, 0.4f, 0.3f};
@@ -111,6 +114,9 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const auto torn =
         parted.empty() ? std::vector<std::uint8_t>{} : geometry::marked(*in.cubes, parted);
     geometry::TriMesh mesh = geometry::embed(*in.binding, *in.mesh, *in.cubes, state.x, torn);
+    if (in.normals == Normals::smooth) {
+        geometry::smooth_normals(mesh, *in.binding, *in.mesh, *in.cubes, state.x, torn);
+    }
     geometry::add_carried_numbers(mesh, in.attributes, *in.mesh, *in.binding, *in.cubes,
                                   {state.v, state.stress});
     return {torn_mesh(in, std::move(mesh), parted)};
@@ -166,6 +172,10 @@ void add_to(graph::Registry& registry)
         .input("state", &Inputs::state, "State of the cubes at this frame.")
         .block("attributes", &Inputs::attributes, describe_attributes,
                "Attributes to compute at each vertex, for colouring or export.")
+        .choice("normals", &Inputs::normals, {"cube", "smooth"},
+                "How normals turn. cube: with the deformation gradient of their own cube, which "
+                "changes abruptly at its faces, so that cubes show as tiles in the light. smooth: "
+                "with a gradient that changes continuously from cube to cube.")
         .choice("torn", &Inputs::torn, {"cut", "hide", "stretch"},
                 "What happens to faces where links have broken (`lattice.tear` of Simulate). cut: "
                 "faces are cut between the corners that have separated, which adds vertices. hide: "
