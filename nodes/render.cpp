@@ -12,6 +12,7 @@
 #include "render/stage.hpp"
 
 #include <cmath>
+#include <span>
 
 namespace nodes::render {
 
@@ -43,7 +44,7 @@ enum class Quality { draft, preview, standard, final };
 
 struct Inputs {
     std::vector<graph::Wire<geometry::TriMesh>> mesh;
-    graph::Wire<geometry::TriMesh> rest;
+    graph::Wire<geometry::TriMesh> rest, shot;
     std::shared_ptr<const ::render::Extent> extent;
     graph::Wire<geometry::Cubes> cubes;
     graph::Wire<physics::State> state;
@@ -162,14 +163,18 @@ static ::render::Camera camera_of(const Inputs& in, const ::render::Scene& scene
                              c.parallel ? ::render::parallel_view : c.field_of_view * degrees,
                              double(in.width) / in.height, c.margin, legend);
     };
-    // The points of the mesh at rest; with a floor below it, the stage goes down to that.
+    // The points of all frames, or else of the mesh at rest; with a floor below them, the stage
+    // goes down to that.
     const bool round = c.kind == CameraParams::Kind::turntable;
-    if (c.hold == CameraParams::Hold::box || !in.extent || in.extent->points.empty()) {
-        return fit(scene.stage);
+    std::span<const Vec3f> points;
+    if (in.shot) {
+        points = in.shot->positions;
+    } else if (in.extent) {
+        points = in.extent->points;
     }
-    const std::vector<Vec3f>& points = in.extent->points;
+    if (c.hold == CameraParams::Hold::box || points.empty()) return fit(scene.stage);
     if (round) return fit(std::span<const Vec3f>(::render::turned_about(points)));
-    return fit(std::span<const Vec3f>(points));
+    return fit(points);
 }
 
 // The scale for `values`, and what its legend says.
@@ -327,7 +332,8 @@ static void warn_of_empty(const Inputs& in, const ::render::Scene& scene,
                      ? "nothing that is linked lies in the picture: turn camera.target to it, or "
                        "let the camera fit it"
                      : "nothing that is linked lies in the picture any more: the camera fits where "
-                       "it is at rest; free a margin, or choose look_at for camera.kind");
+                       "it is at rest; link its MotionBounds to `shot`, or choose look_at for "
+                       "camera.kind");
 }
 
 constexpr const char* nothing_to_draw =
@@ -353,7 +359,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         throw std::invalid_argument(nothing_to_draw);
     }
     const auto floor = ::render::solid_floor(in.colliders);
-    scene.stage = ::render::stage_of(in.rest.get(), in.cubes.get(), drawn, floor);
+    scene.stage =
+        ::render::stage_of(in.shot ? in.shot.get() : in.rest.get(), in.cubes.get(), drawn, floor);
     add_loads(scene, in);
     scene.ground = ground_height(in.ground, scene.stage, floor);
     if (!in.legend) scene.legend.reset();
@@ -435,6 +442,10 @@ void add_to(graph::Registry& registry)
                "Mesh that sets the stage: the camera, the floor and the shadow are fitted to its "
                "bounds. Link what does not move (the mesh at rest), so that they stand still; "
                "without it they follow what is drawn.",
+               graph::Need::optional)
+        .input("shot", &Inputs::shot,
+               "Points that set the stage instead of `rest`: link those of MotionBounds, so that "
+               "the camera, the floor and the shadow hold the motion of all cooked frames.",
                graph::Need::optional)
         .input("cubes", &Inputs::cubes, "Cubes to draw.", graph::Need::optional)
         .input("state", &Inputs::state,

@@ -43,10 +43,12 @@ inline void describe(graph::ParamsOf<CameraParams>& p)
     p.choice("kind", &CameraParams::kind, {"fit", "turntable", "look_at"},
              "`fit` holds the whole stage in the picture; `turntable` does too, and goes round it; "
              "`look_at` stands at `eye`.")
-        .choice("hold", &CameraParams::hold, {"shape", "box"},
-                "What is held: the points of `rest`, so that `margin` is what is free around them, "
-                "or the corners of their box. Without `rest` it is the box of what is drawn.",
-                {"kind", {"fit", "turntable"}})
+        .choice(
+            "hold", &CameraParams::hold, {"shape", "box"},
+            "What is held: the points of `shot`, or else of `rest`, so that `margin` is what is "
+            "free around them, or the corners of their box. Without either it is the box of "
+            "what is drawn.",
+            {"kind", {"fit", "turntable"}})
         .param("azimuth", &CameraParams::azimuth,
                "Where the camera stands, seen from above: 0 towards +z, 90 towards +x.",
                {.unit = "deg"}, {"kind", {"fit", "turntable"}})

@@ -1,4 +1,4 @@
-// What Render says of a picture that can show nothing.
+// What Render holds in its picture, and what it says of one that can show nothing.
 
 #include "geometry/mesh/primitive.hpp"
 #include "tests/nodes/one_node.hpp"
@@ -34,6 +34,56 @@ TEST(RenderNode, WarnsOfAnEmptyPicture)
         EXPECT_NE(gone[0].find("nothing that is linked lies in the picture"), std::string::npos);
     }
     EXPECT_NE(warnings({0, -40, 0}, "look_at")[0].find("camera.target"), std::string::npos);
+}
+
+// A ball that flies 3 m in 10 frames: the camera that holds its motion keeps the margin free in all
+// of them, and no more on one side at least.
+TEST(RenderNode, HoldsTheMotionOfAllFrames)
+{
+    const auto ball = [](int frame) {
+        geometry::TriMesh mesh = geometry::icosphere(0.3, 3);
+        const float t = float(frame - 1) / 9;
+        for (Vec3f& p : mesh.positions) p += Vec3f(3 * t, 2 * t * (1 - t), -t);
+        return graph::Value::of(std::move(mesh));
+    };
+    NodeRun bounds("MotionBounds");
+    for (int frame = 1; frame <= 10; ++frame) bounds.inputs["mesh"].push_back(ball(frame));
+    const graph::Value shot = bounds.run();
+
+    constexpr int width = 200, height = 120;
+    const auto edges = [&](bool hold_motion) {
+        int left = width, right = -1, top = height, bottom = -1;
+        for (int frame = 1; frame <= 10; ++frame) {
+            NodeRun render("Render");
+            render.inputs["mesh"] = {ball(frame)};
+            render.inputs["rest"] = {ball(1)};
+            if (hold_motion) render.inputs["shot"] = {shot};
+            render.param("width").is = std::int64_t{width};
+            render.param("height").is = std::int64_t{height};
+            render.param("look").is = std::string("plain");
+            render.param("quality").is = std::string("draft");
+            render.param("ground.kind").is = std::string("none");
+            render.param("backdrop.top").is = std::array<double, 3>{0, 0, 1};
+            render.param("backdrop.horizon").is = std::array<double, 3>{0, 0, 1};
+            render.param("camera.margin").is = 0.1;
+            const graph::Value value = render.run(frame);
+            const auto& image = *value.as<::render::Image>();
+            for (int y = 0; y < height; ++y) {
+                for (int x = 0; x < width; ++x) {
+                    const auto i = 4 * std::size_t(y * width + x);
+                    if (image.rgba[i + 2] > image.rgba[i] + 40) continue;  // the backdrop
+                    left = std::min(left, x), right = std::max(right, x);
+                    top = std::min(top, y), bottom = std::max(bottom, y);
+                }
+            }
+        }
+        return std::array{left, width - 1 - right, top, height - 1 - bottom};
+    };
+    const std::array<int, 4> held = edges(true);
+    // 162 directions miss the outline of a ball by 1.2 % of its diameter: less than a pixel.
+    for (const std::size_t side : {0, 1}) EXPECT_NEAR(held[side], 0.1 * width, 1.5);
+    for (const std::size_t side : {2, 3}) EXPECT_GE(held[side], 0.1 * height - 1.5);
+    EXPECT_EQ(edges(false)[1], 0) << "held at rest alone, it leaves on the right";
 }
 
 }  // namespace
