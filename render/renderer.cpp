@@ -24,6 +24,8 @@ enum Unit : GLuint {
     unit_texture
 };
 
+constexpr int alike = 64;  // see shaders/uneven.frag
+
 // What the stencil says of a pixel.
 enum Stencil : GLint { is_backdrop, is_object, is_floor, is_uneven };
 
@@ -262,6 +264,7 @@ void draw_edges(GlObjects& gl, const DrawJob& job)
     bind(gl.finish_pass, gl.picture);
     glBindTextureUnit(unit_fine, gl.fine.pixels);
     glBindTextureUnit(unit_fine_depths, gl.fine.depths);
+    glProgramUniform1i(gl.programs.uneven, 1, job.textures.empty() ? 0 : alike);
     fill_marked(gl.programs.uneven, lit_programs(gl, job.numbers.style, job.numbers.soft).edges);
 }
 

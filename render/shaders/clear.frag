@@ -27,7 +27,7 @@ void main()
 #ifdef TEXTURED
     vec4 texel = texture(picture, at_picture);
     if (texel.a < laid.y) discard;
-    if (laid.x == 1.0) c *= sqrt(texel.rgb);
+    if (laid.x == 1.0) c *= texel.rgb;  // square roots
     if (laid.z == 1.0) there = texel.a;
 #endif
     Material m;

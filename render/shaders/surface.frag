@@ -22,7 +22,7 @@ void main()
 #ifdef TEXTURED
     vec4 texel = texture(picture, at_picture);
     if (texel.a < laid.y) discard;
-    if (laid.x == 1.0) root *= sqrt(texel.rgb);
+    if (laid.x == 1.0) root *= texel.rgb;  // square roots
 #endif
     pixel = pack_pixel(root, look.a, n, look.a > 2047.5);
 }
