@@ -15,7 +15,8 @@ template <class Archive> void pass(Archive& a, ImportedMesh& m)
 template <class Archive> void pass(Archive& a, ImportedMaterial& m)
 {
     a(m.name), a(m.colour), a(m.opacity), a(m.roughness), a(m.metallic);
-    a(m.picture.path), a(m.picture.embedded), a(m.picture.wrap), a(m.opacity_picture);
+    a(m.picture.path), a(m.picture.embedded), a(m.picture.wrap), a(m.picture.turned),
+        a(m.opacity_picture);
     a(m.alpha), a(m.cutoff), a(m.has_normal_map);
 }
 template <class Archive> void pass(Archive& a, EmbeddedPicture& p)

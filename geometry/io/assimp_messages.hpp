@@ -29,6 +29,7 @@ struct ImportedPicture {
     std::string path;            // as the file has it; empty: none
     std::int32_t embedded = -1;  // into ImportedScene::embedded, where the file holds it itself
     std::array<std::uint8_t, 2> wrap{};  // TextureUse::Wrap along u and v
+    bool turned = false;                 // the material turns it, which is not done here
 };
 
 struct ImportedMaterial {

@@ -146,6 +146,12 @@ void warn_of_unused(Search& search)
     std::size_t normal_maps = 0;
     for (const ImportedMaterial& m : search.scene.materials) {
         normal_maps += m.has_normal_map;
+        if (m.picture.turned) {
+            search.out.warnings.push_back(fmt::format("material \"{}\": the turn of its picture is "
+                                                      "not used; turn the texture coordinates "
+                                                      "instead.",
+                                                      m.name));
+        }
         const fs::path mask = fs::path(plain_path(m.opacity_picture)).filename();
         if (mask.empty() || mask == fs::path(plain_path(m.picture.path)).filename()) continue;
         search.out.warnings.push_back(fmt::format(

@@ -105,6 +105,15 @@ ImportedPicture colour_picture(const aiScene& scene, const aiMaterial& in, unsig
     return out;
 }
 
+// How a material moves and scales its picture (KHR_texture_transform); false where it does not, or
+// turns it too. Applied here: assimp's own step moves before it scales.
+bool placing(const aiMaterial& in, aiUVTransform& out)
+{
+    return (in.Get(AI_MATKEY_UVTRANSFORM(aiTextureType_BASE_COLOR, 0), out) == AI_SUCCESS ||
+            in.Get(AI_MATKEY_UVTRANSFORM(aiTextureType_DIFFUSE, 0), out) == AI_SUCCESS) &&
+           out.mRotation == 0;
+}
+
 // One that holds pixels and no file is given a file: TGA.
 EmbeddedPicture embedded_picture(const aiTexture& in, std::size_t number)
 {
@@ -146,13 +155,22 @@ ImportedMesh mesh_of(const aiScene& scene, const aiMesh& in)
         for (std::size_t i = 0; i < n; ++i) out.normals.push_back(vec3(in.mNormals[i]));
     }
     unsigned coordinates = 0;
+    aiUVTransform placed;
+    bool is_placed = false;
     if (in.mMaterialIndex < scene.mNumMaterials) {
-        colour_picture(scene, *scene.mMaterials[in.mMaterialIndex], coordinates);
+        const aiMaterial& material = *scene.mMaterials[in.mMaterialIndex];
+        colour_picture(scene, material, coordinates);
+        is_placed = placing(material, placed);
     }
     if (!in.HasTextureCoords(coordinates)) coordinates = 0;
     if (const aiVector3D* uvs = in.mTextureCoords[coordinates]) {
         out.uvs.reserve(n);
         for (std::size_t i = 0; i < n; ++i) out.uvs.emplace_back(float(uvs[i].x), float(uvs[i].y));
+        for (Vec2f& uv : out.uvs) {
+            if (!is_placed) break;
+            uv = {float(placed.mScaling.x) * uv.x() + float(placed.mTranslation.x),
+                  float(placed.mScaling.y) * uv.y() + float(placed.mTranslation.y)};
+        }
     }
     if (const aiColor4D* colours = in.mColors[0]) {
         out.colours.reserve(n);
@@ -191,6 +209,8 @@ void read_pictures(const aiScene& scene, const aiMaterial& in, ImportedMaterial&
 {
     unsigned coordinates = 0;
     out.picture = colour_picture(scene, in, coordinates);
+    aiUVTransform placed;
+    out.picture.turned = !placing(in, placed) && placed.mRotation != 0;
     out.opacity_picture = picture_of(scene, in, aiTextureType_OPACITY, coordinates).path;
     out.has_normal_map = in.GetTextureCount(aiTextureType_NORMALS) > 0 ||
                          in.GetTextureCount(aiTextureType_HEIGHT) > 0;

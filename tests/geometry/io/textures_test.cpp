@@ -8,6 +8,9 @@
 #include "tests/geometry/meshes.hpp"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cstring>
 
 namespace {
 
@@ -209,6 +212,50 @@ TEST(Textures, ObjAndGlbBringThemBack)
             for (std::size_t k = 0; k < 5; ++k) ASSERT_NEAR(before[i][k], after[i][k], 1e-6);
         }
     }
+}
+
+// A GLB of `mesh` whose materials place their pictures (KHR_texture_transform).
+std::string placed_glb(const TriMesh& mesh, const nlohmann::json& transform)
+{
+    const std::string glb = glb_bytes(mesh);
+    std::uint32_t length = 0;
+    std::memcpy(&length, glb.data() + 12, sizeof length);
+    auto json = nlohmann::json::parse(glb.substr(20, length));
+    for (auto& m : json["materials"]) {
+        auto& look = m["pbrMetallicRoughness"];
+        if (!look.contains("baseColorTexture")) continue;
+        look["baseColorTexture"]["extensions"]["KHR_texture_transform"] = transform;
+    }
+    json["extensionsUsed"] = {"KHR_texture_transform"};
+    std::string text = json.dump();
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    std::string file = glb.substr(0, 8);
+    for (const std::size_t size : {glb.size() - length + text.size(), text.size()}) {
+        const auto word = static_cast<std::uint32_t>(size);
+        file.append(reinterpret_cast<const char*>(&word), sizeof word);
+    }
+    return file + glb.substr(16, 4) + text + glb.substr(20 + length);
+}
+
+// uv' = scale * uv + offset, where v runs down.
+TEST(Textures, AGltfMayMoveAndScaleItsPicture)
+{
+    const files::Folder folder;
+    const TriMesh mesh = textured();
+    const std::string file = placed_glb(mesh, {{"scale", {2, 3}}, {"offset", {0.25, 0.5}}});
+    const TriMesh back = read_mesh(folder.write("placed.glb", file)).mesh;
+    const MeshTopology &s = *mesh.topology, &t = *back.topology;
+    ASSERT_EQ(s.uv_triangles.size(), t.uv_triangles.size());
+    for (std::size_t f = 0; f < s.uv_triangles.size(); ++f) {
+        if (!s.materials[s.material[f]].texture) continue;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec2f& uv = s.uvs[s.uv_triangles[f][k]];
+            const Vec2f wanted(2 * uv.x() + 0.25f, 1 - (3 * (1 - uv.y()) + 0.5f));
+            ASSERT_LT((t.uvs[t.uv_triangles[f][k]] - wanted).norm(), 1e-5f) << f;
+        }
+    }
+    const auto turned = folder.write("turned.glb", placed_glb(mesh, {{"rotation", 0.5}}));
+    EXPECT_TRUE(mentions(read_mesh(turned), "material \"wood\": the turn of its picture"));
 }
 
 TEST(Textures, APlyHasCoordinatesAlsoAtSeamsAndNamesItsOnePicture)
