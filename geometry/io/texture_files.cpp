@@ -58,6 +58,17 @@ std::vector<std::string> texture_names(const MeshTopology& topology)
     return names;
 }
 
+std::string only_texture(const MeshTopology& topology)
+{
+    std::string only;
+    for (const std::string& name : texture_names(topology)) {
+        if (name.empty() || name == only) continue;
+        if (!only.empty()) return {};
+        only = name;
+    }
+    return only;
+}
+
 std::vector<fs::path> write_textures(const fs::path& folder, const MeshTopology& topology)
 {
     std::vector<std::string> names;

@@ -13,6 +13,9 @@ namespace geometry {
 // textures share a name, others are told apart; no name has a space, at which some readers stop.
 std::vector<std::string> texture_names(const MeshTopology& topology);
 
+// Of all materials the one texture's name; empty when they have none or several.
+std::string only_texture(const MeshTopology& topology);
+
 // Writes each texture to `folder` by its name, and returns the paths. A file that holds the same
 // bytes already is left alone: all frames of a shot name one file. Throws std::runtime_error as
 // write_whole_file() does.

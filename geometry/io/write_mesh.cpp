@@ -51,7 +51,9 @@ std::vector<fs::path> write_mesh(const fs::path& path, MeshFormat format, const 
         break;
     }
     case MeshFormat::ply:
-        beside = write_textures(path.parent_path(), *mesh.topology);
+        if (!only_texture(*mesh.topology).empty()) {
+            beside = write_textures(path.parent_path(), *mesh.topology);
+        }
         write_whole_file(path, ply_bytes(mesh));
         break;
     case MeshFormat::stl:

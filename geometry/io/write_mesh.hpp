@@ -25,13 +25,14 @@ std::string mtl_text(const TriMesh& mesh);
 
 // Binary PLY: positions, normals where every vertex has one only, vertex colours, attributes as
 // numbers of their own names, and faces, coloured by their materials where vertices have no
-// colours.
+// colours. Texture coordinates where every vertex has one only, else those of corners, and the
+// texture's name where there is one only, as MeshLab has them.
 std::string ply_bytes(const TriMesh& mesh);
 
 // Binary STL: faces alone.
 std::string stl_bytes(const TriMesh& mesh);
 
-// Binary glTF 2.0: a node a group, a primitive a material; or points.
+// Binary glTF 2.0: a node a group, a primitive a material; or points. Textures lie in it.
 std::string glb_bytes(const TriMesh& mesh);
 
 enum class MeshFormat { obj, ply, stl, glb, gltf, dae, fbx, x3d };
@@ -43,7 +44,8 @@ bool is_written_here(MeshFormat format);
 MeshFormat mesh_format(const std::filesystem::path& path);
 
 // Writes `mesh` to `path`, and beside an OBJ with materials their library, which is returned: of
-// "a.0001.obj" it is "a.0001.mtl", since materials may change from frame to frame. Files appear
+// "a.0001.obj" it is "a.0001.mtl", since materials may change from frame to frame; then textures
+// that OBJ or PLY name (texture_files.hpp). Files appear
 // whole or not at all; missing folders are made. Throws std::runtime_error saying what could not be
 // written, and std::invalid_argument when the format cannot hold the mesh or is not written here.
 std::vector<std::filesystem::path> write_mesh(const std::filesystem::path& path, MeshFormat format,

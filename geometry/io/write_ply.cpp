@@ -36,18 +36,6 @@ std::vector<std::uint32_t> entry_of_vertex(const TriMesh& mesh,
     return entry;
 }
 
-// Of all materials the one texture's name; empty when they have none or several.
-std::string only_texture(const MeshTopology& t)
-{
-    std::string only;
-    for (const std::string& name : texture_names(t)) {
-        if (name.empty() || name == only) continue;
-        if (!only.empty()) return {};
-        only = name;
-    }
-    return only;
-}
-
 const Material& material_of(const MeshTopology& t, std::size_t face)
 {
     static const Material plain;

@@ -279,6 +279,13 @@ TEST(Textures, APlyHasCoordinatesAlsoAtSeamsAndNamesItsOnePicture)
     }
 }
 
+TEST(Textures, APlyWithSeveralNamesNone)
+{
+    const files::Folder folder;
+    EXPECT_TRUE(write_mesh(folder.path / "a.ply", MeshFormat::ply, textured()).empty());
+    EXPECT_EQ(files::bytes_of(folder.path / "a.ply").find("TextureFile"), std::string::npos);
+}
+
 TEST(Textures, AFrameDoesNotWriteAgainWhatIsThere)
 {
     const files::Folder folder;
