@@ -151,8 +151,8 @@ void add_to(graph::Registry& registry)
             "Path of the file, below the output folder. #### stands for the frame number, with at "
             "least as many digits. A pc2 takes none; all other formats require it if several "
             "frames are cooked. The materials of an OBJ are written beside it: mesh.0001.mtl. "
-            "So are textures, once for all frames; glb, gltf, fbx and x3d contain them where they "
-            "can. A ply names one texture at most, an stl none.")
+            "So are textures, once for all frames; glb, gltf and fbx contain them. A ply names one "
+            "texture at most, stl and x3d none.")
         .choice("format", &Inputs::format,
                 {"auto", "obj", "ply", "stl", "glb", "gltf", "dae", "fbx", "x3d", "pc2"},
                 "File format. auto: from the ending of the path. pc2: one file for all frames, "
