@@ -81,8 +81,8 @@ TEST(RenderNode, HoldsTheMotionOfAllFrames)
     };
     const std::array<int, 4> held = edges(true);
     // 162 directions miss the outline of a ball by 1.2 % of its diameter: less than a pixel.
-    for (const std::size_t side : {0, 1}) EXPECT_NEAR(held[side], 0.1 * width, 1.5);
-    for (const std::size_t side : {2, 3}) EXPECT_GE(held[side], 0.1 * height - 1.5);
+    for (const std::size_t side : {0u, 1u}) EXPECT_NEAR(held[side], 0.1 * width, 1.5);
+    for (const std::size_t side : {2u, 3u}) EXPECT_GE(held[side], 0.1 * height - 1.5);
     EXPECT_EQ(edges(false)[1], 0) << "held at rest alone, it leaves on the right";
 }
 

@@ -164,7 +164,7 @@ TriMesh textured()
     std::string tga(18, '\0');
     tga[2] = 2, tga[12] = 16, tga[14] = 16, tga[16] = 32, tga[17] = 0x28;
     for (std::size_t i = 0; i < leaf.rgba.size(); i += 4) {
-        for (const std::size_t k : {2, 1, 0, 3}) tga += static_cast<char>(leaf.rgba[i + k]);
+        for (const std::size_t k : {2u, 1u, 0u, 3u}) tga += static_cast<char>(leaf.rgba[i + k]);
     }
     Material wood{"wood", {1, 1, 1}}, green{"leaf", {1, 1, 1}};
     wood.texture = std::make_shared<const Texture>(Texture::Source{"my picture.png", red_and_blue});
