@@ -14,7 +14,7 @@ namespace {
 
 using namespace geometry;
 
-// A bar along x of 4 m, 1 m thick, bent to a quarter of a circle: what lies at height y above the
+// A bar along x of 4 m, 2 m thick, bent to a quarter of a circle: what lies at height y above the
 // middle runs on a circle of radius R - y.
 constexpr double R = 8 / 3.141592653589793;
 
@@ -70,7 +70,7 @@ Carried carried_by(double size, const std::function<Vec3(const Vec3&)>& motion)
         }
     }
     c.cubes = solid_cubes(cells, size);
-    c.rest = icosphere(0.7, 4);
+    c.rest = icosphere(0.98, 4);  // also into the outermost cubes
     c.binding = bind(c.rest, c.cubes);
     for (const Vec3& X : corner_positions(c.cubes)) c.x.push_back(motion(X));
     return c;
@@ -110,6 +110,29 @@ TEST(SmoothNormals, AreExactForAffineMotion)
         ASSERT_LT((mesh.normals[n] - before.normals[n]).norm(), 1e-5f);
     }
     EXPECT_TRUE(mesh.positions == before.positions);
+}
+
+// Of two cubes in a row the first stays and the far face of the second moves up by s: their
+// gradients are I and I + s e_y e_x^T. The corners of the first have I on one side and, on the
+// other, the mean of both: in its middle F = I + s / 4 e_y e_x^T, cof(F) (1, 1, 0) = (1 - s / 4, 1,
+// 0).
+TEST(SmoothNormals, WeighCornersAlikeHoweverManyCubesAreAround)
+{
+    const double s = 0.4;
+    const Cubes cubes = solid_cubes({{0, 0, 0}, {1, 0, 0}}, 1);
+    TriMesh rest;
+    auto topology = std::make_shared<MeshTopology>();
+    topology->triangles = topology->normal_triangles = {{0, 1, 2}};
+    rest.topology = topology;
+    rest.positions = {{0.5f, 0.5f, 0.5f}, {0.6f, 0.5f, 0.5f}, {0.5f, 0.6f, 0.5f}};
+    rest.normals.assign(3, Vec3f(1, 1, 0).normalized());
+    std::vector<Vec3> x = corner_positions(cubes);
+    for (Vec3& p : x) p.y() += p.x() > 1.5 ? s : 0;
+    const Binding binding = bind(rest, cubes);
+    TriMesh mesh = embed(binding, rest, cubes, x);
+    smooth_normals(mesh, binding, rest, cubes, x);
+    const Vec3f wanted = Vec3f(float(1 - s / 4), 1, 0).normalized();
+    EXPECT_LT((mesh.normals[0] - wanted).norm(), 1e-6f);
 }
 
 TEST(SmoothNormals, WhatIsTornKeepsItsOwn)
