@@ -3,6 +3,7 @@
 #include "nodes/body_card.hpp"
 #include "nodes/distances.hpp"
 #include "nodes/machine.hpp"
+#include "nodes/mesh_info.hpp"
 #include "nodes/registry.hpp"
 #include "runtime/commands/command_line.hpp"
 #include "runtime/cook/interrupt.hpp"
@@ -20,6 +21,7 @@ int main(int argc, char** argv)
     console.salt = runtime::program_identity(nodes::late_libraries);
     console.distances = nodes::distances();
     console.body_card = nodes::body_card;
+    console.mesh_info = nodes::describe_mesh;
     console.write_sheet = nodes::write_sheet;
     console.run_program = nodes::run_program;
     console.opengl = nodes::opengl;

@@ -402,6 +402,8 @@ ReadMesh assemble_mesh(const ImportedScene& scene, const ReadOptions& options,
             add_instance(assembly, node, world_of(node, file_to_world));
     }
     out.mesh = finish(assembly, options, textures);
+    out.unit = scene.unit;
+    out.textures = scene.textures;
     out.warnings = assembly.dropped.sentences();
     if (out.mesh.positions.empty()) {
         std::string why;

@@ -31,13 +31,17 @@ template <class Archive> void pass(Archive& a, ImportedFile& f)
 {
     a(f.path), a(f.found);
 }
+template <class Archive> void pass(Archive& a, std::string& s)
+{
+    a(s);
+}
 template <class Archive> void pass(Archive& a, ImportedScene& s)
 {
-    std::uint64_t format = 0x3131'6369'7073'6120;  // another build's importer is not understood
+    std::uint64_t format = 0x3132'6369'7073'6120;  // another build's importer is not understood
     a(format);
-    if (format != 0x3131'6369'7073'6120) throw std::runtime_error("not a scene of this version");
+    if (format != 0x3132'6369'7073'6120) throw std::runtime_error("not a scene of this version");
     a(s.meshes), a(s.materials), a(s.embedded), a(s.nodes), a(s.linear_colours), a(s.unit),
-        a(s.has_axes), a(s.to_y_up), a(s.files), a(s.error);
+        a(s.has_axes), a(s.to_y_up), a(s.files), a(s.textures), a(s.error);
 }
 
 template <class Archive> void pass(Archive& a, ExportedFile& f)

@@ -72,8 +72,9 @@ struct ImportedScene {
     double unit = 0;              // m, of one unit of length; 0 when the file does not say
     bool has_axes = false;        // whether the file says which axis is up
     std::array<double, 9> to_y_up{1, 0, 0, 0, 1, 0, 0, 0, 1};  // rows, when it says so
-    std::vector<ImportedFile> files;  // that were opened or looked for, the mesh file first
-    std::string error;                // why nothing was read; empty on success
+    std::vector<ImportedFile> files;    // that were opened or looked for, the mesh file first
+    std::vector<std::string> textures;  // named by materials, each once; "*0" is in the file
+    std::string error;                  // why nothing was read; empty on success
 
     // Sentences; not sent, as only readers of our own have any.
     std::vector<std::string> warnings;

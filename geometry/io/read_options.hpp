@@ -31,6 +31,8 @@ struct ReadOptions {
 
 struct ReadMesh {
     TriMesh mesh;
+    double unit = 0;                                // m, as the file states it; 0: it does not
+    std::vector<std::string> textures;              // named by materials, as the file writes them
     std::vector<std::string> warnings;              // each a sentence
     std::vector<std::filesystem::path> side_files;  // others that were opened or looked for
 };

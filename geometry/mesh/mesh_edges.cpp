@@ -1,5 +1,7 @@
 #include "geometry/mesh/mesh_edges.hpp"
 
+#include "geometry/base/no_index.hpp"
+
 #include <algorithm>
 
 namespace geometry {
@@ -9,6 +11,54 @@ bool proper(const Triangle& t, std::size_t vertex_count)
 {
     return t[0] != t[1] && t[1] != t[2] && t[2] != t[0] &&
            std::max({t[0], t[1], t[2]}) < vertex_count;
+}
+
+// Sides are numbered 3 triangle + side.
+std::uint32_t number_of(const EdgeUse& use)
+{
+    return 3 * use.triangle + use.side;
+}
+
+std::uint32_t next_side(std::uint32_t side)
+{
+    return side % 3 == 2 ? side - 2 : side + 1;
+}
+
+// What lies across each side of each triangle: the side of another triangle that runs it back. On a
+// border nothing does.
+struct Sides {
+    std::vector<std::uint32_t> across;  // 3 F, no_index where there is none
+    std::vector<std::uint8_t> border;   // 3 F
+};
+
+// Of the uses of one edge: the first that runs it forward with the first that runs it back, and so
+// on.
+void pair_up(std::span<const EdgeUse> uses, Sides& sides)
+{
+    const auto skip_to = [&](std::size_t i, bool forward) {
+        while (i < uses.size() && uses[i].forward != forward) ++i;
+        return i;
+    };
+    for (const EdgeUse& use : uses) sides.border[number_of(use)] = 1;
+    std::size_t f = skip_to(0, true), b = skip_to(0, false);
+    while (f < uses.size() && b < uses.size()) {
+        const std::uint32_t one = number_of(uses[f]), other = number_of(uses[b]);
+        sides.across[one] = other, sides.across[other] = one;
+        sides.border[one] = sides.border[other] = 0;
+        f = skip_to(f + 1, true), b = skip_to(b + 1, false);
+    }
+}
+
+Sides find_sides(std::span<const Triangle> triangles, std::size_t vertex_count)
+{
+    Sides sides{std::vector<std::uint32_t>(3 * triangles.size(), no_index),
+                std::vector<std::uint8_t>(3 * triangles.size(), 0)};
+    const std::vector<EdgeUse> uses = edge_uses(triangles, vertex_count);
+    for (std::size_t i = 0, end = 0; i < uses.size(); i = end) {
+        while (end < uses.size() && uses[end].a == uses[i].a && uses[end].b == uses[i].b) ++end;
+        pair_up(std::span(uses).subspan(i, end - i), sides);
+    }
+    return sides;
 }
 
 }  // namespace
@@ -54,6 +104,25 @@ bool is_closed(std::span<const Triangle> triangles, std::size_t vertex_count)
         if (balance != 0) return false;
     }
     return true;
+}
+
+std::vector<std::vector<std::uint32_t>> border_loops(std::span<const Triangle> triangles,
+                                                     std::size_t vertex_count)
+{
+    Sides sides = find_sides(triangles, vertex_count);
+    std::vector<std::vector<std::uint32_t>> loops;
+    for (std::uint32_t first = 0; first < sides.border.size(); ++first) {
+        if (sides.border[first] == 0) continue;
+        std::vector<std::uint32_t>& loop = loops.emplace_back();
+        for (std::uint32_t at = first; sides.border[at] != 0;) {
+            sides.border[at] = 0;
+            loop.push_back(triangles[at / 3][at % 3]);
+            // Round the vertex where this side ends, to the side that leaves it along the border.
+            at = next_side(at);
+            while (sides.across[at] != no_index) at = next_side(sides.across[at]);
+        }
+    }
+    return loops;
 }
 
 std::size_t disagreeing_edges(std::span<const Triangle> triangles, std::size_t vertex_count)

@@ -25,6 +25,13 @@ std::vector<EdgeUse> edge_uses(std::span<const Triangle> triangles, std::size_t 
 // the mesh does otherwise (several pieces, pieces that intersect, faces named twice).
 bool is_closed(std::span<const Triangle> triangles, std::size_t vertex_count);
 
+// The rims of holes, each as its vertices in the order in which the triangles beside it run them. A
+// rim is followed round the triangles at each vertex: two holes that touch at a vertex are one, and
+// the rims of two triangles that do are two. Where two triangles run an edge the same way it
+// belongs to a rim.
+std::vector<std::vector<std::uint32_t>> border_loops(std::span<const Triangle> triangles,
+                                                     std::size_t vertex_count);
+
 // How many edges of just two triangles both run the same way: one faces out, the other one in.
 std::size_t disagreeing_edges(std::span<const Triangle> triangles, std::size_t vertex_count);
 

@@ -259,6 +259,37 @@ std::vector<ThinPart> thin_parts(const geometry::TriMesh& mesh, const Cubes& cub
     return parts;
 }
 
+std::optional<ThinPart> thinnest_wall(const geometry::TriMesh& mesh)
+{
+    const geometry::Pieces pieces = geometry::find_pieces(mesh);
+    std::vector<geometry::WallSample> samples = geometry::wall_points(mesh, sample_count);
+    std::erase_if(samples, [&](const geometry::WallSample& s) {
+        return pieces.encloses[pieces.of[s.triangle]] == 0;
+    });
+    const geometry::Box box = geometry::bounds(mesh);
+    const double across = box.empty() ? 0 : (box.hi - box.lo).norm();
+    geometry::find_thickness(mesh, pieces, thinnest / 32 * across, across, samples);
+    std::map<std::uint32_t, std::vector<geometry::WallSample>> parts;
+    const bool groups = by_group(mesh);
+    for (const geometry::WallSample& s : samples) {
+        parts[groups ? mesh.topology->group[s.triangle] : pieces.of[s.triangle]].push_back(s);
+    }
+    std::optional<ThinPart> least;
+    const bool some_large = std::any_of(parts.begin(), parts.end(),
+                                        [](const auto& part) { return part.second.size() >= few; });
+    for (auto& [number, walls] : parts) {
+        if (some_large && walls.size() < few) continue;
+        const auto middle =
+            walls.begin() + static_cast<std::ptrdiff_t>(considerable / 2 * double(walls.size()));
+        std::nth_element(walls.begin(), middle, walls.end(),
+                         [](const auto& a, const auto& b) { return a.thickness < b.thickness; });
+        if (!std::isfinite(middle->thickness)) continue;
+        if (least && least->thickness <= middle->thickness) continue;
+        least = ThinPart{part_name(mesh, pieces.count(), number), middle->thickness, middle->point};
+    }
+    return least;
+}
+
 double size_for_wall(double thickness)
 {
     const double size = thickness / 2.5, digit = std::pow(10, std::floor(std::log10(size)) - 1);

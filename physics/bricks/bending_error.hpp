@@ -15,6 +15,7 @@
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/mesh/mesh.hpp"
 
+#include <optional>
 #include <string>
 
 namespace physics {
@@ -38,6 +39,11 @@ struct WallOptions {
 // element. The same for any number of threads.
 std::vector<ThinPart> thin_parts(const geometry::TriMesh& mesh, const geometry::Cubes& cubes,
                                  const WallOptions& walls);
+
+// The thinnest wall of a mesh that no cubes are made of yet: the part whose thinnest quarter of
+// surface is thinnest, as the mesh's thin_parts would be found by cubes of its size. `share` and
+// `factor` say nothing. Pieces that are open have no walls; nothing where all are.
+std::optional<ThinPart> thinnest_wall(const geometry::TriMesh& mesh);
 
 // The largest cubes whose factor is below 1.5 for a wall of this thickness, however it lies in the
 // grid. m, two digits.

@@ -6,6 +6,7 @@
 #include "runtime/commands/doctor.hpp"
 #include "runtime/commands/document_commands.hpp"
 #include "runtime/commands/explain.hpp"
+#include "runtime/commands/info_command.hpp"
 #include "runtime/commands/study_command.hpp"
 #include "runtime/commands/sweep_command.hpp"
 #include "runtime/commands/usage.hpp"
@@ -19,6 +20,21 @@
 namespace runtime {
 
 namespace {
+
+constexpr const char* examples =
+    "Examples:\n"
+    "  aspic cook graphs/bridge.json\n"
+    "  aspic cook graphs/bridge.json --frames 1-48x2 --set cubes.size=0.05\n"
+    "  aspic cook graphs/*.json --keep-going --json > log\n"
+    "  aspic validate graphs/*.json\n"
+    "  aspic nodes Voxelize\n"
+    "  aspic new ball.json\n"
+    "  aspic info chair.obj\n"
+    "  aspic explain graphs/bridge.json --frame 12\n"
+    "  aspic sweep graphs/chair.json --vary cubes.size=0.02,0.04\n"
+    "  aspic study graphs/beam.json --vary sim.step.substeps=1,2,4 --measure tip.value\n"
+    "Exit codes: 0 success, 1 a node failed, 2 invalid command line or document,\n            "
+    "3 an expectation was missed, 130 cancelled (Ctrl-C; press it twice to stop at once).";
 
 // Success takes that what was asked for came out.
 int written(int exit, Console& console)
@@ -48,23 +64,12 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
     add_sweep_command(set);
     add_study_command(set);
     add_card_command(set);
+    add_info_command(set);
     add_document_commands(set);
     add_doctor_command(set);
     add_cache_command(set);
     // After the commands, which would each repeat it.
-    app.footer(
-        "Examples:\n"
-        "  aspic cook graphs/bridge.json\n"
-        "  aspic cook graphs/bridge.json --frames 1-48x2 --set cubes.size=0.05\n"
-        "  aspic cook graphs/*.json --keep-going --json > log\n"
-        "  aspic validate graphs/*.json\n"
-        "  aspic nodes Voxelize\n"
-        "  aspic new ball.json\n"
-        "  aspic explain graphs/bridge.json --frame 12\n"
-        "  aspic sweep graphs/chair.json --vary cubes.size=0.02,0.04\n"
-        "  aspic study graphs/beam.json --vary sim.step.substeps=1,2,4 --measure tip.value\n"
-        "Exit codes: 0 success, 1 a node failed, 2 invalid command line or document,\n            "
-        "3 an expectation was missed, 130 cancelled (Ctrl-C; press it twice to stop at once).");
+    app.footer(examples);
 
     try {
         app.parse(std::vector<std::string>(args.rbegin(), args.rend()));

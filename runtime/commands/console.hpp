@@ -42,6 +42,11 @@ struct Console {
     std::function<std::vector<std::pair<std::string, std::array<double, 2>>>(
         const graph::Value& mesh, const graph::Value& cubes)>
         body_card = {};
+    // For `info`: a mesh file whose lengths are in `unit`, in words or as a line of JSON. Throws
+    // std::exception when the file can't be read, graph::Cancelled when told to stop.
+    std::function<std::string(const std::string& file, const std::string& unit, bool json,
+                              const std::stop_token& stop)>
+        mesh_info = {};
     // For `sweep` and `study`: writes labelled pictures on one sheet, and says how many there were.
     std::function<std::size_t(const std::vector<std::pair<graph::Value, std::string>>& pictures,
                               int columns, const std::filesystem::path& path)>

@@ -250,6 +250,19 @@ ImportedMaterial material_of(const aiScene& scene, const aiMaterial& in)
     return out;
 }
 
+void add_textures(const aiMaterial& in, std::vector<std::string>& out)
+{
+    for (int type = aiTextureType_NONE + 1; type <= AI_TEXTURE_TYPE_MAX; ++type) {
+        const auto of = static_cast<aiTextureType>(type);
+        for (unsigned i = 0; i < in.GetTextureCount(of); ++i) {
+            aiString path;
+            if (in.GetTexture(of, i, &path) != AI_SUCCESS || path.length == 0) continue;
+            std::string name = text(path);
+            if (std::find(out.begin(), out.end(), name) == out.end()) out.push_back(name);
+        }
+    }
+}
+
 // Every use of a mesh in the tree, without recursion: a file may nest as deep as it likes.
 void add_nodes(const aiScene& in, ImportedScene& out)
 {
@@ -345,6 +358,7 @@ void read(const std::string& path, const std::string& root, ImportedScene& out)
     }
     for (unsigned i = 0; i < scene->mNumMaterials; ++i) {
         out.materials.push_back(material_of(*scene, *scene->mMaterials[i]));
+        add_textures(*scene->mMaterials[i], out.textures);
     }
     for (unsigned i = 0; i < scene->mNumTextures; ++i) {
         out.embedded.push_back(embedded_picture(*scene->mTextures[i], i));

@@ -1,0 +1,211 @@
+// What `aspic info` says of a mesh file, by numbers that are known beforehand.
+
+#include "nodes/mesh_info.hpp"
+
+#include "geometry/cubes/voxelize.hpp"
+#include "geometry/io/write_mesh.hpp"
+#include "nodes/registry.hpp"
+#include "physics/bricks/bending_error.hpp"
+#include "runtime/commands/command_line.hpp"
+#include "tests/geometry/files.hpp"
+#include "tests/geometry/test_meshes.hpp"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <sstream>
+
+namespace {
+
+// A box of 2 x 0.5 x 0.1 units with one corner at the origin, its top of another material.
+const char* const slab = R"(mtllib slab.mtl
+o slab
+v 0 0 0
+v 2 0 0
+v 2 0.5 0
+v 0 0.5 0
+v 0 0 0.1
+v 2 0 0.1
+v 2 0.5 0.1
+v 0 0.5 0.1
+vt 0 0
+usemtl wood
+f 4/1 3/1 2/1 1/1
+f 5/1 6/1 7/1 8/1
+f 1/1 2/1 6/1 5/1
+f 2/1 3/1 7/1 6/1
+f 4/1 1/1 5/1 8/1
+usemtl paint
+f 3/1 4/1 8/1 7/1
+)";
+const char* const slab_materials = R"(newmtl wood
+Kd 0.5 0.3 0.1
+map_Kd grain.png
+newmtl paint
+Kd 1 0 0
+map_Kd gone.png
+)";
+
+struct Said {
+    int exit = 0;
+    std::string out, err;
+};
+
+Said run(const std::vector<std::string>& args)
+{
+    std::ostringstream out, err;
+    runtime::Console console{out, err, false, {}, {}, "test"};
+    console.mesh_info = nodes::describe_mesh;
+    const int exit = runtime::run_command_line(args, nodes::registry(), console);
+    return {exit, out.str(), err.str()};
+}
+
+std::string slab_in(const files::Folder& folder)
+{
+    folder.write("slab.mtl", slab_materials);
+    folder.write("grain.png", "x");
+    return folder.write("slab.obj", slab).string();
+}
+
+TEST(MeshInfo, SaysWhatAClosedSlabIs)
+{
+    const files::Folder folder;
+    const Said said = run({"info", "--json", slab_in(folder)});
+    ASSERT_EQ(said.exit, runtime::exit_ok) << said.err;
+    const auto all = nlohmann::json::parse(said.out);
+    EXPECT_NEAR(all["size"][0].get<double>(), 2, 1e-6);
+    EXPECT_NEAR(all["size"][2].get<double>(), 0.1, 1e-6);
+    EXPECT_FALSE(all["unit"]["stated"].get<bool>());
+    EXPECT_EQ(all["unit"]["name"], "m");
+    EXPECT_EQ(all["vertices"], 8);
+    EXPECT_EQ(all["triangles"], 12);
+    EXPECT_TRUE(all["closed"].get<bool>());
+    EXPECT_EQ(all["holes"], 0);
+    EXPECT_EQ(all["pieces"], 1);
+    EXPECT_NEAR(all["body"]["volume"].get<double>(), 0.1, 1e-6);
+    EXPECT_NEAR(all["body"]["centre"][0].get<double>(), 1, 1e-6);
+    // (b^2 + c^2) / 12 per mass.
+    EXPECT_NEAR(all["body"]["inertia"][0][0].get<double>(), 0.1 * (0.25 + 0.01) / 12, 1e-7);
+    EXPECT_NEAR(all["area"].get<double>(), 2 * (1 + 0.2 + 0.05), 1e-6);
+    EXPECT_EQ(all["materials"], (nlohmann::json{"wood", "paint"}));
+    ASSERT_EQ(all["textures"].size(), 2u);
+    EXPECT_EQ(all["textures"][0], (nlohmann::json{{"name", "grain.png"}, {"found", true}}));
+    EXPECT_EQ(all["textures"][1], (nlohmann::json{{"name", "gone.png"}, {"found", false}}));
+    EXPECT_NEAR(all["thinnest_wall"]["thickness"].get<double>(), 0.1, 1e-6);
+    EXPECT_NEAR(all["cubes"]["size"].get<double>(), 0.04, 1e-9);  // two and a half in the wall
+    EXPECT_EQ(all["cubes"], all["cubes_for_thinnest_wall"]);
+}
+
+TEST(MeshInfo, TheTextNamesMaterialsAndMissingTextures)
+{
+    const files::Folder folder;
+    const Said said = run({"info", slab_in(folder)});
+    ASSERT_EQ(said.exit, runtime::exit_ok) << said.err;
+    for (const char* part :
+         {"slab.obj\n", "2 x 0.5 x 0.1 m", "not stated by the file; read here as m\n",
+          "surface       closed\n", "volume        0.1 m^3", "2: wood, paint",
+          "2: grain.png, gone.png (not found)", "thinnest wall 0.1 m"}) {
+        EXPECT_NE(said.out.find(part), std::string::npos) << part << "\n" << said.out;
+    }
+}
+
+TEST(MeshInfo, AnOpenMeshHasHolesAndNoVolume)
+{
+    const files::Folder folder;
+    std::string open = slab;
+    open.resize(open.find("usemtl paint"));
+    const Said said = run({"info", "--json", folder.write("open.obj", open).string()});
+    ASSERT_EQ(said.exit, runtime::exit_ok) << said.err;
+    const auto all = nlohmann::json::parse(said.out);
+    EXPECT_FALSE(all["closed"].get<bool>());
+    EXPECT_EQ(all["holes"], 1);
+    EXPECT_NEAR(all["longest_rim"].get<double>(), 2 * (2 + 0.1), 1e-6);
+    EXPECT_TRUE(all["body"].is_null());
+}
+
+TEST(MeshInfo, AUnitIsGuessedWhereTheFileStatesNone)
+{
+    const files::Folder folder;
+    geometry::TriMesh box = test_meshes::box({0, 0, 0}, {90, 60, 40});  // a desk, in cm
+    const std::string file = (folder.path / "desk.obj").string();
+    geometry::write_mesh(file, geometry::MeshFormat::obj, box);
+    auto all = nlohmann::json::parse(run({"info", "--json", file}).out);
+    EXPECT_EQ(all["unit"]["name"], "cm");
+    EXPECT_NEAR(all["size"][0].get<double>(), 90, 1e-5);  // as ReadMesh reads it
+    all = nlohmann::json::parse(run({"info", "--json", file, "--unit", "cm"}).out);
+    EXPECT_NEAR(all["size"][0].get<double>(), 0.9, 1e-6);
+    EXPECT_NE(run({"info", file}).out.find("in cm it is 0.9 m"), std::string::npos);
+    const std::string states = (folder.path / "desk.glb").string();
+    geometry::write_mesh(states, geometry::MeshFormat::glb, box);
+    all = nlohmann::json::parse(run({"info", "--json", states}).out);
+    EXPECT_TRUE(all["unit"]["stated"].get<bool>());
+    EXPECT_EQ(all["unit"]["name"], "m");
+    EXPECT_EQ(nodes::guess_unit(1800).name, "cm");
+    EXPECT_EQ(nodes::guess_unit(8000).name, "mm");
+}
+
+// Of Voxelize's own making and by its own warning.
+TEST(MeshInfo, TheSuggestedCubesAreAboutAsManyAndDrawNoWarning)
+{
+    const files::Folder folder;
+    const std::array meshes{test_meshes::box({0, 0, 0}, {1, 0.4, 0.06}), test_meshes::icosphere(3)};
+    for (const geometry::TriMesh& mesh : meshes) {
+        const std::string file = (folder.path / "a.obj").string();
+        geometry::write_mesh(file, geometry::MeshFormat::obj, mesh);
+        const nodes::MeshInfo info = nodes::mesh_info(file, {});
+        const geometry::VoxelGrid grid = geometry::fit_grid(info.box, info.cubes.size);
+        const geometry::Cubes cubes = geometry::voxelize_solid(
+            mesh, geometry::assign_matter(mesh, {}, {}), geometry::Inside::winding, 0, grid, {});
+        EXPECT_NEAR(static_cast<double>(cubes.count()), info.cubes.count, 0.4 * info.cubes.count);
+        for (const auto& part : physics::thin_parts(mesh, cubes, {})) EXPECT_LT(part.factor, 1.5);
+    }
+}
+
+TEST(MeshInfo, WhereTooManyCubesWouldBeNeededFewerAreSuggested)
+{
+    const files::Folder folder;
+    const std::string file = (folder.path / "sheet.obj").string();
+    geometry::write_mesh(file, geometry::MeshFormat::obj,
+                         test_meshes::box({0, 0, 0}, {1, 1, 0.002}));
+    const nodes::MeshInfo info = nodes::mesh_info(file, {});
+    EXPECT_LE(info.cubes.count, 50'000);
+    EXPECT_GT(info.cubes.count, 40'000);
+    EXPECT_NEAR(info.fine.size, 0.0008, 1e-9);
+    EXPECT_GT(info.fine.count, 1e6);
+}
+
+TEST(MeshInfo, AFileThatCannotBeReadIsToldAndTheOthersAreDescribed)
+{
+    const files::Folder folder;
+    const std::string good = slab_in(folder);
+    const std::string torn = folder
+                                 .write("torn.ply", "ply\nformat ascii 1.0\nelement vertex "
+                                                    "4000000000\nproperty float x\n")
+                                 .string();
+    const std::string lost = folder.write("lost.obj", "v nan 0 0\nv 0 1 0\nf 1 2 9\n").string();
+    for (const std::string& bad :
+         {torn, lost, (folder.path / "none.obj").string(), folder.path.string()}) {
+        const Said said = run({"info", bad, good});
+        EXPECT_EQ(said.exit, runtime::exit_failed);
+        EXPECT_NE(said.err.find(bad), std::string::npos) << said.err;
+        EXPECT_NE(said.out.find("slab.obj"), std::string::npos);
+        EXPECT_EQ(said.out.find("nan"), std::string::npos) << said.out;
+    }
+    EXPECT_EQ(run({"info"}).exit, runtime::exit_usage);
+    EXPECT_EQ(run({"info", good, "--unit", "ell"}).exit, runtime::exit_usage);
+}
+
+TEST(MeshInfo, PointsHaveNoSurface)
+{
+    const files::Folder folder;
+    const Said said = run({"info", folder
+                                       .write("points.ply", "ply\nformat ascii 1.0\nelement "
+                                                            "vertex 2\nproperty float x\n"
+                                                            "property float y\nproperty float z\n"
+                                                            "end_header\n0 0 0\n1 2 3\n")
+                                       .string()});
+    ASSERT_EQ(said.exit, runtime::exit_ok) << said.err;
+    EXPECT_NE(said.out.find("none: points only"), std::string::npos) << said.out;
+}
+
+}  // namespace
