@@ -2,14 +2,15 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/union_find.hpp"
-#include "geometry/cells/cell_set.hpp"
-#include "geometry/cells/voxel_grid.hpp"
+#include "geometry/cubes/piece_meetings.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
+#include <span>
+#include <utility>
 
 namespace geometry {
 namespace {
@@ -18,107 +19,107 @@ constexpr std::size_t most_pairs = 256;
 constexpr std::size_t most_points = 256;  // of a piece of a pair
 constexpr double touching = 0.05;         // cubes: what is nearer than this is one body
 
-using Pair = std::array<std::uint32_t, 2>;
-
-// Calls visit(point) for points of a triangle, at most half of `size` apart, or for a large one 32
-// a side.
-template <class Visit>
-void points_of(const TriMesh& mesh, const Triangle& t, double size, const Visit& visit)
+// Some of the points, evenly.
+void thin_out(std::vector<Vec3>& points)
 {
-    const Vec3 a = mesh.positions[t[0]].cast<double>(),
-               ab = mesh.positions[t[1]].cast<double>() - a,
-               ac = mesh.positions[t[2]].cast<double>() - a;
-    const double longest = std::max({ab.norm(), ac.norm(), (ac - ab).norm()});
-    const int n = static_cast<int>(std::clamp(std::ceil(2 * longest / size), 1.0, 32.0));
-    for (int i = 0; i <= n; ++i) {
-        for (int j = 0; i + j <= n; ++j) visit(Vec3(a + (i * ab + j * ac) / n));
-    }
+    const std::size_t step = points.size() / most_points + 1;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < points.size(); i += step) points[kept++] = points[i];
+    points.resize(kept);
 }
 
-// Points of the first piece of a pair and of the second one where they come together in the cubes.
-using Meetings = std::map<Pair, std::array<std::vector<Vec3>, 2>>;
-
-Pair pair_of(std::uint32_t a, std::uint32_t b)
+Box box_of(std::span<const Vec3> points)
 {
-    return {std::min(a, b), std::max(a, b)};
+    Box box;
+    for (const Vec3& p : points) box.add(p);
+    return box;
 }
 
-Meetings meetings(const TriMesh& mesh, const Pieces& pieces, const Cubes& cubes)
-{
-    const CellIndex index(cubes.cell);
-    // The first piece at each corner, and the first other one.
-    std::vector<Pair> at(cubes.corner_count(), {no_index, no_index});
-    const auto each_point = [&](const auto& visit) {
-        for (std::size_t t = 0; t < mesh.triangles().size(); ++t) {
-            if (pieces.of[t] == no_index) continue;
-            points_of(mesh, mesh.triangles()[t], cubes.size, [&](const Vec3& p) {
-                const Vec3 lattice = (p - cubes.origin) / cubes.size;
-                auto found = index.find(cell_of(lattice));
-                // A face between two cubes may be of the lower one.
-                if (!found) found = index.find(cell_of(lattice - Vec3::Constant(1e-5)));
-                if (found) visit(p, pieces.of[t], cubes.corners[found.begin]);
-            });
-        }
-    };
-    Meetings out;
-    each_point([&](const Vec3&, std::uint32_t piece, const std::array<std::uint32_t, 8>& corners) {
-        for (const std::uint32_t c : corners) {
-            auto& [first, other] = at[c];
-            if (first == no_index) first = piece;
-            if (first == piece || other != no_index) continue;
-            other = piece;
-            if (out.size() < most_pairs) out[pair_of(first, piece)];
-        }
-    });
-    if (out.empty()) return out;
-    each_point(
-        [&](const Vec3& p, std::uint32_t piece, const std::array<std::uint32_t, 8>& corners) {
-            for (const std::uint32_t c : corners) {
-                const auto [first, other] = at[c];
-                if (other == no_index || (first != piece && other != piece)) continue;
-                const auto found = out.find(pair_of(first, other));
-                if (found == out.end()) continue;
-                found->second[found->first[0] == piece ? 0 : 1].push_back(p);
-                return;
-            }
-        });
-    return out;
-}
-
-// The triangles of each piece that is looked at, as a tree.
-class Trees {
+// The triangles of the pieces that are looked at: those near where pieces meet, and all.
+class Triangles {
 public:
-    Trees(const TriMesh& mesh, const Pieces& pieces) : mesh_(mesh), triangles_(pieces.count())
+    Triangles(const PlacedMesh& all, const PieceMeetings& meetings)
+        : all_(all), near_(all.pieces.count()), box_(all.pieces.count()),
+          near_box_(all.pieces.count()), number_(all.mesh.positions.size(), no_index)
     {
-        for (std::size_t t = 0; t < mesh.triangles().size(); ++t) {
-            if (pieces.of[t] != no_index) triangles_[pieces.of[t]].push_back(mesh.triangles()[t]);
+        std::vector<std::uint8_t> wanted(all.pieces.count(), 0);
+        for (const PiecePair& pair : meetings.pairs) wanted[pair[0]] = wanted[pair[1]] = 1;
+        for (std::uint32_t v = 0; v < all.piece.size(); ++v) {
+            if (all.piece[v] != no_index && wanted[all.piece[v]] != 0) {
+                box_[all.piece[v]].add(all.point(v));
+            }
+        }
+        for (std::uint32_t t = 0; t < all.pieces.of.size(); ++t) {
+            const std::uint32_t piece = all.pieces.of[t];
+            if (piece == no_index || wanted[piece] == 0) continue;
+            if (!meetings.any(all.cubes_of(t), PieceMeetings::beside)) continue;
+            near_[piece].push_back(t);
+            for (const std::uint32_t v : all.mesh.triangles()[t])
+                near_box_[piece].add(all.point(v));
         }
     }
 
-    const TriangleBvh& of(std::uint32_t piece)
+    const Box& box(std::uint32_t piece) const { return box_[piece]; }
+    const Box& near_box(std::uint32_t piece) const { return near_box_[piece]; }
+
+    // Of a piece's triangles near meetings, at least those within `reach` (m) of a point.
+    TriangleBvh near(std::uint32_t piece, std::span<const Vec3> points, double reach)
     {
-        const auto known = trees_.find(piece);
-        if (known != trees_.end()) return known->second;
-        std::map<std::uint32_t, std::uint32_t> number;
-        MeshTopology topology;
-        TriMesh out;
-        for (Triangle triangle : triangles_[piece]) {
-            for (std::uint32_t& v : triangle) {
-                const auto [at, fresh] =
-                    number.try_emplace(v, static_cast<std::uint32_t>(out.positions.size()));
-                if (fresh) out.positions.push_back(mesh_.positions[v]);
-                v = at->second;
-            }
-            topology.triangles.push_back(triangle);
+        constexpr std::size_t some = 16;  // points that follow each other lie near each other
+        std::vector<Box> around;
+        for (std::size_t i = 0; i < points.size(); i += some) {
+            around.push_back(box_of(points.subspan(i, std::min(some, points.size() - i))));
         }
-        out.topology = std::make_shared<const MeshTopology>(std::move(topology));
-        return trees_.emplace(piece, TriangleBvh(out)).first->second;
+        std::vector<Triangle> within;
+        for (const std::uint32_t t : near_[piece]) {
+            Box own;
+            for (const std::uint32_t v : all_.mesh.triangles()[t]) own.add(all_.point(v));
+            const bool reached = std::any_of(around.begin(), around.end(), [&](const Box& box) {
+                return (own.lo - box.hi).cwiseMax(box.lo - own.hi).maxCoeff() <= reach;
+            });
+            if (reached) within.push_back(all_.mesh.triangles()[t]);
+        }
+        return tree_of(std::move(within));
+    }
+
+    const TriangleBvh& whole(std::uint32_t piece)
+    {
+        const auto known = whole_.find(piece);
+        if (known != whole_.end()) return known->second;
+        std::vector<Triangle> some;
+        for (std::size_t t = 0; t < all_.pieces.of.size(); ++t) {
+            if (all_.pieces.of[t] == piece) some.push_back(all_.mesh.triangles()[t]);
+        }
+        return whole_.emplace(piece, tree_of(std::move(some))).first->second;
     }
 
 private:
-    const TriMesh& mesh_;
-    std::vector<std::vector<Triangle>> triangles_;
-    std::map<std::uint32_t, TriangleBvh> trees_;
+    TriangleBvh tree_of(std::vector<Triangle> triangles)
+    {
+        MeshTopology topology;
+        TriMesh out;
+        std::vector<std::uint32_t> used;
+        for (Triangle& triangle : triangles) {
+            for (std::uint32_t& v : triangle) {
+                if (number_[v] == no_index) {
+                    number_[v] = static_cast<std::uint32_t>(used.size());
+                    used.push_back(v);
+                    out.positions.push_back(all_.mesh.positions[v]);
+                }
+                v = number_[v];
+            }
+        }
+        for (const std::uint32_t v : used) number_[v] = no_index;
+        topology.triangles = std::move(triangles);
+        out.topology = std::make_shared<const MeshTopology>(std::move(topology));
+        return TriangleBvh(out);
+    }
+
+    const PlacedMesh& all_;
+    std::vector<std::vector<std::uint32_t>> near_;
+    std::vector<Box> box_, near_box_;    // P, of all triangles and of those near meetings
+    std::vector<std::uint32_t> number_;  // V, scratch: all no_index
+    std::map<std::uint32_t, TriangleBvh> whole_;
 };
 
 // The shortest way between two pieces.
@@ -128,19 +129,85 @@ struct Gap {
     Vec3 where = Vec3::Zero();
 };
 
-// From some of the points to the piece in the tree, until the gap is below `enough` (m).
-void shorten(const std::vector<Vec3>& points, const TriangleBvh& tree, bool encloses,
-             bool inside_out, double enough, Gap& gap)
+double distance_to(const Box& box, const Vec3& p)
 {
-    const std::size_t step = points.size() / most_points + 1;
-    for (std::size_t i = 0; i < points.size() && gap.distance >= enough; i += step) {
-        const TriangleBvh::Hit hit = tree.closest(points[i], gap.distance);
-        if (!hit) continue;
-        const bool inside = encloses && hit.behind != inside_out;
-        gap.distance = inside ? 0 : hit.distance;
-        gap.where = 0.5 * (hit.point + points[i]);
-        gap.along = (hit.point - points[i]).cwiseAbs().maxCoeff();
+    return (box.lo - p).cwiseMax(p - box.hi).cwiseMax(0).norm();
+}
+
+// Between points of the two, until it is below `enough` (m): the way between the surfaces is no
+// longer.
+double between_points(const std::array<std::vector<Vec3>, 2>& points, double enough)
+{
+    double least = std::numeric_limits<double>::infinity();
+    const Box box = box_of(points[1]);
+    for (const Vec3& p : points[0]) {
+        if (least < enough) break;
+        if (distance_to(box, p) >= least) continue;
+        double nearest_sq = least * least;
+        for (const Vec3& q : points[1]) nearest_sq = std::min(nearest_sq, (p - q).squaredNorm());
+        least = std::sqrt(nearest_sq);
     }
+    return least;
+}
+
+// How the piece that points are measured to closes up.
+struct Closure {
+    bool encloses = false, inside_out = false;
+};
+
+// From the points to the piece in the tree, within `reach` (m), until the gap is below `enough`.
+void shorten(const std::vector<Vec3>& points, const TriangleBvh& tree, const Closure& piece,
+             double enough, double reach, Gap& gap)
+{
+    for (const Vec3& p : points) {
+        if (gap.distance < enough) return;
+        const TriangleBvh::Hit hit = tree.closest(p, std::min(gap.distance, reach));
+        if (!hit) continue;
+        const bool inside = piece.encloses && hit.behind != piece.inside_out;
+        gap.distance = inside ? 0 : hit.distance;
+        gap.where = 0.5 * (hit.point + p);
+        gap.along = (hit.point - p).cwiseAbs().maxCoeff();
+    }
+}
+
+// Exact where it is shorter than the way between points of the two: what is farther is not looked
+// at, but for points that may lie deep inside the other piece.
+Gap gap_of(const PiecePair& pair, const std::array<std::vector<Vec3>, 2>& points,
+           const Pieces& pieces, double enough, Triangles& triangles)
+{
+    Gap gap;
+    const double reach = 1.001 * between_points(points, enough);
+    if (reach < enough) {
+        gap.distance = 0;
+        return gap;
+    }
+    const auto closure = [&](std::uint32_t piece) {
+        return Closure{pieces.encloses[piece] != 0, pieces.volume[piece] < 0};
+    };
+    for (const std::size_t k : {std::size_t{0}, std::size_t{1}}) {
+        const std::uint32_t to = pair[1 - k];
+        if (points[k].empty() || gap.distance < enough) continue;
+        const double within = std::min(reach, gap.distance);
+        std::vector<Vec3> some;
+        for (const Vec3& p : points[k]) {
+            if (distance_to(triangles.near_box(to), p) <= within) some.push_back(p);
+        }
+        if (some.empty()) continue;
+        const TriangleBvh tree = triangles.near(to, some, within);
+        shorten(some, tree, closure(to), enough, within, gap);
+    }
+    for (const std::size_t k : {std::size_t{0}, std::size_t{1}}) {
+        const std::uint32_t to = pair[1 - k];
+        if (gap.distance < enough || !closure(to).encloses) continue;
+        const bool outside = std::all_of(points[k].begin(), points[k].end(), [&](const Vec3& p) {
+            return distance_to(triangles.box(to), p) > 0;
+        });
+        if (outside) continue;
+        Gap whole;
+        shorten(points[k], triangles.whole(to), closure(to), enough, whole.distance, whole);
+        if (whole.distance < gap.distance) gap = whole;
+    }
+    return gap;
 }
 
 double two_digits_below(double x)
@@ -155,19 +222,19 @@ GluedPieces find_glued_pieces(const TriMesh& mesh, const Pieces& pieces, const C
 {
     GluedPieces out;
     if (pieces.count() < 2) return out;
-    const double enough = touching * cubes.size;
-    Trees trees(mesh, pieces);
+    const PlacedMesh all = place_mesh(mesh, pieces, cubes);
+    const PieceMeetings meetings = find_piece_meetings(all, most_pairs);
+    if (meetings.pairs.empty()) return out;
+    std::vector<std::array<std::vector<Vec3>, 2>> points = points_of_pairs(all, meetings);
+    Triangles triangles(all, meetings);
     UnionFind bodies(pieces.count());
-    std::vector<std::pair<Pair, Gap>> apart;
-    for (const auto& [pair, points] : meetings(mesh, pieces, cubes)) {
+    std::vector<std::pair<PiecePair, Gap>> apart;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const PiecePair& pair = meetings.pairs[i];
         if (bodies.root(pair[0]) == bodies.root(pair[1])) continue;
-        Gap gap;
-        for (const std::size_t k : {std::size_t{0}, std::size_t{1}}) {
-            if (points[k].empty()) continue;
-            const std::uint32_t to = pair[1 - k];
-            shorten(points[k], trees.of(to), pieces.encloses[to] != 0, pieces.volume[to] < 0,
-                    enough, gap);
-        }
+        for (std::vector<Vec3>& some : points[i]) thin_out(some);
+        const double enough = touching * cubes.size;
+        const Gap gap = gap_of(pair, points[i], pieces, enough, triangles);
         if (gap.distance < enough) {
             bodies.join(pair[0], pair[1]);
         } else if (std::isfinite(gap.distance)) {

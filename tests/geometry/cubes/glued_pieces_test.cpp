@@ -64,6 +64,74 @@ TEST(GluedPieces, TheGapIsThatOfTheNearestPoints)
     EXPECT_NEAR(found.gap, 0.1, 0.01);
 }
 
+// A ball in the middle of a block: their surfaces are farther apart than a cube, or than points of
+// them.
+TEST(GluedPieces, APieceDeepWithinAnotherIsOneBodyWithIt)
+{
+    const TriMesh inner = meshes::moved(icosphere(0.1, 2), {0.5, 0, 0});
+    const TriMesh outer = meshes::moved(box({1, 1, 1}, {1, 1, 1}), {0.5, 0, 0});
+    for (const double size : {0.2, 0.3, 0.35}) {
+        EXPECT_EQ(glued(together({outer, inner}), size).count, 0u) << size;
+        EXPECT_EQ(glued(together({inner, outer}), size).count, 0u) << size;
+    }
+}
+
+// Points of the two lie on either side of where they cross.
+TEST(GluedPieces, ARodThatEndsWithinABlockIsOneBodyWithIt)
+{
+    for (int step = 0; step < 20; ++step) {
+        const double in = 0.1 + 0.013 * step;
+        const TriMesh rod =
+            meshes::moved(box({2, 0.01, 0.01}, {1, 1, 1}), {1 + 1 - in, 0.137, 0.071});
+        const TriMesh block = meshes::moved(box({1, 1, 1}, {1, 1, 1}), {0.5, 0, 0});
+        EXPECT_EQ(glued(together({block, rod}), 0.2).count, 0u) << in;
+        EXPECT_EQ(glued(together({rod, block}), 0.2).count, 0u) << in;
+    }
+}
+
+// Blocks in a row, of a few large triangles each: the least gap is that of the pair.
+TEST(GluedPieces, OfManyPiecesTheNearestTwoAreFound)
+{
+    for (std::size_t nearest = 0; nearest < 9; ++nearest) {
+        std::vector<TriMesh> all;
+        double x = 0, least = 0;
+        for (std::size_t i = 0; i < 10; ++i) {
+            all.push_back(block(x));
+            const double gap = i == nearest ? 0.021 : 0.03 + 0.007 * static_cast<double>(i);
+            if (i == nearest) least = gap;
+            x += 1 + gap;
+        }
+        const GluedPieces found = glued(together(all), 0.25);
+        EXPECT_EQ(found.count, 10u);
+        EXPECT_EQ(found.pair[0], nearest);
+        EXPECT_EQ(found.pair[1], nearest + 1);
+        EXPECT_NEAR(found.gap, least, 1e-5);
+    }
+}
+
+// However it lies in the grid.
+TEST(GluedPieces, TheGapOfATurnedBlockIsThatOfItsLowestCorner)
+{
+    const TriMesh plain = box({1, 0.4, 0.3}, {1, 1, 1});
+    for (int turn = 0; turn < 12; ++turn) {
+        TriMesh turned = plain;
+        const Eigen::Matrix3f r =
+            Eigen::AngleAxisf(0.25f * static_cast<float>(turn) + 0.1f,
+                              Eigen::Vector3f(1, 0.3f * static_cast<float>(turn), 2).normalized())
+                .toRotationMatrix();
+        float lowest = 0;
+        for (Vec3f& p : turned.positions) {
+            p = r * p;
+            lowest = std::min(lowest, p.y());
+        }
+        // A corner stands this far above the plain block's upper face.
+        for (Vec3f& p : turned.positions) p.y() += 0.2f + 0.05f - lowest;
+        const GluedPieces found = glued(together({plain, turned}), 0.3);
+        EXPECT_EQ(found.count, 2u) << turn;
+        EXPECT_NEAR(found.gap, 0.05, 1e-5) << turn;
+    }
+}
+
 TEST(GluedPieces, OnePieceIsNeverGlued)
 {
     EXPECT_EQ(glued(torus(1, 0.05, 40, 16), 0.2).count, 0u);
