@@ -3,6 +3,7 @@
 // bricks 0.30 s, 97,336 bricks 5.2 s.
 
 #include "geometry/cubes/voxelize.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "physics/state/choose_corners.hpp"
 

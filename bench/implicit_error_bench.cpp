@@ -3,6 +3,7 @@
 //   implicit_error_bench [docs/implicit-error.md]
 
 #include "geometry/base/random.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "physics/layers/deformed_layer.hpp"
 #include "physics/layers/layer_contact.hpp"
 #include "physics/layers/layer_contact_border.hpp"

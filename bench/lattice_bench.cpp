@@ -3,6 +3,7 @@
 
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/cubes/plane.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "physics/lattice/lattice.hpp"
 #include "physics/lattice/torn_regions.hpp"
 #include "physics/regions/find_regions.hpp"

@@ -2,6 +2,7 @@
 // implicit step.
 //   layered_bullet_bench [docs/layered-bullet.md]
 
+#include "geometry/mesh/mesh.hpp"
 #include "physics/layered_bodies/layered_body.hpp"
 #include "physics/layered_bodies/layered_moment.hpp"
 #include "physics/layered_bodies/layered_step.hpp"

@@ -12,6 +12,7 @@
 //              frames, over how far those went
 
 #include "geometry/cubes/plane.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "physics/bricks/springs.hpp"
 #include "physics/lattice/lattice.hpp"

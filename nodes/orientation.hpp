@@ -4,6 +4,7 @@
 // enough to decide what is inside of it.
 
 #include "geometry/cubes/sample_volume.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 #include "graph/types/context.hpp"
 

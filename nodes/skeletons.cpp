@@ -1,4 +1,5 @@
 #include "geometry/fields/field.hpp"
+#include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/transform.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"

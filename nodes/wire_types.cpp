@@ -1,5 +1,6 @@
 #include "nodes/wire_types.hpp"
 
+#include "geometry/fields/skeleton_mesh.hpp"
 #include "graph/types/wire_type.hpp"
 
 namespace graph {

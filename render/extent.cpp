@@ -1,6 +1,7 @@
 #include "render/extent.hpp"
 
 #include "geometry/base/parallel.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/primitive.hpp"
 
 #include <algorithm>

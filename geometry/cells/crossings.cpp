@@ -1,6 +1,7 @@
 #include "geometry/cells/crossings.hpp"
 
 #include "geometry/base/parallel.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -5,6 +5,7 @@
 #include "geometry/cells/cell_lines.hpp"
 #include "geometry/cells/clip_to_cells.hpp"
 #include "geometry/cells/surface_cells.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
 #include <bit>

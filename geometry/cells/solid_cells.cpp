@@ -3,6 +3,7 @@
 #include "geometry/cells/cell_votes.hpp"
 #include "geometry/cells/crossings.hpp"
 #include "geometry/cells/surface_cells.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
 #include <array>

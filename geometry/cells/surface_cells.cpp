@@ -18,6 +18,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/base/stop.hpp"
 #include "geometry/cells/cell_masks.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <tbb/task_arena.h>
 

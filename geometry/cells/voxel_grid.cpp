@@ -1,6 +1,7 @@
 #include "geometry/cells/voxel_grid.hpp"
 
 #include "geometry/cells/cell_set.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 // The lattice that a model is cut up by, and models in its coordinates: lengths in cubes, cell c
 // between c and c + 1.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <optional>
 #include <span>

@@ -1,5 +1,7 @@
 #include "geometry/cubes/assign_matter.hpp"
 
+#include "geometry/mesh/mesh.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 // Which face of a mesh is made of which matter, by rules.
 
 #include "geometry/cubes/matter.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <span>
 

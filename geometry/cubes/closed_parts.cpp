@@ -3,6 +3,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/union_find.hpp"
 #include "geometry/cells/cell_votes.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 
 #include <algorithm>

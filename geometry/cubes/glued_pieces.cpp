@@ -3,6 +3,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/union_find.hpp"
 #include "geometry/cubes/piece_meetings.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 
 #include <algorithm>

@@ -3,6 +3,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/parallel.hpp"
 #include "geometry/cells/voxel_grid.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,6 +5,7 @@
 
 #include "geometry/cells/cell_set.hpp"
 #include "geometry/cubes/cubes.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/pieces.hpp"
 
 #include <span>

@@ -9,7 +9,7 @@
 
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/cubes/plane_picture.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <span>
 

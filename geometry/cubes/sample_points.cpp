@@ -1,5 +1,7 @@
 #include "geometry/cubes/sample_points.hpp"
 
+#include "geometry/mesh/mesh.hpp"
+
 #include <algorithm>
 #include <stdexcept>
 

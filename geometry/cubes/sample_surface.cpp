@@ -13,6 +13,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/base/random.hpp"
 #include "geometry/base/stop.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
 #include <cmath>

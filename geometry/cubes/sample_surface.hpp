@@ -4,7 +4,7 @@
 
 #include "geometry/cubes/assign_matter.hpp"
 #include "geometry/cubes/samples.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 namespace geometry {
 

@@ -6,6 +6,7 @@
 #include "geometry/cells/cell_lines.hpp"
 #include "geometry/cells/inside_shares.hpp"
 #include "geometry/cells/surface_cells.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 
 #include <fmt/format.h>

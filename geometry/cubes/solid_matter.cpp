@@ -2,6 +2,7 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/cubes/closed_parts.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 
 #include <algorithm>

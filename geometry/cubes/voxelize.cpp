@@ -7,6 +7,7 @@
 #include "geometry/cubes/cube_finder.hpp"
 #include "geometry/cubes/pieces.hpp"
 #include "geometry/cubes/solid_matter.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -5,6 +5,7 @@
 #include "geometry/base/union_find.hpp"
 #include "geometry/cubes/cube_finder.hpp"
 #include "geometry/cubes/plane.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
 #include <cmath>

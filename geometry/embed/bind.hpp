@@ -15,7 +15,7 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/cubes/cubes.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 namespace geometry {
 

@@ -1,5 +1,7 @@
 #include "geometry/embed/carried_numbers.hpp"
 
+#include "geometry/mesh/mesh.hpp"
+
 #include <stdexcept>
 #include <string>
 

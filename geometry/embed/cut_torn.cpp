@@ -9,6 +9,7 @@
 #include "geometry/embed/cut_faces.hpp"
 #include "geometry/embed/part_motion.hpp"
 #include "geometry/embed/torn_faces.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -15,6 +15,7 @@
 
 #include "geometry/embed/embed.hpp"
 #include "geometry/embed/parted_cubes.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 
 #include <optional>

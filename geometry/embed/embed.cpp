@@ -3,6 +3,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/embed/embed_kernels.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <stdexcept>
 #include <string>

@@ -2,6 +2,7 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/cubes/plane.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/normals.hpp"
 
 #include <fmt/format.h>

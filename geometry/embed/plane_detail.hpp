@@ -8,7 +8,7 @@
 // The rim is pinned to the object, so the detail fades to nothing there.
 
 #include "geometry/cubes/cubes.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <span>
 

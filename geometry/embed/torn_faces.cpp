@@ -3,6 +3,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/cells/clip_to_cells.hpp"
 #include "geometry/cubes/plane.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include "geometry/cells/clip_to_cells.hpp"
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/embed/bind.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <span>
 

@@ -1,5 +1,8 @@
 #include "geometry/fields/field.hpp"
 
+#include "geometry/fields/skeleton_mesh.hpp"
+#include "geometry/mesh/mesh.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>

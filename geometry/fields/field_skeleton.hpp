@@ -9,8 +9,6 @@
 // Wherever the nearest point is unique, |grad r| = 1: r is 1-Lipschitz, and all bounds rest on it.
 
 #include "geometry/base/vec.hpp"
-#include "geometry/mesh/mesh.hpp"
-#include "geometry/mesh/triangle_bvh.hpp"
 
 #include <memory>
 #include <span>
@@ -29,15 +27,7 @@ enum class SkeletonKind : std::uint8_t {
     mesh
 };
 
-// A closed mesh made ready for distances; stored as its mesh alone.
-struct SkeletonMesh {
-    using Source = TriMesh;
-    SkeletonMesh() = default;
-    explicit SkeletonMesh(TriMesh m) : mesh(std::move(m)), tree(mesh) {}
-    const Source& source() const { return mesh; }
-    TriMesh mesh;
-    TriangleBvh tree;
-};
+struct SkeletonMesh;  // geometry/fields/skeleton_mesh.hpp
 
 // A skeleton in the local frame that it rides on.
 struct Skeleton {

@@ -10,6 +10,7 @@
 #include "geometry/base/stop.hpp"
 #include "geometry/fields/cell_patterns.hpp"
 #include "geometry/fields/iso_grid.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <fmt/format.h>
 

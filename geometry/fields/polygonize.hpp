@@ -17,7 +17,7 @@
 //   Nielson. Dual marching cubes. IEEE Visualization 2004.
 
 #include "geometry/fields/iso_field.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <stdexcept>
 

@@ -9,6 +9,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/base/srgb.hpp"
 #include "geometry/mesh/measure.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/normals.hpp"
 #include "geometry/mesh/transform.hpp"
 

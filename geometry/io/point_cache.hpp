@@ -9,7 +9,7 @@
 //
 // The note goes when the last of them has been written.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <filesystem>
 #include <span>

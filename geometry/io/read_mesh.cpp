@@ -2,6 +2,7 @@
 
 #include "geometry/io/assemble_mesh.hpp"
 #include "geometry/io/read_ply.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <cctype>
 #include <fstream>

@@ -8,7 +8,7 @@
 // their own. They also take long for every frame: 327,000 faces as OBJ 1.3 s, as PLY 0.55, as GLB
 // 0.19, against 0.06, 0.01 and 0.03 s. What is written is read back, by assimp, in tests.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <filesystem>
 

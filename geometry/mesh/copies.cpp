@@ -2,6 +2,7 @@
 
 #include "geometry/base/srgb.hpp"
 #include "geometry/mesh/merge.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <fmt/format.h>
 

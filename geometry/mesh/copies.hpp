@@ -2,7 +2,7 @@
 
 // Many copies of one mesh, in rows, layers and columns.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 namespace geometry {
 

@@ -6,6 +6,7 @@
 
 #include "geometry/mesh/mass_properties.hpp"
 
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/pieces.hpp"
 
 namespace geometry {

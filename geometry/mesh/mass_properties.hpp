@@ -2,7 +2,7 @@
 
 // Volume, centre and inertia of what a closed mesh encloses, and of points with mass.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <span>
 

@@ -1,5 +1,7 @@
 #include "geometry/mesh/measure.hpp"
 
+#include "geometry/mesh/mesh.hpp"
+
 #include <fmt/format.h>
 
 #include <cmath>

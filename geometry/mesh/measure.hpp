@@ -2,7 +2,7 @@
 
 // Numbers that say something about a mesh: what expectations and studies look at.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 namespace geometry {
 

@@ -1,5 +1,6 @@
 #include "geometry/mesh/merge.hpp"
 
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/normals.hpp"
 
 #include <algorithm>

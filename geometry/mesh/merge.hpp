@@ -2,7 +2,7 @@
 
 // Several meshes as one.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <span>
 

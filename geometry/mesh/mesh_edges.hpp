@@ -2,7 +2,7 @@
 
 // The edges of a mesh: which triangles meet at each, and whether the mesh is closed.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <span>
 

@@ -1,6 +1,7 @@
 #include "geometry/mesh/normals.hpp"
 
 #include "geometry/base/parallel.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <cmath>
 

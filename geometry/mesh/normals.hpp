@@ -2,7 +2,7 @@
 
 // Normals of a mesh, and the corners around its vertices that they are computed from.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <span>
 

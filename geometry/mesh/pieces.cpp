@@ -2,6 +2,7 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/union_find.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 
 // The separate pieces of a mesh, and what is asked of each.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 namespace geometry {
 

@@ -2,6 +2,7 @@
 
 #include "geometry/base/numbering.hpp"
 #include "geometry/base/stop.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/normals.hpp"
 
 #include <fmt/format.h>

@@ -4,7 +4,7 @@
 // normals and texture coordinates where a shape has natural ones. All throw std::invalid_argument
 // when a size is not positive and finite, or when a count would give more than 50 million faces.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 namespace geometry {
 

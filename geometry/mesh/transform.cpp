@@ -1,6 +1,7 @@
 #include "geometry/mesh/transform.hpp"
 
 #include "geometry/base/parallel.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <numbers>
 

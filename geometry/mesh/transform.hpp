@@ -2,7 +2,7 @@
 
 // Moves, turns and scales meshes.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 namespace geometry {
 

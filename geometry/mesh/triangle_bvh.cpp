@@ -1,6 +1,7 @@
 #include "geometry/mesh/triangle_bvh.hpp"
 
 #include "geometry/base/parallel.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 
 #include <algorithm>

@@ -15,7 +15,7 @@
 
 #include "geometry/base/box_tree.hpp"
 #include "geometry/base/no_index.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <span>
 

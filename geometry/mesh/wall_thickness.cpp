@@ -4,6 +4,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/parallel.hpp"
 #include "geometry/base/random.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,7 @@
 #include "physics/body/collider_contact.hpp"
 
 #include "geometry/base/parallel.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <fmt/format.h>
 

@@ -3,6 +3,7 @@
 #include "geometry/cubes/cube_finder.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/embed/embed.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
 #include <cmath>

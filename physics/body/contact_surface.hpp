@@ -6,7 +6,7 @@
 // themselves.
 
 #include "geometry/cubes/cubes.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <algorithm>
 #include <array>

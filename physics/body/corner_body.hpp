@@ -6,7 +6,7 @@
 // What is the same for all corners is not kept.
 
 #include "geometry/cubes/cubes.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 #include "physics/body/contact_surface.hpp"
 #include "physics/body/part_shapes.hpp"
 #include "physics/math/aligned_memory.hpp"

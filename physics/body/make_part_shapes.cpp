@@ -3,6 +3,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/embed/bind.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 #include "physics/body/part_contact.hpp"
 

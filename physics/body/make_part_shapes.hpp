@@ -2,7 +2,7 @@
 
 // Makes the shapes of a body's parts (part_shapes.hpp) from its cubes and surface.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 #include "physics/body/corner_body.hpp"
 #include "physics/body/part_shapes.hpp"
 

@@ -1,6 +1,7 @@
 #include "physics/bricks/bending_error.hpp"
 
 #include "geometry/base/parallel.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/pieces.hpp"
 #include "geometry/mesh/wall_thickness.hpp"
 #include "physics/body/stiffness.hpp"

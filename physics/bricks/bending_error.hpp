@@ -13,7 +13,7 @@
 // the soft ones count more.
 
 #include "geometry/cubes/cubes.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <optional>
 #include <string>

@@ -1,15 +1,23 @@
 #include "physics/layered_bodies/carry_frames.hpp"
 
+#include "geometry/mesh/mesh.hpp"
+
 #include <Eigen/SVD>
 
 namespace physics {
 
 using geometry::Mat3;
 
+std::size_t CarriedFrames::bytes() const
+{
+    return probes ? probes->positions.size() * 32 : 0;
+}
+
 CarriedFrames bind_frames(std::span<const Transform> frames, const SurfaceSamples& samples,
                           const geometry::Cubes& cubes)
 {
     CarriedFrames carried;
+    geometry::TriMesh probes;
     carried.step = 0.5 * cubes.size;
     const std::size_t n = frames.size();
     std::vector<std::size_t> count(n, 0);
@@ -24,23 +32,22 @@ CarriedFrames bind_frames(std::span<const Transform> frames, const SurfaceSample
     for (std::size_t f = 0; f < n; ++f) {
         if (count[f] > 0) carried.centre[f] /= static_cast<double>(count[f]);
         carried.centre[f] = frames[f] * carried.centre[f];
-        const auto add = [&](const Vec3& p) {
-            carried.probes.positions.push_back(p.cast<float>());
-        };
+        const auto add = [&](const Vec3& p) { probes.positions.push_back(p.cast<float>()); };
         add(carried.centre[f]);
         for (int k = 0; k < 3; ++k) {
             add(carried.centre[f] + carried.step * Vec3::Unit(k));
             add(carried.centre[f] - carried.step * Vec3::Unit(k));
         }
     }
-    carried.binding = geometry::bind(carried.probes, cubes);
+    carried.binding = geometry::bind(probes, cubes);
+    carried.probes = std::make_shared<const geometry::TriMesh>(std::move(probes));
     return carried;
 }
 
 std::vector<Transform> carry(const CarriedFrames& carried, std::span<const Transform> frames,
                              const geometry::Cubes& cubes, std::span<const Vec3> x)
 {
-    const geometry::TriMesh now = geometry::embed(carried.binding, carried.probes, cubes, x);
+    const geometry::TriMesh now = geometry::embed(carried.binding, *carried.probes, cubes, x);
     std::vector<Transform> out;
     for (std::size_t f = 0; f < carried.centre.size(); ++f) {
         const auto at = [&](std::size_t k) {

@@ -14,12 +14,12 @@
 namespace physics {
 
 struct CarriedFrames {
-    geometry::TriMesh probes;   // 7 a frame: X, X +- h e_k
-    geometry::Binding binding;  // of the probes
-    std::vector<Vec3> centre;   // B, X
-    double step = 0;            // h, m
+    std::shared_ptr<const geometry::TriMesh> probes;  // 7 a frame: X, X +- h e_k
+    geometry::Binding binding;                        // of the probes
+    std::vector<Vec3> centre;                         // B, X
+    double step = 0;                                  // h, m
 
-    std::size_t bytes() const { return probes.positions.size() * 32; }
+    std::size_t bytes() const;
 };
 
 // Of frames that stand where these samples are drawn. Throws std::invalid_argument when there are

@@ -2,6 +2,7 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/parallel.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/normals.hpp"
 #include "physics/layered_bodies/layered_moment.hpp"
 #include "physics/layered_bodies/mean_value_rings.hpp"

@@ -3,6 +3,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/fields/evaluate_points.hpp"
 #include "geometry/fields/polygonize.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "physics/layered_bodies/layered_moment.hpp"
 #include "physics/layers/deformed_layer.hpp"
 

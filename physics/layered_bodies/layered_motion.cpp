@@ -1,5 +1,8 @@
 #include "physics/layered_bodies/layered_motion.hpp"
 
+#include "geometry/fields/skeleton_mesh.hpp"
+#include "geometry/mesh/mesh.hpp"
+
 #include <algorithm>
 #include <numbers>
 

@@ -1,5 +1,6 @@
 #include "physics/layered_bodies/mean_value_rings.hpp"
 
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/normals.hpp"
 
 #include <algorithm>

@@ -10,7 +10,7 @@
 //
 //   Floater. Mean value coordinates. Computer Aided Geometric Design 20(1), 2003.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <vector>
 

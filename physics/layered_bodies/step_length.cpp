@@ -1,5 +1,7 @@
 #include "physics/layered_bodies/step_length.hpp"
 
+#include "geometry/fields/skeleton_mesh.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>

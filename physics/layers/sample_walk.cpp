@@ -2,6 +2,7 @@
 
 #include "geometry/base/parallel.hpp"
 #include "geometry/fields/evaluate_block.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <fmt/format.h>
 

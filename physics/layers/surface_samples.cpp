@@ -1,6 +1,8 @@
 #include "physics/layers/surface_samples.hpp"
 
 #include "geometry/fields/polygonize.hpp"
+#include "geometry/fields/skeleton_mesh.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "physics/layers/geodesic_sphere.hpp"
 
 #include <fmt/format.h>

@@ -17,7 +17,7 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/fields/field.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 
 #include <vector>
 

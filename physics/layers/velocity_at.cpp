@@ -1,5 +1,7 @@
 #include "physics/layers/velocity_at.hpp"
 
+#include "geometry/fields/skeleton_mesh.hpp"
+
 namespace physics {
 
 Vec3 velocity_at(const MovingMesh& mesh, const Vec3& p)

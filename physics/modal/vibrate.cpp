@@ -2,6 +2,7 @@
 
 #include "geometry/base/parallel.hpp"
 #include "geometry/embed/embed.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "physics/modal/oscillator.hpp"
 
 #include <fmt/format.h>

@@ -8,7 +8,7 @@
 // rotations grow. The base, where the pins hold, moves in straight lines from frame to frame; in
 // its frame the body feels a jerk of -participation . (change of its velocity) where they meet.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 #include "physics/modal/modes.hpp"
 #include "physics/state/loads.hpp"
 

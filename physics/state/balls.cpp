@@ -1,6 +1,7 @@
 #include "physics/state/balls.hpp"
 
 #include "geometry/mesh/merge.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/primitive.hpp"
 
 #include <fmt/format.h>

@@ -1,6 +1,7 @@
 #include "physics/state/choose_corners.hpp"
 
 #include "geometry/cubes/cube_finder.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
 #include <stdexcept>

@@ -3,7 +3,7 @@
 // Which corners of a set of cubes lie somewhere, at rest. All return sorted indices.
 
 #include "geometry/cubes/cubes.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 #include "physics/state/loads.hpp"
 
 #include <string>

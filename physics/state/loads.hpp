@@ -4,7 +4,7 @@
 // them. Motion inside a frame is linear from the state the frame starts with.
 
 #include "geometry/base/vec.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 
 #include <memory>

@@ -5,6 +5,7 @@
 
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/merge.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "geometry/mesh/transform.hpp"
 

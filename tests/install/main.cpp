@@ -2,6 +2,7 @@
 // falls g dt^2 n (n + 1) / 2. And a graph document is read, which is wrong.
 
 #include "geometry/cubes/voxelize.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "graph/document/document.hpp"
 #include "graph/types/node_type.hpp"

@@ -1,5 +1,6 @@
 // A layered scene is kept on disk: bodies once, states each frame, search trees made anew.
 
+#include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "graph/document/document.hpp"
 #include "nodes/registry.hpp"

@@ -2,6 +2,7 @@
 
 #include "geometry/cubes/plane.hpp"
 #include "geometry/embed/embed.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/primitive.hpp"
 
 #include <gtest/gtest.h>

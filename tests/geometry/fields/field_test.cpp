@@ -3,6 +3,8 @@
 #include "geometry/base/random.hpp"
 #include "geometry/fields/evaluate_block.hpp"
 #include "geometry/fields/evaluate_points.hpp"
+#include "geometry/fields/skeleton_mesh.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

@@ -1,6 +1,7 @@
 #include "geometry/fields/polygonize.hpp"
 
 #include "geometry/base/random.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

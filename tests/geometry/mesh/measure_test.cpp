@@ -1,5 +1,6 @@
 #include "geometry/mesh/measure.hpp"
 
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/primitive.hpp"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+#include "geometry/mesh/mesh.hpp"
 #include "physics/body/collider_contact.hpp"
 
 #include "geometry/base/random.hpp"

@@ -1,3 +1,4 @@
+#include "geometry/mesh/mesh.hpp"
 #include "physics/body/contact_surface.hpp"
 
 #include "geometry/base/random.hpp"

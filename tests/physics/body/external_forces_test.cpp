@@ -1,3 +1,4 @@
+#include "geometry/mesh/mesh.hpp"
 #include "physics/body/external_forces.hpp"
 
 #include "geometry/cubes/voxelize.hpp"

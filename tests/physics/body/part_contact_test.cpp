@@ -1,4 +1,5 @@
 #include "geometry/mesh/measure.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "physics/body/make_part_shapes.hpp"
 #include "physics/body/part_contact.hpp"

@@ -2,6 +2,7 @@
 // modes: what the report of speed against error calls stable is what these hold to.
 
 #include "geometry/base/random.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "physics/bricks/springs.hpp"
 #include "physics/modal/modes.hpp"

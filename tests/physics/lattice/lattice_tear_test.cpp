@@ -1,6 +1,7 @@
 // Links that break, and the regions around them.
 
 #include "geometry/base/random.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "physics/lattice/torn_regions.hpp"
 #include "physics/regions/find_regions.hpp"

@@ -1,3 +1,4 @@
+#include "geometry/mesh/mesh.hpp"
 #include "physics/layered_bodies/layer_skin.hpp"
 
 #include "geometry/fields/polygonize.hpp"

@@ -1,3 +1,4 @@
+#include "geometry/mesh/mesh.hpp"
 #include "physics/layered_bodies/layered_mesh.hpp"
 
 #include "physics/layered_bodies/layered_body.hpp"

@@ -1,3 +1,4 @@
+#include "geometry/mesh/mesh.hpp"
 #include "physics/layered_bodies/layered.hpp"
 
 #include "geometry/mesh/primitive.hpp"

@@ -1,3 +1,4 @@
+#include "geometry/mesh/mesh.hpp"
 #include "physics/layers/surface_samples.hpp"
 
 #include "geometry/fields/polygonize.hpp"

@@ -1,3 +1,4 @@
+#include "geometry/mesh/mesh.hpp"
 #include "physics/modal/modes.hpp"
 
 #include "geometry/cubes/voxelize.hpp"

@@ -1,3 +1,4 @@
+#include "geometry/mesh/mesh.hpp"
 #include "physics/modal/vibrate.hpp"
 
 #include "geometry/embed/embed.hpp"
