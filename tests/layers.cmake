@@ -50,10 +50,11 @@ set(wings_of_graph types document tools)
 set(graph/types_may)
 set(graph/document_may types)
 set(graph/tools_may types document)
-set(wings_of_runtime cache cook commands)
+set(wings_of_runtime cache cook farm commands)
 set(runtime/cache_may)
 set(runtime/cook_may cache)
-set(runtime/commands_may cache cook)
+set(runtime/farm_may cache cook)
+set(runtime/commands_may cache cook farm)
 
 set(wrong "")
 set(rooms "")  # a header and its source, without ending

@@ -211,6 +211,11 @@ std::optional<CacheRecord> DiskCache::read_record(const fs::path& path)
     }
 }
 
+std::optional<CacheRecord> DiskCache::record(const Key& key)
+{
+    return read_record(path_of("records", key));
+}
+
 SharedResult DiskCache::load(const Key& key, const graph::NodeType& type)
 {
     return load(path_of("records", key), type);

@@ -60,6 +60,8 @@ public:
     bool holds(const Key& key) const;
     // Null when it is not there, does not check out, or was written for another layout of the type.
     SharedResult load(const Key& key, const graph::NodeType& type);
+    // What is stored of a result beside its values; nothing when it is not there.
+    std::optional<CacheRecord> record(const Key& key);
     // The result that was stored with this second name.
     SharedResult load_same(const Key& same, const graph::NodeType& type);
     // From now on what is stored under the second name `same` is found under `key` too.

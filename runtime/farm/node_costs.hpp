@@ -1,0 +1,32 @@
+#pragma once
+
+// What a run of each node takes, from what earlier runs took: the records of the disk cache know it
+// of each result that was worth storing.
+
+#include "graph/document/graph.hpp"
+#include "runtime/cache/disk_cache.hpp"
+#include "runtime/cook/keys.hpp"
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace runtime {
+
+struct NodeCosts {
+    std::vector<double> seconds;  // a run, by node
+    bool measured = false;        // something of what differs from frame to frame is known
+};
+
+// Seconds by name of a node or by type of node.
+using SecondsOf = std::map<std::string, double, std::less<>>;
+
+// Looks at some of `frames`. Where the cache knows nothing of a node, `before` does (by name, from
+// an earlier cook), then `usual` (by type), which takes up what is found. Nodes of which nothing is
+// known count as free if others are known: they are too quick to be stored. An earlier cook that
+// found one of `targets` in the cache tells nothing of what that takes.
+NodeCosts node_costs(const graph::Graph& graph, Keys& keys,
+                     const std::vector<std::uint32_t>& targets, const std::vector<int>& frames,
+                     DiskCache* disk, const SecondsOf& before, SecondsOf& usual);
+
+}  // namespace runtime

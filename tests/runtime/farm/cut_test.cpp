@@ -1,0 +1,248 @@
+#include "runtime/farm/cut.hpp"
+
+#include "tests/runtime/toys.hpp"
+
+#include <gtest/gtest.h>
+
+using namespace runtime;
+
+namespace {
+
+using Indices = std::vector<std::uint32_t>;
+
+std::vector<int> frames_to(int last)
+{
+    std::vector<int> frames;
+    for (int f = 1; f <= last; ++f) frames.push_back(f);
+    return frames;
+}
+
+// A graph made by hand, cut as if each run of a node took what `seconds` says.
+struct Cutting {
+    toys::Folder folder;
+    Caches caches;
+    NodeCosts costs;
+    double task_seconds = 10;
+
+    Cutting()
+    {
+        caches.disk = std::make_unique<DiskCache>(folder.path / "cache", 1 << 28, nullptr);
+    }
+    Options options() const
+    {
+        Options o;
+        o.output_folder = folder.path;
+        return o;
+    }
+    ShotPieces pieces(const graph::Graph& graph, const Indices& targets,
+                      const std::vector<int>& frames, const std::string& name = "shot")
+    {
+        Evaluator evaluator(graph, caches, options());
+        std::vector<Want> wants;
+        for (const int f : frames) {
+            for (const std::uint32_t n : targets) wants.push_back({n, f});
+        }
+        evaluator.aim(wants);
+        costs.seconds.resize(graph.nodes.size(), 0);
+        costs.measured = true;
+        ShotPieces out{{name, name + ".json", {}, folder.path, 0, 0, true}, frames, {}};
+        out.cut = cut_graph(
+            {graph, evaluator.keys(), targets, frames, caches.disk.get(), costs, task_seconds});
+        return out;
+    }
+    Cut cut(const graph::Graph& graph, const Indices& targets, const std::vector<int>& frames)
+    {
+        std::vector<ShotPieces> shots;
+        shots.push_back(pieces(graph, targets, frames));
+        return join(std::move(shots), task_seconds);
+    }
+};
+
+std::vector<const FarmTask*> of(const Cut& cut, Stage stage)
+{
+    std::vector<const FarmTask*> tasks;
+    for (const FarmTask& task : cut.tasks) {
+        if (task.stage == stage) tasks.push_back(&task);
+    }
+    return tasks;
+}
+
+std::vector<int> all_frames(const std::vector<const FarmTask*>& tasks)
+{
+    std::vector<int> frames;
+    for (const FarmTask* t : tasks) {
+        frames.insert(frames.end(), t->frames.begin(), t->frames.end());
+    }
+    std::sort(frames.begin(), frames.end());
+    return frames;
+}
+
+using Names = std::vector<std::string>;
+
+}  // namespace
+
+TEST(Cut, ASimulationIsOneTaskAndTheFramesAfterItAreCutByTheirCost)
+{
+    toys::Wiring w(40);
+    const auto clock = w.add("Clock");
+    const auto sim = w.add("Accumulate", {{"value", {clock}}});
+    const auto slow = w.add("Slow", {{"value", {sim}}});
+    const auto sum = w.add("Sum", {{"values", {slow}}});
+    Cutting c;
+    c.costs.seconds = {0, 0.5, 2, 0};
+    const Cut cut = c.cut(w.graph, {sum}, frames_to(40));
+
+    const auto chains = of(cut, Stage::chain), frames = of(cut, Stage::frames);
+    ASSERT_EQ(chains.size(), 1u);
+    EXPECT_EQ(chains[0]->nodes, Names{w.graph.nodes[sim].name});
+    EXPECT_EQ(chains[0]->frames, frames_to(40));
+    EXPECT_DOUBLE_EQ(chains[0]->seconds, 40 * 0.5);
+    // 80 s of work in tasks of 10 s.
+    ASSERT_EQ(frames.size(), 8u);
+    EXPECT_EQ(all_frames(frames), frames_to(40)) << "each frame once";
+    for (const FarmTask* t : frames) {
+        EXPECT_DOUBLE_EQ(t->seconds, 10);
+        EXPECT_EQ(t->after, Indices{0});
+        EXPECT_EQ(t->nodes, Names{w.graph.nodes[sum].name});
+    }
+    ASSERT_EQ(cut.tasks.back().stage, Stage::last);
+    EXPECT_EQ(cut.tasks.back().after, (Indices{1, 2, 3, 4, 5, 6, 7, 8}))
+        << "not after the chain: the others are";
+    EXPECT_TRUE(cut.tasks.back().nodes.empty());
+}
+
+TEST(Cut, SimulationsThatNeedEachOtherAreOneChainAndOthersAreTheirOwn)
+{
+    toys::Wiring w(20);
+    const auto clock = w.add("Clock");
+    const auto first = w.add("Accumulate", {{"value", {clock}}});
+    const auto between = w.add("Sum", {{"values", {first}}});
+    const auto second = w.add("Accumulate", {{"value", {between}}});
+    const auto apart = w.add("Accumulate", {{"value", {clock}}}, {{"start", {3.0}}});
+    const auto a = w.add("Slow", {{"value", {second}}});
+    const auto b = w.add("Slow", {{"value", {apart}}});
+    Cutting c;
+    c.costs.seconds = {0, 1, 0, 1, 1, 1, 1};
+    const Cut cut = c.cut(w.graph, {a, b}, frames_to(20));
+    const auto chains = of(cut, Stage::chain);
+    ASSERT_EQ(chains.size(), 2u);
+    const auto& names = w.graph.nodes;
+    const bool swapped = chains[0]->nodes.size() == 1;
+    EXPECT_EQ(chains[swapped]->nodes, (Names{names[first].name, names[second].name}));
+    EXPECT_EQ(chains[!swapped]->nodes, Names{names[apart].name});
+    EXPECT_TRUE(chains[0]->after.empty());
+    EXPECT_TRUE(chains[1]->after.empty()) << "they run at the same time";
+}
+
+TEST(Cut, WhatIsInTheCacheIsNotCookedAgain)
+{
+    toys::Wiring w(30);
+    const auto clock = w.add("Clock");
+    const auto slow = w.add("Slow", {{"value", {clock}}}, {{"seconds", {0.004}}});
+    Cutting c;
+    c.costs.seconds = {0, 2};
+    {
+        Evaluator evaluator(w.graph, c.caches, c.options());
+        std::vector<Want> wants;
+        for (int f = 11; f <= 20; ++f) wants.push_back({slow, f});
+        evaluator.cook(wants);
+        c.caches.disk->flush();
+    }
+    const ShotPieces pieces = c.pieces(w.graph, {slow}, frames_to(30));
+    EXPECT_EQ(pieces.cut.results, 30u);
+    EXPECT_EQ(pieces.cut.held, 10u);
+    std::vector<int> frames;
+    for (const Piece& p : pieces.cut.pieces) {
+        frames.insert(frames.end(), p.frames.begin(), p.frames.end());
+    }
+    std::vector<int> expected = frames_to(30);
+    std::erase_if(expected, [](int f) { return f >= 11 && f <= 20; });
+    EXPECT_EQ(frames, expected);
+}
+
+TEST(Cut, WhatGatheringNodesNeedIsCookedOnceAndBeforeThem)
+{
+    toys::Wiring w(20);
+    const auto clock = w.add("Clock");
+    const auto slow = w.add("Slow", {{"value", {clock}}});
+    const auto write = w.add("WriteNumber", {{"value", {slow}}});
+    const auto some = w.add("Collect", {{"values", {slow}}}, {{"step", {std::int64_t{4}}}});
+    Cutting c;
+    c.costs.seconds = {0, 5, 0, 7};
+    const Cut both = c.cut(w.graph, {write, some}, frames_to(20));
+    EXPECT_EQ(all_frames(of(both, Stage::frames)), frames_to(20)) << "not twice at 1, 5, 9 ...";
+    EXPECT_DOUBLE_EQ(both.tasks.back().seconds, 7) << "the last task gathers";
+
+    const Cut alone = c.cut(w.graph, {some}, frames_to(20));
+    EXPECT_EQ(all_frames(of(alone, Stage::frames)), (std::vector<int>{1, 5, 9, 13, 17}));
+    for (const FarmTask* t : of(alone, Stage::frames)) {
+        EXPECT_EQ(t->nodes, Names{w.graph.nodes[slow].name});
+    }
+}
+
+TEST(Cut, AShotOfLittleWorkIsOneTask)
+{
+    toys::Wiring w(20);
+    const auto clock = w.add("Clock");
+    const auto sim = w.add("Accumulate", {{"value", {clock}}});
+    const auto slow = w.add("Slow", {{"value", {sim}}});
+    Cutting c;
+    c.costs.seconds = {0, 0.2, 0.2};
+    const Cut cut = c.cut(w.graph, {slow}, frames_to(20));
+    ASSERT_EQ(cut.tasks.size(), 1u);
+    EXPECT_EQ(cut.tasks[0].stage, Stage::last);
+    EXPECT_NEAR(cut.tasks[0].seconds, 8, 1e-9);
+}
+
+TEST(Cut, DearInputsOfASimulationAreCutOffWhenTheyDoNotDependOnIt)
+{
+    toys::Wiring w(20);
+    const auto clock = w.add("Clock");
+    const auto dear = w.add("Slow", {{"value", {clock}}});
+    const auto sum = w.add("Sum", {{"values", {dear}}});
+    const auto sim = w.add("Accumulate", {{"value", {sum}}});
+    const auto last = w.add("Sum", {{"values", {sim}}});
+    Cutting c;
+    c.costs.seconds = {0, 5, 0, 1, 0};
+    const Cut cut = c.cut(w.graph, {last}, frames_to(20));
+    const auto chains = of(cut, Stage::chain);
+    ASSERT_EQ(chains.size(), 1u);
+    EXPECT_EQ(chains[0]->after.size(), 10u) << "100 s in tasks of 10 s";
+    EXPECT_EQ(cut.tasks[chains[0]->after[0]].nodes, Names{w.graph.nodes[sum].name});
+}
+
+TEST(Cut, WhatShotsShareIsCookedOnceBeforeThem)
+{
+    Cutting c;
+    std::vector<ShotPieces> shots;
+    const char* const names[] = {"a", "b", "c"};
+    for (int i = 0; i < 3; ++i) {
+        toys::Wiring w(20);
+        const auto still = w.add("Constant");
+        const auto body = w.add("Slow", {{"value", {still}}});
+        const auto clock = w.add("Clock");
+        const auto sim = w.add("Accumulate", {{"value", {clock}}}, {{"start", {1.0}}});
+        const auto both = w.add("Sum", {{"values", {body, sim}}}, {{"bias", {double(i)}}});
+        c.costs.seconds = {0, 9, 0, 1, 2};
+        shots.push_back(c.pieces(w.graph, {both}, frames_to(20), names[i]));
+    }
+    const Cut cut = join(std::move(shots), c.task_seconds);
+    EXPECT_EQ(of(cut, Stage::shared).size(), 1u);
+    EXPECT_EQ(of(cut, Stage::chain).size(), 1u) << "the same simulation in all three";
+    EXPECT_EQ(of(cut, Stage::frames).size(), 12u);
+    EXPECT_EQ(of(cut, Stage::last).size(), 3u);
+    EXPECT_DOUBLE_EQ(of(cut, Stage::shared)[0]->seconds, 9);
+    for (std::uint32_t t = 0; t < cut.tasks.size(); ++t) {
+        for (const std::uint32_t before : cut.tasks[t].after) EXPECT_LT(before, t);
+    }
+}
+
+TEST(Cut, NothingIsCutFromNothing)
+{
+    toys::Wiring w(5);
+    const auto still = w.add("Constant");
+    Cutting c;
+    const Cut cut = c.cut(w.graph, {still}, frames_to(5));
+    ASSERT_EQ(cut.tasks.size(), 1u) << "a graph without movement is one task";
+    EXPECT_TRUE(join({}, 1).tasks.empty());
+}
