@@ -6,6 +6,7 @@
 #include "runtime/commands/doctor.hpp"
 #include "runtime/commands/document_commands.hpp"
 #include "runtime/commands/explain.hpp"
+#include "runtime/commands/farm_command.hpp"
 #include "runtime/commands/info_command.hpp"
 #include "runtime/commands/study_command.hpp"
 #include "runtime/commands/sweep_command.hpp"
@@ -63,6 +64,7 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
     add_verify_command(set);
     add_sweep_command(set);
     add_study_command(set);
+    add_farm_command(set);
     add_card_command(set);
     add_info_command(set);
     add_document_commands(set);

@@ -89,13 +89,23 @@ void add_threads(CLI::App& command, CookRequest& request)
         ->check(CLI::Range(1, 1024));
 }
 
-void add_cooking_options(CLI::App& command, CookRequest& request)
+void add_frames(CLI::App& command, CookRequest& request)
 {
     command
         .add_option("--frames", request.frames,
                     "Frames to cook: 1-48, 1-48x2 or 10,20 (default: all)")
         ->type_name("FRAMES")
         ->check(what_is_wrong_with_frames);
+}
+
+void add_json(CLI::App& command, CookRequest& request)
+{
+    command.add_flag("--json", request.json, "Writes all output as JSON lines");
+}
+
+void add_cooking_options(CLI::App& command, CookRequest& request)
+{
+    add_frames(command, request);
     add_threads(command, request);
     command
         .add_option_function<std::string>(
@@ -116,7 +126,7 @@ void add_cooking_options(CLI::App& command, CookRequest& request)
             [&](const std::string& text) { request.memory_limit = parse_bytes(text); },
             "Memory limit for the process (default: 90 % of the machine's)")
         ->type_name("BYTES");
-    command.add_flag("--json", request.json, "Writes all output as JSON lines");
+    add_json(command, request);
 }
 
 void add_out(CLI::App& command, CookRequest& request)
@@ -125,11 +135,16 @@ void add_out(CLI::App& command, CookRequest& request)
         ->type_name("DIR");
 }
 
+void add_nodes(CLI::App& command, CookRequest& request)
+{
+    add_repeatable(command, "--node", request.nodes,
+                   "Cooks only this node and what it depends on; repeatable", "NAME");
+}
+
 void add_target_options(CLI::App& command, CookRequest& request)
 {
     add_out(command, request);
-    add_repeatable(command, "--node", request.nodes,
-                   "Cooks only this node and what it depends on; repeatable", "NAME");
+    add_nodes(command, request);
     command.add_flag("--keep-going", request.keep_going,
                      "Continues with what does not depend on a failed node");
     command

@@ -40,12 +40,18 @@ void add_permissions(CLI::App& command, CookRequest& request);
 void add_loading_options(CLI::App& command, CookRequest& request);
 // --cache, --cache-size
 void add_cache_options(CLI::App& command, CookRequest& request);
+// --frames
+void add_frames(CLI::App& command, CookRequest& request);
+// --json
+void add_json(CLI::App& command, CookRequest& request);
 // --threads
 void add_threads(CLI::App& command, CookRequest& request);
 // --frames, --threads, the caches, limits, --json
 void add_cooking_options(CLI::App& command, CookRequest& request);
 // --out
 void add_out(CLI::App& command, CookRequest& request);
+// --node
+void add_nodes(CLI::App& command, CookRequest& request);
 // --node, --out, --keep-going, --recheck
 void add_target_options(CLI::App& command, CookRequest& request);
 

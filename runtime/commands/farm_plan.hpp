@@ -1,0 +1,26 @@
+#pragma once
+
+// What `farm` was asked for, cut into tasks, and how that is shown before it is sent.
+
+#include "runtime/commands/cook_request.hpp"
+#include "runtime/farm/cut.hpp"
+
+namespace runtime {
+
+struct FarmRequest {
+    std::string engine;             // local, slurm or openjd; empty: none was named
+    bool plan = false;              // show, and send nothing
+    std::vector<std::string> vary;  // settings, each combination a shot
+    double task_seconds = 30;       // s of work of a task that can be cut anywhere
+    int machines = 0;               // local: tasks at once; 0: as many as the cores allow
+};
+
+// Loads and cuts all files and settings. Nothing when a document has errors, which were told.
+std::optional<Cut> plan_farm(const CookRequest& request, const FarmRequest& farm,
+                             const graph::Registry& registry, Console& console);
+
+// A line for each shot and kind of task, the longest path, and the time on so many machines.
+std::string plan_text(const Cut& cut);
+std::string plan_json(const Cut& cut);
+
+}  // namespace runtime
