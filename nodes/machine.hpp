@@ -2,8 +2,8 @@
 
 // Functions of the drawing library that the program's own commands need: `aspic doctor` checks
 // OpenGL with opengl(), `aspic sweep` and `aspic study` write picture sheets with write_sheet().
-// `aspic study` draws its plot with run_program(). runtime/main.cpp passes them on, because
-// runtime/ does not see render/ and geometry/.
+// `aspic study` draws its plot and `aspic farm` runs its tasks with run_program(). runtime/main.cpp
+// passes them on, because runtime/ does not see render/ and geometry/.
 
 #include "geometry/base/run_program.hpp"
 #include "nodes/wire_types.hpp"
@@ -14,7 +14,9 @@
 #include <sys/wait.h>
 
 #include <array>
+#include <csignal>
 #include <filesystem>
+#include <stop_token>
 #include <string>
 #include <utility>
 #include <vector>
@@ -47,14 +49,24 @@ inline std::size_t write_sheet(const std::vector<std::pair<graph::Value, std::st
     return tiles.size();
 }
 
-// Runs a program without a shell and waits for its end; what it prints is not shown. Its exit
-// status; -1 when it is not there or was ended by a signal.
-inline int run_program(const std::vector<std::string>& words)
+// Runs a program without a shell and waits for its end, or kills it when it is to stop; what it
+// prints is not shown. Its exit status; 128 and the signal's number of one that a signal ended, -1
+// of one that is not there.
+inline int run_program(const std::vector<std::string>& words, const std::stop_token& stop)
 {
+    struct Stopped {};
     geometry::ProgramCall call;
     call.words = words;
-    const geometry::ProgramRun run = geometry::run_program(call, [] {});
-    return run.found && WIFEXITED(run.status) ? WEXITSTATUS(run.status) : -1;
+    geometry::ProgramRun run;
+    try {
+        run = geometry::run_program(call, [&stop] {
+            if (stop.stop_requested()) throw Stopped();
+        });
+    } catch (const Stopped&) {
+        return 128 + SIGKILL;
+    }
+    if (!run.found) return -1;
+    return WIFEXITED(run.status) ? WEXITSTATUS(run.status) : 128 + WTERMSIG(run.status);
 }
 
 }  // namespace nodes

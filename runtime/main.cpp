@@ -24,6 +24,8 @@ int main(int argc, char** argv)
     console.mesh_info = nodes::describe_mesh;
     console.write_sheet = nodes::write_sheet;
     console.run_program = nodes::run_program;
+    std::error_code unknown;
+    console.program = std::filesystem::read_symlink("/proc/self/exe", unknown).string();
     console.opengl = nodes::opengl;
     console.starter = runtime::starter;
     return runtime::run_command_line({argv + 1, argv + argc}, nodes::registry(), console);

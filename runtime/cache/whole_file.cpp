@@ -38,9 +38,13 @@ std::size_t size_on_disk(const std::filesystem::path& path)
 Wrote write_whole_file(const std::filesystem::path& path, std::span<const std::string_view> pieces)
 {
     static std::atomic<unsigned> counter{0};
-    const std::string unfinished =
-        path.string() + "." + std::to_string(::getpid()) + "." + std::to_string(counter++) + "~";
-    const int file = ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    std::string unfinished;
+    int file = -1;
+    do {  // on a shared folder, a process of the same number on another machine has some names
+        unfinished = path.string() + "." + std::to_string(::getpid()) + "." +
+                     std::to_string(counter++) + "~";
+        file = ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    } while (file < 0 && errno == EEXIST);
     if (file < 0) return {errno, 0};
     errno = 0;
     bool good = true;

@@ -51,9 +51,12 @@ struct Console {
     std::function<std::size_t(const std::vector<std::pair<graph::Value, std::string>>& pictures,
                               int columns, const std::filesystem::path& path)>
         write_sheet = {};
-    // For `study`: runs a program and waits for its end. Its exit status; -1 when it is not there
-    // or was ended by a signal.
-    std::function<int(const std::vector<std::string>& words)> run_program = {};
+    // For `study` and `farm`: runs a program and waits for its end, or kills it when it is to stop.
+    // Its exit status; 128 and the signal's number of one that a signal ended, -1 of one that is
+    // not there.
+    std::function<int(const std::vector<std::string>& words, const std::stop_token& stop)>
+        run_program = {};
+    std::string program = {};  // for `farm`: the path of this program
     // For `doctor`: the OpenGL that pictures are drawn with. Throws when it will not do.
     std::function<std::string()> opengl = {};
     // For `new`: a graph that a newcomer can change.

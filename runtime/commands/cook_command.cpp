@@ -32,8 +32,17 @@ void add_cook_commands(const CommandSet& set)
     add_loading_options(*cook_app, set.request);
     add_cooking_options(*cook_app, set.request);
     add_target_options(*cook_app, set.request);
+    cook_app
+        ->add_option("--part", set.request.part,
+                     "Cooks a part of what others cook into the same folder: its manifest goes to "
+                     "this file, and expectations are left to the whole cook")
+        ->type_name("FILE");
     cook_app->callback([&set] {
         set.request.writes = true;
+        if (!set.request.part.empty() && set.request.files.size() > 1) {
+            throw std::invalid_argument("--part: expected one document, found " +
+                                        std::to_string(set.request.files.size()));
+        }
         run_cook_command(set);
     });
 

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <fcntl.h>
@@ -19,6 +20,7 @@
 #include <optional>
 #include <ostream>
 #include <sys/file.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 namespace runtime {
@@ -119,8 +121,21 @@ void begin_manifest(const CookRequest& request, const Console& console,
     m.allow_outside = request.allow_outside;
 }
 
-// Beside the files that it tells of. Its loss is no reason to fail a cook.
-void write_manifest(const fs::path& folder, Manifest& m, Console& console)
+// What this process took, up to now.
+Manifest::Ran ran(const Cooked& cooked)
+{
+    std::array<char, 256> name{};
+    ::gethostname(name.data(), name.size() - 1);
+    rusage mine = {}, started = {};
+    ::getrusage(RUSAGE_SELF, &mine);
+    ::getrusage(RUSAGE_CHILDREN, &started);
+    const auto kilobytes = static_cast<std::uint64_t>(mine.ru_maxrss + started.ru_maxrss);
+    return {name.data(), cooked.seconds, 1024 * kilobytes};
+}
+
+// Beside the files that it tells of, or where a part's is asked for. Its loss is no reason to fail
+// a cook.
+void write_manifest(const fs::path& path, Manifest& m, Console& console)
 {
     std::sort(m.outputs.begin(), m.outputs.end(),
               [](const Manifest::Output& a, const Manifest::Output& b) {
@@ -128,7 +143,7 @@ void write_manifest(const fs::path& folder, Manifest& m, Console& console)
                          std::tie(b.node, b.frame, b.port, b.file.path);
               });
     try {
-        replace_text(folder / manifest_name, to_text(m));
+        replace_text(path, to_text(m));
     } catch (const std::exception& e) {
         console.err << "warning: the manifest was not written: " << e.what() << "\n";
     }
@@ -242,10 +257,16 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     for (const int f : frames) {
         for (const std::uint32_t n : nodes) wants.push_back({n, f});
     }
-    Numbers numbers(graph, frames, request.expectations_only && request.frames.empty(), wants);
+    const bool part = !request.part.empty();
+    Numbers numbers(graph, part ? std::vector<int>() : frames,
+                    request.expectations_only && request.frames.empty(), wants);
     const Options options = options_of(graph, request, console);
     std::optional<FolderLock> lock;
-    if (!nodes.empty()) lock_folder(lock, options.output_folder, console);
+    if (part) {
+        make_output_folder(options.output_folder);
+    } else if (!nodes.empty()) {
+        lock_folder(lock, options.output_folder, console);
+    }
     begin_manifest(request, console, frames, manifest);
 
     front_end.began(graph, frames.size());
@@ -270,7 +291,9 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     manifest.complete = !cooked.cancelled && cooked.failures == 0;
     if (!nodes.empty()) {
         add_seconds(graph, cooked, manifest);
-        write_manifest(options.output_folder, manifest, console);
+        if (part) manifest.ran = ran(cooked);
+        write_manifest(part ? fs::path(request.part) : options.output_folder / manifest_name,
+                       manifest, console);
     }
     const bool missed = show_expectations(numbers, cooked, front_end);
     const int exit = cooked.cancelled      ? exit_cancelled

@@ -21,6 +21,7 @@ struct CookRequest {
     std::vector<std::string> nodes;  // empty: every sink
     std::vector<std::string> sets, variables;
     std::string output_folder;  // empty: out/<graph>
+    std::string part;           // manifest of a part of a cook; empty: the cook is no part
     std::string root;
     bool allow_outside = false;
     int threads = 0;

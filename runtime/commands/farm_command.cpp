@@ -1,6 +1,6 @@
 #include "runtime/commands/farm_command.hpp"
 
-#include "runtime/commands/farm_plan.hpp"
+#include "runtime/commands/farm_local.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -14,11 +14,16 @@ int run_farm(const CookRequest& request, const FarmRequest& farm, const graph::R
              Console& console)
 {
     if (request.files.empty()) throw std::invalid_argument("farm: expected graph documents");
-    if (!farm.plan) throw std::invalid_argument("farm: expected --plan");
+    if (!farm.plan && farm.engine.empty()) {
+        throw std::invalid_argument("farm: expected --plan or --engine local");
+    }
     const std::optional<Cut> cut = plan_farm(request, farm, registry, console);
     if (!cut) return exit_usage;
-    console.out << (request.json ? plan_json(*cut) : plan_text(*cut));
-    return exit_ok;
+    if (farm.plan) {
+        console.out << (request.json ? plan_json(*cut) : plan_text(*cut));
+        return exit_ok;
+    }
+    return run_local(begin_job(*cut, request, console), farm.machines, console);
 }
 
 }  // namespace
@@ -29,6 +34,13 @@ void add_farm_command(const CommandSet& set)
     CLI::App* app =
         set.app.add_subcommand("farm", "Cooks graphs in tasks that several machines run");
     app->add_option("files", set.request.files, "Graph documents")->type_name("FILE");
+    app->add_option("--engine", farm->engine, "What runs the tasks: local, this machine")
+        ->type_name("NAME")
+        ->check(CLI::IsMember({"local"}));
+    app->add_option("--at-once", farm->machines,
+                    "Tasks that run at once on this machine (default: cores by --threads)")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1024));
     app->add_flag("--plan", farm->plan, "Shows the tasks, and how long machines would take");
     add_repeatable(*app, "--vary", farm->vary,
                    "Parameter and its values, each combination a cook of its own; repeatable",

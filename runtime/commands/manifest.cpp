@@ -127,6 +127,10 @@ std::string to_text(const Manifest& m)
     json["settings"] = {{"frames", m.frames}, {"set", m.sets},  {"var", m.variables},
                         {"node", m.only},     {"root", m.root}, {"allow_outside", m.allow_outside}};
     json["complete"] = m.complete;
+    if (m.ran) {
+        json["ran"] = {
+            {"machine", m.ran->machine}, {"seconds", m.ran->seconds}, {"memory", m.ran->memory}};
+    }
     json["nodes"] = Json::object();
     for (const auto& [name, node] : m.nodes) json["nodes"][name] = to_json(node);
     json["outputs"] = Json::array();
@@ -159,6 +163,11 @@ Manifest read_manifest(const std::filesystem::path& path)
         m.root = settings.at("root").get<std::string>();
         m.allow_outside = settings.at("allow_outside").get<bool>();
         m.complete = json.at("complete").get<bool>();
+        if (json.contains("ran")) {
+            const Json& ran = json["ran"];
+            m.ran = {ran.at("machine").get<std::string>(), ran.at("seconds").get<double>(),
+                     ran.at("memory").get<std::uint64_t>()};
+        }
         for (const auto& [name, node] : json.at("nodes").items()) m.nodes[name] = node_from(node);
         for (const Json& output : json.at("outputs")) m.outputs.push_back(output_from(output));
         if (m.documents.empty()) throw std::runtime_error("it names no document");

@@ -34,12 +34,20 @@ struct Manifest {
         File file;  // path is empty for a value
     };
 
+    // What the cook took, of a part of one.
+    struct Ran {
+        std::string machine;
+        double seconds = 0;
+        std::uint64_t memory = 0;  // bytes at most, programs that it started included
+    };
+
     std::string version, program;  // the program's, and its identity (Options::salt)
     std::vector<File> documents;   // the main one first
     std::string frames;            // as --frames takes them
     std::vector<std::string> sets, variables, only;  // --set, --var, --node
     std::string root;
     bool allow_outside = false, complete = false;
+    std::optional<Ran> ran;
     std::map<std::string, Node> nodes;  // those that were needed
     std::vector<Output> outputs;        // by node and frame
 };

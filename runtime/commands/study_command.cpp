@@ -81,7 +81,7 @@ void write_plot(const std::vector<Trial>& trials, const fs::path& folder, const 
         return;
     }
     const int status =
-        console.run_program ? console.run_program({"gnuplot", path("study.gp")}) : -1;
+        console.run_program ? console.run_program({"gnuplot", path("study.gp")}, console.stop) : -1;
     if (status == 0) {
         console.out << "plot: " << path("study.png") << "\n";
     } else {

@@ -1,5 +1,6 @@
 #include "runtime/cache/disk_cache.hpp"
 
+#include "runtime/cache/whole_file.hpp"
 #include "runtime/cook/evaluator.hpp"
 #include "tests/runtime/toys.hpp"
 
@@ -616,4 +617,21 @@ TEST(DiskCache, SideFilesAreKnownToTheNextProcess)
     EXPECT_EQ(take_runs("ReadNumber"), 0);
     folder.write("b.txt", "20");
     EXPECT_EQ(cook_last(w.graph, folder.path / "cache"), 25);
+}
+
+TEST(DiskCache, AProcessOfTheSameNumberOnAnotherMachineIsNotInTheWay)
+{
+    // Two machines that share a folder both have a process of this number: the other one is writing
+    // the same file, under the names that this one would take next.
+    const toys::Folder folder;
+    const fs::path file = folder.path / "file";
+    for (int n = 0; n < 3000; ++n) {
+        std::ofstream(file.string() + "." + std::to_string(::getpid()) + "." + std::to_string(n) +
+                      "~")
+            << "theirs";
+    }
+    const std::string_view mine = "mine";
+    EXPECT_EQ(write_whole_file(file, {{mine}}).error, 0);
+    EXPECT_EQ(toys::bytes_of(file), "mine");
+    EXPECT_EQ(files_in(folder.path).size(), 3001u) << "theirs are all there";
 }

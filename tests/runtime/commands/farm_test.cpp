@@ -42,6 +42,47 @@ protected:
         return Json::parse(said.out);
     }
 
+    // The engine `local`, with tasks in this process instead of their own. Those that `deadly`
+    // names are killed before they begin.
+    Said local(std::vector<std::string> more, const std::string& deadly = "none")
+    {
+        std::vector<std::string> args{"farm",      file_,
+                                      "--out",     (folder_.path / "out").string(),
+                                      "--cache",   (folder_.path / "cache").string(),
+                                      "--engine",  "local",
+                                      "--at-once", "2"};
+        args.insert(args.end(), more.begin(), more.end());
+        std::ostringstream out, err;
+        Console console{out, err, false, {}, {}, "1.2.3"};
+        console.program = "aspic";
+        console.run_program = [&](const std::vector<std::string>& words, const std::stop_token&) {
+            // sh -c SCRIPT LOG aspic cook ...
+            EXPECT_EQ(words.at(4), "aspic");
+            if (has(words[3], deadly)) return 128 + 9;
+            Said said = run({words.begin() + 5, words.end()});
+            std::ofstream(words[3]) << said.out << said.err;
+            return said.exit;
+        };
+        const int exit = run_command_line(args, toys::registry(), console);
+        return {exit, out.str(), err.str()};
+    }
+    // What a plain cook writes, and what the farm wrote: by name, without the manifests and the
+    // job.
+    std::map<std::string, std::string> files(const std::string& folder) const
+    {
+        std::map<std::string, std::string> all;
+        for (const auto& f : std::filesystem::directory_iterator(folder_.path / folder)) {
+            if (!f.is_regular_file() || f.path().filename() == "manifest.json") continue;
+            all[f.path().filename()] = toys::bytes_of(f.path());
+        }
+        return all;
+    }
+    std::map<std::string, std::string> cooked()
+    {
+        EXPECT_EQ(run({"cook", file_, "--out", (folder_.path / "plain").string()}).exit, exit_ok);
+        return files("plain");
+    }
+
     toys::Folder folder_;
     std::string file_;
 };
@@ -113,4 +154,91 @@ TEST_F(Farm, WhatMakesNoSenseIsRefused)
     const Said said = run({"farm", file_, twin, "--plan"});
     EXPECT_EQ(said.exit, exit_usage);
     EXPECT_TRUE(has(said.err, "'falling' twice")) << said.err;
+}
+
+TEST_F(Farm, TasksOfThisMachineWriteWhatAPlainCookWrites)
+{
+    const Said said = local({"--task-seconds", "4"});
+    EXPECT_EQ(said.exit, exit_ok) << said.err;
+    EXPECT_TRUE(has(said.out, "verified: 12 files of 1 cook")) << said.out;
+    EXPECT_TRUE(has(said.err, "5 of 5")) << said.err;
+    EXPECT_EQ(files("out"), cooked());
+    EXPECT_EQ(files("out").size(), 12u);
+    EXPECT_TRUE(std::filesystem::exists(folder_.path / "out/farm/plan.json"));
+}
+
+TEST_F(Farm, EachResultIsMadeOnce)
+{
+    toys::take_runs("Accumulate");
+    toys::take_runs("WriteNumber");
+    ASSERT_EQ(local({"--task-seconds", "4"}).exit, exit_ok);
+    EXPECT_EQ(toys::take_runs("Accumulate"), 12);
+    EXPECT_EQ(toys::take_runs("WriteNumber"), 12);
+    // And a second time not at all.
+    const Said again = local({});
+    EXPECT_EQ(again.exit, exit_ok);
+    EXPECT_TRUE(has(again.err, "1 of 1")) << again.err;
+    EXPECT_EQ(toys::take_runs("WriteNumber"), 0);
+}
+
+TEST_F(Farm, ATaskThatDiesStopsWhatDependsOnItAndNothingElse)
+{
+    const Said said = local({"--task-seconds", "4"}, "frames-2");
+    EXPECT_EQ(said.exit, exit_failed);
+    EXPECT_TRUE(has(said.err, "task falling.frames-2 (frames 5-8) was killed by signal 9 on "))
+        << said.err;
+    EXPECT_TRUE(has(said.err, "1 of 5 tasks failed, 1 wait for them")) << said.err;
+    EXPECT_EQ(files("out").size(), 8u) << "the other frames are there";
+    EXPECT_FALSE(std::filesystem::exists(folder_.path / "out/manifest.json"));
+
+    toys::take_runs("WriteNumber");
+    toys::take_runs("Accumulate");
+    EXPECT_EQ(local({"--task-seconds", "4"}).exit, exit_ok);
+    EXPECT_EQ(toys::take_runs("WriteNumber"), 4) << "the frames that were missing";
+    EXPECT_EQ(toys::take_runs("Accumulate"), 0) << "the simulation is in the cache";
+    EXPECT_EQ(files("out"), cooked());
+}
+
+TEST_F(Farm, ANodeThatFailsIsNamedWithItsFrameTaskAndMachine)
+{
+    std::string text = counting;
+    text.replace(
+        text.find(
+            R"("sum": { "type": "Sum@1", "inputs": { "values": ["sim.value"] }, "params": { "bias": 10 } })"),
+        std::string(
+            R"("sum": { "type": "Sum@1", "inputs": { "values": ["sim.value"] }, "params": { "bias": 10 } })")
+            .size(),
+        R"("sum": { "type": "Fail@1", "inputs": { "value": "sim.value" }, "params": { "above": 50000 } })");
+    text.replace(text.find(R"("min": 11, "max": 11)"), 20, R"("min": 0)");
+    folder_.write("falling.json", text);
+    // The sum over frames of frame + 1000 (frame - 1) / 24 is above 2,000 from frame 10 on.
+    text.replace(text.find("50000"), 5, "1800");
+    folder_.write("falling.json", text);
+    const Said said = local({"--task-seconds", "4"});
+    EXPECT_EQ(said.exit, exit_failed);
+    EXPECT_TRUE(has(said.err, "task falling.frames-3 (frames 9-12) failed with exit code 1 on "))
+        << said.err;
+    EXPECT_TRUE(has(said.err, "'sum' (Fail) failed at frame 10")) << said.err;
+    EXPECT_GE(files("out").size(), 8u) << "the tasks before it";
+}
+
+TEST_F(Farm, AFileThatAnotherChangedIsFound)
+{
+    ASSERT_EQ(local({"--task-seconds", "4"}).exit, exit_ok);
+    // As if it had been damaged between its task and the last one: the last one writes it again.
+    folder_.write("out/7number.txt", "damaged");
+    EXPECT_EQ(local({}).exit, exit_ok);
+    EXPECT_EQ(files("out"), cooked());
+}
+
+TEST_F(Farm, AMissedExpectationIsToldAtTheEnd)
+{
+    std::string text = counting;
+    text.replace(text.find("\"max\": 11"), 9, "\"max\": 99");
+    text.replace(text.find("\"min\": 11"), 9, "\"min\": 50");
+    folder_.write("falling.json", text);
+    const Said said = local({"--task-seconds", "4"});
+    EXPECT_EQ(said.exit, exit_missed) << said.err;
+    EXPECT_EQ(files("out").size(), 12u);
+    EXPECT_TRUE(has(said.err, "missed")) << said.err;
 }

@@ -85,7 +85,7 @@ std::map<std::string, std::string> files_of(const fs::path& folder)
     std::map<std::string, std::string> all;
     for (const auto& f : fs::directory_iterator(folder)) {
         const fs::path name = f.path().filename();
-        if (name == "manifest.json" || name.extension() == ".part") continue;
+        if (name == "manifest.json" || name.extension() == ".part" || f.is_directory()) continue;
         all[name] = bytes_of(f.path());
     }
     return all;
@@ -174,6 +174,21 @@ private:
 };
 
 }  // namespace
+
+TEST_F(Processes, AFarmOnThisMachineWritesTheBytesOfACook)
+{
+    const auto plain = cook(folder_.path / "cache", folder_.path / "plain");
+    const pid_t farm =
+        start({"farm", (folder_.path / "falling.json").string(), "--engine", "local", "--at-once",
+               "2", "--threads", "1", "--task-seconds", "10", "--cache",
+               (folder_.path / "shared").string(), "--out", (folder_.path / "farmed").string()},
+              log());
+    ASSERT_EQ(wait_for(farm), 0) << bytes_of(log());
+    EXPECT_TRUE(bytes_of(log()).find("4 of 4") != std::string::npos) << bytes_of(log());
+    const auto farmed = files_of(folder_.path / "farmed");
+    EXPECT_EQ(farmed, plain);
+    EXPECT_EQ(farmed.size(), 20u);
+}
 
 TEST_F(Processes, AKilledCookGoesOnAndLeavesTheSameBytes)
 {

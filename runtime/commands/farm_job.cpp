@@ -1,0 +1,178 @@
+#include "runtime/commands/farm_job.hpp"
+
+#include "runtime/cache/quantities.hpp"
+#include "runtime/commands/manifest.hpp"
+#include "runtime/commands/text_file.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <ostream>
+#include <set>
+
+namespace runtime {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+using Words = std::vector<std::string>;
+
+void add_each(Words& words, const char* option, const std::vector<std::string>& values)
+{
+    for (const std::string& value : values) {
+        words.emplace_back(option);
+        words.push_back(value);
+    }
+}
+
+// The files of one shot, by path: their digests. Of a path that stands there twice, frames share
+// the file, and what a part of the frames made of it is not what it is at the end.
+std::map<std::string, std::string> files_of(const Manifest& manifest)
+{
+    std::map<std::string, std::string> files;
+    std::set<std::string> shared;
+    for (const Manifest::Output& o : manifest.outputs) {
+        if (o.file.path.empty()) continue;
+        if (!files.emplace(o.file.path, o.file.digest).second) shared.insert(o.file.path);
+    }
+    for (const std::string& path : shared) files.erase(path);
+    return files;
+}
+
+struct Verifying {
+    const FarmJob& job;
+    Console& console;
+    std::size_t files = 0, wrong = 0;
+
+    void tell(const std::string& text)
+    {
+        ++wrong;
+        console.err << "error: " << text << "\n";
+    }
+};
+
+void verify_shot(Verifying& verifying, std::uint32_t s)
+{
+    const Shot& shot = verifying.job.cut.shots[s];
+    const Manifest whole = read_manifest(shot.folder / manifest_name);
+    if (!whole.complete) verifying.tell(shot.name + ": the last cook is not complete");
+    FileDigests digests;
+    for (const Manifest::Output& o : whole.outputs) {
+        if (o.file.path.empty()) continue;
+        ++verifying.files;
+        const Key now = digests.of(shot.folder / o.file.path);
+        if (to_hex(now) == o.file.digest) continue;
+        verifying.tell(fmt::format("{}, '{}', frame {}: {} {}", shot.name, o.node, o.frame,
+                                   o.file.path, now ? "is not what was cooked" : "is missing"));
+    }
+    const auto files = files_of(whole);
+    for (const FarmTask& task : verifying.job.cut.tasks) {
+        if (task.shot != s || task.stage == Stage::last) continue;
+        const Manifest part = read_manifest(verifying.job.part(task));
+        const std::string machine = part.ran ? part.ran->machine : "an unknown machine";
+        if (part.program != whole.program) {
+            verifying.tell(
+                fmt::format("task {} ran another build of the program on {}", task.name, machine));
+        }
+        for (const auto& [path, digest] : files_of(part)) {
+            const auto found = files.find(path);
+            if (found == files.end() || found->second == digest) continue;
+            verifying.tell(fmt::format("task {} made another {} on {} than the last cook found",
+                                       task.name, path, machine));
+        }
+    }
+}
+
+}  // namespace
+
+fs::path farm_folder(const CookRequest& request)
+{
+    fs::path folder = request.output_folder.empty() ? "out" : request.output_folder;
+    if (request.files.size() == 1 && request.output_folder.empty()) {
+        folder /= fs::path(request.files[0]).stem();
+    }
+    return fs::absolute(folder / "farm").lexically_normal();
+}
+
+FarmJob begin_job(Cut cut, const CookRequest& request, const Console& console)
+{
+    const fs::path cache =
+        request.cache.empty() ? DiskCache::default_folder() : fs::path(request.cache);
+    if (cache.empty()) {
+        throw std::invalid_argument("farm: no cache folder: HOME is not set; use --cache DIR");
+    }
+    FarmJob job{std::move(cut), farm_folder(request), fs::absolute(cache).lexically_normal(),
+                console.program, request};
+    make_output_folder(job.folder);
+    for (const char* const name : {"parts", "logs"}) {
+        fs::remove_all(job.folder / name);
+        make_output_folder(job.folder / name);
+    }
+    replace_text(job.folder / "plan.json", plan_json(job.cut));
+    return job;
+}
+
+Words words_of(const FarmJob& job, const FarmTask& task)
+{
+    const Shot& shot = job.cut.shots[task.shot];
+    const bool last = task.stage == Stage::last;
+    Words words{job.program.string(), "cook", shot.file};
+    add_each(words, "--node", last ? job.request.nodes : task.nodes);
+    if (!last || !job.request.frames.empty()) {
+        words.insert(words.end(), {"--frames", frames_text(task.frames)});
+    }
+    add_each(words, "--set", shot.sets);
+    add_each(words, "--var", job.request.variables);
+    if (!job.request.root.empty()) {
+        words.insert(words.end(), {"--root", fs::absolute(job.request.root).string()});
+    }
+    if (job.request.allow_outside) words.emplace_back("--allow-outside");
+    words.insert(words.end(), {"--out", shot.folder.string(), "--cache", job.cache.string(),
+                               "--cache-size", std::to_string(job.request.cache_budget)});
+    if (job.request.threads > 0) {
+        words.insert(words.end(), {"--threads", std::to_string(job.request.threads)});
+    }
+    if (!last) words.insert(words.end(), {"--part", job.part(task).string()});
+    return words;
+}
+
+std::string shell_line(const Words& words)
+{
+    std::string line;
+    for (const std::string& word : words) {
+        if (!line.empty()) line += ' ';
+        const bool plain =
+            !word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyz"
+                                                    "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                                    "0123456789_./-=,:+@%") == std::string::npos;
+        if (plain) {
+            line += word;
+            continue;
+        }
+        line += '\'';
+        for (const char c : word) line += c == '\'' ? std::string("'\\''") : std::string(1, c);
+        line += '\'';
+    }
+    return line;
+}
+
+bool verify_job(const FarmJob& job, Console& console)
+{
+    Verifying verifying{job, console};
+    for (std::uint32_t s = 0; s < job.cut.shots.size(); ++s) {
+        try {
+            verify_shot(verifying, s);
+        } catch (const std::invalid_argument& e) {
+            verifying.tell(e.what());
+        }
+    }
+    if (verifying.wrong == 0 && !job.request.quiet) {
+        console.out << fmt::format("verified: {} files of {} cook{} are what their manifests say\n",
+                                   verifying.files, job.cut.shots.size(),
+                                   job.cut.shots.size() == 1 ? "" : "s");
+    }
+    return verifying.wrong == 0;
+}
+
+}  // namespace runtime

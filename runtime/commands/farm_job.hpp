@@ -1,0 +1,46 @@
+#pragma once
+
+// The folder that a farm's tasks share beside the cache, and the command line of each of them.
+//
+//   out/NAME/farm/plan.json          the cut, as `farm --plan --json` shows it
+//   out/NAME/farm/parts/TASK.json    what a task made, what that took and on which machine
+//   out/NAME/farm/logs/TASK.log      what it said
+
+#include "runtime/commands/farm_plan.hpp"
+
+namespace runtime {
+
+struct FarmJob {
+    Cut cut;
+    std::filesystem::path folder;  // absolute
+    std::filesystem::path cache;   // absolute
+    std::filesystem::path program;
+    CookRequest request;
+
+    std::filesystem::path part(const FarmTask& task) const
+    {
+        return folder / "parts" / (task.name + ".json");
+    }
+    std::filesystem::path log(const FarmTask& task) const
+    {
+        return folder / "logs" / (task.name + ".log");
+    }
+};
+
+// Where the job of these documents is, absolute.
+std::filesystem::path farm_folder(const CookRequest& request);
+
+// Makes the folder, empties it of an earlier job, and writes the plan there. Throws
+// std::invalid_argument when there is no cache that tasks could share.
+FarmJob begin_job(Cut cut, const CookRequest& request, const Console& console);
+
+// The program and its arguments.
+std::vector<std::string> words_of(const FarmJob& job, const FarmTask& task);
+// As a shell takes them.
+std::string shell_line(const std::vector<std::string>& words);
+
+// Compares the files of each shot with its manifest, and what each task says that it made. What is
+// wrong is told, a line each. Returns whether nothing is.
+bool verify_job(const FarmJob& job, Console& console);
+
+}  // namespace runtime

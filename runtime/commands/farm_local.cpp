@@ -1,0 +1,131 @@
+#include "runtime/commands/farm_local.hpp"
+
+#include "runtime/cache/quantities.hpp"
+#include "runtime/commands/manifest.hpp"
+#include "runtime/commands/text_file.hpp"
+#include "runtime/cook/task.hpp"
+#include "runtime/farm/run_tasks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <mutex>
+#include <ostream>
+#include <thread>
+#include <unistd.h>
+
+namespace runtime {
+
+namespace {
+
+// Its output goes to the log: a shell sends it there and becomes the program.
+std::vector<std::string> logged(const FarmJob& job, const FarmTask& task)
+{
+    std::vector<std::string> words{"sh", "-c", "exec \"$@\" >\"$0\" 2>&1", job.log(task).string()};
+    const std::vector<std::string> own = words_of(job, task);
+    words.insert(words.end(), own.begin(), own.end());
+    return words;
+}
+
+std::string machine_name()
+{
+    std::array<char, 256> name{};
+    ::gethostname(name.data(), name.size() - 1);
+    return name.data();
+}
+
+// What the task said of its trouble: the lines that begin with "error", or the last one.
+std::string trouble_in(const FarmJob& job, const FarmTask& task)
+{
+    std::string text;
+    try {
+        text = read_text(job.log(task));
+    } catch (const std::invalid_argument&) {
+        return {};
+    }
+    std::string errors, last;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find('\n', at), text.size());
+        last = "  " + text.substr(at, end - at) + "\n";
+        if (text.compare(at, 5, "error") == 0) errors += last;
+        at = end + 1;
+    }
+    return errors.empty() ? last : errors;
+}
+
+std::string how_it_ended(int exit)
+{
+    if (exit > 128) return fmt::format("was killed by signal {}", exit - 128);
+    if (exit < 0) return "could not be started";
+    return fmt::format("failed with exit code {}", exit);
+}
+
+class LocalFarm {
+public:
+    LocalFarm(const FarmJob& job, Console& console) : job_(job), console_(console) {}
+
+    bool run(std::uint32_t t)
+    {
+        const FarmTask& task = job_.cut.tasks[t];
+        const Clock::time_point begin = Clock::now();
+        const int exit = console_.run_program(logged(job_, task), console_.stop);
+        const double seconds = seconds_since(begin);
+        const std::lock_guard lock(mutex_);
+        // An expectation that was missed is told at the end: the files are there.
+        const bool done = exit == exit_ok || exit == exit_missed;
+        if (exit == exit_missed) missed = true;
+        if (console_.stop.stop_requested()) return done;
+        if (!done) {
+            console_.err << fmt::format("error: task {} ({}) {} on {}; its log is {}\n{}",
+                                        task.name, what(task), how_it_ended(exit), machine_name(),
+                                        job_.log(task).string(), trouble_in(job_, task));
+        } else if (!job_.request.quiet) {
+            console_.err << fmt::format("{} of {}, {}: {} ({})\n", ++count_, job_.cut.tasks.size(),
+                                        format_seconds(seconds), task.name, what(task));
+        }
+        if (exit == exit_missed) console_.err << trouble_in(job_, task);
+        return done;
+    }
+
+    std::atomic<bool> missed{false};
+
+private:
+    static std::string what(const FarmTask& task)
+    {
+        return (task.frames.size() == 1 ? "frame " : "frames ") + frames_text(task.frames);
+    }
+
+    const FarmJob& job_;
+    Console& console_;
+    std::mutex mutex_;
+    std::size_t count_ = 0;
+};
+
+}  // namespace
+
+int run_local(const FarmJob& job, int at_once, Console& console)
+{
+    if (!console.run_program) throw std::invalid_argument("farm: no programs can be run here");
+    const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    const int threads = job.request.threads > 0 ? job.request.threads : cores;
+    const int count = at_once > 0 ? at_once : std::max(1, cores / threads);
+    LocalFarm farm(job, console);
+    const std::vector<TaskEnd> ends = run_tasks(
+        job.cut, static_cast<std::size_t>(count), [&farm](std::uint32_t t) { return farm.run(t); },
+        console.stop);
+    if (console.stop.stop_requested()) return exit_cancelled;
+    const auto failed = std::count(ends.begin(), ends.end(), TaskEnd::failed);
+    const auto blocked = std::count(ends.begin(), ends.end(), TaskEnd::blocked);
+    if (failed > 0) {
+        console.err << fmt::format(
+            "{} of {} tasks failed, {} wait for them; the same command goes on from the cache\n",
+            failed, ends.size(), blocked);
+        return exit_failed;
+    }
+    if (!verify_job(job, console)) return exit_failed;
+    return farm.missed ? exit_missed : exit_ok;
+}
+
+}  // namespace runtime
