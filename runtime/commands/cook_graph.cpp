@@ -130,7 +130,12 @@ Manifest::Ran ran(const Cooked& cooked)
     ::getrusage(RUSAGE_SELF, &mine);
     ::getrusage(RUSAGE_CHILDREN, &started);
     const auto kilobytes = static_cast<std::uint64_t>(mine.ru_maxrss + started.ru_maxrss);
-    return {name.data(), cooked.seconds, 1024 * kilobytes};
+    const auto seconds = [](const timeval& t) {
+        return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    const double busy = seconds(mine.ru_utime) + seconds(mine.ru_stime) +
+                        seconds(started.ru_utime) + seconds(started.ru_stime);
+    return {name.data(), cooked.seconds, 1024 * kilobytes, busy / std::max(cooked.seconds, 1e-3)};
 }
 
 // Beside the files that it tells of, or where a part's is asked for. Its loss is no reason to fail

@@ -1,6 +1,8 @@
 #include "runtime/commands/farm_command.hpp"
 
 #include "runtime/commands/farm_local.hpp"
+#include "runtime/commands/farm_slurm.hpp"
+#include "runtime/commands/farm_status.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -15,7 +17,7 @@ int run_farm(const CookRequest& request, const FarmRequest& farm, const graph::R
 {
     if (request.files.empty()) throw std::invalid_argument("farm: expected graph documents");
     if (!farm.plan && farm.engine.empty()) {
-        throw std::invalid_argument("farm: expected --plan or --engine local");
+        throw std::invalid_argument("farm: expected --plan or --engine NAME");
     }
     const std::optional<Cut> cut = plan_farm(request, farm, registry, console);
     if (!cut) return exit_usage;
@@ -23,7 +25,45 @@ int run_farm(const CookRequest& request, const FarmRequest& farm, const graph::R
         console.out << (request.json ? plan_json(*cut) : plan_text(*cut));
         return exit_ok;
     }
-    return run_local(begin_job(*cut, request, console), farm.machines, console);
+    FarmJob job = begin_job(*cut, request, console);
+    job.sbatch = farm.sbatch;
+    if (farm.engine == "slurm") {
+        send_to_slurm(job, console);
+        return farm.wait ? wait_for_slurm(job, console) : exit_ok;
+    }
+    return run_local(job, farm.machines, console);
+}
+
+int run_cancel(const FarmJob& job, Console& console)
+{
+    if (!cancel_slurm(job, console)) {
+        throw std::runtime_error("nothing was sent to Slurm from " + job.folder.string());
+    }
+    console.out << "cancelled; the same farm command goes on from the cache\n";
+    return exit_ok;
+}
+
+// What is done with a job that was sent.
+void add_job_commands(const CommandSet& set, CLI::App& farm)
+{
+    const auto add = [&](const char* name, const char* text, auto work) {
+        CLI::App* app = farm.add_subcommand(name, text);
+        add_files(*app, set.request);
+        add_out(*app, set.request);
+        app->callback([&set, work = std::move(work)] {
+            set.exit = work(read_job(set.request), set.console);
+        });
+        return app;
+    };
+    add("status", "Shows what became of the tasks, and verifies what came out",
+        [](const FarmJob& job, Console& console) { return farm_status(job, console); });
+    const auto task = std::make_shared<std::string>();
+    add("logs", "Shows what tasks said that failed",
+        [task](const FarmJob& job, Console& console) { return farm_logs(job, *task, console); })
+        ->add_option("--task", *task, "Shows what this task said")
+        ->type_name("NAME");
+    add("cancel", "Ends the tasks that Slurm was sent",
+        [](const FarmJob& job, Console& console) { return run_cancel(job, console); });
 }
 
 }  // namespace
@@ -34,9 +74,9 @@ void add_farm_command(const CommandSet& set)
     CLI::App* app =
         set.app.add_subcommand("farm", "Cooks graphs in tasks that several machines run");
     app->add_option("files", set.request.files, "Graph documents")->type_name("FILE");
-    app->add_option("--engine", farm->engine, "What runs the tasks: local, this machine")
+    app->add_option("--engine", farm->engine, "What runs the tasks: local (this machine) or slurm")
         ->type_name("NAME")
-        ->check(CLI::IsMember({"local"}));
+        ->check(CLI::IsMember({"local", "slurm"}));
     app->add_option("--at-once", farm->machines,
                     "Tasks that run at once on this machine (default: cores by --threads)")
         ->type_name("N")
@@ -49,6 +89,11 @@ void add_farm_command(const CommandSet& set)
                     "Work of a task that can be cut anywhere (default: 30)")
         ->type_name("SECONDS")
         ->check(CLI::Range(1e-3, 1e6));
+    app->add_flag("--wait", farm->wait,
+                  "With Slurm: waits for the end, and verifies what came out");
+    add_repeatable(*app, "--sbatch", farm->sbatch,
+                   "With Slurm: an option of each job, as --sbatch=--partition=long; repeatable",
+                   "OPTION");
     add_loading_options(*app, set.request);
     add_frames(*app, set.request);
     add_threads(*app, set.request);
@@ -56,7 +101,9 @@ void add_farm_command(const CommandSet& set)
     add_out(*app, set.request);
     add_nodes(*app, set.request);
     add_json(*app, set.request);
-    app->callback([&set, farm] {
+    add_job_commands(set, *app);
+    app->callback([&set, farm, app] {
+        if (!app->get_subcommands().empty()) return;
         set.request.writes = true;
         run_limited(set, [&] { return run_farm(set.request, *farm, set.registry, set.console); });
     });

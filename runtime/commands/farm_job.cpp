@@ -5,6 +5,7 @@
 #include "runtime/commands/text_file.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <map>
 #include <ostream>
@@ -15,6 +16,7 @@ namespace runtime {
 namespace {
 
 namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
 
 using Words = std::vector<std::string>;
 
@@ -38,6 +40,53 @@ std::map<std::string, std::string> files_of(const Manifest& manifest)
     }
     for (const std::string& path : shared) files.erase(path);
     return files;
+}
+
+std::string kind_of(const Cut& cut, const FarmTask& task)
+{
+    return cut.shots[task.shot].name + '.' + name_of(task.stage);
+}
+
+// What the tasks of the job in this folder took, and those before it.
+std::map<std::string, Measured> measured_in(const fs::path& folder)
+{
+    std::map<std::string, Measured> all;
+    const auto add = [&](const std::string& kind, const Measured& m) {
+        all[kind].memory = std::max(all[kind].memory, m.memory);
+        all[kind].cores = std::max(all[kind].cores, m.cores);
+    };
+    try {
+        if (fs::exists(folder / "measured.json")) {
+            const Json known = Json::parse(read_text(folder / "measured.json"));
+            for (const auto& [kind, m] : known.items()) {
+                add(kind, {m.at("memory").get<std::uint64_t>(), m.at("cores").get<double>()});
+            }
+        }
+        if (!fs::exists(folder / "plan.json")) return all;
+        const Cut cut = cut_from(read_text(folder / "plan.json"));
+        for (const FarmTask& task : cut.tasks) {
+            const fs::path part = folder / "parts" / (task.name + ".json");
+            if (!fs::exists(part)) continue;
+            const auto ran = read_manifest(part).ran;
+            if (!ran || ran->seconds <= 0) continue;
+            const Measured m{ran->memory, ran->cores};
+            add(kind_of(cut, task), m);
+            // The whole cook holds at most what its parts held.
+            add(cut.shots[task.shot].name + '.' + name_of(Stage::last), {m.memory, 0});
+        }
+    } catch (const std::exception&) {
+        return all;  // of a damaged file nothing is known
+    }
+    return all;
+}
+
+std::string to_text(const std::map<std::string, Measured>& measured)
+{
+    Json json = Json::object();
+    for (const auto& [kind, m] : measured) {
+        json[kind] = {{"memory", m.memory}, {"cores", m.cores}};
+    }
+    return json.dump(1) + "\n";
 }
 
 struct Verifying {
@@ -95,6 +144,30 @@ fs::path farm_folder(const CookRequest& request)
     return fs::absolute(folder / "farm").lexically_normal();
 }
 
+Measured FarmJob::measured_of(const FarmTask& task) const
+{
+    const auto found = measured.find(kind_of(cut, task));
+    return found == measured.end() ? Measured{} : found->second;
+}
+
+FarmJob read_job(const CookRequest& request)
+{
+    FarmJob job;
+    job.folder = farm_folder(request);
+    job.request = request;
+    if (!fs::exists(job.folder / "plan.json")) {
+        throw std::invalid_argument(job.folder.string() +
+                                    " holds no job; send one with aspic farm FILE --engine NAME");
+    }
+    try {
+        job.cut = cut_from(read_text(job.folder / "plan.json"));
+    } catch (const Json::exception&) {
+        throw std::invalid_argument((job.folder / "plan.json").string() +
+                                    ": expected a plan that aspic farm wrote");
+    }
+    return job;
+}
+
 FarmJob begin_job(Cut cut, const CookRequest& request, const Console& console)
 {
     const fs::path cache =
@@ -102,10 +175,18 @@ FarmJob begin_job(Cut cut, const CookRequest& request, const Console& console)
     if (cache.empty()) {
         throw std::invalid_argument("farm: no cache folder: HOME is not set; use --cache DIR");
     }
-    FarmJob job{std::move(cut), farm_folder(request), fs::absolute(cache).lexically_normal(),
-                console.program, request};
+    FarmJob job{std::move(cut),
+                farm_folder(request),
+                fs::absolute(cache).lexically_normal(),
+                console.program,
+                request,
+                {},
+                {}};
     make_output_folder(job.folder);
-    for (const char* const name : {"parts", "logs"}) {
+    job.measured = measured_in(job.folder);
+    replace_text(job.folder / "measured.json", to_text(job.measured));
+    for (const char* const name : {"jobs.txt", "slurm.log"}) fs::remove(job.folder / name);
+    for (const char* const name : {"parts", "logs", "jobs"}) {
         fs::remove_all(job.folder / name);
         make_output_folder(job.folder / name);
     }

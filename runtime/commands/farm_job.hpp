@@ -5,10 +5,19 @@
 //   out/NAME/farm/plan.json          the cut, as `farm --plan --json` shows it
 //   out/NAME/farm/parts/TASK.json    what a task made, what that took and on which machine
 //   out/NAME/farm/logs/TASK.log      what it said
+//   out/NAME/farm/measured.json      what tasks of each kind took, of this job's earlier runs too
 
 #include "runtime/commands/farm_plan.hpp"
 
+#include <map>
+
 namespace runtime {
+
+// The most that tasks of one kind took.
+struct Measured {
+    std::uint64_t memory = 0;  // bytes; 0: not measured
+    double cores = 0;          // on average
+};
 
 struct FarmJob {
     Cut cut;
@@ -16,7 +25,10 @@ struct FarmJob {
     std::filesystem::path cache;   // absolute
     std::filesystem::path program;
     CookRequest request;
+    std::vector<std::string> sbatch;           // options for Slurm
+    std::map<std::string, Measured> measured;  // by shot and stage: "bridge.frames"
 
+    Measured measured_of(const FarmTask& task) const;
     std::filesystem::path part(const FarmTask& task) const
     {
         return folder / "parts" / (task.name + ".json");
@@ -29,6 +41,9 @@ struct FarmJob {
 
 // Where the job of these documents is, absolute.
 std::filesystem::path farm_folder(const CookRequest& request);
+
+// Of a job that was begun before. Throws std::invalid_argument when there is none.
+FarmJob read_job(const CookRequest& request);
 
 // Makes the folder, empties it of an earlier job, and writes the plan there. Throws
 // std::invalid_argument when there is no cache that tasks could share.

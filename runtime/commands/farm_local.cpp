@@ -1,8 +1,8 @@
 #include "runtime/commands/farm_local.hpp"
 
 #include "runtime/cache/quantities.hpp"
+#include "runtime/commands/farm_status.hpp"
 #include "runtime/commands/manifest.hpp"
-#include "runtime/commands/text_file.hpp"
 #include "runtime/cook/task.hpp"
 #include "runtime/farm/run_tasks.hpp"
 
@@ -34,25 +34,6 @@ std::string machine_name()
     std::array<char, 256> name{};
     ::gethostname(name.data(), name.size() - 1);
     return name.data();
-}
-
-// What the task said of its trouble: the lines that begin with "error", or the last one.
-std::string trouble_in(const FarmJob& job, const FarmTask& task)
-{
-    std::string text;
-    try {
-        text = read_text(job.log(task));
-    } catch (const std::invalid_argument&) {
-        return {};
-    }
-    std::string errors, last;
-    for (std::size_t at = 0; at < text.size();) {
-        const std::size_t end = std::min(text.find('\n', at), text.size());
-        last = "  " + text.substr(at, end - at) + "\n";
-        if (text.compare(at, 5, "error") == 0) errors += last;
-        at = end + 1;
-    }
-    return errors.empty() ? last : errors;
 }
 
 std::string how_it_ended(int exit)

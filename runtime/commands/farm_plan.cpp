@@ -189,7 +189,7 @@ std::optional<Cut> plan_farm(const CookRequest& request, const FarmRequest& farm
     }
     if (!good) return std::nullopt;
     require_other_names(planning.shots);
-    return join(std::move(planning.shots), farm.task_seconds);
+    return join(planning.shots, farm.task_seconds);
 }
 
 std::string plan_text(const Cut& cut)
@@ -256,6 +256,41 @@ std::string plan_json(const Cut& cut)
             {{"count", n}, {"seconds", makespan(cut, static_cast<std::size_t>(n))}});
     }
     return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Cut cut_from(const std::string& text)
+{
+    const auto json = nlohmann::json::parse(text);
+    Cut cut;
+    std::map<std::string, std::uint32_t> shots, tasks;
+    for (const auto& s : json.at("shots")) {
+        Shot shot;
+        shot.name = s.at("name").get<std::string>();
+        shot.file = s.at("file").get<std::string>();
+        shot.sets = s.at("set").get<std::vector<std::string>>();
+        shot.folder = s.at("folder").get<std::string>();
+        shot.measured = s.at("measured").get<bool>();
+        shots[shot.name] = static_cast<std::uint32_t>(cut.shots.size());
+        cut.shots.push_back(std::move(shot));
+    }
+    for (const auto& t : json.at("tasks")) {
+        FarmTask task;
+        task.name = t.at("name").get<std::string>();
+        const auto stage = t.at("stage").get<std::string>();
+        for (const Stage s : {Stage::shared, Stage::chain, Stage::frames, Stage::last}) {
+            if (stage == name_of(s)) task.stage = s;
+        }
+        task.shot = shots[t.at("shot").get<std::string>()];
+        task.nodes = t.at("node").get<std::vector<std::string>>();
+        task.frames = parse_frames(t.at("frames").get<std::string>());
+        for (const auto& before : t.at("after")) {
+            task.after.push_back(tasks[before.get<std::string>()]);
+        }
+        task.seconds = t.at("seconds").get<double>();
+        tasks[task.name] = static_cast<std::uint32_t>(cut.tasks.size());
+        cut.tasks.push_back(std::move(task));
+    }
+    return cut;
 }
 
 }  // namespace runtime

@@ -8,11 +8,13 @@
 namespace runtime {
 
 struct FarmRequest {
-    std::string engine;             // local, slurm or openjd; empty: none was named
-    bool plan = false;              // show, and send nothing
-    std::vector<std::string> vary;  // settings, each combination a shot
-    double task_seconds = 30;       // s of work of a task that can be cut anywhere
-    int machines = 0;               // local: tasks at once; 0: as many as the cores allow
+    std::string engine;               // local, slurm or openjd; empty: none was named
+    bool plan = false;                // show, and send nothing
+    std::vector<std::string> vary;    // settings, each combination a shot
+    double task_seconds = 30;         // s of work of a task that can be cut anywhere
+    int machines = 0;                 // local: tasks at once; 0: as many as the cores allow
+    bool wait = false;                // slurm: until all is done
+    std::vector<std::string> sbatch;  // slurm: further options of each job
 };
 
 // Loads and cuts all files and settings. Nothing when a document has errors, which were told.
@@ -22,5 +24,7 @@ std::optional<Cut> plan_farm(const CookRequest& request, const FarmRequest& farm
 // A line for each shot and kind of task, the longest path, and the time on so many machines.
 std::string plan_text(const Cut& cut);
 std::string plan_json(const Cut& cut);
+// Back from JSON. Throws nlohmann::json::exception when it is no plan.
+Cut cut_from(const std::string& json);
 
 }  // namespace runtime

@@ -128,8 +128,10 @@ std::string to_text(const Manifest& m)
                         {"node", m.only},     {"root", m.root}, {"allow_outside", m.allow_outside}};
     json["complete"] = m.complete;
     if (m.ran) {
-        json["ran"] = {
-            {"machine", m.ran->machine}, {"seconds", m.ran->seconds}, {"memory", m.ran->memory}};
+        json["ran"] = {{"machine", m.ran->machine},
+                       {"seconds", m.ran->seconds},
+                       {"memory", m.ran->memory},
+                       {"cores", m.ran->cores}};
     }
     json["nodes"] = Json::object();
     for (const auto& [name, node] : m.nodes) json["nodes"][name] = to_json(node);
@@ -166,7 +168,7 @@ Manifest read_manifest(const std::filesystem::path& path)
         if (json.contains("ran")) {
             const Json& ran = json["ran"];
             m.ran = {ran.at("machine").get<std::string>(), ran.at("seconds").get<double>(),
-                     ran.at("memory").get<std::uint64_t>()};
+                     ran.at("memory").get<std::uint64_t>(), ran.at("cores").get<double>()};
         }
         for (const auto& [name, node] : json.at("nodes").items()) m.nodes[name] = node_from(node);
         for (const Json& output : json.at("outputs")) m.outputs.push_back(output_from(output));

@@ -39,6 +39,7 @@ struct Manifest {
         std::string machine;
         double seconds = 0;
         std::uint64_t memory = 0;  // bytes at most, programs that it started included
+        double cores = 0;          // busy, on average
     };
 
     std::string version, program;  // the program's, and its identity (Options::salt)

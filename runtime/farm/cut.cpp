@@ -180,7 +180,7 @@ const char* name_of(Stage stage)
     return "last";
 }
 
-Cut join(std::vector<ShotPieces> shots, double task_seconds)
+Cut join(const std::vector<ShotPieces>& shots, double task_seconds)
 {
     Joining joining{{}, task_seconds, {}, {}};
     for (const ShotPieces& pieces : shots) {

@@ -16,7 +16,7 @@ struct ShotPieces {
 };
 
 // `task_seconds`: a shot of less work is one task.
-Cut join(std::vector<ShotPieces> shots, double task_seconds);
+Cut join(const std::vector<ShotPieces>& shots, double task_seconds);
 
 // What runs has to wait for, both ways: the tasks that wait for each.
 std::vector<std::vector<std::uint32_t>> dependants_of(const Cut& cut);

@@ -66,6 +66,28 @@ protected:
         const int exit = run_command_line(args, toys::registry(), console);
         return {exit, out.str(), err.str()};
     }
+    // The engine `slurm`, where each program that is asked for answers nothing and succeeds.
+    Said slurm(std::vector<std::string> more, int status = 0)
+    {
+        std::vector<std::string> args{"farm",     file_,
+                                      "--out",    (folder_.path / "out").string(),
+                                      "--cache",  (folder_.path / "cache").string(),
+                                      "--engine", "slurm"};
+        args.insert(args.end(), more.begin(), more.end());
+        std::ostringstream out, err;
+        Console console{out, err, false, {}, {}, "1.2.3"};
+        console.program = "/opt/with space/aspic";
+        console.run_program = [&](const std::vector<std::string>& words, const std::stop_token&) {
+            std::ofstream(words.at(3)) << "Invalid partition\n";
+            return status;
+        };
+        const int exit = run_command_line(args, toys::registry(), console);
+        return {exit, out.str(), err.str()};
+    }
+    std::string job_file(const std::string& name) const
+    {
+        return toys::bytes_of(folder_.path / "out/farm" / name);
+    }
     // What a plain cook writes, and what the farm wrote: by name, without the manifests and the
     // job.
     std::map<std::string, std::string> files(const std::string& folder) const
@@ -241,4 +263,64 @@ TEST_F(Farm, AMissedExpectationIsToldAtTheEnd)
     EXPECT_EQ(said.exit, exit_missed) << said.err;
     EXPECT_EQ(files("out").size(), 12u);
     EXPECT_TRUE(has(said.err, "missed")) << said.err;
+}
+
+TEST_F(Farm, ScriptsForSlurmSayWhatTheyCookAndWhatTheyWaitFor)
+{
+    const Said said = slurm({"--task-seconds", "4", "--threads", "3", "--sbatch=--partition=long"});
+    EXPECT_EQ(said.exit, exit_ok) << said.err;
+    EXPECT_TRUE(has(said.out, "sent: 5 tasks in 3 jobs")) << said.out;
+    const std::string script = job_file("jobs/falling.frames-1-to-3.sbatch");
+    for (const char* const part :
+         {"#SBATCH --array=1-3\n", "#SBATCH --cpus-per-task=3\n", "#SBATCH --requeue\n",
+          "#SBATCH --partition=long\n", "frames=(1-4 5-8 9-12)\n", "'/opt/with space/aspic' cook ",
+          "--frames \"${frames[SLURM_ARRAY_TASK_ID - 1]}\"", "/farm/parts/$task.json",
+          "--threads 3"}) {
+        EXPECT_TRUE(has(script, part)) << part << "\n" << script;
+    }
+    EXPECT_FALSE(has(script, "--mem=")) << "nothing was measured yet";
+    const std::string submit = job_file("submit.sh");
+    EXPECT_TRUE(has(submit, "send falling.chain-sim; j1=$id\n"
+                            "send falling.frames-1-to-3 --dependency=afterok:$j1; j2=$id\n"
+                            "send falling.last --dependency=afterok:$j2; j3=$id\n"))
+        << submit;
+}
+
+TEST_F(Farm, SlurmIsAskedForWhatWasMeasured)
+{
+    ASSERT_EQ(local({"--task-seconds", "4", "--frames", "1-8"}).exit, exit_ok);
+    ASSERT_EQ(slurm({"--task-seconds", "0.001"}).exit, exit_ok);
+    const std::string script = job_file("jobs/falling.chain-sim.sbatch");
+    EXPECT_TRUE(has(script, "#SBATCH --mem=")) << script;
+    EXPECT_TRUE(has(script, "#SBATCH --time=16\n")) << script;
+    EXPECT_TRUE(has(script, "--threads \"$SLURM_CPUS_PER_TASK\"")) << script;
+    EXPECT_TRUE(has(job_file("measured.json"), "\"falling.chain\"")) << job_file("measured.json");
+}
+
+TEST_F(Farm, WhatSlurmSaysAgainstAJobIsShown)
+{
+    const Said said = slurm({}, 1);
+    EXPECT_EQ(said.exit, exit_failed);
+    EXPECT_TRUE(has(said.err, "could not be sent to Slurm") && has(said.err, "Invalid partition"))
+        << said.err;
+    EXPECT_TRUE(has(slurm({}, 127).err, "is not there: is this a machine of the farm?"));
+}
+
+TEST_F(Farm, StatusAndLogsTellOfALocalRunToo)
+{
+    EXPECT_EQ(run({"farm", "status", file_, "--out", (folder_.path / "out").string()}).exit,
+              exit_usage)
+        << "nothing was sent";
+    ASSERT_EQ(local({"--task-seconds", "4"}, "frames-2").exit, exit_failed);
+    folder_.write("out/farm/logs/falling.frames-2.log",
+                  "task falling.frames-2 on n7, job 3\nKilled\n");
+    const std::vector<std::string> where{file_, "--out", (folder_.path / "out").string()};
+    const Said status = run({"farm", "status", where[0], where[1], where[2]});
+    EXPECT_EQ(status.exit, exit_failed);
+    EXPECT_TRUE(has(status.out, "3 of 5 tasks are done, 0 run, 0 wait, 1 failed, 1 did not run"))
+        << status.out;
+    EXPECT_TRUE(has(status.out, "falling.frames-2 (frames 5-8) failed on n7")) << status.out;
+    EXPECT_TRUE(has(status.out, "  Killed")) << status.out;
+    const Said logs = run({"farm", "logs", where[0], where[1], where[2]});
+    EXPECT_TRUE(has(logs.out, "==> falling.frames-2 <==\ntask falling.frames-2 on n7")) << logs.out;
 }

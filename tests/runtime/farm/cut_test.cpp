@@ -1,5 +1,6 @@
 #include "runtime/farm/cut.hpp"
 
+#include "runtime/farm/array_jobs.hpp"
 #include "tests/runtime/toys.hpp"
 
 #include <gtest/gtest.h>
@@ -54,7 +55,7 @@ struct Cutting {
     {
         std::vector<ShotPieces> shots;
         shots.push_back(pieces(graph, targets, frames));
-        return join(std::move(shots), task_seconds);
+        return join(shots, task_seconds);
     }
 };
 
@@ -226,7 +227,7 @@ TEST(Cut, WhatShotsShareIsCookedOnceBeforeThem)
         c.costs.seconds = {0, 9, 0, 1, 2};
         shots.push_back(c.pieces(w.graph, {both}, frames_to(20), names[i]));
     }
-    const Cut cut = join(std::move(shots), c.task_seconds);
+    const Cut cut = join(shots, c.task_seconds);
     EXPECT_EQ(of(cut, Stage::shared).size(), 1u);
     EXPECT_EQ(of(cut, Stage::chain).size(), 1u) << "the same simulation in all three";
     EXPECT_EQ(of(cut, Stage::frames).size(), 12u);
@@ -245,4 +246,34 @@ TEST(Cut, NothingIsCutFromNothing)
     const Cut cut = c.cut(w.graph, {still}, frames_to(5));
     ASSERT_EQ(cut.tasks.size(), 1u) << "a graph without movement is one task";
     EXPECT_TRUE(join({}, 1).tasks.empty());
+}
+
+TEST(ArrayJobs, AlikeTasksAreOneArrayAndLongArraysAreSeveral)
+{
+    Cut cut;
+    cut.shots.resize(1);
+    FarmTask chain;
+    chain.name = "a.chain-sim";
+    chain.stage = Stage::chain;
+    cut.tasks.push_back(chain);
+    for (int i = 1; i <= 7; ++i) {
+        FarmTask t;
+        t.name = "a.frames-" + std::to_string(i);
+        t.stage = Stage::frames;
+        t.nodes = {i < 6 ? "one" : "other"};
+        t.after = {0};
+        cut.tasks.push_back(t);
+    }
+    FarmTask last;
+    last.name = "a.last";
+    last.after = {1, 2, 3, 4, 5, 6, 7};
+    cut.tasks.push_back(last);
+    const std::vector<ArrayJob> jobs = array_jobs(cut, 3);
+    std::vector<std::string> names;
+    for (const ArrayJob& job : jobs) names.push_back(job.name);
+    EXPECT_EQ(names, (Names{"a.chain-sim", "a.frames-1-to-3", "a.frames-4-to-5", "a.frames-6-to-7",
+                            "a.last"}));
+    EXPECT_EQ(jobs[2].tasks, (Indices{4, 5}));
+    EXPECT_EQ(jobs[2].after, Indices{0});
+    EXPECT_EQ(jobs[4].after, (Indices{1, 2, 3}));
 }

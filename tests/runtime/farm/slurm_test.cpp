@@ -1,0 +1,209 @@
+// A Slurm of two nodes on this machine, started by the test itself, and the program as it is.
+
+#include "tests/runtime/toys.hpp"
+
+#include <csignal>
+#include <gtest/gtest.h>
+#include <thread>
+#include <unistd.h>
+
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::steady_clock;
+using toys::bytes_of;
+
+// A block of cubes falls on the floor; each frame's mesh goes to a file.
+const char* const block_falls = R"({ "aspic": 1, "frames": { "first": 1, "last": 12, "fps": 24 },
+  "nodes": {
+    "block": { "type": "Primitive@1", "params": { "shape": "box", "centre": [0, 0.8, 0] } },
+    "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "block.mesh" },
+               "params": { "method": "solid", "size": 0.1,
+                           "matter": { "density": 300, "young": 300000 } } },
+    "floor": { "type": "Ground@1" },
+    "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes",
+               "colliders": ["floor.collider"], "surface": "block.mesh" } },
+    "shape": { "type": "Embed@3", "inputs": { "cubes": "cubes.cubes", "mesh": "block.mesh",
+               "state": "sim.state" } },
+    "files": { "type": "WriteMesh@1", "inputs": { "mesh": "shape.mesh" },
+               "params": { "path": "block.####.ply" } } } })";
+
+bool there_is(const std::string& program)
+{
+    for (const char* const folder : {"/usr/bin/", "/usr/sbin/"}) {
+        if (::access((folder + program).c_str(), X_OK) == 0) return true;
+    }
+    return false;
+}
+
+class Slurm : public testing::Test {
+protected:
+    void SetUp() override
+    {
+        for (const char* const program : {"munged", "slurmctld", "slurmd", "sbatch"}) {
+            if (!there_is(program)) GTEST_SKIP() << program << " is not installed";
+        }
+        if (::geteuid() != 0) GTEST_SKIP() << "munged and slurmd need to be started by root";
+        document_ = folder_.write("block.json", block_falls);
+        for (const char* const name : {"log", "state", "spool"}) fs::create_directories(in(name));
+        const int port = 10000 + ::getpid() % 5000 * 4;
+        folder_.write("slurm.conf", configuration(port));
+        ::setenv("SLURM_CONF", in("slurm.conf").c_str(), 1);
+        must("dd if=/dev/urandom of=munge.key bs=1024 count=1 2>log/dd; chmod 400 munge.key");
+        must("munged --force --key-file=munge.key --socket=$PWD/munge.sock "
+             "--pid-file=$PWD/munged.pid "
+             "--log-file=$PWD/log/munged.log --seed-file=$PWD/munged.seed 2>log/munged");
+        must("slurmctld -f $PWD/slurm.conf");
+        for (const char* const node : {"n0", "n1"}) start_node(node);
+        wait_until("two nodes are idle", [&] {
+            return said("sinfo -h -r -o %D%t -t idle").find("2idle") != std::string::npos;
+        });
+    }
+    void TearDown() override
+    {
+        if (!fs::exists(in("slurm.conf"))) return;
+        said("scancel -u root");
+        for (const char* const name : {"slurmd.n0", "slurmd.n1", "slurmctld", "munged"}) {
+            const pid_t pid = number_in(in(std::string(name) + ".pid"));
+            if (pid > 0) ::kill(pid, SIGTERM);
+        }
+        for (const char* const name : {"slurmd.n0", "slurmd.n1", "slurmctld", "munged"}) {
+            for (int i = 0; i < 200 && fs::exists(in(std::string(name) + ".pid")); ++i) nap();
+        }
+    }
+
+    static void nap() { std::this_thread::sleep_for(std::chrono::milliseconds(10)); }
+    static pid_t number_in(const fs::path& file)
+    {
+        pid_t pid = 0;
+        std::ifstream(file) >> pid;
+        return pid;
+    }
+    fs::path in(const std::string& name) const { return folder_.path / name; }
+    int status(const std::string& command) const
+    {
+        const std::string line = "cd " + folder_.path.string() + " && " + command;
+        return WEXITSTATUS(std::system(line.c_str()));
+    }
+    void must(const std::string& command) const { ASSERT_EQ(status(command), 0) << command; }
+    std::string said(const std::string& command) const
+    {
+        status(command + " >said 2>&1");
+        return bytes_of(in("said"));
+    }
+    void start_node(const std::string& node) const
+    {
+        must("slurmd -N " + node + " -f $PWD/slurm.conf");
+    }
+    template <class F> void wait_until(const std::string& what, const F& f) const
+    {
+        const auto begin = steady_clock::now();
+        while (!f()) {
+            ASSERT_LT(steady_clock::now() - begin, std::chrono::seconds(60)) << "until " << what;
+            nap();
+        }
+    }
+    std::string configuration(int port) const
+    {
+        const std::string d = folder_.path.string();
+        return "ClusterName=test\nSlurmctldHost=localhost(127.0.0.1)\nSlurmctldPort=" +
+               std::to_string(port) +
+               "\nSlurmUser=root\nSlurmdUser=root\nAuthType=auth/munge\nAuthInfo=socket=" + d +
+               "/munge.sock\nCredType=cred/munge\nProctrackType=proctrack/linuxproc\n"
+               "TaskPlugin=task/none\nSelectType=select/cons_tres\nSelectTypeParameters=CR_Core\n"
+               "MpiDefault=none\nReturnToService=2\nStateSaveLocation=" +
+               d + "/state\nSlurmdSpoolDir=" + d + "/spool/%n\nSlurmdPidFile=" + d +
+               "/slurmd.%n.pid\nSlurmctldPidFile=" + d + "/slurmctld.pid\nSlurmdLogFile=" + d +
+               "/log/slurmd.%n.log\nSlurmctldLogFile=" + d +
+               "/log/slurmctld.log\nAccountingStorageType=accounting_storage/none\n"
+               "MinJobAge=3600\nSlurmdTimeout=5\n"
+               "SchedulerParameters=bf_interval=1,sched_interval=1,batch_sched_delay=0,"
+               "sched_min_interval=0\n"
+               "NodeName=n[0-1] NodeHostname=localhost NodeAddr=127.0.0.1 Port=[" +
+               std::to_string(port + 1) + "-" + std::to_string(port + 2) +
+               "] CPUs=1 RealMemory=4000\n"
+               "PartitionName=main Nodes=n[0-1] Default=YES MaxTime=INFINITE State=UP\n";
+    }
+
+    // Sends the document to Slurm and waits for the end.
+    std::string farm(const std::string& more = "--wait") const
+    {
+        return std::string(ASPIC_PROGRAM) +
+               " farm block.json --engine slurm --out out --cache cache --task-seconds 4 " + more;
+    }
+    std::map<std::string, std::string> files(const std::string& folder) const
+    {
+        std::map<std::string, std::string> all;
+        for (const auto& f : fs::directory_iterator(in(folder))) {
+            if (f.path().extension() == ".ply") all[f.path().filename()] = bytes_of(f.path());
+        }
+        return all;
+    }
+    std::map<std::string, std::string> cooked() const
+    {
+        must(ASPIC_PROGRAM " cook block.json --no-disk-cache --out plain --quiet");
+        return files("plain");
+    }
+    // Waits for the process of a task, and returns its number.
+    pid_t process_of(const std::string& task) const
+    {
+        const std::string part = in("out/farm/parts/" + task + ".json").string();
+        pid_t found = 0;
+        wait_until(task + " runs", [&] {
+            for (const auto& p : fs::directory_iterator("/proc")) {
+                const std::string words = bytes_of(p.path() / "cmdline");
+                if (words.find(part) == std::string::npos) continue;
+                found = std::stoi(p.path().filename());
+            }
+            return found > 0;
+        });
+        return found;
+    }
+
+    toys::Folder folder_;
+    fs::path document_;
+};
+
+}  // namespace
+
+TEST_F(Slurm, TwoNodesWriteTheBytesOfACook)
+{
+    EXPECT_EQ(status(farm() + " >log/farm 2>&1"), 0) << bytes_of(in("log/farm"));
+    const std::string text = bytes_of(in("log/farm"));
+    EXPECT_NE(text.find("sent: 5 tasks in 3 jobs"), std::string::npos) << text;
+    EXPECT_NE(text.find("5 of 5 tasks are done"), std::string::npos) << text;
+    EXPECT_NE(text.find("verified: 12 files of 1 cook"), std::string::npos) << text;
+    EXPECT_EQ(files("out"), cooked());
+    EXPECT_EQ(files("out").size(), 12u);
+    // Both nodes took part.
+    std::string logs;
+    for (const auto& f : fs::directory_iterator(in("out/farm/logs"))) logs += bytes_of(f.path());
+    EXPECT_NE(logs.find("on n0, job"), std::string::npos) << logs;
+    EXPECT_NE(logs.find("on n1, job"), std::string::npos) << logs;
+}
+
+TEST_F(Slurm, AKilledTaskIsNamedAndTheNextRunCooksWhatIsMissing)
+{
+    must(farm("") + " >log/farm 2>&1");
+    ::kill(process_of("block.frames-2"), SIGKILL);
+    const std::string state = ASPIC_PROGRAM " farm status block.json --out out";
+    wait_until("none is in the queue", [&] { return said("squeue -h").empty(); });
+    const std::string text = said(state);
+    EXPECT_NE(status(state + " >log/status 2>&1"), 0);
+    EXPECT_NE(text.find("3 of 5 tasks are done"), std::string::npos) << text;
+    EXPECT_NE(text.find("block.frames-2 (frames 5-8) failed on n"), std::string::npos) << text;
+    EXPECT_NE(text.find("1 did not run"), std::string::npos) << "the last one: " << text;
+    EXPECT_FALSE(fs::exists(in("out/manifest.json")));
+
+    EXPECT_EQ(status(farm() + " >log/farm 2>&1"), 0) << bytes_of(in("log/farm"));
+    EXPECT_EQ(files("out"), cooked());
+}
+
+TEST_F(Slurm, WhatIsCancelledGoesOnLater)
+{
+    must(farm("") + " >log/farm 2>&1");
+    must(ASPIC_PROGRAM " farm cancel block.json --out out >log/cancel 2>&1");
+    wait_until("none is in the queue", [&] { return said("squeue -h").empty(); });
+    EXPECT_EQ(status(farm() + " >log/farm 2>&1"), 0) << bytes_of(in("log/farm"));
+    EXPECT_EQ(files("out"), cooked());
+}
