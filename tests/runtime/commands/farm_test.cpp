@@ -46,11 +46,12 @@ protected:
     // names are killed before they begin.
     Said local(std::vector<std::string> more, const std::string& deadly = "none")
     {
-        std::vector<std::string> args{"farm",      file_,
-                                      "--out",     (folder_.path / "out").string(),
-                                      "--cache",   (folder_.path / "cache").string(),
-                                      "--engine",  "local",
-                                      "--at-once", "2"};
+        std::vector<std::string> args{"farm",     file_,
+                                      "--out",    (folder_.path / "out").string(),
+                                      "--cache",  (folder_.path / "cache").string(),
+                                      "--engine", "local"};
+        if (std::find(more.begin(), more.end(), "--at-once") == more.end())
+            more.insert(more.end(), {"--at-once", "2"});
         args.insert(args.end(), more.begin(), more.end());
         std::ostringstream out, err;
         Console console{out, err, false, {}, {}, "1.2.3"};
@@ -59,6 +60,7 @@ protected:
             // sh -c SCRIPT LOG aspic cook ...
             EXPECT_EQ(words.at(4), "aspic");
             if (has(words[3], deadly)) return 128 + 9;
+            if (before_task) before_task(words[3]);
             Said said = run({words.begin() + 5, words.end()});
             std::ofstream(words[3]) << said.out << said.err;
             return said.exit;
@@ -107,6 +109,7 @@ protected:
 
     toys::Folder folder_;
     std::string file_;
+    std::function<void(const std::string& log)> before_task;  // of the engine `local`
 };
 
 }  // namespace
@@ -323,4 +326,24 @@ TEST_F(Farm, StatusAndLogsTellOfALocalRunToo)
     EXPECT_TRUE(has(status.out, "  Killed")) << status.out;
     const Said logs = run({"farm", "logs", where[0], where[1], where[2]});
     EXPECT_TRUE(has(logs.out, "==> falling.frames-2 <==\ntask falling.frames-2 on n7")) << logs.out;
+}
+
+TEST_F(Farm, ACacheFileThatIsDamagedBetweenTasksCostsTimeAndNothingElse)
+{
+    std::atomic<bool> damaged{false};
+    before_task = [&](const std::string& log) {
+        if (!has(log, "frames-") || damaged.exchange(true)) return;
+        for (const auto& f :
+             std::filesystem::recursive_directory_iterator(folder_.path / "cache")) {
+            if (!f.is_regular_file() || f.file_size() < 40) continue;
+            std::fstream file(f.path());
+            file.seekp(static_cast<std::streamoff>(f.file_size() - 9));
+            file << "damage";
+        }
+    };
+    const Said said = local({"--task-seconds", "4", "--at-once", "1"});
+    EXPECT_EQ(said.exit, exit_ok) << said.err;
+    EXPECT_TRUE(damaged);
+    EXPECT_EQ(files("out"), cooked());
+    EXPECT_FALSE(std::filesystem::is_empty(folder_.path / "cache/4/aside")) << "they were read";
 }
