@@ -1,6 +1,7 @@
 #include "runtime/commands/cook_command.hpp"
 
 #include "runtime/commands/cook_graph.hpp"
+#include "runtime/commands/openjd_front_end.hpp"
 #include "runtime/cook/memory_limit.hpp"
 
 #include <CLI/CLI.hpp>
@@ -37,6 +38,8 @@ void add_cook_commands(const CommandSet& set)
                      "Cooks a part of what others cook into the same folder: its manifest goes to "
                      "this file, and expectations are left to the whole cook")
         ->type_name("FILE");
+    cook_app->add_flag("--openjd", set.request.openjd,
+                       "Writes lines for Open Job Description: progress, status, failure");
     cook_app->callback([&set] {
         set.request.writes = true;
         if (!set.request.part.empty() && set.request.files.size() > 1) {
@@ -80,7 +83,9 @@ int cook(const CookRequest& request, const graph::Registry& registry, Console& c
     }
     if (graphs.size() < request.files.size()) return exit_usage;
 
-    const std::unique_ptr<FrontEnd> front_end = make_front_end(style_of(request, console), console);
+    const std::unique_ptr<FrontEnd> front_end =
+        request.openjd ? openjd_front_end(console)
+                       : make_front_end(style_of(request, console), console);
     Caches caches;
     caches.memory = MemoryCache(request.memory);
     caches.disk = open_cache(request, console);

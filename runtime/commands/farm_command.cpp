@@ -1,6 +1,7 @@
 #include "runtime/commands/farm_command.hpp"
 
 #include "runtime/commands/farm_local.hpp"
+#include "runtime/commands/farm_openjd.hpp"
 #include "runtime/commands/farm_slurm.hpp"
 #include "runtime/commands/farm_status.hpp"
 
@@ -30,6 +31,10 @@ int run_farm(const CookRequest& request, const FarmRequest& farm, const graph::R
     if (farm.engine == "slurm") {
         send_to_slurm(job, console);
         return farm.wait ? wait_for_slurm(job, console) : exit_ok;
+    }
+    if (farm.engine == "openjd") {
+        write_openjd(job, console);
+        return exit_ok;
     }
     return run_local(job, farm.machines, console);
 }
@@ -74,9 +79,10 @@ void add_farm_command(const CommandSet& set)
     CLI::App* app =
         set.app.add_subcommand("farm", "Cooks graphs in tasks that several machines run");
     app->add_option("files", set.request.files, "Graph documents")->type_name("FILE");
-    app->add_option("--engine", farm->engine, "What runs the tasks: local (this machine) or slurm")
+    app->add_option("--engine", farm->engine,
+                    "What runs the tasks: local (this machine), slurm or openjd")
         ->type_name("NAME")
-        ->check(CLI::IsMember({"local", "slurm"}));
+        ->check(CLI::IsMember({"local", "slurm", "openjd"}));
     app->add_option("--at-once", farm->machines,
                     "Tasks that run at once on this machine (default: cores by --threads)")
         ->type_name("N")

@@ -347,3 +347,45 @@ TEST_F(Farm, ACacheFileThatIsDamagedBetweenTasksCostsTimeAndNothingElse)
     EXPECT_EQ(files("out"), cooked());
     EXPECT_FALSE(std::filesystem::is_empty(folder_.path / "cache/4/aside")) << "they were read";
 }
+
+TEST_F(Farm, ATemplateForOpenJobDescriptionHasAStepAJob)
+{
+    ASSERT_EQ(farm({"--engine", "openjd", "--task-seconds", "4", "--threads", "2"}).exit, exit_ok);
+    const Json job = Json::parse(job_file("job.template.json"));
+    EXPECT_EQ(job["specificationVersion"], "jobtemplate-2023-09");
+    ASSERT_EQ(job["steps"].size(), 3u) << job;
+    const Json& frames = job["steps"][1];
+    EXPECT_EQ(frames["dependencies"], Json::array({Json{{"dependsOn", "falling.chain-sim"}}}));
+    const Json& space = frames["parameterSpace"];
+    EXPECT_EQ(space["combination"], "(Task, Frames)");
+    EXPECT_EQ(space["taskParameterDefinitions"][1]["range"], (Json{"1-4", "5-8", "9-12"}));
+    const Json& run = frames["script"]["actions"]["onRun"];
+    EXPECT_TRUE(has(run["args"].dump(), "\"--frames\",\"{{Task.Param.Frames}}\"")) << run;
+    EXPECT_TRUE(has(run["args"].dump(), "/parts/{{Task.Param.Task}}.json")) << run;
+    EXPECT_EQ(frames["hostRequirements"]["amounts"][0]["min"], 2);
+    EXPECT_FALSE(job["steps"][2].contains("parameterSpace")) << "one task";
+}
+
+TEST_F(Farm, ACookTellsOpenJobDescriptionHowFarItIs)
+{
+    const Said said = run({"cook", file_, "--out", (folder_.path / "out").string(), "--openjd"});
+    EXPECT_EQ(said.exit, exit_ok);
+    EXPECT_TRUE(has(said.out, "openjd_progress: 100.0\nopenjd_status: 13 of 13 results\n"))
+        << said.out;
+    const Said missed = run({"cook", file_, "--out", (folder_.path / "out").string(), "--openjd",
+                             "--set", "sum.bias=11"});
+    EXPECT_EQ(missed.exit, exit_missed);
+    EXPECT_TRUE(has(missed.out, "openjd_fail: an expectation was missed")) << missed.out;
+    const Said failed = run({"cook",
+                             folder_
+                                 .write("fail.json", R"({ "aspic": 1, "nodes": {
+                                 "one": { "type": "Constant@1" },
+                                 "bad": { "type": "Fail@1", "inputs": { "value": "one.value" } },
+                                 "write": { "type": "WriteNumber@1",
+                                            "inputs": { "value": "bad.value" } } } })")
+                                 .string(),
+                             "--out", (folder_.path / "out").string(), "--openjd"});
+    EXPECT_EQ(failed.exit, exit_failed);
+    EXPECT_TRUE(has(failed.out, "openjd_fail: ") && has(failed.out, "'bad' (Fail) failed"))
+        << failed.out;
+}

@@ -1,0 +1,119 @@
+// https://github.com/OpenJobDescription/openjd-specifications/wiki/2023-09-Template-Schemas
+
+#include "runtime/commands/farm_openjd.hpp"
+
+#include "runtime/commands/manifest.hpp"
+#include "runtime/commands/text_file.hpp"
+#include "runtime/farm/array_jobs.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <ostream>
+
+namespace runtime {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t most_values = 1000;  // of a parameter: 1,024 are allowed
+constexpr std::size_t longest_name = 64;   // of a step
+
+// The name, or one of the allowed length that is as unlike others.
+std::string step_name(const std::vector<ArrayJob>& jobs, std::size_t j)
+{
+    const std::string& name = jobs[j].name;
+    if (name.size() <= longest_name) return name;
+    const std::string number = fmt::format("{}: ", j + 1);
+    return number + name.substr(name.size() - (longest_name - number.size()));
+}
+
+// What differs from task to task comes from the step's parameters.
+Json arguments(const FarmJob& job, const ArrayJob& array)
+{
+    const std::vector<std::string> words = words_of(job, job.cut.tasks[array.tasks.front()]);
+    Json args = Json::array();
+    for (std::size_t i = 1; i < words.size(); ++i) {
+        if (array.tasks.size() > 1 && words[i - 1] == "--frames") {
+            args.push_back("{{Task.Param.Frames}}");
+        } else if (array.tasks.size() > 1 && words[i - 1] == "--part") {
+            args.push_back((job.folder / "parts" / "{{Task.Param.Task}}.json").string());
+        } else {
+            args.push_back(words[i]);
+        }
+    }
+    args.push_back("--openjd");
+    return args;
+}
+
+Json parameter_space(const FarmJob& job, const ArrayJob& array)
+{
+    Json tasks = Json::array(), frames = Json::array();
+    for (const std::uint32_t t : array.tasks) {
+        tasks.push_back(job.cut.tasks[t].name);
+        frames.push_back(frames_text(job.cut.tasks[t].frames));
+    }
+    return {{"taskParameterDefinitions",
+             Json::array({{{"name", "Task"}, {"type", "STRING"}, {"range", std::move(tasks)}},
+                          {{"name", "Frames"}, {"type", "STRING"}, {"range", std::move(frames)}}})},
+            {"combination", "(Task, Frames)"}};
+}
+
+// What a task was measured to take, twice as much of memory.
+Json requirements(const FarmJob& job, const ArrayJob& array)
+{
+    const Measured measured = job.measured_of(job.cut.tasks[array.tasks.front()]);
+    Json amounts = Json::array();
+    const int threads =
+        job.request.threads > 0 ? job.request.threads : static_cast<int>(std::ceil(measured.cores));
+    if (threads > 0) amounts.push_back({{"name", "amount.worker.vcpu"}, {"min", threads}});
+    if (measured.memory > 0) {
+        const double megabytes = 2 * static_cast<double>(measured.memory) / (1 << 20);
+        amounts.push_back(
+            {{"name", "amount.worker.memory"}, {"min", static_cast<int>(std::ceil(megabytes))}});
+    }
+    return amounts;
+}
+
+Json step(const FarmJob& job, const std::vector<ArrayJob>& jobs, std::size_t j)
+{
+    const ArrayJob& array = jobs[j];
+    Json step;
+    step["name"] = step_name(jobs, j);
+    for (const std::uint32_t before : array.after) {
+        step["dependencies"].push_back({{"dependsOn", step_name(jobs, before)}});
+    }
+    const Json amounts = requirements(job, array);
+    if (!amounts.empty()) step["hostRequirements"]["amounts"] = amounts;
+    if (array.tasks.size() > 1) step["parameterSpace"] = parameter_space(job, array);
+    step["script"]["actions"]["onRun"] = {{"command", job.program.string()},
+                                          {"args", arguments(job, array)}};
+    return step;
+}
+
+}  // namespace
+
+std::string openjd_template(const FarmJob& job)
+{
+    const std::vector<ArrayJob> jobs = array_jobs(job.cut, most_values);
+    Json json;
+    json["specificationVersion"] = "jobtemplate-2023-09";
+    json["name"] =
+        job.cut.shots.size() == 1
+            ? job.cut.shots[0].name
+            : fmt::format("{} and {} more", job.cut.shots.at(0).name, job.cut.shots.size() - 1);
+    json["steps"] = Json::array();
+    for (std::size_t j = 0; j < jobs.size(); ++j) json["steps"].push_back(step(job, jobs, j));
+    return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+void write_openjd(const FarmJob& job, Console& console)
+{
+    const std::filesystem::path path = job.folder / "job.template.json";
+    replace_text(path, openjd_template(job));
+    console.out << fmt::format("job template: {}\n", path.string());
+}
+
+}  // namespace runtime
