@@ -28,6 +28,7 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <unordered_set>
 
 namespace runtime {
 
@@ -60,6 +61,8 @@ public:
     bool holds(const Key& key) const;
     // Null when it is not there, does not check out, or was written for another layout of the type.
     SharedResult load(const Key& key, const graph::NodeType& type);
+    // All results that are stored: for those who ask for very many.
+    std::unordered_set<Key, KeyHash> all_held() const;
     // What is stored of a result beside its values; nothing when it is not there.
     std::optional<CacheRecord> record(const Key& key);
     // The result that was stored with this second name.

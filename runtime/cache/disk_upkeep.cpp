@@ -46,6 +46,14 @@ template <class F> bool each_unfinished(const fs::path& folder, const F& f)
 
 }  // namespace
 
+std::unordered_set<Key, KeyHash> DiskCache::all_held() const
+{
+    std::unordered_set<Key, KeyHash> keys;
+    each_file(folder_ / "records",
+              [&](const fs::directory_entry& file) { keys.insert(key_of_file(file.path())); });
+    return keys;
+}
+
 DiskUse DiskCache::use() const
 {
     DiskUse use;

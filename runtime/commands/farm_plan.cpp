@@ -44,7 +44,8 @@ struct Planning {
     const FarmRequest& farm;
     const graph::Registry& registry;
     Console& console;
-    Caches caches;
+    Caches& caches;
+    const Stored stored;
     SecondsOf usual;
     std::vector<ShotPieces> shots;
 };
@@ -64,13 +65,12 @@ ShotPieces pieces_of(Planning& planning, const graph::Graph& graph, const CookRe
         for (const std::uint32_t n : targets) wants.push_back({n, f});
     }
     evaluator.aim(wants);
-    DiskCache* const disk = planning.caches.disk.get();
-    const NodeCosts costs = node_costs(graph, evaluator.keys(), targets, frames, disk,
+    const NodeCosts costs = node_costs(graph, evaluator.keys(), targets, frames, planning.stored,
                                        seconds_before(shot.folder), planning.usual);
     shot.measured = costs.measured;
     ShotPieces pieces{std::move(shot), frames, {}};
-    pieces.cut = cut_graph(
-        {graph, evaluator.keys(), targets, frames, disk, costs, planning.farm.task_seconds});
+    pieces.cut = cut_graph({graph, evaluator.keys(), targets, frames, planning.stored, costs,
+                            planning.farm.task_seconds});
     pieces.shot.results = pieces.cut.results;
     pieces.shot.held = pieces.cut.held;
     return pieces;
@@ -177,9 +177,10 @@ constexpr std::size_t most_shots_shown = 20;
 std::optional<Cut> plan_farm(const CookRequest& request, const FarmRequest& farm,
                              const graph::Registry& registry, Console& console)
 {
-    Planning planning{request, farm, registry, console, {}, {}, {}};
-    planning.caches.disk = open_cache(request, console);
-    planning.caches.side_files.remember_in(planning.caches.disk.get());
+    Caches caches;
+    caches.disk = open_cache(request, console);
+    caches.side_files.remember_in(caches.disk.get());
+    Planning planning{request, farm, registry, console, caches, Stored(caches.disk.get()), {}, {}};
     std::vector<Vary> varied;
     for (const std::string& text : farm.vary) varied.push_back(parse_vary(text));
     const std::vector<Settings> settings = combinations(varied);

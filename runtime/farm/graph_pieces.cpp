@@ -95,11 +95,11 @@ void find_chains(Work& work)
 bool held(const Work& work, std::uint32_t n, int frame)
 {
     const graph::NodeType& type = *work.graph.nodes[n].type;
-    if (!work.disk || !storable(type)) return false;
+    if (work.stored.keys.empty() || !storable(type)) return false;
     const Key& key = work.keys.at(n, frame);
-    if (!work.disk->holds(key)) return false;
+    if (!work.stored.holds(key)) return false;
     if (!type.sink) return true;
-    const auto record = work.disk->record(key);
+    const auto record = work.stored.disk->record(key);
     return record && std::all_of(record->files.begin(), record->files.end(), [](const auto& file) {
                std::error_code ignored;
                return std::filesystem::exists(file.path, ignored);

@@ -18,7 +18,7 @@ struct Asked {
     Keys& keys;
     const std::vector<std::uint32_t>& targets;
     const std::vector<int>& frames;  // ascending
-    DiskCache* disk;                 // null: nothing is stored
+    const Stored& stored;
     const NodeCosts& costs;
     double task_seconds;  // a task of the stage `frames` is worth that much
 };

@@ -13,14 +13,14 @@ constexpr std::size_t most_looked_at = 16;  // frames of one node
 
 // The mean of what is stored of the node, at frames evenly spread.
 std::optional<double> stored_seconds(std::uint32_t n, Keys& keys, const std::vector<int>& frames,
-                                     DiskCache& disk)
+                                     const Stored& stored)
 {
     double sum = 0;
     int found = 0;
     const auto look = [&](int frame) {
         const Key& key = keys.at(n, frame);
-        if (!disk.holds(key)) return;
-        if (const auto record = disk.record(key)) sum += record->seconds, ++found;
+        if (!stored.holds(key)) return;
+        if (const auto record = stored.disk->record(key)) sum += record->seconds, ++found;
     };
     const std::size_t count = keys.varies(n) ? std::min(frames.size(), most_looked_at) : 1;
     for (std::size_t i = 0; i < count; ++i) look(frames[i * frames.size() / count]);
@@ -32,29 +32,26 @@ std::optional<double> stored_seconds(std::uint32_t n, Keys& keys, const std::vec
 
 NodeCosts node_costs(const graph::Graph& graph, Keys& keys,
                      const std::vector<std::uint32_t>& targets, const std::vector<int>& frames,
-                     DiskCache* disk, const SecondsOf& before, SecondsOf& usual)
+                     const Stored& stored, const SecondsOf& before, SecondsOf& usual)
 {
     NodeCosts costs{std::vector<double>(graph.nodes.size(), 0), false};
     for (const std::uint32_t n : keys.reached()) {
         const graph::Node& node = graph.nodes[n];
         const std::string type = fmt::format("{}@{}", node.type->name, node.type->version);
-        std::optional<double> seconds;
-        if (disk) seconds = stored_seconds(n, keys, frames, *disk);
-        const bool stored = seconds.has_value();
-        if (!seconds) {
-            if (const auto found = before.find(node.name); found != before.end()) {
-                seconds = found->second;
-            }
-        }
-        if (seconds) {
-            usual[type] = *seconds;
-        } else if (const auto found = usual.find(type); found != usual.end()) {
+        std::optional<double> seconds = stored_seconds(n, keys, frames, stored);
+        bool known = seconds.has_value();
+        if (seconds) usual[type] = *seconds;
+        if (const auto found = before.find(node.name); !seconds && found != before.end()) {
             seconds = found->second;
+            known = std::find(targets.begin(), targets.end(), n) != targets.end();
+        }
+        if (const auto found = usual.find(type); !seconds && found != usual.end()) {
+            seconds = found->second;
+            known = true;
         }
         if (!seconds) continue;
         costs.seconds[n] = *seconds;
-        const bool target = std::find(targets.begin(), targets.end(), n) != targets.end();
-        costs.measured = costs.measured || (keys.varies(n) && (stored || target));
+        costs.measured = costs.measured || (keys.varies(n) && known);
     }
     return costs;
 }

@@ -13,6 +13,19 @@
 
 namespace runtime {
 
+// A disk cache, and which results it held when the planning began: to ask a server for each of a
+// million results would take minutes.
+struct Stored {
+    DiskCache* disk = nullptr;  // null: nothing is stored
+    std::unordered_set<Key, KeyHash> keys;
+
+    explicit Stored(DiskCache* cache) : disk(cache)
+    {
+        if (disk) keys = disk->all_held();
+    }
+    bool holds(const Key& key) const { return keys.contains(key); }
+};
+
 struct NodeCosts {
     std::vector<double> seconds;  // a run, by node
     bool measured = false;        // something of what differs from frame to frame is known
@@ -27,6 +40,6 @@ using SecondsOf = std::map<std::string, double, std::less<>>;
 // found one of `targets` in the cache tells nothing of what that takes.
 NodeCosts node_costs(const graph::Graph& graph, Keys& keys,
                      const std::vector<std::uint32_t>& targets, const std::vector<int>& frames,
-                     DiskCache* disk, const SecondsOf& before, SecondsOf& usual);
+                     const Stored& stored, const SecondsOf& before, SecondsOf& usual);
 
 }  // namespace runtime

@@ -47,8 +47,8 @@ struct Cutting {
         costs.seconds.resize(graph.nodes.size(), 0);
         costs.measured = true;
         ShotPieces out{{name, name + ".json", {}, folder.path, 0, 0, true}, frames, {}};
-        out.cut = cut_graph(
-            {graph, evaluator.keys(), targets, frames, caches.disk.get(), costs, task_seconds});
+        out.cut = cut_graph({graph, evaluator.keys(), targets, frames, Stored(caches.disk.get()),
+                             costs, task_seconds});
         return out;
     }
     Cut cut(const graph::Graph& graph, const Indices& targets, const std::vector<int>& frames)
