@@ -216,7 +216,6 @@ TEST(Cut, WhatShotsShareIsCookedOnceBeforeThem)
 {
     Cutting c;
     std::vector<ShotPieces> shots;
-    const char* const names[] = {"a", "b", "c"};
     for (int i = 0; i < 3; ++i) {
         toys::Wiring w(20);
         const auto still = w.add("Constant");
@@ -225,7 +224,7 @@ TEST(Cut, WhatShotsShareIsCookedOnceBeforeThem)
         const auto sim = w.add("Accumulate", {{"value", {clock}}}, {{"start", {1.0}}});
         const auto both = w.add("Sum", {{"values", {body, sim}}}, {{"bias", {double(i)}}});
         c.costs.seconds = {0, 9, 0, 1, 2};
-        shots.push_back(c.pieces(w.graph, {both}, frames_to(20), names[i]));
+        shots.push_back(c.pieces(w.graph, {both}, frames_to(20), "shot" + std::to_string(i)));
     }
     const Cut cut = join(shots, c.task_seconds);
     EXPECT_EQ(of(cut, Stage::shared).size(), 1u);
