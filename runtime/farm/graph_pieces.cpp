@@ -150,6 +150,9 @@ void add_frame_pieces(Work& work, const Nodes& nodes, const std::vector<int>& fr
         until.push_back(sum += work.costs.measured ? left.seconds : 1);
     }
     if (missing.empty()) return;
+    if (sum <= 0) {  // nothing is known of what comes after the simulations: 1 s a frame
+        for (double& u : until) u = sum += 1;
+    }
     const double most = std::min(sum / work.task_seconds, static_cast<double>(missing.size()));
     const auto count = static_cast<std::size_t>(std::max(most, 1.0));
     std::size_t begin = 0;

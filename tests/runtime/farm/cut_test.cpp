@@ -181,6 +181,19 @@ TEST(Cut, WhatGatheringNodesNeedIsCookedOnceAndBeforeThem)
     }
 }
 
+TEST(Cut, FramesThatWereNeverMeasuredAreNotTakenForFreeWhereTheSimulationWas)
+{
+    // Pictures over a simulation that is in the cache already.
+    toys::Wiring w(40);
+    const auto clock = w.add("Clock");
+    const auto sim = w.add("Accumulate", {{"value", {clock}}});
+    const auto slow = w.add("Slow", {{"value", {sim}}});
+    Cutting c;
+    c.costs.seconds = {0, 0.5, 0};
+    const Cut cut = c.cut(w.graph, {slow}, frames_to(40));
+    EXPECT_EQ(of(cut, Stage::frames).size(), 4u) << "1 s a frame, in tasks of 10 s";
+}
+
 TEST(Cut, AShotOfLittleWorkIsOneTask)
 {
     toys::Wiring w(20);
