@@ -2,6 +2,7 @@
 
 #include "geometry/base/parallel.hpp"
 #include "geometry/cubes/plane.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 namespace geometry {
 namespace {
