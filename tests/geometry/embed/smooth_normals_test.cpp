@@ -1,6 +1,7 @@
 // Normals of an embedded mesh against those of a motion that is known everywhere.
 
 #include "geometry/embed/smooth_normals.hpp"
+#include "geometry/mesh/mesh.hpp"
 
 #include "geometry/embed/embed.hpp"
 #include "geometry/mesh/primitive.hpp"
