@@ -89,8 +89,8 @@ void take_grips(std::vector<PartTouch>& touches, const std::vector<Grip>& grips)
     }
 }
 
-bool add_found(std::vector<PartTouch>& touches, std::vector<PartTouch> found, const double* x,
-               double much)
+bool add_found(std::vector<PartTouch>& touches, const std::vector<PartTouch>& found,
+               const double* x, double much)
 {
     std::vector<PartTouch> out;
     bool pushes = false;

@@ -59,7 +59,7 @@ void take_grips(std::vector<PartTouch>& touches, const std::vector<Grip>& grips)
 
 // Adds those found that are of other points. Both are in ascending order of (point, part), as is
 // the result. Returns whether one that is new is deeper than `much` (m) at x.
-bool add_found(std::vector<PartTouch>& touches, std::vector<PartTouch> found, const double* x,
-               double much);
+bool add_found(std::vector<PartTouch>& touches, const std::vector<PartTouch>& found,
+               const double* x, double much);
 
 }  // namespace physics

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace physics {
 
@@ -120,7 +119,7 @@ bool find_touches(Stage& stage)
     auto found = find_part_touches(*stage.frame.body.shapes, stage.near, stage.x.data(),
                                    stage.w.data(), stage.tau, Look::back);
     take_grips(found, stage.grips);
-    return add_found(stage.touches, std::move(found), stage.x.data(), much * stage.frame.body.h);
+    return add_found(stage.touches, found, stage.x.data(), much * stage.frame.body.h);
 }
 
 std::vector<PointContact> touching(const Stage& stage)
