@@ -6,6 +6,8 @@
 
 #include <chrono>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -106,6 +108,13 @@ struct Unfinished {
 };
 
 }  // namespace
+
+std::optional<std::string> read_whole_file(const fs::path& path)
+{
+    std::ifstream in(path, std::ios::binary);
+    if (!in) return std::nullopt;
+    return std::string{std::istreambuf_iterator<char>(in), {}};
+}
 
 void write_whole_file(const fs::path& path, std::string_view bytes)
 {

@@ -2,6 +2,7 @@
 
 #include "geometry/base/parallel.hpp"
 #include "geometry/cubes/plane.hpp"
+#include "geometry/cubes/trilinear.hpp"
 #include "geometry/embed/embed_kernels.hpp"
 #include "geometry/mesh/mesh.hpp"
 
@@ -13,20 +14,10 @@ namespace {
 
 constexpr std::size_t carried_a_task = 8192;
 
-std::array<double, 8> trilinear(const Vec3& p)
-{
-    std::array<double, 8> w;
-    for (std::size_t a = 0; a < 8; ++a) {
-        w[a] =
-            (a & 1 ? p.x() : 1 - p.x()) * (a & 2 ? p.y() : 1 - p.y()) * (a & 4 ? p.z() : 1 - p.z());
-    }
-    return w;
-}
-
 // Weights of u(q) + grad u(q) (p - q).
 std::array<double, 8> affine(const Vec3& q, const Vec3& p)
 {
-    std::array<double, 8> w = trilinear(q);
+    std::array<double, 8> w = trilinear_weights(q);
     for (std::size_t a = 0; a < 8; ++a) {
         const std::array<double, 3> n{a & 1 ? q.x() : 1 - q.x(), a & 2 ? q.y() : 1 - q.y(),
                                       a & 4 ? q.z() : 1 - q.z()};
@@ -133,7 +124,7 @@ std::array<double, 8> weights(const Binding& binding, std::uint32_t vertex)
 {
     const Vec3 p = binding.local[vertex].cast<double>();
     const Binding::Stray* stray = find_stray(binding, vertex);
-    if (!stray) return trilinear(p);
+    if (!stray) return trilinear_weights(p);
     return affine(stray->anchor.cast<double>(), p);
 }
 
@@ -160,7 +151,7 @@ std::vector<float> interpolate(const Binding& binding, const Cubes& cubes,
     parallel_for(out.size(), carried_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t v = begin; v < end; ++v) {
             const Vec3f inside = binding.local[v].cwiseMax(0.0f).cwiseMin(1.0f);
-            const std::array<double, 8> w = trilinear(inside.cast<double>());
+            const std::array<double, 8> w = trilinear_weights(inside.cast<double>());
             const auto& corners = cubes.corners[binding.used[binding.cube[v]]];
             double sum = 0;
             for (std::size_t a = 0; a < 8; ++a) sum += w[a] * values[corners[a]];

@@ -1,9 +1,10 @@
 #include "geometry/io/find_textures.hpp"
 
+#include "geometry/base/whole_file.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -40,22 +41,6 @@ std::string without_escapes(const std::string& path)
     return out;
 }
 
-// Where a picture may lie, best first.
-std::vector<fs::path> places(const std::string& named, const fs::path& folder)
-{
-    std::vector<fs::path> all;
-    const std::string plain = plain_path(named);
-    for (const std::string& path : {plain, without_escapes(plain)}) {
-        const fs::path asked(path), name = asked.filename();
-        // The same object where `path` is absolute.
-        for (const fs::path& place : {folder / asked, folder / name, folder / "textures" / name}) {
-            const fs::path clean = place.lexically_normal();
-            if (std::find(all.begin(), all.end(), clean) == all.end()) all.push_back(clean);
-        }
-    }
-    return all;
-}
-
 bool allowed(const fs::path& path, const fs::path& root)
 {
     std::error_code none;
@@ -63,13 +48,6 @@ bool allowed(const fs::path& path, const fs::path& root)
     if (root.empty()) return true;
     const fs::path top = fs::weakly_canonical(root), real = fs::weakly_canonical(path);
     return std::mismatch(top.begin(), top.end(), real.begin(), real.end()).first == top.end();
-}
-
-std::optional<std::string> bytes_of(const fs::path& path)
-{
-    std::ifstream in(path, std::ios::binary);
-    if (!in) return std::nullopt;
-    return std::string{std::istreambuf_iterator<char>(in), {}};
 }
 
 // The textures while they are found.
@@ -94,10 +72,10 @@ std::optional<Texture::Source> source_of(Search& search, const ImportedMaterial&
         const EmbeddedPicture& e = search.scene.embedded[std::size_t(p.embedded)];
         return Texture::Source{e.name, e.file};
     }
-    for (const fs::path& place : places(p.path, search.folder)) {
+    for (const fs::path& place : picture_places(p.path, search.folder)) {
         search.out.side_files.push_back(place);
         if (!allowed(place, search.root)) continue;
-        if (auto bytes = bytes_of(place)) {
+        if (auto bytes = read_whole_file(place)) {
             return Texture::Source{place.filename().string(), std::move(*bytes)};
         }
     }
@@ -167,6 +145,21 @@ void warn_of_unused(Search& search)
 }
 
 }  // namespace
+
+std::vector<fs::path> picture_places(const std::string& named, const fs::path& folder)
+{
+    std::vector<fs::path> all;
+    const std::string plain = plain_path(named);
+    for (const std::string& path : {plain, without_escapes(plain)}) {
+        const fs::path asked(path), name = asked.filename();
+        // The same object where `path` is absolute.
+        for (const fs::path& place : {folder / asked, folder / name, folder / "textures" / name}) {
+            const fs::path clean = place.lexically_normal();
+            if (std::find(all.begin(), all.end(), clean) == all.end()) all.push_back(clean);
+        }
+    }
+    return all;
+}
 
 FoundTextures find_textures(const ImportedScene& scene, const fs::path& model, const fs::path& root)
 {

@@ -17,9 +17,14 @@ struct FoundTextures {
     std::vector<std::filesystem::path> side_files;  // that were opened or looked for
 };
 
-// Paths are taken from the folder of `model`. A picture that is not there is looked for by its name
-// alone: in that folder, and in `textures` below it. Side files must lie below `root`, unless that
-// is empty. Materials that name one file share one texture.
+// Where a picture that a model in `folder` names may lie, best first: at its path, and by its name
+// alone in that folder and in `textures` below it.
+std::vector<std::filesystem::path> picture_places(const std::string& named,
+                                                  const std::filesystem::path& folder);
+
+// Paths are taken from the folder of `model`. Pictures are looked for in picture_places(). Side
+// files must lie below `root`, unless that is empty. Materials that name one file share one
+// texture.
 FoundTextures find_textures(const ImportedScene& scene, const std::filesystem::path& model,
                             const std::filesystem::path& root);
 

@@ -3,7 +3,6 @@
 #include "geometry/base/whole_file.hpp"
 #include "geometry/io/file_bytes.hpp"
 
-#include <fstream>
 #include <map>
 
 namespace geometry {
@@ -29,8 +28,7 @@ bool holds(const fs::path& path, const std::string& bytes)
 {
     std::error_code none;
     if (!fs::is_regular_file(path, none) || fs::file_size(path, none) != bytes.size()) return false;
-    std::ifstream in(path, std::ios::binary);
-    return std::string{std::istreambuf_iterator<char>(in), {}} == bytes;
+    return read_whole_file(path) == bytes;
 }
 
 // The textures by the names that their files get.

@@ -2,16 +2,6 @@
 
 namespace physics {
 
-std::array<double, 8> trilinear_weights(const Vec3& u)
-{
-    std::array<double, 8> weight;
-    for (unsigned a = 0; a < 8; ++a) {
-        weight[a] = ((a & 1) ? u.x() : 1 - u.x()) * ((a & 2) ? u.y() : 1 - u.y()) *
-                    ((a & 4) ? u.z() : 1 - u.z());
-    }
-    return weight;
-}
-
 InCube place_in(const std::array<Vec3, 8>& x, const Vec3& u, Vec3& p)
 {
     InCube out{u, Mat3::Zero()};

@@ -1,7 +1,7 @@
 #pragma once
 
-// A cube whose corners have moved: p(u) = sum w_a(u) x_a, with w the trilinear weights of u, 0..1
-// along the cube's own axes. Corner a is at (a & 1, a >> 1 & 1, a >> 2).
+// A cube whose corners have moved: p(u) = sum w_a(u) x_a, with w the trilinear weights
+// (geometry/cubes/trilinear.hpp) of u, 0..1 along the cube's own axes.
 
 #include "geometry/base/vec.hpp"
 
@@ -12,8 +12,6 @@ namespace physics {
 
 using geometry::Mat3;
 using geometry::Vec3;
-
-std::array<double, 8> trilinear_weights(const Vec3& u);
 
 // A place in such a cube, and what the cube's axes become there.
 struct InCube {

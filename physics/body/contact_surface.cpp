@@ -2,6 +2,7 @@
 
 #include "geometry/cubes/cube_finder.hpp"
 #include "geometry/cubes/plane.hpp"
+#include "geometry/cubes/trilinear.hpp"
 #include "geometry/embed/embed.hpp"
 #include "geometry/mesh/mesh.hpp"
 
@@ -46,17 +47,6 @@ struct CellHash {
     }
 };
 using CellMap = std::unordered_map<Vec3i, std::uint32_t, CellHash>;
-
-// The trilinear weights of a place in the unit cube, corner a at (a & 1, a >> 1 & 1, a >> 2 & 1).
-std::array<double, 8> trilinear_weights(const Vec3& place)
-{
-    std::array<double, 8> w;
-    for (unsigned a = 0; a < 8; ++a) {
-        w[a] = ((a & 1) ? place.x() : 1 - place.x()) * ((a & 2) ? place.y() : 1 - place.y()) *
-               ((a & 4) ? place.z() : 1 - place.z());
-    }
-    return w;
-}
 
 // The cube that holds p (m), or the nearest of its neighbours.
 std::optional<std::uint32_t> cube_at(const Cubes& cubes, const CubeFinder& finder, const Vec3& p)
@@ -403,7 +393,7 @@ void add_patch(const Patch& patch, ContactSurface& surface)
         const auto& [corner, p, q] = patch.pieces[i];
         for (const Vec3f& middle : {Vec3f(p / 2), Vec3f(q / 2), Vec3f((p + q) / 2)}) {
             const Vec3 place = (corner + middle).cast<double>();
-            const auto w = trilinear_weights(place.cwiseMax(0.0).cwiseMin(1.0));
+            const auto w = geometry::trilinear_weights(place.cwiseMax(0.0).cwiseMin(1.0));
             for (std::size_t a = 0; a < 8; ++a) share[a] += size / 3 * w[a];
         }
         total += size;

@@ -2,16 +2,17 @@
 
 #include "geometry/base/box_tree.hpp"
 #include "geometry/base/parallel.hpp"
+#include "geometry/cubes/trilinear.hpp"
 #include "physics/body/bent_cube.hpp"
+#include "physics/body/part_gap.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <tuple>
 
-// Map: boxes of parts, and the pairs that are near; the cubes of a part that may be touched; how
-// deep a place lies in a part, or how far before it; the touches of some points.
+// Map: boxes of parts, and the pairs that are near; the cubes of a part that may be touched; the
+// touches of some points.
 
 namespace physics {
 namespace {
@@ -97,83 +98,6 @@ void fill_target(const Scene& scene, const std::vector<Box>& regions, Target& ta
     target.tree = geometry::build_box_tree(target.boxes);
 }
 
-// Of a point in another part's matter: how it came there in this step, and which way its own
-// surface faces.
-struct Approach {
-    Vec3 way, outward;  // m, unit
-};
-
-// How deep the point that is in a cube of part `part` lies in that part's shape. It leaves through
-// the nearest side, but not through one that faces as its own surface does, as the side of a block
-// does for the lower rim of what stands on it, and not through the far one if it came fast. None
-// where it is not inside.
-std::optional<Gap> find_gap(const PartShapes& shapes, std::uint32_t part, std::uint32_t cube,
-                            const InCube& in, const Approach& approach)
-{
-    constexpr double facing = -0.3;  // cosine; corners of blocks face their neighbours at -0.58
-    constexpr double deep = 0.25;    // cubes; from there on any side is better than none
-    constexpr double half = 0.5;     // cubes: no longer way out but for what came as far
-    const auto& shape = shapes.shape[part];
-    const Mat3 back = (in.axes / shapes.size).inverse();  // F^-1
-    const Vec3 place = shapes.origin + shapes.size * (shapes.cell[cube].cast<double>() + in.u);
-    if (!shape.inside(place)) return std::nullopt;
-    const auto hit = shape.closest(place);
-    if (!hit) return std::nullopt;
-    double depth = hit.distance;
-    Vec3 normal = hit.normal;
-    if (depth > 1e-9 * shapes.size) normal = (hit.point - place) / depth;
-    const Vec3 came = (1 + 1e-6) * (back * approach.way);
-    const Vec3 outward = (back * approach.outward).normalized();
-    const auto faces_it = [&](const Vec3& n) { return outward.dot(n) <= facing; };
-    const bool through = came.norm() > depth && came.dot(normal) > 0;
-    if (through || !faces_it(normal)) {
-        const double most = std::max(half * shapes.size, came.norm());
-        const auto left_along = [&](const Vec3& from) {
-            const auto entry = shape.entry(place - from, place);
-            if (!entry || !faces_it(entry.normal)) return false;
-            const double way_out = (entry.point - place).dot(entry.normal);
-            if (way_out > most) return false;
-            normal = entry.normal;
-            depth = std::max(0.0, way_out);
-            return true;
-        };
-        const bool left = (through && left_along(came)) || left_along(2 * shapes.size * outward);
-        if (!left && depth < deep * shapes.size) return std::nullopt;
-    }
-    const Vec3 turned = back.transpose() * normal;
-    const double length = turned.norm();
-    if (!(length > 0) || !std::isfinite(length) || !(depth > 0)) return std::nullopt;
-    return Gap{-depth / length, turned / length, Vec3::Zero()};
-}
-
-// How far the point before a face of part `part` is from it, as the cube nearby would be bent
-// there. None where it is further than `reach` (m), in the part, or before an edge.
-std::optional<Gap> find_distance(const PartShapes& shapes, std::uint32_t part, std::uint32_t cube,
-                                 const InCube& in, const Vec3& outward, double reach)
-{
-    constexpr double facing = -0.3, upright = 0.99;  // cosines
-    constexpr double rounding = 1e-5;                // cubes
-    const auto& shape = shapes.shape[part];
-    const Mat3 back = (in.axes / shapes.size).inverse();  // F^-1
-    const Vec3 place = shapes.origin + shapes.size * (shapes.cell[cube].cast<double>() + in.u);
-    const auto hit = shape.closest(place, reach);
-    if (!hit) return std::nullopt;
-    const Vec3 turned_in = back * outward;
-    Vec3 normal = hit.normal;
-    if (hit.distance < rounding * shapes.size) {
-        if (normal.dot(turned_in) > 0) normal = -normal;  // the triangles may all face inward
-    } else {
-        normal = (place - hit.point) / hit.distance;
-        if (std::abs(normal.dot(hit.normal)) < upright) return std::nullopt;
-    }
-    if (turned_in.dot(normal) > facing * turned_in.norm()) return std::nullopt;
-    if (hit.distance >= rounding * shapes.size && shape.inside(place)) return std::nullopt;
-    const Vec3 turned = back.transpose() * normal;
-    const double length = turned.norm();
-    if (!(length > 0) || !std::isfinite(length)) return std::nullopt;
-    return Gap{hit.distance / length, turned / length, Vec3::Zero()};
-}
-
 // A point of a part's shape on its way.
 struct Moving {
     std::uint32_t cube = 0, number = 0;  // of the point
@@ -187,7 +111,7 @@ Moving moving_point(const Scene& scene, std::uint32_t cube, std::uint32_t number
     const ShapePoint& point = scene.shapes.point[number];
     Moving out{cube, number, &point};
     const Vec3 u = point.place.cast<double>();
-    out.weight = trilinear_weights(u);
+    out.weight = geometry::trilinear_weights(u);
     for (std::size_t a = 0; a < 8; ++a) {
         const auto slot = scene.shapes.corners[cube][a];
         out.p += out.weight[a] * corner_of(scene.x, slot);
@@ -225,7 +149,7 @@ PartTouch make_touch(const Scene& scene, const Moving& moving, const Target& tar
     touch.friction = shapes.friction;
     touch.stiffness =
         std::min(10 * young * area / h, scene.stiffest) + mass / (scene.dt * scene.dt);
-    const std::array<double, 8> weight = trilinear_weights(in.u);
+    const std::array<double, 8> weight = geometry::trilinear_weights(in.u);
     for (std::size_t a = 0; a < 8; ++a) {
         touch.corners[a] = shapes.corners[moving.cube][a];
         touch.weight[a] = static_cast<float>(moving.weight[a]);
@@ -252,13 +176,15 @@ std::optional<PartTouch> touch_in(const Scene& scene, const Moving& moving, cons
     const PartShapes& shapes = scene.shapes;
     const auto in = find_in_cube(corners_of(scene, cube), shapes.size, moving.p - behind, slack);
     if (!in) return std::nullopt;
-    const std::array<double, 8> weight = trilinear_weights(in->u);
+    const std::array<double, 8> weight = geometry::trilinear_weights(in->u);
     Vec3 velocity = moving.v;  // relative to the matter there
     for (std::size_t a = 0; a < 8; ++a) {
         velocity -= weight[a] * corner_of(scene.v, shapes.corners[cube][a]);
     }
-    auto gap = find_gap(shapes, target.part, cube, *in,
-                        {scene.dt * velocity - behind, outward_of(scene, moving)});
+    // How it got to where a step begins is not known.
+    const Vec3 way =
+        scene.look == Look::ahead ? Vec3(Vec3::Zero()) : Vec3(scene.dt * velocity - behind);
+    auto gap = find_gap({shapes, target.part, cube, *in}, {way, outward_of(scene, moving)});
     if (!gap) return std::nullopt;
     gap->size += behind.dot(gap->normal);
     if (!(gap->size < -rounding * shapes.size)) return std::nullopt;
@@ -268,9 +194,9 @@ std::optional<PartTouch> touch_in(const Scene& scene, const Moving& moving, cons
 // How far before a face a point may be to be told of it, cubes.
 double reach_of(const Scene& scene, const Vec3& way)
 {
-    constexpr double still = 0.3, most = 1;
-    if (scene.look == Look::back) return still;
-    return std::min(still + way.norm() / scene.shapes.size, most);
+    constexpr double most = 1;
+    if (scene.look == Look::back) return known_before;
+    return std::min(known_before + way.norm() / scene.shapes.size, most);
 }
 
 // The plane before a point that is in none of the target's cubes `near`: of the one that it is
@@ -304,8 +230,8 @@ std::optional<PartTouch> touch_before(const Scene& scene, const Moving& moving,
         best = in, cube = c, least = off;
     }
     if (!best) return std::nullopt;
-    const auto gap =
-        find_distance(scene.shapes, target.part, cube, *best, outward_of(scene, moving), reach * h);
+    const auto gap = find_distance({scene.shapes, target.part, cube, *best},
+                                   outward_of(scene, moving), reach * h);
     if (!gap) return std::nullopt;
     return make_touch(scene, moving, target, cube, *best, *gap);
 }
@@ -483,9 +409,7 @@ std::vector<PartTouch> find_part_touches(const PartShapes& shapes,
     });
     std::vector<PartTouch> all;
     for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
-    std::sort(all.begin(), all.end(), [](const PartTouch& a, const PartTouch& b) {
-        return std::tie(a.point, a.part) < std::tie(b.point, b.part);
-    });
+    std::sort(all.begin(), all.end(), in_order<PartTouch, PartTouch>);
     return all;
 }
 

@@ -33,8 +33,12 @@ enum class Look {
     back    // the step ends at x: on the whole way there
 };
 
+// A point is told of a face that it is before by less than this, cubes; more where it looks ahead
+// at speed.
+constexpr double known_before = 0.3;
+
 // The planes of all points of a part of each pair that are in the other part or before a face of
-// it, in ascending order of (point, part).
+// it, in_order().
 std::vector<PartTouch> find_part_touches(const PartShapes& shapes,
                                          const std::vector<PartPair>& pairs, const double* x,
                                          const double* v, double dt, Look how);

@@ -2,15 +2,9 @@
 
 #include <algorithm>
 #include <limits>
-#include <tuple>
 
 namespace physics {
 namespace {
-
-template <class A, class B> bool before(const A& a, const B& b)
-{
-    return std::tie(a.point, a.part) < std::tie(b.point, b.part);
-}
 
 // The sum of the corners' weights times a field: the way from the place to the point, or how fast
 // they part.
@@ -83,8 +77,8 @@ void take_grips(std::vector<PartTouch>& touches, const std::vector<Grip>& grips)
 {
     auto grip = grips.begin();
     for (PartTouch& touch : touches) {
-        while (grip != grips.end() && before(*grip, touch)) ++grip;
-        const bool known = grip != grips.end() && !before(touch, *grip);
+        while (grip != grips.end() && in_order(*grip, touch)) ++grip;
+        const bool known = grip != grips.end() && !in_order(touch, *grip);
         touch.stretch = known ? along(touch.normal, grip->stretch.cast<double>()) : Vec3::Zero();
     }
 }
@@ -96,8 +90,8 @@ bool add_found(std::vector<PartTouch>& touches, const std::vector<PartTouch>& fo
     bool pushes = false;
     auto old = touches.begin();
     for (const PartTouch& touch : found) {
-        while (old != touches.end() && before(*old, touch)) out.push_back(*old++);
-        if (old != touches.end() && !before(touch, *old)) continue;
+        while (old != touches.end() && in_order(*old, touch)) out.push_back(*old++);
+        if (old != touches.end() && !in_order(touch, *old)) continue;
         out.push_back(touch);
         pushes |= touch.gap(x) < -much;
     }

@@ -23,6 +23,7 @@
 #include "physics/body/point_contact.hpp"
 #include "physics/state/state.hpp"
 
+#include <tuple>
 #include <vector>
 
 namespace physics {
@@ -42,6 +43,12 @@ struct PartTouch {
     double gap(const double* x) const;
 };
 
+// Whether `a` stands before `b` where touches or grips are in order: by point, then by part.
+template <class A, class B> bool in_order(const A& a, const B& b)
+{
+    return std::tie(a.point, a.part) < std::tie(b.point, b.part);
+}
+
 // The contacts of all touches whose gap is below 0, of corners at x moving at v, in their order, in
 // a step of dt seconds. `tangent` is the a of point_contact.hpp.
 std::vector<PointContact> press(const std::vector<PartTouch>& touches, const double* x,
@@ -57,8 +64,8 @@ std::vector<Grip> grips_of(const std::vector<PartTouch>& touches, const double* 
 // Gives touches the stretch that they have among `grips`.
 void take_grips(std::vector<PartTouch>& touches, const std::vector<Grip>& grips);
 
-// Adds those found that are of other points. Both are in ascending order of (point, part), as is
-// the result. Returns whether one that is new is deeper than `much` (m) at x.
+// Adds those found that are of other points. Both are in_order(), as is the result. Returns whether
+// one that is new is deeper than `much` (m) at x.
 bool add_found(std::vector<PartTouch>& touches, const std::vector<PartTouch>& found,
                const double* x, double much);
 

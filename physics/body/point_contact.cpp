@@ -3,12 +3,16 @@
 #include <algorithm>
 
 namespace physics {
+namespace {
 
+// a I + b n n^T
 std::array<double, 6> isotropic_about(const Vec3& n, double a, double b)
 {
     return {a + b * n.x() * n.x(), b * n.x() * n.y(), b * n.x() * n.z(),
             a + b * n.y() * n.y(), b * n.y() * n.z(), a + b * n.z() * n.z()};
 }
+
+}  // namespace
 
 PointContact contact_at(const Gap& gap, double stiffness, const ContactLaw& law)
 {

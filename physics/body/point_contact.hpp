@@ -57,9 +57,6 @@ struct ContactLaw {
     double tangent = 0;   // a, 0 .. 1
 };
 
-// a I + b n n^T: xx xy xz yy yz zz
-std::array<double, 6> isotropic_about(const Vec3& n, double a, double b);
-
 // Forces and derivatives at a gap below 0 with `stiffness` k (N/m). Corners are left to the caller.
 PointContact contact_at(const Gap& gap, double stiffness, const ContactLaw& law);
 

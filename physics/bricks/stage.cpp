@@ -107,8 +107,8 @@ void place(Stage& stage)
 
 bool find_touches(Stage& stage)
 {
-    constexpr double much = 0.01;  // cubes
-    constexpr double far = 0.15;   // cubes: of what faces a point from nearer than 0.3 it is known
+    constexpr double much = 0.01;               // cubes
+    constexpr double far = 0.5 * known_before;  // cubes: both of a pair may have moved so far
     if (stage.near.empty()) return false;
     double moved = 0;
     for (std::size_t i = 0; i < stage.frame.n; ++i) {

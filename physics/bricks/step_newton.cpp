@@ -72,10 +72,15 @@ void start_rounds(Stage& stage, StepSolver& solver)
 
 // What stays as it is from round to round.
 struct Rounds {
+    Rounds(const Stage& stage, double at_work)
+        : one(stage.frame.options.newton_iterations == 1), parts(!stage.near.empty()),
+          first_wary(parts ? first_wary_round_of_parts : first_wary_round),
+          target(stage.frame.options.tolerance * at_work)
+    {}
+
     bool one;    // linear forces alone were asked for
     bool parts;  // may touch each other
-    int first_wary, most;
-    double start;   // the norm of the forces at work
+    int first_wary;
     double target;  // the norm of the residual that is small enough
 };
 
@@ -87,21 +92,14 @@ double measure(Stage& stage, StepSolver& solver)
 }
 
 // In place of rounds where the motion is violent.
-void go_down(Stage& stage, StepSolver& solver, double start, StepRecord& record)
+void go_down(Stage& stage, StepSolver& solver, double at_work, StepRecord& record)
 {
-    const Descent how{.target = std::max(stage.frame.options.tolerance, 1e-3) * start};
+    const Descent how{.target = std::max(stage.frame.options.tolerance, 1e-3) * at_work};
     if (descend(stage, solver, how, record) != Descended::arrived) record.violent = true;
 }
 
-// Whether further rounds are of no use. What parts touch at is not known in the first round: they
-// are judged by the last one.
-bool is_hopeless(const Stage& stage, const Rounds& rounds, int round)
-{
-    return round == (rounds.parts ? rounds.most : 0) && is_violent(stage);
-}
-
-// Takes w a round on. Returns the norm of what is left over, 0 where nothing touches.
-double go_round(Stage& stage, StepSolver& solver, const Rounds& rounds, int round, double size,
+// stage.delta is solved for, and w goes along it.
+void take_delta(Stage& stage, StepSolver& solver, const Rounds& rounds, double size,
                 StepRecord& record)
 {
     const double goal =
@@ -109,11 +107,15 @@ double go_round(Stage& stage, StepSolver& solver, const Rounds& rounds, int roun
     const Solved solved = solve_linear(solver, stage, goal);
     record.report.iterations += solved.iterations;
     if (!solved.converged) record.short_of_iterations = true;
-    const bool wary = round >= rounds.first_wary;
-    const Aligned<double> from = wary ? stage.w : Aligned<double>();
-    const double slope = dot(stage.r, stage.delta);
     for (std::size_t i = 0; i < stage.frame.n; ++i) stage.w[i] += stage.delta[i];
-    if (!may_touch(stage) || is_hopeless(stage, rounds, round)) return 0;
+}
+
+// Finds what touches where w leads. Returns the norm of what is left over, 0 where nothing touches.
+// `from` and `slope`, of the round's start, are those of draw_back().
+double take_contacts(Stage& stage, StepSolver& solver, const Rounds& rounds, int round,
+                     const Aligned<double>& from, double slope)
+{
+    const bool wary = round >= rounds.first_wary;
     const bool apart = stage.contacts.empty() && stage.colliders.empty();
     place(stage);
     if (!wary) find_touches(stage);
@@ -138,36 +140,36 @@ double join(Stage& stage, StepSolver& solver, bool again, double size)
     return measure(stage, solver);
 }
 
-// Rounds of Newton's method from what start_rounds() left. `start` is the norm of the forces at
+// Rounds of Newton's method from what start_rounds() left. `at_work` is the norm of the forces at
 // work there.
-void go_rounds(Stage& stage, StepSolver& solver, double size, double start, StepRecord& record)
+void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, StepRecord& record)
 {
     const StepOptions& options = stage.frame.options;
-    const bool parts = !stage.near.empty();
+    const Rounds rounds(stage, at_work);
     const int most =
         std::max(options.newton_iterations, may_touch(stage) ? options.contact_iterations : 1);
-    const Rounds rounds{options.newton_iterations == 1,
-                        parts,
-                        parts ? first_wary_round_of_parts : first_wary_round,
-                        most,
-                        start,
-                        options.tolerance * start};
-    bool joined = !parts;
-    int round = 0;
-    for (; round < most && size > rounds.target; ++round) {
-        size = go_round(stage, solver, rounds, round, size, record);
+    bool joined = !rounds.parts;
+    Aligned<double> from;
+    for (int round = 0; round < most && size > rounds.target; ++round) {
+        if (round >= rounds.first_wary) from = stage.w;
+        take_delta(stage, solver, rounds, size, record);
+        // What parts touch at is not known yet in the first round: they are judged by the last.
+        if (round == 0 && !rounds.parts && is_violent(stage)) {
+            return go_down(stage, solver, at_work, record);
+        }
+        if (!may_touch(stage)) return;  // linear forces alone: solved
+        size = take_contacts(stage, solver, rounds, round, from, dot(stage.r, stage.delta));
         if (!std::isfinite(size)) return;
-        if (size <= (joined ? rounds.target : std::max(rounds.target, near_enough * start))) {
-            if (parts) size = join(stage, solver, joined, size);
+        if (rounds.parts && size > 0 &&
+            size <= (joined ? rounds.target : std::max(rounds.target, near_enough * at_work))) {
+            size = join(stage, solver, joined, size);
             joined = true;
         }
     }
-    if (is_hopeless(stage, rounds, parts ? most : round - 1)) {
-        go_down(stage, solver, start, record);
-    } else if (size > 1.0001 * rounds.target) {
-        record.unsettled = true;
-        record.left = std::max(record.left, size / start);
-    }
+    if (rounds.parts && is_violent(stage)) return go_down(stage, solver, at_work, record);
+    if (size <= 1.0001 * rounds.target) return;
+    record.unsettled = true;
+    record.left = std::max(record.left, size / at_work);
 }
 
 }  // namespace

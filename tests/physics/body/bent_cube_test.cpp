@@ -1,3 +1,4 @@
+#include "geometry/cubes/trilinear.hpp"
 #include "physics/body/bent_cube.hpp"
 #include "physics/body/part_touch.hpp"
 
@@ -23,7 +24,7 @@ TEST(BentCube, APlaceIsFoundAgainInAndAroundIt)
     for (const Vec3& u : {Vec3(0.3, 0.6, 0.2), Vec3(0, 1, 0.5), Vec3(1.1, 0.4, -0.08)}) {
         Vec3 p = Vec3::Zero(), sum = Vec3::Zero();
         const InCube at = place_in(x, u, p);
-        const auto weight = trilinear_weights(u);
+        const auto weight = geometry::trilinear_weights(u);
         for (std::size_t a = 0; a < 8; ++a) sum += weight[a] * x[a];
         EXPECT_LT((sum - p).norm(), 1e-15);
         const auto in = find_in_cube(x, 0.1, p, 0.2);

@@ -235,6 +235,16 @@ TEST(PartContact, FrictionIsASpringThatYields)
             EXPECT_NEAR(double(grip.stretch.y()), 0, 1e-6);
         }
     }
+    // Held at 3 mm, friction yields as it did, however deep the points are pressed then.
+    hold_loads(touches, two.x.data());
+    two.move(true, [](const Vec3& p) { return Vec3(p - Vec3(0, 0.006, 0)); });
+    const auto deeper = press(touches, two.x.data(), two.v.data(), 0.01, 0);
+    ASSERT_EQ(deeper.size(), touches.size());
+    for (std::size_t i = 0; i < deeper.size(); ++i) {
+        const double k = touches[i].stiffness;
+        EXPECT_NEAR(deeper[i].force.x(), -k * 0.5 * 0.003, 1e-4 * k * 0.003);
+        EXPECT_NEAR(std::abs(deeper[i].force.y()), k * 0.009, 1e-3 * k * 0.009);
+    }
 }
 
 TEST(PartContact, IsTheSameForAnyNumberOfThreads)
