@@ -1,5 +1,6 @@
 #include "nodes/mesh_info.hpp"
 
+#include "geometry/io/find_textures.hpp"
 #include "geometry/io/read_mesh.hpp"
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
@@ -110,15 +111,16 @@ void measure_surface(const geometry::TriMesh& mesh, MeshInfo& info)
     }
 }
 
-// Whether the file is there as the model names it, or beside the model.
-bool is_there(const std::filesystem::path& model, std::string name)
+// Whether the picture is there for ReadMesh.
+bool is_there(const std::filesystem::path& model, const std::string& name)
 {
     if (name.starts_with("*")) return true;  // within the model's file
-    std::replace(name.begin(), name.end(), '\\', '/');
-    std::error_code none;
-    const std::filesystem::path folder = model.parent_path(), path(name);
-    return std::filesystem::is_regular_file(folder / path, none) ||
-           std::filesystem::is_regular_file(folder / path.filename(), none);
+    const auto places =
+        geometry::picture_places(name, std::filesystem::absolute(model).parent_path());
+    return std::any_of(places.begin(), places.end(), [](const auto& place) {
+        std::error_code none;
+        return std::filesystem::is_regular_file(place, none);
+    });
 }
 
 std::string length_text(double metres)
@@ -258,8 +260,10 @@ std::string info_text(const std::string& file, const MeshInfo& info)
     line("pieces", std::to_string(info.pieces));
     line("groups", joined(info.groups, "none"));
     if (info.closed) {
-        line("volume",
-             fmt::format("{:.4g} m^3, centre at {}", info.body.mass, place_text(info.body.centre)));
+        const double rounding = 1e-9 * size.maxCoeff();
+        const geometry::Vec3 centre =
+            info.body.centre.unaryExpr([&](double v) { return std::abs(v) < rounding ? 0 : v; });
+        line("volume", fmt::format("{:.4g} m^3, centre at {}", info.body.mass, place_text(centre)));
         const geometry::Vec3 inertia = info.body.inertia.diagonal() / info.body.mass;
         line("inertia", fmt::format("{:.4g}, {:.4g}, {:.4g} m^2 about x, y, z per mass",
                                     inertia.x(), inertia.y(), inertia.z()));

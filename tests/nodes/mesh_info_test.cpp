@@ -109,6 +109,15 @@ TEST(MeshInfo, TheTextNamesMaterialsAndMissingTextures)
     }
 }
 
+// Where ReadMesh finds a picture, info finds it.
+TEST(MeshInfo, LooksForTexturesWhereTheyAreReadFrom)
+{
+    const files::Folder folder;
+    folder.write("textures/gone.png", "x");
+    const Said said = run({"info", slab_in(folder)});
+    EXPECT_NE(said.out.find("2: grain.png, gone.png\n"), std::string::npos) << said.out;
+}
+
 TEST(MeshInfo, AnOpenMeshHasHolesAndNoVolume)
 {
     const files::Folder folder;
