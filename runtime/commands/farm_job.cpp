@@ -238,6 +238,12 @@ std::string shell_line(const Words& words)
     return line;
 }
 
+Words said_into(const fs::path& file, Words words)
+{
+    words.insert(words.begin(), {"sh", "-c", "exec \"$@\" >\"$0\" 2>&1", file.string()});
+    return words;
+}
+
 bool verify_job(const FarmJob& job, Console& console)
 {
     Verifying verifying{job, console};

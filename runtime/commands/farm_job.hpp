@@ -54,6 +54,11 @@ std::vector<std::string> words_of(const FarmJob& job, const FarmTask& task);
 // As a shell takes them.
 std::string shell_line(const std::vector<std::string>& words);
 
+// The words of a program whose output goes to `file`: a shell sends it there and becomes the
+// program.
+std::vector<std::string> said_into(const std::filesystem::path& file,
+                                   std::vector<std::string> words);
+
 // Compares the files of each shot with its manifest, and what each task says that it made. What is
 // wrong is told, a line each. Returns whether nothing is.
 bool verify_job(const FarmJob& job, Console& console);

@@ -20,15 +20,6 @@ namespace runtime {
 
 namespace {
 
-// Its output goes to the log: a shell sends it there and becomes the program.
-std::vector<std::string> logged(const FarmJob& job, const FarmTask& task)
-{
-    std::vector<std::string> words{"sh", "-c", "exec \"$@\" >\"$0\" 2>&1", job.log(task).string()};
-    const std::vector<std::string> own = words_of(job, task);
-    words.insert(words.end(), own.begin(), own.end());
-    return words;
-}
-
 std::string machine_name()
 {
     std::array<char, 256> name{};
@@ -51,7 +42,8 @@ public:
     {
         const FarmTask& task = job_.cut.tasks[t];
         const Clock::time_point begin = Clock::now();
-        const int exit = console_.run_program(logged(job_, task), console_.stop);
+        const int exit =
+            console_.run_program(said_into(job_.log(task), words_of(job_, task)), console_.stop);
         const double seconds = seconds_since(begin);
         const std::lock_guard lock(mutex_);
         // An expectation that was missed is told at the end: the files are there.

@@ -141,13 +141,6 @@ std::vector<PlanLine> lines_of(const Cut& cut, std::uint32_t shot)
     return lines;
 }
 
-std::string joined(const std::vector<std::string>& words)
-{
-    std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-    return text;
-}
-
 std::string shortened(std::string text, std::size_t most)
 {
     if (text.size() > most) text.replace(most - 3, std::string::npos, "...");
@@ -161,11 +154,12 @@ std::string shot_text(const Cut& cut, std::uint32_t s)
         "{}: {} of {} results are in the cache{}\n", shot.name, shot.held, shot.results,
         shot.measured ? "" : "; no time was measured yet, a node is taken for 1 s a frame");
     for (const PlanLine& line : lines_of(cut, s)) {
-        text +=
-            fmt::format("  {:<7} {:>6} {:>9} {:>9}  {:<14} {}\n", name_of(line.first->stage),
-                        line.tasks, format_seconds(line.longest), format_seconds(line.seconds),
-                        shortened(frames_text(line.frames), 14),
-                        line.first->nodes.empty() ? "the whole cook" : joined(line.first->nodes));
+        text += fmt::format("  {:<7} {:>6} {:>9} {:>9}  {:<14} {}\n", name_of(line.first->stage),
+                            line.tasks, format_seconds(line.longest), format_seconds(line.seconds),
+                            shortened(frames_text(line.frames), 14),
+                            line.first->nodes.empty()
+                                ? "the whole cook"
+                                : fmt::format("{}", fmt::join(line.first->nodes, ", ")));
     }
     return text;
 }
@@ -209,7 +203,7 @@ std::string plan_text(const Cut& cut)
     std::vector<std::string> path;
     for (const std::uint32_t t : critical_path(cut)) path.push_back(cut.tasks[t].name);
     text += fmt::format("longest path: {}: {}\n", format_seconds(makespan(cut, cut.tasks.size())),
-                        joined(path));
+                        fmt::join(path, ", "));
     std::string machines = "machines", times = "time    ";
     for (const int n : machine_counts) {
         const std::string time = format_seconds(makespan(cut, static_cast<std::size_t>(n)));

@@ -17,13 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string joined(const std::vector<std::string>& words, const char* between)
-{
-    std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
-    return text;
-}
-
 // What a task may take, from what tasks of its kind took before, generously.
 std::string resources(const FarmJob& job, const ArrayJob& array)
 {
@@ -74,18 +67,17 @@ struct Answer {
     int status = -1;
     std::string text;
 };
-Answer ask(const FarmJob& job, std::vector<std::string> words, Console& console)
+Answer ask(const FarmJob& job, const std::vector<std::string>& words, Console& console)
 {
     const fs::path file = job.folder / "answer.txt";
-    const std::string program = words.front();
-    words.insert(words.begin(), {"sh", "-c", "exec \"$@\" >\"$0\" 2>&1", file.string()});
     Answer answer;
-    answer.status = console.run_program ? console.run_program(words, console.stop) : -1;
+    answer.status =
+        console.run_program ? console.run_program(said_into(file, words), console.stop) : -1;
     if (answer.status >= 0) answer.text = read_text(file);
     std::error_code ignored;
     fs::remove(file, ignored);
     if (answer.status == 127) {
-        throw std::runtime_error(program + " is not there: is this a machine of the farm?");
+        throw std::runtime_error(words.front() + " is not there: is this a machine of the farm?");
     }
     return answer;
 }
@@ -105,7 +97,7 @@ std::string numbers_of(const FarmJob& job)
 {
     std::vector<std::string> numbers;
     for (const auto& sent : sent_jobs(job)) numbers.push_back(sent.first);
-    return joined(numbers, ",");
+    return fmt::format("{}", fmt::join(numbers, ","));
 }
 
 }  // namespace
@@ -119,15 +111,15 @@ std::string sbatch_script(const FarmJob& job, const ArrayJob& array)
     text += resources(job, array);
     text += "#SBATCH --requeue\n#SBATCH --open-mode=append\n#SBATCH --output=" +
             (job.folder / "slurm.log").string() + "\n";
-    text +=
-        fmt::format("# {}: {}, {} task{}, {} of work.\n", job.cut.shots[first.shot].name,
-                    first.nodes.empty() ? "the whole cook"
-                                        : "of " + joined(first.nodes, ", ") + " what is missing",
-                    array.tasks.size(), many ? "s" : "", format_seconds([&] {
-                        double sum = 0;
-                        for (const auto t : array.tasks) sum += job.cut.tasks[t].seconds;
-                        return sum;
-                    }()));
+    text += fmt::format("# {}: {}, {} task{}, {} of work.\n", job.cut.shots[first.shot].name,
+                        first.nodes.empty()
+                            ? "the whole cook"
+                            : fmt::format("of {} what is missing", fmt::join(first.nodes, ", ")),
+                        array.tasks.size(), many ? "s" : "", format_seconds([&] {
+                            double sum = 0;
+                            for (const auto t : array.tasks) sum += job.cut.tasks[t].seconds;
+                            return sum;
+                        }()));
     if (many) {
         text += "frames=(";
         for (const std::uint32_t t : array.tasks) {

@@ -82,9 +82,7 @@ std::optional<std::uint32_t> add_shared(Joining& joining, std::uint32_t shot,
         keys.push_back(still[i].key);
         task.nodes.push_back(still[i].node);
     }
-    std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) {
-        return std::tie(a.high, a.low) < std::tie(b.high, b.low);
-    });
+    std::sort(keys.begin(), keys.end());
     KeyBuilder all;
     for (const Key& key : keys) all.add(key);
     task.frames = {pieces.frames.front()};
