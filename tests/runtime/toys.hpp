@@ -488,4 +488,24 @@ struct Folder {
     }
 };
 
+// A block of cubes falls on the floor for so many frames; each frame's mesh goes to a file.
+inline std::string falling_block(int last, double cube)
+{
+    return R"({ "aspic": 1, "frames": { "first": 1, "last": )" + std::to_string(last) +
+           R"(, "fps": 24 },
+  "nodes": {
+    "block": { "type": "Primitive@1", "params": { "shape": "box", "centre": [0, 0.8, 0] } },
+    "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "block.mesh" },
+               "params": { "method": "solid", "size": )" +
+           std::to_string(cube) + R"(,
+                           "matter": { "density": 300, "young": 300000 } } },
+    "floor": { "type": "Ground@1" },
+    "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes",
+               "colliders": ["floor.collider"], "surface": "block.mesh" } },
+    "shape": { "type": "Embed@3", "inputs": { "cubes": "cubes.cubes", "mesh": "block.mesh",
+               "state": "sim.state" } },
+    "files": { "type": "WriteMesh@1", "inputs": { "mesh": "shape.mesh" },
+               "params": { "path": "block.####.ply" } } } })";
+}
+
 }  // namespace toys

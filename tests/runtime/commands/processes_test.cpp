@@ -21,20 +21,7 @@ using std::chrono::duration;
 using std::chrono::steady_clock;
 using toys::bytes_of;
 
-// A block of cubes falls on the floor; each frame's mesh goes to a file.
-const char* const falling = R"({ "aspic": 1, "frames": { "first": 1, "last": 20, "fps": 24 },
-  "nodes": {
-    "block": { "type": "Primitive@1", "params": { "shape": "box", "centre": [0, 0.8, 0] } },
-    "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "block.mesh" },
-               "params": { "method": "solid", "size": 0.125,
-                           "matter": { "density": 300, "young": 300000 } } },
-    "floor": { "type": "Ground@1" },
-    "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes",
-               "colliders": ["floor.collider"], "surface": "block.mesh" } },
-    "shape": { "type": "Embed@3", "inputs": { "cubes": "cubes.cubes", "mesh": "block.mesh",
-               "state": "sim.state" } },
-    "files": { "type": "WriteMesh@1", "inputs": { "mesh": "shape.mesh" },
-               "params": { "path": "block.####.ply" } } } })";
+const std::string falling = toys::falling_block(20, 0.125);
 
 // A ball with a soft layer that keeps its volume falls on a stone and rolls off.
 const char* const layered = R"({ "aspic": 1, "frames": { "first": 1, "last": 20, "fps": 24 },
@@ -108,7 +95,7 @@ protected:
     }
     // Kills cooks of `document` at moments from first to last, and looks at what those that come
     // after leave. ASPIC_KILLS=50 for the whole proof.
-    void survive_kills(const char* document)
+    void survive_kills(const std::string& document)
     {
         folder_.write("falling.json", document);
         const auto begun = steady_clock::now();
@@ -336,9 +323,7 @@ TEST_F(Processes, APictureLargerThanMemoryIsRefused)
 // What the end of a terminal sends, more than once.
 TEST_F(Processes, ASignalThatTheTerminalIsGoneLeavesAManifest)
 {
-    folder_.write("falling.json",
-                  std::string(falling).replace(std::string(falling).find("\"last\": 20"), 10,
-                                               "\"last\": 2000"));
+    folder_.write("falling.json", toys::falling_block(2000, 0.125));
     struct sigaction now = {};
     ::sigaction(SIGHUP, nullptr, &now);
     if (now.sa_handler == SIG_IGN) GTEST_SKIP() << "runs under nohup, which hides the signal";

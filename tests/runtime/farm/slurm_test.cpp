@@ -14,21 +14,6 @@ namespace fs = std::filesystem;
 using std::chrono::steady_clock;
 using toys::bytes_of;
 
-// A block of cubes falls on the floor; each frame's mesh goes to a file.
-const char* const block_falls = R"({ "aspic": 1, "frames": { "first": 1, "last": 12, "fps": 24 },
-  "nodes": {
-    "block": { "type": "Primitive@1", "params": { "shape": "box", "centre": [0, 0.8, 0] } },
-    "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "block.mesh" },
-               "params": { "method": "solid", "size": 0.0625,
-                           "matter": { "density": 300, "young": 300000 } } },
-    "floor": { "type": "Ground@1" },
-    "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes",
-               "colliders": ["floor.collider"], "surface": "block.mesh" } },
-    "shape": { "type": "Embed@3", "inputs": { "cubes": "cubes.cubes", "mesh": "block.mesh",
-               "state": "sim.state" } },
-    "files": { "type": "WriteMesh@1", "inputs": { "mesh": "shape.mesh" },
-               "params": { "path": "block.####.ply" } } } })";
-
 bool there_is(const std::string& program)
 {
     for (const char* const folder : {"/usr/bin/", "/usr/sbin/"}) {
@@ -48,7 +33,7 @@ protected:
         GTEST_SKIP() << "the tasks are the same cooks that other tests run under a sanitizer";
 #endif
         if (::geteuid() != 0) GTEST_SKIP() << "munged and slurmd need to be started by root";
-        document_ = folder_.write("block.json", block_falls);
+        document_ = folder_.write("block.json", toys::falling_block(12, 0.0625));
         for (const char* const name : {"log", "state", "spool"}) fs::create_directories(in(name));
         const int port = 10000 + ::getpid() % 5000 * 4;
         folder_.write("slurm.conf", configuration(port));
