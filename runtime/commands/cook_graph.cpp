@@ -17,10 +17,12 @@
 #include <chrono>
 #include <fcntl.h>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <ostream>
 #include <sys/file.h>
 #include <sys/resource.h>
+#include <tuple>
 #include <unistd.h>
 
 namespace runtime {
@@ -29,7 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The numbers that a graph's expectations look at, as they arrive.
+// The numbers that a graph's expectations look at, and those asked for, as they arrive.
 class Numbers {
 public:
     // Adds to `wants` what the expectations at the cooked frames need.
@@ -60,10 +62,28 @@ public:
         }
     }
 
+    // Of a node that was asked for by name.
+    void asked(const Want& want, std::span<const graph::Value> values, bool varies)
+    {
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            if (!values[i] || *values[i].type()->type != typeid(double)) continue;
+            const graph::Link from{want.node, static_cast<std::uint32_t>(i)};
+            const std::optional<int> frame = varies ? std::optional(want.frame) : std::nullopt;
+            asked_[{want.node, i, frame}] = {from, frame, *values[i].as<double>()};
+        }
+    }
+
     const std::vector<ExpectationResult>& checks() const { return checks_; }
+    std::vector<AskedNumber> asked() const
+    {
+        std::vector<AskedNumber> out;
+        for (const auto& [key, number] : asked_) out.push_back(number);
+        return out;
+    }
 
 private:
     std::vector<ExpectationResult> checks_;
+    std::map<std::tuple<std::uint32_t, std::size_t, std::optional<int>>, AskedNumber> asked_;
 };
 
 // Keeps which files were written, for the manifest.
@@ -290,6 +310,7 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
             const bool asked = std::find(nodes.begin(), nodes.end(), want.node) != nodes.end();
             if (asked && !graph.nodes[want.node].type->sink) {
                 outputs.arrived(want, values, caches.names);
+                numbers.asked(want, values, evaluator.keys().varies(want.node));
             }
         });
     outputs.finish(caches.files);
@@ -300,6 +321,7 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
         write_manifest(part ? fs::path(request.part) : options.output_folder / manifest_name,
                        manifest, console);
     }
+    front_end.numbers(numbers.asked());
     const bool missed = show_expectations(numbers, cooked, front_end);
     const int exit = cooked.cancelled      ? exit_cancelled
                      : cooked.failures > 0 ? exit_failed

@@ -132,6 +132,18 @@ public:
 
     void expectations_left_out(std::size_t count) override { left_out_ = count; }
 
+    void numbers(const std::vector<AskedNumber>& asked) override
+    {
+        const std::lock_guard lock(mutex_);
+        if (!asked.empty()) clear();
+        for (const AskedNumber& n : asked) {
+            const std::string when = n.frame ? fmt::format(" at frame {}", *n.frame) : "";
+            console_.out << fmt::format("{}{}: {}\n", name_of(*graph_, n.from), when,
+                                        number(n.value));
+        }
+        console_.out.flush();
+    }
+
     void finished(const Cooked& cooked, int) override
     {
         if (ticker_.joinable()) {
@@ -284,6 +296,15 @@ public:
     void expectations_left_out(std::size_t count) override
     {
         if (count > 0) say({{"event", "expectations_left_out"}, {"count", count}});
+    }
+    void numbers(const std::vector<AskedNumber>& asked) override
+    {
+        for (const AskedNumber& n : asked) {
+            Json line{{"event", "number"}, {"value", name_of(*graph_, n.from)}};
+            if (n.frame) line["frame"] = *n.frame;
+            line["found"] = n.value;
+            say(line);
+        }
     }
     void finished(const Cooked& cooked, int exit) override
     {

@@ -16,6 +16,13 @@ struct ExpectationResult {
     bool met = false;
 };
 
+// A number that was asked for by the node that it comes from.
+struct AskedNumber {
+    graph::Link from;
+    std::optional<int> frame;  // none: the same at all frames
+    double value = 0;
+};
+
 enum class Style { terminal, lines, json, quiet };
 
 // What is shown of one graph's cook, beginning to end.
@@ -25,6 +32,8 @@ public:
     virtual void expectation(const ExpectationResult& result) = 0;
     // So many had no number to look at, as nodes failed.
     virtual void expectations_left_out(std::size_t count) = 0;
+    // In the order of nodes, outputs and frames.
+    virtual void numbers(const std::vector<AskedNumber>& asked) = 0;
     virtual void finished(const Cooked& cooked, int exit) = 0;
 };
 

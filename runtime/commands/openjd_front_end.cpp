@@ -51,6 +51,7 @@ public:
     {
         people_->expectations_left_out(count);
     }
+    void numbers(const std::vector<AskedNumber>& asked) override { people_->numbers(asked); }
     void finished(const Cooked& cooked, int exit) override
     {
         people_->finished(cooked, exit);

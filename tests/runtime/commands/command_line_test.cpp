@@ -153,6 +153,20 @@ TEST(CommandLine, FramesAndNodesChooseWhatIsCooked)
     EXPECT_EQ(toys::take_runs("WriteNumber"), 0);
 }
 
+TEST(CommandLine, NumbersOfANamedNodeArePrinted)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("three.json", three_frames);
+    const auto out = (folder.path / "out").string();
+    const Said said = run({"cook", file, "--out", out, "--node", "sum", "--quiet"});
+    EXPECT_EQ(said.out, "sum.value at frame 1: 11\nsum.value at frame 2: 53.6667\n"
+                        "sum.value at frame 3: 96.3333\n");
+    const Said json = run({"cook", file, "--out", out, "--node", "sum", "--json"});
+    EXPECT_TRUE(has(json.out, R"({"event":"number","value":"sum.value","frame":1,"found":11.0})"))
+        << json.out;
+    EXPECT_EQ(run({"cook", file, "--out", out, "--quiet"}).out, "") << "sinks give no numbers";
+}
+
 TEST(CommandLine, UnknownNamesGetTheNearestName)
 {
     EXPECT_TRUE(has(run({"cok"}).err, "did you mean 'cook'?"));
