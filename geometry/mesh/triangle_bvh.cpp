@@ -250,24 +250,46 @@ void TriangleBvh::closest(std::span<const Vec3> points, double max_distance,
     });
 }
 
-TriangleBvh::Hit TriangleBvh::entry(const Vec3& from, const Vec3& to) const
+Vec3 TriangleBvh::Motion::way(std::uint32_t triangle, const Vec3& barycentric) const
+{
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t i = 0; i < 3; ++i) {
+        const auto k = triangles[triangle][i];
+        sum += barycentric[static_cast<Eigen::Index>(i)] * (after[k] - before[k]).cast<double>();
+    }
+    return sum;
+}
+
+TriangleBvh::Hit TriangleBvh::entry(const Vec3& from, const Vec3& to, Faces faces,
+                                    const Motion* motion) const
 {
     Hit hit;
     if (!from.allFinite() || !to.allFinite()) return hit;
     Box3f box;
+    const double swept = motion ? motion->longest : 0;
     for (const Vec3& p : {from, to}) {
-        const float margin = 4 * std::numeric_limits<float>::epsilon() * float(p.norm());
+        const float margin =
+            4 * std::numeric_limits<float>::epsilon() * float(p.norm()) + float(swept);
         box.add(Vec3f(p.cast<float>() - Vec3f::Constant(margin)));
         box.add(Vec3f(p.cast<float>() + Vec3f::Constant(margin)));
     }
-    const Vec3 way = to - from;
     double first = 1;  // share of the way
     tree_.overlapping(box, [&](std::uint32_t i) {
         const Vec3 a = corners_[i][0].cast<double>(), ab = corners_[i][1].cast<double>() - a,
                    ac = corners_[i][2].cast<double>() - a;
-        const Vec3 normal = ab.cross(ac), start = from - a;
+        Vec3 start = from - a, way = to - from;  // as the triangle sees it
+        if (motion) {
+            const Vec3 p = a - to;
+            const auto near = on_triangle(p, ab + p, ac + p).barycentric;
+            const Vec3 shift = motion->way(triangle_[i], near);
+            start += (1 - motion->begin) * shift;
+            way -= (motion->end - motion->begin) * shift;
+        }
+        const Vec3 normal = ab.cross(ac);
         const double down = -way.dot(normal), height = start.dot(normal);
-        if (!(down > 0) || height < 0 || height > first * down) return;
+        const bool front = down > 0 && height >= 0 && height <= first * down;
+        const bool back = faces == Faces::both && down < 0 && height < 0 && height >= first * down;
+        if (!front && !back) return;
         const Vec3 turn = way.cross(start);  // barycentric by Cramer's rule
         const double v = -ac.dot(turn) / down, w = ab.dot(turn) / down;
         constexpr double rim = 1e-9;  // a segment through a side misses neither triangle
@@ -275,11 +297,10 @@ TriangleBvh::Hit TriangleBvh::entry(const Vec3& from, const Vec3& to) const
         first = height / down;
         hit.triangle = triangle_[i];
         hit.barycentric = Vec3(1 - v - w, v, w);
-        hit.normal = normal.normalized();
+        hit.normal = (front ? 1 : -1) * normal.normalized();
+        hit.point = a + start + first * way;
+        hit.distance = first * way.norm();
     });
-    if (!hit) return hit;
-    hit.point = from + first * way;
-    hit.distance = first * way.norm();
     return hit;
 }
 

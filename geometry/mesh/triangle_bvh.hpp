@@ -48,10 +48,26 @@ public:
     // The same for many points, on all threads. hits.size() == points.size().
     void closest(std::span<const Vec3> points, double max_distance, std::span<Hit> hits) const;
 
-    // Where the segment from one point to the other first goes in through the front of a triangle;
-    // a triangle's plane counts as its front. The hit's normal is the triangle's own, its distance
-    // is from `from`. A segment that is not finite finds nothing.
-    Hit entry(const Vec3& from, const Vec3& to) const;
+    // Which sides of triangles a segment can go in through.
+    enum class Faces { front, both };
+    // A mesh that moves while a point goes along a segment: each vertex along a line.
+    struct Motion {
+        std::span<const Vec3f> before, after;  // m, of each vertex; the tree is of `after`
+        std::span<const Triangle> triangles;
+        double begin = 0, end = 1;  // shares of the mesh's way where the point starts and ends
+        double longest = 0;         // m, way of a vertex
+
+        // From before to after, of a place on a triangle.
+        Vec3 way(std::uint32_t triangle, const Vec3& barycentric) const;
+    };
+
+    // Where the segment from one point to the other first goes in through the front of a triangle,
+    // or through either side; a triangle's plane counts as its front. The hit's normal is the
+    // triangle's own, towards `from`; its distance is from there. Where the mesh moves, each
+    // triangle is taken to move as its place nearest to `to` does, and the hit's place is where the
+    // mesh has come to in the end. A segment that is not finite finds nothing.
+    Hit entry(const Vec3& from, const Vec3& to, Faces faces = Faces::front,
+              const Motion* motion = nullptr) const;
 
     // The generalized winding number, within 1e-2; triangles nearby count exactly.
     double winding_number(const Vec3& p) const;

@@ -1,5 +1,6 @@
 #include "geometry/mesh/triangle_bvh.hpp"
 
+#include "geometry/mesh/primitive.hpp"
 #include "tests/geometry/test_meshes.hpp"
 
 #include <gtest/gtest.h>
@@ -124,6 +125,54 @@ TEST(TriangleBvh, ASegmentEntersWhereTheFirstOfAllTrianglesIsCrossedFromItsFront
     EXPECT_FALSE(bvh.entry(Vec3(0, 2, 0), Vec3(0, nan, 0)));
     EXPECT_TRUE(bvh.entry(Vec3(0, 2, 0), Vec3(0, 0, 0))) << "through a corner";
     EXPECT_FALSE(TriangleBvh().entry(Vec3(0, 2, 0), Vec3(0, 0, 0)));
+}
+
+TEST(TriangleBvh, ASegmentMayEnterThroughEitherSide)
+{
+    const TriMesh grid = geometry::grid(2, 2, 4, 4);
+    const TriangleBvh bvh(grid);
+    const Vec3 above(0.1, 0.3, 0.2), below(0.3, -0.1, 0.1);
+    const auto down = bvh.entry(above, below, TriangleBvh::Faces::both);
+    const auto up = bvh.entry(below, above, TriangleBvh::Faces::both);
+    ASSERT_TRUE(down && up);
+    EXPECT_NEAR((down.point - up.point).norm(), 0, 1e-12);
+    EXPECT_NEAR(down.normal.y(), 1, 1e-12);
+    EXPECT_NEAR(up.normal.y(), -1, 1e-12);
+    EXPECT_FALSE(bvh.entry(below, above));
+    EXPECT_FALSE(bvh.entry(above, Vec3(0.3, 0.1, 0.1), TriangleBvh::Faces::both));
+    // What starts on it is before its front.
+    EXPECT_FALSE(bvh.entry(Vec3(0.1, 0, 0.1), above, TriangleBvh::Faces::both));
+    EXPECT_TRUE(bvh.entry(Vec3(0.1, 0, 0.1), below, TriangleBvh::Faces::both));
+}
+
+// Seen from a mesh that shifts, a segment ends elsewhere: the mesh at rest and the segment less the
+// shift give the same entry.
+TEST(TriangleBvh, ASegmentEntersAMeshThatShifts)
+{
+    const Random random(9);
+    const TriMesh after = geometry::icosphere(0.5, 2);
+    TriMesh before = after;
+    const Vec3f shift(0.4f, -0.3f, 0.2f);
+    for (Vec3f& p : before.positions) p -= shift;
+    const TriangleBvh bvh(after);
+    const double begin = 0.25, end = 0.75;
+    const TriangleBvh::Motion motion{
+        before.positions,    after.positions, after.topology->triangles, begin, end,
+        double(shift.norm())};
+    int entries = 0;
+    for (std::uint64_t i = 0; i < 300; ++i) {
+        const Vec3 from = random_point(random, 2 * i, 1), to = random_point(random, 2 * i + 1, 1);
+        const auto hit = bvh.entry(from, to, TriangleBvh::Faces::front, &motion);
+        const auto same = bvh.entry(from + (1 - begin) * shift.cast<double>(),
+                                    to + (1 - end) * shift.cast<double>());
+        ASSERT_EQ(bool(hit), bool(same)) << i;
+        if (!hit) continue;
+        ++entries;
+        EXPECT_NEAR((hit.point - same.point).norm(), 0, 1e-6);
+        EXPECT_NEAR((motion.way(hit.triangle, hit.barycentric) - shift.cast<double>()).norm(), 0,
+                    1e-6);
+    }
+    EXPECT_GT(entries, 50);
 }
 
 TEST(TriangleBvh, KeepsToTheLargestDistanceAsked)
