@@ -1,3 +1,5 @@
+#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/transform.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
@@ -24,6 +26,7 @@ struct Inputs {
     double friction = 0.5;
     double thickness = 0;
     std::shared_ptr<const geometry::TriangleBvh> tree;
+    std::shared_ptr<const bool> open;
     graph::Wire<Collider> last;
 };
 struct Outputs {
@@ -34,6 +37,12 @@ static geometry::TriangleBvh build_tree(const Inputs& in)
 {
     return in.mesh && in.kind == Collider::Kind::mesh ? geometry::TriangleBvh(*in.mesh)
                                                       : geometry::TriangleBvh();
+}
+
+static bool is_open(const Inputs& in)
+{
+    return in.mesh && in.kind == Collider::Kind::mesh &&
+           !geometry::is_closed(in.mesh->topology->triangles, in.mesh->positions.size());
 }
 
 constexpr const char* needs_mesh =
@@ -59,6 +68,7 @@ static Outputs run(const Inputs& in, const graph::Context&)
         }
         out.mesh = in.mesh;
         out.tree = in.tree;
+        out.sheet = *in.open;
         out.mesh_before = in.last ? in.last->mesh : nullptr;
     } else {
         out.pose = geometry::placement(in.translate, in.rotate_degrees, Vec3::Ones(), Vec3::Zero());
@@ -78,8 +88,8 @@ void add_to(graph::Registry& registry)
                graph::Need::optional)
         .choice("kind", &Inputs::kind, {"plane", "sphere", "box", "mesh"},
                 "Shape of the obstacle. plane: solid below its local y = 0. mesh: solid inside if "
-                "it is closed; an open mesh is a sheet that is solid to a depth of two cubes "
-                "behind its front.")
+                "it is closed; an open mesh is a sheet with two sides. What starts less than two "
+                "cubes behind the front of a sheet is brought to its front.")
         .block<Sphere>(
             "sphere", &Inputs::sphere,
             [](graph::ParamsOf<Sphere>& p) {
@@ -109,6 +119,7 @@ void add_to(graph::Registry& registry)
                "more than h^2 / (8 R), or the collider shows through.",
                {.unit = "m"})
         .prepare("tree", &Inputs::tree, build_tree, {"mesh", "kind"})
+        .prepare("open", &Inputs::open, is_open, {"mesh", "kind"})
         .check(check)
         .output("collider", &Outputs::collider,
                 "The obstacle at this frame and at the frame before.")

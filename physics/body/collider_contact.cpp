@@ -18,6 +18,8 @@ namespace {
 using geometry::Mat3;
 using geometry::Transform;
 
+constexpr float held_before = 1e-6f;  // m, before the surface, where the way of a held point starts
+
 Transform between(const Transform& a, const Transform& b, double share)
 {
     if (a.isApprox(b, 0)) return b;
@@ -77,7 +79,7 @@ Touch touch_mesh(const PosedCollider& c, const Vec3& p)
 
 }  // namespace
 
-PosedCollider pose_collider(const Collider& in, double share, double frame, double h)
+PosedCollider pose_collider(const Collider& in, double share, double frame, double h, bool first)
 {
     PosedCollider out;
     out.kind = in.kind;
@@ -98,8 +100,16 @@ PosedCollider pose_collider(const Collider& in, double share, double frame, doub
         out.mesh_before = moves ? in.mesh_before.get() : nullptr;
         out.tree = in.tree ? in.tree : std::make_shared<const geometry::TriangleBvh>(*in.mesh);
         out.mesh_bounds = geometry::bounds(*in.mesh);
-        if (moves) out.mesh_bounds.add(geometry::bounds(*in.mesh_before));
+        if (moves) {
+            out.mesh_bounds.add(geometry::bounds(*in.mesh_before));
+            for (std::size_t k = 0; k < in.mesh->positions.size(); ++k) {
+                const auto way = in.mesh->positions[k] - in.mesh_before->positions[k];
+                out.longest = std::max(out.longest, double(way.norm()));
+            }
+        }
         out.reach = 2 * h;
+        out.sheet = in.sheet;
+        out.first = first;
     }
     return out;
 }
@@ -133,9 +143,10 @@ Touch touch(const PosedCollider& c, const Vec3& p)
 
 namespace {
 
-// Where a way first goes in.
+// Where a way first goes in, at the end of the step.
 struct Entry {
     Vec3 point, normal;
+    Vec3 velocity = Vec3::Zero();  // m/s, of the mesh there
 };
 
 // Where a way from outside leads into the ball of radius r about 0, be it beyond its end.
@@ -167,13 +178,28 @@ std::optional<Entry> entry_into_box(const Vec3& half, const Vec3& from, const Ve
     return Entry{from + in * way, Vec3(Vec3::Unit(axis) * (way[axis] > 0 ? -1 : 1))};
 }
 
+// Into a mesh, by the way of a point that came from one place to another within dt seconds.
+std::optional<Entry> entry_into_mesh(const PosedCollider& c, const Vec3& from, const Vec3& to,
+                                     double dt)
+{
+    using Bvh = geometry::TriangleBvh;
+    const auto faces = c.sheet ? Bvh::Faces::both : Bvh::Faces::front;
+    if (!c.mesh_before || !(c.frame > 0)) {
+        const auto hit = c.tree->entry(from, to, faces);
+        return hit ? std::optional(Entry{hit.point, hit.normal}) : std::nullopt;
+    }
+    const Bvh::Motion motion{
+        c.mesh_before->positions,    c.mesh->positions, c.mesh->topology->triangles,
+        1 - c.behind - dt / c.frame, 1 - c.behind,      c.longest};
+    const auto hit = c.tree->entry(from, to, faces, &motion);
+    if (!hit) return std::nullopt;
+    const Vec3 way = motion.way(hit.triangle, hit.barycentric);
+    return Entry{hit.point - c.behind * way, hit.normal, way / c.frame};
+}
+
 std::optional<Entry> entry_of(const PosedCollider& c, const Vec3& from, const Vec3& way)
 {
     std::optional<Entry> entry;
-    if (c.kind == Collider::Kind::mesh) {
-        if (const auto hit = c.tree->entry(from, from + way)) return Entry{hit.point, hit.normal};
-        return std::nullopt;
-    }
     const Vec3 local = c.inverse * from, along = c.inverse.linear() * way;
     if (c.kind == Collider::Kind::sphere) entry = entry_into_ball(c.radius, local, along);
     if (c.kind == Collider::Kind::box) entry = entry_into_box(c.half_size, local, along);
@@ -181,31 +207,70 @@ std::optional<Entry> entry_of(const PosedCollider& c, const Vec3& from, const Ve
     return entry;
 }
 
+// A point that went along `way` from where `held` has it on its side of the collider.
+Vec3 start_of(const Vec3& to, const Vec3& way, const Grip* held)
+{
+    const Vec3 from = to - (1 + 1e-6) * way;
+    return held
+               ? Vec3(from + 1.01 * double(held->depth + held_before) * held->normal.cast<double>())
+               : from;
+}
+
+// Before a sheet on the side that it comes from, or through it.
+Touch touch_sheet(const PosedCollider& c, const Vec3& to, const Vec3& way, double dt,
+                  const Grip* held)
+{
+    if (const auto entry = entry_into_mesh(c, start_of(to, way, held), to, dt)) {
+        return {(to - entry->point).dot(entry->normal) - c.thickness, entry->normal,
+                entry->velocity};
+    }
+    Touch t = touch_mesh(c, to);
+    if (t.gap < 0) t.gap = -t.gap, t.normal = -t.normal;
+    t.gap -= c.thickness;
+    return t;
+}
+
+// The same for a mesh with an inside that moves.
+Touch touch_moving(const PosedCollider& c, const Vec3& to, const Vec3& way, double dt,
+                   const Grip* held)
+{
+    const Touch t = touch(c, to);
+    const bool far = !std::isfinite(t.gap);
+    const Vec3 relative = way - dt * t.velocity;
+    if (!far && t.gap + c.thickness >= relative.norm() && !held) return t;
+    const auto entry = entry_into_mesh(c, start_of(to, way, held), to, dt);
+    if (!entry || !(far || entry->normal.dot(t.normal) < -0.5)) return t;
+    return {(to - entry->point).dot(entry->normal) - c.thickness, entry->normal, entry->velocity};
+}
+
 }  // namespace
 
-Touch touch(const PosedCollider& c, const Vec3& to, const Vec3& v, double dt)
+Touch touch(const PosedCollider& c, const Vec3& to, const Vec3& v, double dt, const Grip* held)
 {
+    if (c.sheet && !(c.first && touch_mesh(c, to - dt * v).gap < 0)) {
+        return touch_sheet(c, to, dt * v, dt, held);
+    }
+    if (c.mesh_before) return touch_moving(c, to, dt * v, dt, held);
     Touch t = touch(c, to);
     if (c.kind == Collider::Kind::plane) return t;
     const bool far = !std::isfinite(t.gap);
     // As the collider sees it, and a bit of what went before: it may have started on the surface.
-    const Vec3 way = (1 + 1e-6) * dt * (v - t.velocity);
+    const Vec3 from = start_of(to, dt * (v - t.velocity), held), way = to - from;
     const double length = way.norm(), gap = t.gap + c.thickness;
     // Nothing that near, or it is on its way in through the side that it is nearest to.
-    if (far ? c.mesh_before || length <= c.reach : gap >= length) return t;
+    if (far ? length <= c.reach : gap >= length) return t;
     if (gap < 0 && (way.dot(t.normal) <= 0 || length < -gap)) return t;
-    // A mesh stands where it will be at the end of the frame.
-    const Vec3 ahead = c.mesh_before ? Vec3(c.behind * c.frame * t.velocity) : Vec3(Vec3::Zero());
-    const Vec3 from = to + ahead - way;
     // Through, and not over an edge.
     const auto opposite = [&](const Vec3& n) { return far || n.dot(t.normal) < -0.5; };
-    if (const auto entry = entry_of(c, from, way)) {
+    const auto entry =
+        c.kind == Collider::Kind::mesh ? entry_into_mesh(c, from, to, dt) : entry_of(c, from, way);
+    if (entry) {
         if (!opposite(entry->normal)) return t;
         t.normal = entry->normal;
-        t.gap = (to + ahead - entry->point).dot(t.normal) - c.thickness;
+        t.gap = (to - entry->point).dot(t.normal) - c.thickness;
         return t;
     }
-    const Touch before = touch(c, to - way);
+    const Touch before = touch(c, from);
     if (before.gap < 0 && way.dot(before.normal) < 0 && opposite(before.normal)) {
         t.normal = before.normal;
         t.gap = before.gap + way.dot(before.normal);
@@ -233,61 +298,104 @@ bool may_touch(const PosedCollider& c, const Vec3& p, double radius, double spee
            ((p - margin).array() <= c.mesh_bounds.hi.array()).all();
 }
 
-std::vector<PointContact> find_collider_contacts(const ContactSurface& surface, double h,
-                                                 const double* x, const double* v,
-                                                 const std::vector<PosedCollider>& colliders,
-                                                 double dt, double tangent)
+namespace {
+
+// A step's view of a body's surface and the colliders.
+struct Scene {
+    const ContactSurface& surface;
+    double h;
+    const double* x;
+    const double* v;
+    const std::vector<PosedCollider>& colliders;
+    const std::vector<Grip>& held;
+    double dt;
+    double stiffest;  // N/m
+    double deepest;   // m, that a point is held in a collider
+};
+
+// The plane of a point, number i of the surface, on cube c.
+void add_touch(const Scene& scene, const PlaneTouch& point, std::size_t c, std::uint32_t i,
+               std::vector<PlaneTouch>& out)
+{
+    const ContactSurface& surface = scene.surface;
+    const PosedCollider& collider = scene.colliders[point.other];
+    Vec3 p = Vec3::Zero(), velocity = Vec3::Zero();
+    for (std::size_t a = 0; a < 8; ++a) {
+        p += double(point.weight[a]) * at(scene.x, point.corners[a]);
+        velocity += double(point.weight[a]) * at(scene.v, point.corners[a]);
+    }
+    const Grip* const held = find_grip(scene.held, point.point, point.other);
+    const Touch t = touch(collider, p, velocity, scene.dt, held);
+    if (!(t.gap < known_before * scene.h)) return;
+    PlaneTouch& touch = out.emplace_back(point);
+    const double area = double(surface.point_area[i]);
+    const double way = scene.dt * (t.velocity - velocity).dot(t.normal);  // in, m
+    const double mass = double(surface.mass[c]) * std::min(1.0, area / (scene.h * scene.h));
+    const double least =
+        std::min(10 * double(surface.stiffness[c]) * area / scene.h, scene.stiffest);
+    touch.stiffness = stopping(least, mass, way, scene.dt, scene.h);
+    touch.normal = t.normal;
+    touch.drift = t.velocity;
+    touch.friction = collider.friction;
+    touch.offset = t.gap - t.normal.dot(p);
+}
+
+// The colliders that points on cube c may touch.
+void find_near(const Scene& scene, std::size_t c, const CornerRuns::Corners& corners,
+               std::vector<std::uint32_t>& near)
+{
+    Vec3 centre = Vec3::Zero();
+    for (const auto k : corners) centre += at(scene.x, k) / 8;
+    double radius = 0, speed = 0;
+    for (const auto k : corners) {
+        radius = std::max(radius, (at(scene.x, k) - centre).norm());
+        speed = std::max(speed, at(scene.v, k).norm());
+    }
+    const double reach =
+        1.5 * double(scene.surface.on(c).reach) * radius + known_before * scene.h + scene.deepest;
+    near.clear();
+    for (std::uint32_t i = 0; i < scene.colliders.size(); ++i) {
+        if (may_touch(scene.colliders[i], centre, reach, speed, scene.dt)) near.push_back(i);
+    }
+}
+
+}  // namespace
+
+std::vector<PlaneTouch> find_collider_touches(const ContactSurface& surface, double h,
+                                              const double* x, const double* v,
+                                              const std::vector<PosedCollider>& colliders,
+                                              const std::vector<Grip>& held, double dt)
 {
     constexpr std::size_t grain = 256;  // cubes
     const std::size_t cubes = surface.corners.size();
     if (colliders.empty() || cubes == 0) return {};
-    const double creep = 1e-4 * h / dt;
     const double stiffest = 1000 * surface.body_mass * 9.81 / h;
-    std::vector<std::vector<PointContact>> found((cubes + grain - 1) / grain);
-    const auto look = [&](std::size_t c, const CornerRuns::Corners& corners,
-                          std::vector<PointContact>& out) {
-        const SurfacePatch& patch = surface.on(c);
-        Vec3 centre = Vec3::Zero();
-        for (const auto k : corners) centre += at(x, k) / 8;
-        double radius = 0;
-        for (const auto k : corners) radius = std::max(radius, (at(x, k) - centre).norm());
-        double speed = 0;
-        for (const auto k : corners) speed = std::max(speed, at(v, k).norm());
-        for (const PosedCollider& collider : colliders) {
-            if (!may_touch(collider, centre, 1.5 * double(patch.reach) * radius, speed, dt)) {
-                continue;
-            }
-            for (std::uint32_t i = patch.point; i < patch.points_end; ++i) {
-                const auto& weight = surface.point[i];
-                Vec3 p = Vec3::Zero();
-                for (std::size_t a = 0; a < 8; ++a) p += double(weight[a]) * at(x, corners[a]);
-                Vec3 velocity = Vec3::Zero();
-                for (std::size_t a = 0; a < 8; ++a) {
-                    velocity += double(weight[a]) * at(v, corners[a]);
-                }
-                const Touch t = touch(collider, p, velocity, dt);
-                if (!(t.gap < 0)) continue;
-                const double area = surface.point_area[i];
-                const double stiffness =
-                    std::min(10 * surface.stiffness[c] * area / h, stiffest) +
-                    surface.mass[c] * std::min(1.0, area / (h * h)) / (dt * dt);
-                PointContact contact = contact_at({t.gap, t.normal, velocity - t.velocity},
-                                                  stiffness, {collider.friction, creep, tangent});
-                std::copy(corners.begin(), corners.end(), contact.corners.begin());
-                std::copy(weight.begin(), weight.end(), contact.weight.begin());
-                out.push_back(contact);
-            }
-        }
-    };
+    const Scene scene{surface, h, x, v, colliders, held, dt, stiffest, deepest_of(held)};
+    std::vector<std::vector<PlaneTouch>> found((cubes + grain - 1) / grain);
     geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::uint32_t> near;
+        PlaneTouch touch;
+        touch.count = 8;
         for (std::size_t g = begin; g < end; ++g) {
             const std::size_t last = std::min(cubes, (g + 1) * grain);
             surface.corners.for_each(g * grain, last, [&](std::size_t c, const auto& corners) {
-                look(c, corners, found[g]);
+                find_near(scene, c, corners, near);
+                if (near.empty()) return;
+                std::copy(corners.begin(), corners.end(), touch.corners.begin());
+                const SurfacePatch& patch = surface.on(c);
+                for (std::uint32_t i = patch.point; i < patch.points_end; ++i) {
+                    const auto& weight = surface.point[i];
+                    std::copy(weight.begin(), weight.end(), touch.weight.begin());
+                    touch.point = surface.first_point[c] + (i - patch.point);
+                    for (const auto collider : near) {
+                        touch.other = collider;
+                        add_touch(scene, touch, c, i, found[g]);
+                    }
+                }
             });
         }
     });
-    std::vector<PointContact> all;
+    std::vector<PlaneTouch> all;
     for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
     return all;
 }

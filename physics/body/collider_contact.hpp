@@ -5,7 +5,7 @@
 // The law of these forces stands in point_contact.hpp.
 
 #include "physics/body/contact_surface.hpp"
-#include "physics/body/point_contact.hpp"
+#include "physics/body/plane_touch.hpp"
 #include "physics/state/loads.hpp"
 
 #include <span>
@@ -29,11 +29,17 @@ struct PosedCollider {
     const geometry::TriMesh* mesh_before = nullptr;  // at its start
     std::shared_ptr<const geometry::TriangleBvh> tree;
     geometry::Box mesh_bounds;
-    double reach = 0;  // m, how deep below an open mesh still counts as inside
+    double longest = 0;  // m, way of a vertex within the frame
+    double reach = 0;    // m, how deep below an open mesh still counts as inside
+    bool sheet = false;  // nothing is inside: points touch the side that they come from
+    bool first = false;  // in this frame, but for what starts less than `reach` behind its front
 };
 
 // `share` 0..1 of the frame of `frame` seconds has gone by. `h` (m) is the scale of the body.
-PosedCollider pose_collider(const Collider& collider, double share, double frame, double h);
+// `first`: the frame is the first of a shot, where things that are to stand on a sheet may lie a
+// bit below.
+PosedCollider pose_collider(const Collider& collider, double share, double frame, double h,
+                            bool first = false);
 
 // Where a point stands to a collider.
 struct Touch {
@@ -45,8 +51,10 @@ struct Touch {
 Touch touch(const PosedCollider& collider, const Vec3& p);
 
 // The same for a point that has come to `to` at velocity v (m/s) within dt seconds: where it went
-// through the nearest wall, or past the middle of it, it touches the side that it came from.
-Touch touch(const PosedCollider& collider, const Vec3& to, const Vec3& v, double dt);
+// through the nearest wall, or past the middle of it, it touches the side that it came from. What
+// `held` it at the start, if any, tells on which side and how deep it was.
+Touch touch(const PosedCollider& collider, const Vec3& to, const Vec3& v, double dt,
+            const Grip* held = nullptr);
 
 // Whether points within `radius` of p, none faster than `speed`, may touch after dt seconds: a
 // distance changes no faster than a place.
@@ -59,11 +67,13 @@ bool may_touch(const PosedCollider& collider, const Vec3& p, double radius, doub
 std::vector<std::string> buried(const geometry::Cubes& cubes, const Pins& pins,
                                 std::span<const Collider> colliders);
 
-// All contacts of points at x moving at v (four numbers a slot), in a step of dt seconds. `tangent`
-// is the a of point_contact.hpp, 0 .. 1.
-std::vector<PointContact> find_collider_contacts(const ContactSurface& surface, double h,
-                                                 const double* x, const double* v,
-                                                 const std::vector<PosedCollider>& colliders,
-                                                 double dt, double tangent);
+// The planes of all points that come to x at v (four numbers a slot) within dt seconds and are then
+// in a collider, or before it by less than known_before cubes; in_order(). `held` are the holds of
+// the state that the step starts with. A plane at which a point arrives fast is so much stiffer
+// that the point goes a tenth of a cube deep.
+std::vector<PlaneTouch> find_collider_touches(const ContactSurface& surface, double h,
+                                              const double* x, const double* v,
+                                              const std::vector<PosedCollider>& colliders,
+                                              const std::vector<Grip>& held, double dt);
 
 }  // namespace physics

@@ -433,7 +433,8 @@ CornerRuns::Corners CornerRuns::operator[](std::size_t cube) const
 std::size_t ContactSurface::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
-    return corners.bytes() + of(patch_of, stiffness, mass, patch, point, point_area, area, piece);
+    return corners.bytes() +
+           of(patch_of, stiffness, mass, first_point, patch, point, point_area, area, piece);
 }
 
 ContactSurface make_contact_surface(const Cubes& cubes, const std::vector<std::uint32_t>& slot,
@@ -446,6 +447,7 @@ ContactSurface make_contact_surface(const Cubes& cubes, const std::vector<std::u
     ContactSurface out;
     for (const double m : cubes.mass) out.body_mass += m;
     std::unordered_map<std::string, std::uint32_t> known;
+    std::uint32_t points = 0;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         Patch patch = std::exchange(patches[c], {});
         if (patch.points.empty() && patch.areas.empty() && patch.within.empty()) continue;
@@ -467,10 +469,13 @@ ContactSurface make_contact_surface(const Cubes& cubes, const std::vector<std::u
         const auto [at, fresh] = known.emplace(bytes_of(patch), out.patch.size());
         if (fresh) add_patch(patch, out);
         out.patch_of.push_back(at->second);
+        out.first_point.push_back(points);
+        points += out.patch[at->second].points_end - out.patch[at->second].point;
     }
     out.patch_of.shrink_to_fit();
     out.stiffness.shrink_to_fit();
     out.mass.shrink_to_fit();
+    out.first_point.shrink_to_fit();
     return out;
 }
 

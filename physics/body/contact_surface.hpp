@@ -78,6 +78,8 @@ struct ContactSurface {
     std::vector<std::uint32_t> patch_of;  // S, into patch
     std::vector<float> stiffness;         // S, Pa, Young's modulus times fill
     std::vector<float> mass;              // S, kg, of the cube
+    std::vector<std::uint32_t>
+        first_point;  // S, its points are numbered from there: over all cubes
 
     std::vector<SurfacePatch> patch;
     std::vector<std::array<float, 8>> point;  // P, weight of each corner, as the point is embedded

@@ -208,10 +208,10 @@ std::vector<PartPair> overlapping_at_rest(const PartShapes& shapes, const Corner
     const Aligned<double> still(body.numbers, 0);
     std::vector<PartPair> out;
     const auto pairs = near_parts(shapes, body.rest.data(), still.data(), 1);
-    for (const PartTouch& touch :
+    for (const PlaneTouch& touch :
          find_part_touches(shapes, pairs, body.rest.data(), still.data(), 1, Look::back)) {
         if (!(-touch.gap(body.rest.data()) > deep * shapes.size)) continue;
-        const std::uint32_t a = body.part_of(touch.corners[0]), b = touch.part;
+        const std::uint32_t a = body.part_of(touch.corners[0]), b = touch.other;
         out.push_back({std::min(a, b), std::max(a, b)});
     }
 

@@ -134,21 +134,22 @@ Vec3 outward_of(const Scene& scene, const Moving& moving)
 }
 
 // The plane at a gap that a point has where it is `in` a cube of the target.
-PartTouch make_touch(const Scene& scene, const Moving& moving, const Target& target,
-                     std::uint32_t cube, const InCube& in, const Gap& gap)
+PlaneTouch make_touch(const Scene& scene, const Moving& moving, const Target& target,
+                      std::uint32_t cube, const InCube& in, const Gap& gap)
 {
     const PartShapes& shapes = scene.shapes;
     const double h = shapes.size, area = double(moving.point->area);
     const double young = std::min(shapes.stiffness[moving.cube], shapes.stiffness[cube]);
     const double mass = std::min(shapes.mass[moving.cube] * std::min(1.0, area / (h * h)),
                                  double(shapes.mass[cube]));
-    PartTouch touch;
+    PlaneTouch touch;
     touch.point = moving.number;
-    touch.part = target.part;
+    touch.other = target.part;
     touch.normal = gap.normal;
     touch.friction = shapes.friction;
+    const double way = scene.dt * (target.velocity - moving.v).dot(gap.normal);
     touch.stiffness =
-        std::min(10 * young * area / h, scene.stiffest) + mass / (scene.dt * scene.dt);
+        stopping(std::min(10 * young * area / h, scene.stiffest), mass, way, scene.dt, h);
     const std::array<double, 8> weight = geometry::trilinear_weights(in.u);
     for (std::size_t a = 0; a < 8; ++a) {
         touch.corners[a] = shapes.corners[moving.cube][a];
@@ -168,8 +169,8 @@ std::array<Vec3, 8> corners_of(const Scene& scene, std::uint32_t cube)
 }
 
 // Where a point would be in a cube of the target when it is `behind` (m) where it is.
-std::optional<PartTouch> touch_in(const Scene& scene, const Moving& moving, const Target& target,
-                                  std::uint32_t cube, const Vec3& behind)
+std::optional<PlaneTouch> touch_in(const Scene& scene, const Moving& moving, const Target& target,
+                                   std::uint32_t cube, const Vec3& behind)
 {
     constexpr double slack = 1e-6;     // cubes: what lies on a face is in both cubes
     constexpr double rounding = 1e-6;  // cubes: of what lies no deeper, the side is not known
@@ -191,7 +192,7 @@ std::optional<PartTouch> touch_in(const Scene& scene, const Moving& moving, cons
     return make_touch(scene, moving, target, cube, *in, *gap);
 }
 
-// How far before a face a point may be to be told of it, cubes.
+// How far before a face a point may be to be told of it, cubes: more where it looks ahead at speed.
 double reach_of(const Scene& scene, const Vec3& way)
 {
     constexpr double most = 1;
@@ -201,9 +202,9 @@ double reach_of(const Scene& scene, const Vec3& way)
 
 // The plane before a point that is in none of the target's cubes `near`: of the one that it is
 // nearest to, among three whose middles are.
-std::optional<PartTouch> touch_before(const Scene& scene, const Moving& moving,
-                                      const Target& target, const std::vector<std::uint32_t>& near,
-                                      double reach)
+std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
+                                       const Target& target, const std::vector<std::uint32_t>& near,
+                                       double reach)
 {
     const double h = scene.shapes.size;
     const Vec3f p = moving.p.cast<float>();
@@ -238,9 +239,9 @@ std::optional<PartTouch> touch_before(const Scene& scene, const Moving& moving,
 
 // The touch of a point with one of the target's cubes `near`, at the first place on its way where
 // it is inside; else of where it is before them. `close` is room.
-std::optional<PartTouch> first_touch(const Scene& scene, const Moving& moving, const Target& target,
-                                     const std::vector<std::uint32_t>& near,
-                                     std::vector<std::uint32_t>& close)
+std::optional<PlaneTouch> first_touch(const Scene& scene, const Moving& moving,
+                                      const Target& target, const std::vector<std::uint32_t>& near,
+                                      std::vector<std::uint32_t>& close)
 {
     constexpr double stride = 0.4;  // of a cube
     constexpr int most = 64;        // places on the way
@@ -273,7 +274,7 @@ std::optional<PartTouch> first_touch(const Scene& scene, const Moving& moving, c
 }
 
 void look(const Scene& scene, const Job& job, const Target& target, const Box& target_box,
-          std::vector<PartTouch>& out)
+          std::vector<PlaneTouch>& out)
 {
     const PartShapes& shapes = scene.shapes;
     const auto holders = shapes.holders[job.from];
@@ -386,9 +387,9 @@ std::vector<PartPair> near_parts(const PartShapes& shapes, const double* x, cons
     return pairs;
 }
 
-std::vector<PartTouch> find_part_touches(const PartShapes& shapes,
-                                         const std::vector<PartPair>& pairs, const double* x,
-                                         const double* v, double dt, Look how)
+std::vector<PlaneTouch> find_part_touches(const PartShapes& shapes,
+                                          const std::vector<PartPair>& pairs, const double* x,
+                                          const double* v, double dt, Look how)
 {
     if (pairs.empty()) return {};
     const Scene scene{shapes, x, v, dt, 1000 * shapes.mass_of_all * 9.81 / shapes.size, how};
@@ -399,7 +400,7 @@ std::vector<PartTouch> find_part_touches(const PartShapes& shapes,
             fill_target(scene, meetings.regions[t], meetings.targets[t]);
         }
     });
-    std::vector<std::vector<PartTouch>> found(meetings.jobs.size());
+    std::vector<std::vector<PlaneTouch>> found(meetings.jobs.size());
     geometry::parallel_for(meetings.jobs.size(), 4, [&](std::size_t begin, std::size_t end) {
         for (std::size_t j = begin; j < end; ++j) {
             const Job& job = meetings.jobs[j];
@@ -407,9 +408,9 @@ std::vector<PartTouch> find_part_touches(const PartShapes& shapes,
             look(scene, job, target, meetings.box[job.target], found[j]);
         }
     });
-    std::vector<PartTouch> all;
+    std::vector<PlaneTouch> all;
     for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
-    std::sort(all.begin(), all.end(), in_order<PartTouch, PartTouch>);
+    std::sort(all.begin(), all.end(), in_order<PlaneTouch, PlaneTouch>);
     return all;
 }
 

@@ -13,10 +13,10 @@
 // another side within the step is pushed back out of that side.
 //
 //   part boxes -> pairs of parts that are near -> cubes and points in the boxes' overlap
-//     -> tree of cubes -> u of each point -> shape at rest -> plane (part_touch.hpp)
+//     -> tree of cubes -> u of each point -> shape at rest -> plane (plane_touch.hpp)
 
 #include "physics/body/part_shapes.hpp"
-#include "physics/body/part_touch.hpp"
+#include "physics/body/plane_touch.hpp"
 
 #include <vector>
 
@@ -33,14 +33,10 @@ enum class Look {
     back    // the step ends at x: on the whole way there
 };
 
-// A point is told of a face that it is before by less than this, cubes; more where it looks ahead
-// at speed.
-constexpr double known_before = 0.3;
-
 // The planes of all points of a part of each pair that are in the other part or before a face of
 // it, in_order().
-std::vector<PartTouch> find_part_touches(const PartShapes& shapes,
-                                         const std::vector<PartPair>& pairs, const double* x,
-                                         const double* v, double dt, Look how);
+std::vector<PlaneTouch> find_part_touches(const PartShapes& shapes,
+                                          const std::vector<PartPair>& pairs, const double* x,
+                                          const double* v, double dt, Look how);
 
 }  // namespace physics

@@ -42,6 +42,20 @@ double pin_target(const StepFrame& frame, std::size_t pin, std::size_t axis, dou
     return share == 1 ? to : from + share * (to - from);
 }
 
+namespace {
+
+// What colliders touch at x when corners came there at stage.w.
+std::vector<PlaneTouch> find_holds(const Stage& stage, const Aligned<double>& x)
+{
+    const CornerBody& body = stage.frame.body;
+    auto found = find_collider_touches(body.skin, body.h, x.data(), stage.w.data(), stage.colliders,
+                                       stage.held, stage.tau);
+    take_grips(found, stage.held);
+    return found;
+}
+
+}  // namespace
+
 void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>& v0, double tau,
                  double share)
 {
@@ -58,17 +72,23 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     }
     stage.colliders.clear();
     for (const Collider& c : loads.colliders) {
-        stage.colliders.push_back(pose_collider(c, share, frame.seconds, frame.body.h));
+        stage.colliders.push_back(
+            pose_collider(c, share, frame.seconds, frame.body.h, frame.first));
     }
     stage.near.clear();
     stage.touches.clear();
+    stage.holds.clear();
     if (frame.body.shapes) {
         stage.near = near_parts(*frame.body.shapes, x0.data(), v0.data(), tau);
         stage.touches = find_part_touches(*frame.body.shapes, stage.near, x0.data(), v0.data(), tau,
                                           Look::ahead);
         take_grips(stage.touches, stage.grips);
-        stage.looked_at = x0;
     }
+    if (!stage.colliders.empty()) {
+        stage.w.assign(frame.n, 0);
+        stage.holds = find_holds(stage, x0);
+    }
+    stage.looked_at = x0;
     stage.w = v0;
     for (std::size_t i = 0; i < loads.pins.corner.size(); ++i) {
         const std::size_t at = 4 * frame.body.slot_of(loads.pins.corner[i]);
@@ -105,34 +125,48 @@ void place(Stage& stage)
     }
 }
 
-bool find_touches(Stage& stage)
+bool find_touches(Stage& stage, Known known)
 {
     constexpr double much = 0.01;               // cubes
     constexpr double far = 0.5 * known_before;  // cubes: both of a pair may have moved so far
-    if (stage.near.empty()) return false;
+    if (!may_touch(stage)) return false;
+    const double h = stage.frame.body.h;
     double moved = 0;
     for (std::size_t i = 0; i < stage.frame.n; ++i) {
         moved = std::max(moved, std::abs(stage.x[i] - stage.looked_at[i]));
     }
-    if (moved <= far * stage.frame.body.h) return false;
+    if (moved <= far * h) return false;
     stage.looked_at = stage.x;
-    auto found = find_part_touches(*stage.frame.body.shapes, stage.near, stage.x.data(),
-                                   stage.w.data(), stage.tau, Look::back);
-    take_grips(found, stage.grips);
-    return add_found(stage.touches, found, stage.x.data(), much * stage.frame.body.h);
+    bool changed = false;
+    if (!stage.near.empty()) {
+        auto found = find_part_touches(*stage.frame.body.shapes, stage.near, stage.x.data(),
+                                       stage.w.data(), stage.tau, Look::back);
+        take_grips(found, stage.grips);
+        changed = add_found(stage.touches, found, stage.x.data(), much * h);
+    }
+    if (!stage.colliders.empty()) {
+        const auto found = find_holds(stage, stage.x);
+        changed |= known == Known::kept ? add_found(stage.holds, found, stage.x.data(), much * h)
+                                        : renew(stage.holds, found, stage.x.data(), much * h);
+    }
+    return changed;
 }
 
 std::vector<PointContact> touching(const Stage& stage)
 {
     constexpr double nearly = 0.95;  // the derivative itself may leave a slip with no resistance
-    const CornerBody& body = stage.frame.body;
     const double tangent = stage.wary ? nearly : 0;
-    auto out = find_collider_contacts(body.skin, body.h, stage.x.data(), stage.w.data(),
-                                      stage.colliders, stage.tau, tangent);
+    auto out = press(stage.holds, stage.x.data(), stage.w.data(), stage.tau, tangent);
     if (stage.touches.empty()) return out;
     const auto parts = press(stage.touches, stage.x.data(), stage.w.data(), stage.tau, tangent);
     out.insert(out.end(), parts.begin(), parts.end());
     return out;
+}
+
+void hold_loads(Stage& stage)
+{
+    hold_loads(stage.touches, stage.x.data());
+    hold_loads(stage.holds, stage.x.data());
 }
 
 void linearise(Stage& stage, const Aligned<double>& x)

@@ -42,6 +42,7 @@ struct StepFrame {
     Aligned<double> mass, damping;  // kg, kg/s: M, D as lumped on corners
     Aligned<double> fixed;          // 1: pinned
     bool windy = false;
+    bool first = false;  // of a shot
 };
 
 struct Stage {
@@ -67,10 +68,10 @@ struct Stage {
     bool wary = false;               // of friction in contacts to be found
 
     std::vector<PosedCollider> colliders;
-    std::vector<PartPair> near;      // parts that may touch each other
-    std::vector<PartTouch> touches;  // of them, found by find_touches()
-    std::vector<Grip> grips;         // of touches when the step began
-    Aligned<double> looked_at;       // m: where touches were looked for last
+    std::vector<PartPair> near;              // parts that may touch each other
+    std::vector<PlaneTouch> touches, holds;  // of parts, of colliders; found by find_touches()
+    std::vector<Grip> grips, held;           // those that the step began with
+    Aligned<double> looked_at;               // m: where touches were looked for last
     std::vector<PointContact> contacts;
 };
 
@@ -104,11 +105,15 @@ void times_damping(const Stage& stage, const Aligned<double>& v, Aligned<double>
 
 // x = x0 + tau w
 void place(Stage& stage);
-// Finds which points of parts are in other parts where w leads, or before them, where that is far
-// from where they were looked for last. Returns whether any that is new is pushed.
-bool find_touches(Stage& stage);
-// The contacts of x, w: with colliders, and of what find_touches() found.
+enum class Known { kept, renewed };
+// Finds which points are in other parts and in colliders where w leads, or before them, where that
+// is far from where they were looked for last. Planes of colliders that are known already are kept,
+// or become those found now. Returns whether a push has changed.
+bool find_touches(Stage& stage, Known known = Known::renewed);
+// The contacts of x, w, of what find_touches() found.
 std::vector<PointContact> touching(const Stage& stage);
+// Friction of all that touches yields from now on by the push at x.
+void hold_loads(Stage& stage);
 // f and K at x, which may be x0 or stage.x. Where they were evaluated there last, they are kept.
 void linearise(Stage& stage, const Aligned<double>& x);
 // r of w and of the contacts as they were found last.

@@ -52,7 +52,7 @@ Phi start_from_lowest(Stage& stage)
     for (Aligned<double>* w : {&best, &on, &stage.w}) {
         stage.w.swap(*w);
         place(stage);
-        find_touches(stage);
+        find_touches(stage, Known::kept);
         stage.w.swap(*w);
     }
     Phi phi = potential(stage, best);

@@ -9,15 +9,13 @@
 namespace physics {
 namespace {
 
-// Most contacts settle in a few rounds with steps that never reverse a slip. From this round on
-// steps take friction nearly by its derivative, and are shortened where they go too far. Where
-// parts touch each other, what they touch at is looked for in the rounds before it.
-constexpr int first_wary_round = 3;
-constexpr int first_wary_round_of_parts = 2;
+// What is touched is looked for in the rounds before this one. From it on, steps take friction
+// nearly by its derivative, and are shortened where they go too far.
+constexpr int first_wary_round = 2;
 
-// Contacts of parts come and go between rounds, so that none of them need be solved exactly.
-constexpr double part_accuracy = 0.02;
-// Parts are looked at again where the forces balance so far, as a share of those at work.
+// Contacts come and go between rounds, so that none of them need be solved exactly.
+constexpr double contact_accuracy = 0.02;
+// What is touched is looked for again where the forces balance so far, as a share of those at work.
 constexpr double near_enough = 0.01;
 
 // Free corners set off as the steady forces have them, unless they then touch something.
@@ -73,14 +71,12 @@ void start_rounds(Stage& stage, StepSolver& solver)
 // What stays as it is from round to round.
 struct Rounds {
     Rounds(const Stage& stage, double at_work)
-        : one(stage.frame.options.newton_iterations == 1), parts(!stage.near.empty()),
-          first_wary(parts ? first_wary_round_of_parts : first_wary_round),
+        : one(stage.frame.options.newton_iterations == 1), touches(may_touch(stage)),
           target(stage.frame.options.tolerance * at_work)
     {}
 
-    bool one;    // linear forces alone were asked for
-    bool parts;  // may touch each other
-    int first_wary;
+    bool one;       // linear forces alone were asked for
+    bool touches;   // it may
     double target;  // the norm of the residual that is small enough
 };
 
@@ -102,8 +98,9 @@ void go_down(Stage& stage, StepSolver& solver, double at_work, StepRecord& recor
 void take_delta(Stage& stage, StepSolver& solver, const Rounds& rounds, double size,
                 StepRecord& record)
 {
-    const double goal =
-        rounds.parts ? std::max(0.5 * rounds.target, part_accuracy * size) : rounds.target;
+    const double goal = stage.contacts.empty()
+                            ? rounds.target
+                            : std::max(0.5 * rounds.target, contact_accuracy * size);
     const Solved solved = solve_linear(solver, stage, goal);
     record.report.iterations += solved.iterations;
     if (!solved.converged) record.short_of_iterations = true;
@@ -115,26 +112,26 @@ void take_delta(Stage& stage, StepSolver& solver, const Rounds& rounds, double s
 double take_contacts(Stage& stage, StepSolver& solver, const Rounds& rounds, int round,
                      const Aligned<double>& from, double slope)
 {
-    const bool wary = round >= rounds.first_wary;
-    const bool apart = stage.contacts.empty() && stage.colliders.empty();
+    const bool wary = round >= first_wary_round;
+    const bool apart = stage.contacts.empty();
     place(stage);
     if (!wary) find_touches(stage);
-    if (round == rounds.first_wary) hold_loads(stage.touches, stage.x.data());
-    stage.wary = round + 1 >= rounds.first_wary;
+    if (round == first_wary_round) hold_loads(stage);
+    stage.wary = round + 1 >= first_wary_round;
     stage.contacts = touching(stage);
-    if (apart && rounds.one && stage.contacts.empty()) return 0;  // parts that passed by
+    if (apart && rounds.one && stage.contacts.empty()) return 0;  // it passed by
     if (!rounds.one) linearise_here(stage);
     find_residual(stage);
     if (wary) draw_back(stage, from, slope);
     return measure(stage, solver);
 }
 
-// Where the forces balance, looks for more that parts touch at. Returns the norm of what is left
+// Where the forces balance, looks for more that is touched. Returns the norm of what is left
 // over then.
 double join(Stage& stage, StepSolver& solver, bool again, double size)
 {
     if (!find_touches(stage) && again) return size;
-    hold_loads(stage.touches, stage.x.data());
+    hold_loads(stage);
     stage.contacts = touching(stage);
     find_residual(stage);
     return measure(stage, solver);
@@ -148,25 +145,25 @@ void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, St
     const Rounds rounds(stage, at_work);
     const int most =
         std::max(options.newton_iterations, may_touch(stage) ? options.contact_iterations : 1);
-    bool joined = !rounds.parts;
+    bool joined = !rounds.touches;
     Aligned<double> from;
     for (int round = 0; round < most && size > rounds.target; ++round) {
-        if (round >= rounds.first_wary) from = stage.w;
+        if (round >= first_wary_round) from = stage.w;
         take_delta(stage, solver, rounds, size, record);
-        // What parts touch at is not known yet in the first round: they are judged by the last.
-        if (round == 0 && !rounds.parts && is_violent(stage)) {
+        // What is touched is not known yet in the first round: it is judged by the last.
+        if (round == 0 && !rounds.touches && is_violent(stage)) {
             return go_down(stage, solver, at_work, record);
         }
         if (!may_touch(stage)) return;  // linear forces alone: solved
         size = take_contacts(stage, solver, rounds, round, from, dot(stage.r, stage.delta));
         if (!std::isfinite(size)) return;
-        if (rounds.parts && size > 0 &&
+        if (rounds.touches && size > 0 &&
             size <= (joined ? rounds.target : std::max(rounds.target, near_enough * at_work))) {
             size = join(stage, solver, joined, size);
             joined = true;
         }
     }
-    if (rounds.parts && is_violent(stage)) return go_down(stage, solver, at_work, record);
+    if (rounds.touches && is_violent(stage)) return go_down(stage, solver, at_work, record);
     if (size <= 1.0001 * rounds.target) return;
     record.unsettled = true;
     record.left = std::max(record.left, size / at_work);
@@ -181,8 +178,13 @@ void solve_stage(Stage& stage, StepSolver& solver, StepRecord& record)
     const double size = norm(solver, stage.r);
     const AtWork at = at_work(stage);
     if (options.newton_iterations == 1 || may_touch(stage)) {
+        // What contacts push back at first, far into what they touch, is no force at work. What
+        // they have to do is to stop the body.
+        Aligned<double> momentum;
+        times_mass(stage, stage.v0, momentum);
+        const double push = std::min(size, norm(solver, momentum));
         go_rounds(stage, solver, size,
-                  std::max({size, norm(solver, at.outside), norm(solver, at.elastic)}), record);
+                  std::max({push, norm(solver, at.outside), norm(solver, at.elastic)}), record);
         return;
     }
     const Descent how{

@@ -134,7 +134,10 @@ bool step_or_halves(FrameStep& step, double begin, double end, int halvings)
     if (finite && !is_torn_apart(step, halvings)) {
         step.record.unsettled |= record.unsettled;
         step.record.violent |= record.violent;
-        step.stage.grips = grips_of(step.stage.touches, before.x.data(), step.now.x.data());
+        const double dt = (end - begin) * step.frame.seconds;
+        const double* const x0 = before.x.data();
+        step.stage.grips = grips_of(step.stage.touches, x0, step.now.x.data(), dt);
+        step.stage.held = grips_of(step.stage.holds, x0, step.now.x.data(), dt);
         return true;
     }
     step.now = before;
@@ -226,7 +229,9 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
     FrameStep step(frame, elasticity);
     step.now = load(body, state);
     step.stage.grips = std::move(state.grips);
+    step.stage.held = std::move(state.holds);
     frame.start = step.now.x;
+    frame.first = state.time == 0;
     if (options.integrator == Integrator::implicit_midpoint) {
         step.account = open_account(step.stage, step.now.x, step.now.v);
     }
@@ -238,6 +243,7 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
     }
     store(body, step.now, state);
     state.grips = std::move(step.stage.grips);
+    state.holds = std::move(step.stage.held);
     if (is_far(state)) {
         step.record.report.converged = false;
         step.record.report.warnings.emplace_back(told_of_distance());

@@ -49,6 +49,7 @@ struct SkinPlace {
     Vec3 at = Vec3::Zero(), v = Vec3::Zero();  // m, m/s
     double inverse = 0;                        // 1/kg
     bool stays = false;                        // it is let no deeper in, and not driven out
+    std::uint32_t point = none;                // of the skin
 };
 
 SkinPlace place_of(const ContactScene& scene, const CornerRuns::Corners& corners, std::uint32_t i)
@@ -104,6 +105,7 @@ void for_places(const ContactScene& scene, std::size_t c, const CornerRuns::Corn
     for (std::uint32_t i = patch.point; i < (open ? patch.points_end : patch.within); ++i) {
         SkinPlace place = parts ? place_of(scene, corners, i, *parts) : place_of(scene, corners, i);
         place.stays = i >= patch.within;
+        place.point = scene.body.skin.first_point[c] + (i - patch.point);
         touch(place);
     }
 }
@@ -127,11 +129,13 @@ bool is_bounded(const ContactScene& scene, std::size_t c)
 }
 
 // A push, where that place comes to lie in the collider.
-void push_out(const ContactScene& scene, const PosedCollider& collider,
-              const CornerRuns::Corners& corners, const SkinPlace& place,
+void push_out(const ContactScene& scene, const std::vector<PosedCollider>& colliders,
+              std::uint32_t collider, const CornerRuns::Corners& corners, const SkinPlace& place,
               std::vector<SkinPush>& out)
 {
-    const Touch t = touch(collider, place.at + scene.dt * place.v, place.v, scene.dt);
+    const Grip* const held = find_grip(scene.state.holds, place.point, collider);
+    const Touch t =
+        touch(colliders[collider], place.at + scene.dt * place.v, place.v, scene.dt, held);
     if (!(t.gap < 0) || !(place.inverse > 0)) return;
     SkinPush push;
     push.corners = corners;
@@ -140,13 +144,18 @@ void push_out(const ContactScene& scene, const PosedCollider& collider,
     push.normal = t.normal;
     push.surface_velocity = t.velocity;
     push.bias = bias_of(t.gap, (place.v - t.velocity).dot(t.normal), scene.dt, place.stays);
-    push.friction = collider.friction;
+    push.friction = colliders[collider].friction;
+    push.point = place.point;
+    push.collider = collider;
+    push.gap = t.gap;
+    push.velocity = place.v;
     out.push_back(push);
 }
 
-// What cube c of the skin, of these corners, has in the colliders.
-void look(const ContactScene& scene, const std::vector<PosedCollider>& colliders, std::size_t c,
-          const CornerRuns::Corners& corners, std::vector<SkinPush>& out)
+// What cube c of the skin, of these corners, has in the colliders. No point is held deeper in one
+// than `deepest`.
+void look(const ContactScene& scene, const std::vector<PosedCollider>& colliders, double deepest,
+          std::size_t c, const CornerRuns::Corners& corners, std::vector<SkinPush>& out)
 {
     const Skin& skin = scene.body.skin;
     const std::vector<Vec3>& x = scene.state.x;
@@ -161,14 +170,15 @@ void look(const ContactScene& scene, const std::vector<PosedCollider>& colliders
     for (const auto k : corners) radius = std::max(radius, (next(k) - centre).norm());
     double fastest = 0;
     for (const auto k : corners) fastest = std::max(fastest, speed[k].norm());
-    for (const PosedCollider& collider : colliders) {
+    for (std::uint32_t i = 0; i < colliders.size(); ++i) {
         // Points may lie outside their cube.
         if (is_bounded(scene, c) &&
-            !may_touch(collider, centre, double(patch.reach) * radius, fastest, dt)) {
+            !may_touch(colliders[i], centre, double(patch.reach) * radius + deepest, fastest, dt)) {
             continue;
         }
-        for_places(scene, c, corners,
-                   [&](const SkinPlace& place) { push_out(scene, collider, corners, place, out); });
+        for_places(scene, c, corners, [&](const SkinPlace& place) {
+            push_out(scene, colliders, i, corners, place, out);
+        });
     }
 }
 
@@ -180,19 +190,20 @@ std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,
     if (colliders.empty()) return {};
     const Skin& skin = scene.body.skin;
     constexpr std::size_t piece = 256;
+    const double deepest = deepest_of(scene.state.holds);
     std::vector<std::vector<SkinPush>> found((skin.corners.size() + piece - 1) / piece);
     geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t g = begin; g < end; ++g) {
             const std::size_t last = std::min(skin.corners.size(), (g + 1) * piece);
             skin.corners.for_each(g * piece, last, [&](std::size_t c, const auto& corners) {
-                look(scene, colliders, c, corners, found[g]);
+                look(scene, colliders, deepest, c, corners, found[g]);
             });
         }
     });
     found.emplace_back();
     for_bare(scene, [&](const CornerRuns::Corners& corners, const SkinPlace& place) {
-        for (const PosedCollider& collider : colliders) {
-            push_out(scene, collider, corners, place, found.back());
+        for (std::uint32_t i = 0; i < colliders.size(); ++i) {
+            push_out(scene, colliders, i, corners, place, found.back());
         }
     });
     return joined(found);
@@ -424,6 +435,23 @@ void solve_pushes(const ContactScene& scene, Pushes& pushes, int rounds, std::ve
         }
         for (SkinPush& p : pushes.skin) add(p, change_of(p, Vec3(at(p) - p.surface_velocity)));
     }
+}
+
+std::vector<Grip> holds_of(const std::vector<SkinPush>& pushes, const std::vector<Vec3>& v,
+                           double dt)
+{
+    std::vector<Grip> out;
+    for (const SkinPush& push : pushes) {
+        Vec3 change = -push.velocity;
+        for (std::size_t a = 0; a < 8; ++a) change += push.weight[a] * v[push.corners[a]];
+        const double gap = push.gap + dt * change.dot(push.normal);
+        // What is pushed ends on the surface: by rounding, on either side of it.
+        if (!(gap < 0 || push.impulse > 0) || push.point == none) continue;
+        out.push_back({push.point, push.collider, Eigen::Vector3f::Zero(),
+                       push.normal.cast<float>(), static_cast<float>(std::max(0.0, -gap))});
+    }
+    std::sort(out.begin(), out.end(), in_order<Grip, Grip>);
+    return out;
 }
 
 }  // namespace physics

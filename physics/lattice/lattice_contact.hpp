@@ -31,7 +31,10 @@ struct Push {
 struct SkinPush : Push {
     std::array<std::uint32_t, 8> corners;
     std::array<double, 8> weight;
-    Vec3 surface_velocity;  // m/s
+    Vec3 surface_velocity;                        // m/s
+    std::uint32_t point = none, collider = none;  // `none`: a tear laid the point bare
+    double gap = 0;                               // m, where it would be at the end of the step
+    Vec3 velocity = Vec3::Zero();                 // m/s, with which it would
 };
 
 // A rigid ball at a point of the skin, a collider or another ball; the normal points to the ball.
@@ -74,5 +77,10 @@ struct Pushes {
 // Changes the velocities of particles and balls until no push is left, or `rounds` are over.
 void solve_pushes(const ContactScene& scene, Pushes& pushes, int rounds, std::vector<Vec3>& v,
                   std::vector<BallState>& balls);
+
+// The points that are pushed, or are in a collider all the same, when corners go on at v for a step
+// of dt seconds; in_order().
+std::vector<Grip> holds_of(const std::vector<SkinPush>& pushes, const std::vector<Vec3>& v,
+                           double dt);
 
 }  // namespace physics

@@ -105,7 +105,8 @@ void collide(FrameState& step, double share)
     for (BallState& ball : step.state.balls) ball.v += step.dt * step.gravity;
     std::vector<PosedCollider> colliders;
     for (const Collider& c : step.loads.colliders) {
-        colliders.push_back(pose_collider(c, share, step.frame, step.body.base.h));
+        colliders.push_back(
+            pose_collider(c, share, step.frame, step.body.base.h, step.state.time == 0));
     }
     const ContactScene scene{step.body.base,    step.state,
                              step.inverse_mass, step.dt,
@@ -119,6 +120,7 @@ void collide(FrameState& step, double share)
                          step.pushes.pairs);
     }
     solve_pushes(scene, step.pushes, contact_rounds, step.state.v, step.state.balls);
+    step.state.holds = holds_of(step.pushes.skin, step.state.v, step.dt);
     if (!step.in_plane) return;
     for (Vec3& v : step.state.v) v[step.body.flat_axis] = 0;
 }

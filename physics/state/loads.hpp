@@ -44,6 +44,7 @@ struct Collider {
     std::shared_ptr<const geometry::TriMesh> mesh;  // mesh: world positions at the end of the frame
     std::shared_ptr<const geometry::TriMesh> mesh_before;  // null: as `mesh`
     std::shared_ptr<const geometry::TriangleBvh> tree;     // of `mesh`; null: made when needed
+    bool sheet = false;  // the mesh is open, and has two sides but while a shot begins
     Transform pose = Transform::Identity();
     Transform before = Transform::Identity();
     double friction = 0.5;  // Coulomb coefficient

@@ -29,11 +29,13 @@ struct BallState {
     Eigen::Vector4d turn{1, 0, 0, 0};  // unit quaternion w, x, y, z
 };
 
-// How far a point of a part's surface that touches another part has been dragged along it, as far
-// as friction holds.
+// What is known of a point of a body's surface that touched something at the end of a step: how far
+// it has been dragged along that, as far as friction holds, and from which side it came.
 struct Grip {
-    std::uint32_t point = 0, part = 0;                  // of the body's part shapes
+    std::uint32_t point = 0, other = 0;                 // what it touches: a part, or a collider
     Eigen::Vector3f stretch = Eigen::Vector3f::Zero();  // m
+    Eigen::Vector3f normal = Eigen::Vector3f::Zero();   // unit, out of what it touches
+    float depth = 0;                                    // m, how deep it was in that; >= 0
 };
 
 // A moment of a simulation. A value: copying it is a checkpoint.
@@ -46,7 +48,8 @@ struct State {
     std::vector<float> plastic;   // what flowed for good, as the method keeps it; empty: nothing
     std::vector<std::uint32_t> broken;  // links that broke, 3 * corner + axis, sorted
     std::vector<BallState> balls;       // those in Loads, in their order
-    std::vector<Grip> grips;            // in ascending order of (point, part)
+    std::vector<Grip> grips;            // of parts; ascending by (point, other)
+    std::vector<Grip> holds;            // of colliders; likewise
     std::vector<float> stress;  // C, Pa, von Mises of each cube; empty when the method has none
     Report report;
 };

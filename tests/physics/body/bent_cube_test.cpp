@@ -1,6 +1,6 @@
 #include "geometry/cubes/trilinear.hpp"
 #include "physics/body/bent_cube.hpp"
-#include "physics/body/part_touch.hpp"
+#include "physics/body/plane_touch.hpp"
 
 #include <gtest/gtest.h>
 
@@ -52,22 +52,71 @@ TEST(BentCube, APlaceFurtherOffOrInACubeInsideOutIsNone)
     EXPECT_FALSE(find_in_cube(x, 0.1, p, 0.05));
 }
 
-TEST(PartTouch, WhatIsFoundAgainKeepsItsPlane)
+TEST(PlaneTouch, WhatIsFoundAgainKeepsItsPlane)
 {
     const auto touch = [](std::uint32_t point, std::uint32_t part, double offset) {
-        PartTouch out;
+        PlaneTouch out;
         out.point = point;
-        out.part = part;
+        out.other = part;
         out.offset = offset;
         return out;
     };
     const std::vector<double> x(4, 0.0);
-    std::vector<PartTouch> touches{touch(2, 0, -1), touch(2, 3, -2), touch(7, 1, -3)};
+    std::vector<PlaneTouch> touches{touch(2, 0, -1), touch(2, 3, -2), touch(7, 1, -3)};
     EXPECT_FALSE(add_found(touches, {touch(2, 3, -9), touch(4, 0, -0.01)}, x.data(), 0.1));
     EXPECT_TRUE(add_found(touches, {touch(2, 1, -8)}, x.data(), 0.1));
     std::vector<double> offsets;
-    for (const PartTouch& t : touches) offsets.push_back(t.offset);
+    for (const PlaneTouch& t : touches) offsets.push_back(t.offset);
     EXPECT_EQ(offsets, (std::vector<double>{-1, -8, -2, -0.01, -3}));
+}
+
+PlaneTouch plane_at(std::uint32_t point, double offset, double stiffness)
+{
+    PlaneTouch out;
+    out.point = point;
+    out.offset = offset;
+    out.stiffness = stiffness;
+    return out;
+}
+
+TEST(PlaneTouch, RenewedPlanesAreThoseFoundLast)
+{
+    const std::vector<double> x(4, 0.0);
+    std::vector<PlaneTouch> touches{plane_at(1, -1, 5), plane_at(2, 0.5, 5), plane_at(3, -2, 5),
+                                    plane_at(4, -3, 5)};
+    // 1 is not found any more and goes, 2 is not either but does not press; 3 is as before, 4
+    // moved.
+    EXPECT_TRUE(renew(touches, {plane_at(3, -2.05, 1), plane_at(4, -1, 9)}, x.data(), 0.1));
+    ASSERT_EQ(touches.size(), 3u);
+    EXPECT_EQ(touches[0].offset, 0.5);
+    EXPECT_EQ(touches[1].offset, -2);
+    EXPECT_EQ(touches[1].stiffness, 5);
+    EXPECT_EQ(touches[2].offset, -1);
+    EXPECT_EQ(touches[2].stiffness, 9);
+    EXPECT_FALSE(renew(touches, {plane_at(3, -2, 5), plane_at(4, -1, 9)}, x.data(), 0.1));
+    EXPECT_TRUE(renew(touches, {plane_at(3, -2, 5), plane_at(4, -1, 9), plane_at(5, -1, 9)},
+                      x.data(), 0.1));
+}
+
+// Forces that are to be the slope of a convex function must not jump where a point leaves.
+TEST(PlaneTouch, HeldFrictionGoesOnWhereThePushEnds)
+{
+    PlaneTouch touch = plane_at(0, 0, 100);
+    touch.friction = 0.5;
+    touch.weight[0] = 1;
+    std::vector<double> x{0, -0.01, 0, 0};
+    const std::vector<double> v{0.2, 0, 0, 0};
+    std::vector<PlaneTouch> touches{touch};
+    hold_loads(touches, x.data());  // 1 N
+    for (const double y : {-1e-9, 1e-9}) {
+        x[1] = y;
+        const auto contacts = press(touches, x.data(), v.data(), 0.1, 0);
+        ASSERT_EQ(contacts.size(), 1u) << y;
+        EXPECT_NEAR(contacts[0].force.x(), -0.5, 1e-9) << y;
+        EXPECT_NEAR(contacts[0].force.y(), 0, 1e-6) << y;
+    }
+    touches[0].load = -1;
+    EXPECT_TRUE(press(touches, x.data(), v.data(), 0.1, 0).empty());
 }
 
 }  // namespace

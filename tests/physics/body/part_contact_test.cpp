@@ -176,14 +176,14 @@ TEST(PartContact, PointsThatMayComeToAFaceAreFoundBeforeTheyDo)
     const auto touches =
         find_part_touches(two.shapes, pairs, two.x.data(), two.v.data(), 0.01, Look::ahead);
     ASSERT_EQ(touches.size(), 8u);
-    for (const PartTouch& touch : touches) {
+    for (const PlaneTouch& touch : touches) {
         EXPECT_NEAR(touch.gap(two.x.data()), 0.01, 1e-6);
         EXPECT_NEAR(std::abs(touch.normal.y()), 1, 1e-9);
     }
     EXPECT_TRUE(press(touches, two.x.data(), two.v.data(), 0.01, 0).empty());
     // Both planes go with the corners.
     two.move(true, [](const Vec3& p) { return Vec3(p - Vec3(0, 0.013, 0)); });
-    for (const PartTouch& touch : touches) EXPECT_NEAR(touch.gap(two.x.data()), -0.003, 1e-6);
+    for (const PlaneTouch& touch : touches) EXPECT_NEAR(touch.gap(two.x.data()), -0.003, 1e-6);
     EXPECT_EQ(press(touches, two.x.data(), two.v.data(), 0.01, 0).size(), 8u);
 }
 
@@ -218,8 +218,9 @@ TEST(PartContact, FrictionIsASpringThatYields)
         find_part_touches(two.shapes, pairs, two.x.data(), two.v.data(), 0.01, Look::back);
     for (const double dragged : {0.0005, 0.01}) {
         std::vector<Grip> grips;
-        for (const PartTouch& touch : touches) {
-            grips.push_back({touch.point, touch.part, {static_cast<float>(dragged), 0.1f, 0}});
+        for (const PlaneTouch& touch : touches) {
+            grips.push_back(
+                {touch.point, touch.other, {static_cast<float>(dragged), 0.1f, 0}, {}, 0});
         }
         take_grips(touches, grips);
         const auto contacts = press(touches, two.x.data(), two.v.data(), 0.01, 0);
@@ -230,7 +231,7 @@ TEST(PartContact, FrictionIsASpringThatYields)
                         1e-4 * k * 0.003);
             EXPECT_NEAR(std::abs(contacts[i].force.y()), k * 0.003, 1e-3 * k * 0.003);
         }
-        for (const Grip& grip : grips_of(touches, two.x.data(), two.x.data())) {
+        for (const Grip& grip : grips_of(touches, two.x.data(), two.x.data(), 0.01)) {
             EXPECT_NEAR(double(grip.stretch.x()), std::min(dragged, 0.5 * 0.003), 1e-6);
             EXPECT_NEAR(double(grip.stretch.y()), 0, 1e-6);
         }

@@ -1,0 +1,157 @@
+#include "physics/body/plane_touch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace physics {
+namespace {
+
+// The sum of the corners' weights times a field: the way from the place to the point, or how fast
+// they part.
+Vec3 between(const PlaneTouch& touch, const double* field)
+{
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t a = 0; a < touch.count; ++a) {
+        const double* at = field + 4 * std::size_t{touch.corners[a]};
+        sum += double(touch.weight[a]) * Eigen::Map<const Vec3>(at);
+    }
+    return sum;
+}
+
+Vec3 along(const Vec3& normal, const Vec3& way)
+{
+    return way - way.dot(normal) * normal;
+}
+
+}  // namespace
+
+double stopping(double least, double mass, double way, double dt, double h)
+{
+    constexpr double deep = 0.1;  // cubes
+    return least + mass / (dt * dt) * std::max(1.0, way / (deep * h));
+}
+
+double PlaneTouch::gap(const double* x) const
+{
+    return offset + normal.dot(between(*this, x));
+}
+
+std::vector<PointContact> press(const std::vector<PlaneTouch>& touches, const double* x,
+                                const double* v, double dt, double tangent)
+{
+    std::vector<PointContact> out;
+    for (const PlaneTouch& touch : touches) {
+        const double gap = std::min(0.0, touch.gap(x));
+        const double load = touch.load < 0 ? touch.stiffness * -gap : touch.load;
+        if (!(gap < 0) && !(load > 0)) continue;
+        // Friction as contact_at() has it, of the stretch in place of the slip.
+        const Vec3 velocity = between(touch, v) - touch.drift + touch.stretch / dt;
+        const double yields = touch.friction * load / (touch.stiffness * dt);  // m/s
+        auto& contact = out.emplace_back(contact_at(
+            {gap, touch.normal, velocity, load}, gap < 0 ? touch.stiffness : 0,
+            {touch.friction, std::max(yields, std::numeric_limits<double>::min()), tangent}));
+        contact.count = touch.count;
+        contact.corners = touch.corners;
+        contact.weight = touch.weight;
+    }
+    return out;
+}
+
+void hold_loads(std::vector<PlaneTouch>& touches, const double* x)
+{
+    for (PlaneTouch& touch : touches) touch.load = touch.stiffness * std::max(0.0, -touch.gap(x));
+}
+
+const Grip* find_grip(const std::vector<Grip>& grips, std::uint32_t point, std::uint32_t other)
+{
+    const Grip wanted{point, other, {}, {}, 0};
+    const auto at = std::lower_bound(grips.begin(), grips.end(), wanted, in_order<Grip, Grip>);
+    return at == grips.end() || in_order(wanted, *at) ? nullptr : &*at;
+}
+
+double deepest_of(const std::vector<Grip>& grips)
+{
+    float deepest = 0;
+    for (const Grip& grip : grips) deepest = std::max(deepest, grip.depth);
+    return double(deepest);
+}
+
+std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const double* x0,
+                           const double* x1, double dt)
+{
+    std::vector<Grip> out;
+    for (const PlaneTouch& touch : touches) {
+        const double gap = touch.gap(x1);
+        if (!(gap < 0)) continue;
+        const Vec3 way = touch.stretch + between(touch, x1) - between(touch, x0) - dt * touch.drift;
+        Vec3 stretch = along(touch.normal, way);
+        const double most = touch.friction * -gap;
+        if (stretch.norm() > most) stretch *= most / stretch.norm();
+        if (!stretch.allFinite()) continue;
+        out.push_back({touch.point, touch.other, stretch.cast<float>(), touch.normal.cast<float>(),
+                       static_cast<float>(-gap)});
+    }
+    return out;
+}
+
+void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips)
+{
+    auto grip = grips.begin();
+    for (PlaneTouch& touch : touches) {
+        while (grip != grips.end() && in_order(*grip, touch)) ++grip;
+        const bool known = grip != grips.end() && !in_order(touch, *grip);
+        touch.stretch = known ? along(touch.normal, grip->stretch.cast<double>()) : Vec3::Zero();
+    }
+}
+
+bool add_found(std::vector<PlaneTouch>& touches, const std::vector<PlaneTouch>& found,
+               const double* x, double much)
+{
+    std::vector<PlaneTouch> out;
+    bool pushes = false;
+    auto old = touches.begin();
+    for (const PlaneTouch& touch : found) {
+        while (old != touches.end() && in_order(*old, touch)) out.push_back(*old++);
+        if (old != touches.end() && !in_order(touch, *old)) continue;
+        out.push_back(touch);
+        pushes |= touch.gap(x) < -much;
+    }
+    out.insert(out.end(), old, touches.end());
+    touches.swap(out);
+    return pushes;
+}
+
+bool renew(std::vector<PlaneTouch>& touches, const std::vector<PlaneTouch>& found, const double* x,
+           double much)
+{
+    std::vector<PlaneTouch> out;
+    bool changed = false;
+    auto old = touches.begin();
+    const auto leave = [&] {
+        const bool pressed = old->gap(x) < -much;
+        if (!pressed) out.push_back(*old);
+        changed |= pressed;
+        ++old;
+    };
+    for (const PlaneTouch& touch : found) {
+        while (old != touches.end() && in_order(*old, touch)) leave();
+        if (old == touches.end() || in_order(touch, *old)) {
+            out.push_back(touch);
+            changed |= touch.gap(x) < -much;
+            continue;
+        }
+        const double before = old->gap(x), now = touch.gap(x);
+        const bool other = std::abs(now - before) > much;
+        out.push_back(other ? touch : *old);
+        // A plane that was found at a higher speed is stiffer, to stop that.
+        out.back().stiffness = std::max(old->stiffness, touch.stiffness);
+        changed |= other && std::min(now, before) < -much;
+        ++old;
+    }
+    while (old != touches.end()) leave();
+    touches.swap(out);
+    return changed;
+}
+
+}  // namespace physics

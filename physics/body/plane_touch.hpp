@@ -1,0 +1,97 @@
+#pragma once
+
+// Points of a body's surface that touch something, while one time step is solved.
+//
+// A point that a search finds in another part (part_contact.hpp) or in a collider
+// (collider_contact.hpp), or before it, is kept behind a plane for the rest of the step: with the
+// weights w of the point and of the place that it was found at, the normal n and the depth as they
+// were there,
+//   g(x) = g0 + n . sum w_a x_a
+// is its signed distance wherever the corners go. The forces of such points are the slope of a
+// convex function of x but for friction, so that rounds of Newton's method converge; a set that is
+// found anew in each round comes and goes. The plane errs by the slip within a step times the turn
+// of the normal along it, and a step starts with a new one. A collider's plane stands where it is
+// at the end of the step.
+//
+// Friction is a spring along the plane, as stiff as the push, that yields at mu N, and that a point
+// keeps from step to step for as long as it touches (Cundall, Strack. A discrete numerical model
+// for granular assemblies. Geotechnique 1979):
+//   F = -min(k |s|, mu N) s / |s|,   s = s0 + dt v_t
+// What rests does not creep, and rounds converge as they do without friction. (Coulomb's law with a
+// creep too slow to see leaves each point a kink far below the solver's tolerance, and of rounds
+// that cross it none converges.)
+
+#include "physics/body/part_shapes.hpp"
+#include "physics/body/point_contact.hpp"
+#include "physics/state/state.hpp"
+
+#include <tuple>
+#include <vector>
+
+namespace physics {
+
+// A point is told of what it is before by less than this, cubes.
+constexpr double known_before = 0.3;
+
+struct PlaneTouch {
+    std::array<std::uint32_t, PointContact::most> corners{};  // slots, as in PointContact
+    std::array<float, PointContact::most> weight{};
+    std::uint32_t count = PointContact::most;  // of corners: 8 where what it touches has none
+    std::uint32_t point = 0, other = 0;        // what it touches: a part of the body, or a collider
+    Vec3 normal = Vec3::UnitY();               // unit, out of that
+    Vec3 drift = Vec3::Zero();                 // m/s, of that, where it has no corners
+    double offset = 0;                         // m, g0
+    double stiffness = 0;                      // N/m, k
+    double friction = 0;                       // mu
+    Vec3 stretch = Vec3::Zero();               // m, s0
+    double load = -1;  // N, that it yields at a share of; below 0: as it is pushed
+
+    // g at x, by slot, four numbers each.
+    double gap(const double* x) const;
+};
+
+// k of a point of `mass` (kg) that goes `way` (m) in within a step of dt seconds when nothing stops
+// it: `least` (N/m), and what stops the mass within a step, at most a tenth of a cube of h (m)
+// deep.
+double stopping(double least, double mass, double way, double dt, double h);
+
+// Whether `a` stands before `b` where touches or grips are in order: by point, then by what it
+// touches.
+template <class A, class B> bool in_order(const A& a, const B& b)
+{
+    return std::tie(a.point, a.other) < std::tie(b.point, b.other);
+}
+
+// The contacts of all touches whose gap is below 0, or whose friction yields by a load, of corners
+// at x moving at v, in their order, in a step of dt seconds. `tangent` is the a of
+// point_contact.hpp.
+std::vector<PointContact> press(const std::vector<PlaneTouch>& touches, const double* x,
+                                const double* v, double dt, double tangent);
+
+// Friction of all of them yields from now on by the push at x, whatever becomes of that: forces are
+// then the slope of a convex function altogether.
+void hold_loads(std::vector<PlaneTouch>& touches, const double* x);
+
+// That of a point on something, among those in_order(); null where there is none.
+const Grip* find_grip(const std::vector<Grip>& grips, std::uint32_t point, std::uint32_t other);
+// m, 0 where there are none.
+double deepest_of(const std::vector<Grip>& grips);
+
+// The grip of each touch whose gap at x1 is below 0, when its corners went from x0 to x1 in dt
+// seconds.
+std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const double* x0,
+                           const double* x1, double dt);
+// Gives touches the stretch that they have among `grips`.
+void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips);
+
+// Adds those found that are of other points. Both are in_order(), as is the result. Returns whether
+// one that is new is deeper than `much` (m) at x.
+bool add_found(std::vector<PlaneTouch>& touches, const std::vector<PlaneTouch>& found,
+               const double* x, double much);
+// The same, and those that are known get the plane found now where that differs from theirs by more
+// than `much` at x; those that press by as much and are not found any more go. Returns whether a
+// push changed.
+bool renew(std::vector<PlaneTouch>& touches, const std::vector<PlaneTouch>& found, const double* x,
+           double much);
+
+}  // namespace physics

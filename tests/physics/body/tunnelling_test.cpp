@@ -1,0 +1,154 @@
+// Small things thrown at thin things: boxes, meshes with an inside, sheets, standing and moving.
+
+#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/primitive.hpp"
+#include "physics/body/collider_contact.hpp"
+#include "physics/bricks/bricks.hpp"
+#include "physics/bricks/springs.hpp"
+#include "physics/lattice/lattice.hpp"
+#include "tests/physics/cube_fixtures.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace {
+
+using namespace physics;
+using geometry::Transform;
+using geometry::TriMesh;
+
+constexpr double frame_time = 1.0 / 24;
+
+enum class Wall { box, mesh, front, back };
+
+// A wall of 2 mm or a sheet across x = 0 at the start, and `speed` (m/s) along x; it is 400 m wide,
+// so that nothing passes beside it.
+class Walls {
+public:
+    Walls(Wall kind, double speed) : kind_(kind), speed_(speed)
+    {
+        const Transform turned(
+            Eigen::AngleAxisd((kind == Wall::back ? -1 : 1) * std::numbers::pi / 2, Vec3::UnitZ()));
+        shape_ = kind == Wall::mesh ? geometry::box({0.002, 400, 400}, {1, 1, 1})
+                                    : geometry::grid(400, 400, 1, 1);
+        if (kind == Wall::mesh) return;
+        for (auto& p : shape_.positions) p = (turned * p.cast<double>()).cast<float>();
+    }
+
+    // For the frame that ends at `seconds`.
+    Collider at(double seconds) const
+    {
+        Collider out;
+        out.friction = 0.3;
+        if (kind_ == Wall::box) {
+            out.kind = Collider::Kind::box;
+            out.half_size = Vec3(0.001, 200, 200);
+            out.pose = Transform(Eigen::Translation3d(speed_ * seconds, 0, 0));
+            out.before = Transform(Eigen::Translation3d(speed_ * (seconds - frame_time), 0, 0));
+            return out;
+        }
+        out.kind = Collider::Kind::mesh;
+        out.sheet = kind_ != Wall::mesh;
+        out.mesh = moved(seconds);
+        out.mesh_before = speed_ == 0 ? nullptr : moved(seconds - frame_time);
+        return out;
+    }
+
+private:
+    std::shared_ptr<const TriMesh> moved(double seconds) const
+    {
+        auto out = std::make_shared<TriMesh>(shape_);
+        for (auto& p : out->positions) p.x() += static_cast<float>(speed_ * seconds);
+        return out;
+    }
+
+    Wall kind_;
+    double speed_;
+    TriMesh shape_;
+};
+
+// How far beyond the wall the middle of a body's outside comes in 10 frames of one step, m. Corners
+// within touch nothing, and those of a lattice go on for a step.
+template <class Body>
+double beyond(const Body& body, State state, const std::vector<std::uint32_t>& outside,
+              const Walls& walls, double wall)
+{
+    double most = -std::numeric_limits<double>::infinity();
+    for (int i = 1; i <= 10; ++i) {
+        Loads loads;
+        loads.colliders.push_back(walls.at(i * frame_time));
+        state = advance(body, state, loads, frame_time, StepOptions{});
+        double mean = 0;
+        for (const auto k : outside) mean += state.x[k].x() / double(outside.size());
+        most = std::max(most, mean - wall * i * frame_time);
+    }
+    return most;
+}
+
+TEST(Tunnelling, NothingGetsThroughAThinWall)
+{
+    const auto cubes = fixtures::box(3, 3, 3, 0.05, {.young = 1e6, .stiffness_damping = 0.001});
+    const auto outside = fixtures::corners_where(
+        cubes, [](const auto& c) { return (c.array() == 0).any() || (c.array() == 3).any(); });
+    const BricksBody bricks = make_bricks(cubes);
+    const SpringsBody springs = make_springs(cubes);
+    const LatticeBody lattice = make_lattice(cubes);
+    for (const Wall kind : {Wall::box, Wall::mesh, Wall::front, Wall::back}) {
+        for (const double wall : {0.0, -6.0}) {
+            const Walls walls(kind, wall);
+            for (const double speed : {5.0, 30.0, 150.0, 500.0}) {
+                State state = rest_state(bricks);
+                const auto turn = Eigen::AngleAxisd(0.6, Vec3(1, 2, 3).normalized());
+                for (Vec3& p : state.x) p = turn * p - Vec3(0.4 + 0.03 * speed, 0, 0);
+                for (Vec3& v : state.v) v = Vec3(speed, -0.3 * speed, 0.1 * speed);
+                const auto what = fmt::format("wall {} at {} m/s, body at {} m/s",
+                                              static_cast<int>(kind), wall, speed);
+                EXPECT_LT(beyond(bricks, state, outside, walls, wall), 0.03) << what;
+                EXPECT_LT(beyond(springs, state, outside, walls, wall), 0.03) << what;
+                if (speed < 100) {
+                    EXPECT_LT(beyond(lattice, state, outside, walls, wall), 0.03) << what;
+                }
+            }
+        }
+    }
+}
+
+// A point 3 mm behind the wall of a box 4 mm thick, nearest to its far side.
+TEST(Tunnelling, WhatHeldAPointTellsItsSide)
+{
+    Collider plate;
+    plate.kind = Collider::Kind::box;
+    plate.half_size = Vec3(1, 0.002, 1);
+    const PosedCollider posed = pose_collider(plate, 1, frame_time, 0.05);
+    const Vec3 p(0.1, -0.001, 0.2);
+    EXPECT_NEAR(touch(posed, p, Vec3::Zero(), frame_time).normal.y(), -1, 1e-12);
+    const Grip held{0, 0, {}, Eigen::Vector3f::UnitY(), 0.003f};
+    const Touch t = touch(posed, p, Vec3::Zero(), frame_time, &held);
+    EXPECT_NEAR(t.normal.y(), 1, 1e-12);
+    EXPECT_NEAR(t.gap, -0.003, 1e-9);
+}
+
+TEST(Tunnelling, ASheetHasTwoSidesButForWhatStartsALittleBehindIt)
+{
+    Collider sheet;
+    sheet.kind = Collider::Kind::mesh;
+    sheet.sheet = true;
+    sheet.mesh = std::make_shared<const TriMesh>(geometry::grid(2, 2, 3, 3));
+    const auto gap = [&](bool first, double y, double up) {
+        const PosedCollider posed = pose_collider(sheet, 1, frame_time, 0.05, first);
+        const Touch t = touch(posed, Vec3(0.1, y + up * frame_time, 0), Vec3(0, up, 0), frame_time);
+        return t.gap * t.normal.y();  // below 0 where it is to go down
+    };
+    EXPECT_NEAR(gap(false, -0.04, 0), -0.04, 1e-6);    // before its back
+    EXPECT_NEAR(gap(false, -0.04, 2.4), 0.06, 1e-6);   // went 6 cm up through it: is to go down
+    EXPECT_NEAR(gap(false, 0.04, -2.4), -0.06, 1e-6);  // down: is to go up
+    EXPECT_NEAR(gap(true, -0.04, 0), -0.04, 1e-6);     // inside, as it starts
+    const Touch inside = touch(pose_collider(sheet, 1, frame_time, 0.05, true), Vec3(0.1, -0.04, 0),
+                               Vec3::Zero(), frame_time);
+    EXPECT_LT(inside.gap, 0);
+    EXPECT_NEAR(gap(true, -0.3, 12), 0.2, 1e-6);  // from far behind
+}
+
+}  // namespace
