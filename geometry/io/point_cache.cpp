@@ -5,9 +5,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
+#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -146,7 +150,84 @@ std::pair<std::uint32_t, std::uint32_t> held(const std::string& written, std::ui
     return {begin == 0 ? 0 : s, end};
 }
 
+// What the first bytes of a point cache say. Throws where they are not those of one.
+PointCache cache_of(const std::string& header)
+{
+    const auto take = [&](auto& value, std::size_t at) {
+        std::memcpy(&value, header.data() + at, sizeof value);
+    };
+    PointCache cache;
+    if (header.size() == header_size) {
+        take(cache.points, 16);
+        take(cache.start, 20);
+        take(cache.rate, 24);
+        take(cache.samples, 28);
+    }
+    const bool sane = std::isfinite(cache.start) && std::isfinite(cache.rate) && cache.rate > 0;
+    if (header != header_of(cache) || !sane) {
+        throw std::runtime_error("it is no point cache (PC2) of version 1, or is cut short");
+    }
+    return cache;
+}
+
+// The place of a frame among the samples.
+std::uint64_t sample_at(const PointCache& cache, int frame)
+{
+    const double place = (frame - double(cache.start)) / double(cache.rate);
+    if (place >= 0 && place < cache.samples && place == std::floor(place)) {
+        return static_cast<std::uint64_t>(place);
+    }
+    throw std::runtime_error(fmt::format(
+        "it has no frame {}: it holds {} frames from {:g} to {:g}, {:g} apart", frame,
+        cache.samples, cache.start,
+        double(cache.start) + double(cache.rate) * (double(cache.samples) - 1), cache.rate));
+}
+
+std::vector<Vec3f> sample_in(std::ifstream& file, std::uint64_t size, int frame)
+{
+    const auto take = [&](std::uint64_t offset, std::size_t bytes) {
+        std::string out(bytes, '\0');
+        file.clear();
+        file.seekg(static_cast<std::streamoff>(offset));
+        file.read(out.data(), static_cast<std::streamsize>(bytes));
+        out.resize(static_cast<std::size_t>(file.gcount()));
+        return out;
+    };
+    const PointCache cache = cache_of(take(0, header_size));
+    const std::uint64_t s = sample_at(cache, frame);
+    const std::uint64_t each = sizeof(Vec3f) * std::uint64_t(cache.points);
+    if (each > 0 && (size - header_size) / each < cache.samples) {
+        throw std::runtime_error(fmt::format("it is cut short: its header announces {} frames of "
+                                             "{} points, the file has {} bytes",
+                                             cache.samples, cache.points, size));
+    }
+    const std::uint64_t end = header_size + each * cache.samples;
+    const std::string note = take(end, note_mark.size() + cache.samples);
+    if (note.size() == note_mark.size() + cache.samples && note.starts_with(note_mark) &&
+        note[note_mark.size() + s] == '\0') {
+        throw std::runtime_error(
+            fmt::format("its frame {} was never written: cook that frame first", frame));
+    }
+    const std::string bytes = take(header_size + each * s, each);
+    std::vector<Vec3f> positions(bytes.size() / sizeof(Vec3f));
+    std::memcpy(static_cast<void*>(positions.data()), bytes.data(), bytes.size());
+    return positions;
+}
+
 }  // namespace
+
+std::vector<Vec3f> read_sample(const fs::path& path, int frame)
+{
+    std::ifstream file(path, std::ios::binary);
+    std::error_code code;
+    const std::uint64_t size = fs::file_size(path, code);
+    if (!file || code) throw std::runtime_error(path.string() + " cannot be read");
+    try {
+        return sample_in(file, size, frame);
+    } catch (const std::runtime_error& error) {
+        throw std::runtime_error(path.string() + ": " + error.what());
+    }
+}
 
 std::vector<std::uint32_t> write_sample(const fs::path& path, const PointCache& cache,
                                         std::uint32_t sample, const std::vector<Vec3f>& positions,

@@ -36,4 +36,9 @@ std::vector<std::uint32_t> write_sample(const std::filesystem::path& path, const
                                         std::uint32_t sample, const std::vector<Vec3f>& positions,
                                         std::span<const std::uint32_t> coming = {});
 
+// The positions at frame `frame` of the point cache at `path`. Throws std::runtime_error naming the
+// file when it is none or is cut short, when it has no sample at that frame, and when nobody has
+// written that sample.
+std::vector<Vec3f> read_sample(const std::filesystem::path& path, int frame);
+
 }  // namespace geometry

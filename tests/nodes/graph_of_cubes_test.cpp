@@ -3,11 +3,8 @@
 
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/primitive.hpp"
-#include "graph/document/document.hpp"
-#include "nodes/registry.hpp"
-#include "nodes/wire_types.hpp"
-#include "runtime/cook/evaluator.hpp"
 #include "tests/nodes/one_node.hpp"
+#include "tests/nodes/scene.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -15,51 +12,11 @@
 namespace {
 
 using fixtures::NodeRun;
+using fixtures::Scene;
 using geometry::Cubes;
 using geometry::Samples;
 using geometry::TriMesh;
 using geometry::Vec3;
-
-// A document whose nodes are `nodes`, 24 frames a second.
-class Scene : public runtime::Observer {
-public:
-    explicit Scene(const std::string& nodes)
-        : loaded_(graph::load_text(
-              R"({ "aspic": 1, "frames": { "first": 1, "last": 240, "fps": 24 }, "nodes": {)" +
-                  nodes + "} }",
-              "scene.json", nodes::registry()))
-    {
-        for (const auto& problem : loaded_.problems) ADD_FAILURE() << problem.message;
-    }
-
-    // The first output of a node.
-    template <class T> std::shared_ptr<const T> at(const std::string& node, int frame = 1)
-    {
-        const auto& all = loaded_.graph.nodes;
-        for (std::uint32_t n = 0; n < all.size(); ++n) {
-            if (all[n].name != node) continue;
-            std::shared_ptr<const T> got;
-            failure_.clear();
-            runtime::Evaluator(loaded_.graph, caches_, {}, this)
-                .cook({{n, frame}},
-                      [&](const runtime::Want&, std::span<const graph::Value> values) {
-                          got = values[0].as<T>();
-                      });
-            if (!got) throw std::runtime_error(failure_);
-            return got;
-        }
-        throw std::logic_error("no node " + node);
-    }
-
-    void warned(const runtime::Warning& warning) override { warnings.push_back(warning.text); }
-    void failed(const runtime::Failure& failure) override { failure_ = failure.what; }
-    std::vector<std::string> warnings;
-
-private:
-    std::string failure_;
-    graph::Loaded loaded_;
-    runtime::Caches caches_;
-};
 
 const std::string metre = R"("box": { "type": "Primitive@1", "params": { "shape": "box" } })";
 
