@@ -12,6 +12,7 @@ struct Inputs {
     geometry::LengthUnit unit = geometry::LengthUnit::automatic;
     double custom_unit = 1;
     geometry::UpAxis up = geometry::UpAxis::automatic;
+    double line_thickness = 0;
     double fit = 0;
     geometry::Placement place = geometry::Placement::keep;
     geometry::FileNormals normals = geometry::FileNormals::file;
@@ -35,6 +36,7 @@ static geometry::ReadOptions options(const Inputs& in, const graph::Context& con
     o.custom_unit = in.custom_unit;
     o.up = in.up;
     o.colours = in.colours;
+    o.line_thickness = in.line_thickness;
     o.fit = in.fit;
     o.place = in.place;
     o.normals = in.normals;
@@ -70,20 +72,28 @@ static void describe_limits(graph::ParamsOf<geometry::ProcessLimits>& params)
 void add_to(graph::Registry& registry)
 {
     registry.add("ReadMesh", 1, run)
-        .summary("Reads a mesh or a point cloud from a file of any format that assimp supports.",
+        .summary("Reads a mesh or a point cloud from a file of any format that assimp supports, "
+                 "or from text.",
                  {"file", "import", "load", "mesh", "obj", "fbx", "alembic", "object"})
-        .path_in("path", &Inputs::path,
-                 "The file: OBJ with its materials, PLY, STL, glTF, FBX, COLLADA, AC3D, 3DS and "
-                 "others. #### stands for the frame number, for a sequence of one file per frame. "
-                 "Pictures of base colours (PNG, JPEG, BMP, TGA) are read with it, from the file "
-                 "itself or from the path that it names. One that isn't there is looked for by its "
-                 "name beside the file and in `textures` below it.")
+        .path_in(
+            "path", &Inputs::path,
+            "The file: OBJ with its materials, PLY, STL, glTF, FBX, COLLADA, AC3D, 3DS and "
+            "others; or points as text (XYZ, PTS, ASC), a line each, with colours where they "
+            "have any. #### stands for the frame number, for a sequence of one file per frame. "
+            "Pictures of base colours (PNG, JPEG, BMP, TGA) are read with it, from the file "
+            "itself or from the path that it names. One that isn't there is looked for by its "
+            "name beside the file and in `textures` below it.")
         .choice("unit", &Inputs::unit, {"auto", "m", "cm", "mm", "inch", "foot", "custom"},
                 "Unit of length of the file. auto: the unit that the file states, or else metres.")
         .param("custom_unit", &Inputs::custom_unit, "Length of the file's unit.",
                {.min = 1e-12, .max = 1e12, .unit = "m"}, {"unit", {"custom"}})
         .choice("up", &Inputs::up, {"auto", "y", "z", "x"},
                 "Axis of the file that points up. auto: the axis that the file states, or else y.")
+        .param(
+            "line_thickness", &Inputs::line_thickness,
+            "Diameter of the tubes that the file's lines become (OBJ, glTF): before `fit` scales "
+            "the mesh. 0: lines are left out.",
+            {.min = 0, .max = 1e6, .unit = "m"})
         .param("fit", &Inputs::fit,
                "Length to which the mesh's longest side is scaled; 0: no scaling.",
                {.min = 0, .max = 1e9, .unit = "m"})

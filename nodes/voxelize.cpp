@@ -1,4 +1,5 @@
 #include "geometry/cubes/voxelize.hpp"
+#include "geometry/cubes/sample_points.hpp"
 
 #include "graph/types/node_builder.hpp"
 #include "nodes/large_cubes.hpp"
@@ -41,6 +42,7 @@ static geometry::VoxelGrid grid_for(const Inputs& in)
     const geometry::Box box = in.mesh && !in.mesh->triangles().empty()
                                   ? geometry::triangle_bounds(*in.mesh)
                               : in.points ? geometry::finite_bounds(in.points->positions)
+                              : in.mesh   ? geometry::finite_bounds(in.mesh->positions)
                                           : geometry::Box{};
     const double size =
         in.size > 0 || box.empty() ? in.size : geometry::size_for(box, in.resolution);
@@ -62,6 +64,23 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     return {{"method", samples ? needs_points : needs_mesh}};
 }
 
+// Cubes of a mesh without faces: one wherever a point lies.
+static Outputs of_cloud(const Inputs& in, const geometry::VoxelOptions& options,
+                        const graph::Context& context)
+{
+    if (in.method == Method::solid) {
+        throw std::invalid_argument("the mesh is a point cloud: it has no faces that could enclose "
+                                    "anything; use method = surface, which makes a cube wherever a "
+                                    "point lies");
+    }
+    if (!in.materials.empty() || in.thickness > 0 || in.pieces != geometry::NearPieces::merge) {
+        context.warn("materials, thickness and pieces have no effect, because the mesh is a point "
+                     "cloud: it has no faces");
+    }
+    return {geometry::voxelize_samples(geometry::sample_points(*in.mesh, in.matter, {}),
+                                       grid_for(in), options)};
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     const geometry::VoxelOptions options{static_cast<std::size_t>(in.max_cubes), in.min_fill,
@@ -71,6 +90,9 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         return {geometry::voxelize_samples(*in.points, grid_for(in), options)};
     }
     if (!in.mesh) throw std::invalid_argument(needs_mesh);
+    if (in.mesh->triangles().empty() && !in.mesh->positions.empty()) {
+        return of_cloud(in, options, context);
+    }
     const geometry::FaceMatter matter = face_matter(*in.mesh, in.matter, in.materials, context);
     const geometry::VoxelGrid grid = grid_for(in);
     if (in.method == Method::surface) {
@@ -118,11 +140,11 @@ void add_to(graph::Registry& registry)
                "The mesh to convert (methods surface and solid). With method samples it only "
                "places the grid, so that several models can share one.",
                graph::Need::optional)
-        .choice(
-            "method", &Inputs::method, {"samples", "surface", "solid"},
-            "Which cubes are made. samples: one wherever a sample lies; sparse samples leave "
-            "holes. surface: one wherever a triangle passes, exactly; a face between two cubes "
-            "belongs to the upper one. solid: those of surface, and those whose centre is inside.")
+        .choice("method", &Inputs::method, {"samples", "surface", "solid"},
+                "Which cubes are made. samples: one wherever a sample lies; sparse samples leave "
+                "holes. surface: one wherever a triangle passes, exactly; a face between two cubes "
+                "belongs to the upper one; of a point cloud, one wherever a point lies. solid: "
+                "those of surface, and those whose centre is inside.")
         .param("size", &Inputs::size, "Edge of a cube; 0: from `resolution`.", {0, 1e12, "m"})
         .param("resolution", &Inputs::resolution,
                "Number of cubes along the model's longest side, if size is 0.",

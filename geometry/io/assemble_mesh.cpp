@@ -8,6 +8,7 @@
 #include "geometry/base/numbering.hpp"
 #include "geometry/base/parallel.hpp"
 #include "geometry/base/srgb.hpp"
+#include "geometry/io/line_tubes.hpp"
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/normals.hpp"
@@ -91,7 +92,8 @@ struct Dropped {
         add(not_finite, "face or point whose position is not a finite number",
             "faces or points whose positions are not finite numbers");
         add(repeated, "face that has one vertex twice", "faces that have one vertex twice");
-        add(lines, "line: only faces and points are used", "lines: only faces and points are used");
+        add(lines, "line: set line_thickness to make a tube of it",
+            "lines: set line_thickness to make tubes of them");
         add(points, "loose point beside the faces", "loose points beside the faces");
         for (std::string& s : all) s += ".";
         return all;
@@ -390,10 +392,17 @@ void fit_and_place(TriMesh& mesh, const ReadOptions& options)
 
 }  // namespace
 
-ReadMesh assemble_mesh(const ImportedScene& scene, const ReadOptions& options,
+ReadMesh assemble_mesh(const ImportedScene& given, const ReadOptions& options,
                        const FoundTextures& textures)
 {
     ReadMesh out;
+    ImportedScene thickened;
+    if (options.line_thickness > 0) {
+        thickened = given;
+        add_line_tubes(thickened, options.line_thickness /
+                                      metres_of(options.unit, options.custom_unit, given.unit));
+    }
+    const ImportedScene& scene = options.line_thickness > 0 ? thickened : given;
     Assembly assembly = begin_assembly(scene);
     Transform file_to_world = Transform::Identity();
     file_to_world.linear() =

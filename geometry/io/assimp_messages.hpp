@@ -22,6 +22,7 @@ struct ImportedMesh {
     std::vector<Triangle> triangles;    // into positions, not yet checked
     std::vector<std::uint32_t> points;  // vertices that the file calls points
     std::uint64_t lines = 0;            // line segments left out
+    std::vector<std::array<std::uint32_t, 2>> segments = {};  // those of them with both ends known
 };
 
 // A picture that a material names.

@@ -2,6 +2,7 @@
 
 #include "geometry/io/assemble_mesh.hpp"
 #include "geometry/io/read_ply.hpp"
+#include "geometry/io/read_points.hpp"
 #include "geometry/mesh/mesh.hpp"
 
 #include <cctype>
@@ -19,7 +20,7 @@ bool is_ply(const std::filesystem::path& path)
     return ending == ".ply";
 }
 
-ImportedScene ply_scene(const std::filesystem::path& path)
+ImportedScene scene_read_here(const std::filesystem::path& path)
 {
     want_mesh_file(path);
     std::ifstream in(path, std::ios::binary);
@@ -27,7 +28,7 @@ ImportedScene ply_scene(const std::filesystem::path& path)
     in.read(bytes.data(), std::ssize(bytes));
     if (!in) throw std::runtime_error(path.string() + " could not be read to its end");
     try {
-        return read_ply(bytes);
+        return is_ply(path) ? read_ply(bytes) : read_points(bytes);
     } catch (const std::runtime_error& error) {
         throw std::runtime_error(path.string() + ": " + error.what());
     }
@@ -57,7 +58,8 @@ std::vector<std::string> files_not_found(const std::vector<ImportedFile>& files,
 
 ReadMesh read_mesh(const std::filesystem::path& path, const ReadOptions& options)
 {
-    const ImportedScene scene = is_ply(path) ? ply_scene(path) : import_scene(path, options.import);
+    const bool here = is_ply(path) || is_points_file(path);
+    const ImportedScene scene = here ? scene_read_here(path) : import_scene(path, options.import);
     if (!scene.error.empty()) {
         throw std::runtime_error(
             path.string() +

@@ -23,7 +23,8 @@ struct ReadOptions {
     double custom_unit = 1;                   // m
     UpAxis up = UpAxis::automatic;            // what the file says, else y
     ColourSpace colours = ColourSpace::automatic;
-    double fit = 0;  // m, the bounds' largest side after scaling; 0: as the unit gives
+    double line_thickness = 0;  // m, of the tubes that lines become; 0: they are left out
+    double fit = 0;             // m, the bounds' largest side after scaling; 0: as the unit gives
     Placement place = Placement::keep;
     FileNormals normals = FileNormals::file;
     double crease = 0.7;  // rad, for normals that the file does not give

@@ -186,8 +186,9 @@ ImportedMesh mesh_of(const aiScene& scene, const aiMesh& in)
             triangulate({face.mIndices, face.mNumIndices}, out.positions, out.triangles);
         } else if (face.mNumIndices == 1) {
             out.points.push_back(face.mIndices[0]);
-        } else {
-            out.lines += face.mNumIndices == 2;
+        } else if (face.mNumIndices == 2) {
+            ++out.lines;
+            out.segments.push_back({face.mIndices[0], face.mIndices[1]});
         }
     }
     return out;

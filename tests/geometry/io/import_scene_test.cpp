@@ -25,9 +25,16 @@ ImportedScene some_scene()
 {
     ImportedScene scene;
     scene.meshes.resize(2);
-    scene.meshes[0] = {
-        "a", 1, {{1, 2, 3}, {4, 5, 6}}, {}, {{1, 0, 0}, {0, 1, 0}}, {{0.5f, 1}}, {{0, 1, 7}},
-        {3}, 5};
+    scene.meshes[0] = {"a",
+                       1,
+                       {{1, 2, 3}, {4, 5, 6}},
+                       {},
+                       {{1, 0, 0}, {0, 1, 0}},
+                       {{0.5f, 1}},
+                       {{0, 1, 7}},
+                       {3},
+                       5,
+                       {{0, 3}}};
     scene.materials = {{"steel", {0.1f, 0.2f, 0.3f}, 0.5f, 0.25f, 1.f}};
     scene.nodes = {{"root", 1, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}}};
     scene.unit = 0.01;
@@ -43,6 +50,7 @@ TEST(ImportScene, WhatIsPackedComesOutAgain)
     EXPECT_EQ(pack(scene), bytes);
     EXPECT_EQ(scene.meshes[0].positions[1], Vec3f(4, 5, 6));
     EXPECT_EQ(scene.meshes[0].lines, 5u);
+    EXPECT_EQ(scene.meshes[0].segments.at(0)[1], 3u);
     EXPECT_EQ(scene.materials[0].name, "steel");
     EXPECT_EQ(scene.nodes[0].to_world[11], 12);
     EXPECT_EQ(scene.files[0].path, "/x/y.mtl");

@@ -1,0 +1,109 @@
+// Point clouds and curves from files to bodies of cubes, through a graph.
+
+#include "geometry/cubes/cubes.hpp"
+#include "tests/geometry/files.hpp"
+#include "tests/nodes/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <numbers>
+
+namespace {
+
+using fixtures::Scene;
+using geometry::Cubes;
+using geometry::TriMesh;
+
+std::string reading(const std::string& file, const std::string& more = "")
+{
+    return fmt::format(R"("read": {{ "type": "ReadMesh@1", "params": {{ "path": "{}"{} }} }})",
+                       file, more);
+}
+
+TEST(AnyGeometry, PointsAreReadFromTextWithTheirColours)
+{
+    const files::Folder folder;
+    folder.write("a.xyz", "# scanned\n0 0 0\n1,2,3\n\n-1.5e0\t+2 3 0.7\n");
+    folder.write("a.pts", "2\n0 0 0 -12 255 0 0\n1 0 0 40 0 255 0\n");
+    folder.write("a.asc", "X Y Z R G B\r\n0 0 0 0 0 255\r\n1 1 1 10 20 30\r\n");
+    folder.write("n.xyz", "0 0 0 0 1 0\n1 1 1 1 0 0\n");
+    const auto read = [&](const std::string& name) {
+        return Scene(reading(name), folder.path).at<TriMesh>("read");
+    };
+    const auto plain = read("a.xyz");
+    ASSERT_EQ(plain->positions.size(), 3u);
+    EXPECT_EQ(plain->positions[2], geometry::Vec3f(-1.5f, 2, 3));
+    EXPECT_TRUE(plain->colours.empty());
+    const auto pts = read("a.pts");
+    ASSERT_EQ(pts->colours.size(), 2u);
+    EXPECT_EQ(pts->colours[1], geometry::Vec3f(0, 1, 0));
+    EXPECT_EQ(read("a.asc")->colours.at(0), geometry::Vec3f(0, 0, 1));
+    EXPECT_TRUE(read("n.xyz")->colours.empty());  // normals
+    folder.write("bad.xyz", "0 0 0\n1 1\n");
+    const std::string told = Scene(reading("bad.xyz"), folder.path).failure_at<TriMesh>("read");
+    EXPECT_NE(told.find("expected x, y and z in line 2, found \"1 1\""), std::string::npos) << told;
+}
+
+// 1000 points on a lattice of 0.1 m: one in each of 1000 cubes, which are full, by both ways.
+TEST(AnyGeometry, AScannedCloudBecomesABody)
+{
+    const files::Folder folder;
+    std::string text;
+    for (int i = 0; i < 1000; ++i) {
+        text += fmt::format("{:.2f} {:.2f} {:.2f}\n", 0.05 + 0.1 * (i % 10),
+                            0.05 + 0.1 * (i / 10 % 10), 0.05 + 0.1 * (i / 100));
+    }
+    folder.write("cloud.xyz", text);
+    const auto scene = [&](const std::string& params, const std::string& more) {
+        return Scene(reading("cloud.xyz") + fmt::format(R"(,
+            "sample": {{ "type": "Sample@2", "inputs": {{ "mesh": "read.mesh" }},
+                        "params": {{ "mass": "total", "total_mass": 3 }} }},
+            "cubes": {{ "type": "Voxelize@1", "inputs": {{ {} }}, "params": {{ "size": 0.1,
+                        "align": "origin", {} }} }},
+            "mass": {{ "type": "Measure@1", "inputs": {{ "cubes": "cubes.cubes" }},
+                      "params": {{ "what": "mass" }} }})",
+                                                        more, params),
+                     folder.path);
+    };
+    Scene direct = scene(R"("method": "surface")", R"("mesh": "read.mesh")");
+    EXPECT_EQ(direct.at<Cubes>("cubes")->count(), 1000u);
+    EXPECT_NEAR(*direct.at<double>("mass"), 1000, 1e-6);
+    // Each sample has m / N.
+    Scene sampled = scene(R"("method": "samples")", R"("points": "sample.points")");
+    EXPECT_NEAR(*sampled.at<double>("mass"), 3, 1e-6);
+    for (const double m : sampled.at<Cubes>("cubes")->mass) EXPECT_NEAR(m, 0.003, 1e-9);
+    Scene solid = scene(R"("method": "solid")", R"("mesh": "read.mesh")");
+    const std::string told = solid.failure_at<Cubes>("cubes");
+    EXPECT_NE(told.find("use method = surface"), std::string::npos) << told;
+}
+
+// Two lines of 1 m, 0.1 m thick: tubes of pi / 4 x 0.1^2 x 1 m^3 each, which end at (1, 0, 0).
+TEST(AnyGeometry, LinesOfAThicknessBecomeABody)
+{
+    const files::Folder folder;
+    folder.write("wire.obj", "v 0 0 0\nv 100 0 0\nv 100 100 0\nl 1 2 3\n");
+    Scene scene(reading("wire.obj", R"(, "line_thickness": 0.1, "unit": "cm")") + R"(,
+        "volume": { "type": "Measure@1", "inputs": { "mesh": "read.mesh" },
+                    "params": { "what": "volume" } },
+        "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "read.mesh" },
+                   "params": { "method": "solid", "size": 0.05 } },
+        "parts": { "type": "ConnectedComponent@1", "inputs": { "cubes": "cubes.cubes" },
+                   "params": { "keep": "all" } },
+        "count": { "type": "Measure@1", "inputs": { "cubes": "parts.cubes" },
+                   "params": { "what": "components" } },
+        "mass": { "type": "Measure@1", "inputs": { "cubes": "cubes.cubes" },
+                  "params": { "what": "mass" } })",
+                folder.path);
+    const double tube = std::numbers::pi / 4 * 0.01;
+    EXPECT_NEAR(*scene.at<double>("volume"), 2 * tube, 1e-5 * tube);
+    EXPECT_EQ(*scene.at<double>("count"), 1);
+    // At the bend both ends overlap in a quarter of a joint, which counts once.
+    EXPECT_LT(*scene.at<double>("mass"), 2000 * tube);
+    EXPECT_GT(*scene.at<double>("mass"), 0.97 * 2000 * tube);
+    Scene without(reading("wire.obj"), folder.path);
+    EXPECT_TRUE(without.at<TriMesh>("read")->triangles().empty());
+    ASSERT_FALSE(without.warnings.empty());
+    EXPECT_NE(without.warnings[0].find("left out 2 lines: set line_thickness"), std::string::npos);
+}
+
+}  // namespace
