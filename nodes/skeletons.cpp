@@ -95,6 +95,13 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         next_frame = std::max(next_frame, item.frame + 1);
     }
     if (in.points) {
+        constexpr std::size_t many = 5000;
+        if (const std::size_t count = in.points->positions.size(); count > many) {
+            context.warn(fmt::format(
+                "{} points become as many skeletons: Layered takes minutes and gigabytes for so "
+                "many. Set count = 1000 in Sample, or a spacing of about the thickness",
+                count));
+        }
         for (const geometry::Vec3f& p : in.points->positions) {
             add({.kind = SkeletonKind::point, .points = {p.cast<double>()}}, in.each, next_frame++,
                 0);

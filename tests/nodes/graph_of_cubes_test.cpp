@@ -112,6 +112,63 @@ TEST(GraphOfCubes, WarnsOfFacesOfOppositeOrientation)
     }
 }
 
+// A prism over a pentagon whose caps are turned inside out: almost nothing is inside by winding.
+// Samples as near as that volume asks are not sought, however they are asked for.
+TEST(GraphOfCubes, SampleTellsAtOnceOfAMeshWithoutAnInside)
+{
+    TriMesh prism;
+    auto topology = std::make_shared<geometry::MeshTopology>();
+    auto& faces = topology->triangles;
+    for (std::uint32_t i = 0; i < 5; ++i) {
+        const double angle = 2 * std::numbers::pi * i / 5;
+        for (const float z : {-1.0f, 1.0f}) {
+            prism.positions.emplace_back(float(std::cos(angle)), float(std::sin(angle)), z);
+        }
+        const std::uint32_t low = 2 * i, next = 2 * ((i + 1) % 5);
+        faces.push_back({low, next, next + 1});
+        faces.push_back({low, next + 1, low + 1});
+    }
+    for (std::uint32_t i = 1; i < 4; ++i) {
+        faces.push_back({0, 2 * i, 2 * i + 2});
+        faces.push_back({1, 2 * i + 3, 2 * i + 1});
+    }
+    prism.topology = topology;
+    for (const double spacing : {0.0, 0.05}) {
+        NodeRun sample("Sample");
+        sample.inputs["mesh"] = {graph::Value::of(TriMesh(prism))};
+        sample.param("where").is = std::string("volume");
+        sample.param("spacing").is = spacing;
+        try {
+            sample.run();
+            FAIL() << "was sampled";
+        } catch (const std::invalid_argument& error) {
+            const std::string text = error.what();
+            EXPECT_NE(text.find("at 10 edges have opposite orientations"), std::string::npos)
+                << text;
+            EXPECT_NE(text.find("set inside = parity"), std::string::npos) << text;
+        }
+        sample.param("inside").is = std::string("parity");
+        EXPECT_NO_THROW(sample.run());
+    }
+}
+
+TEST(GraphOfCubes, SkeletonsTellOfTooManyPoints)
+{
+    const auto told = [](std::size_t count) {
+        Samples points;
+        points.positions.assign(count, geometry::Vec3f(0, 0, 0));
+        for (std::size_t i = 0; i < count; ++i) points.positions[i].x() = float(i);
+        NodeRun node("Skeletons");
+        node.inputs["points"] = {graph::Value::of(points)};
+        node.run();
+        return node.warnings;
+    };
+    EXPECT_TRUE(told(5000).empty());
+    ASSERT_EQ(told(5001).size(), 1u);
+    EXPECT_NE(told(5001)[0].find("5001 points"), std::string::npos);
+    EXPECT_NE(told(5001)[0].find("Set count = 1000 in Sample"), std::string::npos);
+}
+
 TEST(GraphOfCubes, ConnectedComponentKeepsTheChosenComponent)
 {
     Scene scene(metre + R"(,
