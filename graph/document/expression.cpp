@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <muParser.h>
 
 namespace graph {
@@ -265,7 +266,9 @@ ExpressionError Grammar::unknown(std::string name, std::size_t position) const
     return {fmt::format("unknown name '{}'", name), position, std::move(help)};
 }
 
-Expression Grammar::compile(const std::string& text) const
+namespace {
+
+void check_text(const std::string& text)
 {
     if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
         throw ExpressionError("the expression is empty", 0, {});
@@ -285,6 +288,29 @@ Expression Grammar::compile(const std::string& text) const
         throw ExpressionError("assignment is not allowed in an expression", at,
                               "use == to compare");
     }
+}
+
+void require_one_number(const mu::Parser& mu)
+{
+    if (mu.GetNumResults() == 1) return;
+    throw ExpressionError("expected one number, found several", 0,
+                          "commas only separate function arguments");
+}
+
+// muparser's own words for what is wrong.
+ExpressionError translated(const mu::Parser::exception_type& e, const std::string& text)
+{
+    const auto at = static_cast<std::size_t>(std::max(e.GetPos(), 0));
+    std::string what = e.GetMsg();
+    while (!what.empty() && (what.back() == '.' || what.back() == '\n')) what.pop_back();
+    return {what, std::min(at, text.size()), {}};
+}
+
+}  // namespace
+
+Expression Grammar::compile(const std::string& text) const
+{
+    check_text(text);
     try {
         mu::Parser& mu = parser_->mu;
         mu.SetExpr(text);
@@ -295,23 +321,44 @@ Expression Grammar::compile(const std::string& text) const
             throw unknown(name, at == std::string::npos ? 0 : at);
         }
         const double now = parser_->at(1, 0);
-        if (mu.GetNumResults() != 1) {
-            throw ExpressionError("expected one number, found several", 0,
-                                  "commas only separate function arguments");
-        }
+        require_one_number(mu);
         if (used.empty()) return {now, [now](int, double) { return now; }};
         auto own = std::make_shared<Parser>(*parser_);
         own->at(1, 0);  // compiles
         return {{}, [own](int frame, double time) { return own->at(frame, time); }};
     } catch (const mu::Parser::exception_type& e) {
-        const auto at = static_cast<std::size_t>(std::max(e.GetPos(), 0));
         if (e.GetCode() == mu::ecUNASSIGNABLE_TOKEN && !e.GetToken().empty()) {
+            const auto at = static_cast<std::size_t>(std::max(e.GetPos(), 0));
             throw unknown(e.GetToken(), std::min(at, text.size()));
         }
-        std::string what = e.GetMsg();
-        while (!what.empty() && (what.back() == '.' || what.back() == '\n')) what.pop_back();
-        throw ExpressionError(what, std::min(at, text.size()), {});
+        throw translated(e, text);
     }
+}
+
+FunctionOf Grammar::compile_of(const std::string& text, const std::vector<std::string>& names) const
+{
+    check_text(text);
+    auto own = std::make_shared<Parser>(*parser_);
+    auto values = std::make_shared<std::vector<double>>(names.size(), 0.0);
+    own->mu.ClearVar();
+    for (std::size_t i = 0; i < names.size(); ++i) own->mu.DefineVar(names[i], &(*values)[i]);
+    try {
+        own->mu.SetExpr(text);
+        for (const auto& [name, address] : own->mu.GetUsedVar()) {
+            if (address) continue;
+            throw ExpressionError(
+                fmt::format("unknown name '{}'", name), text.find(name),
+                fmt::format("available: {}, and functions", fmt::join(names, ", ")));
+        }
+        own->mu.Eval();
+        require_one_number(own->mu);
+    } catch (const mu::Parser::exception_type& e) {
+        throw translated(e, text);
+    }
+    return [own, values](std::span<const double> given) {
+        std::copy_n(given.begin(), values->size(), values->begin());
+        return own->mu.Eval();
+    };
 }
 
 }  // namespace graph

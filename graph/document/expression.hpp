@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -31,6 +32,9 @@ struct Expression {
     std::function<double(int frame, double time)> value;
 };
 
+// A number as a function of others, in the order of their names. Not from several threads.
+using FunctionOf = std::function<double(std::span<const double>)>;
+
 // The names that expressions of a document may use: `frame`, `time`, pi, functions, constants.
 class Grammar {
 public:
@@ -47,6 +51,9 @@ public:
 
     // Throws ExpressionError. Not from several threads.
     Expression compile(const std::string& text) const;
+
+    // An expression of these names in the place of frame and time. Throws ExpressionError.
+    FunctionOf compile_of(const std::string& text, const std::vector<std::string>& names) const;
 
     // Whether a variable may have this name: letters, digits and _, and nobody else's.
     static bool free_name(std::string_view name);
