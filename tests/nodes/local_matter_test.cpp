@@ -83,6 +83,24 @@ TEST(LocalMatter, VertexColoursPaintTheMaterial)
     }
 }
 
+// Attributes of a mesh: young of the cage at each corner is linear, 1000 + 9000 x, but at the ends.
+TEST(LocalMatter, VertexAttributesPaintTheMaterial)
+{
+    Scene scene(fine_beam + graded("young", "1000 + 9000 * x") + R"(,
+        "cage": { "type": "CubeMesh@1", "inputs": { "cubes": "graded.cubes" } },
+        "coarse": { "type": "Voxelize@1", "inputs": { "mesh": "beam.mesh" },
+                    "params": { "method": "solid", "size": 0.1 } },
+        "painted": { "type": "LocalMatter@1", "inputs": { "cubes": "coarse.cubes",
+                     "mesh": "cage.mesh" }, "params": { "properties": [
+                     { "property": "density", "value": "2 * young" }] } })");
+    const auto cubes = scene.at<Cubes>("painted");
+    ASSERT_EQ(cubes->count(), 10u);
+    for (std::size_t c = 1; c < 9; ++c) {
+        const double x = cubes->origin.x() + cubes->size * (cubes->cell[c].x() + 0.5);
+        EXPECT_NEAR(cubes->mass[c], 2 * (1000 + 9000 * x) * 1e-3, 1e-4) << c;
+    }
+}
+
 TEST(LocalMatter, WrongExpressionsAreTold)
 {
     const auto told = [](const std::string& property, const std::string& value) {
