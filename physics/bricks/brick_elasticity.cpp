@@ -282,8 +282,8 @@ FactorCache::Factor BrickElasticity::make_factor(double stiffness, double dampin
     if (dissection.fronts.empty()) return nullptr;
     const auto weights = cube_weights(stiffness, damping);
     auto factor =
-        CornerFactor::make(cubes, std::move(dissection),
-                           stiffness_parts(body_.base.h, body_.element), weights, by_corner(mass));
+        CornerFactor::make(std::move(dissection), stiffness_parts(body_.base.h, body_.element),
+                           weights, by_corner(mass));
     if (!factor) return nullptr;
     return std::make_shared<const CornerFactor>(std::move(*factor));
 }

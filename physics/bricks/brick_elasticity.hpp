@@ -36,6 +36,11 @@ public:
                           const std::vector<std::uint32_t>& held) override;
     // The coarse grids at rest, turned with the corners.
     void add_coarse(const float* r, float* z) override;
+    bool cube_matrices(std::vector<BrickMatrix>& out) const override;
+    bool uses_hessian() const override { return hessian_ && stiffness_weight_ > 0; }
+    std::size_t cube_count() const override { return body_.cubes; }
+    std::shared_ptr<const Dissection>
+    dissection(const std::vector<std::uint32_t>& held) const override;
 
     // Lanes of blocks to fill, where not null.
     struct Measures {

@@ -76,6 +76,7 @@ BricksBody make_bricks(const geometry::Cubes& cubes, const BrickOptions& options
     body.rest = std::make_shared<const geometry::Cubes>(cubes);
     body.factors = std::make_shared<FactorCache>();
     body.multigrids = std::make_shared<MultigridCache>();
+    body.dissections = std::make_shared<DissectionCache>();
     add_excess(cubes, body);
     body.largest_eigenvalue = largest_eigenvalue(cubes, options.element);
     body.turns_with.assign(body.base.corners, 0);

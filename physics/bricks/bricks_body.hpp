@@ -17,6 +17,7 @@ namespace physics {
 
 class FactorCache;
 class MultigridCache;
+class DissectionCache;
 
 struct BrickOptions {
     BrickElement element = BrickElement::incompatible;
@@ -46,7 +47,8 @@ struct BricksBody {
     // For the preconditioner. The caches only remember what is a function of the rest.
     std::shared_ptr<const geometry::Cubes> rest;
     std::shared_ptr<FactorCache> factors;
-    std::shared_ptr<MultigridCache> multigrids;  // null: no multigrid, to compare
+    std::shared_ptr<MultigridCache> multigrids;    // null: no multigrid, to compare
+    std::shared_ptr<DissectionCache> dissections;  // null: no factors of steps, to compare
     double largest_eigenvalue = 0;  // of D^-1 A, A a sum of K and M, D its diagonal: at most this
 
     std::size_t bytes() const;

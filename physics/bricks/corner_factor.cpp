@@ -1,44 +1,13 @@
 #include "physics/bricks/corner_factor.hpp"
 
+#include "physics/bricks/front_walk.hpp"
 #include "physics/math/dense_columns.hpp"
-
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
 
 namespace physics {
 namespace {
-
-// Below this many 3 x 3 blocks a branch is not worth a thread of its own.
-constexpr double branch_worth_a_thread = 20'000;
-
-// children first, then visit(f); large branches at a time.
-template <class Visit>
-void up(const std::vector<Front>& fronts, std::uint32_t f, const Visit& visit)
-{
-    const auto& children = fronts[f].children;
-    if (children.size() > 1 && fronts[f].entries > branch_worth_a_thread) {
-        tbb::parallel_for(std::size_t{0}, children.size(),
-                          [&](std::size_t i) { up(fronts, children[i], visit); });
-    } else {
-        for (const auto child : children) up(fronts, child, visit);
-    }
-    visit(f);
-}
-
-template <class Visit>
-void down(const std::vector<Front>& fronts, std::uint32_t f, const Visit& visit)
-{
-    visit(f);
-    const auto& children = fronts[f].children;
-    if (children.size() > 1 && fronts[f].entries > branch_worth_a_thread) {
-        tbb::parallel_for(std::size_t{0}, children.size(),
-                          [&](std::size_t i) { down(fronts, children[i], visit); });
-    } else {
-        for (const auto child : children) down(fronts, child, visit);
-    }
-}
 
 constexpr std::size_t up_to_16(std::size_t n)
 {
@@ -50,17 +19,17 @@ constexpr std::size_t up_to_16(std::size_t n)
 // Eliminates front after front in double precision.
 class Factorizer {
 public:
-    Factorizer(const geometry::Cubes& cubes, const std::array<BrickMatrix, 3>& parts,
+    Factorizer(const std::array<BrickMatrix, 3>& parts,
                const std::vector<std::array<double, 3>>& weights,
                const std::vector<double>& diagonal, CornerFactor& out)
-        : cubes_(cubes), parts_(parts), weights_(weights), diagonal_(diagonal), out_(out),
+        : parts_(parts), weights_(weights), diagonal_(diagonal), out_(out),
           schur_(out.tree_.fronts.size())
     {}
 
     bool run()
     {
         for (const auto root : out_.tree_.roots) {
-            up(out_.tree_.fronts, root, [&](std::uint32_t f) { eliminate(f); });
+            children_first(out_.tree_.fronts, root, [&](std::uint32_t f) { eliminate(f); });
         }
         return sound_;
     }
@@ -103,25 +72,16 @@ private:
             matrix.diagonal().segment<3>(static_cast<Eigen::Index>(3 * i)).array() +=
                 diagonal_[front.pivots[i]];
         }
-        const auto place = [&](std::uint32_t k) -> Eigen::Index {
-            const auto find = [&](const std::vector<std::uint32_t>& list) {
-                return static_cast<std::size_t>(std::find(list.begin(), list.end(), k) -
-                                                list.begin());
-            };
-            std::size_t at = find(front.pivots);
-            if (at == pivots) at += find(front.border);
-            return at == all ? -1 : static_cast<Eigen::Index>(3 * at);
-        };
-        for (const auto c : front.cubes) {
-            const auto& w = weights_[c];
+        for (std::size_t i = 0; i < front.cubes.size(); ++i) {
+            const auto& w = weights_[front.cubes[i]];
             const BrickMatrix k = w[0] * parts_[0] + w[1] * parts_[1] + w[2] * parts_[2];
-            std::array<Eigen::Index, 8> at;
-            for (std::size_t a = 0; a < 8; ++a) at[a] = place(cubes_.corners[c][a]);
+            const auto& at = front.corner_at[i];
             for (std::size_t a = 0; a < 8; ++a) {
                 for (std::size_t b = 0; b < 8; ++b) {
-                    if (at[a] < 0 || at[b] < 0) continue;  // held
-                    matrix.block<3, 3>(at[a], at[b]) += k.block<3, 3>(
-                        static_cast<Eigen::Index>(3 * a), static_cast<Eigen::Index>(3 * b));
+                    if (at[a] == geometry::no_index || at[b] == geometry::no_index) continue;
+                    matrix.block<3, 3>(3 * Eigen::Index{at[a]}, 3 * Eigen::Index{at[b]}) +=
+                        k.block<3, 3>(static_cast<Eigen::Index>(3 * a),
+                                      static_cast<Eigen::Index>(3 * b));
                 }
             }
         }
@@ -140,7 +100,6 @@ private:
         return matrix;
     }
 
-    const geometry::Cubes& cubes_;
     const std::array<BrickMatrix, 3>& parts_;
     const std::vector<std::array<double, 3>>& weights_;
     const std::vector<double>& diagonal_;
@@ -149,7 +108,7 @@ private:
     std::atomic<bool> sound_ = true;
 };
 
-std::optional<CornerFactor> CornerFactor::make(const geometry::Cubes& cubes, Dissection dissection,
+std::optional<CornerFactor> CornerFactor::make(Dissection dissection,
                                                const std::array<BrickMatrix, 3>& parts,
                                                const std::vector<std::array<double, 3>>& weights,
                                                const std::vector<double>& diagonal)
@@ -171,8 +130,8 @@ std::optional<CornerFactor> CornerFactor::make(const geometry::Cubes& cubes, Dis
         out.blocks_.push_back(block);
     }
     out.numbers_.assign(numbers, 0);
-    if (!Factorizer(cubes, parts, weights, diagonal, out).run()) return std::nullopt;
-    for (Front& front : out.tree_.fronts) front.cubes = {};
+    if (!Factorizer(parts, weights, diagonal, out).run()) return std::nullopt;
+    for (Front& front : out.tree_.fronts) front.cubes = {}, front.corner_at = {};
     return out;
 }
 
@@ -182,8 +141,8 @@ void CornerFactor::solve(const float* b, float* x, const std::uint32_t* slot,
     work.resize(work_);
     const auto& fronts = tree_.fronts;
     for (const auto root : tree_.roots) {
-        up(fronts, root, [&](std::uint32_t f) { forward(f, b, slot, work.data()); });
-        down(fronts, root, [&](std::uint32_t f) { back(f, x, slot, work.data()); });
+        children_first(fronts, root, [&](std::uint32_t f) { forward(f, b, slot, work.data()); });
+        parents_first(fronts, root, [&](std::uint32_t f) { back(f, x, slot, work.data()); });
     }
 }
 

@@ -20,7 +20,7 @@ class CornerFactor {
 public:
     // Of the sum over cubes of weights[c][i] parts[i] and D = diagonal (K, by corner). Corners that
     // the dissection left out are held. Nothing when a pivot is not positive.
-    static std::optional<CornerFactor> make(const geometry::Cubes& cubes, Dissection dissection,
+    static std::optional<CornerFactor> make(Dissection dissection,
                                             const std::array<BrickMatrix, 3>& parts,
                                             const std::vector<std::array<double, 3>>& weights,
                                             const std::vector<double>& diagonal);

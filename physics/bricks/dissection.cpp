@@ -9,8 +9,6 @@ namespace {
 using geometry::Cubes;
 using geometry::no_index;
 
-constexpr std::size_t small_part = 24;  // corners that are not cut further
-
 struct Plane {
     int axis = -1;  // none
     int at = 0;
@@ -36,7 +34,8 @@ Parted part_at(const Plane& plane, const Cubes& cubes, std::span<std::uint32_t> 
 
 class Dissector {
 public:
-    Dissector(const Cubes& cubes, const std::vector<char>& left_out) : cubes_(cubes)
+    Dissector(const Cubes& cubes, const std::vector<char>& left_out, std::size_t uncut)
+        : cubes_(cubes), uncut_(uncut)
     {
         for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
             if (left_out.empty() || !left_out[k]) corners_.push_back(k);
@@ -55,7 +54,7 @@ private:
     // The front of the last cut of `corners`; its children first.
     std::uint32_t cut(std::span<std::uint32_t> corners)
     {
-        const Plane plane = corners.size() > small_part ? thinnest_plane(corners) : Plane{};
+        const Plane plane = corners.size() > uncut_ ? thinnest_plane(corners) : Plane{};
         if (plane.axis < 0) return add(corners, {});
         const Parted parted = part_at(plane, cubes_, corners);
         const auto below = cut(parted.below);
@@ -110,18 +109,28 @@ private:
     }
 
     const Cubes& cubes_;
+    std::size_t uncut_;
     std::vector<std::uint32_t> corners_;
     std::vector<std::uint32_t> front_of_;
     std::vector<int> on_plane_;
     std::vector<Front> fronts_;
 };
 
+void place_corners(const Cubes& cubes, const std::vector<std::uint32_t>& place, Front& front)
+{
+    for (const auto c : front.cubes) {
+        auto& at = front.corner_at.emplace_back();
+        for (std::size_t a = 0; a < 8; ++a) at[a] = place[cubes.corners[c][a]];
+    }
+}
+
 }  // namespace
 
-Dissection dissect(const Cubes& cubes, const std::vector<char>& left_out, double most)
+Dissection dissect(const Cubes& cubes, const std::vector<char>& left_out, double most,
+                   std::size_t uncut)
 {
     Dissection out;
-    Dissector dissector(cubes, left_out);
+    Dissector dissector(cubes, left_out, uncut);
     out.fronts = dissector.run();
     const auto& front_of = dissector.front_of();
 
@@ -153,8 +162,11 @@ Dissection dissect(const Cubes& cubes, const std::vector<char>& left_out, double
             return std::pair(front_of[a], a) < std::pair(front_of[b], b);
         });
         for (const auto k : front.border) place[k] = next++;
+        place_corners(cubes, place, front);
         const auto p = static_cast<double>(front.pivots.size());
-        front.entries = p * (p + static_cast<double>(front.border.size()));
+        const auto b = static_cast<double>(front.border.size());
+        front.entries = p * (p + b);
+        out.products += p * (p * p / 6 + b * p / 2 + b * b / 2);
         for (const auto child : front.children) {
             Front& below = out.fronts[child];
             below.parent = f;

@@ -18,6 +18,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/cubes/cubes.hpp"
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -25,9 +26,11 @@ namespace physics {
 
 // A set of corners eliminated together.
 struct Front {
-    std::vector<std::uint32_t> pivots;    // corners eliminated here
-    std::vector<std::uint32_t> border;    // corners eliminated later that they meet
-    std::vector<std::uint32_t> cubes;     // that are added in here
+    std::vector<std::uint32_t> pivots;  // corners eliminated here
+    std::vector<std::uint32_t> border;  // corners eliminated later that they meet
+    std::vector<std::uint32_t> cubes;   // that are added in here
+    // Where their corners are: among pivots then border; no_index where left out.
+    std::vector<std::array<std::uint32_t, 8>> corner_at;
     std::vector<std::uint32_t> children;  // fronts, all before this one
     std::uint32_t parent = geometry::no_index;
     // Where each border corner is in the parent: among pivots then border.
@@ -39,11 +42,16 @@ struct Dissection {
     std::vector<Front> fronts;         // children before parents
     std::vector<std::uint32_t> roots;  // fronts without a parent
     double entries = 0;                // of all, in 3 x 3 blocks
+    double products = 0;               // of 3 x 3 blocks that a factorisation takes
 };
+
+// Parts of at most so many corners are not cut further.
+inline constexpr std::size_t uncut_corners = 24;
 
 // Corners marked in `left_out` (K, or empty: none) take no part. Stops, with no fronts, as soon as
 // the entries would be more than `most`.
-Dissection dissect(const geometry::Cubes& cubes, const std::vector<char>& left_out, double most);
+Dissection dissect(const geometry::Cubes& cubes, const std::vector<char>& left_out, double most,
+                   std::size_t uncut = uncut_corners);
 
 // Puts corners in the order in which to eliminate them.
 void order_for_elimination(const geometry::Cubes& cubes, std::span<std::uint32_t> corners);

@@ -3,11 +3,16 @@
 // What a method on cubes tells the implicit time step of itself: its elastic forces, and how they
 // change where corners move. Bricks and springs are two of these.
 
+#include "physics/bricks/brick_element.hpp"
+
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace physics {
+
+struct Dissection;
 
 // What is lumped on corners: their mass, or their damping with it.
 enum class Lumped { mass, damping };
@@ -41,6 +46,18 @@ public:
     // From here on K holds - (mass N + damping N of the damping) as well, for the sum with the
     // lumped ones. 0, 0 ends it.
     virtual void couple(double, double) {}
+
+    // A as a sum: K as it is weighed, coupled and linearised, one matrix a cube. False: the method
+    // has none.
+    virtual bool cube_matrices(std::vector<BrickMatrix>&) const { return false; }
+    virtual bool uses_hessian() const { return false; }  // in products and in these matrices
+    virtual std::size_t cube_count() const { return 0; }
+    // How such a sum is factored without the corners `held` (sorted); null where that would take
+    // longer than any other way.
+    virtual std::shared_ptr<const Dissection> dissection(const std::vector<std::uint32_t>&) const
+    {
+        return nullptr;
+    }
 
     // What a state keeps so that the next one starts from there: State::rotation.
     virtual std::vector<float> rotations() const { return {}; }

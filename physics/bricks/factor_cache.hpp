@@ -56,5 +56,6 @@ private:
 
 class FactorCache : public PreparedCache<CornerFactor> {};
 class MultigridCache : public PreparedCache<Multigrid> {};
+class DissectionCache : public PreparedCache<Dissection> {};
 
 }  // namespace physics

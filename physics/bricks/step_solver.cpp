@@ -81,16 +81,44 @@ void copy_low(const StepSystem<double>& high, StepSystem<float>& low)
     }
 }
 
-// The inverse at rest, multigrid, or the diagonal, by the work that each should take, in products
-// with A. The diagonal takes iterations by the square root of the condition. The other two take a
-// few and up to 25 for each contact, of which the inverse and the coarse grids know nothing. What
-// they prepare is kept for steps of the length that was asked for, not of those that were halved.
-void choose_preconditioner(StepSolver& solver, const Stage& stage)
+// Work in products with A, as it should be before it is done.
+struct Plan {
+    double all = 0;
+    double an_iteration = 1;
+};
+
+// Multigrid, or the diagonal where that should take less.
+Plan plan_multigrid(StepSolver& solver, const Stage& stage, const std::vector<double>& mass,
+                    double with_diagonal)
+{
+    // Measured: a cycle costs four products and the coarse grids about two, and takes the residual
+    // down by 4 in full cubes, by 2 in cubes filled a thousandth.
+    constexpr double products_a_cycle = 6.5;
+    const StepFrame& frame = stage.frame;
+    Elasticity& elasticity = stage.elasticity;
+    const double cycles = 1.2 * std::log(2 / frame.options.tolerance) +
+                          25 * static_cast<double>(stage.contacts.size());
+    const double work = products_a_cycle * cycles;
+    if (with_diagonal < work || solver.direct.work < work) return {with_diagonal, 1};
+    const double largest =
+        elasticity.prepare_coarse(stage.tau * stage.tau, stage.tau, mass, frame.loads.pins.corner);
+    if (largest == 0) return {with_diagonal, 1};
+    solver.multigrid.start(largest);
+    solver.low.linear.precondition = [&elasticity, &solver](const float* r, float* z) {
+        solver.multigrid.apply(solver.low.linear, elasticity, r, z);
+    };
+    return {work, products_a_cycle};
+}
+
+// The inverse at rest, multigrid, or the diagonal, by the work that each should take. The diagonal
+// takes iterations by the square root of the condition. The other two take a few and up to 25 for
+// each contact, of which the inverse and the coarse grids know nothing. What they prepare is kept
+// for steps of the length that was asked for, not of those that were halved.
+Plan choose_preconditioner(StepSolver& solver, const Stage& stage)
 {
     const StepFrame& frame = stage.frame;
     Elasticity& elasticity = stage.elasticity;
     solver.low.linear.precondition = {};
-    if (stage.halvings > 0) return;
     double inertia = 0, whole = 0;
     for (const double d : solver.high.linear.diagonal) inertia += d;
     Aligned<double> diagonal(frame.n, 0);
@@ -98,8 +126,12 @@ void choose_preconditioner(StepSolver& solver, const Stage& stage)
     for (const double d : diagonal) whole += d;
     const double with_diagonal =
         0.75 * std::sqrt(whole / inertia) * std::log(2 / frame.options.tolerance);
+    if (with_diagonal < 20) return {with_diagonal, 1};
+    solver.direct.count(stage);
     const double with_inverse = 6 + 25 * static_cast<double>(stage.contacts.size());
-    if (with_diagonal < std::max(20.0, with_inverse)) return;
+    if (stage.halvings > 0 || with_diagonal < with_inverse) {
+        return {with_diagonal, 1};
+    }
     std::vector<double> mass(frame.body.corners);
     for (std::size_t k = 0; k < mass.size(); ++k) {
         mass[k] = frame.body.mass[k] + stage.tau * frame.body.damping_of(k);
@@ -110,21 +142,9 @@ void choose_preconditioner(StepSolver& solver, const Stage& stage)
         solver.low.linear.precondition = [&elasticity](const float* r, float* z) {
             elasticity.apply_inverse(r, z);
         };
-        return;
+        return {cost * with_inverse, cost + 1};
     }
-    // Measured: a cycle costs four products and the coarse grids about two, and takes the residual
-    // down by 4 in full cubes, by 2 in cubes filled a thousandth.
-    constexpr double products_a_cycle = 6.5;
-    const double cycles = 1.2 * std::log(2 / frame.options.tolerance) +
-                          25 * static_cast<double>(stage.contacts.size());
-    if (with_diagonal < products_a_cycle * cycles) return;
-    const double largest =
-        elasticity.prepare_coarse(stage.tau * stage.tau, stage.tau, mass, frame.loads.pins.corner);
-    if (largest == 0) return;
-    solver.multigrid.start(largest);
-    solver.low.linear.precondition = [&elasticity, &solver](const float* r, float* z) {
-        solver.multigrid.apply(solver.low.linear, elasticity, r, z);
-    };
+    return plan_multigrid(solver, stage, mass, with_diagonal);
 }
 
 template <class T> void use_elasticity(const Elasticity& elasticity, StepSystem<T>& system)
@@ -146,13 +166,15 @@ double leftover(StepSolver& solver, Stage& stage)
     return norm(solver, solver.rest);
 }
 
-void solve_high(StepSolver& solver, Stage& stage, double target, Solved& out)
+// Goes on from delta in double precision, for at most so many iterations.
+void solve_high(StepSolver& solver, Stage& stage, double target, double most, Solved& out)
 {
     if (!all_finite(stage.delta)) std::fill(stage.delta.begin(), stage.delta.end(), 0);
     leftover(solver, stage);
     solver.high.work.r = solver.rest;
     const int left = stage.frame.options.solver_iterations - out.iterations;
-    const Solved part = conjugate_gradients(solver.high.linear, target, left, solver.high.work);
+    const int limit = static_cast<int>(std::min<double>(left, most));
+    const Solved part = conjugate_gradients(solver.high.linear, target, limit, solver.high.work);
     for (std::size_t i = 0; i < stage.frame.n; ++i) stage.delta[i] += solver.high.work.x[i];
     out.iterations += part.iterations;
     out.residual = part.residual;
@@ -175,20 +197,33 @@ Solved add_low(StepSolver& solver, Stage& stage, double goal, int iterations)
     return part;
 }
 
-// solve_linear() where the elasticity is coupled.
-Solved solve_coupled(StepSolver& solver, Stage& stage, double target)
+// Goes on from delta with a factor of A: with one that is there as long as that takes less than a
+// new one. False: A has none.
+bool solve_directly(StepSolver& solver, Stage& stage, double target, Solved& out)
 {
-    const int most = stage.frame.options.solver_iterations;
-    Solved out;
-    stage.delta.assign(stage.frame.n, 0);
-    solver.rest = stage.r;
-    double size = norm(solver, solver.rest);
-    if (!std::isfinite(size)) return {false, 0, size};
-    use_elasticity(stage.elasticity, solver.low);
-    use_elasticity(stage.elasticity, solver.high);
-    copy_low(solver.high, solver.low);
-    choose_preconditioner(solver, stage);
+    StepDirect& direct = solver.direct;
+    if (!std::isfinite(direct.work)) return false;
+    auto& precondition = solver.high.linear.precondition;
+    precondition = [&direct](const double* r, double* z) { direct.factor->solve(r, z); };
+    bool sound = true;
+    out.converged = false;
+    if (direct.serves(stage)) {
+        const double most = direct.work / direct.work_an_iteration;
+        solve_high(solver, stage, target, std::max(2.0, most), out);
+    }
+    if (!out.converged) {
+        sound = direct.make(stage, solver.high.linear.diagonal);
+        if (sound) solve_high(solver, stage, target, stage.frame.options.solver_iterations, out);
+    }
+    precondition = {};
+    return sound;
+}
+
+// Single precision, and once more on what that leaves over, as long as it gets somewhere.
+void solve_low(StepSolver& solver, Stage& stage, double target, int most, Solved& out)
+{
     bool refined = false;
+    double size = norm(solver, solver.rest);
     while (size > target) {
         const double goal = std::max(target, 1e-5 * size);
         const Solved part = add_low(solver, stage, goal, most - out.iterations);
@@ -200,14 +235,42 @@ Solved solve_coupled(StepSolver& solver, Stage& stage, double target)
         refined = true;
         const double before = size;
         size = leftover(solver, stage);
-        if (!(size < 0.1 * before) || !std::isfinite(size)) {
-            solve_high(solver, stage, target, out);
-            return out;
-        }
-        if (out.iterations >= most) break;
+        if (!(size < 0.1 * before) || !std::isfinite(size) || out.iterations >= most) break;
     }
     out.residual = size;
     out.converged = size <= target;
+}
+
+// The share of a factor's time that another way gets before the factor is made after all.
+constexpr double patient_share = 0.5;
+
+// solve_linear() where the elasticity is coupled.
+Solved solve_coupled(StepSolver& solver, Stage& stage, double target)
+{
+    const int most = stage.frame.options.solver_iterations;
+    Solved out;
+    stage.delta.assign(stage.frame.n, 0);
+    solver.rest = stage.r;
+    const double size = norm(solver, solver.rest);
+    if (!std::isfinite(size)) return {false, 0, size};
+    use_elasticity(stage.elasticity, solver.low);
+    use_elasticity(stage.elasticity, solver.high);
+    copy_low(solver.high, solver.low);
+    const Plan plan = choose_preconditioner(solver, stage);
+    StepDirect& direct = solver.direct;
+    const double patience = patient_share * direct.work;
+    const double by_now = direct.others_took * std::log(size / target) * plan.an_iteration;
+    if (direct.work < plan.all || patience < by_now) {
+        if (solve_directly(solver, stage, target, out)) return out;
+        if (stage.elasticity.uses_hessian()) return {false, out.iterations, size};
+    }
+    const double limit = std::max(20.0, patience / plan.an_iteration);
+    solve_low(solver, stage, target, static_cast<int>(std::min<double>(most, limit)), out);
+    if (out.converged) return out;
+    const double gain = std::log(std::max(1.01, size / out.residual));
+    direct.others_took = std::max(direct.others_took, out.iterations / gain);
+    if (solve_directly(solver, stage, target, out)) return out;
+    if (out.iterations < most) solve_high(solver, stage, target, most, out);
     return out;
 }
 

@@ -7,9 +7,13 @@
 // it is not enough, and in double where single gets nowhere. The preconditioner is the inverse of
 // A's diagonal, with a 3 x 3 block at each corner that touches something:
 //   |r| = sqrt(r . P r),   P = that inverse
-// In stiff bodies A at rest, factored once, takes its place (corner_factor.hpp).
+// In stiff bodies A at rest, factored once, takes its place (corner_factor.hpp), in large ones
+// multigrid (step_multigrid.hpp). Where these should take longer than to factor A as it is, or have
+// taken half as long and not got there, A is factored (step_direct.hpp). What should take how long
+// is counted from the matrix's structure, in products with A: no result depends on a clock.
 
 #include "physics/bricks/stage.hpp"
+#include "physics/bricks/step_direct.hpp"
 #include "physics/bricks/step_multigrid.hpp"
 #include "physics/math/conjugate_gradients.hpp"
 
@@ -58,6 +62,7 @@ struct StepSolver {
     StepSystem<float> low;
     StepSystem<double> high;
     StepMultigrid multigrid;
+    StepDirect direct;
     Aligned<double> rest;                 // N s, r - A delta
     std::vector<std::uint32_t> block_of;  // of each slot while blocks are added up
 };

@@ -76,11 +76,9 @@ Solved conjugate_gradients(const LinearSystem<T>& system, double target, int lim
     while (std::sqrt(size_sq) > target && out.iterations < limit) {
         double before = rz;
         rz = size_sq;
-        if constexpr (std::is_same_v<T, float>) {
-            if (preconditions) {
-                system.precondition(r.data(), z.data());
-                rz = dot(n, r.data(), z.data());
-            }
+        if (preconditions) {
+            system.precondition(r.data(), z.data());
+            rz = dot(n, r.data(), z.data());
         }
         if (!(rz > 0)) preconditions = false, rz = step(0), before = 0;
         turn_direction(n, static_cast<T>(before > 0 ? rz / before : 0), z.data(), p.data());

@@ -66,6 +66,13 @@ template <class T> void turn_any(std::size_t n, T beta, const T* z, T* p)
     }
 }
 
+template <class T> double dot_any(std::size_t n, const T* r, const T* z)
+{
+    return lane_sum<T>(n, [&](auto d, std::size_t i) HWY_ATTR {
+        return hn::Mul(hn::LoadU(d, r + i), hn::LoadU(d, z + i));
+    });
+}
+
 // Dispatch tables take plain functions.
 double diagonal_low(std::size_t n, const float* d, const float* p, float* y)
 {
@@ -87,9 +94,11 @@ double descend_high(std::size_t n, double alpha, const double* p, const double* 
 }
 double dot_low(std::size_t n, const float* r, const float* z)
 {
-    return lane_sum<float>(n, [&](auto d, std::size_t i) HWY_ATTR {
-        return hn::Mul(hn::LoadU(d, r + i), hn::LoadU(d, z + i));
-    });
+    return dot_any(n, r, z);
+}
+double dot_high(std::size_t n, const double* r, const double* z)
+{
+    return dot_any(n, r, z);
 }
 void turn_low(std::size_t n, float beta, const float* z, float* p)
 {
@@ -112,6 +121,7 @@ HWY_EXPORT(diagonal_high);
 HWY_EXPORT(descend_low);
 HWY_EXPORT(descend_high);
 HWY_EXPORT(dot_low);
+HWY_EXPORT(dot_high);
 HWY_EXPORT(turn_low);
 HWY_EXPORT(turn_high);
 
@@ -176,6 +186,12 @@ double dot(std::size_t n, const float* r, const float* z)
 {
     return sum_of_runs(n, [&](std::size_t i, std::size_t count) {
         return HWY_DYNAMIC_DISPATCH(dot_low)(count, r + i, z + i);
+    });
+}
+double dot(std::size_t n, const double* r, const double* z)
+{
+    return sum_of_runs(n, [&](std::size_t i, std::size_t count) {
+        return HWY_DYNAMIC_DISPATCH(dot_high)(count, r + i, z + i);
     });
 }
 

@@ -22,6 +22,7 @@ double descend(std::size_t n, double alpha, const double* p, const double* y, co
 
 // r . z
 double dot(std::size_t n, const float* r, const float* z);
+double dot(std::size_t n, const double* r, const double* z);
 
 // p = z + beta p
 void turn_direction(std::size_t n, float beta, const float* z, float* p);

@@ -1,0 +1,51 @@
+#pragma once
+
+// The matrix of one round of Newton's method, factored (Cholesky, front by front) and solved with
+// in double precision. Each front holds the columns L11, L21 of its pivots, with
+//   F11 = L11 L11^T,   L21 = F21 L11^-T,   F22 - L21 L21^T handed to the parent
+// Duff, Reid. The multifrontal solution of indefinite sparse symmetric linear equations. ACM TOMS
+// 9(3), 1983. A long body of n cubes takes n operations where conjugate gradients take n^3: a
+// beam's condition grows by n^4. The inverse at rest (corner_factor.hpp) does not serve there, as
+// what it makes of a beam that is bent is stiff in the wrong places by the same ratio.
+
+#include "physics/bricks/brick_element.hpp"
+#include "physics/bricks/dissection.hpp"
+#include "physics/math/aligned_memory.hpp"
+
+#include <memory>
+#include <optional>
+#include <span>
+
+namespace physics {
+
+class DirectFactor {
+public:
+    // Of the sum of a matrix a cube and `diagonal`: four numbers a slot, slot[corner] for each
+    // corner. Corners that the dissection left out are held. Nothing when a pivot is not positive.
+    static std::optional<DirectFactor> make(std::shared_ptr<const Dissection> dissection,
+                                            const std::vector<BrickMatrix>& cubes,
+                                            std::span<const double> diagonal,
+                                            std::span<const std::uint32_t> slot);
+
+    // x = A^-1 b. Numbers of corners that are held stay as they are in x.
+    void solve(const double* b, double* x);
+
+private:
+    struct Panel {
+        Eigen::Index pivots = 0, border = 0;  // numbers, 3 a corner
+        std::size_t columns = 0;              // into numbers_: L11 over L21
+        std::size_t at = 0;                   // into work_: pivots, then border
+    };
+
+    friend class DirectFactorizer;
+
+    void forward(std::uint32_t f, const double* b);
+    void back(std::uint32_t f, double* x);
+
+    std::shared_ptr<const Dissection> tree_;
+    std::vector<std::uint32_t> slot_;
+    std::vector<Panel> panels_;
+    Aligned<double> numbers_, work_;
+};
+
+}  // namespace physics
