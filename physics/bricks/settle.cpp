@@ -40,6 +40,7 @@ State settle(const BricksBody& body, State state, const Loads& loads, const Step
     StepOptions still = options;
     still.integrator = Integrator::implicit_euler;
     still.substeps = 1;
+    still.leaps = true;
     still.newton_iterations = std::max(options.newton_iterations, 50);
     still.contact_iterations = std::max(options.contact_iterations, 50);
     const double time = state.time;

@@ -2,6 +2,7 @@
 
 #include "physics/bricks/free_parts.hpp"
 #include "physics/bricks/step_descent.hpp"
+#include "physics/bricks/step_leaps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -187,6 +188,7 @@ void solve_stage(Stage& stage, StepSolver& solver, StepRecord& record)
                   std::max({push, norm(solver, at.outside), norm(solver, at.elastic)}), record);
         return;
     }
+    if (options.leaps) leap(stage, solver, options.tolerance, record);
     const Descent how{
         .rounds = options.newton_iterations, .tolerance = options.tolerance, .hessian = true};
     if (descend(stage, solver, how, record) != Descended::arrived) record.unsettled = true;
