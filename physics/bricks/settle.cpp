@@ -45,11 +45,18 @@ State settle(const BricksBody& body, State state, const Loads& loads, const Step
     still.contact_iterations = std::max(options.contact_iterations, 50);
     const double time = state.time;
     State end = step_from_rest(body, state, loads, forever, still);
+    auto iterations = end.report.iterations;
+    const auto step = [&](const State& from, double seconds) {
+        State to = step_from_rest(body, from, loads, seconds, still);
+        iterations += to.report.iterations;
+        return to;
+    };
     // By way of where it creeps to in steps that grow, each of which begins at rest.
     for (double seconds = 0.01; !end.report.converged && seconds < forever; seconds *= 3) {
-        state = step_from_rest(body, std::move(state), loads, seconds, still);
-        if (seconds * 3 >= forever) end = step_from_rest(body, state, loads, forever, still);
+        state = step(state, seconds);
+        if (seconds * 3 >= forever) end = step(state, forever);
     }
+    end.report.iterations = iterations;
     std::fill(end.v.begin(), end.v.end(), Vec3::Zero());
     end.time = time;
     if (!end.report.converged) {
