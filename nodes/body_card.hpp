@@ -21,6 +21,11 @@ namespace nodes {
 // A quantity, with what it is of the mesh and of the cubes; not a number where that is not known.
 using CardLine = std::pair<std::string, std::array<double, 2>>;
 
+inline double count_cubes(const graph::Value& cubes)
+{
+    return static_cast<double>(cubes.as<geometry::Cubes>()->count());
+}
+
 // Of a mesh and the cubes that Voxelize made of it. The mass of the cubes lies on their corners, as
 // the solvers have it. Of an open mesh nothing is known.
 inline std::vector<CardLine> body_card(const graph::Value& mesh_value,

@@ -21,6 +21,7 @@ int main(int argc, char** argv)
     console.salt = runtime::program_identity(nodes::late_libraries);
     console.distances = nodes::distances();
     console.body_card = nodes::body_card;
+    console.count_cubes = nodes::count_cubes;
     console.mesh_info = nodes::describe_mesh;
     console.write_sheet = nodes::write_sheet;
     console.run_program = nodes::run_program;

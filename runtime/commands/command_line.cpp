@@ -10,6 +10,7 @@
 #include "runtime/commands/info_command.hpp"
 #include "runtime/commands/study_command.hpp"
 #include "runtime/commands/sweep_command.hpp"
+#include "runtime/commands/tune_command.hpp"
 #include "runtime/commands/usage.hpp"
 #include "runtime/commands/verify.hpp"
 #include "runtime/cook/memory_limit.hpp"
@@ -34,6 +35,7 @@ constexpr const char* examples =
     "  aspic explain graphs/bridge.json --frame 12\n"
     "  aspic sweep graphs/chair.json --vary cubes.size=0.02,0.04\n"
     "  aspic study graphs/beam.json --vary sim.step.substeps=1,2,4 --measure tip.value\n"
+    "  aspic tune graphs/beam.json --error 5%\n"
     "Exit codes: 0 success, 1 a node failed, 2 invalid command line or document,\n            "
     "3 an expectation was missed, 130 cancelled (Ctrl-C; press it twice to stop at once).";
 
@@ -64,6 +66,7 @@ int run_command_line(const std::vector<std::string>& args, const graph::Registry
     add_verify_command(set);
     add_sweep_command(set);
     add_study_command(set);
+    add_tune_command(set);
     add_farm_command(set);
     add_card_command(set);
     add_info_command(set);

@@ -42,6 +42,8 @@ struct Console {
     std::function<std::vector<std::pair<std::string, std::array<double, 2>>>(
         const graph::Value& mesh, const graph::Value& cubes)>
         body_card = {};
+    // For `tune`: how many cubes a value of a wire of cubes is.
+    std::function<double(const graph::Value& cubes)> count_cubes = {};
     // For `info`: a mesh file whose lengths are in `unit`, in words or as a line of JSON. Throws
     // std::exception when the file can't be read, graph::Cancelled when told to stop.
     std::function<std::string(const std::string& file, const std::string& unit, bool json,

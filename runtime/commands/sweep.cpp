@@ -52,15 +52,16 @@ struct Looked {
     std::string picture;  // node.port; empty: none
     std::vector<std::string> measures;
     std::vector<int> frames;
+    std::string keep;  // node.port; empty: none
 };
 
 // From the options and the graph of one combination. Throws std::invalid_argument when they do not
 // go together.
 Looked looked_at(const graph::Graph& graph, const SweepOptions& options)
 {
-    Looked looked{options.picture, options.measures, options.frames};
+    Looked looked{options.picture, options.measures, options.frames, options.keep};
     if (looked.measures.empty()) looked.measures = all_numbers(graph);
-    if (looked.picture.empty()) looked.picture = first_picture(graph);
+    if (looked.picture.empty() && options.pictures) looked.picture = first_picture(graph);
     if (!looked.picture.empty()) {
         const graph::Link link = find_wire(graph, looked.picture);
         if (!is_picture(graph.nodes[link.node].type->outputs[link.output])) {
@@ -87,7 +88,7 @@ Looked looked_at(const graph::Graph& graph, const SweepOptions& options)
 // The wires of one combination's graph that are looked at.
 struct Wires {
     std::vector<graph::Link> measures;
-    std::optional<graph::Link> picture;
+    std::optional<graph::Link> picture, kept;
 };
 
 Wires find_wires(const graph::Graph& graph, const Looked& looked)
@@ -96,6 +97,7 @@ Wires find_wires(const graph::Graph& graph, const Looked& looked)
     for (const std::string& name : looked.measures)
         wires.measures.push_back(find_wire(graph, name));
     if (!looked.picture.empty()) wires.picture = find_wire(graph, looked.picture);
+    if (!looked.keep.empty()) wires.kept = find_wire(graph, looked.keep);
     return wires;
 }
 
@@ -105,6 +107,7 @@ std::vector<Want> wants_of(const Wires& wires, const std::vector<SweepRow>& rows
     for (const SweepRow& row : rows) {
         for (const graph::Link& link : wires.measures) wants.push_back({link.node, row.frame});
         if (wires.picture) wants.push_back({wires.picture->node, row.frame});
+        if (wires.kept) wants.push_back({wires.kept->node, row.frame});
     }
     std::sort(wants.begin(), wants.end());
     wants.erase(std::unique(wants.begin(), wants.end()), wants.end());
@@ -121,6 +124,7 @@ void take(std::uint32_t node, std::span<const graph::Value> values, const Wires&
         if (v) row.numbers[i] = *v.as<double>();
     }
     if (wires.picture && wires.picture->node == node) row.picture = values[wires.picture->output];
+    if (wires.kept && wires.kept->node == node) row.kept = values[wires.kept->output];
 }
 
 // Cooks one combination into its rows. Returns whether it was cancelled.

@@ -17,6 +17,8 @@ struct SweepOptions {
     std::string picture;                // node.port of an image; empty: the graph's first
     std::vector<std::string> measures;  // node.port of numbers; empty: all that the graph has
     std::vector<int> frames;            // which; none: the last
+    bool pictures = true;               // false: numbers alone
+    std::string keep;                   // node.port whose value rows keep; empty: none
     graph::LoadOptions load;
     Options cook;
 };
@@ -26,6 +28,7 @@ struct SweepRow {
     Settings settings;
     int frame = 0;
     graph::Value picture;         // empty when the graph has none
+    graph::Value kept;            // what SweepOptions::keep names
     std::vector<double> numbers;  // one a measure; not a number when it could not be made
     double seconds = 0;           // that the combination took, all frames together
     std::string failure;          // why something of it could not be cooked; empty when all could

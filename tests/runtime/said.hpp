@@ -20,7 +20,7 @@ inline Said run(std::vector<std::string> args, std::stop_token stop = {})
 {
     const bool cooks =
         !args.empty() && (args[0] == "cook" || args[0] == "check" || args[0] == "profile" ||
-                          args[0] == "sweep" || args[0] == "study");
+                          args[0] == "sweep" || args[0] == "study" || args[0] == "tune");
     if (cooks && std::find(args.begin(), args.end(), "--cache") == args.end()) {
         args.push_back("--no-disk-cache");
     }

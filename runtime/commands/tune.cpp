@@ -1,0 +1,294 @@
+#include "runtime/commands/tune.hpp"
+
+#include "runtime/commands/wires.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+
+namespace runtime {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// Of the error, for the size of cubes; the rest is for steps.
+constexpr double share_of_size = 0.7;
+
+// A number of the graph that is tuned: halved spacings are half the value, or twice a count.
+struct Dial {
+    std::string target;
+    double value = 0;  // in the document
+    bool counts = false;
+
+    double at(int halvings) const { return std::ldexp(value, counts ? halvings : -halvings); }
+    bool allows(int halvings) const
+    {
+        const double there = at(halvings);
+        return !counts || (there >= 1 && there == std::floor(there));
+    }
+};
+
+std::optional<double> number_of(const graph::Node& node, const graph::ParamValue& value,
+                                const std::vector<std::uint32_t>& where, int frame)
+{
+    for (const graph::Animated& a : node.animated) {
+        if (a.where == where && a.value) return a.value(frame, 0);
+    }
+    if (const auto* number = std::get_if<double>(&value.is)) return *number;
+    if (const auto* count = std::get_if<std::int64_t>(&value.is)) return double(*count);
+    return std::nullopt;
+}
+
+// "step.substeps" of a node, or what else `path` names.
+std::optional<Dial> dial_of(const graph::Graph& graph, const graph::Node& node,
+                            const std::string& path)
+{
+    const std::vector<graph::Param>* params = &node.type->params;
+    const graph::ParamValues* values = &node.params;
+    std::vector<std::uint32_t> where;
+    for (std::size_t begin = 0;;) {
+        const std::size_t dot = path.find('.', begin);
+        const std::string name = path.substr(begin, dot - begin);
+        const auto found = std::find_if(params->begin(), params->end(),
+                                        [&](const graph::Param& p) { return p.name == name; });
+        if (found == params->end()) return std::nullopt;
+        const auto index = static_cast<std::size_t>(found - params->begin());
+        where.push_back(static_cast<std::uint32_t>(index));
+        const graph::ParamValue& value = (*values)[index];
+        if (dot == std::string::npos) {
+            const auto number = number_of(node, value, where, graph.range.first);
+            if (!number) return std::nullopt;
+            return Dial{node.name + "." + path, *number, found->kind == graph::ParamKind::integer};
+        }
+        values = std::get_if<graph::ParamValues>(&value.is);
+        if (!values || found->kind != graph::ParamKind::block) return std::nullopt;
+        params = &found->children;
+        begin = dot + 1;
+    }
+}
+
+// What --size or --steps names, or the one node that has such a parameter; nothing where none has.
+std::optional<Dial> find_dial(const graph::Graph& graph, const std::string& given,
+                              const std::string& path, const std::string& option)
+{
+    std::vector<Dial> found;
+    for (const graph::Node& node : graph.nodes) {
+        const bool named = given.starts_with(node.name + ".");
+        if (!given.empty() && !named) continue;
+        const auto dial = dial_of(graph, node, named ? given.substr(node.name.size() + 1) : path);
+        const bool makes_cubes = node.type->name == "Voxelize" || path != "size";
+        if (dial && (named || makes_cubes)) found.push_back(*dial);
+    }
+    if (found.size() > 1) {
+        throw std::invalid_argument(fmt::format("expected one node with '{}', found '{}' and '{}': "
+                                                "choose with {} NODE.PARAM",
+                                                path, found[0].target, found[1].target, option));
+    }
+    if (!given.empty() && found.empty()) {
+        throw std::invalid_argument(
+            fmt::format("expected a number for {}, found no such parameter '{}'", option, given));
+    }
+    return found.empty() ? std::nullopt : std::optional(found[0]);
+}
+
+// Edge of cubes, or their number along the longest side where that says it.
+std::optional<Dial> find_size(const graph::Graph& graph, const std::string& given)
+{
+    const auto size = find_dial(graph, given, "size", "--size");
+    if (!size || size->value > 0) return size;
+    const std::string node = size->target.substr(0, size->target.rfind('.'));
+    return find_dial(graph, node + ".resolution", "resolution", "--size");
+}
+
+std::vector<std::string> measures_of(const graph::Graph& graph)
+{
+    std::vector<std::string> names;
+    for (const graph::Node& node : graph.nodes) {
+        if (node.type->name == "Measure") names.push_back(node.name + ".value");
+    }
+    return names;  // none: all numbers
+}
+
+// Estimates the errors of settings of one dial, the coarsest first, by the three finest that could
+// be cooked.
+void estimate(std::vector<Tuned>& tried)
+{
+    std::vector<const Tuned*> good;
+    for (Tuned& t : tried) {
+        t.error = infinity;
+        if (t.failure.empty()) good.push_back(&t);
+    }
+    if (good.size() < 3) return;
+    const std::size_t n = good.size();
+    for (Tuned& t : tried) {
+        if (t.failure.empty()) t.error = 0;
+    }
+    const std::size_t quantities = good[0]->all.size();
+    const std::size_t measures = good[0]->numbers.size();
+    for (std::size_t m = 0; m < measures; ++m) {
+        double scale = 0;  // the largest over the frames
+        for (std::size_t q = m; q < quantities; q += measures) {
+            scale = std::max(scale, std::abs(good[n - 1]->all[q]));
+        }
+        for (std::size_t q = m; q < quantities; q += measures) {
+            const Limit limit =
+                limit_of({good[n - 1]->all[q], good[n - 2]->all[q], good[n - 3]->all[q]});
+            for (Tuned& t : tried) {
+                if (!t.failure.empty()) continue;
+                const double off = std::abs(t.all[q] - limit.value) + limit.uncertainty;
+                t.error = std::max(t.error, off == 0 ? 0 : off / scale);
+            }
+        }
+    }
+}
+
+class Tuner {
+public:
+    Tuner(const std::filesystem::path& file, const graph::Registry& registry,
+          const TuneOptions& options, Caches& caches, const std::function<void(const Tuned&)>& told)
+        : file_(file), registry_(registry), options_(options), caches_(caches), told_(told)
+    {}
+
+    Tuning run()
+    {
+        const graph::Graph graph = load_with(file_, registry_, options_.sweep.load, {});
+        const auto size = find_size(graph, options_.size);
+        const auto steps = find_dial(graph, options_.steps, "step.substeps", "--steps");
+        if (!size && !steps) {
+            throw std::invalid_argument(
+                fmt::format("{} has neither a Voxelize node nor steps to tune: name a parameter "
+                            "with --size or --steps NODE.PARAM",
+                            graph.file));
+        }
+        if (options_.sweep.measures.empty()) measures_ = measures_of(graph);
+        out_.reached = true;
+        if (size) turn(*size, steps ? share_of_size * options_.error : options_.error, true);
+        const double left =
+            std::max(options_.error - out_.error, (1 - share_of_size) * options_.error);
+        if (steps && !out_.cancelled) turn(*steps, left, false);
+        return std::move(out_);
+    }
+
+private:
+    // Tries settings of a dial until the coarsest that is good enough is known.
+    void turn(const Dial& dial, double wanted, bool cubes)
+    {
+        std::vector<Tuned> tried;
+        int coarsest = dial.allows(-1) ? -1 : 0, finest = coarsest - 1;
+        const auto refine = [&] {
+            tried.push_back(cook(dial, ++finest, cubes));
+            estimate(tried);
+        };
+        while (!out_.cancelled && static_cast<int>(tried.size()) < options_.most) {
+            if (tried.size() >= 3 && best_of(tried, wanted)) break;
+            if (!tried.empty() && 8 * tried.back().cubes > options_.most_cubes) break;
+            refine();
+        }
+        while (!out_.cancelled && static_cast<int>(tried.size()) < options_.most &&
+               dial.allows(coarsest - 1) && tried.front().error <= wanted) {
+            tried.insert(tried.begin(), cook(dial, --coarsest, cubes));
+            estimate(tried);
+        }
+        if (out_.cancelled) return;
+        const Tuned* best = best_of(tried, wanted);
+        out_.reached &= best != nullptr;
+        if (!best) {
+            best =
+                &*std::min_element(tried.begin(), tried.end(), [](const Tuned& a, const Tuned& b) {
+                    return a.error < b.error;
+                });
+        }
+        out_.recommended = best->settings;
+        out_.error += best->error;
+        out_.seconds = best->seconds;
+        out_.tried.push_back(std::move(tried));
+    }
+
+    // The coarsest from which on all that are finer are good enough as well.
+    static const Tuned* best_of(const std::vector<Tuned>& tried, double wanted)
+    {
+        const Tuned* best = nullptr;
+        for (auto t = tried.rbegin(); t != tried.rend() && t->error <= wanted; ++t) best = &*t;
+        return best;
+    }
+
+    Tuned cook(const Dial& dial, int halvings, bool cubes)
+    {
+        SweepOptions sweep_options = options_.sweep;
+        if (sweep_options.measures.empty()) sweep_options.measures = measures_;
+        sweep_options.pictures = false;
+        if (cubes && options_.count_cubes) {
+            sweep_options.keep = dial.target.substr(0, dial.target.find('.')) + ".cubes";
+        }
+        for (const graph::Override& s : out_.recommended) {
+            sweep_options.varied.push_back({s.target, {s.value}});
+        }
+        sweep_options.varied.push_back({dial.target, {fmt::format("{:.9g}", dial.at(halvings))}});
+        const Swept swept = sweep(file_, registry_, sweep_options, caches_);
+        out_.cancelled = swept.cancelled;
+        Tuned tuned;
+        if (swept.cancelled) return tuned;
+        out_.measures = swept.measures;
+        tuned.spacing = std::ldexp(1.0, -halvings);
+        for (const SweepRow& row : swept.rows) {
+            tuned.settings = row.settings;
+            // The document's own steps were cooked with the cubes.
+            tuned.seconds = halvings == 0 ? std::max(row.seconds, out_.seconds) : row.seconds;
+            tuned.warnings = row.warnings;
+            tuned.numbers = row.numbers;
+            tuned.all.insert(tuned.all.end(), row.numbers.begin(), row.numbers.end());
+            if (!row.failure.empty()) tuned.failure = row.failure;
+            if (row.kept && options_.count_cubes) tuned.cubes = options_.count_cubes(row.kept);
+        }
+        if (told_) told_(tuned);
+        return tuned;
+    }
+
+    const std::filesystem::path& file_;
+    const graph::Registry& registry_;
+    const TuneOptions& options_;
+    Caches& caches_;
+    const std::function<void(const Tuned&)>& told_;
+    std::vector<std::string> measures_;
+    Tuning out_;
+};
+
+}  // namespace
+
+Limit limit_of(const std::array<double, 3>& values)
+{
+    // Cubes and steps converge with order 2 at best: what seems faster has only begun to.
+    constexpr double least = 0.5, best = 2;
+    // Rounding and tolerances of solvers, of the value.
+    constexpr double noise = 1e-6;
+    const double last = values[0] - values[1], before = values[1] - values[2];
+    const double size = std::max({std::abs(values[0]), std::abs(values[1]), std::abs(values[2])});
+    if (std::max(std::abs(last), std::abs(before)) <= noise * size) {
+        return {values[0], std::abs(last), best};
+    }
+    const double ratio = before / last;
+    // No order yet. The last change may go on.
+    if (last != 0 && !(ratio > std::exp2(least))) {
+        return {values[0], std::max(std::abs(last), std::abs(before)), 0};
+    }
+    const double order = last == 0 ? best : std::min(best, std::log2(ratio));
+    const double step = last / (std::exp2(order) - 1);
+    return {values[0] + step, 0.25 * std::abs(step), order};
+}
+
+Tuning tune(const std::filesystem::path& file, const graph::Registry& registry,
+            const TuneOptions& options, Caches& caches,
+            const std::function<void(const Tuned&)>& told)
+{
+    if (!(options.error > 0) || !std::isfinite(options.error)) {
+        throw std::invalid_argument(
+            fmt::format("expected an error above 0, found {:g}", options.error));
+    }
+    return Tuner(file, registry, options, caches, told).run();
+}
+
+}  // namespace runtime
