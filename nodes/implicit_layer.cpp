@@ -112,9 +112,11 @@ static void describe_matter(graph::ParamsOf<LayerMatter>& p)
                "not creep: they creep at their tangential load divided by it.",
                {.min = 0, .unit = "Pa s/m"})
         .param("bulge_width", &LayerMatter::bulge_width,
-               "Distance beyond a contact over which the layer bulges.", {.min = 0, .unit = "m"})
+               "Distance from the surface of what the layer touches up to which the layer bulges.",
+               {.min = 0, .unit = "m"})
         .param("bulge_height", &LayerMatter::bulge_height,
-               "Height of the bulge, as a share of the largest compression.", {.min = 0, .max = 10})
+               "Height of the bulge, as a share of the largest compression between the two bodies.",
+               {.min = 0, .max = 10})
         .param("rigid", &LayerMatter::rigid,
                "Whether the layer is rigid: it does not deform, and others take its shape where "
                "they touch.")

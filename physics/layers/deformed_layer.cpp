@@ -13,37 +13,56 @@ using geometry::FieldValue;
 using geometry::Interval;
 using geometry::no_skeleton;
 
-// G(s) and dG/ds.
-static std::pair<double, double> relief(double s, double a, double h)
+namespace {
+
+// The fields of other parties at a block's points, as evaluate() goes on with them.
+struct PartyValues {
+    std::vector<BlockValues> each;  // one a party
+};
+
+// What bulges add at point k of a block, which no other party holds.
+std::pair<double, Vec3> bulge_sum(const Meeting& meeting, const Bulges& bulges,
+                                  const PartyValues& parties, const Vec3& p, std::size_t k)
 {
-    if (s < 0) return {s, 1};
-    if (!(s < 2 * h)) return {0, 0};
-    const double u = s / h;
-    if (u <= 1) {
-        return {h * u * (1 - u) * (1 - u) + a * u * u * (3 - 2 * u),
-                (1 - u) * (1 - 3 * u) + 6 * a / h * u * (1 - u)};
+    BulgeSum sum(bulges.width);
+    for (std::uint32_t o = 0; o < meeting.other_count; ++o) {
+        const Party& other = meeting.others[o];
+        if (!(bulges.against(other.body) > 0)) continue;
+        const BlockValues& values = parties.each[o];
+        sum.add(bulge_at(meeting, other, bulges, p, values.f[k], values.gradient(k)));
     }
-    const double v = u - 1;
-    return {a * (1 - v) * (1 - v) * (1 + 2 * v), -6 * a / h * v * (1 - v)};
+    return sum.total();
 }
 
-void evaluate(const Meeting& meeting, double a, double h, const FieldBlock& block,
+void set(DeformedValues& out, std::size_t k, double f, const Vec3& g)
+{
+    out.D.f[k] = f;
+    out.D.gx[k] = g.x();
+    out.D.gy[k] = g.y();
+    out.D.gz[k] = g.z();
+}
+
+}  // namespace
+
+void evaluate(const Meeting& meeting, const Bulges& bulges, const FieldBlock& block,
               DeformedValues& out)
 {
     thread_local FieldScratch scratch;
-    thread_local BlockValues values;
+    thread_local PartyValues parties;
     thread_local Vec3 m_gradient[FieldBlock::capacity], q_gradient[FieldBlock::capacity];
     const double c = meeting.field(meeting.own).isovalue;
     geometry::evaluate(meeting.field(meeting.own), meeting.own.skeletons, block, scratch, out.D);
     for (std::size_t k = 0; k < block.count; ++k) {
         out.f[k] = out.D.f[k];
-        out.m[k] = out.q[k] = 0;
+        out.m[k] = out.q[k] = out.m_slope[k] = out.q_slope[k] = 0;
         out.soft[k] = out.rigid[k] = no_party;
         out.fits[k] = false;
     }
+    if (parties.each.size() < meeting.other_count) parties.each.resize(meeting.other_count);
     for (std::uint32_t o = 0; o < meeting.other_count; ++o) {
         const Party& other = meeting.others[o];
         const bool rigid = meeting.bodies[other.body].matter.rigid;
+        BlockValues& values = parties.each[o];
         geometry::evaluate(meeting.field(other), other.skeletons, block, scratch, values);
         for (std::size_t k = 0; k < block.count; ++k) {
             double& most = rigid ? out.q[k] : out.m[k];
@@ -53,55 +72,112 @@ void evaluate(const Meeting& meeting, double a, double h, const FieldBlock& bloc
             (rigid ? out.rigid : out.soft)[k] = o;
         }
     }
-    const auto set = [&](std::size_t k, double f, const Vec3& g) {
-        out.D.f[k] = f;
-        out.D.gx[k] = g.x();
-        out.D.gy[k] = g.y();
-        out.D.gz[k] = g.z();
-    };
+    const double most = bulges.highest();
     for (std::size_t k = 0; k < block.count; ++k) {
-        if (out.soft[k] == no_party && out.rigid[k] == no_party) continue;
-        const double q = out.q[k], m = out.m[k];
-        out.m_slope[k] = out.soft[k] == no_party ? 0 : m_gradient[k].norm();
-        out.q_slope[k] = out.rigid[k] == no_party ? 0 : q_gradient[k].norm();
-        const bool by_rigid = std::min(q, c) > m;
-        const auto [G, slope] = relief(c - std::max(m, std::min(q, c)), a, h);
-        Vec3 gradient = out.D.gradient(k);
-        if (!by_rigid && out.soft[k] != no_party) gradient -= slope * m_gradient[k];
-        if (by_rigid && q < c) gradient -= slope * q_gradient[k];
-        set(k, out.f[k] + G, gradient);
+        const double q = out.q[k], m = out.m[k], f = out.f[k];
+        if (out.soft[k] != no_party) out.m_slope[k] = m_gradient[k].norm();
+        if (out.rigid[k] != no_party) out.q_slope[k] = q_gradient[k].norm();
+        if (m >= c) {
+            set(out, k, f + c - m, out.D.gradient(k) - m_gradient[k]);
+        } else if (q < c && most > 0 && f > c - 1.5 * most) {  // below, no bulge makes it c
+            const auto [A, gradient] = bulge_sum(meeting, bulges, parties, block.point(k), k);
+            set(out, k, f + A, out.D.gradient(k) + gradient);
+        }
         if (out.rigid[k] != no_party && 2 * c - q < out.D.f[k]) {
             out.fits[k] = true;
-            set(k, 2 * c - q, -q_gradient[k]);
+            set(out, k, 2 * c - q, -q_gradient[k]);
         }
     }
+}
+
+Bulges bulges_of(std::span<const ContactBody> bodies, std::uint32_t body,
+                 std::span<const LayerContact> contacts)
+{
+    const LayerMatter& matter = bodies[body].matter;
+    Bulges bulges{std::vector<double>(bodies.size(), 0), matter.bulge_width, 0};
+    if (matter.rigid || !(matter.bulge_width > 0)) return bulges;
+    for (const geometry::FieldProfile& p : bodies[body].field->profile) {
+        bulges.slope = std::max(bulges.slope, p.k);
+    }
+    for (const LayerContact& contact : contacts) {
+        if (contact.body != body && contact.other != body) continue;
+        double& height = bulges.height[contact.body == body ? contact.other : contact.body];
+        height = std::max(height, matter.bulge_height * contact.compression);
+    }
+    return bulges;
 }
 
 DeformedLayer deformed(std::span<const ContactBody> bodies, std::uint32_t body,
                        const Contacts& contacts)
 {
-    const LayerMatter& matter = bodies[body].matter;
-    if (matter.rigid) return {bodies, body, 0, 0};
-    double k = 0;
-    for (std::uint32_t j = 0; j < bodies.size(); ++j) {
-        if (j == body && bodies.size() > 1) continue;
-        for (const geometry::FieldProfile& p : bodies[j].field->profile) k = std::max(k, p.k);
-    }
-    const double a = matter.bulge_height * contacts.compression[body];
-    const double h = 0.5 * std::min({k * matter.bulge_width, bodies[body].field->isovalue, 6 * a});
-    return {bodies, body, std::min(a, h), h};
+    return {bodies, body, bulges_of(bodies, body, contacts.contacts)};
 }
 
 namespace {
 
-void ask(const DeformedLayer& layer, const FieldBlock& block, DeformedValues& out)
+// As if no parts of the body itself collided.
+void ask_whole(const DeformedLayer& layer, const FieldBlock& block, Meeting& meeting,
+               DeformedValues& out)
+{
+    if (layer.bodies[layer.body].matter.rigid) meeting.other_count = 0;
+    evaluate(meeting, layer.bulges, block, out);
+}
+
+// Whether parts of the body itself press each other.
+bool parts_bulge(const DeformedLayer& layer)
+{
+    return layer.bodies[layer.body].matter.self_contact && layer.bulges.width > 0 &&
+           layer.bulges.against(layer.body) > 0;
+}
+
+// Each point by the skeleton in whose territory it is; the points of one together.
+void ask_parts(const DeformedLayer& layer, const FieldBlock& block, const Box& box,
+               Meeting& meeting, BlockValues& D)
+{
+    thread_local std::vector<std::pair<std::uint32_t, std::size_t>> order;
+    thread_local FieldBlock some;
+    thread_local DeformedValues out;
+    const Field& field = meeting.field(meeting.own);
+    const std::size_t others = meeting.other_count;
+    order.clear();
+    for (std::size_t k = 0; k < block.count; ++k) {
+        order.emplace_back(largest_at(field, meeting.own.skeletons, block.point(k)), k);
+    }
+    std::sort(order.begin(), order.end());
+    for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+        const std::uint32_t skeleton = order[begin].first;
+        some.count = 0;
+        for (; end < order.size() && order[end].first == skeleton; ++end) {
+            some.add(block.point(order[end].second));
+        }
+        some.pad();
+        meeting.other_count = others;
+        if (skeleton != no_skeleton) add_own_parts(meeting, skeleton, box, layer.bulges.width);
+        evaluate(meeting, layer.bulges, some, out);
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::size_t k = order[i].second;
+            D.f[k] = out.D.f[i - begin];
+            D.gx[k] = out.D.gx[i - begin];
+            D.gy[k] = out.D.gy[i - begin];
+            D.gz[k] = out.D.gz[i - begin];
+        }
+    }
+    for (std::size_t k = block.count; k < (block.count + 7) / 8 * 8; ++k) {
+        D.f[k] = D.gx[k] = D.gy[k] = D.gz[k] = 0;
+    }
+}
+
+void ask(const DeformedLayer& layer, const FieldBlock& block, BlockValues& D)
 {
     thread_local Meeting meeting;
+    thread_local DeformedValues out;
     Box box;
     for (std::size_t k = 0; k < block.count; ++k) box.add(block.point(k));
-    gather(layer.bodies, layer.body, no_skeleton, box, meeting);
-    if (layer.bodies[layer.body].matter.rigid) meeting.other_count = 0;
-    evaluate(meeting, layer.bulge, layer.half_reach, block, out);
+    const double reach = layer.bulges.highest() > 0 ? layer.bulges.width : 0;
+    gather(layer.bodies, layer.body, no_skeleton, box, meeting, reach);
+    if (parts_bulge(layer)) return ask_parts(layer, block, box, meeting, D);
+    ask_whole(layer, block, meeting, out);
+    D = out.D;
 }
 
 }  // namespace
@@ -110,12 +186,12 @@ FieldValue value_at(const DeformedLayer& layer, const Vec3& p)
 {
     if (!p.allFinite()) return {};
     thread_local FieldBlock block;
-    thread_local DeformedValues out;
+    thread_local BlockValues D;
     block.count = 0;
     block.add(p);
     block.pad();
-    ask(layer, block, out);
-    return {out.D.f[0], out.D.gradient(0), no_skeleton};
+    ask(layer, block, D);
+    return {D.f[0], D.gradient(0), no_skeleton};
 }
 
 geometry::IsoField iso_field(const DeformedLayer& layer)
@@ -123,7 +199,8 @@ geometry::IsoField iso_field(const DeformedLayer& layer)
     geometry::IsoField iso;
     const double c = layer.bodies[layer.body].field->isovalue;
     iso.domain = geometry::influence(*layer.bodies[layer.body].field);
-    iso.bounds = [layer, c](const Box& box) {
+    const double highest = layer.bulges.highest();
+    iso.bounds = [layer, highest, c](const Box& box) {
         thread_local Meeting meeting;
         gather(layer.bodies, layer.body, no_skeleton, box, meeting);
         const Interval own =
@@ -136,17 +213,11 @@ geometry::IsoField iso_field(const DeformedLayer& layer)
         }
         if (layer.bodies[layer.body].matter.rigid) soft = hard = 0;
         return Interval{std::min(own.lo + std::min(0.0, c - soft), 2 * c - hard) - c,
-                        own.hi + layer.bulge - c};
+                        own.hi + highest - c};
     };
     iso.ask = [layer, c](const FieldBlock& block, BlockValues& values) {
-        thread_local DeformedValues out;
-        ask(layer, block, out);
-        for (std::size_t k = 0; k < (block.count + 7) / 8 * 8; ++k) {
-            values.f[k] = out.D.f[k] - c;
-            values.gx[k] = out.D.gx[k];
-            values.gy[k] = out.D.gy[k];
-            values.gz[k] = out.D.gz[k];
-        }
+        ask(layer, block, values);
+        for (std::size_t k = 0; k < (block.count + 7) / 8 * 8; ++k) values.f[k] -= c;
     };
     return iso;
 }

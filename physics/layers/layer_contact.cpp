@@ -122,7 +122,7 @@ void meet(std::span<const ContactBody> bodies, const RayBatch& batch, BatchConta
         block.count = 0;
         for (const Ray& ray : rays) block.add(ray.origin + ray.t * ray.direction);
         block.pad();
-        evaluate(meeting, 0, 0, block, at);
+        evaluate(meeting, {}, block, at);
         std::size_t left = 0;
         for (std::size_t k = 0; k < rays.size(); ++k) {
             Ray ray = rays[k];

@@ -26,9 +26,14 @@ struct Meeting {
     const Field& field(const Party& party) const { return *bodies[party.body].field; }
 };
 
-// Who is near `box`. `skeleton`: no_skeleton for the body as a whole. Reuses the meeting's memory.
+// Who is near `box`. `skeleton`: no_skeleton for the body as a whole. `reach`: m, how much farther
+// away others are also gathered. Reuses the meeting's memory.
 void gather(std::span<const ContactBody> bodies, std::uint32_t body, std::uint32_t skeleton,
-            const Box& box, Meeting& meeting);
+            const Box& box, Meeting& meeting, double reach = 0);
+
+// Adds to a meeting of the whole body those skeletons of it that `skeleton` does not blend with, as
+// another party, where its parts collide.
+void add_own_parts(Meeting& meeting, std::uint32_t skeleton, const Box& box, double reach);
 
 // Which of these skeletons contributes most at p: whose territory it is; no_skeleton where none
 // reaches it.
