@@ -41,7 +41,7 @@ struct LayeredState {
     std::vector<Vec3> spin;                 // B, rad/s
     State cubes;                            // where a base of cubes is; else empty
     std::vector<double> translation;        // S, m, tau
-    // S, m^3, as contacts leave the territories, bulges not counted, at the last walk (of a body
+    // S, m^3, as contacts and bulges leave the territories, at the last walk (of a body
     // that controls it: as the state is); empty before the first.
     std::vector<double> volume;
     std::vector<double> inflation;       // S, of the volume, that was sought then

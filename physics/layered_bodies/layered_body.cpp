@@ -2,6 +2,7 @@
 
 #include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "physics/layers/layer_contact.hpp"
 
 #include <fmt/format.h>
 
@@ -133,6 +134,16 @@ void move_into_frames(const Base& base, ImplicitLayer& layer, SurfaceSamples& sa
     }
 }
 
+// Of each territory, on the surface that is drawn.
+std::vector<double> rest_volumes(const Field& field, const SurfaceSamples& samples,
+                                 const SampleWalk& walk, std::span<const Transform> frames,
+                                 std::span<const std::uint32_t> frame_of)
+{
+    const std::vector<Twist> still(frames.size());
+    const ContactBody body{&field, &samples, &walk, frames, still, frame_of, LayerMatter{}};
+    return local_volumes({&body, 1}, 0, find_contacts({&body, 1}));
+}
+
 }  // namespace
 
 LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density,
@@ -150,7 +161,7 @@ LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density
     const Field field = geometry::make_field(layer, drawn);
     body.samples = make_surface_samples(layer, sample_spacing);
     const SampleWalk walk = physics::walk(field, body.samples, drawn);
-    body.volume = walk.local_volume;
+    body.volume = rest_volumes(field, body.samples, walk, drawn, layer.frame);
     body.base.kind = kind;
     body.base.frames = drawn;
     body.base.mass.assign(frames, 0);

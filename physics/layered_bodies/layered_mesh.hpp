@@ -9,7 +9,7 @@ namespace physics {
 struct LayeredMeshOptions {
     enum class Surface : std::uint8_t { exact, samples };
     // Polygonized afresh, or from the samples as they stood at the last step, a substep ago: quick,
-    // for previews; its normals are the faces', bulges are left out, and pieces meet unjoined.
+    // for previews; its normals are the faces', and pieces meet unjoined.
     Surface surface = Surface::exact;
     double cell = 0.02;    // m, of the grid that exact surfaces are found on
     int body = -1;         // which one; -1: all

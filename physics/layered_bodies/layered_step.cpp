@@ -50,6 +50,7 @@ LayeredScene start(std::vector<LayeredPart> parts)
     LayeredScene scene;
     for (const LayeredPart& part : parts) scene.states.push_back(start(part));
     scene.parts = std::move(parts);
+    settle_volumes(scene, 0);
     return scene;
 }
 

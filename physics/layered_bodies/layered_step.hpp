@@ -27,7 +27,7 @@
 
 namespace physics {
 
-// Everything where its part's pose puts it, at its velocity.
+// Everything where its part's pose puts it, at its velocity, with the volume that it seeks.
 LayeredScene start(std::vector<LayeredPart> parts);
 
 // Throws std::invalid_argument where Bullet is to move what it cannot: particles, cubes, led

@@ -1,6 +1,9 @@
 #include "physics/layered_bodies/layered_volume.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace physics {
@@ -14,6 +17,9 @@ static std::vector<float> pressed_distances(const LayeredMoment& moment, std::ui
     }
     for (const LayerContact& contact : moment.contacts.contacts) {
         if (contact.body == body) pressed[contact.sample] = static_cast<float>(contact.distance);
+    }
+    for (const DrawnSample& drawn : moment.contacts.drawn) {
+        if (drawn.body == body) pressed[drawn.sample] = static_cast<float>(drawn.distance);
     }
     return pressed;
 }
@@ -50,9 +56,33 @@ void keep_volume(const LayeredBody& body, const VolumeControl& control, const Sa
                    dt, state.translation, state.expected_error);
 }
 
+// Warns where a body has not the volume that it seeks, with both.
+static void warn_of_miss(std::size_t number, const LayeredBody& body, LayeredState& state)
+{
+    constexpr double tolerable = 0.005;
+    if (!(volume_error(body, state) > tolerable)) return;
+    double rest = 0, found = 0, wanted = 0;
+    for (std::size_t s = 0; s < body.volume.size(); ++s) {
+        rest += body.volume[s];
+        found += state.volume[s];
+        wanted += state.inflation[s] * body.volume[s];
+    }
+    bool at_limit = false;
+    for (std::size_t s = 0; s < state.translation.size(); ++s) {
+        at_limit |=
+            !(std::abs(state.translation[s]) < 0.499 * body.layer.contributions[s].thickness);
+    }
+    state.report.warnings.push_back(fmt::format(
+        "Body {} has {:.3g} times its rest volume instead of {:.3g}{}.", number, found / rest,
+        wanted / rest,
+        at_limit ? ": the surface moves by at most half the layer's thickness. Ask for less "
+                   "inflation, or make the layer thicker"
+                 : ": its contacts take more volume than volume control can give back"));
+}
+
 void settle_volumes(LayeredScene& now, double mesh_seconds)
 {
-    constexpr int most_rounds = 3;
+    constexpr int most_rounds = 8;
     constexpr double enough = 1e-3;
     if (std::none_of(now.parts.begin(), now.parts.end(),
                      [](const LayeredPart& part) { return part.body->control.proportional > 0; })) {
@@ -66,12 +96,17 @@ void settle_volumes(LayeredScene& now, double mesh_seconds)
             now.states[b].inflation = sought(now.parts[b], now.parts[b], 1);
             worst = std::max(worst, volume_error(*now.parts[b].body, now.states[b]));
         }
-        if (!(worst > enough) || round == most_rounds) return;
+        if (!(worst > enough) || round == most_rounds) break;
         for (std::size_t b = 0; b < now.parts.size(); ++b) {
             if (!(volume_error(*now.parts[b].body, now.states[b]) > enough)) continue;
             constexpr double at_once = std::numeric_limits<double>::infinity();
             keep_volume(*now.parts[b].body, {at_once, 0}, moment.walks[b], now.states[b].inflation,
                         1, now.states[b]);
+        }
+    }
+    for (std::size_t b = 0; b < now.parts.size(); ++b) {
+        if (now.parts[b].body->control.proportional > 0) {
+            warn_of_miss(b, *now.parts[b].body, now.states[b]);
         }
     }
 }

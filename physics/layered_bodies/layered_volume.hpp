@@ -18,7 +18,8 @@ void keep_volume(const LayeredBody& body, const VolumeControl& control, const Sa
                  const std::vector<double>& after, double dt, LayeredState& state);
 
 // The last step's motion has changed volumes since the controllers saw them. Mends that before
-// anybody looks, by Newton steps in which nothing moves; leaves what the last walk saw.
+// anybody looks, by Newton steps in which nothing moves; leaves what the last walk saw. Warns of
+// bodies that do not reach the volume that they seek.
 void settle_volumes(LayeredScene& now, double mesh_seconds);
 
 }  // namespace physics

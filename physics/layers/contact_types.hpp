@@ -70,6 +70,16 @@ struct LayerContact {
     Vec3 force;                           // N, on `body`; its opposite acts on `other`
 };
 
+// A sample that touches nothing, where the surface that is drawn is not where it stopped: a bulge
+// moves it, or skeletons that its own does not blend with.
+struct DrawnSample {
+    std::uint32_t body = 0, sample = 0;
+    std::uint32_t skeleton = 0;     // which one emitted it
+    Vec3 position = Vec3::Zero();   // m, on the deformed surface
+    Vec3 normal = Vec3::UnitY();    // outward
+    double area = 0, distance = 0;  // m^2; m, along the sample's ray
+};
+
 // A point of a skeleton that another body comes near to: there the layer has nothing left to give.
 // Contact is exact only while skeletons themselves stay out of other bodies: f_i >= f_j on them,
 // f_j <= c for a rigid j. To first order the point may move by `gap` against `normal` until then.
@@ -90,6 +100,7 @@ struct Wrench {
 
 struct Contacts {
     std::vector<LayerContact> contacts;  // by body, then by sample
+    std::vector<DrawnSample> drawn;      // by body, then by sample
     // By body, then by skeleton: of each that a sample's ray meets another body on its inner half,
     // the point of least gap to that body.
     std::vector<LayerStop> stops;

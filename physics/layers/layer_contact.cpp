@@ -2,8 +2,10 @@
 
 #include "geometry/base/parallel.hpp"
 #include "physics/layers/deformed_layer.hpp"
+#include "physics/layers/drawn_samples.hpp"
 #include "physics/layers/layer_contact_rim.hpp"
 #include "physics/layers/layer_stops.hpp"
+#include "physics/layers/ray_search.hpp"
 #include "physics/layers/velocity_at.hpp"
 
 #include <fmt/format.h>
@@ -42,15 +44,8 @@ double penetration(const DeformedValues& at, std::size_t k, double c)
     return depth;
 }
 
-// A sample on its way inward along its ray, from where it stopped to D = c.
-struct Ray {
-    std::uint32_t sample;
-    Vec3 origin, direction;
-    double t, inside = 0, outside;  // m: D - c > 0 at `inside`, not at `outside`
-};
-
 // The rays of a batch in the world. Returns a box around them.
-Box start_rays(const ContactBody& own, const RayBatch& batch, std::vector<Ray>& rays)
+Box start_rays(const ContactBody& own, const RayBatch& batch, std::vector<SearchRay>& rays)
 {
     const SurfaceSamples& samples = *own.samples;
     const Transform& frame = own.frames[samples.frame[batch.skeleton]];
@@ -66,22 +61,8 @@ Box start_rays(const ContactBody& own, const RayBatch& batch, std::vector<Ray>& 
     return box;
 }
 
-// Goes on by Newton's step for D - c = phi, or to the middle of the bracket where that leaves it.
-// Returns false, and stays, where it has arrived.
-bool step_inward(Ray& ray, double phi, double phi_slope, double tolerance)
-{
-    (phi > 0 ? ray.inside : ray.outside) = ray.t;
-    double next = ray.t - phi / phi_slope;
-    if (!(phi_slope < 0 && next >= ray.inside && next <= ray.outside)) {
-        next = 0.5 * (ray.inside + ray.outside);
-    }
-    if (!(std::abs(next - ray.t) > tolerance && ray.outside - ray.inside > tolerance)) return false;
-    ray.t = next;
-    return true;
-}
-
 // A ray that has arrived at point k of a block, on the surface of what it touches.
-void add_contact(const Meeting& meeting, const RayBatch& batch, const Ray& ray,
+void add_contact(const Meeting& meeting, const RayBatch& batch, const SearchRay& ray,
                  const DeformedValues& at, std::size_t k, const Vec3& p,
                  std::vector<LayerContact>& contacts)
 {
@@ -109,7 +90,7 @@ void meet(std::span<const ContactBody> bodies, const RayBatch& batch, BatchConta
     thread_local Meeting meeting;
     thread_local FieldBlock block;
     thread_local DeformedValues at;
-    thread_local std::vector<Ray> rays;
+    thread_local std::vector<SearchRay> rays;
     thread_local std::vector<Vec3> half_pressed;  // skeleton points of rays that end near them
     const ContactBody& own = bodies[batch.body];
     const geometry::FieldProfile& profile = own.field->profile[batch.skeleton];
@@ -120,16 +101,16 @@ void meet(std::span<const ContactBody> bodies, const RayBatch& batch, BatchConta
     half_pressed.clear();
     for (int round = 0; round < 100 && !rays.empty(); ++round) {
         block.count = 0;
-        for (const Ray& ray : rays) block.add(ray.origin + ray.t * ray.direction);
+        for (const SearchRay& ray : rays) block.add(ray.point());
         block.pad();
         evaluate(meeting, {}, block, at);
         std::size_t left = 0;
         for (std::size_t k = 0; k < rays.size(); ++k) {
-            Ray ray = rays[k];
+            SearchRay ray = rays[k];
             // Touches nothing. (Not by D: f = c only as near as the sample walked.)
             if (round == 0 && !(std::max(at.m[k], at.q[k]) > c)) continue;
             const double phi_slope = ray.direction.dot(at.D.gradient(k));
-            if (step_inward(ray, at.D.f[k] - c, phi_slope, tolerance)) {
+            if (step(ray, at.D.f[k] - c, phi_slope, tolerance)) {
                 rays[left++] = ray;
                 continue;
             }
@@ -236,6 +217,7 @@ Contacts find_contacts(std::span<const ContactBody> bodies)
             result.compression[b] = std::max(result.compression[b], contact.compression);
         }
     }
+    find_drawn(bodies, result);
     return result;
 }
 
@@ -258,17 +240,71 @@ ContactLaw contact_law(std::span<const ContactBody> bodies, const LayerContact& 
     return law;
 }
 
+// How far along its ray each of a body's samples is as contacts and bulges leave it, m.
+static std::vector<double> deformed_distances(const ContactBody& own, std::uint32_t body,
+                                              const Contacts& contacts)
+{
+    std::vector<double> distance = own.walk->distance;
+    for (const LayerContact& contact : contacts.contacts) {
+        if (contact.body == body) distance[contact.sample] = contact.distance;
+    }
+    for (const DrawnSample& drawn : contacts.drawn) {
+        if (drawn.body == body) distance[drawn.sample] = drawn.distance;
+    }
+    return distance;
+}
+
+// How much of the way `t` along a sample's ray lies before the territory of skeletons that its own
+// does not blend with. (Where a third skeleton blends with both, two parts press each other at
+// surfaces that differ by what it adds: what both hold must not be counted twice.)
+static double way_at_home(const ContactBody& own, std::uint32_t skeleton, std::uint32_t sample,
+                          std::span<const std::uint32_t> apart, double t)
+{
+    const Transform& frame = own.frames[own.samples->frame[skeleton]];
+    const Vec3 origin = frame * own.samples->origin[sample];
+    const Vec3 direction = frame.linear() * own.samples->direction[sample];
+    const auto contribution = [&](std::uint32_t s, const Vec3& p) {
+        return geometry::profile_at(own.field->profile[s], geometry::foot(*own.field, s, p).r).f;
+    };
+    const auto at_home = [&](double way) {
+        const Vec3 p = origin + way * direction;
+        const double mine = contribution(skeleton, p);
+        return std::all_of(apart.begin(), apart.end(),
+                           [&](std::uint32_t s) { return contribution(s, p) <= mine; });
+    };
+    if (at_home(t)) return t;
+    double home = 0, abroad = t;
+    for (int i = 0; i < 40; ++i) {
+        const double middle = 0.5 * (home + abroad);
+        (at_home(middle) ? home : abroad) = middle;
+    }
+    return home;
+}
+
 std::vector<double> local_volumes(std::span<const ContactBody> bodies, std::uint32_t body,
                                   const Contacts& contacts)
 {
-    std::vector<double> volumes = bodies[body].walk->local_volume;
-    for (const LayerContact& contact : contacts.contacts) {
-        if (contact.body != body) continue;
-        const SurfaceSamples& samples = *bodies[body].samples;
-        volumes[contact.skeleton] +=
-            samples.swept(contact.sample, contact.distance) -
-            samples.swept(contact.sample, bodies[body].walk->distance[contact.sample]);
-    }
+    const ContactBody& own = bodies[body];
+    const SurfaceSamples& samples = *own.samples;
+    const std::vector<double> distance = deformed_distances(own, body, contacts);
+    const bool parts = own.field->rule != geometry::BlendRule::sum;
+    std::vector<double> volumes(samples.skeletons());
+    geometry::parallel_for(volumes.size(), 1, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::uint32_t> apart;
+        for (auto s = static_cast<std::uint32_t>(begin); s < end; ++s) {
+            apart.clear();
+            if (parts) {
+                geometry::candidates(*own.field, own.field->influence[s], apart);
+                std::erase_if(apart, [&](std::uint32_t k) { return own.field->weights(s, k) > 0; });
+            }
+            volumes[s] = samples.core[s];
+            for (std::uint32_t i = samples.first[s]; i < samples.first[s + 1]; ++i) {
+                const double way =
+                    apart.empty() ? distance[i] : way_at_home(own, s, i, apart, distance[i]);
+                volumes[s] += samples.swept(i, way);
+            }
+        }
+    });
     return volumes;
 }
 
@@ -281,6 +317,12 @@ SampleWalk deformed(const SampleWalk& walk, std::uint32_t body, const Contacts& 
         result.gradient[contact.sample] = -contact.normal;
         result.area[contact.sample] = contact.area;
         result.valid[contact.sample] = 1;
+    }
+    for (const DrawnSample& drawn : contacts.drawn) {
+        if (drawn.body != body) continue;
+        result.position[drawn.sample] = drawn.position;
+        result.gradient[drawn.sample] = -drawn.normal;
+        result.area[drawn.sample] = drawn.area;
     }
     return result;
 }

@@ -32,11 +32,12 @@ struct ContactLaw {
 };
 ContactLaw contact_law(std::span<const ContactBody> bodies, const LayerContact& contact);
 
-// Volume of each of a body's territories as contacts leave it, bulges not counted. m^3
+// Volume of each of a body's territories as contacts leave it, with its bulges. m^3
 std::vector<double> local_volumes(std::span<const ContactBody> bodies, std::uint32_t body,
                                   const Contacts& contacts);
 
-// The samples with those in contact moved onto their common surfaces, for preview_mesh().
+// The samples with those in contact moved onto their common surfaces, and others onto bulges, for
+// preview_mesh().
 SampleWalk deformed(const SampleWalk& walk, std::uint32_t body, const Contacts& contacts);
 
 }  // namespace physics

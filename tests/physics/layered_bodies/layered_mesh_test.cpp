@@ -2,10 +2,13 @@
 #include "physics/layered_bodies/layered_mesh.hpp"
 
 #include "physics/layered_bodies/layered_body.hpp"
+#include "physics/layered_bodies/layered_moment.hpp"
 #include "physics/layered_bodies/layered_step.hpp"
+#include "physics/layers/deformed_layer.hpp"
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 namespace physics {
@@ -52,7 +55,7 @@ TEST(LayeredMesh, EachBodyIsAGroupThatEndsAtTheCommonSurface)
 }
 
 // The preview carries the samples from where the last step left them: for a scene at rest the exact
-// surface, flat where two press each other.
+// surface, flat where two press each other, with the bulge around it.
 TEST(LayeredMesh, ThePreviewOfASteppedSceneNeedsNoField)
 {
     LayeredScene scene = two_pressed_balls();
@@ -60,20 +63,27 @@ TEST(LayeredMesh, ThePreviewOfASteppedSceneNeedsNoField)
     const geometry::TriMesh mesh =
         layered_mesh(scene, {.surface = LayeredMeshOptions::Surface::samples});
     ASSERT_EQ(mesh.attributes.at(0).values.size(), mesh.positions.size());
-    double flat = 0, pressed = 0;
+    const LayeredMoment moment(scene);
+    const std::array exact{deformed(moment.bodies, 0, moment.contacts),
+                           deformed(moment.bodies, 1, moment.contacts)};
+    double flat = 0, pressed = 0, bulged = 0;
     for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
         const bool left = v < scene.parts[0].body->samples.count();
         const geometry::Vec3f p = mesh.positions[v];
         const float r = (p - geometry::Vec3f(left ? -0.09f : 0.09f, 0, 0)).norm();
         EXPECT_LT((left ? 1.f : -1.f) * p.x(), 1e-6f);
         if (std::abs(p.x()) > 1e-6f) {
-            EXPECT_NEAR(r, 0.1f, 1e-6f);
+            // k = 10: a float's rounding of the position is worth this much of the field.
+            EXPECT_NEAR(value_at(exact[left ? 0 : 1], p.cast<double>()).f, 1, 1e-5);
+            EXPECT_GE(r, 0.1f - 1e-6f);
+            bulged = std::max(bulged, static_cast<double>(r) - 0.1);
         } else {
             flat += 1;
         }
         pressed = std::max(pressed, static_cast<double>(mesh.attributes[0].values[v]));
     }
     EXPECT_GT(flat, 20);
+    EXPECT_GT(bulged, 3e-3);                        // nearly half the depth: bulge_height is 0.5
     EXPECT_NEAR(pressed, 10 * (0.1 - 0.09), 5e-3);  // k times the depth at the middle
 }
 
