@@ -1,5 +1,7 @@
 #include "physics/layered_bodies/layered_forces.hpp"
 
+#include "physics/layers/velocity_at.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -36,15 +38,34 @@ void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, Layere
     }
 }
 
+// Viscous friction where two rigid bodies touch; none on a collider without friction.
+void add_rubbing(const LayeredMoment& moment, const LayerStop& stop, std::size_t a, std::size_t b,
+                 const Vec3& arm_a, const Vec3& arm_b, LayeredSystem& system)
+{
+    const LayerMatter& own = moment.bodies[stop.body].matter;
+    const LayerMatter& other = moment.bodies[stop.other].matter;
+    if (!(stop.area > 0) || !(other.grip > 0)) return;
+    const bool collider = other.grip < std::numeric_limits<double>::infinity();
+    const double lambda = collider ? own.friction : 0.5 * (own.friction + other.friction);
+    const Mat3 C = stop.area * lambda * (Mat3::Identity() - stop.normal * stop.normal.transpose());
+    const Vec3 slip = velocity_at(moment.bodies[stop.other], stop.other_skeleton, stop.position) -
+                      velocity_at(moment.bodies[stop.body], stop.skeleton, stop.position);
+    const Vec3 force = C * slip;
+    add_force(system, a, force, arm_a.cross(force));
+    add_force(system, b, -force, -arm_b.cross(force));
+    add_pair(system, a, b, arm_a, arm_b, C, Mat3::Zero());
+}
+
 void add_stops(const LayeredScene& scene, const LayeredMoment& moment, LayeredSystem& system)
 {
     for (const LayerStop& stop : moment.contacts.stops) {
         const std::uint32_t fa = scene.parts[stop.body].body->layer.frame[stop.skeleton];
         const std::uint32_t fb = scene.parts[stop.other].body->layer.frame[stop.other_skeleton];
-        add_stop(system, system.frame(stop.body, fa), system.frame(stop.other, fb),
-                 stop.position - moment.frames[stop.body][fa].translation(),
-                 stop.position - moment.frames[stop.other][fb].translation(), stop.normal,
-                 stop_room(moment, stop, system.dt));
+        const std::size_t a = system.frame(stop.body, fa), b = system.frame(stop.other, fb);
+        const Vec3 arm_a = stop.position - moment.frames[stop.body][fa].translation();
+        const Vec3 arm_b = stop.position - moment.frames[stop.other][fb].translation();
+        add_stop(system, a, b, arm_a, arm_b, stop.normal, stop_room(moment, stop, system.dt));
+        add_rubbing(moment, stop, a, b, arm_a, arm_b, system);
     }
 }
 
@@ -194,7 +215,10 @@ void add_weight(const LayeredScene& scene, std::size_t b, const LayeredWorld& wo
 
 double stop_room(const LayeredMoment& moment, const LayerStop& stop, double dt)
 {
-    const double clear = stop.gap - 0.1 * moment.fields[stop.body].profile[stop.skeleton].e;
+    const double kept = moment.bodies[stop.body].matter.rigid
+                            ? 0
+                            : 0.1 * moment.fields[stop.body].profile[stop.skeleton].e;
+    const double clear = stop.gap - kept;
     return clear - 0.8 * std::min(0.0, clear) - stop.closing * dt;
 }
 

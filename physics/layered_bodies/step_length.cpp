@@ -115,7 +115,8 @@ int choose_steps(LayeredScene& now, const Vec3& gravity, double dt, int asked)
     const int most = most_steps(asked);
     const std::size_t n = now.parts.size();
     std::vector<std::vector<Mover>> movers(n);
-    std::vector<double> thinnest(n, std::numeric_limits<double>::infinity());  // of soft layers
+    std::vector<double> thinnest(
+        n, std::numeric_limits<double>::infinity());  // of layers that may be stopped
     for (std::size_t b = 0; b < n; ++b) {
         const LayeredBody& body = *now.parts[b].body;
         const std::vector<Transform> told =
@@ -126,12 +127,12 @@ int choose_steps(LayeredScene& now, const Vec3& gravity, double dt, int asked)
             movers[b].push_back(
                 mover_of(now.parts[b], now.states[b], f, on_frame[f], told, gravity, dt));
         }
-        if (body.matter.rigid || body.samples.count() == 0) continue;
+        if ((body.matter.rigid && is_told(body.base.kind)) || body.samples.count() == 0) continue;
         for (const geometry::Contribution& c : body.layer.contributions) {
             thinnest[b] = std::min(thinnest[b], c.thickness);
         }
     }
-    // How many steps body i, a soft one, needs beside j.
+    // How many steps body i, a soft or a moving one, needs beside j.
     const auto needed = [&](std::size_t i, std::size_t j) {
         double most = 0;
         for (const Mover& a : movers[i]) {

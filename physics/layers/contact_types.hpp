@@ -91,6 +91,7 @@ struct LayerStop {
     double gap = std::numeric_limits<double>::infinity();  // m; below 0: it is inside
     // m/s: how fast a mesh that changes its shape comes on along `normal` by doing so.
     double closing = 0;
+    double area = 0;  // m^2, of two rigid bodies that touch: what rubs there
 };
 
 struct Wrench {
@@ -102,7 +103,7 @@ struct Contacts {
     std::vector<LayerContact> contacts;  // by body, then by sample
     std::vector<DrawnSample> drawn;      // by body, then by sample
     // By body, then by skeleton: of each that a sample's ray meets another body on its inner half,
-    // the point of least gap to that body.
+    // the point of least gap to that body. Then those of rigid bodies, see rigid_stops.hpp.
     std::vector<LayerStop> stops;
     std::vector<std::vector<Wrench>> wrenches;  // one a body and frame
     std::vector<double> compression;            // one a body: the largest, units of the field

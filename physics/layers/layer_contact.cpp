@@ -6,6 +6,7 @@
 #include "physics/layers/layer_contact_rim.hpp"
 #include "physics/layers/layer_stops.hpp"
 #include "physics/layers/ray_search.hpp"
+#include "physics/layers/rigid_stops.hpp"
 #include "physics/layers/velocity_at.hpp"
 
 #include <fmt/format.h>
@@ -218,6 +219,7 @@ Contacts find_contacts(std::span<const ContactBody> bodies)
         }
     }
     find_drawn(bodies, result);
+    find_rigid_stops(bodies, result.stops, result.penetration);
     return result;
 }
 

@@ -20,8 +20,7 @@ void add_stop(const LayerStop& stop, std::vector<LayerStop>& stops)
     stops.push_back(stop);
 }
 
-// How point p stands to a rigid body; the gap infinite where it has no skeleton near.
-static LayerStop stop_at_rigid(const Field& field, const Party& other, const Vec3& p)
+LayerStop stop_at_rigid(const Field& field, const Party& other, const Vec3& p)
 {
     LayerStop stop;
     for (const std::uint32_t s : other.skeletons) {

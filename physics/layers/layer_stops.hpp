@@ -17,6 +17,9 @@ namespace physics {
 void find_stops(const Meeting& meeting, std::uint32_t skeleton, const std::vector<Vec3>& origins,
                 std::vector<LayerStop>& stops);
 
+// How point p stands to a rigid body; the gap infinite where it has no skeleton near.
+LayerStop stop_at_rigid(const Field& field, const Party& other, const Vec3& p);
+
 // Adds a stop, or keeps the nearer one of two of one skeleton against one body. Stops of one
 // skeleton follow each other.
 void add_stop(const LayerStop& stop, std::vector<LayerStop>& stops);
