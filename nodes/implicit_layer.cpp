@@ -119,7 +119,12 @@ static void describe_matter(graph::ParamsOf<LayerMatter>& p)
                {.min = 0, .max = 10})
         .param("rigid", &LayerMatter::rigid,
                "Whether the layer is rigid: it does not deform, and others take its shape where "
-               "they touch.")
+               "they touch. Rigid layers stop each other.")
+        .param(
+            "bounce", &LayerMatter::bounce,
+            "Bounce of a rigid layer that hits a rigid layer or a collider: its speed afterwards "
+            "as a share of that before. Of two layers the larger value counts.",
+            {.min = 0, .max = 1})
         .param("self_contact", &LayerMatter::self_contact,
                "Whether skeletons of this body that do not blend with each other collide.");
 }

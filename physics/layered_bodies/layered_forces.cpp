@@ -215,9 +215,17 @@ void add_weight(const LayeredScene& scene, std::size_t b, const LayeredWorld& wo
 
 double stop_room(const LayeredMoment& moment, const LayerStop& stop, double dt)
 {
-    const double kept = moment.bodies[stop.body].matter.rigid
-                            ? 0
-                            : 0.1 * moment.fields[stop.body].profile[stop.skeleton].e;
+    constexpr double least_speed = 0.3;  // m/s; below, what hits comes to rest
+    const ContactBody &own = moment.bodies[stop.body], &other = moment.bodies[stop.other];
+    const double kept =
+        own.matter.rigid ? 0 : 0.1 * moment.fields[stop.body].profile[stop.skeleton].e;
+    const double bounce = own.matter.rigid ? std::max(own.matter.bounce, other.matter.bounce) : 0;
+    if (bounce > 0) {
+        const double speed =
+            stop.normal.dot(velocity_at(other, stop.other_skeleton, stop.position) -
+                            velocity_at(own, stop.skeleton, stop.position));
+        if (speed > least_speed && stop.gap < speed * dt) return -bounce * speed * dt;
+    }
     const double clear = stop.gap - kept;
     return clear - 0.8 * std::min(0.0, clear) - stop.closing * dt;
 }

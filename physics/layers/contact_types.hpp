@@ -26,6 +26,7 @@ struct LayerMatter {
     // Of rigid ones: the largest traction along the surface, as a share of the pressure (Coulomb).
     double grip = std::numeric_limits<double>::infinity();
     bool rigid = false;         // does not deform, others fit it; needs no samples
+    double bounce = 0;          // of rigid ones against rigid ones: speed after a hit over before
     bool self_contact = false;  // skeletons that do not blend with each other collide
 };
 

@@ -108,6 +108,22 @@ TEST(RigidTouch, ABoxThatSlidesIsSlowedByFriction)
     EXPECT_NEAR(more / some, some / 0.5, 0.05);
 }
 
+// In the step in which it would reach the floor its velocity turns, by either solver.
+TEST(RigidTouch, ARigidBallBouncesAsItsBounceSays)
+{
+    for (const RigidBodies solver : {RigidBodies::implicit, RigidBodies::bullet}) {
+        LayeredBody body = rigid_ball({0, 0.3, 0});
+        body.matter.bounce = 0.6;
+        std::vector<LayeredPart> parts(2);
+        parts[0].body = std::make_shared<const LayeredBody>(body);
+        parts[0].velocity = Vec3(0, -2, 0);
+        parts[1].body = std::make_shared<const LayeredBody>(floor_at(0));
+        const LayeredWorld world{.gravity = Vec3::Zero(), .rigid_bodies = solver};
+        const LayeredScene scene = after(start(parts), 5, world);
+        EXPECT_NEAR(scene.states[0].velocity[0].y(), 1.2, 0.02);
+    }
+}
+
 // A soft ball on a rigid box on a floor: the box carries it.
 TEST(RigidTouch, ARigidBodyCarriesASoftOne)
 {
