@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numbers>
 
 namespace nodes::figure {
@@ -29,8 +30,29 @@ struct Outputs {
     physics::LayeredPart part;
 };
 
+// Throws where two hinges join the same two frames about different axes: neither could turn.
+static void check_pairs(const std::vector<Joint>& hinges)
+{
+    for (std::size_t i = 0; i < hinges.size(); ++i) {
+        for (std::size_t j = i + 1; j < hinges.size(); ++j) {
+            const Joint &p = hinges[i], &q = hinges[j];
+            if (std::minmax(p.a, p.b) != std::minmax(q.a, q.b)) continue;
+            const Vec3 along = p.axis.normalized();
+            constexpr double parallel = 1e-6, coincident = 1e-6;
+            const bool one_axis = along.cross(q.axis.normalized()).norm() < parallel &&
+                                  along.cross(q.point - p.point).norm() < coincident;
+            if (one_axis) continue;
+            throw std::invalid_argument(fmt::format(
+                "hinges {} and {} of {} both join frames {} and {}, about different axes: together "
+                "they let neither turn. Put a small frame between them, with one hinge to each",
+                i + 1, j + 1, hinges.size(), p.a, p.b));
+        }
+    }
+}
+
 static physics::LayeredBody build(const Inputs& in)
 {
+    check_pairs(in.hinges);
     physics::LayeredBody body = *in.part->body;
     for (const Joint& j : in.hinges) {
         if (j.lowest_degrees > j.highest_degrees) {

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -312,6 +313,27 @@ TEST(Figure, RefusesALowerLimitAboveTheUpperLimit)
     limit(60);
     EXPECT_NO_THROW(figure.run());
     limit(40);
+    EXPECT_THROW(figure.run(), std::invalid_argument);
+}
+
+// A universal joint by two hinges on one pair of frames would hold them rigidly.
+TEST(Figure, RefusesTwoHingesAboutDifferentAxesOnOnePair)
+{
+    NodeRun figure("Figure");
+    figure.inputs["part"] = {part_of({{0, 0, 0}, {0.2, 0, 0}}, BaseKind::rigid)};
+    const auto hinges = [&](const std::array<double, 3>& axis, const std::array<double, 3>& point) {
+        const graph::Param& list = figure.type.params[0];
+        graph::ParamValues both(2);
+        both[0].is = element(list, {{"b", {std::int64_t{1}}}});
+        both[1].is =
+            element(list, {{"b", {std::int64_t{1}}}, {"axis", {axis}}, {"point", {point}}});
+        figure.param("hinges").is = both;
+    };
+    hinges({0, 0, 2}, {0, 0, 0.1});
+    EXPECT_NO_THROW(figure.run());
+    hinges({0, 1, 0}, {0, 0, 0});
+    EXPECT_THROW(figure.run(), std::invalid_argument);
+    hinges({0, 0, 1}, {0.1, 0, 0});
     EXPECT_THROW(figure.run(), std::invalid_argument);
 }
 
