@@ -92,6 +92,33 @@ struct FilmFrame {
     }
 };
 
+// Whether skeletons of a still body have moved inside its frames since the frame before.
+bool moved_inside(const LayeredBody& before, const LayeredBody& after)
+{
+    if (&before == &after || after.base.kind != BaseKind::still) return false;
+    if (after.samples.count() == 0) return false;  // a collider
+    for (std::size_t s = 0; s < after.layer.skeletons.size(); ++s) {
+        const geometry::Skeleton &p = before.layer.skeletons[s], &q = after.layer.skeletons[s];
+        if (p.mesh || q.mesh) continue;  // goes by its vertices
+        if (p.points != q.points || !p.place.isApprox(q.place) || p.half_size != q.half_size) {
+            return true;
+        }
+    }
+    return false;
+}
+
+void warn_of_moved_inside(const LayeredScene& before, LayeredScene& now)
+{
+    for (std::size_t b = 0; b < now.parts.size(); ++b) {
+        if (!moved_inside(*before.parts[b].body, *now.parts[b].body)) continue;
+        now.states[b].report.warnings.push_back(fmt::format(
+            "Skeletons of body {} have moved inside its frame since the last frame. They have no "
+            "velocity, so they push and rub too little: key translate and rotate_degrees of "
+            "ImplicitLayer instead, with a body for each part that moves by itself.",
+            b));
+    }
+}
+
 // What is seen of all bodies in step number `step` of so many, and what their controllers do in it.
 void watch(const FilmFrame& frame, const LayeredMoment& moment, int step, int steps,
            LayeredScene& now)
@@ -239,6 +266,7 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
     check_rigid_bodies(parts, world.rigid_bodies);
     const FilmFrame frame{scene, parts, world, dt};
     LayeredScene now = frame.begin();
+    warn_of_moved_inside(scene, now);
     if (!(dt > 0) || now.states.empty()) return now;
     int steps = choose_steps(now, world.gravity, dt, std::max(1, substeps));
     if (world.rigid_bodies == RigidBodies::implicit) {

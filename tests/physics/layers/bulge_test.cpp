@@ -98,7 +98,9 @@ TEST(Bulge, ReachesAsFarAsItsWidthSays)
             const auto bulge = [&](double t) {
                 const Vec3 p = beside_right(t);
                 Meeting meeting;
-                gather(both, 0, geometry::no_skeleton, Box(p, p), meeting, width);
+                Box box;
+                box.add(p);
+                gather(both, 0, geometry::no_skeleton, box, meeting, width);
                 const geometry::FieldValue other = geometry::value_at(*both[1].field, p);
                 return bulge_at(meeting, meeting.others[0], layer.bulges, p, other.f,
                                 other.gradient)
