@@ -2,7 +2,7 @@
 
 namespace physics {
 
-LayeredMoment::LayeredMoment(const LayeredScene& scene, double mesh_seconds)
+LayeredMoment::LayeredMoment(const LayeredScene& scene, double mesh_seconds, Drawn drawn)
 {
     const std::size_t n = scene.parts.size();
     fields.reserve(n);
@@ -37,7 +37,8 @@ LayeredMoment::LayeredMoment(const LayeredScene& scene, double mesh_seconds)
     for (std::size_t b = 0; b < n; ++b) {
         bodies.push_back({&fields[b], &scene.parts[b].body->samples, &walks[b], frames[b],
                           twists[b], scene.parts[b].body->layer.frame, scene.parts[b].body->matter,
-                          meshes[b].before ? &meshes[b] : nullptr});
+                          meshes[b].before ? &meshes[b] : nullptr,
+                          drawn == Drawn::all || scene.parts[b].body->control.proportional > 0});
     }
     contacts = find_contacts(bodies);
 }

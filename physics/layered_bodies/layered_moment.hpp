@@ -8,10 +8,14 @@
 
 namespace physics {
 
+// Whose samples go to the surface that is drawn: volumes are told by it, or kept.
+enum class Drawn { all, controlled };
+
 // Holds what its own members point to, so it is not copied.
 struct LayeredMoment {
     // `mesh_seconds`: how long meshes that change their shape took from where they were.
-    explicit LayeredMoment(const LayeredScene& scene, double mesh_seconds = 0);
+    explicit LayeredMoment(const LayeredScene& scene, double mesh_seconds = 0,
+                           Drawn drawn = Drawn::all);
     LayeredMoment(const LayeredMoment&) = delete;
     LayeredMoment& operator=(const LayeredMoment&) = delete;
 

@@ -142,6 +142,12 @@ void watch(const FilmFrame& frame, const LayeredMoment& moment, int step, int st
     }
 }
 
+// Volumes that nothing controls are told of the last step alone.
+Drawn drawn_in(int step, int steps)
+{
+    return step + 1 == steps ? Drawn::all : Drawn::controlled;
+}
+
 void step_implicitly(const FilmFrame& frame, int steps, LayeredScene& now)
 {
     const double h = frame.dt / steps;
@@ -149,7 +155,7 @@ void step_implicitly(const FilmFrame& frame, int steps, LayeredScene& now)
         geometry::stop_if_asked();
         drive_all(frame.dt - h * step, now);
         move_meshes(now, frame.scene, frame.told, static_cast<float>(step), steps);
-        const LayeredMoment moment(now, h);
+        const LayeredMoment moment(now, h, drawn_in(step, steps));
         LayeredSystem system = make_system(now, moment, h);
         add_forces(now, moment, frame.world, system);
         Report report;
@@ -203,7 +209,7 @@ int step_with_bullet(const FilmFrame& frame, int steps, int most, LayeredScene& 
         }
         const float at = static_cast<float>(step) + (end ? 0 : 0.5f);
         move_meshes(now, frame.scene, frame.told, at, steps);
-        const LayeredMoment moment(now, h);
+        const LayeredMoment moment(now, h, drawn_in(step, steps));
         LayeredSystem system = make_system(now, moment, h, RigidBodies::bullet);
         add_forces(now, moment, frame.world, system);
         const ExplicitSteps wanted = explicit_steps(now, system, frame.dt);

@@ -53,6 +53,7 @@ struct ContactBody {
     std::span<const std::uint32_t> frame_of;  // S, frame of each skeleton
     LayerMatter matter;
     const MovingMesh* moving = nullptr;  // null: moves with its frames alone
+    bool drawn = true;  // samples that touch nothing go to the surface that is drawn
 };
 
 inline constexpr std::uint32_t no_contact = geometry::no_index;

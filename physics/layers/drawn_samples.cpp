@@ -128,11 +128,11 @@ void find_drawn(std::span<const ContactBody> bodies, Contacts& contacts)
 {
     std::vector<Bulges> bulges;
     for (std::uint32_t b = 0; b < bodies.size(); ++b) {
-        bulges.push_back(bulges_of(bodies, b, contacts.contacts));
+        bulges.push_back(bodies[b].drawn ? bulges_of(bodies, b, contacts.contacts) : Bulges{});
     }
     std::vector<DrawnBatch> batches;
     for (std::uint32_t b = 0; b < bodies.size(); ++b) {
-        if (!bodies[b].samples || bodies[b].matter.rigid) continue;
+        if (!bodies[b].drawn || !bodies[b].samples || bodies[b].matter.rigid) continue;
         if (!(bulges[b].highest() > 0) && bodies[b].field->rule == geometry::BlendRule::sum)
             continue;
         const SurfaceSamples& samples = *bodies[b].samples;
