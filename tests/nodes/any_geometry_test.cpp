@@ -50,8 +50,9 @@ TEST(AnyGeometry, AScannedCloudBecomesABody)
     const files::Folder folder;
     std::string text;
     for (int i = 0; i < 1000; ++i) {
-        text += fmt::format("{:.2f} {:.2f} {:.2f}\n", 0.05 + 0.1 * (i % 10),
-                            0.05 + 0.1 * (i / 10 % 10), 0.05 + 0.1 * (i / 100));
+        const int y = i / 10 % 10, z = i / 100;
+        text += fmt::format("{:.2f} {:.2f} {:.2f}\n", 0.05 + 0.1 * (i % 10), 0.05 + 0.1 * y,
+                            0.05 + 0.1 * z);
     }
     folder.write("cloud.xyz", text);
     const auto scene = [&](const std::string& params, const std::string& more) {
