@@ -150,6 +150,9 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
     }
     auto state =
         in.start ? *in.start : std::visit([](const auto& b) { return rest_state(b); }, in.body->is);
+    // What held its points, held them in another simulation.
+    state.grips.clear();
+    state.holds.clear();
     if (in.initial_shape == Shape::given) return state;
     const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);
     if (!bricks) throw std::invalid_argument(no_equilibrium);

@@ -18,7 +18,7 @@ namespace {
 using geometry::Mat3;
 using geometry::Transform;
 
-constexpr float held_before = 1e-6f;  // m, before the surface, where the way of a held point starts
+constexpr double held_before = 1e-6;  // m, before the surface, where the way of a held point starts
 
 Transform between(const Transform& a, const Transform& b, double share)
 {
@@ -58,7 +58,7 @@ Touch touch_mesh(const PosedCollider& c, const Vec3& p)
     }
     auto hit = c.tree->closest(p, c.reach + c.thickness);
     if (!hit) {
-        if (!c.tree->inside(p)) return {};
+        if (c.sheet || !c.tree->inside(p)) return {};
         hit = c.tree->closest(p);
         if (!hit) return {};
     }
@@ -96,7 +96,9 @@ PosedCollider pose_collider(const Collider& in, double share, double frame, doub
     if (in.kind == Collider::Kind::mesh) {
         out.mesh = in.mesh.get();
         const bool moves = in.mesh_before && in.mesh_before != in.mesh &&
-                           in.mesh_before->positions.size() == in.mesh->positions.size();
+                           in.mesh_before->positions.size() == in.mesh->positions.size() &&
+                           (in.mesh_before->topology == in.mesh->topology ||
+                            in.mesh_before->topology->triangles == in.mesh->topology->triangles);
         out.mesh_before = moves ? in.mesh_before.get() : nullptr;
         out.tree = in.tree ? in.tree : std::make_shared<const geometry::TriangleBvh>(*in.mesh);
         out.mesh_bounds = geometry::bounds(*in.mesh);
@@ -112,6 +114,11 @@ PosedCollider pose_collider(const Collider& in, double share, double frame, doub
         out.first = first;
     }
     return out;
+}
+
+double crease_of(const PosedCollider& collider)
+{
+    return collider.sheet ? 0.075 * collider.reach : 0;
 }
 
 Touch touch(const PosedCollider& c, const Vec3& p)
@@ -207,20 +214,21 @@ std::optional<Entry> entry_of(const PosedCollider& c, const Vec3& from, const Ve
     return entry;
 }
 
-// A point that went along `way` from where `held` has it on its side of the collider.
-Vec3 start_of(const Vec3& to, const Vec3& way, const Grip* held)
+// A point that went along `way` from where `held` has it on its side of the collider. At a crease
+// of a sheet it may be farther behind the next face than it was behind the plane that held it.
+Vec3 start_of(const PosedCollider& c, const Vec3& to, const Vec3& way, const Grip* held)
 {
     const Vec3 from = to - (1 + 1e-6) * way;
-    return held
-               ? Vec3(from + 1.01 * double(held->depth + held_before) * held->normal.cast<double>())
-               : from;
+    if (!held) return from;
+    const double before = held_before + crease_of(c);
+    return from + (1.01 * double(held->depth) + before) * held->normal.cast<double>();
 }
 
 // Before a sheet on the side that it comes from, or through it.
 Touch touch_sheet(const PosedCollider& c, const Vec3& to, const Vec3& way, double dt,
                   const Grip* held)
 {
-    if (const auto entry = entry_into_mesh(c, start_of(to, way, held), to, dt)) {
+    if (const auto entry = entry_into_mesh(c, start_of(c, to, way, held), to, dt)) {
         return {(to - entry->point).dot(entry->normal) - c.thickness, entry->normal,
                 entry->velocity};
     }
@@ -238,7 +246,7 @@ Touch touch_moving(const PosedCollider& c, const Vec3& to, const Vec3& way, doub
     const bool far = !std::isfinite(t.gap);
     const Vec3 relative = way - dt * t.velocity;
     if (!far && t.gap + c.thickness >= relative.norm() && !held) return t;
-    const auto entry = entry_into_mesh(c, start_of(to, way, held), to, dt);
+    const auto entry = entry_into_mesh(c, start_of(c, to, way, held), to, dt);
     if (!entry || !(far || entry->normal.dot(t.normal) < -0.5)) return t;
     return {(to - entry->point).dot(entry->normal) - c.thickness, entry->normal, entry->velocity};
 }
@@ -247,7 +255,7 @@ Touch touch_moving(const PosedCollider& c, const Vec3& to, const Vec3& way, doub
 
 Touch touch(const PosedCollider& c, const Vec3& to, const Vec3& v, double dt, const Grip* held)
 {
-    if (c.sheet && !(c.first && touch_mesh(c, to - dt * v).gap < 0)) {
+    if (c.sheet && !(c.first && !held && touch_mesh(c, to - dt * v).gap < 0)) {
         return touch_sheet(c, to, dt * v, dt, held);
     }
     if (c.mesh_before) return touch_moving(c, to, dt * v, dt, held);
@@ -255,7 +263,7 @@ Touch touch(const PosedCollider& c, const Vec3& to, const Vec3& v, double dt, co
     if (c.kind == Collider::Kind::plane) return t;
     const bool far = !std::isfinite(t.gap);
     // As the collider sees it, and a bit of what went before: it may have started on the surface.
-    const Vec3 from = start_of(to, dt * (v - t.velocity), held), way = to - from;
+    const Vec3 from = start_of(c, to, dt * (v - t.velocity), held), way = to - from;
     const double length = way.norm(), gap = t.gap + c.thickness;
     // Nothing that near, or it is on its way in through the side that it is nearest to.
     if (far ? length <= c.reach : gap >= length) return t;
@@ -334,6 +342,10 @@ void add_touch(const Scene& scene, const PlaneTouch& point, std::size_t c, std::
     const double least =
         std::min(10 * double(surface.stiffness[c]) * area / scene.h, scene.stiffest);
     touch.stiffness = stopping(least, mass, way, scene.dt, scene.h);
+    if (!(touch.stiffness > 0)) {  // it stands for no area
+        out.pop_back();
+        return;
+    }
     touch.normal = t.normal;
     touch.drift = t.velocity;
     touch.friction = collider.friction;

@@ -41,6 +41,10 @@ struct PosedCollider {
 PosedCollider pose_collider(const Collider& collider, double share, double frame, double h,
                             bool first = false);
 
+// How far behind a face of a sheet a point may come that went over a crease, m; 0 for others. Its
+// side is kept for as long as it is no farther away.
+double crease_of(const PosedCollider& collider);
+
 // Where a point stands to a collider.
 struct Touch {
     double gap = std::numeric_limits<double>::infinity();  // m, negative inside

@@ -77,20 +77,20 @@ double deepest_of(const std::vector<Grip>& grips)
     return double(deepest);
 }
 
-std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const double* x0,
-                           const double* x1, double dt)
+std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd& end)
 {
     std::vector<Grip> out;
     for (const PlaneTouch& touch : touches) {
-        const double gap = touch.gap(x1);
-        if (!(gap < 0)) continue;
-        const Vec3 way = touch.stretch + between(touch, x1) - between(touch, x0) - dt * touch.drift;
-        Vec3 stretch = along(touch.normal, way);
-        const double most = touch.friction * -gap;
+        const double gap = touch.gap(end.x1) - end.late * touch.drift.dot(touch.normal);
+        if (!(gap < end.near)) continue;
+        const Vec3 way =
+            touch.stretch + between(touch, end.x1) - between(touch, end.x0) - end.dt * touch.drift;
+        Vec3 stretch = gap < 0 ? along(touch.normal, way) : Vec3(Vec3::Zero());
+        const double most = touch.friction * std::max(0.0, -gap);
         if (stretch.norm() > most) stretch *= most / stretch.norm();
         if (!stretch.allFinite()) continue;
         out.push_back({touch.point, touch.other, stretch.cast<float>(), touch.normal.cast<float>(),
-                       static_cast<float>(-gap)});
+                       static_cast<float>(std::max(0.0, -gap))});
     }
     return out;
 }

@@ -77,10 +77,16 @@ const Grip* find_grip(const std::vector<Grip>& grips, std::uint32_t point, std::
 // m, 0 where there are none.
 double deepest_of(const std::vector<Grip>& grips);
 
-// The grip of each touch whose gap at x1 is below 0, when its corners went from x0 to x1 in dt
-// seconds.
-std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const double* x0,
-                           const double* x1, double dt);
+// What is known after a step in which corners went from x0 to x1.
+struct StepEnd {
+    const double* x0;
+    const double* x1;
+    double dt = 0;    // s
+    double late = 0;  // s, that x1 is later than the planes
+    double near = 0;  // m
+};
+// The grip of each touch whose gap at the end is below `near`: stretched where it is below 0.
+std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd& end);
 // Gives touches the stretch that they have among `grips`.
 void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips);
 

@@ -42,7 +42,7 @@ struct StepFrame {
     Aligned<double> mass, damping;  // kg, kg/s: M, D as lumped on corners
     Aligned<double> fixed;          // 1: pinned
     bool windy = false;
-    bool first = false;  // of a shot
+    bool first = false;  // step of a shot
 };
 
 struct Stage {

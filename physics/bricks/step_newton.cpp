@@ -100,7 +100,7 @@ void take_delta(Stage& stage, StepSolver& solver, const Rounds& rounds, double s
                 StepRecord& record)
 {
     const double goal = stage.contacts.empty()
-                            ? rounds.target
+                            ? std::max(rounds.target, 1e-3 * stage.frame.options.tolerance * size)
                             : std::max(0.5 * rounds.target, contact_accuracy * size);
     const Solved solved = solve_linear(solver, stage, goal);
     record.report.iterations += solved.iterations;
@@ -138,12 +138,22 @@ double join(Stage& stage, StepSolver& solver, bool again, double size)
     return measure(stage, solver);
 }
 
+// The norm of M (w - v0).
+double momentum_given(const Stage& stage, const StepSolver& solver)
+{
+    Aligned<double> jump = stage.w, momentum;
+    for (std::size_t i = 0; i < stage.frame.n; ++i) jump[i] -= stage.v0[i];
+    times_mass(stage, jump, momentum);
+    return norm(solver, momentum);
+}
+
 // Rounds of Newton's method from what start_rounds() left. `at_work` is the norm of the forces at
 // work there.
 void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, StepRecord& record)
 {
     const StepOptions& options = stage.frame.options;
-    const Rounds rounds(stage, at_work);
+    Rounds rounds(stage, at_work);
+    const double first = size;
     const int most =
         std::max(options.newton_iterations, may_touch(stage) ? options.contact_iterations : 1);
     bool joined = !rounds.touches;
@@ -156,6 +166,10 @@ void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, St
             return go_down(stage, solver, at_work, record);
         }
         if (!may_touch(stage)) return;  // linear forces alone: solved
+        if (round == 0) {               // what is at rest may be moved by a pin or a collider alone
+            at_work = std::max(at_work, std::min(first, momentum_given(stage, solver)));
+            rounds.target = options.tolerance * at_work;
+        }
         size = take_contacts(stage, solver, rounds, round, from, dot(stage.r, stage.delta));
         if (!std::isfinite(size)) return;
         if (rounds.touches && size > 0 &&

@@ -134,10 +134,12 @@ bool step_or_halves(FrameStep& step, double begin, double end, int halvings)
     if (finite && !is_torn_apart(step, halvings)) {
         step.record.unsettled |= record.unsettled;
         step.record.violent |= record.violent;
-        const double dt = (end - begin) * step.frame.seconds;
-        const double* const x0 = before.x.data();
-        step.stage.grips = grips_of(step.stage.touches, x0, step.now.x.data(), dt);
-        step.stage.held = grips_of(step.stage.holds, x0, step.now.x.data(), dt);
+        StepEnd at{before.x.data(), step.now.x.data(), (end - begin) * step.frame.seconds};
+        step.stage.grips = grips_of(step.stage.touches, at);
+        // The side of a sheet is not told by a plane alone: the next step may lead over a crease.
+        at.late = (end - step.stage.share) * step.frame.seconds;
+        at.near = 0.5 * known_before * step.frame.body.h;
+        step.stage.held = grips_of(step.stage.holds, at);
         return true;
     }
     step.now = before;
@@ -240,6 +242,7 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
         geometry::stop_if_asked();
         const double end = i + 1 == options.substeps ? 1.0 : (i + 1) * share;
         if (!step_or_halves(step, i * share, end, 0)) break;
+        frame.first = false;
     }
     store(body, step.now, state);
     state.grips = std::move(step.stage.grips);

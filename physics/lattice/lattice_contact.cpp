@@ -136,8 +136,11 @@ void push_out(const ContactScene& scene, const std::vector<PosedCollider>& colli
     const Grip* const held = find_grip(scene.state.holds, place.point, collider);
     const Touch t =
         touch(colliders[collider], place.at + scene.dt * place.v, place.v, scene.dt, held);
-    if (!(t.gap < 0) || !(place.inverse > 0)) return;
+    // Points before a sheet are to stay on their side of it, wherever others push them.
+    const double near = crease_of(colliders[collider]);
+    if (!(t.gap < near) || !(place.inverse > 0)) return;
     SkinPush push;
+    push.near = near;
     push.corners = corners;
     push.weight = place.weight;
     push.mass = push.mass_across = 1 / place.inverse;
@@ -446,7 +449,7 @@ std::vector<Grip> holds_of(const std::vector<SkinPush>& pushes, const std::vecto
         for (std::size_t a = 0; a < 8; ++a) change += push.weight[a] * v[push.corners[a]];
         const double gap = push.gap + dt * change.dot(push.normal);
         // What is pushed ends on the surface: by rounding, on either side of it.
-        if (!(gap < 0 || push.impulse > 0) || push.point == none) continue;
+        if (!(gap < push.near || push.impulse > 0) || push.point == none) continue;
         out.push_back({push.point, push.collider, Eigen::Vector3f::Zero(),
                        push.normal.cast<float>(), static_cast<float>(std::max(0.0, -gap))});
     }

@@ -34,6 +34,7 @@ struct SkinPush : Push {
     Vec3 surface_velocity;                        // m/s
     std::uint32_t point = none, collider = none;  // `none`: a tear laid the point bare
     double gap = 0;                               // m, where it would be at the end of the step
+    double near = 0;                              // m, a gap at which its side is kept
     Vec3 velocity = Vec3::Zero();                 // m/s, with which it would
 };
 
@@ -78,8 +79,8 @@ struct Pushes {
 void solve_pushes(const ContactScene& scene, Pushes& pushes, int rounds, std::vector<Vec3>& v,
                   std::vector<BallState>& balls);
 
-// The points that are pushed, or are in a collider all the same, when corners go on at v for a step
-// of dt seconds; in_order().
+// The points that are pushed, or are in a collider all the same or near a sheet, when corners go on
+// at v for a step of dt seconds; in_order().
 std::vector<Grip> holds_of(const std::vector<SkinPush>& pushes, const std::vector<Vec3>& v,
                            double dt);
 

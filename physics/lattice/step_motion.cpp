@@ -100,13 +100,16 @@ void push_from_outside(FrameState& step)
 
 void collide(FrameState& step, double share)
 {
-    if (!step.touches) return;
+    if (!step.touches) {
+        step.state.holds.clear();
+        return;
+    }
+    const bool first = step.state.time == 0 && share < 1.5 / step.options.substeps;
     const bool pairs = step.body.options.contact.on;
     for (BallState& ball : step.state.balls) ball.v += step.dt * step.gravity;
     std::vector<PosedCollider> colliders;
     for (const Collider& c : step.loads.colliders) {
-        colliders.push_back(
-            pose_collider(c, share, step.frame, step.body.base.h, step.state.time == 0));
+        colliders.push_back(pose_collider(c, share, step.frame, step.body.base.h, first));
     }
     const ContactScene scene{step.body.base,    step.state,
                              step.inverse_mass, step.dt,

@@ -231,7 +231,7 @@ TEST(PartContact, FrictionIsASpringThatYields)
                         1e-4 * k * 0.003);
             EXPECT_NEAR(std::abs(contacts[i].force.y()), k * 0.003, 1e-3 * k * 0.003);
         }
-        for (const Grip& grip : grips_of(touches, two.x.data(), two.x.data(), 0.01)) {
+        for (const Grip& grip : grips_of(touches, {two.x.data(), two.x.data(), 0.01})) {
             EXPECT_NEAR(double(grip.stretch.x()), std::min(dragged, 0.5 * 0.003), 1e-6);
             EXPECT_NEAR(double(grip.stretch.y()), 0, 1e-6);
         }

@@ -174,4 +174,38 @@ TEST(Tunnelling, ASheetHasTwoSidesButForWhatStartsALittleBehindIt)
     EXPECT_NEAR(gap(true, -0.3, 12), 0.2, 1e-6);  // from far behind
 }
 
+// A valley of two slopes, and blocks that slide down one and up the other: from step to step their
+// points come behind the next face by more than they were behind the last.
+TEST(Tunnelling, WhatSlidesOverACreaseStaysAboveTheSheet)
+{
+    TriMesh valley = geometry::grid(8, 8, 2, 1);
+    for (auto& p : valley.positions) p.y() = 0.3f * std::abs(p.x());
+    Loads loads;
+    loads.forces.push_back({});
+    Collider sheet;
+    sheet.kind = Collider::Kind::mesh;
+    sheet.mesh = std::make_shared<const TriMesh>(valley);
+    sheet.friction = 0;
+    sheet.sheet = true;
+    loads.colliders.push_back(sheet);
+    const auto cubes = fixtures::box(4, 2, 3, 0.05, {.young = 1e6, .stiffness_damping = 0.002});
+    const auto lowest_of = [&](State state, const auto& body, int substeps) {
+        for (Vec3& p : state.x) p += Vec3(-0.9, 0.29, -0.1);
+        double lowest = 1;
+        for (int i = 0; i < 60; ++i) {
+            state = advance(body, state, loads, frame_time, StepOptions{.substeps = substeps});
+            for (const Vec3& p : state.x) {
+                lowest = std::min(lowest, p.y() - 0.3 * std::abs(p.x()));
+            }
+        }
+        return lowest;
+    };
+    const BricksBody bricks = make_bricks(cubes);
+    const LatticeBody lattice = make_lattice(cubes);
+    for (const int substeps : {1, 4}) {
+        EXPECT_GT(lowest_of(rest_state(bricks), bricks, substeps), -0.03) << substeps;
+    }
+    EXPECT_GT(lowest_of(rest_state(lattice), lattice, 4), -0.03);
+}
+
 }  // namespace
