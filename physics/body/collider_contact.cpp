@@ -9,8 +9,8 @@
 #include <cmath>
 #include <optional>
 
-// Map: distance to each kind of collider; where a path entered one (for fast points); forces of a
-// contact; the contacts of a body; bodies that start inside a collider.
+// Map: distance to each kind of collider; where a path entered one (for fast points); sheets and
+// meshes that move; the planes of a body's points; bodies that start inside a collider.
 
 namespace physics {
 namespace {

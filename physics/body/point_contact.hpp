@@ -9,8 +9,9 @@
 // point stands for (so that a resting body sinks in by a tenth of its own squash, however fine the
 // mesh), but no stiffer than bears the whole body of mass M within a thousandth of a cube, for what
 // is stiffer than need be is hard to solve; and enough to stop the point's own mass m within a
-// step. Friction is Coulomb's with a creep velocity e far below what can be seen:
-//   -c v_t,   c = mu N / max(|v_t|, e),   e = h / 10000 dt
+// step (k grows for points that come fast: plane_touch.hpp). Friction is Coulomb's, and viscous
+// below a velocity e, which plane_touch.hpp makes a spring of:
+//   -c v_t,   c = mu N / max(|v_t|, e)
 // where N and |v_t| are taken from the last iterate. Both enter the implicit step with what stands
 // for their derivatives, k n n^T and
 //   c (I - n n^T - a t t^T),   t = v_t / |v_t| where that is above e.

@@ -138,15 +138,6 @@ double join(Stage& stage, StepSolver& solver, bool again, double size)
     return measure(stage, solver);
 }
 
-// The norm of M (w - v0).
-double momentum_given(const Stage& stage, const StepSolver& solver)
-{
-    Aligned<double> jump = stage.w, momentum;
-    for (std::size_t i = 0; i < stage.frame.n; ++i) jump[i] -= stage.v0[i];
-    times_mass(stage, jump, momentum);
-    return norm(solver, momentum);
-}
-
 // Rounds of Newton's method from what start_rounds() left. `at_work` is the norm of the forces at
 // work there.
 void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, StepRecord& record)
@@ -167,7 +158,8 @@ void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, St
         }
         if (!may_touch(stage)) return;  // linear forces alone: solved
         if (round == 0) {               // what is at rest may be moved by a pin or a collider alone
-            at_work = std::max(at_work, std::min(first, momentum_given(stage, solver)));
+            at_work =
+                std::max(at_work, std::min(first, norm(solver, physics::at_work(stage).inertia)));
             rounds.target = options.tolerance * at_work;
         }
         size = take_contacts(stage, solver, rounds, round, from, dot(stage.r, stage.delta));

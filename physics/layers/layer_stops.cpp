@@ -35,6 +35,18 @@ LayerStop stop_at_rigid(const Field& field, const Party& other, const Vec3& p)
     return stop;
 }
 
+void tell_parties(const Meeting& meeting, std::uint32_t skeleton, const Party& other, const Vec3& p,
+                  LayerStop& stop)
+{
+    stop.body = meeting.own.body;
+    stop.skeleton = skeleton;
+    stop.other = other.body;
+    stop.position = p;
+    if (const MovingMesh* mesh = meeting.bodies[other.body].moving) {
+        stop.closing = velocity_at(*mesh, p).dot(stop.normal);
+    }
+}
+
 void find_stops(const Meeting& meeting, std::uint32_t skeleton, const std::vector<Vec3>& origins,
                 std::vector<LayerStop>& stops)
 {
@@ -70,13 +82,7 @@ void find_stops(const Meeting& meeting, std::uint32_t skeleton, const std::vecto
                 stop.normal = -gradient / slope;
                 stop.gap = (own.f[k] - theirs.f[k]) / slope;
             }
-            stop.body = meeting.own.body;
-            stop.skeleton = skeleton;
-            stop.other = other.body;
-            stop.position = p;
-            if (const MovingMesh* mesh = meeting.bodies[other.body].moving) {
-                stop.closing = velocity_at(*mesh, p).dot(stop.normal);
-            }
+            tell_parties(meeting, skeleton, other, p, stop);
             add_stop(stop, stops);
         }
     }

@@ -20,6 +20,10 @@ void find_stops(const Meeting& meeting, std::uint32_t skeleton, const std::vecto
 // How point p stands to a rigid body; the gap infinite where it has no skeleton near.
 LayerStop stop_at_rigid(const Field& field, const Party& other, const Vec3& p);
 
+// Tells a stop at p whose skeleton it is of, against whom, and how fast that closes in by itself.
+void tell_parties(const Meeting& meeting, std::uint32_t skeleton, const Party& other, const Vec3& p,
+                  LayerStop& stop);
+
 // Adds a stop, or keeps the nearer one of two of one skeleton against one body. Stops of one
 // skeleton follow each other.
 void add_stop(const LayerStop& stop, std::vector<LayerStop>& stops);

@@ -1,7 +1,6 @@
 #include "physics/layers/rigid_stops.hpp"
 
 #include "physics/layers/layer_stops.hpp"
-#include "physics/layers/velocity_at.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -57,13 +56,7 @@ void touch(const Meeting& meeting, std::uint32_t skeleton, const Party& other,
         const Vec3& p = own.walk->position[i];
         LayerStop stop = stop_at_rigid(meeting.field(other), other, p);
         if (!(stop.gap < margin)) continue;
-        stop.body = meeting.own.body;
-        stop.skeleton = skeleton;
-        stop.other = other.body;
-        stop.position = p;
-        if (const MovingMesh* mesh = meeting.bodies[other.body].moving) {
-            stop.closing = velocity_at(*mesh, p).dot(stop.normal);
-        }
+        tell_parties(meeting, skeleton, other, p, stop);
         if (stop.gap < 0.04 * margin) area += own.walk->area[i];
         penetration = std::max(penetration, -stop.gap);
         near.push_back(stop);
