@@ -231,6 +231,9 @@ static void describe_part_contact(graph::ParamsOf<physics::PartContactOptions>& 
          "on", &PartContactOptions::on,
          "Whether parts of the model that no cubes link collide. Cubes of a plane do not, nor do "
          "parts that overlap at rest.")
+        .param("self", &PartContactOptions::self,
+               "Whether each part also collides with itself, where it folds over. Points less than "
+               "three cubes apart along the body do not. The search makes steps slower.")
         .param("friction", &PartContactOptions::friction,
                "Coulomb coefficient of friction between them.", {.min = 0, .max = 100});
 }

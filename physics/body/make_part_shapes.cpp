@@ -305,6 +305,10 @@ PartShapes make_part_shapes(const Cubes& cubes, const CornerBody& body, const Tr
     for (const auto c : out.holder) part_of_holder.push_back(part_of[c]);
 
     out.holders = make_part_lists(part_of_holder, body.parts);
+    if (options.self) {
+        out.around = cubes_around(out.corners, out.holder, body.corners);
+        out.quarters = cubes.part;
+    }
     out.overlapping = overlapping_at_rest(out, body);
     return out;
 }
@@ -313,7 +317,8 @@ std::shared_ptr<const PartShapes> shapes_that_touch(const Cubes& cubes, const Co
                                                     const TriMesh* surface,
                                                     const PartContactOptions& options)
 {
-    if (!options.on || body.parts < 2 || geometry::flat_axis(cubes) >= 0) return nullptr;
+    const bool may = options.on && (body.parts > 1 || options.self);
+    if (!may || geometry::flat_axis(cubes) >= 0) return nullptr;
     return std::make_shared<const PartShapes>(make_part_shapes(cubes, body, surface, options));
 }
 

@@ -170,7 +170,7 @@ std::array<Vec3, 8> corners_of(const Scene& scene, std::uint32_t cube)
 
 // Where a point would be in a cube of the target when it is `behind` (m) where it is.
 std::optional<PlaneTouch> touch_in(const Scene& scene, const Moving& moving, const Target& target,
-                                   std::uint32_t cube, const Vec3& behind)
+                                   std::uint32_t cube, const Vec3& behind, bool on_itself)
 {
     constexpr double slack = 1e-6;     // cubes: what lies on a face is in both cubes
     constexpr double rounding = 1e-6;  // cubes: of what lies no deeper, the side is not known
@@ -185,7 +185,8 @@ std::optional<PlaneTouch> touch_in(const Scene& scene, const Moving& moving, con
     // How it got to where a step begins is not known.
     const Vec3 way =
         scene.look == Look::ahead ? Vec3(Vec3::Zero()) : Vec3(scene.dt * velocity - behind);
-    auto gap = find_gap({shapes, target.part, cube, *in}, {way, outward_of(scene, moving)});
+    auto gap =
+        find_gap({shapes, target.part, cube, *in}, {way, outward_of(scene, moving), on_itself});
     if (!gap) return std::nullopt;
     gap->size += behind.dot(gap->normal);
     if (!(gap->size < -rounding * shapes.size)) return std::nullopt;
@@ -204,7 +205,7 @@ double reach_of(const Scene& scene, const Vec3& way)
 // nearest to, among three whose middles are.
 std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
                                        const Target& target, const std::vector<std::uint32_t>& near,
-                                       double reach)
+                                       double reach, bool on_itself)
 {
     const double h = scene.shapes.size;
     const Vec3f p = moving.p.cast<float>();
@@ -231,8 +232,8 @@ std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
         best = in, cube = c, least = off;
     }
     if (!best) return std::nullopt;
-    const auto gap = find_distance({scene.shapes, target.part, cube, *best},
-                                   outward_of(scene, moving), reach * h);
+    const AtRest rest{scene.shapes, target.part, cube, *best};
+    const auto gap = find_distance(rest, outward_of(scene, moving), reach * h, on_itself);
     if (!gap) return std::nullopt;
     return make_touch(scene, moving, target, cube, *best, *gap);
 }
@@ -241,7 +242,7 @@ std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
 // it is inside; else of where it is before them. `close` is room.
 std::optional<PlaneTouch> first_touch(const Scene& scene, const Moving& moving,
                                       const Target& target, const std::vector<std::uint32_t>& near,
-                                      std::vector<std::uint32_t>& close)
+                                      std::vector<std::uint32_t>& close, bool on_itself)
 {
     constexpr double stride = 0.4;  // of a cube
     constexpr int most = 64;        // places on the way
@@ -267,10 +268,21 @@ std::optional<PlaneTouch> first_touch(const Scene& scene, const Moving& moving,
         for (const auto i : close) {
             if (!target.boxes[i].overlaps({p, p})) continue;
             const auto cube = target.cubes[i];
-            if (auto touch = touch_in(scene, moving, target, cube, behind)) return touch;
+            if (auto touch = touch_in(scene, moving, target, cube, behind, on_itself)) return touch;
         }
     }
-    return touch_before(scene, moving, target, close, reach);
+    return touch_before(scene, moving, target, close, reach, on_itself);
+}
+
+// Takes the target's cubes among `others`, ascending, out of `near`, ascending.
+void leave_out(const Target& target, std::span<const std::uint32_t> others,
+               std::vector<std::uint32_t>& near)
+{
+    auto other = others.begin();
+    std::erase_if(near, [&](std::uint32_t i) {
+        while (other != others.end() && *other < target.cubes[i]) ++other;
+        return other != others.end() && *other == target.cubes[i];
+    });
 }
 
 void look(const Scene& scene, const Job& job, const Target& target, const Box& target_box,
@@ -278,6 +290,7 @@ void look(const Scene& scene, const Job& job, const Target& target, const Box& t
 {
     const PartShapes& shapes = scene.shapes;
     const auto holders = shapes.holders[job.from];
+    const bool on_itself = job.from == target.part;
     std::vector<std::uint32_t> near, close;  // of the target's cubes
     for (std::size_t i = job.begin; i < job.end; ++i) {
         const std::uint32_t holder = holders[i], cube = shapes.holder[holder];
@@ -293,9 +306,11 @@ void look(const Scene& scene, const Job& job, const Target& target, const Box& t
                                 [&](std::uint32_t c) { near.push_back(c); });
         if (near.empty()) continue;
         std::sort(near.begin(), near.end());
+        if (on_itself) leave_out(target, shapes.around[holder], near);
+        if (near.empty()) continue;
         for (auto p = shapes.point_at[holder]; p < shapes.point_at[holder + 1]; ++p) {
             const Moving moving = moving_point(scene, cube, p);
-            if (const auto touch = first_touch(scene, moving, target, near, close)) {
+            if (const auto touch = first_touch(scene, moving, target, near, close, on_itself)) {
                 out.push_back(*touch);
             }
         }
@@ -310,9 +325,19 @@ struct Meetings {
     std::vector<Job> jobs;
 };
 
-Meetings find_meetings(const Scene& scene, const std::vector<PartPair>& pairs)
+// Points of part `from` in the target number `into`.
+void add_jobs(const PartShapes& shapes, std::uint32_t from, std::uint32_t into,
+              std::vector<Job>& jobs)
 {
     constexpr std::size_t grain = 64;  // cubes with points
+    const std::size_t holders = shapes.holders[from].size();
+    for (std::size_t i = 0; i < holders; i += grain) {
+        jobs.push_back({from, into, i, std::min(holders, i + grain)});
+    }
+}
+
+Meetings find_meetings(const Scene& scene, const std::vector<PartPair>& pairs)
+{
     const PartShapes& shapes = scene.shapes;
     Meetings out;
     std::vector<std::uint32_t> target_of(shapes.parts(), geometry::no_index);
@@ -343,12 +368,8 @@ Meetings find_meetings(const Scene& scene, const std::vector<PartPair>& pairs)
         if (region.empty()) continue;
         out.regions[a].push_back(region);
         out.regions[b].push_back(region);
-        for (const auto& [from, into] : {std::pair{pair.a, b}, std::pair{pair.b, a}}) {
-            const std::size_t holders = shapes.holders[from].size();
-            for (std::size_t i = 0; i < holders; i += grain) {
-                out.jobs.push_back({from, into, i, std::min(holders, i + grain)});
-            }
-        }
+        add_jobs(shapes, pair.a, b, out.jobs);
+        if (pair.a != pair.b) add_jobs(shapes, pair.b, a, out.jobs);
     }
     return out;
 }
@@ -383,6 +404,7 @@ std::vector<PartPair> near_parts(const PartShapes& shapes, const double* x, cons
             }
         }
     }
+    for (std::uint32_t p = 0; shapes.touch_themselves() && p < parts; ++p) pairs.push_back({p, p});
     std::sort(pairs.begin(), pairs.end());
     return pairs;
 }

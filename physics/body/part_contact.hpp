@@ -1,6 +1,7 @@
 #pragma once
 
-// Contact between parts of one body: points of a part's surface that lie in the matter of another.
+// Contact between parts of one body: points of a part's surface that lie in the matter of another,
+// or of their own part where that is two cubes and more away along the body.
 //
 // A point at p that lies in a cube of another part is, for that part, where the cube was at rest:
 //   p = sum w_a(u) x_a,    X = origin + h (cell + u)
@@ -23,7 +24,8 @@
 namespace physics {
 
 // Pairs that do not overlap at rest and whose boxes overlap when each corner goes from x along v
-// for dt seconds, and a cube further. x and v are by slot, four numbers each.
+// for dt seconds, and a cube further; and each part with itself where parts touch themselves. x and
+// v are by slot, four numbers each.
 std::vector<PartPair> near_parts(const PartShapes& shapes, const double* x, const double* v,
                                  double dt);
 

@@ -1,5 +1,7 @@
 #include "physics/body/part_gap.hpp"
 
+#include "geometry/cells/sub_cells.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -23,14 +25,31 @@ std::optional<Gap> bent(const AtRest& rest, double distance, const Vec3& normal)
 
 AtRest::AtRest(const PartShapes& shapes, std::uint32_t part, std::uint32_t cube, const InCube& in)
     : shape(shapes.shape[part]), size(shapes.size), back((in.axes / size).inverse()),
-      place(shapes.origin + size * (shapes.cell[cube].cast<double>() + in.u))
+      place(shapes.origin + size * (shapes.cell[cube].cast<double>() + in.u)),
+      low(place - size * in.u),
+      quarters(shapes.quarters.empty() ? geometry::all_sub_cells : shapes.quarters[cube])
 {}
+
+bool AtRest::holds(const Vec3& where) const
+{
+    constexpr double rounding = 1e-5;  // cubes
+    const geometry::Vec3 u = (where - low) / size;
+    if (u.minCoeff() < -rounding || u.maxCoeff() > 1 + rounding) return false;
+    const geometry::Vec3i at = (u * geometry::across_cell)
+                                   .array()
+                                   .floor()
+                                   .cast<int>()
+                                   .cwiseMax(0)
+                                   .cwiseMin(geometry::across_cell - 1);
+    return (quarters >> geometry::sub_cell_bit(at.x(), at.y(), at.z()) & 1) != 0;
+}
 
 std::optional<Gap> find_gap(const AtRest& rest, const Approach& approach)
 {
     constexpr double deep = 0.25;  // cubes; from there on any side is better than none
     constexpr double half = 0.5;   // cubes: no longer way out but for what came as far
-    const auto& [shape, size, back, place] = rest;
+    const auto& [shape, size, back, place, low, quarters] = rest;
+    if (approach.own && !rest.holds(place)) return std::nullopt;
     if (!shape.inside(place)) return std::nullopt;
     const auto hit = shape.closest(place);
     if (!hit) return std::nullopt;
@@ -58,7 +77,7 @@ std::optional<Gap> find_gap(const AtRest& rest, const Approach& approach)
     return depth > 0 ? bent(rest, -depth, normal) : std::nullopt;
 }
 
-std::optional<Gap> find_distance(const AtRest& rest, const Vec3& outward, double reach)
+std::optional<Gap> find_distance(const AtRest& rest, const Vec3& outward, double reach, bool own)
 {
     constexpr double upright = 0.99;   // cosine
     constexpr double rounding = 1e-5;  // cubes
@@ -66,6 +85,7 @@ std::optional<Gap> find_distance(const AtRest& rest, const Vec3& outward, double
     if (!hit) return std::nullopt;
     const Vec3 turned_in = rest.back * outward;
     const bool on_it = hit.distance < rounding * rest.size;
+    if (own && !rest.holds(hit.point)) return std::nullopt;
     Vec3 normal = hit.normal;
     if (on_it) {
         if (normal.dot(turned_in) > 0) normal = -normal;  // the triangles may all face inward

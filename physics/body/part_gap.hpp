@@ -16,15 +16,21 @@ struct AtRest {
     AtRest(const PartShapes& shapes, std::uint32_t part, std::uint32_t cube, const InCube& in);
 
     const geometry::TriangleBvh& shape;
-    double size;  // m, of a cube
-    Mat3 back;    // F^-1
-    Vec3 place;   // m
+    double size;             // m, of a cube
+    Mat3 back;               // F^-1
+    Vec3 place;              // m
+    Vec3 low;                // m, the least corner of the cube
+    std::uint64_t quarters;  // of its cell, that its material lies in
+
+    // Whether the cube's own material may lie at `where` (m), in its cell. Others may share it.
+    bool holds(const Vec3& where) const;
 };
 
-// Of a point in another part's matter: how it came there in this step, and which way its own
-// surface faces.
+// Of a point in a part's matter: how it came there in this step, which way its own surface faces,
+// and whether it is of the same part.
 struct Approach {
     Vec3 way, outward;  // m, unit
+    bool own = false;
 };
 
 // How deep the point that is in a cube of a part lies in that part's shape. It leaves through the
@@ -34,7 +40,9 @@ struct Approach {
 std::optional<Gap> find_gap(const AtRest& rest, const Approach& approach);
 
 // How far the point before a face of a part is from it, as the cube nearby would be bent there.
-// None where it is further than `reach` (m), in the part, or before an edge.
-std::optional<Gap> find_distance(const AtRest& rest, const Vec3& outward, double reach);
+// None where it is further than `reach` (m), in the part, or before an edge. A point of the part's
+// `own` is before a face of the cube's own material only: the nearest face may be the one that it
+// is on itself.
+std::optional<Gap> find_distance(const AtRest& rest, const Vec3& outward, double reach, bool own);
 
 }  // namespace physics

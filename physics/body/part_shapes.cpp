@@ -1,5 +1,9 @@
 #include "physics/body/part_shapes.hpp"
 
+#include "geometry/base/no_index.hpp"
+
+#include <algorithm>
+
 namespace physics {
 
 PartLists make_part_lists(const std::vector<std::uint32_t>& list_of, std::size_t lists)
@@ -14,12 +18,47 @@ PartLists make_part_lists(const std::vector<std::uint32_t>& list_of, std::size_t
     return out;
 }
 
+PartLists cubes_around(const std::vector<std::array<std::uint32_t, 8>>& corners,
+                       const std::vector<std::uint32_t>& of, std::size_t slots)
+{
+    std::vector<std::uint32_t> corner_list;
+    for (const auto& eight : corners) {
+        corner_list.insert(corner_list.end(), eight.begin(), eight.end());
+    }
+    const PartLists at_corner = make_part_lists(corner_list, slots);  // items: 8 c + a
+    std::vector<std::uint32_t> met(corners.size(), geometry::no_index);
+    PartLists out;
+    out.at.push_back(0);
+    for (std::uint32_t i = 0; i < of.size(); ++i) {
+        std::vector<std::uint32_t> found{of[i]};
+        met[of[i]] = i;
+        std::size_t begin = 0;
+        for (int step = 0; step < 2; ++step) {
+            const std::size_t end = found.size();
+            for (; begin < end; ++begin) {
+                for (const auto k : corners[found[begin]]) {
+                    for (const auto item : at_corner[k]) {
+                        if (met[item / 8] == i) continue;
+                        met[item / 8] = i;
+                        found.push_back(item / 8);
+                    }
+                }
+            }
+        }
+        std::sort(found.begin(), found.end());
+        out.item.insert(out.item.end(), found.begin(), found.end());
+        out.at.push_back(static_cast<std::uint32_t>(out.item.size()));
+    }
+    return out;
+}
+
 std::size_t PartShapes::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
-    std::size_t sum =
-        sizeof *this + of(cell, corners, stiffness, mass, point, holder, point_at, overlapping);
-    for (const PartLists* lists : {&cubes, &slots, &holders}) sum += of(lists->at, lists->item);
+    std::size_t sum = sizeof *this + of(cell, corners, stiffness, mass, point, holder, point_at,
+                                        overlapping, quarters);
+    for (const PartLists* lists : {&cubes, &slots, &holders, &around})
+        sum += of(lists->at, lists->item);
     for (const auto& tree : shape) sum += tree.bytes();
     return sum;
 }

@@ -13,13 +13,14 @@
 
 namespace physics {
 
-// Contact between parts.
+// Contact between parts, and of a part with itself.
 struct PartContactOptions {
     bool on = true;
+    bool self = false;
     double friction = 0.5;  // Coulomb coefficient
 };
 
-// Two parts, a < b.
+// Two parts, a < b, or a part and itself.
 struct PartPair {
     std::uint32_t a = 0, b = 0;
 
@@ -39,6 +40,11 @@ struct PartLists {
 
 // The items 0 .. list_of.size() by the list that each is in.
 PartLists make_part_lists(const std::vector<std::uint32_t>& list_of, std::size_t lists);
+
+// For each of some cubes: all within two steps of it, itself included, ascending. A step leads to a
+// cube that shares a corner (slot).
+PartLists cubes_around(const std::vector<std::array<std::uint32_t, 8>>& corners,
+                       const std::vector<std::uint32_t>& of, std::size_t slots);
 
 // A place on a part's shape that stands for a bit of its area.
 struct ShapePoint {
@@ -64,9 +70,14 @@ struct PartShapes {
     std::vector<std::uint32_t> holder;         // H, cubes with points, ascending
     std::vector<std::uint32_t> point_at;       // H + 1, into point
     PartLists holders;                         // of each part
-    std::vector<PartPair> overlapping;         // at rest, ascending: these do not touch each other
+    // Of each of the H: cubes within two steps over shared corners, ascending. Its points do not
+    // touch them. No lists: parts do not touch themselves.
+    PartLists around;
+    std::vector<std::uint64_t> quarters;  // C, as Cubes::part; empty: cubes have all of their cells
+    std::vector<PartPair> overlapping;    // at rest, ascending: these do not touch each other
 
     std::size_t parts() const { return shape.size(); }
+    bool touch_themselves() const { return !around.at.empty(); }
     std::size_t bytes() const;
 };
 

@@ -40,7 +40,7 @@ struct TwoBlocks {
         boxes({{Vec3i(0, 0, 0), Vec3i(3, 3, 3)}, {Vec3i(1, 5, 1), Vec3i(1, 1, 1)}}, h,
               {.young = 2e5, .stiffness_damping = 0.01});
     CornerBody body = make_corner_body(cubes, {}, nullptr);
-    PartShapes shapes = make_part_shapes(cubes, body, nullptr, {true, 0.5});
+    PartShapes shapes = make_part_shapes(cubes, body, nullptr, {.friction = 0.5});
     Aligned<double> x = body.rest, v = Aligned<double>(body.numbers, 0);
 
     // Moves all corners of the part that corner 0 is in, or of the other one.
@@ -87,7 +87,7 @@ TEST(PartShapes, APartHasItsOwnClosedTrianglesOrTheOutsideOfItsCubes)
     surface.normals.clear();
     surface.topology = std::make_shared<const geometry::MeshTopology>(std::move(topology));
     const CornerBody body = make_corner_body(cubes, {}, &surface);
-    const PartShapes shapes = make_part_shapes(cubes, body, &surface, {true, 0.5});
+    const PartShapes shapes = make_part_shapes(cubes, body, &surface, {.friction = 0.5});
     ASSERT_EQ(shapes.parts(), 2u);
     EXPECT_TRUE(shapes.shape[0].inside(Vec3(0.1, 0.1, 0.03)));
     EXPECT_FALSE(shapes.shape[0].inside(Vec3(0.1, 0.1, 0.01)));
@@ -194,7 +194,7 @@ TEST(PartContact, SidesThatAreFlushAreNotPushed)
     const auto cubes =
         boxes({{Vec3i(0, 0, 0), Vec3i(2, 2, 2)}, {Vec3i(0, 3, 0), Vec3i(2, 2, 2)}}, h);
     const CornerBody body = make_corner_body(cubes, {}, nullptr);
-    const PartShapes shapes = make_part_shapes(cubes, body, nullptr, {true, 0.5});
+    const PartShapes shapes = make_part_shapes(cubes, body, nullptr, {.friction = 0.5});
     Aligned<double> x = body.rest;
     const Aligned<double> v(body.numbers, 0);
     for (std::size_t k = 0; k < body.corners; ++k) {
@@ -256,7 +256,7 @@ TEST(PartContact, IsTheSameForAnyNumberOfThreads)
     }
     const auto cubes = boxes(heap, h, {.young = 2e5});
     const CornerBody body = make_corner_body(cubes, {}, nullptr);
-    const PartShapes shapes = make_part_shapes(cubes, body, nullptr, {true, 0.5});
+    const PartShapes shapes = make_part_shapes(cubes, body, nullptr, {.friction = 0.5});
     // Squeezed into less room than they have: corners of blocks lie in other blocks.
     Aligned<double> x = body.rest, v(body.numbers, 0);
     for (std::size_t k = 0; k < body.corners; ++k) {
@@ -325,8 +325,8 @@ TEST(PartContact, BodiesThatCollideKeepMomentumAndDoNotPass)
         EXPECT_GT(high.v.y(), 0.1);
         EXPECT_NEAR(high.v.y() + low.v.y(), 0, 5e-3);
     };
-    collide(make_bricks(cubes, {.contact = {true, 0.5}}));
-    collide(make_springs(cubes, {.contact = {true, 0.5}}));
+    collide(make_bricks(cubes, {.contact = {.friction = 0.5}}));
+    collide(make_springs(cubes, {.contact = {.friction = 0.5}}));
     // Without contact they pass through each other.
     const BricksBody free = make_bricks(cubes);
     State state = rest_state(free);
@@ -343,7 +343,7 @@ TEST(PartContact, AStackComesToRest)
     std::vector<std::array<Vec3i, 2>> stack;
     for (int i = 0; i < 4; ++i) stack.push_back({Vec3i(0, 3 * i, 0), Vec3i(2, 2, 2)});
     const auto cubes = boxes(stack, h, {.young = 5e5, .stiffness_damping = 0.01});
-    const BricksBody body = make_bricks(cubes, {.contact = {true, 0.5}});
+    const BricksBody body = make_bricks(cubes, {.contact = {.friction = 0.5}});
     Loads loads;
     loads.forces.push_back({});
     loads.colliders.push_back({});
@@ -367,7 +367,7 @@ TEST(PartContact, ATallStackStandsStill)
     std::vector<std::array<Vec3i, 2>> stack;
     for (int i = 0; i < 10; ++i) stack.push_back({Vec3i(0, 3 * i, 0), Vec3i(2, 2, 2)});
     const auto cubes = boxes(stack, h, {.young = 5e7, .stiffness_damping = 0.01});
-    const BricksBody body = make_bricks(cubes, {.contact = {true, 0.5}});
+    const BricksBody body = make_bricks(cubes, {.contact = {.friction = 0.5}});
     Loads loads;
     loads.forces.push_back({});
     loads.colliders.push_back({});
@@ -392,7 +392,7 @@ TEST(PartContact, FrictionHoldsBelowItsAngleOnly)
     const auto cubes = boxes({{Vec3i(0, 0, 0), Vec3i(8, 1, 3)}, {Vec3i(3, 2, 1), Vec3i(2, 1, 1)}},
                              h, {.young = 1e6, .stiffness_damping = 0.01});
     const auto slid = [&](double degrees, int frames) {
-        const BricksBody body = make_bricks(cubes, {.contact = {true, 0.5}});
+        const BricksBody body = make_bricks(cubes, {.contact = {.friction = 0.5}});
         State state = rest_state(body);
         Loads loads;
         const double angle = degrees * std::numbers::pi / 180;
@@ -419,7 +419,7 @@ TEST(PartContact, AFastBlockDoesNotPassThroughAPlate)
 {
     const auto cubes = boxes({{Vec3i(0, 0, 0), Vec3i(5, 1, 5)}, {Vec3i(2, 4, 2), Vec3i(1, 1, 1)}},
                              h, {.young = 5e5, .stiffness_damping = 0.005});
-    const BricksBody body = make_bricks(cubes, {.contact = {true, 0.5}});
+    const BricksBody body = make_bricks(cubes, {.contact = {.friction = 0.5}});
     Loads loads;
     State state = rest_state(body);
     for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
