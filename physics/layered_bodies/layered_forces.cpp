@@ -20,7 +20,7 @@ void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, Layere
         }
     }
     for (const LayerContact& contact : moment.contacts.contacts) {
-        const ContactLaw law = contact_law(moment.bodies, contact);
+        const LayerContactLaw law = contact_law(moment.bodies, contact);
         const bool rigid = scene.parts[contact.other].body->matter.rigid;
         const double si = moment.fields[contact.body].profile[contact.skeleton].k;
         const double sj = moment.fields[contact.other].profile[contact.other_skeleton].k;

@@ -132,7 +132,7 @@ Vec3 slip_at(std::span<const ContactBody> bodies, const LayerContact& contact)
 
 Vec3 response(std::span<const ContactBody> bodies, const LayerContact& contact)
 {
-    const ContactLaw law = contact_law(bodies, contact);
+    const LayerContactLaw law = contact_law(bodies, contact);
     const Vec3 slip = slip_at(bodies, contact);
     const Vec3 across = slip.dot(contact.normal) * contact.normal;
     // Both objects' samples stand for the whole of a soft common surface.
@@ -223,12 +223,12 @@ Contacts find_contacts(std::span<const ContactBody> bodies)
     return result;
 }
 
-ContactLaw contact_law(std::span<const ContactBody> bodies, const LayerContact& contact)
+LayerContactLaw contact_law(std::span<const ContactBody> bodies, const LayerContact& contact)
 {
     const LayerMatter& own = bodies[contact.body].matter;
     const LayerMatter& other = bodies[contact.other].matter;
     const double sum = own.stiffness + other.stiffness;
-    ContactLaw law;
+    LayerContactLaw law;
     law.stiffness = other.rigid ? own.stiffness
                     : sum > 0   ? 2 * own.stiffness * other.stiffness / sum
                                 : 0;

@@ -26,11 +26,11 @@ namespace physics {
 Contacts find_contacts(std::span<const ContactBody> bodies);
 
 // The response's K and lambda along the normal and along the surface, at a contact.
-struct ContactLaw {
+struct LayerContactLaw {
     double stiffness = 0;           // K, N/m^2 per unit of the field
     double damping = 0, along = 0;  // N s/m^3
 };
-ContactLaw contact_law(std::span<const ContactBody> bodies, const LayerContact& contact);
+LayerContactLaw contact_law(std::span<const ContactBody> bodies, const LayerContact& contact);
 
 // Volume of each of a body's territories as contacts leave it, with its bulges. m^3
 std::vector<double> local_volumes(std::span<const ContactBody> bodies, std::uint32_t body,
