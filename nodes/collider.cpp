@@ -24,6 +24,7 @@ struct Inputs {
     Vec3 translate{0, 0, 0};
     Vec3 rotate_degrees{0, 0, 0};
     double friction = 0.5;
+    double bounce = 0;
     double thickness = 0;
     std::shared_ptr<const geometry::TriangleBvh> tree;
     std::shared_ptr<const bool> open;
@@ -61,6 +62,7 @@ static Outputs run(const Inputs& in, const graph::Context&)
     out.radius = in.sphere.radius;
     out.half_size = in.box.size / 2;
     out.friction = in.friction;
+    out.bounce = in.bounce;
     out.thickness = in.thickness;
     if (in.kind == Collider::Kind::mesh) {
         if (!in.mesh || in.tree->triangle_count() == 0) {
@@ -113,6 +115,12 @@ void add_to(graph::Registry& registry)
         .param("friction", &Inputs::friction,
                "Coulomb coefficient of friction: 0 for ice, 0.5 for wood on wood, 1 for rubber.",
                {.min = 0, .max = 100})
+        .param(
+            "bounce", &Inputs::bounce,
+            "Share of the speed of an impact that bricks and springs leave it with (coefficient of "
+            "restitution): 0 for clay, 0.5 for wood, 0.9 for a rubber ball. Slow impacts do not "
+            "bounce. Other methods ignore it.",
+            {.min = 0, .max = 1})
         .param("thickness", &Inputs::thickness,
                "Distance from the surface at which contact begins. The faces of a sheet are flat "
                "between its corners: for cells of size h over a collider of radius R, use slightly "

@@ -87,6 +87,7 @@ PosedCollider pose_collider(const Collider& in, double share, double frame, doub
     out.radius = in.radius;
     out.thickness = in.thickness;
     out.friction = in.friction;
+    out.bounce = in.bounce;
     out.frame = frame;
     out.behind = 1 - share;
     out.start = in.before;
@@ -349,6 +350,7 @@ void add_touch(const Scene& scene, const PlaneTouch& point, std::size_t c, std::
     touch.normal = t.normal;
     touch.drift = t.velocity;
     touch.friction = collider.friction;
+    touch.bounce = collider.bounce;
     touch.offset = t.gap - t.normal.dot(p);
 }
 

@@ -20,7 +20,7 @@ struct PosedCollider {
     Vec3 half_size = Vec3::Zero();
     double radius = 0;
     double thickness = 0;
-    double friction = 0;
+    double friction = 0, bounce = 0;
     geometry::Transform pose, inverse;               // local to world and back
     geometry::Transform end, start;                  // at both ends of the frame
     double frame = 0;                                // s

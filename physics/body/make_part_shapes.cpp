@@ -264,6 +264,7 @@ PartShapes make_part_shapes(const Cubes& cubes, const CornerBody& body, const Tr
 {
     PartShapes out;
     out.friction = options.friction;
+    out.bounce = options.bounce;
     out.size = cubes.size;
     out.origin = cubes.origin;
     out.cell = cubes.cell;

@@ -147,6 +147,7 @@ PlaneTouch make_touch(const Scene& scene, const Moving& moving, const Target& ta
     touch.other = target.part;
     touch.normal = gap.normal;
     touch.friction = shapes.friction;
+    touch.bounce = shapes.bounce;
     const double way = scene.dt * (target.velocity - moving.v).dot(gap.normal);
     touch.stiffness =
         stopping(std::min(10 * young * area / h, scene.stiffest), mass, way, scene.dt, h);

@@ -18,6 +18,7 @@ struct PartContactOptions {
     bool on = true;
     bool self = false;
     double friction = 0.5;  // Coulomb coefficient
+    double bounce = 0;      // share of the speed that parts come apart with
 };
 
 // Two parts, a < b, or a part and itself.
@@ -54,7 +55,7 @@ struct ShapePoint {
 };
 
 struct PartShapes {
-    double friction = 0.5;
+    double friction = 0.5, bounce = 0;
     double size = 0;         // m, edge of a cube
     double mass_of_all = 0;  // kg
     geometry::Vec3 origin = geometry::Vec3::Zero();

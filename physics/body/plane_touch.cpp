@@ -37,12 +37,17 @@ double PlaneTouch::gap(const double* x) const
     return offset + normal.dot(between(*this, x));
 }
 
+double PlaneTouch::depth(const double* x) const
+{
+    return std::max(0.0, rebound - gap(x));
+}
+
 std::vector<PointContact> press(const std::vector<PlaneTouch>& touches, const double* x,
                                 const double* v, double dt, double tangent)
 {
     std::vector<PointContact> out;
     for (const PlaneTouch& touch : touches) {
-        const double gap = std::min(0.0, touch.gap(x));
+        const double gap = -touch.depth(x);
         const double load = touch.load < 0 ? touch.stiffness * -gap : touch.load;
         if (!(gap < 0) && !(load > 0)) continue;
         // Friction as contact_at() has it, of the stretch in place of the slip.
@@ -60,7 +65,7 @@ std::vector<PointContact> press(const std::vector<PlaneTouch>& touches, const do
 
 void hold_loads(std::vector<PlaneTouch>& touches, const double* x)
 {
-    for (PlaneTouch& touch : touches) touch.load = touch.stiffness * std::max(0.0, -touch.gap(x));
+    for (PlaneTouch& touch : touches) touch.load = touch.stiffness * touch.depth(x);
 }
 
 const Grip* find_grip(const std::vector<Grip>& grips, std::uint32_t point, std::uint32_t other)

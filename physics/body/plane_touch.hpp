@@ -13,6 +13,8 @@
 // of the normal along it, and a step starts with a new one. A collider's plane stands where it is
 // at the end of the step.
 //
+// A point that bounces is pushed until g is its rebound, which is more than 0 (bounce.hpp).
+//
 // Friction is a spring along the plane, as stiff as the push, that yields at mu N, and that a point
 // keeps from step to step for as long as it touches (Cundall, Strack. A discrete numerical model
 // for granular assemblies. Geotechnique 1979):
@@ -43,11 +45,15 @@ struct PlaneTouch {
     double offset = 0;                         // m, g0
     double stiffness = 0;                      // N/m, k
     double friction = 0;                       // mu
+    double bounce = 0;                         // share of the speed that it leaves with
+    double rebound = 0;                        // m, gap that it is pushed to
     Vec3 stretch = Vec3::Zero();               // m, s0
     double load = -1;  // N, that it yields at a share of; below 0: as it is pushed
 
     // g at x, by slot, four numbers each.
     double gap(const double* x) const;
+    // How deep it is in what it is pushed out of, m; 0 outside.
+    double depth(const double* x) const;
 };
 
 // k of a point of `mass` (kg) that goes `way` (m) in within a step of dt seconds when nothing stops
@@ -62,7 +68,7 @@ template <class A, class B> bool in_order(const A& a, const B& b)
     return std::tie(a.point, a.other) < std::tie(b.point, b.other);
 }
 
-// The contacts of all touches whose gap is below 0, or whose friction yields by a load, of corners
+// The contacts of all touches that are deep, or whose friction yields by a load, of corners
 // at x moving at v, in their order, in a step of dt seconds. `tangent` is the a of
 // point_contact.hpp.
 std::vector<PointContact> press(const std::vector<PlaneTouch>& touches, const double* x,

@@ -16,18 +16,9 @@ Vec3 at(const Aligned<double>& v, std::size_t k)
     return {v[4 * k], v[4 * k + 1], v[4 * k + 2]};
 }
 
-// A part as a rigid body: of its corners at x that move with v.
-struct RigidPart {
-    double mass = 0;               // kg
-    Vec3 centre = Vec3::Zero();    // m
-    Vec3 velocity = Vec3::Zero();  // m/s
-    Vec3 spin = Vec3::Zero();      // rad/s
-    Mat3 inertia = Mat3::Zero();   // kg m^2, about the centre
-    Vec3 momentum = Vec3::Zero();  // N m s, about the centre
-};
+}  // namespace
 
-// b with inertia b = l, as far as it turns anything: a part on a line has no inertia about it.
-Vec3 turn_by(const Mat3& inertia, const Vec3& l)
+Vec3 spin_of(const Mat3& inertia, const Vec3& l)
 {
     const Eigen::SelfAdjointEigenSolver<Mat3> solver(inertia);
     const Vec3& value = solver.eigenvalues();
@@ -70,9 +61,11 @@ std::vector<RigidPart> rigid_parts(const Stage& stage, const Aligned<double>& x,
     for (RigidPart& part : parts) {
         part.inertia = (0.5 * (part.inertia + part.inertia.transpose())).eval();
     }
-    for (RigidPart& part : parts) part.spin = turn_by(part.inertia, part.momentum);
+    for (RigidPart& part : parts) part.spin = spin_of(part.inertia, part.momentum);
     return parts;
 }
+
+namespace {
 
 Mat3 turned_by(const Vec3& spin, double seconds)
 {
@@ -93,7 +86,7 @@ Turn turn_freely(const RigidPart& part, double tau)
 {
     constexpr int iterations = 12;
     const auto spin_after = [&](const Mat3& by) {
-        return turn_by(by * part.inertia * by.transpose(), part.momentum);
+        return spin_of(by * part.inertia * by.transpose(), part.momentum);
     };
     Vec3 middle = part.spin;
     for (int i = 0; i < iterations; ++i) middle = spin_after(turned_by(middle, 0.5 * tau));
@@ -181,7 +174,7 @@ void turn_to(const Stage& stage, const std::vector<std::uint8_t>& held,
     for (std::size_t p = 0; p < body.parts; ++p) {
         const Vec3 off = parts[p].centre - began[p].centre;
         const Vec3 has = parts[p].momentum + parts[p].mass * off.cross(parts[p].velocity);
-        turn[p] = turn_by(parts[p].inertia, due[p] - has);
+        turn[p] = spin_of(parts[p].inertia, due[p] - has);
     }
     for (std::size_t k = 0; k < body.corners; ++k) {
         const std::size_t part = body.part_of(k);

@@ -24,6 +24,22 @@
 
 namespace physics {
 
+// A part as a rigid body: of its corners at x that move with v.
+struct RigidPart {
+    double mass = 0;                                  // kg
+    Vec3 centre = Vec3::Zero();                       // m
+    Vec3 velocity = Vec3::Zero();                     // m/s
+    Vec3 spin = Vec3::Zero();                         // rad/s
+    geometry::Mat3 inertia = geometry::Mat3::Zero();  // kg m^2, about the centre
+    Vec3 momentum = Vec3::Zero();                     // N m s, about the centre
+};
+
+std::vector<RigidPart> rigid_parts(const Stage& stage, const Aligned<double>& x,
+                                   const Aligned<double>& v);
+
+// b with inertia b = l, as far as it turns anything: a part on a line has no inertia about it.
+Vec3 spin_of(const geometry::Mat3& inertia, const Vec3& l);
+
 // Whether a part is held by a pin, or touches something in the stage as it is: 0 or 1 of each.
 std::vector<std::uint8_t> held_parts(const Stage& stage);
 

@@ -1,6 +1,7 @@
 #include "physics/bricks/stage.hpp"
 
 #include "physics/body/external_forces.hpp"
+#include "physics/bricks/bounce.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +14,9 @@ StepFrame::StepFrame(const CornerBody& its_body, const Loads& its_loads, double 
       n(its_body.numbers)
 {
     for (Aligned<double>* v : {&steady, &mass, &damping, &fixed}) v->assign(n, 0);
+    part_mass.assign(std::max<std::size_t>(body.parts, 1), 0);
     for (std::size_t k = 0; k < body.corners; ++k) {
+        part_mass[body.part_of(k)] += body.mass[k];
         for (std::size_t i = 0; i < 3; ++i) {
             mass[4 * k + i] = body.mass[k];
             damping[4 * k + i] = body.damping_of(k);
@@ -65,6 +68,7 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     stage.share = share;
     stage.x0 = x0, stage.v0 = v0;
     stage.base.clear();
+    stage.struck = false;
     std::fill(stage.wind.begin(), stage.wind.end(), 0);
     std::fill(stage.drag.begin(), stage.drag.end(), 0);
     if (frame.windy) {
@@ -88,6 +92,7 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
         stage.w.assign(frame.n, 0);
         stage.holds = find_holds(stage, x0);
     }
+    aim_bounces(stage);
     stage.looked_at = x0;
     stage.w = v0;
     for (std::size_t i = 0; i < loads.pins.corner.size(); ++i) {
@@ -149,6 +154,7 @@ bool find_touches(Stage& stage, Known known)
         changed |= known == Known::kept ? add_found(stage.holds, found, stage.x.data(), much * h)
                                         : renew(stage.holds, found, stage.x.data(), much * h);
     }
+    aim_bounces(stage);
     return changed;
 }
 

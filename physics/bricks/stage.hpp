@@ -41,6 +41,7 @@ struct StepFrame {
     Aligned<double> steady;         // N, gravity and point forces
     Aligned<double> mass, damping;  // kg, kg/s: M, D as lumped on corners
     Aligned<double> fixed;          // 1: pinned
+    std::vector<double> part_mass;  // kg, of each part
     bool windy = false;
     bool first = false;  // step of a shot
 };
@@ -66,6 +67,7 @@ struct Stage {
     Aligned<double> linear_at;       // m: where f and K were last evaluated; empty: nowhere
     bool at_start = true;            // f is linear about x0 + tau b, not evaluated at x
     bool wary = false;               // of friction in contacts to be found
+    bool struck = false;             // something hits within the stage (bounce.hpp)
 
     std::vector<PosedCollider> colliders;
     std::vector<PartPair> near;              // parts that may touch each other

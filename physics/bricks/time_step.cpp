@@ -2,6 +2,7 @@
 
 #include "geometry/base/stop.hpp"
 #include "physics/body/external_forces.hpp"
+#include "physics/bricks/bounce.hpp"
 #include "physics/bricks/free_parts.hpp"
 #include "physics/bricks/step_energy.hpp"
 #include "physics/bricks/step_newton.hpp"
@@ -45,51 +46,83 @@ void take_stage(FrameStep& step, double tau, double share, Balance balance)
     solve_stage(stage, step.solver, step.record);
     balance_free_parts(stage, step.now.x, step.now.v, balance);
     find_leftover(stage, step.solver, step.record);
+    if (stage.struck) make_up(stage, step.now.x, step.now.v);
     for (std::size_t i = 0; i < step.frame.n; ++i) {
         step.now.x[i] = stage.x0[i] + tau * stage.w[i];
     }
     step.now.v = stage.w;
 }
 
-// From share `begin` to share `end` of the frame.
+// Whether something hits on the way to x, behind the middle of the step.
+bool hits_later(Stage& stage, const Aligned<double>& x)
+{
+    if (!may_touch(stage)) return false;
+    const auto touches = stage.touches, holds = stage.holds;
+    const Aligned<double> middle = stage.x;
+    stage.x = x;
+    find_touches(stage);
+    stage.x = middle;
+    stage.touches = touches, stage.holds = holds;
+    return stage.struck;
+}
+
+// Both take a step of dt seconds from share `begin` to share `end` of the frame. Returns whether it
+// stands.
+bool take_midpoint(FrameStep& step, double dt, double begin, double end)
+{
+    const Motion before = step.now;
+    Motion& now = step.now;
+    take_stage(step, 0.5 * dt, 0.5 * (begin + end), Balance::middle);
+    if (step.stage.struck) return false;
+    charge_damping(step.account, step.stage, dt);
+    for (std::size_t i = 0; i < step.frame.n; ++i) {
+        now.x[i] = 2 * now.x[i] - before.x[i];
+        now.v[i] = 2 * now.v[i] - before.v[i];
+    }
+    if (!all_finite(now.x)) return true;
+    if (hits_later(step.stage, now.x)) return false;
+    if (settle(step.account, step.stage, now.x, now.v)) return true;
+    step.record.gained = true;
+    return false;
+}
+
+bool take_sdirk2(FrameStep& step, double dt, double begin, double end)
+{
+    const double gamma = 1 - 1 / std::sqrt(2.0);
+    const Motion before = step.now;
+    Motion& now = step.now;
+    take_stage(step, gamma * dt, begin + gamma * (end - begin), Balance::linear);
+    if (step.stage.struck) return false;
+    // Slopes of the first stage: velocity v, acceleration (v - v before) / (gamma dt).
+    for (std::size_t i = 0; i < step.frame.n; ++i) {
+        now.x[i] = before.x[i] + (1 - gamma) * dt * now.v[i];
+        now.v[i] = before.v[i] + (1 - gamma) / gamma * (now.v[i] - before.v[i]);
+    }
+    take_stage(step, gamma * dt, end, Balance::linear);
+    return !step.stage.struck;
+}
+
+// From share `begin` to share `end` of the frame. Velocities jump where something hits, and what
+// methods of second order make of a jump throws it back faster than it came: such a step is one of
+// implicit Euler.
 void integrate(FrameStep& step, double begin, double end)
 {
     const double dt = (end - begin) * step.frame.seconds;
-    const std::size_t n = step.frame.n;
-    Motion& now = step.now;
-    switch (step.frame.options.integrator) {
-    case Integrator::implicit_euler:
-        take_stage(step, dt, end, Balance::end);
-        break;
-    case Integrator::implicit_midpoint: {
-        const Motion before = now;
+    const Integrator integrator = step.frame.options.integrator;
+    if (integrator != Integrator::implicit_euler) {
+        const Motion before = step.now;
         const StepRecord record = step.record;
-        take_stage(step, 0.5 * dt, 0.5 * (begin + end), Balance::middle);
-        charge_damping(step.account, step.stage, dt);
-        for (std::size_t i = 0; i < n; ++i) {
-            now.x[i] = 2 * now.x[i] - before.x[i];
-            now.v[i] = 2 * now.v[i] - before.v[i];
-        }
-        if (!all_finite(now.x) || settle(step.account, step.stage, now.x, now.v)) break;
-        now = before;
+        const bool stands = integrator == Integrator::sdirk2 ? take_sdirk2(step, dt, begin, end)
+                                                             : take_midpoint(step, dt, begin, end);
+        if (stands) return;
+        const bool gained = step.record.gained;
+        step.now = before;
         step.record = record;
-        step.record.gained = true;
-        take_stage(step, dt, end, Balance::end);
-        step.account = open_account(step.stage, now.x, now.v);
-        break;
+        step.record.gained |= gained;
     }
-    case Integrator::sdirk2: {
-        const double gamma = 1 - 1 / std::sqrt(2.0);
-        const Motion before = now;
-        take_stage(step, gamma * dt, begin + gamma * (end - begin), Balance::linear);
-        // Slopes of the first stage: velocity v, acceleration (v - v before) / (gamma dt).
-        for (std::size_t i = 0; i < n; ++i) {
-            now.x[i] = before.x[i] + (1 - gamma) * dt * now.v[i];
-            now.v[i] = before.v[i] + (1 - gamma) / gamma * (now.v[i] - before.v[i]);
-        }
-        take_stage(step, gamma * dt, end, Balance::linear);
-        break;
-    }
+    take_stage(step, dt, end, Balance::end);
+    if (integrator == Integrator::implicit_midpoint) {
+        step.account = open_account(step.stage, step.now.x, step.now.v);
     }
 }
 
@@ -116,47 +149,87 @@ bool is_torn_apart(const FrameStep& step, int halvings)
     return !step.stage.near.empty() && halvings < most && (record.left > much || record.violent);
 }
 
+// What a step starts with.
+struct Before {
+    explicit Before(const FrameStep& step)
+        : now(step.now), record(step.record), account(step.account)
+    {}
+
+    Motion now;
+    StepRecord record;
+    EnergyAccount account;
+};
+
+// Undoes the step that was taken last; what it cost stays counted.
+void take_back(FrameStep& step, const Before& before)
+{
+    const auto iterations = step.record.report.iterations;
+    const auto steps = step.record.report.steps;
+    step.now = before.now;
+    step.account = before.account;
+    step.record = before.record;
+    step.record.report.iterations = iterations;
+    step.record.report.steps = steps;
+}
+
+// Goes on from the step that was taken last.
+void keep(FrameStep& step, const Before& before, double begin, double end)
+{
+    step.record.unsettled |= before.record.unsettled;
+    step.record.violent |= before.record.violent;
+    StepEnd at{before.now.x.data(), step.now.x.data(), (end - begin) * step.frame.seconds};
+    step.stage.grips = grips_of(step.stage.touches, at);
+    // The side of a sheet is not told by a plane alone: the next step may lead over a crease.
+    at.late = (end - step.stage.share) * step.frame.seconds;
+    at.near = 0.5 * known_before * step.frame.body.h;
+    step.stage.held = grips_of(step.stage.holds, at);
+}
+
+// How often a step was cut already.
+struct Cuts {
+    int halvings = 0, hits = 0;
+};
+
+// Where in the step that was taken last, begin .. end, something that bounces hits first: the step
+// is to end there, and another one to begin. `end`: it need not.
+double share_of_hit(const FrameStep& step, double begin, double end, Cuts cuts)
+{
+    constexpr int most = 3;
+    constexpr double near = 0.02;  // of the step
+    if (cuts.hits == most || !step.stage.struck) return end;
+    const double hit = first_hit(step.stage) / step.stage.tau;
+    return hit > near && hit < 1 - near ? begin + hit * (end - begin) : end;
+}
+
 // From share `begin` to share `end` of the frame; in halves where the whole fails. False: not even
 // a 256th of it could be taken.
-bool step_or_halves(FrameStep& step, double begin, double end, int halvings)
+bool step_or_parts(FrameStep& step, double begin, double end, Cuts cuts)
 {
-    const Motion before = step.now;
-    const StepRecord record = step.record;
-    const EnergyAccount account = step.account;
-    Report& report = step.record.report;
+    const Before before(step);
     step.record.unsettled = step.record.violent = false;
     step.record.left = 0;
-    step.stage.halvings = halvings;
-    ++report.steps;
+    step.stage.halvings = cuts.halvings;
+    ++step.record.report.steps;
     integrate(step, begin, end);
     place_pins(step.frame, end, step.now);
     const bool finite = all_finite(step.now.x) && all_finite(step.now.v);
-    if (finite && !is_torn_apart(step, halvings)) {
-        step.record.unsettled |= record.unsettled;
-        step.record.violent |= record.violent;
-        StepEnd at{before.x.data(), step.now.x.data(), (end - begin) * step.frame.seconds};
-        step.stage.grips = grips_of(step.stage.touches, at);
-        // The side of a sheet is not told by a plane alone: the next step may lead over a crease.
-        at.late = (end - step.stage.share) * step.frame.seconds;
-        at.near = 0.5 * known_before * step.frame.body.h;
-        step.stage.held = grips_of(step.stage.holds, at);
+    double middle = finite ? share_of_hit(step, begin, end, cuts) : end;
+    if (middle < end) {
+        ++cuts.hits;
+    } else if (finite && !is_torn_apart(step, cuts.halvings)) {
+        keep(step, before, begin, end);
         return true;
+    } else {
+        middle = 0.5 * (begin + end);
+        ++cuts.halvings;
     }
-    step.now = before;
-    step.account = account;
-    const auto iterations = report.iterations;
-    const auto steps = report.steps;
-    step.record = record;
-    report.iterations = iterations;
-    report.steps = steps;
-    if (halvings == 8) {
-        report.converged = false;
-        report.warnings.emplace_back(told_of_divergence());
+    take_back(step, before);
+    if (cuts.halvings > 8) {
+        step.record.report.converged = false;
+        step.record.report.warnings.emplace_back(told_of_divergence());
         return false;
     }
-    const double middle = 0.5 * (begin + end);
-    return step_or_halves(step, begin, middle, halvings + 1) &&
-           step_or_halves(step, middle, end, halvings + 1);
+    return step_or_parts(step, begin, middle, cuts) && step_or_parts(step, middle, end, cuts);
 }
 
 void warn_of_shortfall(StepRecord& record)
@@ -241,7 +314,7 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
     for (int i = 0; i < options.substeps; ++i) {
         geometry::stop_if_asked();
         const double end = i + 1 == options.substeps ? 1.0 : (i + 1) * share;
-        if (!step_or_halves(step, i * share, end, 0)) break;
+        if (!step_or_parts(step, i * share, end, {})) break;
         frame.first = false;
     }
     store(body, step.now, state);

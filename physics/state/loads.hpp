@@ -48,6 +48,7 @@ struct Collider {
     Transform pose = Transform::Identity();
     Transform before = Transform::Identity();
     double friction = 0.5;  // Coulomb coefficient
+    double bounce = 0;      // share of the speed that bricks and springs come off with
     double thickness = 0;   // m, offset of the contact surface
 };
 

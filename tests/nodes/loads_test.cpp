@@ -218,4 +218,30 @@ TEST(Ground, SupportsABlockAndSlowsItByFriction)
     }
 }
 
+// Thrown down at 5 m/s from half a metre above what bounces by 0.6: half a second later it rises.
+TEST(Loads, BodiesBounceOffGroundAndColliderByTheirShare)
+{
+    const Value cubes = block(1e9);
+    for (const char* const type : {"Ground", "Collider"}) {
+        NodeRun obstacle(type);
+        obstacle.param("bounce").is = 0.6;
+        if (std::string(type) == "Ground")
+            obstacle.param("height").is = -0.5;
+        else
+            obstacle.param("translate").is = Vector{0, -0.5, 0};
+        NodeRun simulate("Simulate");
+        simulate.inputs["cubes"] = {cubes};
+        simulate.inputs["colliders"] = {obstacle.run()};
+        simulate.param("gravity").is = Vector{0, 0, 0};
+        simulate.param("initial_velocity").is = Vector{0, -5, 0};
+        Value state = simulate.run();
+        for (int i = 0; i < 12; ++i) {
+            simulate.previous = {state};
+            state = simulate.run();
+        }
+        const auto end = state.as<physics::State>();
+        EXPECT_NEAR(mean_velocity(*cubes.as<geometry::Cubes>(), *end).y(), 3, 0.1) << type;
+    }
+}
+
 }  // namespace

@@ -1,0 +1,207 @@
+#include "physics/bricks/bounce.hpp"
+
+#include "physics/bricks/free_parts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace physics {
+namespace {
+
+// How a point comes to its plane, along the normal, where a stage starts.
+struct Coming {
+    double gap;           // m
+    double speed;         // m/s, inward
+    double acceleration;  // m/s^2, inward, of the steady forces
+};
+
+Coming coming(const Stage& stage, const PlaneTouch& touch)
+{
+    const StepFrame& frame = stage.frame;
+    const double drift = touch.drift.dot(touch.normal);
+    Coming out{touch.gap(stage.x0.data()) + stage.tau * drift, drift, 0};
+    for (std::size_t a = 0; a < touch.count; ++a) {
+        const std::size_t at = 4 * std::size_t{touch.corners[a]};
+        const double weight = double(touch.weight[a]);
+        for (std::size_t i = 0; i < 3; ++i) {
+            const double along = weight * touch.normal[static_cast<Eigen::Index>(i)];
+            out.speed -= along * stage.v0[at + i];
+            if (frame.mass[at + i] > 0) {
+                out.acceleration -= along * frame.steady[at + i] / frame.mass[at + i];
+            }
+        }
+    }
+    return out;
+}
+
+// Whether the point is in what it touches before the step ends, and not just because it lies on
+// it.
+bool hits(const Stage& stage, const Coming& in)
+{
+    const auto integrator = stage.frame.options.integrator;
+    const double step = (integrator == Integrator::implicit_midpoint ? 2 : 1) * stage.tau;
+    return in.speed > 2 * step * std::abs(in.acceleration) && in.gap < step * in.speed;
+}
+
+}  // namespace
+
+void aim_bounces(Stage& stage)
+{
+    // A point's plane gives way by this share of what its speed changes by.
+    constexpr double give = 0.01;
+    const CornerBody& body = stage.frame.body;
+    const bool jumps = stage.frame.options.integrator == Integrator::implicit_euler;
+    std::vector<std::size_t> count(stage.frame.part_mass.size(), 0);  // of those that bounce
+    const auto for_each = [&](const auto& with) {
+        for (auto* touches : {&stage.touches, &stage.holds}) {
+            for (PlaneTouch& touch : *touches) with(touch, body.part_of(touch.corners[0]));
+        }
+    };
+    for_each([&](PlaneTouch& touch, std::uint32_t part) {
+        if (jumps && !(touch.bounce > 0)) return;
+        const Coming in = coming(stage, touch);
+        touch.rebound = 0;
+        if (!hits(stage, in)) return;
+        stage.struck = true;
+        if (!(touch.bounce > 0)) return;
+        touch.rebound = std::max(0.0, in.gap + stage.tau * touch.bounce * in.speed);
+        if (touch.rebound > 0) ++count[part];
+    });
+    for_each([&](PlaneTouch& touch, std::uint32_t part) {
+        if (!(touch.rebound > 0)) return;
+        const double mass = stage.frame.part_mass[part] / static_cast<double>(count[part]);
+        touch.stiffness = std::max(touch.stiffness, mass / (give * stage.tau * stage.tau));
+    });
+}
+
+namespace {
+
+// What a part gets from another one, or from a collider: the sums over its points.
+struct Impact {
+    double impulse = 0;            // N s
+    double bounce = 0;             // N s, by the share that each leaves with
+    Vec3 place = Vec3::Zero();     // N s m
+    Vec3 along = Vec3::Zero();     // N s
+    Vec3 velocity = Vec3::Zero();  // N s m/s, of the collider
+};
+
+// Who meets: part, whether the other is a part, and which.
+struct Meeting {
+    std::uint32_t part = 0;
+    bool parts = false;
+    std::uint32_t other = 0;
+
+    auto operator<=>(const Meeting&) const = default;
+};
+
+std::map<Meeting, Impact> impacts(const Stage& stage)
+{
+    std::map<Meeting, Impact> out;
+    for (const auto* touches : {&stage.touches, &stage.holds}) {
+        for (const PlaneTouch& touch : *touches) {
+            if (!(touch.rebound > 0)) continue;
+            const double impulse = stage.tau * touch.stiffness * touch.depth(stage.x.data());
+            if (!(impulse > 0)) continue;
+            Vec3 p = Vec3::Zero();
+            for (std::size_t a = 0; a < 8; ++a) {
+                const double* x = &stage.x[4 * std::size_t{touch.corners[a]}];
+                p += double(touch.weight[a]) * Eigen::Map<const Vec3>(x);
+            }
+            Impact& impact = out[{stage.frame.body.part_of(touch.corners[0]),
+                                  touches == &stage.touches, touch.other}];
+            impact.impulse += impulse;
+            impact.bounce += impulse * touch.bounce;
+            impact.place += impulse * p;
+            impact.along += impulse * touch.normal;
+            impact.velocity += impulse * touch.drift;
+        }
+    }
+    return out;
+}
+
+Vec3 velocity_at(const RigidPart& part, const Vec3& p)
+{
+    return part.velocity + part.spin.cross(p - part.centre);
+}
+
+// Of an impulse of 1 N s along n at p: what it changes.
+struct Kick {
+    Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
+};
+Kick kick(const RigidPart& part, const Vec3& p, const Vec3& n)
+{
+    return {n / part.mass, spin_of(part.inertia, (p - part.centre).cross(n))};
+}
+
+std::vector<std::uint8_t> pinned_parts(const Stage& stage)
+{
+    const CornerBody& body = stage.frame.body;
+    std::vector<std::uint8_t> out(std::max<std::size_t>(body.parts, 1), 0);
+    for (const auto k : stage.frame.loads.pins.corner) out[body.part_of(body.slot_of(k))] = 1;
+    return out;
+}
+
+}  // namespace
+
+void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double>& before_v)
+{
+    const CornerBody& body = stage.frame.body;
+    const auto met = impacts(stage);
+    if (met.empty()) return;
+    const auto before = rigid_parts(stage, before_x, before_v);
+    const auto found = rigid_parts(stage, stage.x, stage.w);
+    const auto pinned = pinned_parts(stage);
+    auto after = found;
+    for (const auto& [who, impact] : met) {
+        const double length = impact.along.norm();
+        if (!(length > 0) || pinned[who.part] != 0) continue;
+        const Vec3 n = impact.along / length, p = impact.place / impact.impulse;
+        const bool two = who.parts && who.other != who.part;
+        const auto speed = [&](const std::vector<RigidPart>& parts) {
+            Vec3 v = velocity_at(parts[who.part], p) - impact.velocity / impact.impulse;
+            if (two) v -= velocity_at(parts[who.other], p);
+            return n.dot(v);
+        };
+        const double wanted = -impact.bounce / impact.impulse * speed(before), has = speed(after);
+        if (!(has > 0) || !(has < wanted)) continue;
+        const Kick own = kick(after[who.part], p, n);
+        Kick other;
+        if (two && pinned[who.other] == 0) other = kick(after[who.other], p, n);
+        const double gives =
+            n.dot(own.velocity + own.spin.cross(p - after[who.part].centre)) +
+            (two ? n.dot(other.velocity + other.spin.cross(p - after[who.other].centre)) : 0);
+        // The less it rises yet, the less it is a rigid body.
+        const double impulse = (wanted - has) * (has / wanted) / gives;
+        after[who.part].velocity += impulse * own.velocity;
+        after[who.part].spin += impulse * own.spin;
+        if (!two) continue;
+        after[who.other].velocity -= impulse * other.velocity;
+        after[who.other].spin -= impulse * other.spin;
+    }
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const RigidPart &to = after[body.part_of(k)], &from = found[body.part_of(k)];
+        const Vec3 arm = Eigen::Map<const Vec3>(&stage.x[4 * k]) - to.centre;
+        const Vec3 change = to.velocity - from.velocity + (to.spin - from.spin).cross(arm);
+        Eigen::Map<Vec3>(&stage.w[4 * k]) += change;
+    }
+}
+
+double first_hit(const Stage& stage)
+{
+    constexpr double just_before = 0.999;
+    double first = stage.tau;
+    for (const auto* touches : {&stage.touches, &stage.holds}) {
+        for (const PlaneTouch& touch : *touches) {
+            if (!(touch.rebound > 0)) continue;
+            const auto [gap, speed, acceleration] = coming(stage, touch);
+            // gap = t (speed + acceleration t), as implicit Euler goes
+            const double root = std::sqrt(std::max(0.0, speed * speed + 4 * acceleration * gap));
+            const double hit = 2 * std::max(gap, 0.0) / (speed + root);
+            first = std::min(first, just_before * hit);
+        }
+    }
+    return first;
+}
+
+}  // namespace physics

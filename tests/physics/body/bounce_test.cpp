@@ -1,0 +1,151 @@
+#include "physics/bricks/bricks.hpp"
+#include "physics/bricks/springs.hpp"
+#include "tests/physics/cube_fixtures.hpp"
+#include "tests/physics/state_measures.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace physics {
+namespace {
+
+constexpr double h = 0.1;
+
+Vec3 mean(const std::vector<Vec3>& of)
+{
+    Vec3 sum = Vec3::Zero();
+    for (const Vec3& v : of) sum += v;
+    return sum / static_cast<double>(of.size());
+}
+
+Collider floor_of(double bounce)
+{
+    Collider out;
+    out.bounce = bounce;
+    return out;
+}
+
+// A stiff block of 3 cubes each way.
+geometry::Cubes block(double young = 1e9)
+{
+    return fixtures::box(3, 3, 3, h, {.young = young, .stiffness_damping = 1e-4});
+}
+
+// Thrown at a floor from `height` (m) at `speed` (m/s), no gravity: how fast it comes off.
+struct Thrown {
+    double height = 0.5, speed = 5, bounce = 0.5;
+    StepOptions step = {};
+};
+State after(const auto& body, const Thrown& how, Vec3 sideways = Vec3::Zero())
+{
+    State state = rest_state(body);
+    for (std::size_t k = 0; k < state.x.size(); ++k) {
+        state.x[k].y() += how.height;
+        state.v[k] = Vec3(0, -how.speed, 0) + sideways;
+    }
+    Loads loads;
+    loads.colliders.push_back(floor_of(how.bounce));
+    for (int frame = 0; frame < 12; ++frame) {
+        state = advance(body, state, loads, 1.0 / 24, how.step);
+    }
+    EXPECT_TRUE(fixtures::finite(state));
+    return state;
+}
+
+TEST(Bounce, ABlockLeavesWithItsShareOfTheSpeedThatItCameWith)
+{
+    const auto cubes = block();
+    const auto check = [](const auto& body, const Thrown& how) {
+        const State state = after(body, how);
+        EXPECT_NEAR(mean(state.v).y(), how.bounce * how.speed, 0.03 * how.speed)
+            << how.bounce << " at " << how.speed << " m/s from " << how.height;
+        // And is where it then is: half a second less the way down.
+        const double way = how.bounce * how.speed * (0.5 - how.height / how.speed);
+        EXPECT_NEAR(mean(state.x).y() - 1.5 * h, way, 0.03 * way + 0.01);
+    };
+    for (const double bounce : {0.5, 0.9, 1.0}) {
+        for (const double speed : {2.0, 5.0, 40.0}) {
+            for (const double height : {0.3, 0.41, 0.55}) {
+                check(make_bricks(cubes), {height, speed, bounce, {}});
+            }
+        }
+    }
+    check(make_springs(cubes), {.bounce = 0.9});
+    for (const auto integrator : {Integrator::sdirk2, Integrator::implicit_midpoint}) {
+        check(make_bricks(cubes), {.bounce = 0.9, .step = {.integrator = integrator}});
+    }
+    check(make_bricks(cubes), {.bounce = 0.9, .step = {.substeps = 4}});
+}
+
+TEST(Bounce, WithoutItABlockStays)
+{
+    for (const auto integrator :
+         {Integrator::implicit_euler, Integrator::sdirk2, Integrator::implicit_midpoint}) {
+        for (const double height : {0.3, 0.37, 0.41, 0.45, 0.5, 0.55}) {
+            const State state =
+                after(make_bricks(block()), {height, 5, 0, {.integrator = integrator}});
+            EXPECT_NEAR(mean(state.v).y(), 0, 0.01) << int(integrator) << " " << height;
+            EXPECT_NEAR(mean(state.x).y(), 1.5 * h, 0.01);
+        }
+    }
+}
+
+// Dropped from 1 m: heights fall by e^2 a bounce, until it lies still.
+TEST(Bounce, ADroppedBlockRisesToTheSquareOfItAndComesToRest)
+{
+    constexpr double e = 0.7;
+    const BricksBody body = make_bricks(block());
+    Loads loads;
+    loads.forces.push_back({});
+    loads.colliders.push_back(floor_of(e));
+    State state = rest_state(body);
+    for (Vec3& x : state.x) x.y() += 1;
+    std::vector<double> tops{1};
+    double before = 1, rising = 0;
+    for (int frame = 0; frame < 144; ++frame) {
+        state = advance(body, state, loads, 1.0 / 24,
+                        {.integrator = Integrator::sdirk2, .substeps = 4});
+        const double now = mean(state.x).y() - 1.5 * h;
+        if (rising > 0 && now < before) tops.push_back(before);
+        rising = now - before;
+        before = now;
+    }
+    ASSERT_GT(tops.size(), 3u);
+    EXPECT_NEAR(tops[1], e * e, 0.05 * e * e);
+    EXPECT_NEAR(tops[2], std::pow(e, 4), 0.12 * std::pow(e, 4));
+    EXPECT_NEAR(before, 0, 1e-3);
+    for (const Vec3& v : state.v) EXPECT_LT(v.norm(), 5e-3);
+}
+
+// Two equal blocks, one thrown at the other.
+TEST(Bounce, PartsExchangeMomentumByNewtonsLaw)
+{
+    constexpr double e = 0.8;
+    std::vector<geometry::Vec3i> cells;
+    for (int x = 0; x < 3; ++x) {
+        for (int y = 0; y < 3; ++y) {
+            for (int z = 0; z < 3; ++z) {
+                cells.emplace_back(x, y, z);
+                cells.emplace_back(x, y + 6, z);
+            }
+        }
+    }
+    const auto cubes = fixtures::cubes_on(cells, h, {.young = 1e9, .stiffness_damping = 1e-4});
+    const BricksBody body = make_bricks(cubes, {.contact = {.bounce = e}});
+    State state = rest_state(body);
+    for (std::size_t k = 0; k < state.v.size(); ++k) {
+        if (cubes.corner[k].y() > 4) state.v[k].y() = -4;
+    }
+    for (int frame = 0; frame < 8; ++frame) state = advance(body, state, {}, 1.0 / 24);
+    double low = 0, high = 0;
+    for (std::size_t k = 0; k < state.v.size(); ++k) {
+        (cubes.corner[k].y() > 4 ? high : low) += state.v[k].y() / 64;
+    }
+    EXPECT_NEAR(low, -4 * (1 + e) / 2, 0.03 * 4);
+    EXPECT_NEAR(high, -4 * (1 - e) / 2, 0.03 * 4);
+    EXPECT_NEAR(low + high, -4, 1e-3);
+}
+
+}  // namespace
+}  // namespace physics
