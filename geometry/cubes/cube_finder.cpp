@@ -98,6 +98,12 @@ std::uint32_t CubeFinder::find_near(const Vec3& at) const
     return best.cube;
 }
 
+bool quarters_hold(std::uint64_t part, const Vec3& at)
+{
+    const Vec3i q = (across_cell * at).cwiseMax(0.0).cwiseMin(across_cell - 1.0).cast<int>();
+    return (part >> sub_cell_bit(q.x(), q.y(), q.z()) & 1) != 0;
+}
+
 Box held_box(const Cubes& cubes, std::size_t cube)
 {
     const Vec3 cell = cubes.cell[cube].cast<double>();

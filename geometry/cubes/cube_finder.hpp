@@ -36,6 +36,10 @@ private:
     CellIndex index_;
 };
 
+// Whether the quarters `part` (Cubes::part) of a cell hold the place `at`, 0..1 in the cell; where
+// it is outside, the place in the cell that is nearest to it.
+bool quarters_hold(std::uint64_t part, const Vec3& at);
+
 // The smallest box around what a cube holds, in lattice coordinates: its quarters, or all of it.
 Box held_box(const Cubes& cubes, std::size_t cube);
 

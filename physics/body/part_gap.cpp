@@ -1,6 +1,6 @@
 #include "physics/body/part_gap.hpp"
 
-#include "geometry/cells/sub_cells.hpp"
+#include "geometry/cubes/cube_finder.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +27,7 @@ AtRest::AtRest(const PartShapes& shapes, std::uint32_t part, std::uint32_t cube,
     : shape(shapes.shape[part]), size(shapes.size), back((in.axes / size).inverse()),
       place(shapes.origin + size * (shapes.cell[cube].cast<double>() + in.u)),
       low(place - size * in.u),
-      quarters(shapes.quarters.empty() ? geometry::all_sub_cells : shapes.quarters[cube])
+      quarters(shapes.quarters.empty() ? ~std::uint64_t{0} : shapes.quarters[cube])
 {}
 
 bool AtRest::holds(const Vec3& where) const
@@ -35,13 +35,7 @@ bool AtRest::holds(const Vec3& where) const
     constexpr double rounding = 1e-5;  // cubes
     const geometry::Vec3 u = (where - low) / size;
     if (u.minCoeff() < -rounding || u.maxCoeff() > 1 + rounding) return false;
-    const geometry::Vec3i at = (u * geometry::across_cell)
-                                   .array()
-                                   .floor()
-                                   .cast<int>()
-                                   .cwiseMax(0)
-                                   .cwiseMin(geometry::across_cell - 1);
-    return (quarters >> geometry::sub_cell_bit(at.x(), at.y(), at.z()) & 1) != 0;
+    return geometry::quarters_hold(quarters, u);
 }
 
 std::optional<Gap> find_gap(const AtRest& rest, const Approach& approach)

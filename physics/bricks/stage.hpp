@@ -90,11 +90,6 @@ struct StepRecord {
 // Where pin `pin` is on an axis when a share of the frame has gone by, m.
 double pin_target(const StepFrame& frame, std::size_t pin, std::size_t axis, double share);
 
-// Starts it at x0, v0 over tau seconds up to a share of the frame: poses the colliders, takes the
-// wind, and guesses w = v0, or what takes a pin to its target.
-void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>& v0, double tau,
-                 double share);
-
 // Whether there is anything that the body might touch.
 inline bool may_touch(const Stage& stage)
 {
@@ -107,15 +102,6 @@ void times_damping(const Stage& stage, const Aligned<double>& v, Aligned<double>
 
 // x = x0 + tau w
 void place(Stage& stage);
-enum class Known { kept, renewed };
-// Finds which points are in other parts and in colliders where w leads, or before them, where that
-// is far from where they were looked for last. Planes of colliders that are known already are kept,
-// or become those found now. Returns whether a push has changed.
-bool find_touches(Stage& stage, Known known = Known::renewed);
-// The contacts of x, w, of what find_touches() found.
-std::vector<PointContact> touching(const Stage& stage);
-// Friction of all that touches yields from now on by the push at x.
-void hold_loads(Stage& stage);
 // f and K at x, which may be x0 or stage.x. Where they were evaluated there last, they are kept.
 void linearise(Stage& stage, const Aligned<double>& x);
 // r of w and of the contacts as they were found last.

@@ -1,5 +1,7 @@
 #include "physics/bricks/step_descent.hpp"
 
+#include "physics/bricks/stage_touches.hpp"
+
 #include <algorithm>
 #include <cmath>
 

@@ -1,6 +1,7 @@
 #include "physics/bricks/step_newton.hpp"
 
 #include "physics/bricks/free_parts.hpp"
+#include "physics/bricks/stage_touches.hpp"
 #include "physics/bricks/step_descent.hpp"
 #include "physics/bricks/step_leaps.hpp"
 

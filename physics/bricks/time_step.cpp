@@ -4,6 +4,7 @@
 #include "physics/body/external_forces.hpp"
 #include "physics/bricks/bounce.hpp"
 #include "physics/bricks/free_parts.hpp"
+#include "physics/bricks/stage_touches.hpp"
 #include "physics/bricks/step_energy.hpp"
 #include "physics/bricks/step_newton.hpp"
 #include "physics/state/pins.hpp"

@@ -1,0 +1,26 @@
+#pragma once
+
+// Where a stage starts, and what the body touches on its way.
+
+#include "physics/bricks/stage.hpp"
+
+#include <vector>
+
+namespace physics {
+
+// Starts it at x0, v0 over tau seconds up to a share of the frame: poses the colliders, takes the
+// wind, and guesses w = v0, or what takes a pin to its target.
+void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>& v0, double tau,
+                 double share);
+
+enum class Known { kept, renewed };
+// Finds which points are in other parts and in colliders where w leads, or before them, where that
+// is far from where they were looked for last. Planes of colliders that are known already are kept,
+// or become those found now. Returns whether a push has changed.
+bool find_touches(Stage& stage, Known known = Known::renewed);
+// The contacts of x, w, of what find_touches() found.
+std::vector<PointContact> touching(const Stage& stage);
+// Friction of all that touches yields from now on by the push at x.
+void hold_loads(Stage& stage);
+
+}  // namespace physics
