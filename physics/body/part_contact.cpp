@@ -56,6 +56,12 @@ Box box_of(const double* x, const std::array<std::uint32_t, 8>& corners)
     return box;
 }
 
+// A cube with points: a box around them, and the mean velocity of its corners.
+struct HolderNow {
+    Box box;
+    Vec3 velocity = Vec3::Zero();  // m/s
+};
+
 // A step's view of what may touch.
 struct Scene {
     const PartShapes& shapes;
@@ -64,12 +70,14 @@ struct Scene {
     double dt;
     double stiffest;  // N/m
     Look look;
+    std::vector<HolderNow> holders;  // H
 };
 
 // The cubes of a part that lie where another one may be, at x.
 struct Target {
     std::uint32_t part = 0;
     Vec3 velocity = Vec3::Zero();  // m/s, the mean of its corners
+    Box box;                       // of all of its corners
     std::vector<std::uint32_t> cubes;
     std::vector<Box3f> boxes;  // of each, with room around it
     BoxTree tree;
@@ -97,6 +105,12 @@ void fill_target(const Scene& scene, const std::vector<Box>& regions, Target& ta
     }
     target.tree = geometry::build_box_tree(target.boxes);
 }
+
+// A cube of a target, and the box around it.
+struct NearCube {
+    Box3f box;
+    std::uint32_t cube = 0;
+};
 
 // A point of a part's shape on its way.
 struct Moving {
@@ -205,7 +219,7 @@ double reach_of(const Scene& scene, const Vec3& way)
 // The plane before a point that is in none of the target's cubes `near`: of the one that it is
 // nearest to, among three whose middles are.
 std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
-                                       const Target& target, const std::vector<std::uint32_t>& near,
+                                       const Target& target, const std::vector<NearCube>& near,
                                        double reach, bool on_itself)
 {
     const double h = scene.shapes.size;
@@ -213,9 +227,8 @@ std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
     constexpr std::size_t tried = 3;
     std::array<std::pair<float, std::uint32_t>, tried> nearest;
     nearest.fill({std::numeric_limits<float>::infinity(), 0});
-    for (const auto i : near) {
-        const Box3f& box = target.boxes[i];
-        const std::pair<float, std::uint32_t> here{(0.5f * (box.lo + box.hi) - p).squaredNorm(), i};
+    for (const auto& [box, c] : near) {
+        const std::pair<float, std::uint32_t> here{(0.5f * (box.lo + box.hi) - p).squaredNorm(), c};
         if (!(here < nearest.back())) continue;
         nearest.back() = here;
         std::sort(nearest.begin(), nearest.end());
@@ -223,9 +236,8 @@ std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
     std::optional<InCube> best;
     std::uint32_t cube = 0;
     double least = reach;
-    for (const auto& [distance, i] : nearest) {
+    for (const auto& [distance, c] : nearest) {
         if (!std::isfinite(distance)) break;
-        const auto c = target.cubes[i];
         const auto in = find_in_cube(corners_of(scene, c), h, moving.p, least);
         if (!in) continue;
         const double off = std::max({0.0, -in->u.minCoeff(), in->u.maxCoeff() - 1});
@@ -242,8 +254,8 @@ std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
 // The touch of a point with one of the target's cubes `near`, at the first place on its way where
 // it is inside; else of where it is before them. `close` is room.
 std::optional<PlaneTouch> first_touch(const Scene& scene, const Moving& moving,
-                                      const Target& target, const std::vector<std::uint32_t>& near,
-                                      std::vector<std::uint32_t>& close, bool on_itself)
+                                      const Target& target, const std::vector<NearCube>& near,
+                                      std::vector<NearCube>& close, bool on_itself)
 {
     constexpr double stride = 0.4;  // of a cube
     constexpr int most = 64;        // places on the way
@@ -259,16 +271,15 @@ std::optional<PlaneTouch> first_touch(const Scene& scene, const Moving& moving,
     about = wider(about, reach * scene.shapes.size);
     const Box3f span{about.lo.cast<float>(), about.hi.cast<float>()};
     close.clear();
-    for (const auto i : near) {
-        if (target.boxes[i].overlaps(span)) close.push_back(i);
+    for (const NearCube& cube : near) {
+        if (cube.box.overlaps(span)) close.push_back(cube);
     }
     if (close.empty()) return std::nullopt;
     for (int place = first; place <= places; ++place) {
         const Vec3 behind = (1 - double(place) / places) * way;
         const Vec3f p = (moving.p - behind).cast<float>();
-        for (const auto i : close) {
-            if (!target.boxes[i].overlaps({p, p})) continue;
-            const auto cube = target.cubes[i];
+        for (const auto& [box, cube] : close) {
+            if (!box.overlaps({p, p})) continue;
             if (auto touch = touch_in(scene, moving, target, cube, behind, on_itself)) return touch;
         }
     }
@@ -286,28 +297,26 @@ void leave_out(const Target& target, std::span<const std::uint32_t> others,
     });
 }
 
-void look(const Scene& scene, const Job& job, const Target& target, const Box& target_box,
-          std::vector<PlaneTouch>& out)
+void look(const Scene& scene, const Job& job, const Target& target, std::vector<PlaneTouch>& out)
 {
     const PartShapes& shapes = scene.shapes;
     const auto holders = shapes.holders[job.from];
     const bool on_itself = job.from == target.part;
-    std::vector<std::uint32_t> near, close;  // of the target's cubes
+    std::vector<std::uint32_t> found;  // of the target's cubes
+    std::vector<NearCube> near, close;
     for (std::size_t i = job.begin; i < job.end; ++i) {
         const std::uint32_t holder = holders[i], cube = shapes.holder[holder];
-        const auto& corners = shapes.corners[cube];
-        // Points that lie in no cube are carried by one nearby.
-        const Box own = box_of(scene.x, corners);
-        Vec3 velocity = -target.velocity;
-        for (const auto k : corners) velocity += corner_of(scene.v, k) / 8;
-        const Box reach = swept(wider(own, 0.5 * own.diagonal()), scene.dt * velocity);
-        if (!overlap(reach, target_box)) continue;
-        near.clear();
+        const HolderNow& now = scene.holders[holder];
+        const Box reach = swept(now.box, scene.dt * (now.velocity - target.velocity));
+        if (!overlap(reach, target.box)) continue;
+        found.clear();
         target.tree.overlapping({reach.lo.cast<float>(), reach.hi.cast<float>()},
-                                [&](std::uint32_t c) { near.push_back(c); });
-        if (near.empty()) continue;
-        std::sort(near.begin(), near.end());
-        if (on_itself) leave_out(target, shapes.around[holder], near);
+                                [&](std::uint32_t c) { found.push_back(c); });
+        if (found.empty()) continue;
+        std::sort(found.begin(), found.end());
+        if (on_itself) leave_out(target, shapes.around[holder], found);
+        near.clear();
+        for (const auto c : found) near.push_back({target.boxes[c], target.cubes[c]});
         if (near.empty()) continue;
         for (auto p = shapes.point_at[holder]; p < shapes.point_at[holder + 1]; ++p) {
             const Moving moving = moving_point(scene, cube, p);
@@ -322,9 +331,30 @@ void look(const Scene& scene, const Job& job, const Target& target, const Box& t
 struct Meetings {
     std::vector<Target> targets;
     std::vector<std::vector<Box>> regions;  // of each target
-    std::vector<Box> box;                   // of each target
     std::vector<Job> jobs;
 };
+
+// Of the parts of some pairs; those of others stay empty.
+std::vector<HolderNow> holders_now(const PartShapes& shapes, const std::vector<PartPair>& pairs,
+                                   const double* x, const double* v)
+{
+    std::vector<char> near(shapes.parts(), 0);
+    for (const PartPair& pair : pairs) near[pair.a] = near[pair.b] = 1;
+    std::vector<HolderNow> out(shapes.holder.size());
+    geometry::parallel_for(shapes.parts(), 16, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t part = begin; part < end; ++part) {
+            if (near[part] == 0) continue;
+            for (const auto holder : shapes.holders[part]) {
+                const auto& corners = shapes.corners[shapes.holder[holder]];
+                // Points that lie in no cube are carried by one nearby.
+                const Box own = box_of(x, corners);
+                out[holder].box = wider(own, 0.5 * own.diagonal());
+                for (const auto k : corners) out[holder].velocity += corner_of(v, k) / 8;
+            }
+        }
+    });
+    return out;
+}
 
 // Points of part `from` in the target number `into`.
 void add_jobs(const PartShapes& shapes, std::uint32_t from, std::uint32_t into,
@@ -345,8 +375,8 @@ Meetings find_meetings(const Scene& scene, const std::vector<PartPair>& pairs)
     const auto target = [&](std::uint32_t part) {
         if (target_of[part] == geometry::no_index) {
             target_of[part] = static_cast<std::uint32_t>(out.targets.size());
-            out.targets.push_back({part, Vec3::Zero(), {}, {}, {}});
-            Box& box = out.box.emplace_back();
+            out.targets.push_back({part, Vec3::Zero(), {}, {}, {}, {}});
+            Box& box = out.targets.back().box;
             auto& velocity = out.targets.back().velocity;
             for (const auto slot : shapes.slots[part]) {
                 box.add(corner_of(scene.x, slot));
@@ -363,8 +393,8 @@ Meetings find_meetings(const Scene& scene, const std::vector<PartPair>& pairs)
         // Points may lie outside of their cubes, and may have passed through the other part.
         const double margin = shapes.size;
         const Vec3 way = scene.dt * (out.targets[a].velocity - out.targets[b].velocity);
-        const Box box_a = swept(wider(out.box[a], margin), way);
-        const Box box_b = swept(wider(out.box[b], margin), -way);
+        const Box box_a = swept(wider(out.targets[a].box, margin), way);
+        const Box box_b = swept(wider(out.targets[b].box, margin), -way);
         const Box region{box_a.lo.cwiseMax(box_b.lo), box_a.hi.cwiseMin(box_b.hi)};
         if (region.empty()) continue;
         out.regions[a].push_back(region);
@@ -415,7 +445,8 @@ std::vector<PlaneTouch> find_part_touches(const PartShapes& shapes,
                                           const double* v, double dt, Look how)
 {
     if (pairs.empty()) return {};
-    const Scene scene{shapes, x, v, dt, 1000 * shapes.mass_of_all * 9.81 / shapes.size, how};
+    const double stiffest = 1000 * shapes.mass_of_all * 9.81 / shapes.size;
+    const Scene scene{shapes, x, v, dt, stiffest, how, holders_now(shapes, pairs, x, v)};
     Meetings meetings = find_meetings(scene, pairs);
     geometry::parallel_for(meetings.targets.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t t = begin; t < end; ++t) {
@@ -428,7 +459,7 @@ std::vector<PlaneTouch> find_part_touches(const PartShapes& shapes,
         for (std::size_t j = begin; j < end; ++j) {
             const Job& job = meetings.jobs[j];
             const Target& target = meetings.targets[job.target];
-            look(scene, job, target, meetings.box[job.target], found[j]);
+            look(scene, job, target, found[j]);
         }
     });
     std::vector<PlaneTouch> all;
