@@ -1,3 +1,4 @@
+#include "geometry/cubes/plane.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/body/collider_contact.hpp"
@@ -12,6 +13,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numbers>
 #include <variant>
 
@@ -78,7 +80,18 @@ static Body build(const Inputs& in)
 static void warn_of_idle(const Inputs& in, const graph::Context& context)
 {
     const auto* const body = std::get_if<physics::LatticeBody>(&in.body->is);
-    if (!body) return;
+    if (!body) {
+        if (in.contact.on && in.contact.self && geometry::flat_axis(*in.cubes) >= 0) {
+            context.warn("contact.self has no effect, because these cubes are a plane: planes do "
+                         "not collide with themselves");
+        }
+        return;
+    }
+    const auto bounces = [](const auto& collider) { return collider->bounce > 0; };
+    if (std::any_of(in.colliders.begin(), in.colliders.end(), bounces)) {
+        context.warn("bounce of colliders has no effect with method = lattice: set method = "
+                     "bricks, or bounce = 0");
+    }
     if (body->flat_axis < 0 && in.lattice.bend != 1) {
         context.warn("lattice.bend has no effect, because these cubes are not a plane: their "
                      "stiffness comes from the material or the rate");

@@ -244,4 +244,21 @@ TEST(Loads, BodiesBounceOffGroundAndColliderByTheirShare)
     }
 }
 
+TEST(Loads, BounceThatHasNoEffectIsTold)
+{
+    NodeRun ground("Ground");
+    ground.param("bounce").is = 0.6;
+    NodeRun simulate("Simulate");
+    simulate.inputs["cubes"] = {block()};
+    simulate.inputs["colliders"] = {ground.run()};
+    simulate.param("method").is = std::string("lattice");
+    const Value first = simulate.run();
+    simulate.previous = {first};
+    simulate.run();
+    EXPECT_TRUE(
+        std::any_of(simulate.warnings.begin(), simulate.warnings.end(), [](const std::string& w) {
+            return w.starts_with("bounce of colliders has no effect");
+        }));
+}
+
 }  // namespace
