@@ -84,16 +84,36 @@ OnTriangle on_triangle(const Vec3& a, const Vec3& b, const Vec3& c)
     return {{va / sum, vb / sum, vc / sum}, face};
 }
 
-// Solid angle of triangle abc from the origin over 4 pi.
-// van Oosterom, Strackee. The solid angle of a plane triangle. IEEE TBME 30(2), 1983.
-double solid_angle_share(const Vec3& a, const Vec3& b, const Vec3& c)
-{
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    const double numerator = a.dot(b.cross(c));
-    const double denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    if (numerator == 0 && denominator <= 0) return 0;  // on the triangle itself: count neither side
-    return std::atan2(numerator, denominator) / (2 * std::numbers::pi);
-}
+// The sum of the winding numbers of triangles as seen from the origin. The tangent of half a solid
+// angle is a ratio (Van Oosterom, Strackee. The solid angle of a plane triangle. IEEE TBME 1983):
+// half angles add up where complex numbers are multiplied, and the turns of the product are
+// counted, so that one arc tangent does for all triangles.
+class WindingSum {
+public:
+    void add(const Vec3& a, const Vec3& b, const Vec3& c)
+    {
+        const double la = a.norm(), lb = b.norm(), lc = c.norm();
+        double y = a.dot(b.cross(c));
+        double x = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+        if (y == 0 && x <= 0) return;  // on the triangle itself: counts neither side
+        const double size = std::abs(x) + std::abs(y);
+        if (!std::isfinite(size)) return;
+        x /= size, y /= size;
+        const double re = re_ * x - im_ * y, im = re_ * y + im_ * x;
+        if (im_ >= 0 && y >= 0 && im < 0) ++turns_;
+        if (im_ < 0 && y < 0 && im >= 0) --turns_;
+        // Factors are 0.7 to 1 long.
+        const double up = std::abs(re) + std::abs(im) < small ? 1 / small : 1;
+        re_ = up * re, im_ = up * im;
+    }
+    double total() const { return turns_ + std::atan2(im_, re_) / (2 * std::numbers::pi); }
+
+private:
+    static constexpr double small = 1e-100;
+
+    double re_ = 1, im_ = 0;
+    int turns_ = 0;
+};
 
 Vec3 unit_or_zero(const Vec3& v)
 {
@@ -308,6 +328,7 @@ double TriangleBvh::winding_number(const Vec3& p) const
 {
     if (tree_.nodes.empty() || !p.allFinite()) return 0;
     double w = 0;
+    WindingSum near;
     std::array<std::uint32_t, BoxTree::max_depth + 1> stack;
     int top = 0;
     stack[0] = 0;
@@ -328,13 +349,12 @@ double TriangleBvh::winding_number(const Vec3& p) const
             stack[static_cast<std::size_t>(++top)] = node.first;
         } else {
             for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-                w += solid_angle_share(corners_[i][0].cast<double>() - p,
-                                       corners_[i][1].cast<double>() - p,
-                                       corners_[i][2].cast<double>() - p);
+                near.add(corners_[i][0].cast<double>() - p, corners_[i][1].cast<double>() - p,
+                         corners_[i][2].cast<double>() - p);
             }
         }
     }
-    return w;
+    return w + near.total();
 }
 
 std::size_t TriangleBvh::bytes() const

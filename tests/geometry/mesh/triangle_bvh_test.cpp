@@ -239,6 +239,15 @@ TEST(TriangleBvh, WindingNumberCountsCopiesAndPiecesAndTellsHoles)
     const TriangleBvh twice(test_meshes::both(outer, outer));
     EXPECT_NEAR(twice.winding_number({1.5, 1.5, 1.5}), 2, 1e-3);
     EXPECT_NEAR(twice.winding_number({-4, 1.5, 1.5}), 0, 5e-3);
+    // Sixteen times around, either way, of triangles nearby alone.
+    TriMesh many = inner;
+    for (int i = 0; i < 4; ++i) many = test_meshes::both(many, many);
+    EXPECT_NEAR(TriangleBvh(many).winding_number({1.4, 1.5, 1.6}), 16, 1e-9);
+    std::vector<geometry::Triangle> inward;
+    for (const auto& [a, b, c] : many.triangles()) inward.push_back({a, c, b});
+    const TriangleBvh turned_over(test_meshes::mesh_of(many.positions, inward));
+    EXPECT_NEAR(turned_over.winding_number({1.4, 1.5, 1.6}), -16, 1e-9);
+    EXPECT_NEAR(turned_over.winding_number({1.4, 1.5, 2.01}), 0, 1e-9);
     TriMesh cavity = inner;
     std::vector<geometry::Triangle> turned;
     for (const auto& [a, b, c] : inner.triangles()) turned.push_back({a, c, b});
