@@ -217,4 +217,24 @@ Interval bounds(const Field& field, std::span<const std::uint32_t> skeletons, co
     return {field.rule == BlendRule::sum ? sum.lo : largest.lo, sum.hi};
 }
 
+double slope_bound(const Field& field, std::span<const std::uint32_t> skeletons, const Box& box)
+{
+    const Vec3 centre = box.centre();
+    const double radius = 0.5 * box.diagonal();
+    double sum = 0;
+    std::uint32_t first = no_skeleton;
+    bool parts = false;
+    for (const std::uint32_t i : skeletons) {
+        const double r = foot(field, i, centre).r;
+        const double nearest = is_solid(field.kind[i]) ? r - radius : std::max(0.0, r - radius);
+        if (!(nearest < field.profile[i].R)) continue;
+        sum += steepest(field.profile[i], nearest, r + radius);
+        if (first == no_skeleton) first = i;
+        parts |= field.weights.part(i) != field.weights.part(first);
+    }
+    const bool smooth =
+        field.rule == BlendRule::gradient || (field.rule == BlendRule::smooth_groups && parts);
+    return smooth ? 2 * sum : sum;
+}
+
 }  // namespace geometry

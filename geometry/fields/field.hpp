@@ -101,4 +101,8 @@ struct Interval {
 };
 Interval bounds(const Field& field, std::span<const std::uint32_t> skeletons, const Box& box);
 
+// 1/m: no larger is |grad f| in `box`, for these skeletons. Of a smooth blend of several parts it
+// is twice what their sum may have: shares of a contribution above 1 are rare and near it.
+double slope_bound(const Field& field, std::span<const std::uint32_t> skeletons, const Box& box);
+
 }  // namespace geometry

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -41,6 +42,18 @@ FieldProfile moved(const FieldProfile& profile, double by)
     p.e += by;
     p.R += by;
     return p;
+}
+
+double steepest(const FieldProfile& p, double from, double to)
+{
+    // Inside it grows with depth. Outside -f' is a parabola in u: its ends and its top.
+    double most = std::max(-profile_at(p, from).slope, -profile_at(p, to).slope);
+    if (from < p.e && to >= p.e) most = std::max(most, p.k);
+    if (p.m > 0) {
+        const double u = (p.c + p.m) / (3 * p.m), r = p.R - u / p.inverse;
+        if (u < 1 && r > from && r < to) most = std::max(most, -profile_at(p, r).slope);
+    }
+    return most;
 }
 
 }  // namespace geometry

@@ -64,4 +64,7 @@ inline ProfileValue profile_at(const FieldProfile& p, double r)
     return {u * u * (p.c + p.m * (1 - u)), -p.inverse * u * (2 * p.c + p.m * (2 - 3 * u))};
 }
 
+// The largest -df/dr for from <= r <= to.
+double steepest(const FieldProfile& p, double from, double to);
+
 }  // namespace geometry

@@ -17,6 +17,8 @@ struct IsoField {
     Box domain;                                                // m, holds all of the surface
     std::function<Interval(const Box&)> bounds;                // over a box
     std::function<void(const FieldBlock&, BlockValues&)> ask;  // value and gradient, padded blocks
+    // 1/m: the gradient's length over a box is no more; infinite, or null: not known. For rays.
+    std::function<double(const Box&)> slope = nullptr;
 };
 
 // `field` must outlive the result. The domain is where the field is not 0; a plane alone has none.

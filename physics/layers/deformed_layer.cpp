@@ -3,6 +3,7 @@
 #include "geometry/fields/evaluate_block.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace physics {
 
@@ -214,6 +215,27 @@ geometry::IsoField iso_field(const DeformedLayer& layer)
         if (layer.bodies[layer.body].matter.rigid) soft = hard = 0;
         return Interval{std::min(own.lo + std::min(0.0, c - soft), 2 * c - hard) - c,
                         own.hi + highest - c};
+    };
+    iso.slope = [layer, highest](const Box& box) {
+        thread_local Meeting meeting;
+        const bool bulges = highest > 0;
+        gather(layer.bodies, layer.body, no_skeleton, box, meeting,
+               bulges ? layer.bulges.width : 0);
+        const double own =
+            geometry::slope_bound(meeting.field(meeting.own), meeting.own.skeletons, box);
+        if (layer.bodies[layer.body].matter.rigid) return own;
+        // A bulge rises upright beside a rigid body.
+        if (parts_bulge(layer) || (bulges && meeting.other_count > 0)) {
+            return std::numeric_limits<double>::infinity();
+        }
+        double soft = 0, hard = 0;
+        for (std::uint32_t o = 0; o < meeting.other_count; ++o) {
+            const Party& other = meeting.others[o];
+            double& most = layer.bodies[other.body].matter.rigid ? hard : soft;
+            most =
+                std::max(most, geometry::slope_bound(meeting.field(other), other.skeletons, box));
+        }
+        return std::max(own + soft, hard);
     };
     iso.ask = [layer, c](const FieldBlock& block, BlockValues& values) {
         ask(layer, block, values);
