@@ -206,13 +206,14 @@ private:
         leave(m);
     }
 
-    // Whether the tangents of a and b, both outside, meet above the surface's level between them.
+    // Whether lines four times as steep as the tangents of a and b, both outside, meet above the
+    // surface's level between them.
     static bool may_peak(const Sample& a, const Sample& b)
     {
         if (!(a.slope > 0 && b.slope < 0)) return false;
         const double dt = b.t - a.t;
-        const double x = (b.f - b.slope * dt - a.f) / (a.slope - b.slope);
-        return a.f + a.slope * x >= 0;
+        const double x = (b.f - 4 * b.slope * dt - a.f) / (4 * (a.slope - b.slope));
+        return a.f + 4 * a.slope * x >= 0;
     }
 
     // The next sample is taken where the cubic through a and b is highest.

@@ -11,7 +11,7 @@
 //
 // Between two samples outside, of which the first comes nearer and the second goes away, the
 // surface may have been grazed. A field that is concave between them stays below both tangents;
-// where these meet above 0 the highest point is looked for.
+// where lines four times as steep meet above 0 the highest point is looked for.
 //
 // All rays of a call go on together, so that each step asks the field at a whole block of points.
 // Their results do not depend on each other.

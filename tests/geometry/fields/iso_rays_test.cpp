@@ -169,6 +169,36 @@ TEST(IsoRays, TheSlopeNowhereExceedsItsBound)
     }
 }
 
+// A thin sheet, f = 1.01 exp(-(z - z0)^2 / w^2) - 1, of which nothing is known but its values: it
+// is half a mm thick, and the steps of a quarter of a cell, 4 mm, lead over it. It is found as a
+// peak between two samples outside.
+TEST(IsoRays, ASheetThatStepsLeapOverIsFoundAsAPeak)
+{
+    const double w = 0.0025, z0 = 0.4123;
+    IsoField iso;
+    iso.domain.add(Vec3(Vec3::Zero()));
+    iso.domain.add(Vec3(Vec3::Ones()));
+    iso.bounds = [](const Box&) { return Interval{-1, 1}; };
+    iso.ask = [=](const FieldBlock& block, BlockValues& values) {
+        values.clear(block.count);
+        for (std::size_t i = 0; i < block.count; ++i) {
+            const double z = (block.z[i] - z0) / w, bell = 1.01 * std::exp(-z * z);
+            values.f[i] = bell - 1;
+            values.gz[i] = -2 * z / w * bell;
+        }
+    };
+    std::vector<Ray> rays;
+    for (int i = 0; i < 200; ++i) {
+        rays.push_back({{0.5, 0.5, -1 - 0.001 * i}, {0.001 * i, 0, 1}, 0});
+        rays.back().begin = 1 + 1e-5 * i;
+    }
+    std::vector<RayHit> hits(rays.size());
+    trace(iso, iso_cells(iso), rays, tolerance, hits);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        EXPECT_NEAR(rays[i].origin.z() + hits[i].t, z0 - w * std::sqrt(std::log(1.01)), 1e-7);
+    }
+}
+
 TEST(IsoRays, FromInsideTheSurfaceIsMetFromBehind)
 {
     const Field field = make_field(layer_of({{.kind = SkeletonKind::point}}), unmoved);
