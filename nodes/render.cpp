@@ -1,6 +1,8 @@
 #include "graph/document/frame_path.hpp"
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
+#include "nodes/render_layers.hpp"
+#include "nodes/render_upgrade.hpp"
 #include "nodes/render_view.hpp"
 #include "nodes/wire_types.hpp"
 #include "render/cube_quantity.hpp"
@@ -44,6 +46,7 @@ enum class Quality { draft, preview, standard, final };
 
 struct Inputs {
     std::vector<graph::Wire<geometry::TriMesh>> mesh;
+    graph::Wire<physics::LayeredScene> layers;
     graph::Wire<geometry::TriMesh> rest, shot;
     std::shared_ptr<const ::render::Extent> extent;
     graph::Wire<geometry::Cubes> cubes;
@@ -216,6 +219,21 @@ static void add_meshes(::render::Scene& scene, const Inputs& in)
     }
 }
 
+static void add_layers(::render::Scene& scene, const Inputs& in)
+{
+    if (!in.layers) return;
+    scene.fields = layer_surfaces(*in.layers);
+    const bool by_attribute = in.colour.by == ::render::Paint::By::attribute;
+    if (by_attribute && in.colour.attribute == layers_attribute && !scene.legend) {
+        // What is pressed most lies inside a contact: the colours of all frames are the same.
+        scene.legend = legend_for(in.colour, {layers_attribute, "1", {0, 1}});
+    }
+    for (::render::FieldSurface& surface : scene.fields) {
+        surface.paint = {in.colour.by, in.colour.constant, in.colour.attribute, {}};
+        if (by_attribute && scene.legend) surface.paint.scale = scene.legend->scale;
+    }
+}
+
 static void add_cubes(::render::Scene& scene, const Inputs& in)
 {
     if (!in.cubes || in.cube.draw == CubeParams::Draw::none) return;
@@ -336,12 +354,16 @@ static void warn_of_empty(const Inputs& in, const ::render::Scene& scene,
                        "camera.kind");
 }
 
+constexpr const char* layers_told =
+    "Layered scene whose surfaces are drawn without Polygonize: rays find them, exact in each "
+    "pixel. Their one attribute is `compression`.";
+
 constexpr const char* nothing_to_draw =
-    "there is nothing to draw: link a mesh, cubes, points, pins, forces or colliders";
+    "there is nothing to draw: link a mesh, layers, cubes, points, pins, forces or colliders";
 
 static graph::Faults check(const Inputs&, const graph::Setting& setting)
 {
-    for (const char* input : {"mesh", "cubes", "points", "pins", "forces", "colliders"}) {
+    for (const char* input : {"mesh", "layers", "cubes", "points", "pins", "forces", "colliders"}) {
         if (setting.links(input)) return {};
     }
     return {{"", nothing_to_draw}};
@@ -351,11 +373,12 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 {
     ::render::Scene scene;
     add_meshes(scene, in);
+    add_layers(scene, in);
     add_cubes(scene, in);
     add_points(scene, in);
     const geometry::Box drawn = ::render::bounds(scene);
-    if (in.mesh.empty() && !in.cubes && !in.points && in.pins.empty() && in.forces.empty() &&
-        in.colliders.empty()) {
+    if (in.mesh.empty() && !in.layers && !in.cubes && !in.points && in.pins.empty() &&
+        in.forces.empty() && in.colliders.empty()) {
         throw std::invalid_argument(nothing_to_draw);
     }
     const auto floor = ::render::solid_floor(in.colliders);
@@ -392,42 +415,6 @@ static ::render::Extent prepare_extent(const Inputs& in)
     return in.rest ? ::render::extent_of(in.rest->positions) : ::render::Extent{};
 }
 
-// Version 1 had one look: a hard light over a dark floor with a grid.
-static void say_old_look(graph::Json& node)
-{
-    graph::Json* const params = graph::put_missing(node, "params", graph::Json::Object());
-    if (!params) return;
-    const auto colour = [](double r, double g, double b) {
-        return graph::Json::Array{graph::Json{r}, graph::Json{g}, graph::Json{b}};
-    };
-    graph::put_missing(*params, "look", std::string("plain"));
-    const graph::Json* const antialias = params->find("antialias");
-    const std::string* const named = antialias ? antialias->text() : nullptr;
-    std::string quality = "preview";
-    if (named && *named == "none") quality = "draft";
-    if (named && *named == "samples4") quality = "standard";
-    graph::erase(*params, "antialias");
-    graph::put_missing(*params, "quality", std::move(quality));
-    if (auto* light = graph::put_missing(*params, "light", graph::Json::Object())) {
-        graph::put_missing(*light, "rim", 0.0);
-    }
-    if (auto* camera = graph::put_missing(*params, "camera", graph::Json::Object())) {
-        const graph::Json* const kind = camera->find("kind");
-        const std::string* const stands = kind ? kind->text() : nullptr;
-        if (!stands || *stands != "look_at") {
-            graph::put_missing(*camera, "hold", std::string("box"));
-        }
-    }
-    if (auto* ground = graph::put_missing(*params, "ground", graph::Json::Object())) {
-        graph::put_missing(*ground, "grid", true);
-        graph::put_missing(*ground, "colour", colour(0.34, 0.34, 0.34));
-    }
-    if (auto* backdrop = graph::put_missing(*params, "backdrop", graph::Json::Object())) {
-        graph::put_missing(*backdrop, "top", colour(0.10, 0.12, 0.15));
-        graph::put_missing(*backdrop, "horizon", colour(0.40, 0.42, 0.45));
-    }
-}
-
 void add_to(graph::Registry& registry)
 {
     registry.add("Render", 2, run)
@@ -438,6 +425,7 @@ void add_to(graph::Registry& registry)
                  "quality; the camera held a box",
                  say_old_look)
         .inputs("mesh", &Inputs::mesh, "Meshes to draw.")
+        .input("layers", &Inputs::layers, layers_told, graph::Need::optional)
         .input("rest", &Inputs::rest,
                "Mesh that sets the stage: the camera, the floor and the shadow are fitted to its "
                "bounds. Link what does not move (the mesh at rest), so that they stand still; "

@@ -92,6 +92,13 @@ DrawJob draw_job(const DrawList& list, const Look& look)
     job.opaque = list.opaque;
     job.clear = list.clear;
     job.uvs = list.uvs;
+    const Traced& traced = list.traced;
+    job.numbers.traced = {traced.x, traced.y, traced.width, traced.height};
+    job.numbers.traced_shadow = {traced.shadow_x, traced.shadow_y, traced.shadow_width,
+                                 traced.shadow_height};
+    job.traced = traced.pixels;
+    job.traced_samples = traced.samples;
+    job.traced_shadow = traced.shadow;
     for (const auto& texture : list.textures) {
         const geometry::Picture& picture = texture->picture();
         job.textures.push_back(

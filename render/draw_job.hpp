@@ -36,6 +36,8 @@ struct PictureNumbers {
     bool soft = false;                        // soft shadows and shade in corners
     int shadow_width = 0, shadow_height = 0;  // texels; 0: there is no shadow
     FloorPiece floor, shadowed_floor;
+    // Parts of the picture and of its shadow map that rays have told of; see Traced.
+    std::array<int, 4> traced{}, traced_shadow{};
     FrameNumbers frame{};
 };
 static_assert(std::is_trivially_copyable_v<PictureNumbers>);
@@ -57,6 +59,8 @@ struct DrawJob {
     std::span<const std::uint32_t> indices;
     std::span<const std::array<float, 2>> uvs;  // of the vertices; empty without textures
     std::span<const Batch> opaque, clear;
+    std::span<const TracedPixel> traced, traced_samples;
+    std::span<const float> traced_shadow;
     std::vector<JobTexture> textures;
 };
 

@@ -74,13 +74,34 @@ struct ShadowMap {
     float depth = 1;             // of the map's depth, for each stage unit
 };
 
+// What a ray found of a surface without triangles, as the first pass stores it (shaders/pack.glsl).
+struct TracedPixel {
+    std::uint32_t colour = 0, normal = 0;
+    float depth = 0;  // as in the depth buffer, 1 near; 0: nothing is there
+    std::uint32_t fine =
+        0;  // 1 + where the pixel's own samples begin; 0: it has none, it is a plane
+};
+static_assert(sizeof(TracedPixel) == 16);
+
+// What rays found of all such surfaces, in a part of the picture and of the shadow map.
+struct Traced {
+    int x = 0, y = 0, width = 0, height = 0;  // pixels
+    int places = 0;                           // samples of a pixel that has some
+    std::vector<TracedPixel> pixels;          // width * height
+    std::vector<TracedPixel> samples;
+    int shadow_x = 0, shadow_y = 0, shadow_width = 0, shadow_height = 0;  // texels
+    std::vector<float> shadow;  // shadow_width * shadow_height, depths; above 1: nothing
+};
+
 struct DrawList {
     std::vector<Vertex> vertices;
     std::vector<std::array<float, 2>> uvs;  // of the vertices, v up; empty without textures
     std::vector<std::uint32_t> indices;
     std::vector<std::shared_ptr<const geometry::Texture>> textures;
     std::vector<Batch> opaque;
-    std::vector<Batch> clear;  // far to near
+    std::vector<Batch> clear;       // far to near
+    std::vector<Box> field_bounds;  // m, of surfaces without triangles; they cast shadows
+    Traced traced;
     StageUnits units;
     View view;
     ShadowMap shadow;

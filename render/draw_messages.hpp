@@ -3,7 +3,8 @@
 // What this program and aspic-draw tell each other. Requests and replies go through a socket, one
 // message each; vertices, indices, batches and pixels lie in memory that both see:
 //
-//   memory   | vertices | uvs | indices | opaque | clear | textures | pixels | texels |
+//   memory   | vertices | uvs | indices | opaque | clear | traced (3) | textures | pixels | texels
+//   |
 //
 // each from a multiple of 64 bytes. Of textures, `texels` has those alone that aspic-draw does not
 // keep from the picture before; it keeps what a picture used until the next one.
@@ -34,6 +35,7 @@ static_assert(std::is_trivially_copyable_v<SentTexture>);
 struct DrawRequest {
     std::uint64_t layout = draw_layout;
     std::uint64_t vertices = 0, uvs = 0, indices = 0, opaque = 0, clear = 0;  // how many
+    std::uint64_t traced = 0, traced_samples = 0, traced_shadow = 0;
     std::uint64_t textures = 0, texel_bytes = 0;
     PictureNumbers numbers;
 };
@@ -48,7 +50,8 @@ static_assert(std::is_trivially_copyable_v<DrawReply>);
 
 // Where each part of a request lies, bytes from the start of the memory.
 struct DrawPlaces {
-    std::size_t vertices, uvs, indices, opaque, clear, textures, pixels, texels, end;
+    std::size_t vertices, uvs, indices, opaque, clear, traced, traced_samples, traced_shadow;
+    std::size_t textures, pixels, texels, end;
 };
 inline DrawPlaces places_of(const DrawRequest& r)
 {
@@ -64,6 +67,9 @@ inline DrawPlaces places_of(const DrawRequest& r)
     at.indices = take(r.indices * sizeof(std::uint32_t));
     at.opaque = take(r.opaque * sizeof(Batch));
     at.clear = take(r.clear * sizeof(Batch));
+    at.traced = take(r.traced * sizeof(TracedPixel));
+    at.traced_samples = take(r.traced_samples * sizeof(TracedPixel));
+    at.traced_shadow = take(r.traced_shadow * sizeof(float));
     at.textures = take(r.textures * sizeof(SentTexture));
     at.pixels = take(std::size_t(r.numbers.width) * std::size_t(r.numbers.height) * 4);
     at.texels = take(r.texel_bytes);

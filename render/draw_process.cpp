@@ -110,6 +110,9 @@ DrawRequest request_for(const DrawJob& job, const std::vector<SentTexture>& text
     request.indices = job.indices.size();
     request.opaque = job.opaque.size();
     request.clear = job.clear.size();
+    request.traced = job.traced.size();
+    request.traced_samples = job.traced_samples.size();
+    request.traced_shadow = job.traced_shadow.size();
     request.numbers = job.numbers;
     return request;
 }
@@ -125,6 +128,9 @@ void copy_in(const DrawJob& job, const std::vector<SentTexture>& textures, const
     copy(at.opaque, job.opaque);
     copy(at.clear, job.clear);
     copy(at.uvs, job.uvs);
+    copy(at.traced, job.traced);
+    copy(at.traced_samples, job.traced_samples);
+    copy(at.traced_shadow, job.traced_shadow);
     copy(at.textures, std::span<const SentTexture>(textures));
     std::byte* texels = memory + at.texels;
     for (std::size_t i = 0; i < textures.size(); ++i) {

@@ -79,6 +79,8 @@ GlPrograms compile_programs()
     p.shadow_textured = program({"shadow.vert"}, {"shadow.frag"}, textured);
     p.balls = program({"balls.vert"}, {"pack.glsl", "balls.frag"});
     p.balls_shadow = program({"balls.vert"}, {"balls_shadow.frag"});
+    p.traced = program(screen, lit_by("traced.frag"), lit_words(Style::plain, false, 2));
+    p.traced_shadow = program(screen, {"traced_shadow.frag"});
     return p;
 }
 
@@ -149,7 +151,8 @@ GlObjects make_gl_objects()
     glSamplerParameteri(gl.smooth_depths, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
     glSamplerParameteri(gl.smooth_depths, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
     glNamedFramebufferDrawBuffer(gl.shadow_pass, GL_NONE);
-    for (GLuint* const buffer : {&gl.vertices, &gl.uvs, &gl.indices, &gl.frame}) {
+    for (GLuint* const buffer : {&gl.vertices, &gl.uvs, &gl.indices, &gl.frame, &gl.traced,
+                                 &gl.traced_samples, &gl.traced_shadow}) {
         glCreateBuffers(1, buffer);
     }
     gl.vertex_array = vertex_array(gl, false);

@@ -7,6 +7,7 @@
 #include "render/draw_list.hpp"
 #include "render/gl_textures.hpp"
 #include "render/look.hpp"
+#include "render/sample_places.hpp"
 
 #include <glad/gl.h>
 
@@ -56,8 +57,6 @@ struct Layer {
     }
 };
 
-inline constexpr int layer_samples = 4;
-
 // What lies at each of the samples of a pixel: one layer for each.
 struct SampleLayers {
     GLuint pixels = 0, depths = 0;  // texture arrays
@@ -71,6 +70,7 @@ struct SampleLayers {
 struct GlPrograms {
     GLuint surface, uneven, shadow, balls, balls_shadow, seen, soften;
     GLuint surface_textured, shadow_textured;
+    GLuint traced, traced_shadow;
 };
 
 // Those that light what is seen, in one style.
@@ -87,6 +87,7 @@ struct GlObjects {
     std::array<Target, 2> seen{Target{GL_RGBA32F}, Target{GL_RGBA32F}};  // half as wide and high
     GLuint vertex_array, textured_array;                                 // the second has uvs too
     GLuint vertices, uvs, indices, frame;
+    GLuint traced, traced_samples, traced_shadow;
     GlTextures textures;
     GLuint light_pass, finish_pass, shadow_pass;
     Layer layer;

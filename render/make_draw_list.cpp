@@ -2,6 +2,7 @@
 
 #include "geometry/base/parallel.hpp"
 #include "render/gather.hpp"
+#include "render/trace_fields.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -51,6 +52,9 @@ Box box_along(const DrawList& list, const geometry::Mat3& axes, bool only_caster
     Box box;
     for (const Box& part : parts) {
         if (!part.empty()) box.add(part);
+    }
+    for (const Box& field : list.field_bounds) {
+        for (int k = 0; k < 8; ++k) box.add(Vec3(axes * list.units(corner_of(field, k))));
     }
     return box;
 }
@@ -226,6 +230,9 @@ DrawList make_draw_list(const Scene& scene, const Camera& camera, const Look& lo
     for (const Lines& lines : scene.lines) add_lines(all, lines);
     for (const Balls& balls : scene.balls) add_balls(all, balls);
     finish_gathering(all);
+    for (const FieldSurface& field : scene.fields) {
+        if (!field.extent.empty()) list.field_bounds.push_back(field.extent);
+    }
 
     const Vec3 to_light = direction(look.light_azimuth, look.light_elevation);
     list.to_light = to_light.cast<float>();
@@ -247,6 +254,7 @@ DrawList make_draw_list(const Scene& scene, const Camera& camera, const Look& lo
     list.drawn = box_along(list, geometry::Mat3::Identity(), false);
     list.shadow = shadow_map(list, to_light, stage, look.shadow);
     list.view = view_of(camera, list, look);
+    trace_fields(scene, look, list);
     return list;
 }
 

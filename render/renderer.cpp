@@ -70,28 +70,14 @@ void upload(const GlObjects& gl, const DrawJob& job)
     fill(gl.vertices, job.vertices);
     fill(gl.indices, job.indices);
     if (!job.uvs.empty()) fill(gl.uvs, job.uvs);
+    fill(gl.traced, job.traced);
+    fill(gl.traced_samples, job.traced_samples);
+    fill(gl.traced_shadow, job.traced_shadow);
     glBindVertexArray(job.uvs.empty() ? gl.vertex_array : gl.textured_array);
 }
 
-// Where in its pixel a sample lies, from the middle; and by how much the discs of soft light turn.
-struct Place {
-    float x = 0, y = 0, turn = 0;
-};
-
-// Four places of which no two share a row or a column: an edge or a line at any slant, a quarter
-// of a pixel wide or more, meets one of them. As in shaders/edges.frag.
-constexpr std::array<Place, layer_samples> in_a_square{
-    {{-0.125f, -0.375f}, {0.375f, -0.125f}, {-0.375f, 0.125f}, {0.125f, 0.375f}}};
-
-// One of sixteen, the points of a lattice of rank 1.
-Place in_a_lattice(int k)
-{
-    return {(float(k) + 0.5f) / 16 - 0.5f, float((7 * k) % 16) / 16 + 0.5f / 16 - 0.5f,
-            float(k) / 16};
-}
-
 // Moves what is drawn so that the middle of each pixel shows what lies at `place`.
-void move_samples(FrameNumbers& f, const Place& place)
+void move_samples(FrameNumbers& f, const SamplePlace& place)
 {
     for (std::size_t k = 0; k < 3; ++k) f.corner[k] += place.x * f.across[k] + place.y * f.down[k];
     for (std::size_t column = 0; column < 4; ++column) {
@@ -103,13 +89,39 @@ void move_samples(FrameNumbers& f, const Place& place)
 }
 
 // `samples` along each side of a pixel.
-void set_numbers(const GlObjects& gl, const DrawJob& job, int samples, const Place& place)
+void set_numbers(const GlObjects& gl, const DrawJob& job, int samples, const SamplePlace& place)
 {
     FrameNumbers numbers = job.numbers.frame;
     numbers.floor_colour[3] = float(samples);
     move_samples(numbers, place);
     glNamedBufferData(gl.frame, sizeof(numbers), &numbers, GL_STREAM_DRAW);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, gl.frame);
+}
+
+// What rays found, into the bound framebuffer: the samples number `which`, at `place`.
+void draw_traced(const GlObjects& gl, const DrawJob& job, int samples, int which,
+                 const SamplePlace& place)
+{
+    if (job.traced.empty()) return;
+    const auto [x, y, width, height] = job.numbers.traced;
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(samples * x, samples * y, samples * width, samples * height);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, gl.traced);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, gl.traced_samples);
+    glProgramUniform4i(gl.programs.traced, 1, x, y, width, height);
+    glProgramUniform1i(gl.programs.traced, 2, which);
+    glProgramUniform2f(gl.programs.traced, 3, place.x, place.y);
+    fill_screen(gl.programs.traced);
+    glDisable(GL_SCISSOR_TEST);
+}
+
+void draw_traced_shadow(const GlObjects& gl, const DrawJob& job)
+{
+    if (job.traced_shadow.empty()) return;
+    const auto [x, y, width, height] = job.numbers.traced_shadow;
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, gl.traced_shadow);
+    glProgramUniform4i(gl.programs.traced_shadow, 1, x, y, width, height);
+    fill_screen(gl.programs.traced_shadow);
 }
 
 void draw_shadow(GlObjects& gl, const DrawJob& job)
@@ -147,10 +159,12 @@ void draw_shadow(GlObjects& gl, const DrawJob& job)
     }
     glDisable(GL_DEPTH_CLAMP);
     glDisable(GL_POLYGON_OFFSET_FILL);
+    draw_traced_shadow(gl, job);
 }
 
-// Into the bound framebuffer.
-void draw_batches(const GlObjects& gl, const DrawJob& job, int samples)
+// Into the bound framebuffer. `which`: the number of the samples at `place`; -1: all middles.
+void draw_batches(const GlObjects& gl, const DrawJob& job, int samples, int which = -1,
+                  const SamplePlace& place = {})
 {
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GREATER);
@@ -184,6 +198,7 @@ void draw_batches(const GlObjects& gl, const DrawJob& job, int samples)
         }
         glDrawElements(mode, GLsizei(batch.count), GL_UNSIGNED_INT, at_index(batch.first));
     }
+    draw_traced(gl, job, samples, which, place);
     glDisable(GL_STENCIL_TEST);
 }
 
@@ -258,7 +273,7 @@ void draw_edges(GlObjects& gl, const DrawJob& job)
         set_numbers(gl, job, 1, in_a_square[k]);
         glBindFramebuffer(GL_FRAMEBUFFER, gl.fine.framebuffers[k]);
         glViewport(0, 0, job.numbers.width, job.numbers.height);
-        draw_batches(gl, job, 1);
+        draw_batches(gl, job, 1, int(k), in_a_square[k]);
     }
     set_numbers(gl, job, 1, {});
     bind(gl.finish_pass, gl.picture);
@@ -328,8 +343,8 @@ Renderer::~Renderer() = default;
 
 namespace {
 
-// One picture, whose samples lie at `place` of their pixels.
-void draw_picture(GlObjects& gl, const DrawJob& job, const Place& place,
+// One picture, whose samples lie at `place` of their pixels: `which` of several, or -1.
+void draw_picture(GlObjects& gl, const DrawJob& job, int which, const SamplePlace& place,
                   std::span<std::uint8_t> rgba)
 {
     const PictureNumbers& numbers = job.numbers;
@@ -339,7 +354,7 @@ void draw_picture(GlObjects& gl, const DrawJob& job, const Place& place,
     set_numbers(gl, job, samples, place);
     gl.layer.fit(width, height);
     bind(gl.layer.framebuffer, gl.layer.pixels);
-    draw_batches(gl, job, samples);
+    draw_batches(gl, job, samples, which, place);
 
     glBindTextureUnit(unit_shadow, gl.shadow_map.name);
     if (numbers.soft) draw_seen(gl, job);
@@ -361,7 +376,7 @@ void draw_mean(GlObjects& gl, const DrawJob& job, int pictures, std::span<std::u
     const std::size_t bytes = 4 * std::size_t(job.numbers.width) * std::size_t(job.numbers.height);
     std::vector<std::uint16_t> sum(bytes);
     for (int k = 0; k < pictures; ++k) {
-        draw_picture(gl, job, in_a_lattice(k), rgba);
+        draw_picture(gl, job, k, in_a_lattice(k), rgba);
         for (std::size_t i = 0; i < bytes; ++i) sum[i] = std::uint16_t(sum[i] + rgba[i]);
     }
     for (std::size_t i = 0; i < bytes; ++i) {
@@ -383,7 +398,7 @@ void Renderer::draw(const DrawJob& job, std::span<std::uint8_t> rgba)
     if (numbers.pictures > 1) {
         draw_mean(gl, job, numbers.pictures, rgba);
     } else {
-        draw_picture(gl, job, {}, rgba);
+        draw_picture(gl, job, -1, {}, rgba);
     }
     if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
         throw std::runtime_error("OpenGL reports error " + std::to_string(error) +

@@ -18,7 +18,9 @@ std::size_t bytes_to_draw(const DrawJob& job)
     for (const JobTexture& t : job.textures) textures += 3 * t.bytes();  // with its smaller levels
     return compiler + textures + area(n.width, n.height) * (a_pixel + a_sample) +
            4 * area(n.shadow_width, n.shadow_height) +
-           2 * (job.vertices.size_bytes() + job.uvs.size_bytes() + job.indices.size_bytes());
+           2 * (job.traced.size_bytes() + job.traced_samples.size_bytes() +
+                job.traced_shadow.size_bytes() + job.vertices.size_bytes() + job.uvs.size_bytes() +
+                job.indices.size_bytes());
 }
 
 void ask_for_room(std::size_t bytes)

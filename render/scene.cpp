@@ -11,6 +11,9 @@ Box bounds(const Scene& scene)
         }
     };
     for (const Surface& s : scene.surfaces) add(s.mesh->positions);
+    for (const FieldSurface& f : scene.fields) {
+        if (!f.extent.empty()) box.add(f.extent);
+    }
     for (const Lines& l : scene.lines) add(l.ends);
     for (const Balls& b : scene.balls) add(b.centres);
     return box;

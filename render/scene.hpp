@@ -3,9 +3,11 @@
 // What a picture shows, in world coordinates (metres, y up): everything else that can be drawn
 // (cubes, arrows, colliders) is made into these few shapes first.
 
+#include "geometry/fields/iso_cells.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "render/colour.hpp"
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -41,6 +43,18 @@ struct Surface {
     bool receives = true;  // false: shown in its own colour, unlit
 };
 
+// The surface of a field, without triangles: found along the ray of each pixel.
+struct FieldSurface {
+    geometry::IsoField field;
+    geometry::IsoCells cells;  // of that field
+    Box extent;                // m, of the surface; empty: there is none
+    geometry::Material material;
+    Paint paint;            // vertex colours: it has none, and shows its material
+    std::string attribute;  // the one that it has; empty: none
+    std::function<double(const Vec3&)> value;  // of the attribute, at a point of the surface
+    bool shadow = true;                        // casts one; receives them always
+};
+
 struct Lines {
     std::vector<Vec3f> ends;  // 2L, both ends of each line
     Vec3f colour{0, 0, 0};    // linear RGB
@@ -63,6 +77,7 @@ struct Legend {
 
 struct Scene {
     std::vector<Surface> surfaces;
+    std::vector<FieldSurface> fields;
     std::vector<Lines> lines;
     std::vector<Balls> balls;
     // Where the action is: the shadow and the floor's extent are laid out for this box, so keep it
@@ -73,7 +88,7 @@ struct Scene {
     std::string label;  // in a corner of the picture
 };
 
-// The box that holds every finite point of the surfaces, lines and balls.
+// The box that holds every finite point of the surfaces, lines, balls and fields.
 Box bounds(const Scene& scene);
 
 }  // namespace render

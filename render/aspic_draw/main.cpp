@@ -74,6 +74,11 @@ void draw(const DrawRequest& request, render::SharedMemory& memory,
     job.opaque = part(at.opaque, request.opaque, static_cast<const render::Batch*>(nullptr));
     job.clear = part(at.clear, request.clear, static_cast<const render::Batch*>(nullptr));
     job.uvs = part(at.uvs, request.uvs, static_cast<const std::array<float, 2>*>(nullptr));
+    constexpr const render::TracedPixel* traced_type = nullptr;
+    job.traced = part(at.traced, request.traced, traced_type);
+    job.traced_samples = part(at.traced_samples, request.traced_samples, traced_type);
+    job.traced_shadow =
+        part(at.traced_shadow, request.traced_shadow, static_cast<const float*>(nullptr));
     const std::byte* texels = start + at.texels;
     for (const render::SentTexture& t :
          part(at.textures, request.textures, static_cast<const render::SentTexture*>(nullptr))) {

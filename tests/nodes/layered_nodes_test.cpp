@@ -369,3 +369,54 @@ TEST(Layered, AStillMeshMayChangeItsShapeFromFrameToFrame)
     }
     EXPECT_NE(samples.front(), samples.back()) << "the test is of a number that changes";
 }
+
+namespace {
+
+NodeRun render_of_two_pressed_balls()
+{
+    std::vector<LayeredPart> parts;
+    for (const double x : {-0.08, 0.08}) {
+        parts.push_back(*part_of({{x, 0, 0}}, BaseKind::still).as<LayeredPart>());
+        parts.back().colour = {x < 0 ? 1.0f : 0.0f, 0, x < 0 ? 0.0f : 1.0f};
+    }
+    NodeRun render("Render");
+    render.inputs["layers"] = {Value::of(physics::start(parts))};
+    render.param("width").is = std::int64_t{64};
+    render.param("height").is = std::int64_t{64};
+    render.param("look").is = std::string("plain");
+    render.param("camera.azimuth").is = 0.0;
+    render.param("camera.elevation").is = 5.0;
+    return render;
+}
+
+}  // namespace
+
+// Two pressed balls side by side: red on the left, blue on the right, with one border between.
+TEST(RenderNode, DrawsLayersWithoutPolygons)
+{
+    NodeRun render = render_of_two_pressed_balls();
+    const auto image = render.run().as<::render::Image>();
+    EXPECT_TRUE(render.warnings.empty());
+    const auto redness = [&](std::size_t x) {
+        const std::size_t at = 4 * (32 * 64 + x);
+        return int(image->rgba[at]) - int(image->rgba[at + 2]);
+    };
+    for (std::size_t x = 20; x < 31; ++x) EXPECT_GT(redness(x), 60) << x;
+    for (std::size_t x = 33; x < 44; ++x) EXPECT_LT(redness(x), -60) << x;
+}
+
+TEST(RenderNode, ColoursLayersByTheirCompressionAndByNothingElse)
+{
+    NodeRun render = render_of_two_pressed_balls();
+    render.param("colour.by").is = std::string("attribute");
+    render.param("colour.attribute").is = std::string("compression");
+    EXPECT_FALSE(render.run().as<::render::Image>()->rgba.empty());
+    render.param("colour.attribute").is = std::string("speed");
+    try {
+        render.run();
+        FAIL() << "coloured by an attribute that layers do not have";
+    } catch (const std::exception& wrong) {
+        EXPECT_NE(std::string(wrong.what()).find("they have compression"), std::string::npos)
+            << wrong.what();
+    }
+}

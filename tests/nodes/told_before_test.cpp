@@ -108,9 +108,10 @@ TEST(ToldBefore, InputsThatAChoiceNeeds)
     EXPECT_TRUE(needs(told(R"("c": { "type": "Skeletons@1",
                            "params": { "skeletons": [{ "kind": "mesh" }] } })"),
                       "mesh"));
-    EXPECT_EQ(told(R"("c": { "type": "Render@2" })"),
-              "node 'c': there is nothing to draw: link a mesh, cubes, points, pins, forces or "
-              "colliders\n");
+    EXPECT_EQ(
+        told(R"("c": { "type": "Render@2" })"),
+        "node 'c': there is nothing to draw: link a mesh, layers, cubes, points, pins, forces "
+        "or colliders\n");
     EXPECT_EQ(told(cubes + R"("b": { "type": "Ball@1" },
                    "sim": { "type": "Simulate@1",
                             "inputs": { "cubes": "cubes", "balls": ["b.ball"] } })"),
