@@ -34,6 +34,27 @@ TEST(LayeredFields, PressedBodiesAreMetWhereBruteForceMeetsThem)
     }
 }
 
+// A thin limb across a thick one of the same body: they do not blend, press each other and bulge.
+TEST(LayeredFields, PartsOfOneBodyThatPressEachOtherAreMetWhereBruteForceMeetsThem)
+{
+    Skeleton thick{.kind = SkeletonKind::segment, .points = {{-0.2, 0, 0}, {0.2, 0, 0}}};
+    Skeleton thin{.kind = SkeletonKind::segment, .points = {{0, 0.14, -0.2}, {0.05, 0.16, 0.2}}};
+    ImplicitLayer layer = soft_layer({thick, thin}, true);
+    layer.contributions[1] = {.thickness = 0.06, .stiffness = 14, .radius = 0.16};
+    layer.blend.rule = geometry::BlendRule::smooth_groups;
+    LayeredBody body = make_layered_body(layer, BaseKind::still, 1000, 0.02);
+    body.matter.self_contact = true;
+    body.matter.bulge_width = 0.03;
+    body.matter.bulge_height = 0.3;
+    const LayeredScene scene = scene_of({body});
+    const LayeredField limbs = layered_fields(scene)[0];
+    geometry::Box around;
+    around.add(Vec3(-0.1, 0.0, -0.15));
+    around.add(Vec3(0.15, 0.25, 0.15));
+    const auto rays = geometry::ray_march::rays_at(around, 500, 33);
+    EXPECT_GT(geometry::ray_march::expect_as_brute_force(limbs.field, rays, 4000, 1e-9), 150);
+}
+
 // Between two equal balls pressed together lies a plane, which both surfaces share: rays that come
 // from either side to the other's surface end there, at the same depth.
 TEST(LayeredFields, PressedBodiesEndAtOneCommonSurface)
