@@ -14,7 +14,6 @@ using geometry::RayHit;
 using geometry::Vec3i;
 
 constexpr int tile_side = 16;
-constexpr std::size_t tile_pixels = tile_side * tile_side;
 
 // Tiles in which each surface may be seen.
 struct Tiles {

@@ -66,10 +66,11 @@ private:
                          [](const Column& a, const Column& b) { return a.before < b.before; });
         for (const Column& column : columns) {
             if (column.before * cells_.cell > hit_.t) break;
-            for (int i = 0; i < rays_along_cell * rays_along_cell; ++i) {
-                const double step = cells_.cell / rays_along_cell;
-                add(cells_.lo[u_] + column.u * cells_.cell + (i % rays_along_cell + 0.5) * step,
-                    cells_.lo[v_] + column.v * cells_.cell + (i / rays_along_cell + 0.5) * step);
+            const double step = cells_.cell / rays_along_cell;
+            const double u = cells_.lo[u_] + column.u * cells_.cell + 0.5 * step;
+            const double v = cells_.lo[v_] + column.v * cells_.cell + 0.5 * step;
+            for (int j = 0; j < rays_along_cell; ++j) {
+                for (int i = 0; i < rays_along_cell; ++i) add(u + i * step, v + j * step);
             }
             if (rays_.size() >= FieldBlock::capacity) feel();
         }
