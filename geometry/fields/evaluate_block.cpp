@@ -37,7 +37,7 @@ void keep_near(const Field& field, std::span<const std::uint32_t> skeletons,
     const double radius = 0.5 * box.diagonal();
     near.clear();
     for (const std::uint32_t i : skeletons) {
-        if (foot(field, i, centre).r - radius < field.profile[i].R) near.push_back(i);
+        if (distance(field, i, centre) - radius < field.profile[i].R) near.push_back(i);
     }
 }
 

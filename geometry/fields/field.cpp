@@ -145,6 +145,18 @@ Foot foot(const Field& field, std::size_t i, const Vec3& p)
     return result;
 }
 
+double distance(const Field& field, std::size_t i, const Vec3& p)
+{
+    switch (field.kind[i]) {
+    case SkeletonKind::point:
+    case SkeletonKind::segment:
+    case SkeletonKind::polyline:
+        return distance_to_polyline(points_of(field, i), p);
+    default:
+        return foot(field, i, p).r;
+    }
+}
+
 FieldValue value_at(const Field& field, const Vec3& p)
 {
     FieldValue value;
@@ -205,7 +217,7 @@ Interval bounds(const Field& field, std::span<const std::uint32_t> skeletons, co
     const double radius = 0.5 * box.diagonal();
     Interval sum, largest;
     for (const std::uint32_t i : skeletons) {
-        const double r = foot(field, i, centre).r;
+        const double r = distance(field, i, centre);
         const double lo = profile_at(field.profile[i], r + radius).f;
         // Only solids have an inside; nothing is nearer than the skeleton itself elsewhere.
         const double nearest = is_solid(field.kind[i]) ? r - radius : std::max(0.0, r - radius);
@@ -225,7 +237,7 @@ double slope_bound(const Field& field, std::span<const std::uint32_t> skeletons,
     std::uint32_t first = no_skeleton;
     bool parts = false;
     for (const std::uint32_t i : skeletons) {
-        const double r = foot(field, i, centre).r;
+        const double r = distance(field, i, centre);
         const double nearest = is_solid(field.kind[i]) ? r - radius : std::max(0.0, r - radius);
         if (!(nearest < field.profile[i].R)) continue;
         sum += steepest(field.profile[i], nearest, r + radius);

@@ -81,6 +81,9 @@ Box influence(const Field& field);
 // Where p stands to one skeleton.
 Foot foot(const Field& field, std::size_t skeleton, const Vec3& p);
 
+// foot().r alone, which is quicker. The same bits.
+double distance(const Field& field, std::size_t skeleton, const Vec3& p);
+
 inline constexpr std::uint32_t no_skeleton = no_index;
 
 struct FieldValue {

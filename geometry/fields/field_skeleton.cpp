@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace geometry {
@@ -23,11 +24,18 @@ Foot around(const Vec3& d, const Vec3& t)
     return foot;
 }
 
+// Where on the segment from a, 0..1 of ab, p is nearest.
+double place_on_segment(const Vec3& a, const Vec3& ab, const Vec3& p)
+{
+    const double length_sq = ab.squaredNorm();
+    return length_sq > 0 ? std::clamp((p - a).dot(ab) / length_sq, 0.0, 1.0) : 0.0;
+}
+
 Foot foot_on_segment(const Vec3& a, const Vec3& b, const Vec3& p)
 {
     const Vec3 ab = b - a;
     const double length_sq = ab.squaredNorm();
-    const double s = length_sq > 0 ? std::clamp((p - a).dot(ab) / length_sq, 0.0, 1.0) : 0.0;
+    const double s = place_on_segment(a, ab, p);
     const bool between = s > 0 && s < 1;
     return around(p - (a + s * ab), between ? Vec3(ab / std::sqrt(length_sq)) : Vec3(Vec3::Zero()));
 }
@@ -41,6 +49,18 @@ Foot foot_on_polyline(std::span<const Vec3> points, const Vec3& p)
     for (std::size_t i = 1; i + 1 < points.size(); ++i) {
         const Foot foot = foot_on_segment(points[i], points[i + 1], p);
         if (foot.r < nearest.r) nearest = foot;
+    }
+    return nearest;
+}
+
+double distance_to_polyline(std::span<const Vec3> points, const Vec3& p)
+{
+    if (points.size() == 1) return (p - points[0]).norm();
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+        const Vec3 ab = points[i + 1] - points[i];
+        const double s = place_on_segment(points[i], ab, p);
+        nearest = std::min(nearest, (p - (points[i] + s * ab)).norm());
     }
     return nearest;
 }

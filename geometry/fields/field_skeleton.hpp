@@ -46,7 +46,8 @@ struct Foot {
     Mat3 hessian = Mat3::Zero();  // 1/m
 };
 
-Foot foot_on_polyline(std::span<const Vec3> points, const Vec3& p);  // one point or more
+Foot foot_on_polyline(std::span<const Vec3> points, const Vec3& p);        // one point or more
+double distance_to_polyline(std::span<const Vec3> points, const Vec3& p);  // the foot's r, alone
 Foot foot_on_triangle(std::span<const Vec3, 3> corners, const Vec3& p);
 Foot foot_on_box(const Vec3& half_size, const Vec3& p);        // centred on the origin
 Foot foot_on_ellipsoid(const Vec3& semi_axes, const Vec3& p);  // centred on the origin

@@ -28,13 +28,15 @@ IsoCells iso_cells(const IsoField& field, int along)
     cells.bounds.add(cells.lo);
     cells.bounds.add(Vec3(cells.lo + cells.cell * cells.dims.cast<double>()));
     cells.slope.assign(cells.index(cells.dims - Vec3i::Ones()) + 1, 0);
+    cells.leap.assign(cells.slope.size(), 0);
     parallel_for(crossed.size(), 64, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const Vec3i at = crossed[i] - lo;
-            const double slope =
-                field.slope ? field.slope(cells.box(at)) : std::numeric_limits<double>::infinity();
+            constexpr Steepness unknown{1e30, 0};
+            const auto [slope, leap] = field.steepness ? field.steepness(cells.box(at)) : unknown;
             // A hair more, which rounding to float may take away.
             cells.slope[cells.index(at)] = std::max(static_cast<float>(1.000001 * slope), 1e-30f);
+            cells.leap[cells.index(at)] = static_cast<float>(1.000001 * leap);
         }
     });
     return cells;

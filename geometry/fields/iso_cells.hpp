@@ -5,7 +5,7 @@
 // field's slope in it.
 //
 //   . . . . . .      a ray leaps over all cells but those marked x, and in these over every
-//   . x x x x .      stretch in which the field cannot reach 0: |f| / slope long at least
+//   . x x x x .      stretch in which the field cannot reach 0: (|f| - leap) / slope long at least
 //   . x . . x .
 //   . x x x x .
 //
@@ -25,8 +25,9 @@ struct IsoCells {
     Vec3 lo = Vec3::Zero();  // m, the grid's lowest corner
     double cell = 1;         // m
     Vec3i dims = Vec3i::Zero();
-    std::vector<float> slope;  // a cell, x first: 0 where the surface does not pass, else 1/m
-    Box bounds;                // m, of the cells that it may pass; empty: none
+    // Of each cell, x first; see Steepness. A slope of 0: the surface does not pass there.
+    std::vector<float> slope, leap;
+    Box bounds;  // m, of the cells that it may pass; empty: none
 
     std::size_t index(const Vec3i& at) const
     {

@@ -14,10 +14,10 @@ IsoField iso_field(const Field& field)
         const Interval range = bounds(field, near, box);
         return Interval{range.lo - field.isovalue, range.hi - field.isovalue};
     };
-    iso.slope = [&field](const Box& box) {
+    iso.steepness = [&field](const Box& box) {
         thread_local std::vector<std::uint32_t> near;
         candidates(field, box, near);
-        return slope_bound(field, near, box);
+        return Steepness{slope_bound(field, near, box)};
     };
     iso.ask = [&field](const FieldBlock& block, BlockValues& values) {
         thread_local std::vector<std::uint32_t> near;

@@ -11,14 +11,19 @@
 
 namespace geometry {
 
+// In a box the value grows over a distance s by no more than slope * s + leap.
+struct Steepness {
+    double slope = 0;  // 1/m
+    double leap = 0;   // above 0 where the value may jump, or rise steeply
+};
+
 // Solid where the value, isovalue taken off, is >= 0. Called from many threads at once. Values must
 // not depend on which other points are asked.
 struct IsoField {
     Box domain;                                                // m, holds all of the surface
     std::function<Interval(const Box&)> bounds;                // over a box
     std::function<void(const FieldBlock&, BlockValues&)> ask;  // value and gradient, padded blocks
-    // 1/m: the gradient's length over a box is no more; infinite, or null: not known. For rays.
-    std::function<double(const Box&)> slope = nullptr;
+    std::function<Steepness(const Box&)> steepness = nullptr;  // over a box; null: not known
 };
 
 // `field` must outlive the result. The domain is where the field is not 0; a plane alone has none.

@@ -168,11 +168,12 @@ private:
         if (from.slope > 0 && -from.f < m.least * from.slope) {
             return hit(m, from.t - from.f / from.slope, from);
         }
-        double t = from.t, budget = -from.f;
+        double t = from.t, budget = -from.f, leap = 0;
         for (;;) {
             const double L = slope(m), stay = m.walk.out() - t;
-            if (budget < L * stay) {
-                t += budget / L;
+            leap = static_cast<double>(cells_.leap[cells_.index(m.walk.at)]);
+            if (budget - leap < L * stay) {
+                t += std::max(0.0, budget - leap) / L;
                 break;
             }
             if (stay > 0) budget -= L * stay;
@@ -184,7 +185,8 @@ private:
             if (!(cells_.slope[cells_.index(m.walk.at)] > 0)) return leave(m);
         }
         const double newton = from.slope > 0 ? from.t - from.f / from.slope : infinity;
-        const double h = 0.25 * cells_.cell / m.speed;
+        // Where f may jump, no slope tells of a thin sheet: smaller steps do.
+        const double h = (leap > 0 ? 1.0 / 16 : 0.25) * cells_.cell / m.speed;
         const double to = std::max({t, std::min(newton, t + h), from.t + m.least});
         m.phase = Phase::march;
         m.t = std::min(to, rays_[m.ray].end);

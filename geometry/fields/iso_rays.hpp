@@ -2,12 +2,14 @@
 
 // Where rays meet the surface of a field first, to a tolerance, and its gradient there.
 //
-//           |<- proven ->|<- h ->|        From a sample outside (f < 0) the ray goes on as far as
-//   f  0 ---+------------+-------+--.--   the slopes' bounds prove that there is no surface
-//          o|                   o .'      (iso_cells.hpp), and from there to where Newton's step
-//           |                  .'         leads, by a quarter of a cell (h) at most. Where f
-//           changes
-//                                         its sign the crossing is closed in.
+//           |<- proven ->|<- h ->|
+//   f  0 ---+------------+-------+--.--
+//          o|                   o .'
+//           |                  .'
+//
+// From a sample outside (f < 0) the ray goes on as far as the slopes' bounds prove that there is no
+// surface (iso_cells.hpp), and from there to where Newton's step leads, by a quarter of a cell (h)
+// at most; where f may jump, by a sixteenth. Where f changes its sign the crossing is closed in.
 //
 // Between two samples outside, of which the first comes nearer and the second goes away, the
 // surface may have been grazed. A field that is concave between them stays below both tangents;

@@ -195,6 +195,49 @@ FieldValue value_at(const DeformedLayer& layer, const Vec3& p)
     return {D.f[0], D.gradient(0), no_skeleton};
 }
 
+namespace {
+
+// Whether the parts of a body may bulge before each other in a box: then the deformed field may
+// jump between the territories of unlike ones. Where one skeleton's is the largest contribution,
+// those that it does not blend with must come as near as bulges are wide.
+bool parts_may_bulge(const DeformedLayer& layer, const Meeting& meeting, const Box& box)
+{
+    const Field& field = meeting.field(meeting.own);
+    const Vec3 centre = box.centre();
+    const double radius = 0.5 * box.diagonal();
+    thread_local std::vector<Interval> range;  // of each skeleton's contribution in the box
+    thread_local std::vector<std::uint32_t> near;
+    Box around = box;
+    around.lo.array() -= layer.bulges.width;
+    around.hi.array() += layer.bulges.width;
+    geometry::candidates(field, around, near);
+    range.clear();
+    for (const std::uint32_t s : near) {
+        const double r = geometry::distance(field, s, centre);
+        const double nearest =
+            geometry::is_solid(field.kind[s]) ? r - radius : std::max(0.0, r - radius);
+        range.push_back({geometry::profile_at(field.profile[s], r + radius).f,
+                         geometry::profile_at(field.profile[s], nearest).f});
+    }
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < near.size(); ++i) {
+        if (!(range[i].hi > 0)) continue;
+        bool border = false;  // of the territory of i may lie in the box
+        double others = 0, enough = infinity;
+        for (std::size_t j = 0; j < near.size(); ++j) {
+            if (field.weights(near[i], near[j]) > 0) continue;
+            const geometry::FieldProfile& p = field.profile[near[j]];
+            border |= range[i].lo <= range[j].hi && range[j].lo <= range[i].hi;
+            others += range[j].hi;
+            enough = std::min(enough, geometry::profile_at(p, p.e + layer.bulges.width).f);
+        }
+        if (border && enough < infinity && others >= enough) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
 geometry::IsoField iso_field(const DeformedLayer& layer)
 {
     geometry::IsoField iso;
@@ -216,18 +259,14 @@ geometry::IsoField iso_field(const DeformedLayer& layer)
         return Interval{std::min(own.lo + std::min(0.0, c - soft), 2 * c - hard) - c,
                         own.hi + highest - c};
     };
-    iso.slope = [layer, highest](const Box& box) {
+    iso.steepness = [layer, highest](const Box& box) {
         thread_local Meeting meeting;
         const bool bulges = highest > 0;
         gather(layer.bodies, layer.body, no_skeleton, box, meeting,
                bulges ? layer.bulges.width : 0);
         const double own =
             geometry::slope_bound(meeting.field(meeting.own), meeting.own.skeletons, box);
-        if (layer.bodies[layer.body].matter.rigid) return own;
-        // A bulge rises upright beside a rigid body.
-        if (parts_bulge(layer) || (bulges && meeting.other_count > 0)) {
-            return std::numeric_limits<double>::infinity();
-        }
+        if (layer.bodies[layer.body].matter.rigid) return geometry::Steepness{own};
         double soft = 0, hard = 0;
         for (std::uint32_t o = 0; o < meeting.other_count; ++o) {
             const Party& other = meeting.others[o];
@@ -235,7 +274,13 @@ geometry::IsoField iso_field(const DeformedLayer& layer)
             most =
                 std::max(most, geometry::slope_bound(meeting.field(other), other.skeletons, box));
         }
-        return std::max(own + soft, hard);
+        // A bulge rises upright beside a rigid body, and jumps between the territories of unlike
+        // parts. It comes on top of what has a slope.
+        const bool steep =
+            meeting.other_count > 0 || (parts_bulge(layer) && parts_may_bulge(layer, meeting, box));
+        const double parts = steep && parts_bulge(layer) ? own : 0;
+        return geometry::Steepness{std::max(own + std::max(soft, parts), hard),
+                                   bulges && steep ? highest : 0};
     };
     iso.ask = [layer, c](const FieldBlock& block, BlockValues& values) {
         ask(layer, block, values);

@@ -59,7 +59,7 @@ std::uint32_t largest_at(const Field& field, std::span<const std::uint32_t> skel
     std::uint32_t largest = no_skeleton;
     double most = 0;
     for (const std::uint32_t s : skeletons) {
-        const double f = profile_at(field.profile[s], geometry::foot(field, s, p).r).f;
+        const double f = profile_at(field.profile[s], geometry::distance(field, s, p)).f;
         if (f > most) {
             most = f;
             largest = s;

@@ -156,7 +156,7 @@ TEST(TraceFields, LeaveNoPixelFreeBetweenTwoThatTouch)
         const geometry::Field &own = blobs->field,
                               &other = blobs == &left ? right.field : left.field;
         // As contact deforms it: f + c - g where the other one holds.
-        s.field.slope = nullptr;
+        s.field.steepness = nullptr;
         s.field.ask = [&own, &other](const geometry::FieldBlock& block,
                                      geometry::BlockValues& values) {
             for (std::size_t i = 0; i < block.count; ++i) {

@@ -146,6 +146,16 @@ TEST(IsoRays, AHeapOfBlendsIsMetWhereBruteForceMeetsIt)
     }
 }
 
+TEST(IsoRays, ADistanceIsThatOfTheFoot)
+{
+    const Random random(8);
+    const Field field = heap(BlendRule::sum, 1);
+    for (std::uint64_t i = 0; i < 300; ++i) {
+        const Vec3 p(random.unit(3 * i), random.unit(3 * i + 1), random.unit(3 * i + 2));
+        EXPECT_EQ(distance(field, i % 9, p), foot(field, i % 9, p).r);
+    }
+}
+
 TEST(IsoRays, TheSlopeNowhereExceedsItsBound)
 {
     const Random random(3);
@@ -163,7 +173,8 @@ TEST(IsoRays, TheSlopeNowhereExceedsItsBound)
                 box.lo = iso.domain.lo + size.cwiseProduct(place(0));
                 box.hi = box.lo + 0.05 * place(3);
                 const Vec3 p = box.lo + box.size().cwiseProduct(place(6));
-                EXPECT_LE(value_at(field, p).gradient.norm(), iso.slope(box) * (1 + 1e-9));
+                EXPECT_LE(value_at(field, p).gradient.norm(),
+                          iso.steepness(box).slope * (1 + 1e-9));
             }
         }
     }
@@ -196,6 +207,32 @@ TEST(IsoRays, ASheetThatStepsLeapOverIsFoundAsAPeak)
     trace(iso, iso_cells(iso), rays, tolerance, hits);
     for (std::size_t i = 0; i < rays.size(); ++i) {
         EXPECT_NEAR(rays[i].origin.z() + hits[i].t, z0 - w * std::sqrt(std::log(1.01)), 1e-7);
+    }
+}
+
+// A field that jumps has no slope that would tell of a thin sheet: here f is 0.5 in a sheet 2 mm
+// thick and -0.5 elsewhere.
+TEST(IsoRays, AThinSheetIsFoundWhereTheFieldMayJump)
+{
+    const double z0 = 0.4123;
+    IsoField iso;
+    iso.domain.add(Vec3(Vec3::Zero()));
+    iso.domain.add(Vec3(Vec3::Ones()));
+    iso.bounds = [](const Box&) { return Interval{-1, 1}; };
+    iso.steepness = [](const Box&) { return Steepness{0, 1}; };
+    iso.ask = [=](const FieldBlock& block, BlockValues& values) {
+        values.clear(block.count);
+        for (std::size_t i = 0; i < block.count; ++i) {
+            values.f[i] = std::abs(block.z[i] - z0) < 1e-3 ? 0.5 : -0.5;
+        }
+    };
+    std::vector<Ray> rays;
+    for (int i = 0; i < 100; ++i) rays.push_back({{0.5, 0.5, -1 - 0.001 * i}, {0, 0, 1}, 0});
+    std::vector<RayHit> hits(rays.size());
+    trace(iso, iso_cells(iso), rays, tolerance, hits);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        EXPECT_NEAR(rays[i].origin.z() + hits[i].t, z0 - 1e-3, 1e-8);
+        EXPECT_NEAR(hits[i].normal.z(), -1, 1e-12) << "towards where it came from";
     }
 }
 
