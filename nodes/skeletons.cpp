@@ -1,5 +1,6 @@
 #include "geometry/fields/field.hpp"
 #include "geometry/fields/skeleton_mesh.hpp"
+#include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/transform.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
@@ -46,12 +47,17 @@ struct Outputs {
 };
 
 constexpr const char* needs_mesh =
-    "a skeleton of kind = mesh needs the input 'mesh': link a closed mesh";
+    "a skeleton of kind = mesh or sheet needs the input 'mesh': link one";
+
+static bool of_mesh(SkeletonKind kind)
+{
+    return kind == SkeletonKind::mesh || kind == SkeletonKind::sheet;
+}
 
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
     for (std::size_t i = 0; i < in.skeletons.size() && !setting.links("mesh"); ++i) {
-        if (in.skeletons[i].kind != SkeletonKind::mesh) continue;
+        if (!of_mesh(in.skeletons[i].kind)) continue;
         return {{fmt::format("skeletons.{}.kind", i), needs_mesh}};
     }
     return {};
@@ -66,7 +72,7 @@ static geometry::Skeleton skeleton(const Item& item, const Inputs& in)
     if (item.kind == SkeletonKind::point && s.points.empty()) s.points = {item.position};
     s.half_size = item.size / 2;
     s.place = geometry::placement(item.position, item.rotate_degrees, Vec3::Ones(), Vec3::Zero());
-    if (item.kind == SkeletonKind::mesh) {
+    if (of_mesh(item.kind)) {
         if (!in.mesh) {
             throw std::invalid_argument(needs_mesh);
         }
@@ -75,8 +81,21 @@ static geometry::Skeleton skeleton(const Item& item, const Inputs& in)
     return s;
 }
 
+static void warn_of_open_mesh(const Inputs& in, const graph::Context& context)
+{
+    for (std::size_t i = 0; i < in.skeletons.size(); ++i) {
+        if (in.skeletons[i].kind != SkeletonKind::mesh || !in.mesh) continue;
+        if (geometry::is_closed(in.mesh->triangles(), in.mesh->positions.size())) continue;
+        context.warn(fmt::format(
+            "skeleton {} (counted from 0) has kind = mesh, but its mesh is open: all that lies "
+            "behind its triangles counts as inside. Set kind = sheet for a surface with two sides",
+            i));
+    }
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
+    warn_of_open_mesh(in, context);
     geometry::ImplicitLayer layer;
     std::vector<std::uint32_t> parts;
     bool any_part = false;
@@ -150,22 +169,31 @@ static void describe_place(graph::ParamsOf<Place>& p)
 static void describe_item(graph::ParamsOf<Item>& p)
 {
     p.choice("kind", &Item::kind,
-             {"point", "segment", "polyline", "triangle", "box", "ellipsoid", "plane", "mesh"},
+             {"point", "segment", "polyline", "triangle", "box", "ellipsoid", "plane", "mesh",
+              "curve", "torus", "cylinder", "cone", "sheet"},
              "Shape of the skeleton, from which distances are measured. A plane is solid below its "
-             "local y = 0.")
+             "local y = 0. A mesh is closed and solid; a sheet is a mesh, open or closed, that has "
+             "two sides and no inside. A curve passes through its points without corners. Torus, "
+             "cylinder and cone stand along their local y.")
         .list("points", &Item::points, describe_place,
               "Points of the skeleton: 1 for a point, 2 for a segment, 3 for a triangle, 2 or more "
-              "for a polyline.",
-              {"kind", {"point", "segment", "polyline", "triangle"}})
+              "for a polyline or a curve. A curve whose last point is its first is closed.",
+              {"kind", {"point", "segment", "polyline", "triangle", "curve"}})
         .param("position", &Item::position,
-               "Position of a solid's origin, or of a point skeleton that has no `points`.",
+               "Position of the origin of a solid or sheet, or of a point skeleton that has no "
+               "`points`.",
                {.unit = "m"})
-        .param("size", &Item::size,
-               "Edge lengths of a box, or axes of an ellipsoid from end to end.",
-               {.min = 0, .unit = "m"}, {"kind", {"box", "ellipsoid"}})
-        .param("rotate_degrees", &Item::rotate_degrees,
-               "Rotation of a solid about x, then y, then z, each axis fixed in space.",
-               {.unit = "deg"}, {"kind", {"box", "ellipsoid", "plane", "mesh"}})
+        .param(
+            "size", &Item::size,
+            "Edge lengths of a box, or axes of an ellipsoid from end to end. Torus: outer width, "
+            "and thickness along y (0: a circle). Cylinder: width and height. Cone: width of "
+            "its base, height, width of its top (0: pointed).",
+            {.min = 0, .unit = "m"}, {"kind", {"box", "ellipsoid", "torus", "cylinder", "cone"}})
+        .param(
+            "rotate_degrees", &Item::rotate_degrees,
+            "Rotation of a solid or sheet about x, then y, then z, each axis fixed in space.",
+            {.unit = "deg"},
+            {"kind", {"box", "ellipsoid", "plane", "mesh", "torus", "cylinder", "cone", "sheet"}})
         .block("contribution", &Item::contribution, describe_contribution,
                "How its field falls with distance.")
         .param("frame", &Item::frame,
@@ -184,7 +212,8 @@ void add_to(graph::Registry& registry)
         .summary("Describes an implicit layer: the skeletons that carry its field, and which of "
                  "them blend.",
                  {"metaball", "implicit", "field"})
-        .input("mesh", &Inputs::mesh, "A closed mesh, for skeletons of kind = mesh.",
+        .input("mesh", &Inputs::mesh,
+               "A mesh, for skeletons of kind = mesh (closed) or sheet (any).",
                graph::Need::optional)
         .input("points", &Inputs::points,
                "Points. Each becomes a point skeleton on a frame of its own, all of one part.",

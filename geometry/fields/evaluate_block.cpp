@@ -1,6 +1,7 @@
 #include "geometry/fields/evaluate_block.hpp"
 
 #include "geometry/fields/field_kernels.hpp"
+#include "geometry/fields/round_skeleton.hpp"
 
 #include <algorithm>
 
@@ -15,6 +16,12 @@ void add_skeleton(const Field& field, std::uint32_t i, const FieldBlock& block,
     if (kind == SkeletonKind::point || kind == SkeletonKind::segment ||
         kind == SkeletonKind::polyline) {
         return add_polyline(points_of(field, i), field.profile[i], block, sum);
+    }
+    if (kind == SkeletonKind::curve) {
+        return add_curve(points_of(field, i), field.profile[i], block, sum);
+    }
+    if (is_round(kind)) {
+        return add_round(kind, field.half_size[i], field.place[i], field.profile[i], block, sum);
     }
     BlockValues& feet = scratch.feet;
     for (std::size_t k = 0; k < (block.count + 7) / 8 * 8; ++k) {

@@ -1,5 +1,7 @@
 #include "geometry/fields/field.hpp"
 
+#include "geometry/fields/curve_skeleton.hpp"
+#include "geometry/fields/round_skeleton.hpp"
 #include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
 
@@ -22,13 +24,18 @@ Box influence_of(const Field& field, std::size_t i)
         box.add(Vec3::Constant(std::numeric_limits<double>::infinity()));
         return box;
     case SkeletonKind::box:
-    case SkeletonKind::ellipsoid: {
-        const Vec3 half = field.place[i].linear().cwiseAbs() * field.half_size[i];
+    case SkeletonKind::ellipsoid:
+    case SkeletonKind::torus:
+    case SkeletonKind::cylinder:
+    case SkeletonKind::cone: {
+        const Vec3 half =
+            field.place[i].linear().cwiseAbs() * half_extent(field.kind[i], field.half_size[i]);
         box.add(field.place[i].translation() - half);
         box.add(field.place[i].translation() + half);
         break;
     }
     case SkeletonKind::mesh:
+    case SkeletonKind::sheet:
         for (const Vec3f& p : field.mesh[i]->mesh.positions) {
             if (p.allFinite()) box.add(field.place[i] * p.cast<double>());
         }
@@ -86,13 +93,16 @@ Field make_field(const ImplicitLayer& layer, std::span<const Transform> frames,
         }
         const Transform& frame = frames[layer.frame[i]];
         field.kind.push_back(s.kind);
-        if (!is_solid(s.kind)) {
+        if (s.kind == SkeletonKind::curve) {
+            for (const Vec3& p : catmull_rom(s.points)) field.points.push_back(frame * p);
+        } else if (has_points(s.kind)) {
             for (const Vec3& p : s.points) field.points.push_back(frame * p);
         }
         field.first.push_back(static_cast<std::uint32_t>(field.points.size()));
         field.place.push_back(frame * s.place);
         field.half_size.push_back(s.half_size);
-        field.mesh.push_back(s.kind == SkeletonKind::mesh ? s.mesh : nullptr);
+        const bool of_mesh = s.kind == SkeletonKind::mesh || s.kind == SkeletonKind::sheet;
+        field.mesh.push_back(of_mesh ? s.mesh : nullptr);
         field.influence.push_back(influence_of(field, i));
         if (s.kind == SkeletonKind::plane) {
             field.unbounded.push_back(static_cast<std::uint32_t>(i));
@@ -121,6 +131,8 @@ Foot foot(const Field& field, std::size_t i, const Vec3& p)
         return foot_on_polyline(points, p);
     case SkeletonKind::triangle:
         return foot_on_triangle(points.first<3>(), p);
+    case SkeletonKind::curve:
+        return foot_on_curve(points, p);
     default:
         break;
     }
@@ -136,6 +148,16 @@ Foot foot(const Field& field, std::size_t i, const Vec3& p)
         break;
     case SkeletonKind::mesh:
         result = foot_on_mesh(*field.mesh[i], local);
+        break;
+    case SkeletonKind::sheet:
+        result = foot_on_sheet(*field.mesh[i], local);
+        break;
+    case SkeletonKind::torus:
+        result = foot_on_torus(round_shape(field.kind[i], field.half_size[i]), local);
+        break;
+    case SkeletonKind::cylinder:
+    case SkeletonKind::cone:
+        result = foot_on_cone(round_shape(field.kind[i], field.half_size[i]), local);
         break;
     default:
         result = foot_on_plane(local);

@@ -46,9 +46,9 @@ struct Field {
     std::vector<FieldProfile> profile;  // S
     std::vector<Box> influence;         // S, m, no contribution outside; infinite for planes
     std::vector<std::uint32_t> first;   // S + 1, into points
-    std::vector<Vec3> points;           // m, world; none for solids
-    std::vector<Transform> place;       // S, solids: their own frame to the world
-    std::vector<Vec3> half_size;        // S, m
+    std::vector<Vec3> points;      // m, world; Bezier points of curves; none for solids and sheets
+    std::vector<Transform> place;  // S, solids and sheets: their own frame to the world
+    std::vector<Vec3> half_size;   // S, m
     std::vector<std::shared_ptr<const SkeletonMesh>> mesh;  // S, null for others
     FieldGrid grid;                                         // of all bounded skeletons
     std::vector<std::uint32_t> unbounded;
@@ -60,10 +60,18 @@ struct Field {
 inline bool is_solid(SkeletonKind kind)
 {
     return kind == SkeletonKind::box || kind == SkeletonKind::ellipsoid ||
-           kind == SkeletonKind::plane || kind == SkeletonKind::mesh;
+           kind == SkeletonKind::plane || kind == SkeletonKind::mesh ||
+           kind == SkeletonKind::torus || kind == SkeletonKind::cylinder ||
+           kind == SkeletonKind::cone;
 }
 
-// The points of skeleton i in the world; none for solids.
+// Whether a skeleton is drawn by its points, and not in a frame of its own.
+inline bool has_points(SkeletonKind kind)
+{
+    return !is_solid(kind) && kind != SkeletonKind::sheet;
+}
+
+// The points of skeleton i in the world; Bezier points of a curve; none for solids and sheets.
 inline std::span<const Vec3> points_of(const Field& field, std::size_t i)
 {
     return {field.points.data() + field.first[i], field.points.data() + field.first[i + 1]};

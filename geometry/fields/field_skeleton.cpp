@@ -174,9 +174,11 @@ Foot foot_on_plane(const Vec3& p)
     return {p.y(), Vec3::UnitY(), Mat3::Zero()};
 }
 
-Foot foot_on_mesh(const SkeletonMesh& mesh, const Vec3& p)
+namespace {
+
+// By the point of the mesh nearest to p; as if it had no inside.
+Foot foot_at(const SkeletonMesh& mesh, const TriangleBvh::Hit& hit, const Vec3& p)
 {
-    const TriangleBvh::Hit hit = mesh.tree.closest(p);
     if (!hit) return {std::numeric_limits<double>::infinity(), Vec3::Zero(), Mat3::Zero()};
     Vec3 t = Vec3::Zero();
     int inner = 0, across = 0;  // of how many corners the point is a mixture
@@ -194,14 +196,29 @@ Foot foot_on_mesh(const SkeletonMesh& mesh, const Vec3& p)
         t = (corner(across + 2) - corner(across + 1)).normalized();
     }
     Foot foot = around(p - hit.point, t);
-    if (foot.r == 0) foot.n = hit.normal;
     if (inner == 3) foot.hessian.setZero();
+    return foot;
+}
+
+}  // namespace
+
+Foot foot_on_mesh(const SkeletonMesh& mesh, const Vec3& p)
+{
+    const TriangleBvh::Hit hit = mesh.tree.closest(p);
+    Foot foot = foot_at(mesh, hit, p);
+    if (!hit) return foot;
+    if (foot.r == 0) foot.n = hit.normal;
     if (hit.behind) {
         foot.r = -foot.r;
         foot.n = -foot.n;
         foot.hessian = -foot.hessian;
     }
     return foot;
+}
+
+Foot foot_on_sheet(const SkeletonMesh& mesh, const Vec3& p)
+{
+    return foot_at(mesh, mesh.tree.closest(p), p);
 }
 
 bool is_rigid(const Transform& transform)
@@ -212,50 +229,81 @@ bool is_rigid(const Transform& transform)
            r.determinant() > 0;
 }
 
+namespace {
+
+void check_points(const Skeleton& s, std::size_t least, std::size_t most, const char* what)
+{
+    if (s.points.size() < least || s.points.size() > most) {
+        throw std::invalid_argument(fmt::format("a {} skeleton needs {}{} point{}, got {}", what,
+                                                least, most > least ? " or more" : "",
+                                                most > 1 ? "s" : "", s.points.size()));
+    }
+    for (const Vec3& p : s.points) {
+        if (!p.allFinite()) {
+            throw std::invalid_argument(
+                fmt::format("a {} skeleton has a point that is not finite", what));
+        }
+    }
+}
+
+void check_round(const Skeleton& s)
+{
+    const Vec3& half = s.half_size;
+    const bool torus = s.kind == SkeletonKind::torus, cone = s.kind == SkeletonKind::cone;
+    if (torus && !(half.y() >= 0 && half.x() > 0 && half.x() >= 2 * half.y())) {
+        throw std::invalid_argument(
+            fmt::format("a torus skeleton needs an outer width (x) of at least twice its thickness "
+                        "(y, 0 or above), got {} and {}",
+                        2 * half.x(), 2 * half.y()));
+    }
+    if (!torus && !(half.x() > 0 && half.y() > 0 && (!cone || half.z() >= 0))) {
+        throw std::invalid_argument(fmt::format(
+            "a {} skeleton needs a width (x) and a height (y) above 0{}, got {}, {} "
+            "and {}",
+            cone ? "cone" : "cylinder", cone ? ", and at its top a width (z) from 0" : "",
+            2 * half.x(), 2 * half.y(), 2 * half.z()));
+    }
+}
+
+// What a solid or a sheet is made of.
+void check_size(const Skeleton& s)
+{
+    const bool of_mesh = s.kind == SkeletonKind::mesh || s.kind == SkeletonKind::sheet;
+    if (of_mesh && (!s.mesh || s.mesh->tree.triangle_count() == 0)) {
+        throw std::invalid_argument("a mesh skeleton needs a mesh with triangles, got none");
+    }
+    if (of_mesh || s.kind == SkeletonKind::plane) return;
+    const bool box = s.kind == SkeletonKind::box || s.kind == SkeletonKind::ellipsoid;
+    if (!s.half_size.allFinite() || (box && (s.half_size.array() <= 0).any())) {
+        throw std::invalid_argument(
+            fmt::format("a box or ellipsoid skeleton needs a size above 0 along each axis, got "
+                        "half sizes {} {} {}",
+                        s.half_size.x(), s.half_size.y(), s.half_size.z()));
+    }
+    if (!box) check_round(s);
+}
+
+}  // namespace
+
 void check(const Skeleton& s)
 {
-    const auto points = [&](std::size_t least, std::size_t most, const char* what) {
-        if (s.points.size() < least || s.points.size() > most) {
-            throw std::invalid_argument(fmt::format("a {} skeleton needs {}{} point{}, got {}",
-                                                    what, least, most > least ? " or more" : "",
-                                                    most > 1 ? "s" : "", s.points.size()));
-        }
-        for (const Vec3& p : s.points) {
-            if (!p.allFinite()) {
-                throw std::invalid_argument(
-                    fmt::format("a {} skeleton has a point that is not finite", what));
-            }
-        }
-    };
     switch (s.kind) {
     case SkeletonKind::point:
-        return points(1, 1, "point");
+        return check_points(s, 1, 1, "point");
     case SkeletonKind::segment:
-        return points(2, 2, "segment");
+        return check_points(s, 2, 2, "segment");
     case SkeletonKind::polyline:
-        return points(2, 1 << 20, "polyline");
+        return check_points(s, 2, 1 << 20, "polyline");
+    case SkeletonKind::curve:
+        return check_points(s, 2, 1 << 20, "curve");
     case SkeletonKind::triangle:
-        return points(3, 3, "triangle");
-    case SkeletonKind::box:
-    case SkeletonKind::ellipsoid:
-        if (!s.half_size.allFinite() || (s.half_size.array() <= 0).any()) {
-            throw std::invalid_argument(
-                fmt::format("a box or ellipsoid skeleton needs a size above 0 along each axis, got "
-                            "half sizes {} {} {}",
-                            s.half_size.x(), s.half_size.y(), s.half_size.z()));
-        }
-        [[fallthrough]];
-    case SkeletonKind::mesh:
-        if (s.kind == SkeletonKind::mesh && (!s.mesh || s.mesh->tree.triangle_count() == 0)) {
-            throw std::invalid_argument("a mesh skeleton needs a mesh with triangles, got none");
-        }
-        [[fallthrough]];
-    case SkeletonKind::plane:
+        return check_points(s, 3, 3, "triangle");
+    default:
+        check_size(s);
         if (!is_rigid(s.place)) {
             throw std::invalid_argument("the place of a solid skeleton must be rigid; change its "
                                         "size instead of scaling it");
         }
-        return;
     }
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
 // Skeletons: the primitives that carry an implicit field, and the distance to each.
-//   r(P)  distance from P to the skeleton, m; negative inside solids (box, ellipsoid, plane, mesh),
-//         so that the field keeps a slope there
+//   r(P)  distance from P to the skeleton, m; negative inside solids (box, ellipsoid, plane, mesh,
+//         torus, cylinder, cone), so that the field keeps a slope there
 //   n(P)  grad r, unit
 //   H(P)  Hessian of r: (I - n n^T) / r about a corner, (I - n n^T - t t^T) / r about an edge of
 //         direction t, 0 over a face, (I + r S)^-1 S over a curved surface of shape operator S
@@ -24,7 +24,12 @@ enum class SkeletonKind : std::uint8_t {
     box,
     ellipsoid,
     plane,
-    mesh
+    mesh,
+    curve,  // curve_skeleton.hpp
+    torus,  // round_skeleton.hpp
+    cylinder,
+    cone,
+    sheet  // a mesh, open or not, that has two sides and no inside
 };
 
 struct SkeletonMesh;  // geometry/fields/skeleton_mesh.hpp
@@ -33,8 +38,10 @@ struct SkeletonMesh;  // geometry/fields/skeleton_mesh.hpp
 struct Skeleton {
     SkeletonKind kind = SkeletonKind::point;
     std::vector<Vec3> points{Vec3::Zero()};  // m: 1 for point, 2, 2 or more, 3; unused by solids
-    Vec3 half_size{0.5, 0.5, 0.5};           // m: half edges of a box, semi-axes of an ellipsoid
-    // A solid's own frame, rigid; a plane is solid where its y < 0.
+    // m: half edges of a box, semi-axes of an ellipsoid, radii of what is round
+    // (round_skeleton.hpp)
+    Vec3 half_size{0.5, 0.5, 0.5};
+    // The own frame of a solid or a sheet, rigid; a plane is solid where its y < 0.
     Transform place = Transform::Identity();
     std::shared_ptr<const SkeletonMesh> mesh = nullptr;
 };
@@ -53,6 +60,7 @@ Foot foot_on_box(const Vec3& half_size, const Vec3& p);        // centred on the
 Foot foot_on_ellipsoid(const Vec3& semi_axes, const Vec3& p);  // centred on the origin
 Foot foot_on_plane(const Vec3& p);                             // y = 0
 Foot foot_on_mesh(const SkeletonMesh& mesh, const Vec3& p);    // closed, faces outward
+Foot foot_on_sheet(const SkeletonMesh& mesh, const Vec3& p);   // any; no inside
 
 // Throws std::invalid_argument, saying what is wrong, for a skeleton that none of these accepts:
 // the wrong number of points, a size that is not positive, a place that is not rigid, not a number.

@@ -1,5 +1,6 @@
 #include "physics/layered_bodies/layered_body.hpp"
 
+#include "geometry/fields/round_skeleton.hpp"
 #include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "physics/layers/layer_contact.hpp"
@@ -8,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 namespace physics {
@@ -31,6 +33,30 @@ struct Moments {
     }
 };
 
+// A torus has moments in closed form. Of a cylinder or cone, three Gauss points up the axis are
+// exact for slices whose moments are polynomials of degree 4 in y.
+void add_round_core(const Skeleton& s, Moments& m)
+{
+    const geometry::RoundShape c = geometry::round_shape(s.kind, s.half_size);
+    constexpr double pi = std::numbers::pi;
+    const Mat3 turn = s.place.linear();
+    const auto add_about = [&](double y, double volume, double across, double along) {
+        m.add(s.place * Vec3(0, y, 0), volume);
+        const Vec3 own = volume * Vec3(across, along, across);
+        m.second += turn * own.asDiagonal() * turn.transpose();
+    };
+    if (s.kind == SkeletonKind::torus) {
+        const double tube_sq = c.tube * c.tube, volume = 2 * pi * pi * c.ring * tube_sq;
+        return add_about(0, volume, c.ring * c.ring / 2 + 3 * tube_sq / 8, tube_sq / 4);
+    }
+    const double at[] = {-std::sqrt(0.6), 0, std::sqrt(0.6)},
+                 weight[] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double r = 0.5 * (c.base + c.top + at[i] * (c.top - c.base));
+        add_about(at[i] * c.height, c.height * weight[i] * pi * r * r, r * r / 4, 0);
+    }
+}
+
 void add_core(const Skeleton& s, double volume, Moments& m)
 {
     if (!(volume > 0)) return;
@@ -53,6 +79,10 @@ void add_core(const Skeleton& s, double volume, Moments& m)
             }
         }
         return;
+    }
+    if (geometry::is_round(s.kind)) {
+        m.add(centre, -volume);
+        return add_round_core(s, m);
     }
     const double share = s.kind == SkeletonKind::box ? 1.0 / 3 : 1.0 / 5;
     const Mat3 turn = s.place.linear();

@@ -1,5 +1,6 @@
 #include "physics/layered_bodies/step_length.hpp"
 
+#include "geometry/fields/round_skeleton.hpp"
 #include "geometry/fields/skeleton_mesh.hpp"
 
 #include <fmt/format.h>
@@ -39,8 +40,9 @@ Box box_of(const LayeredBody& body, std::span<const std::uint32_t> skeletons, do
         for (const Vec3& p : skeleton.points) box.add(p);
         if (!skeleton.points.empty()) continue;
         Box own;
-        own.add(-skeleton.half_size);
-        own.add(skeleton.half_size);
+        const Vec3 half = geometry::half_extent(skeleton.kind, skeleton.half_size);
+        own.add(-half);
+        own.add(half);
         if (skeleton.mesh) own = geometry::bounds(skeleton.mesh->mesh);
         const Vec3 centre = skeleton.place * own.centre();
         box.add(centre - Vec3::Constant(0.5 * own.diagonal()));

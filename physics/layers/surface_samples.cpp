@@ -1,6 +1,7 @@
 #include "physics/layers/surface_samples.hpp"
 
 #include "geometry/fields/polygonize.hpp"
+#include "geometry/fields/round_skeleton.hpp"
 #include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "physics/layers/geodesic_sphere.hpp"
@@ -121,6 +122,15 @@ Vec3 steiner_totals(const Skeleton& s)
         const Vec3 e = 2 * s.half_size;
         return {2 * (e.x() * e.y() + e.y() * e.z() + e.z() * e.x()), 2 * pi * e.sum(), 4 * pi};
     }
+    case SkeletonKind::cylinder:
+    case SkeletonKind::cone: {
+        // Each rim turns by an angle; the slope's own curvature is 2 pi for each metre of height.
+        const geometry::RoundShape c = geometry::round_shape(s.kind, s.half_size);
+        const double slant = std::hypot(c.base - c.top, 2 * c.height);
+        const double at_base = std::acos((c.top - c.base) / slant), at_top = pi - at_base;
+        return {pi * (c.base * c.base + c.top * c.top + (c.base + c.top) * slant),
+                2 * pi * (2 * c.height + c.base * at_base + c.top * at_top), 4 * pi};
+    }
     default:
         return Vec3::Zero();  // not known in a closed form, or not convex
     }
@@ -133,6 +143,16 @@ double core_volume(const Skeleton& s)
         return 8 * s.half_size.prod();
     case SkeletonKind::ellipsoid:
         return 4 * std::numbers::pi / 3 * s.half_size.prod();
+    case SkeletonKind::torus: {
+        const geometry::RoundShape t = geometry::round_shape(s.kind, s.half_size);
+        return 2 * std::numbers::pi * std::numbers::pi * t.ring * t.tube * t.tube;
+    }
+    case SkeletonKind::cylinder:
+    case SkeletonKind::cone: {
+        const geometry::RoundShape c = geometry::round_shape(s.kind, s.half_size);
+        return 2 * std::numbers::pi / 3 * c.height *
+               (c.base * c.base + c.base * c.top + c.top * c.top);
+    }
     case SkeletonKind::mesh: {
         double volume = 0;
         const TriMesh& mesh = s.mesh->mesh;
@@ -147,6 +167,13 @@ double core_volume(const Skeleton& s)
     default:
         return 0;
     }
+}
+
+// Whether the surface is curved inward somewhere, so that shares of edges and corners may be below
+// zero.
+bool bends_inward(SkeletonKind kind)
+{
+    return kind == SkeletonKind::curve || kind == SkeletonKind::torus;
 }
 
 // Samples of any other skeleton: the vertices of the surface it has alone, each with its share of
@@ -190,7 +217,7 @@ void add_surface_samples(const ImplicitLayer& layer, std::size_t i, double spaci
     const auto scale = [&](std::vector<double>& a, double to) {
         double sum = 0;
         for (std::size_t k = base; k < a.size(); ++k) {
-            a[k] = std::max(0.0, a[k]);  // no less than round-off
+            if (!bends_inward(s.kind)) a[k] = std::max(0.0, a[k]);  // no less than round-off
             sum += a[k];
         }
         for (std::size_t k = base; k < a.size() && sum > 0; ++k) a[k] *= to / sum;
@@ -221,8 +248,9 @@ SurfaceSamples make_surface_samples(const ImplicitLayer& layer, double spacing)
             Box box;
             for (const Vec3& p : s.points) box.add(p);
             if (s.mesh) box.add(geometry::bounds(s.mesh->mesh));
-            const bool solid = s.kind == SkeletonKind::box || s.kind == SkeletonKind::ellipsoid;
-            const double width = box.diagonal() + (solid ? 2 * s.half_size.norm() : 0) + 2 * e;
+            const bool sized = geometry::is_solid(s.kind) && s.kind != SkeletonKind::mesh;
+            const Vec3 half = geometry::half_extent(s.kind, s.half_size);
+            const double width = box.diagonal() + (sized ? 2 * half.norm() : 0) + 2 * e;
             if (4 * width * width / (spacing * spacing) > most_samples) {
                 throw std::invalid_argument(
                     fmt::format("seed_spacing = {} m is too small for skeleton {} (about {} m "

@@ -1,0 +1,49 @@
+// What rays of samples and the closed forms of cores give a rigid body, against its surface's mesh.
+
+#include "geometry/fields/polygonize.hpp"
+#include "geometry/fields/skeleton_mesh.hpp"
+#include "geometry/mesh/mass_properties.hpp"
+#include "geometry/mesh/primitive.hpp"
+#include "tests/physics/layered_bodies/layered_fixtures.hpp"
+
+#include <gtest/gtest.h>
+
+namespace physics::skeleton_mass_test {
+
+using namespace layered_fixtures;
+
+TEST(SkeletonMass, IsThatOfTheMeshOfTheSurface)
+{
+    const auto solid = [](SkeletonKind kind, const Vec3& half) {
+        Skeleton s{.kind = kind, .points = {}, .half_size = half};
+        s.place.translate(Vec3(0.2, 0.1, -0.3))
+            .rotate(Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()));
+        return s;
+    };
+    Skeleton sheet = solid(SkeletonKind::sheet, {1, 1, 1});
+    sheet.mesh = std::make_shared<const geometry::SkeletonMesh>(geometry::grid(0.8, 0.5, 3, 3));
+    const std::vector<Skeleton> each{
+        solid(SkeletonKind::torus, {0.6, 0.15, 1}),
+        solid(SkeletonKind::torus, {0.5, 0, 1}),
+        solid(SkeletonKind::cylinder, {0.3, 0.4, 1}),
+        solid(SkeletonKind::cone, {0.4, 0.4, 0.2}),
+        solid(SkeletonKind::cone, {0.4, 0.4, 0}),
+        {.kind = SkeletonKind::curve,
+         .points = {{-0.5, 0, 0}, {-0.2, 0.3, 0}, {0.2, 0.1, 0.2}, {0.5, 0.2, 0.1}}},
+        sheet};
+    for (std::size_t i = 0; i < each.size(); ++i) {
+        const ImplicitLayer layer = soft_layer({each[i]});
+        const LayeredBody body = make_layered_body(layer, BaseKind::rigid, 1, 0.04);
+        const Transform here = Transform::Identity();
+        const geometry::MassProperties mesh = geometry::mass_properties(geometry::polygonize(
+            geometry::iso_field(geometry::make_field(layer, {&here, 1})), 0.015));
+        // Meshes are inscribed, samples a little less so: some (h / r)^2.
+        EXPECT_NEAR(body.base.mass[0], mesh.mass, 0.02 * mesh.mass) << "skeleton " << i;
+        EXPECT_LT((body.base.frames[0].translation() - mesh.centre).norm(), 3e-3)
+            << "skeleton " << i;
+        EXPECT_LT((body.base.inertia[0] - mesh.inertia).norm(), 0.03 * mesh.inertia.norm())
+            << "skeleton " << i;
+    }
+}
+
+}  // namespace physics::skeleton_mass_test
