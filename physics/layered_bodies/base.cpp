@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
 namespace physics {
 
@@ -29,6 +30,43 @@ Hinge& add_hinge(Base& base, std::uint32_t a, std::uint32_t b, const Vec3& point
     hinge.zero_b = base.frames[b].linear().transpose() * square;
     base.hinges.push_back(hinge);
     return base.hinges.back();
+}
+
+Joint& add_joint(Base& base, JointKind kind, std::uint32_t a, std::uint32_t b, const Vec3& point,
+                 const Vec3& axis, const Vec3& second_axis)
+{
+    const bool to_world = a == Joint::world;
+    if (base.kind != BaseKind::rigid || (!to_world && a >= base.frames.size()) ||
+        b >= base.frames.size() || a == b) {
+        throw std::invalid_argument(fmt::format(
+            "a joint needs two different frames of a rigid body, or one and the world; got frames "
+            "{} and {} of {}{}",
+            to_world ? "the world" : std::to_string(a), b, base.frames.size(),
+            base.kind == BaseKind::rigid ? "" : " of a body that is not rigid"));
+    }
+    if (!(axis.norm() > 0) || !axis.allFinite() || !point.allFinite()) {
+        throw std::invalid_argument("a joint needs a finite point and an axis that is not zero");
+    }
+    Mat3 axes;
+    axes.col(0) = axis.normalized();
+    axes.col(1) = axes.col(0).unitOrthogonal();
+    if (kind == JointKind::two_axis) {
+        const Vec3 other = second_axis.normalized();
+        if (!(std::abs(other.dot(axes.col(0))) < 1e-3) || !(other.norm() > 0.5)) {
+            throw std::invalid_argument(
+                "a joint of two axes needs a second axis that is square to the first");
+        }
+        axes.col(1) = (other - other.dot(axes.col(0)) * axes.col(0)).normalized();
+    }
+    axes.col(2) = axes.col(0).cross(axes.col(1));
+    const Transform at_a = to_world ? Transform::Identity() : base.frames[a];
+    Joint joint{.kind = kind, .a = a, .b = b};
+    joint.point_a = at_a.inverse() * point;
+    joint.point_b = base.frames[b].inverse() * point;
+    joint.axes_a = at_a.linear().transpose() * axes;
+    joint.axes_b = base.frames[b].linear().transpose() * axes;
+    base.joints.push_back(joint);
+    return base.joints.back();
 }
 
 double hinge_angle(const Hinge& hinge, const Transform& a, const Transform& b)

@@ -11,6 +11,7 @@
 // 1997, V.
 
 #include "physics/layered_bodies/cube_base.hpp"
+#include "physics/layered_bodies/joint.hpp"
 
 #include <memory>
 #include <vector>
@@ -62,6 +63,7 @@ struct Base {
     std::vector<Mat3> inertia;      // B, kg m^2, about the origin, in local axes; rigid only
     std::vector<LayerSpring> springs;
     std::vector<Hinge> hinges;
+    std::vector<Joint> joints;
     Substance substance;                    // particles only
     std::shared_ptr<const CubeBase> cubes;  // cubes only, else null
 };
@@ -69,6 +71,13 @@ struct Base {
 // Adds a hinge through `point` along `axis`, both as drawn; the angle as drawn is 0. Throws
 // std::invalid_argument for frames that are not there or not rigid, or an axis without direction.
 Hinge& add_hinge(Base& base, std::uint32_t a, std::uint32_t b, const Vec3& point, const Vec3& axis);
+
+// Adds a joint of frame b with frame a, or with the world where that is Joint::world, at `point` as
+// drawn. `axis`: a slider's way, the middle of a ball's cone, or the axis of two that a carries;
+// `second_axis`: the one that b carries, else not used. Throws std::invalid_argument as add_hinge()
+// does, and for two axes that are not square to each other.
+Joint& add_joint(Base& base, JointKind kind, std::uint32_t a, std::uint32_t b, const Vec3& point,
+                 const Vec3& axis, const Vec3& second_axis = Vec3::Zero());
 
 // The angle at which frames a and b stand to each other, rad in -pi..pi.
 double hinge_angle(const Hinge& hinge, const Transform& a, const Transform& b);

@@ -122,6 +122,84 @@ private:
     btScalar lowest_, highest_;  // rad
 };
 
+// A joint by its rows (joint.hpp), found anew in each step: Jacobians and errors as they are then.
+class RowJoint : public btTypedConstraint {
+public:
+    RowJoint(const Joint& joint, const Limb* a, const Limb& b, btRigidBody& world)
+        : btTypedConstraint(D6_CONSTRAINT_TYPE, a ? *a->body : world, *b.body), joint_(joint),
+          axes_a_(a ? a->axes : Eigen::Quaterniond::Identity()), axes_b_(b.axes), to_world_(!a)
+    {}
+
+    void getInfo1(btConstraintInfo1* info) override
+    {
+        info->m_numConstraintRows = info->nub = 0;
+        for (const JointRow& row : rows().all()) {
+            info->m_numConstraintRows += row.lowest < row.highest ? limits(row) : 1;
+        }
+    }
+
+    // Rows J v = e, v the velocities of a less those of b.
+    void getInfo2(btConstraintInfo2* info) override
+    {
+        int at = 0;
+        const auto put = [&](const JointRow& row, btScalar error, btScalar least, btScalar most) {
+            const Vec3 turn_a = row.angular ? row.along : Vec3(row.arm_a.cross(row.along));
+            const Vec3 turn_b = row.angular ? row.along : Vec3(row.arm_b.cross(row.along));
+            for (int k = 0; k < 3; ++k) {
+                if (!row.angular) {
+                    info->m_J1linearAxis[at + k] = row.along[k];
+                    info->m_J2linearAxis[at + k] = -row.along[k];
+                }
+                info->m_J1angularAxis[at + k] = turn_a[k];
+                info->m_J2angularAxis[at + k] = -turn_b[k];
+            }
+            const int row_number = at / info->rowskip;
+            info->m_constraintError[at] = error * info->fps;
+            info->m_lowerLimit[at] = least;
+            info->m_upperLimit[at] = most;
+            at = (row_number + 1) * info->rowskip;
+        };
+        // What is beyond comes back by a fifth a step, as hinges do.
+        const auto room = [&](btScalar free) { return free > 0 ? free : info->erp * free; };
+        const JointRows all = rows();
+        for (const JointRow& row : all.all()) {
+            if (!(row.lowest < row.highest)) {
+                put(row, info->erp * row.value, -SIMD_INFINITY, SIMD_INFINITY);
+                continue;
+            }
+            if (row.highest < unbounded) put(row, -room(row.highest - row.value), 0, SIMD_INFINITY);
+            if (row.lowest > -unbounded) put(row, room(row.value - row.lowest), -SIMD_INFINITY, 0);
+        }
+    }
+
+    void setParam(int, btScalar, int) override {}
+    btScalar getParam(int, int) const override { return 0; }
+
+private:
+    static constexpr double unbounded = 1e8;
+
+    static int limits(const JointRow& row)
+    {
+        return int(row.highest < unbounded) + int(row.lowest > -unbounded);
+    }
+    static Transform frame(const btRigidBody& body, const Eigen::Quaterniond& axes)
+    {
+        Transform at = Transform::Identity();
+        at.translate(from_bullet(body.getCenterOfMassPosition()));
+        at.rotate(from_bullet(body.getOrientation()) * axes.conjugate());
+        return at;
+    }
+    JointRows rows() const
+    {
+        return joint_rows(joint_, to_world_ ? Transform::Identity() : frame(m_rbA, axes_a_),
+                          frame(m_rbB, axes_b_));
+    }
+
+    Joint joint_;
+    Eigen::Quaterniond axes_a_, axes_b_;
+    bool to_world_;
+};
+
 // One turn of dt seconds that keeps the angular momentum, by the spin in its middle.
 void turn(const Limb& limb, double dt)
 {
@@ -145,7 +223,7 @@ void turn(const Limb& limb, double dt)
 struct BulletBodies::World {
     std::vector<Limb> limbs;
     std::vector<std::size_t> first;  // limb of each part's first frame
-    std::vector<std::unique_ptr<LimitedHinge>> joints;
+    std::vector<std::unique_ptr<btTypedConstraint>> joints;
     btRigidBody told{0, nullptr, nullptr};  // stands for all frames that are no limbs
     btSequentialImpulseConstraintSolver solver;
     std::vector<btCollisionObject*> objects;
@@ -172,6 +250,11 @@ BulletBodies::BulletBodies(const LayeredScene& scene, const LayeredWorld& world)
         for (const Hinge& hinge : base.hinges) {
             world_->joints.push_back(std::make_unique<LimitedHinge>(
                 hinge, world_->limbs[first + hinge.a], world_->limbs[first + hinge.b]));
+        }
+        for (const Joint& joint : base.joints) {
+            const Limb* a = joint.a == Joint::world ? nullptr : &world_->limbs[first + joint.a];
+            world_->joints.push_back(
+                std::make_unique<RowJoint>(joint, a, world_->limbs[first + joint.b], world_->told));
         }
     }
     world_->first.push_back(world_->limbs.size());

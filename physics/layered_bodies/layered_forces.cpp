@@ -152,6 +152,82 @@ void add_hinges(const LayeredScene& scene, const LayeredMoment& moment, std::siz
     }
 }
 
+// A joint and its two frames, as they are now.
+struct JointMoment {
+    const Joint& joint;
+    Transform at_a, at_b;
+    Twist twist_a, twist_b;
+    std::size_t a, b;      // in the system; a is not used where it is the world
+    double mass, inertia;  // of the lighter frame
+
+    bool to_world() const { return joint.a == Joint::world; }
+    double rate(const JointRow& row) const
+    {
+        if (row.angular) return row.along.dot(twist_b.angular - twist_a.angular);
+        return row.along.dot(twist_b.linear + twist_b.angular.cross(row.arm_b) - twist_a.linear -
+                             twist_a.angular.cross(row.arm_a));
+    }
+};
+
+// A force or torque f along the row on b, and against it on a, with its stiffness and damping.
+void add_row(const JointMoment& at, const JointRow& row, double f, double stiffness, double damping,
+             LayeredSystem& system)
+{
+    const Vec3 force = f * row.along;
+    const Mat3 along = row.along * row.along.transpose();
+    const Mat3 C = damping * along, K = stiffness * along;
+    if (row.angular) {
+        add_force(system, at.b, Vec3::Zero(), force);
+        if (at.to_world()) return add_angular_hold(system, at.b, C, K);
+        add_force(system, at.a, Vec3::Zero(), -force);
+        return add_angular_pair(system, at.a, at.b, C, K);
+    }
+    add_force(system, at.b, force, row.arm_b.cross(force));
+    if (at.to_world()) return add_hold(system, at.b, row.arm_b, C, K);
+    add_force(system, at.a, -force, -row.arm_a.cross(force));
+    add_pair(system, at.a, at.b, row.arm_a, row.arm_b, C, K);
+}
+
+// As hinges: by springs so stiff that a step leaves a hundredth of what is out of place, and a
+// tenth of what is beyond a limit. Held frames are joined by Bullet.
+void add_joint(const JointMoment& at, LayeredSystem& system)
+{
+    const double dt = system.dt;
+    if (!system.held[at.b]) {
+        for (const JointRow& row : joint_rows(at.joint, at.at_a, at.at_b).all()) {
+            const double beyond = row.value > row.highest  ? row.value - row.highest
+                                  : row.value < row.lowest ? row.value - row.lowest
+                                                           : 0;
+            const bool bound = row.lowest < row.highest;
+            if (bound && beyond == 0) continue;
+            const double k = (bound ? 10 : 100) * (row.angular ? at.inertia : at.mass) / (dt * dt);
+            add_row(at, row, -k * beyond, k, 0, system);
+        }
+    }
+    const double stiffness = at.joint.stiffness, damping = at.joint.damping;
+    if (stiffness == 0 && damping == 0) return;
+    for (const JointRow& row : free_rows(at.joint, at.at_a, at.at_b).all()) {
+        const double f = -stiffness * row.value - damping * at.rate(row);
+        add_row(at, row, f, stiffness, damping, system);
+    }
+}
+
+void add_joints(const LayeredScene& scene, const LayeredMoment& moment, std::size_t b,
+                LayeredSystem& system)
+{
+    for (const Joint& joint : scene.parts[b].body->base.joints) {
+        const bool to_world = joint.a == Joint::world;
+        const std::size_t two = system.frame(b, joint.b);
+        const std::size_t one = to_world ? two : system.frame(b, joint.a);
+        add_joint({joint, to_world ? Transform::Identity() : moment.frames[b][joint.a],
+                   moment.frames[b][joint.b], to_world ? Twist{} : moment.twists[b][joint.a],
+                   moment.twists[b][joint.b], one, two,
+                   std::min(system.mass[one](0, 0), system.mass[two](0, 0)),
+                   std::min(mean_inertia(system, one), mean_inertia(system, two))},
+                  system);
+    }
+}
+
 double weight_between(const Field& field, const std::vector<std::vector<std::uint32_t>>& on_frame,
                       std::size_t p, std::size_t q)
 {
@@ -241,6 +317,7 @@ void add_forces(const LayeredScene& scene, const LayeredMoment& moment, const La
         add_weight(scene, b, world, system);
         add_springs(scene, b, system);
         add_hinges(scene, moment, b, system);
+        add_joints(scene, moment, b, system);
         if (kind == BaseKind::particles) add_particles(scene, moment, b, system);
     }
 }

@@ -1,13 +1,14 @@
 #pragma once
 
 // The forces that move layered bodies, with their stiffness and damping, for one step's system:
-// contacts and stops, weight, air, springs, hinges, and what particles do to each other.
+// contacts and stops, weight, air, springs, hinges, joints, and what particles do to each other.
 
 #include "physics/layered_bodies/layered_system.hpp"
 
 namespace physics {
 
-// All of them. Held frames get contacts, springs and the springs of hinges: Bullet does the rest.
+// All of them. Held frames get contacts, springs and the springs of hinges and joints: Bullet does
+// the rest.
 void add_forces(const LayeredScene& scene, const LayeredMoment& moment, const LayeredWorld& world,
                 LayeredSystem& system);
 

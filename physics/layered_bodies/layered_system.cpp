@@ -104,6 +104,27 @@ void add_terms(LayeredSystem& system, std::size_t a, std::size_t b, const Jacobi
     if (system.pairs.size() >= 4096 + 2 * system.merged) merge_pairs(system);
 }
 
+// The terms of one frame against the world.
+void add_own_terms(LayeredSystem& system, std::size_t f, const Jacobian& J, const Mat3& C,
+                   const Mat3& K)
+{
+    if (system.held[f]) {
+        system.held_stiffness[f] += J.transpose() * K * J;
+        system.held_damping[f] += J.transpose() * C * J;
+    }
+    if (system.kind[f] == BaseKind::still) return;
+    const double dt = system.dt;
+    system.right[f] -= dt * dt * J.transpose() * (K * (J * system.velocity[f]));
+    system.diagonal[f] += J.transpose() * (dt * C + dt * dt * K) * J;
+}
+
+Jacobian angular_jacobian()
+{
+    Jacobian J = Jacobian::Zero();
+    J.rightCols<3>().setIdentity();
+    return J;
+}
+
 }  // namespace
 
 LayeredSystem make_system(const LayeredScene& scene, const LayeredMoment& moment, double dt,
@@ -169,9 +190,17 @@ void add_pair(LayeredSystem& system, std::size_t a, std::size_t b, const Vec3& a
 void add_angular_pair(LayeredSystem& system, std::size_t a, std::size_t b, const Mat3& C,
                       const Mat3& K)
 {
-    Jacobian J = Jacobian::Zero();
-    J.rightCols<3>().setIdentity();
-    add_terms(system, a, b, J, J, C, K);
+    add_terms(system, a, b, angular_jacobian(), angular_jacobian(), C, K);
+}
+
+void add_hold(LayeredSystem& system, std::size_t f, const Vec3& arm, const Mat3& C, const Mat3& K)
+{
+    add_own_terms(system, f, point_jacobian(system, f, arm), C, K);
+}
+
+void add_angular_hold(LayeredSystem& system, std::size_t f, const Mat3& C, const Mat3& K)
+{
+    add_own_terms(system, f, angular_jacobian(), C, K);
 }
 
 void add_stop(LayeredSystem& system, std::size_t a, std::size_t b, const Vec3& arm_a,

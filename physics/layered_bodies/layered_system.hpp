@@ -70,6 +70,10 @@ void add_pair(LayeredSystem& system, std::size_t a, std::size_t b, const Vec3& a
 void add_angular_pair(LayeredSystem& system, std::size_t a, std::size_t b, const Mat3& C,
                       const Mat3& K);
 
+// The same against the world: a point of the frame, or its turning.
+void add_hold(LayeredSystem& system, std::size_t f, const Vec3& arm, const Mat3& C, const Mat3& K);
+void add_angular_hold(LayeredSystem& system, std::size_t f, const Mat3& C, const Mat3& K);
+
 // Points of two frames may not come nearer than this along `normal`, away from b, in the step: what
 // is left between them now is `gap` m more. At least one of the two is free.
 void add_stop(LayeredSystem& system, std::size_t a, std::size_t b, const Vec3& arm_a,

@@ -13,15 +13,15 @@ constexpr double pi = std::numbers::pi;
 
 std::string nodes_of(const std::string& skeleton)
 {
-    return R"("sheet": { "type": "Primitive", "params": { "shape": "grid", "grid": { "size_x": 1, "size_z": 0.5 } } },
-        "skeletons": { "type": "Skeletons", "inputs": { "mesh": "sheet.mesh" }, "params": {
+    return R"("sheet": { "type": "Primitive@1", "params": { "shape": "grid", "grid": { "size_x": 1, "size_z": 0.5 } } },
+        "skeletons": { "type": "Skeletons@1", "inputs": { "mesh": "sheet.mesh" }, "params": {
             "skeletons": [ {)" +
            skeleton +
            R"(, "contribution": { "thickness": 0.1, "stiffness": 10, "radius": 0.3 } } ] } },
-        "layer": { "type": "ImplicitLayer", "version": 2, "inputs": { "layer": "skeletons.layer" },
+        "layer": { "type": "ImplicitLayer@2", "inputs": { "layer": "skeletons.layer" },
             "params": { "base": "still", "seed_spacing": 0.05 } },
-        "bodies": { "type": "Layered", "inputs": { "parts": ["layer.part"] } },
-        "mesh": { "type": "Polygonize", "version": 2, "inputs": { "scene": "bodies.scene" },
+        "bodies": { "type": "Layered@1", "inputs": { "parts": ["layer.part"] } },
+        "mesh": { "type": "Polygonize@2", "inputs": { "scene": "bodies.scene" },
             "params": { "cell": 0.02 } })";
 }
 

@@ -1,0 +1,48 @@
+// Figure's joints through a graph.
+
+#include "physics/layered_bodies/layered.hpp"
+#include "tests/nodes/scene.hpp"
+
+namespace {
+
+std::string ball_on(const std::string& joint)
+{
+    return R"("skeletons": { "type": "Skeletons@1", "params": { "skeletons": [
+            { "position": [0.3, 1, 0], "contribution":
+                { "thickness": 0.1, "stiffness": 10, "radius": 0.25 } } ] } },
+        "layer": { "type": "ImplicitLayer@2", "inputs": { "layer": "skeletons.layer" },
+            "params": { "base": "rigid", "seed_spacing": 0.08 } },
+        "figure": { "type": "Figure@1", "inputs": { "part": "layer.part" }, "params": {
+            "joints": [ { "a": -1, "b": 0, )" +
+           joint + R"( } ] } },
+        "bodies": { "type": "Layered@1", "inputs": { "parts": ["figure.part"] },
+            "params": { "substeps": 20 } })";
+}
+
+}  // namespace
+
+TEST(JointsNodes, ABallOnTheWorldSwingsAboutItsPoint)
+{
+    fixtures::Scene scene(ball_on(R"("kind": "ball", "point": [0, 1, 0])"));
+    const auto at = scene.at<physics::LayeredScene>("bodies", 8);
+    const geometry::Vec3 arm = at->states[0].position[0] - geometry::Vec3(0, 1, 0);
+    EXPECT_NEAR(arm.norm(), 0.3, 1e-3);
+    EXPECT_LT(arm.y(), -0.1);
+    EXPECT_TRUE(scene.warnings.empty());
+}
+
+TEST(JointsNodes, ASliderGoesToItsLimit)
+{
+    fixtures::Scene scene(
+        ball_on(R"("kind": "slider", "point": [0.3, 1, 0], "axis": [0, -1, 0], "highest": 0.2)"));
+    const auto at = scene.at<physics::LayeredScene>("bodies", 24);
+    EXPECT_NEAR(at->states[0].position[0].y(), 0.8, 2e-3);
+    EXPECT_NEAR(at->states[0].position[0].x(), 0.3, 1e-6);
+}
+
+TEST(JointsNodes, LimitsTheWrongWayRoundAreRefused)
+{
+    fixtures::Scene scene(ball_on(R"("kind": "slider", "lowest": 1, "highest": 0)"));
+    EXPECT_NE(scene.failure_at<physics::LayeredScene>("bodies").find("at most highest"),
+              std::string::npos);
+}
