@@ -1,6 +1,7 @@
 #include "physics/layered_bodies/layered_step.hpp"
 
 #include "geometry/base/stop.hpp"
+#include "physics/layered_bodies/inner_motion.hpp"
 #include "physics/layered_bodies/layered_bullet.hpp"
 #include "physics/layered_bodies/layered_forces.hpp"
 #include "physics/layered_bodies/layered_motion.hpp"
@@ -91,33 +92,6 @@ struct FilmFrame {
         return now;
     }
 };
-
-// Whether skeletons of a still body have moved inside its frames since the frame before.
-bool moved_inside(const LayeredBody& before, const LayeredBody& after)
-{
-    if (&before == &after || after.base.kind != BaseKind::still) return false;
-    if (after.samples.count() == 0) return false;  // a collider
-    for (std::size_t s = 0; s < after.layer.skeletons.size(); ++s) {
-        const geometry::Skeleton &p = before.layer.skeletons[s], &q = after.layer.skeletons[s];
-        if (p.mesh || q.mesh) continue;  // goes by its vertices
-        if (p.points != q.points || !p.place.isApprox(q.place) || p.half_size != q.half_size) {
-            return true;
-        }
-    }
-    return false;
-}
-
-void warn_of_moved_inside(const LayeredScene& before, LayeredScene& now)
-{
-    for (std::size_t b = 0; b < now.parts.size(); ++b) {
-        if (!moved_inside(*before.parts[b].body, *now.parts[b].body)) continue;
-        now.states[b].report.warnings.push_back(fmt::format(
-            "Skeletons of body {} have moved inside its frame since the last frame. They have no "
-            "velocity, so they push and rub too little: key translate and rotate_degrees of "
-            "ImplicitLayer instead, with a body for each part that moves by itself.",
-            b));
-    }
-}
 
 // What is seen of all bodies in step number `step` of so many, and what their controllers do in it.
 void watch(const FilmFrame& frame, const LayeredMoment& moment, int step, int steps,
@@ -242,6 +216,19 @@ bool same_cubes(const LayeredPart& part, const LayeredState& state)
            state.cubes.v.size() == state.cubes.x.size();
 }
 
+// Exactly there; skeletons that had frames of their own are back in those of their body.
+void keep_told(const std::vector<Transform>& at, LayeredState& state)
+{
+    for (auto* of_frames : {&state.position, &state.velocity, &state.spin}) {
+        of_frames->resize(at.size(), Vec3::Zero());
+    }
+    state.rotation.resize(at.size());
+    for (std::size_t f = 0; f < at.size(); ++f) {
+        state.position[f] = at[f].translation();
+        state.rotation[f] = Eigen::Quaterniond(at[f].linear()).normalized().coeffs();
+    }
+}
+
 }  // namespace
 
 LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
@@ -272,8 +259,8 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
     check_rigid_bodies(parts, world.rigid_bodies);
     const FilmFrame frame{scene, parts, world, dt};
     LayeredScene now = frame.begin();
-    warn_of_moved_inside(scene, now);
     if (!(dt > 0) || now.states.empty()) return now;
+    split_moved_frames(scene, now);
     int steps = choose_steps(now, world.gravity, dt, std::max(1, substeps));
     if (world.rigid_bodies == RigidBodies::implicit) {
         step_implicitly(frame, steps, now);
@@ -295,11 +282,7 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
     // Still frames end exactly where they were told to.
     for (std::size_t b = 0; b < now.parts.size(); ++b) {
         if (now.parts[b].body->base.kind != BaseKind::still) continue;
-        const std::vector<Transform> at = told_frames(now.parts[b]);
-        for (std::size_t f = 0; f < at.size(); ++f) {
-            now.states[b].position[f] = at[f].translation();
-            now.states[b].rotation[f] = Eigen::Quaterniond(at[f].linear()).normalized().coeffs();
-        }
+        keep_told(told_frames(now.parts[b]), now.states[b]);
     }
     settle_volumes(now, dt);
     return now;

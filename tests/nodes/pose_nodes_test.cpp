@@ -1,0 +1,65 @@
+// Figures led by keyframes.
+
+#include "physics/layered_bodies/layered.hpp"
+#include "tests/nodes/scene.hpp"
+
+#include <cmath>
+
+namespace {
+
+// Two limbs along x, the second from x = 0.45 on; `end` is where it ends.
+std::string arm(const std::string& end, const std::string& degrees)
+{
+    return R"("skeletons": { "type": "Skeletons@1", "params": { "blend": "largest_group",
+            "links": [ { "a": 0, "b": 1 } ],
+            "skeletons": [
+            { "kind": "segment", "frame": 0, "points": [ { "at": [0, 0, 0] }, { "at": [0.4, 0, 0] } ],
+              "contribution": { "thickness": 0.1, "stiffness": 10, "radius": 0.22 } },
+            { "kind": "segment", "frame": 1, "points": [ { "at": [0.5, 0, 0] }, { "at": )" +
+           end + R"( } ],
+              "contribution": { "thickness": 0.1, "stiffness": 10, "radius": 0.22 } } ] } },
+        "layer": { "type": "ImplicitLayer@2", "inputs": { "layer": "skeletons.layer" },
+            "params": { "base": "rigid", "seed_spacing": 0.05 } },
+        "figure": { "type": "Figure@1", "inputs": { "part": "layer.part" }, "params": {
+            "hinges": [ { "a": 0, "b": 1, "point": [0.45, 0, 0], "axis": [0, 0, 1] } ] } },
+        "pose": { "type": "Pose@1", "inputs": { "part": "figure.part" }, "params": {
+            "hinges": [ { "hinge": 0, "degrees": )" +
+           degrees + R"( } ] } },
+        "bodies": { "type": "Layered@1", "inputs": { "parts": ["pose.part"] } })";
+}
+
+}  // namespace
+
+TEST(PoseNodes, KeyedAnglesTurnTheLimbWithASpin)
+{
+    const double slope = 5, radian = std::acos(-1.0) / 180;  // degrees a frame
+    fixtures::Scene scene(
+        arm("[0.9, 0, 0]", R"({ "keys": [ [1, 0], [19, 90] ], "interpolation": "linear" })"));
+    const auto at = scene.at<physics::LayeredScene>("bodies", 7);
+    const auto& state = at->states[0];
+    const double angle = 6 * slope * radian;
+    const geometry::Vec3 elbow(0.45, 0, 0);
+    const double out = at->parts[0].body->base.frames[1].translation().x() - 0.45;
+    const geometry::Vec3 along(std::cos(angle), std::sin(angle), 0);
+    EXPECT_LT((state.position[1] - elbow - out * along).norm(), 1e-9);
+    EXPECT_NEAR(state.spin[1].z(), slope * radian * 24, 1e-6);
+    EXPECT_NEAR(state.spin[0].norm(), 0, 1e-9);
+    EXPECT_TRUE(scene.warnings.empty());
+}
+
+TEST(PoseNodes, KeyedLengthsGoOnAndAreTold)
+{
+    fixtures::Scene scene(arm(R"({ "keys": [ [1, [0.9, 0, 0]], [9, [1.1, 0, 0]] ] })", "20"));
+    EXPECT_EQ(scene.failure_at<physics::LayeredScene>("bodies", 9), "");
+    ASSERT_FALSE(scene.warnings.empty());
+    EXPECT_NE(scene.warnings[0].find("changed its shape or size"), std::string::npos);
+}
+
+TEST(PoseNodes, AHingeThatIsNotThereIsRefused)
+{
+    std::string nodes = arm("[0.9, 0, 0]", "0");
+    nodes.replace(nodes.find(R"("hinge": 0)"), 10, R"("hinge": 3)");
+    fixtures::Scene scene(nodes);
+    EXPECT_NE(scene.failure_at<physics::LayeredScene>("bodies").find("names hinge 3"),
+              std::string::npos);
+}
