@@ -52,9 +52,10 @@ void add_to(graph::Registry& registry)
         .choice("kind", &Inputs::kind, {"gravity", "wind", "point"}, "Kind of force.")
         .block<Gravity>("gravity", &Inputs::gravity,
                         [](graph::ParamsOf<Gravity>& p) {
-                            p.param("acceleration", &Gravity::acceleration,
-                                    "Acceleration, in addition to the gravity of Simulate.",
-                                    {.unit = "m/s^2"});
+                            p.param(
+                                "acceleration", &Gravity::acceleration,
+                                "Acceleration, in addition to the gravity of Simulate or Layered.",
+                                {.unit = "m/s^2"});
                         },
                         "The same acceleration everywhere.", {"kind", {"gravity"}})
         .block<Wind>(
@@ -73,9 +74,11 @@ void add_to(graph::Registry& registry)
             {"kind", {"wind"}})
         .block<Point>("point", &Inputs::point,
                       [](graph::ParamsOf<Point>& p) {
-                          p.param("force", &Point::force,
-                                  "Total force, shared by all corners that it reaches.",
-                                  {.unit = "N"})
+                          p.param(
+                               "force", &Point::force,
+                               "Total force, shared by all that it reaches: corners of cubes, or "
+                               "the surface of layers.",
+                               {.unit = "N"})
                               .param("position", &Point::position,
                                      "Where the force acts, in the rest shape.", {.unit = "m"})
                               .param("radius", &Point::radius,

@@ -12,6 +12,7 @@ using geometry::Vec3;
 struct Inputs {
     std::vector<graph::Wire<physics::LayeredPart>> parts;
     std::vector<graph::Wire<physics::Collider>> colliders;
+    std::vector<graph::Wire<physics::Force>> forces;
     Vec3 gravity{0, -9.81, 0};
     double drag = 0;
     int substeps = 2;
@@ -30,10 +31,12 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     for (const auto& part : in.parts) parts.push_back(*part);
     for (const auto& collider : in.colliders) parts.push_back(physics::rigid_part(*collider));
     physics::check_rigid_bodies(parts, in.rigid_bodies);
+    physics::LayeredWorld world{in.gravity, in.drag, in.rigid_bodies};
+    for (const auto& force : in.forces) world.forces.push_back(*force);
     Outputs out;
-    out.scene = in.last ? physics::advance(*in.last, parts, {in.gravity, in.drag, in.rigid_bodies},
-                                           context.frame_seconds(), in.substeps)
-                        : physics::start(parts);
+    out.scene = in.last
+                    ? physics::advance(*in.last, parts, world, context.frame_seconds(), in.substeps)
+                    : physics::start(parts);
     for (const auto& state : out.scene.states) {
         for (const auto& warning : state.report.warnings) context.warn(warning);
     }
@@ -53,6 +56,9 @@ void add_to(graph::Registry& registry)
         .inputs("parts", &Inputs::parts,
                 "The bodies, from ImplicitLayer, Figure, Springs, Carry or Reach.")
         .inputs("colliders", &Inputs::colliders, "Rigid obstacles.")
+        .inputs("forces", &Inputs::forces,
+                "Force fields. Wind and point forces act on the surfaces of the layers; bodies "
+                "with base = still, led by keyframes, Pose or Reach, feel none.")
         .param("gravity", &Inputs::gravity, "Acceleration of all bodies; zeros for none.",
                {.unit = "m/s^2"})
         .param("drag", &Inputs::drag, "Air drag: share of the velocity that is lost per second.",

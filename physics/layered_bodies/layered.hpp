@@ -102,6 +102,7 @@ struct LayeredWorld {
     Vec3 gravity{0, -9.81, 0};  // m/s^2
     double drag = 0;            // 1/s, of the speed of every frame
     RigidBodies rigid_bodies = RigidBodies::implicit;
+    std::vector<Force> forces = {};  // see layered_loads.hpp
 };
 
 // Where a part's frames are told to be: as it says, or as drawn at its pose.

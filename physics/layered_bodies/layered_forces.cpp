@@ -1,5 +1,6 @@
 #include "physics/layered_bodies/layered_forces.hpp"
 
+#include "physics/layered_bodies/layered_loads.hpp"
 #include "physics/layers/velocity_at.hpp"
 
 #include <algorithm>
@@ -320,6 +321,7 @@ void add_forces(const LayeredScene& scene, const LayeredMoment& moment, const La
         add_joints(scene, moment, b, system);
         if (kind == BaseKind::particles) add_particles(scene, moment, b, system);
     }
+    add_fields(scene, moment, world.forces, system);
 }
 
 }  // namespace physics

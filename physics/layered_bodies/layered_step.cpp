@@ -1,6 +1,7 @@
 #include "physics/layered_bodies/layered_step.hpp"
 
 #include "geometry/base/stop.hpp"
+#include "physics/body/external_forces.hpp"
 #include "physics/layered_bodies/inner_motion.hpp"
 #include "physics/layered_bodies/layered_bullet.hpp"
 #include "physics/layered_bodies/layered_forces.hpp"
@@ -257,6 +258,7 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
             scene.states.size(), parts.size()));
     }
     check_rigid_bodies(parts, world.rigid_bodies);
+    check_forces(world.forces);
     const FilmFrame frame{scene, parts, world, dt};
     LayeredScene now = frame.begin();
     if (!(dt > 0) || now.states.empty()) return now;

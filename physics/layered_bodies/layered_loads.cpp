@@ -1,0 +1,109 @@
+#include "physics/layered_bodies/layered_loads.hpp"
+
+#include "physics/layers/velocity_at.hpp"
+
+#include <limits>
+
+namespace physics {
+namespace {
+
+// Calls visit(body, skeleton, sample) for all samples of bodies that feel forces.
+template <class Visit> void for_samples(const LayeredScene& scene, const Visit& visit)
+{
+    for (std::size_t b = 0; b < scene.parts.size(); ++b) {
+        const LayeredBody& body = *scene.parts[b].body;
+        if (is_told(body.base.kind)) continue;
+        for (std::uint32_t s = 0; s < body.samples.skeletons(); ++s) {
+            for (std::size_t i = body.samples.first[s]; i < body.samples.first[s + 1]; ++i) {
+                visit(b, s, i);
+            }
+        }
+    }
+}
+
+void add_gravity(const LayeredScene& scene, const Vec3& acceleration, LayeredSystem& system)
+{
+    for (std::size_t b = 0; b < scene.parts.size(); ++b) {
+        if (is_told(scene.parts[b].body->base.kind)) continue;
+        const std::size_t corners = scene.states[b].cubes.x.size();
+        const std::size_t begin = corners > 0 ? system.corner(b, 0) : system.frame(b, 0);
+        const std::size_t count = corners > 0 ? corners : scene.states[b].position.size();
+        for (std::size_t f = begin; f < begin + count; ++f) {
+            add_force(system, f, system.mass[f](0, 0) * acceleration);
+        }
+    }
+}
+
+void add_wind(const LayeredScene& scene, const LayeredMoment& moment, const Force& wind,
+              LayeredSystem& system)
+{
+    for_samples(scene, [&](std::size_t b, std::uint32_t s, std::size_t i) {
+        const SampleWalk& walk = moment.walks[b];
+        const double slope = walk.gradient[i].norm();
+        if (!(walk.area[i] > 0) || !(slope > 0)) return;
+        const Vec3& at = walk.position[i];
+        const Vec3 u = wind.velocity - velocity_at(moment.bodies[b], s, at);
+        const double flow = walk.area[i] * std::abs(walk.gradient[i].dot(u)) / slope;  // m^3/s
+        const double resistance = 0.25 * wind.air_density * wind.drag * flow;
+        const std::uint32_t f = scene.parts[b].body->layer.frame[s];
+        const Vec3 arm = at - moment.frames[b][f].translation(), force = resistance * u;
+        add_force(system, system.frame(b, f), force, arm.cross(force));
+        add_hold(system, system.frame(b, f), arm, resistance * Mat3::Identity(), Mat3::Zero());
+    });
+}
+
+void add_point(const LayeredScene& scene, const LayeredMoment& moment, const Force& point,
+               LayeredSystem& system)
+{
+    const auto distance_sq = [&](std::size_t b, std::uint32_t s, std::size_t i) {
+        const LayeredBody& body = *scene.parts[b].body;
+        const Vec3 drawn = body.base.frames[body.layer.frame[s]] *
+                           (body.samples.origin[i] +
+                            body.layer.contributions[s].thickness * body.samples.direction[i]);
+        return (drawn - point.position).squaredNorm();
+    };
+    const auto weight = [&](std::size_t b, std::size_t i, double d_sq) {
+        const double near = 1 - d_sq / (point.radius * point.radius);
+        return near > 0 ? moment.walks[b].area[i] * near * near : 0.0;
+    };
+    double sum = 0, nearest_sq = std::numeric_limits<double>::infinity();
+    std::size_t nearest_body = 0, nearest = 0;
+    for_samples(scene, [&](std::size_t b, std::uint32_t s, std::size_t i) {
+        if (!(moment.walks[b].area[i] > 0)) return;
+        const double d_sq = distance_sq(b, s, i);
+        sum += weight(b, i, d_sq);
+        if (d_sq < nearest_sq) nearest_sq = d_sq, nearest_body = b, nearest = i;
+    });
+    for_samples(scene, [&](std::size_t b, std::uint32_t s, std::size_t i) {
+        const double share =
+            sum > 0 ? weight(b, i, distance_sq(b, s, i)) / sum
+                    : static_cast<double>(b == nearest_body && i == nearest && nearest_sq < 1e300);
+        if (!(share > 0)) return;
+        const std::uint32_t f = scene.parts[b].body->layer.frame[s];
+        const Vec3 arm = moment.walks[b].position[i] - moment.frames[b][f].translation();
+        const Vec3 force = share * point.force;
+        add_force(system, system.frame(b, f), force, arm.cross(force));
+    });
+}
+
+}  // namespace
+
+void add_fields(const LayeredScene& scene, const LayeredMoment& moment,
+                std::span<const Force> forces, LayeredSystem& system)
+{
+    for (const Force& force : forces) {
+        switch (force.kind) {
+        case Force::Kind::gravity:
+            add_gravity(scene, force.acceleration, system);
+            break;
+        case Force::Kind::wind:
+            add_wind(scene, moment, force, system);
+            break;
+        case Force::Kind::point:
+            add_point(scene, moment, force, system);
+            break;
+        }
+    }
+}
+
+}  // namespace physics

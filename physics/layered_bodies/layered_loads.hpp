@@ -1,0 +1,23 @@
+#pragma once
+
+// Force fields on layered bodies: gravity, wind, point forces.
+//
+//   gravity  m a on every frame, or corner of the cubes below
+//   wind     on each sample of the surface, of area A and normal n, with u = wind - v there:
+//              1/4 rho drag A |n . u| u
+//            a quarter, because a closed surface meets the wind before and behind: a ball gets
+//            1/2 rho drag pi r^2 |u| u
+//   point    the total shared by the samples within the radius, as drawn, by area and distance;
+//            the nearest one gets it where there are none
+// Bodies that are told where to be feel none.
+
+#include "physics/layered_bodies/layered_system.hpp"
+
+#include <span>
+
+namespace physics {
+
+void add_fields(const LayeredScene& scene, const LayeredMoment& moment,
+                std::span<const Force> forces, LayeredSystem& system);
+
+}  // namespace physics
