@@ -39,9 +39,9 @@ TEST(PoseNodes, KeyedAnglesTurnTheLimbWithASpin)
     const auto& state = at->states[0];
     const double angle = 6 * slope * radian;
     const geometry::Vec3 elbow(0.45, 0, 0);
-    const double out = at->parts[0].body->base.frames[1].translation().x() - 0.45;
-    const geometry::Vec3 along(std::cos(angle), std::sin(angle), 0);
-    EXPECT_LT((state.position[1] - elbow - out * along).norm(), 1e-9);
+    const geometry::Vec3 arm = at->parts[0].body->base.frames[1].translation() - elbow;
+    const Eigen::AngleAxisd turn(angle, geometry::Vec3::UnitZ());
+    EXPECT_LT((state.position[1] - elbow - turn * arm).norm(), 1e-9);
     EXPECT_NEAR(state.spin[1].z(), slope * radian * 24, 1e-6);
     EXPECT_NEAR(state.spin[0].norm(), 0, 1e-9);
     EXPECT_TRUE(scene.warnings.empty());
