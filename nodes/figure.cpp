@@ -153,7 +153,10 @@ void add_to(graph::Registry& registry)
         .summary("Joins the frames of a rigid body by hinges and other joints, as the limbs of a "
                  "figure.",
                  {"ragdoll", "skeleton", "rig", "hinge", "joint", "character", "armature", "bones"})
-        .input("part", &Inputs::part, "A body with base = rigid and a frame for each limb.")
+        .input(
+            "part", &Inputs::part,
+            "A body with a frame for each limb, and base = rigid. For Pose and Reach, which lead "
+            "it, base = still does too.")
         .list<Hinge>(
             "hinges", &Inputs::hinges,
             [](graph::ParamsOf<Hinge>& p) {

@@ -8,14 +8,20 @@
 
 namespace physics {
 
+// Still ones too: whoever poses them needs to know how they are joined.
+static bool has_limbs(const Base& base)
+{
+    return base.kind == BaseKind::rigid || base.kind == BaseKind::still;
+}
+
 Hinge& add_hinge(Base& base, std::uint32_t a, std::uint32_t b, const Vec3& point, const Vec3& axis)
 {
-    if (base.kind != BaseKind::rigid || a >= base.frames.size() || b >= base.frames.size() ||
-        a == b) {
-        throw std::invalid_argument(fmt::format(
-            "a hinge needs two different frames of a rigid body; got frames {} and {} of {}{}", a,
-            b, base.frames.size(),
-            base.kind == BaseKind::rigid ? "" : " of a body that is not rigid"));
+    if (!has_limbs(base) || a >= base.frames.size() || b >= base.frames.size() || a == b) {
+        throw std::invalid_argument(
+            fmt::format("a hinge needs two different frames of a rigid or still body; got frames "
+                        "{} and {} of {}{}",
+                        a, b, base.frames.size(),
+                        has_limbs(base) ? "" : " of a body that is neither rigid nor still"));
     }
     if (!(axis.norm() > 0) || !axis.allFinite() || !point.allFinite()) {
         throw std::invalid_argument("a hinge needs a finite point and an axis that is not zero");
@@ -36,13 +42,14 @@ Joint& add_joint(Base& base, JointKind kind, std::uint32_t a, std::uint32_t b, c
                  const Vec3& axis, const Vec3& second_axis)
 {
     const bool to_world = a == Joint::world;
-    if (base.kind != BaseKind::rigid || (!to_world && a >= base.frames.size()) ||
-        b >= base.frames.size() || a == b) {
-        throw std::invalid_argument(fmt::format(
-            "a joint needs two different frames of a rigid body, or one and the world; got frames "
-            "{} and {} of {}{}",
-            to_world ? "the world" : std::to_string(a), b, base.frames.size(),
-            base.kind == BaseKind::rigid ? "" : " of a body that is not rigid"));
+    if (!has_limbs(base) || (!to_world && a >= base.frames.size()) || b >= base.frames.size() ||
+        a == b) {
+        throw std::invalid_argument(
+            fmt::format("a joint needs two different frames of a rigid or still body, or one and "
+                        "the world; got frames "
+                        "{} and {} of {}{}",
+                        to_world ? "the world" : std::to_string(a), b, base.frames.size(),
+                        has_limbs(base) ? "" : " of a body that is neither rigid nor still"));
     }
     if (!(axis.norm() > 0) || !axis.allFinite() || !point.allFinite()) {
         throw std::invalid_argument("a joint needs a finite point and an axis that is not zero");

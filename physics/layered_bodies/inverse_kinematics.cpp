@@ -175,6 +175,9 @@ double size_of(const Base& base, std::span<const PoseGoal> goals)
     geometry::Box box;
     for (const Transform& frame : base.frames) box.add(frame.translation());
     for (const PoseGoal& goal : goals) box.add(goal.point);
+    if (!(box.diagonal() > 0)) {  // frames of still bodies have one origin
+        for (const Hinge& hinge : base.hinges) box.add(base.frames[hinge.a] * hinge.point_a);
+    }
     return std::max(box.diagonal(), 1e-12);
 }
 

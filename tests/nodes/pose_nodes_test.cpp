@@ -8,7 +8,8 @@
 namespace {
 
 // Two limbs along x, the second from x = 0.45 on; `end` is where it ends.
-std::string arm(const std::string& end, const std::string& degrees)
+std::string arm(const std::string& end, const std::string& degrees,
+                const std::string& base = "rigid")
 {
     return R"("skeletons": { "type": "Skeletons@1", "params": { "blend": "largest_group",
             "links": [ { "a": 0, "b": 1 } ],
@@ -19,7 +20,8 @@ std::string arm(const std::string& end, const std::string& degrees)
            end + R"( } ],
               "contribution": { "thickness": 0.1, "stiffness": 10, "radius": 0.22 } } ] } },
         "layer": { "type": "ImplicitLayer@2", "inputs": { "layer": "skeletons.layer" },
-            "params": { "base": "rigid", "seed_spacing": 0.05 } },
+            "params": { "base": ")" +
+           base + R"(", "seed_spacing": 0.05 } },
         "figure": { "type": "Figure@1", "inputs": { "part": "layer.part" }, "params": {
             "hinges": [ { "a": 0, "b": 1, "point": [0.45, 0, 0], "axis": [0, 0, 1] } ] } },
         "pose": { "type": "Pose@1", "inputs": { "part": "figure.part" }, "params": {
@@ -45,6 +47,18 @@ TEST(PoseNodes, KeyedAnglesTurnTheLimbWithASpin)
     EXPECT_NEAR(state.spin[1].z(), slope * radian * 24, 1e-6);
     EXPECT_NEAR(state.spin[0].norm(), 0, 1e-9);
     EXPECT_TRUE(scene.warnings.empty());
+}
+
+TEST(PoseNodes, AStillFigureTurnsAsARigidOne)
+{
+    const std::string keys = R"({ "keys": [ [1, 0], [19, 90] ], "interpolation": "linear" })";
+    fixtures::Scene rigid(arm("[0.9, 0, 0]", keys)), still(arm("[0.9, 0, 0]", keys, "still"));
+    const auto a = rigid.at<physics::LayeredScene>("bodies", 7);
+    const auto b = still.at<physics::LayeredScene>("bodies", 7);
+    EXPECT_LT((a->states[0].spin[1] - b->states[0].spin[1]).norm(), 1e-9);
+    const geometry::Transform& drawn = a->parts[0].body->base.frames[1];
+    EXPECT_LT((b->parts[0].frames[1] * drawn.translation() - a->states[0].position[1]).norm(),
+              1e-9);
 }
 
 TEST(PoseNodes, KeyedLengthsGoOnAndAreTold)

@@ -2,6 +2,7 @@
 
 #include "physics/layered_bodies/figure_pose.hpp"
 #include "physics/layered_bodies/inner_motion.hpp"
+#include "physics/layered_bodies/inverse_kinematics.hpp"
 #include "tests/physics/layered_bodies/layered_fixtures.hpp"
 
 #include <gtest/gtest.h>
@@ -136,6 +137,29 @@ TEST(ToldFigures, APoseTurnsEachLimbAboutTheOneBefore)
     joint.kind = JointKind::slider;
     joint.axes_a.col(0) = body.base.frames[0].linear().transpose() * Vec3::UnitY();
     EXPECT_LT((hand_at({.first = 0.2}) - Vec3(0.9, 1.2, 0)).norm(), 1e-12);
+}
+
+// Drawn as a still body, whose frames all have the world's origin: the limbs stand the same.
+TEST(ToldFigures, AStillFigureIsPosedAsARigidOne)
+{
+    const LayeredBody rigid = two_limbs(-3, 3);
+    Base still;
+    still.kind = BaseKind::still;
+    still.frames.assign(2, Transform::Identity());
+    add_hinge(still, 0, 1, {0.45, 0, 0}, Vec3::UnitZ());
+    Transform root = Transform::Identity();
+    root.translate(Vec3(1, 2, 3)).rotate(Eigen::AngleAxisd(0.3, Vec3::UnitX()));
+    const auto a = figure_pose(rigid.base, root, std::vector{0.7}, {});
+    const auto b = figure_pose(still, root, std::vector{0.7}, {});
+    for (std::size_t f = 0; f < 2; ++f) {
+        const Transform drawn = rigid.base.frames[f].inverse();
+        EXPECT_LT((a[f] * drawn * Vec3(0.9, 0.1, 0.2) - b[f] * Vec3(0.9, 0.1, 0.2)).norm(), 1e-12);
+    }
+    const PoseGoal goal{1, {0.9, 0, 0}, {0.45, 0.45, 0}};
+    const SolvedPose reached = inverse_kinematics(still, Transform::Identity(), {&goal, 1});
+    EXPECT_LT(reached.miss, 1e-5);
+    still.kind = BaseKind::particles;
+    EXPECT_THROW(add_hinge(still, 0, 1, Vec3::Zero(), Vec3::UnitZ()), std::invalid_argument);
 }
 
 // What the pose tells is what the rows of a joint call in place.
