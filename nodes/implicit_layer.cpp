@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 
 namespace nodes::implicit_layer {
 
@@ -26,6 +27,7 @@ struct Inputs {
     graph::Wire<geometry::ImplicitLayer> layer;
     BaseKind base = BaseKind::rigid;
     double density = 1000;
+    double mass = 0;
     double seed_spacing = 0.02;
     LayerMatter matter;
     VolumeControl volume;
@@ -33,6 +35,7 @@ struct Inputs {
     Vec3 translate{0, 0, 0};
     Vec3 rotate_degrees{0, 0, 0};
     Vec3 velocity{0, 0, 0};
+    Vec3 spin_degrees{0, 0, 0};
     double inflation = 1;
     std::vector<Muscle> muscles;
     geometry::Vec3f colour{0.7f, 0.7f, 0.7f};
@@ -45,6 +48,12 @@ struct Outputs {
 static LayeredBody build(const Inputs& in)
 {
     LayeredBody body = physics::make_layered_body(*in.layer, in.base, in.density, in.seed_spacing);
+    double total = 0;
+    for (const double mass : body.base.mass) total += mass;
+    if (in.mass > 0 && total > 0) {
+        for (double& mass : body.base.mass) mass *= in.mass / total;
+        for (geometry::Mat3& inertia : body.base.inertia) inertia *= in.mass / total;
+    }
     body.matter = in.matter;
     body.control = in.volume;
     body.base.substance = in.substance;
@@ -77,6 +86,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     part.body = in.body;
     part.pose = geometry::placement(in.translate, in.rotate_degrees, Vec3::Ones(), Vec3::Zero());
     part.velocity = in.velocity;
+    part.spin = in.spin_degrees * (std::numbers::pi / 180);
     part.inflation = in.inflation;
     const std::size_t skeletons = in.body->layer.skeletons.size();
     for (const Muscle& muscle : in.muscles) {
@@ -196,6 +206,9 @@ void add_to(graph::Registry& registry)
         .param("density", &Inputs::density,
                "Density: mass per volume of the skeletons' territories.",
                {.min = 1e-9, .unit = "kg/m^3"})
+        .param("mass", &Inputs::mass,
+               "Mass of the whole body, shared as density would share it; 0: by density.",
+               {.min = 0, .unit = "kg"})
         .param(
             "seed_spacing", &Inputs::seed_spacing,
             "Distance between the samples of the surface that detect contacts and measure volumes.",
@@ -211,6 +224,9 @@ void add_to(graph::Registry& registry)
         .param("rotate_degrees", &Inputs::rotate_degrees,
                "Rotation about the world's origin: about x, then y, then z.", {.unit = "deg"})
         .param("velocity", &Inputs::velocity, "Initial velocity.", {.unit = "m/s"})
+        .param("spin_degrees", &Inputs::spin_degrees,
+               "Initial spin of the whole body about its centre of mass, around x, y and z.",
+               {.unit = "deg/s"})
         .param("inflation", &Inputs::inflation,
                "Target volume, as a multiple of the rest volume; keyframe it to breathe. The "
                "surface moves by at most half the layer's thickness.",
@@ -218,8 +234,9 @@ void add_to(graph::Registry& registry)
         .list("muscles", &Inputs::muscles, describe_muscle,
               "Skeletons with a target volume of their own.")
         .colour("colour", &Inputs::colour, "Colour of the body in the mesh.")
-        .prepare("body", &Inputs::body, build,
-                 {"layer", "base", "density", "seed_spacing", "matter", "volume", "substance"})
+        .prepare(
+            "body", &Inputs::body, build,
+            {"layer", "base", "density", "mass", "seed_spacing", "matter", "volume", "substance"})
         .output("part", &Outputs::part, "The body, for Layered, Figure, Springs or Carry.");
 }
 

@@ -6,6 +6,7 @@ namespace nodes::springs {
 
 struct Inputs {
     graph::Wire<physics::LayeredPart> part;
+    graph::Wire<geometry::TriMesh> mesh;
     double reach = 0.2, stiffness = 1000, damping = 5;
     std::shared_ptr<const physics::LayeredBody> body;
 };
@@ -16,7 +17,11 @@ struct Outputs {
 static physics::LayeredBody build(const Inputs& in)
 {
     physics::LayeredBody body = *in.part->body;
-    physics::add_spring_network(body.base, in.reach, in.stiffness, in.damping);
+    if (in.mesh) {
+        physics::add_spring_edges(body.base, *in.mesh, in.reach, in.stiffness, in.damping);
+    } else {
+        physics::add_spring_network(body.base, in.reach, in.stiffness, in.damping);
+    }
     return body;
 }
 
@@ -36,14 +41,19 @@ void add_to(graph::Registry& registry)
         .input("part", &Inputs::part,
                "A body with base = particles or rigid. With particles, the springs replace the "
                "forces of the substance.")
-        .param("reach", &Inputs::reach, "Frames closer than this, as drawn, are joined.",
+        .input("mesh", &Inputs::mesh,
+               "A mesh whose edges become the springs: each joins the frames nearest to its ends.",
+               graph::Need::optional)
+        .param("reach", &Inputs::reach,
+               "Frames closer than this, as drawn, are joined; with a mesh, the largest distance "
+               "of a frame from the end of an edge.",
                {.min = 1e-9, .unit = "m"})
         .param("stiffness", &Inputs::stiffness,
                "Stiffness of a spring: force per metre of stretch.", {.min = 0, .unit = "N/m"})
         .param("damping", &Inputs::damping,
                "Damping of a spring: force per relative speed along it.",
                {.min = 0, .unit = "N s/m"})
-        .prepare("body", &Inputs::body, build, {"part", "reach", "stiffness", "damping"})
+        .prepare("body", &Inputs::body, build, {"part", "mesh", "reach", "stiffness", "damping"})
         .output("part", &Outputs::part, "The body with its springs, for Layered.");
 }
 

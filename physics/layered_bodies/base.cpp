@@ -1,8 +1,12 @@
 #include "physics/layered_bodies/base.hpp"
 
+#include "geometry/mesh/mesh.hpp"
+
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 #include <string>
 
@@ -97,6 +101,38 @@ void add_spring_network(Base& base, double reach, double stiffness, double dampi
         throw std::invalid_argument(
             fmt::format("no two of the {} frames are nearer than {} m: raise reach",
                         base.frames.size(), reach));
+    }
+    base.substance.stiffness = base.substance.friction = 0;
+}
+
+void add_spring_edges(Base& base, const geometry::TriMesh& mesh, double reach, double stiffness,
+                      double damping)
+{
+    std::vector<std::uint32_t> frame(mesh.positions.size(), Joint::world);
+    for (std::size_t v = 0; v < frame.size(); ++v) {
+        const Vec3 at = mesh.positions[v].cast<double>();
+        double nearest = reach;
+        for (std::uint32_t f = 0; f < base.frames.size(); ++f) {
+            const double distance = (base.frames[f].translation() - at).norm();
+            if (distance < nearest) nearest = distance, frame[v] = f;
+        }
+    }
+    std::set<std::pair<std::uint32_t, std::uint32_t>> pairs;
+    for (const geometry::Triangle& t : mesh.triangles()) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t a = frame[t[k]], b = frame[t[(k + 1) % 3]];
+            if (a != Joint::world && b != Joint::world && a != b) pairs.insert(std::minmax(a, b));
+        }
+    }
+    if (pairs.empty()) {
+        throw std::invalid_argument(
+            fmt::format("no edge of the mesh has frames within {} m of both its ends: put the "
+                        "frames at its vertices, or raise reach",
+                        reach));
+    }
+    for (const auto& [a, b] : pairs) {
+        const double rest = (base.frames[a].translation() - base.frames[b].translation()).norm();
+        base.springs.push_back({a, b, rest, stiffness, damping});
     }
     base.substance.stiffness = base.substance.friction = 0;
 }

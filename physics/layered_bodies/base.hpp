@@ -10,6 +10,7 @@
 // Cani-Gascuel, Desbrun. Animation of deformable models using implicit surfaces. IEEE TVCG 3(1),
 // 1997, V.
 
+#include "geometry/mesh/mesh_fwd.hpp"
 #include "physics/layered_bodies/cube_base.hpp"
 #include "physics/layered_bodies/joint.hpp"
 
@@ -85,6 +86,11 @@ double hinge_angle(const Hinge& hinge, const Transform& a, const Transform& b);
 // Joins frames of a body by springs at rest: each two whose origins are nearer than `reach` m. The
 // substance's own forces are taken away. Throws std::invalid_argument where that joins none.
 void add_spring_network(Base& base, double reach, double stiffness, double damping);
+
+// The same along the edges of a mesh, as drawn: each joins the frames nearest to its two ends,
+// where those are different and within `reach` m of the ends.
+void add_spring_edges(Base& base, const geometry::TriMesh& mesh, double reach, double stiffness,
+                      double damping);
 
 // Whether frames of that kind are where somebody says.
 bool is_told(BaseKind kind);

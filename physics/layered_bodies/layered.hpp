@@ -66,6 +66,7 @@ struct LayeredPart {
     Pins pins = {};                          // of its cubes
     std::vector<Transform> frames = {};      // still, led: where each frame is; empty: by the pose
     Vec3 velocity = Vec3::Zero();            // m/s, at the start
+    Vec3 spin = Vec3::Zero();                // rad/s, at the start, about the centre of mass
     // Of the volume that it seeks at the end of the step; it goes there straight.
     double inflation = 1;
     std::vector<double> muscle = {};           // S, the same of each territory besides; empty: 1

@@ -21,6 +21,34 @@
 
 namespace physics {
 
+// Turns all that has mass about the middle of it.
+static void spin_up(const LayeredBody& body, const Vec3& spin, LayeredState& state)
+{
+    if (spin.isZero(0) || is_told(body.base.kind)) return;
+    if (body.base.cubes) {
+        const auto& cubes = body.base.cubes->source().cubes.corners;
+        Vec3 centre = Vec3::Zero();
+        for (const auto& corners : cubes) {
+            for (const std::uint32_t k : corners) centre += state.cubes.x[k];
+        }
+        centre /= static_cast<double>(8 * cubes.size());
+        for (std::size_t k = 0; k < state.cubes.x.size(); ++k) {
+            state.cubes.v[k] += spin.cross(state.cubes.x[k] - centre);
+        }
+        return;
+    }
+    double mass = 0;
+    Vec3 moment = Vec3::Zero();
+    for (std::size_t f = 0; f < state.position.size(); ++f) {
+        mass += body.base.mass[f];
+        moment += body.base.mass[f] * state.position[f];
+    }
+    for (std::size_t f = 0; f < state.position.size(); ++f) {
+        state.velocity[f] += spin.cross(state.position[f] - moment / mass);
+        if (body.base.kind == BaseKind::rigid) state.spin[f] = spin;
+    }
+}
+
 static LayeredState start(const LayeredPart& part)
 {
     const LayeredBody& body = *part.body;
@@ -35,8 +63,9 @@ static LayeredState start(const LayeredPart& part)
         state.cubes = rest_state(body.base.cubes->bricks());
         for (Vec3& x : state.cubes.x) x = part.pose * x;
         state.cubes.v.assign(state.cubes.x.size(), part.velocity);
-        follow_cubes(body, state);
     }
+    spin_up(body, part.spin, state);
+    if (body.base.cubes) follow_cubes(body, state);
     state.translation.assign(body.layer.skeletons.size(), 0);
     state.part = body.layer.blend.part;
     if (state.part.empty() && body.layer.blend.rule != geometry::BlendRule::sum) {

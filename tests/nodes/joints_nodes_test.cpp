@@ -3,6 +3,8 @@
 #include "physics/layered_bodies/layered.hpp"
 #include "tests/nodes/scene.hpp"
 
+#include <cmath>
+
 namespace {
 
 std::string ball_on(const std::string& joint)
@@ -45,4 +47,19 @@ TEST(JointsNodes, LimitsTheWrongWayRoundAreRefused)
     fixtures::Scene scene(ball_on(R"("kind": "slider", "lowest": 1, "highest": 0)"));
     EXPECT_NE(scene.failure_at<physics::LayeredScene>("bodies").find("at most highest"),
               std::string::npos);
+}
+
+TEST(JointsNodes, MassAndSpinAreWhatTheLayerSays)
+{
+    fixtures::Scene scene(R"("skeletons": { "type": "Skeletons@1", "params": { "skeletons": [
+            { "position": [0.3, 1, 0], "contribution":
+                { "thickness": 0.1, "stiffness": 10, "radius": 0.25 } } ] } },
+        "layer": { "type": "ImplicitLayer@2", "inputs": { "layer": "skeletons.layer" },
+            "params": { "mass": 3, "spin_degrees": [0, 90, 0], "seed_spacing": 0.03 } },
+        "bodies": { "type": "Layered@1", "inputs": { "parts": ["layer.part"] } })");
+    const auto at = scene.at<physics::LayeredScene>("bodies");
+    const physics::Base& base = at->parts[0].body->base;
+    EXPECT_NEAR(base.mass[0], 3, 1e-12);
+    EXPECT_NEAR(base.inertia[0](1, 1), 0.4 * 3 * 0.01, 0.01 * 0.4 * 3 * 0.01);
+    EXPECT_NEAR(at->states[0].spin[0].y(), std::acos(-1.0) / 2, 1e-12);
 }
