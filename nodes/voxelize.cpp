@@ -2,6 +2,7 @@
 #include "geometry/cubes/sample_points.hpp"
 
 #include "graph/types/node_builder.hpp"
+#include "nodes/cube_quality.hpp"
 #include "nodes/large_cubes.hpp"
 #include "nodes/material_rules.hpp"
 #include "nodes/orientation.hpp"
@@ -19,6 +20,8 @@ struct Inputs {
     graph::Wire<geometry::Samples> points;
     graph::Wire<geometry::TriMesh> mesh;
     Method method = Method::samples;
+    Quality quality = Quality::by_size;
+    double error = 0.05;
     double size = 0;
     int resolution = 32;
     Align align = Align::fit;
@@ -37,6 +40,12 @@ struct Outputs {
     geometry::Cubes cubes;
 };
 
+static geometry::VoxelGrid grid_of_size(const Inputs& in, const geometry::Box& box, double size)
+{
+    if (in.align == Align::origin) return {size, in.origin, geometry::Vec3i::Zero()};
+    return geometry::fit_grid(box, size);
+}
+
 static geometry::VoxelGrid grid_for(const Inputs& in)
 {
     const geometry::Box box = in.mesh && !in.mesh->triangles().empty()
@@ -46,8 +55,7 @@ static geometry::VoxelGrid grid_for(const Inputs& in)
                                           : geometry::Box{};
     const double size =
         in.size > 0 || box.empty() ? in.size : geometry::size_for(box, in.resolution);
-    if (in.align == Align::origin) return {size, in.origin, geometry::Vec3i::Zero()};
-    return geometry::fit_grid(box, size);
+    return grid_of_size(in, box, size);
 }
 
 constexpr const char* needs_points =
@@ -60,8 +68,40 @@ constexpr const char* needs_mesh =
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
     const bool samples = in.method == Method::samples;
-    if (setting.links(samples ? "points" : "mesh")) return {};
-    return {{"method", samples ? needs_points : needs_mesh}};
+    graph::Faults faults;
+    if (!setting.links(samples ? "points" : "mesh")) {
+        faults.push_back({"method", samples ? needs_points : needs_mesh});
+    }
+    if (in.quality != Quality::by_size && samples) faults.push_back({"quality", no_quality});
+    return faults;
+}
+
+static geometry::Cubes cubes_of_mesh(const Inputs& in, const geometry::FaceMatter& matter,
+                                     const geometry::VoxelGrid& grid,
+                                     const geometry::VoxelOptions& options)
+{
+    return in.method == Method::surface
+               ? geometry::voxelize_surface(*in.mesh, matter, in.thickness, grid, options)
+               : geometry::voxelize_solid(*in.mesh, matter, in.inside, in.thickness, grid, options);
+}
+
+// The coarsest cubes that are within the error, and what is said of them.
+static geometry::VoxelGrid grid_of_quality(const Inputs& in, const geometry::FaceMatter& matter,
+                                           const geometry::VoxelOptions& options,
+                                           const graph::Context& context)
+{
+    if (in.method == Method::surface && in.thickness <= 0) {
+        throw std::invalid_argument(surface_needs_thickness);
+    }
+    const geometry::Box box = geometry::triangle_bounds(*in.mesh);
+    if (box.empty()) return grid_for(in);
+    const auto cubes_of = [&](double size) {
+        return cubes_of_mesh(in, matter, grid_of_size(in, box, size), options);
+    };
+    return grid_of_size(in, box,
+                        size_of_quality(*in.mesh, in.method == Method::solid,
+                                        {in.quality, in.error, options.max_cubes}, cubes_of,
+                                        context));
 }
 
 // Cubes of a mesh without faces: one wherever a point lies.
@@ -94,16 +134,13 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         return of_cloud(in, options, context);
     }
     const geometry::FaceMatter matter = face_matter(*in.mesh, in.matter, in.materials, context);
-    const geometry::VoxelGrid grid = grid_for(in);
-    if (in.method == Method::surface) {
-        Outputs out{geometry::voxelize_surface(*in.mesh, matter, in.thickness, grid, options)};
-        warn_of_thin_walls(*in.mesh, out.cubes, {false, in.thickness}, context);
-        warn_of_glued_pieces(*in.mesh, out.cubes, context);
-        return out;
-    }
-    warn_of_disagreeing_faces(*in.mesh, in.inside, context);
-    Outputs out{geometry::voxelize_solid(*in.mesh, matter, in.inside, in.thickness, grid, options)};
-    warn_of_thin_walls(*in.mesh, out.cubes, {true, in.thickness}, context);
+    const bool solid = in.method == Method::solid;
+    if (solid) warn_of_disagreeing_faces(*in.mesh, in.inside, context);
+    const geometry::VoxelGrid grid = in.quality == Quality::by_size
+                                         ? grid_for(in)
+                                         : grid_of_quality(in, matter, options, context);
+    Outputs out{cubes_of_mesh(in, matter, grid, options)};
+    warn_of_thin_walls(*in.mesh, out.cubes, {solid, in.thickness}, context);
     warn_of_glued_pieces(*in.mesh, out.cubes, context);
     return out;
 }
@@ -121,6 +158,15 @@ constexpr const char* join_gap =
     "Largest gap across which parts are joined. Gaps are measured in quarters of a cube: wider "
     "ones "
     "by up to half a cube may be joined too. 0: only parts that touch are joined.";
+constexpr const char* about_quality =
+    "How the size of the cubes is chosen. by_size: by `size` or `resolution`. draft, good, exact: "
+    "the coarsest cubes whose stiffness is within 20 %, 5 %, 1 %; by_error: within `error`. The "
+    "error is estimated from the lowest vibrations of the free body with cubes of three sizes and "
+    "their observed order, of 30,000 at most, and by that order beyond; `max_cubes` stays the "
+    "limit. What was chosen, and why, is told in a warning.";
+constexpr const char* about_max_cubes =
+    "Limit on the number of cubes. Exceeding it is an error that names a size that fits; a size "
+    "that `quality` chooses does not exceed it.";
 constexpr const char* about_materials =
     "Materials of parts of the model. If several rules match, the last one counts. "
     "Method solid: a closed part of the mesh is filled with the material of its faces, "
@@ -145,10 +191,17 @@ void add_to(graph::Registry& registry)
                 "holes. surface: one wherever a triangle passes, exactly; a face between two cubes "
                 "belongs to the upper one; of a point cloud, one wherever a point lies. solid: "
                 "those of surface, and those whose centre is inside.")
-        .param("size", &Inputs::size, "Edge of a cube; 0: from `resolution`.", {0, 1e12, "m"})
+        .choice("quality", &Inputs::quality, {"by_size", "draft", "good", "exact", "by_error"},
+                about_quality)
+        .param("error", &Inputs::error,
+               "Largest relative error of deflections under loads that may come from the size of "
+               "the cubes.",
+               {0.001, 1, ""}, {"quality", {"by_error"}})
+        .param("size", &Inputs::size, "Edge of a cube; 0: from `resolution`.", {0, 1e12, "m"},
+               {"quality", {"by_size"}})
         .param("resolution", &Inputs::resolution,
                "Number of cubes along the model's longest side, if size is 0.",
-               {1, 1'000'000, "cubes"})
+               {1, 1'000'000, "cubes"}, {"quality", {"by_size"}})
         .choice("align", &Inputs::align, {"fit", "origin"},
                 "Where the grid lies. fit: centred on the model. origin: cube 0 starts at a given "
                 "point, so that the grids of several models agree.")
@@ -173,10 +226,7 @@ void add_to(graph::Registry& registry)
                "Smallest fill of a cube: no cube is lighter or softer than one filled to this "
                "share, however little of the model it holds.",
                {0, 1, ""})
-        .param(
-            "max_cubes", &Inputs::max_cubes,
-            "Limit on the number of cubes. Exceeding it is an error that names a size that fits.",
-            {1, 1e9, "cubes"})
+        .param("max_cubes", &Inputs::max_cubes, about_max_cubes, {1, 1e9, "cubes"})
         .check(check)
         .output("cubes", &Outputs::cubes,
                 "The cubes, with mass, fill and material. Materials in one cube are averaged by "

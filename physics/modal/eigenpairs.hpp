@@ -18,10 +18,17 @@ struct Eigenpairs {
 Eigenpairs dense_eigenpairs(const StiffnessAndMass& d, const std::vector<RigidMotions>& rigid,
                             Eigen::Index count);
 
+// What D is summed from: its factors are made cube by cube (bricks/direct_factor.hpp).
+struct ModalCubes {
+    const geometry::Cubes& cubes;
+    const Unknowns& unknowns;
+    CubeStiffness& stiffness;
+};
+
 // The lowest by restarted Lanczos. One start vector can miss copies of a repeated eigenvalue (the
 // two bending directions of a square beam), so the search goes on, orthogonal to what was found,
 // until nothing lower turns up. Fewer than `count`, and not converged, where it fails.
 Eigenpairs lanczos_eigenpairs(const StiffnessAndMass& d, const std::vector<RigidMotions>& rigid,
-                              Eigen::Index count);
+                              Eigen::Index count, const ModalCubes& of);
 
 }  // namespace physics

@@ -66,13 +66,13 @@ double material_damping(const Cubes& cubes, const std::vector<Vec3>& phi, CubeSt
 
 // The lowest elastic modes of D, and in the report how they were found.
 Eigenpairs elastic_pairs(const StiffnessAndMass& d, const std::vector<RigidMotions>& rigid,
-                         Index count, Report& report)
+                         Index count, const ModalCubes& of, Report& report)
 {
     Eigenpairs pairs;
     pairs.vector.resize(d.rows(), 0);
     if (count > 0) {
         const bool small = d.rows() <= 240 || 3 * count + 30 > d.rows();
-        pairs = small ? dense_eigenpairs(d, rigid, count) : lanczos_eigenpairs(d, rigid, count);
+        pairs = small ? dense_eigenpairs(d, rigid, count) : lanczos_eigenpairs(d, rigid, count, of);
     }
     report.converged = pairs.converged && Index(pairs.value.size()) == count;
     report.iterations = pairs.solves;
@@ -139,7 +139,8 @@ Modes lowest_modes(const Cubes& cubes, const std::vector<std::uint32_t>& pinned,
     Modes modes;
     count_rigid(rigid, settings, Index(unknowns.count()), modes);
     const Index elastic = settings.count - modes.rigid;
-    const Eigenpairs pairs = elastic_pairs(d, rigid, elastic, modes.report);
+    const Eigenpairs pairs =
+        elastic_pairs(d, rigid, elastic, {cubes, unknowns, stiffness}, modes.report);
     for (const auto& piece : rigid) {
         for (Index m = 0; m < piece.motion.cols() && int(modes.shape.size()) < modes.rigid; ++m) {
             add_mode(cubes, unknowns, d, spread_out(piece, m, d.rows()), 0, modes);

@@ -1,0 +1,133 @@
+#include "nodes/cube_quality.hpp"
+
+#include "geometry/cells/voxel_grid.hpp"
+#include "geometry/mesh/mesh.hpp"
+#include "physics/bricks/bending_error.hpp"
+#include "physics/modal/size_for_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+
+namespace nodes {
+namespace {
+
+// Cubes along the longest side, of the coarsest that are tried.
+constexpr int least_resolution = 6;
+
+double error_of(const WantedQuality& wanted)
+{
+    switch (wanted.quality) {
+    case Quality::draft:
+        return 0.2;
+    case Quality::good:
+        return 0.05;
+    case Quality::exact:
+        return 0.01;
+    default:
+        return wanted.error;
+    }
+}
+
+const char* name_of(Quality quality)
+{
+    switch (quality) {
+    case Quality::draft:
+        return "draft";
+    case Quality::good:
+        return "good";
+    case Quality::exact:
+        return "exact";
+    default:
+        return "by_error";
+    }
+}
+
+std::string percent(double share)
+{
+    return share < 10 ? fmt::format("{:.2g} %", 100 * share) : "over 1000 %";
+}
+
+// "cubes of 0.1, 0.05 and 0.025 m give 9.1, 9.4 and 9.5 Hz as lowest frequency, of order 1.9".
+std::string reason_of(const physics::SizeForError& found)
+{
+    std::string sizes, hertz;
+    const std::size_t n = found.tried.size(), first = n > 3 ? n - 3 : 0;
+    for (std::size_t i = first; i < n; ++i) {
+        const physics::TriedSize& t = found.tried[i];
+        const char* between = i == first ? "" : i + 1 == n ? " and " : ", ";
+        sizes += between + fmt::format("{:.3g}", t.size);
+        hertz +=
+            between +
+            (t.flexibility.empty()
+                 ? std::string("an unknown number of")
+                 : fmt::format("{:.4g}", 1 / std::sqrt(t.flexibility[0]) / (2 * std::numbers::pi)));
+    }
+    return fmt::format("cubes of {} m give {} Hz as the lowest frequency, {}", sizes, hertz,
+                       n < 3              ? "too few sizes to know an error"
+                       : found.order == 0 ? "with no order of convergence yet"
+                                          : fmt::format("with order {:.2g}", found.order));
+}
+
+// What is said where the error is not reached.
+std::string shortfall_of(const physics::SizeForError& found, const WantedQuality& wanted)
+{
+    const std::string error = percent(error_of(wanted));
+    if (found.would_do > 0) {
+        return fmt::format("an error of {} takes cubes of about {:.2g} m, more than max_cubes = {} "
+                           "allows; ",
+                           error, found.would_do, wanted.max_cubes);
+    }
+    return fmt::format("no size was found for an error of {} among as many cubes as may be tried "
+                       "(30000, and max_cubes = {}); compare results with finer cubes; ",
+                       error, wanted.max_cubes);
+}
+
+}  // namespace
+
+double size_of_quality(const geometry::TriMesh& mesh, bool solid, const WantedQuality& wanted,
+                       const std::function<geometry::Cubes(double)>& cubes_of,
+                       const graph::Context& context)
+{
+    physics::SizeSearch search;
+    const double coarsest = geometry::size_for(geometry::triangle_bounds(mesh), least_resolution);
+    search.start = coarsest;
+    search.error = error_of(wanted);
+    search.most_tried = std::min(search.most_tried, wanted.max_cubes);
+    // A wall thinner than all cubes, or a gap as wide, could look alike in all.
+    if (const auto wall = solid ? physics::thinnest_wall(mesh) : std::nullopt) {
+        search.finest_needed = 1.01 * wall->thickness;
+        // One that lies along the grid is then whole cubes thick, which is exact.
+        const double halvings = std::ceil(std::log2(wall->thickness / coarsest));
+        search.start = wall->thickness * std::exp2(-halvings);
+    }
+    bool first = true;
+    const auto tried = [&](double size) -> std::optional<geometry::Cubes> {
+        if (context.stop.stop_requested()) throw graph::Cancelled();
+        try {
+            auto cubes = cubes_of(size);
+            first = false;
+            return cubes;
+        } catch (const std::invalid_argument&) {
+            if (first) throw;
+            return std::nullopt;
+        }
+    };
+    const physics::SizeForError found = physics::size_for_error(tried, search);
+    const std::string error =
+        !std::isfinite(found.error) ? "with an error that is not known"
+        : found.foretold
+            ? fmt::format("as their order promises an error of {}", percent(search.error))
+            : fmt::format("with an error of about {} in stiffness ({} wanted)",
+                          percent(found.error), percent(search.error));
+    context.warn(fmt::format(
+        "quality = {}: {}chose cubes of {:.3g} m, {}: {}", name_of(wanted.quality),
+        found.reached ? "" : shortfall_of(found, wanted), found.size, error, reason_of(found)));
+    return found.size;
+}
+
+}  // namespace nodes

@@ -1,0 +1,198 @@
+#include "physics/modal/size_for_error.hpp"
+
+#include "physics/modal/modes.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace physics {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// Two directions of bending and a twist, of a bar.
+constexpr int vibrations = 3;
+
+struct Limit {
+    double value = 0;
+    double uncertainty = 0;
+    double order = 0;
+};
+
+// Of values at sizes h, 2h, 4h.
+Limit limit_of(const std::array<double, 3>& c)
+{
+    // Cubes converge with order 2 at best: what seems faster has only begun to.
+    constexpr double least = 0.5, best = 2;
+    constexpr double noise = 1e-6;  // of eigenvalues
+    const double last = c[0] - c[1], before = c[1] - c[2];
+    const double largest_change = std::max(std::abs(last), std::abs(before));
+    if (largest_change <= noise * std::abs(c[0])) return {c[0], std::abs(last), best};
+    if (last == 0) return {c[0], 0.25 * largest_change, best};
+    if (!(before / last > std::exp2(least))) return {c[0], largest_change, 0};
+    const double order = std::min(best, std::log2(before / last));
+    const double step = last / (std::exp2(order) - 1);
+    return {c[0] + step, 0.25 * std::abs(step), order};
+}
+
+TriedSize tried_size(const geometry::Cubes& cubes)
+{
+    TriedSize out{cubes.size, cubes.count(), {}, infinity};
+    ModeSettings settings;
+    settings.count = vibrations;
+    const Modes modes = lowest_modes(cubes, {}, settings);
+    if (modes.omega_sq.size() != vibrations) return out;
+    for (const double omega_sq : modes.omega_sq) out.flexibility.push_back(1 / omega_sq);
+    return out;
+}
+
+std::vector<Limit> limits_of(std::span<const TriedSize> finest)
+{
+    std::vector<Limit> limits;
+    for (std::size_t v = 0; v < vibrations; ++v) {
+        limits.push_back(limit_of(
+            {finest[2].flexibility[v], finest[1].flexibility[v], finest[0].flexibility[v]}));
+    }
+    return limits;
+}
+
+double error_of(double flexibility, const Limit& limit)
+{
+    return (std::abs(flexibility - limit.value) + limit.uncertainty) / std::abs(limit.value);
+}
+
+double error_of(const TriedSize& tried, const std::vector<Limit>& limits)
+{
+    if (tried.flexibility.empty()) return infinity;
+    double error = 0;
+    for (std::size_t v = 0; v < vibrations; ++v) {
+        error = std::max(error, error_of(tried.flexibility[v], limits[v]));
+    }
+    return error;
+}
+
+class Search {
+public:
+    Search(const std::function<std::optional<geometry::Cubes>(double)>& cubes_of,
+           const SizeSearch& search)
+        : cubes_of_(cubes_of), search_(search)
+    {}
+
+    SizeForError run()
+    {
+        for (double size = search_.start; !found() && fits(); size /= 2) {
+            const auto cubes = cubes_of_(size);
+            if (!cubes) break;
+            out_.tried.push_back(tried_size(*cubes));
+            estimate();
+        }
+        // Where few are allowed, coarser ones tell at least an order.
+        for (int coarser = 0; !out_.tried.empty() && out_.tried.size() < 3 && coarser < 2;
+             ++coarser) {
+            const auto cubes = cubes_of_(2 * out_.tried.front().size);
+            if (!cubes) break;
+            out_.tried.insert(out_.tried.begin(), tried_size(*cubes));
+            estimate();
+        }
+        choose();
+        return std::move(out_);
+    }
+
+private:
+    bool found() const
+    {
+        return !limits_.empty() && out_.tried.back().size <= search_.finest_needed &&
+               out_.tried.back().error <= search_.error;
+    }
+
+    // Whether cubes of half the size are few enough, as the last halving lets expect.
+    bool fits() const
+    {
+        const auto& tried = out_.tried;
+        if (tried.empty()) return true;
+        const double last = double(tried.back().cubes);
+        const double growth =
+            tried.size() < 2 ? 8 : std::min(8.0, last / double(tried[tried.size() - 2].cubes));
+        return growth * last <= double(search_.most_tried);
+    }
+
+    void estimate()
+    {
+        limits_.clear();
+        const std::size_t n = out_.tried.size();
+        if (n < 3) return;
+        const std::span finest(&out_.tried[n - 3], 3);
+        for (const TriedSize& t : finest) {
+            if (t.flexibility.empty()) return;
+        }
+        limits_ = limits_of(finest);
+        for (TriedSize& t : out_.tried) t.error = error_of(t, limits_);
+        for (std::size_t v = 0; v < vibrations; ++v) {
+            const double error = error_of(out_.tried[n - 1].flexibility[v], limits_[v]);
+            if (error == out_.tried[n - 1].error) out_.order = limits_[v].order;
+        }
+    }
+
+    void choose()
+    {
+        auto& tried = out_.tried;
+        if (tried.empty()) return;
+        // The coarsest from which on all that are finer are good enough as well.
+        std::size_t best = tried.size();
+        while (best > 0 && tried[best - 1].error <= search_.error) --best;
+        out_.reached = found();
+        if (!out_.reached) {
+            out_.size = tried.back().size;
+            out_.error = tried.back().error;
+            foretell();
+            return;
+        }
+        out_.size = tried[best].size;
+        out_.error = tried[best].error;
+        if (best > 0) try_between(out_.size * std::sqrt(2.0));
+    }
+
+    // Halving the size makes eight times the cubes: one in between may do, too.
+    void try_between(double size)
+    {
+        const auto cubes = cubes_of_(size);
+        if (!cubes) return;
+        const double error = error_of(tried_size(*cubes), limits_);
+        if (error > search_.error) return;
+        out_.size = size;
+        out_.error = error;
+    }
+
+    void foretell()
+    {
+        if (limits_.empty() || out_.order == 0 || !(out_.error > search_.error) ||
+            out_.size > search_.finest_needed) {
+            return;
+        }
+        const double size = out_.size * std::pow(search_.error / out_.error, 1 / out_.order);
+        if (!cubes_of_(size)) {
+            out_.would_do = size;
+            return;
+        }
+        out_.size = size;
+        out_.error = search_.error;
+        out_.reached = out_.foretold = true;
+    }
+
+    const std::function<std::optional<geometry::Cubes>(double)>& cubes_of_;
+    const SizeSearch& search_;
+    std::vector<Limit> limits_;  // of the three finest sizes
+    SizeForError out_;
+};
+
+}  // namespace
+
+SizeForError size_for_error(const std::function<std::optional<geometry::Cubes>(double)>& cubes_of,
+                            const SizeSearch& search)
+{
+    return Search(cubes_of, search).run();
+}
+
+}  // namespace physics

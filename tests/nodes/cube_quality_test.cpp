@@ -1,0 +1,126 @@
+// The size of cubes that Voxelize chooses for an error, against the flexibility of much finer cubes
+// and the theory of beams.
+
+#include "geometry/mesh/primitive.hpp"
+#include "geometry/mesh/transform.hpp"
+#include "tests/nodes/one_node.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace {
+
+using fixtures::NodeRun;
+using geometry::TriMesh;
+using geometry::Vec3;
+
+TriMesh turned(TriMesh mesh, const Vec3& degrees)
+{
+    geometry::move(mesh, geometry::placement({0, 0, 0}, degrees, {1, 1, 1}, {0, 0, 0}));
+    return mesh;
+}
+
+struct Chosen {
+    graph::Value value;
+    std::string told;
+
+    const geometry::Cubes& cubes() const { return *value.as<geometry::Cubes>(); }
+};
+
+NodeRun node_for(const TriMesh& mesh)
+{
+    NodeRun node("Voxelize");
+    node.inputs["mesh"] = {graph::Value::of(TriMesh(mesh))};
+    node.param("method").is = std::string("solid");
+    node.param("matter.young").is = 1e9;
+    return node;
+}
+
+Chosen chosen(const TriMesh& mesh, const std::string& quality, std::int64_t max_cubes = 100'000)
+{
+    NodeRun node = node_for(mesh);
+    node.param("quality").is = quality;
+    node.param("error").is = 0.1;
+    node.param("max_cubes").is = max_cubes;
+    graph::Value cubes = node.run();
+    const auto told = std::find_if(node.warnings.begin(), node.warnings.end(),
+                                   [](const auto& w) { return w.find("quality = ") == 0; });
+    return {std::move(cubes), told == node.warnings.end() ? "" : *told};
+}
+
+// 1 / f^2 of the lowest vibration of the free body, s^2.
+double flexibility(const TriMesh& mesh, const graph::Value& cubes)
+{
+    NodeRun node("Modes");
+    node.inputs["mesh"] = {graph::Value::of(TriMesh(mesh))};
+    node.inputs["cubes"] = {cubes};
+    node.param("count").is = std::int64_t{1};
+    const double f = *node.outputs().at(1).as<double>();
+    return 1 / (f * f);
+}
+
+double flexibility_at(const TriMesh& mesh, double size)
+{
+    NodeRun node = node_for(mesh);
+    node.param("size").is = size;
+    return flexibility(mesh, node.run());
+}
+
+TEST(CubeQuality, TheErrorOfABarIsWithinWhatWasAskedAndLessTakesFinerCubes)
+{
+    // Free ends: f = (beta L)^2 / (2 pi L^2) sqrt(E I / (rho A)), I / A = t^2 / 12. Shear and
+    // turning sections lower a bar of L = 10 t by some 3 %: 6 % in flexibility.
+    const double t = 0.1;
+    const double f =
+        std::pow(4.730041, 2) / (2 * std::numbers::pi) * std::sqrt(1e9 * t * t / (12 * 1000));
+    const TriMesh bar = turned(geometry::box({1, t, t}, {1, 1, 1}), {30, 25, 0});
+    double last = 1;
+    for (const auto& [quality, error] : {std::pair{"draft", 0.2}, std::pair{"good", 0.05}}) {
+        const Chosen c = chosen(bar, quality, 10'000);
+        const double off = std::abs(flexibility(bar, c.value) * f * f - 1);
+        EXPECT_LT(off, 1.5 * error + 0.06) << c.told;
+        EXPECT_NE(c.told.find("lowest frequency, with order"), std::string::npos) << c.told;
+        EXPECT_LT(c.cubes().size, last) << c.told;
+        last = c.cubes().size;
+    }
+}
+
+TEST(CubeQuality, ABarAlongTheGridTakesFewCubes)
+{
+    const TriMesh bar = geometry::box({1, 0.1, 0.1}, {1, 1, 1});
+    const Chosen c = chosen(bar, "good");
+    EXPECT_GT(c.cubes().size, 0.04) << c.told;
+    const double fine = flexibility_at(bar, 0.025);
+    EXPECT_LT(std::abs(flexibility(bar, c.value) / fine - 1), 1.5 * 0.05) << c.told;
+}
+
+TEST(CubeQuality, ASheetThatIsTiltedIsNotMisjudged)
+{
+    const TriMesh sheet = turned(geometry::box({0.4, 0.05, 0.1}, {1, 1, 1}), {0, 0, 45});
+    const Chosen c = chosen(sheet, "draft");
+    const double fine = flexibility_at(sheet, 0.007);
+    EXPECT_LT(std::abs(flexibility(sheet, c.value) / fine - 1), 1.5 * 0.2) << c.told;
+    EXPECT_LT(c.cubes().size, 0.05) << "finer than the sheet";
+}
+
+TEST(CubeQuality, WhatMaxCubesForbidsIsTold)
+{
+    const TriMesh sheet = turned(geometry::box({0.4, 0.05, 0.1}, {1, 1, 1}), {0, 0, 45});
+    const Chosen c = chosen(sheet, "exact", 3000);
+    EXPECT_LE(c.cubes().count(), 3000u);
+    EXPECT_NE(c.told.find("an error of 1 %"), std::string::npos) << c.told;
+    EXPECT_NE(c.told.find("max_cubes = 3000"), std::string::npos) << c.told;
+}
+
+TEST(CubeQuality, WhatHasNoThicknessIsRefused)
+{
+    NodeRun node = node_for(geometry::box({1, 1, 1}, {1, 1, 1}));
+    node.param("method").is = std::string("surface");
+    node.param("quality").is = std::string("good");
+    EXPECT_THROW(node.run(), std::invalid_argument);
+}
+
+}  // namespace
