@@ -49,17 +49,19 @@ inline void warn_of_thin_walls(const geometry::TriMesh& mesh, const geometry::Cu
     context.warn(text);
 }
 
+// `apart`: pieces were to be kept apart, but for those within `join`, m.
 inline void warn_of_glued_pieces(const geometry::TriMesh& mesh, const geometry::Cubes& cubes,
-                                 const graph::Context& context)
+                                 bool apart, double join, const graph::Context& context)
 {
     const geometry::Pieces pieces = geometry::find_pieces(mesh);
-    const geometry::GluedPieces glued = geometry::find_glued_pieces(mesh, pieces, cubes);
+    const geometry::GluedPieces glued =
+        geometry::find_glued_pieces(mesh, pieces, cubes, apart ? join : 0);
     if (glued.count == 0) return;
     context.warn(fmt::format(
         "{} separate pieces of the mesh share corners of cubes and move as one: pieces {} and {} "
-        "are {:.2g} m apart at {}; use cubes of {:.2g} m to keep these two apart",
+        "are {:.2g} m apart at {}; use cubes of {:.2g} m{} to keep these two apart",
         glued.count, glued.pair[0] + 1, glued.pair[1] + 1, glued.gap, place_text(glued.where),
-        glued.size));
+        glued.size, apart ? "" : ", or pieces = apart,"));
 }
 
 }  // namespace nodes

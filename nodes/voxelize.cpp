@@ -141,7 +141,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
                                          : grid_of_quality(in, matter, options, context);
     Outputs out{cubes_of_mesh(in, matter, grid, options)};
     warn_of_thin_walls(*in.mesh, out.cubes, {solid, in.thickness}, context);
-    warn_of_glued_pieces(*in.mesh, out.cubes, context);
+    warn_of_glued_pieces(*in.mesh, out.cubes, in.pieces == geometry::NearPieces::apart, in.join,
+                         context);
     return out;
 }
 

@@ -219,7 +219,8 @@ double two_digits_below(double x)
 
 }  // namespace
 
-GluedPieces find_glued_pieces(const TriMesh& mesh, const Pieces& pieces, const Cubes& cubes)
+GluedPieces find_glued_pieces(const TriMesh& mesh, const Pieces& pieces, const Cubes& cubes,
+                              double join)
 {
     GluedPieces out;
     if (pieces.count() < 2) return out;
@@ -234,7 +235,7 @@ GluedPieces find_glued_pieces(const TriMesh& mesh, const Pieces& pieces, const C
         const PiecePair& pair = meetings.pairs[i];
         if (bodies.root(pair[0]) == bodies.root(pair[1])) continue;
         for (std::vector<Vec3>& some : points[i]) thin_out(some);
-        const double enough = touching * cubes.size;
+        const double enough = touching * cubes.size + join;
         const Gap gap = gap_of(pair, points[i], pieces, enough, triangles);
         if (gap.distance < enough) {
             bodies.join(pair[0], pair[1]);

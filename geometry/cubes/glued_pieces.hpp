@@ -17,8 +17,10 @@ struct GluedPieces {
     double size = 0;                      // m, the largest cubes that keep these apart
 };
 
+// Pieces within `join` (m) of each other are joined on purpose: they count as touching.
 // Distances are those from points of the surface, half a cube apart, to the other piece.
 // Looks at the first 256 pairs, and at 256 points of each piece of a pair.
-GluedPieces find_glued_pieces(const TriMesh& mesh, const Pieces& pieces, const Cubes& cubes);
+GluedPieces find_glued_pieces(const TriMesh& mesh, const Pieces& pieces, const Cubes& cubes,
+                              double join = 0);
 
 }  // namespace geometry

@@ -26,27 +26,34 @@ constexpr std::size_t block_size = 2048;  // triangles
 class CubeHolder {
 public:
     explicit CubeHolder(const PlacedMesh& all)
-        : index_(all.index), origin_(all.cubes.origin), per_cube_(1 / all.cubes.size)
+        : finder_(all.finder), origin_(all.cubes.origin), per_cube_(1 / all.cubes.size),
+          copies_(!all.cubes.part.empty())
     {}
 
     std::uint32_t of(const Vec3& p)  // no_index where there is none
     {
         const Vec3 lattice = per_cube_ * (p - origin_);
+        if (copies_) {
+            const std::uint32_t cube = finder_.find(lattice);
+            return cube != no_index ? cube : finder_.find(lattice - below);
+        }
         const Vec3i cell = cell_of(lattice);
         if (cube_ != no_index && cell == cell_) return cube_;
-        auto found = index_.find(cell);
+        auto found = finder_.in_cell(cell);
         cell_ = cell;
         cube_ = found ? found.begin : no_index;
         if (found) return cube_;
         // A face between two cubes may be of the lower one.
-        found = index_.find(cell_of(lattice - Vec3::Constant(1e-5)));
+        found = finder_.in_cell(cell_of(lattice - below));
         return found ? found.begin : no_index;
     }
 
 private:
-    const CellIndex& index_;
+    const Vec3 below = Vec3::Constant(1e-5);
+    const CubeFinder& finder_;
     const Vec3 origin_;
     const double per_cube_;
+    const bool copies_;  // several cubes may have one cell
     Vec3i cell_ = Vec3i::Zero();
     std::uint32_t cube_ = no_index;
 };
@@ -218,7 +225,7 @@ PlacedMesh place_mesh(const TriMesh& mesh, const Pieces& pieces, const Cubes& cu
     PlacedMesh all{mesh,
                    pieces,
                    cubes,
-                   CellIndex(cubes.cell),
+                   CubeFinder(cubes),
                    std::vector<std::uint32_t>(n, no_index),
                    std::vector<std::uint32_t>(n, no_index),
                    {}};

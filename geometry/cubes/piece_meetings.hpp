@@ -3,7 +3,7 @@
 // Where separate pieces of a mesh come together in cubes: which of them share corners, by points of
 // their triangles at most half a cube apart.
 
-#include "geometry/cells/cell_set.hpp"
+#include "geometry/cubes/cube_finder.hpp"
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/pieces.hpp"
@@ -17,7 +17,7 @@ struct PlacedMesh {
     const TriMesh& mesh;
     const Pieces& pieces;
     const Cubes& cubes;
-    CellIndex index;                   // of the cubes' cells
+    CubeFinder finder;                 // of the cubes
     std::vector<std::uint32_t> cube;   // V, that holds the vertex
     std::vector<std::uint32_t> piece;  // V, no_index where no triangle uses the vertex
 

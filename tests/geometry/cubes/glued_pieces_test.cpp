@@ -1,5 +1,6 @@
 // Which separate pieces the cubes glue together.
 
+#include "geometry/cubes/components.hpp"
 #include "geometry/cubes/glued_pieces.hpp"
 #include "geometry/cubes/voxelize.hpp"
 #include "tests/geometry/meshes.hpp"
@@ -17,11 +18,16 @@ TriMesh together(const std::vector<TriMesh>& all)
     return merge(pointers);
 }
 
-GluedPieces glued(const TriMesh& mesh, double size)
+Cubes solid_cubes_of(const TriMesh& mesh, double size, const VoxelOptions& options)
 {
-    const Cubes cubes = voxelize_solid(mesh, {{}, {{}}, {}}, Inside::winding, 0,
-                                       fit_grid(triangle_bounds(mesh), size), {});
-    return find_glued_pieces(mesh, find_pieces(mesh), cubes);
+    return voxelize_solid(mesh, {{}, {{}}, {}}, Inside::winding, 0,
+                          fit_grid(triangle_bounds(mesh), size), options);
+}
+
+GluedPieces glued(const TriMesh& mesh, double size, const VoxelOptions& options = {})
+{
+    return find_glued_pieces(mesh, find_pieces(mesh), solid_cubes_of(mesh, size, options),
+                             options.join);
 }
 
 TriMesh block(double x)
@@ -52,6 +58,27 @@ TEST(GluedPieces, PiecesThatTouchOrOverlapAreOneBody)
     EXPECT_EQ(glued(together({block(0), block(0.9), block(1.95)}), 0.2).count, 2u);
     const TriMesh beam = meshes::moved(box({3, 0.5, 0.5}, {1, 1, 1}), {0.5, 0, 0});
     EXPECT_EQ(glued(together({block(0), block(1.1), beam}), 0.2).count, 0u) << "joined by a third";
+}
+
+TEST(GluedPieces, PiecesThatAreKeptApartInOneCubeAreNotGlued)
+{
+    VoxelOptions apart;
+    apart.pieces = NearPieces::apart;
+    for (const double gap : {0.02, 0.04, 0.1, 0.15}) {
+        for (const double size : {0.19, 0.2, 0.2317}) {
+            const TriMesh mesh = together({block(0), block(1 + gap)});
+            ASSERT_EQ(glued(mesh, size).count, 2u) << gap << " " << size;
+            const bool one =
+                find_components(solid_cubes_of(mesh, size, apart), Connectivity::corner).count() ==
+                1;
+            EXPECT_EQ(glued(mesh, size, apart).count, one ? 2u : 0u) << gap << " " << size;
+            EXPECT_FALSE(one && gap >= 0.5 * size) << gap << " " << size;
+        }
+    }
+    // Those that a stated gap joins are joined on purpose.
+    VoxelOptions joined = apart;
+    joined.join = 0.12;
+    EXPECT_EQ(glued(together({block(0), block(1.1)}), 0.2, joined).count, 0u);
 }
 
 TEST(GluedPieces, TheGapIsThatOfTheNearestPoints)
