@@ -23,6 +23,9 @@ struct LatticeBody {
     MatchedRegions whole;
     double damping = 0;                 // tau, s, the mean of the cubes' stiffness damping
     int slender = 0;                    // cubes along the shortest slender piece; 0: none is
+    int compact = 0;                    // cubes along the shortest of the others; 0: none is
+    double soft_stretch = 1;            // times that a piece stretches too far, as it bends rightly
+    double poisson = 0;                 // the largest of the cubes'
     int flat_axis = -1;                 // of a plane
     Membrane membrane;                  // of a plane in space
     std::vector<std::uint32_t> side;    // particles that lack a neighbour: bodies meet there

@@ -31,9 +31,13 @@ std::vector<std::uint32_t> linked_pieces(const Lattice& lattice)
     return piece;
 }
 
-// Cubes along the shortest of the pieces that bend rather than shear: they are more than twice as
-// long as thick. 0: there is none.
-int shortest_slender(const Lattice& lattice, const std::vector<std::uint32_t>& piece)
+// Cubes along the shortest of the pieces that bend rather than shear, which are more than twice as
+// long as thick, and of the others. 0: there is none.
+struct Lengths {
+    int slender = 0, compact = 0;
+};
+
+Lengths shortest_lengths(const Lattice& lattice, const std::vector<std::uint32_t>& piece)
 {
     std::vector<std::pair<Vec3i, Vec3i>> extent;
     for (std::size_t i = 0; i < piece.size(); ++i) {
@@ -42,12 +46,13 @@ int shortest_slender(const Lattice& lattice, const std::vector<std::uint32_t>& p
         low = low.cwiseMin(lattice.at[i]);
         high = high.cwiseMax(lattice.at[i]);
     }
-    int shortest = 0;
+    Lengths shortest;
     for (const auto& [low, high] : extent) {
         const Vec3i cubes = high - low;
         const int length = cubes.maxCoeff();
-        if (length <= 2 * cubes.minCoeff() || length < 2) continue;
-        shortest = shortest == 0 ? length : std::min(shortest, length);
+        if (length < 2) continue;
+        int& kind = length > 2 * cubes.minCoeff() ? shortest.slender : shortest.compact;
+        kind = kind == 0 ? length : std::min(kind, length);
     }
     return shortest;
 }
@@ -119,10 +124,14 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& opt
     }
     body.damping /= whole;
     auto piece = linked_pieces(lattice);
-    body.slender = shortest_slender(lattice, piece);
+    const Lengths shortest = shortest_lengths(lattice, piece);
+    body.slender = shortest.slender;
+    body.compact = shortest.compact;
+    body.poisson = *std::max_element(cubes.poisson.begin(), cubes.poisson.end());
     if (!flat && options.calibrate == Calibration::bending) {
         // Softer by what it bends too stiffly: the mass and all proportions stay.
         const std::vector<double> excess = bending_excess(cubes, body, piece);
+        body.soft_stretch = *std::max_element(excess.begin(), excess.end());
         for (std::size_t k = 0; k < matter.size(); ++k) matter[k][0] /= excess[k];
         for (std::size_t s = 0; s < body.whole.regions.slots(); ++s) {
             const std::uint32_t r = body.whole.regions.particle[s];

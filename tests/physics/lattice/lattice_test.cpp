@@ -540,9 +540,55 @@ TEST(Lattice, WarnsOfRegionsTooWideForASlenderBody)
     EXPECT_EQ(warned(rod, 4, Stiffness::material), says(4, 10, 1));
     EXPECT_EQ(warned(rod, 1, Stiffness::material), "");
     EXPECT_EQ(warned(rod, 4, Stiffness::rate), "");
-    EXPECT_EQ(warned(block, 4, Stiffness::material), "");
+    EXPECT_EQ(warned(block, 4, Stiffness::material),
+              "A half width of 4 is too large for a body 8 cubes long: it shears less than its "
+              "material, by a third or more. Use a half width of 2, or smaller cubes.\n");
+    EXPECT_EQ(warned(block, 2, Stiffness::material), "");
     EXPECT_EQ(warned(sheet, 3, Stiffness::material), says(3, 32, 2));
     EXPECT_EQ(warned(sheet, 2, Stiffness::material), "");
+}
+
+TEST(Lattice, TellsHowMuchTooFarAThinBodyStretches)
+{
+    // A bar of one cube's thickness hangs from one end: rho g L^2 / (2 E) of its material.
+    const double young = 1e5, density = 1000, g = 9.81, length = 1;
+    const Cubes bar =
+        box(10, 1, 1, 0.1, {.density = density, .young = young, .poisson = 0, .mass_damping = 6});
+    for (const int half_width : {1, 2}) {
+        const LatticeOptions options{.half_width = half_width, .substeps = 400};
+        const LatticeBody body = make_lattice(bar, options);
+        Loads loads;
+        loads.forces.push_back({.kind = Force::Kind::gravity, .acceleration = {g, 0, 0}});
+        loads.pins.corner = first_layer(bar);
+        for (const auto k : loads.pins.corner) {
+            loads.pins.target.push_back(bar.corner_position(k));
+        }
+        const State end = advance(body, rest_state(body), loads, 3, options);
+        double tip = 0;
+        for (std::size_t k = 0; k < bar.corner_count(); ++k) {
+            tip = std::max(tip, end.x[k].x() - bar.corner_position(k).x());
+        }
+        const double too_far = tip / (density * g * length * length / (2 * young));
+        EXPECT_GT(too_far, 3);
+        EXPECT_NEAR(body.soft_stretch, too_far, 0.1 * too_far);
+        ASSERT_FALSE(end.report.warnings.empty());
+        EXPECT_NE(end.report.warnings.back().find("stretches about"), std::string::npos);
+    }
+    const LatticeBody thick = make_lattice(box(10, 4, 4, 0.1), {.half_width = 1});
+    EXPECT_LT(thick.soft_stretch, 1.3);
+}
+
+TEST(Lattice, TellsThatItDoesNotKnowPoissonsRatio)
+{
+    const auto warned = [](double poisson, Stiffness stiffness) {
+        const LatticeOptions options{.half_width = 1, .stiffness = stiffness, .substeps = 1000};
+        const LatticeBody body = make_lattice(box(4, 4, 4, 0.1, {.poisson = poisson}), options);
+        return advance(body, rest_state(body), {}, 1e-3, options).report.warnings;
+    };
+    ASSERT_EQ(warned(0.45, Stiffness::material).size(), 1u);
+    EXPECT_NE(warned(0.45, Stiffness::material)[0].find("acts as 0, not 0.45"), std::string::npos);
+    EXPECT_TRUE(warned(0.4, Stiffness::material).empty());
+    EXPECT_TRUE(warned(0.45, Stiffness::rate).empty());
 }
 
 TEST(Lattice, RejectsBadInput)
