@@ -4,16 +4,18 @@
 // and rules for parts of it (`materials`). Sample and Voxelize share them.
 
 #include "geometry/cubes/assign_matter.hpp"
+#include "geometry/cubes/known_matter.hpp"
 #include "graph/types/context.hpp"
 #include "graph/types/param_builder.hpp"
 
 namespace nodes {
 
-struct MaterialRule {
-    geometry::MatterRule::Match match = geometry::MatterRule::Match::all;
-    std::string name = "*";
-    geometry::Vec3f colour{1, 1, 1};
-    double tolerance = 0.1;
+// 0: custom, else 1 + its place in known_matters.
+enum class Preset : std::size_t {};
+
+// The material of a model: a preset, or numbers.
+struct ChosenMatter {
+    Preset preset{};
     double density = geometry::Matter{}.density;
     double young = geometry::Matter{}.young;
     double poisson = geometry::Matter{}.poisson;
@@ -21,22 +23,56 @@ struct MaterialRule {
     double stiffness_damping = geometry::Matter{}.stiffness_damping;
 };
 
-// Adds the five numbers of a material to a block or list element.
+struct MaterialRule {
+    geometry::MatterRule::Match match = geometry::MatterRule::Match::all;
+    std::string name = "*";
+    geometry::Vec3f colour{1, 1, 1};
+    double tolerance = 0.1;
+    Preset preset{};
+    double density = geometry::Matter{}.density;
+    double young = geometry::Matter{}.young;
+    double poisson = geometry::Matter{}.poisson;
+    double mass_damping = geometry::Matter{}.mass_damping;
+    double stiffness_damping = geometry::Matter{}.stiffness_damping;
+};
+
+// What a block or list element says, under `name` where it is no preset.
+template <class S> geometry::Matter matter_of(const S& from, const std::string& name = "default")
+{
+    const auto number = static_cast<std::size_t>(from.preset);
+    if (number > 0) return geometry::known_matters.at(number - 1).matter();
+    return {name,         from.density,      from.young,
+            from.poisson, from.mass_damping, from.stiffness_damping};
+}
+
+inline std::vector<std::string> preset_names()
+{
+    std::vector<std::string> names{"custom"};
+    for (const geometry::KnownMatter& m : geometry::known_matters) names.emplace_back(m.name);
+    return names;
+}
+
+// Adds a preset and the five numbers of a material to a block or list element.
 template <class S> void describe_matter(graph::ParamsOf<S>& p)
 {
-    p.param("density", &S::density, "Density of the solid material.", {1e-6, 1e9, "kg/m^3"})
+    const graph::ShownWhen custom{"preset", {"custom"}};
+    p.choice("preset", &S::preset, preset_names(),
+             "A material by its name, with its density, stiffness and damping (docs/materials.md); "
+             "custom: the numbers below.")
+        .param("density", &S::density, "Density of the solid material.", {1e-6, 1e9, "kg/m^3"},
+               custom)
         .param("young", &S::young, "Young's modulus: the stiffness of the material.",
-               {1e-6, 1e15, "Pa"})
+               {1e-6, 1e15, "Pa"}, custom)
         .param("poisson", &S::poisson,
                "Poisson's ratio: how much the material thins when stretched. Near 0.5 it keeps its "
                "volume.",
-               {0, 0.499, ""})
+               {0, 0.499, ""}, custom)
         .param("mass_damping", &S::mass_damping,
                "Rayleigh damping proportional to mass: damps all motion, slow swaying most.",
-               {0, 1e6, "1/s"})
+               {0, 1e6, "1/s"}, custom)
         .param("stiffness_damping", &S::stiffness_damping,
                "Rayleigh damping proportional to stiffness: damps fast vibration most.",
-               {0, 1e6, "s"});
+               {0, 1e6, "s"}, custom);
 }
 
 inline void describe_rule(graph::ParamsOf<MaterialRule>& p)
@@ -65,12 +101,9 @@ inline geometry::FaceMatter face_matter(const geometry::TriMesh& mesh,
 {
     std::vector<geometry::MatterRule> list;
     for (const MaterialRule& r : rules) {
-        list.push_back(
-            {r.match,
-             r.name,
-             r.colour,
-             static_cast<float>(r.tolerance),
-             {r.name, r.density, r.young, r.poisson, r.mass_damping, r.stiffness_damping}});
+        geometry::Matter made_of = matter_of(r, r.name);
+        made_of.name = r.name;
+        list.push_back({r.match, r.name, r.colour, static_cast<float>(r.tolerance), made_of});
     }
     geometry::FaceMatter out = geometry::assign_matter(mesh, list, matter);
     for (const std::size_t i : out.idle) {

@@ -35,7 +35,7 @@ struct Inputs {
     double size = 0.05;
     double thickness = 0.002;
     Vec3 centre{0, 0, 0};
-    geometry::Matter matter{"default", 300, 1e6, 0, 0, 0};
+    ChosenMatter matter;
     geometry::Vec3f colour{0.7f, 0.7f, 0.7f};
 };
 struct Outputs {
@@ -87,7 +87,7 @@ static geometry::Cubes cubes_of(const Inputs& in)
         const auto cells = in.outline == Outline::rectangle ? geometry::rectangle_cells(ni, nj)
                                                             : geometry::ellipse_cells(ni, nj);
         return geometry::plane_cubes(cells, grid_about(in, in.centre, in.size, ni, nj),
-                                     in.thickness, in.matter);
+                                     in.thickness, matter_of(in.matter));
     }
     case Outline::image: {
         if (in.image.path.empty()) {
@@ -107,7 +107,7 @@ static geometry::Cubes cubes_of(const Inputs& in)
         const double size = in.image.width / ni;
         const int nj = pieces(in.image.width * picture.height / picture.width, size);
         return geometry::plane_cubes(cells, grid_about(in, in.centre, size, ni, nj), in.thickness,
-                                     in.matter);
+                                     matter_of(in.matter));
     }
     case Outline::mesh: {
         if (!in.mesh) {
@@ -121,7 +121,7 @@ static geometry::Cubes cubes_of(const Inputs& in)
         };
         const geometry::PlaneGrid grid = grid_about(in, box.centre(), in.size, count(u), count(v));
         return geometry::plane_cubes(geometry::footprint_cells(*in.mesh, grid), grid, in.thickness,
-                                     in.matter);
+                                     matter_of(in.matter));
     }
     }
     throw std::logic_error("Plane: an outline without a case");
@@ -191,7 +191,7 @@ void add_to(graph::Registry& registry)
                "Centre of the rectangle or picture. With outline = mesh the sheet stays at the "
                "mesh's footprint.",
                {.unit = "m"}, {"outline", {"rectangle", "ellipse", "image"}})
-        .block("matter", &Inputs::matter, describe_matter<geometry::Matter>,
+        .block("matter", &Inputs::matter, describe_matter<ChosenMatter>,
                "Material of the sheet. Poisson's ratio acts as 0.")
         .colour("colour", &Inputs::colour, "Colour of the mesh.")
         .check(check)

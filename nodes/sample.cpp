@@ -31,7 +31,7 @@ struct Inputs {
     double total_mass = 1;
     double thickness = 0;
     double surface_density = 1;
-    geometry::Matter matter;
+    ChosenMatter matter;
     std::vector<MaterialRule> materials;
 };
 struct Outputs {
@@ -65,10 +65,12 @@ static Outputs run(const Inputs& in, const graph::Context& context)
             context.warn("materials have no effect, because the mesh is a point cloud: it has no "
                          "faces that a rule could match");
         }
-        return {geometry::sample_points(
-            *in.mesh, in.matter, {in.mass, in.total_mass, in.thickness, in.surface_density})};
+        return {
+            geometry::sample_points(*in.mesh, matter_of(in.matter),
+                                    {in.mass, in.total_mass, in.thickness, in.surface_density})};
     }
-    const geometry::FaceMatter matter = face_matter(*in.mesh, in.matter, in.materials, context);
+    const geometry::FaceMatter matter =
+        face_matter(*in.mesh, matter_of(in.matter), in.materials, context);
     const geometry::SampleMass mass{in.mass, in.total_mass, in.thickness, in.surface_density};
     if (in.where == Where::volume) {
         // What is left of almost nothing takes minutes to fill, and is not what was asked for.
@@ -140,7 +142,7 @@ void add_to(graph::Registry& registry)
                {0, 1e6, "m"}, {"mass", {"density", "total"}})
         .param("surface_density", &Inputs::surface_density, "Mass per area.",
                {1e-12, 1e12, "kg/m^2"}, {"mass", {"surface_density"}})
-        .block("matter", &Inputs::matter, describe_matter<geometry::Matter>,
+        .block("matter", &Inputs::matter, describe_matter<ChosenMatter>,
                "Material of the model where no rule of `materials` matches.")
         .list("materials", &Inputs::materials, describe_rule,
               "Materials of parts of the model. If several rules match, the last one counts.")

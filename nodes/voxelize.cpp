@@ -30,7 +30,7 @@ struct Inputs {
     geometry::NearPieces pieces = geometry::NearPieces::merge;
     double join = 0;
     double thickness = 0;
-    geometry::Matter matter;
+    ChosenMatter matter;
     std::vector<MaterialRule> materials;
     double total_mass = 0;
     double min_fill = geometry::VoxelOptions{}.min_fill;
@@ -117,7 +117,7 @@ static Outputs of_cloud(const Inputs& in, const geometry::VoxelOptions& options,
         context.warn("materials, thickness and pieces have no effect, because the mesh is a point "
                      "cloud: it has no faces");
     }
-    return {geometry::voxelize_samples(geometry::sample_points(*in.mesh, in.matter, {}),
+    return {geometry::voxelize_samples(geometry::sample_points(*in.mesh, matter_of(in.matter), {}),
                                        grid_for(in), options)};
 }
 
@@ -133,7 +133,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     if (in.mesh->triangles().empty() && !in.mesh->positions.empty()) {
         return of_cloud(in, options, context);
     }
-    const geometry::FaceMatter matter = face_matter(*in.mesh, in.matter, in.materials, context);
+    const geometry::FaceMatter matter =
+        face_matter(*in.mesh, matter_of(in.matter), in.materials, context);
     const bool solid = in.method == Method::solid;
     if (solid) warn_of_disagreeing_faces(*in.mesh, in.inside, context);
     const geometry::VoxelGrid grid = in.quality == Quality::by_size
@@ -216,7 +217,7 @@ void add_to(graph::Registry& registry)
                "treats every cube as full; `solid` counts only the enclosed volume (exact, except "
                "near holes and overlaps, where 4 x 4 x 4 points per cube are sampled).",
                {0, 1e6, "m"}, of_mesh)
-        .block("matter", &Inputs::matter, describe_matter<geometry::Matter>,
+        .block("matter", &Inputs::matter, describe_matter<ChosenMatter>,
                "Material of the model where no rule of `materials` matches.", of_mesh)
         .list("materials", &Inputs::materials, describe_rule, about_materials, of_mesh)
         .param("total_mass", &Inputs::total_mass,
