@@ -96,12 +96,23 @@ static void require_a_vertex_a_corner(const Inputs& in)
                     found, corners));
 }
 
+// What is carried whole is so on purpose.
+static void warn_of_all(const Inputs& in, std::size_t pinned, const graph::Context& context)
+{
+    const bool still = !in.follow && in.translate.isZero(0) && in.rotate_degrees.isZero(0);
+    if (!still || pinned == 0 || pinned < in.cubes->corner_count()) return;
+    context.warn(fmt::format("all {} corners of the cubes lie in the chosen region, so nothing can "
+                             "move: choose a smaller one",
+                             pinned));
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     if (in.follow) require_a_vertex_a_corner(in);
     auto corners = chosen(in);
     if (corners.empty())
         context.warn("no corner of the cubes lies in the chosen region: nothing is pinned");
+    warn_of_all(in, corners.size(), context);
     if (in.follow) return {physics::pins_on(*in.cubes, std::move(corners), in.follow->positions)};
     return {physics::pins_at(
         *in.cubes, std::move(corners),

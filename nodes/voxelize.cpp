@@ -1,6 +1,7 @@
 #include "geometry/cubes/voxelize.hpp"
 #include "geometry/cubes/sample_points.hpp"
 
+#include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/cube_quality.hpp"
 #include "nodes/large_cubes.hpp"
@@ -147,6 +148,27 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     return out;
 }
 
+// "size": "good" is "quality": "good", and "size": {"auto": {"error": 0.05}} is "quality":
+// "by_error" with that error.
+static void write_out_size(graph::Json& node)
+{
+    graph::Json* const params = node.find("params");
+    graph::Json* const size = params ? params->find("size") : nullptr;
+    if (!size || params->find("quality")) return;
+    if (size->text() &&
+        (*size->text() == "draft" || *size->text() == "good" || *size->text() == "exact")) {
+        graph::rename(*params, "size", "quality");
+        return;
+    }
+    graph::Json* const chosen = size->find("auto");
+    graph::Json* const error = chosen ? chosen->find("error") : nullptr;
+    if (!error || size->object()->size() != 1 || chosen->object()->size() != 1) return;
+    graph::Json value = *error;
+    *size = std::move(value);
+    graph::rename(*params, "size", "error");
+    graph::put_missing(*params, "quality", std::string("by_error"));
+}
+
 constexpr const char* how_inside =
     "How inside is decided (method solid); six rays along the axes vote. winding: by the number of "
     "outward less inward faces crossed; right for closed, overlapping and doubled pieces. parity: "
@@ -166,6 +188,10 @@ constexpr const char* about_quality =
     "error is estimated from the lowest vibrations of the free body with cubes of three sizes and "
     "their observed order, of 30,000 at most, and by that order beyond; `max_cubes` stays the "
     "limit. What was chosen, and why, is told in a warning.";
+constexpr const char* about_size =
+    "Edge of a cube; 0: from `resolution`. Documents may also say \"draft\", \"good\" or "
+    "\"exact\", "
+    "which is that quality, or {\"auto\": {\"error\": 0.05}}, which is that error.";
 constexpr const char* about_max_cubes =
     "Limit on the number of cubes. Exceeding it is an error that names a size that fits; a size "
     "that `quality` chooses does not exceed it.";
@@ -193,14 +219,14 @@ void add_to(graph::Registry& registry)
                 "holes. surface: one wherever a triangle passes, exactly; a face between two cubes "
                 "belongs to the upper one; of a point cloud, one wherever a point lies. solid: "
                 "those of surface, and those whose centre is inside.")
+        .short_forms(write_out_size)
         .choice("quality", &Inputs::quality, {"by_size", "draft", "good", "exact", "by_error"},
                 about_quality)
         .param("error", &Inputs::error,
                "Largest relative error of deflections under loads that may come from the size of "
                "the cubes.",
                {0.001, 1, ""}, {"quality", {"by_error"}})
-        .param("size", &Inputs::size, "Edge of a cube; 0: from `resolution`.", {0, 1e12, "m"},
-               {"quality", {"by_size"}})
+        .param("size", &Inputs::size, about_size, {0, 1e12, "m"}, {"quality", {"by_size"}})
         .param("resolution", &Inputs::resolution,
                "Number of cubes along the model's longest side, if size is 0.",
                {1, 1'000'000, "cubes"}, {"quality", {"by_size"}})

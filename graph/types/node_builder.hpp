@@ -152,6 +152,9 @@ public:
         return *this;
     }
 
+    // Writes short forms that documents may use out as parameters: of the node's object.
+    NodeBuilder& short_forms(void (*f)(Json&)) { return type_.write_out = f, *this; }
+
     // Which context variables run() reads: Variable::frame | Variable::fps ...
     NodeBuilder& reads(unsigned variables) { return type_.reads = variables, *this; }
     NodeBuilder& reads(Variable variable) { return reads(static_cast<unsigned>(variable)); }

@@ -91,8 +91,10 @@ struct NodeType {
     std::vector<Previous> previous;
     std::vector<Preparation> preparations;
     std::vector<Upgrade> upgrades;  // from older versions
-    unsigned reads = 0;             // context variables, see Variable
-    bool sink = false;              // writes files: cooked by default, once a frame
+    // Null, or what writes short forms of parameters out, in a document's node of this version.
+    std::function<void(Json&)> write_out;
+    unsigned reads = 0;  // context variables, see Variable
+    bool sink = false;   // writes files: cooked by default, once a frame
     // For a node that gathers: which frames of its gathered inputs it wants. Such a node runs once
     // for a cook, not once a frame.
     std::function<std::vector<int>(const ParamValues&, const FrameRange&)> gather_frames;

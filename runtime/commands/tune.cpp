@@ -95,12 +95,31 @@ std::optional<Dial> find_dial(const graph::Graph& graph, const std::string& give
     return found.empty() ? std::nullopt : std::optional(found[0]);
 }
 
+// A node that chooses the size by itself would do so whatever is tried.
+void need_size_by_hand(const graph::Graph& graph, const std::string& node_name)
+{
+    for (const graph::Node& node : graph.nodes) {
+        if (node.name != node_name) continue;
+        for (std::size_t i = 0; i < node.type->params.size(); ++i) {
+            const auto* quality = std::get_if<std::string>(&node.params[i].is);
+            if (node.type->params[i].name != "quality" || !quality || *quality == "by_size")
+                continue;
+            throw std::invalid_argument(
+                fmt::format("'{}' chooses the size of its cubes itself (quality = {}): set quality "
+                            "= by_size to tune it",
+                            node_name, *quality));
+        }
+    }
+}
+
 // Edge of cubes, or their number along the longest side where that says it.
 std::optional<Dial> find_size(const graph::Graph& graph, const std::string& given)
 {
     const auto size = find_dial(graph, given, "size", "--size");
-    if (!size || size->value > 0) return size;
+    if (!size) return size;
     const std::string node = size->target.substr(0, size->target.rfind('.'));
+    need_size_by_hand(graph, node);
+    if (size->value > 0) return size;
     return find_dial(graph, node + ".resolution", "resolution", "--size");
 }
 

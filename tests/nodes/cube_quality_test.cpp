@@ -4,6 +4,7 @@
 #include "geometry/mesh/primitive.hpp"
 #include "geometry/mesh/transform.hpp"
 #include "tests/nodes/one_node.hpp"
+#include "tests/nodes/scene.hpp"
 
 #include <gtest/gtest.h>
 
@@ -113,6 +114,23 @@ TEST(CubeQuality, WhatMaxCubesForbidsIsTold)
     EXPECT_LE(c.cubes().count(), 3000u);
     EXPECT_NE(c.told.find("an error of 1 %"), std::string::npos) << c.told;
     EXPECT_NE(c.told.find("max_cubes = 3000"), std::string::npos) << c.told;
+}
+
+TEST(CubeQuality, ShortFormsOfTheSizeAreTheQuality)
+{
+    const auto size_of = [](const std::string& params) {
+        fixtures::Scene scene(R"(
+            "bar": { "type": "Primitive@1", "params": { "shape": "box",
+                     "box": { "size": [1, 0.2, 0.2] } } },
+            "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "bar.mesh" },
+                       "params": { "method": "solid", )" +
+                              params + "} }");
+        return scene.at<geometry::Cubes>("cubes")->size;
+    };
+    EXPECT_EQ(size_of(R"("size": "draft")"), size_of(R"("quality": "draft")"));
+    EXPECT_EQ(size_of(R"("size": {"auto": {"error": 0.04}})"),
+              size_of(R"("quality": "by_error", "error": 0.04)"));
+    EXPECT_EQ(size_of(R"("size": 0.1)"), 0.1);
 }
 
 TEST(CubeQuality, WhatHasNoThicknessIsRefused)

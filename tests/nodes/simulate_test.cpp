@@ -25,6 +25,7 @@ TEST(Simulate, ABeamPinnedAtOneEndSagsAfterTheFirstFrame)
         // Regions narrow enough for a beam and enough steps to be as stiff as the material, so that
         // nothing is warned of.
         simulate.param("lattice.half_width").is = std::int64_t{1};
+        simulate.param("lattice.calibrate").is = std::string("stretch");
         simulate.param("step.substeps").is = std::int64_t{8};
         simulate.inputs["cubes"] = {cubes};
         simulate.inputs["pins"] = {pins};

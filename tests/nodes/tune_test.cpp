@@ -102,5 +102,20 @@ TEST(Tune, ATurnedBeamNeedsMoreCubesAndGetsThem)
     EXPECT_NEAR(recommended_sag(said), expected_sag(), 0.15 * expected_sag());
 }
 
+TEST(Tune, CubesThatChooseTheirSizeAreNotTuned)
+{
+    std::string graph = beam(0);
+    const std::string by_hand = "\"size\": 0.1";
+    graph.replace(graph.find(by_hand), by_hand.size(), "\"size\": \"good\"");
+    const files::Folder folder;
+    std::ostringstream out, err;
+    runtime::Console console{out, err, false, {}, {}, "test"};
+    EXPECT_NE(runtime::run_command_line(
+                  {"tune", folder.write("beam.json", graph).string(), "--no-disk-cache"},
+                  nodes::registry(), console),
+              runtime::exit_ok);
+    EXPECT_NE(err.str().find("set quality = by_size to tune it"), std::string::npos) << err.str();
+}
+
 }  // namespace
 }  // namespace tuned_beams
