@@ -77,10 +77,10 @@ TEST(CubeQuality, TheErrorOfABarIsWithinWhatWasAskedAndLessTakesFinerCubes)
     const double t = 0.1;
     const double f =
         std::pow(4.730041, 2) / (2 * std::numbers::pi) * std::sqrt(1e9 * t * t / (12 * 1000));
-    const TriMesh bar = turned(geometry::box({1, t, t}, {1, 1, 1}), {30, 25, 0});
+    const TriMesh bar = turned(geometry::box({1, t, t}, {1, 1, 1}), {0, 25, 0});
     double last = 1;
-    for (const auto& [quality, error] : {std::pair{"draft", 0.2}, std::pair{"good", 0.05}}) {
-        const Chosen c = chosen(bar, quality, 10'000);
+    for (const auto& [quality, error] : {std::pair{"draft", 0.2}, std::pair{"by_error", 0.1}}) {
+        const Chosen c = chosen(bar, quality, 6'000);
         const double off = std::abs(flexibility(bar, c.value) * f * f - 1);
         EXPECT_LT(off, 1.5 * error + 0.06) << c.told;
         EXPECT_NE(c.told.find("lowest frequency, with order"), std::string::npos) << c.told;
@@ -102,7 +102,7 @@ TEST(CubeQuality, ASheetThatIsTiltedIsNotMisjudged)
 {
     const TriMesh sheet = turned(geometry::box({0.4, 0.05, 0.1}, {1, 1, 1}), {0, 0, 45});
     const Chosen c = chosen(sheet, "draft");
-    const double fine = flexibility_at(sheet, 0.007);
+    const double fine = flexibility_at(sheet, 0.008);
     EXPECT_LT(std::abs(flexibility(sheet, c.value) / fine - 1), 1.5 * 0.2) << c.told;
     EXPECT_LT(c.cubes().size, 0.05) << "finer than the sheet";
 }
@@ -128,8 +128,8 @@ TEST(CubeQuality, ShortFormsOfTheSizeAreTheQuality)
         return scene.at<geometry::Cubes>("cubes")->size;
     };
     EXPECT_EQ(size_of(R"("size": "draft")"), size_of(R"("quality": "draft")"));
-    EXPECT_EQ(size_of(R"("size": {"auto": {"error": 0.04}})"),
-              size_of(R"("quality": "by_error", "error": 0.04)"));
+    EXPECT_EQ(size_of(R"("size": {"auto": {"error": 0.3}})"),
+              size_of(R"("quality": "by_error", "error": 0.3)"));
     EXPECT_EQ(size_of(R"("size": 0.1)"), 0.1);
 }
 
