@@ -198,6 +198,19 @@ ParamValue read_list(ParamReading& reading, const Param& param, const Json& json
     return {std::move(elements)};
 }
 
+// A text where a block belongs: perhaps a choice within it.
+std::string choice_within(const Param& param, const Json& json)
+{
+    for (const Param& child : param.children) {
+        const auto& choices = child.choices;
+        if (!json.text() ||
+            std::find(choices.begin(), choices.end(), *json.text()) == choices.end())
+            continue;
+        return fmt::format("did you mean {{\"{}\": \"{}\"}}?", child.name, *json.text());
+    }
+    return {};
+}
+
 ParamValue read_param(ParamReading& reading, const Param& param, const Json& json)
 {
     switch (param.kind) {
@@ -225,7 +238,8 @@ ParamValue read_param(ParamReading& reading, const Param& param, const Json& jso
         return read_list(reading, param, json);
     case ParamKind::block:
         if (json.object()) return {read_struct(reading, param.children, &json)};
-        break;
+        complain(reading, json.place(), expectation_of(param), json, choice_within(param, json));
+        return param.fallback;
     }
     complain(reading, json.place(), expectation_of(param), json);
     return param.fallback;

@@ -2,6 +2,7 @@
 
 #include "geometry/cubes/known_matter.hpp"
 #include "geometry/mesh/primitive.hpp"
+#include "graph/document/document.hpp"
 #include "tests/nodes/one_node.hpp"
 
 #include <fmt/format.h>
@@ -44,6 +45,16 @@ TEST(Presets, CustomKeepsTheNumbers)
     EXPECT_EQ(sheet.matters.at(0).density, 1000);
     node.param("matter.preset").is = std::string("leather");
     EXPECT_EQ(node.run().as<Cubes>()->young.at(0), 0.2e9);
+}
+
+TEST(Presets, ANameInThePlaceOfTheBlockIsToldWhereItBelongs)
+{
+    const auto loaded = graph::load_text(
+        R"({ "aspic": 1, "nodes": { "sheet": { "type": "Plane@1",
+             "params": { "matter": "rubber" } } } })",
+        "scene.json", nodes::registry());
+    ASSERT_EQ(loaded.problems.size(), 1u);
+    EXPECT_EQ(loaded.problems[0].suggestion, R"(did you mean {"preset": "rubber"}?)");
 }
 
 TEST(Presets, AreOnThePageOfMaterials)
