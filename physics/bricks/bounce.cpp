@@ -153,7 +153,9 @@ void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double
     const auto found = rigid_parts(stage, stage.x, stage.w);
     const auto pinned = pinned_parts(stage);
     auto after = found;
-    for (const auto& [who, impact] : met) {
+    for (const auto& meeting : met) {
+        const Meeting& who = meeting.first;
+        const Impact& impact = meeting.second;
         const double length = impact.along.norm();
         if (!(length > 0) || pinned[who.part] != 0) continue;
         const Vec3 n = impact.along / length, p = impact.place / impact.impulse;
