@@ -39,9 +39,7 @@ Coming coming(const Stage& stage, const PlaneTouch& touch)
 // it.
 bool hits(const Stage& stage, const Coming& in)
 {
-    const auto integrator = stage.frame.options.integrator;
-    const double step = (integrator == Integrator::implicit_midpoint ? 2 : 1) * stage.tau;
-    return in.speed > 2 * step * std::abs(in.acceleration) && in.gap < step * in.speed;
+    return in.speed > 2 * stage.span * std::abs(in.acceleration) && in.gap < stage.span * in.speed;
 }
 
 }  // namespace
@@ -82,6 +80,7 @@ struct Impact {
     double impulse = 0;            // N s
     double bounce = 0;             // N s, by the share that each leaves with
     Vec3 place = Vec3::Zero();     // N s m
+    Vec3 began = Vec3::Zero();     // N s m, the place where the stage started
     Vec3 along = Vec3::Zero();     // N s
     Vec3 velocity = Vec3::Zero();  // N s m/s, of the collider
 };
@@ -95,7 +94,18 @@ struct Meeting {
     auto operator<=>(const Meeting&) const = default;
 };
 
-std::map<Meeting, Impact> impacts(const Stage& stage)
+// Where the point of a touch is when corners are at x.
+Vec3 place_of(const PlaneTouch& touch, const Aligned<double>& x)
+{
+    Vec3 p = Vec3::Zero();
+    for (std::size_t a = 0; a < 8; ++a) {
+        p +=
+            double(touch.weight[a]) * Eigen::Map<const Vec3>(&x[4 * std::size_t{touch.corners[a]}]);
+    }
+    return p;
+}
+
+std::map<Meeting, Impact> impacts(const Stage& stage, const Aligned<double>& before_x)
 {
     std::map<Meeting, Impact> out;
     for (const auto* touches : {&stage.touches, &stage.holds}) {
@@ -103,16 +113,12 @@ std::map<Meeting, Impact> impacts(const Stage& stage)
             if (!(touch.rebound > 0)) continue;
             const double impulse = stage.tau * touch.stiffness * touch.depth(stage.x.data());
             if (!(impulse > 0)) continue;
-            Vec3 p = Vec3::Zero();
-            for (std::size_t a = 0; a < 8; ++a) {
-                const double* x = &stage.x[4 * std::size_t{touch.corners[a]}];
-                p += double(touch.weight[a]) * Eigen::Map<const Vec3>(x);
-            }
             Impact& impact = out[{stage.frame.body.part_of(touch.corners[0]),
                                   touches == &stage.touches, touch.other}];
             impact.impulse += impulse;
             impact.bounce += impulse * touch.bounce;
-            impact.place += impulse * p;
+            impact.place += impulse * place_of(touch, stage.x);
+            impact.began += impulse * place_of(touch, before_x);
             impact.along += impulse * touch.normal;
             impact.velocity += impulse * touch.drift;
         }
@@ -147,7 +153,7 @@ std::vector<std::uint8_t> pinned_parts(const Stage& stage)
 void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double>& before_v)
 {
     const CornerBody& body = stage.frame.body;
-    const auto met = impacts(stage);
+    const auto met = impacts(stage, before_x);
     if (met.empty()) return;
     const auto before = rigid_parts(stage, before_x, before_v);
     const auto found = rigid_parts(stage, stage.x, stage.w);
@@ -158,14 +164,18 @@ void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double
         const Impact& impact = meeting.second;
         const double length = impact.along.norm();
         if (!(length > 0) || pinned[who.part] != 0) continue;
+        // A part does not move itself.
+        if (who.parts && who.other == who.part) continue;
         const Vec3 n = impact.along / length, p = impact.place / impact.impulse;
-        const bool two = who.parts && who.other != who.part;
-        const auto speed = [&](const std::vector<RigidPart>& parts) {
-            Vec3 v = velocity_at(parts[who.part], p) - impact.velocity / impact.impulse;
-            if (two) v -= velocity_at(parts[who.other], p);
+        const Vec3 began = impact.began / impact.impulse;
+        const bool two = who.parts;
+        const auto speed = [&](const std::vector<RigidPart>& parts, const Vec3& at) {
+            Vec3 v = velocity_at(parts[who.part], at) - impact.velocity / impact.impulse;
+            if (two) v -= velocity_at(parts[who.other], at);
             return n.dot(v);
         };
-        const double wanted = -impact.bounce / impact.impulse * speed(before), has = speed(after);
+        const double wanted = -impact.bounce / impact.impulse * speed(before, began);
+        const double has = speed(after, p);
         if (!(has > 0) || !(has < wanted)) continue;
         const Kick own = kick(after[who.part], p, n);
         Kick other;

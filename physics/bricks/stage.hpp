@@ -53,6 +53,7 @@ struct Stage {
     Elasticity& elasticity;
 
     double tau = 0;    // s
+    double span = 0;   // s, from its start to where its step ends: 2 tau at the midpoint
     double share = 0;  // of the frame that has gone by at the end of the stage
     int halvings = 0;  // of the step that was asked for
 

@@ -41,6 +41,7 @@ struct FrameStep {
 void take_stage(FrameStep& step, double tau, double share, Balance balance)
 {
     Stage& stage = step.stage;
+    stage.span = balance == Balance::middle ? 2 * tau : tau;
     start_stage(stage, step.now.x, step.now.v, tau, share);
     stage.turns_start = balance == Balance::end;
     step.record.touched |= may_touch(stage);

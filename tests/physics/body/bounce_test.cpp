@@ -147,5 +147,69 @@ TEST(Bounce, PartsExchangeMomentumByNewtonsLaw)
     EXPECT_NEAR(low + high, -4, 1e-3);
 }
 
+// Of blocks of 3 cubes each way, one on every place of the lattice.
+geometry::Cubes blocks_at(const std::vector<geometry::Vec3i>& places)
+{
+    std::vector<geometry::Vec3i> cells;
+    for (const auto& at : places) {
+        for (int i = 0; i < 27; ++i) {
+            cells.emplace_back(at + geometry::Vec3i(i % 3, i / 3 % 3, i / 9));
+        }
+    }
+    return fixtures::cubes_on(cells, h, {.young = 1e9, .stiffness_damping = 1e-4});
+}
+
+// One block lies on the floor and is pushed into it. The other one gets close to it in this step.
+TEST(Bounce, WhatDoesNotReachTheFloorInAStepDoesNotBounceInIt)
+{
+    const auto cubes = blocks_at({{0, 0, 0}, {9, 3, 0}});
+    const BricksBody body = make_bricks(cubes);
+    constexpr double speed = 2.95 * h * 24;
+    for (const auto integrator :
+         {Integrator::implicit_euler, Integrator::sdirk2, Integrator::implicit_midpoint}) {
+        State state = rest_state(body);
+        for (Vec3& v : state.v) v.y() = -speed;
+        Loads loads;
+        loads.colliders.push_back(floor_of(0.9));
+        state = advance(body, state, loads, 1.0 / 24, {.integrator = integrator});
+        for (std::size_t k = 0; k < state.v.size(); ++k) {
+            if (cubes.corner[k].x() < 6) continue;
+            EXPECT_NEAR(state.v[k].y(), -speed, 1e-3) << int(integrator);
+        }
+    }
+}
+
+// Thrown along a floor with no friction while it spins about a level axis across its way.
+TEST(Bounce, ASpinningBlockGainsNoEnergy)
+{
+    const auto cubes = block();
+    const BricksBody body = make_bricks(cubes);
+    for (const double sideways : {-10.0, 0.0, 10.0}) {
+        for (const double rate : {-15.0, 15.0}) {
+            for (const double height : {0.3, 0.35, 0.4}) {
+                State state = rest_state(body);
+                const Vec3 middle = Vec3::Constant(1.5 * h), spin(0, 0, rate);
+                for (std::size_t k = 0; k < state.x.size(); ++k) {
+                    state.v[k] = Vec3(sideways, -3, 0) + spin.cross(state.x[k] - middle);
+                    state.x[k].y() += height;
+                }
+                Loads loads;
+                loads.colliders.push_back(floor_of(1));
+                loads.colliders.back().friction = 0;
+                const auto energy = [&] {  // beside what it moves on with
+                    State seen = state;
+                    for (Vec3& v : seen.v) v.x() -= sideways;
+                    return fixtures::brick_motion(cubes, seen).energy;
+                };
+                const double before = energy();
+                for (int frame = 0; frame < 12; ++frame) {
+                    state = advance(body, state, loads, 1.0 / 24, {.substeps = 4});
+                }
+                EXPECT_LT(energy(), 1.05 * before) << sideways << " " << rate << " " << height;
+            }
+        }
+    }
+}
+
 }  // namespace
 }  // namespace physics
