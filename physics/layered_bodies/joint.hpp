@@ -53,7 +53,8 @@ struct JointRows {
     std::size_t count = 0;
 
     JointRow& add() { return rows[count++]; }
-    std::span<const JointRow> all() const { return {rows.data(), count}; }
+    std::span<const JointRow> all() const& { return {rows.data(), count}; }
+    std::span<const JointRow> all() const&& = delete;  // they would not outlive it
 };
 
 // The rows that hold a joint whose frames are at a and b (a: identity for the world). How many

@@ -133,7 +133,8 @@ public:
     void getInfo1(btConstraintInfo1* info) override
     {
         info->m_numConstraintRows = info->nub = 0;
-        for (const JointRow& row : rows().all()) {
+        const JointRows now = rows();
+        for (const JointRow& row : now.all()) {
             info->m_numConstraintRows += row.lowest < row.highest ? limits(row) : 1;
         }
     }

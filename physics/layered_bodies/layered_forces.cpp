@@ -195,7 +195,8 @@ void add_joint(const JointMoment& at, LayeredSystem& system)
 {
     const double dt = system.dt;
     if (!system.held[at.b]) {
-        for (const JointRow& row : joint_rows(at.joint, at.at_a, at.at_b).all()) {
+        const JointRows rows = joint_rows(at.joint, at.at_a, at.at_b);
+        for (const JointRow& row : rows.all()) {
             const double beyond = row.value > row.highest  ? row.value - row.highest
                                   : row.value < row.lowest ? row.value - row.lowest
                                                            : 0;
@@ -207,7 +208,8 @@ void add_joint(const JointMoment& at, LayeredSystem& system)
     }
     const double stiffness = at.joint.stiffness, damping = at.joint.damping;
     if (stiffness == 0 && damping == 0) return;
-    for (const JointRow& row : free_rows(at.joint, at.at_a, at.at_b).all()) {
+    const JointRows rows = free_rows(at.joint, at.at_a, at.at_b);
+    for (const JointRow& row : rows.all()) {
         const double f = -stiffness * row.value - damping * at.rate(row);
         add_row(at, row, f, stiffness, damping, system);
     }
