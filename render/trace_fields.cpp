@@ -131,7 +131,8 @@ void trace_view(const Scene& scene, const Look& look, DrawList& list)
     geometry::parallel_for(found.hits.size(), pixel_grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const double x = found.x + static_cast<double>(i % width) + 0.5;
-            const double y = found.y + static_cast<double>(i / width) + 0.5;
+            const std::size_t row = i / width;
+            const double y = found.y + static_cast<double>(row) + 0.5;
             traced.pixels[i] = pack(found.hits[i], x, y);
             traced.pixels[i].fine = found.fine[i];
             for (std::size_t k = 0; found.fine[i] > 0 && k < places.size(); ++k) {
@@ -188,7 +189,8 @@ void trace_shadow(const Scene& scene, DrawList& list)
     geometry::parallel_for(found.hits.size(), pixel_grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const double x = found.x + static_cast<double>(i % width) + 0.5;
-            const double y = found.y + static_cast<double>(i / width) + 0.5;
+            const std::size_t row = i / width;
+            const double y = found.y + static_cast<double>(row) + 0.5;
             for (std::size_t k = 0; k < places.size(); ++k) {
                 const bool fine = found.fine[i] > 0;
                 const SurfaceHit& hit = fine ? found.samples[found.fine[i] - 1 + k] : found.hits[i];

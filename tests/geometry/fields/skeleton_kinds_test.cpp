@@ -83,7 +83,7 @@ Vec3 pyramid(const std::array<Vec3, 4>& p, double u)
     for (std::size_t level = 1; level < 4; ++level) {
         for (std::size_t i = 0; i + level < 4; ++i) {
             // The last level mixes over the middle span alone.
-            const double from = level == 3 ? s[1] : level == 2 ? s[i] : s[i];
+            const double from = level == 3 ? s[1] : s[i];
             const double to = level == 3 ? s[2] : level == 2 ? s[i + 2] : s[i + 1];
             q[i] = ((to - at) * q[i] + (at - from) * q[i + 1]) / (to - from);
         }

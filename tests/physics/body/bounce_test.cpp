@@ -37,12 +37,12 @@ struct Thrown {
     double height = 0.5, speed = 5, bounce = 0.5;
     StepOptions step = {};
 };
-State after(const auto& body, const Thrown& how, Vec3 sideways = Vec3::Zero())
+State after(const auto& body, const Thrown& how)
 {
     State state = rest_state(body);
     for (std::size_t k = 0; k < state.x.size(); ++k) {
         state.x[k].y() += how.height;
-        state.v[k] = Vec3(0, -how.speed, 0) + sideways;
+        state.v[k] = Vec3(0, -how.speed, 0);
     }
     Loads loads;
     loads.colliders.push_back(floor_of(how.bounce));

@@ -134,9 +134,9 @@ struct Fingers {
     Fingers()
     {
         const auto box = [](const Vec3& lo, const Vec3& hi) {
-            auto mesh = geometry::box(h * (hi - lo), {1, 1, 1});
-            for (auto& p : mesh.positions) p += (0.5 * h * (lo + hi)).cast<float>();
-            return mesh;
+            auto out = geometry::box(h * (hi - lo), {1, 1, 1});
+            for (auto& p : out.positions) p += (0.5 * h * (lo + hi)).cast<float>();
+            return out;
         };
         const auto base = box({0, 0.1, 0.1}, {3.1, 0.9, 1.9});
         const auto left = box({0.9, 0.5, 0.1}, {1.3, 8, 1.9});
