@@ -189,8 +189,8 @@ void trace_shadow(const Scene& scene, DrawList& list)
     geometry::parallel_for(found.hits.size(), pixel_grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const double x = found.x + static_cast<double>(i % width) + 0.5;
-            const std::size_t row = i / width;
-            const double y = found.y + static_cast<double>(row) + 0.5;
+            const std::size_t line = i / width;
+            const double y = found.y + static_cast<double>(line) + 0.5;
             for (std::size_t k = 0; k < places.size(); ++k) {
                 const bool fine = found.fine[i] > 0;
                 const SurfaceHit& hit = fine ? found.samples[found.fine[i] - 1 + k] : found.hits[i];
@@ -198,7 +198,7 @@ void trace_shadow(const Scene& scene, DrawList& list)
                 const double t =
                     fine ? hit.t : on_plane(grid, hit, x, y, x + places[k][0], y + places[k][1]);
                 const std::size_t column = side * (i % width) + k % side;
-                const std::size_t row = side * (i / width) + k / side;
+                const std::size_t row = side * line + k / side;
                 traced.shadow[row * side * width + column] = shadow_depth(texels, hit, steepest, t);
             }
         }
