@@ -1,7 +1,7 @@
 #pragma once
 
 // Contact between parts of one body: points of a part's surface that lie in the matter of another,
-// or of their own part where that is two cubes and more away along the body.
+// or of their own part where that is three cubes and more away along the body.
 //
 // A point at p that lies in a cube of another part is, for that part, where the cube was at rest:
 //   p = sum w_a(u) x_a,    X = origin + h (cell + u)
