@@ -2,7 +2,10 @@
 
 #include "physics/bricks/free_parts.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 namespace physics {
 namespace {
@@ -29,15 +32,19 @@ double others(const Stage& stage, const Aligned<double>& x, const Aligned<double
     return sum;
 }
 
-bool is_known(const StepFrame& frame)
+bool pins_stay(const StepFrame& frame)
 {
-    if (frame.windy || !frame.loads.colliders.empty()) return false;
     for (std::size_t i = 0; i < frame.loads.pins.corner.size(); ++i) {
         for (std::size_t a = 0; a < 3; ++a) {
             if (pin_target(frame, i, a, 0) != pin_target(frame, i, a, 1)) return false;
         }
     }
     return true;
+}
+
+bool is_known(const StepFrame& frame)
+{
+    return !frame.windy && frame.loads.colliders.empty() && pins_stay(frame);
 }
 
 }  // namespace
@@ -82,6 +89,64 @@ bool settle(const EnergyAccount& account, Stage& stage, const Aligned<double>& x
     }
     const double whole = kinetic(stage, v);
     return !(excess > 0.1 * (stored + moving) + 1e-4 * whole);
+}
+
+namespace {
+
+bool stands(const Collider& collider)
+{
+    const bool still = !collider.mesh_before || collider.mesh_before == collider.mesh;
+    return still && collider.pose.isApprox(collider.before, 1e-12);
+}
+
+// 1 for parts that another one presses, or themselves, where the stage ends.
+std::vector<std::uint8_t> pressed_parts(const Stage& stage)
+{
+    const CornerBody& body = stage.frame.body;
+    std::vector<std::uint8_t> out(stage.frame.part_mass.size(), 0);
+    for (const PlaneTouch& touch : stage.touches) {
+        if (!(touch.depth(stage.x.data()) > 0)) continue;
+        out[body.part_of(touch.corners[0])] = 1;
+        out[touch.other] = 1;
+    }
+    return out;
+}
+
+}  // namespace
+
+double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<double>& v,
+                          const Aligned<double>& after_x, const Aligned<double>& after_v)
+{
+    constexpr double little = 0.02;
+    const StepFrame& frame = stage.frame;
+    const auto& colliders = frame.loads.colliders;
+    if (stage.touches.empty() || frame.windy || !pins_stay(frame)) return 0;
+    if (!std::all_of(colliders.begin(), colliders.end(), stands)) return 0;
+    const auto pressed = pressed_parts(stage);
+    if (std::none_of(pressed.begin(), pressed.end(), [](auto p) { return p != 0; })) return 0;
+    const double stored = elastic(stage, x), moving = kinetic(stage, v);
+    const double gain =
+        elastic(stage, after_x) + others(stage, after_x, after_v) - (stored + others(stage, x, v));
+    return gain > little * (stored + moving) ? gain : 0;
+}
+
+void take_off(const Stage& stage, double gained, Aligned<double>& v)
+{
+    const CornerBody& body = stage.frame.body;
+    const auto pressed = pressed_parts(stage);
+    const auto for_each = [&](const auto& with) {
+        for (std::size_t k = 0; k < body.corners; ++k) {
+            if (pressed[body.part_of(k)] != 0) with(body.mass[k], Eigen::Map<Vec3>(&v[4 * k]));
+        }
+    };
+    double mass = 0, moving = 0;
+    Vec3 mean = Vec3::Zero();
+    for_each([&](double m, Eigen::Map<Vec3> at) { mass += m, mean += m * at; });
+    mean /= mass;
+    for_each([&](double m, Eigen::Map<Vec3> at) { moving += 0.5 * m * (at - mean).squaredNorm(); });
+    if (!(moving > 0)) return;
+    const double share = std::sqrt(std::max(0.0, 1 - gained / moving));
+    for_each([&](double, Eigen::Map<Vec3> at) { at = mean + share * (at - mean); });
 }
 
 }  // namespace physics

@@ -203,6 +203,19 @@ double share_of_hit(const FrameStep& step, double begin, double end, Cuts cuts)
     return hit > near && hit < 1 - near ? begin + hit * (end - begin) : end;
 }
 
+// Whether parts that touch gained nothing in the step that was taken last. In the least of halves,
+// what they gained is taken off.
+bool keeps_energy(FrameStep& step, const Motion& before, int halvings)
+{
+    constexpr int most = 2;
+    Motion& now = step.now;
+    const double gained = gained_by_touching(step.stage, before.x, before.v, now.x, now.v);
+    if (!(gained > 0)) return true;
+    if (halvings < most) return false;
+    take_off(step.stage, gained, now.v);
+    return true;
+}
+
 // From share `begin` to share `end` of the frame; in halves where the whole fails. False: not even
 // a 256th of it could be taken.
 bool step_or_parts(FrameStep& step, double begin, double end, Cuts cuts)
@@ -218,7 +231,8 @@ bool step_or_parts(FrameStep& step, double begin, double end, Cuts cuts)
     double middle = finite ? share_of_hit(step, begin, end, cuts) : end;
     if (middle < end) {
         ++cuts.hits;
-    } else if (finite && !is_torn_apart(step, cuts.halvings)) {
+    } else if (finite && !is_torn_apart(step, cuts.halvings) &&
+               keeps_energy(step, before.now, cuts.halvings)) {
         keep(step, before, begin, end);
         return true;
     } else {
