@@ -159,7 +159,9 @@ TEST(ThinWalls, SeparatePiecesThatMoveAsOneAreTold)
                                 0),
               0u)
         << warnings[0];
-    EXPECT_NE(warnings[0].find("use cubes of 0.033 m, or pieces = apart, to keep"), std::string::npos) << warnings[0];
+    EXPECT_NE(warnings[0].find("use cubes of 0.033 m, or pieces = apart, to keep"),
+              std::string::npos)
+        << warnings[0];
 }
 
 // A sheet has the thickness that is stated: one layer of cubes, h^2 / t^2.
