@@ -136,17 +136,18 @@ void take_off(const Stage& stage, double gained, Aligned<double>& v)
     const auto pressed = pressed_parts(stage);
     const auto for_each = [&](const auto& with) {
         for (std::size_t k = 0; k < body.corners; ++k) {
-            if (pressed[body.part_of(k)] != 0) with(body.mass[k], Eigen::Map<Vec3>(&v[4 * k]));
+            if (pressed[body.part_of(k)] != 0) with(k, body.mass[k]);
         }
     };
+    const auto at = [&](std::size_t k) { return Eigen::Map<Vec3>(&v[4 * k]); };
     double mass = 0, moving = 0;
     Vec3 mean = Vec3::Zero();
-    for_each([&](double m, Eigen::Map<Vec3> at) { mass += m, mean += m * at; });
+    for_each([&](std::size_t k, double m) { mass += m, mean += m * at(k); });
     mean /= mass;
-    for_each([&](double m, Eigen::Map<Vec3> at) { moving += 0.5 * m * (at - mean).squaredNorm(); });
+    for_each([&](std::size_t k, double m) { moving += 0.5 * m * (at(k) - mean).squaredNorm(); });
     if (!(moving > 0)) return;
     const double share = std::sqrt(std::max(0.0, 1 - gained / moving));
-    for_each([&](double, Eigen::Map<Vec3> at) { at = mean + share * (at - mean); });
+    for_each([&](std::size_t k, double) { at(k) = mean + share * (at(k) - mean); });
 }
 
 }  // namespace physics
