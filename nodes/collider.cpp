@@ -2,6 +2,7 @@
 #include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/transform.hpp"
 #include "graph/types/node_builder.hpp"
+#include "nodes/obstacle_texts.hpp"
 #include "nodes/wire_types.hpp"
 
 namespace nodes::collider {
@@ -112,15 +113,8 @@ void add_to(graph::Registry& registry)
             "rotate_degrees", &Inputs::rotate_degrees,
             "Rotation about x, then y, then z, each axis fixed in space. Has no effect on a mesh.",
             {.unit = "deg"})
-        .param("friction", &Inputs::friction,
-               "Coulomb coefficient of friction: 0 for ice, 0.5 for wood on wood, 1 for rubber.",
-               {.min = 0, .max = 100})
-        .param(
-            "bounce", &Inputs::bounce,
-            "Share of the speed of an impact that bricks and springs leave it with (coefficient of "
-            "restitution): 0 for clay, 0.5 for wood, 0.9 for a rubber ball. Slow impacts do not "
-            "bounce. Other methods ignore it.",
-            {.min = 0, .max = 1})
+        .param("friction", &Inputs::friction, friction_text, {.min = 0, .max = 100})
+        .param("bounce", &Inputs::bounce, bounce_text, {.min = 0, .max = 1})
         .param("thickness", &Inputs::thickness,
                "Distance from the surface at which contact begins. The faces of a sheet are flat "
                "between its corners: for cells of size h over a collider of radius R, use slightly "

@@ -1,4 +1,5 @@
 #include "graph/types/node_builder.hpp"
+#include "nodes/obstacle_texts.hpp"
 #include "nodes/wire_types.hpp"
 
 namespace nodes::ground {
@@ -30,15 +31,8 @@ void add_to(graph::Registry& registry)
                  "their own weight. For a floor that moves, use Collider.",
                  {"floor", "ground plane", "terrain"})
         .param("height", &Inputs::height, "Height of the floor (y).", {.unit = "m"})
-        .param("friction", &Inputs::friction,
-               "Coulomb coefficient of friction: 0 for ice, 0.5 for wood on wood, 1 for rubber.",
-               {.min = 0, .max = 100})
-        .param(
-            "bounce", &Inputs::bounce,
-            "Share of the speed of an impact that bricks and springs leave it with (coefficient of "
-            "restitution): 0 for clay, 0.5 for wood, 0.9 for a rubber ball. Slow impacts do not "
-            "bounce. Other methods ignore it.",
-            {.min = 0, .max = 1})
+        .param("friction", &Inputs::friction, friction_text, {.min = 0, .max = 100})
+        .param("bounce", &Inputs::bounce, bounce_text, {.min = 0, .max = 1})
         .output("collider", &Outputs::collider, "The floor, as a collider.");
 }
 

@@ -326,7 +326,8 @@ static void describe_step(graph::ParamsOf<physics::StepOptions>& p)
              {"implicit_euler", "implicit_midpoint", "sdirk2"},
              "implicit_euler: the most robust; damps vibration that the steps cannot resolve. "
              "implicit_midpoint: no damping. sdirk2: accurate; damps only what the steps cannot "
-             "resolve, at twice the cost.")
+             "resolve, at twice the cost. A step in which the body hits something is one of "
+             "implicit_euler, whatever is chosen.")
         .param("substeps", &physics::StepOptions::substeps,
                "Steps per frame. More steps resolve fast motion and vibration better.",
                {.min = 1, .max = physics::most_substeps})

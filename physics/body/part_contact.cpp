@@ -114,16 +114,17 @@ struct NearCube {
 
 // A point of a part's shape on its way.
 struct Moving {
+    bool own = false;                    // it is of the target's part
     std::uint32_t cube = 0, number = 0;  // of the point
     const ShapePoint* point = nullptr;
     std::array<double, 8> weight{};
     Vec3 p = Vec3::Zero(), v = Vec3::Zero();  // m, m/s
 };
 
-Moving moving_point(const Scene& scene, std::uint32_t cube, std::uint32_t number)
+Moving moving_point(const Scene& scene, std::uint32_t cube, std::uint32_t number, bool own)
 {
     const ShapePoint& point = scene.shapes.point[number];
-    Moving out{cube, number, &point};
+    Moving out{own, cube, number, &point};
     const Vec3 u = point.place.cast<double>();
     out.weight = geometry::trilinear_weights(u);
     for (std::size_t a = 0; a < 8; ++a) {
@@ -185,7 +186,7 @@ std::array<Vec3, 8> corners_of(const Scene& scene, std::uint32_t cube)
 
 // Where a point would be in a cube of the target when it is `behind` (m) where it is.
 std::optional<PlaneTouch> touch_in(const Scene& scene, const Moving& moving, const Target& target,
-                                   std::uint32_t cube, const Vec3& behind, bool on_itself)
+                                   std::uint32_t cube, const Vec3& behind)
 {
     constexpr double slack = 1e-6;     // cubes: what lies on a face is in both cubes
     constexpr double rounding = 1e-6;  // cubes: of what lies no deeper, the side is not known
@@ -201,7 +202,7 @@ std::optional<PlaneTouch> touch_in(const Scene& scene, const Moving& moving, con
     const Vec3 way =
         scene.look == Look::ahead ? Vec3(Vec3::Zero()) : Vec3(scene.dt * velocity - behind);
     auto gap =
-        find_gap({shapes, target.part, cube, *in}, {way, outward_of(scene, moving), on_itself});
+        find_gap({shapes, target.part, cube, *in}, {way, outward_of(scene, moving), moving.own});
     if (!gap) return std::nullopt;
     gap->size += behind.dot(gap->normal);
     if (!(gap->size < -rounding * shapes.size)) return std::nullopt;
@@ -220,7 +221,7 @@ double reach_of(const Scene& scene, const Vec3& way)
 // nearest to, among three whose middles are.
 std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
                                        const Target& target, const std::vector<NearCube>& near,
-                                       double reach, bool on_itself)
+                                       double reach)
 {
     const double h = scene.shapes.size;
     const Vec3f p = moving.p.cast<float>();
@@ -246,7 +247,7 @@ std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
     }
     if (!best) return std::nullopt;
     const AtRest rest{scene.shapes, target.part, cube, *best};
-    const auto gap = find_distance(rest, outward_of(scene, moving), reach * h, on_itself);
+    const auto gap = find_distance(rest, outward_of(scene, moving), reach * h, moving.own);
     if (!gap) return std::nullopt;
     return make_touch(scene, moving, target, cube, *best, *gap);
 }
@@ -255,7 +256,7 @@ std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
 // it is inside; else of where it is before them. `close` is room.
 std::optional<PlaneTouch> first_touch(const Scene& scene, const Moving& moving,
                                       const Target& target, const std::vector<NearCube>& near,
-                                      std::vector<NearCube>& close, bool on_itself)
+                                      std::vector<NearCube>& close)
 {
     constexpr double stride = 0.4;  // of a cube
     constexpr int most = 64;        // places on the way
@@ -280,10 +281,10 @@ std::optional<PlaneTouch> first_touch(const Scene& scene, const Moving& moving,
         const Vec3f p = (moving.p - behind).cast<float>();
         for (const auto& [box, cube] : close) {
             if (!box.overlaps({p, p})) continue;
-            if (auto touch = touch_in(scene, moving, target, cube, behind, on_itself)) return touch;
+            if (auto touch = touch_in(scene, moving, target, cube, behind)) return touch;
         }
     }
-    return touch_before(scene, moving, target, close, reach, on_itself);
+    return touch_before(scene, moving, target, close, reach);
 }
 
 // Takes the target's cubes among `others`, ascending, out of `near`, ascending.
@@ -319,8 +320,8 @@ void look(const Scene& scene, const Job& job, const Target& target, std::vector<
         for (const auto c : found) near.push_back({target.boxes[c], target.cubes[c]});
         if (near.empty()) continue;
         for (auto p = shapes.point_at[holder]; p < shapes.point_at[holder + 1]; ++p) {
-            const Moving moving = moving_point(scene, cube, p);
-            if (const auto touch = first_touch(scene, moving, target, near, close, on_itself)) {
+            const Moving moving = moving_point(scene, cube, p, on_itself);
+            if (const auto touch = first_touch(scene, moving, target, near, close)) {
                 out.push_back(*touch);
             }
         }

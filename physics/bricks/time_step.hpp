@@ -11,9 +11,12 @@
 //                        where it would gain energy, implicit Euler (step_energy.hpp).
 //   sdirk2               two of (1 - 1/sqrt 2) dt (Alexander 1977). Second order, and damps only
 //                        what it cannot resolve.
+// A step in which something hits is one of implicit Euler, whatever is chosen (bounce.hpp).
 //
 //   advance_implicitly   a frame
-//     substeps           each halved, up to eight times, where it does not stay finite
+//     substeps           each halved, up to eight times, where it does not stay finite, and up to
+//                        twice where parts that touch do not settle or gain energy; cut where
+//                        something that bounces hits
 //       integrator       one stage or two
 //         step_newton    rounds of: linearise, solve, touch
 //           step_solver    the linear equations of a round

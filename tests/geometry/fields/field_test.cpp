@@ -5,6 +5,7 @@
 #include "geometry/fields/evaluate_points.hpp"
 #include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "tests/geometry/fields/field_checks.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -15,11 +16,7 @@
 namespace geometry {
 namespace {
 
-Vec3 in_cube(const Random& random, std::uint64_t i, double half)
-{
-    return half * Vec3(2 * random.unit(3 * i) - 1, 2 * random.unit(3 * i + 1) - 1,
-                       2 * random.unit(3 * i + 2) - 1);
-}
+using field_checks::in_cube;
 
 Transform turned(double angle, const Vec3& axis, const Vec3& move)
 {
@@ -226,34 +223,9 @@ TEST(FieldSkeleton, AMeshOfABoxIsTheBox)
 
 TEST(FieldSkeleton, GradientAndHessianAreTheDerivativesOfTheDistance)
 {
-    const Field field = make_field(layer_of(one_of_each()), at_rest);
-    const Random random(5);
-    const double h = 1e-5;
-    for (std::size_t s = 0; s < field.count(); ++s) {
-        int smooth = 0;
-        for (std::uint64_t i = 0; i < 200; ++i) {
-            const Vec3 p = in_cube(random, i, 1.2);
-            const Foot at = foot(field, s, p);
-            Vec3 gradient;
-            Mat3 hessian;
-            bool one_feature = std::abs(at.r) > 0.05;  // all within h share their nearest feature
-            for (int axis = 0; axis < 3; ++axis) {
-                const Foot a = foot(field, s, p - h * Vec3::Unit(axis));
-                const Foot b = foot(field, s, p + h * Vec3::Unit(axis));
-                gradient[axis] = (b.r - a.r) / (2 * h);
-                hessian.col(axis) = (b.n - a.n) / (2 * h);
-                one_feature &= (a.hessian - b.hessian).cwiseAbs().maxCoeff() < 0.1;
-            }
-            if (!one_feature) continue;
-            ++smooth;
-            // h^2 times third derivatives of at most 1/r^2 = 400 (ellipsoids inside: more curved).
-            EXPECT_LT((gradient - at.n).norm(), 1e-6) << "skeleton " << s;
-            EXPECT_LT((hessian - at.hessian).norm(), 1e-4 * (1 + hessian.norm()))
-                << "skeleton " << s;
-            EXPECT_NEAR(at.n.norm(), 1, 1e-13);
-        }
-        EXPECT_GT(smooth, 100) << "skeleton " << s;
-    }
+    // h^2 times third derivatives of at most 1/r^2 = 400 (ellipsoids inside: more curved).
+    field_checks::expect_derivatives(make_field(layer_of(one_of_each()), at_rest),
+                                     {5, 1.2, 0.1, 1e-4});
 }
 
 TEST(FieldSkeleton, DegenerateSkeletonsEqualWhatTheyCollapseTo)

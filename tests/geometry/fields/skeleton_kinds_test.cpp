@@ -7,6 +7,7 @@
 #include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/primitive.hpp"
+#include "tests/geometry/fields/field_checks.hpp"
 
 #include <gtest/gtest.h>
 
@@ -21,11 +22,7 @@ const std::vector<Transform> unmoved{Transform::Identity()};
 const std::vector<Vec3> bent{
     {-0.6, 0, 0.1}, {-0.2, 0.5, 0}, {-0.1, 0.45, 0.05}, {0.4, -0.2, 0.4}, {0.6, 0.3, 0.1}};
 
-Vec3 in_cube(const Random& random, std::uint64_t i, double half)
-{
-    return half * Vec3(2 * random.unit(3 * i) - 1, 2 * random.unit(3 * i + 1) - 1,
-                       2 * random.unit(3 * i + 2) - 1);
-}
+using field_checks::in_cube;
 
 Skeleton placed(SkeletonKind kind, const Vec3& half_size)
 {
@@ -205,33 +202,8 @@ TEST(RoundSkeleton, DistanceIsTheLeastOverManyPointsOfTheSurface)
 
 TEST(SkeletonKinds, GradientAndHessianAreTheDerivativesOfTheDistance)
 {
-    const Field field = make_field(layer_of(one_of_each()), unmoved);
-    const Random random(7);
-    const double h = 1e-5;
-    for (std::size_t s = 0; s < field.count(); ++s) {
-        int smooth = 0;
-        for (std::uint64_t i = 0; i < 200; ++i) {
-            const Vec3 p = in_cube(random, i, 1.0);
-            const Foot at = foot(field, s, p);
-            Vec3 gradient;
-            Mat3 hessian;
-            bool one_feature = std::abs(at.r) > 0.05;  // all within h share their nearest feature
-            for (int axis = 0; axis < 3; ++axis) {
-                const Foot a = foot(field, s, p - h * Vec3::Unit(axis));
-                const Foot b = foot(field, s, p + h * Vec3::Unit(axis));
-                gradient[axis] = (b.r - a.r) / (2 * h);
-                hessian.col(axis) = (b.n - a.n) / (2 * h);
-                one_feature &= (a.hessian - b.hessian).cwiseAbs().maxCoeff() < 0.02;
-            }
-            if (!one_feature) continue;
-            ++smooth;
-            EXPECT_LT((gradient - at.n).norm(), 1e-6) << "skeleton " << s;
-            EXPECT_LT((hessian - at.hessian).norm(), 1e-3 * (1 + hessian.norm()))
-                << "skeleton " << s;
-            EXPECT_NEAR(at.n.norm(), 1, 1e-13);
-        }
-        EXPECT_GT(smooth, 100) << "skeleton " << s;
-    }
+    field_checks::expect_derivatives(make_field(layer_of(one_of_each()), unmoved),
+                                     {7, 1.0, 0.02, 1e-3});
 }
 
 TEST(SkeletonKinds, BlocksGiveWhatEachPointAskedByItselfGives)

@@ -78,6 +78,27 @@ TEST(Bounce, ABlockLeavesWithItsShareOfTheSpeedThatItCameWith)
     check(make_bricks(cubes), {.bounce = 0.9, .step = {.substeps = 4}});
 }
 
+// A floor that rises at 2 m/s under a block that hangs still, half a metre above it.
+TEST(Bounce, WhatMovesGivesItsOwnSpeedAndTheShare)
+{
+    for (const double bounce : {0.0, 0.5, 1.0}) {
+        const BricksBody body = make_bricks(block());
+        State state = rest_state(body);
+        for (Vec3& x : state.x) x.y() += 0.5;
+        Loads loads;
+        loads.colliders.push_back(floor_of(bounce));
+        for (int frame = 0; frame < 9; ++frame) {
+            const auto height = [&](int at) {
+                return geometry::Transform(Eigen::Translation3d(0, at * 2 / 24.0, 0));
+            };
+            loads.colliders[0].before = height(frame);
+            loads.colliders[0].pose = height(frame + 1);
+            state = advance(body, state, loads, 1.0 / 24);
+        }
+        EXPECT_NEAR(mean(state.v).y(), 2 * (1 + bounce), 0.03 * 2) << bounce;
+    }
+}
+
 TEST(Bounce, WithoutItABlockStays)
 {
     for (const auto integrator :

@@ -1,0 +1,14 @@
+#pragma once
+
+// What the reference says of parameters that all obstacles have.
+
+namespace nodes {
+
+inline constexpr const char* friction_text =
+    "Coulomb coefficient of friction: 0 for ice, 0.5 for wood on wood, 1 for rubber.";
+inline constexpr const char* bounce_text =
+    "Share of the speed of an impact that bricks and springs leave it with (coefficient of "
+    "restitution): 0 for clay, 0.5 for wood, 0.9 for a rubber ball. Slow impacts do not bounce. "
+    "Other methods ignore it.";
+
+}  // namespace nodes
