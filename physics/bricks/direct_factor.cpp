@@ -45,6 +45,7 @@ private:
         Eigen::MatrixXd& rest = schur_[f];
         rest.setZero(b, b);
         assemble(front, columns, rest);
+        if (p == 0) return;  // a cut between parts that lie apart
         Eigen::Ref<Eigen::MatrixXd> own(columns.topRows(p));
         const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factored(own);
         if (factored.info() != Eigen::Success) {

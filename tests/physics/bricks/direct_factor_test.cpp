@@ -93,6 +93,19 @@ TEST(DirectFactor, LeavesOnlyRoundingOver)
     }
 }
 
+// Nothing is eliminated at a cut between them.
+TEST(DirectFactor, TakesPartsWithEmptyLayersBetween)
+{
+    std::vector<geometry::Vec3i> cells;
+    const geometry::Cubes part = fixtures::box(3, 3, 3, 0.1);
+    for (const auto& c : part.cell) {
+        cells.push_back(c);
+        cells.push_back(c + geometry::Vec3i(0, 6, 0));
+    }
+    const Sum sum(fixtures::cubes_on(cells, 0.1));
+    EXPECT_LT(sum.left_over(sum.solution()), 1e-9);
+}
+
 TEST(DirectFactor, KeepsHeldCornersAsTheyAre)
 {
     const Sum sum(fixtures::box(20, 2, 2, 0.5));
