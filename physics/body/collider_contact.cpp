@@ -311,8 +311,8 @@ namespace {
 
 // A step's view of a body's surface and the colliders.
 struct Scene {
+    const CornerBody& body;
     const ContactSurface& surface;
-    double h;
     const double* x;
     const double* v;
     const std::vector<PosedCollider>& colliders;
@@ -335,14 +335,14 @@ void add_touch(const Scene& scene, const PlaneTouch& point, std::size_t c, std::
     }
     const Grip* const held = find_grip(scene.held, point.point, point.other);
     const Touch t = touch(collider, p, velocity, scene.dt, held);
-    if (!(t.gap < known_before * scene.h)) return;
+    const double h = scene.body.edge_at(point.corners[0]);
+    if (!(t.gap < known_before * h)) return;
     PlaneTouch& touch = out.emplace_back(point);
     const double area = double(surface.point_area[i]);
     const double way = scene.dt * (t.velocity - velocity).dot(t.normal);  // in, m
-    const double mass = double(surface.mass[c]) * std::min(1.0, area / (scene.h * scene.h));
-    const double least =
-        std::min(10 * double(surface.stiffness[c]) * area / scene.h, scene.stiffest);
-    touch.stiffness = stopping(least, mass, way, scene.dt, scene.h);
+    const double mass = double(surface.mass[c]) * std::min(1.0, area / (h * h));
+    const double least = std::min(10 * double(surface.stiffness[c]) * area / h, scene.stiffest);
+    touch.stiffness = stopping(least, mass, way, scene.dt, h);
     if (!(touch.stiffness > 0)) {  // it stands for no area
         out.pop_back();
         return;
@@ -365,8 +365,8 @@ void find_near(const Scene& scene, std::size_t c, const CornerRuns::Corners& cor
         radius = std::max(radius, (at(scene.x, k) - centre).norm());
         speed = std::max(speed, at(scene.v, k).norm());
     }
-    const double reach =
-        1.5 * double(scene.surface.on(c).reach) * radius + known_before * scene.h + scene.deepest;
+    const double reach = 1.5 * double(scene.surface.on(c).reach) * radius +
+                         known_before * scene.body.edge_at(corners[0]) + scene.deepest;
     near.clear();
     for (std::uint32_t i = 0; i < scene.colliders.size(); ++i) {
         if (may_touch(scene.colliders[i], centre, reach, speed, scene.dt)) near.push_back(i);
@@ -375,16 +375,17 @@ void find_near(const Scene& scene, std::size_t c, const CornerRuns::Corners& cor
 
 }  // namespace
 
-std::vector<PlaneTouch> find_collider_touches(const ContactSurface& surface, double h,
-                                              const double* x, const double* v,
+std::vector<PlaneTouch> find_collider_touches(const CornerBody& body, const double* x,
+                                              const double* v,
                                               const std::vector<PosedCollider>& colliders,
                                               const std::vector<Grip>& held, double dt)
 {
     constexpr std::size_t grain = 256;  // cubes
+    const ContactSurface& surface = body.skin;
     const std::size_t cubes = surface.corners.size();
     if (colliders.empty() || cubes == 0) return {};
-    const double stiffest = 1000 * surface.body_mass * 9.81 / h;
-    const Scene scene{surface, h, x, v, colliders, held, dt, stiffest, deepest_of(held)};
+    const double stiffest = 1000 * surface.body_mass * 9.81 / body.h;
+    const Scene scene{body, surface, x, v, colliders, held, dt, stiffest, deepest_of(held)};
     std::vector<std::vector<PlaneTouch>> found((cubes + grain - 1) / grain);
     geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
         std::vector<std::uint32_t> near;
@@ -414,24 +415,37 @@ std::vector<PlaneTouch> find_collider_touches(const ContactSurface& surface, dou
     return all;
 }
 
-std::vector<std::string> buried(const geometry::Cubes& cubes, const Pins& pins,
-                                std::span<const Collider> colliders)
+// How deep a corner of the cubes at rest lies in the collider, m; 0: none does. The first of the
+// corners is number `first` of those that the pins count.
+static double deepest_corner(const PosedCollider& collider, const geometry::Cubes& cubes,
+                             std::size_t first, const Pins& pins)
 {
     const std::size_t stride = 1 + cubes.corner_count() / 20'000;
+    double deepest = 0;
+    for (std::size_t k = 0; k < cubes.corner_count(); k += stride) {
+        const auto corner = static_cast<std::uint32_t>(first + k);
+        if (std::binary_search(pins.corner.begin(), pins.corner.end(), corner)) continue;
+        deepest = std::max(deepest, -touch(collider, cubes.corner_position(k)).gap);
+    }
+    return deepest;
+}
+
+std::vector<std::string> buried(ModelsOfState models, const Pins& pins,
+                                std::span<const Collider> colliders)
+{
     std::vector<std::string> out;
     for (std::size_t i = 0; i < colliders.size(); ++i) {
-        const PosedCollider collider = pose_collider(colliders[i], 1, 0, cubes.size);
-        double deepest = 0;  // m
-        for (std::size_t c = 0; c < cubes.corner_count(); c += stride) {
-            const auto corner = static_cast<std::uint32_t>(c);
-            if (std::binary_search(pins.corner.begin(), pins.corner.end(), corner)) continue;
-            deepest = std::max(deepest, -touch(collider, cubes.corner_position(c)).gap);
+        std::size_t first = 0;
+        for (const auto& cubes : models) {
+            const PosedCollider collider = pose_collider(colliders[i], 1, 0, cubes->size);
+            const double deepest = deepest_corner(collider, *cubes, first, pins);
+            first += cubes->corner_count();
+            if (!(deepest > cubes->size)) continue;
+            out.push_back(fmt::format(
+                "The body starts up to {:.2g} m inside collider {} of {} and will be pushed out "
+                "fast. Move them apart, or pin the corners that must stay.",
+                deepest, i + 1, colliders.size()));
         }
-        if (!(deepest > cubes.size)) continue;
-        out.push_back(fmt::format(
-            "The body starts up to {:.2g} m inside collider {} of {} and will be pushed out fast. "
-            "Move them apart, or pin the corners that must stay.",
-            deepest, i + 1, colliders.size()));
     }
     return out;
 }

@@ -4,9 +4,10 @@
 // that push them out and rub on them.
 // The law of these forces stands in point_contact.hpp.
 
-#include "physics/body/contact_surface.hpp"
+#include "physics/body/corner_body.hpp"
 #include "physics/body/plane_touch.hpp"
 #include "physics/state/loads.hpp"
+#include "physics/state/state_models.hpp"
 
 #include <span>
 #include <string>
@@ -67,16 +68,17 @@ bool may_touch(const PosedCollider& collider, const Vec3& p, double radius, doub
 
 // A sentence for each collider that holds a corner of the cubes at rest more than a cube deep:
 // contact will throw it out in the first steps. Corners that are pinned are left out, as a foot in
-// the ground is. Of many corners some twenty thousand are looked at.
-std::vector<std::string> buried(const geometry::Cubes& cubes, const Pins& pins,
+// the ground is. Of many corners some twenty thousand are looked at. Pins count the corners of
+// all models, one after another.
+std::vector<std::string> buried(ModelsOfState models, const Pins& pins,
                                 std::span<const Collider> colliders);
 
 // The planes of all points that come to x at v (four numbers a slot) within dt seconds and are then
 // in a collider, or before it by less than known_before cubes; in_order(). `held` are the holds of
 // the state that the step starts with. A plane at which a point arrives fast is so much stiffer
 // that the point goes a tenth of a cube deep.
-std::vector<PlaneTouch> find_collider_touches(const ContactSurface& surface, double h,
-                                              const double* x, const double* v,
+std::vector<PlaneTouch> find_collider_touches(const CornerBody& body, const double* x,
+                                              const double* v,
                                               const std::vector<PosedCollider>& colliders,
                                               const std::vector<Grip>& held, double dt);
 

@@ -7,6 +7,7 @@
 
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/mesh/mesh_fwd.hpp"
+#include "physics/body/body_models.hpp"
 
 #include <algorithm>
 #include <array>
@@ -92,16 +93,16 @@ struct ContactSurface {
     std::size_t bytes() const;
 };
 
-// `slot` of each corner is what ContactSurface::corners holds; empty: the corner itself. A null
-// surface: the outside of the cubes. Vertices are embedded as geometry::bind does it. Of those
-// crowded into one place, a quarter of a cube wide, the one farthest out stands for all. A body
-// that `tears` is touched at its other corners too, where they come to lie open.
+// `slot` of each corner is what ContactSurface::corners holds; empty: the corner itself. Vertices
+// are embedded as geometry::bind does it. Of those crowded into one place, a quarter of a cube
+// wide, the one farthest out stands for all. A body that `tears` is touched at its other corners
+// too, where they come to lie open.
+ContactSurface make_contact_surface(const BodyModels& models,
+                                    const std::vector<std::uint32_t>& slot, bool tears = false);
+
+// Of one model; a null surface: the outside of the cubes.
 ContactSurface make_contact_surface(const geometry::Cubes& cubes,
                                     const std::vector<std::uint32_t>& slot,
                                     const geometry::TriMesh* surface, bool tears = false);
-
-// Their names before, while other folders still use them.
-using Skin = ContactSurface;
-using SkinPatch = SurfacePatch;
 
 }  // namespace physics

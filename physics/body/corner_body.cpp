@@ -38,13 +38,17 @@ void check_cube(const geometry::Cubes& cubes, std::size_t c)
            cubes.stiffness_damping[c]);
 }
 
+void check_grid(const geometry::Cubes& cubes)
+{
+    need(std::isfinite(cubes.size) && cubes.size > 0,
+         "expected an edge above 0 m, found " + std::to_string(cubes.size));
+    need(cubes.origin.allFinite(), "their origin is not finite");
+}
+
 void check(const geometry::Cubes& cubes)
 {
     const std::size_t n = cubes.count();
     need(n > 0, "there are none. Is the model empty, or was every cube removed?");
-    need(std::isfinite(cubes.size) && cubes.size > 0,
-         "expected an edge above 0 m, found " + std::to_string(cubes.size));
-    need(cubes.origin.allFinite(), "their origin is not finite");
     for (const std::size_t length :
          {cubes.corners.size(), cubes.mass.size(), cubes.fill.size(), cubes.young.size(),
           cubes.poisson.size(), cubes.mass_damping.size(), cubes.stiffness_damping.size()}) {
@@ -61,14 +65,23 @@ void check(const geometry::Cubes& cubes)
                                                 ". Give the material a density");
 }
 
-}  // namespace
-
-CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint32_t> slot,
-                            const geometry::TriMesh* surface, bool tears)
+// The edge of each part's cubes, where they differ.
+std::vector<double> edges_of_parts(const BodyModels& models, const std::vector<std::uint32_t>& part,
+                                   std::size_t parts)
 {
+    if (models.alike()) return {};
+    std::vector<double> out(parts, 0);
+    for (std::uint32_t c = 0; c < part.size(); ++c) out[part[c]] = models.edge_of(c);
+    return out;
+}
+
+CornerBody make_body(const BodyModels& models, std::vector<std::uint32_t> slot, bool tears)
+{
+    const geometry::Cubes& cubes = models.all();
     check(cubes);
+    for (std::size_t m = 0; m < models.count(); ++m) check_grid(*models.model(m).cubes);
     CornerBody body;
-    body.h = cubes.size;
+    body.h = models.least_edge();
     body.corners = cubes.corner_count();
     body.numbers = padded_numbers(body.corners);
     body.slot = std::move(slot);
@@ -79,6 +92,7 @@ CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint3
     }
     const auto joined = geometry::find_components(cubes, geometry::Connectivity::corner);
     body.parts = joined.count();
+    body.part_edge = edges_of_parts(models, joined.label, body.parts);
     if (body.parts > 1) body.part.assign(body.corners, 0);
     double total = 0;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
@@ -96,14 +110,31 @@ CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint3
     const double least = 1e-6 * total / static_cast<double>(body.corners);
     for (double& m : body.mass) m = std::max(m, least);
     body.rest.assign(body.numbers, 0);
-    for (std::size_t k = 0; k < body.corners; ++k) {
-        const Vec3 p = cubes.corner_position(k);
-        for (std::size_t i = 0; i < 3; ++i) {
-            body.rest[4 * body.slot_of(k) + i] = p[static_cast<Eigen::Index>(i)];
+    for (std::size_t m = 0; m < models.count(); ++m) {
+        const geometry::Cubes& own = *models.model(m).cubes;
+        for (std::size_t k = 0; k < own.corner_count(); ++k) {
+            const Vec3 p = own.corner_position(k);
+            const std::size_t at = 4 * body.slot_of(models.start(m).corner + k);
+            for (std::size_t i = 0; i < 3; ++i) {
+                body.rest[at + i] = p[static_cast<Eigen::Index>(i)];
+            }
         }
     }
-    body.skin = make_contact_surface(cubes, body.slot, surface, tears);
+    body.skin = make_contact_surface(models, body.slot, tears);
     return body;
+}
+
+}  // namespace
+
+CornerBody make_corner_body(const BodyModels& models, std::vector<std::uint32_t> slot)
+{
+    return make_body(models, std::move(slot), false);
+}
+
+CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint32_t> slot,
+                            const geometry::TriMesh* surface, bool tears)
+{
+    return make_body({cubes, surface}, std::move(slot), tears);
 }
 
 std::size_t CornerBody::bytes() const

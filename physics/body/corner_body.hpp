@@ -7,6 +7,7 @@
 
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/mesh/mesh_fwd.hpp"
+#include "physics/body/body_models.hpp"
 #include "physics/body/contact_surface.hpp"
 #include "physics/body/part_shapes.hpp"
 #include "physics/math/aligned_memory.hpp"
@@ -19,7 +20,7 @@ namespace physics {
 using geometry::Vec3;
 
 struct CornerBody {
-    double h = 0;                     // m, edge of a cube
+    double h = 0;                     // m, least edge of a cube
     std::size_t corners = 0;          // K
     std::size_t numbers = 0;          // length of a vector over corners, >= 4 K
     std::vector<std::uint32_t> slot;  // K, of each corner; empty: slots are the corners themselves
@@ -29,21 +30,25 @@ struct CornerBody {
     std::vector<std::uint32_t> part;   // K by slot: corners of one part hang together by cubes;
                                        // empty: all do
     std::size_t parts = 0;
-    Aligned<double> rest;  // numbers, m
+    std::vector<double> part_edge;  // m, edge of the cubes of each part; empty: h
+    Aligned<double> rest;           // numbers, m
     ContactSurface skin;
     std::shared_ptr<const PartShapes> shapes;  // null: parts do not touch each other
 
     std::size_t slot_of(std::size_t corner) const { return slot.empty() ? corner : slot[corner]; }
     double damping_of(std::size_t at) const { return mass_damping.empty() ? 0 : mass_damping[at]; }
     std::uint32_t part_of(std::size_t at) const { return part.empty() ? 0 : part[at]; }
+    double edge_at(std::size_t at) const { return part_edge.empty() ? h : part_edge[part_of(at)]; }
 
     std::size_t bytes() const;
 };
 
-// `slot` numbers the corners 0 .. K, or is empty. `surface` may be null: then the cubes' own
-// outside is the surface. A body that `tears` has a surface within. Throws std::invalid_argument
-// when the cubes are no body: lengths that do not fit, sizes, masses or moduli that are not finite
-// or out of range.
+// `slot` numbers the corners 0 .. K, or is empty. Throws std::invalid_argument when the cubes are
+// no body: lengths that do not fit, sizes, masses or moduli that are not finite or out of range.
+CornerBody make_corner_body(const BodyModels& models, std::vector<std::uint32_t> slot);
+
+// Of one model. `surface` may be null: then the cubes' own outside is the surface. A body that
+// `tears` has a surface within.
 CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint32_t> slot,
                             const geometry::TriMesh* surface, bool tears = false);
 

@@ -71,16 +71,16 @@ Shares shares_on_surface(const CornerBody& body, const Force& force)
 {
     Shares out;
     const ContactSurface& surface = body.skin;
-    // Pieces lie in their cube, or by up to one cube off.
-    const double reach = force.radius + 4 * body.h;
     surface.corners.for_each(0, surface.corners.size(), [&](std::size_t c, const auto& corners) {
         const Vec3 origin = value_at(body.rest.data(), corners[0]);
+        const double h = body.edge_at(corners[0]);
+        const double reach = force.radius + 4 * h;  // pieces lie in their cube, or by one cube off
         if ((origin - force.position).squaredNorm() > reach * reach) return;
-        const Vec3 centre = (force.position - origin) / body.h;
+        const Vec3 centre = (force.position - origin) / h;
         std::array<double, 8> shares{};
         for (auto i = surface.on(c).area; i < surface.on(c).areas_end; ++i) {
-            press(surface.piece[i], surface.area[i].cast<double>().norm(), centre,
-                  force.radius / body.h, shares);
+            press(surface.piece[i], surface.area[i].cast<double>().norm(), centre, force.radius / h,
+                  shares);
         }
         for (std::size_t a = 0; a < 8; ++a) {
             if (shares[a] != 0) out.emplace_back(corners[a], shares[a]);
@@ -109,7 +109,7 @@ Shares shares_at_point(const CornerBody& body, const Force& force)
     for (std::uint32_t k = 0; k < body.corners; ++k) {
         const Vec3 away = value_at(body.rest.data(), k) - force.position;
         if (away.squaredNorm() < nearest_sq) nearest_sq = away.squaredNorm(), nearest = k;
-        const Vec3 near = Vec3::Ones() - away.cwiseAbs() / body.h;
+        const Vec3 near = Vec3::Ones() - away.cwiseAbs() / body.edge_at(k);
         if (near.minCoeff() > 0) out.emplace_back(k, near.prod());
     }
     if (out.empty()) out.emplace_back(nearest, 1);
@@ -175,8 +175,9 @@ void add_wind(const CornerBody& body, std::span<const Force> forces, const doubl
                 // cofactors.
                 Vec3 column[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
                 Vec3 speed = Vec3::Zero();
+                const double h = body.edge_at(corners[0]);
                 for (unsigned a = 0; a < 8; ++a) {
-                    const Vec3 p = value_at(x, corners[a]) / (4 * body.h);
+                    const Vec3 p = value_at(x, corners[a]) / (4 * h);
                     for (unsigned j = 0; j < 3; ++j) column[j] += (a >> j & 1) ? p : Vec3(-p);
                     speed += double(patch.share[a]) * value_at(v, corners[a]);
                 }
@@ -199,24 +200,29 @@ void add_wind(const CornerBody& body, std::span<const Force> forces, const doubl
     }
 }
 
-std::vector<std::string> far_forces(const geometry::Cubes& cubes, std::span<const Force> forces)
+// Whether a cube lies within the force's radius and a cube's diagonal.
+static bool acts_near(const geometry::Cubes& cubes, const Force& force)
+{
+    const double reach = force.radius + std::sqrt(3.0) * cubes.size;
+    const Vec3 at = (force.position - cubes.origin) / cubes.size;  // in cubes
+    return std::any_of(cubes.cell.begin(), cubes.cell.end(), [&](const auto& cell) {
+        double away_sq = 0;
+        for (int d = 0; d < 3; ++d) {
+            const double away = std::max({cell[d] - at[d], at[d] - cell[d] - 1, 0.0}) * cubes.size;
+            away_sq += away * away;
+        }
+        return away_sq <= reach * reach;
+    });
+}
+
+std::vector<std::string> far_forces(ModelsOfState models, std::span<const Force> forces)
 {
     std::vector<std::string> out;
     for (std::size_t i = 0; i < forces.size(); ++i) {
         const Force& force = forces[i];
         if (force.kind != Force::Kind::point || force.force.isZero(0)) continue;
-        const double reach = force.radius + std::sqrt(3.0) * cubes.size;
-        const Vec3 at = (force.position - cubes.origin) / cubes.size;  // in cubes
-        const bool near = std::any_of(cubes.cell.begin(), cubes.cell.end(), [&](const auto& cell) {
-            double away_sq = 0;
-            for (int d = 0; d < 3; ++d) {
-                const double away =
-                    std::max({cell[d] - at[d], at[d] - cell[d] - 1, 0.0}) * cubes.size;
-                away_sq += away * away;
-            }
-            return away_sq <= reach * reach;
-        });
-        if (near) continue;
+        const auto near = [&](const auto& cubes) { return acts_near(*cubes, force); };
+        if (std::any_of(models.begin(), models.end(), near)) continue;
         out.push_back(fmt::format(
             "Point force {} of {} has no material within its radius: all of it acts on the corner "
             "nearest to its position. Positions are those of the rest shape; move the force there, "

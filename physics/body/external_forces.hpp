@@ -5,6 +5,7 @@
 #include "geometry/cubes/cubes.hpp"
 #include "physics/body/corner_body.hpp"
 #include "physics/state/loads.hpp"
+#include "physics/state/state_models.hpp"
 
 #include <span>
 #include <string>
@@ -30,10 +31,10 @@ void add_wind(const CornerBody& body, std::span<const Force> forces, const doubl
 // Throws std::invalid_argument when a number of a force is not finite or below 0 where it may not.
 void check_forces(std::span<const Force> forces);
 
-// A warning for each point force that has no material within its radius, and so acts on the nearest
-// corner alone. Only what is farther off than its radius and the diagonal of a cube counts, as a
-// mesh may stand out of its cubes. Zero forces are left out. The text holds no numbers but the
-// force's own, so that a moving force is told of once.
-std::vector<std::string> far_forces(const geometry::Cubes& cubes, std::span<const Force> forces);
+// A warning for each point force that has no material of any model within its radius, and so acts
+// on the nearest corner alone. Only what is farther off than its radius and the diagonal of a cube
+// counts, as a mesh may stand out of its cubes. Zero forces are left out. The text holds no numbers
+// but the force's own, so that a moving force is told of once.
+std::vector<std::string> far_forces(ModelsOfState models, std::span<const Force> forces);
 
 }  // namespace physics

@@ -57,11 +57,20 @@ private:
     TriMesh mesh_;
 };
 
+// One of the models of a body, and the parts of the body's cubes.
+struct ShapedModel {
+    const Cubes& cubes;
+    const TriMesh* surface;
+    std::uint32_t first_cube;
+    std::span<const std::uint32_t> part_of;  // of each of its cubes
+    std::size_t parts;                       // of the body
+};
+
 // The triangles of each part: those whose first vertex is carried by one of its cubes.
-PartLists triangles_of_parts(const Cubes& cubes, const TriMesh& surface,
-                             const std::vector<std::uint32_t>& part_of_cube, std::size_t parts)
+PartLists triangles_of_parts(const ShapedModel& model)
 {
-    const geometry::Binding binding = geometry::bind(surface, cubes);
+    const TriMesh& surface = *model.surface;
+    const geometry::Binding binding = geometry::bind(surface, model.cubes);
     std::vector<std::uint32_t> part_of;
     part_of.reserve(surface.triangles().size());
     for (const Triangle& t : surface.triangles()) {
@@ -69,10 +78,10 @@ PartLists triangles_of_parts(const Cubes& cubes, const TriMesh& surface,
             return v < surface.positions.size() && surface.positions[v].allFinite();
         });
         // One more list holds those that are of no use.
-        part_of.push_back(sound ? part_of_cube[binding.used[binding.cube[t[0]]]]
-                                : static_cast<std::uint32_t>(parts));
+        part_of.push_back(sound ? model.part_of[binding.used[binding.cube[t[0]]]]
+                                : static_cast<std::uint32_t>(model.parts));
     }
-    return make_part_lists(part_of, parts + 1);
+    return make_part_lists(part_of, model.parts + 1);
 }
 
 // A face of a cube by its corners, and which cube's.
@@ -155,28 +164,30 @@ std::uint64_t crowd_of(std::uint32_t cube, const Vec3& place, const Vec3& normal
     return std::uint64_t{cube} * 384 + static_cast<std::uint64_t>(number);
 }
 
+using CrowdedPoints = std::vector<std::pair<std::uint64_t, ShapePoint>>;  // by their crowd
+
 // Finds the cubes of the points of a part, and takes crowds together.
-void keep_points(const Cubes& cubes, std::uint32_t part, const std::vector<std::uint32_t>& part_of,
-                 const std::vector<LoosePoint>& loose,
-                 std::vector<std::pair<std::uint64_t, ShapePoint>>& out)
+void keep_points(const ShapedModel& model, std::uint32_t part, const std::vector<LoosePoint>& loose,
+                 CrowdedPoints& out)
 {
+    const Cubes& cubes = model.cubes;
     TriMesh mesh;
     for (const LoosePoint& point : loose) mesh.positions.push_back(point.place.cast<float>());
     if (mesh.positions.empty()) return;
     const geometry::Binding binding = geometry::bind(mesh, cubes);
     for (std::size_t i = 0; i < loose.size(); ++i) {
         const std::uint32_t cube = binding.used[binding.cube[i]];
-        if (part_of[cube] != part) continue;
+        if (model.part_of[cube] != part) continue;
         const Vec3 place =
             (loose[i].place - cubes.origin) / cubes.size - cubes.cell[cube].cast<double>();
-        out.push_back({crowd_of(cube, place, loose[i].normal),
+        out.push_back({crowd_of(model.first_cube + cube, place, loose[i].normal),
                        {place.cast<float>(), loose[i].normal.cast<float>(),
                         static_cast<float>(loose[i].area)}});
     }
 }
 
 // Sorts points by cube, and takes crowds together, into the shapes.
-void take_points(std::vector<std::pair<std::uint64_t, ShapePoint>>& points, PartShapes& out)
+void take_points(CrowdedPoints& points, PartShapes& out)
 {
     std::stable_sort(points.begin(), points.end(),
                      [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -210,8 +221,9 @@ std::vector<PartPair> overlapping_at_rest(const PartShapes& shapes, const Corner
     const auto pairs = near_parts(shapes, body.rest.data(), still.data(), 1);
     for (const PlaneTouch& touch :
          find_part_touches(shapes, pairs, body.rest.data(), still.data(), 1, Look::back)) {
-        if (!(-touch.gap(body.rest.data()) > deep * shapes.size)) continue;
         const std::uint32_t a = body.part_of(touch.corners[0]), b = touch.other;
+        const double size = std::min(shapes.size_of(a), shapes.size_of(b));
+        if (!(-touch.gap(body.rest.data()) > deep * size)) continue;
         out.push_back({std::min(a, b), std::max(a, b)});
     }
 
@@ -220,7 +232,7 @@ std::vector<PartPair> overlapping_at_rest(const PartShapes& shapes, const Corner
         const auto of = shapes.cubes[b];
         return std::any_of(of.begin(), of.end(), [&](std::uint32_t c) {
             const Vec3 middle = shapes.cell[c].cast<double>() + Vec3::Constant(0.5);
-            return shapes.shape[a].inside(shapes.origin + shapes.size * middle);
+            return shapes.shape[a].inside(shapes.grid[b].origin + shapes.size_of(b) * middle);
         });
     };
     for (const PartPair& pair : pairs) {
@@ -259,16 +271,12 @@ TriMesh outside_of(const Cubes& cubes, std::span<const std::uint32_t> of)
     return mesh.take();
 }
 
-PartShapes make_part_shapes(const Cubes& cubes, const CornerBody& body, const TriMesh* surface,
-                            const PartContactOptions& options)
+namespace {
+
+// What the shapes keep of the cubes themselves. Returns the part of each.
+std::vector<std::uint32_t> take_cubes(const Cubes& cubes, const CornerBody& body, PartShapes& out)
 {
-    PartShapes out;
-    out.friction = options.friction;
-    out.bounce = options.bounce;
-    out.size = cubes.size;
-    out.origin = cubes.origin;
-    out.cell = cubes.cell;
-    std::vector<std::uint32_t> part_of;  // of each cube
+    std::vector<std::uint32_t> part_of;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         auto& corners = out.corners.emplace_back();
         for (std::size_t a = 0; a < 8; ++a) {
@@ -280,27 +288,65 @@ PartShapes make_part_shapes(const Cubes& cubes, const CornerBody& body, const Tr
         out.mass.push_back(static_cast<float>(cubes.mass[c]));
         out.mass_of_all += cubes.mass[c];
     }
-    out.cubes = make_part_lists(part_of, body.parts);
-    std::vector<std::uint32_t> part_of_slot(body.corners), part_of_holder;
-    for (std::size_t k = 0; k < body.corners; ++k) part_of_slot[k] = body.part_of(k);
-    out.slots = make_part_lists(part_of_slot, body.parts);
+    return part_of;
+}
+
+// The shapes of a model's parts, and their points.
+void add_shapes(const ShapedModel& model, PartShapes& out, CrowdedPoints& points)
+{
+    const auto [cubes, surface, first, part_of, parts] = model;
     PartLists triangles;
-    if (surface) triangles = triangles_of_parts(cubes, *surface, part_of, body.parts);
+    if (surface) triangles = triangles_of_parts(model);
     MeshOfSome some(surface ? surface->positions.size() : 0);
-    std::vector<std::pair<std::uint64_t, ShapePoint>> points;  // by the crowd that each is in
-    for (std::size_t p = 0; p < body.parts; ++p) {
+    std::vector<std::uint32_t> own(part_of.begin(), part_of.end());
+    std::sort(own.begin(), own.end());
+    own.erase(std::unique(own.begin(), own.end()), own.end());
+    for (const std::uint32_t p : own) {
         TriMesh mesh;
         if (surface) {
-            const auto at = [&](std::uint32_t v) { return surface->positions[v]; };
+            const auto at = [&](std::uint32_t v) { return model.surface->positions[v]; };
             for (const auto t : triangles[p]) some.add(surface->triangles()[t], at);
             mesh = some.take();
         }
         const bool closed = !mesh.triangles().empty() &&
                             geometry::is_closed(mesh.triangles(), mesh.positions.size());
-        if (!closed) mesh = outside_of(cubes, out.cubes[p]);
-        const auto& shape = out.shape.emplace_back(mesh);
-        const auto loose = points_of(mesh, shape, 1.5 * cubes.size);
-        keep_points(cubes, static_cast<std::uint32_t>(p), part_of, loose, points);
+        if (!closed) {
+            std::vector<std::uint32_t> of;
+            for (const auto c : out.cubes[p]) of.push_back(c - first);
+            mesh = outside_of(cubes, of);
+        }
+        out.grid[p] = {cubes.size, cubes.origin};
+        out.shape[p] = geometry::TriangleBvh(mesh);
+        keep_points(model, p, points_of(mesh, out.shape[p], 1.5 * cubes.size), points);
+    }
+}
+
+}  // namespace
+
+PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
+                            const PartContactOptions& options)
+{
+    const Cubes& cubes = models.all();
+    PartShapes out;
+    out.friction = options.friction;
+    out.bounce = options.bounce;
+    out.least_size = body.h;
+    const std::vector<std::uint32_t> part_of = take_cubes(cubes, body, out);
+    out.cubes = make_part_lists(part_of, body.parts);
+    std::vector<std::uint32_t> part_of_slot(body.corners), part_of_holder;
+    for (std::size_t k = 0; k < body.corners; ++k) part_of_slot[k] = body.part_of(k);
+    out.slots = make_part_lists(part_of_slot, body.parts);
+    out.grid.resize(body.parts);
+    out.shape.resize(body.parts);
+    out.cell.reserve(cubes.count());
+    CrowdedPoints points;
+    for (std::size_t m = 0; m < models.count(); ++m) {
+        const auto [own, surface] = models.model(m);
+        const std::uint32_t first = models.start(m).cube;
+        out.cell.insert(out.cell.end(), own->cell.begin(), own->cell.end());
+        add_shapes(
+            {*own, surface, first, std::span(part_of).subspan(first, own->count()), body.parts},
+            out, points);
     }
     take_points(points, out);
     for (const auto c : out.holder) part_of_holder.push_back(part_of[c]);
@@ -314,13 +360,13 @@ PartShapes make_part_shapes(const Cubes& cubes, const CornerBody& body, const Tr
     return out;
 }
 
-std::shared_ptr<const PartShapes> shapes_that_touch(const Cubes& cubes, const CornerBody& body,
-                                                    const TriMesh* surface,
+std::shared_ptr<const PartShapes> shapes_that_touch(const BodyModels& models,
+                                                    const CornerBody& body,
                                                     const PartContactOptions& options)
 {
     const bool may = options.on && (body.parts > 1 || options.self);
-    if (!may || geometry::flat_axis(cubes) >= 0) return nullptr;
-    return std::make_shared<const PartShapes>(make_part_shapes(cubes, body, surface, options));
+    if (!may || geometry::flat_axis(models.all()) >= 0) return nullptr;
+    return std::make_shared<const PartShapes>(make_part_shapes(models, body, options));
 }
 
 }  // namespace physics

@@ -11,18 +11,17 @@
 
 namespace physics {
 
-// A part's shape is that of its triangles of `surface` where they are closed, else the outside of
-// its cubes. It has three points on each triangle, near the corners, and on each of those that wide
-// triangles are cut into; of points crowded into a quarter of a cube and facing the same way, their
-// mean stands for all. `body` is made of the same cubes.
-PartShapes make_part_shapes(const geometry::Cubes& cubes, const CornerBody& body,
-                            const geometry::TriMesh* surface, const PartContactOptions& options);
+// A part's shape is that of its triangles of its model's surface where they are closed, else the
+// outside of its cubes. It has three points on each triangle, near the corners, and on each of
+// those that wide triangles are cut into; of points crowded into a quarter of a cube and facing the
+// same way, their mean stands for all. `body` is made of the same models.
+PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
+                            const PartContactOptions& options);
 
 // The same where contact is on and the body has parts; else null. Cubes of a plane have no inside:
 // null for them.
-std::shared_ptr<const PartShapes> shapes_that_touch(const geometry::Cubes& cubes,
+std::shared_ptr<const PartShapes> shapes_that_touch(const BodyModels& models,
                                                     const CornerBody& body,
-                                                    const geometry::TriMesh* surface,
                                                     const PartContactOptions& options);
 
 // The outside of the cubes `of`: faces that only one of them has, two triangles each.

@@ -97,7 +97,7 @@ void fill_target(const Scene& scene, const std::vector<Box>& regions, Target& ta
         if (std::none_of(regions.begin(), regions.end(), in)) continue;
         // Wider by more than what single precision rounds.
         const double far = box.lo.cwiseAbs().cwiseMax(box.hi.cwiseAbs()).maxCoeff();
-        const Box margin = wider(box, 1e-3 * scene.shapes.size + 1e-6 * far);
+        const Box margin = wider(box, 1e-3 * scene.shapes.size_of(target.part) + 1e-6 * far);
         const Box3f wide{margin.lo.cast<float>(), margin.hi.cast<float>()};
         if (!wide.lo.allFinite() || !wide.hi.allFinite()) continue;
         target.cubes.push_back(c);
@@ -114,17 +114,18 @@ struct NearCube {
 
 // A point of a part's shape on its way.
 struct Moving {
-    bool own = false;                    // it is of the target's part
+    std::uint32_t part = 0;
     std::uint32_t cube = 0, number = 0;  // of the point
     const ShapePoint* point = nullptr;
     std::array<double, 8> weight{};
     Vec3 p = Vec3::Zero(), v = Vec3::Zero();  // m, m/s
 };
 
-Moving moving_point(const Scene& scene, std::uint32_t cube, std::uint32_t number, bool own)
+Moving moving_point(const Scene& scene, std::uint32_t part, std::uint32_t cube,
+                    std::uint32_t number)
 {
     const ShapePoint& point = scene.shapes.point[number];
-    Moving out{own, cube, number, &point};
+    Moving out{part, cube, number, &point};
     const Vec3 u = point.place.cast<double>();
     out.weight = geometry::trilinear_weights(u);
     for (std::size_t a = 0; a < 8; ++a) {
@@ -153,9 +154,10 @@ PlaneTouch make_touch(const Scene& scene, const Moving& moving, const Target& ta
                       std::uint32_t cube, const InCube& in, const Gap& gap)
 {
     const PartShapes& shapes = scene.shapes;
-    const double h = shapes.size, area = double(moving.point->area);
+    const double from = shapes.size_of(moving.part), area = double(moving.point->area);
+    const double h = std::min(from, shapes.size_of(target.part));
     const double young = std::min(shapes.stiffness[moving.cube], shapes.stiffness[cube]);
-    const double mass = std::min(shapes.mass[moving.cube] * std::min(1.0, area / (h * h)),
+    const double mass = std::min(shapes.mass[moving.cube] * std::min(1.0, area / (from * from)),
                                  double(shapes.mass[cube]));
     PlaneTouch touch;
     touch.point = moving.number;
@@ -191,7 +193,8 @@ std::optional<PlaneTouch> touch_in(const Scene& scene, const Moving& moving, con
     constexpr double slack = 1e-6;     // cubes: what lies on a face is in both cubes
     constexpr double rounding = 1e-6;  // cubes: of what lies no deeper, the side is not known
     const PartShapes& shapes = scene.shapes;
-    const auto in = find_in_cube(corners_of(scene, cube), shapes.size, moving.p - behind, slack);
+    const double size = shapes.size_of(target.part);
+    const auto in = find_in_cube(corners_of(scene, cube), size, moving.p - behind, slack);
     if (!in) return std::nullopt;
     const std::array<double, 8> weight = geometry::trilinear_weights(in->u);
     Vec3 velocity = moving.v;  // relative to the matter there
@@ -201,20 +204,21 @@ std::optional<PlaneTouch> touch_in(const Scene& scene, const Moving& moving, con
     // How it got to where a step begins is not known.
     const Vec3 way =
         scene.look == Look::ahead ? Vec3(Vec3::Zero()) : Vec3(scene.dt * velocity - behind);
-    auto gap =
-        find_gap({shapes, target.part, cube, *in}, {way, outward_of(scene, moving), moving.own});
+    auto gap = find_gap({shapes, target.part, cube, *in},
+                        {way, outward_of(scene, moving), moving.part == target.part});
     if (!gap) return std::nullopt;
     gap->size += behind.dot(gap->normal);
-    if (!(gap->size < -rounding * shapes.size)) return std::nullopt;
+    if (!(gap->size < -rounding * size)) return std::nullopt;
     return make_touch(scene, moving, target, cube, *in, *gap);
 }
 
-// How far before a face a point may be to be told of it, cubes: more where it looks ahead at speed.
-double reach_of(const Scene& scene, const Vec3& way)
+// How far before a face a point may be to be told of it, cubes of size `h`: more where it looks
+// ahead at speed.
+double reach_of(const Scene& scene, const Vec3& way, double h)
 {
     constexpr double most = 1;
     if (scene.look == Look::back) return known_before;
-    return std::min(known_before + way.norm() / scene.shapes.size, most);
+    return std::min(known_before + way.norm() / h, most);
 }
 
 // The plane before a point that is in none of the target's cubes `near`: of the one that it is
@@ -223,7 +227,7 @@ std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
                                        const Target& target, const std::vector<NearCube>& near,
                                        double reach)
 {
-    const double h = scene.shapes.size;
+    const double h = scene.shapes.size_of(target.part);
     const Vec3f p = moving.p.cast<float>();
     constexpr std::size_t tried = 3;
     std::array<std::pair<float, std::uint32_t>, tried> nearest;
@@ -247,7 +251,8 @@ std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
     }
     if (!best) return std::nullopt;
     const AtRest rest{scene.shapes, target.part, cube, *best};
-    const auto gap = find_distance(rest, outward_of(scene, moving), reach * h, moving.own);
+    const bool own = moving.part == target.part;
+    const auto gap = find_distance(rest, outward_of(scene, moving), reach * h, own);
     if (!gap) return std::nullopt;
     return make_touch(scene, moving, target, cube, *best, *gap);
 }
@@ -261,15 +266,16 @@ std::optional<PlaneTouch> first_touch(const Scene& scene, const Moving& moving,
     constexpr double stride = 0.4;  // of a cube
     constexpr int most = 64;        // places on the way
     const Vec3 way = scene.dt * (moving.v - target.velocity);
-    const double strides = std::ceil(way.norm() / (stride * scene.shapes.size));
+    const double h = scene.shapes.size_of(target.part);
+    const double strides = std::ceil(way.norm() / (stride * h));
     if (!std::isfinite(strides)) return std::nullopt;
     const int places = std::clamp(static_cast<int>(std::min(strides, double(most))), 1, most);
     const int first = scene.look == Look::ahead ? places : 1;
-    const double reach = reach_of(scene, way);
+    const double reach = reach_of(scene, way, h);
     Box about;
     about.add(moving.p);
     if (scene.look == Look::back) about.add(Vec3(moving.p - way));
-    about = wider(about, reach * scene.shapes.size);
+    about = wider(about, reach * h);
     const Box3f span{about.lo.cast<float>(), about.hi.cast<float>()};
     close.clear();
     for (const NearCube& cube : near) {
@@ -320,7 +326,7 @@ void look(const Scene& scene, const Job& job, const Target& target, std::vector<
         for (const auto c : found) near.push_back({target.boxes[c], target.cubes[c]});
         if (near.empty()) continue;
         for (auto p = shapes.point_at[holder]; p < shapes.point_at[holder + 1]; ++p) {
-            const Moving moving = moving_point(scene, cube, p, on_itself);
+            const Moving moving = moving_point(scene, job.from, cube, p);
             if (const auto touch = first_touch(scene, moving, target, near, close)) {
                 out.push_back(*touch);
             }
@@ -392,7 +398,7 @@ Meetings find_meetings(const Scene& scene, const std::vector<PartPair>& pairs)
     for (const auto& pair : pairs) {
         const auto a = target(pair.a), b = target(pair.b);
         // Points may lie outside of their cubes, and may have passed through the other part.
-        const double margin = shapes.size;
+        const double margin = std::max(shapes.size_of(pair.a), shapes.size_of(pair.b));
         const Vec3 way = scene.dt * (out.targets[a].velocity - out.targets[b].velocity);
         const Box box_a = swept(wider(out.targets[a].box, margin), way);
         const Box box_b = swept(wider(out.targets[b].box, margin), -way);
@@ -418,7 +424,7 @@ std::vector<PartPair> near_parts(const PartShapes& shapes, const double* x, cons
             box[p].add(corner_of(x, slot));
             box[p].add(Vec3(corner_of(x, slot) + dt * corner_of(v, slot)));
         }
-        box[p] = wider(box[p], shapes.size);
+        box[p] = wider(box[p], shapes.size_of(static_cast<std::uint32_t>(p)));
     }
     std::vector<std::uint32_t> order(parts);
     for (std::uint32_t p = 0; p < parts; ++p) order[p] = p;
@@ -446,7 +452,7 @@ std::vector<PlaneTouch> find_part_touches(const PartShapes& shapes,
                                           const double* v, double dt, Look how)
 {
     if (pairs.empty()) return {};
-    const double stiffest = 1000 * shapes.mass_of_all * 9.81 / shapes.size;
+    const double stiffest = 1000 * shapes.mass_of_all * 9.81 / shapes.least_size;
     const Scene scene{shapes, x, v, dt, stiffest, how, holders_now(shapes, pairs, x, v)};
     Meetings meetings = find_meetings(scene, pairs);
     geometry::parallel_for(meetings.targets.size(), 1, [&](std::size_t begin, std::size_t end) {

@@ -24,8 +24,8 @@ std::optional<Gap> bent(const AtRest& rest, double distance, const Vec3& normal)
 }  // namespace
 
 AtRest::AtRest(const PartShapes& shapes, std::uint32_t part, std::uint32_t cube, const InCube& in)
-    : shape(shapes.shape[part]), size(shapes.size), back((in.axes / size).inverse()),
-      place(shapes.origin + size * (shapes.cell[cube].cast<double>() + in.u)),
+    : shape(shapes.shape[part]), size(shapes.size_of(part)), back((in.axes / size).inverse()),
+      place(shapes.grid[part].origin + size * (shapes.cell[cube].cast<double>() + in.u)),
       low(place - size * in.u),
       quarters(shapes.quarters.empty() ? ~std::uint64_t{0} : shapes.quarters[cube])
 {}

@@ -55,8 +55,8 @@ PartLists cubes_around(const std::vector<std::array<std::uint32_t, 8>>& corners,
 std::size_t PartShapes::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
-    std::size_t sum = sizeof *this + of(cell, corners, stiffness, mass, point, holder, point_at,
-                                        overlapping, quarters);
+    std::size_t sum = sizeof *this + of(grid, cell, corners, stiffness, mass, point, holder,
+                                        point_at, overlapping, quarters);
     for (const PartLists* lists : {&cubes, &slots, &holders, &around})
         sum += of(lists->at, lists->item);
     for (const auto& tree : shape) sum += tree.bytes();

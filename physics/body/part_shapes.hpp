@@ -54,13 +54,19 @@ struct ShapePoint {
     float area = 0;          // m^2
 };
 
+// Cube c of a part fills origin + size * (cell[c] .. cell[c] + 1) at rest.
+struct PartGrid {
+    double size = 0;  // m, edge of a cube
+    geometry::Vec3 origin = geometry::Vec3::Zero();
+};
+
 struct PartShapes {
     double friction = 0.5, bounce = 0;
-    double size = 0;         // m, edge of a cube
-    double mass_of_all = 0;  // kg
-    geometry::Vec3 origin = geometry::Vec3::Zero();
+    double mass_of_all = 0;      // kg
+    double least_size = 0;       // m, of all parts
+    std::vector<PartGrid> grid;  // of each part
 
-    std::vector<geometry::Vec3i> cell;                  // C
+    std::vector<geometry::Vec3i> cell;                  // C, of the grid of its part
     std::vector<std::array<std::uint32_t, 8>> corners;  // C, slots
     std::vector<float> stiffness;                       // C, Pa, Young's modulus times fill
     std::vector<float> mass;                            // C, kg
@@ -78,6 +84,7 @@ struct PartShapes {
     std::vector<PartPair> overlapping;    // at rest, ascending: these do not touch each other
 
     std::size_t parts() const { return shape.size(); }
+    double size_of(std::uint32_t part) const { return grid[part].size; }
     bool touch_themselves() const { return !around.at.empty(); }
     std::size_t bytes() const;
 };

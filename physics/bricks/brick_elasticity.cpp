@@ -108,7 +108,6 @@ double BrickElasticity::evaluate(const double* x, double* f, Measures measures)
     const BrickLayout& layout = body_.layout;
     std::vector<double> energy(layout.pieces.size());
     Corotation at;
-    at.h = body_.base.h;
     at.quaternion = quaternion_.data();
     at.rotation = rotation_.data();
     at.rotation_low = rotation_low_.data();
@@ -121,7 +120,9 @@ double BrickElasticity::evaluate(const double* x, double* f, Measures measures)
     for_each_piece(layout, [&](std::size_t p) {
         const BrickPiece& piece = layout.pieces[p];
         if (f) clear_own(piece, f);
-        energy[p] = corotate(bricks, at, piece.first_block, piece.last_block, x);
+        Corotation own = at;
+        own.h = body_.block_edge[piece.first_block];
+        energy[p] = corotate(bricks, own, piece.first_block, piece.last_block, x);
     });
     if (f) add_copies(layout, f);
     double total = 0;
@@ -179,7 +180,9 @@ void BrickElasticity::multiply_any(const BrickCoefficients<T>& bricks,
         const BrickPiece& piece = layout.pieces[i];
         clear_own(piece, y);
         if (curved) {
-            add_hessian_times(bricks, curvature, piece.first_block, piece.last_block, p, y);
+            BrickCurvature<T> own = curvature;
+            own.edge = static_cast<T>(4 * body_.block_edge[piece.first_block]);
+            add_hessian_times(bricks, own, piece.first_block, piece.last_block, p, y);
         } else {
             add_stiffness_times(bricks, piece.first_block, piece.last_block, p, y);
         }
@@ -190,8 +193,7 @@ void BrickElasticity::multiply_any(const BrickCoefficients<T>& bricks,
 void BrickElasticity::multiply(const float* p, float* y) const
 {
     const BrickCurvature<float> curvature{strained_low_.data(), share_low_.data(),
-                                          static_cast<float>(stiffness_weight_),
-                                          static_cast<float>(4 * body_.base.h)};
+                                          static_cast<float>(stiffness_weight_)};
     auto bricks = coefficients(weighted_low_.data(), rotation_low_.data());
     if (mass_weight_ != 0) bricks.excess = excess_low_.data();
     multiply_any(bricks, curvature, p, y);
@@ -199,8 +201,7 @@ void BrickElasticity::multiply(const float* p, float* y) const
 
 void BrickElasticity::multiply(const double* p, double* y) const
 {
-    const BrickCurvature<double> curvature{strained_.data(), share_.data(), stiffness_weight_,
-                                           4 * body_.base.h};
+    const BrickCurvature<double> curvature{strained_.data(), share_.data(), stiffness_weight_};
     auto bricks = coefficients(weighted_.data(), rotation_.data());
     if (mass_weight_ != 0) bricks.excess = excess_.data();
     multiply_any(bricks, curvature, p, y);

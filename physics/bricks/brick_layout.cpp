@@ -55,12 +55,19 @@ struct PieceCubes {
     Cut parts;
 };
 
-PieceCubes cut_into_pieces(const geometry::Cubes& cubes, std::size_t most)
+PieceCubes cut_into_pieces(const geometry::Cubes& cubes, std::size_t most,
+                           std::span<const std::uint32_t> cuts)
 {
     PieceCubes out;
     out.order.resize(cubes.count());
     std::iota(out.order.begin(), out.order.end(), 0u);
-    if (!out.order.empty()) bisect(cubes, out.order, 0, out.order.size(), most, out.parts);
+    std::size_t begin = 0;
+    const auto cut_at = [&](std::size_t end) {
+        if (begin < end) bisect(cubes, out.order, begin, end, most, out.parts);
+        begin = end;
+    };
+    for (const std::uint32_t cut : cuts) cut_at(cut);
+    cut_at(cubes.count());
     for (const auto& [begin, end] : out.parts) {
         std::sort(out.order.begin() + static_cast<std::ptrdiff_t>(begin),
                   out.order.begin() + static_cast<std::ptrdiff_t>(end));
@@ -156,10 +163,11 @@ void add_blocks(const geometry::Cubes& cubes, const std::vector<std::uint32_t>& 
 
 }  // namespace
 
-BrickLayout lay_out_bricks(const geometry::Cubes& cubes, std::size_t piece_cubes)
+BrickLayout lay_out_bricks(const geometry::Cubes& cubes, std::size_t piece_cubes,
+                           std::span<const std::uint32_t> cuts)
 {
     BrickLayout out;
-    const PieceCubes pieces = cut_into_pieces(cubes, piece_cubes);
+    const PieceCubes pieces = cut_into_pieces(cubes, piece_cubes, cuts);
     const std::uint32_t slots = number_slots(cubes, pieces, out);
     Copies copies;
     copies.next = (slots + 3) / 4 * 4;  // whole runs of 16 numbers, see padded_numbers()

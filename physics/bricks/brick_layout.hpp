@@ -16,6 +16,8 @@
 #include "geometry/cubes/cubes.hpp"
 #include "physics/math/aligned_memory.hpp"
 
+#include <span>
+
 namespace physics {
 
 inline constexpr std::size_t block_lanes = 16;
@@ -41,7 +43,9 @@ struct BrickLayout {
     std::size_t blocks() const { return cube.size() / block_lanes; }
 };
 
-// Cuts the cubes into pieces of at most `piece_cubes`.
-BrickLayout lay_out_bricks(const geometry::Cubes& cubes, std::size_t piece_cubes = 1024);
+// Cuts the cubes into pieces of at most `piece_cubes`, and at the cubes `cuts` (ascending), so that
+// no piece has cubes from before and after one.
+BrickLayout lay_out_bricks(const geometry::Cubes& cubes, std::size_t piece_cubes = 1024,
+                           std::span<const std::uint32_t> cuts = {});
 
 }  // namespace physics

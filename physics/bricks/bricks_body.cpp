@@ -61,16 +61,33 @@ void add_excess(const geometry::Cubes& cubes, BricksBody& body)
     }
 }
 
+// The first cubes of models whose cubes have another size than those before.
+std::vector<std::uint32_t> where_sizes_change(const BodyModels& models)
+{
+    std::vector<std::uint32_t> out;
+    for (std::size_t m = 1; m < models.count(); ++m) {
+        if (models.model(m).cubes->size == models.model(m - 1).cubes->size) continue;
+        out.push_back(models.start(m).cube);
+    }
+    return out;
+}
+
 }  // namespace
 
 BricksBody make_bricks(const geometry::Cubes& cubes, const BrickOptions& options,
                        const geometry::TriMesh* surface)
 {
+    return make_bricks(BodyModels(cubes, surface), options);
+}
+
+BricksBody make_bricks(const BodyModels& models, const BrickOptions& options)
+{
+    const geometry::Cubes& cubes = models.all();
     geometry::need_thickness(cubes, "method bricks");
     BricksBody body;
-    body.layout = lay_out_bricks(cubes);
-    body.base = make_corner_body(cubes, body.layout.slot, surface);
-    body.base.shapes = shapes_that_touch(cubes, body.base, surface, options.contact);
+    body.layout = lay_out_bricks(cubes, 1024, where_sizes_change(models));
+    body.base = make_corner_body(models, body.layout.slot);
+    body.base.shapes = shapes_that_touch(models, body.base, options.contact);
     body.element = options.element;
     body.cubes = cubes.count();
     body.rest = std::make_shared<const geometry::Cubes>(cubes);
@@ -84,6 +101,7 @@ BricksBody make_bricks(const geometry::Cubes& cubes, const BrickOptions& options
     body.stiffness.assign(3 * lanes, 0);
     body.material.assign(2 * lanes, 0);
     body.stiffness_damping.assign(lanes, 0);
+    body.block_edge.assign(body.layout.blocks(), 0);
     body.diagonal.assign(cubes.corner_count(), 0);
     body.damping_diagonal.assign(cubes.corner_count(), 0);
     const double plain = options.element == BrickElement::trilinear ? 1 : 0;
@@ -92,8 +110,10 @@ BricksBody make_bricks(const geometry::Cubes& cubes, const BrickOptions& options
         if (c == no_index) continue;
         const auto [lambda, mu] = lame(cubes.young[c], cubes.poisson[c]);
         const double bend = plain != 0 ? lambda : 2 * lambda * mu / (lambda + 2 * mu);
-        const double share = stiffness_share(cubes, c, options.weighting) * cubes.size / 16;
+        const double edge = models.edge_of(c);
+        const double share = stiffness_share(cubes, c, options.weighting) * edge / 16;
         const std::size_t block = i / block_lanes, lane = i % block_lanes;
+        body.block_edge[block] = edge;
         double* k = &body.stiffness[block * 3 * block_lanes + lane];
         k[0] = share * mu;
         k[block_lanes] = share * lambda;
@@ -120,9 +140,9 @@ std::size_t BricksBody::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
     return sizeof *this - sizeof base + base.bytes() +
-           of(layout.slot, layout.cube, layout.gather, layout.scatter, layout.copy_at, layout.copy,
-              layout.pieces, stiffness, material, stiffness_damping, diagonal, damping_diagonal,
-              excess, damped_excess, excess_diagonal, damped_excess_diagonal);
+           of(block_edge, layout.slot, layout.cube, layout.gather, layout.scatter, layout.copy_at,
+              layout.copy, layout.pieces, stiffness, material, stiffness_damping, diagonal,
+              damping_diagonal, excess, damped_excess, excess_diagonal, damped_excess_diagonal);
 }
 
 State rest_state(const BricksBody& body)

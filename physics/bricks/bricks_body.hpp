@@ -30,7 +30,8 @@ struct BricksBody {
     CornerBody base;
     BrickLayout layout;
     BrickElement element = BrickElement::incompatible;
-    std::size_t cubes = 0;  // C
+    std::size_t cubes = 0;           // C
+    std::vector<double> block_edge;  // B, m, edge of the cubes of each block
 
     // Rows of 16 lanes a block; lanes without a cube hold 0.
     Aligned<double> stiffness;          // B x 3 x 16: mu, lambda, lambda' times share times h / 16
@@ -45,7 +46,7 @@ struct BricksBody {
     std::vector<std::uint32_t> turns_with;  // K by slot, where the rotation of a cube at it starts
 
     // For the preconditioner. The caches only remember what is a function of the rest.
-    std::shared_ptr<const geometry::Cubes> rest;
+    std::shared_ptr<const geometry::Cubes> rest;  // of several models: as BodyModels::all()
     std::shared_ptr<FactorCache> factors;
     std::shared_ptr<MultigridCache> multigrids;    // null: no multigrid, to compare
     std::shared_ptr<DissectionCache> dissections;  // null: no factors of steps, to compare
@@ -54,8 +55,10 @@ struct BricksBody {
     std::size_t bytes() const;
 };
 
-// Contact and wind act on `surface`, or on the outside of the cubes when it is null. Throws
-// std::invalid_argument when the cubes are no body.
+// Throws std::invalid_argument when the cubes are no body.
+BricksBody make_bricks(const BodyModels& models, const BrickOptions& options = {});
+
+// Of one model. Contact and wind act on `surface`, or on the outside of the cubes when it is null.
 BricksBody make_bricks(const geometry::Cubes& cubes, const BrickOptions& options = {},
                        const geometry::TriMesh* surface = nullptr);
 

@@ -88,7 +88,8 @@ void move_to_bending(const geometry::Cubes& cubes, double share, std::vector<Spr
                     const double slowed =
                         share * std::min(damping[first.spring], damping[second.spring]);
                     springs.push_back({std::min(k, second.to), std::max(k, second.to),
-                                       2 * cubes.size, moved / 4, slowed / 4});
+                                       springs[first.spring].length + springs[second.spring].length,
+                                       moved / 4, slowed / 4});
                     for (const auto s : {first.spring, second.spring}) {
                         springs[s].stiffness -= moved / 2;
                         springs[s].damping -= slowed / 2;
@@ -246,21 +247,28 @@ private:
 SpringsBody make_springs(const geometry::Cubes& cubes, const SpringOptions& options,
                          const geometry::TriMesh* surface)
 {
+    return make_springs(BodyModels(cubes, surface), options);
+}
+
+SpringsBody make_springs(const BodyModels& models, const SpringOptions& options)
+{
+    const geometry::Cubes& cubes = models.all();
     geometry::need_thickness(cubes, "method springs");
     if (!(options.bending >= 0 && options.bending < 1)) {
         throw std::invalid_argument("springs: expected bending from 0 to below 1, found " +
                                     std::to_string(options.bending));
     }
     SpringsBody body;
-    body.base = make_corner_body(cubes, {}, surface);
-    body.base.shapes = shapes_that_touch(cubes, body.base, surface, options.contact);
+    body.base = make_corner_body(models, {});
+    body.base.shapes = shapes_that_touch(models, body.base, options.contact);
     const auto pairs = cube_pairs();
-    for (std::size_t c = 0; c < cubes.count(); ++c) {
-        const double k = 0.4 * cubes.young[c] * std::clamp(cubes.fill[c], 1e-3, 1.0) * cubes.size;
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        const double size = models.edge_of(c);
+        const double k = 0.4 * cubes.young[c] * std::clamp(cubes.fill[c], 1e-3, 1.0) * size;
         for (const auto& [a, b, edge] : pairs) {
             const auto [low, high] = std::minmax(cubes.corners[c][a], cubes.corners[c][b]);
             const double share = edge ? k / 4 : k / 2;
-            body.springs.push_back({low, high, cubes.size * (edge ? 1 : std::sqrt(2.0)), share,
+            body.springs.push_back({low, high, size * (edge ? 1 : std::sqrt(2.0)), share,
                                     share * cubes.stiffness_damping[c]});
         }
     }
@@ -303,7 +311,7 @@ State advance(const SpringsBody& body, State state, const Loads& loads, double d
     const double before = largest_speed(state);
     state = advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
     const std::size_t inverted =
-        count_inverted(body.cubes, body.base.h, by_slot(body.base, state.x).data());
+        count_inverted(body.base, body.cubes, by_slot(body.base, state.x).data());
     if (inverted > 0) {
         const double speed = std::max(before, largest_speed(state));
         state.report.warnings.push_back(told_of_inverted(

@@ -48,8 +48,10 @@ struct SpringsBody {
     std::size_t bytes() const;
 };
 
-// Contact and wind act on `surface`, or on the outside of the cubes when it is null. Throws
-// std::invalid_argument when the cubes are no body.
+// Throws std::invalid_argument when the cubes are no body.
+SpringsBody make_springs(const BodyModels& models, const SpringOptions& options = {});
+
+// Of one model. Contact and wind act on `surface`, or on the outside of the cubes when it is null.
 SpringsBody make_springs(const geometry::Cubes& cubes, const SpringOptions& options = {},
                          const geometry::TriMesh* surface = nullptr);
 

@@ -13,8 +13,8 @@ namespace {
 std::vector<PlaneTouch> find_holds(const Stage& stage, const Aligned<double>& x)
 {
     const CornerBody& body = stage.frame.body;
-    auto found = find_collider_touches(body.skin, body.h, x.data(), stage.w.data(), stage.colliders,
-                                       stage.held, stage.tau);
+    auto found = find_collider_touches(body, x.data(), stage.w.data(), stage.colliders, stage.held,
+                                       stage.tau);
     take_grips(found, stage.held);
     return found;
 }

@@ -99,7 +99,7 @@ template <class Touch>
 void for_places(const ContactScene& scene, std::size_t c, const CornerRuns::Corners& corners,
                 const Touch& touch)
 {
-    const SkinPatch& patch = scene.body.skin.on(c);
+    const SurfacePatch& patch = scene.body.skin.on(c);
     const bool open = scene.torn && scene.torn->is_open(c);
     const TornSkin::Parts* const parts = open ? scene.torn->parts_of(c) : nullptr;
     for (std::uint32_t i = patch.point; i < (open ? patch.points_end : patch.within); ++i) {
@@ -160,11 +160,11 @@ void push_out(const ContactScene& scene, const std::vector<PosedCollider>& colli
 void look(const ContactScene& scene, const std::vector<PosedCollider>& colliders, double deepest,
           std::size_t c, const CornerRuns::Corners& corners, std::vector<SkinPush>& out)
 {
-    const Skin& skin = scene.body.skin;
+    const ContactSurface& skin = scene.body.skin;
     const std::vector<Vec3>& x = scene.state.x;
     const std::vector<Vec3>& speed = scene.state.v;
     const double dt = scene.dt;
-    const SkinPatch& patch = skin.on(c);
+    const SurfacePatch& patch = skin.on(c);
     if (patch.point == patch.within && !(scene.torn && scene.torn->is_open(c))) return;
     const auto next = [&](std::uint32_t i) -> Vec3 { return x[i] + dt * speed[i]; };
     Vec3 centre = Vec3::Zero();
@@ -191,7 +191,7 @@ std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,
                                        const std::vector<PosedCollider>& colliders)
 {
     if (colliders.empty()) return {};
-    const Skin& skin = scene.body.skin;
+    const ContactSurface& skin = scene.body.skin;
     constexpr std::size_t piece = 256;
     const double deepest = deepest_of(scene.state.holds);
     std::vector<std::vector<SkinPush>> found((skin.corners.size() + piece - 1) / piece);
@@ -293,7 +293,7 @@ void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush
 {
     const Ball& ball = scene.balls[b];
     const BallState& at = scene.state.balls[b];
-    const Skin& skin = scene.body.skin;
+    const ContactSurface& skin = scene.body.skin;
     const double dt = scene.dt;
     const Vec3 centre = at.x + dt * at.v;
     const auto push_out = [&](const CornerRuns::Corners& corners, const SkinPlace& place) {
@@ -314,7 +314,7 @@ void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush
         out.push_back(push);
     };
     skin.corners.for_each(0, skin.corners.size(), [&](std::size_t c, const auto& corners) {
-        const SkinPatch& patch = skin.on(c);
+        const SurfacePatch& patch = skin.on(c);
         const Vec3 some = scene.state.x[corners[0]] + dt * scene.state.v[corners[0]];
         double size_sq = 0;  // of the cube, from that corner
         for (const auto k : corners) {

@@ -28,8 +28,8 @@ TornSkin::Parts parts_of(const CornerRuns::Corners& corners, const Lattice& latt
 
 }  // namespace
 
-TornSkin::TornSkin(const Skin& skin, const Lattice& lattice, std::span<const std::uint32_t> broken,
-                   double h)
+TornSkin::TornSkin(const ContactSurface& skin, const Lattice& lattice,
+                   std::span<const std::uint32_t> broken, double h)
     : frames_({lattice.next.data()->data(), lattice.next.data()->data() + 3 * lattice.count()},
               broken, h),
       row_(skin.corners.size(), none)
@@ -50,12 +50,12 @@ TornSkin::TornSkin(const Skin& skin, const Lattice& lattice, std::span<const std
     find_bare(skin, std::move(open));
 }
 
-void TornSkin::find_bare(const Skin& skin, std::vector<std::uint8_t> open)
+void TornSkin::find_bare(const ContactSurface& skin, std::vector<std::uint8_t> open)
 {
     skin.corners.for_each(0, skin.corners.size(), [&](std::size_t c, const auto& corners) {
         if (!is_open(c)) return;
         const Parts parts = parts_of(c) ? *parts_of(c) : Parts{};
-        const SkinPatch& patch = skin.on(c);
+        const SurfacePatch& patch = skin.on(c);
         for (std::uint32_t i = patch.point; i < patch.points_end; ++i) {
             const auto& weight = skin.point[i];
             const std::uint8_t part = part_of(weight, parts);

@@ -22,8 +22,8 @@ public:
     using Parts = std::array<std::uint8_t, 8>;  // of the corners of a cube
 
     // `h`: m, a link at rest; `broken` as in State.
-    TornSkin(const Skin& skin, const Lattice& lattice, std::span<const std::uint32_t> broken,
-             double h);
+    TornSkin(const ContactSurface& skin, const Lattice& lattice,
+             std::span<const std::uint32_t> broken, double h);
 
     bool is_open(std::size_t cube) const { return row_[cube] != none; }
     // Null: its corners are joined.
@@ -36,7 +36,7 @@ public:
     const geometry::CornerFrames& frames() const { return frames_; }
 
 private:
-    void find_bare(const Skin& skin, std::vector<std::uint8_t> open);
+    void find_bare(const ContactSurface& skin, std::vector<std::uint8_t> open);
 
     geometry::CornerFrames frames_;
     std::vector<std::uint32_t> row_;  // S, into parts_; beyond: open, and joined; none: whole

@@ -2,6 +2,7 @@
 
 #include "geometry/cubes/cube_finder.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "physics/state/state_models.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -155,6 +156,7 @@ Pins pins_on(const Cubes& cubes, std::vector<std::uint32_t> corners,
     Pins out;
     for (const auto k : corners) out.target.push_back(places[k].cast<double>());
     out.corner = std::move(corners);
+    out.cubes = mark_of(cubes);
     return out;
 }
 
@@ -164,6 +166,7 @@ Pins pins_at(const Cubes& cubes, std::vector<std::uint32_t> corners, const Trans
     out.target.reserve(corners.size());
     for (const auto k : corners) out.target.push_back(motion * cubes.corner_position(k));
     out.corner = std::move(corners);
+    out.cubes = mark_of(cubes);
     return out;
 }
 

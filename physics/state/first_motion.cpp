@@ -13,15 +13,22 @@ void add_first_motion(State& state, const geometry::Cubes& cubes, const Vec3& ve
                                     " corners, found " + std::to_string(state.x.size()) +
                                     ". Was it made with other cubes?");
     }
-    const auto mass = corner_masses(cubes);
+    add_first_motion(state, 0, corner_masses(cubes), velocity, spin);
+}
+
+void add_first_motion(State& state, std::size_t first, std::span<const double> mass,
+                      const Vec3& velocity, const Vec3& spin)
+{
     Vec3 centre = Vec3::Zero();
     double total = 0;
-    for (std::size_t k = 0; k < n; ++k) {
-        centre += mass[k] * state.x[k];
+    for (std::size_t k = 0; k < mass.size(); ++k) {
+        centre += mass[k] * state.x[first + k];
         total += mass[k];
     }
     if (total > 0) centre /= total;
-    for (std::size_t k = 0; k < n; ++k) state.v[k] += velocity + spin.cross(state.x[k] - centre);
+    for (std::size_t k = 0; k < mass.size(); ++k) {
+        state.v[first + k] += velocity + spin.cross(state.x[first + k] - centre);
+    }
 }
 
 }  // namespace physics

@@ -19,6 +19,7 @@ using geometry::Vec3;
 struct Pins {
     std::vector<std::uint32_t> corner;  // P, sorted, no duplicates
     std::vector<Vec3> target;           // P, m, where each is at the end of this frame
+    std::uint64_t cubes = 0;            // mark of the cubes whose corners these are
 };
 
 // A force field, at the end of this frame.

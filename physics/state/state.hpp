@@ -38,6 +38,13 @@ struct Grip {
     float depth = 0;                                    // m, how deep it was in that; >= 0
 };
 
+// Where the corners and cubes of one of several models lie among those of a state.
+struct StateModel {
+    std::uint64_t mark = 0;  // of the cubes, see state_models.hpp
+    std::uint32_t corner = 0, corners = 0;
+    std::uint32_t cube = 0, cubes = 0;
+};
+
 // A moment of a simulation. A value: copying it is a checkpoint.
 struct State {
     double time = 0;              // s since the first frame
@@ -51,6 +58,7 @@ struct State {
     std::vector<Grip> grips;            // of parts; ascending by (point, other)
     std::vector<Grip> holds;            // of colliders; likewise
     std::vector<float> stress;  // C, Pa, von Mises of each cube; empty when the method has none
+    std::vector<StateModel> models;  // empty: one
     Report report;
 };
 

@@ -275,6 +275,13 @@ Collider plane_at(double height)
     return plane;
 }
 
+std::vector<std::string> buried(const geometry::Cubes& cubes, const Pins& pins,
+                                std::span<const Collider> colliders)
+{
+    const std::vector models{std::make_shared<const geometry::Cubes>(cubes)};
+    return physics::buried(models, pins, colliders);
+}
+
 TEST(ColliderContact, WarnsOfABodyThatStartsMoreThanACubeInsideACollider)
 {
     const geometry::Cubes cubes = fixtures::box(4, 4, 4, 0.1);

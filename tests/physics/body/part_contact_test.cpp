@@ -40,7 +40,7 @@ struct TwoBlocks {
         boxes({{Vec3i(0, 0, 0), Vec3i(3, 3, 3)}, {Vec3i(1, 5, 1), Vec3i(1, 1, 1)}}, h,
               {.young = 2e5, .stiffness_damping = 0.01});
     CornerBody body = make_corner_body(cubes, {}, nullptr);
-    PartShapes shapes = make_part_shapes(cubes, body, nullptr, {.friction = 0.5});
+    PartShapes shapes = make_part_shapes({cubes, nullptr}, body, {.friction = 0.5});
     Aligned<double> x = body.rest, v = Aligned<double>(body.numbers, 0);
 
     // Moves all corners of the part that corner 0 is in, or of the other one.
@@ -87,7 +87,7 @@ TEST(PartShapes, APartHasItsOwnClosedTrianglesOrTheOutsideOfItsCubes)
     surface.normals.clear();
     surface.topology = std::make_shared<const geometry::MeshTopology>(std::move(topology));
     const CornerBody body = make_corner_body(cubes, {}, &surface);
-    const PartShapes shapes = make_part_shapes(cubes, body, &surface, {.friction = 0.5});
+    const PartShapes shapes = make_part_shapes({cubes, &surface}, body, {.friction = 0.5});
     ASSERT_EQ(shapes.parts(), 2u);
     EXPECT_TRUE(shapes.shape[0].inside(Vec3(0.1, 0.1, 0.03)));
     EXPECT_FALSE(shapes.shape[0].inside(Vec3(0.1, 0.1, 0.01)));
@@ -194,7 +194,7 @@ TEST(PartContact, SidesThatAreFlushAreNotPushed)
     const auto cubes =
         boxes({{Vec3i(0, 0, 0), Vec3i(2, 2, 2)}, {Vec3i(0, 3, 0), Vec3i(2, 2, 2)}}, h);
     const CornerBody body = make_corner_body(cubes, {}, nullptr);
-    const PartShapes shapes = make_part_shapes(cubes, body, nullptr, {.friction = 0.5});
+    const PartShapes shapes = make_part_shapes({cubes, nullptr}, body, {.friction = 0.5});
     Aligned<double> x = body.rest;
     const Aligned<double> v(body.numbers, 0);
     for (std::size_t k = 0; k < body.corners; ++k) {
@@ -256,7 +256,7 @@ TEST(PartContact, IsTheSameForAnyNumberOfThreads)
     }
     const auto cubes = boxes(heap, h, {.young = 2e5});
     const CornerBody body = make_corner_body(cubes, {}, nullptr);
-    const PartShapes shapes = make_part_shapes(cubes, body, nullptr, {.friction = 0.5});
+    const PartShapes shapes = make_part_shapes({cubes, nullptr}, body, {.friction = 0.5});
     // Squeezed into less room than they have: corners of blocks lie in other blocks.
     Aligned<double> x = body.rest, v(body.numbers, 0);
     for (std::size_t k = 0; k < body.corners; ++k) {

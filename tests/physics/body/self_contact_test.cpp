@@ -74,7 +74,7 @@ std::vector<PlaneTouch> touches_of(const geometry::Cubes& cubes, const CornerBod
                                    const Aligned<double>& x,
                                    const geometry::TriMesh* surface = nullptr)
 {
-    const PartShapes shapes = make_part_shapes(cubes, body, surface, {.self = true});
+    const PartShapes shapes = make_part_shapes({cubes, surface}, body, {.self = true});
     const Aligned<double> v(body.numbers, 0);
     const auto pairs = near_parts(shapes, x.data(), v.data(), 0.01);
     return find_part_touches(shapes, pairs, x.data(), v.data(), 0.01, Look::back);

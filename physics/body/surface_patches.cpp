@@ -1,0 +1,343 @@
+#include "physics/body/surface_patches.hpp"
+
+#include "geometry/cubes/cube_finder.hpp"
+#include "geometry/cubes/plane.hpp"
+#include "geometry/embed/embed.hpp"
+#include "geometry/mesh/mesh.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+
+// Map: which cube holds a place; thinning out; points and areas of a surface; those of the cubes'
+// own outside; corners that a tear lays open.
+
+namespace physics {
+namespace {
+
+using geometry::CubeFinder;
+using geometry::Cubes;
+using geometry::Vec3;
+using geometry::Vec3i;
+
+struct CellHash {
+    std::size_t operator()(const Vec3i& c) const
+    {
+        std::uint64_t h = 0;
+        for (int i = 0; i < 3; ++i) {
+            h = (h ^ static_cast<std::uint32_t>(c[i])) * 0x9e3779b97f4a7c15u;
+            h ^= h >> 29;
+        }
+        return h;
+    }
+};
+using CellMap = std::unordered_map<Vec3i, std::uint32_t, CellHash>;
+
+// The cube that holds p (m), or the nearest of its neighbours.
+std::optional<std::uint32_t> cube_at(const Cubes& cubes, const CubeFinder& finder, const Vec3& p)
+{
+    const Vec3 local = (p - cubes.origin) / cubes.size;
+    if (!local.allFinite() || local.cwiseAbs().maxCoeff() > 1e9) return std::nullopt;
+    const std::uint32_t found = finder.find_near(local);
+    if (found == geometry::no_index) return std::nullopt;
+    return found;
+}
+
+std::array<Vec3f, 3> piece_in(const Cubes& cubes, std::uint32_t c, const std::array<Vec3, 3>& p)
+{
+    const Vec3 first = (p[0] - cubes.origin) / cubes.size - cubes.cell[c].cast<double>();
+    return {first.cast<float>(), ((p[1] - p[0]) / cubes.size).cast<float>(),
+            ((p[2] - p[0]) / cubes.size).cast<float>()};
+}
+
+// One point for each sixty-fourth of the cube: the farthest from the cube's middle, with the area
+// of all.
+void thin_out(LoosePatch& patch)
+{
+    constexpr int across = 4;
+    if (patch.points.size() <= 8) return;
+    std::array<int, across * across * across> kept;
+    kept.fill(-1);
+    std::vector<PatchPoint> out;
+    for (const PatchPoint& point : patch.points) {
+        const Vec3i at = (point.place * float(across)).cast<int>().cwiseMax(0).cwiseMin(across - 1);
+        int& index = kept[static_cast<std::size_t>(at.x() + across * (at.y() + across * at.z()))];
+        if (index < 0) {
+            index = static_cast<int>(out.size());
+            out.push_back(point);
+            continue;
+        }
+        PatchPoint& best = out[static_cast<std::size_t>(index)];
+        const float sum = best.area + point.area;
+        const Vec3f middle = Vec3f::Constant(0.5f);
+        if ((point.place - middle).squaredNorm() > (best.place - middle).squaredNorm()) {
+            best = point;
+        }
+        best.area = sum;
+    }
+    patch.points = std::move(out);
+}
+
+// Normal times area.
+Vec3 area_of(const std::array<Vec3, 3>& v)
+{
+    return 0.5 * (v[1] - v[0]).cross(v[2] - v[0]);
+}
+
+// A triangle that is wider than a cube, in `cuts` rows of small ones. The places where those meet
+// are numbered by row, 0 .. cuts, and along it, 0 .. row.
+struct Subdivided {
+    const std::array<Vec3, 3>& v;
+    int cuts;
+
+    // Of the triangle, that each small one is.
+    double share() const { return 1.0 / (cuts * cuts); }
+
+    Vec3 at(int row, int along) const
+    {
+        return v[0] + (row * (v[1] - v[0]) + along * (v[2] - v[1])) / cuts;
+    }
+    // How many small ones meet there.
+    int meeting(int row, int along) const
+    {
+        const int sides = int(along == 0) + int(along == row) + int(row == cuts);
+        return sides == 0 ? 6 : sides == 1 ? 3 : 1;
+    }
+};
+
+// Points on the faces of a surface, between its vertices: no two in the same sixty-fourth of a
+// cube.
+class FacePoints {
+public:
+    FacePoints(const Cubes& cubes, const CubeFinder& finder) : cubes_(cubes), finder_(finder) {}
+
+    void add(const Vec3& at, float area)
+    {
+        const Vec3 local = 4 / cubes_.size * (at - cubes_.origin);
+        if (!local.allFinite() || local.cwiseAbs().maxCoeff() > 1e9) return;
+        const Vec3i place = local.array().floor().cast<int>();
+        const auto [found, fresh] = by_place_.emplace(place, std::uint32_t(positions.size()));
+        if (!fresh) {
+            areas[found->second] += area;
+        } else if (cube_at(cubes_, finder_, at)) {
+            positions.push_back(at.cast<float>());
+            areas.push_back(area);
+        } else {
+            by_place_.erase(found);
+        }
+    }
+    std::vector<Vec3f> positions;
+    std::vector<float> areas;
+
+private:
+    const Cubes& cubes_;
+    const CubeFinder& finder_;
+    CellMap by_place_;
+};
+
+// The corners of a triangle, where they are sound and span an area.
+std::optional<std::array<Vec3, 3>> sound_triangle(const geometry::TriMesh& mesh,
+                                                  const std::array<std::uint32_t, 3>& t)
+{
+    std::array<Vec3, 3> v;
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (t[i] >= mesh.positions.size()) return std::nullopt;
+        v[i] = mesh.positions[t[i]].cast<double>();
+    }
+    const Vec3 area = area_of(v);
+    if (!area.allFinite() || area.squaredNorm() == 0) return std::nullopt;
+    return v;
+}
+
+// Shares a triangle out by pieces a cube wide: their areas to the patches of the cubes that they
+// lie in, and points where they meet.
+void share_out(const Cubes& cubes, const CubeFinder& finder, const Subdivided& rows,
+               FacePoints& between, std::vector<LoosePatch>& patches)
+{
+    const Vec3 area = area_of(rows.v);
+    const double share = rows.share();
+    for (int i = 0; i <= rows.cuts && rows.cuts > 1; ++i) {
+        for (int k = 0; k <= i; ++k) {
+            const int meeting = rows.meeting(i, k);
+            if (meeting == 1) continue;  // a vertex
+            between.add(rows.at(i, k), static_cast<float>(meeting * share * area.norm() / 3));
+        }
+    }
+    for (int i = 0; i < rows.cuts; ++i) {
+        for (int j = 0; j < 2 * i + 1; ++j) {
+            // Row i of cuts has 2 i + 1 small triangles; the j-th stands on its base or, where j is
+            // odd, on its tip.
+            const int k = j / 2;
+            const std::array<Vec3, 3> small{rows.at(i, k), rows.at(i + 1, j % 2 ? k + 1 : k),
+                                            j % 2 ? rows.at(i, k + 1) : rows.at(i + 1, k + 1)};
+            const auto c = cube_at(cubes, finder, (small[0] + small[1] + small[2]) / 3);
+            if (!c) continue;
+            patches[*c].areas.push_back((share * area).cast<float>());
+            patches[*c].pieces.push_back(piece_in(cubes, *c, small));
+        }
+    }
+}
+
+// Points at the vertices, with their areas, and between them.
+void embed_points(const Cubes& cubes, const geometry::TriMesh& mesh, std::vector<float> area_at,
+                  const FacePoints& between, std::vector<LoosePatch>& patches)
+{
+    geometry::TriMesh points;
+    points.positions = mesh.positions;
+    points.positions.insert(points.positions.end(), between.positions.begin(),
+                            between.positions.end());
+    area_at.insert(area_at.end(), between.areas.begin(), between.areas.end());
+    const geometry::Binding binding = geometry::bind(points, cubes);
+    for (std::uint32_t i = 0; i < points.positions.size(); ++i) {
+        if (!points.positions[i].allFinite()) continue;
+        PatchPoint point{binding.local[i], {}, area_at[i]};
+        const auto weight = geometry::weights(binding, i);
+        for (std::size_t a = 0; a < 8; ++a) point.weight[a] = static_cast<float>(weight[a]);
+        patches[binding.used[binding.cube[i]]].points.push_back(point);
+    }
+}
+
+// A plane's upper corners are its lower ones: one weight each.
+void flatten(LoosePatch& patch, int flat)
+{
+    const std::size_t upper = std::size_t{1} << flat;
+    for (PatchPoint& point : patch.points) {
+        for (std::size_t a = 0; a < 8; ++a) {
+            if (a & upper) point.weight[a & ~upper] += std::exchange(point.weight[a], 0.0f);
+        }
+    }
+}
+
+}  // namespace
+
+std::vector<LoosePatch> patches_of_surface(const Cubes& cubes, const geometry::TriMesh& mesh)
+{
+    const CubeFinder finder(cubes);
+    std::vector<LoosePatch> patches(cubes.count());
+    std::vector<float> area_at(mesh.positions.size(), 0.0f);
+    FacePoints between(cubes, finder);
+    for (const auto& t : mesh.triangles()) {
+        const auto v = sound_triangle(mesh, t);
+        if (!v) continue;
+        const double longest = std::max(
+            {((*v)[1] - (*v)[0]).norm(), ((*v)[2] - (*v)[1]).norm(), ((*v)[0] - (*v)[2]).norm()});
+        const Subdivided rows{
+            *v, static_cast<int>(std::clamp(std::ceil(longest / cubes.size), 1.0, 64.0))};
+        for (const auto i : t) {
+            area_at[i] += static_cast<float>(rows.share() * area_of(*v).norm() / 3);
+        }
+        share_out(cubes, finder, rows, between, patches);
+    }
+    embed_points(cubes, mesh, std::move(area_at), between, patches);
+    const int flat = geometry::flat_axis(cubes);
+    for (LoosePatch& patch : patches) {
+        thin_out(patch);
+        if (flat >= 0) flatten(patch, flat);
+    }
+    return patches;
+}
+
+namespace {
+
+PatchPoint corner_point(unsigned a, float area)
+{
+    PatchPoint point{Vec3f(float(a & 1), float(a >> 1 & 1), float(a >> 2 & 1)), {}, area};
+    point.weight[a] = 1;
+    return point;
+}
+
+std::array<std::uint32_t, 4> face_corners(const Cubes& cubes, std::uint32_t c, int axis, int side)
+{
+    std::array<std::uint32_t, 4> out;
+    std::size_t n = 0;
+    for (unsigned a = 0; a < 8; ++a) {
+        if (int(a >> axis & 1) == side) out[n++] = cubes.corners[c][a];
+    }
+    return out;
+}
+
+// Which faces of which cubes others cover, as bits 2 axis + side: with any cube in the next cell,
+// or of pieces with one that has the same corners.
+std::vector<std::uint8_t> covered_faces(const Cubes& cubes, const CubeFinder& finder)
+{
+    std::vector<std::uint8_t> out(cubes.count(), 0);
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        for (int f = 0; f < 6; ++f) {
+            const int axis = f / 2, side = f % 2;
+            Vec3i step = Vec3i::Zero();
+            step[axis] = side ? 1 : -1;
+            const auto found = finder.in_cell(cubes.cell[c] + step);
+            bool covers = found && cubes.part.empty();
+            for (std::uint32_t other = found.begin; !covers && other < found.end; ++other) {
+                covers = face_corners(cubes, c, axis, side) ==
+                         face_corners(cubes, other, axis, 1 - side);
+            }
+            if (covers) out[c] = static_cast<std::uint8_t>(out[c] | 1u << f);
+        }
+    }
+    return out;
+}
+
+}  // namespace
+
+std::vector<LoosePatch> patches_of_cubes(const Cubes& cubes)
+{
+    const CubeFinder finder(cubes);
+    std::vector<LoosePatch> patches(cubes.count());
+    const auto face = static_cast<float>(cubes.size * cubes.size);
+    std::vector<float> area_at(cubes.corner_count(), 0.0f);
+    const std::vector<std::uint8_t> covered = covered_faces(cubes, finder);
+    const int flat = geometry::flat_axis(cubes);
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        for (int f = 0; f < 6; ++f) {
+            const int axis = f / 2, side = f % 2;
+            if (flat >= 0 && axis != flat) continue;
+            Vec3i step = Vec3i::Zero();
+            step[axis] = side ? 1 : -1;
+            if (covered[c] >> f & 1) continue;
+            // Two triangles, from opposite corners of the face.
+            for (const float end : {0.0f, 1.0f}) {
+                Vec3f corner = Vec3f::Constant(end);
+                corner[axis] = float(side);
+                const float along = 1 - 2 * end;
+                patches[c].areas.push_back(face / 2 * step.cast<float>());
+                patches[c].pieces.push_back({corner, along * Vec3f::Unit((axis + 1) % 3),
+                                             along * Vec3f::Unit((axis + 2) % 3)});
+            }
+            for (unsigned a = 0; a < 8; ++a) {
+                if (int(a >> axis & 1) == side) area_at[cubes.corners[c][a]] += face / 4;
+            }
+        }
+    }
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        for (unsigned a = 0; a < 8; ++a) {
+            float& area = area_at[cubes.corners[c][a]];
+            if (area == 0) continue;
+            patches[c].points.push_back(corner_point(a, area));
+            area = 0;  // taken
+        }
+    }
+    return patches;
+}
+
+void add_corners_within(const Cubes& cubes, std::vector<LoosePatch>& patches)
+{
+    std::vector<std::uint8_t> held(cubes.corner_count(), 0);
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        for (const PatchPoint& point : patches[c].points) {
+            for (std::size_t a = 0; a < 8; ++a) {
+                if (point.weight[a] > 0) held[cubes.corners[c][a]] = 1;
+            }
+        }
+    }
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        for (unsigned a = 0; a < 8; ++a) {
+            if (std::exchange(held[cubes.corners[c][a]], std::uint8_t{1})) continue;
+            patches[c].within.push_back(corner_point(a, 0));
+        }
+    }
+}
+
+}  // namespace physics
