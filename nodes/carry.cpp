@@ -4,6 +4,7 @@
 #include "nodes/wire_types.hpp"
 #include "physics/layered_bodies/layered_body.hpp"
 #include "physics/state/pins.hpp"
+#include "physics/state/state_models.hpp"
 
 namespace nodes::carry {
 
@@ -78,7 +79,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     if (!in.pins.empty()) {
         throw std::invalid_argument(no_pins);
     }
-    out.part.frames = physics::carry(*in.binding, in.body->base.frames, *in.cubes, in.state->x);
+    out.part.frames = physics::carry(*in.binding, in.body->base.frames, *in.cubes,
+                                     physics::state_of(in.state, *in.cubes)->x);
     return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
+#include "physics/state/state_models.hpp"
 
 namespace nodes::cube_mesh {
 
@@ -15,7 +16,9 @@ struct Outputs {
 
 static Outputs run(const Inputs& in, const graph::Context&)
 {
-    if (in.state) return {geometry::cubes_mesh(*in.cubes, in.state->x)};
+    if (const auto state = physics::state_of(in.state, *in.cubes)) {
+        return {geometry::cubes_mesh(*in.cubes, state->x)};
+    }
     return {geometry::cubes_mesh(*in.cubes, geometry::corner_positions(*in.cubes))};
 }
 

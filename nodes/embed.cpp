@@ -9,6 +9,7 @@
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
+#include "physics/state/state_models.hpp"
 
 #include <tbb/collaborative_call_once.h>
 
@@ -82,10 +83,10 @@ static void warn_of_strays(const Inputs& in, const graph::Context& context)
 }
 
 // The mesh where links have broken: cut there, or without the faces there.
-static geometry::TriMesh torn_mesh(const Inputs& in, geometry::TriMesh mesh,
+static geometry::TriMesh torn_mesh(const Inputs& in, const physics::State& state,
+                                   geometry::TriMesh mesh,
                                    std::span<const geometry::PartedCube> parted)
 {
-    const physics::State& state = *in.state;
     if (in.torn == Torn::cut) {
         // Planes stay open: they need no tree.
         geometry::Closing closing;
@@ -108,7 +109,8 @@ static geometry::TriMesh torn_mesh(const Inputs& in, geometry::TriMesh mesh,
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     warn_of_strays(in, context);
-    const physics::State& state = *in.state;
+    const auto own = physics::state_of(in.state, *in.cubes);
+    const physics::State& state = *own;
     const auto parted = in.torn == Torn::cut ? geometry::find_parted(*in.cubes, state.broken)
                                              : std::vector<geometry::PartedCube>{};
     const auto torn =
@@ -119,7 +121,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     }
     geometry::add_carried_numbers(mesh, in.attributes, *in.mesh, *in.binding, *in.cubes,
                                   {state.v, state.stress});
-    return {torn_mesh(in, std::move(mesh), parted)};
+    return {torn_mesh(in, state, std::move(mesh), parted)};
 }
 
 static void describe_attributes(graph::ParamsOf<Attributes>& p)

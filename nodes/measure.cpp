@@ -3,6 +3,7 @@
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/state/measure.hpp"
+#include "physics/state/state_models.hpp"
 #include "render/measure.hpp"
 
 #include <fmt/format.h>
@@ -135,7 +136,9 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 
 static Outputs run(const Inputs& in, const graph::Context&)
 {
-    return {quantities[static_cast<std::size_t>(in.what)].measure(in)};
+    Inputs own = in;
+    if (in.cubes) own.state = physics::state_of(in.state, *in.cubes);
+    return {quantities[static_cast<std::size_t>(in.what)].measure(own)};
 }
 
 void add_to(graph::Registry& registry)

@@ -2,6 +2,7 @@
 
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
+#include "physics/state/state_models.hpp"
 
 #include <fmt/format.h>
 
@@ -36,7 +37,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         context.warn(
             "no vertex of the mesh lies within `distance` of the plane: no motion is added");
     }
-    return {geometry::add_plane_detail(*in.binding, *in.mesh, *in.cubes, in.state->x,
+    return {geometry::add_plane_detail(*in.binding, *in.mesh, *in.cubes,
+                                       physics::state_of(in.state, *in.cubes)->x,
                                        in.carried->positions)};
 }
 

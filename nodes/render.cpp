@@ -5,6 +5,7 @@
 #include "nodes/render_upgrade.hpp"
 #include "nodes/render_view.hpp"
 #include "nodes/wire_types.hpp"
+#include "physics/state/state_models.hpp"
 #include "render/cube_quantity.hpp"
 #include "render/draw.hpp"
 #include "render/extent.hpp"
@@ -237,7 +238,8 @@ static void add_layers(::render::Scene& scene, const Inputs& in)
 static void add_cubes(::render::Scene& scene, const Inputs& in)
 {
     if (!in.cubes || in.cube.draw == CubeParams::Draw::none) return;
-    const auto x = in.state ? in.state->x : geometry::corner_positions(*in.cubes);
+    const auto state = physics::state_of(in.state, *in.cubes);
+    const auto x = state ? state->x : geometry::corner_positions(*in.cubes);
     if (in.cube.draw == CubeParams::Draw::wire) {
         scene.lines.push_back(::render::cube_lines(*in.shell, x));
         scene.lines.back().colour = {0.01f, 0.03f, 0.06f};
@@ -249,7 +251,7 @@ static void add_cubes(::render::Scene& scene, const Inputs& in)
     auto mesh = std::make_shared<geometry::TriMesh>(
         ::render::solid_cubes(*in.shell, x, static_cast<float>(in.cube.scale)));
     const auto values = [&](const std::string& name) {
-        return ::render::cube_quantity(name, *in.cubes, *in.shell, in.state.get());
+        return ::render::cube_quantity(name, *in.cubes, *in.shell, state.get());
     };
     if (in.cube.by_attribute && !::render::is_category(in.colour.attribute)) {
         mesh->attributes.push_back(values(in.colour.attribute));

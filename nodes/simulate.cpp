@@ -1,5 +1,6 @@
 #include "geometry/cubes/plane.hpp"
 #include "graph/types/node_builder.hpp"
+#include "nodes/simulate_options.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/body/collider_contact.hpp"
 #include "physics/body/external_forces.hpp"
@@ -10,6 +11,7 @@
 #include "physics/state/balls.hpp"
 #include "physics/state/first_motion.hpp"
 #include "physics/state/pins.hpp"
+#include "physics/state/state_models.hpp"
 
 #include <fmt/format.h>
 
@@ -18,8 +20,6 @@
 #include <variant>
 
 namespace nodes::simulate {
-
-using geometry::Vec3;
 
 enum class Method { bricks, springs, lattice };
 enum class Shape { given, equilibrium };
@@ -35,12 +35,12 @@ struct Body {
 };
 
 struct Inputs {
-    graph::Wire<geometry::Cubes> cubes;
+    std::vector<graph::Wire<geometry::Cubes>> cubes;
     std::vector<graph::Wire<physics::Pins>> pins;
     std::vector<graph::Wire<physics::Force>> forces;
     std::vector<graph::Wire<physics::Collider>> colliders;
     std::vector<graph::Wire<physics::Ball>> balls;
-    graph::Wire<geometry::TriMesh> surface;
+    std::vector<graph::Wire<geometry::TriMesh>> surface;
     graph::Wire<physics::State> start;
     Method method = Method::bricks;
     physics::BrickOptions bricks;
@@ -52,6 +52,7 @@ struct Inputs {
     Shape initial_shape = Shape::given;
     Vec3 initial_velocity{0, 0, 0};
     Vec3 initial_spin_degrees{0, 0, 0};
+    std::vector<OneBody> bodies;
     physics::StepOptions step;
     std::shared_ptr<const Body> body;
     graph::Wire<physics::State> last;
@@ -60,20 +61,69 @@ struct Outputs {
     physics::State state;
 };
 
+constexpr const char* no_cubes =
+    "expected a link to cubes, found none: link the cubes from Voxelize or Plane";
+constexpr const char* lattice_of_several =
+    "method lattice moves one model of cubes: link one, or set method = bricks";
+
+static std::string wrong_surfaces(std::size_t found, std::size_t models)
+{
+    return fmt::format("`surface` has {} links, expected {}, one for each of `cubes` in the same "
+                       "order: link the mesh of each, or none",
+                       found, models);
+}
+
+static std::string wrong_bodies(std::size_t found, std::size_t models)
+{
+    return fmt::format("`bodies` has {} entries for {} links of `cubes`: remove those beyond, as "
+                       "entry i is about link i",
+                       found, models);
+}
+
+// The models of the body: cubes, each with its surface.
+static physics::BodyModels models_of(const Inputs& in)
+{
+    if (in.cubes.empty()) throw std::invalid_argument(no_cubes);
+    if (!in.surface.empty() && in.surface.size() != in.cubes.size()) {
+        throw std::invalid_argument(wrong_surfaces(in.surface.size(), in.cubes.size()));
+    }
+    std::vector<physics::BodyModel> models;
+    for (std::size_t i = 0; i < in.cubes.size(); ++i) {
+        models.push_back({in.cubes[i].get(), in.surface.empty() ? nullptr : in.surface[i].get()});
+    }
+    return physics::BodyModels(models);
+}
+
 static Body build(const Inputs& in)
 {
+    const physics::BodyModels models = models_of(in);
     physics::BrickOptions bricks = in.bricks;
     physics::SpringOptions springs = in.springs;
     bricks.contact = springs.contact = in.contact;
     switch (in.method) {
     case Method::bricks:
-        return {physics::make_bricks(*in.cubes, bricks, in.surface.get())};
+        return {physics::make_bricks(models, bricks)};
     case Method::springs:
-        return {physics::make_springs(*in.cubes, springs, in.surface.get())};
+        return {physics::make_springs(models, springs)};
     case Method::lattice:
-        return {physics::make_lattice(*in.cubes, in.lattice, in.surface.get())};
+        if (in.cubes.size() > 1) throw std::invalid_argument(lattice_of_several);
+        return {physics::make_lattice(models.all(), in.lattice, models.model(0).surface)};
     }
     throw std::logic_error("Simulate: a method without a body");
+}
+
+static double least_size(const Inputs& in)
+{
+    double least = in.cubes[0]->size;
+    for (const auto& cubes : in.cubes) least = std::min(least, cubes->size);
+    return least;
+}
+
+static std::size_t corner_count(const Inputs& in)
+{
+    std::size_t sum = 0;
+    for (const auto& cubes : in.cubes) sum += cubes->corner_count();
+    return sum;
 }
 
 // Warns of parameters and forces that have no effect.
@@ -81,7 +131,7 @@ static void warn_of_idle(const Inputs& in, const graph::Context& context)
 {
     const auto* const body = std::get_if<physics::LatticeBody>(&in.body->is);
     if (!body) {
-        if (in.contact.on && in.contact.self && geometry::flat_axis(*in.cubes) >= 0) {
+        if (in.contact.on && in.contact.self && geometry::flat_axis(*in.cubes[0]) >= 0) {
             context.warn("contact.self has no effect, because these cubes are a plane: planes do "
                          "not collide with themselves");
         }
@@ -122,6 +172,16 @@ constexpr const char* no_pins =
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
     graph::Faults faults;
+    const std::size_t models = setting.links_of("cubes"), surfaces = setting.links_of("surface");
+    if (surfaces > 0 && surfaces != models) {
+        faults.push_back({"surface", wrong_surfaces(surfaces, models)});
+    }
+    if (in.bodies.size() > models) {
+        faults.push_back({"bodies", wrong_bodies(in.bodies.size(), models)});
+    }
+    if (in.method == Method::lattice && models > 1) {
+        faults.push_back({"method", lattice_of_several});
+    }
     if (in.method != Method::lattice && setting.links("balls")) {
         faults.push_back({"balls", no_balls});
     }
@@ -135,8 +195,11 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 static physics::Loads gather_loads(const Inputs& in, const graph::Context& context)
 {
     physics::Loads loads;
-    loads.pins = physics::merge_pins(in.pins, in.cubes->corner_count());
-    for (const auto& warning : physics::conflicting_pins(in.pins, 1e-3 * in.cubes->size)) {
+    const auto models = physics::number_models(in.cubes);
+    std::vector<graph::Wire<physics::Pins>> pins;
+    for (const auto& some : in.pins) pins.push_back(physics::pins_of_all(some, models));
+    loads.pins = physics::merge_pins(pins, corner_count(in));
+    for (const auto& warning : physics::conflicting_pins(pins, 1e-3 * least_size(in))) {
         context.warn(warning);
     }
     for (const auto& collider : in.colliders) loads.colliders.push_back(*collider);
@@ -146,23 +209,49 @@ static physics::Loads gather_loads(const Inputs& in, const graph::Context& conte
 static void add_forces(const Inputs& in, const graph::Context& context, physics::Loads& loads)
 {
     for (const auto& force : in.forces) loads.forces.push_back(*force);
-    for (const auto& warning : physics::far_forces(*in.cubes, loads.forces)) context.warn(warning);
+    for (const auto& warning : physics::far_forces(in.cubes, loads.forces)) context.warn(warning);
     warn_of_idle(in, context);
     if (!in.gravity.isZero(0)) {
         loads.forces.push_back({physics::Force::Kind::gravity, in.gravity});
     }
 }
 
+static void require_same_models(const Inputs& in, const physics::State& start)
+{
+    const std::size_t corners = corner_count(in);
+    if (start.x.size() == corners && start.v.size() == corners) return;
+    throw std::invalid_argument(fmt::format("start state: expected {} corners, found {}. Was it "
+                                            "made with other cubes?",
+                                            corners, start.x.size()));
+}
+
+// The velocities that the bodies start with, together and each of its own.
+static void start_moving(const Inputs& in, physics::State& state)
+{
+    constexpr double degree = std::numbers::pi / 180;
+    std::vector<double> all;
+    for (std::size_t i = 0; i < in.cubes.size(); ++i) {
+        const std::vector<double> mass = geometry::corner_masses(*in.cubes[i]);
+        if (i < in.bodies.size()) {
+            physics::add_first_motion(state, all.size(), mass, in.bodies[i].velocity,
+                                      degree * in.bodies[i].spin_degrees);
+        }
+        all.insert(all.end(), mass.begin(), mass.end());
+    }
+    physics::add_first_motion(state, 0, all, in.initial_velocity, degree * in.initial_spin_degrees);
+}
+
 static physics::State first_state(const Inputs& in, const graph::Context& context,
                                   physics::Loads& loads)
 {
     if (!in.start) {
-        for (const auto& warning : physics::buried(*in.cubes, loads.pins, loads.colliders)) {
+        for (const auto& warning : physics::buried(in.cubes, loads.pins, loads.colliders)) {
             context.warn(warning);
         }
     }
     auto state =
         in.start ? *in.start : std::visit([](const auto& b) { return rest_state(b); }, in.body->is);
+    require_same_models(in, state);
     // What held its points, held them in another simulation.
     state.grips.clear();
     state.holds.clear();
@@ -178,24 +267,28 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
 
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
+    if (in.cubes.empty()) throw std::invalid_argument(no_cubes);
     if (!in.balls.empty() && in.method != Method::lattice) {
         throw std::invalid_argument(no_balls);
+    }
+    if (in.bodies.size() > in.cubes.size()) {
+        throw std::invalid_argument(wrong_bodies(in.bodies.size(), in.cubes.size()));
     }
     std::vector<physics::Ball> balls;
     for (const auto& ball : in.balls) balls.push_back(*ball);
     physics::Loads loads = gather_loads(in, context);
     if (!in.last) {
         auto state = first_state(in, context, loads);
-        physics::add_first_motion(state, *in.cubes, in.initial_velocity,
-                                  in.initial_spin_degrees * (std::numbers::pi / 180));
+        start_moving(in, state);
+        state.models = physics::number_models(in.cubes);
         state.balls = physics::place_balls(balls);
         return {std::move(state)};
     }
-    if (in.last->x.size() != in.cubes->corner_count()) {
+    if (in.last->x.size() != corner_count(in)) {
         throw std::invalid_argument(
             fmt::format("the number of cube corners changed from {} to {} between frames: voxelize "
                         "the mesh at rest, not the animated mesh",
-                        in.last->x.size(), in.cubes->corner_count()));
+                        in.last->x.size(), corner_count(in)));
     }
     loads.balls = std::move(balls);
     add_forces(in, context, loads);
@@ -206,163 +299,27 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     return {std::move(state)};
 }
 
-static void describe_bricks(graph::ParamsOf<physics::BrickOptions>& p)
-{
-    p.choice("element", &physics::BrickOptions::element, {"incompatible", "trilinear"},
-             "incompatible: right in bending even one cube thick. trilinear: up to a third too "
-             "stiff in bending; for comparison only.")
-        .choice("weighting", &physics::BrickOptions::weighting, {"filled", "full"},
-                "filled: a partly filled cube has that share of the stiffness. full: it has all of "
-                "it.");
-}
-
-static void describe_springs(graph::ParamsOf<physics::SpringOptions>& p)
-{
-    p.param("bending", &physics::SpringOptions::bending,
-            "Share of the stiffness along the axes that is carried by springs across two cubes, "
-            "which resist bending.",
-            {.min = 0, .max = 0.9});
-}
-
-static void describe_plastic(graph::ParamsOf<physics::PlasticOptions>& p)
-{
-    using physics::PlasticOptions;
-    p.param("yield", &PlasticOptions::yield,
-            "Strain of a region above which its rest shape changes for good (it yields); 0: never.",
-            {.min = 0, .max = 10})
-        .param("flow", &PlasticOptions::flow,
-               "Rate at which the rest shape changes above the yield strain.",
-               {.min = 0, .max = 1e6, .unit = "1/s"})
-        .param("limit", &PlasticOptions::limit, "Largest change of the rest shape, as a strain.",
-               {.min = 0, .max = 0.95});
-}
-
-static void describe_part_contact(graph::ParamsOf<physics::PartContactOptions>& p)
-{
-    using physics::PartContactOptions;
-    p.param(
-         "on", &PartContactOptions::on,
-         "Whether parts of the model that no cubes link collide. Cubes of a plane do not, nor do "
-         "parts that overlap at rest.")
-        .param("self", &PartContactOptions::self,
-               "Whether each part also collides with itself where it folds. Cubes less than three "
-               "cubes apart along the part do not. The search takes about 1 ms per 1,000 cubes "
-               "and step.")
-        .param("friction", &PartContactOptions::friction,
-               "Coulomb coefficient of friction between them.", {.min = 0, .max = 100})
-        .param("bounce", &PartContactOptions::bounce,
-               "Share of the speed of an impact that they separate with (coefficient of "
-               "restitution). Slow impacts do not bounce.",
-               {.min = 0, .max = 1});
-}
-
-static void describe_contact(graph::ParamsOf<physics::BodyContactOptions>& p)
-{
-    using physics::BodyContactOptions;
-    p.param("on", &BodyContactOptions::on, "Whether bodies that are not linked collide.")
-        .param("distance", &BodyContactOptions::distance,
-               "Distance between corners at which they touch, as balls; 0: the edge of a cube.",
-               {.min = 0, .unit = "m"})
-        .param("friction", &BodyContactOptions::friction,
-               "Coulomb coefficient of friction between them.", {.min = 0, .max = 100});
-}
-
-static void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
-{
-    using physics::LatticeOptions;
-    p.param("half_width", &LatticeOptions::half_width,
-            "Half width of a region, in cubes. A region is a group of cubes that keeps its shape: "
-            "wider regions are stiffer and smoother, at the same cost. With stiffness = material "
-            "it should be at most a tenth of a beam's length, or a sixteenth of a sheet's: at "
-            "twice that, the body bends a third too far.",
-            {.min = 1, .max = 64})
-        .choice("stiffness", &LatticeOptions::stiffness, {"material", "rate"},
-                "Source of the stiffness. material: Young's modulus, as far as regions and "
-                "substeps can represent it (Poisson's ratio acts as 0). rate: the parameter rate.")
-        .choice("calibrate", &LatticeOptions::calibrate, {"bending", "stretch"},
-                "What the stiffness from the material is calibrated for. bending: a bend of the "
-                "whole body. stretch: long waves of stretch. A thin body cannot match both.",
-                {"stiffness", {"material"}})
-        .param("rate", &LatticeOptions::rate,
-               "Rate at which a region pulls its cubes back, whatever the time step. 0: not at "
-               "all; very large: as stiff as the method allows.",
-               {.min = 0, .unit = "1/s"}, {"stiffness", {"rate"}})
-        .param(
-            "bend", &LatticeOptions::bend,
-            "Bending stiffness of a plane: a multiple of what its thickness gives or, with "
-            "stiffness = rate, of its stretch stiffness. Its stretch stiffness is at least as "
-            "large: with half width w, a plane thicker than w cells is too stiff in its plane. "
-            "Within w cells of a free rim, the bending stiffness is too small. To clamp a rim, pin "
-            "it w cells deep; pinning one row of corners makes a hinge. A force on a single corner "
-            "makes a dimple of w cells, deeper for wider regions. Corners that move away from "
-            "their neighbours by more than 2.5 cells per substep add energy; a warning reports it.",
-            {.min = 0})
-        .param("damping", &LatticeOptions::damping,
-               "Damping proportional to stiffness, in addition to that of the material. The "
-               "damping ratio of a vibration of frequency f is pi f damping.",
-               {.min = 0, .unit = "s"})
-        .choice(
-            "weighting", &LatticeOptions::weighting, {"filled", "full"},
-            "filled: a partly filled cube has that share of the stiffness. full: it has all of it.")
-        .choice("plane", &LatticeOptions::plane, {"space", "in_plane"},
-                "Motion of a plane. space: it moves in space (folds, flips, rolls). in_plane: it "
-                "moves within its plane only.")
-        .block<physics::PlasticOptions>(
-            "plastic", &LatticeOptions::plastic, describe_plastic,
-            "Plastic deformation: a permanent change of the rest shape.")
-        .param("tear", &LatticeOptions::tear,
-               "Strain at which a link between neighbouring corners breaks: 1 is twice its length, "
-               "0: never. Embed cuts meshes along the tear.",
-               {.min = 0, .max = 1000})
-        .block<physics::BodyContactOptions>("contact", &LatticeOptions::contact, describe_contact,
-                                            "Contact between bodies that are not linked.")
-        .choice("precision", &LatticeOptions::precision, {"single", "full"},
-                "Precision of the sums over regions. Motion is always in double precision.");
-}
-
-static void describe_step(graph::ParamsOf<physics::StepOptions>& p)
-{
-    p.choice("integrator", &physics::StepOptions::integrator,
-             {"implicit_euler", "implicit_midpoint", "sdirk2"},
-             "implicit_euler: the most robust; damps vibration that the steps cannot resolve. "
-             "implicit_midpoint: no damping. sdirk2: accurate; damps only what the steps cannot "
-             "resolve, at twice the cost. A step in which the body hits something is one of "
-             "implicit_euler, whatever is chosen.")
-        .param("substeps", &physics::StepOptions::substeps,
-               "Steps per frame. More steps resolve fast motion and vibration better.",
-               {.min = 1, .max = physics::most_substeps})
-        .param("tolerance", &physics::StepOptions::tolerance,
-               "Tolerance: the share of the acting forces that may be left unbalanced at the end "
-               "of a step.",
-               {.min = 1e-12, .max = 0.1})
-        .param("newton_iterations", &physics::StepOptions::newton_iterations,
-               "Newton iterations per step. 1 is enough for most scenes; use more for large "
-               "deformation with large steps.",
-               {.min = 1, .max = 100})
-        .param("contact_iterations", &physics::StepOptions::contact_iterations,
-               "Largest number of solves per step to find which points are in contact.",
-               {.min = 1, .max = 1000})
-        .param("solver_iterations", &physics::StepOptions::solver_iterations,
-               "Largest number of conjugate gradient iterations per solve.",
-               {.min = 1, .max = 1'000'000});
-}
-
 void add_to(graph::Registry& registry)
 {
     registry.add("Simulate", 1, run)
         .summary("Simulates a model of cubes under forces, pins and contact, frame by frame.",
                  {"solver", "sim", "fem", "soft body", "softbody", "vellum", "physics", "jelly",
                   "deformable"})
-        .input("cubes", &Inputs::cubes, "The model at rest, with its materials.")
+        .inputs("cubes", &Inputs::cubes,
+                "The model at rest, with its materials. Several models are simulated together, as "
+                "bodies that touch (methods bricks and springs): they may have cubes of different "
+                "sizes. Embed, Measure, Pin and Render take the part of each from the one state "
+                "by the cubes that they are linked to.",
+                graph::Need::required)
         .inputs("pins", &Inputs::pins, "Corners that are held or moved.")
         .inputs("forces", &Inputs::forces, "Force fields; they add up.")
         .inputs("colliders", &Inputs::colliders, "Obstacles that the body cannot enter.")
         .inputs("balls", &Inputs::balls,
                 "Rigid balls that move with the body and push back (method lattice only).")
-        .input("surface", &Inputs::surface,
-               "The original mesh at rest. Contact and wind act on it, embedded in the cubes; "
-               "without it they act on the outside of the cubes.",
-               graph::Need::optional)
+        .inputs("surface", &Inputs::surface,
+                "The original mesh at rest. Contact and wind act on it, embedded in the cubes; "
+                "without it they act on the outside of the cubes. With several `cubes`, the mesh "
+                "of each in the same order, or none.")
         .check(check)
         .input("start", &Inputs::start, "Initial state. Without it the cubes start at rest.",
                graph::Need::optional)
@@ -398,6 +355,8 @@ void add_to(graph::Registry& registry)
                "Angular velocity about the centre of mass, about x, y and z, that is added to the "
                "initial state.",
                {.unit = "deg/s"})
+        .list("bodies", &Inputs::bodies, describe_body,
+              "What is special about each of several `cubes`, in the order of their links.")
         .block("step", &Inputs::step, describe_step, "Time steps and solver.")
         .reads(graph::Variable::fps)
         .prepare("body", &Inputs::body, build,

@@ -48,7 +48,8 @@ void check_node(Loading& loading, std::size_t i)
     setting.frames = loading.options.written_frames > 0 ? loading.options.written_frames
                                                         : loading.graph.range.count();
     for (std::size_t k = 0; k < node.inputs.size(); ++k) {
-        if (!node.inputs[k].empty()) setting.linked.push_back(node.type->inputs[k].name);
+        setting.linked.insert(setting.linked.end(), node.inputs[k].size(),
+                              node.type->inputs[k].name);
     }
     for (const Fault& fault : node.type->check(node.params, setting)) tell(loading, i, fault);
 }

@@ -88,7 +88,7 @@ std::vector<Row> rows_of(const NodeType& type)
 
 const char* links_text(const InputPort& port)
 {
-    if (port.many) return "any number of links";
+    if (port.many) return port.optional ? "any number of links" : "one link or more";
     if (port.gather) return "one link, read at several frames";
     return port.optional ? "optional" : "required";
 }

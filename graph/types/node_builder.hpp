@@ -81,13 +81,15 @@ public:
         return *this;
     }
 
-    // Any number of links, none included.
+    // Any number of links: none included, unless it is required.
     template <Wireable T>
-    NodeBuilder& inputs(std::string name, std::vector<Wire<T>> In::*member, std::string doc)
+    NodeBuilder& inputs(std::string name, std::vector<Wire<T>> In::*member, std::string doc,
+                        Need need = Need::optional)
     {
         plan_.inputs.push_back(all_of(member));
         plan_.add_input(type_, name, wire_name<T>, doc);
-        type_.inputs.back().optional = type_.inputs.back().many = true;
+        type_.inputs.back().many = true;
+        type_.inputs.back().optional = need == Need::optional;
         return *this;
     }
 

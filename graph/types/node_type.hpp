@@ -56,12 +56,16 @@ struct Preparation {
 
 // What is known of a node before anything is cooked, beside its parameters.
 struct Setting {
-    std::vector<std::string_view> linked;  // inputs
+    std::vector<std::string_view> linked;  // inputs, once for each link
     int frames = 1;                        // of which a cook writes files
 
     bool links(std::string_view input) const
     {
         return std::find(linked.begin(), linked.end(), input) != linked.end();
+    }
+    std::size_t links_of(std::string_view input) const
+    {
+        return static_cast<std::size_t>(std::count(linked.begin(), linked.end(), input));
     }
 };
 

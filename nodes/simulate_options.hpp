@@ -1,0 +1,171 @@
+#pragma once
+
+// The blocks of parameters of Simulate, as documents have them.
+
+#include "graph/types/node_builder.hpp"
+#include "physics/bricks/bricks.hpp"
+#include "physics/bricks/springs.hpp"
+#include "physics/lattice/lattice.hpp"
+
+namespace nodes::simulate {
+
+using geometry::Vec3;
+
+// What is special about one of several bodies.
+struct OneBody {
+    Vec3 velocity{0, 0, 0};
+    Vec3 spin_degrees{0, 0, 0};
+};
+
+inline void describe_bricks(graph::ParamsOf<physics::BrickOptions>& p)
+{
+    p.choice("element", &physics::BrickOptions::element, {"incompatible", "trilinear"},
+             "incompatible: right in bending even one cube thick. trilinear: up to a third too "
+             "stiff in bending; for comparison only.")
+        .choice("weighting", &physics::BrickOptions::weighting, {"filled", "full"},
+                "filled: a partly filled cube has that share of the stiffness. full: it has all of "
+                "it.");
+}
+
+inline void describe_springs(graph::ParamsOf<physics::SpringOptions>& p)
+{
+    p.param("bending", &physics::SpringOptions::bending,
+            "Share of the stiffness along the axes that is carried by springs across two cubes, "
+            "which resist bending.",
+            {.min = 0, .max = 0.9});
+}
+
+inline void describe_plastic(graph::ParamsOf<physics::PlasticOptions>& p)
+{
+    using physics::PlasticOptions;
+    p.param("yield", &PlasticOptions::yield,
+            "Strain of a region above which its rest shape changes for good (it yields); 0: never.",
+            {.min = 0, .max = 10})
+        .param("flow", &PlasticOptions::flow,
+               "Rate at which the rest shape changes above the yield strain.",
+               {.min = 0, .max = 1e6, .unit = "1/s"})
+        .param("limit", &PlasticOptions::limit, "Largest change of the rest shape, as a strain.",
+               {.min = 0, .max = 0.95});
+}
+
+inline void describe_part_contact(graph::ParamsOf<physics::PartContactOptions>& p)
+{
+    using physics::PartContactOptions;
+    p.param(
+         "on", &PartContactOptions::on,
+         "Whether parts of the model that no cubes link collide. Cubes of a plane do not, nor do "
+         "parts that overlap at rest.")
+        .param("self", &PartContactOptions::self,
+               "Whether each part also collides with itself where it folds. Cubes less than three "
+               "cubes apart along the part do not. The search takes about 1 ms per 1,000 cubes "
+               "and step.")
+        .param("friction", &PartContactOptions::friction,
+               "Coulomb coefficient of friction between them.", {.min = 0, .max = 100})
+        .param("bounce", &PartContactOptions::bounce,
+               "Share of the speed of an impact that they separate with (coefficient of "
+               "restitution). Slow impacts do not bounce.",
+               {.min = 0, .max = 1});
+}
+
+inline void describe_contact(graph::ParamsOf<physics::BodyContactOptions>& p)
+{
+    using physics::BodyContactOptions;
+    p.param("on", &BodyContactOptions::on, "Whether bodies that are not linked collide.")
+        .param("distance", &BodyContactOptions::distance,
+               "Distance between corners at which they touch, as balls; 0: the edge of a cube.",
+               {.min = 0, .unit = "m"})
+        .param("friction", &BodyContactOptions::friction,
+               "Coulomb coefficient of friction between them.", {.min = 0, .max = 100});
+}
+
+inline void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
+{
+    using physics::LatticeOptions;
+    p.param("half_width", &LatticeOptions::half_width,
+            "Half width of a region, in cubes. A region is a group of cubes that keeps its shape: "
+            "wider regions are stiffer and smoother, at the same cost. With stiffness = material "
+            "it should be at most a tenth of a beam's length, or a sixteenth of a sheet's: at "
+            "twice that, the body bends a third too far.",
+            {.min = 1, .max = 64})
+        .choice("stiffness", &LatticeOptions::stiffness, {"material", "rate"},
+                "Source of the stiffness. material: Young's modulus, as far as regions and "
+                "substeps can represent it (Poisson's ratio acts as 0). rate: the parameter rate.")
+        .choice("calibrate", &LatticeOptions::calibrate, {"bending", "stretch"},
+                "What the stiffness from the material is calibrated for. bending: a bend of the "
+                "whole body. stretch: long waves of stretch. A thin body cannot match both.",
+                {"stiffness", {"material"}})
+        .param("rate", &LatticeOptions::rate,
+               "Rate at which a region pulls its cubes back, whatever the time step. 0: not at "
+               "all; very large: as stiff as the method allows.",
+               {.min = 0, .unit = "1/s"}, {"stiffness", {"rate"}})
+        .param(
+            "bend", &LatticeOptions::bend,
+            "Bending stiffness of a plane: a multiple of what its thickness gives or, with "
+            "stiffness = rate, of its stretch stiffness. Its stretch stiffness is at least as "
+            "large: with half width w, a plane thicker than w cells is too stiff in its plane. "
+            "Within w cells of a free rim, the bending stiffness is too small. To clamp a rim, pin "
+            "it w cells deep; pinning one row of corners makes a hinge. A force on a single corner "
+            "makes a dimple of w cells, deeper for wider regions. Corners that move away from "
+            "their neighbours by more than 2.5 cells per substep add energy; a warning reports it.",
+            {.min = 0})
+        .param("damping", &LatticeOptions::damping,
+               "Damping proportional to stiffness, in addition to that of the material. The "
+               "damping ratio of a vibration of frequency f is pi f damping.",
+               {.min = 0, .unit = "s"})
+        .choice(
+            "weighting", &LatticeOptions::weighting, {"filled", "full"},
+            "filled: a partly filled cube has that share of the stiffness. full: it has all of it.")
+        .choice("plane", &LatticeOptions::plane, {"space", "in_plane"},
+                "Motion of a plane. space: it moves in space (folds, flips, rolls). in_plane: it "
+                "moves within its plane only.")
+        .block<physics::PlasticOptions>(
+            "plastic", &LatticeOptions::plastic, describe_plastic,
+            "Plastic deformation: a permanent change of the rest shape.")
+        .param("tear", &LatticeOptions::tear,
+               "Strain at which a link between neighbouring corners breaks: 1 is twice its length, "
+               "0: never. Embed cuts meshes along the tear.",
+               {.min = 0, .max = 1000})
+        .block<physics::BodyContactOptions>("contact", &LatticeOptions::contact, describe_contact,
+                                            "Contact between bodies that are not linked.")
+        .choice("precision", &LatticeOptions::precision, {"single", "full"},
+                "Precision of the sums over regions. Motion is always in double precision.");
+}
+
+inline void describe_step(graph::ParamsOf<physics::StepOptions>& p)
+{
+    p.choice("integrator", &physics::StepOptions::integrator,
+             {"implicit_euler", "implicit_midpoint", "sdirk2"},
+             "implicit_euler: the most robust; damps vibration that the steps cannot resolve. "
+             "implicit_midpoint: no damping. sdirk2: accurate; damps only what the steps cannot "
+             "resolve, at twice the cost. A step in which the body hits something is one of "
+             "implicit_euler, whatever is chosen.")
+        .param("substeps", &physics::StepOptions::substeps,
+               "Steps per frame. More steps resolve fast motion and vibration better.",
+               {.min = 1, .max = physics::most_substeps})
+        .param("tolerance", &physics::StepOptions::tolerance,
+               "Tolerance: the share of the acting forces that may be left unbalanced at the end "
+               "of a step.",
+               {.min = 1e-12, .max = 0.1})
+        .param("newton_iterations", &physics::StepOptions::newton_iterations,
+               "Newton iterations per step. 1 is enough for most scenes; use more for large "
+               "deformation with large steps.",
+               {.min = 1, .max = 100})
+        .param("contact_iterations", &physics::StepOptions::contact_iterations,
+               "Largest number of solves per step to find which points are in contact.",
+               {.min = 1, .max = 1000})
+        .param("solver_iterations", &physics::StepOptions::solver_iterations,
+               "Largest number of conjugate gradient iterations per solve.",
+               {.min = 1, .max = 1'000'000});
+}
+
+inline void describe_body(graph::ParamsOf<OneBody>& p)
+{
+    p.param("velocity", &OneBody::velocity,
+            "Velocity of this body that is added to the initial state.", {.unit = "m/s"})
+        .param("spin_degrees", &OneBody::spin_degrees,
+               "Angular velocity of this body about its own centre of mass, about x, y and z, that "
+               "is added to the initial state.",
+               {.unit = "deg/s"});
+}
+
+}  // namespace nodes::simulate

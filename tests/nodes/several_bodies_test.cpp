@@ -1,0 +1,150 @@
+// Several models of cubes in one Simulate, and their parts of its state.
+
+#include "tests/nodes/one_node.hpp"
+#include "tests/physics/cube_fixtures.hpp"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using fixtures::NodeRun;
+using graph::Value;
+
+Value block(int n, double h, const geometry::Vec3& origin)
+{
+    geometry::Cubes cubes = fixtures::box(n, n, n, h, {.young = 1e6, .stiffness_damping = 0.01});
+    cubes.origin = origin;
+    return Value::of(std::move(cubes));
+}
+
+// A coarse block, and a fine one above it.
+struct TwoBlocks {
+    Value low = block(2, 0.1, geometry::Vec3::Zero());
+    Value high = block(4, 0.04, geometry::Vec3(0.02, 0.25, 0.02));
+
+    NodeRun simulate() const
+    {
+        NodeRun out("Simulate");
+        out.inputs["cubes"] = {low, high};
+        return out;
+    }
+};
+
+std::string told(const auto& run)
+{
+    try {
+        run();
+        return "";
+    } catch (const std::invalid_argument& error) {
+        return error.what();
+    }
+}
+
+TEST(SeveralBodies, EachNodeTakesThePartOfItsCubes)
+{
+    const TwoBlocks two;
+    NodeRun pin("Pin");
+    pin.inputs["cubes"] = {two.high};
+    pin.param("where").is = std::string("ends");
+    NodeRun simulate = two.simulate();
+    simulate.inputs["pins"] = {pin.run()};
+    Value state = simulate.run();
+    for (int frame = 2; frame < 6; ++frame) {
+        simulate.previous = {state};
+        state = simulate.run(frame);
+    }
+    EXPECT_TRUE(simulate.warnings.empty()) << simulate.warnings[0];
+    const auto mesh_of = [&](const Value& cubes) {
+        NodeRun mesh("CubeMesh");
+        mesh.inputs["cubes"] = {cubes};
+        mesh.inputs["state"] = {state};
+        return mesh.run().as<geometry::TriMesh>();
+    };
+    // The pins hold the high block; the low one falls: 4 steps of implicit Euler at 24 a second go
+    // down by (1 + 2 + 3 + 4) g / 24^2.
+    const auto high = mesh_of(two.high), low = mesh_of(two.low);
+    ASSERT_EQ(high->positions.size(), 125u);
+    ASSERT_EQ(low->positions.size(), 27u);
+    EXPECT_NEAR(high->positions[0].y(), 0.25f, 1e-3f);
+    EXPECT_NEAR(low->positions[0].y(), -10 * 9.81 / 576, 1e-3);
+
+    // Measure: 8 kg at 4 g / 24, and a block that is held.
+    const auto energy_of = [&](const Value& cubes) {
+        NodeRun measure("Measure");
+        measure.inputs["cubes"] = {cubes};
+        measure.inputs["state"] = {state};
+        measure.param("what").is = std::string("kinetic_energy");
+        return *measure.run().as<double>();
+    };
+    const double speed = 4 * 9.81 / 24;
+    EXPECT_NEAR(energy_of(two.low), 0.5 * 8 * speed * speed, 0.01);
+    EXPECT_LT(energy_of(two.high), 1e-2);
+
+    // A mesh in the high block follows it alone.
+    NodeRun embed("Embed");
+    embed.inputs["cubes"] = {two.high};
+    embed.inputs["state"] = {state};
+    NodeRun ball("Primitive");
+    embed.inputs["mesh"] = {mesh_of(two.high)};
+    EXPECT_EQ(embed.run().as<geometry::TriMesh>()->positions.size(), 125u);
+    embed.inputs["cubes"] = {block(2, 0.2, geometry::Vec3::Zero())};
+    EXPECT_EQ(told([&] { embed.run(); }).find("the state is of 2 bodies, and none has these cubes"),
+              0u);
+}
+
+TEST(SeveralBodies, EachStartsWithItsOwnVelocityAndSpin)
+{
+    const TwoBlocks two;
+    NodeRun simulate = two.simulate();
+    graph::ParamValues still, thrown;
+    for (const auto& p : simulate.type.params) {
+        if (p.name != "bodies") continue;
+        for (const auto& child : p.children) {
+            still.push_back(child.fallback);
+            thrown.push_back(child.fallback);
+        }
+    }
+    thrown[0].is = std::array<double, 3>{1, 0, 0};
+    thrown[1].is = std::array<double, 3>{0, 0, 180 / std::numbers::pi};
+    const auto rows = [](const graph::ParamValues& values) {
+        graph::ParamValue out;
+        out.is = values;
+        return out;
+    };
+    simulate.param("bodies").is = graph::ParamValues{rows(still), rows(thrown)};
+    simulate.param("initial_velocity").is = std::array<double, 3>{0, 2, 0};
+    const auto state = simulate.run().as<physics::State>();
+    ASSERT_EQ(state->v.size(), 152u);
+    EXPECT_TRUE(state->v[0].isApprox(geometry::Vec3(0, 2, 0)));
+    // 1 rad/s about z through the centre at (0.1, 0.33, 0.1).
+    for (std::size_t k = 27; k < state->v.size(); ++k) {
+        const auto& p = state->x[k];
+        EXPECT_TRUE(state->v[k].isApprox(geometry::Vec3(1.33 - p.y(), 1.9 + p.x(), 0), 1e-9));
+    }
+    simulate.param("bodies").is = graph::ParamValues{rows(still), rows(still), rows(still)};
+    EXPECT_EQ(told([&] { simulate.run(); }).find("`bodies` has 3 entries for 2 links"), 0u);
+}
+
+TEST(SeveralBodies, WhatDoesNotFitIsTold)
+{
+    const TwoBlocks two;
+    NodeRun simulate = two.simulate();
+    simulate.inputs["cubes"] = {two.low, two.low};
+    EXPECT_EQ(told([&] { simulate.run(); }).find("cubes 1 and 2 of 2 are the same"), 0u);
+    simulate = two.simulate();
+    simulate.param("method").is = std::string("lattice");
+    EXPECT_EQ(told([&] { simulate.run(); }).find("method lattice moves one model of cubes"), 0u);
+    simulate = two.simulate();
+    NodeRun ball("Primitive");
+    simulate.inputs["surface"] = {ball.run()};
+    EXPECT_EQ(told([&] { simulate.run(); }).find("`surface` has 1 links, expected 2"), 0u);
+    NodeRun pin("Pin");
+    pin.inputs["cubes"] = {block(2, 0.2, geometry::Vec3::Zero())};
+    simulate = two.simulate();
+    simulate.inputs["pins"] = {pin.run()};
+    EXPECT_EQ(told([&] { simulate.run(); }).find("pins of corners of other cubes"), 0u);
+    simulate.inputs["cubes"] = {};
+    EXPECT_EQ(told([&] { simulate.run(); }).find("expected a link to cubes"), 0u);
+}
+
+}  // namespace
