@@ -13,6 +13,7 @@
 namespace physics {
 
 struct Dissection;
+struct PointContact;
 
 // What is lumped on corners: their mass, or their damping with it.
 enum class Lumped { mass, damping };
@@ -77,6 +78,12 @@ public:
                                   const std::vector<std::uint32_t>& held);
     // z += the coarse grids' answer to r; symmetric and positive, nothing at held corners.
     virtual void add_coarse(const float* r, float* z);
+
+    // Adds what a contact adds to A, `block` (kg) between its corners by their weights, to the
+    // matrix that has these corners. Does nothing where the method cannot tell which that is.
+    virtual void add_contact(const PointContact&, const geometry::Mat3&,
+                             std::vector<BrickMatrix>&) const
+    {}
 };
 
 }  // namespace physics

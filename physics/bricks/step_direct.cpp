@@ -27,6 +27,15 @@ bool StepDirect::make(const Stage& stage, const Aligned<double>& lumped)
 {
     factor.reset();
     if (!stage.elasticity.cube_matrices(cubes)) return false;
+    for (const PointContact& c : stage.contacts) {
+        std::array<double, 6> s{};
+        for (std::size_t i = 0; i < 6; ++i) {
+            s[i] = stage.tau * (stage.tau * c.stiffness[i] + c.drag[i]);
+        }
+        geometry::Mat3 block;
+        block << s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5];
+        stage.elasticity.add_contact(c, block, cubes);
+    }
     tau = stage.tau, hessian = stage.elasticity.uses_hessian();
     factor = DirectFactor::make(tree, cubes, lumped, stage.frame.body.slot);
     return factor.has_value();
