@@ -1,0 +1,17 @@
+#include "physics/shell/shell.hpp"
+
+#include "physics/bricks/time_step.hpp"
+#include "physics/shell/shell_elasticity.hpp"
+#include "physics/state/pins.hpp"
+
+namespace physics {
+
+State advance(const ShellBody& body, State state, const Loads& loads, double dt,
+              const StepOptions& options)
+{
+    check_pins(loads.pins, body.base.corners);
+    ShellElasticity elasticity(body, loads.pins);
+    return advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
+}
+
+}  // namespace physics
