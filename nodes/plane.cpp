@@ -163,7 +163,7 @@ void add_to(graph::Registry& registry)
 {
     registry.add("Plane", 1, run)
         .summary("Makes an elastic sheet: a grid of particles of any outline, with holes, as flat "
-                 "cubes for Simulate's method lattice.",
+                 "cubes for Simulate's methods shell and lattice.",
                  {"cloth", "sheet", "membrane", "fabric", "flag", "shell"})
         .input("mesh", &Inputs::mesh,
                "The mesh whose footprint along the flat axis is the outline, for outline = mesh.",
@@ -192,7 +192,7 @@ void add_to(graph::Registry& registry)
                "mesh's footprint.",
                {.unit = "m"}, {"outline", {"rectangle", "ellipse", "image"}})
         .block("matter", &Inputs::matter, describe_matter<ChosenMatter>,
-               "Material of the sheet. Poisson's ratio acts as 0.")
+               "Material of the sheet. With method lattice, Poisson's ratio acts as 0.")
         .colour("colour", &Inputs::colour, "Colour of the mesh.")
         .check(check)
         .output("cubes", &Outputs::cubes, "The cells, for Pin, Simulate and Embed.")

@@ -8,6 +8,7 @@
 #include "physics/bricks/settle.hpp"
 #include "physics/bricks/springs.hpp"
 #include "physics/lattice/lattice.hpp"
+#include "physics/shell/shell.hpp"
 #include "physics/state/balls.hpp"
 #include "physics/state/first_motion.hpp"
 #include "physics/state/pins.hpp"
@@ -21,12 +22,14 @@
 
 namespace nodes::simulate {
 
-enum class Method { bricks, springs, lattice };
+enum class Method { bricks, springs, lattice, shell };
 enum class Shape { given, equilibrium };
 
 // One alternative per method, in the order of Method.
 struct Body {
-    std::variant<physics::BricksBody, physics::SpringsBody, physics::LatticeBody> is;
+    std::variant<physics::BricksBody, physics::SpringsBody, physics::LatticeBody,
+                 physics::ShellBody>
+        is;
 
     std::size_t bytes() const
     {
@@ -46,6 +49,7 @@ struct Inputs {
     physics::BrickOptions bricks;
     physics::SpringOptions springs;
     physics::LatticeOptions lattice;
+    physics::ShellOptions shell;
     physics::PartContactOptions contact;
     double dt = 0;
     Vec3 gravity{0, -9.81, 0};
@@ -65,6 +69,8 @@ constexpr const char* no_cubes =
     "expected a link to cubes, found none: link the cubes from Voxelize or Plane";
 constexpr const char* lattice_of_several =
     "method lattice moves one model of cubes: link one, or set method = bricks";
+constexpr const char* shell_of_several =
+    "method shell moves one plane: link one, and simulate others by nodes of their own";
 
 static std::string wrong_surfaces(std::size_t found, std::size_t models)
 {
@@ -108,6 +114,9 @@ static Body build(const Inputs& in)
     case Method::lattice:
         if (in.cubes.size() > 1) throw std::invalid_argument(lattice_of_several);
         return {physics::make_lattice(models.all(), in.lattice, models.model(0).surface)};
+    case Method::shell:
+        if (in.cubes.size() > 1) throw std::invalid_argument(shell_of_several);
+        return {physics::make_shell(models.all(), in.shell, models.model(0).surface)};
     }
     throw std::logic_error("Simulate: a method without a body");
 }
@@ -182,6 +191,7 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     if (in.method == Method::lattice && models > 1) {
         faults.push_back({"method", lattice_of_several});
     }
+    if (in.method == Method::shell && models > 1) faults.push_back({"method", shell_of_several});
     if (in.method != Method::lattice && setting.links("balls")) {
         faults.push_back({"balls", no_balls});
     }
@@ -299,10 +309,34 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     return {std::move(state)};
 }
 
+static void describe_methods(graph::NodeBuilder<Inputs, Outputs>& node)
+{
+    node.choice("method", &Inputs::method, {"bricks", "springs", "lattice", "shell"},
+                "Method of simulation. bricks: finite elements that follow the material. springs: "
+                "a mass-spring lattice with the material's stretch stiffness and Poisson's ratio "
+                "1/4. lattice: shape matching, the fastest; it never diverges, but is for looks. "
+                "Of the block step it uses substeps only. shell: a thin sheet that follows the "
+                "material, for cloth, paper and sheet metal; the cubes are a plane (node Plane), "
+                "which does not collide with itself. The mass of bricks is spread over each cube; "
+                "the others put an eighth at each corner, so that a bar one cube thick resists "
+                "turning about its length three times as much as it should.")
+        .block("bricks", &Inputs::bricks, describe_bricks, "Options of the finite elements.",
+               {"method", {"bricks"}})
+        .block("springs", &Inputs::springs, describe_springs, "Options of the mass-spring lattice.",
+               {"method", {"springs"}})
+        .block("lattice", &Inputs::lattice, describe_lattice, "Options of lattice shape matching.",
+               {"method", {"lattice"}})
+        .block("shell", &Inputs::shell, describe_shell, "Options of the thin shell.",
+               {"method", {"shell"}})
+        .block("contact", &Inputs::contact, describe_part_contact,
+               "Contact between parts of the model that no cubes link.",
+               {"method", {"bricks", "springs"}});
+}
+
 void add_to(graph::Registry& registry)
 {
-    registry.add("Simulate", 1, run)
-        .summary("Simulates a model of cubes under forces, pins and contact, frame by frame.",
+    auto node = registry.add("Simulate", 1, run);
+    node.summary("Simulates a model of cubes under forces, pins and contact, frame by frame.",
                  {"solver", "sim", "fem", "soft body", "softbody", "vellum", "physics", "jelly",
                   "deformable"})
         .inputs("cubes", &Inputs::cubes,
@@ -322,24 +356,9 @@ void add_to(graph::Registry& registry)
                 "of each in the same order, or none.")
         .check(check)
         .input("start", &Inputs::start, "Initial state. Without it the cubes start at rest.",
-               graph::Need::optional)
-        .choice("method", &Inputs::method, {"bricks", "springs", "lattice"},
-                "Method of simulation. bricks: finite elements that follow the material. springs: "
-                "a mass-spring lattice with the material's stretch stiffness and Poisson's ratio "
-                "1/4. lattice: shape matching, the fastest; it never diverges, but is for looks. "
-                "Of the block step it uses substeps only. The mass of bricks is spread over each "
-                "cube; springs and lattice put an eighth at each corner, so that a bar one cube "
-                "thick resists turning about its length three times as much as it should.")
-        .block("bricks", &Inputs::bricks, describe_bricks, "Options of the finite elements.",
-               {"method", {"bricks"}})
-        .block("springs", &Inputs::springs, describe_springs, "Options of the mass-spring lattice.",
-               {"method", {"springs"}})
-        .block("lattice", &Inputs::lattice, describe_lattice, "Options of lattice shape matching.",
-               {"method", {"lattice"}})
-        .block("contact", &Inputs::contact, describe_part_contact,
-               "Contact between parts of the model that no cubes link.",
-               {"method", {"bricks", "springs"}})
-        .param("dt", &Inputs::dt,
+               graph::Need::optional);
+    describe_methods(node);
+    node.param("dt", &Inputs::dt,
                "Simulated seconds per frame; 0: the duration of a frame. Smaller values give slow "
                "motion.",
                {.min = 0, .max = 1e4, .unit = "s"})
@@ -360,7 +379,7 @@ void add_to(graph::Registry& registry)
         .block("step", &Inputs::step, describe_step, "Time steps and solver.")
         .reads(graph::Variable::fps)
         .prepare("body", &Inputs::body, build,
-                 {"cubes", "surface", "method", "bricks", "springs", "lattice", "contact"})
+                 {"cubes", "surface", "method", "bricks", "springs", "lattice", "shell", "contact"})
         .output("state", &Outputs::state,
                 "Positions and velocities of the corners; on the first frame, the initial state.")
         .previous("state", &Inputs::last);

@@ -6,6 +6,7 @@
 #include "physics/bricks/bricks.hpp"
 #include "physics/bricks/springs.hpp"
 #include "physics/lattice/lattice.hpp"
+#include "physics/shell/shell.hpp"
 
 namespace nodes::simulate {
 
@@ -46,6 +47,19 @@ inline void describe_plastic(graph::ParamsOf<physics::PlasticOptions>& p)
                {.min = 0, .max = 1e6, .unit = "1/s"})
         .param("limit", &PlasticOptions::limit, "Largest change of the rest shape, as a strain.",
                {.min = 0, .max = 0.95});
+}
+
+inline void describe_shell(graph::ParamsOf<physics::ShellOptions>& p)
+{
+    using physics::ShellOptions;
+    p.param("stretch", &ShellOptions::stretch,
+            "Stretch stiffness: a multiple of what material and thickness give.",
+            {.min = 1e-6, .max = 1e6})
+        .param("bend", &ShellOptions::bend,
+               "Bending stiffness: a multiple of what material and thickness give, for cloth often "
+               "0.01 to 0.1. A pinned row of corners is a hinge. Two pinned rows are a clamp at "
+               "the row next to the free corners.",
+               {.min = 0, .max = 1e6});
 }
 
 inline void describe_part_contact(graph::ParamsOf<physics::PartContactOptions>& p)

@@ -35,8 +35,8 @@ void need_thickness(const Cubes& cubes, const char* who)
 {
     if (flat_axis(cubes) < 0) return;
     throw std::invalid_argument(
-        fmt::format("{} needs cubes with a thickness, found a plane: use method lattice, or "
-                    "Voxelize a solid model",
+        fmt::format("{} needs cubes with a thickness, found a plane: use method shell or "
+                    "lattice, or Voxelize a solid model",
                     who));
 }
 

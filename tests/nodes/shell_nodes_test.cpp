@@ -1,0 +1,86 @@
+// Simulate with method = shell, and what it refuses.
+
+#include "geometry/cubes/plane.hpp"
+#include "tests/nodes/one_node.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace {
+
+using fixtures::NodeRun;
+using geometry::Cubes;
+using geometry::Vec3;
+
+std::string what_is_wrong(NodeRun& node)
+{
+    try {
+        node.run();
+    } catch (const std::exception& error) {
+        return error.what();
+    }
+    return "nothing was refused";
+}
+
+NodeRun shell_of(const Cubes& cubes)
+{
+    NodeRun simulate("Simulate");
+    simulate.inputs["cubes"] = {graph::Value::of(cubes)};
+    simulate.param("method").is = std::string("shell");
+    return simulate;
+}
+
+// 10 by 2 cells of 0.1 m, 1 cm thick, across y, of density 1000.
+Cubes strip()
+{
+    return geometry::plane_cubes(geometry::rectangle_cells(10, 2), {1, 0.1, {0, 0, 0}}, 0.01,
+                                 {"strip", 1000, 1e6, 0.3, 0, 0});
+}
+
+}  // namespace
+
+TEST(ShellNode, AStripHeldAtOneEndSagsByItsWeightAndThickness)
+{
+    // q L^4 / (8 E I) from the clamp on, 9 cells: with h = 0.01, E = 1e6 and g = 1e-3 it is
+    // 12 rho g L^4 / (8 E h^2) = 15 s^2/m^4 g L^4. Factors of bending divide it.
+    const auto sag = [](double bend) {
+        const Cubes cubes = strip();
+        NodeRun simulate = shell_of(cubes);
+        physics::Pins pins;
+        for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+            if (cubes.corner[k].x() > 1) continue;
+            pins.corner.push_back(k);
+            pins.target.push_back(cubes.corner_position(k));
+        }
+        simulate.inputs["pins"] = {graph::Value::of(pins)};
+        simulate.param("gravity").is = std::array<double, 3>{0, -1e-3, 0};
+        simulate.param("shell.bend").is = bend;
+        simulate.param("dt").is = 1000.0;  // it is at rest then
+        simulate.param("step.tolerance").is = 1e-8;
+        simulate.previous = simulate.outputs(1);
+        const auto state = simulate.outputs(2)[0];
+        double lowest = 0;
+        for (const Vec3& x : state.as<physics::State>()->x) lowest = std::min(lowest, x.y());
+        return -lowest;
+    };
+    const double expected = 15 * 1e-3 * std::pow(0.9, 4);
+    EXPECT_NEAR(sag(1), expected, 0.03 * expected);
+    EXPECT_NEAR(sag(4), expected / 4, 0.03 * expected / 4);
+}
+
+TEST(ShellNode, TellsWhatItDoesNotSupport)
+{
+    NodeRun solid = shell_of(geometry::solid_cubes({{0, 0, 0}, {1, 0, 0}}, 0.1));
+    const std::string said = what_is_wrong(solid);
+    for (const char* part : {"method shell needs a plane", "make the cubes with Plane"}) {
+        EXPECT_NE(said.find(part), std::string::npos) << said;
+    }
+    NodeRun balls = shell_of(strip());
+    balls.inputs["balls"] = {graph::Value::of(physics::Ball{})};
+    EXPECT_NE(what_is_wrong(balls).find("method = lattice"), std::string::npos);
+    NodeRun bricks("Simulate");
+    bricks.inputs["cubes"] = {graph::Value::of(strip())};
+    EXPECT_NE(what_is_wrong(bricks).find("use method shell"), std::string::npos)
+        << what_is_wrong(bricks);
+}
