@@ -32,6 +32,12 @@ std::size_t LayeredScene::bytes() const
 {
     std::size_t sum = 0;
     for (const LayeredState& state : states) sum += sizeof(state) + state.bytes();
+    if (!presses) return sum;
+    const LayeredBody* last = nullptr;
+    for (const LayeredPart& part : parts) {
+        if (part.body.get() != last) sum += part.body->bytes();
+        last = part.body.get();
+    }
     return sum;
 }
 

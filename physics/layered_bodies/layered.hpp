@@ -16,6 +16,7 @@
 #include "physics/state/state.hpp"
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace physics {
@@ -28,9 +29,16 @@ struct LayeredBody {
     LayerMatter matter;
     VolumeControl control;
     std::vector<double> volume;  // S, m^3, of each territory at the start
+    double sample_spacing = 0;   // m, of the samples; 0: it emits none
 
     std::size_t bytes() const;
 };
+
+// Whether a body has a surface to draw; the ground draws itself.
+inline bool has_surface(const LayeredBody& body)
+{
+    return body.samples.count() > 0 || body.sample_spacing > 0;
+}
 
 // Its moment.
 struct LayeredState {
@@ -86,12 +94,23 @@ struct LayeredPart {
     }
 };
 
+// How far two bodies press each other where they do most, units of the field; a body with itself:
+// its parts.
+struct BodyPress {
+    std::uint32_t body = 0, other = 0;
+    double compression = 0;
+    bool operator==(const BodyPress&) const = default;
+};
+
 // All objects of a scene at a moment.
 struct LayeredScene {
     std::vector<LayeredPart> parts;
     std::vector<LayeredState> states;  // one a part
+    // Of a scene that was recorded (scene_record.hpp), to be drawn without samples: every two that
+    // touch. Its bodies have no samples and nothing moves.
+    std::optional<std::vector<BodyPress>> presses = {};
 
-    std::size_t bytes() const;  // of the states: bodies are shared
+    std::size_t bytes() const;  // of the states: bodies are shared, but recorded ones are counted
 };
 
 // Who moves rigid frames: the one implicit step that moves all others too, stable however stiff a

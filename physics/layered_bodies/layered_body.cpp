@@ -190,6 +190,7 @@ LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density
     LayeredBody body;
     const Field field = geometry::make_field(layer, drawn);
     body.samples = make_surface_samples(layer, sample_spacing);
+    if (body.samples.count() > 0) body.sample_spacing = sample_spacing;
     const SampleWalk walk = physics::walk(field, body.samples, drawn);
     body.volume = rest_volumes(field, body.samples, walk, drawn, layer.frame);
     body.base.kind = kind;

@@ -14,7 +14,7 @@ std::vector<LayeredField> layered_fields(const LayeredScene& scene)
     const auto moment = std::make_shared<const LayeredMoment>(scene);
     std::vector<LayeredField> out;
     for (std::uint32_t b = 0; b < scene.parts.size(); ++b) {
-        if (scene.parts[b].body->samples.count() == 0) continue;  // the ground draws itself
+        if (!has_surface(*scene.parts[b].body)) continue;
         LayeredField layer;
         layer.field = iso_field(deformed(moment->bodies, b, moment->contacts));
         // The moment lives as long as the field is asked.

@@ -5,6 +5,7 @@
 #include "geometry/fields/polygonize.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "physics/layered_bodies/layered_moment.hpp"
+#include "physics/layered_bodies/scene_record.hpp"
 #include "physics/layers/deformed_layer.hpp"
 
 #include <fmt/format.h>
@@ -121,7 +122,9 @@ TriMesh layered_mesh(const LayeredScene& scene, const LayeredMeshOptions& option
             fmt::format("body = {} does not exist: Layered has {} bodies, counted from 0.",
                         options.body, scene.parts.size()));
     }
-    const bool quick = options.surface == LayeredMeshOptions::Surface::samples && walked(scene);
+    const bool preview = options.surface == LayeredMeshOptions::Surface::samples;
+    if (preview && scene.presses) return layered_mesh(with_samples(scene), options);
+    const bool quick = preview && walked(scene);
     std::optional<LayeredMoment> moment;
     if (!quick) moment.emplace(scene);
     TriMesh all;
@@ -129,7 +132,7 @@ TriMesh layered_mesh(const LayeredScene& scene, const LayeredMeshOptions& option
     geometry::Attribute compression{"compression", "1", {}};
     for (std::uint32_t b = 0; b < scene.parts.size(); ++b) {
         if (options.body >= 0 && options.body != static_cast<int>(b)) continue;
-        if (scene.parts[b].body->samples.count() == 0) continue;  // the ground draws itself
+        if (!has_surface(*scene.parts[b].body)) continue;
         const Piece piece = quick ? preview_of(scene, b) : piece_of(*moment, b, options);
         const TriMesh& mesh = piece.mesh;
         const auto base = static_cast<std::uint32_t>(all.positions.size());

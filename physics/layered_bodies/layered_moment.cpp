@@ -1,6 +1,33 @@
 #include "physics/layered_bodies/layered_moment.hpp"
 
+#include <algorithm>
+
 namespace physics {
+
+namespace {
+
+// As find_contacts() would say it to bulges_of(), which asks for no more than this.
+Contacts recorded_contacts(std::span<const BodyPress> presses, std::span<const ContactBody> bodies)
+{
+    Contacts out;
+    for (const ContactBody& body : bodies) out.wrenches.emplace_back(body.frames.size());
+    out.compression.assign(bodies.size(), 0);
+    out.penetration.assign(bodies.size(), 0);
+    for (const BodyPress& press : presses) {
+        LayerContact contact{};
+        contact.position = contact.normal = contact.force = Vec3::Zero();
+        contact.body = press.body;
+        contact.other = press.other;
+        contact.compression = press.compression;
+        for (const std::uint32_t b : {press.body, press.other}) {
+            out.compression[b] = std::max(out.compression[b], press.compression);
+        }
+        out.contacts.push_back(contact);
+    }
+    return out;
+}
+
+}  // namespace
 
 LayeredMoment::LayeredMoment(const LayeredScene& scene, double mesh_seconds, Drawn drawn)
 {
@@ -24,9 +51,10 @@ LayeredMoment::LayeredMoment(const LayeredScene& scene, double mesh_seconds, Dra
         fields.push_back(geometry::make_field(layer, at, state.translation));
         SampleWalk before;
         before.distance = state.distance;
-        walks.push_back(physics::walk(fields.back(), body.samples, at,
-                                      state.distance.empty() ? nullptr : &before,
-                                      body.control.proportional > 0));
+        walks.push_back(scene.presses ? SampleWalk{}
+                                      : physics::walk(fields.back(), body.samples, at,
+                                                      state.distance.empty() ? nullptr : &before,
+                                                      body.control.proportional > 0));
         frames.push_back(std::move(at));
         twists.push_back(std::move(moving));
     }
@@ -35,12 +63,14 @@ LayeredMoment::LayeredMoment(const LayeredScene& scene, double mesh_seconds, Dra
                           part.mesh_before, mesh_seconds});
     }
     for (std::size_t b = 0; b < n; ++b) {
-        bodies.push_back({&fields[b], &scene.parts[b].body->samples, &walks[b], frames[b],
-                          twists[b], scene.parts[b].body->layer.frame, scene.parts[b].body->matter,
+        const SurfaceSamples* const samples =
+            scene.presses ? nullptr : &scene.parts[b].body->samples;
+        bodies.push_back({&fields[b], samples, &walks[b], frames[b], twists[b],
+                          scene.parts[b].body->layer.frame, scene.parts[b].body->matter,
                           meshes[b].before ? &meshes[b] : nullptr,
                           drawn == Drawn::all || scene.parts[b].body->control.proportional > 0});
     }
-    contacts = find_contacts(bodies);
+    contacts = scene.presses ? recorded_contacts(*scene.presses, bodies) : find_contacts(bodies);
 }
 
 }  // namespace physics

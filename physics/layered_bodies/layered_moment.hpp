@@ -11,7 +11,8 @@ namespace physics {
 // Whose samples go to the surface that is drawn: volumes are told by it, or kept.
 enum class Drawn { all, controlled };
 
-// Holds what its own members point to, so it is not copied.
+// Holds what its own members point to, so it is not copied. Of a recorded scene: no samples, and
+// of the contacts what bulges_of() asks for.
 struct LayeredMoment {
     // `mesh_seconds`: how long meshes that change their shape took from where they were.
     explicit LayeredMoment(const LayeredScene& scene, double mesh_seconds = 0,
