@@ -17,6 +17,10 @@ static Outputs run(const Inputs& in, const graph::Context&)
 {
     const auto part = static_cast<std::size_t>(in.part);
     if (part >= in.scene->states.size() || in.scene->states[part].cubes.x.empty()) {
+        if (in.scene->presses) {
+            throw std::invalid_argument(
+                "a scene that was read from files has no cubes: link the scene of Layered");
+        }
         throw std::invalid_argument(fmt::format(
             "body {} of {} has no cubes that Layered moves: choose one that comes from Carry "
             "with moved_by = layered, counted from 0 among the parts of Layered",
