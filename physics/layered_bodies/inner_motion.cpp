@@ -3,8 +3,7 @@
 #include "geometry/fields/field.hpp"
 #include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
-
-#include <fmt/format.h>
+#include "physics/layers/velocity_at.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -69,17 +68,30 @@ std::vector<InnerMotion> motions(const LayeredBody& before, const LayeredBody& n
     return all;
 }
 
-void warn_of_changed(std::size_t b, const std::vector<InnerMotion>& moved, LayeredScene& now)
+// A skeleton moved by a rigid motion.
+Skeleton moved(Skeleton skeleton, const Transform& by)
 {
-    const LayeredBody& body = *now.parts[b].body;
-    for (std::size_t s = 0; s < moved.size(); ++s) {
-        if (moved[s].rest < 0.01 * body.layer.contributions[s].thickness) continue;
-        now.states[b].report.warnings.push_back(fmt::format(
-            "Skeleton {} of body {} has changed its shape or size since the last frame, by {:.2g} "
-            "m. That has no velocity, so that it pushes and rubs too little there.",
-            s, b, moved[s].rest));
-        return;
+    for (Vec3& p : skeleton.points) p = by * p;
+    skeleton.place = by * skeleton.place;
+    return skeleton;
+}
+
+// What is left where the rigid motions are taken off; null where nothing is.
+std::shared_ptr<const ShapeChange> change_of(const LayeredBody& before, const LayeredBody& now,
+                                             const std::vector<InnerMotion>& motions, double dt)
+{
+    auto change = std::make_shared<ShapeChange>();
+    change->seconds = dt;
+    bool any = false;
+    for (std::size_t s = 0; s < motions.size(); ++s) {
+        const bool changes = motions[s].rest > 0;
+        any |= changes;
+        const Skeleton& after = now.layer.skeletons[s];
+        change->after.push_back(after);
+        change->before.push_back(changes ? moved(before.layer.skeletons[s], motions[s].by) : after);
+        change->before.back().place = after.place;
     }
+    return any ? change : nullptr;
 }
 
 }  // namespace
@@ -102,13 +114,13 @@ InnerMotion inner_motion(const Skeleton& before, const Skeleton& now)
     return motion;
 }
 
-void split_moved_frames(const LayeredScene& before, LayeredScene& now)
+void split_moved_frames(const LayeredScene& before, double dt, LayeredScene& now)
 {
     for (std::size_t b = 0; b < now.parts.size(); ++b) {
         const auto moved = motions(*before.parts[b].body, *now.parts[b].body);
         if (moved.empty()) continue;
-        warn_of_changed(b, moved, now);
         LayeredPart& part = now.parts[b];
+        part.change = change_of(*before.parts[b].body, *part.body, moved, dt);
         LayeredState& state = now.states[b];
         const std::vector<Transform> told = told_frames(part);
         const std::vector<std::uint32_t> frame_of = part.body->layer.frame;
@@ -138,6 +150,31 @@ void split_moved_frames(const LayeredScene& before, LayeredScene& now)
         }
         state.velocity.assign(count, Vec3::Zero());
         state.spin.assign(count, Vec3::Zero());
+        part.body = std::make_shared<const LayeredBody>(std::move(body));
+    }
+}
+
+void change_shapes(const std::vector<LayeredPart>& told, double share, LayeredScene& now)
+{
+    for (std::size_t b = 0; b < now.parts.size(); ++b) {
+        LayeredPart& part = now.parts[b];
+        if (!part.change) continue;
+        LayeredBody body = *part.body;
+        const SurfaceSamples& samples = told[b].body->samples;
+        for (std::size_t s = 0; s < body.layer.skeletons.size(); ++s) {
+            const Skeleton &before = part.change->before[s], &after = part.change->after[s];
+            Skeleton& skeleton = body.layer.skeletons[s];
+            for (std::size_t i = 0; i < after.points.size(); ++i) {
+                skeleton.points[i] =
+                    before.points[i] + share * (after.points[i] - before.points[i]);
+            }
+            skeleton.half_size = before.half_size + share * (after.half_size - before.half_size);
+            for (std::size_t i = samples.first[s]; i < samples.first[s + 1]; ++i) {
+                const Vec3& origin = samples.origin[i];
+                body.samples.origin[i] =
+                    origin - (1 - share) * way_of(after, before, after, origin);
+            }
+        }
         part.body = std::make_shared<const LayeredBody>(std::move(body));
     }
 }

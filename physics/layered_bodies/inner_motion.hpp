@@ -21,7 +21,12 @@ struct InnerMotion {
 InnerMotion inner_motion(const geometry::Skeleton& before, const geometry::Skeleton& now);
 
 // Gives frames of their own to skeletons of still bodies that have moved inside their frames since
-// `before`. Warns of those that changed their shape or size, too: that has no velocity.
-void split_moved_frames(const LayeredScene& before, LayeredScene& now);
+// `before`, dt seconds ago. What they changed of their shape or size besides is the part's
+// `change`.
+void split_moved_frames(const LayeredScene& before, double dt, LayeredScene& now);
+
+// Puts skeletons that change their shape, and their samples, to where they are after that share of
+// the frame. `told` has them at its end.
+void change_shapes(const std::vector<LayeredPart>& told, double share, LayeredScene& now);
 
 }  // namespace physics

@@ -82,6 +82,8 @@ struct LayeredPart {
     // A still body of one mesh that changes its shape: where it was a frame ago, with the same
     // triangles; its vertices go straight. Null: it does not.
     std::shared_ptr<const geometry::TriMesh> mesh_before = nullptr;
+    // The same of a still body's skeletons, while a frame of the film is stepped.
+    std::shared_ptr<const ShapeChange> change = nullptr;
 
     double sought(std::size_t skeleton) const
     {

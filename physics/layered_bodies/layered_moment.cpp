@@ -68,7 +68,8 @@ LayeredMoment::LayeredMoment(const LayeredScene& scene, double mesh_seconds, Dra
         bodies.push_back({&fields[b], samples, &walks[b], frames[b], twists[b],
                           scene.parts[b].body->layer.frame, scene.parts[b].body->matter,
                           meshes[b].before ? &meshes[b] : nullptr,
-                          drawn == Drawn::all || scene.parts[b].body->control.proportional > 0});
+                          drawn == Drawn::all || scene.parts[b].body->control.proportional > 0,
+                          scene.parts[b].change.get(), scene.parts[b].body->layer.skeletons});
     }
     contacts = scene.presses ? recorded_contacts(*scene.presses, bodies) : find_contacts(bodies);
 }

@@ -159,6 +159,8 @@ void step_implicitly(const FilmFrame& frame, int steps, LayeredScene& now)
         geometry::stop_if_asked();
         drive_all(frame.dt - h * step, now);
         move_meshes(now, frame.scene, frame.told, static_cast<float>(step), steps);
+        // As they are at the step's end: forces there meet what backward Euler makes of frames.
+        change_shapes(frame.told, static_cast<double>(step + 1) / steps, now);
         const LayeredMoment moment(now, h, drawn_in(step, steps));
         LayeredSystem system = make_system(now, moment, h);
         add_forces(now, moment, frame.world, system);
@@ -213,6 +215,7 @@ int step_with_bullet(const FilmFrame& frame, int steps, int most, LayeredScene& 
         }
         const float at = static_cast<float>(step) + (end ? 0 : 0.5f);
         move_meshes(now, frame.scene, frame.told, at, steps);
+        change_shapes(frame.told, static_cast<double>(at) / steps, now);
         const LayeredMoment moment(now, h, drawn_in(step, steps));
         LayeredSystem system = make_system(now, moment, h, RigidBodies::bullet);
         add_forces(now, moment, frame.world, system);
@@ -291,7 +294,7 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
     const FilmFrame frame{scene, parts, world, dt};
     LayeredScene now = frame.begin();
     if (!(dt > 0) || now.states.empty()) return now;
-    split_moved_frames(scene, now);
+    split_moved_frames(scene, dt, now);
     int steps = choose_steps(now, world.gravity, dt, std::max(1, substeps));
     if (world.rigid_bodies == RigidBodies::implicit) {
         step_implicitly(frame, steps, now);

@@ -51,6 +51,17 @@ Box box_of(const LayeredBody& body, std::span<const std::uint32_t> skeletons, do
     return box;
 }
 
+// m: how far the parts of a skeleton that changes its shape go at most.
+double largest_change(const ShapeChange& change, std::uint32_t s)
+{
+    const geometry::Skeleton &before = change.before[s], &after = change.after[s];
+    double most = (after.half_size - before.half_size).cwiseAbs().maxCoeff();
+    for (std::size_t i = 0; i < after.points.size(); ++i) {
+        most = std::max(most, (after.points[i] - before.points[i]).norm());
+    }
+    return most;
+}
+
 Mover mover_of(const LayeredPart& part, const LayeredState& state, std::size_t f,
                std::span<const std::uint32_t> skeletons, const std::vector<Transform>& told,
                const Vec3& gravity, double dt)
@@ -74,6 +85,11 @@ Mover mover_of(const LayeredPart& part, const LayeredState& state, std::size_t f
     }
     mover.reach += 0.5 * box.diagonal();
     mover.stray = 0.5 * box.diagonal() * mover.turn;
+    double change = 0;
+    for (const std::uint32_t s : skeletons) {
+        if (part.change) change = std::max(change, largest_change(*part.change, s));
+    }
+    mover.stray += change;
     if (part.mesh_before) {
         const Box before = geometry::bounds(*part.mesh_before);
         const auto& after = part.body->layer.skeletons[0].mesh->mesh.positions;

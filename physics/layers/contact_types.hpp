@@ -37,6 +37,13 @@ struct MovingMesh {
     double seconds = 0;
 };
 
+// Skeletons that change their shape or size inside their frames, each straight from `before` to
+// `after` in so many seconds; the kinds and numbers of points stay.
+struct ShapeChange {
+    std::vector<geometry::Skeleton> before, after;  // S
+    double seconds = 0;
+};
+
 // Velocity of a carrier's frame.
 struct Twist {
     Vec3 linear = Vec3::Zero();   // m/s, of the frame's origin
@@ -54,6 +61,8 @@ struct ContactBody {
     LayerMatter matter;
     const MovingMesh* moving = nullptr;  // null: moves with its frames alone
     bool drawn = true;  // samples that touch nothing go to the surface that is drawn
+    const ShapeChange* change = nullptr;                 // null: skeletons keep their shapes
+    std::span<const geometry::Skeleton> skeletons = {};  // S, with `change`: as they are now
 };
 
 inline constexpr std::uint32_t no_contact = geometry::no_index;
@@ -91,7 +100,7 @@ struct LayerStop {
     Vec3 position = Vec3::Zero();                          // m, on the skeleton
     Vec3 normal = Vec3::Zero();                            // outward from `other`
     double gap = std::numeric_limits<double>::infinity();  // m; below 0: it is inside
-    // m/s: how fast a mesh that changes its shape comes on along `normal` by doing so.
+    // m/s: how fast what changes its shape comes on along `normal` by doing so.
     double closing = 0;
     double area = 0;  // m^2, of two rigid bodies that touch: what rubs there
 };

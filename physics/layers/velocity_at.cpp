@@ -1,8 +1,14 @@
 #include "physics/layers/velocity_at.hpp"
 
+#include "geometry/fields/round_skeleton.hpp"
 #include "geometry/fields/skeleton_mesh.hpp"
 
+#include <algorithm>
+#include <limits>
+
 namespace physics {
+
+using geometry::Skeleton;
 
 Vec3 velocity_at(const MovingMesh& mesh, const Vec3& p)
 {
@@ -18,11 +24,98 @@ Vec3 velocity_at(const MovingMesh& mesh, const Vec3& p)
     return moved / mesh.seconds;
 }
 
+namespace {
+
+// Shares of three corners at the point of their triangle nearest to p.
+// Ericson. Real-time collision detection. Morgan Kaufmann 2005, 5.1.5.
+Vec3 shares_on_triangle(const std::vector<Vec3>& corners, const Vec3& p)
+{
+    const Vec3 u = corners[1] - corners[0], v = corners[2] - corners[0], w = p - corners[0];
+    const double uu = u.dot(u), uv = u.dot(v), vv = v.dot(v), det = uu * vv - uv * uv;
+    if (det > 0) {
+        const double b = (vv * u.dot(w) - uv * v.dot(w)) / det;
+        const double c = (uu * v.dot(w) - uv * u.dot(w)) / det;
+        if (b >= 0 && c >= 0 && b + c <= 1) return {1 - b - c, b, c};
+    }
+    Vec3 best = Vec3::UnitX();
+    double nearest = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 3; ++k) {
+        const auto i = static_cast<std::size_t>(k), j = static_cast<std::size_t>((k + 1) % 3);
+        const Vec3 edge = corners[j] - corners[i];
+        const double length_sq = edge.squaredNorm();
+        const double t =
+            length_sq > 0 ? std::clamp(edge.dot(p - corners[i]) / length_sq, 0.0, 1.0) : 0;
+        const double far = (corners[i] + t * edge - p).squaredNorm();
+        if (!(far < nearest)) continue;
+        nearest = far;
+        best = Vec3::Zero();
+        best[k] = 1 - t;
+        best[(k + 1) % 3] = t;
+    }
+    return best;
+}
+
+// Of skeletons that are drawn by points.
+Vec3 way_of_points(const Skeleton& now, const Skeleton& before, const Skeleton& after,
+                   const Vec3& p)
+{
+    const auto way = [&](std::size_t i) { return Vec3(after.points[i] - before.points[i]); };
+    const std::vector<Vec3>& at = now.points;
+    if (now.kind == geometry::SkeletonKind::triangle) {
+        const Vec3 share = shares_on_triangle(at, p);
+        return share[0] * way(0) + share[1] * way(1) + share[2] * way(2);
+    }
+    Vec3 best = way(0);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i + 1 < at.size(); ++i) {
+        const Vec3 edge = at[i + 1] - at[i];
+        const double length_sq = edge.squaredNorm();
+        const double t = length_sq > 0 ? std::clamp(edge.dot(p - at[i]) / length_sq, 0.0, 1.0) : 0;
+        const double far = (at[i] + t * edge - p).squaredNorm();
+        if (!(far < nearest)) continue;
+        nearest = far;
+        best = (1 - t) * way(i) + t * way(i + 1);
+    }
+    return best;
+}
+
+}  // namespace
+
+Vec3 way_of(const Skeleton& now, const Skeleton& before, const Skeleton& after, const Vec3& p)
+{
+    if (geometry::has_points(now.kind)) return way_of_points(now, before, after, p);
+    if (before.half_size == after.half_size) return Vec3::Zero();
+    const Vec3 half = geometry::half_extent(now.kind, now.half_size);
+    const Vec3 grown = geometry::half_extent(now.kind, after.half_size) -
+                       geometry::half_extent(now.kind, before.half_size);
+    Vec3 share = now.place.linear().transpose() * (p - now.place.translation());
+    for (int k = 0; k < 3; ++k) share[k] = half[k] > 0 ? share[k] / half[k] : 0;
+    if (now.kind == geometry::SkeletonKind::box) {
+        share = share.cwiseMax(-1.0).cwiseMin(1.0);
+    } else if (share.squaredNorm() > 1) {
+        share.normalize();
+    }
+    return now.place.linear() * share.cwiseProduct(grown);
+}
+
+Vec3 change_at(const ContactBody& body, std::uint32_t skeleton, const Vec3& p)
+{
+    if (!body.change || !(body.change->seconds > 0) || skeleton >= body.skeletons.size()) {
+        return Vec3::Zero();
+    }
+    const Transform& frame = body.frames[body.frame_of[skeleton]];
+    const Vec3 local = frame.linear().transpose() * (p - frame.translation());
+    const Vec3 way = way_of(body.skeletons[skeleton], body.change->before[skeleton],
+                            body.change->after[skeleton], local);
+    return frame.linear() * way / body.change->seconds;
+}
+
 Vec3 velocity_at(const ContactBody& body, std::uint32_t skeleton, const Vec3& p)
 {
     if (body.moving) return velocity_at(*body.moving, p);
     const std::uint32_t f = body.frame_of[skeleton];
-    return body.twists[f].linear + body.twists[f].angular.cross(p - body.frames[f].translation());
+    return change_at(body, skeleton, p) + body.twists[f].linear +
+           body.twists[f].angular.cross(p - body.frames[f].translation());
 }
 
 }  // namespace physics

@@ -61,12 +61,11 @@ TEST(PoseNodes, AStillFigureTurnsAsARigidOne)
               1e-9);
 }
 
-TEST(PoseNodes, KeyedLengthsGoOnAndAreTold)
+TEST(PoseNodes, KeyedLengthsGoOn)
 {
     fixtures::Scene scene(arm(R"({ "keys": [ [1, [0.9, 0, 0]], [9, [1.1, 0, 0]] ] })", "20"));
     EXPECT_EQ(scene.failure_at<physics::LayeredScene>("bodies", 9), "");
-    ASSERT_FALSE(scene.warnings.empty());
-    EXPECT_NE(scene.warnings[0].find("changed its shape or size"), std::string::npos);
+    EXPECT_TRUE(scene.warnings.empty()) << scene.warnings[0];
 }
 
 TEST(PoseNodes, AHingeThatIsNotThereIsRefused)
