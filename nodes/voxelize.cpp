@@ -18,7 +18,7 @@ enum class Method { samples, surface, solid };
 enum class Align { fit, origin };
 
 struct Inputs {
-    graph::Wire<geometry::Samples> points;
+    std::vector<graph::Wire<geometry::Samples>> points;
     graph::Wire<geometry::TriMesh> mesh;
     Method method = Method::samples;
     Quality quality = Quality::by_size;
@@ -47,13 +47,21 @@ static geometry::VoxelGrid grid_of_size(const Inputs& in, const geometry::Box& b
     return geometry::fit_grid(box, size);
 }
 
+static geometry::Box box_of(const Inputs& in)
+{
+    if (in.mesh && !in.mesh->triangles().empty()) return geometry::triangle_bounds(*in.mesh);
+    geometry::Box box;
+    if (!in.points.empty()) {
+        for (const auto& set : in.points) box.add(geometry::finite_bounds(set->positions));
+    } else if (in.mesh) {
+        box = geometry::finite_bounds(in.mesh->positions);
+    }
+    return box;
+}
+
 static geometry::VoxelGrid grid_for(const Inputs& in)
 {
-    const geometry::Box box = in.mesh && !in.mesh->triangles().empty()
-                                  ? geometry::triangle_bounds(*in.mesh)
-                              : in.points ? geometry::finite_bounds(in.points->positions)
-                              : in.mesh   ? geometry::finite_bounds(in.mesh->positions)
-                                          : geometry::Box{};
+    const geometry::Box box = box_of(in);
     const double size =
         in.size > 0 || box.empty() ? in.size : geometry::size_for(box, in.resolution);
     return grid_of_size(in, box, size);
@@ -127,8 +135,10 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const geometry::VoxelOptions options{static_cast<std::size_t>(in.max_cubes), in.min_fill,
                                          in.total_mass, in.pieces, in.join};
     if (in.method == Method::samples) {
-        if (!in.points) throw std::invalid_argument(needs_points);
-        return {geometry::voxelize_samples(*in.points, grid_for(in), options)};
+        if (in.points.empty()) throw std::invalid_argument(needs_points);
+        std::vector<const geometry::Samples*> sets;
+        for (const auto& set : in.points) sets.push_back(set.get());
+        return {geometry::voxelize_samples(sets, grid_for(in), options)};
     }
     if (!in.mesh) throw std::invalid_argument(needs_mesh);
     if (in.mesh->triangles().empty() && !in.mesh->positions.empty()) {
@@ -207,9 +217,9 @@ void add_to(graph::Registry& registry)
     registry.add("Voxelize", 1, run)
         .summary("Converts samples or a mesh to equal cubes with shared corners: the deformable "
                  "model. Memory grows with the number of cubes, not with the box around them.")
-        .input("points", &Inputs::points,
-               "Samples to convert (method samples). Their own masses and materials count.",
-               graph::Need::optional)
+        .inputs("points", &Inputs::points,
+                "Samples to convert (method samples). Their own masses and materials count. "
+                "Several sets make one model.")
         .input("mesh", &Inputs::mesh,
                "The mesh to convert (methods surface and solid). With method samples it only "
                "places the grid, so that several models can share one.",

@@ -140,51 +140,146 @@ void scale_to(std::vector<Deposit>& deposits, std::span<const double> volume, st
     for (Deposit& d : deposits) d.volume *= volume[d.cube] / sum[d.cube];
 }
 
+// Several sets of samples as one list, each with the matters of all.
+struct SampleList {
+    std::vector<std::size_t> first{0};  // of each set, and their number
+    std::vector<Matter> matters;
+    std::vector<std::uint16_t> matter_from;  // of each set, into matters
+    std::vector<Vec3> at;                    // in cubes
+    std::vector<std::uint8_t> usable;
+};
+
+SampleList list_of(std::span<const Samples* const> sets)
+{
+    SampleList list;
+    for (const Samples* set : sets) {
+        list.first.push_back(list.first.back() + set->positions.size());
+        list.matter_from.push_back(static_cast<std::uint16_t>(list.matters.size()));
+        list.matters.insert(list.matters.end(), set->matters.begin(), set->matters.end());
+    }
+    if (list.matters.size() > 65535) {
+        throw std::invalid_argument("the sets of samples have " +
+                                    std::to_string(list.matters.size()) +
+                                    " materials in all, expected at most 65535: merge some");
+    }
+    list.at.resize(list.first.back());
+    list.usable.resize(list.first.back());
+    return list;
+}
+
+// The cells that samples lie in; notes where.
+CellSet place(std::span<const Samples* const> sets, const VoxelGrid& grid, std::size_t max_cubes,
+              SampleList& list)
+{
+    for (std::size_t k = 0; k < sets.size(); ++k) {
+        const std::vector<Vec3f>& positions = sets[k]->positions;
+        parallel_for(positions.size(), 16384, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                Vec3& at = list.at[list.first[k] + i];
+                at = grid.lattice(positions[i]);
+                list.usable[list.first[k] + i] =
+                    positions[i].allFinite() && at.cwiseAbs().maxCoeff() < CellSet::extent - 1;
+            }
+        });
+    }
+    CellSet cells(max_cubes);
+    for (std::size_t i = 0; i < list.at.size(); ++i) {
+        if (list.usable[i]) cells.insert(cell_of(list.at[i]));
+    }
+    return cells;
+}
+
+// Samples that are full share what the others leave of the volume of their cube.
+void fill_rest(std::vector<Deposit>& deposits, std::span<const std::uint8_t> full, double whole,
+               std::size_t cubes)
+{
+    std::vector<double> sum(cubes, 0.0), taken(cubes, 0.0);
+    for (std::size_t i = 0; i < deposits.size(); ++i) {
+        (full[i] != 0 ? sum : taken)[deposits[i].cube] += deposits[i].volume;
+    }
+    for (std::size_t i = 0; i < deposits.size(); ++i) {
+        const std::uint32_t c = deposits[i].cube;
+        if (full[i] != 0) deposits[i].volume *= std::max(0.0, whole - taken[c]) / sum[c];
+    }
+}
+
+// What each sample fills, set by set; `ends` gets where each set's end.
+std::vector<Deposit> deposits_of(std::span<const Samples* const> sets, const SampleList& list,
+                                 const CellIndex& index, double whole, std::size_t cubes,
+                                 std::vector<std::size_t>& ends)
+{
+    constexpr double least_volume = 1e-300;  // of a sample without mass, where others count more
+    std::vector<Deposit> deposits;
+    std::vector<std::uint8_t> full;
+    deposits.reserve(list.at.size());
+    full.reserve(list.at.size());
+    bool any_full = false;
+    for (std::size_t k = 0; k < sets.size(); ++k) {
+        const Samples& set = *sets[k];
+        const bool fills = !(set.bulk > 0);
+        any_full |= fills;
+        for (std::size_t i = 0; i < set.positions.size(); ++i) {
+            const std::size_t n = list.first[k] + i;
+            if (!list.usable[n]) continue;
+            const std::uint16_t m = set.matter.empty() ? std::uint16_t{0} : set.matter[i];
+            const double volume = double(set.mass[i]) / set.matters[m].density;
+            deposits.push_back({index.find(cell_of(list.at[n])).begin,
+                                static_cast<std::uint16_t>(list.matter_from[k] + m),
+                                fills ? std::max(volume, least_volume) : set.bulk * volume});
+            full.push_back(fills ? 1 : 0);
+        }
+        ends.push_back(deposits.size());
+    }
+    if (any_full) fill_rest(deposits, full, whole, cubes);
+    return deposits;
+}
+
+// Scales the densities of sets that state their mass.
+void keep_masses(std::span<const Samples* const> sets, std::span<const Deposit> deposits,
+                 std::span<const std::size_t> ends, SampleList& list)
+{
+    for (std::size_t k = 0; k < sets.size(); ++k) {
+        if (!(sets[k]->total_mass > 0)) continue;
+        double mass = 0;
+        for (std::size_t i = k == 0 ? 0 : ends[k - 1]; i < ends[k]; ++i) {
+            mass += list.matters[deposits[i].matter].density * deposits[i].volume;
+        }
+        for (std::size_t m = 0; mass > 0 && m < sets[k]->matters.size(); ++m) {
+            list.matters[list.matter_from[k] + m].density *= sets[k]->total_mass / mass;
+        }
+    }
+}
+
 }  // namespace
 
 Cubes voxelize_samples(const Samples& samples, const VoxelGrid& grid, const VoxelOptions& options)
 {
-    const std::size_t n = samples.positions.size();
-    std::vector<Vec3> at(n);
-    std::vector<std::uint8_t> usable(n);
-    const auto place = [&](const VoxelGrid& g) {
-        parallel_for(n, 16384, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                at[i] = g.lattice(samples.positions[i]);
-                usable[i] = samples.positions[i].allFinite() &&
-                            at[i].cwiseAbs().maxCoeff() < CellSet::extent - 1;
-            }
-        });
-        CellSet cells(options.max_cubes);
-        for (std::size_t i = 0; i < n; ++i) {
-            if (usable[i]) cells.insert(cell_of(at[i]));
-        }
-        return cells;
-    };
-    CellSet cells = within_limit(grid, options, place);
+    const Samples* const one = &samples;
+    return voxelize_samples(std::span(&one, 1), grid, options);
+}
+
+Cubes voxelize_samples(std::span<const Samples* const> sets, const VoxelGrid& grid,
+                       const VoxelOptions& options)
+{
+    SampleList list = list_of(sets);
+    CellSet cells = within_limit(
+        grid, options, [&](const VoxelGrid& g) { return place(sets, g, options.max_cubes, list); });
     if (cells.count() == 0) {
         throw std::invalid_argument("nothing to voxelize: no sample has finite coordinates within "
                                     "2^20 cubes of the origin");
     }
     Cubes cubes = with_corners(grid, cells);
     const CellIndex index(std::move(cells), cubes.cell);
-    const bool full = !(samples.bulk > 0);
-    constexpr double least_volume = 1e-300;  // of a sample without mass, where others count more
-    std::vector<Deposit> deposits;
-    deposits.reserve(n);
-    for (std::size_t i = 0; i < n; ++i) {
-        if (!usable[i]) continue;
-        const std::uint16_t m = samples.matter.empty() ? std::uint16_t{0} : samples.matter[i];
-        const double volume = double(samples.mass[i]) / samples.matters[m].density;
-        deposits.push_back({index.find(cell_of(at[i])).begin, m,
-                            full ? std::max(volume, least_volume) : samples.bulk * volume});
-    }
-    if (full) {
-        scale_to(deposits, std::vector<double>(cubes.count(), cube_volume(grid)), cubes.count());
-    }
+    std::vector<std::size_t> ends;
+    const std::vector<Deposit> deposits =
+        deposits_of(sets, list, index, cube_volume(grid), cubes.count(), ends);
     VoxelOptions asked = options;
-    if (asked.total_mass == 0) asked.total_mass = samples.total_mass;
-    fill_cubes(cubes, samples.matters, deposits, asked);
+    if (sets.size() > 1) {
+        keep_masses(sets, deposits, ends, list);
+    } else if (asked.total_mass == 0) {
+        asked.total_mass = sets[0]->total_mass;
+    }
+    fill_cubes(cubes, list.matters, deposits, asked);
     return cubes;
 }
 

@@ -21,6 +21,11 @@ namespace geometry {
 // cube is sure to be found only where a sample falls in it.
 Cubes voxelize_samples(const Samples& samples, const VoxelGrid& grid, const VoxelOptions& options);
 
+// The same of several sets, whose matters stay their own. Samples that do not say what they fill
+// share what the others leave of their cube; a set's total_mass is kept, by scaling its densities.
+Cubes voxelize_samples(std::span<const Samples* const> sets, const VoxelGrid& grid,
+                       const VoxelOptions& options);
+
 // A cube wherever a triangle passes (CellShape::half_open), so no hole is ever left. The volume in
 // a cube is the area of the faces in it, clipped exactly, times `thickness` (m); 0 for cubes that
 // are all full.

@@ -212,6 +212,35 @@ TEST(Voxelize, SamplesOfTwoMattersShareAFullCubeByVolume)
                 1e-9);
 }
 
+// A core that fills its cubes, two of 1 m, and a coat of 0.25 m^3 in the second: the core has what
+// the coat leaves. The coat states 5 kg, the core goes by its density.
+TEST(Voxelize, SetsOfSamplesKeepTheirMattersAndMasses)
+{
+    Samples core, coat;
+    core.matters = {{.name = "core", .density = 100, .young = 1e5}};
+    core.positions = {{0.5f, 0.5f, 0.5f}, {1.2f, 0.5f, 0.5f}, {1.4f, 0.5f, 0.5f}};
+    core.mass = {1, 1, 1};
+    core.matter = {0, 0, 0};
+    core.bulk = 0;
+    coat.matters = {{.name = "coat", .density = 800, .young = 9e5}};
+    coat.positions = {{1.9f, 0.5f, 0.5f}};
+    coat.mass = {200};
+    coat.matter = {0};
+    coat.total_mass = 5;
+    const Samples* const sets[] = {&core, &coat};
+    const Cubes cubes = voxelize_samples(sets, VoxelGrid{}, {});
+    ASSERT_EQ(cubes.count(), 2u);
+    EXPECT_NEAR(cubes.mass[0], 100, 1e-9);
+    EXPECT_NEAR(cubes.mass[1], 0.75 * 100 + 5, 1e-9);
+    EXPECT_NEAR(cubes.young[1], 0.75 * 1e5 + 0.25 * 9e5, 1e-4);
+    EXPECT_EQ(cubes.matter[1], 0u) << "the core is the heavier";
+    EXPECT_EQ(cubes.matters.at(1).name, "coat");
+    // One set is what it was alone.
+    const Cubes alone = voxelize_samples(coat, VoxelGrid{}, {});
+    EXPECT_NEAR(alone.mass[0], 5, 1e-12);
+    EXPECT_NEAR(alone.matters[0].density, 800, 0);
+}
+
 TEST(Voxelize, ACubeThatIsMerelyTouchedTakesAfterANeighbour)
 {
     Cubes cubes = geometry::solid_cubes({{0, 0, 0}, {1, 1, 1}, {5, 0, 0}}, 1);
