@@ -22,6 +22,7 @@ struct Inputs {
 };
 struct Outputs {
     geometry::TriMesh mesh;
+    geometry::Polylines lines;
 };
 
 static geometry::ReadOptions options(const Inputs& in, const graph::Context& context)
@@ -57,7 +58,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     geometry::ReadMesh read = geometry::read_mesh(in.path, options(in, context));
     for (const auto& file : read.side_files) context.opened(file);
     for (const std::string& warning : read.warnings) context.warn(warning);
-    return {std::move(read.mesh)};
+    return {std::move(read.mesh), std::move(read.lines)};
 }
 
 static void describe_limits(graph::ParamsOf<geometry::ProcessLimits>& params)
@@ -116,7 +117,9 @@ void add_to(graph::Registry& registry)
         .output("mesh", &Outputs::mesh,
                 "The mesh in metres, y up, welded by position, with the materials and their "
                 "textures, groups, normals, texture coordinates and vertex colours that the file "
-                "has. Two faces that meet at a seam of the texture share their vertices.");
+                "has. Two faces that meet at a seam of the texture share their vertices.")
+        .output("lines", &Outputs::lines,
+                "Lines of the file (OBJ, glTF), for Skeletons: moved and scaled with the mesh.");
 }
 
 }  // namespace nodes::read_mesh

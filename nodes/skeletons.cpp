@@ -37,8 +37,10 @@ struct Link {
 struct Inputs {
     graph::Wire<geometry::TriMesh> mesh;
     graph::Wire<geometry::Samples> points;
+    graph::Wire<geometry::Polylines> lines;
     std::vector<Item> skeletons;
     Contribution each;
+    enum class LineKind { curve, polyline } line_kind = LineKind::curve;
     BlendRule blend = BlendRule::sum;
     std::vector<Link> links;
 };
@@ -126,9 +128,16 @@ static Outputs run(const Inputs& in, const graph::Context& context)
                 0);
         }
     }
+    if (in.lines) {
+        const SkeletonKind kind =
+            in.line_kind == Inputs::LineKind::curve ? SkeletonKind::curve : SkeletonKind::polyline;
+        for (const auto& line : in.lines->lines) {
+            add({.kind = kind, .points = line}, in.each, next_frame++, 0);
+        }
+    }
     if (layer.skeletons.empty()) {
         context.warn("there are no skeletons, so the layer is empty: list some under `skeletons`, "
-                     "or link the input 'points'");
+                     "or link the input 'points' or 'lines'");
     }
     layer.blend.rule = in.blend;
     if (any_part) layer.blend.part = std::move(parts);
@@ -218,9 +227,16 @@ void add_to(graph::Registry& registry)
         .input("points", &Inputs::points,
                "Points. Each becomes a point skeleton on a frame of its own, all of one part.",
                graph::Need::optional)
+        .input("lines", &Inputs::lines,
+               "Lines, from ReadMesh. Each becomes a skeleton on a frame of its own, all of one "
+               "part; a line that ends where it begins is a closed one.",
+               graph::Need::optional)
         .list("skeletons", &Inputs::skeletons, describe_item, "The skeletons.")
         .block("each", &Inputs::each, describe_contribution,
-               "Contribution of each skeleton that is made from the input `points`.")
+               "Contribution of each skeleton that is made from the inputs `points` and `lines`.")
+        .choice("line_kind", &Inputs::line_kind, {"curve", "polyline"},
+                "What lines become. curve: smooth through their points. polyline: straight between "
+                "them.")
         .choice("blend", &Inputs::blend, {"sum", "largest_group", "smooth_groups", "gradient"},
                 "Which skeletons blend, and how. sum: all of them. largest_group: only those of "
                 "one part or linked by `links`, with creases. smooth_groups: the same without "

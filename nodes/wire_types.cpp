@@ -6,6 +6,7 @@
 namespace graph {
 
 template const WireType& wire_type<geometry::TriMesh>();
+template const WireType& wire_type<geometry::Polylines>();
 template const WireType& wire_type<geometry::Samples>();
 template const WireType& wire_type<geometry::Cubes>();
 template const WireType& wire_type<physics::Pins>();

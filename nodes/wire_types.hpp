@@ -8,6 +8,7 @@
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/cubes/samples.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/polylines.hpp"
 #include "geometry/mesh/texture.hpp"
 #include "graph/types/standard_wires.hpp"
 #include "physics/layered_bodies/layered.hpp"
@@ -19,6 +20,7 @@
 namespace graph {
 
 template <> inline constexpr const char* wire_name<geometry::TriMesh> = "mesh";
+template <> inline constexpr const char* wire_name<geometry::Polylines> = "lines";
 template <> inline constexpr const char* wire_name<geometry::Samples> = "points";
 template <> inline constexpr const char* wire_name<geometry::Cubes> = "cubes";
 template <> inline constexpr const char* wire_name<physics::Pins> = "pins";
@@ -34,6 +36,7 @@ template <> inline constexpr const char* wire_name<physics::ModalState> = "modal
 template <> inline constexpr const char* wire_name<render::Image> = "image";
 
 extern template const WireType& wire_type<geometry::TriMesh>();
+extern template const WireType& wire_type<geometry::Polylines>();
 extern template const WireType& wire_type<geometry::Samples>();
 extern template const WireType& wire_type<geometry::Cubes>();
 extern template const WireType& wire_type<physics::Pins>();

@@ -92,8 +92,8 @@ struct Dropped {
         add(not_finite, "face or point whose position is not a finite number",
             "faces or points whose positions are not finite numbers");
         add(repeated, "face that has one vertex twice", "faces that have one vertex twice");
-        add(lines, "line: set line_thickness to make a tube of it",
-            "lines: set line_thickness to make tubes of them");
+        add(lines, "line: set line_thickness to make a tube of it, or link the output 'lines'",
+            "lines: set line_thickness to make tubes of them, or link the output 'lines'");
         add(points, "loose point beside the faces", "loose points beside the faces");
         for (std::string& s : all) s += ".";
         return all;
@@ -366,7 +366,23 @@ void drop_normals(TriMesh& mesh)
     mesh.normals.clear();
 }
 
-void fit_and_place(TriMesh& mesh, const ReadOptions& options)
+// The lines of a mesh, of which a file may know but pieces: those that follow each other at one
+// place are one.
+void add_lines(const ImportedMesh& in, const Transform& T, Polylines& out)
+{
+    bool open = false;
+    for (const auto& [i, j] : in.segments) {
+        if (i >= in.positions.size() || j >= in.positions.size()) continue;
+        const Vec3 a = T * in.positions[i].cast<double>(), b = T * in.positions[j].cast<double>();
+        if (!a.allFinite() || !b.allFinite() || a == b) continue;
+        if (!open || out.lines.back().back() != a) out.lines.push_back({a});
+        out.lines.back().push_back(b);
+        open = true;
+    }
+}
+
+// Lines go with the mesh.
+void fit_and_place(TriMesh& mesh, Polylines& lines, const ReadOptions& options)
 {
     double scale = 1;
     if (options.fit > 0) {
@@ -388,6 +404,9 @@ void fit_and_place(TriMesh& mesh, const ReadOptions& options)
             throw std::runtime_error(
                 "scaled to that size, its coordinates exceed single precision");
     }
+    for (std::vector<Vec3>& line : lines.lines) {
+        for (Vec3& p : line) p = (p - origin) * scale;
+    }
 }
 
 }  // namespace
@@ -408,8 +427,9 @@ ReadMesh assemble_mesh(const ImportedScene& given, const ReadOptions& options,
     file_to_world.linear() =
         metres_of(options.unit, options.custom_unit, scene.unit) * to_y_up(options.up, scene);
     for (const ImportedNode& node : scene.nodes) {
-        if (node.mesh < scene.meshes.size())
-            add_instance(assembly, node, world_of(node, file_to_world));
+        if (node.mesh >= scene.meshes.size()) continue;
+        add_instance(assembly, node, world_of(node, file_to_world));
+        add_lines(scene.meshes[node.mesh], world_of(node, file_to_world), out.lines);
     }
     out.mesh = finish(assembly, options, textures);
     out.unit = scene.unit;
@@ -428,7 +448,7 @@ ReadMesh assemble_mesh(const ImportedScene& given, const ReadOptions& options,
     if (std::string far = far_from_origin(out.mesh); !far.empty()) {
         out.warnings.push_back(std::move(far));
     }
-    fit_and_place(out.mesh, options);
+    fit_and_place(out.mesh, out.lines, options);
     return out;
 }
 

@@ -4,6 +4,7 @@
 
 #include "geometry/io/import_scene.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/polylines.hpp"
 
 namespace geometry {
 
@@ -32,6 +33,7 @@ struct ReadOptions {
 
 struct ReadMesh {
     TriMesh mesh;
+    Polylines lines;                                // m, moved and scaled with the mesh
     double unit = 0;                                // m, as the file states it; 0: it does not
     std::vector<std::string> textures;              // named by materials, as the file writes them
     std::vector<std::string> warnings;              // each a sentence

@@ -78,6 +78,27 @@ TEST(AnyGeometry, AScannedCloudBecomesABody)
     EXPECT_NE(told.find("use method = surface"), std::string::npos) << told;
 }
 
+// Two lines, one closed, in centimetres: a curve each, on a frame of its own. The ring's box is a
+// metre wide, its lowest point goes to the ground.
+TEST(AnyGeometry, LinesBecomeSkeletons)
+{
+    const files::Folder folder;
+    folder.write("wire.obj", "v 0 50 0\nv 100 50 0\nv 100 150 0\nv 0 150 0\nv 0 50 70\nv 0 90 70\n"
+                             "l 1 2 3 4 1\nl 5 6\n");
+    Scene scene(reading("wire.obj", R"(, "unit": "cm", "place": "ground")") + R"(,
+        "wires": { "type": "Skeletons@1", "inputs": { "lines": "read.lines" }, "params": { "each":
+                   { "thickness": 0.1, "stiffness": 10, "radius": 0.25 } } })",
+                folder.path);
+    const auto layer = scene.at<geometry::ImplicitLayer>("wires");
+    ASSERT_EQ(layer->skeletons.size(), 2u);
+    EXPECT_EQ(layer->skeletons[0].kind, geometry::SkeletonKind::curve);
+    ASSERT_EQ(layer->skeletons[0].points.size(), 5u);
+    EXPECT_EQ(layer->skeletons[0].points[0], layer->skeletons[0].points[4]);
+    EXPECT_LT((layer->skeletons[0].points[2] - geometry::Vec3(0.5, 1, -0.35)).norm(), 1e-6);
+    ASSERT_EQ(layer->skeletons[1].points.size(), 2u);
+    EXPECT_EQ(layer->frame, (std::vector<std::uint32_t>{0, 1}));
+}
+
 // Two lines of 1 m, 0.1 m thick: tubes of pi / 4 x 0.1^2 x 1 m^3 each, which end at (1, 0, 0).
 TEST(AnyGeometry, LinesOfAThicknessBecomeABody)
 {
