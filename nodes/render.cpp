@@ -118,7 +118,9 @@ static void describe(graph::ParamsOf<ShowParams>& p)
         .param("colliders", &ShowParams::colliders, "Whether linked colliders are drawn.")
         .param("edges", &ShowParams::edges, "Whether the edges of the meshes' faces are drawn.")
         .param("point_size", &ShowParams::point_size,
-               "Diameter of linked points; 0 chooses it by the size of the stage.", {0, 1e9, "m"});
+               "Diameter of linked points, and of those of meshes without faces; 0 chooses it by "
+               "the size of the stage.",
+               {0, 1e9, "m"});
 }
 
 static ::render::Look look_of(const Inputs& in)
@@ -214,6 +216,15 @@ static void add_meshes(::render::Scene& scene, const Inputs& in)
                 if (!scene.legend) scene.legend = legend_for(in.colour, a);
                 surface.paint.scale = scene.legend->scale;
             }
+        }
+        if (linked->triangles().empty()) {
+            // Of the cloud at rest, so that its points keep their size.
+            const auto radius = static_cast<float>(
+                in.show.point_size > 0
+                    ? in.show.point_size / 2
+                    : 0.0025 * geometry::bounds(in.rest ? *in.rest : *linked).diagonal());
+            scene.balls.push_back(::render::cloud_balls(*surface.mesh, surface.paint, radius));
+            continue;
         }
         if (in.show.edges) scene.lines.push_back(::render::edge_lines(*linked));
         scene.surfaces.push_back(std::move(surface));
@@ -426,7 +437,8 @@ void add_to(graph::Registry& registry)
                  "the default look was plain, with a grid on a dark floor; antialias became "
                  "quality; the camera held a box",
                  say_old_look)
-        .inputs("mesh", &Inputs::mesh, "Meshes to draw.")
+        .inputs("mesh", &Inputs::mesh,
+                "Meshes to draw. One without faces, a point cloud, is drawn as small balls.")
         .input("layers", &Inputs::layers, layers_told, graph::Need::optional)
         .input("rest", &Inputs::rest,
                "Mesh that sets the stage: the camera, the floor and the shadow are fitted to its "

@@ -22,6 +22,26 @@ std::shared_ptr<const TriMesh> with_displacement(const std::shared_ptr<const Tri
     return out;
 }
 
+Balls cloud_balls(const TriMesh& cloud, const Paint& paint, float radius)
+{
+    Balls balls;
+    balls.centres = cloud.positions;
+    balls.radius = radius;
+    balls.colours = {paint.by == Paint::By::constant ? paint.colour : geometry::Material{}.colour};
+    const bool own = paint.by == Paint::By::vertex_colour || paint.by == Paint::By::material;
+    if (own && cloud.colours.size() == cloud.positions.size()) balls.colours = cloud.colours;
+    if (paint.by != Paint::By::attribute) return balls;
+    for (const geometry::Attribute& a : cloud.attributes) {
+        if (a.name != paint.attribute || a.values.size() != cloud.positions.size()) continue;
+        balls.colours.clear();
+        for (const float value : a.values) {
+            balls.colours.push_back(
+                linear_from_srgb(colour_at(paint.scale.map, paint.scale.place(value))));
+        }
+    }
+    return balls;
+}
+
 Lines edge_lines(const TriMesh& mesh)
 {
     Lines lines;

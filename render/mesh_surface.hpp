@@ -1,6 +1,7 @@
 #pragma once
 
-// Meshes as things to draw: the attribute that colours them, and the edges of their faces.
+// Meshes as things to draw: the attribute that colours them, clouds of points, and the edges of
+// faces.
 
 #include "render/scene.hpp"
 
@@ -11,6 +12,10 @@ namespace render {
 // number of vertices.
 std::shared_ptr<const TriMesh> with_displacement(const std::shared_ptr<const TriMesh>& mesh,
                                                  const TriMesh* rest);
+
+// The points of a mesh without faces as balls, painted as its surface would be. A cloud has no
+// faces that could have a material: by material it shows its vertices' own colours.
+Balls cloud_balls(const TriMesh& cloud, const Paint& paint, float radius);
 
 // The edges of the mesh's faces, each once.
 Lines edge_lines(const TriMesh& mesh);

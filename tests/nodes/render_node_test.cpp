@@ -36,6 +36,37 @@ TEST(RenderNode, WarnsOfAnEmptyPicture)
     EXPECT_NE(warnings({0, -40, 0}, "look_at")[0].find("camera.target"), std::string::npos);
 }
 
+// Two points of a cloud, one red and one blue, 1 m apart and 0.5 m wide, fill what balls of that
+// size do: at 9 m and 40 degrees, 64 pixels high, 0.5 m are 64 * 0.5 / (2 * 9 tan 20) = 4.9 pixels,
+// and a ball covers pi / 4 of its square, 19 pixels.
+TEST(RenderNode, ACloudIsDrawnAsBallsInItsColours)
+{
+    geometry::TriMesh cloud;
+    cloud.positions = {{-0.5f, 0, 0}, {0.5f, 0, 0}};
+    cloud.colours = {{1, 0, 0}, {0, 0, 1}};
+    NodeRun render("Render");
+    render.inputs["mesh"] = {graph::Value::of(std::move(cloud))};
+    render.param("width").is = std::int64_t{64};
+    render.param("height").is = std::int64_t{64};
+    render.param("look").is = std::string("plain");
+    render.param("quality").is = std::string("draft");
+    render.param("ground.kind").is = std::string("none");
+    render.param("show.point_size").is = 0.5;
+    render.param("camera.kind").is = std::string("look_at");
+    render.param("camera.eye").is = std::array<double, 3>{0, 0, 9};
+    render.param("camera.target").is = std::array<double, 3>{0, 0, 0};
+    render.param("camera.field_of_view").is = 40.0;
+    const auto image = render.run().as<::render::Image>();
+    int red = 0, blue = 0;
+    for (std::size_t i = 0; i < image->rgba.size(); i += 4) {
+        const int r = image->rgba[i], b = image->rgba[i + 2];
+        if (r > 2 * b + 20) (i / 4 % 64 < 32 ? red : blue) += 1;
+        if (b > 2 * r + 20) (i / 4 % 64 < 32 ? red : blue) += 100;
+    }
+    EXPECT_NEAR(red, 19, 6);
+    EXPECT_NEAR(blue, 1900, 600);
+}
+
 // A ball that flies 3 m in 10 frames: the camera that holds its motion keeps the margin free in all
 // of them, and no more on one side at least.
 TEST(RenderNode, HoldsTheMotionOfAllFrames)
