@@ -166,8 +166,13 @@ void BrickElasticity::weigh(double stiffness, double damping)
 template <class T>
 BrickCoefficients<T> BrickElasticity::coefficients(const T* stiffness, const T* rotation) const
 {
-    return {body_.layout.gather.data(), body_.layout.scatter.data(), stiffness, rotation,
-            T(body_.element == BrickElement::trilinear ? 1 : 0)};
+    return {body_.layout.gather.data(),
+            body_.layout.scatter.data(),
+            stiffness,
+            rotation,
+            T(body_.element == BrickElement::trilinear ? 1 : 0),
+            nullptr,
+            body_.element == BrickElement::relaxed};
 }
 
 template <class T>

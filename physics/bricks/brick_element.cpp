@@ -1,5 +1,6 @@
 #include "physics/bricks/brick_element.hpp"
 
+#include <algorithm>
 #include <bit>
 
 namespace physics {
@@ -32,6 +33,14 @@ Lame lame(double young, double poisson)
     return {young * poisson / ((1 + poisson) * (1 - 2 * poisson)), young / (2 * (1 + poisson))};
 }
 
+BrickElement element_of(const geometry::Cubes& cubes, BrickElement asked)
+{
+    constexpr double nearly_incompressible = 0.45;  // Poisson ratio
+    const bool any = std::any_of(cubes.poisson.begin(), cubes.poisson.end(),
+                                 [](double nu) { return nu > nearly_incompressible; });
+    return any && asked == BrickElement::incompatible ? BrickElement::relaxed : asked;
+}
+
 BrickVector brick_forces(const BrickVector& u, double h, Lame material, BrickElement element)
 {
     const auto [lambda, mu] = material;
@@ -46,7 +55,11 @@ BrickVector brick_forces(const BrickVector& u, double h, Lame material, BrickEle
         for (unsigned j = 0; j < 3; ++j) {
             if (!(n >> j & 1)) g.col(j) = 2 / h * c[n | 1u << j];
         }
-        if (element == BrickElement::incompatible && std::popcount(n) == 1) {
+        double bulk = lambda;
+        if (element == BrickElement::relaxed && std::popcount(n) == 2) {
+            bulk = 2 * lambda * mu / (lambda + 2 * mu);
+        }
+        if (element != BrickElement::trilinear && std::popcount(n) == 1) {
             const int d = std::countr_zero(n);
             double others = 0;
             for (int j = 0; j < 3; ++j) {
@@ -56,7 +69,7 @@ BrickVector brick_forces(const BrickVector& u, double h, Lame material, BrickEle
             }
             g(d, d) = -lambda * others / (lambda + 2 * mu);
         }
-        const Mat3 p = mu * (g + g.transpose()) + lambda * g.trace() * Mat3::Identity();
+        const Mat3 p = mu * (g + g.transpose()) + bulk * g.trace() * Mat3::Identity();
         const double weight = h * h * h / std::pow(3, std::popcount(n));
         for (unsigned j = 0; j < 3; ++j) {
             if (!(n >> j & 1)) f[n | 1u << j] += weight * 2 / h * p.col(j);

@@ -19,13 +19,22 @@
 // does not lock: Wilson, Taylor, Doherty, Ghaboussi. Incompatible displacement models. 1973;
 // Taylor, Beresford, Wilson. A non-conforming element for stress analysis. IJNME 1976. In this
 // basis they only choose the missing column G_n(., d) of n = x_d so that the traction P_n(., d)
-// vanishes.
+// vanishes. What is left to lock where the matter is nearly incompressible is the volume of the
+// hourglass xyz, lambda tr(G_n) of n = xy, yz, zx: a bar in torsion. The relaxed element has
+// lambda' = 2 lambda mu / (lambda + 2 mu) there, as in bending: the volume of these three modes is
+// free, as with the three volumetric modes of Simo, Armero, Taylor. Improved versions of assumed
+// enhanced strain tri-linear elements for 3D finite deformation problems. CMAME 110, 1993. All that
+// is linear stays as it is, so that it passes the patch test.
 
 #include "geometry/cubes/cubes.hpp"
 
 namespace physics {
 
-enum class BrickElement { incompatible, trilinear };
+enum class BrickElement { incompatible, trilinear, relaxed };
+
+// The element that a body of these cubes has where `asked` is: incompatible becomes relaxed where
+// any cube's Poisson ratio is above 0.45.
+BrickElement element_of(const geometry::Cubes& cubes, BrickElement asked);
 
 struct Lame {
     double lambda, mu;  // Pa

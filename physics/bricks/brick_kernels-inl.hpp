@@ -150,7 +150,7 @@ template <class V> HWY_INLINE BrickField<V> rotated_back(const V (&r)[9], const 
 // K of the axis-aligned cube.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE BrickField<V> stiffness_times(D d, const BrickField<V>& c, V mu, V lambda, V lambda_bend,
-                                         V plain)
+                                         V plain, V lambda_hourglass)
 {
     using T = hn::TFromD<D>;
     const Monomials<V>&u = c.of[0], &v = c.of[1], &w = c.of[2];
@@ -186,7 +186,7 @@ HWY_INLINE BrickField<V> stiffness_times(D d, const BrickField<V>& c, V mu, V la
     f.of[0].yz = hn::Mul(mu_3, hn::Add(u.yz, twist));
 
     const V ninth = hn::Set(d, T(1) / T(9));
-    const V hourglass = hn::Mul(ninth, hn::Add(hn::Add(mu2, mu2), lambda));
+    const V hourglass = hn::Mul(ninth, hn::Add(hn::Add(mu2, mu2), lambda_hourglass));
     f.of[0].xyz = hn::Mul(hourglass, u.xyz);
     f.of[1].xyz = hn::Mul(hourglass, v.xyz);
     f.of[2].xyz = hn::Mul(hourglass, w.xyz);
@@ -198,8 +198,9 @@ HWY_INLINE BrickField<V> stiffness_times(D d, const BrickCoefficients<T>& bricks
                                          std::size_t lane, const BrickField<V>& c)
 {
     const T* k = bricks.stiffness + block * 3 * block_lanes + lane;
-    return stiffness_times(d, c, hn::LoadU(d, k), hn::LoadU(d, k + block_lanes),
-                           hn::LoadU(d, k + 2 * block_lanes), hn::Set(d, bricks.plain));
+    const V lambda = hn::LoadU(d, k + block_lanes), bend = hn::LoadU(d, k + 2 * block_lanes);
+    return stiffness_times(d, c, hn::LoadU(d, k), lambda, bend, hn::Set(d, bricks.plain),
+                           bricks.relaxed ? bend : lambda);
 }
 
 // N of a cube.

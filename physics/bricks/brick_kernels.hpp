@@ -13,9 +13,10 @@
 //   n = xy, yz, zx   together F_xyz = (4 mu + lambda) / 9 C_xyz
 // and the corner forces are f_a = sum_m s_a^m F_m; mu and lambda carry the factor h / 16 (4 h from
 // the integration, 1/8 from either transform). A plain trilinear brick has lambda' = lambda and
-// mu C_xy[x] more in F_xy[x], and so on. Nothing of a cube is ever multiplied as a 24 x 24 matrix.
-// Wilson, Taylor, Doherty, Ghaboussi. Incompatible displacement models. 1973. Taylor, Beresford,
-// Wilson. A non-conforming element for stress analysis. IJNME 1976.
+// mu C_xy[x] more in F_xy[x], and so on. A relaxed brick has lambda' in F_xyz (brick_element.hpp).
+// Nothing of a cube is ever multiplied as a 24 x 24 matrix. Wilson, Taylor, Doherty, Ghaboussi.
+// Incompatible displacement models. 1973. Taylor, Beresford, Wilson. A non-conforming element for
+// stress analysis. IJNME 1976.
 //
 // Corotational: with R the rotation of the mean deformation gradient, d = R^T x - X and
 //   W(x) = 1/2 d^T K d,   -dW/dx = -R (K d + E),
@@ -42,6 +43,7 @@ template <class T> struct BrickCoefficients {
     const T* rotation = nullptr;             // [block][9][16], row by row
     T plain = 0;                             // 1: plain trilinear bricks, 0: incompatible modes
     const T* excess = nullptr;               // [block][16]: m / 64, or null for none
+    bool relaxed = false;                    // lambda' in place of lambda in F_xyz as well
 };
 
 // Lumped mass is mass / 64 of a cube on all C_m, and that of bricks the share w of that

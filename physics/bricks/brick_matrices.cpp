@@ -23,7 +23,8 @@ BrickCoefficients<double> alone(const BrickCoefficients<double>& all, std::size_
             all.stiffness + block * 3 * block_lanes,
             all.rotation + block * 9 * block_lanes,
             all.plain,
-            all.excess ? all.excess + block * block_lanes : nullptr};
+            all.excess ? all.excess + block * block_lanes : nullptr,
+            all.relaxed};
 }
 
 }  // namespace

@@ -88,14 +88,14 @@ BricksBody make_bricks(const BodyModels& models, const BrickOptions& options)
     body.layout = lay_out_bricks(cubes, 1024, where_sizes_change(models));
     body.base = make_corner_body(models, body.layout.slot);
     body.base.shapes = shapes_that_touch(models, body.base, options.contact);
-    body.element = options.element;
+    body.element = element_of(cubes, options.element);
     body.cubes = cubes.count();
     body.rest = std::make_shared<const geometry::Cubes>(cubes);
     body.factors = std::make_shared<FactorCache>();
     body.multigrids = std::make_shared<MultigridCache>();
     body.dissections = std::make_shared<DissectionCache>();
     add_excess(cubes, body);
-    body.largest_eigenvalue = largest_eigenvalue(cubes, options.element);
+    body.largest_eigenvalue = largest_eigenvalue(cubes, body.element);
     body.turns_with.assign(body.base.corners, 0);
     const std::size_t lanes = body.layout.cube.size();
     body.stiffness.assign(3 * lanes, 0);
@@ -125,7 +125,7 @@ BricksBody make_bricks(const BodyModels& models, const BrickOptions& options)
         // The force on one corner moved along one axis: each monomial of the transform has 1 there.
         const double one =
             share * ((2 * mu + lambda) + 2 * mu + (2 * (2 + plain) * mu + 2 * bend + 2 * mu) / 3 +
-                     (4 * mu + lambda) / 9);
+                     (4 * mu + (body.element == BrickElement::relaxed ? bend : lambda)) / 9);
         for (const auto corner : cubes.corners[c]) {
             body.turns_with[body.base.slot[corner]] =
                 static_cast<std::uint32_t>(block * 9 * block_lanes + lane);

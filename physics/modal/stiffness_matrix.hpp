@@ -33,7 +33,7 @@ Unknowns order_unknowns(const geometry::Cubes& cubes, const std::vector<std::uin
 class CubeStiffness {
 public:
     CubeStiffness(const geometry::Cubes& cubes, BrickElement element, Weighting weighting)
-        : cubes_(cubes), element_(element), weighting_(weighting)
+        : cubes_(cubes), element_(element_of(cubes, element)), weighting_(weighting)
     {}
 
     // K of cube c, and the factor on it.
