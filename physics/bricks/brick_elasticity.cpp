@@ -108,6 +108,7 @@ double BrickElasticity::evaluate(const double* x, double* f, Measures measures)
     const BrickLayout& layout = body_.layout;
     std::vector<double> energy(layout.pieces.size());
     Corotation at;
+    if (!held_.empty()) at.held = held_.data();
     at.quaternion = quaternion_.data();
     at.rotation = rotation_.data();
     at.rotation_low = rotation_low_.data();
@@ -366,6 +367,26 @@ void BrickElasticity::load_rotations(const std::vector<float>& from)
         for (std::size_t k = 0; k < 4; ++k) {
             quaternion_[(i / block_lanes * 4 + k) * block_lanes + i % block_lanes] =
                 double(from[4 * std::size_t{cube[i]} + k]);
+        }
+    }
+}
+
+void BrickElasticity::hold(const std::vector<HeldRotation>& rotations)
+{
+    held_.clear();
+    if (rotations.empty()) return;
+    const auto& cube = body_.layout.cube;
+    std::vector<std::uint32_t> lane_of(body_.cubes);
+    for (std::uint32_t i = 0; i < cube.size(); ++i) {
+        if (cube[i] != no_index) lane_of[cube[i]] = i;
+    }
+    held_.assign(cube.size(), 0);
+    for (const auto& [c, quaternion] : rotations) {
+        const std::size_t i = lane_of[c];
+        held_[i] = 1;
+        for (std::size_t k = 0; k < 4; ++k) {
+            quaternion_[(i / block_lanes * 4 + k) * block_lanes + i % block_lanes] =
+                double(quaternion[k]);
         }
     }
 }

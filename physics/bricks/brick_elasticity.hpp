@@ -7,6 +7,7 @@
 #include "physics/bricks/bricks_body.hpp"
 #include "physics/bricks/elasticity.hpp"
 #include "physics/bricks/factor_cache.hpp"
+#include "physics/bricks/rotation_knots.hpp"
 
 namespace physics {
 
@@ -53,6 +54,8 @@ public:
     // Four numbers a cube: the unit quaternion of its rotation. Others are not taken.
     void load_rotations(const std::vector<float>& from);
     std::vector<float> rotations() const override;
+    // Cubes that keep these rotations from here on, whatever their corners do; none: all turn.
+    void hold(const std::vector<HeldRotation>& rotations);
 
 private:
     // Null where the factor would be so large that its solves cost more than they save: in solid
@@ -73,6 +76,7 @@ private:
 
     const BricksBody& body_;
     Aligned<double> quaternion_;   // B x 4 x 16
+    Aligned<double> held_;         // B x 16, 1: held; empty: none is
     Aligned<double> rotation_;     // B x 9 x 16
     Aligned<float> rotation_low_;  // B x 9 x 16
     Aligned<double> weighted_;     // B x 3 x 16

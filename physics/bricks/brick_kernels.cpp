@@ -72,10 +72,11 @@ template <class V> struct Turning {
 };
 
 // Adds E to f. `y` holds R^T C, `c` the displacement from rest. A crushed or mirrored cube has no
-// definite turning: there E fades out, and what is returned is 0.
+// definite turning: there E fades out, and what is returned is 0. It is where `held` is not null
+// and 1: R does not turn.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE Turning<V> add_turning(D d, double edge, const BrickField<V>& y, const BrickField<V>& c,
-                                  BrickField<V>& f)
+HWY_INLINE Turning<V> add_turning(D d, double edge, const double* held, const BrickField<V>& y,
+                                  const BrickField<V>& c, BrickField<V>& f)
 {
     V t0 = hn::Zero(d), t1 = hn::Zero(d), t2 = hn::Zero(d);
     const auto one = [&](V Monomials<V>::*m) HWY_ATTR {
@@ -99,7 +100,8 @@ HWY_INLINE Turning<V> add_turning(D d, double edge, const BrickField<V>& y, cons
     const V c11 = hn::Sub(hn::Mul(a00, a22), hn::Mul(a02, a02));
     const V c12 = hn::Sub(hn::Mul(a01, a02), hn::Mul(a12, a00));
     const V c22 = hn::Sub(hn::Mul(a00, a11), hn::Mul(a01, a01));
-    const V det = dot3(a00, c00, a01, c01, a02, c02);
+    V det = dot3(a00, c00, a01, c01, a02, c02);
+    if (held) det = hn::IfThenZeroElse(hn::Gt(hn::LoadU(d, held), hn::Zero(d)), det);
     const V floor = hn::Max(det, hn::Set(d, 0.5));  // 8 at rest
     const V inverse = hn::Mul(scale, hn::Div(hn::Max(det, hn::Zero(d)), hn::Mul(floor, floor)));
     const V q0 = hn::Mul(inverse, dot3(c00, t0, c01, t1, c02, t2));
@@ -180,9 +182,11 @@ HWY_INLINE V determinant(D d, double scale, const BrickField<V>& c)
                 hn::Sub(hn::Mul(y0, z1), hn::Mul(y1, z0)));
 }
 
-// R of the mean deformation gradient in C, from the quaternion of last time, which it replaces.
+// R of the mean deformation gradient in C, from the quaternion of last time, which it replaces; but
+// where `held` is not null and 1, that of last time.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE void find_rotation(D d, const BrickField<V>& c, double* quaternion, V (&r)[9])
+HWY_INLINE void find_rotation(D d, const BrickField<V>& c, const double* held, double* quaternion,
+                              V (&r)[9])
 {
     V gradient[1][9], rotation[1][4];
     for (std::size_t i = 0; i < 3; ++i) {
@@ -193,6 +197,12 @@ HWY_INLINE void find_rotation(D d, const BrickField<V>& c, double* quaternion, V
     V(&q)[4] = rotation[0];
     for (std::size_t k = 0; k < 4; ++k) q[k] = hn::LoadU(d, quaternion + k * block_lanes);
     extract_rotations(d, gradient, rotation);
+    if (held) {
+        const auto keeps = hn::Gt(hn::LoadU(d, held), hn::Zero(d));
+        for (std::size_t k = 0; k < 4; ++k) {
+            q[k] = hn::IfThenElse(keeps, hn::LoadU(d, quaternion + k * block_lanes), q[k]);
+        }
+    }
     for (std::size_t k = 0; k < 4; ++k) hn::StoreU(q[k], d, quaternion + k * block_lanes);
     quaternion_to_matrix(d, q, r);
 }
@@ -208,7 +218,8 @@ HWY_INLINE V corotate_lanes(D d, const BrickCoefficients<double>& bricks, const 
     const double edge = 4 * at.h;  // C_x[x] of the cube at rest
     const std::size_t row = block * block_lanes + lane;
     V r[9];
-    find_rotation(d, c, at.quaternion + block * 4 * block_lanes + lane, r);
+    const double* held = at.held ? at.held + row : nullptr;
+    find_rotation(d, c, held, at.quaternion + block * 4 * block_lanes + lane, r);
     for (std::size_t k = 0; k < 9; ++k) {
         const std::size_t to = (block * 9 + k) * block_lanes + lane;
         if (at.rotation) hn::StoreU(r[k], d, at.rotation + to);
@@ -232,7 +243,7 @@ HWY_INLINE V corotate_lanes(D d, const BrickCoefficients<double>& bricks, const 
         hn::StoreU(hn::DemoteTo(low, change), low, at.volume + row);
     }
     if (at.force) {
-        const auto turning = add_turning(d, edge, y, displacement, f);
+        const auto turning = add_turning(d, edge, held, y, displacement, f);
         if (at.strained) {
             const std::size_t to = block * strained_rows * block_lanes + lane;
             store_strained(d, displacement, turning, at.strained + to, at.strained_low + to);

@@ -67,6 +67,7 @@ inline constexpr std::size_t strained_rows = 30;
 // What corotate() reads and fills; null where not wanted. Rows of 16 lanes.
 struct Corotation {
     double h = 0;                      // m, edge of a cube
+    const double* held = nullptr;      // [block][16], 1: keeps last time's rotation; or null
     double* quaternion = nullptr;      // [block][4][16], in: last time's; out: this time's
     double* rotation = nullptr;        // [block][9][16]
     float* rotation_low = nullptr;     // [block][9][16], the same in single precision

@@ -37,8 +37,10 @@ State advance(const BricksBody& body, State state, const Loads& loads, double dt
 {
     BrickElasticity elasticity(body);
     elasticity.load_rotations(state.rotation);
+    elasticity.hold(undo_knots(*body.rest, body.neighbours, state.rotation, loads.pins));
     const double before = largest_speed(state);
     state = advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
+    elasticity.hold({});
     Aligned<float> stress(body.layout.cube.size()), volume(body.layout.cube.size());
     elasticity.evaluate(by_slot(body.base, state.x).data(), nullptr,
                         {stress.data(), volume.data()});

@@ -90,6 +90,7 @@ BricksBody make_bricks(const BodyModels& models, const BrickOptions& options)
     body.base.shapes = shapes_that_touch(models, body.base, options.contact);
     body.element = element_of(cubes, options.element);
     body.cubes = cubes.count();
+    body.neighbours = find_neighbours(cubes);
     body.rest = std::make_shared<const geometry::Cubes>(cubes);
     body.factors = std::make_shared<FactorCache>();
     body.multigrids = std::make_shared<MultigridCache>();
@@ -142,7 +143,8 @@ std::size_t BricksBody::bytes() const
     return sizeof *this - sizeof base + base.bytes() +
            of(block_edge, layout.slot, layout.cube, layout.gather, layout.scatter, layout.copy_at,
               layout.copy, layout.pieces, stiffness, material, stiffness_damping, diagonal,
-              damping_diagonal, excess, damped_excess, excess_diagonal, damped_excess_diagonal);
+              damping_diagonal, neighbours, excess, damped_excess, excess_diagonal,
+              damped_excess_diagonal);
 }
 
 State rest_state(const BricksBody& body)

@@ -7,6 +7,7 @@
 #include "physics/body/stiffness.hpp"
 #include "physics/bricks/brick_element.hpp"
 #include "physics/bricks/brick_layout.hpp"
+#include "physics/bricks/rotation_knots.hpp"
 #include "physics/math/aligned_memory.hpp"
 #include "physics/state/state.hpp"
 
@@ -42,6 +43,8 @@ struct BricksBody {
     std::vector<double> excess_diagonal, damped_excess_diagonal;  // K by slot, of N, kg and kg/s
     std::vector<double> diagonal;          // K by slot, N/m, of the stiffness
     std::vector<double> damping_diagonal;  // K by slot, N s/m
+
+    CubeNeighbours neighbours;
 
     std::vector<std::uint32_t> turns_with;  // K by slot, where the rotation of a cube at it starts
 
