@@ -4,6 +4,7 @@
 #include "nodes/distances.hpp"
 #include "nodes/machine.hpp"
 #include "nodes/mesh_info.hpp"
+#include "nodes/motion_card.hpp"
 #include "nodes/registry.hpp"
 #include "runtime/commands/command_line.hpp"
 #include "runtime/cook/interrupt.hpp"
@@ -21,6 +22,7 @@ int main(int argc, char** argv)
     console.salt = runtime::program_identity(nodes::late_libraries);
     console.distances = nodes::distances();
     console.body_card = nodes::body_card;
+    console.motion_figures = nodes::motion_figures;
     console.count_cubes = nodes::count_cubes;
     console.mesh_info = nodes::describe_mesh;
     console.write_sheet = nodes::write_sheet;

@@ -1,5 +1,6 @@
 #include "runtime/commands/card.hpp"
 
+#include "runtime/commands/motion_card.hpp"
 #include "runtime/cook/evaluator.hpp"
 
 #include <CLI/CLI.hpp>
@@ -94,6 +95,49 @@ void write_card(const std::string& name, const Lines& lines, bool json, std::ost
     }
 }
 
+void write_motion(const MotionCard& card, bool json, std::ostream& out)
+{
+    if (json) {
+        nlohmann::ordered_json all{{"simulation", card.name}, {"frames", card.frames}};
+        for (const auto& [quantity, x] : card.lines) {
+            all["card"][quantity] =
+                std::isfinite(x) ? nlohmann::ordered_json(x) : nlohmann::ordered_json();
+        }
+        out << all.dump() << "\n";
+        return;
+    }
+    out << fmt::format("{:<42} {:>12}\n", card.name, fmt::format("{} frames", card.frames));
+    for (const auto& [quantity, x] : card.lines) {
+        out << fmt::format("  {:<40} {:>12}\n", quantity, number_text(x));
+    }
+}
+
+// Cooks the simulations, and says how well they were solved.
+int run_motion_card(Evaluator& evaluator, const CookRequest& request, Console& console,
+                    const Telling& telling)
+{
+    Cooked cooked;
+    std::vector<MotionCard> cards;
+    try {
+        cards = motion_cards(evaluator, request, console, cooked);
+    } catch (const std::runtime_error& e) {
+        console.err << "aspic: " << e.what() << "\n";
+        return exit_failed;
+    }
+    if (cooked.cancelled) return exit_cancelled;
+    if (!telling.failure.empty()) {
+        console.err << "aspic: " << telling.failure << "\n";
+        return exit_failed;
+    }
+    if (cards.empty()) {
+        console.err << fmt::format("{} simulates no cubes: --motion needs Simulate\n",
+                                   evaluator.graph().file);
+        return exit_failed;
+    }
+    for (const MotionCard& card : cards) write_motion(card, request.json, console.out);
+    return exit_ok;
+}
+
 }  // namespace
 
 int run_card(const CookRequest& request, const graph::Registry& registry, Console& console)
@@ -101,7 +145,7 @@ int run_card(const CookRequest& request, const graph::Registry& registry, Consol
     const auto graph = load(request.files.at(0), request, registry, console);
     if (!graph) return exit_usage;
     const std::vector<Body> bodies = bodies_of(*graph);
-    if (bodies.empty() || !console.body_card) {
+    if ((bodies.empty() && !request.motion) || !console.body_card) {
         console.err << fmt::format(
             "{} makes no cubes of a mesh: a card needs Voxelize with a mesh\n", graph->file);
         return exit_failed;
@@ -133,6 +177,7 @@ int run_card(const CookRequest& request, const graph::Registry& registry, Consol
         write_card(graph->nodes[body.node].name, console.body_card(mesh, cubes), request.json,
                    console.out);
     }
+    if (request.motion) return run_motion_card(evaluator, request, console, telling);
     return exit_ok;
 }
 
@@ -144,6 +189,9 @@ void add_card_command(const CommandSet& set)
     add_file(*card_app, set.request);
     add_loading_options(*card_app, set.request);
     add_cooking_options(*card_app, set.request);
+    card_app->add_flag("--motion", set.request.motion,
+                       "Also cook the simulations, and tell their solver residual, balance of "
+                       "energy and contact depth");
     card_app->callback([&set] {
         run_limited(set, [&] { return run_card(set.request, set.registry, set.console); });
     });

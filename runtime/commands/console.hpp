@@ -2,6 +2,7 @@
 
 // What commands are given by the program, and the exit codes that they give back.
 
+#include "graph/types/param.hpp"
 #include "graph/types/value.hpp"
 #include "runtime/cache/key.hpp"
 
@@ -14,6 +15,10 @@
 #include <string>
 #include <utility>
 #include <vector>
+
+namespace graph {
+struct NodeType;
+}  // namespace graph
 
 namespace runtime {
 
@@ -63,6 +68,12 @@ struct Console {
     std::function<std::string()> opengl = {};
     // For `new`: a graph that a newcomer can change.
     std::string starter = {};
+    // For `card`: what a state says of a node of type Simulate with these parameters, on the cubes
+    // that it moves: the share of the forces at work that is left over, the depth of contact (m),
+    // the energy of motion and deformation, and that in gravity (J); not a number where not known.
+    std::function<std::array<double, 4>(const graph::NodeType&, const graph::ParamValues&,
+                                        const graph::Value& cubes, const graph::Value& state)>
+        motion_figures = {};
 };
 
 }  // namespace runtime

@@ -36,6 +36,7 @@ struct CookRequest {
     bool expectations_only = false;
     bool writes = false;   // files of all the frames that are asked for
     bool profile = false;  // show where the time went
+    bool motion = false;   // simulations as well, for `card`
     std::string trace;     // and write it there; empty: nowhere
     double recheck = 0;    // percent of what was found in a cache, made again and compared
 };
