@@ -1,6 +1,7 @@
 // Speed against error: every method on the same reference cases, in one run, as a page with plots.
 //   speed_against_error_bench FOLDER    writes speed-against-error.md, and for each plot a table
 //                                       (.csv) and a gnuplot program (.gp) that draws an .svg
+//   speed_against_error_bench FOLDER incompressible    of the last two cases alone
 // bench/speed_against_error builds it, runs it, draws the plots and puts all into docs/.
 //
 // Cases (the formulas are those of beam and plate theory):
@@ -8,9 +9,12 @@
 //   vibration  the same let go: f = (1.875104)^2/(2 pi L^2) sqrt(EI/(rho A)), less a half of what
 //              shear adds to the deflection
 //   plate      circular, clamped, load P in its middle: w = P a^2/(16 pi D), D = E t^3/(12(1-nu^2))
+//   membrane   Cook's membrane, and a thick cylinder under inner pressure, nearly incompressible
+//   cylinder   (nearly_incompressible.hpp): the equations of the elements alone
 //   swing      a soft beam falls from level and swings: distance from the finest bricks at all
 //              frames, over how far those went
 
+#include "bench/nearly_incompressible.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "physics/bricks/bricks.hpp"
@@ -803,6 +807,70 @@ void swing_case(Page& page)
         results);
 }
 
+// A plane problem by bricks on cubes of several sizes and by CalculiX on meshes that fit.
+std::vector<Result>
+measure_plane(const incompressible::Problem& problem, const std::vector<double>& sizes,
+              double expected, const std::function<double(int n, const std::string& element)>& ccx,
+              const std::vector<int>& meshes)
+{
+    std::vector<Result> out;
+    const auto keep = [&](const std::string& kind, const std::string& setting, double u,
+                          double ms) {
+        out.push_back({kind, setting, u / expected - 1, ms});
+        std::cerr << fmt::format("{:32} {:12} {:+.3f} %\n", kind, setting, 100 * out.back().error);
+    };
+    for (const auto element : {BrickElement::incompatible, BrickElement::trilinear}) {
+        for (const double h : sizes) {
+            const double before = seconds();
+            const double u = incompressible::solve_cubes(problem, h, element);
+            keep(element == BrickElement::trilinear ? "bricks, trilinear" : "bricks",
+                 fmt::format("h={:g}", h), u, 1e3 * (seconds() - before));
+        }
+    }
+    for (const std::string element : {"C3D8", "C3D8I"}) {
+        for (const int n : meshes) {
+            const double before = incompressible::child_seconds();
+            const double u = ccx(n, element);
+            if (!std::isfinite(u)) continue;
+            keep("CalculiX " + element, fmt::format("n={}", n), u,
+                 1e3 * (incompressible::child_seconds() - before));
+        }
+    }
+    return out;
+}
+
+void incompressible_cases(Page& page)
+{
+    const auto& folder = page.folder;
+    page.plot(
+        "speed-membrane", "Cook's membrane, nearly incompressible", "ms to solve",
+        "A tapered panel, 48 wide, 44 high at its clamped and 16 at its loaded end, in plane "
+        "strain: E = 70, nu = 0.4999, a load of 100 on its end. Its upper corner rises by "
+        "27.75: C3D8I and C3D8R of CalculiX on up to 96 x 96 elements, extrapolated. Bricks are "
+        "cubes of edge h that are filled as far as the panel covers them, so that its sloping "
+        "rims are stairs. The elements of CalculiX are n x n, on a mesh that fits. Bricks and "
+        "C3D8I do not lock; trilinear bricks and C3D8 do.",
+        measure_plane(incompressible::cook(), {4, 2, 1, 0.5}, 27.75,
+                      [&](int n, const std::string& element) {
+                          return incompressible::run_calculix(incompressible::cook_grid(n), element,
+                                                              n, n, 1, folder);
+                      },
+                      {12, 24, 48, 96}));
+    page.plot(
+        "speed-cylinder", "A thick cylinder under inner pressure, nearly incompressible",
+        "ms to solve",
+        "Radii 3 and 9, a quarter in plane strain: E = 1000, nu = 0.4999, pressure 1. The inner "
+        "radius grows by 5.06227e-3 (Lame). Bricks are cubes of edge h that are filled as far "
+        "as the wall covers them, under the pressure of the true circle; what is measured is "
+        "the mean along that. The elements of CalculiX are n x 2 n, on a mesh that fits.",
+        measure_plane(incompressible::cylinder(), {1, 0.5, 0.25, 0.125}, 5.06227e-3,
+                      [&](int n, const std::string& element) {
+                          return incompressible::run_calculix(incompressible::cylinder_grid(n),
+                                                              element, 0, 0, 0, folder);
+                      },
+                      {6, 12, 24, 48}));
+}
+
 }  // namespace
 
 int main(int argc, char** argv)
@@ -818,9 +886,11 @@ int main(int argc, char** argv)
         "positive error of a sag means that the model is too soft; a positive error of a "
         "frequency, that it is too high. `aspic study` makes such a plot of any scene.\n\n",
         processor());
-    beam_cases(page);
-    plate_case(page);
-    swing_case(page);
+    const bool all = argc < 3 || argv[2] != std::string("incompressible");
+    if (all) beam_cases(page);
+    if (all) plate_case(page);
+    if (all) swing_case(page);
+    incompressible_cases(page);
     std::ofstream(page.folder / "speed-against-error.md") << page.text;
     std::cout << (page.folder / "speed-against-error.md").string() << "\n";
 }
