@@ -88,8 +88,7 @@ public:
     {
         plan_.inputs.push_back(all_of(member));
         plan_.add_input(type_, name, wire_name<T>, doc);
-        type_.inputs.back().many = true;
-        type_.inputs.back().optional = need == Need::optional;
+        type_.inputs.back().many = true, type_.inputs.back().optional = need == Need::optional;
         return *this;
     }
 
