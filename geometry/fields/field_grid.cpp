@@ -1,6 +1,12 @@
 #include "geometry/fields/field_grid.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace geometry {
+
+// Cells along an axis beyond which there is no grid of them.
+static constexpr double farthest = 1e9;
 
 FieldGrid make_field_grid(std::span<const Box> influence)
 {
@@ -18,6 +24,11 @@ FieldGrid make_field_grid(std::span<const Box> influence)
     const double most = 16.0 * static_cast<double>(bounded) + 8;
     grid.lo = all.lo;
     grid.cell = 0.5 * width / static_cast<double>(bounded);
+    // Boxes that rounding has left without a width, or that are wider than numbers go.
+    if (!(grid.cell > 0) || !((all.size() / grid.cell).maxCoeff() < farthest)) {
+        grid.cell = std::max(all.size().maxCoeff(), 1.0);
+        if (!std::isfinite(grid.cell)) return {};
+    }
     for (;; grid.cell *= 1.25) {
         const Vec3 dims = (all.size() / grid.cell).array().ceil().max(1.0);
         if (dims.prod() > most) continue;
