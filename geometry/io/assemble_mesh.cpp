@@ -92,8 +92,8 @@ struct Dropped {
         add(not_finite, "face or point whose position is not a finite number",
             "faces or points whose positions are not finite numbers");
         add(repeated, "face that has one vertex twice", "faces that have one vertex twice");
-        add(lines, "line: set line_thickness to make a tube of it, or link the output 'lines'",
-            "lines: set line_thickness to make tubes of them, or link the output 'lines'");
+        add(lines, "line, which the output 'lines' has: set line_thickness to make a tube of it",
+            "lines, which the output 'lines' has: set line_thickness to make tubes of them");
         add(points, "loose point beside the faces", "loose points beside the faces");
         for (std::string& s : all) s += ".";
         return all;
@@ -366,8 +366,8 @@ void drop_normals(TriMesh& mesh)
     mesh.normals.clear();
 }
 
-// The lines of a mesh, of which a file may know but pieces: those that follow each other at one
-// place are one.
+// The lines of a mesh. Files often store only segments: segments that follow each other are one
+// line, until it closes.
 void add_lines(const ImportedMesh& in, const Transform& T, Polylines& out)
 {
     bool open = false;
@@ -375,7 +375,11 @@ void add_lines(const ImportedMesh& in, const Transform& T, Polylines& out)
         if (i >= in.positions.size() || j >= in.positions.size()) continue;
         const Vec3 a = T * in.positions[i].cast<double>(), b = T * in.positions[j].cast<double>();
         if (!a.allFinite() || !b.allFinite() || a == b) continue;
-        if (!open || out.lines.back().back() != a) out.lines.push_back({a});
+        const auto closed = [&] {
+            const auto& last = out.lines.back();
+            return last.size() > 2 && last.front() == last.back();
+        };
+        if (!open || out.lines.back().back() != a || closed()) out.lines.push_back({a});
         out.lines.back().push_back(b);
         open = true;
     }

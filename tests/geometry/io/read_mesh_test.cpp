@@ -145,11 +145,13 @@ TEST(ReadMesh, FacesThatCannotBeUsedAreLeftOutAndCounted)
     EXPECT_EQ(read.mesh.positions.size(), 4u);
     std::string all;
     for (const auto& w : read.warnings) all += w + "\n";
-    EXPECT_EQ(all, "left out 1 face that names a vertex which is not in the file.\n"
-                   "left out 2 faces or points whose positions are not finite numbers.\n"
-                   "left out 2 faces that have one vertex twice.\n"
-                   "left out 2 lines: set line_thickness to make tubes of them.\n"
-                   "left out 1 loose point beside the faces.\n");
+    EXPECT_EQ(all,
+              "left out 1 face that names a vertex which is not in the file.\n"
+              "left out 2 faces or points whose positions are not finite numbers.\n"
+              "left out 2 faces that have one vertex twice.\n"
+              "left out 2 lines, which the output 'lines' has: set line_thickness to make tubes of "
+              "them.\n"
+              "left out 1 loose point beside the faces.\n");
 }
 
 TEST(ReadMesh, NothingUsableIsAnErrorThatSaysWhy)
