@@ -4,6 +4,7 @@
 #include "geometry/fields/skeleton_mesh.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace physics {
@@ -79,12 +80,45 @@ Vec3 way_of_points(const Skeleton& now, const Skeleton& before, const Skeleton& 
     return best;
 }
 
+// Of a share of a length, 0 where the length is.
+double share_of(double part, double whole)
+{
+    return whole > 0 ? std::clamp(part / whole, -1.0, 1.0) : 0;
+}
+
+// Of what is round about y, in its own axes.
+Vec3 way_of_round(const Skeleton& now, const Skeleton& before, const Skeleton& after, const Vec3& p)
+{
+    const auto shape = geometry::round_shape(now.kind, now.half_size),
+               was = geometry::round_shape(now.kind, before.half_size),
+               will = geometry::round_shape(now.kind, after.half_size);
+    const double rho = std::hypot(p.x(), p.z());
+    const Vec3 out = rho > 0 ? Vec3(p.x() / rho, 0, p.z() / rho) : Vec3(Vec3::Zero());
+    if (now.kind == geometry::SkeletonKind::torus) {
+        const Vec3 across = (rho - shape.ring) * out + p.y() * Vec3::UnitY();
+        const double far = across.norm();
+        const Vec3 grown = far > 0 ? Vec3(across / far) : Vec3(Vec3::Zero());
+        return (will.ring - was.ring) * out +
+               (will.tube - was.tube) * share_of(far, shape.tube) * grown;
+    }
+    const double up = share_of(p.y(), shape.height);
+    const auto radius = [&](const geometry::RoundShape& of) {
+        return of.base + (of.top - of.base) * (up + 1) / 2;
+    };
+    return (radius(will) - radius(was)) * share_of(rho, radius(shape)) * out +
+           (will.height - was.height) * up * Vec3::UnitY();
+}
+
 }  // namespace
 
 Vec3 way_of(const Skeleton& now, const Skeleton& before, const Skeleton& after, const Vec3& p)
 {
     if (geometry::has_points(now.kind)) return way_of_points(now, before, after, p);
     if (before.half_size == after.half_size) return Vec3::Zero();
+    if (geometry::is_round(now.kind)) {
+        const Vec3 local = now.place.linear().transpose() * (p - now.place.translation());
+        return now.place.linear() * way_of_round(now, before, after, local);
+    }
     const Vec3 half = geometry::half_extent(now.kind, now.half_size);
     const Vec3 grown = geometry::half_extent(now.kind, after.half_size) -
                        geometry::half_extent(now.kind, before.half_size);

@@ -12,8 +12,9 @@ Vec3 velocity_at(const MovingMesh& mesh, const Vec3& p);
 
 // How far the place of a skeleton that is nearest to p goes while the skeleton goes from `before`
 // to `after`; `now`: as it is between the two. All in its frame. Places keep their shares of
-// lengths: the middle of a segment stays its middle. Exact for points, polylines, triangles and
-// boxes; along the chords of a curve, and about the middle of what is round.
+// lengths: the middle of a segment stays its middle. Exact for points, polylines, triangles,
+// boxes, tori, cylinders and cones; along the chords of a curve, and about the middle of
+// ellipsoids.
 Vec3 way_of(const geometry::Skeleton& now, const geometry::Skeleton& before,
             const geometry::Skeleton& after, const Vec3& p);
 
