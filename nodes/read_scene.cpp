@@ -1,4 +1,5 @@
 #include "geometry/base/whole_file.hpp"
+#include "graph/document/path_rules.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/layered_bodies/scene_record.hpp"
@@ -33,6 +34,13 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         for (const std::string& name : physics::bodies_of_record(*frame)) {
             const auto file = in.path.parent_path() / name;
             context.opened(file);
+            const auto real = std::filesystem::weakly_canonical(file);
+            if (!context.root.empty() && !graph::lies_in(real, context.root)) {
+                throw std::runtime_error(fmt::format(
+                    "its body {} lies outside the folder of the graph, by a symbolic link: remove "
+                    "the link, or use --allow-outside",
+                    file.string()));
+            }
             auto bytes = geometry::read_whole_file(file);
             if (!bytes) {
                 throw std::runtime_error(fmt::format(
@@ -58,8 +66,8 @@ void add_to(graph::Registry& registry)
                  "lies beside it.")
         .check(check)
         .output("scene", &Outputs::scene,
-                "The scene, for Render, Polygonize and Skin, with the same bits as what Layered "
-                "gave. It holds no cubes for Carried.");
+                "The scene, for Render, Polygonize and Skin, which give the same bytes as in the "
+                "live cook. It holds no cubes for Carried.");
 }
 
 }  // namespace nodes::read_scene

@@ -28,13 +28,24 @@ static std::string stem_of(const std::filesystem::path& path)
     return stem.empty() ? "scene" : stem;
 }
 
+// What is written lies below the output folder, and no link may lead it elsewhere.
+static void refuse_link(const std::filesystem::path& path)
+{
+    if (!std::filesystem::is_symlink(path)) return;
+    throw std::runtime_error(path.string() +
+                             " leads elsewhere by a symbolic link; remove the link, "
+                             "or use --out DIR");
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     const auto path = graph::frame_file(in.path, context);
     const physics::SceneRecord record = physics::record(*in.scene, stem_of(in.path));
     Outputs out{{path.string()}};
+    refuse_link(path.parent_path() / (stem_of(in.path) + ".bodies"));
     for (const auto& [name, bytes] : record.bodies) {
         const auto file = path.parent_path() / name;
+        refuse_link(file);
         if (geometry::read_whole_file(file) != bytes) geometry::write_whole_file(file, bytes);
         out.file.beside.push_back(file.string());
     }
@@ -51,9 +62,9 @@ void add_to(graph::Registry& registry)
         .input("scene", &Inputs::scene, "The scene at this frame, from Layered.")
         .path_out(
             "path", &Inputs::path,
-            "Path of the file, below the output folder. #### stands for the frame number. What "
-            "a body is made of is written once, into a folder beside it that all frames share: "
-            "scene.bodies. Keep them together.")
+            "Path of the file, below the output folder. #### stands for the frame number. The "
+            "bodies are written once, into the folder scene.bodies beside the frames. Copy both "
+            "together.")
         .check(check)
         .reads(graph::Variable::frame | graph::Variable::range)
         .sink()

@@ -147,7 +147,7 @@ void pass_body(auto& file, auto& body)
 {
     auto& layer = body.layer;
     auto& matter = body.matter;
-    file.count(layer.skeletons, 5);
+    file.count(layer.skeletons, 29);  // the least: a point
     for (auto& skeleton : layer.skeletons) pass_skeleton(file, skeleton);
     file.number(layer.isovalue);
     file.list(layer.contributions);
@@ -305,6 +305,13 @@ BodyFiles read_names(Reader& file)
         !files.folder.empty() && files.folder[0] != '.' &&
         files.folder.find_first_of(std::string_view("/\\\0", 3)) == std::string::npos;
     if (!plain) throw std::runtime_error("expected the name of a folder beside the frame");
+    // Each would be read again.
+    std::vector<std::string> names;
+    for (const auto& hash : files.hash) names.push_back(geometry::name_of(hash));
+    std::sort(names.begin(), names.end());
+    if (std::adjacent_find(names.begin(), names.end()) != names.end()) {
+        throw std::runtime_error("expected each body once, found one twice");
+    }
     return files;
 }
 
@@ -367,7 +374,7 @@ LayeredScene read_record(std::string_view frame, std::span<const std::string> bo
         }
     }
     LayeredScene scene;
-    file.count(scene.parts, 4);
+    file.count(scene.parts, 44);  // the least that a part takes
     scene.states.resize(scene.parts.size());
     for (std::size_t b = 0; b < scene.parts.size(); ++b) {
         std::uint32_t which = 0;

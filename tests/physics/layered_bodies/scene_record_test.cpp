@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <limits>
 
 namespace physics {
 
@@ -180,6 +181,13 @@ TEST(SceneRecord, LiesAreRefusedOrHarmless)
             const auto at = static_cast<std::size_t>(random.unit(8 * i + 2 * k) *
                                                      static_cast<double>(changed.size()));
             changed[at] = static_cast<char>(static_cast<int>(256 * random.unit(8 * i + 2 * k + 1)));
+        }
+        if (i % 2 == 1) {  // a number that few expect
+            constexpr double inf = std::numeric_limits<double>::infinity();
+            constexpr double odd[] = {1e17, 1e231, -1e308, inf, -inf, -1, 0};
+            const auto at = static_cast<std::size_t>(random.unit(20'000 + i) *
+                                                     static_cast<double>(changed.size() - 8));
+            std::memcpy(changed.data() + at, &odd[i / 2 % 7], sizeof(double));
         }
         if (f < 2) {  // and the frame names it
             const geometry::ContentHash hash = geometry::hash_of(body);
