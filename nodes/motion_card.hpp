@@ -8,6 +8,7 @@
 #include "physics/body/plane_touch.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "physics/state/measure.hpp"
+#include "physics/state/state_models.hpp"
 
 #include <algorithm>
 #include <array>
@@ -37,22 +38,24 @@ inline const graph::ParamValue& param_of(const std::vector<graph::Param>& all,
                     path.substr(name.size() + 1));
 }
 
-// Of a state of a Simulate node with these parameters, on the cubes that it moves. The energy is
-// that of bricks; of the other methods it is not known.
+// Of a state of a Simulate node with these parameters, on the cubes that it moves: of several
+// models, the energies are those of the one that has these cubes. The energy is that of bricks; of
+// the other methods it is not known.
 inline MotionFigures motion_figures(const graph::NodeType& type, const graph::ParamValues& params,
                                     const graph::Value& cubes_value,
                                     const graph::Value& state_value)
 {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
     const geometry::Cubes& cubes = *cubes_value.as<geometry::Cubes>();
-    const physics::State& state = *state_value.as<physics::State>();
+    const auto whole = state_value.as<physics::State>(), own = physics::state_of(whole, cubes);
+    const physics::State& state = *own;
     const auto text = [&](const char* path) {
         return std::get<std::string>(param_of(type.params, params, path).is);
     };
     const std::string method = text("method");
     if (method == "lattice") return {unknown, unknown, unknown, unknown};
     const double depth =
-        std::max(physics::deepest_of(state.holds), physics::deepest_of(state.grips));
+        std::max(physics::deepest_of(whole->holds), physics::deepest_of(whole->grips));
     if (method != "bricks") return {state.report.residual, depth, unknown, unknown};
     physics::BrickOptions options;
     if (text("bricks.element") == "trilinear") options.element = physics::BrickElement::trilinear;

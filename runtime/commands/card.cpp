@@ -120,7 +120,7 @@ int run_motion_card(Evaluator& evaluator, const CookRequest& request, Console& c
     std::vector<MotionCard> cards;
     try {
         cards = motion_cards(evaluator, request, console, cooked);
-    } catch (const std::runtime_error& e) {
+    } catch (const std::exception& e) {
         console.err << "aspic: " << e.what() << "\n";
         return exit_failed;
     }

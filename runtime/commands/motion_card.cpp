@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 namespace runtime {
 namespace {
@@ -48,6 +49,15 @@ bool is_left_alone(const graph::Graph& graph, const graph::Node& node)
 // Figures by frame, as Console::motion_figures has them.
 using Figures = std::map<int, std::array<double, 4>>;
 
+// Of one model more: the energies add up.
+void add(const std::array<double, 4>& figures, std::array<double, 4>& all)
+{
+    for (std::size_t i = 0; i < 2; ++i) {
+        if (!(figures[i] <= all[i])) all[i] = figures[i];  // not a number stays
+    }
+    for (std::size_t i = 2; i < 4; ++i) all[i] += figures[i];
+}
+
 double largest(const Figures& figures, std::size_t which)
 {
     double most = 0;
@@ -62,7 +72,9 @@ double largest(const Figures& figures, std::size_t which)
 std::array<double, 2> balance(const Figures& figures)
 {
     double gained = 0, lost = 0, most = 0, before = unknown;
+    int last = figures.empty() ? 0 : figures.begin()->first - 1;
     for (const auto& [frame, f] : figures) {
+        if (frame != std::exchange(last, frame) + 1) return {unknown, unknown};  // left some out
         const double now = f[2] + f[3], step = now - before;
         most = std::max(most, f[2]);
         before = now;
@@ -83,16 +95,20 @@ std::vector<MotionCard> motion_cards(Evaluator& evaluator, const CookRequest& re
     for (std::uint32_t n = 0; n < graph.nodes.size(); ++n) {
         const graph::Node& node = graph.nodes[n];
         if (node.type->name != "Simulate" || linked(node, "cubes").empty()) continue;
-        const graph::Link from = linked(node, "cubes").front();
-        const graph::Value cubes = evaluator.pull(from, graph.range.first);
+        std::vector<graph::Value> models;
+        for (const graph::Link& from : linked(node, "cubes")) {
+            models.push_back(evaluator.pull(from, graph.range.first));
+        }
         std::vector<Want> wants;
         for (const int frame : chosen_frames(graph, request)) wants.push_back({n, frame});
         Figures figures;
-        cooked = evaluator.cook(
-            std::move(wants), [&](const Want& want, std::span<const graph::Value> values) {
-                figures[want.frame] =
-                    console.motion_figures(*node.type, node.params, cubes, values.front());
-            });
+        cooked = evaluator.cook(std::move(wants), [&](const Want& want,
+                                                      std::span<const graph::Value> values) {
+            auto& all = figures[want.frame];
+            for (const graph::Value& cubes : models) {
+                add(console.motion_figures(*node.type, node.params, cubes, values.front()), all);
+            }
+        });
         if (cooked.cancelled || figures.empty()) return {};
         auto [gained, lost] = balance(figures);
         if (!is_left_alone(graph, node)) gained = lost = unknown;

@@ -70,6 +70,20 @@ TEST(MotionCard, ABodyThatFallsKeepsItsEnergyUnderTheMidpointRule)
     EXPECT_EQ(card["contact depth, m"], 0);
 }
 
+TEST(MotionCard, SeveralBodiesAreCountedTogether)
+{
+    std::string two =
+        falling_box("", R"("step": { "integrator": "implicit_midpoint", "tolerance": 1e-8 })", R"(
+    "other": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" }, "params": {
+        "method": "solid", "size": 0.05, "matter": { "density": 500, "young": 1e5 } } },)");
+    const std::string one = R"("body.cubes")";
+    two.replace(two.find(one), one.size(), R"(["body.cubes", "other.cubes"])");
+    const MotionSaid said = card_of(two, as_json);
+    ASSERT_EQ(said.exit, runtime::exit_ok) << said.err;
+    EXPECT_LT(said.json["card"]["energy gained, of the most there was"].get<double>(), 1e-9);
+    EXPECT_LT(said.json["card"]["energy lost, of the most there was"].get<double>(), 1e-9);
+}
+
 TEST(MotionCard, ImplicitEulerLosesWhatItsStepsDo)
 {
     // Of free fall: a step of dt ends at v + g dt and goes that times dt, so that it loses
