@@ -10,7 +10,7 @@
 namespace physics {
 namespace {
 
-constexpr double h = 0.1;
+constexpr double block_edge = 0.1;
 
 Vec3 mean(const std::vector<Vec3>& of)
 {
@@ -29,7 +29,7 @@ Collider floor_of(double bounce)
 // A stiff block of 3 cubes each way.
 geometry::Cubes block(double young = 1e9)
 {
-    return fixtures::box(3, 3, 3, h, {.young = young, .stiffness_damping = 1e-4});
+    return fixtures::box(3, 3, 3, block_edge, {.young = young, .stiffness_damping = 1e-4});
 }
 
 // Thrown at a floor from `height` (m) at `speed` (m/s), no gravity: how fast it comes off.
@@ -62,7 +62,7 @@ TEST(Bounce, ABlockLeavesWithItsShareOfTheSpeedThatItCameWith)
             << how.bounce << " at " << how.speed << " m/s from " << how.height;
         // And is where it then is: half a second less the way down.
         const double way = how.bounce * how.speed * (0.5 - how.height / how.speed);
-        EXPECT_NEAR(mean(state.x).y() - 1.5 * h, way, 0.03 * way + 0.01);
+        EXPECT_NEAR(mean(state.x).y() - 1.5 * block_edge, way, 0.03 * way + 0.01);
     };
     for (const double bounce : {0.5, 0.9, 1.0}) {
         for (const double speed : {2.0, 5.0, 40.0}) {
@@ -107,7 +107,7 @@ TEST(Bounce, WithoutItABlockStays)
             const State state =
                 after(make_bricks(block()), {height, 5, 0, {.integrator = integrator}});
             EXPECT_NEAR(mean(state.v).y(), 0, 0.01) << int(integrator) << " " << height;
-            EXPECT_NEAR(mean(state.x).y(), 1.5 * h, 0.01);
+            EXPECT_NEAR(mean(state.x).y(), 1.5 * block_edge, 0.01);
         }
     }
 }
@@ -127,7 +127,7 @@ TEST(Bounce, ADroppedBlockRisesToTheSquareOfItAndComesToRest)
     for (int frame = 0; frame < 144; ++frame) {
         state = advance(body, state, loads, 1.0 / 24,
                         {.integrator = Integrator::sdirk2, .substeps = 4});
-        const double now = mean(state.x).y() - 1.5 * h;
+        const double now = mean(state.x).y() - 1.5 * block_edge;
         if (rising > 0 && now < before) tops.push_back(before);
         rising = now - before;
         before = now;
@@ -152,7 +152,8 @@ TEST(Bounce, PartsExchangeMomentumByNewtonsLaw)
             }
         }
     }
-    const auto cubes = fixtures::cubes_on(cells, h, {.young = 1e9, .stiffness_damping = 1e-4});
+    const auto cubes =
+        fixtures::cubes_on(cells, block_edge, {.young = 1e9, .stiffness_damping = 1e-4});
     const BricksBody body = make_bricks(cubes, {.contact = {.bounce = e}});
     State state = rest_state(body);
     for (std::size_t k = 0; k < state.v.size(); ++k) {
@@ -177,7 +178,7 @@ geometry::Cubes blocks_at(const std::vector<geometry::Vec3i>& places)
             cells.emplace_back(at + geometry::Vec3i(i % 3, i / 3 % 3, i / 9));
         }
     }
-    return fixtures::cubes_on(cells, h, {.young = 1e9, .stiffness_damping = 1e-4});
+    return fixtures::cubes_on(cells, block_edge, {.young = 1e9, .stiffness_damping = 1e-4});
 }
 
 // One block lies on the floor and is pushed into it. The other one gets close to it in this step.
@@ -185,7 +186,7 @@ TEST(Bounce, WhatDoesNotReachTheFloorInAStepDoesNotBounceInIt)
 {
     const auto cubes = blocks_at({{0, 0, 0}, {9, 3, 0}});
     const BricksBody body = make_bricks(cubes);
-    constexpr double speed = 2.95 * h * 24;
+    constexpr double speed = 2.95 * block_edge * 24;
     for (const auto integrator :
          {Integrator::implicit_euler, Integrator::sdirk2, Integrator::implicit_midpoint}) {
         State state = rest_state(body);
@@ -245,7 +246,7 @@ TEST(Bounce, ASpinningBlockGainsNoEnergy)
         for (const double rate : {-15.0, 15.0}) {
             for (const double height : {0.3, 0.35, 0.4}) {
                 State state = rest_state(body);
-                const Vec3 middle = Vec3::Constant(1.5 * h), spin(0, 0, rate);
+                const Vec3 middle = Vec3::Constant(1.5 * block_edge), spin(0, 0, rate);
                 for (std::size_t k = 0; k < state.x.size(); ++k) {
                     state.v[k] = Vec3(sideways, -3, 0) + spin.cross(state.x[k] - middle);
                     state.x[k].y() += height;

@@ -18,7 +18,7 @@ namespace {
 
 using geometry::Vec3i;
 
-constexpr double h = 0.1;
+constexpr double cube_edge = 0.1;
 constexpr int gap = 4;  // cubes, between the arms of a clamp
 
 // A U on its side: a column at x = 0, and two arms of 9 x 2 x 3 cubes at its ends.
@@ -32,7 +32,7 @@ geometry::Cubes clamp(const fixtures::Stuff& stuff = {})
             for (int x = 1; x < 10; ++x) cells.emplace_back(x, y, z);
         }
     }
-    return fixtures::cubes_on(cells, h, stuff);
+    return fixtures::cubes_on(cells, cube_edge, stuff);
 }
 
 bool on_upper_arm(const geometry::Cubes& cubes, std::size_t k)
@@ -46,7 +46,7 @@ bool on_lower_arm(const geometry::Cubes& cubes, std::size_t k)
 
 TEST(SelfContact, CubesAroundAreThoseWithinTwoSteps)
 {
-    const auto cubes = fixtures::blob(3, 80, h);
+    const auto cubes = fixtures::blob(3, 80, cube_edge);
     std::vector<std::uint32_t> of;
     for (std::uint32_t c = 0; c < cubes.count(); c += 3) of.push_back(c);
     const PartLists around = cubes_around(cubes.corners, of, cubes.corner_count());
@@ -109,7 +109,7 @@ TEST(SelfContact, TheDepthIsThatOfThePointInTheOtherArm)
     const CornerBody body = make_corner_body(cubes, {}, nullptr);
     Aligned<double> x = body.rest;
     for (std::size_t k = 0; k < body.corners; ++k) {
-        if (cubes.corner[k].y() >= gap + 2) x[4 * k + 1] -= gap * h + 0.003;
+        if (cubes.corner[k].y() >= gap + 2) x[4 * k + 1] -= gap * cube_edge + 0.003;
     }
     const auto contacts = contacts_of(cubes, body, x);
     ASSERT_GT(contacts.size(), 100u);  // of 9 x 3 faces on each side
@@ -134,8 +134,8 @@ struct Fingers {
     Fingers()
     {
         const auto box = [](const Vec3& lo, const Vec3& hi) {
-            auto out = geometry::box(h * (hi - lo), {1, 1, 1});
-            for (auto& p : out.positions) p += (0.5 * h * (lo + hi)).cast<float>();
+            auto out = geometry::box(cube_edge * (hi - lo), {1, 1, 1});
+            for (auto& p : out.positions) p += (0.5 * cube_edge * (lo + hi)).cast<float>();
             return out;
         };
         const auto base = box({0, 0.1, 0.1}, {3.1, 0.9, 1.9});
@@ -144,7 +144,7 @@ struct Fingers {
         const std::array<const geometry::TriMesh*, 3> all{&base, &left, &right};
         mesh = geometry::merge(all);
         cubes = geometry::voxelize_solid(mesh, {{}, {{}}, {}}, geometry::Inside::winding, 0,
-                                         {h, Vec3::Zero(), Vec3i::Zero()},
+                                         {cube_edge, Vec3::Zero(), Vec3i::Zero()},
                                          {.pieces = geometry::NearPieces::apart});
         body = make_corner_body(cubes, {}, &mesh);
         is_left.assign(cubes.corner_count(), 0);
@@ -177,13 +177,13 @@ TEST(SelfContact, PiecesThatShareACellTouchWhereTheyMeetOnly)
     const Fingers f;
     ASSERT_FALSE(f.cubes.part.empty());
     EXPECT_TRUE(touches_of(f.cubes, f.body, f.body.rest, &f.mesh).empty());
-    EXPECT_TRUE(touches_of(f.cubes, f.body, f.bent(-0.6 * h), &f.mesh).empty());  // spread
-    EXPECT_TRUE(contacts_of(f.cubes, f.body, f.bent(0.24 * h), &f.mesh).empty());
-    const auto contacts = contacts_of(f.cubes, f.body, f.bent(0.3 * h), &f.mesh);
+    EXPECT_TRUE(touches_of(f.cubes, f.body, f.bent(-0.6 * cube_edge), &f.mesh).empty());  // spread
+    EXPECT_TRUE(contacts_of(f.cubes, f.body, f.bent(0.24 * cube_edge), &f.mesh).empty());
+    const auto contacts = contacts_of(f.cubes, f.body, f.bent(0.3 * cube_edge), &f.mesh);
     EXPECT_GT(contacts.size(), 4u);
     for (const PointContact& c : contacts) {
         EXPECT_GT(std::abs(c.force.normalized().x()), 0.99);
-        EXPECT_LT(2 * c.energy / c.force.norm(), 0.1 * h + 1e-6);
+        EXPECT_LT(2 * c.energy / c.force.norm(), 0.1 * cube_edge + 1e-6);
     }
 }
 
@@ -221,12 +221,12 @@ TEST(SelfContact, ArmsThatMeetDoNotPassThroughEachOther)
     const PartContactOptions touching{.self = true};
     double least = 0;
     thrown(make_bricks(cubes, {.contact = touching}), least);
-    EXPECT_GT(least, -0.1 * h);
-    EXPECT_LT(least, 0.1 * h);
+    EXPECT_GT(least, -0.1 * cube_edge);
+    EXPECT_LT(least, 0.1 * cube_edge);
     thrown(make_springs(cubes, {.contact = touching}), least);
-    EXPECT_GT(least, -0.1 * h);
+    EXPECT_GT(least, -0.1 * cube_edge);
     thrown(make_bricks(cubes, {.contact = {.self = false}}), least);
-    EXPECT_LT(least, -h);  // without it they pass
+    EXPECT_LT(least, -cube_edge);  // without it they pass
 }
 
 TEST(SelfContact, ABodyFarFromItselfMovesAsWithoutIt)

@@ -104,8 +104,12 @@ TYPED_TEST(Stability, AnyShapeToStartFromComesToRest)
         }
         EXPECT_LT(fastest(state), 1e-3) << name;
         // Distances alone do not tell a body from its mirror image.
-        if (bricks) EXPECT_LT(fixtures::misfit(rest_state(body), state), 1e-3 * 0.4) << name;
-        if (springs_return) EXPECT_LT(shape_error(cubes, state), 1e-3 * 0.4) << name;
+        if (bricks) {
+            EXPECT_LT(fixtures::misfit(rest_state(body), state), 1e-3 * 0.4) << name;
+        }
+        if (springs_return) {
+            EXPECT_LT(shape_error(cubes, state), 1e-3 * 0.4) << name;
+        }
     }
 }
 

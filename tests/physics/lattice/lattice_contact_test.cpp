@@ -433,7 +433,7 @@ TEST(LatticeContact, FindsThePointsOfASkinThatASearchOfAllFinds)
             crowd.state.x[i][Eigen::Index(d)] += 0.06 * (random.unit(3 * i + d) - 0.5);
         }
     }
-    const Skin& skin = crowd.body.skin;
+    const ContactSurface& skin = crowd.body.skin;
     std::vector<Vec3> next;
     for (std::size_t c = 0; c < skin.corners.size(); ++c) {
         for (auto i = skin.on(c).point; i < skin.on(c).points_end; ++i) {
@@ -527,7 +527,7 @@ TEST(LatticeContact, PointsOfATornCubeGoWithTheirPart)
                 depth.push_back(p.bias * 0.01 / 0.2);
             }
             body.skin.corners.for_each(0, body.skin.corners.size(), [&](auto c, const auto& k) {
-                const SkinPatch& patch = body.skin.on(c);
+                const SurfacePatch& patch = body.skin.on(c);
                 for (auto i = patch.point; i < (torn.is_open(c) ? patch.points_end : patch.within);
                      ++i) {
                     Vec3 at = Vec3::Zero();
