@@ -229,6 +229,16 @@ static void add_forces(const Inputs& in, const graph::Context& context, physics:
 static void require_same_models(const Inputs& in, const physics::State& start)
 {
     const std::size_t corners = corner_count(in);
+    const auto same = [](const physics::StateModel& a, const physics::StateModel& b) {
+        return a.mark == b.mark;
+    };
+    const auto models = physics::number_models(in.cubes);
+    if (!start.models.empty() &&
+        !std::equal(models.begin(), models.end(), start.models.begin(), start.models.end(), same)) {
+        throw std::invalid_argument(
+            "start state: it is of other bodies, or of the same in another order: link `cubes` as "
+            "in the node that it comes from");
+    }
     if (start.x.size() == corners && start.v.size() == corners) return;
     throw std::invalid_argument(fmt::format("start state: expected {} corners, found {}. Was it "
                                             "made with other cubes?",
@@ -306,6 +316,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     auto state = std::visit(
         [&](const auto& body) { return advance(body, *in.last, loads, dt, in.step); }, in.body->is);
     for (const auto& warning : state.report.warnings) context.warn(warning);
+    state.models = physics::number_models(in.cubes);
     return {std::move(state)};
 }
 

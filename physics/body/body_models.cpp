@@ -58,6 +58,14 @@ void need_cubes(const Cubes& cubes, std::size_t number)
         throw std::invalid_argument("model " + std::to_string(number + 1) +
                                     " of the body has no cubes: unlink it, or check its mesh");
     }
+    for (const auto& corners : cubes.corners) {
+        for (const auto k : corners) {
+            if (k < cubes.corner_count()) continue;
+            throw std::invalid_argument("model " + std::to_string(number + 1) +
+                                        " of the body: expected corners that exist, found " +
+                                        std::to_string(k));
+        }
+    }
     for (const std::size_t length :
          {cubes.corners.size(), cubes.mass.size(), cubes.fill.size(), cubes.young.size(),
           cubes.poisson.size(), cubes.mass_damping.size(), cubes.stiffness_damping.size()}) {

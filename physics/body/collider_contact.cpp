@@ -434,17 +434,23 @@ std::vector<std::string> buried(ModelsOfState models, const Pins& pins,
                                 std::span<const Collider> colliders)
 {
     std::vector<std::string> out;
+    double size = 0;
+    for (const auto& cubes : models) size = std::max(size, cubes->size);
     for (std::size_t i = 0; i < colliders.size(); ++i) {
+        const PosedCollider collider = pose_collider(colliders[i], 1, 0, size);
         std::size_t first = 0;
-        for (const auto& cubes : models) {
-            const PosedCollider collider = pose_collider(colliders[i], 1, 0, cubes->size);
-            const double deepest = deepest_corner(collider, *cubes, first, pins);
-            first += cubes->corner_count();
-            if (!(deepest > cubes->size)) continue;
+        for (std::size_t m = 0; m < models.size(); ++m) {
+            const geometry::Cubes& cubes = *models[m];
+            const double deepest = deepest_corner(collider, cubes, first, pins);
+            first += cubes.corner_count();
+            if (!(deepest > cubes.size)) continue;
+            const std::string name = models.size() == 1
+                                         ? "The body"
+                                         : fmt::format("Body {} of {}", m + 1, models.size());
             out.push_back(fmt::format(
-                "The body starts up to {:.2g} m inside collider {} of {} and will be pushed out "
-                "fast. Move them apart, or pin the corners that must stay.",
-                deepest, i + 1, colliders.size()));
+                "{} starts up to {:.2g} m inside collider {} of {} and will be pushed out fast. "
+                "Move them apart, or pin the corners that must stay.",
+                name, deepest, i + 1, colliders.size()));
         }
     }
     return out;

@@ -75,6 +75,23 @@ std::vector<double> edges_of_parts(const BodyModels& models, const std::vector<s
     return out;
 }
 
+// A corner without mass has no equation of motion: it gets a millionth of the mean of its part, or
+// of all where the part has none.
+void raise_masses(CornerBody& body, double total)
+{
+    std::vector<double> mass(body.parts, 0), corners(body.parts, 0);
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        mass[body.part_of(k)] += body.mass[k];
+        corners[body.part_of(k)] += 1;
+    }
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const std::uint32_t p = body.part_of(k);
+        const double mean =
+            mass[p] > 0 ? mass[p] / corners[p] : total / static_cast<double>(body.corners);
+        body.mass[k] = std::max(body.mass[k], 1e-6 * mean);
+    }
+}
+
 CornerBody make_body(const BodyModels& models, std::vector<std::uint32_t> slot, bool tears)
 {
     const geometry::Cubes& cubes = models.all();
@@ -82,6 +99,10 @@ CornerBody make_body(const BodyModels& models, std::vector<std::uint32_t> slot, 
     for (std::size_t m = 0; m < models.count(); ++m) check_grid(*models.model(m).cubes);
     CornerBody body;
     body.h = models.least_edge();
+    body.models = models.count();
+    for (std::size_t m = 0; m < models.count(); ++m) {
+        body.greatest_edge = std::max(body.greatest_edge, models.model(m).cubes->size);
+    }
     body.corners = cubes.corner_count();
     body.numbers = padded_numbers(body.corners);
     body.slot = std::move(slot);
@@ -106,9 +127,7 @@ CornerBody make_body(const BodyModels& models, std::vector<std::uint32_t> slot, 
             if (!body.part.empty()) body.part[at] = joined.label[c];
         }
     }
-    // A corner without mass has no equation of motion.
-    const double least = 1e-6 * total / static_cast<double>(body.corners);
-    for (double& m : body.mass) m = std::max(m, least);
+    raise_masses(body, total);
     body.rest.assign(body.numbers, 0);
     for (std::size_t m = 0; m < models.count(); ++m) {
         const geometry::Cubes& own = *models.model(m).cubes;
@@ -140,7 +159,7 @@ CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint3
 std::size_t CornerBody::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
-    return sizeof *this + of(slot, mass, mass_damping, part, rest) + skin.bytes() +
+    return sizeof *this + of(slot, mass, mass_damping, part, part_edge, rest) + skin.bytes() +
            (shapes ? shapes->bytes() : 0);
 }
 

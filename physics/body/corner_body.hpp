@@ -20,7 +20,9 @@ namespace physics {
 using geometry::Vec3;
 
 struct CornerBody {
-    double h = 0;                     // m, least edge of a cube
+    double h = 0;              // m, least edge of a cube
+    double greatest_edge = 0;  // m
+    std::size_t models = 1;
     std::size_t corners = 0;          // K
     std::size_t numbers = 0;          // length of a vector over corners, >= 4 K
     std::vector<std::uint32_t> slot;  // K, of each corner; empty: slots are the corners themselves

@@ -80,7 +80,7 @@ BrickElasticity::BrickElasticity(const BricksBody& body)
       excess_low_(body.excess.size())
 {}
 
-double BrickElasticity::largest_difference(const double* w) const
+double BrickElasticity::largest_rate(const double* w) const
 {
     const BrickLayout& layout = body_.layout;
     std::vector<double> largest_sq(layout.pieces.size(), 0);
@@ -96,7 +96,8 @@ double BrickElasticity::largest_difference(const double* w) const
                 most = std::max(most, sum);
             }
         }
-        largest_sq[p] = most;
+        const double edge = body_.block_edge[layout.pieces[p].first_block];
+        largest_sq[p] = most / (edge * edge);
     });
     double most = 0;
     for (const double sq : largest_sq) most = std::max(most, sq);

@@ -21,7 +21,7 @@ public:
     std::size_t room() const override { return 4 * body_.layout.slots; }
     void forces(const double* x, double* f) override { evaluate(x, f, {}); }
     double energy(const double* x) override { return evaluate(x, nullptr, {}); }
-    double largest_difference(const double* w) const override;
+    double largest_rate(const double* w) const override;
     void weigh(double stiffness, double damping) override;
     bool use_hessian(bool on) override;
     void multiply(const float* p, float* y) const override;

@@ -37,7 +37,10 @@ State advance(const BricksBody& body, State state, const Loads& loads, double dt
 {
     BrickElasticity elasticity(body);
     elasticity.load_rotations(state.rotation);
-    elasticity.hold(undo_knots(*body.rest, body.neighbours, state.rotation, loads.pins));
+    check_pins(loads.pins, body.base.corners);
+    if (!options.leaps) {  // an equilibrium is one of the body's own forces
+        elasticity.hold(undo_knots(*body.rest, body.neighbours, state.rotation, loads.pins));
+    }
     const double before = largest_speed(state);
     state = advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
     elasticity.hold({});

@@ -29,8 +29,9 @@ public:
     virtual void forces(const double* x, double* f) = 0;
     // The elastic energy at x, J. What was kept of a derivative is lost.
     virtual double energy(const double* x) = 0;
-    // The largest difference of a field between two corners that the method ties together, about.
-    virtual double largest_difference(const double* w) const = 0;
+    // The largest difference of a field (m/s) between two corners that the method ties together,
+    // about, in edges of their cube: 1/s.
+    virtual double largest_rate(const double* w) const = 0;
     // From here on K stands for stiffness * K + damping * (Rayleigh's part of) K.
     virtual void weigh(double stiffness, double damping) = 0;
     // Whether K is all of the second derivative of the energy at the x of the next forces(), which

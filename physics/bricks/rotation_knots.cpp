@@ -80,11 +80,15 @@ void add_pinned_faces(const geometry::Cubes& cubes, const Pins& pins, CubeNeighb
                 if ((a >> axis & 1) == side) pin[count++] = pin_of[cubes.corners[c][a]];
             }
             if (std::find(pin.begin(), pin.end(), no_index) != pin.end()) continue;
+            const Eigen::Quaternionf q = turned_by(cubes, pins, pin);
+            // Of half a turn in this frame, the way round is not known.
+            constexpr float least = 0.1f;
+            const Quaternion face_turn(q.w(), q.x(), q.y(), q.z());
+            if (std::abs(face_turn.dot(quaternion_of(rotation, c))) < least) continue;
             before[c][face] = static_cast<std::uint32_t>(neighbours.size());
             neighbours.push_back({no_index, no_index, no_index});
             if (side == 0) neighbours.back()[axis] = c;
             if (side == 1) neighbours[c][axis] = before[c][face];
-            const Eigen::Quaternionf q = turned_by(cubes, pins, pin);
             for (const float x : {q.w(), q.x(), q.y(), q.z()}) rotation.push_back(x);
         }
     }

@@ -144,11 +144,12 @@ public:
         });
     }
 
-    double largest_difference(const double* w) const override
+    double largest_rate(const double* w) const override
     {
         double most_sq = 0;
         for (const Spring& s : body_.springs) {
-            most_sq = std::max(most_sq, (at(w, s.b) - at(w, s.a)).squaredNorm());
+            const double edge = body_.base.edge_at(s.a);
+            most_sq = std::max(most_sq, (at(w, s.b) - at(w, s.a)).squaredNorm() / (edge * edge));
         }
         return std::sqrt(most_sq);
     }

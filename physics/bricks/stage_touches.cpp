@@ -39,7 +39,7 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     stage.colliders.clear();
     for (const Collider& c : loads.colliders) {
         stage.colliders.push_back(
-            pose_collider(c, share, frame.seconds, frame.body.h, frame.first));
+            pose_collider(c, share, frame.seconds, frame.body.greatest_edge, frame.first));
     }
     stage.near.clear();
     stage.touches.clear();

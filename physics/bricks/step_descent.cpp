@@ -133,7 +133,7 @@ void end_near_lowest(Stage& stage, const Aligned<double>& from, double slope, Ph
 
 bool is_violent(const Stage& stage)
 {
-    return !(stage.tau * stage.elasticity.largest_difference(stage.w.data()) < stage.frame.body.h);
+    return !(stage.tau * stage.elasticity.largest_rate(stage.w.data()) < 1);
 }
 
 void draw_back(Stage& stage, const Aligned<double>& from, double slope)

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace physics {
 namespace {
@@ -72,13 +73,14 @@ void start_rounds(Stage& stage, StepSolver& solver)
 
 // What stays as it is from round to round.
 struct Rounds {
-    Rounds(const Stage& stage, double at_work)
+    Rounds(const Stage& stage, double at_work, double its_share)
         : one(stage.frame.options.newton_iterations == 1), touches(may_touch(stage)),
-          target(stage.frame.options.tolerance * at_work)
+          share(its_share), target(share * stage.frame.options.tolerance * at_work)
     {}
 
     bool one;       // linear forces alone were asked for
     bool touches;   // it may
+    double share;   // of the forces at work that the tolerance is told of, see least_share()
     double target;  // the norm of the residual that is small enough
 };
 
@@ -139,12 +141,33 @@ double join(Stage& stage, StepSolver& solver, bool again, double size)
     return measure(stage, solver);
 }
 
+// Of several models, one may be so light that the tolerance for all leaves it unsolved: the share
+// of the forces at work on the part with the least, of those on the part with the most. 1 for one
+// model.
+double least_share(const Stage& stage, const StepSolver& solver, const AtWork& at)
+{
+    constexpr double least = 1e-3;  // single precision goes no further
+    const CornerBody& body = stage.frame.body;
+    if (body.models < 2) return 1;
+    const auto outside = norms_of_parts(solver, body, at.outside);
+    const auto elastic = norms_of_parts(solver, body, at.elastic);
+    double low = std::numeric_limits<double>::infinity(), high = 0;
+    for (std::size_t p = 0; p < body.parts; ++p) {
+        const double size = std::max(outside[p], elastic[p]);
+        if (!(size > 0)) continue;  // nothing acts on it
+        low = std::min(low, size);
+        high = std::max(high, size);
+    }
+    return high > 0 ? std::max(least, low / high) : 1;
+}
+
 // Rounds of Newton's method from what start_rounds() left. `at_work` is the norm of the forces at
-// work there.
-void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, StepRecord& record)
+// work there, `share` that of least_share().
+void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, double share,
+               StepRecord& record)
 {
     const StepOptions& options = stage.frame.options;
-    Rounds rounds(stage, at_work);
+    Rounds rounds(stage, at_work, share);
     const double first = size;
     const int most =
         std::max(options.newton_iterations, may_touch(stage) ? options.contact_iterations : 1);
@@ -161,7 +184,7 @@ void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, St
         if (round == 0) {               // what is at rest may be moved by a pin or a collider alone
             at_work =
                 std::max(at_work, std::min(first, norm(solver, physics::at_work(stage).inertia)));
-            rounds.target = options.tolerance * at_work;
+            rounds.target = share * options.tolerance * at_work;
         }
         size = take_contacts(stage, solver, rounds, round, from, dot(stage.r, stage.delta));
         if (!std::isfinite(size)) return;
@@ -192,7 +215,8 @@ void solve_stage(Stage& stage, StepSolver& solver, StepRecord& record)
         times_mass(stage, stage.v0, momentum);
         const double push = std::min(size, norm(solver, momentum));
         go_rounds(stage, solver, size,
-                  std::max({push, norm(solver, at.outside), norm(solver, at.elastic)}), record);
+                  std::max({push, norm(solver, at.outside), norm(solver, at.elastic)}),
+                  least_share(stage, solver, at), record);
         return;
     }
     if (options.leaps) leap(stage, solver, options.tolerance, record);

@@ -316,6 +316,25 @@ double norm(const StepSolver& solver, const Aligned<double>& r)
     return std::sqrt(sum);
 }
 
+std::vector<double> norms_of_parts(const StepSolver& solver, const CornerBody& body,
+                                   const Aligned<double>& r)
+{
+    const LinearSystem<double>& linear = solver.high.linear;
+    std::vector<double> sum(body.parts, 0);
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        for (std::size_t i = 4 * k; i < 4 * k + 3; ++i) {
+            sum[body.part_of(k)] += r[i] * r[i] * linear.inverse[i];
+        }
+    }
+    double z[3];
+    for (const auto& block : linear.blocks) {
+        const CornerBlock<double> at_zero{0, block.inverse};
+        sum[body.part_of(block.slot)] += at_zero.apply(r.data() + 4 * std::size_t{block.slot}, z);
+    }
+    for (double& s : sum) s = std::sqrt(s);
+    return sum;
+}
+
 Solved solve_linear(StepSolver& solver, Stage& stage, double target)
 {
     stage.elasticity.couple(1, stage.tau);

@@ -72,6 +72,9 @@ struct StepSolver {
 void prepare(StepSolver& solver, const Stage& stage);
 
 double norm(const StepSolver& solver, const Aligned<double>& r);
+// The same of each part's corners alone.
+std::vector<double> norms_of_parts(const StepSolver& solver, const CornerBody& body,
+                                   const Aligned<double>& r);
 
 // stage.delta with A delta = r up to a residual of `target` (a norm).
 Solved solve_linear(StepSolver& solver, Stage& stage, double target);

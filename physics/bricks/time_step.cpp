@@ -183,7 +183,7 @@ void keep(FrameStep& step, const Before& before, double begin, double end)
     step.stage.grips = grips_of(step.stage.touches, at);
     // The side of a sheet is not told by a plane alone: the next step may lead over a crease.
     at.late = (end - step.stage.share) * step.frame.seconds;
-    at.near = 0.5 * known_before * step.frame.body.h;
+    at.near = 0.5 * known_before * step.frame.body.greatest_edge;
     step.stage.held = grips_of(step.stage.holds, at);
 }
 

@@ -205,7 +205,7 @@ double ShellElasticity::bend_energy(std::uint32_t k, const double* x) const
     return 0.5 * (p.uu * u.squaredNorm() + 2 * p.uv * u.dot(v) + p.vv * v.squaredNorm());
 }
 
-double ShellElasticity::largest_difference(const double* w) const
+double ShellElasticity::largest_rate(const double* w) const
 {
     double most_sq = 0;
     for (const auto& k : body_.cell) {
@@ -214,7 +214,7 @@ double ShellElasticity::largest_difference(const double* w) const
         most_sq = std::max({most_sq, (at[1] - at[0]).squaredNorm(), (at[2] - at[0]).squaredNorm(),
                             (at[3] - at[1]).squaredNorm(), (at[3] - at[2]).squaredNorm()});
     }
-    return std::sqrt(most_sq);
+    return std::sqrt(most_sq) / body_.base.h;
 }
 
 void ShellElasticity::weigh(double stiffness, double damping)

@@ -18,7 +18,7 @@ public:
     std::size_t room() const override { return body_.base.numbers; }
     void forces(const double* x, double* f) override;
     double energy(const double* x) override;
-    double largest_difference(const double* w) const override;
+    double largest_rate(const double* w) const override;
     void weigh(double stiffness, double damping) override;
     bool use_hessian(bool on) override;  // at once, at the x of the last forces()
     bool uses_hessian() const override { return hessian_ && stiffness_weight_ > 0; }

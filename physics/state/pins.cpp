@@ -12,6 +12,10 @@ namespace {
 // Whether a corner has targets more than `tolerance` apart in the two.
 bool conflict(const Pins& p, const Pins& q, double tolerance)
 {
+    if (p.corner.empty() || q.corner.empty() || p.corner.back() < q.corner.front() ||
+        q.corner.back() < p.corner.front()) {
+        return false;
+    }
     for (std::size_t i = 0, j = 0; i < p.corner.size() && j < q.corner.size();) {
         if (p.corner[i] < q.corner[j]) {
             ++i;

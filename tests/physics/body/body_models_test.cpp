@@ -1,3 +1,4 @@
+#include "geometry/mesh/mesh.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "physics/bricks/springs.hpp"
 #include "physics/state/measure.hpp"
@@ -172,6 +173,73 @@ TEST(BodyModels, AnyNumberOfModelsOfOneSizeAreTheBlocksOfOneModel)
             EXPECT_LT((a.x[k] - b.x[j]).norm(), 1e-5);
         }
     }
+}
+
+// A cantilever of 10 g bends as it does alone, although a block of 13.8 t lands beside it: neither
+// its mass nor its tolerance depends on the other.
+TEST(BodyModels, ALightBodyMovesBesideAHeavyOneAsAlone)
+{
+    Cubes light = fixtures::box(20, 2, 2, 0.005, {.young = 1e5});
+    light.origin = Vec3(5, 0.5, 0);
+    const Cubes heavy = fixtures::box(6, 6, 6, 0.2, {.density = 8000, .young = 1e6});
+    Loads loads;
+    loads.forces.push_back({});
+    loads.colliders.push_back({});
+    loads.colliders[0].pose.translation().y() = loads.colliders[0].before.translation().y() = -0.5;
+    for (std::uint32_t k = 0; k < light.corner_count(); ++k) {
+        if (light.corner[k].x() > 0) continue;
+        loads.pins.corner.push_back(k);
+        loads.pins.target.push_back(light.corner_position(k));
+    }
+    const BricksBody alone = make_bricks(light);
+    const BricksBody both = make_bricks(BodyModels(std::vector<BodyModel>{{&light}, {&heavy}}));
+    State a = rest_state(alone), b = rest_state(both);
+    const std::size_t tip = light.corner_count() - 1;
+    for (int frame = 0; frame < 15; ++frame) {
+        a = advance(alone, a, loads, 1.0 / 24);
+        b = advance(both, b, loads, 1.0 / 24);
+        EXPECT_NEAR(b.x[tip].y(), a.x[tip].y(), 0.002) << frame;
+    }
+    EXPECT_LT(a.x[tip].y(), 0.45);
+}
+
+// Coarse cubes slide over a rippled sheet, although cubes of 2 mm lie elsewhere.
+TEST(BodyModels, ACoarseBodyStaysOnASheetBesideAFineOne)
+{
+    geometry::TriMesh sheet;
+    auto topology = std::make_shared<geometry::MeshTopology>();
+    constexpr int n = 120;
+    for (int i = 0; i <= n; ++i) {
+        for (int j = 0; j <= 4; ++j) {
+            const double x = 0.05 * i - 1;
+            sheet.positions.emplace_back(float(x), float(0.03 * std::sin(x / 0.2 * 6.283)),
+                                         float(j - 2));
+        }
+    }
+    for (std::uint32_t i = 0; i < n; ++i) {
+        for (std::uint32_t j = 0; j < 4; ++j) {
+            const std::uint32_t a = 5 * i + j, b = a + 5;
+            topology->triangles.push_back({a, a + 1, b});
+            topology->triangles.push_back({b, a + 1, b + 1});
+        }
+    }
+    sheet.topology = topology;
+    Loads loads;
+    loads.forces.push_back({});
+    Collider collider;
+    collider.kind = Collider::Kind::mesh;
+    collider.sheet = true;
+    collider.friction = 0;
+    collider.mesh = std::make_shared<const geometry::TriMesh>(std::move(sheet));
+    loads.colliders.push_back(collider);
+    Cubes coarse = fixtures::box(4, 3, 4, 0.15, {.density = 300, .young = 2e5});
+    coarse.origin = Vec3(0, 0.05, -0.3);
+    const Cubes fine = block(3, 0.002, Vec3(0, 1, 20));
+    const BricksBody body = make_bricks(BodyModels(std::vector<BodyModel>{{&coarse}, {&fine}}));
+    State state = rest_state(body);
+    for (std::size_t k = 0; k < coarse.corner_count(); ++k) state.v[k].x() = 5;
+    for (int frame = 0; frame < 20; ++frame) state = advance(body, state, loads, 1.0 / 24);
+    for (std::size_t k = 0; k < coarse.corner_count(); ++k) EXPECT_GT(state.x[k].y(), -0.06);
 }
 
 TEST(BodyModels, RefuseWhatIsNoBody)
