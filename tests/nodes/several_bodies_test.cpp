@@ -84,8 +84,7 @@ TEST(SeveralBodies, EachNodeTakesThePartOfItsCubes)
     NodeRun embed("Embed");
     embed.inputs["cubes"] = {two.high};
     embed.inputs["state"] = {state};
-    NodeRun ball("Primitive");
-    embed.inputs["mesh"] = {mesh_of(two.high)};
+    embed.inputs["mesh"].push_back(Value::of(geometry::TriMesh(*mesh_of(two.high))));
     EXPECT_EQ(embed.run().as<geometry::TriMesh>()->positions.size(), 125u);
     embed.inputs["cubes"] = {block(2, 0.2, geometry::Vec3::Zero())};
     EXPECT_EQ(told([&] { embed.run(); }).find("the state is of 2 bodies, and none has these cubes"),
@@ -131,20 +130,26 @@ TEST(SeveralBodies, WhatDoesNotFitIsTold)
     NodeRun simulate = two.simulate();
     simulate.inputs["cubes"] = {two.low, two.low};
     EXPECT_EQ(told([&] { simulate.run(); }).find("cubes 1 and 2 of 2 are the same"), 0u);
-    simulate = two.simulate();
-    simulate.param("method").is = std::string("lattice");
-    EXPECT_EQ(told([&] { simulate.run(); }).find("method lattice moves one model of cubes"), 0u);
-    simulate = two.simulate();
-    NodeRun ball("Primitive");
-    simulate.inputs["surface"] = {ball.run()};
-    EXPECT_EQ(told([&] { simulate.run(); }).find("`surface` has 1 links, expected 2"), 0u);
-    NodeRun pin("Pin");
+    NodeRun lattice = two.simulate();
+    lattice.param("method").is = std::string("lattice");
+    EXPECT_EQ(told([&] { lattice.run(); }).find("method lattice moves one model of cubes"), 0u);
+    NodeRun skinned = two.simulate(), ball("Primitive");
+    skinned.inputs["surface"] = {ball.run()};
+    EXPECT_EQ(told([&] { skinned.run(); }).find("`surface` has 1 links, expected 2"), 0u);
+    NodeRun pin("Pin"), pinned = two.simulate();
     pin.inputs["cubes"] = {block(2, 0.2, geometry::Vec3::Zero())};
-    simulate = two.simulate();
-    simulate.inputs["pins"] = {pin.run()};
-    EXPECT_EQ(told([&] { simulate.run(); }).find("pins of corners of other cubes"), 0u);
-    simulate.inputs["cubes"] = {};
-    EXPECT_EQ(told([&] { simulate.run(); }).find("expected a link to cubes"), 0u);
+    pin.param("box.size").is = std::array<double, 3>{9, 9, 9};
+    pinned.inputs["pins"] = {pin.run()};
+    EXPECT_EQ(told([&] { pinned.run(); }).find("pins of corners of other cubes"), 0u);
+    // The same bodies in another order.
+    const Value state = two.simulate().run();
+    NodeRun turned = two.simulate();
+    turned.inputs["cubes"] = {two.high, two.low};
+    turned.inputs["start"] = {state};
+    EXPECT_EQ(told([&] { turned.run(); }).find("start state: it is of other bodies"), 0u);
+    NodeRun none = two.simulate();
+    none.inputs["cubes"].clear();
+    EXPECT_EQ(told([&] { none.run(); }).find("expected a link to cubes"), 0u);
 }
 
 }  // namespace
