@@ -125,7 +125,9 @@ TEST(AnyGeometry, LinesOfAThicknessBecomeABody)
     Scene without(reading("wire.obj"), folder.path);
     EXPECT_TRUE(without.at<TriMesh>("read")->triangles().empty());
     ASSERT_FALSE(without.warnings.empty());
-    EXPECT_NE(without.warnings[0].find("left out 2 lines: set line_thickness"), std::string::npos);
+    EXPECT_NE(without.warnings[0].find(
+                  "left out 2 lines, which the output 'lines' has: set line_thickness"),
+              std::string::npos);
 }
 
 }  // namespace
