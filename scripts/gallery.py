@@ -28,7 +28,7 @@ scenes = {
     "bounce_on_stairs": 20, "clover_on_stairs": 24, "blend_constant_volume": 48, "breathing": 18,
     "dough_and_pliers": 66, "kitchen": 48, "coated_cubes": 16, "felt_on_stone": 24,
     "reaching_puppet": 48, "starter": 12, "folding_ribbon": 19, "three_sheets": 14, "walk_by_keys": 40,
-    "scanned_duck": 9,
+    "scanned_duck": 9, "skittles": 19,
 }
 
 
