@@ -61,10 +61,10 @@ PieceCubes cut_into_pieces(const geometry::Cubes& cubes, std::size_t most,
     PieceCubes out;
     out.order.resize(cubes.count());
     std::iota(out.order.begin(), out.order.end(), 0u);
-    std::size_t begin = 0;
-    const auto cut_at = [&](std::size_t end) {
-        if (begin < end) bisect(cubes, out.order, begin, end, most, out.parts);
-        begin = end;
+    std::size_t done = 0;
+    const auto cut_at = [&](std::size_t to) {
+        if (done < to) bisect(cubes, out.order, done, to, most, out.parts);
+        done = to;
     };
     for (const std::uint32_t cut : cuts) cut_at(cut);
     cut_at(cubes.count());
