@@ -30,6 +30,7 @@ struct Body {
     std::variant<physics::BricksBody, physics::SpringsBody, physics::LatticeBody,
                  physics::ShellBody>
         is;
+    std::vector<physics::StateModel> models;  // of several
 
     std::size_t bytes() const
     {
@@ -103,20 +104,21 @@ static physics::BodyModels models_of(const Inputs& in)
 static Body build(const Inputs& in)
 {
     const physics::BodyModels models = models_of(in);
+    const auto numbered = physics::number_models(in.cubes);
     physics::BrickOptions bricks = in.bricks;
     physics::SpringOptions springs = in.springs;
     bricks.contact = springs.contact = in.contact;
     switch (in.method) {
     case Method::bricks:
-        return {physics::make_bricks(models, bricks)};
+        return {physics::make_bricks(models, bricks), numbered};
     case Method::springs:
-        return {physics::make_springs(models, springs)};
+        return {physics::make_springs(models, springs), numbered};
     case Method::lattice:
         if (in.cubes.size() > 1) throw std::invalid_argument(lattice_of_several);
-        return {physics::make_lattice(models.all(), in.lattice, models.model(0).surface)};
+        return {physics::make_lattice(models.all(), in.lattice, models.model(0).surface), numbered};
     case Method::shell:
         if (in.cubes.size() > 1) throw std::invalid_argument(shell_of_several);
-        return {physics::make_shell(models.all(), in.shell, models.model(0).surface)};
+        return {physics::make_shell(models.all(), in.shell, models.model(0).surface), numbered};
     }
     throw std::logic_error("Simulate: a method without a body");
 }
@@ -205,9 +207,8 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 static physics::Loads gather_loads(const Inputs& in, const graph::Context& context)
 {
     physics::Loads loads;
-    const auto models = physics::number_models(in.cubes);
     std::vector<graph::Wire<physics::Pins>> pins;
-    for (const auto& some : in.pins) pins.push_back(physics::pins_of_all(some, models));
+    for (const auto& some : in.pins) pins.push_back(physics::pins_of_all(some, in.body->models));
     loads.pins = physics::merge_pins(pins, corner_count(in));
     for (const auto& warning : physics::conflicting_pins(pins, 1e-3 * least_size(in))) {
         context.warn(warning);
@@ -232,7 +233,7 @@ static void require_same_models(const Inputs& in, const physics::State& start)
     const auto same = [](const physics::StateModel& a, const physics::StateModel& b) {
         return a.mark == b.mark;
     };
-    const auto models = physics::number_models(in.cubes);
+    const auto& models = in.body->models;
     if (!start.models.empty() &&
         !std::equal(models.begin(), models.end(), start.models.begin(), start.models.end(), same)) {
         throw std::invalid_argument(
@@ -300,7 +301,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     if (!in.last) {
         auto state = first_state(in, context, loads);
         start_moving(in, state);
-        state.models = physics::number_models(in.cubes);
+        state.models = in.body->models;
         state.balls = physics::place_balls(balls);
         return {std::move(state)};
     }
@@ -316,7 +317,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     auto state = std::visit(
         [&](const auto& body) { return advance(body, *in.last, loads, dt, in.step); }, in.body->is);
     for (const auto& warning : state.report.warnings) context.warn(warning);
-    state.models = physics::number_models(in.cubes);
+    state.models = in.body->models;
     return {std::move(state)};
 }
 
