@@ -74,7 +74,10 @@ struct Stage {
     std::vector<PartPair> near;              // parts that may touch each other
     std::vector<PlaneTouch> touches, holds;  // of parts, of colliders; found by find_touches()
     std::vector<Grip> grips, held;           // those that the step began with
-    Aligned<double> looked_at;               // m: where touches were looked for last
+    std::vector<double> crept;  // m, of each of near: how far they may have moved against each
+                                // other since their touches were looked for last, up to touches_at
+    Aligned<double> touches_at;  // m
+    Aligned<double> holds_at;    // m: where holds were looked for last
     std::vector<PointContact> contacts;
 };
 

@@ -1,5 +1,6 @@
 #include "physics/bricks/stage_touches.hpp"
 
+#include "geometry/base/parallel.hpp"
 #include "physics/body/external_forces.hpp"
 #include "physics/bricks/bounce.hpp"
 
@@ -9,6 +10,8 @@
 namespace physics {
 namespace {
 
+using geometry::Box;
+
 // What colliders touch at x when corners came there at stage.w.
 std::vector<PlaneTouch> find_holds(const Stage& stage, const Aligned<double>& x)
 {
@@ -17,6 +20,66 @@ std::vector<PlaneTouch> find_holds(const Stage& stage, const Aligned<double>& x)
                                        stage.tau);
     take_grips(found, stage.held);
     return found;
+}
+
+// The ways of each part's corners from where they were asked for last to x, m.
+std::vector<Box> ways_of_parts(Stage& stage)
+{
+    const PartShapes& shapes = *stage.frame.body.shapes;
+    std::vector<Box> out(shapes.parts());
+    geometry::parallel_for(shapes.parts(), 16, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t p = begin; p < end; ++p) {
+            for (const auto slot : shapes.slots[p]) {
+                const std::size_t at = 4 * std::size_t{slot};
+                out[p].add(Eigen::Map<const Vec3>(stage.x.data() + at) -
+                           Eigen::Map<const Vec3>(stage.touches_at.data() + at));
+            }
+        }
+    });
+    stage.touches_at = stage.x;
+    return out;
+}
+
+// Of the pairs that are near, those whose corners may have moved further than `far` (m) on an axis
+// against each other since they were looked at last. They count as looked at now.
+std::vector<PartPair> moved_pairs(Stage& stage, double far)
+{
+    const std::vector<Box> way = ways_of_parts(stage);
+    std::vector<PartPair> out;
+    for (std::size_t i = 0; i < stage.near.size(); ++i) {
+        const Box &a = way[stage.near[i].a], &b = way[stage.near[i].b];
+        stage.crept[i] += std::max((a.hi - b.lo).maxCoeff(), (b.hi - a.lo).maxCoeff());
+        if (stage.crept[i] <= far) continue;
+        out.push_back(stage.near[i]);
+        stage.crept[i] = 0;
+    }
+    return out;
+}
+
+// Adds what parts touch at x.
+bool find_part_touches(Stage& stage, double much)
+{
+    const auto pairs = moved_pairs(stage, known_before * stage.frame.body.h);
+    if (pairs.empty()) return false;
+    auto found = find_part_touches(*stage.frame.body.shapes, pairs, stage.x.data(), stage.w.data(),
+                                   stage.tau, Look::back);
+    take_grips(found, stage.grips);
+    return add_found(stage.touches, found, stage.x.data(), much);
+}
+
+// The same of colliders, where the body has come to be far from where they were looked for last.
+bool find_collider_touches(Stage& stage, Known known, double much)
+{
+    constexpr double far = 0.5 * known_before;  // cubes: they may have moved as far
+    double moved = 0;
+    for (std::size_t i = 0; i < stage.frame.n; ++i) {
+        moved = std::max(moved, std::abs(stage.x[i] - stage.holds_at[i]));
+    }
+    if (moved <= far * stage.frame.body.h) return false;
+    stage.holds_at = stage.x;
+    const auto found = find_holds(stage, stage.x);
+    return known == Known::kept ? add_found(stage.holds, found, stage.x.data(), much)
+                                : renew(stage.holds, found, stage.x.data(), much);
 }
 
 }  // namespace
@@ -55,7 +118,9 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
         stage.holds = find_holds(stage, x0);
     }
     aim_bounces(stage);
-    stage.looked_at = x0;
+    stage.holds_at = x0;
+    stage.touches_at = x0;
+    stage.crept.assign(stage.near.size(), 0);
     stage.w = v0;
     for (std::size_t i = 0; i < loads.pins.corner.size(); ++i) {
         const std::size_t at = 4 * frame.body.slot_of(loads.pins.corner[i]);
@@ -67,28 +132,12 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
 
 bool find_touches(Stage& stage, Known known)
 {
-    constexpr double much = 0.01;               // cubes
-    constexpr double far = 0.5 * known_before;  // cubes: both of a pair may have moved so far
+    constexpr double much = 0.01;  // cubes
     if (!may_touch(stage)) return false;
     const double h = stage.frame.body.h;
-    double moved = 0;
-    for (std::size_t i = 0; i < stage.frame.n; ++i) {
-        moved = std::max(moved, std::abs(stage.x[i] - stage.looked_at[i]));
-    }
-    if (moved <= far * h) return false;
-    stage.looked_at = stage.x;
     bool changed = false;
-    if (!stage.near.empty()) {
-        auto found = find_part_touches(*stage.frame.body.shapes, stage.near, stage.x.data(),
-                                       stage.w.data(), stage.tau, Look::back);
-        take_grips(found, stage.grips);
-        changed = add_found(stage.touches, found, stage.x.data(), much * h);
-    }
-    if (!stage.colliders.empty()) {
-        const auto found = find_holds(stage, stage.x);
-        changed |= known == Known::kept ? add_found(stage.holds, found, stage.x.data(), much * h)
-                                        : renew(stage.holds, found, stage.x.data(), much * h);
-    }
+    if (!stage.near.empty()) changed = find_part_touches(stage, much * h);
+    if (!stage.colliders.empty()) changed |= find_collider_touches(stage, known, much * h);
     aim_bounces(stage);
     return changed;
 }
