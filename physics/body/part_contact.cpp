@@ -4,7 +4,9 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/cubes/trilinear.hpp"
 #include "physics/body/bent_cube.hpp"
+#include "physics/body/near_cubes.hpp"
 #include "physics/body/part_gap.hpp"
+#include "physics/body/points_now.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -56,12 +58,6 @@ Box box_of(const double* x, const std::array<std::uint32_t, 8>& corners)
     return box;
 }
 
-// A cube with points: a box around them, and the mean velocity of its corners.
-struct HolderNow {
-    Box box;
-    Vec3 velocity = Vec3::Zero();  // m/s
-};
-
 // A step's view of what may touch.
 struct Scene {
     const PartShapes& shapes;
@@ -70,7 +66,7 @@ struct Scene {
     double dt;
     double stiffest;  // N/m
     Look look;
-    std::vector<HolderNow> holders;  // H
+    PointsNow now;
 };
 
 // The cubes of a part that lie where another one may be, at x.
@@ -106,35 +102,13 @@ void fill_target(const Scene& scene, const std::vector<Box>& regions, Target& ta
     target.tree = geometry::build_box_tree(target.boxes);
 }
 
-// A cube of a target, and the box around it.
-struct NearCube {
-    Box3f box;
-    std::uint32_t cube = 0;
-};
-
 // A point of a part's shape on its way.
 struct Moving {
     std::uint32_t part = 0;
     std::uint32_t cube = 0, number = 0;  // of the point
     const ShapePoint* point = nullptr;
-    std::array<double, 8> weight{};
     Vec3 p = Vec3::Zero(), v = Vec3::Zero();  // m, m/s
 };
-
-Moving moving_point(const Scene& scene, std::uint32_t part, std::uint32_t cube,
-                    std::uint32_t number)
-{
-    const ShapePoint& point = scene.shapes.point[number];
-    Moving out{part, cube, number, &point};
-    const Vec3 u = point.place.cast<double>();
-    out.weight = geometry::trilinear_weights(u);
-    for (std::size_t a = 0; a < 8; ++a) {
-        const auto slot = scene.shapes.corners[cube][a];
-        out.p += out.weight[a] * corner_of(scene.x, slot);
-        out.v += out.weight[a] * corner_of(scene.v, slot);
-    }
-    return out;
-}
 
 // The unit vector out of the matter that the point is on.
 Vec3 outward_of(const Scene& scene, const Moving& moving)
@@ -168,10 +142,12 @@ PlaneTouch make_touch(const Scene& scene, const Moving& moving, const Target& ta
     const double way = scene.dt * (target.velocity - moving.v).dot(gap.normal);
     touch.stiffness =
         stopping(std::min(10 * young * area / h, scene.stiffest), mass, way, scene.dt, h);
+    const std::array<double, 8> own =
+        geometry::trilinear_weights(moving.point->place.cast<double>());
     const std::array<double, 8> weight = geometry::trilinear_weights(in.u);
     for (std::size_t a = 0; a < 8; ++a) {
         touch.corners[a] = shapes.corners[moving.cube][a];
-        touch.weight[a] = static_cast<float>(moving.weight[a]);
+        touch.weight[a] = static_cast<float>(own[a]);
         touch.corners[8 + a] = shapes.corners[cube][a];
         touch.weight[8 + a] = -static_cast<float>(weight[a]);
     }
@@ -214,11 +190,11 @@ std::optional<PlaneTouch> touch_in(const Scene& scene, const Moving& moving, con
 
 // How far before a face a point may be to be told of it, cubes of size `h`: more where it looks
 // ahead at speed.
-double reach_of(const Scene& scene, const Vec3& way, double h)
+double reach_of(const Scene& scene, double way, double h)
 {
     constexpr double most = 1;
     if (scene.look == Look::back) return known_before;
-    return std::min(known_before + way.norm() / h, most);
+    return std::min(known_before + way / h, most);
 }
 
 // The plane before a point that is in none of the target's cubes `near`: of the one that it is
@@ -260,7 +236,7 @@ std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
 // The touch of a point with one of the target's cubes `near`, at the first place on its way where
 // it is inside; else of where it is before them. `close` is room.
 std::optional<PlaneTouch> first_touch(const Scene& scene, const Moving& moving,
-                                      const Target& target, const std::vector<NearCube>& near,
+                                      const Target& target, NearCubes& near,
                                       std::vector<NearCube>& close)
 {
     constexpr double stride = 0.4;  // of a cube
@@ -271,16 +247,13 @@ std::optional<PlaneTouch> first_touch(const Scene& scene, const Moving& moving,
     if (!std::isfinite(strides)) return std::nullopt;
     const int places = std::clamp(static_cast<int>(std::min(strides, double(most))), 1, most);
     const int first = scene.look == Look::ahead ? places : 1;
-    const double reach = reach_of(scene, way, h);
+    const double reach = reach_of(scene, way.norm(), h);
     Box about;
     about.add(moving.p);
     if (scene.look == Look::back) about.add(Vec3(moving.p - way));
     about = wider(about, reach * h);
     const Box3f span{about.lo.cast<float>(), about.hi.cast<float>()};
-    close.clear();
-    for (const NearCube& cube : near) {
-        if (cube.box.overlaps(span)) close.push_back(cube);
-    }
+    near.meeting(span, close);
     if (close.empty()) return std::nullopt;
     for (int place = first; place <= places; ++place) {
         const Vec3 behind = (1 - double(place) / places) * way;
@@ -304,17 +277,29 @@ void leave_out(const Target& target, std::span<const std::uint32_t> others,
     });
 }
 
+// Where a cube's points may meet the target's cubes.
+Box reach_of(const Scene& scene, const HolderNow& now, const Target& target)
+{
+    constexpr double rounding = 1e-6;  // cubes
+    const double h = scene.shapes.size_of(target.part);
+    const Vec3 way = scene.dt * (now.velocity - target.velocity);
+    const double spread = scene.dt * now.spread;
+    const double reach = (reach_of(scene, way.norm() + spread, h) + rounding) * h;
+    if (scene.look == Look::ahead) return wider(now.box, reach);
+    return wider(swept(now.box, way), spread + reach);
+}
+
 void look(const Scene& scene, const Job& job, const Target& target, std::vector<PlaneTouch>& out)
 {
     const PartShapes& shapes = scene.shapes;
     const auto holders = shapes.holders[job.from];
     const bool on_itself = job.from == target.part;
     std::vector<std::uint32_t> found;  // of the target's cubes
-    std::vector<NearCube> near, close;
+    NearCubes near;
+    std::vector<NearCube> close;
     for (std::size_t i = job.begin; i < job.end; ++i) {
         const std::uint32_t holder = holders[i], cube = shapes.holder[holder];
-        const HolderNow& now = scene.holders[holder];
-        const Box reach = swept(now.box, scene.dt * (now.velocity - target.velocity));
+        const Box reach = reach_of(scene, scene.now.holder[holder], target);
         if (!overlap(reach, target.box)) continue;
         found.clear();
         target.tree.overlapping({reach.lo.cast<float>(), reach.hi.cast<float>()},
@@ -323,10 +308,11 @@ void look(const Scene& scene, const Job& job, const Target& target, std::vector<
         std::sort(found.begin(), found.end());
         if (on_itself) leave_out(target, shapes.around[holder], found);
         near.clear();
-        for (const auto c : found) near.push_back({target.boxes[c], target.cubes[c]});
+        for (const auto c : found) near.add({target.boxes[c], target.cubes[c]});
         if (near.empty()) continue;
         for (auto p = shapes.point_at[holder]; p < shapes.point_at[holder + 1]; ++p) {
-            const Moving moving = moving_point(scene, job.from, cube, p);
+            const Moving moving{
+                job.from, cube, p, &shapes.point[p], scene.now.point[p].p, scene.now.point[p].v};
             if (const auto touch = first_touch(scene, moving, target, near, close)) {
                 out.push_back(*touch);
             }
@@ -340,28 +326,6 @@ struct Meetings {
     std::vector<std::vector<Box>> regions;  // of each target
     std::vector<Job> jobs;
 };
-
-// Of the parts of some pairs; those of others stay empty.
-std::vector<HolderNow> holders_now(const PartShapes& shapes, const std::vector<PartPair>& pairs,
-                                   const double* x, const double* v)
-{
-    std::vector<char> near(shapes.parts(), 0);
-    for (const PartPair& pair : pairs) near[pair.a] = near[pair.b] = 1;
-    std::vector<HolderNow> out(shapes.holder.size());
-    geometry::parallel_for(shapes.parts(), 16, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t part = begin; part < end; ++part) {
-            if (near[part] == 0) continue;
-            for (const auto holder : shapes.holders[part]) {
-                const auto& corners = shapes.corners[shapes.holder[holder]];
-                // Points that lie in no cube are carried by one nearby.
-                const Box own = box_of(x, corners);
-                out[holder].box = wider(own, 0.5 * own.diagonal());
-                for (const auto k : corners) out[holder].velocity += corner_of(v, k) / 8;
-            }
-        }
-    });
-    return out;
-}
 
 // Points of part `from` in the target number `into`.
 void add_jobs(const PartShapes& shapes, std::uint32_t from, std::uint32_t into,
@@ -453,7 +417,7 @@ std::vector<PlaneTouch> find_part_touches(const PartShapes& shapes,
 {
     if (pairs.empty()) return {};
     const double stiffest = 1000 * shapes.mass_of_all * 9.81 / shapes.least_size;
-    const Scene scene{shapes, x, v, dt, stiffest, how, holders_now(shapes, pairs, x, v)};
+    const Scene scene{shapes, x, v, dt, stiffest, how, points_now(shapes, pairs, x, v)};
     Meetings meetings = find_meetings(scene, pairs);
     geometry::parallel_for(meetings.targets.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t t = begin; t < end; ++t) {
