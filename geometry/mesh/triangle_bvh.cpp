@@ -280,21 +280,70 @@ Vec3 TriangleBvh::Motion::way(std::uint32_t triangle, const Vec3& barycentric) c
     return sum;
 }
 
+namespace {
+
+// A box around a segment, wider by what single precision rounds and by `more` (m).
+Box3f box_along(const Vec3& from, const Vec3& to, double more = 0)
+{
+    Box3f box;
+    for (const Vec3& p : {from, to}) {
+        const float margin =
+            4 * std::numeric_limits<float>::epsilon() * float(p.norm()) + float(more);
+        box.add(Vec3f(p.cast<float>() - Vec3f::Constant(margin)));
+        box.add(Vec3f(p.cast<float>() + Vec3f::Constant(margin)));
+    }
+    return box;
+}
+
+enum class Crossing : std::int8_t { out = -1, none, in, unclear };
+
+// Where the segment that starts at `start`, seen from corner a, passes a triangle.
+Crossing crossing_of(const Vec3& start, const Vec3& way, const Vec3& ab, const Vec3& ac)
+{
+    constexpr double near = 1e-9;  // of the way, and of the triangle's sides
+    const Vec3 normal = ab.cross(ac);
+    const double height = start.dot(normal), down = -way.dot(normal);
+    const double rounding = near * std::abs(down), area = normal.norm();
+    if (area == 0) return Crossing::none;
+    if (std::min(height, height - down) > rounding || std::max(height, height - down) < -rounding) {
+        return Crossing::none;
+    }
+    const bool needle = !(area > 1e-6 * ab.norm() * ac.norm());
+    if (needle || !(std::abs(down) > 1e-9 * way.norm() * area)) return Crossing::unclear;
+    const Vec3 turn = way.cross(start);  // barycentric by Cramer's rule
+    const double v = -ac.dot(turn) / down, w = ab.dot(turn) / down;
+    const double inside = std::min({v, w, 1 - v - w});
+    if (inside < -near) return Crossing::none;
+    const bool ends = std::min(std::abs(height), std::abs(height - down)) <= rounding;
+    if (ends || !(inside > near)) return Crossing::unclear;
+    return down > 0 ? Crossing::in : Crossing::out;
+}
+
+}  // namespace
+
+std::optional<int> TriangleBvh::crossings(const Vec3& from, const Vec3& to) const
+{
+    if (!from.allFinite() || !to.allFinite()) return std::nullopt;
+    int sum = 0;
+    bool clear = true;
+    const Vec3 way = to - from;
+    tree_.overlapping(box_along(from, to), [&](std::uint32_t i) {
+        const Vec3 a = corners_[i][0].cast<double>(), ab = corners_[i][1].cast<double>() - a,
+                   ac = corners_[i][2].cast<double>() - a;
+        const Crossing crossing = crossing_of(from - a, way, ab, ac);
+        clear &= crossing != Crossing::unclear;
+        sum += static_cast<int>(crossing);
+    });
+    return clear ? std::optional(sum) : std::nullopt;
+}
+
 TriangleBvh::Hit TriangleBvh::entry(const Vec3& from, const Vec3& to, Faces faces,
                                     const Motion* motion) const
 {
     Hit hit;
     if (!from.allFinite() || !to.allFinite()) return hit;
-    Box3f box;
-    const double swept = motion ? motion->longest : 0;
-    for (const Vec3& p : {from, to}) {
-        const float margin =
-            4 * std::numeric_limits<float>::epsilon() * float(p.norm()) + float(swept);
-        box.add(Vec3f(p.cast<float>() - Vec3f::Constant(margin)));
-        box.add(Vec3f(p.cast<float>() + Vec3f::Constant(margin)));
-    }
     double first = 1;  // share of the way
-    tree_.overlapping(box, [&](std::uint32_t i) {
+    tree_.overlapping(box_along(from, to, motion ? motion->longest : 0), [&](std::uint32_t i) {
         const Vec3 a = corners_[i][0].cast<double>(), ab = corners_[i][1].cast<double>() - a,
                    ac = corners_[i][2].cast<double>() - a;
         Vec3 start = from - a, way = to - from;  // as the triangle sees it

@@ -17,6 +17,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/mesh/mesh_fwd.hpp"
 
+#include <optional>
 #include <span>
 
 namespace geometry {
@@ -68,6 +69,11 @@ public:
     // mesh has come to in the end. A segment that is not finite finds nothing.
     Hit entry(const Vec3& from, const Vec3& to, Faces faces = Faces::front,
               const Motion* motion = nullptr) const;
+
+    // How often the segment from one point to the other goes in through the fronts of triangles
+    // less how often it comes out: what the winding number of a closed mesh gains along it. None
+    // where an end or a side lies too near to tell.
+    std::optional<int> crossings(const Vec3& from, const Vec3& to) const;
 
     // The generalized winding number, within 1e-2; triangles nearby count exactly.
     double winding_number(const Vec3& p) const;

@@ -356,6 +356,7 @@ PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
         out.around = cubes_around(out.corners, out.holder, body.corners);
         out.quarters = cubes.part;
     }
+    find_windings(out);
     out.overlapping = overlapping_at_rest(out, body);
     return out;
 }

@@ -24,7 +24,8 @@ std::optional<Gap> bent(const AtRest& rest, double distance, const Vec3& normal)
 }  // namespace
 
 AtRest::AtRest(const PartShapes& shapes, std::uint32_t part, std::uint32_t cube, const InCube& in)
-    : shape(shapes.shape[part]), size(shapes.size_of(part)), back((in.axes / size).inverse()),
+    : shape(shapes.shape[part]), size(shapes.size_of(part)), winding(shapes.winding[cube]),
+      inner(shapes.inner_place(part, cube)), back((in.axes / size).inverse()),
       place(shapes.grid[part].origin + size * (shapes.cell[cube].cast<double>() + in.u)),
       low(place - size * in.u),
       quarters(shapes.quarters.empty() ? ~std::uint64_t{0} : shapes.quarters[cube])
@@ -38,13 +39,21 @@ bool AtRest::holds(const Vec3& where) const
     return geometry::quarters_hold(quarters, u);
 }
 
+bool AtRest::inside() const
+{
+    if (winding != unknown_winding) {
+        if (const auto gained = shape.crossings(inner, place)) return winding + *gained != 0;
+    }
+    return shape.inside(place);
+}
+
 std::optional<Gap> find_gap(const AtRest& rest, const Approach& approach)
 {
     constexpr double deep = 0.25;  // cubes; from there on any side is better than none
     constexpr double half = 0.5;   // cubes: no longer way out but for what came as far
-    const auto& [shape, size, back, place, low, quarters] = rest;
+    const auto& [shape, size, winding, inner, back, place, low, quarters] = rest;
     if (approach.own && !rest.holds(place)) return std::nullopt;
-    if (!shape.inside(place)) return std::nullopt;
+    if (!rest.inside()) return std::nullopt;
     const auto hit = shape.closest(place);
     if (!hit) return std::nullopt;
     double depth = hit.distance;
@@ -88,7 +97,7 @@ std::optional<Gap> find_distance(const AtRest& rest, const Vec3& outward, double
         if (std::abs(normal.dot(hit.normal)) < upright) return std::nullopt;
     }
     if (turned_in.dot(normal) > facing * turned_in.norm()) return std::nullopt;
-    if (!on_it && rest.shape.inside(rest.place)) return std::nullopt;
+    if (!on_it && rest.inside()) return std::nullopt;
     return bent(rest, hit.distance, normal);
 }
 

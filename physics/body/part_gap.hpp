@@ -17,6 +17,8 @@ struct AtRest {
 
     const geometry::TriangleBvh& shape;
     double size;             // m, of a cube
+    int winding;             // of the shape at `inner`; unknown_winding
+    Vec3 inner;              // m, a place in the cube
     Mat3 back;               // F^-1
     Vec3 place;              // m
     Vec3 low;                // m, the least corner of the cube
@@ -24,6 +26,8 @@ struct AtRest {
 
     // Whether the cube's own material may lie at `where` (m), in its cell. Others may share it.
     bool holds(const Vec3& where) const;
+    // Whether `place` is inside of the shape.
+    bool inside() const;
 };
 
 // Of a point in a part's matter: how it came there in this step, which way its own surface faces,

@@ -1,8 +1,10 @@
 #include "physics/body/part_shapes.hpp"
 
 #include "geometry/base/no_index.hpp"
+#include "geometry/base/parallel.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace physics {
 
@@ -52,11 +54,38 @@ PartLists cubes_around(const std::vector<std::array<std::uint32_t, 8>>& corners,
     return out;
 }
 
+geometry::Vec3 PartShapes::inner_place(std::uint32_t part, std::uint32_t cube) const
+{
+    // Near the middle, where few models have a face.
+    const geometry::Vec3 inner(0.5137, 0.4871, 0.5079);
+    return grid[part].origin + grid[part].size * (cell[cube].cast<double>() + inner);
+}
+
+void find_windings(PartShapes& shapes)
+{
+    shapes.winding.assign(shapes.cell.size(), unknown_winding);
+    const auto find = [&](std::uint32_t part, std::uint32_t cube) {
+        constexpr double most = 1000;
+        const double w = shapes.shape[part].winding_number(shapes.inner_place(part, cube));
+        const double whole = std::round(w);
+        // Off a whole number: on a face, or so near to one that rounding speaks.
+        if (std::abs(w - whole) < 0.02 && std::abs(whole) < most) {
+            shapes.winding[cube] = static_cast<std::int16_t>(whole);
+        }
+    };
+    for (std::uint32_t part = 0; part < shapes.parts(); ++part) {
+        const auto cubes = shapes.cubes[part];
+        geometry::parallel_for(cubes.size(), 64, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) find(part, cubes[i]);
+        });
+    }
+}
+
 std::size_t PartShapes::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
     std::size_t sum = sizeof *this + of(grid, cell, corners, stiffness, mass, point, holder,
-                                        point_at, overlapping, quarters);
+                                        point_at, overlapping, quarters, winding);
     for (const PartLists* lists : {&cubes, &slots, &holders, &around})
         sum += of(lists->at, lists->item);
     for (const auto& tree : shape) sum += tree.bytes();

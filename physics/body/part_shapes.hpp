@@ -8,6 +8,8 @@
 #include "geometry/mesh/triangle_bvh.hpp"
 
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -20,6 +22,8 @@ struct PartContactOptions {
     double friction = 0.5;  // Coulomb coefficient
     double bounce = 0;      // share of the speed that parts come apart with
 };
+
+constexpr std::int16_t unknown_winding = std::numeric_limits<std::int16_t>::max();
 
 // Two parts, a < b, or a part and itself.
 struct PartPair {
@@ -73,10 +77,12 @@ struct PartShapes {
     PartLists cubes, slots;                             // of each part
 
     std::vector<geometry::TriangleBvh> shape;  // of each part at rest, closed, m
-    std::vector<ShapePoint> point;             // cube by cube
-    std::vector<std::uint32_t> holder;         // H, cubes with points, ascending
-    std::vector<std::uint32_t> point_at;       // H + 1, into point
-    PartLists holders;                         // of each part
+    // C: the winding number of its part's shape at inner_place() of the cube; unknown_winding.
+    std::vector<std::int16_t> winding;
+    std::vector<ShapePoint> point;        // cube by cube
+    std::vector<std::uint32_t> holder;    // H, cubes with points, ascending
+    std::vector<std::uint32_t> point_at;  // H + 1, into point
+    PartLists holders;                    // of each part
     // Of each of the H: cubes within two steps over shared corners, ascending. Its points do not
     // touch them. No lists: parts do not touch themselves.
     PartLists around;
@@ -84,9 +90,13 @@ struct PartShapes {
     std::vector<PartPair> overlapping;    // at rest, ascending: these do not touch each other
 
     std::size_t parts() const { return shape.size(); }
+    geometry::Vec3 inner_place(std::uint32_t part, std::uint32_t cube) const;  // m, at rest
     double size_of(std::uint32_t part) const { return grid[part].size; }
     bool touch_themselves() const { return !around.at.empty(); }
     std::size_t bytes() const;
 };
+
+// Fills in `winding`, of parts, cubes and shapes.
+void find_windings(PartShapes& shapes);
 
 }  // namespace physics

@@ -257,6 +257,42 @@ TEST(TriangleBvh, WindingNumberCountsCopiesAndPiecesAndTellsHoles)
     EXPECT_NEAR(hollow.winding_number({0.5, 1.5, 1.5}), 1, 1e-3);
 }
 
+// Spheres that overlap, a box named twice and one whose faces look inward: -1 to 3 times around.
+TEST(TriangleBvh, CrossingsAreWhatTheWindingNumberGainsAlongASegment)
+{
+    using test_meshes::box, test_meshes::both;
+    const TriMesh twice = box({0.2, 0.1, 0.3}, {0.7, 0.9, 0.8});
+    const TriMesh inward = test_meshes::inside_out(box({-1.3, -0.2, -0.4}, {-0.6, 0.5, 0.2}));
+    const TriangleBvh bvh(both(both(test_meshes::bumpy_sphere(3), inward), both(twice, twice)));
+    const Random random(3);
+    constexpr int count = 2000;
+    int unclear = 0;
+    std::array<int, 9> gains{};
+    for (std::uint64_t i = 0; i < count; ++i) {
+        const Vec3 from = random_point(random, 2 * i, 1.4);
+        const Vec3 to = random_point(random, 2 * i + 1, 1.4);
+        const auto gained = bvh.crossings(from, to);
+        if (!gained) {
+            ++unclear;
+            continue;
+        }
+        EXPECT_NEAR(*gained, bvh.winding_number(to) - bvh.winding_number(from), 0.05);
+        ++gains.at(static_cast<std::size_t>(4 + *gained));
+    }
+    EXPECT_LT(unclear, count / 500);
+    for (const int gain : {-2, -1, 0, 1, 2}) {
+        EXPECT_GT(gains.at(static_cast<std::size_t>(4 + gain)), count / 100) << gain;
+    }
+    // Through a side, an end on a face, along a face, and what is no segment.
+    const TriangleBvh cube(box({0, 0, 0}, {1, 1, 1}));
+    EXPECT_FALSE(cube.crossings({-1, -1, 0.4}, {0.5, 0.5, 0.4}));
+    EXPECT_FALSE(cube.crossings({0.3, 0.6, 0.4}, {0.3, 0.6, 1}));
+    EXPECT_FALSE(cube.crossings({0.3, 0.6, 1}, {0.7, 0.6, 1}));
+    EXPECT_FALSE(cube.crossings({0.3, 0.6, std::numeric_limits<double>::quiet_NaN()}, {1, 2, 3}));
+    EXPECT_EQ(cube.crossings({0.3, 0.6, 0.5}, {0.3, 0.6, 0.9}), 0);
+    EXPECT_EQ(cube.crossings({0.3, 0.6, -0.5}, {0.3, 0.6, 0.9}), 1);
+}
+
 TEST(TriangleBvh, TakesWhateverComes)
 {
     const TriangleBvh nothing{TriMesh{}};

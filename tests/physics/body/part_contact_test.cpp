@@ -3,6 +3,7 @@
 #include "geometry/mesh/primitive.hpp"
 #include "physics/body/make_part_shapes.hpp"
 #include "physics/body/part_contact.hpp"
+#include "physics/body/part_gap.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "physics/bricks/springs.hpp"
 #include "tests/physics/cube_fixtures.hpp"
@@ -206,6 +207,32 @@ TEST(PartContact, SidesThatAreFlushAreNotPushed)
               v.data(), 0.01, 0);
     ASSERT_GT(contacts.size(), 16u);
     for (const PointContact& c : contacts) EXPECT_NEAR(std::abs(c.force.normalized().y()), 1, 1e-6);
+}
+
+// A sphere, in cubes whose middles lie in it and outside of it.
+TEST(PartContact, APlaceIsInsideOfAShapeWhereItsWindingNumberSaysSo)
+{
+    const auto cubes =
+        boxes({{Vec3i(0, 0, 0), Vec3i(4, 4, 4)}, {Vec3i(9, 0, 0), Vec3i(1, 1, 1)}}, h);
+    geometry::TriMesh ball = geometry::icosphere(0.17, 2);
+    for (auto& p : ball.positions) p += geometry::Vec3f(0.21f, 0.19f, 0.2f);
+    const CornerBody body = make_corner_body(cubes, {}, nullptr);
+    const PartShapes shapes = make_part_shapes({cubes, &ball}, body, {});
+    const geometry::Random random(5);
+    std::array<int, 2> found{};
+    for (std::uint32_t c = 0; c < 64; ++c) {
+        EXPECT_NE(shapes.winding[c], unknown_winding);
+        for (std::uint64_t i = 0; i < 10; ++i) {
+            Vec3 u;
+            for (int k = 0; k < 3; ++k) u[k] = 1.6 * random.unit(30 * c + 3 * i + k) - 0.3;
+            const AtRest rest(shapes, body.part_of(shapes.corners[c][0]), c,
+                              {u, Mat3(h * Mat3::Identity())});
+            EXPECT_EQ(rest.inside(), rest.shape.inside(rest.place)) << u.transpose();
+            ++found.at(rest.inside() ? 1 : 0);
+        }
+    }
+    EXPECT_GT(found[0], 100);
+    EXPECT_GT(found[1], 100);
 }
 
 // A point that is held is pulled back by the stretch that it has, up to mu N.
