@@ -61,6 +61,7 @@ struct Inputs {
     int width = 960, height = 540;
     ::render::Style look = ::render::Style::studio;
     Quality quality = Quality::standard;
+    ::render::Linear linear = ::render::Linear::none;
     CameraParams camera;
     LightParams light;
     GroundParams ground;
@@ -128,6 +129,7 @@ static ::render::Look look_of(const Inputs& in)
     using ::render::Style;
     ::render::Look look;
     look.style = in.look;
+    look.linear = in.linear;
     look.soft = in.look != Style::plain && in.quality != Quality::draft;
     look.light_size = in.light.size * degrees;
     look.occlusion = in.light.occlusion;
@@ -467,9 +469,8 @@ void add_to(graph::Registry& registry)
                 "clay. diagram: flat colours with outlines on white. matcap: lit by the direction "
                 "of the surface alone. plain: one hard light, the fastest.")
         .choice("quality", &Inputs::quality, {"draft", "preview", "standard", "final"},
-                "draft: one sample per pixel, hard shadows, no shade in corners. preview: one "
-                "sample, and a filter over the edges. standard: four samples per pixel where "
-                "something changes; thin lines stay whole. final: the mean of 16 pictures.")
+                quality_told)
+        .choice("linear", &Inputs::linear, {"none", "whole", "cut_out"}, linear_told)
         .block<CameraParams>("camera", &Inputs::camera, describe, "Viewpoint.")
         .block<LightParams>("light", &Inputs::light, describe,
                             "A key light that casts a shadow, and light from all around.")

@@ -116,4 +116,13 @@ inline void describe(graph::ParamsOf<BackdropParams>& p)
                 "Colour of the backdrop at the horizon, into which the floor fades.");
 }
 
+inline constexpr const char* quality_told =
+    "draft: one sample per pixel, hard shadows, no shade in corners. preview: one sample, and a "
+    "filter over the edges. standard: four samples per pixel where something changes; thin lines "
+    "stay whole. final: the mean of 16 pictures.";
+inline constexpr const char* linear_told =
+    "Whether the picture also has linear light, before tone mapping and without legend and label: "
+    "WriteImage puts it into EXR files. whole: as it is seen, alpha 1. cut_out: without the "
+    "backdrop; alpha is the share of a pixel that things and the floor cover.";
+
 }  // namespace nodes::render

@@ -2,7 +2,10 @@
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 #include "nodes/written_path.hpp"
+#include "render/exr.hpp"
 #include "render/png.hpp"
+
+#include <stdexcept>
 
 namespace nodes::write_image {
 
@@ -17,24 +20,30 @@ struct Outputs {
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     const auto path = graph::frame_file(in.path, context);
-    render::write_png(path, *in.image);
+    if (has_ending(path, ".exr")) {
+        render::write_exr(path, *in.image);
+    } else {
+        render::write_png(path, *in.image);
+    }
     return {{path.string()}};
 }
 
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
-    return wrong_path(in.path, {".png"}, setting.frames);
+    return wrong_path(in.path, {".png", ".exr"}, setting.frames);
 }
 
 void add_to(graph::Registry& registry)
 {
     registry.add("WriteImage", 1, run)
-        .summary("Writes a picture as a PNG file per frame.",
-                 {"png", "save picture", "export image", "image"})
+        .summary("Writes a picture as a PNG or EXR file per frame.",
+                 {"png", "exr", "openexr", "linear", "save picture", "export image", "image"})
         .input("image", &Inputs::image, "The picture to write.")
         .path_out("path", &Inputs::path,
                   "Path of the file, below the output folder. #### stands for the frame number, "
-                  "with at least as many digits; it is required if several frames are cooked.")
+                  "with at least as many digits; it is required if several frames are cooked. One "
+                  "that ends in .exr has the linear light of the picture, for which `linear` of "
+                  "Render has to ask: half-float RGBA, premultiplied, and the depth Z in metres.")
         .reads(graph::Variable::frame)
         .check(check)
         .sink()

@@ -16,6 +16,15 @@
 
 namespace nodes {
 
+// In capitals or not, ".png".
+inline bool has_ending(const std::filesystem::path& path, std::string_view ending)
+{
+    std::string own = path.extension().string();
+    std::transform(own.begin(), own.end(), own.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return own == ending;
+}
+
 // Faults of the parameter 'path': expected is a file, with one of the endings (any, where none is
 // given), and with a # where a cook writes several frames to files of their own.
 inline graph::Faults wrong_path(const std::filesystem::path& path,
@@ -24,10 +33,8 @@ inline graph::Faults wrong_path(const std::filesystem::path& path,
     if (!path.has_filename()) {
         return {{"path", fmt::format("expected the path of a file, found \"{}\"", path.string())}};
     }
-    std::string ending = path.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (endings.size() > 0 && std::find(endings.begin(), endings.end(), ending) == endings.end()) {
+    const auto is_its = [&](std::string_view ending) { return has_ending(path, ending); };
+    if (endings.size() > 0 && std::none_of(endings.begin(), endings.end(), is_its)) {
         return {{"path", fmt::format("expected a path that ends in {}, found {}",
                                      fmt::join(endings, " or "), path.string())}};
     }

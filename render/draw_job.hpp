@@ -33,6 +33,7 @@ struct PictureNumbers {
     bool samples4 = false;  // four samples a pixel where something changes
     int pictures = 1;       // to take the mean of, each with other samples
     Style style = Style::plain;
+    Linear linear = Linear::none;
     bool soft = false;                        // soft shadows and shade in corners
     int shadow_width = 0, shadow_height = 0;  // texels; 0: there is no shadow
     FloorPiece floor, shadowed_floor;
@@ -63,6 +64,19 @@ struct DrawJob {
     std::span<const float> traced_shadow;
     std::vector<JobTexture> textures;
 };
+
+// Where the pixels of a job go, rows from the top.
+struct Pixels {
+    std::span<std::uint8_t> rgba;  // width * height * 4
+    std::span<float> linear = {};  // linear_floats(), where the job asks for light
+};
+
+// Four for the light of a pixel, premultiplied with alpha; then, for all pixels, one for the depth
+// of what is nearest there, m: `nothing_there` where nothing is.
+inline std::size_t linear_floats(const PictureNumbers& n)
+{
+    return n.linear == Linear::none ? 0 : 5 * std::size_t(n.width) * std::size_t(n.height);
+}
 
 DrawJob draw_job(const DrawList& list, const Look& look);
 

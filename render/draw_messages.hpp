@@ -3,8 +3,8 @@
 // What this program and aspic-draw tell each other. Requests and replies go through a socket, one
 // message each; vertices, indices, batches and pixels lie in memory that both see:
 //
-//   memory   | vertices | uvs | indices | opaque | clear | traced (3) | textures | pixels | texels
-//   |
+//   memory   | vertices | uvs | indices | opaque | clear | traced (3) | textures | pixels | linear
+//            | texels |
 //
 // each from a multiple of 64 bytes. Of textures, `texels` has those alone that aspic-draw does not
 // keep from the picture before; it keeps what a picture used until the next one.
@@ -51,7 +51,7 @@ static_assert(std::is_trivially_copyable_v<DrawReply>);
 // Where each part of a request lies, bytes from the start of the memory.
 struct DrawPlaces {
     std::size_t vertices, uvs, indices, opaque, clear, traced, traced_samples, traced_shadow;
-    std::size_t textures, pixels, texels, end;
+    std::size_t textures, pixels, linear, texels, end;
 };
 inline DrawPlaces places_of(const DrawRequest& r)
 {
@@ -72,6 +72,7 @@ inline DrawPlaces places_of(const DrawRequest& r)
     at.traced_shadow = take(r.traced_shadow * sizeof(float));
     at.textures = take(r.textures * sizeof(SentTexture));
     at.pixels = take(std::size_t(r.numbers.width) * std::size_t(r.numbers.height) * 4);
+    at.linear = take(linear_floats(r.numbers) * sizeof(float));
     at.texels = take(r.texel_bytes);
     at.end = next;
     return at;

@@ -189,8 +189,7 @@ DrawProcess::~DrawProcess()
     end();
 }
 
-bool DrawProcess::draw(const DrawJob& job, std::span<std::uint8_t> rgba,
-                       const std::function<void()>& check)
+bool DrawProcess::draw(const DrawJob& job, const Pixels& to, const std::function<void()>& check)
 {
     const std::vector<SentTexture> textures = to_send(job, kept_);
     const DrawRequest request = request_for(job, textures);
@@ -207,7 +206,10 @@ bool DrawProcess::draw(const DrawJob& job, std::span<std::uint8_t> rgba,
     resident_ = reply.resident;
     if (reply.is == DrawReply::Is::out_of_memory) throw std::bad_alloc();
     if (reply.is == DrawReply::Is::failed) throw std::runtime_error(reply.why.data());
-    std::memcpy(rgba.data(), memory + at.pixels, rgba.size());
+    std::memcpy(to.rgba.data(), memory + at.pixels, to.rgba.size());
+    if (!to.linear.empty()) {
+        std::memcpy(to.linear.data(), memory + at.linear, to.linear.size_bytes());
+    }
     kept_.clear();
     for (const JobTexture& t : job.textures) kept_.push_back(t.digest);
     if (request.texel_bytes > 0) {  // sent once: their room is given back

@@ -38,7 +38,7 @@ public:
     // Writes the pixels of `job`. False when the process ended before they were there. `check` is
     // called now and then meanwhile; what it throws is thrown on, and the process is of no more
     // use. Throws std::runtime_error with the error of OpenGL, std::bad_alloc where memory ran out.
-    bool draw(const DrawJob& job, std::span<std::uint8_t> rgba, const std::function<void()>& check);
+    bool draw(const DrawJob& job, const Pixels& to, const std::function<void()>& check);
 
     bool alive() const;
     // Kills it where it has not ended, and says how it did: "Segmentation fault".

@@ -100,8 +100,8 @@ void give_back(std::unique_ptr<DrawProcess> process)
     pool().idle.push_back(std::move(process));
 }
 
-void fill_in_elsewhere(const std::filesystem::path& program, const DrawJob& job,
-                       std::span<std::uint8_t> rgba, const std::function<void()>& check)
+void fill_in_elsewhere(const std::filesystem::path& program, const DrawJob& job, const Pixels& to,
+                       const std::function<void()>& check)
 {
     const std::size_t needed = bytes_to_draw(job);
     ask_for_room(needed);
@@ -109,7 +109,7 @@ void fill_in_elsewhere(const std::filesystem::path& program, const DrawJob& job,
     std::string how;
     for (int attempt = 0; attempt < attempts; ++attempt) {
         auto process = take(program);
-        if (process->draw(job, rgba, check)) {
+        if (process->draw(job, to, check)) {
             if (process->resident() < needed + most_kept) give_back(std::move(process));
             return;
         }
@@ -122,7 +122,7 @@ void fill_in_elsewhere(const std::filesystem::path& program, const DrawJob& job,
 // One context, and one thread at a time: with more of them Mesa 22.3 crashes, as llvmpipe looks
 // through the scenes of all contexts for a texture while their threads take the scenes apart. Never
 // destroyed: at the end of the program OSMesa's own statics may already be gone.
-void fill_in_here(const DrawJob& job, std::span<std::uint8_t> rgba)
+void fill_in_here(const DrawJob& job, const Pixels& to)
 {
     static std::mutex& mutex = *new std::mutex;
     static std::unique_ptr<Renderer>& renderer = *new std::unique_ptr<Renderer>;
@@ -130,7 +130,7 @@ void fill_in_here(const DrawJob& job, std::span<std::uint8_t> rgba)
     const RoomToDraw room(bytes_to_draw(job));
     if (!renderer) renderer = std::make_unique<Renderer>();
     try {
-        renderer->draw(job, rgba);
+        renderer->draw(job, to);
     } catch (...) {
         renderer.reset();  // OpenGL may be in any state
         throw;
@@ -139,12 +139,12 @@ void fill_in_here(const DrawJob& job, std::span<std::uint8_t> rgba)
 
 }  // namespace
 
-void fill_in(const DrawJob& job, std::span<std::uint8_t> rgba, const std::function<void()>& check)
+void fill_in(const DrawJob& job, const Pixels& to, const std::function<void()>& check)
 {
     if (const auto program = draw_program(); !program.empty()) {
-        fill_in_elsewhere(program, job, rgba, check);
+        fill_in_elsewhere(program, job, to, check);
     } else {
-        fill_in_here(job, rgba);
+        fill_in_here(job, to);
     }
 }
 

@@ -19,12 +19,17 @@ enum class ShadowQuality { off, low, medium, high };
 enum class Style { studio, clay, diagram, matcap, plain };
 inline constexpr int style_count = 5;
 
+// Whether a picture comes as linear light too. whole: as it is seen, alpha 1. cut_out: without the
+// backdrop; alpha is what things and the floor cover. As in shaders/shade.glsl.
+enum class Linear { none, whole, cut_out };
+
 // How a scene is shown. Colours are linear RGB.
 struct Look {
     int width = 960, height = 540;
     Antialias antialias = Antialias::fxaa;
     ShadowQuality shadow = ShadowQuality::medium;
     Style style = Style::plain;
+    Linear linear = Linear::none;
     // Whether shadows soften with distance and light is kept from corners: a pass of its own.
     bool soft = false;
 

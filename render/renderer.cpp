@@ -1,6 +1,7 @@
 #include "render/renderer.hpp"
 
 #include "render/gl_objects.hpp"
+#include "render/image.hpp"
 
 #include <algorithm>
 #include <array>
@@ -231,11 +232,11 @@ void draw_seen(GlObjects& gl, const DrawJob& job)
 // Light for what the layer holds, into the bound framebuffer, which has the layer's depth and
 // stencil. The stencil is tested before a pixel is shaded: each shader runs only where it is
 // needed.
-void draw_light(GlObjects& gl, const DrawJob& job, bool linear)
+void draw_light(GlObjects& gl, const DrawJob& job, Linear linear)
 {
     const LitPrograms& p = lit_programs(gl, job.numbers.style, job.numbers.soft);
     for (const GLuint program : {p.object, p.floor_lit, p.floor_shadowed, p.backdrop}) {
-        glProgramUniform1i(program, 0, linear);
+        glProgramUniform1i(program, 0, int(linear));
     }
     glEnable(GL_STENCIL_TEST);
     glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
@@ -265,8 +266,9 @@ void draw_light(GlObjects& gl, const DrawJob& job, bool linear)
     glDisable(GL_STENCIL_TEST);
 }
 
-// Where the four samples of a pixel do not agree, each gets its own light.
-void draw_edges(GlObjects& gl, const DrawJob& job)
+// Where the four samples of a pixel do not agree, each gets its own light. `pass` has the layer's
+// stencil.
+void draw_edges(GlObjects& gl, const DrawJob& job, GLuint pass, const Target& to, Linear linear)
 {
     gl.fine.fit(job.numbers.width, job.numbers.height);
     for (std::size_t k = 0; k < in_a_square.size(); ++k) {
@@ -276,11 +278,13 @@ void draw_edges(GlObjects& gl, const DrawJob& job)
         draw_batches(gl, job, 1, int(k), in_a_square[k]);
     }
     set_numbers(gl, job, 1, {});
-    bind(gl.finish_pass, gl.picture);
+    bind(pass, to);
     glBindTextureUnit(unit_fine, gl.fine.pixels);
     glBindTextureUnit(unit_fine_depths, gl.fine.depths);
     glProgramUniform1i(gl.programs.uneven, 1, job.textures.empty() ? 0 : alike);
-    fill_marked(gl.programs.uneven, lit_programs(gl, job.numbers.style, job.numbers.soft).edges);
+    const GLuint edges = lit_programs(gl, job.numbers.style, job.numbers.soft).edges;
+    glProgramUniform1i(edges, 0, int(linear));
+    fill_marked(gl.programs.uneven, edges);
 }
 
 void draw_clear(GlObjects& gl, const DrawJob& job)
@@ -304,26 +308,43 @@ void draw_clear(GlObjects& gl, const DrawJob& job)
     glDepthMask(GL_TRUE);
 }
 
+// The edges of a diagram carry ink, which a second look would wash away.
+bool has_edges(const DrawJob& job)
+{
+    return job.numbers.samples4 && job.clear.empty() && job.numbers.style != Style::diagram;
+}
+
+// Transparent things lie over whatever there is: then every pixel has all its samples.
+int samples_along(const DrawJob& job)
+{
+    return job.numbers.samples4 && !job.clear.empty() ? 2 : 1;
+}
+
 // All that is opaque, straight into the picture.
 void finish_opaque(GlObjects& gl, const DrawJob& job)
 {
     glNamedFramebufferTexture(gl.finish_pass, GL_DEPTH_STENCIL_ATTACHMENT, gl.layer.depths.name, 0);
     bind(gl.finish_pass, gl.picture);
-    draw_light(gl, job, false);
-    // The edges of a diagram carry ink, which a second look would wash away.
-    if (job.numbers.samples4 && job.numbers.style != Style::diagram) draw_edges(gl, job);
+    draw_light(gl, job, Linear::none);
+    if (has_edges(job)) draw_edges(gl, job, gl.finish_pass, gl.picture, Linear::none);
 }
 
-// Linear light first, transparent things over it, and from there into the picture.
-void finish_clear(GlObjects& gl, const DrawJob& job, int width, int height)
+// Linear light of as many samples as the layer has, transparent things over it.
+void draw_linear_light(GlObjects& gl, const DrawJob& job, Linear linear)
 {
-    if (gl.light.fit(width, height)) {
+    if (gl.light.fit(gl.layer.pixels.width, gl.layer.pixels.height)) {
         glNamedFramebufferTexture(gl.light_pass, GL_COLOR_ATTACHMENT0, gl.light.name, 0);
     }
     glNamedFramebufferTexture(gl.light_pass, GL_DEPTH_STENCIL_ATTACHMENT, gl.layer.depths.name, 0);
     bind(gl.light_pass, gl.light);
-    draw_light(gl, job, true);
-    draw_clear(gl, job);
+    draw_light(gl, job, linear);
+    if (!job.clear.empty()) draw_clear(gl, job);
+}
+
+// Linear light first, and from there into the picture.
+void finish_clear(GlObjects& gl, const DrawJob& job)
+{
+    draw_linear_light(gl, job, Linear::whole);
     glNamedFramebufferTexture(gl.finish_pass, GL_DEPTH_STENCIL_ATTACHMENT, 0, 0);
     bind(gl.finish_pass, gl.picture);
     glBindTextureUnit(unit_first, gl.light.name);
@@ -348,11 +369,9 @@ void draw_picture(GlObjects& gl, const DrawJob& job, int which, const SamplePlac
                   std::span<std::uint8_t> rgba)
 {
     const PictureNumbers& numbers = job.numbers;
-    // Transparent things lie over whatever there is: then every pixel has all its samples.
-    const int samples = numbers.samples4 && !job.clear.empty() ? 2 : 1;
-    const int width = numbers.width * samples, height = numbers.height * samples;
+    const int samples = samples_along(job);
     set_numbers(gl, job, samples, place);
-    gl.layer.fit(width, height);
+    gl.layer.fit(numbers.width * samples, numbers.height * samples);
     bind(gl.layer.framebuffer, gl.layer.pixels);
     draw_batches(gl, job, samples, which, place);
 
@@ -365,18 +384,57 @@ void draw_picture(GlObjects& gl, const DrawJob& job, int which, const SamplePlac
     if (job.clear.empty()) {
         finish_opaque(gl, job);
     } else {
-        finish_clear(gl, job, width, height);
+        finish_clear(gl, job);
     }
     glReadPixels(0, 0, numbers.width, numbers.height, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
 }
 
+// The light of the picture just drawn, `share` of it added to `linear`; the depths there are the
+// nearest ones, as OpenGL stores them.
+void add_linear(GlObjects& gl, const DrawJob& job, int which, const SamplePlace& place, float share,
+                std::span<float> linear)
+{
+    const int samples = samples_along(job);
+    const int width = job.numbers.width * samples, height = job.numbers.height * samples;
+    bind(gl.layer.framebuffer, gl.layer.pixels);
+    draw_batches(gl, job, samples, which, place);  // light is drawn by the stencil that these leave
+    draw_linear_light(gl, job, job.numbers.linear);
+    std::vector<float> light(4 * std::size_t(width) * std::size_t(height));
+    std::vector<float> stored(light.size() / 4);
+    glReadPixels(0, 0, width, height, GL_DEPTH_COMPONENT, GL_FLOAT, stored.data());
+    if (has_edges(job)) draw_edges(gl, job, gl.light_pass, gl.light, job.numbers.linear);
+    glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, light.data());
+
+    const std::size_t across = std::size_t(job.numbers.width), per = std::size_t(samples);
+    const auto depths = linear.last(linear.size() / 5);
+    share /= float(samples * samples);
+    for (std::size_t i = 0; i < stored.size(); ++i) {
+        const std::size_t to = i / (across * per) / per * across + i % (across * per) / per;
+        for (std::size_t c = 0; c < 4; ++c) linear[4 * to + c] += share * light[4 * i + c];
+        depths[to] = std::max(depths[to], stored[i]);
+    }
+}
+
+// As OpenGL stores depths to metres; see view_depth() in stored.glsl.
+void to_metres(const FrameNumbers& f, std::span<float> depths)
+{
+    const float near = f.eye[3], far = f.corner[3], scale = f.units[3];
+    for (float& d : depths) {
+        d = d > 0 ? far / (1 + d * (far - near) / near) / scale : nothing_there;
+    }
+}
+
 // The mean of several pictures.
-void draw_mean(GlObjects& gl, const DrawJob& job, int pictures, std::span<std::uint8_t> rgba)
+void draw_mean(GlObjects& gl, const DrawJob& job, int pictures, const Pixels& to)
 {
     const std::size_t bytes = 4 * std::size_t(job.numbers.width) * std::size_t(job.numbers.height);
+    const std::span<std::uint8_t> rgba = to.rgba;
     std::vector<std::uint16_t> sum(bytes);
     for (int k = 0; k < pictures; ++k) {
         draw_picture(gl, job, k, in_a_lattice(k), rgba);
+        if (!to.linear.empty()) {
+            add_linear(gl, job, k, in_a_lattice(k), 1 / float(pictures), to.linear);
+        }
         for (std::size_t i = 0; i < bytes; ++i) sum[i] = std::uint16_t(sum[i] + rgba[i]);
     }
     for (std::size_t i = 0; i < bytes; ++i) {
@@ -386,7 +444,7 @@ void draw_mean(GlObjects& gl, const DrawJob& job, int pictures, std::span<std::u
 
 }  // namespace
 
-void Renderer::draw(const DrawJob& job, std::span<std::uint8_t> rgba)
+void Renderer::draw(const DrawJob& job, const Pixels& to)
 {
     const GlContext::Current current(context_);
     GlObjects& gl = *gl_;
@@ -395,11 +453,14 @@ void Renderer::draw(const DrawJob& job, std::span<std::uint8_t> rgba)
     take_textures(gl.textures, job);
     set_numbers(gl, job, 1, {});
     draw_shadow(gl, job);
+    std::fill(to.linear.begin(), to.linear.end(), 0.0f);
     if (numbers.pictures > 1) {
-        draw_mean(gl, job, numbers.pictures, rgba);
+        draw_mean(gl, job, numbers.pictures, to);
     } else {
-        draw_picture(gl, job, -1, {}, rgba);
+        draw_picture(gl, job, -1, {}, to.rgba);
+        if (!to.linear.empty()) add_linear(gl, job, -1, {}, 1, to.linear);
     }
+    if (!to.linear.empty()) to_metres(numbers.frame, to.linear.last(to.linear.size() / 5));
     if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
         throw std::runtime_error("OpenGL reports error " + std::to_string(error) +
                                  " for a picture of " + std::to_string(numbers.width) + " x " +

@@ -10,7 +10,8 @@
 //   clear     transparent triangles over the light, from far to near; then the finish
 //
 // With samples16 all of it is done sixteen times, each time with the samples in other places of
-// their pixels. The shaders in render/shaders/ say what each computes.
+// their pixels. Linear light, where it is asked for, is drawn after that and by itself. The shaders
+// in render/shaders/ say what each computes.
 
 #include "render/draw_job.hpp"
 #include "render/gl_context.hpp"
@@ -30,9 +31,10 @@ public:
     Renderer();
     ~Renderer();
 
-    // Writes width * height * 4 bytes to `rgba`: sRGB, and in alpha each pixel's brightness as the
-    // eye sees it, for smooth_edges. Throws std::runtime_error where OpenGL reports an error.
-    void draw(const DrawJob& job, std::span<std::uint8_t> rgba);
+    // Writes sRGB colours, and in their alpha each pixel's brightness as the eye sees it, for
+    // smooth_edges; and the light before that, where the job asks for it. Throws
+    // std::runtime_error where OpenGL reports an error.
+    void draw(const DrawJob& job, const Pixels& to);
 
 private:
     GlContext context_;

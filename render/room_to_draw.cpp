@@ -16,7 +16,9 @@ std::size_t bytes_to_draw(const DrawJob& job)
     };
     std::size_t textures = 0;
     for (const JobTexture& t : job.textures) textures += 3 * t.bytes();  // with its smaller levels
-    return compiler + textures + area(n.width, n.height) * (a_pixel + a_sample) +
+    // Light: of four samples where something is transparent, in OpenGL and read back.
+    const std::size_t linear = n.linear == Linear::none ? 0 : 4 * (8 + 20) + 20;
+    return compiler + textures + area(n.width, n.height) * (a_pixel + a_sample + linear) +
            4 * area(n.shadow_width, n.shadow_height) +
            2 * (job.traced.size_bytes() + job.traced_samples.size_bytes() +
                 job.traced_shadow.size_bytes() + job.vertices.size_bytes() + job.uvs.size_bytes() +

@@ -88,8 +88,9 @@ void draw(const DrawRequest& request, render::SharedMemory& memory,
         texture.rgba = reinterpret_cast<const std::uint8_t*>(texels);
         texels += texture.bytes();
     }
-    renderer->draw(job,
-                   {reinterpret_cast<std::uint8_t*>(start + at.pixels), at.texels - at.pixels});
+    renderer->draw(
+        job, {{reinterpret_cast<std::uint8_t*>(start + at.pixels), at.linear - at.pixels},
+              {reinterpret_cast<float*>(start + at.linear), render::linear_floats(job.numbers)}});
 }
 
 DrawReply answer(const DrawRequest& request, render::SharedMemory& memory,

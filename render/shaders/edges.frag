@@ -11,6 +11,7 @@ void main()
 {
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec3 sum = vec3(0.0);
+    float cover = 0.0;
     for (int k = 0; k < 4; ++k) {
         vec2 place = vec2(at) + 0.5 + PLACES[k];
         vec3 ray = ray_at(place);
@@ -19,13 +20,16 @@ void main()
         bool on_floor = sky.w > 0.0 && eye.y > bounce.w && ray.y < 0.0 &&
                         (stored <= 0.0 || t < view_depth(stored));
         vec3 n = vec3(0.0, 1.0, 0.0);
-        vec3 light_here = backdrop(ray);
+        vec3 light_here = linear_out == 2 ? vec3(0.0) : backdrop(ray);
+        float covered = 0.0;
         if (on_floor) {
-            light_here = floor_light(ray, t, light_reaching(place, t, eye.xyz + t * ray, n));
+            light_here = floor_light(ray, t, light_reaching(place, t, eye.xyz + t * ray, n), covered);
         } else if (stored > 0.0) {
             light_here = stored_light(texelFetch(fine_pixels, ivec3(at, k), 0).xy, stored, ray, place);
+            covered = 1.0;
         }
-        sum += tone_map(light_here);
+        sum += linear_out == 0 ? tone_map(light_here) : light_here;
+        cover += covered;
     }
-    colour = shown(0.25 * sum);
+    colour = linear_out == 0 ? shown(0.25 * sum) : finished(0.25 * sum, 0.25 * cover);
 }

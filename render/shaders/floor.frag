@@ -10,5 +10,7 @@ void main()
 #if IN_SHADOW == 1 || SOFT == 1
     reach = light_reaching(place, t, eye.xyz + t * ray, vec3(0.0, 1.0, 0.0));
 #endif
-    colour = finished(floor_light(ray, t, reach));
+    float stays;
+    vec3 sum = floor_light(ray, t, reach, stays);
+    colour = finished(sum, stays);
 }

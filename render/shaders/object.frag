@@ -33,5 +33,5 @@ void main()
 #if STYLE == DIAGRAM
     sum *= 1.0 - 0.9 * outline(at, stored, ray);
 #endif
-    colour = finished(sum);
+    colour = finished(sum, 1.0);
 }

@@ -125,12 +125,16 @@ float grid_cover(vec2 at, vec2 footprint, float width)
     return max(cover.x, cover.y);
 }
 
-// The floor at depth t along `ray`; `reach` as for shade().
-vec3 floor_light(vec3 ray, float t, vec2 reach)
+// 0: colours for the eye; 1: linear light; 2: linear light without the backdrop, see Linear in look.hpp.
+layout(location = 0) uniform int linear_out;
+
+// The floor at depth t along `ray`; `reach` as for shade(). `stays`: what of it has not faded into
+// the horizon.
+vec3 floor_light(vec3 ray, float t, vec2 reach, out float stays)
 {
     float key = reach.x;
     vec3 p = eye.xyz + t * ray;
-    float stays = 1.0 - smoothstep(2.0, FLOOR_REACH, length(p.xz));
+    stays = 1.0 - smoothstep(2.0, FLOOR_REACH, length(p.xz));
     vec3 colour = floor_colour.rgb;
     if (backdrop_top.w > 0.0) {
         // How far the floor point moves from one pixel to the next.
@@ -147,6 +151,7 @@ vec3 floor_light(vec3 ray, float t, vec2 reach)
 #else
     vec3 lit = colour * (light.rgb * to_light.y * key + hemisphere(1.0) * reach.y);
 #endif
+    if (linear_out == 2) return lit * stays;
     return mix(backdrop_horizon.rgb, lit, stays);
 }
 
@@ -185,8 +190,6 @@ float dither(ivec2 at)
     return (float(order) + 0.5) / 64.0 - 0.5;
 }
 
-layout(location = 0) uniform int linear_out;  // 1: for more passes to come; 0: for the eye
-
 // Colours for the eye carry their brightness with them, for the smoothing of edges.
 vec4 shown(vec3 sum)
 {
@@ -194,6 +197,11 @@ vec4 shown(vec3 sum)
     return vec4(c + dither(ivec2(gl_FragCoord.xy)) / 255.0, dot(c, vec3(0.299, 0.587, 0.114)));
 }
 
-vec4 finished(vec3 sum) { return linear_out == 1 ? vec4(sum, 1.0) : shown(tone_map(sum)); }
+// Of light that comes from what covers `cover` of the pixel.
+vec4 finished(vec3 sum, float cover)
+{
+    if (linear_out == 0) return shown(tone_map(sum));
+    return vec4(sum, linear_out == 1 ? 1.0 : cover);
+}
 
 vec3 ray_at(vec2 at) { return corner.xyz + at.x * across.xyz + at.y * down.xyz; }

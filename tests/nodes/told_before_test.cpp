@@ -39,7 +39,7 @@ TEST(ToldBefore, PathsOfFilesToWrite)
 {
     const std::string where = "node 'w', parameter 'path': ";
     EXPECT_EQ(told(writer("WriteImage", R"("path": "a.####.jpg")")),
-              where + "expected a path that ends in .png, found a.####.jpg\n");
+              where + "expected a path that ends in .png or .exr, found a.####.jpg\n");
     EXPECT_EQ(told(writer("ContactSheet", R"("path": "sheet.txt")")),
               where + "expected a path that ends in .png, found sheet.txt\n");
     EXPECT_EQ(told(writer("WriteMesh", R"("path": "a.####.abc")")),
@@ -54,6 +54,7 @@ TEST(ToldBefore, PathsOfFilesToWrite)
     EXPECT_EQ(told(R"("w": { "type": "ReadMesh@1" })"),
               where + "expected the path of a mesh file, found none\n");
     EXPECT_EQ(told(writer("WriteImage", R"("path": "A.####.PNG")")), "");
+    EXPECT_EQ(told(writer("WriteImage", R"("path": "A.####.exr")")), "");
     EXPECT_EQ(told(writer("WriteMesh", R"("path": "a.####.abc", "format": "ply")")), "");
     EXPECT_EQ(told(writer("WriteMesh", R"("path": "a.pc2")")), "");
 }

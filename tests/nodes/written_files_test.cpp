@@ -3,6 +3,7 @@
 #include "geometry/io/read_mesh.hpp"
 #include "graph/document/frame_path.hpp"
 #include "render/contact_sheet.hpp"
+#include "render/exr.hpp"
 #include "render/png.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/nodes/one_node.hpp"
@@ -261,6 +262,27 @@ TEST(WrittenFiles, NeedAFrameNumberInThePathOfSeveralFrames)
         write->cook = std::make_shared<graph::Cook>(std::vector{4});
         EXPECT_NO_THROW(write->run(4));
     }
+}
+
+TEST(WrittenFiles, AnExrHasLightAndOtherPicturesAreToldWhere)
+{
+    const files::Folder folder;
+    NodeRun write("WriteImage");
+    write.output_folder = folder.path;
+    write.cook = std::make_shared<graph::Cook>(std::vector{4});
+    write.param("path").is = std::filesystem::path("m.EXR");
+    render::Image image{1, 1, {1, 2, 3, 255}};
+    write.inputs["image"] = {Value::of(render::Image(image))};
+    try {
+        write.run(4);
+        FAIL() << "was written";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("'linear' of Render"), std::string::npos);
+    }
+    image.light = {0x3c00, 0x3800, 0, 0x3c00};
+    write.inputs["image"] = {Value::of(render::Image(image))};
+    write.run(4);
+    EXPECT_EQ(render::decode_exr(files::bytes_of(folder.path / "m.EXR")).light, image.light);
 }
 
 render::Image grey(std::uint8_t level)

@@ -150,7 +150,7 @@ TEST(DrawProcess, ReportsTheErrorsOfOpenGL)
     job.numbers.height = 1;
     std::vector<std::uint8_t> rgba(std::size_t{4} << 20);
     try {
-        process.draw(job, rgba, {});
+        process.draw(job, {rgba}, {});
         FAIL();
     } catch (const std::runtime_error& error) {
         EXPECT_NE(std::string(error.what()).find("OpenGL reports error"), std::string::npos);
