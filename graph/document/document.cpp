@@ -46,7 +46,7 @@ Loaded load_text(std::string text, const fs::path& file, const Registry& registr
                           options.allow_outside};
     Loading loading{registry, options, paths};
     loading.graph.file = file.generic_string();
-    loading.graph.root = root;
+    if (!options.allow_outside) loading.graph.root = root;  // of side files too
     assemble(loading, std::move(text), file);
     make_nodes(loading);
     link_nodes(loading);
