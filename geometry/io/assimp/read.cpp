@@ -4,6 +4,7 @@
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/GltfMaterial.h>
 #include <assimp/Importer.hpp>
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/config.h>
 #include <assimp/scene.h>
 
@@ -11,12 +12,56 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <new>
 
 namespace geometry::assimp {
 namespace {
 
 namespace fs = std::filesystem;
+
+// The first word of a line.
+std::string word_of(const std::string& line)
+{
+    const std::size_t first = line.find_first_not_of(" \t");
+    if (first == std::string::npos) return {};
+    return line.substr(first, line.find_first_of(" \t\r", first) - first);
+}
+
+// A material library as assimp 5.2 can read it, both of what Blender writes: without lines on
+// anisotropy, which it takes for ambient colours and gives up; and with white where a material has
+// a picture and no colour, which it makes up as grey.
+std::string readable_library(const std::string& text)
+{
+    std::string out;
+    bool colour = false, picture = false;
+    const auto end_material = [&] {
+        if (picture && !colour) out += "Kd 1 1 1\n";
+        colour = picture = false;
+    };
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find('\n', at), text.size());
+        const std::string line = text.substr(at, end - at), word = word_of(line);
+        at = end + 1;
+        if (word.starts_with("aniso")) continue;
+        if (word == "newmtl") end_material();
+        colour = colour || word == "Kd";
+        picture = picture || word == "map_Kd";
+        out += line + '\n';
+    }
+    end_material();
+    return out;
+}
+
+Assimp::IOStream* readable_library(std::unique_ptr<Assimp::IOStream> file)
+{
+    std::string text(file->FileSize(), '\0');
+    text.resize(file->Read(text.data(), 1, text.size()));
+    const std::string readable = readable_library(text);
+    auto* const bytes = new std::uint8_t[readable.size() + 1];
+    std::copy(readable.begin(), readable.end(), bytes);
+    return new Assimp::MemoryIOStream(bytes, readable.size(), true);
+}
 
 // Opens files for assimp, remembers which, and refuses those outside the root.
 class RememberingFiles : public Assimp::DefaultIOSystem {
@@ -36,7 +81,9 @@ public:
         if (std::strchr(mode, 'w')) return nullptr;
         Assimp::IOStream* stream = allowed(path) ? DefaultIOSystem::Open(path, mode) : nullptr;
         remember(path, stream != nullptr);
-        return stream;
+        const bool library = fs::path(path).extension() == ".mtl";
+        return stream && library ? readable_library(std::unique_ptr<Assimp::IOStream>(stream))
+                                 : stream;
     }
 
 private:
@@ -133,10 +180,12 @@ EmbeddedPicture embedded_picture(const aiTexture& in, std::size_t number)
         out.file.append(reinterpret_cast<const char*>(in.pcData),
                         sizeof(aiTexel) * in.mWidth * in.mHeight);
     }
-    if (out.name.empty() || out.name[0] == '*') {
+    if (out.name.empty() || out.name[0] == '*') out.name = "picture" + std::to_string(number);
+    // The names of glTF mostly have no ending, by which readers of other formats go.
+    if (!fs::path(out.name).has_extension()) {
         const bool jpeg = out.file.starts_with("\xff\xd8");
         const bool png = out.file.starts_with("\x89PNG");
-        out.name = "picture" + std::to_string(number) + (jpeg ? ".jpg" : png ? ".png" : ".tga");
+        out.name += jpeg ? ".jpg" : png ? ".png" : ".tga";
     }
     return out;
 }

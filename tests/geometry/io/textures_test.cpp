@@ -147,6 +147,26 @@ TEST(Textures, WhatIsNotUsedIsTold)
     EXPECT_TRUE(mentions(read, "1 of its materials has a normal map, which is not used"));
 }
 
+// As Blender 3.4 writes it with its PBR extensions.
+TEST(Textures, ALibraryMaySayWhatAssimpDoesNotUnderstand)
+{
+    const files::Folder folder;
+    folder.write("red.png", red_and_blue);
+    folder.write("a.mtl", "newmtl wood\nKd 0.5 0.5 0.5\nPr 0.25\nPcr 0.03\naniso 0.000000\n"
+                          "anisor 0.000000\nmap_Kd red.png\naniso 1");
+    const ReadMesh read = read_mesh(folder.write("a.obj", square_obj));
+    EXPECT_EQ(read.warnings, std::vector<std::string>{});
+    EXPECT_TRUE(read.mesh.topology->materials.at(0).texture);
+    EXPECT_EQ(read.mesh.topology->materials[0].roughness, 0.25f);
+
+    // One that has a picture and no colour is as bright as the picture.
+    folder.write("a.mtl", "newmtl other\nmap_Kd red.png\nKd 0.5 0 0\n"
+                          "newmtl wood\nd 1\nmap_Kd red.png\nnewmtl third\nd 1");
+    const Material wood = read_mesh(folder.path / "a.obj").mesh.topology->materials.at(0);
+    EXPECT_EQ(wood.colour, Vec3f(1, 1, 1));
+    EXPECT_TRUE(wood.texture);
+}
+
 TEST(Textures, LeavesAreCutOutAndVeilsAreBlended)
 {
     Picture leaf = checker(2, 8, {30, 120, 30, 255}, {0, 0, 0, 0});
