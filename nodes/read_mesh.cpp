@@ -81,9 +81,10 @@ void add_to(graph::Registry& registry)
             "The file: OBJ with its materials, PLY, STL, glTF, FBX, COLLADA, AC3D, 3DS and "
             "others; or points as text (XYZ, PTS, ASC), a line each, with colours where they "
             "have any. #### stands for the frame number, for a sequence of one file per frame. "
-            "Pictures of base colours (PNG, JPEG, BMP, TGA) are read with it, from the file "
-            "itself or from the path that it names. One that isn't there is looked for by its "
-            "name beside the file and in `textures` below it.")
+            "Pictures of base colours and normal maps (PNG, JPEG, BMP, TGA) are read with it, from "
+            "the file itself or from the path that it names. One that isn't there is looked for by "
+            "its name beside the file and in `textures` below it. A bump map of an OBJ is taken "
+            "for a normal map where its colours are directions.")
         .choice("unit", &Inputs::unit, {"auto", "m", "cm", "mm", "inch", "foot", "custom"},
                 "Unit of length of the file. auto: the unit that the file states, or else metres.")
         .param("custom_unit", &Inputs::custom_unit, "Length of the file's unit.",

@@ -151,12 +151,13 @@ void add_to(graph::Registry& registry)
             "Path of the file, below the output folder. #### stands for the frame number, with at "
             "least as many digits. A pc2 takes none; all other formats require it if several "
             "frames are cooked. The materials of an OBJ are written beside it: mesh.0001.mtl. "
-            "So are textures, once for all frames; glb, gltf and fbx contain them. A ply names one "
-            "texture at most, stl and x3d none.")
+            "So are textures and normal maps, once for all frames; glb, gltf and fbx contain them. "
+            "A ply names one texture at most and no normal map, stl and x3d none.")
         .choice("format", &Inputs::format,
                 {"auto", "obj", "ply", "stl", "glb", "gltf", "dae", "fbx", "x3d", "pc2"},
                 "File format. auto: from the ending of the path. pc2: one file for all frames, "
-                "with a constant number of vertices. gltf, dae (COLLADA), fbx (in text form) and "
+                "with a constant number of vertices. gltf, dae (COLLADA), fbx (in text form, "
+                "which Blender does not read) and "
                 "x3d are written by assimp.")
         .param("assimp", &Inputs::assimp,
                "Whether assimp writes obj, ply, stl and glb too. It welds vertices that coincide "

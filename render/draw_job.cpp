@@ -100,10 +100,10 @@ DrawJob draw_job(const DrawList& list, const Look& look)
     job.traced = traced.pixels;
     job.traced_samples = traced.samples;
     job.traced_shadow = traced.shadow;
-    for (const auto& texture : list.textures) {
-        const geometry::Picture& picture = texture->picture();
-        job.textures.push_back(
-            {texture->digest(), picture.width, picture.height, picture.rgba.data()});
+    for (const DrawnTexture& t : list.textures) {
+        const geometry::Picture& picture = t.texture->picture();
+        job.textures.push_back({t.texture->digest() + (t.normals ? 1 : 0), picture.width,
+                                picture.height, t.normals, picture.rgba.data()});
     }
     return job;
 }

@@ -46,8 +46,9 @@ static_assert(std::is_trivially_copyable_v<Vertex> && std::is_trivially_copyable
 
 // A texture; `rgba` is null where the process that draws has it already.
 struct JobTexture {
-    std::uint64_t digest = 0;  // the same for equal pictures
+    std::uint64_t digest = 0;  // the same for equal pictures that are used alike
     int width = 0, height = 0;
+    bool normals = false;  // else colours
     const std::uint8_t* rgba = nullptr;
 
     std::size_t bytes() const { return 4 * std::size_t(width) * std::size_t(height); }

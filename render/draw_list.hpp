@@ -32,11 +32,15 @@ struct Vertex {
 };
 static_assert(sizeof(Vertex) == 28);
 
-// The picture that faces are covered with.
+// The pictures that faces are covered with.
 struct Cover {
     std::int32_t texture = -1;  // into DrawList::textures; -1: none
+    std::int32_t normals = -1;  // likewise, a normal map
+    float bump = 1;             // see geometry::Material
     bool colours = false;       // the picture times the vertices' colour; else its alpha alone
     geometry::TextureUse use;
+
+    bool any() const { return texture >= 0 || normals >= 0; }
 };
 
 struct Batch {
@@ -93,11 +97,16 @@ struct Traced {
     std::vector<float> shadow;  // shadow_width * shadow_height, depths; above 1: nothing
 };
 
+struct DrawnTexture {
+    std::shared_ptr<const geometry::Texture> texture;
+    bool normals = false;  // else colours
+};
+
 struct DrawList {
     std::vector<Vertex> vertices;
     std::vector<std::array<float, 2>> uvs;  // of the vertices, v up; empty without textures
     std::vector<std::uint32_t> indices;
-    std::vector<std::shared_ptr<const geometry::Texture>> textures;
+    std::vector<DrawnTexture> textures;
     std::vector<Batch> opaque;
     std::vector<Batch> clear;       // far to near
     std::vector<Box> field_bounds;  // m, of surfaces without triangles; they cast shadows

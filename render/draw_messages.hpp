@@ -28,6 +28,7 @@ inline constexpr std::uint64_t draw_layout =
 struct SentTexture {
     std::uint64_t digest = 0;
     std::int32_t width = 0, height = 0;
+    bool normals = false;
     bool sent = false;  // its texels follow those of the ones before
 };
 static_assert(std::is_trivially_copyable_v<SentTexture>);

@@ -93,7 +93,7 @@ std::vector<SentTexture> to_send(const DrawJob& job, const std::vector<std::uint
     std::vector<SentTexture> textures;
     for (const JobTexture& t : job.textures) {
         const bool has = std::find(kept.begin(), kept.end(), t.digest) != kept.end();
-        textures.push_back({t.digest, t.width, t.height, !has});
+        textures.push_back({t.digest, t.width, t.height, t.normals, !has});
     }
     return textures;
 }

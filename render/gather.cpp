@@ -188,6 +188,21 @@ std::size_t add_vertices(Gathering& all, const Surface& surface, const TriMesh& 
     return bad;
 }
 
+// The number of a texture in the list, which gets it where it does not have it; -1 without one.
+std::int32_t number_of(DrawList& list, const std::shared_ptr<const geometry::Texture>& texture,
+                       bool normals)
+{
+    if (!texture) return -1;
+    auto& all = list.textures;
+    const auto same = [&](const DrawnTexture& t) {
+        return t.normals == normals && t.texture->digest() == texture->digest();
+    };
+    const auto at = std::find_if(all.begin(), all.end(), same);
+    const auto number = static_cast<std::int32_t>(at - all.begin());
+    if (at == all.end()) all.push_back({texture, normals});
+    return number;
+}
+
 // The batch for a part of a surface.
 Batch batch_of(Gathering& all, const SurfaceLayout::Part& part, const TriMesh& mesh,
                const Surface& surface)
@@ -198,13 +213,11 @@ Batch batch_of(Gathering& all, const SurfaceLayout::Part& part, const TriMesh& m
     batch.shadow = surface.shadow;
     if (!part.textured) return batch;
     const geometry::Material& material = mesh.topology->materials[part.material];
-    auto& textures = all.list.textures;
-    const auto same = [&](const auto& t) { return t->digest() == material.texture->digest(); };
-    const auto at = std::find_if(textures.begin(), textures.end(), same);
-    batch.cover.texture = static_cast<std::int32_t>(at - textures.begin());
+    batch.cover.texture = number_of(all.list, material.texture, false);
+    batch.cover.normals = number_of(all.list, material.normal_map, true);
+    batch.cover.bump = material.bump;
     batch.cover.colours = surface.paint.by == Paint::By::material;
     batch.cover.use = material.use;
-    if (at == textures.end()) textures.push_back(material.texture);
     return batch;
 }
 

@@ -75,7 +75,8 @@ GlPrograms compile_programs()
     p.seen = program(screen, lit_by("seen.frag"), lit_words(Style::plain, false, 2));
     p.soften = program(screen, {"soften.frag"});
     p.shadow = program({"shadow.vert"}, {"shadow.frag"});
-    p.surface_textured = program({"surface.vert"}, {"pack.glsl", "surface.frag"}, textured);
+    p.surface_textured =
+        program({"surface.vert"}, {"pack.glsl", "bent.glsl", "surface.frag"}, textured);
     p.shadow_textured = program({"shadow.vert"}, {"shadow.frag"}, textured);
     p.balls = program({"balls.vert"}, {"pack.glsl", "balls.frag"});
     p.balls_shadow = program({"balls.vert"}, {"balls_shadow.frag"});
@@ -202,7 +203,9 @@ const LitPrograms& lit_programs(GlObjects& gl, Style style, bool soft)
     p.backdrop = program(screen, lit_by("backdrop.frag"), words);
     p.edges = program(screen, lit_by("edges.frag"), words);
     p.clear = program({"surface.vert"}, lit_by("clear.frag"), words);
-    p.clear_textured = program({"surface.vert"}, lit_by("clear.frag"), words + textured);
+    p.clear_textured = program(
+        {"surface.vert"}, {"shade.glsl", "reach.glsl", "stored.glsl", "bent.glsl", "clear.frag"},
+        words + textured);
     p.finish = program(screen, lit_by("finish.frag"), words);
     p.object = program(screen, lit_by("object.frag"), words);
     return p;

@@ -61,14 +61,16 @@ GLuint make_texture(const JobTexture& from)
     if (!from.rgba) throw std::runtime_error("a texture to be drawn with is not there");
     GLint largest = 0;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
-    const std::vector<TextureLevel> levels = texture_levels(
-        from.width, from.height, {from.rgba, from.bytes()}, std::min<int>(largest, 8192));
+    const std::vector<TextureLevel> levels =
+        texture_levels(from.width, from.height, {from.rgba, from.bytes()},
+                       std::min<int>(largest, 8192), from.normals);
     GLuint name = 0;
     glCreateTextures(GL_TEXTURE_2D, 1, &name);
     glTextureStorage2D(name, GLsizei(levels.size()), GL_RGBA8, levels[0].width, levels[0].height);
     for (std::size_t i = 0; i < levels.size(); ++i) {
         glTextureSubImage2D(name, GLint(i), 0, 0, levels[i].width, levels[i].height, GL_RGBA,
-                            GL_UNSIGNED_BYTE, roots_of(levels[i]).data());
+                            GL_UNSIGNED_BYTE,
+                            from.normals ? levels[i].rgba.data() : roots_of(levels[i]).data());
     }
     return name;
 }
@@ -104,13 +106,22 @@ void use_cover(const GlTextures& textures, const DrawJob& job, const Cover& cove
 {
     using Alpha = geometry::TextureUse::Alpha;
     const Alpha alpha = cover.use.alpha;
-    glBindTextureUnit(unit, textures.names.at(job.textures[std::size_t(cover.texture)].digest));
-    glBindSampler(unit, textures.sampler);
+    // A picture that is not used stands for one that is not there.
+    const auto name = [&](std::int32_t wanted, std::int32_t otherwise) {
+        const std::int32_t i = wanted >= 0 ? wanted : otherwise;
+        return textures.names.at(job.textures[std::size_t(i)].digest);
+    };
+    glBindTextureUnit(unit, name(cover.texture, cover.normals));
+    glBindTextureUnit(unit + 1, name(cover.normals, cover.texture));
+    for (const GLuint of : {unit, unit + 1}) glBindSampler(of, textures.sampler);
     glSamplerParameteri(textures.sampler, GL_TEXTURE_WRAP_S, wrap(cover.use.u));
     glSamplerParameteri(textures.sampler, GL_TEXTURE_WRAP_T, wrap(cover.use.v));
     float least = alpha == Alpha::cutout ? cover.use.cutoff : 0;
     if (alpha == Alpha::blended && in_shadow_map) least = 0.5f;
-    glUniform4f(6, cover.colours ? 1.f : 0.f, least, alpha == Alpha::blended ? 1.f : 0.f, 0);
+    const bool there = cover.texture >= 0;
+    glUniform4f(6, there && cover.colours ? 1.f : 0.f, there ? least : 0,
+                there && alpha == Alpha::blended ? 1.f : 0.f, 0);
+    if (!in_shadow_map) glUniform1f(7, cover.normals >= 0 ? cover.bump : 0);
 }
 
 }  // namespace render

@@ -19,8 +19,9 @@ struct GlTextures {
 // for one that is neither there nor given.
 void take_textures(GlTextures& textures, const DrawJob& job);
 
-// Binds what `cover` has to `unit`, and says to `program`, which is in use, how to lay it on.
-// `in_shadow_map`: what is blended casts the shadow of its more opaque half.
+// Binds what `cover` has to `unit` and, a normal map, to the one after it, and says to `program`,
+// which is in use, how to lay it on. `in_shadow_map`: what is blended casts the shadow of its more
+// opaque half.
 void use_cover(const GlTextures& textures, const DrawJob& job, const Cover& cover, GLuint unit,
                bool in_shadow_map);
 

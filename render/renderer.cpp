@@ -22,7 +22,8 @@ enum Unit : GLuint {
     unit_smooth_depths,
     unit_fine,
     unit_fine_depths,
-    unit_texture
+    unit_texture,
+    unit_normals  // see use_cover()
 };
 
 constexpr int alike = 64;  // see shaders/uneven.frag
@@ -190,7 +191,7 @@ void draw_batches(const GlObjects& gl, const DrawJob& job, int samples, int whic
                 mode = GL_LINES;
                 glLineWidth(std::max(1.0f, batch.size * float(samples)));
             }
-            const bool textured = batch.cover.texture >= 0;
+            const bool textured = batch.cover.any();
             glUseProgram(textured ? gl.programs.surface_textured : gl.programs.surface);
             glUniform1i(5, lines);
             glUniform1i(3, batch.mapped);
@@ -296,7 +297,7 @@ void draw_clear(GlObjects& gl, const DrawJob& job)
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     for (const Batch& batch : job.clear) {
-        const bool textured = batch.cover.texture >= 0;
+        const bool textured = batch.cover.any();
         glUseProgram(textured ? p.clear_textured : p.clear);
         if (textured) use_cover(gl.textures, job, batch.cover, unit_texture, false);
         glUniform1i(5, 0);

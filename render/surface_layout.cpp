@@ -34,8 +34,9 @@ std::vector<std::size_t> parts_of(const geometry::MeshTopology& topology,
     parts[1].clear = true;
     const bool has_uvs = topology.uv_triangles.size() == topology.triangles.size();
     for (const geometry::Material& m : topology.materials) {
-        const bool textured = has_uvs && m.texture;
-        const bool clear = m.opacity < 1 || (textured && m.use.alpha == Alpha::blended);
+        const bool textured = has_uvs && (m.texture || m.normal_map);
+        const bool clear =
+            m.opacity < 1 || (textured && m.texture && m.use.alpha == Alpha::blended);
         part_of.push_back(textured ? parts.size() : clear ? 1 : 0);
         if (!textured) continue;
         parts.push_back({0, clear, true, static_cast<std::uint16_t>(part_of.size() - 1)});

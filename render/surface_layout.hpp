@@ -14,7 +14,7 @@ struct SurfaceLayout {
     struct Part {
         std::size_t count = 0;  // triangles
         bool clear = false;     // whether one sees through them
-        bool textured = false;  // by the texture of `material`
+        bool textured = false;  // by the texture or normal map of `material`
         std::uint16_t material = 0;
     };
 

@@ -87,6 +87,27 @@ TextureLevel smaller(const TextureLevel& from)
     return to;
 }
 
+TextureLevel smaller_of_numbers(const TextureLevel& from)
+{
+    TextureLevel to{std::max(1, from.width / 2), std::max(1, from.height / 2), {}};
+    to.rgba.reserve(4 * std::size_t(to.width) * std::size_t(to.height));
+    const auto columns = under(from.width, to.width), rows = under(from.height, to.height);
+    for (const Under& row : rows) {
+        for (const Under& column : columns) {
+            std::array<float, 4> mean{};
+            for (std::size_t j = 0; j < row.count; ++j) {
+                const std::size_t start = (row.first + j) * std::size_t(from.width) + column.first;
+                for (std::size_t i = 0; i < 4 * column.count; ++i) {
+                    mean[i % 4] +=
+                        row.weight[j] * column.weight[i / 4] * float(from.rgba[4 * start + i]);
+                }
+            }
+            for (const float m : mean) to.rgba.push_back(static_cast<std::uint8_t>(m + 0.5f));
+        }
+    }
+    return to;
+}
+
 // Texels that are not there take the colour of what lies around them: the next level's, whose rims
 // are the mean of what is there. Else their own colour would show at the rims of leaves.
 void fill_under_transparent(TextureLevel& level, const TextureLevel& next)
@@ -105,13 +126,13 @@ void fill_under_transparent(TextureLevel& level, const TextureLevel& next)
 }  // namespace
 
 std::vector<TextureLevel> texture_levels(int width, int height, std::span<const std::uint8_t> rgba,
-                                         int largest)
+                                         int largest, bool normals)
 {
     std::vector<TextureLevel> levels{{width, height, {rgba.begin(), rgba.end()}}};
     while (levels.back().width > 1 || levels.back().height > 1) {
-        levels.push_back(smaller(levels.back()));
+        levels.push_back(normals ? smaller_of_numbers(levels.back()) : smaller(levels.back()));
     }
-    for (std::size_t i = levels.size() - 1; i-- > 0;) {
+    for (std::size_t i = levels.size() - 1; i-- > 0 && !normals;) {
         fill_under_transparent(levels[i], levels[i + 1]);
     }
     std::size_t first = 0;

@@ -3,7 +3,8 @@
 // A picture at half, a quarter ... of its size, for what is seen from afar.
 //   Williams. Pyramidal parametrics. SIGGRAPH 1983.
 // Means are taken of light, not of display values, and a texel counts for as much as it is opaque:
-// what lies under transparent texels tints no rim. No layer is linked: aspic-draw has it too.
+// what lies under transparent texels tints no rim. Of a normal map, means are taken of the numbers
+// themselves. No layer is linked: aspic-draw has it too.
 
 #include <cstdint>
 #include <span>
@@ -20,6 +21,6 @@ struct TextureLevel {
 // texel. A level has half the texels of the one before along each side, rounded down; each of them
 // covers its share of the picture exactly.
 std::vector<TextureLevel> texture_levels(int width, int height, std::span<const std::uint8_t> rgba,
-                                         int largest);
+                                         int largest, bool normals = false);
 
 }  // namespace render

@@ -321,9 +321,12 @@ TriMesh finish(Assembly& a, const ReadOptions& options, const FoundTextures& tex
         Material& made = a.topology.materials.emplace_back();
         made = {in.name, light(in.colour), unit(in.opacity, 1), unit(in.roughness, 0.6f),
                 unit(in.metallic, 0)};
-        if (m >= textures.of_material.size() || !textures.of_material[m]) continue;
+        if (m >= textures.of_material.size()) continue;
+        made.normal_map = textures.normal_maps[m];
         made.texture = textures.of_material[m];
-        made.use = textures.use[m];
+        if (made.normal_map && std::isfinite(in.bump)) made.bump = in.bump;
+        if (made.texture || made.normal_map) made.use = textures.use[m];
+        if (!made.texture) continue;
         // Black would hide the picture: it is what some programs write beside one.
         if (made.colour.isZero(0)) made.colour.setOnes();
     }

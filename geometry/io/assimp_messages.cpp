@@ -17,7 +17,9 @@ template <class Archive> void pass(Archive& a, ImportedMaterial& m)
     a(m.name), a(m.colour), a(m.opacity), a(m.roughness), a(m.metallic);
     a(m.picture.path), a(m.picture.embedded), a(m.picture.wrap), a(m.picture.turned),
         a(m.opacity_picture);
-    a(m.alpha), a(m.cutoff), a(m.has_normal_map);
+    a(m.alpha), a(m.cutoff);
+    a(m.normals.path), a(m.normals.embedded), a(m.normals.wrap), a(m.bump_map),
+        a(m.normals_elsewhere), a(m.bump);
 }
 template <class Archive> void pass(Archive& a, EmbeddedPicture& p)
 {
@@ -37,9 +39,9 @@ template <class Archive> void pass(Archive& a, std::string& s)
 }
 template <class Archive> void pass(Archive& a, ImportedScene& s)
 {
-    std::uint64_t format = 0x3133'6369'7073'6120;  // another build's importer is not understood
+    std::uint64_t format = 0x3233'6369'7073'6120;  // another build's importer is not understood
     a(format);
-    if (format != 0x3133'6369'7073'6120) throw std::runtime_error("not a scene of this version");
+    if (format != 0x3233'6369'7073'6120) throw std::runtime_error("not a scene of this version");
     a(s.meshes), a(s.materials), a(s.embedded), a(s.nodes), a(s.linear_colours), a(s.unit),
         a(s.has_axes), a(s.to_y_up), a(s.files), a(s.textures), a(s.error);
 }

@@ -43,7 +43,11 @@ struct ImportedMaterial {
     std::string opacity_picture = {};
     Alpha alpha = Alpha::unsaid;
     float cutoff = 0.5f;
-    bool has_normal_map = false;
+    // Of normals in the frame of the surface.
+    ImportedPicture normals = {};
+    bool bump_map = false;           // it is named as one of bumps, which may be heights
+    bool normals_elsewhere = false;  // it lies at other coordinates than that of the colour
+    float bump = 1;
 };
 
 // A picture that lies in the mesh file.

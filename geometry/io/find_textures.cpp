@@ -58,16 +58,18 @@ struct Search {
     std::map<const Texture*, TextureUse::Alpha> alpha;
     FoundTextures out;
 
-    void warn(const ImportedMaterial& m, const std::string& what)
+    void warn(const ImportedMaterial& m, const ImportedPicture& p, const std::string& what)
     {
         out.warnings.push_back(
-            fmt::format("material \"{}\" is drawn in its plain colour: {}.", m.name, what));
+            fmt::format("material \"{}\" is drawn {}: {}.", m.name,
+                        &p == &m.normals ? "without its normal map" : "in its plain colour", what));
     }
 };
 
-std::optional<Texture::Source> source_of(Search& search, const ImportedMaterial& m)
+// `p` is one of the material's pictures.
+std::optional<Texture::Source> source_of(Search& search, const ImportedMaterial& m,
+                                         const ImportedPicture& p)
 {
-    const ImportedPicture& p = m.picture;
     if (p.embedded >= 0 && std::size_t(p.embedded) < search.scene.embedded.size()) {
         const EmbeddedPicture& e = search.scene.embedded[std::size_t(p.embedded)];
         return Texture::Source{e.name, e.file};
@@ -79,18 +81,21 @@ std::optional<Texture::Source> source_of(Search& search, const ImportedMaterial&
             return Texture::Source{place.filename().string(), std::move(*bytes)};
         }
     }
-    search.warn(m, fmt::format("its picture {} cannot be opened; put the file beside the model, or "
-                               "correct its path in the material",
-                               plain_path(p.path)));
+    search.warn(m, p,
+                fmt::format("its picture {} cannot be opened; put the file beside the model, or "
+                            "correct its path in the material",
+                            plain_path(p.path)));
     return std::nullopt;
 }
 
-std::shared_ptr<const Texture> texture_of(Search& search, const ImportedMaterial& m)
+std::shared_ptr<const Texture> texture_of(Search& search, const ImportedMaterial& m,
+                                          const ImportedPicture& p)
 {
-    const auto known = search.known.find(m.picture.path);
+    if (p.path.empty()) return nullptr;
+    const auto known = search.known.find(p.path);
     if (known != search.known.end() && known->second) return known->second;
-    std::shared_ptr<const Texture>& texture = search.known[m.picture.path];
-    auto source = source_of(search, m);
+    std::shared_ptr<const Texture>& texture = search.known[p.path];
+    auto source = source_of(search, m, p);
     if (!source) return nullptr;
     const std::string name = source->name;
     try {
@@ -100,17 +105,47 @@ std::shared_ptr<const Texture> texture_of(Search& search, const ImportedMaterial
         texture = std::move(made);
     } catch (const std::runtime_error& error) {
         search.warn(
-            m, fmt::format("its picture {} {}; convert it to PNG or JPEG", name, error.what()));
+            m, p, fmt::format("its picture {} {}; convert it to PNG or JPEG", name, error.what()));
     }
     return texture;
+}
+
+// What OBJ calls a bump map holds heights, or normals: its pixels tell. Null where it is not used.
+std::shared_ptr<const Texture> normal_map_of(Search& search, const ImportedMaterial& m)
+{
+    const ImportedPicture& p = m.normals;
+    if (p.path.empty()) return nullptr;
+    if (m.normals_elsewhere) {
+        search.warn(m, p, "it lies at other texture coordinates than the picture of the colour");
+        return nullptr;
+    }
+    auto texture = texture_of(search, m, p);
+    if (!texture || !m.bump_map) return texture;
+    const std::string& name = texture->source().name;
+    switch (told_by(texture->picture())) {
+    case PictureOf::normals:
+        return texture;
+    case PictureOf::heights:
+        search.warn(m, p,
+                    fmt::format("its bump map {} has heights; bake a normal map of it", name));
+        return nullptr;
+    case PictureOf::anything:
+        break;
+    }
+    search.warn(m, p,
+                fmt::format("whether its bump map {} has heights or normals cannot be told; if it "
+                            "has normals, name it by norm instead of map_Bump",
+                            name));
+    return nullptr;
 }
 
 TextureUse use_of(Search& search, const ImportedMaterial& m, const Texture* texture)
 {
     using Alpha = ImportedMaterial::Alpha;
     TextureUse use;
-    use.u = static_cast<TextureUse::Wrap>(std::min<int>(m.picture.wrap[0], 2));
-    use.v = static_cast<TextureUse::Wrap>(std::min<int>(m.picture.wrap[1], 2));
+    const auto& wrap = m.picture.path.empty() ? m.normals.wrap : m.picture.wrap;
+    use.u = static_cast<TextureUse::Wrap>(std::min<int>(wrap[0], 2));
+    use.v = static_cast<TextureUse::Wrap>(std::min<int>(wrap[1], 2));
     use.cutoff = std::clamp(m.cutoff, 0.f, 1.f);
     if (!texture) return use;
     use.alpha = m.alpha == Alpha::unsaid ? search.alpha[texture]
@@ -121,9 +156,7 @@ TextureUse use_of(Search& search, const ImportedMaterial& m, const Texture* text
 // Sentences about what materials have and nothing here uses.
 void warn_of_unused(Search& search)
 {
-    std::size_t normal_maps = 0;
     for (const ImportedMaterial& m : search.scene.materials) {
-        normal_maps += m.has_normal_map;
         if (m.picture.turned) {
             search.out.warnings.push_back(fmt::format("material \"{}\": the turn of its picture is "
                                                       "not used; turn the texture coordinates "
@@ -136,11 +169,6 @@ void warn_of_unused(Search& search)
             "material \"{}\": its picture {} of opacity is not used; put the opacity into the "
             "alpha of the picture that holds the colour.",
             m.name, mask.string()));
-    }
-    if (normal_maps > 0) {
-        search.out.warnings.push_back(
-            fmt::format("{} of its materials {} a normal map, which is not used.", normal_maps,
-                        normal_maps == 1 ? "has" : "have"));
     }
 }
 
@@ -165,8 +193,9 @@ FoundTextures find_textures(const ImportedScene& scene, const fs::path& model, c
 {
     Search search{scene, fs::absolute(model).parent_path(), root, {}, {}, {}};
     for (const ImportedMaterial& m : scene.materials) {
-        const auto texture = m.picture.path.empty() ? nullptr : texture_of(search, m);
+        const auto texture = texture_of(search, m, m.picture);
         search.out.of_material.push_back(texture);
+        search.out.normal_maps.push_back(normal_map_of(search, m));
         search.out.use.push_back(use_of(search, m, texture.get()));
     }
     warn_of_unused(search);

@@ -12,9 +12,10 @@ namespace geometry {
 struct FoundTextures {
     // M, of the scene's materials: null where one has none, or none that can be read.
     std::vector<std::shared_ptr<const Texture>> of_material;
-    std::vector<TextureUse> use;                    // M
-    std::vector<std::string> warnings;              // each a sentence
-    std::vector<std::filesystem::path> side_files;  // that were opened or looked for
+    std::vector<TextureUse> use;                              // M
+    std::vector<std::shared_ptr<const Texture>> normal_maps;  // M, likewise
+    std::vector<std::string> warnings;                        // each a sentence
+    std::vector<std::filesystem::path> side_files;            // that were opened or looked for
 };
 
 // Where a picture that a model in `folder` names may lie, best first: at its path, and by its name

@@ -31,35 +31,46 @@ bool holds(const fs::path& path, const std::string& bytes)
     return read_whole_file(path) == bytes;
 }
 
-// The textures by the names that their files get.
-std::map<std::string, const Texture*> named(const MeshTopology& topology,
-                                            std::vector<std::string>& names)
+// Textures by the names that their files get.
+using Files = std::map<std::string, const Texture*>;
+
+std::string add_to(Files& files, const Texture* texture)
 {
-    std::map<std::string, const Texture*> files;
+    std::string name;
+    for (int number = 0; texture && name.empty(); ++number) {
+        const std::string wanted = numbered(plain_name(texture->source().name), number);
+        const auto [at, is_new] = files.try_emplace(wanted, texture);
+        if (is_new || at->second->source().file == texture->source().file) name = wanted;
+    }
+    return name;
+}
+
+Files named(const MeshTopology& topology, TextureNames& names, bool normal_maps)
+{
+    Files files;
     for (const Material& m : topology.materials) {
-        std::string& name = names.emplace_back();
-        for (int number = 0; m.texture && name.empty(); ++number) {
-            const std::string wanted = numbered(plain_name(m.texture->source().name), number);
-            const auto [at, is_new] = files.try_emplace(wanted, m.texture.get());
-            if (is_new || at->second->source().file == m.texture->source().file) name = wanted;
-        }
+        names.colour.push_back(add_to(files, m.texture.get()));
+    }
+    for (const Material& m : topology.materials) {
+        if (normal_maps) names.normals.push_back(add_to(files, m.normal_map.get()));
     }
     return files;
 }
 
 }  // namespace
 
-std::vector<std::string> texture_names(const MeshTopology& topology)
+TextureNames texture_names(const MeshTopology& topology)
 {
-    std::vector<std::string> names;
-    named(topology, names);
+    TextureNames names;
+    named(topology, names, true);
     return names;
 }
 
 std::string only_texture(const MeshTopology& topology)
 {
     std::string only;
-    for (const std::string& name : texture_names(topology)) {
+    const TextureNames names = texture_names(topology);
+    for (const std::string& name : names.colour) {
         if (name.empty() || name == only) continue;
         if (!only.empty()) return {};
         only = name;
@@ -67,11 +78,12 @@ std::string only_texture(const MeshTopology& topology)
     return only;
 }
 
-std::vector<fs::path> write_textures(const fs::path& folder, const MeshTopology& topology)
+std::vector<fs::path> write_textures(const fs::path& folder, const MeshTopology& topology,
+                                     bool normal_maps)
 {
-    std::vector<std::string> names;
+    TextureNames names;
     std::vector<fs::path> written;
-    for (const auto& [name, texture] : named(topology, names)) {
+    for (const auto& [name, texture] : named(topology, names, normal_maps)) {
         written.push_back(folder / name);
         const std::string& file = texture->source().file;
         if (!holds(written.back(), file)) write_whole_file(written.back(), file);

@@ -9,17 +9,22 @@
 
 namespace geometry {
 
-// The name of each material's texture as a file beside the mesh, empty where it has none. Equal
-// textures share a name, others are told apart; no name has a space, at which some readers stop.
-std::vector<std::string> texture_names(const MeshTopology& topology);
+// The names of each material's texture and normal map as files beside the mesh, empty where it has
+// none. Equal ones share a name, others are told apart; no name has a space, at which some readers
+// stop.
+struct TextureNames {
+    std::vector<std::string> colour, normals;
+};
+TextureNames texture_names(const MeshTopology& topology);
 
 // Of all materials the one texture's name; empty when they have none or several.
 std::string only_texture(const MeshTopology& topology);
 
-// Writes each texture to `folder` by its name, and returns the paths. A file that holds the same
+// Writes each texture, and each normal map where they are wanted, to `folder` by its name, and
+// returns the paths. A file that holds the same
 // bytes already is left alone: all frames of a shot name one file. Throws std::runtime_error as
 // write_whole_file() does.
 std::vector<std::filesystem::path> write_textures(const std::filesystem::path& folder,
-                                                  const MeshTopology& topology);
+                                                  const MeshTopology& topology, bool normal_maps);
 
 }  // namespace geometry

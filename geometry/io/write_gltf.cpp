@@ -99,16 +99,14 @@ std::size_t gltf_image(Gltf& gltf, Images& images, const Texture& texture)
     return images.size() - 1;
 }
 
-std::size_t gltf_texture(Gltf& gltf, Images& images, const Material& m)
+std::size_t gltf_texture(Gltf& gltf, Images& images, const Texture& texture, const TextureUse& use)
 {
     const auto wrap = [](TextureUse::Wrap w) {
         return w == TextureUse::Wrap::repeat ? 10497 : w == TextureUse::Wrap::clamp ? 33071 : 33648;
     };
-    const std::size_t image = gltf_image(gltf, images, *m.texture);
-    gltf.json["samplers"].push_back({{"magFilter", 9729},
-                                     {"minFilter", 9987},
-                                     {"wrapS", wrap(m.use.u)},
-                                     {"wrapT", wrap(m.use.v)}});
+    const std::size_t image = gltf_image(gltf, images, texture);
+    gltf.json["samplers"].push_back(
+        {{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", wrap(use.u)}, {"wrapT", wrap(use.v)}});
     gltf.json["textures"].push_back(
         {{"sampler", gltf.json["samplers"].size() - 1}, {"source", image}});
     return gltf.json["textures"].size() - 1;
@@ -123,8 +121,13 @@ nlohmann::json gltf_material(Gltf& gltf, Images& textures, const Material& m)
                          {"metallicFactor", m.metallic},
                          {"roughnessFactor", m.roughness}}}};
     if (m.opacity < 1) out["alphaMode"] = "BLEND";
+    if (m.normal_map) {
+        out["normalTexture"] = {{"index", gltf_texture(gltf, textures, *m.normal_map, m.use)},
+                                {"scale", m.bump}};
+    }
     if (!m.texture) return out;
-    out["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", gltf_texture(gltf, textures, m)}};
+    out["pbrMetallicRoughness"]["baseColorTexture"] = {
+        {"index", gltf_texture(gltf, textures, *m.texture, m.use)}};
     if (m.use.alpha == TextureUse::Alpha::blended) out["alphaMode"] = "BLEND";
     if (m.use.alpha == TextureUse::Alpha::cutout) {
         out["alphaMode"] = "MASK";

@@ -42,7 +42,7 @@ std::vector<fs::path> write_mesh(const fs::path& path, MeshFormat format, const 
                 (path.extension() == ".mtl" ? path.filename() : path.stem()).string() + ".mtl";
             beside.push_back(path.parent_path() / library);
             // What it names first, so that it never names what is not there.
-            for (const fs::path& file : write_textures(path.parent_path(), *mesh.topology)) {
+            for (const fs::path& file : write_textures(path.parent_path(), *mesh.topology, true)) {
                 beside.push_back(file);
             }
             write_whole_file(beside[0], materials);
@@ -52,7 +52,7 @@ std::vector<fs::path> write_mesh(const fs::path& path, MeshFormat format, const 
     }
     case MeshFormat::ply:
         if (!only_texture(*mesh.topology).empty()) {
-            beside = write_textures(path.parent_path(), *mesh.topology);
+            beside = write_textures(path.parent_path(), *mesh.topology, false);
         }
         write_whole_file(path, ply_bytes(mesh));
         break;

@@ -122,7 +122,8 @@ std::string obj_text(const TriMesh& mesh, const std::string& library)
 std::string mtl_text(const TriMesh& mesh)
 {
     const MeshTopology& t = *mesh.topology;
-    const std::vector<std::string> names = material_names(t), textures = texture_names(t);
+    const std::vector<std::string> names = material_names(t);
+    const TextureNames textures = texture_names(t);
     std::string out;
     for (std::size_t i = 0; i < names.size(); ++i) {
         const Material& m = t.materials[i];
@@ -138,11 +139,22 @@ std::string mtl_text(const TriMesh& mesh)
         put(out, m.roughness);
         out += "\nPm ";
         put(out, m.metallic);
-        if (!textures[i].empty()) {
-            const bool clamps = m.use.u == TextureUse::Wrap::clamp;
-            const std::string file = (clamps ? " -clamp on " : " ") + textures[i];
+        const std::string clamp = m.use.u == TextureUse::Wrap::clamp ? " -clamp on " : " ";
+        if (!textures.colour[i].empty()) {
+            const std::string file = clamp + textures.colour[i];
             out += "\nmap_Kd" + file;
             if (m.use.alpha != TextureUse::Alpha::ignored) out += "\nmap_d" + file;
+        }
+        // Blender takes map_Bump for a normal map and knows no norm; others take it for heights,
+        // unless there is a norm.
+        for (const char* word : {"\nnorm", "\nmap_Bump"}) {
+            if (textures.normals[i].empty()) break;
+            out += word;
+            if (m.bump != 1) {
+                out += " -bm ";
+                put(out, m.bump);
+            }
+            out += clamp + textures.normals[i];
         }
         out += "\n\n";
     }

@@ -18,9 +18,10 @@ bool same(const Texture* a, const Texture* b)
 bool Material::operator==(const Material& other) const
 {
     const auto numbers = [](const Material& m) {
-        return std::tie(m.name, m.colour, m.opacity, m.roughness, m.metallic, m.use);
+        return std::tie(m.name, m.colour, m.opacity, m.roughness, m.metallic, m.use, m.bump);
     };
-    return numbers(*this) == numbers(other) && same(texture.get(), other.texture.get());
+    return numbers(*this) == numbers(other) && same(texture.get(), other.texture.get()) &&
+           same(normal_map.get(), other.normal_map.get());
 }
 
 Box bounds(const TriMesh& mesh)

@@ -24,6 +24,10 @@ struct Material {
     // none. All frames share it.
     std::shared_ptr<const Texture> texture = nullptr;
     TextureUse use = {};
+    // Normals at the same coordinates, in the frame of the surface: x along u, y along v, z out of
+    // it, as OpenGL and glTF have them; null: none.
+    std::shared_ptr<const Texture> normal_map = nullptr;
+    float bump = 1;  // their x and y are multiplied with it
 
     // Textures are equal where their files are.
     bool operator==(const Material& other) const;

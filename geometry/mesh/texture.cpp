@@ -1,6 +1,9 @@
 #include "geometry/mesh/texture.hpp"
 
+#include "geometry/base/vec.hpp"
+
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <mutex>
 #include <stdexcept>
@@ -54,6 +57,21 @@ TextureUse::Alpha alpha_of(const Picture& picture)
     if (clear + between == 0) return TextureUse::Alpha::ignored;
     // The rims of leaves are soft: a tenth of what is there may be.
     return 10 * between <= count - clear ? TextureUse::Alpha::cutout : TextureUse::Alpha::blended;
+}
+
+PictureOf told_by(const Picture& picture)
+{
+    const std::size_t count = picture.rgba.size() / 4;
+    std::size_t grey = 0, normal = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::uint8_t* const c = &picture.rgba[4 * i];
+        const auto [low, high] = std::minmax({c[0], c[1], c[2]});
+        grey += high - low <= 8 ? 1 : 0;
+        const Vec3f n = Vec3f(float(c[0]), float(c[1]), float(c[2])) / 127.5f - Vec3f::Ones();
+        normal += n.z() >= 0 && std::abs(n.norm() - 1) <= 0.2f ? 1 : 0;
+    }
+    if (20 * normal >= 19 * count) return PictureOf::normals;
+    return 20 * grey >= 19 * count ? PictureOf::heights : PictureOf::anything;
 }
 
 std::string media_type(const Texture& texture)

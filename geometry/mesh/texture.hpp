@@ -43,6 +43,11 @@ private:
 // all is either opaque or not there, else blended.
 TextureUse::Alpha alpha_of(const Picture& picture);
 
+// What the colours of a picture stand for, as far as they tell. heights: all are grey. normals: as
+// directions, 2 c - 1, nearly all have the length 1 to within a fifth and point outwards.
+enum class PictureOf { normals, heights, anything };
+PictureOf told_by(const Picture& picture);
+
 // "image/png", "image/jpeg", "image/bmp", "image/x-tga".
 std::string media_type(const Texture& texture);
 

@@ -83,7 +83,7 @@ void draw(const DrawRequest& request, render::SharedMemory& memory,
     for (const render::SentTexture& t :
          part(at.textures, request.textures, static_cast<const render::SentTexture*>(nullptr))) {
         render::JobTexture& texture = job.textures.emplace_back();
-        texture = {t.digest, t.width, t.height, nullptr};
+        texture = {t.digest, t.width, t.height, t.normals, nullptr};
         if (!t.sent) continue;
         texture.rgba = reinterpret_cast<const std::uint8_t*>(texels);
         texels += texture.bytes();

@@ -20,6 +20,9 @@ void main()
 {
     vec3 v = normalize(eye.xyz - stage_point);
     vec3 n = normalize(normal_value.xyz);
+#ifdef TEXTURED
+    n = bent(n, stage_point, at_picture);
+#endif
     if (!gl_FrontFacing) n = -n;
     vec3 c = look.rgb;
     if (mapped == 1) c = texture(colour_maps, vec2(normal_value.w, map_row)).rgb;

@@ -9,6 +9,7 @@ layout(location = 4) uniform float map_row;
 
 #ifdef TEXTURED
 in vec2 at_picture;
+in vec3 stage_point;
 layout(binding = 9) uniform sampler2D picture;
 layout(location = 6) uniform vec4 laid;  // x 1: it colours too; y least alpha that is there; z 1: alpha blends
 #endif
@@ -16,6 +17,9 @@ layout(location = 6) uniform vec4 laid;  // x 1: it colours too; y least alpha t
 void main()
 {
     vec3 n = normalize(normal_value.xyz);
+#ifdef TEXTURED
+    n = bent(n, stage_point, at_picture);
+#endif
     if (!gl_FrontFacing) n = -n;
     vec3 root = look.rgb;
     if (mapped == 1) root = texture(colour_maps, vec2(normal_value.w, map_row)).rgb;

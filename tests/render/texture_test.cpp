@@ -202,6 +202,57 @@ TEST(TexturesDrawn, LeaveWhatHasNoneAsItIs)
     }
 }
 
+// A plane with a normal map of one direction, lit from a side, looks as the same plane whose
+// normals have that direction. One step of 14 bits of the first pass, and of a display's colour.
+TEST(NormalMapsDrawn, ShadeAsATiltedPlaneDoes)
+{
+    const Rgba texel{172, 108, 238, 255};  // leans by 0.35 along u, and by 0.15 against v
+    const Vec3f m = Vec3f(Vec3f(texel[0], texel[1], texel[2]) / 127.5f - Vec3f::Ones());
+    render::Look look = plain_look();
+    look.light_elevation = 0.5;
+    const auto shaded = [&](const render::Surface& s, double from) {
+        Scene scene;
+        scene.surfaces = {s};
+        look.light_azimuth = from > 0 ? 1.2 : 1.2 + std::numbers::pi;  // on the camera's side
+        render::Camera camera = camera_ahead();
+        camera.eye.z() = from;
+        return pixel(render::draw(scene, camera, look), 64, 64);
+    };
+    // Coordinates that are turned, and mirrored; both sides; a strength.
+    for (const auto& [turn, mirror, from, bump] : {std::array{0.0, 1.0, 10.0, 1.0},
+                                                   {2.1, 1.0, 10.0, 1.0},
+                                                   {0.7, -1.0, 10.0, 0.5},
+                                                   {0.4, 1.0, -10.0, 1.0}}) {
+        const Vec3f u(float(std::cos(turn)), float(std::sin(turn)), 0);
+        const Vec3f v = float(mirror) * Vec3f(-u.y(), u.x(), 0);
+        render::Surface mapped = card(nullptr), tilted = card(nullptr), plain = card(nullptr);
+        TriMesh mesh = *mapped.mesh;
+        auto topology = std::make_shared<geometry::MeshTopology>(*mesh.topology);
+        topology->uvs.clear();
+        for (const Vec3f& p : mesh.positions) topology->uvs.emplace_back(p.dot(u), p.dot(v));
+        topology->materials[0].normal_map = squares(1, {texel}, 4);
+        topology->materials[0].bump = float(bump);
+        mesh.topology = topology;
+        mapped.mesh = std::make_shared<const TriMesh>(mesh);
+        TriMesh other = *tilted.mesh;
+        const Vec3f n = float(bump) * (m.x() * u + m.y() * v) + m.z() * Vec3f::UnitZ();
+        for (Vec3f& each : other.normals) each = n.normalized();
+        tilted.mesh = std::make_shared<const TriMesh>(other);
+        mapped.receives = tilted.receives = plain.receives = true;
+        const auto a = shaded(mapped, from), b = shaded(tilted, from), flat = shaded(plain, from);
+        expect_near(a, b, 1);
+        EXPECT_GT(std::abs(a[0] - flat[0]), 10) << "the map matters";
+    }
+}
+
+TEST(NormalMapsDrawn, SmallerLevelsAreTheMeanOfTheNumbers)
+{
+    const std::vector<std::uint8_t> rgba{0, 200, 255, 255, 255, 100, 255, 255};
+    const auto levels = render::texture_levels(2, 1, rgba, 16, true);
+    ASSERT_EQ(levels.size(), 2u);
+    EXPECT_EQ(levels[1].rgba, (std::vector<std::uint8_t>{128, 150, 255, 255}));
+}
+
 TEST(TexturesDrawn, AreTheSameInThisProcessAndWhenTheyAreKept)
 {
     render::Look look = plain_look();

@@ -5,6 +5,7 @@
 #include <assimp/GltfMaterial.h>
 #include <assimp/Importer.hpp>
 #include <assimp/MemoryIOWrapper.h>
+#include <assimp/ObjMaterial.h>
 #include <assimp/config.h>
 #include <assimp/scene.h>
 
@@ -152,13 +153,43 @@ ImportedPicture colour_picture(const aiScene& scene, const aiMaterial& in, unsig
     return out;
 }
 
-// How a material moves and scales its picture (KHR_texture_transform); false where it does not, or
-// turns it too. Applied here: assimp's own step moves before it scales.
-bool placing(const aiMaterial& in, aiUVTransform& out)
+// That of its normals, or of what OBJ calls bumps: in practice that is either.
+ImportedPicture normal_picture(const aiScene& scene, const aiMaterial& in, unsigned& coordinates)
 {
-    return (in.Get(AI_MATKEY_UVTRANSFORM(aiTextureType_BASE_COLOR, 0), out) == AI_SUCCESS ||
-            in.Get(AI_MATKEY_UVTRANSFORM(aiTextureType_DIFFUSE, 0), out) == AI_SUCCESS) &&
-           out.mRotation == 0;
+    coordinates = 0;
+    ImportedPicture out = picture_of(scene, in, aiTextureType_NORMALS, coordinates);
+    if (out.path.empty()) out = picture_of(scene, in, aiTextureType_HEIGHT, coordinates);
+    return out;
+}
+
+// How a material moves and scales a picture (KHR_texture_transform); false where it does not.
+bool moved(const aiMaterial& in, bool colour, aiUVTransform& out)
+{
+    const auto is_there = [&](aiTextureType type) {
+        return in.Get(AI_MATKEY_UVTRANSFORM(type, 0), out) == AI_SUCCESS;
+    };
+    if (!colour) return is_there(aiTextureType_NORMALS);
+    return is_there(aiTextureType_BASE_COLOR) || is_there(aiTextureType_DIFFUSE);
+}
+
+// Which picture lays the texture coordinates of a mesh: that of the colour, or else of the normals.
+struct Laid {
+    bool colour = true;
+    unsigned coordinates = 0;
+};
+Laid laid_by(const aiScene& scene, const aiMaterial& in)
+{
+    Laid by;
+    by.colour = !colour_picture(scene, in, by.coordinates).path.empty();
+    if (by.colour || !normal_picture(scene, in, by.coordinates).path.empty()) return by;
+    return {};
+}
+
+// What is done to the coordinates; false where nothing is, or the picture is turned too. Applied
+// here: assimp's own step moves before it scales.
+bool placing(const aiMaterial& in, bool colour, aiUVTransform& out)
+{
+    return moved(in, colour, out) && out.mRotation == 0;
 }
 
 // One that holds pixels and no file is given a file: TGA.
@@ -208,8 +239,9 @@ ImportedMesh mesh_of(const aiScene& scene, const aiMesh& in)
     bool is_placed = false;
     if (in.mMaterialIndex < scene.mNumMaterials) {
         const aiMaterial& material = *scene.mMaterials[in.mMaterialIndex];
-        colour_picture(scene, material, coordinates);
-        is_placed = placing(material, placed);
+        const Laid by = laid_by(scene, material);
+        coordinates = by.coordinates;
+        is_placed = placing(material, by.colour, placed);
     }
     if (!in.HasTextureCoords(coordinates)) coordinates = 0;
     if (const aiVector3D* uvs = in.mTextureCoords[coordinates]) {
@@ -257,13 +289,28 @@ void read_alpha(const aiMaterial& in, ImportedMaterial& out)
 
 void read_pictures(const aiScene& scene, const aiMaterial& in, ImportedMaterial& out)
 {
-    unsigned coordinates = 0;
+    unsigned coordinates = 0, own = 0;
+    const Laid by = laid_by(scene, in);
     out.picture = colour_picture(scene, in, coordinates);
-    aiUVTransform placed;
-    out.picture.turned = !placing(in, placed) && placed.mRotation != 0;
+    aiUVTransform placed, own_placed;
+    out.picture.turned = !placing(in, by.colour, placed) && placed.mRotation != 0;
     out.opacity_picture = picture_of(scene, in, aiTextureType_OPACITY, coordinates).path;
-    out.has_normal_map = in.GetTextureCount(aiTextureType_NORMALS) > 0 ||
-                         in.GetTextureCount(aiTextureType_HEIGHT) > 0;
+
+    out.normals = normal_picture(scene, in, own);
+    if (out.normals.path.empty()) return;
+    out.bump_map = in.GetTextureCount(aiTextureType_NORMALS) == 0;
+    moved(in, false, own_placed);
+    const auto numbers = [](const aiUVTransform& t) {
+        return std::array{t.mScaling.x, t.mScaling.y, t.mTranslation.x, t.mTranslation.y,
+                          t.mRotation};
+    };
+    out.normals_elsewhere = own != by.coordinates || numbers(own_placed) != numbers(placed);
+    float bump = 1;
+    if (in.Get(AI_MATKEY_GLTF_TEXTURE_SCALE(aiTextureType_NORMALS, 0), bump) == AI_SUCCESS ||
+        in.Get(AI_MATKEY_OBJ_BUMPMULT_NORMALS(0), bump) == AI_SUCCESS ||
+        in.Get(AI_MATKEY_OBJ_BUMPMULT_HEIGHT(0), bump) == AI_SUCCESS) {
+        out.bump = bump;
+    }
 }
 
 ImportedMaterial material_of(const aiScene& scene, const aiMaterial& in)

@@ -144,7 +144,9 @@ TEST(Textures, WhatIsNotUsedIsTold)
                  "newmtl wood\nKd 1 1 1\nmap_Kd red.png\nmap_d mask.png\nmap_Bump n.png\n");
     const ReadMesh read = read_mesh(folder.write("a.obj", square_obj));
     EXPECT_TRUE(mentions(read, "its picture mask.png of opacity is not used"));
-    EXPECT_TRUE(mentions(read, "1 of its materials has a normal map, which is not used"));
+    EXPECT_TRUE(mentions(read,
+                         "material \"wood\" is drawn without its normal map: its picture n.png "
+                         "cannot be opened"));
 }
 
 // As Blender 3.4 writes it with its PBR extensions.
@@ -165,6 +167,68 @@ TEST(Textures, ALibraryMaySayWhatAssimpDoesNotUnderstand)
     const Material wood = read_mesh(folder.path / "a.obj").mesh.topology->materials.at(0);
     EXPECT_EQ(wood.colour, Vec3f(1, 1, 1));
     EXPECT_TRUE(wood.texture);
+}
+
+// Directions that lean by a quarter to all sides.
+const std::string waves = encode_png(checker(4, 2, {160, 96, 246, 255}, {96, 160, 246, 255}));
+
+TEST(NormalMaps, AreReadFromObjAndGlbAndBroughtBack)
+{
+    const files::Folder folder;
+    folder.write("waves.png", waves);
+    folder.write("red.png", red_and_blue);
+    folder.write("a.mtl", "newmtl wood\nKd 1 1 1\nmap_Kd red.png\nnorm -bm 0.5 waves.png\n");
+    const ReadMesh obj = read_mesh(folder.write("a.obj", square_obj));
+    EXPECT_EQ(obj.warnings, std::vector<std::string>{});
+    TriMesh mesh = obj.mesh;
+    for (const bool alone : {false, true}) {  // beside a picture of the colour, and without
+        if (alone) {
+            auto topology = std::make_shared<MeshTopology>(*mesh.topology);
+            topology->materials[0].texture = nullptr;
+            mesh.topology = topology;
+        }
+        for (const char* name : {"out/a.obj", "out/a.glb"}) {
+            SCOPED_TRACE(name);
+            write_mesh(folder.path / name, mesh_format(name), mesh);
+            const ReadMesh back = read_mesh(folder.path / name);
+            EXPECT_EQ(back.warnings, std::vector<std::string>{});
+            const Material& m = back.mesh.topology->materials.at(0);
+            ASSERT_TRUE(m.normal_map);
+            EXPECT_EQ(m.normal_map->source().file, waves);
+            EXPECT_EQ(m.bump, 0.5f);
+            EXPECT_EQ(m.texture == nullptr, alone);
+            EXPECT_EQ(corners_of(back.mesh).size(), corners_of(mesh).size());
+        }
+    }
+    write_mesh(folder.path / "ply/a.ply", MeshFormat::ply, obj.mesh);
+    EXPECT_FALSE(files::fs::exists(folder.path / "ply/waves.png")) << "a PLY does not name it";
+}
+
+// OBJ's map_Bump is used for heights and for normals alike.
+TEST(NormalMaps, OfABumpMapThePixelsTellWhatItHas)
+{
+    const files::Folder folder;
+    folder.write("a.mtl", "newmtl wood\nKd 1 1 1\nmap_Bump -bm 2 n.png\n");
+    const auto obj = folder.write("a.obj", square_obj);
+    folder.write("n.png", waves);
+    const ReadMesh normals = read_mesh(obj);
+    EXPECT_EQ(normals.warnings, std::vector<std::string>{});
+    EXPECT_TRUE(normals.mesh.topology->materials.at(0).normal_map);
+    EXPECT_EQ(normals.mesh.topology->materials[0].bump, 2);
+
+    const std::string heights = encode_png(checker(4, 2, {200, 202, 199, 255}, {20, 20, 20, 255}));
+    const std::array<std::pair<std::string, const char*>, 2> others{
+        {{heights, "its bump map n.png has heights; bake a normal map of it"},
+         {red_and_blue, "whether its bump map n.png has heights or normals cannot be told"}}};
+    for (const auto& [file, why] : others) {
+        folder.write("n.png", file);
+        const ReadMesh read = read_mesh(obj);
+        EXPECT_FALSE(read.mesh.topology->materials.at(0).normal_map);
+        EXPECT_TRUE(mentions(read, why)) << why;
+    }
+    // What is named a normal map is taken for one.
+    folder.write("a.mtl", "newmtl wood\nKd 1 1 1\nnorm n.png\n");
+    EXPECT_TRUE(read_mesh(obj).mesh.topology->materials.at(0).normal_map);
 }
 
 TEST(Textures, LeavesAreCutOutAndVeilsAreBlended)
@@ -335,6 +399,12 @@ TEST(Textures, MaterialsAreEqualWhereTheirPicturesAre)
     EXPECT_NE(a, b);
     b = a;
     b.use.cutoff = 0.3f;
+    EXPECT_NE(a, b);
+    b = a;
+    b.normal_map = picture("x.png");
+    EXPECT_NE(a, b);
+    b = a;
+    b.bump = 2;
     EXPECT_NE(a, b);
 }
 
