@@ -1,9 +1,11 @@
 #include "runtime/commands/farm_command.hpp"
 
+#include "runtime/commands/farm_drawing.hpp"
 #include "runtime/commands/farm_local.hpp"
 #include "runtime/commands/farm_openjd.hpp"
 #include "runtime/commands/farm_slurm.hpp"
 #include "runtime/commands/farm_status.hpp"
+#include "runtime/commands/text_file.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -23,6 +25,7 @@ int run_farm(const CookRequest& request, const FarmRequest& farm, const graph::R
     const std::optional<Cut> cut = plan_farm(request, farm, registry, console);
     if (!cut) return exit_usage;
     if (farm.plan) {
+        if (!farm.svg.empty()) replace_text(farm.svg, plan_svg(*cut));
         console.out << (request.json ? plan_json(*cut) : plan_text(*cut));
         return exit_ok;
     }
@@ -87,7 +90,11 @@ void add_farm_command(const CommandSet& set)
                     "Tasks that run at once on this machine (default: cores by --threads)")
         ->type_name("N")
         ->check(CLI::Range(1, 1024));
-    app->add_flag("--plan", farm->plan, "Shows the tasks, and how long machines would take");
+    CLI::Option* plan =
+        app->add_flag("--plan", farm->plan, "Shows the tasks, and how long machines would take");
+    app->add_option("--svg", farm->svg, "With --plan: draws it into this file")
+        ->type_name("FILE")
+        ->needs(plan);
     add_repeatable(*app, "--vary", farm->vary,
                    "Parameter and its values, each combination a cook of its own; repeatable",
                    "NODE.PARAM=A,B,C");

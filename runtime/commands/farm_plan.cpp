@@ -12,7 +12,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <set>
 
@@ -21,8 +20,6 @@ namespace runtime {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::array machine_counts{1, 2, 5, 10, 20, 50, 100, 200, 500, 1000};
 
 // Seconds of each node in an earlier cook of the same folder.
 SecondsOf seconds_before(const fs::path& folder)
@@ -141,12 +138,6 @@ std::vector<PlanLine> lines_of(const Cut& cut, std::uint32_t shot)
     return lines;
 }
 
-std::string shortened(std::string text, std::size_t most)
-{
-    if (text.size() > most) text.replace(most - 3, std::string::npos, "...");
-    return text;
-}
-
 std::string shot_text(const Cut& cut, std::uint32_t s)
 {
     const Shot& shot = cut.shots[s];
@@ -167,6 +158,14 @@ std::string shot_text(const Cut& cut, std::uint32_t s)
 constexpr std::size_t most_shots_shown = 20;
 
 }  // namespace
+
+std::string shortened(std::string text, std::size_t most)
+{
+    if (text.size() <= most) return text;
+    std::size_t end = most - 3;
+    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;
+    return text.replace(end, std::string::npos, "...");
+}
 
 std::optional<Cut> plan_farm(const CookRequest& request, const FarmRequest& farm,
                              const graph::Registry& registry, Console& console)
