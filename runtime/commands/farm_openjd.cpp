@@ -9,8 +9,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <ostream>
+#include <stdexcept>
 
 namespace runtime {
 
@@ -19,15 +21,56 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t most_values = 1000;  // of a parameter: 1,024 are allowed
-constexpr std::size_t longest_name = 64;   // of a step
+constexpr std::size_t longest_value = 1024;
+constexpr std::size_t longest_name = 64;  // of a step
+constexpr std::size_t longest_job_name = 128;
+
+bool is_control(char c)
+{
+    return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
+}
+
+// What is only shown, without control characters and braces that mean something.
+std::string shown(std::string text)
+{
+    std::replace_if(text.begin(), text.end(), is_control, ' ');
+    for (std::size_t at = 0; (at = text.find("{{", at)) != std::string::npos;) text[at] = '(';
+    return text;
+}
+
+// The last bytes of a text, whole characters of UTF-8.
+std::string end_of(const std::string& text, std::size_t most)
+{
+    std::size_t at = text.size() - std::min(most, text.size());
+    while (at < text.size() && (static_cast<unsigned char>(text[at]) & 0xc0) == 0x80) ++at;
+    return text.substr(at);
+}
 
 // The name, or one of the allowed length that is as unlike others.
 std::string step_name(const std::vector<ArrayJob>& jobs, std::size_t j)
 {
-    const std::string& name = jobs[j].name;
-    if (name.size() <= longest_name) return name;
+    const std::string name = shown(jobs[j].name);
+    if (name.size() <= longest_name && name == jobs[j].name) return name;
     const std::string number = fmt::format("{}: ", j + 1);
-    return number + name.substr(name.size() - (longest_name - number.size()));
+    return number + end_of(name, longest_name - number.size());
+}
+
+std::string job_name(const Cut& cut)
+{
+    const std::string others =
+        cut.shots.size() > 1 ? fmt::format(" and {} more", cut.shots.size() - 1) : "";
+    return end_of(shown(cut.shots.at(0).name), longest_job_name - others.size()) + others;
+}
+
+// What a task is given as it is: a template has no way to say "{{" or a control character.
+const std::string& given(const std::string& text)
+{
+    if (text.find("{{") == std::string::npos && std::none_of(text.begin(), text.end(), is_control))
+        return text;
+    throw std::invalid_argument(fmt::format(
+        "Open Job Description: expected paths, names and settings without '{{{{' and control "
+        "characters, found '{}'; rename it, or use another engine",
+        shown(text)));
 }
 
 // What differs from task to task comes from the step's parameters.
@@ -39,9 +82,9 @@ Json arguments(const FarmJob& job, const ArrayJob& array)
         if (array.tasks.size() > 1 && words[i - 1] == "--frames") {
             args.push_back("{{Task.Param.Frames}}");
         } else if (array.tasks.size() > 1 && words[i - 1] == "--part") {
-            args.push_back((job.folder / "parts" / "{{Task.Param.Task}}.json").string());
+            args.push_back(given((job.folder / "parts").string()) + "/{{Task.Param.Task}}.json");
         } else {
-            args.push_back(words[i]);
+            args.push_back(given(words[i]));
         }
     }
     args.push_back("--openjd");
@@ -52,7 +95,7 @@ Json parameter_space(const FarmJob& job, const ArrayJob& array)
 {
     Json tasks = Json::array(), frames = Json::array();
     for (const std::uint32_t t : array.tasks) {
-        tasks.push_back(job.cut.tasks[t].name);
+        tasks.push_back(given(job.cut.tasks[t].name));
         frames.push_back(frames_text(job.cut.tasks[t].frames));
     }
     return {{"taskParameterDefinitions",
@@ -88,7 +131,7 @@ Json step(const FarmJob& job, const std::vector<ArrayJob>& jobs, std::size_t j)
     const Json amounts = requirements(job, array);
     if (!amounts.empty()) step["hostRequirements"]["amounts"] = amounts;
     if (array.tasks.size() > 1) step["parameterSpace"] = parameter_space(job, array);
-    step["script"]["actions"]["onRun"] = {{"command", job.program.string()},
+    step["script"]["actions"]["onRun"] = {{"command", given(job.program.string())},
                                           {"args", arguments(job, array)}};
     return step;
 }
@@ -97,13 +140,16 @@ Json step(const FarmJob& job, const std::vector<ArrayJob>& jobs, std::size_t j)
 
 std::string openjd_template(const FarmJob& job)
 {
-    const std::vector<ArrayJob> jobs = array_jobs(job.cut, most_values);
+    // Frames that lie scattered take a long text: then a step is one task, whose frames are an
+    // argument, and these may be of any length.
+    const bool fits =
+        std::all_of(job.cut.tasks.begin(), job.cut.tasks.end(), [](const FarmTask& task) {
+            return task.stage != Stage::frames || frames_text(task.frames).size() <= longest_value;
+        });
+    const std::vector<ArrayJob> jobs = array_jobs(job.cut, fits ? most_values : 1);
     Json json;
     json["specificationVersion"] = "jobtemplate-2023-09";
-    json["name"] =
-        job.cut.shots.size() == 1
-            ? job.cut.shots[0].name
-            : fmt::format("{} and {} more", job.cut.shots.at(0).name, job.cut.shots.size() - 1);
+    json["name"] = job_name(job.cut);
     json["steps"] = Json::array();
     for (std::size_t j = 0; j < jobs.size(); ++j) json["steps"].push_back(step(job, jobs, j));
     return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
