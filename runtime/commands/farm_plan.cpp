@@ -36,6 +36,13 @@ SecondsOf seconds_before(const fs::path& folder)
     return seconds;
 }
 
+// A shot of whose times nothing was known when its turn came.
+struct Dark {
+    std::size_t place;  // of the shot
+    graph::Graph graph;
+    CookRequest request;
+};
+
 struct Planning {
     const CookRequest& request;
     const FarmRequest& farm;
@@ -45,6 +52,7 @@ struct Planning {
     const Stored stored;
     SecondsOf usual;
     std::vector<ShotPieces> shots;
+    std::vector<Dark> dark;
 };
 
 ShotPieces pieces_of(Planning& planning, const graph::Graph& graph, const CookRequest& request,
@@ -81,7 +89,7 @@ bool add_shots(Planning& planning, const std::string& file, const std::vector<Se
         for (const graph::Override& s : settings[i]) {
             request.sets.push_back(s.target + '=' + s.value);
         }
-        const auto graph = load(file, request, planning.registry, planning.console);
+        auto graph = load(file, request, planning.registry, planning.console);
         if (!graph) return false;
         Shot shot;
         shot.name = fs::path(file).stem().string();
@@ -95,8 +103,22 @@ bool add_shots(Planning& planning, const std::string& file, const std::vector<Se
         }
         shot.folder = fs::absolute(folder).lexically_normal();
         planning.shots.push_back(pieces_of(planning, *graph, request, std::move(shot)));
+        if (!planning.shots.back().shot.measured) {
+            planning.dark.push_back({planning.shots.size() - 1, std::move(*graph), request});
+        }
     }
     return true;
+}
+
+// Once more those that came before the first shot whose times are known: nodes of the same types
+// take about as long.
+void look_again(Planning& planning)
+{
+    if (planning.usual.empty()) return;
+    for (const Dark& dark : planning.dark) {
+        ShotPieces& pieces = planning.shots[dark.place];
+        pieces = pieces_of(planning, dark.graph, dark.request, pieces.shot);
+    }
 }
 
 void require_other_names(const std::vector<ShotPieces>& shots)
@@ -173,7 +195,8 @@ std::optional<Cut> plan_farm(const CookRequest& request, const FarmRequest& farm
     Caches caches;
     caches.disk = open_cache(request, console);
     caches.side_files.remember_in(caches.disk.get());
-    Planning planning{request, farm, registry, console, caches, Stored(caches.disk.get()), {}, {}};
+    Planning planning{request, farm, registry, console, caches, Stored(caches.disk.get()),
+                      {},      {},   {}};
     std::vector<Vary> varied;
     for (const std::string& text : farm.vary) varied.push_back(parse_vary(text));
     const std::vector<Settings> settings = combinations(varied);
@@ -183,6 +206,7 @@ std::optional<Cut> plan_farm(const CookRequest& request, const FarmRequest& farm
     }
     if (!good) return std::nullopt;
     require_other_names(planning.shots);
+    look_again(planning);
     return join(planning.shots, farm.task_seconds);
 }
 

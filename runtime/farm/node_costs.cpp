@@ -35,23 +35,33 @@ NodeCosts node_costs(const graph::Graph& graph, Keys& keys,
                      const Stored& stored, const SecondsOf& before, SecondsOf& usual)
 {
     NodeCosts costs{std::vector<double>(graph.nodes.size(), 0), false};
+    bool own = false;                        // something of this graph is known
+    std::vector<std::uint32_t> in_the_dark;  // simulations
     for (const std::uint32_t n : keys.reached()) {
         const graph::Node& node = graph.nodes[n];
         const std::string type = fmt::format("{}@{}", node.type->name, node.type->version);
         std::optional<double> seconds = stored_seconds(n, keys, frames, stored);
         bool known = seconds.has_value();
+        own = own || (known && keys.varies(n));
         if (seconds) usual[type] = *seconds;
         if (const auto found = before.find(node.name); !seconds && found != before.end()) {
             seconds = found->second;
+            own = true;
             known = std::find(targets.begin(), targets.end(), n) != targets.end();
         }
         if (const auto found = usual.find(type); !seconds && found != usual.end()) {
             seconds = found->second;
             known = true;
         }
-        if (!seconds) continue;
+        if (!seconds) {
+            if (!node.type->previous.empty()) in_the_dark.push_back(n);
+            continue;
+        }
         costs.seconds[n] = *seconds;
         costs.measured = costs.measured || (keys.varies(n) && known);
+    }
+    if (costs.measured && !own) {
+        for (const std::uint32_t n : in_the_dark) costs.seconds[n] = 1;
     }
     return costs;
 }
