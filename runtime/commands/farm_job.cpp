@@ -47,6 +47,8 @@ std::string kind_of(const Cut& cut, const FarmTask& task)
     return cut.shots[task.shot].name + '.' + name_of(task.stage);
 }
 
+constexpr double least_measured = 0.5;  // s
+
 // What the tasks of the job in this folder took, and those before it.
 std::map<std::string, Measured> measured_in(const fs::path& folder)
 {
@@ -69,7 +71,8 @@ std::map<std::string, Measured> measured_in(const fs::path& folder)
             if (!fs::exists(part)) continue;
             const auto ran = read_manifest(part).ran;
             if (!ran || ran->seconds <= 0) continue;
-            const Measured m{ran->memory, ran->cores};
+            // What ended at once spent its time on its start: that tells nothing of its work.
+            const Measured m{ran->memory, ran->seconds < least_measured ? 0 : ran->cores};
             add(kind_of(cut, task), m);
             // The whole cook holds at most what its parts held.
             add(cut.shots[task.shot].name + '.' + name_of(Stage::last), {m.memory, 0});

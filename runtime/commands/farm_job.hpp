@@ -9,6 +9,7 @@
 
 #include "runtime/commands/farm_plan.hpp"
 
+#include <algorithm>
 #include <map>
 
 namespace runtime {
@@ -16,7 +17,11 @@ namespace runtime {
 // The most that tasks of one kind took.
 struct Measured {
     std::uint64_t memory = 0;  // bytes; 0: not measured
-    double cores = 0;          // on average
+    double cores = 0;          // on average; 0: not measured
+
+    // That a task of this kind keeps busy; 0: not measured. Compression beside the one thread of a
+    // task is no reason to ask for a second core, which a small node may not have.
+    int threads() const { return cores > 0 ? static_cast<int>(std::max(1.0, cores + 0.5)) : 0; }
 };
 
 struct FarmJob {

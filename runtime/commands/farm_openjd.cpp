@@ -109,8 +109,7 @@ Json requirements(const FarmJob& job, const ArrayJob& array)
 {
     const Measured measured = job.measured_of(job.cut.tasks[array.tasks.front()]);
     Json amounts = Json::array();
-    const int threads =
-        job.request.threads > 0 ? job.request.threads : static_cast<int>(std::ceil(measured.cores));
+    const int threads = job.request.threads > 0 ? job.request.threads : measured.threads();
     if (threads > 0) amounts.push_back({{"name", "amount.worker.vcpu"}, {"min", threads}});
     if (measured.memory > 0) {
         const double megabytes = 2 * static_cast<double>(measured.memory) / (1 << 20);

@@ -22,8 +22,7 @@ std::string resources(const FarmJob& job, const ArrayJob& array)
 {
     const FarmTask& first = job.cut.tasks[array.tasks.front()];
     const Measured measured = job.measured_of(first);
-    int threads = job.request.threads;
-    if (threads == 0 && measured.cores > 0) threads = static_cast<int>(std::ceil(measured.cores));
+    const int threads = job.request.threads > 0 ? job.request.threads : measured.threads();
     std::string text = fmt::format("#SBATCH --cpus-per-task={}\n", std::max(threads, 1));
     if (measured.memory > 0) {
         constexpr double step = 64 << 20;

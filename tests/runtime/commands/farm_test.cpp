@@ -1,3 +1,4 @@
+#include "runtime/commands/manifest.hpp"
 #include "tests/runtime/said.hpp"
 
 #include <gtest/gtest.h>
@@ -158,6 +159,26 @@ TEST_F(Farm, APlanKnowsWhatIsInTheCacheAndWhatItTook)
     EXPECT_EQ(plan()["shots"][0]["held"], 5);
 }
 
+TEST_F(Farm, AShotThatWasNeverCookedIsMeasuredByTheTypesOfOthers)
+{
+    // Of two settings the second one was cooked. The first one's files are taken to last as long,
+    // and its simulation, a type of node whose times are not known either, is taken for 1 s a
+    // frame: it is a task, which the tasks of the files wait for.
+    ASSERT_EQ(run({"cook", file_, "--out", (folder_.path / "out/002").string(), "--cache",
+                   (folder_.path / "cache").string(), "--frames", "1-6", "--set", "sim.start=2",
+                   "--set", "sim.seconds=0"})
+                  .exit,
+              exit_missed);
+    const Json p =
+        plan({"--vary", "sim.start=1,2", "--set", "sim.seconds=0", "--task-seconds", "0.001"});
+    ASSERT_EQ(p["shots"].size(), 2u);
+    EXPECT_TRUE(p["shots"][0]["measured"]) << p["shots"];
+    ASSERT_EQ(p["tasks"][0]["name"], "falling-001.chain-sim");
+    EXPECT_EQ(p["tasks"][0]["seconds"], 12);
+    EXPECT_EQ(p["tasks"][1]["after"], Json::array({"falling-001.chain-sim"}));
+    EXPECT_LT(p["tasks"][1]["seconds"], 1);
+}
+
 TEST_F(Farm, EachSettingIsACookOfItsOwn)
 {
     const Json p = plan({"--vary", "sum.bias=1,2,3", "--task-seconds", "4"});
@@ -298,6 +319,26 @@ TEST_F(Farm, SlurmIsAskedForWhatWasMeasured)
     EXPECT_TRUE(has(script, "#SBATCH --time=16\n")) << script;
     EXPECT_TRUE(has(script, "--threads \"$SLURM_CPUS_PER_TASK\"")) << script;
     EXPECT_TRUE(has(job_file("measured.json"), "\"falling.chain\"")) << job_file("measured.json");
+}
+
+TEST_F(Farm, SlurmIsAskedForTheCoresThatWereBusy)
+{
+    const auto asked = [&](double seconds, double cores) {
+        EXPECT_EQ(slurm({"--task-seconds", "4"}).exit, exit_ok);
+        folder_.write("out/farm/measured.json", "{}");
+        Manifest part;
+        part.documents = {{file_, ""}};
+        part.complete = true;
+        part.ran = {"n0", seconds, 1, cores};
+        folder_.write("out/farm/parts/falling.chain-sim.json", to_text(part));
+        EXPECT_EQ(slurm({"--task-seconds", "4"}).exit, exit_ok);
+        const std::string script = job_file("jobs/falling.chain-sim.sbatch");
+        const std::size_t at = script.find("--cpus-per-task=") + 16;
+        return script.substr(at, script.find('\n', at) - at);
+    };
+    EXPECT_EQ(asked(100, 3.4), "3");
+    EXPECT_EQ(asked(100, 1.2), "1") << "one thread, and a little beside it";
+    EXPECT_EQ(asked(0.01, 7.3), "1") << "cancelled while it began";
 }
 
 TEST_F(Farm, WhatSlurmSaysAgainstAJobIsShown)
