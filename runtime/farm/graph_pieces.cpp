@@ -136,6 +136,15 @@ Left left_at(Work& work, const Nodes& nodes, int frame, bool in_chain)
     return left;
 }
 
+// How many tasks of about equal worth: `tasks` would be worth what was asked for. A few are an even
+// number, which two machines share evenly: of three tasks, they would make two rounds.
+std::size_t count_of_pieces(double tasks, std::size_t most)
+{
+    auto count = static_cast<std::size_t>(std::max(tasks, 1.0));
+    if (tasks >= 1 && count < 12) count += count % 2;
+    return std::min(count, most);
+}
+
 // Cuts the frames that are missing into tasks of about equal worth.
 void add_frame_pieces(Work& work, const Nodes& nodes, const std::vector<int>& frames,
                       const Nodes& after, GraphPieces& out)
@@ -153,8 +162,11 @@ void add_frame_pieces(Work& work, const Nodes& nodes, const std::vector<int>& fr
     if (sum <= 0) {  // nothing is known of what comes after the simulations: 1 s a frame
         for (double& u : until) u = sum += 1;
     }
-    const double most = std::min(sum / work.task_seconds, static_cast<double>(missing.size()));
-    const auto count = static_cast<std::size_t>(std::max(most, 1.0));
+    const double tasks = sum / work.task_seconds;
+    const std::size_t count =
+        work.costs.measured
+            ? count_of_pieces(tasks, missing.size())
+            : std::min(static_cast<std::size_t>(std::max(tasks, 1.0)), missing.size());
     std::size_t begin = 0;
     for (std::size_t i = 0; i < count; ++i) {
         const double edge = sum * static_cast<double>(i + 1) / static_cast<double>(count);

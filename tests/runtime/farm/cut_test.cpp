@@ -1,6 +1,7 @@
 #include "runtime/farm/cut.hpp"
 
 #include "runtime/farm/array_jobs.hpp"
+#include "runtime/farm/schedule.hpp"
 #include "tests/runtime/toys.hpp"
 
 #include <gtest/gtest.h>
@@ -192,6 +193,20 @@ TEST(Cut, FramesThatWereNeverMeasuredAreNotTakenForFreeWhereTheSimulationWas)
     c.costs.seconds = {0, 0.5, 0};
     const Cut cut = c.cut(w.graph, {slow}, frames_to(40));
     EXPECT_EQ(of(cut, Stage::frames).size(), 4u) << "1 s a frame, in tasks of 10 s";
+}
+
+TEST(Cut, AFewTasksAreAnEvenNumber)
+{
+    toys::Wiring w(15);
+    const auto clock = w.add("Clock");
+    const auto slow = w.add("Slow", {{"value", {clock}}});
+    Cutting c;
+    c.costs.seconds = {0, 2};
+    // 30 s in tasks of 10 s would be three: 20 s on two machines. Of four, two have to do 8 s and 7
+    // s or so each: frames are of 2 s.
+    const Cut cut = c.cut(w.graph, {slow}, frames_to(15));
+    EXPECT_EQ(of(cut, Stage::frames).size(), 4u);
+    EXPECT_LE(makespan(cut, 2), 16);
 }
 
 TEST(Cut, AShotOfLittleWorkIsOneTask)
