@@ -41,10 +41,9 @@ const char* const layered = R"({ "aspic": 1, "frames": { "first": 1, "last": 20,
     "files": { "type": "WriteMesh@1", "inputs": { "mesh": "surface.mesh" },
       "params": { "path": "ball.####.ply" } } } })";
 
-// Runs aspic with no output but what goes to `log`.
-pid_t start(std::vector<std::string> words, const fs::path& log)
+// Runs a program with no output but what goes to `log`.
+pid_t start_program(std::vector<std::string> words, const fs::path& log)
 {
-    words.insert(words.begin(), ASPIC_PROGRAM);
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
@@ -57,6 +56,11 @@ pid_t start(std::vector<std::string> words, const fs::path& log)
     posix_spawn_file_actions_destroy(&files);
     if (error != 0) throw std::runtime_error(argv[0] + std::string(" can't be run"));
     return child;
+}
+pid_t start(std::vector<std::string> words, const fs::path& log)
+{
+    words.insert(words.begin(), ASPIC_PROGRAM);
+    return start_program(std::move(words), log);
 }
 int wait_for(pid_t child)
 {
@@ -203,6 +207,38 @@ TEST_F(Processes, FourOnOneCacheLeaveTheSameBytesAsOne)
     EXPECT_EQ(cache.verify().bad, 0u);
     const runtime::DiskUse use = cache.use();
     EXPECT_EQ(use.aside, 0u);
+}
+
+// As two machines see a shared folder: each by a mount of its own, and nothing else of the other.
+TEST_F(Processes, CooksInTwoMountNamespacesAreJoinedByTheStoreAlone)
+{
+    const fs::path store = folder_.path / "store";
+    fs::create_directories(store);
+    const auto on_machine = [&](const std::string& name, const std::string& frames) {
+        const std::string here = (folder_.path / name).string();
+        // A folder that nobody else sees, in it the store by another path and what is written.
+        const std::string script = "set -e; mkdir -p " + here + "; mount -t tmpfs tmpfs " + here +
+                                   "; mkdir " + here + "/store; mount --bind " + store.string() +
+                                   " " + here + "/store; exec " ASPIC_PROGRAM " cook " +
+                                   (folder_.path / "falling.json").string() + " --cache " + here +
+                                   "/store --out " + here + "/out --frames " + frames + " --quiet";
+        return start_program(
+            {"/usr/bin/unshare", "--mount", "--propagation", "private", "sh", "-c", script},
+            folder_.path / (name + ".log"));
+    };
+    const pid_t first = on_machine("n0", "1-14"), second = on_machine("n1", "1-20");
+    const int status = wait_for(first);
+    if (wait_for(second) != 0 || status != 0) {
+        GTEST_SKIP() << "needs to be allowed to mount: " << bytes_of(folder_.path / "n0.log");
+    }
+    EXPECT_TRUE(fs::is_empty(folder_.path / "n0")) << "what it wrote was its own";
+    // What both left in the store is whole, and what a third one makes of it is right.
+    runtime::DiskCache cache(store, std::uintmax_t{1} << 30, nullptr);
+    EXPECT_EQ(cache.verify().bad, 0u);
+    EXPECT_EQ(cache.use().aside, 0u);
+    EXPECT_EQ(cook(store, folder_.path / "out"),
+              cook(folder_.path / "alone", folder_.path / "out2"));
+    EXPECT_GT(cache.use().records, 20u) << "they did store something";
 }
 
 TEST_F(Processes, AFullDiskWarnsAndTheCookGoesOn)

@@ -1,4 +1,6 @@
-// A Slurm of two nodes on this machine, started by the test itself, and the program as it is.
+// A Slurm of two nodes on this machine, started by the test itself, and the program as it is. Each
+// node has mounts of its own: of what other machines write, it sees the shared folder and nothing
+// else.
 
 #include "geometry/base/sanitizers.hpp"
 #include "tests/runtime/toys.hpp"
@@ -33,8 +35,9 @@ protected:
         GTEST_SKIP() << "the tasks are the same cooks that other tests run under a sanitizer";
 #endif
         if (::geteuid() != 0) GTEST_SKIP() << "munged and slurmd need to be started by root";
-        document_ = folder_.write("block.json", toys::falling_block(12, 0.0625));
+        document_ = folder_.write("block.json", document());
         for (const char* const name : {"log", "state", "spool"}) fs::create_directories(in(name));
+        folder_.write("node.sh", mounts_of_a_node());
         const int port = 10000 + ::getpid() % 5000 * 4;
         folder_.write("slurm.conf", configuration(port));
         ::setenv("SLURM_CONF", in("slurm.conf").c_str(), 1);
@@ -104,7 +107,32 @@ protected:
     }
     static std::string start_of_node(const std::string& node)
     {
-        return "slurmd -N " + node + " -f $PWD/slurm.conf";
+        return "unshare --mount --propagation private sh node.sh $PWD " + node;
+    }
+    // Folders where a program might leave something for another one are the node's own, but for
+    // one that holds the program. The shared folder is mounted a second time.
+    static std::string mounts_of_a_node()
+    {
+        const std::string program = ASPIC_PROGRAM;
+        std::string script = "set -e\nmount --bind $1 /mnt\n";
+        for (const std::string folder : {"/tmp", "/var/tmp", "/dev/shm", "$HOME/.cache"}) {
+            if (program.starts_with(folder + "/")) continue;
+            script += "[ ! -d " + folder + " ] || mount -t tmpfs tmpfs " + folder + "\n";
+        }
+        return script +
+               "mkdir -p $1\nmount --move /mnt $1\ncd $1\nexec slurmd -N $2 -f $1/slurm.conf\n";
+    }
+    // The files are in a folder of their own below the output folder.
+    static std::string document()
+    {
+        std::string text = toys::falling_block(12, 0.0625);
+        return text.replace(text.find("block.####"), 5, "mesh/block");
+    }
+    // A command where a node's mounts are.
+    void must_on(const std::string& node, const std::string& command) const
+    {
+        const pid_t pid = number_in(in("slurmd." + node + ".pid"));
+        must("nsenter --mount --target " + std::to_string(pid) + " " + command);
     }
     template <class F> void wait_until(const std::string& what, const F& f) const
     {
@@ -139,13 +167,14 @@ protected:
     // Sends the document to Slurm and waits for the end.
     std::string farm(const std::string& more = "--wait") const
     {
-        return std::string(ASPIC_PROGRAM) +
-               " farm block.json --engine slurm --out out --cache cache --task-seconds 4 " + more;
+        return "timeout 60 " ASPIC_PROGRAM
+               " farm block.json --engine slurm --out out --cache cache --task-seconds 4 " +
+               more;
     }
     std::map<std::string, std::string> files(const std::string& folder) const
     {
         std::map<std::string, std::string> all;
-        for (const auto& f : fs::directory_iterator(in(folder))) {
+        for (const auto& f : fs::directory_iterator(in(folder) / "mesh")) {
             if (f.path().extension() == ".ply") all[f.path().filename()] = bytes_of(f.path());
         }
         return all;
@@ -210,11 +239,25 @@ TEST_F(Slurm, AKilledTaskIsNamedAndTheNextRunCooksWhatIsMissing)
     EXPECT_TRUE(files("out") == cooked());
 }
 
-TEST_F(Slurm, WhatIsCancelledGoesOnLater)
+TEST_F(Slurm, WhatIsCancelledGoesOnLaterAndWhatADiskHasNoRoomForToo)
 {
     must(farm("") + " >log/farm 2>&1");
     must(ASPIC_PROGRAM " farm cancel block.json --out out >log/cancel 2>&1");
     wait_until("none is in the queue", [&] { return said("squeue -h").empty(); });
+
+    // On one of the nodes, the files go to a disk with room for one of them.
+    fs::create_directories(in("out/mesh"));
+    must_on("n1", "mount -t tmpfs -o size=4k tmpfs $PWD/out/mesh");
+    EXPECT_NE(status(farm() + " >log/farm 2>&1"), 0);
+    const std::string text = bytes_of(in("log/farm"));
+    EXPECT_NE(text.find(") failed on n1; its log is "), std::string::npos) << text;
+    EXPECT_EQ(text.find(") failed on n0"), std::string::npos) << text;
+    EXPECT_NE(text.find("'files' (WriteMesh) failed at frame "), std::string::npos) << text;
+    EXPECT_NE(text.find("No space left on device; free some disk space"), std::string::npos)
+        << text;
+    EXPECT_NE(text.find("1 did not run"), std::string::npos) << "the last one: " << text;
+
+    must_on("n1", "umount --lazy $PWD/out/mesh");
     EXPECT_EQ(status(farm() + " >log/farm 2>&1"), 0) << bytes_of(in("log/farm"));
     EXPECT_TRUE(files("out") == cooked());
 }
