@@ -7,6 +7,7 @@
 
 #include <csignal>
 #include <gtest/gtest.h>
+#include <set>
 #include <thread>
 #include <unistd.h>
 
@@ -155,12 +156,13 @@ protected:
                "/slurmd.%n.pid\nSlurmctldPidFile=" + d + "/slurmctld.pid\nSlurmdLogFile=" + d +
                "/log/slurmd.%n.log\nSlurmctldLogFile=" + d +
                "/log/slurmctld.log\nAccountingStorageType=accounting_storage/none\n"
-               "MinJobAge=3600\nKillWait=1\n"
+               "MinJobAge=3600\nKillWait=1\nSlurmdParameters=config_overrides\n"
                "SchedulerParameters=bf_interval=1,sched_interval=1,batch_sched_delay=0,"
                "sched_min_interval=0\n"
                "NodeName=n[0-1] NodeHostname=localhost NodeAddr=127.0.0.1 Port=[" +
                std::to_string(port + 1) + "-" + std::to_string(port + 2) +
-               "] CPUs=1 RealMemory=4000\n"
+               "] CPUs=" + std::to_string(cpus_) +
+               " RealMemory=4000\n"
                "PartitionName=main Nodes=n[0-1] Default=YES MaxTime=INFINITE State=UP\n";
     }
 
@@ -202,6 +204,24 @@ protected:
 
     toys::Folder folder_;
     fs::path document_;
+    int cpus_ = 1;  // of a node
+};
+
+// Nodes that run several tasks at once: what is waited for is Slurm's next look at its queue.
+class WideSlurm : public Slurm {
+protected:
+    WideSlurm() { cpus_ = 4; }
+    // All files by name, but for what tells of times.
+    std::map<std::string, std::string> all_files(const std::string& folder) const
+    {
+        std::map<std::string, std::string> all;
+        for (auto f = fs::recursive_directory_iterator(in(folder)); f != fs::end(f); ++f) {
+            if (f->path().filename() == "farm") f.disable_recursion_pending();
+            if (!f->is_regular_file() || f->path().filename() == "manifest.json") continue;
+            all[fs::relative(f->path(), in(folder))] = bytes_of(f->path());
+        }
+        return all;
+    }
 };
 
 }  // namespace
@@ -289,4 +309,49 @@ TEST_F(Slurm, ANodeThatIsLostGivesItsTaskToAnother)
     const std::string text = said(ASPIC_PROGRAM " farm status block.json --out out");
     EXPECT_NE(text.find("5 of 5 tasks are done"), std::string::npos) << text;
     EXPECT_TRUE(files("out") == cooked());
+}
+
+TEST_F(WideSlurm, ASweepOfEightGivesTheBytesOfPlainCooks)
+{
+    folder_.write("sweep.json", toys::falling_block(3, 0.125));
+    std::string values;
+    for (int i = 1; i <= 8; ++i) values += (i > 1 ? "," : "") + std::to_string(i * 100000);
+    EXPECT_EQ(status("timeout 60 " ASPIC_PROGRAM
+                     " farm sweep.json --engine slurm --out out --cache cache --wait "
+                     "--task-seconds 100 --vary cubes.matter.young=" +
+                     values + " >log/farm 2>&1"),
+              0)
+        << bytes_of(in("log/farm"));
+    std::set<std::string> different;
+    for (int i = 1; i <= 8; ++i) {
+        const std::string number = std::to_string(i);
+        must(ASPIC_PROGRAM " cook sweep.json --no-disk-cache --quiet --set cubes.matter.young=" +
+             number + "00000 --out plain" + number);
+        const auto files = all_files("out/00" + number);
+        EXPECT_EQ(files.size(), 3u) << number;
+        EXPECT_TRUE(files == all_files("plain" + number)) << number;
+        different.insert(files.rbegin()->second);
+    }
+    EXPECT_EQ(different.size(), 8u) << "each setting falls in its own way";
+}
+
+// 9 s of work: .ci/run full asks for it.
+TEST_F(WideSlurm, TheBridgeAndTheKitchenGiveTheBytesOfPlainCooks)
+{
+    if (!std::getenv("ASPIC_FULL")) GTEST_SKIP() << "a test of .ci/run full; or set ASPIC_FULL=1";
+    const std::string graphs = ASPIC_SOURCE_DIR "/graphs/";
+    const std::string asked = " --frames 1-3 --set picture.width=96 --set picture.height=54 ";
+    EXPECT_EQ(status("timeout 120 " ASPIC_PROGRAM " farm " + graphs + "bridge.json " + graphs +
+                     "kitchen.json --engine slurm --out out --cache cache --wait --task-seconds 2" +
+                     asked + ">log/farm 2>&1"),
+              0)
+        << bytes_of(in("log/farm"));
+    EXPECT_NE(bytes_of(in("log/farm")).find("sent: 6 tasks in 6 jobs"), std::string::npos)
+        << "a simulation, pictures and the last of each: " << bytes_of(in("log/farm"));
+    for (const std::string name : {"bridge", "kitchen"}) {
+        must(ASPIC_PROGRAM " cook " + graphs + name + ".json --no-disk-cache --quiet --out plain/" +
+             name + asked + "2>log/cook");
+        EXPECT_EQ(all_files("out/" + name).size(), name == "bridge" ? 5u : 3u);
+        EXPECT_TRUE(all_files("out/" + name) == all_files("plain/" + name)) << name;
+    }
 }
