@@ -15,6 +15,7 @@
 
 #include <array>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <stop_token>
 #include <string>
@@ -28,6 +29,14 @@ namespace nodes {
 inline std::string opengl()
 {
     return render::gl_version();
+}
+
+// Mesa fills pictures with a thread for each core of the machine beside the one that draws. It
+// takes another number from the environment, where the user's own comes first; 0: the thread that
+// draws. The pictures are the same.
+inline void limit_libraries(int threads)
+{
+    ::setenv("LP_NUM_THREADS", std::to_string(threads > 1 ? threads : 0).c_str(), 0);
 }
 
 // Libraries that are loaded when a node first needs them.

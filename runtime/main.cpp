@@ -27,6 +27,7 @@ int main(int argc, char** argv)
     console.mesh_info = nodes::describe_mesh;
     console.write_sheet = nodes::write_sheet;
     console.run_program = nodes::run_program;
+    console.limit_libraries = nodes::limit_libraries;
     std::error_code unknown;
     console.program = std::filesystem::read_symlink("/proc/self/exe", unknown).string();
     console.opengl = nodes::opengl;

@@ -16,6 +16,7 @@ namespace {
 int within_limits(const CookRequest& request, Console& console, const std::function<int()>& work)
 {
     const MemoryLimit memory(request.memory_limit);
+    if (request.threads > 0 && console.limit_libraries) console.limit_libraries(request.threads);
     if (request.time_limit <= 0) return work();
     const Deadline deadline(request.time_limit, console.stop);
     const std::stop_token before = std::exchange(console.stop, deadline.token());
@@ -84,7 +85,9 @@ void add_cache_options(CLI::App& command, CookRequest& request)
 
 void add_threads(CLI::App& command, CookRequest& request)
 {
-    command.add_option("--threads", request.threads, "Number of threads (default: one per core)")
+    command
+        .add_option("--threads", request.threads,
+                    "Number of threads, of drawing too (default: one per core)")
         ->type_name("N")
         ->check(CLI::Range(1, 1024));
 }

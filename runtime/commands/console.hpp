@@ -64,6 +64,9 @@ struct Console {
     std::function<int(const std::vector<std::string>& words, const std::stop_token& stop)>
         run_program = {};
     std::string program = {};  // for `farm`: the path of this program
+    // For --threads: libraries that have threads of their own, as many as the machine has cores,
+    // keep to this number. Before they are used.
+    std::function<void(int threads)> limit_libraries = {};
     // For `doctor`: the OpenGL that pictures are drawn with. Throws when it will not do.
     std::function<std::string()> opengl = {};
     // For `new`: a graph that a newcomer can change.

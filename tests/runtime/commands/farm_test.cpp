@@ -407,6 +407,23 @@ TEST_F(Farm, ATemplateForOpenJobDescriptionHasAStepAJob)
     EXPECT_FALSE(job["steps"][2].contains("parameterSpace")) << "one task";
 }
 
+TEST_F(Farm, ThreadsLimitThoseOfLibrariesToo)
+{
+    const auto told = [&](std::vector<std::string> more) {
+        int threads = -1;
+        std::ostringstream out, err;
+        Console console{out, err, false, {}, {}, "1.2.3"};
+        console.limit_libraries = [&](int n) { threads = n; };
+        more.insert(more.begin(),
+                    {"cook", file_, "--no-disk-cache", "--out", (folder_.path / "out").string()});
+        EXPECT_EQ(run_command_line(more, toys::registry(), console), exit_ok) << err.str();
+        return threads;
+    };
+    EXPECT_EQ(told({"--threads", "1"}), 1);
+    EXPECT_EQ(told({"--threads", "3"}), 3);
+    EXPECT_EQ(told({}), -1) << "as they like";
+}
+
 TEST_F(Farm, ACookTellsOpenJobDescriptionHowFarItIs)
 {
     const Said said = run({"cook", file_, "--out", (folder_.path / "out").string(), "--openjd"});
