@@ -40,15 +40,15 @@ std::vector<Box> ways_of_parts(Stage& stage)
     return out;
 }
 
-// Of the pairs that are near, those whose corners may have moved further than `far` (m) on an axis
-// against each other since they were looked at last. They count as looked at now.
+// Of the pairs that are near, those whose corners may have moved further than `far` (m) against
+// each other since they were looked at last. They count as looked at now.
 std::vector<PartPair> moved_pairs(Stage& stage, double far)
 {
     const std::vector<Box> way = ways_of_parts(stage);
     std::vector<PartPair> out;
     for (std::size_t i = 0; i < stage.near.size(); ++i) {
         const Box &a = way[stage.near[i].a], &b = way[stage.near[i].b];
-        stage.crept[i] += std::max((a.hi - b.lo).maxCoeff(), (b.hi - a.lo).maxCoeff());
+        stage.crept[i] += (a.hi - b.lo).cwiseMax(b.hi - a.lo).norm();
         if (stage.crept[i] <= far) continue;
         out.push_back(stage.near[i]);
         stage.crept[i] = 0;

@@ -257,7 +257,8 @@ TEST(TriangleBvh, WindingNumberCountsCopiesAndPiecesAndTellsHoles)
     EXPECT_NEAR(hollow.winding_number({0.5, 1.5, 1.5}), 1, 1e-3);
 }
 
-// Spheres that overlap, a box named twice and one whose faces look inward: -1 to 3 times around.
+// A sphere, in it a box named twice, and across its side a box whose faces look inward: -1 to 3
+// times around.
 TEST(TriangleBvh, CrossingsAreWhatTheWindingNumberGainsAlongASegment)
 {
     using test_meshes::box, test_meshes::both;
@@ -281,7 +282,7 @@ TEST(TriangleBvh, CrossingsAreWhatTheWindingNumberGainsAlongASegment)
     }
     EXPECT_LT(unclear, count / 500);
     for (const int gain : {-2, -1, 0, 1, 2}) {
-        EXPECT_GT(gains.at(static_cast<std::size_t>(4 + gain)), count / 100) << gain;
+        EXPECT_GE(gains.at(static_cast<std::size_t>(4 + gain)), 5) << gain;
     }
     // Through a side, an end on a face, along a face, and what is no segment.
     const TriangleBvh cube(box({0, 0, 0}, {1, 1, 1}));
