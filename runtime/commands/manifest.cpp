@@ -112,7 +112,10 @@ void describe_graph(const graph::Graph& graph, Keys& keys, const std::vector<int
             for (auto& path : keys.side_files(n, frame)) more.insert(std::move(path));
             for (auto& path : graph::files_at(source, frame)) more.insert(std::move(path));
         }
-        for (const auto& path : more) node.side_files.push_back(digested(path, digests));
+        for (const auto& path : more) {
+            if (SideFiles::refused(path, graph.root)) continue;  // it was not read
+            node.side_files.push_back(digested(path, digests));
+        }
     }
 }
 

@@ -268,7 +268,7 @@ std::filesystem::path Keys::folder(std::uint32_t n) const
 
 bool Keys::known(std::uint32_t n, int frame)
 {
-    return side_files_.look(first_key(n, frame), folder(n), files_).confirmed;
+    return side_files_.look(first_key(n, frame), {folder(n), graph_.root}, files_).confirmed;
 }
 
 std::vector<std::filesystem::path> Keys::side_files(std::uint32_t n, int frame)
@@ -279,7 +279,7 @@ std::vector<std::filesystem::path> Keys::side_files(std::uint32_t n, int frame)
 
 Key Keys::opened(std::uint32_t n, int frame, const std::set<std::filesystem::path>& paths)
 {
-    return side_files_.confirm(first_key(n, frame), folder(n), paths, files_);
+    return side_files_.confirm(first_key(n, frame), {folder(n), graph_.root}, paths, files_);
 }
 
 const std::string& Keys::trouble(std::uint32_t n) const

@@ -135,7 +135,7 @@ Key Keys::key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with
     if (node.rolls) builder_.add(frame == graph_.range.first ? Key{} : row[node.slot]);
     const Key first = builder_.key();
     if (!node.opens || !with_side_files) return first;
-    return side_files_.look(first, folder(n), files_).key;
+    return side_files_.look(first, {folder(n), graph_.root}, files_).key;
 }
 
 // Which frames the node asks for, and what of its parameters moves; into its key, too.
@@ -221,8 +221,9 @@ Key Keys::gather_key(std::uint32_t n, bool with_side_files)
         for (const Key& k : at_frame[frame]) b.add(k);
     }
     const Key first = b.key();
-    return nodes_[n].opens && with_side_files ? side_files_.look(first, folder(n), files_).key
-                                              : first;
+    return nodes_[n].opens && with_side_files
+               ? side_files_.look(first, {folder(n), graph_.root}, files_).key
+               : first;
 }
 
 // K1 of a node that may open side files.

@@ -1,27 +1,40 @@
 #include "runtime/cook/side_files.hpp"
 
+#include "graph/document/path_rules.hpp"
 #include "runtime/cache/disk_cache.hpp"
 
 namespace runtime {
 
-Key SideFiles::key(const Key& first, const List& list, const std::filesystem::path& folder,
-                   FileDigests& files)
+bool SideFiles::refused(const std::filesystem::path& path, const std::filesystem::path& root)
+{
+    namespace fs = std::filesystem;
+    if (root.empty()) return false;
+    std::error_code none;
+    return !graph::lies_in(fs::weakly_canonical(fs::absolute(path, none), none),
+                           fs::weakly_canonical(fs::absolute(root, none), none));
+}
+
+Key SideFiles::key(const Key& first, const List& list, const Place& place, FileDigests& files)
 {
     KeyBuilder builder;
     builder.add(first).add("side files").add(list.size());
     for (const std::string& name : list) {
-        builder.add(name).add(files.of(folder / name));
+        const std::filesystem::path path = place.folder / name;
+        if (refused(path, place.root)) {
+            builder.add(name).add("refused");
+        } else {
+            builder.add(name).add(files.of(path));
+        }
     }
     return builder.key();
 }
 
-SideFiles::Look SideFiles::look(const Key& first, const std::filesystem::path& folder,
-                                FileDigests& files)
+SideFiles::Look SideFiles::look(const Key& first, const Place& place, FileDigests& files)
 {
     const std::lock_guard lock(mutex_);
     const List* const names = list(first);
-    if (!names) return {key(first, {}, folder, files), false};
-    const Key k = key(first, *names, folder, files);
+    if (!names) return {key(first, {}, place, files), false};
+    const Key k = key(first, *names, place, files);
     return {k, confirmed(k)};
 }
 
@@ -54,17 +67,17 @@ bool SideFiles::confirmed(const Key& key)
     return true;
 }
 
-Key SideFiles::confirm(const Key& first, const std::filesystem::path& folder,
+Key SideFiles::confirm(const Key& first, const Place& place,
                        const std::set<std::filesystem::path>& opened, FileDigests& files)
 {
     List list;
     for (const std::filesystem::path& path : opened) {
-        list.push_back(path.lexically_proximate(folder).generic_string());
+        list.push_back(path.lexically_proximate(place.folder).generic_string());
     }
     std::sort(list.begin(), list.end());
     list.erase(std::unique(list.begin(), list.end()), list.end());
     const std::lock_guard lock(mutex_);
-    const Key k = key(first, list, folder, files);
+    const Key k = key(first, list, place, files);
     if (disk_) disk_->store_list(first, list), disk_->store_list(k, {});
     lists_[first] = std::move(list);
     confirmed_.insert(k);

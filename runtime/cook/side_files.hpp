@@ -3,7 +3,7 @@
 // Files that a node opened beside those its parameters name: a material library, a texture. Which
 // they are is known only after the node ran, so its key has two levels:
 //   K1 = hash(type, parameters, bytes of the named files, inputs)      remembers the list
-//   K  = hash(K1, for each file of the list its name and bytes, or that it is not there)
+//   K  = hash(K1, for each file of the list its name and bytes, or that it is not there or refused)
 // A key K counts only once a node ran and confirmed it: another list may hold for other bytes.
 
 #include "runtime/cache/file_digests.hpp"
@@ -20,25 +20,31 @@ public:
     // Lists of other processes, and where to leave ours; may be null.
     void remember_in(DiskCache* disk) { disk_ = disk; }
 
-    // K for K1 as the files are now, and whether a run has confirmed it. `folder` is that of the
-    // named file: lists are relative to it, so they hold wherever the project lies.
+    // Where a node may read: the folder of the named file, to which lists are relative, so that
+    // they hold wherever the project lies; and the folder that all must lie in, empty: anywhere.
+    // What lies outside of that is refused, and counts as that: its bytes are not looked at.
+    struct Place {
+        std::filesystem::path folder, root;
+    };
+    static bool refused(const std::filesystem::path& path, const std::filesystem::path& root);
+
+    // K for K1 as the files are now, and whether a run has confirmed it.
     struct Look {
         Key key;
         bool confirmed = false;
     };
-    Look look(const Key& first, const std::filesystem::path& folder, FileDigests& files);
+    Look look(const Key& first, const Place& place, FileDigests& files);
 
     // The files of the list for K1; empty when there is none.
     std::vector<std::filesystem::path> names(const Key& first, const std::filesystem::path& folder);
 
     // A node of key K1 ran and opened these. Returns K.
-    Key confirm(const Key& first, const std::filesystem::path& folder,
-                const std::set<std::filesystem::path>& opened, FileDigests& files);
+    Key confirm(const Key& first, const Place& place, const std::set<std::filesystem::path>& opened,
+                FileDigests& files);
 
 private:
     using List = std::vector<std::string>;
-    static Key key(const Key& first, const List& list, const std::filesystem::path& folder,
-                   FileDigests& files);
+    static Key key(const Key& first, const List& list, const Place& place, FileDigests& files);
 
     const List* list(const Key& first);
     bool confirmed(const Key& key);

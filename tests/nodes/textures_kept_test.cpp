@@ -54,18 +54,18 @@ TEST(TexturesKept, AreStoredOnceAndSharedAgainWhenReadBack)
 }
 
 // The red of the texture that a cook of the model gives, with results kept in `cache`.
-int red_of(const files::Folder& folder, const std::string& cache)
+int red_of(const files::fs::path& project, const files::fs::path& cache,
+           const graph::LoadOptions& options = {})
 {
     const std::string text = R"({ "aspic": 1, "frames": { "first": 1, "last": 2, "fps": 24 },
       "nodes": { "read": { "type": "ReadMesh@1", "params": { "path": "a.obj" } },
         "turned": { "type": "Transform@1", "inputs": { "mesh": "read.mesh" },
           "params": { "translate": [0, 1, 0] } } } })";
-    const auto document = folder.write("graph.json", text);
-    const graph::Loaded loaded = graph::load_text(text, document, nodes::registry());
+    const graph::Loaded loaded =
+        graph::load_text(text, project / "graph.json", nodes::registry(), options);
     for (const auto& problem : loaded.problems) ADD_FAILURE() << problem.message;
     runtime::Caches caches;
-    caches.disk =
-        std::make_unique<runtime::DiskCache>(folder.path / cache, std::uintmax_t{1} << 30, nullptr);
+    caches.disk = std::make_unique<runtime::DiskCache>(cache, std::uintmax_t{1} << 30, nullptr);
     caches.side_files.remember_in(caches.disk.get());
     std::uint32_t last = 0;
     while (loaded.graph.nodes.at(last).name != "turned") ++last;
@@ -83,12 +83,36 @@ TEST(TexturesKept, APictureThatChangesOrComesIsReadAgain)
     const files::Folder folder;
     folder.write("a.obj", model);
     folder.write("a.mtl", "newmtl paper\nKd 1 1 1\nmap_Kd maps/p.png\n");
-    EXPECT_EQ(red_of(folder, "cache"), -1) << "it is not there yet";
+    EXPECT_EQ(red_of(folder.path, folder.path / "cache"), -1) << "it is not there yet";
     folder.write("maps/p.png", picture_of(200));
-    EXPECT_EQ(red_of(folder, "cache"), 200);
-    EXPECT_EQ(red_of(folder, "cache"), 200);
+    EXPECT_EQ(red_of(folder.path, folder.path / "cache"), 200);
+    EXPECT_EQ(red_of(folder.path, folder.path / "cache"), 200);
     folder.write("maps/p.png", picture_of(90));
-    EXPECT_EQ(red_of(folder, "cache"), 90);
+    EXPECT_EQ(red_of(folder.path, folder.path / "cache"), 90);
+}
+
+// A picture that lies beside the project is there for those who may read it, whoever cooked before.
+TEST(TexturesKept, APictureOutsideIsKeptFromThoseWhoMayNotReadIt)
+{
+    const files::Folder folder;
+    folder.write("project/a.obj", model);
+    folder.write("project/a.mtl", "newmtl paper\nKd 1 1 1\nmap_Kd ../p.png\n");
+    folder.write("p.png", picture_of(200));
+    const auto project = folder.path / "project";
+    graph::LoadOptions inside, outside, wider;
+    inside.root = project;
+    outside.allow_outside = true;
+    wider.root = folder.path;
+    for (const bool outside_first : {false, true}) {
+        const auto cache = folder.path / (outside_first ? "cache" : "other");
+        if (outside_first) {
+            EXPECT_EQ(red_of(project, cache, outside), 200);
+        }
+        EXPECT_EQ(red_of(project, cache, inside), -1);
+        EXPECT_EQ(red_of(project, cache, outside), 200);
+        EXPECT_EQ(red_of(project, cache, wider), 200);
+        EXPECT_EQ(red_of(project, cache, inside), -1);
+    }
 }
 
 }  // namespace
