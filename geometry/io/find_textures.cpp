@@ -74,17 +74,23 @@ std::optional<Texture::Source> source_of(Search& search, const ImportedMaterial&
         const EmbeddedPicture& e = search.scene.embedded[std::size_t(p.embedded)];
         return Texture::Source{e.name, e.file};
     }
+    bool outside = false;
     for (const fs::path& place : picture_places(p.path, search.folder)) {
         search.out.side_files.push_back(place);
-        if (!allowed(place, search.root)) continue;
+        if (!allowed(place, search.root)) {
+            outside = outside || allowed(place, {});
+            continue;
+        }
         if (auto bytes = read_whole_file(place)) {
             return Texture::Source{place.filename().string(), std::move(*bytes)};
         }
     }
     search.warn(m, p,
-                fmt::format("its picture {} cannot be opened; put the file beside the model, or "
-                            "correct its path in the material",
-                            plain_path(p.path)));
+                "its picture " + plain_path(p.path) +
+                    (outside ? " lies outside of the project; put the file beside the model, or "
+                               "allow it by --root or --allow-outside"
+                             : " cannot be opened; put the file beside the model, or correct its "
+                               "path in the material"));
     return std::nullopt;
 }
 
@@ -116,25 +122,24 @@ std::shared_ptr<const Texture> normal_map_of(Search& search, const ImportedMater
     const ImportedPicture& p = m.normals;
     if (p.path.empty()) return nullptr;
     if (m.normals_elsewhere) {
-        search.warn(m, p, "it lies at other texture coordinates than the picture of the colour");
+        search.warn(m, p,
+                    "it lies at other texture coordinates than the picture of the colour; use one "
+                    "UV map and one placement for both");
         return nullptr;
     }
     auto texture = texture_of(search, m, p);
-    if (!texture || !m.bump_map) return texture;
+    if (!texture) return nullptr;
     const std::string& name = texture->source().name;
-    switch (told_by(texture->picture())) {
-    case PictureOf::normals:
-        return texture;
-    case PictureOf::heights:
+    const PictureOf told = told_by(texture->picture());
+    if (told == PictureOf::heights) {  // of whatever name: COLLADA knows bumps only
         search.warn(m, p,
                     fmt::format("its bump map {} has heights; bake a normal map of it", name));
         return nullptr;
-    case PictureOf::anything:
-        break;
     }
+    if (told == PictureOf::normals || !m.bump_map) return texture;
     search.warn(m, p,
                 fmt::format("whether its bump map {} has heights or normals cannot be told; if it "
-                            "has normals, name it by norm instead of map_Bump",
+                            "has normals, name it as a normal map (norm in an .mtl, or glTF)",
                             name));
     return nullptr;
 }

@@ -75,7 +75,10 @@ ReadMesh read_mesh(const std::filesystem::path& path, const ReadOptions& options
             out.side_files.push_back(f.path);
         }
         for (const std::string& name : files_not_found(scene.files, path)) {
-            out.warnings.push_back("it refers to " + name + ", which cannot be opened.");
+            out.warnings.push_back(
+                "it refers to " + name +
+                ", which cannot be opened. Put the file there, or allow it by "
+                "--root or --allow-outside where it lies outside of the project.");
         }
         const auto warn = [&](const std::vector<std::string>& more) {
             out.warnings.insert(out.warnings.end(), more.begin(), more.end());

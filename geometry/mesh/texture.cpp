@@ -70,8 +70,9 @@ PictureOf told_by(const Picture& picture)
         const Vec3f n = Vec3f(float(c[0]), float(c[1]), float(c[2])) / 127.5f - Vec3f::Ones();
         normal += n.z() >= 0 && std::abs(n.norm() - 1) <= 0.2f ? 1 : 0;
     }
-    if (20 * normal >= 19 * count) return PictureOf::normals;
-    return 20 * grey >= 19 * count ? PictureOf::heights : PictureOf::anything;
+    // First: light greys are as long as directions are.
+    if (20 * grey >= 19 * count) return PictureOf::heights;
+    return 20 * normal >= 19 * count ? PictureOf::normals : PictureOf::anything;
 }
 
 std::string media_type(const Texture& texture)

@@ -21,6 +21,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+std::string lower(std::string text)
+{
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+}
+
 // The first word of a line.
 std::string word_of(const std::string& line)
 {
@@ -42,12 +48,13 @@ std::string readable_library(const std::string& text)
     };
     for (std::size_t at = 0; at < text.size();) {
         const std::size_t end = std::min(text.find('\n', at), text.size());
-        const std::string line = text.substr(at, end - at), word = word_of(line);
+        const std::string line = text.substr(at, end - at);
+        const std::string word = lower(word_of(line));  // assimp takes them in either case
         at = end + 1;
         if (word.starts_with("aniso")) continue;
         if (word == "newmtl") end_material();
-        colour = colour || word == "Kd";
-        picture = picture || word == "map_Kd";
+        colour = colour || word == "kd";
+        picture = picture || word == "map_kd";
         out += line + '\n';
     }
     end_material();
@@ -68,8 +75,8 @@ Assimp::IOStream* readable_library(std::unique_ptr<Assimp::IOStream> file)
 class RememberingFiles : public Assimp::DefaultIOSystem {
 public:
     RememberingFiles(fs::path mesh, const fs::path& root, std::vector<ImportedFile>& files)
-        : mesh_(std::move(mesh)), root_(root.empty() ? root : fs::weakly_canonical(root)),
-          files_(files)
+        : mesh_(std::move(mesh)), is_obj_(lower(mesh_.extension().string()) == ".obj"),
+          root_(root.empty() ? root : fs::weakly_canonical(root)), files_(files)
     {}
     bool Exists(const char* path) const override
     {
@@ -82,7 +89,8 @@ public:
         if (std::strchr(mode, 'w')) return nullptr;
         Assimp::IOStream* stream = allowed(path) ? DefaultIOSystem::Open(path, mode) : nullptr;
         remember(path, stream != nullptr);
-        const bool library = fs::path(path).extension() == ".mtl";
+        // Whatever an OBJ opens beside itself, by any name, is a library.
+        const bool library = is_obj_ && path != mesh_;
         return stream && library ? readable_library(std::unique_ptr<Assimp::IOStream>(stream))
                                  : stream;
     }
@@ -108,7 +116,9 @@ private:
         files_.push_back({path, found});
     }
 
-    fs::path mesh_, root_;
+    fs::path mesh_;
+    bool is_obj_;
+    fs::path root_;
     std::vector<ImportedFile>& files_;
 };
 
@@ -213,10 +223,12 @@ EmbeddedPicture embedded_picture(const aiTexture& in, std::size_t number)
     }
     if (out.name.empty() || out.name[0] == '*') out.name = "picture" + std::to_string(number);
     // The names of glTF mostly have no ending, by which readers of other formats go.
-    if (!fs::path(out.name).has_extension()) {
-        const bool jpeg = out.file.starts_with("\xff\xd8");
+    const std::string ending = lower(fs::path(out.name).extension().string());
+    const std::array known{".png", ".jpg", ".jpeg", ".bmp", ".tga"};
+    if (std::find(known.begin(), known.end(), ending) == known.end()) {
+        const bool jpeg = out.file.starts_with("\xff\xd8"), bmp = out.file.starts_with("BM");
         const bool png = out.file.starts_with("\x89PNG");
-        out.name += jpeg ? ".jpg" : png ? ".png" : ".tga";
+        out.name += jpeg ? ".jpg" : png ? ".png" : bmp ? ".bmp" : ".tga";
     }
     return out;
 }
@@ -438,8 +450,7 @@ void read(const std::string& path, const std::string& root, ImportedScene& out)
         return;
     }
 
-    std::string extension = fs::path(path).extension().string();
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const std::string extension = lower(fs::path(path).extension().string());
     if (extension == ".gltf" || extension == ".glb") {
         out.linear_colours = true;
         out.unit = 1;
