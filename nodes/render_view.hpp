@@ -123,6 +123,7 @@ inline constexpr const char* quality_told =
 inline constexpr const char* linear_told =
     "Whether the picture also has linear light, before tone mapping and without legend and label: "
     "WriteImage puts it into EXR files. whole: as it is seen, alpha 1. cut_out: without the "
-    "backdrop; alpha is the share of a pixel that things and the floor cover.";
+    "backdrop; alpha is the share of a pixel that things and the floor cover. The edge filter of "
+    "preview does not reach it.";
 
 }  // namespace nodes::render

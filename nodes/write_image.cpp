@@ -43,7 +43,9 @@ void add_to(graph::Registry& registry)
                   "Path of the file, below the output folder. #### stands for the frame number, "
                   "with at least as many digits; it is required if several frames are cooked. One "
                   "that ends in .exr has the linear light of the picture, for which `linear` of "
-                  "Render has to ask: half-float RGBA, premultiplied, and the depth Z in metres.")
+                  "Render has to ask: half-float RGBA, premultiplied, and the depth Z of the "
+                  "nearest opaque "
+                  "thing in metres; with a parallel camera only its differences count.")
         .reads(graph::Variable::frame)
         .check(check)
         .sink()

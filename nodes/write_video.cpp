@@ -4,6 +4,8 @@
 #include "nodes/written_path.hpp"
 #include "render/video.hpp"
 
+#include <stdexcept>
+
 namespace nodes::write_video {
 
 struct Inputs {
@@ -25,7 +27,13 @@ static std::vector<int> every_frame(const Inputs&, const graph::FrameRange& rang
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     std::vector<std::filesystem::path> pictures;
-    for (const auto& frame : in.frames) pictures.emplace_back(frame->path);
+    for (const auto& frame : in.frames) {
+        pictures.emplace_back(frame->path);
+        if (has_ending(pictures.back(), ".png")) continue;
+        throw std::invalid_argument("a video takes PNG files, found " +
+                                    pictures.back().filename().string() +
+                                    ": link a WriteImage whose path ends in .png");
+    }
     const auto path = context.output_folder / in.path;
     if (!render::write_video(path, pictures, context.fps(), in.quality, context.stop)) {
         if (context.stop.stop_requested()) throw graph::Cancelled();

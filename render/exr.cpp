@@ -82,8 +82,8 @@ std::string encode_exr(const Image& image)
 {
     if (image.light.empty()) {
         throw std::invalid_argument(
-            "an EXR file needs linear light, the picture has none: set 'linear' of Render to whole "
-            "or cut_out, or end the path in .png");
+            "an EXR file needs linear light, the picture has none: set 'linear' of the Render that "
+            "makes it to whole or cut_out (a ContactSheet has none), or end the path in .png");
     }
     const std::size_t pixels =
         std::size_t(std::max(image.width, 0)) * std::size_t(std::max(image.height, 0));
@@ -112,7 +112,11 @@ Image decode_exr(const std::string& bytes)
     try {
         Given given(bytes);
         Imf::InputFile file(given, 0);
+        constexpr int most = 8191;
         const auto& window = file.header().dataWindow();
+        if (window.min.x != 0 || window.min.y != 0 || window.max.x > most || window.max.y > most) {
+            throw std::runtime_error("its window does not begin at 0, or is wider than 8192");
+        }
         Image image;
         image.width = window.max.x - window.min.x + 1;
         image.height = window.max.y - window.min.y + 1;

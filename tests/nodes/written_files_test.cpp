@@ -277,7 +277,7 @@ TEST(WrittenFiles, AnExrHasLightAndOtherPicturesAreToldWhere)
         write.run(4);
         FAIL() << "was written";
     } catch (const std::invalid_argument& error) {
-        EXPECT_NE(std::string(error.what()).find("'linear' of Render"), std::string::npos);
+        EXPECT_NE(std::string(error.what()).find("'linear' of the Render"), std::string::npos);
     }
     image.light = {0x3c00, 0x3800, 0, 0x3c00};
     write.inputs["image"] = {Value::of(render::Image(image))};
