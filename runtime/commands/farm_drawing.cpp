@@ -8,6 +8,7 @@
 #include "runtime/farm/schedule.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -131,11 +132,19 @@ Layout lay_out(const Cut& cut)
     return layout;
 }
 
-// Into text or an attribute of XML.
+// Into text or an attribute of XML: UTF-8 without the two characters that are none.
 std::string escaped(const std::string& text)
 {
+    using Json = nlohmann::json;
+    std::string whole = Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace))
+                            .get<std::string>();
+    for (const char* none : {"\xef\xbf\xbe", "\xef\xbf\xbf"}) {
+        for (std::size_t at = 0; (at = whole.find(none, at)) != std::string::npos;) {
+            whole.replace(at, 3, "?");
+        }
+    }
     std::string out;
-    for (const char c : text) {
+    for (const char c : whole) {
         switch (c) {
         case '<':
             out += "&lt;";
@@ -241,7 +250,10 @@ std::string box_svg(const Layout& layout, const Box& box)
     const std::string text = label(layout, box);
     const bool inside = 6.4 * static_cast<double>(text.size()) + 10 < wide;
     const double stacked = box.tasks.size() > 1 ? 5 : 0;
-    out += text_at(inside ? x + 5 : x + wide + 6 + stacked, box.y + 14, text, "class=\"label\"");
+    const double beside = x + wide + 6 + stacked;
+    const bool fits = inside || beside + 6.4 * static_cast<double>(text.size()) < page_width;
+    out += fits ? text_at(inside ? x + 5 : beside, box.y + 14, text, "class=\"label\"")
+                : text_at(x - 6, box.y + 14, text, "class=\"label\" text-anchor=\"end\"");
     return out + "</g>\n";
 }
 
@@ -289,7 +301,7 @@ std::string band_svg(const Layout& layout, const Band& band)
     out += rectangle(16, band.y + 17, 90 * share, 8, R"(fill="#777777")");
     out += text_at(112, band.y + 25, fmt::format("{} of {} cached", shot.held, shot.results), grey);
     std::string note = fmt::format("{}", fmt::join(shot.sets, " "));
-    if (!shot.measured) note = "not measured: 1 s a frame " + note;
+    if (!shot.measured) note = note.empty() ? "not measured: 1 s a frame" : note + ", not measured";
     return out + text_at(16, band.y + 38, shortened(note, 36), grey);
 }
 
@@ -373,7 +385,7 @@ std::string chart_svg(const Layout& layout)
     const double work_ends = std::min(chart.longest / chart.shortest, 1000.0);
     out += line(chart.x(1), chart.y(chart.longest), chart.x(work_ends),
                 chart.y(chart.longest / work_ends), R"(stroke="#777777" stroke-dasharray="5 4")");
-    const double path = std::max(layout.seconds, none);
+    const double path = std::max(makespan(layout.cut, layout.cut.tasks.size()), none);
     out += line(left_margin, chart.y(path), chart.x(1000), chart.y(path),
                 fmt::format(R"(stroke="{}" stroke-dasharray="2 3")", red));
     std::string points, dots;

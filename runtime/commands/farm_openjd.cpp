@@ -62,15 +62,33 @@ std::string job_name(const Cut& cut)
     return end_of(shown(cut.shots.at(0).name), longest_job_name - others.size()) + others;
 }
 
+// Whether a text is UTF-8, without the control characters of its second 128.
+bool is_plain_utf8(const std::string& text)
+{
+    for (std::size_t i = 0; i + 1 < text.size(); ++i) {
+        const auto next = static_cast<unsigned char>(text[i + 1]);
+        if (text[i] == '\xc2' && next >= 0x80 && next < 0xa0) return false;
+    }
+    try {
+        return !Json(text).dump().empty();
+    } catch (const Json::exception&) {
+        return false;
+    }
+}
+
 // What a task is given as it is: a template has no way to say "{{" or a control character.
 const std::string& given(const std::string& text)
 {
-    if (text.find("{{") == std::string::npos && std::none_of(text.begin(), text.end(), is_control))
+    if (text.find("{{") == std::string::npos &&
+        std::none_of(text.begin(), text.end(), is_control) && is_plain_utf8(text)) {
         return text;
+    }
+    std::string told = text;
+    std::replace_if(told.begin(), told.end(), is_control, ' ');
     throw std::invalid_argument(fmt::format(
-        "Open Job Description: expected paths, names and settings without '{{{{' and control "
-        "characters, found '{}'; rename it, or use another engine",
-        shown(text)));
+        "Open Job Description: expected paths, names and settings in UTF-8 with neither '{{{{' nor "
+        "control characters, found '{}'; rename it, or use another engine",
+        told));
 }
 
 // What differs from task to task comes from the step's parameters.

@@ -10,6 +10,8 @@
 #include <cmath>
 #include <ostream>
 #include <sstream>
+#include <stdexcept>
+#include <string_view>
 
 namespace runtime {
 
@@ -99,6 +101,24 @@ std::string numbers_of(const FarmJob& job)
     return fmt::format("{}", fmt::join(numbers, ","));
 }
 
+// Names stand in scripts, lists and patterns of Slurm, which have no quotes for them.
+void check_for_slurm(const std::string& name)
+{
+    const auto odd = [](char c) {
+        return static_cast<unsigned char>(c) <= ' ' || c == '\x7f' ||
+               std::string_view("%\"'`$\\*?[]<>|&;#").find(c) != std::string_view::npos;
+    };
+    if (std::none_of(name.begin(), name.end(), odd)) return;
+    std::string shown = name;
+    std::replace_if(
+        shown.begin(), shown.end(), [](char c) { return static_cast<unsigned char>(c) < ' '; },
+        ' ');
+    throw std::invalid_argument(
+        "Slurm: expected names of documents and of the output folder without spaces and signs that "
+        "mean something to a shell or to Slurm, found '" +
+        shown + "'; rename it, or use another engine");
+}
+
 }  // namespace
 
 std::string sbatch_script(const FarmJob& job, const ArrayJob& array)
@@ -164,6 +184,8 @@ std::string submit_script(const FarmJob& job, const std::vector<ArrayJob>& jobs)
 void send_to_slurm(const FarmJob& job, Console& console)
 {
     const std::vector<ArrayJob> jobs = array_jobs(job.cut, longest_array);
+    check_for_slurm(job.folder.string());
+    for (const ArrayJob& array : jobs) check_for_slurm(array.name);
     for (const ArrayJob& array : jobs) {
         replace_text(job.folder / "jobs" / (array.name + ".sbatch"), sbatch_script(job, array));
     }

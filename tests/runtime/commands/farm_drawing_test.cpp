@@ -111,6 +111,8 @@ TEST(FarmDrawing, IsWellFormedWhateverNamesHold)
     EXPECT_EQ(count_of(svg, "a.b=&lt;1&gt;"), 1u);
     EXPECT_EQ(count_of(svg, "R&amp;D &quot;&lt;take&gt;&quot;<"), 1u);
     EXPECT_EQ(count_of(svg, "a<b"), 0u);
+    cut.shots[0].name = "cut\xff short\xef\xbf\xbe\xc3";
+    EXPECT_EQ(count_of(plan_svg(cut), ">cut\xef\xbf\xbd short?\xef\xbf\xbd<"), 1u);
     EXPECT_EQ(count_of(svg, "<g>"), count_of(svg, "</g>"));
 }
 

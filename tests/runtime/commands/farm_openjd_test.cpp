@@ -273,7 +273,7 @@ TEST_F(FarmOpenjd, WhatATemplateCannotSayIsRefused)
     const Said braces =
         farm("a.json", 3, {"--out", (folder_.path / "take {{Param.Take}}").string()});
     EXPECT_EQ(braces.exit, exit_usage);
-    EXPECT_TRUE(has(braces.err, "without '{{' and control characters, found '")) << braces.err;
+    EXPECT_TRUE(has(braces.err, "neither '{{' nor control characters, found '")) << braces.err;
     EXPECT_EQ(farm("two\nlines.json", 3, {}).exit, exit_usage);
 }
 

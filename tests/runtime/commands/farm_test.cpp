@@ -310,6 +310,16 @@ TEST_F(Farm, ScriptsForSlurmSayWhatTheyCookAndWhatTheyWaitFor)
         << submit;
 }
 
+TEST_F(Farm, NamesThatScriptsForSlurmCannotHoldAreRefused)
+{
+    for (const char* const name : {"my shot.json", "100%j.json", "a\nb.json"}) {
+        file_ = folder_.write(name, counting).string();
+        const Said said = slurm({});
+        EXPECT_EQ(said.exit, exit_usage);
+        EXPECT_TRUE(has(said.err, "Slurm: expected names")) << said.err;
+    }
+}
+
 TEST_F(Farm, SlurmIsAskedForWhatWasMeasured)
 {
     ASSERT_EQ(local({"--task-seconds", "4", "--frames", "1-8"}).exit, exit_ok);
