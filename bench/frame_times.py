@@ -5,7 +5,7 @@
 
 A turntable of 11 frames less one of 1, divided by 10, the better of two: without start-up and
 reading. Time of all threads of both processes: it depends less than time by the clock on what else
-the machine does. OpenGL (llvmpipe) draws on all cores.
+the machine does.
 """
 import json
 import os

@@ -291,7 +291,8 @@ def main():
     parser.add_argument('--aspic', default='build/release/aspic')
     parser.add_argument('--keep', help='folder for the files, which is kept')
     options = parser.parse_args()
-    top = options.keep or tempfile.mkdtemp()
+    kept_while_running = None if options.keep else tempfile.TemporaryDirectory()
+    top = options.keep or kept_while_running.name
     made = os.path.join(top, 'made')
     os.makedirs(made, exist_ok=True)
     blender({'do': 'make', 'folder': made})
