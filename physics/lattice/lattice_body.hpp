@@ -7,6 +7,7 @@
 #include "physics/lattice/lattice_options.hpp"
 #include "physics/lattice/matched_regions.hpp"
 #include "physics/lattice/membrane.hpp"
+#include "physics/regions/links.hpp"
 #include "physics/state/state.hpp"
 
 #include <memory>
@@ -29,7 +30,7 @@ struct LatticeBody {
     int flat_axis = -1;                 // of a plane
     Membrane membrane;                  // of a plane in space
     std::vector<std::uint32_t> side;    // particles that lack a neighbour: bodies meet there
-    std::vector<std::uint32_t> piece;   // N, the linked body that each is of; where they meet
+    LinkedPieces pieces;                // that no breaks part
     std::shared_ptr<TornRegions> torn;  // where links can break
 
     std::size_t bytes() const;

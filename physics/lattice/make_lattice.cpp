@@ -1,4 +1,3 @@
-#include "geometry/base/union_find.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "physics/lattice/bending_excess.hpp"
 #include "physics/lattice/lattice.hpp"
@@ -12,24 +11,6 @@
 namespace physics {
 
 namespace {
-
-// To which linked body each particle belongs; bodies are numbered by their first particles.
-std::vector<std::uint32_t> linked_pieces(const Lattice& lattice)
-{
-    geometry::Sets sets(lattice.count());
-    for (std::uint32_t i = 0; i < lattice.count(); ++i) {
-        for (const auto j : lattice.next[i]) {
-            if (j != none) sets.join(i, j);
-        }
-    }
-    std::vector<std::uint32_t> piece(lattice.count());
-    std::uint32_t pieces = 0;
-    for (std::uint32_t i = 0; i < lattice.count(); ++i) {
-        const std::uint32_t first = sets.root(i);
-        piece[i] = first == i ? pieces++ : piece[first];
-    }
-    return piece;
-}
 
 // Cubes along the shortest of the pieces that bend rather than shear, which are more than twice as
 // long as thick, and of the others. 0: there is none.
@@ -123,7 +104,8 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& opt
         whole += part;
     }
     body.damping /= whole;
-    auto piece = linked_pieces(lattice);
+    body.pieces = linked_pieces(lattice);
+    const std::vector<std::uint32_t>& piece = body.pieces.of;
     const Lengths shortest = shortest_lengths(lattice, piece);
     body.slender = shortest.slender;
     body.compact = shortest.compact;
@@ -138,10 +120,7 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& opt
             if (r != none) body.whole.rate_sq[s] = float(double(body.whole.rate_sq[s]) / excess[r]);
         }
     }
-    if (options.contact.on) {
-        body.piece = std::move(piece);
-        body.side = particles_at_the_side(lattice, body.flat_axis);
-    }
+    if (options.contact.on) body.side = particles_at_the_side(lattice, body.flat_axis);
     if (options.tear > 0) {
         body.torn = std::make_shared<TornRegions>(std::move(lattice), std::move(matter), cubes.size,
                                                   plastic);

@@ -63,9 +63,12 @@ void push_from_outside(FrameState& step)
 {
     Wind wind;
     if (step.windy) find_wind(step, wind);
-    const Vec3 steady = step.dt * step.gravity - step.drift, spin = step.spin, pivot = step.pivot;
-    if (!step.touches && !step.windy && !step.damped && !step.in_plane && step.steady.empty()) {
-        const CommonPush common{steady, spin, pivot, step.dt};
+    const Vec3 fall = step.dt * step.gravity;
+    const std::vector<std::uint32_t>& piece = step.pieces->of;
+    if (step.pieces->count == 1 && !step.touches && !step.windy && !step.damped && !step.in_plane &&
+        step.steady.empty()) {
+        const RigidRest& rest = step.rest.front();
+        const CommonPush common{fall - rest.drift, rest.spin, rest.pivot, step.dt};
         take_origin(step, [&](std::size_t begin, std::size_t end) {
             return push_together(common, end - begin, step.state.x[begin].data(),
                                  step.state.v[begin].data());
@@ -75,7 +78,8 @@ void push_from_outside(FrameState& step)
     const auto push = [&](std::size_t i) {
         const double m = step.body.base.mass[i];
         Vec3& v = step.state.v[i];
-        v += steady - spin.cross(Vec3(step.state.x[i] - pivot));
+        const RigidRest& rest = step.rest[piece[i]];
+        v += fall - rest.drift - rest.spin.cross(Vec3(step.state.x[i] - rest.pivot));
         if (!step.steady.empty())
             v += step.dt / m * Eigen::Map<const Vec3>(step.steady.data() + 4 * i);
         if (step.damped) v *= std::exp(-step.body.base.damping_of(i) / m * step.dt);
@@ -118,7 +122,7 @@ void collide(FrameState& step, double share)
     step.pushes.balls = find_ball_pushes(scene, colliders);
     if (pairs) {
         const double distance = step.options.contact.distance;
-        find_pair_pushes(scene, step.body.side, step.body.piece,
+        find_pair_pushes(scene, step.body.side, step.body.pieces.of,
                          distance > 0 ? distance : step.body.base.h, step.options.contact.friction,
                          step.pushes.pairs);
     }

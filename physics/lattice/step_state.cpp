@@ -3,8 +3,6 @@
 #include "physics/body/external_forces.hpp"
 #include "physics/state/balls.hpp"
 
-#include <numeric>
-
 namespace physics {
 
 namespace {
@@ -55,11 +53,6 @@ void begin_frame(FrameState& step)
     make_room_in_state(step);
     find_forces(step);
     step.damped = largest_of(step.n, [&](std::size_t i) { return base.damping_of(i); }) > 0;
-    step.mass = geometry::ordered_sum<double>(
-        step.n, particles_a_task, 0, [&](std::size_t begin, std::size_t end) {
-            const auto from = base.mass.begin();
-            return std::accumulate(from + std::ptrdiff_t(begin), from + std::ptrdiff_t(end), 0.0);
-        });
     if (step.state.balls.size() != step.loads.balls.size()) {
         step.state.balls = place_balls(step.loads.balls);
     }

@@ -25,6 +25,12 @@
 
 namespace physics {
 
+// What rounding leaves of the pull of a piece, which has no momentum: v = drift + spin x (x -
+// pivot).
+struct RigidRest {
+    Vec3 drift = Vec3::Zero(), spin = Vec3::Zero(), pivot = Vec3::Zero();  // m/s, rad/s, m
+};
+
 // In double precision: the motion and what acts on it.
 struct FrameState {
     FrameState(const LatticeBody& of, State& stepped, const Loads& given, double seconds,
@@ -41,7 +47,6 @@ struct FrameState {
     double frame, dt;  // s, of the frame and of a substep
     std::size_t n;     // particles
     bool flat, in_plane, plastic = false;
-    double mass = 0;  // kg, of all
 
     // What acts on it.
     Vec3 gravity = Vec3::Zero();
@@ -62,8 +67,13 @@ struct FrameState {
 
     bool has_before = false;     // d of the step before is known
     Vec3 origin = Vec3::Zero();  // what single precision measures from
-    // The rigid motion that pull() must take out again.
-    Vec3 drift = Vec3::Zero(), spin = Vec3::Zero(), pivot = Vec3::Zero();
+
+    // The rigid motion of each piece that pull() leaves, and push_from_outside() takes out again.
+    std::shared_ptr<const LinkedPieces> torn_pieces;  // null: the body's own
+    const LinkedPieces* pieces = nullptr;             // those, or the body's own
+    std::vector<double> piece_mass;                   // kg
+    std::vector<std::uint8_t> is_pinned;              // of each piece
+    std::vector<RigidRest> rest;                      // of each piece
 };
 
 // And the sums over regions, in T: float or double.

@@ -13,6 +13,27 @@ namespace {
 // below the limit of 4, and leave room for damping.
 constexpr double most_membrane = 2;
 
+// The pieces that held links join, and which of them have pins.
+void find_pieces(FrameState& step)
+{
+    step.torn_pieces = step.held_regions ? std::make_shared<const LinkedPieces>(linked_pieces(
+                                               step.body.torn->lattice(), step.state.broken))
+                                         : nullptr;
+    step.pieces = step.torn_pieces ? step.torn_pieces.get() : &step.body.pieces;
+    const std::vector<std::uint32_t>& piece = step.pieces->of;
+    step.piece_mass.assign(step.pieces->count, 0);
+    for (std::size_t i = 0; i < step.n;) {
+        double sum = 0;  // task by task, as momentum is summed
+        const std::size_t first = i,
+                          end = std::min(step.n, (i / particles_a_task + 1) * particles_a_task);
+        for (; i < end && piece[i] == piece[first]; ++i) sum += step.body.base.mass[i];
+        step.piece_mass[piece[first]] += sum;
+    }
+    step.is_pinned.assign(step.pieces->count, 0);
+    for (const auto k : step.loads.pins.corner) step.is_pinned[piece[k]] = 1;
+    step.rest.assign(step.pieces->count, {});
+}
+
 // The regions without the links that are broken, and what else a break changes.
 void find_held_regions(FrameState& step)
 {
@@ -27,6 +48,7 @@ void find_held_regions(FrameState& step)
     }
     step.torn_corners =
         broken.empty() ? std::vector<std::uint8_t>{} : torn_corners(step.body.membrane, broken);
+    find_pieces(step);
 }
 
 // What of the membrane's stiffness steps this long can bear, dt^2 E V / h^2 of each cell, less

@@ -1,6 +1,30 @@
 #include "physics/regions/links.hpp"
 
+#include "geometry/base/union_find.hpp"
+
+#include <algorithm>
+
 namespace physics {
+
+LinkedPieces linked_pieces(const Lattice& lattice, const std::vector<std::uint32_t>& broken)
+{
+    geometry::Sets sets(lattice.count());
+    for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+        for (std::uint32_t d = 0; d < 3; ++d) {
+            const std::uint32_t j = lattice.next[i][d];
+            if (j != none && !std::binary_search(broken.begin(), broken.end(), 3 * i + d)) {
+                sets.join(i, j);
+            }
+        }
+    }
+    LinkedPieces out;
+    out.of.resize(lattice.count());
+    for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+        const std::uint32_t first = sets.root(i);
+        out.of[i] = first == i ? std::uint32_t(out.count++) : out.of[first];
+    }
+    return out;
+}
 
 Lattice turned(const Lattice& lattice, const std::array<int, 3>& axes)
 {

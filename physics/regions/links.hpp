@@ -30,6 +30,15 @@ struct Lattice {
     std::size_t count() const { return at.size(); }
 };
 
+// Which linked piece each particle is of. Pieces are numbered by their first particles.
+struct LinkedPieces {
+    std::vector<std::uint32_t> of;  // N
+    std::size_t count = 0;
+};
+
+// The pieces that links hold together, but for the links `broken`: 3 i + axis, in rising order.
+LinkedPieces linked_pieces(const Lattice& lattice, const std::vector<std::uint32_t>& broken = {});
+
 // The lattice with its axes in the order that lines run along.
 Lattice turned(const Lattice& lattice, const std::array<int, 3>& axes);
 
