@@ -25,6 +25,14 @@ std::vector<std::string> commands_of(const CLI::App& app)
     return names;
 }
 
+// Whether words beside commands can be its files.
+bool takes_words(const CLI::App& command)
+{
+    const auto options = command.get_options();
+    return std::any_of(options.begin(), options.end(),
+                       [](const CLI::Option* option) { return option->get_positional(); });
+}
+
 // "cook: expected FILE (Graph documents)": the first thing that a command can't do without.
 std::string missing_option(const CLI::App& command)
 {
@@ -64,11 +72,12 @@ std::string usage_mistake(const CLI::App& app, const std::vector<std::string>& a
         if (names.empty() || arg.starts_with("-")) break;
         if (std::find(names.begin(), names.end(), arg) == names.end()) {
             const std::string near = nearest_of(arg, names);
+            if (near.empty() && takes_words(*command)) break;
             return said("command", arg, near) + (near.empty() ? command_list(*command) : "");
         }
         command = command->get_subcommand(arg);
     }
-    if (!commands_of(*command).empty() && command != &app) {
+    if (!commands_of(*command).empty() && command != &app && !takes_words(*command)) {
         return fmt::format("{}: expected a subcommand:{}", command->get_name(),
                            command_list(*command));
     }

@@ -531,6 +531,9 @@ TEST(CommandLine, NamesTheMissingArgument)
     says({"cache"}, "cache: expected a subcommand:\n  stat");
     says({"cache", "verfy"}, "there is no command 'verfy'; did you mean 'verify'?");
     says({"cache", "x"}, "there is no command 'x'\n  stat");
+    says({"farm", "a.json", "--engin", "slurm"},
+         "there is no option '--engin'; did you mean '--engine'?");
+    says({"farm", "a.json", "--engine", "slrm"}, "slrm not in {");
     says({"cok", "a.json"}, "did you mean 'cook'?");
     says({"explain", "a.json"}, "explain: expected --frame N (Frame to explain)");
     says({"validate"}, "validate: expected FILE (Graph documents)");
