@@ -50,7 +50,8 @@ GLuint program(const std::vector<std::string>& vertex, const std::vector<std::st
 
 std::vector<std::string> lit_by(std::string file)
 {
-    return {"shade.glsl", "reach.glsl", "stored.glsl", std::move(file)};
+    return {"shade.glsl", "octahedral.glsl", "seen_code.glsl",
+            "reach.glsl", "stored.glsl",     std::move(file)};
 }
 
 // What the shaders of light are to know before they are compiled.
@@ -70,15 +71,15 @@ GlPrograms compile_programs()
 {
     GlPrograms p{};
     const std::vector<std::string> screen{"screen.vert"};
-    p.surface = program({"surface.vert"}, {"pack.glsl", "surface.frag"});
+    p.surface = program({"surface.vert"}, {"octahedral.glsl", "pack.glsl", "surface.frag"});
     p.uneven = program(screen, {"uneven.frag"});
     p.seen = program(screen, lit_by("seen.frag"), lit_words(Style::plain, false, 2));
-    p.soften = program(screen, {"soften.frag"});
+    p.soften = program(screen, {"octahedral.glsl", "seen_code.glsl", "soften.frag"});
     p.shadow = program({"shadow.vert"}, {"shadow.frag"});
-    p.surface_textured =
-        program({"surface.vert"}, {"pack.glsl", "bent.glsl", "surface.frag"}, textured);
+    p.surface_textured = program(
+        {"surface.vert"}, {"octahedral.glsl", "pack.glsl", "bent.glsl", "surface.frag"}, textured);
     p.shadow_textured = program({"shadow.vert"}, {"shadow.frag"}, textured);
-    p.balls = program({"balls.vert"}, {"pack.glsl", "balls.frag"});
+    p.balls = program({"balls.vert"}, {"octahedral.glsl", "pack.glsl", "balls.frag"});
     p.balls_shadow = program({"balls.vert"}, {"balls_shadow.frag"});
     p.traced = program(screen, lit_by("traced.frag"), lit_words(Style::plain, false, 2));
     p.traced_shadow = program(screen, {"traced_shadow.frag"});
@@ -203,9 +204,10 @@ const LitPrograms& lit_programs(GlObjects& gl, Style style, bool soft)
     p.backdrop = program(screen, lit_by("backdrop.frag"), words);
     p.edges = program(screen, lit_by("edges.frag"), words);
     p.clear = program({"surface.vert"}, lit_by("clear.frag"), words);
-    p.clear_textured = program(
-        {"surface.vert"}, {"shade.glsl", "reach.glsl", "stored.glsl", "bent.glsl", "clear.frag"},
-        words + textured);
+    p.clear_textured = program({"surface.vert"},
+                               {"shade.glsl", "octahedral.glsl", "seen_code.glsl", "reach.glsl",
+                                "stored.glsl", "bent.glsl", "clear.frag"},
+                               words + textured);
     p.finish = program(screen, lit_by("finish.frag"), words);
     p.object = program(screen, lit_by("object.frag"), words);
     return p;

@@ -18,12 +18,13 @@ vec2 light_reaching(vec2 at, float depth, vec3 p, vec3 n)
         ivec2 step_to = ivec2(k & 1, k >> 1);
         vec4 there = texelFetch(seen, clamp(ivec2(first) + step_to, ivec2(0), last), 0);
         vec2 near = mix(1.0 - part, part, vec2(step_to));
-        // What is at another depth counts where nothing else is near, and nowhere else: a pixel beside
-        // an edge may lie right on one of the other side.
+        // What is at another depth or faces elsewhere counts where nothing else is near, and nowhere
+        // else: a pixel beside an edge may lie right on one of the other side.
         vec2 from = 2.0 * (first + vec2(step_to)) + 0.5;  // where its depth was seen
         float q = slant ? dot(n, ray_at(from)) / through : 1.0 / depth;
         float off = (there.z - q) / pixel, off_sq = off * off;
-        sum += vec3(there.xy, 1.0) * (near.x * near.y + 1e-2) / (1.0 + off_sq * off_sq);
+        float alike = 1e-4 + smoothstep(0.3, 0.8, dot(n, seen_normal(there.w)));
+        sum += vec3(there.xy, 1.0) * alike * (near.x * near.y + 1e-2) / (1.0 + off_sq * off_sq);
     }
     return sum.xy / sum.z;
 }

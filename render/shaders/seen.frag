@@ -6,12 +6,13 @@
 //   Vogel, A better way to construct the sunflower head, Mathematical Biosciences 44, 1979.
 // The discs are turned by one of 16 angles in each square of 4 x 4 pixels, and soften.frag takes
 // the mean over such a square: nothing of the turns is left, and nothing is random.
-layout(location = 0) out vec4 seen_here;  // key, all around, 1 / depth
+layout(location = 0) out vec4 seen_here;  // key, all around, 1 / depth, seen_code()
 
 layout(binding = 5) uniform sampler2D shadow_depths;
 layout(binding = 6) uniform sampler2DShadow shadow_smooth;
 
 const int BLOCKERS = 12, SHADOWS = 16, AROUND = 14;
+const vec2 SHARP = vec2(4.0, 16.0);  // pixels from which and up to which a penumbra is spread
 
 vec2 on_disc(int i, int of, vec2 turn)
 {
@@ -21,7 +22,8 @@ vec2 on_disc(int i, int of, vec2 turn)
     return vec2(p.x * turn.x - p.y * turn.y, p.x * turn.y + p.y * turn.x);
 }
 
-float soft_key(vec3 p, vec3 n, vec2 turn)
+// `half_width`: that of the penumbra, stage units; 0 where nothing is in between.
+float soft_key(vec3 p, vec3 n, vec2 turn, out float half_width)
 {
     float nl = dot(n, to_light.xyz);
     float texel = light.w, slope = 1.0 - max(nl, 0.0);
@@ -48,7 +50,8 @@ float soft_key(vec3 p, vec3 n, vec2 turn)
             sum += between;
         }
     }
-    vec2 wide = clamp(vec2(soft.x * sum / max(found, 1.0) / soft.y), 1.2 * texel, 0.06) / span;
+    half_width = found > 0.0 ? clamp(soft.x * sum / found / soft.y, 1.2 * texel, 0.06) : 0.0;
+    vec2 wide = half_width / span;
     // What faces away is dark, as what lies beside it is.
     float lit = found > 0.0 || nl <= 0.0 ? 0.0 : float(SHADOWS);
     int reads = found > 0.0 ? SHADOWS : 0;
@@ -110,6 +113,10 @@ void main()
     float angle = 6.2831853 * (float(order) + drawn_low.w) / 16.0;
     vec2 turn = vec2(cos(angle), sin(angle));
     vec3 p = eye.xyz + depth * ray;
-    float key = to_light.w > 0.0 ? soft_key(p, n, turn) : 1.0;
-    seen_here = vec4(key, around(p, n, depth, at, turn), 1.0 / depth, 0.0);
+    float half_width = 0.0;
+    float key = to_light.w > 0.0 ? soft_key(p, n, turn, half_width) : 1.0;
+    // The turns do not show in a penumbra of a few pixels, and a mean would spread it.
+    float pixels_wide = half_width / (depth * length(down.xyz));
+    float spread = half_width > 0.0 ? clamp((pixels_wide - SHARP.x) / (SHARP.y - SHARP.x), 0.0, 1.0) : -1.0;
+    seen_here = vec4(key, around(p, n, depth, at, turn), 1.0 / depth, seen_code(n, spread));
 }

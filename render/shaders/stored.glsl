@@ -5,9 +5,7 @@ layout(binding = 1) uniform sampler2D depths;
 vec3 stored_normal(uvec2 pixel)
 {
     vec2 o = vec2(pixel.y & 16383u, pixel.y >> 14 & 16383u) / 16383.0 * 2.0 - 1.0;
-    vec3 n = vec3(o, 1.0 - abs(o.x) - abs(o.y));
-    if (n.z < 0.0) n.xy = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
-    return normalize(n);
+    return from_octahedral(o);
 }
 
 // How far along the view a stored depth is.

@@ -114,6 +114,82 @@ TEST(SoftLight, TheShadeUnderABallFollowsItsFormFactor)
                 0.006);
 }
 
+// A column on the floor, lit from the right by a light of half a degree, which hides from the floor
+// what lies beside and left of it: up to 0.6 / tan 50 deg. In pixels whose surroundings of 2.5
+// pixels are all lit, or all in the shadow, the floor is as bright as that, right up to the foot.
+TEST(SoftLight, AtAFootTheFloorHasItsOwnLight)
+{
+    const double radius = 0.25, height = 0.6, elevation = 50 * std::numbers::pi / 180;
+    Scene scene;
+    TriMesh column = geometry::cylinder(radius, height, 96, 1);
+    for (Vec3f& p : column.positions) p.y() += 0.3f;
+    scene.surfaces = {surface(std::move(column))};
+    scene.ground = 0;
+    scene.stage = box_about_origin(1);
+    Look look = soft_look(300);
+    look.light_azimuth = std::numbers::pi / 2;
+    look.light_elevation = elevation;
+    look.light_size = 0.5 * std::numbers::pi / 180;
+    look.occlusion = 0;
+    const Camera camera{{0.4, 1.6, 4}, {-0.1, 0.1, 0}, {0, 1, 0}, 2 * std::atan(0.12)};
+    const Image image = render::draw(scene, camera, look);
+    const geometry::Mat3 axes = render::camera_axes(camera);
+    enum class Seen { column, lit, dark };
+    const auto at = [&](double px, double py) {
+        const double half = image.height / 2.0, tan_y = std::tan(camera.field_of_view / 2);
+        const Vec3 ray =
+            axes.transpose() * Vec3((px - half) / half * tan_y, -(py - half) / half * tan_y, 1);
+        // Where the ray meets the wall below the top, if it does.
+        const double a = ray[0] * ray[0] + ray[2] * ray[2];
+        const double b = camera.eye[0] * ray[0] + camera.eye[2] * ray[2];
+        const double c = camera.eye[0] * camera.eye[0] + camera.eye[2] * camera.eye[2];
+        const double root = b * b - a * (c - radius * radius);
+        const Vec3 floor = camera.eye - camera.eye[1] / ray[1] * ray;
+        if (std::hypot(floor[0], floor[2]) < radius) return Seen::column;
+        if (root > 0) {
+            const double y = camera.eye[1] + (-b - std::sqrt(root)) / a * ray[1];
+            if (y >= 0 && y < height) return Seen::column;
+            if (y >= height && camera.eye[1] + (-b + std::sqrt(root)) / a * ray[1] < height)
+                return Seen::column;
+        }
+        const double deep = radius * radius - floor[2] * floor[2];
+        const double back = -height / std::tan(elevation) - std::sqrt(std::max(deep, 0.0));
+        return deep > 0 && floor[0] < 0 && floor[0] > back ? Seen::dark : Seen::lit;
+    };
+    const auto bright = [&](int x, int y) {
+        return render::linear_from_srgb(float(pixel(image, x, y)[1]) / 255);
+    };
+    const double lit = bright(270, 250), dark = bright(60, 175);
+    ASSERT_EQ(at(270.5, 250.5), Seen::lit);
+    ASSERT_EQ(at(60.5, 175.5), Seen::dark);
+    ASSERT_GT(lit, dark + 0.2);
+    int looked_at = 0, wrong = 0;
+    for (int y = 140; y < 225; ++y) {
+        for (int x = 90; x < 265; ++x) {
+            const Seen here = at(x + 0.5, y + 0.5);
+            bool by_the_foot = false, even = here != Seen::column;
+            for (int k = 0; k < 16 && even; ++k) {
+                const double by = k < 8 ? 2.5 : 8, angle = k * std::numbers::pi / 4;
+                const Seen there =
+                    at(x + 0.5 + by * std::cos(angle), y + 0.5 + by * std::sin(angle));
+                by_the_foot = by_the_foot || there == Seen::column;
+                if (k < 8 && there != Seen::column) even = there == here;
+            }
+            // A pixel that the column covers in part is not the floor's alone.
+            for (int k = 0; k < 8 && even; ++k) {
+                const double angle = k * std::numbers::pi / 4;
+                even = at(x + 0.5 + std::cos(angle), y + 0.5 + std::sin(angle)) != Seen::column;
+            }
+            if (!even || !by_the_foot) continue;
+            ++looked_at;
+            const double share = (bright(x, y) - dark) / (lit - dark);
+            wrong += std::abs(share - (here == Seen::lit ? 1 : 0)) > 0.3 ? 1 : 0;
+        }
+    }
+    EXPECT_GT(looked_at, 500);
+    EXPECT_LE(wrong, 3);
+}
+
 // A ball with a card's shadow on the floor, and another ball, or none, 100 m away.
 TEST(SoftLight, TheShadowStaysAsFineAsItIsWhateverFliesFarAway)
 {
