@@ -2,6 +2,7 @@
 
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
+#include "physics/body/plane_touch.hpp"
 #include "physics/state/measure.hpp"
 #include "physics/state/state_models.hpp"
 #include "render/measure.hpp"
@@ -17,6 +18,7 @@ struct Inputs {
     graph::Wire<geometry::TriMesh> mesh, rest;
     graph::Wire<geometry::Cubes> cubes;
     graph::Wire<physics::State> state;
+    graph::Wire<physics::Pins> pins;
     graph::Wire<render::Image> image;
     What what = What{6};  // displacement_max, as the table says
     geometry::Vec3 point{0, 0, 0};
@@ -59,6 +61,42 @@ static const physics::State& state(const Inputs& in)
 static const render::Image& image(const Inputs& in)
 {
     return linked(in.image, "image");
+}
+
+static double along(const Inputs& in, const geometry::Vec3& v)
+{
+    return v.dot(in.direction.normalized());
+}
+
+static physics::MassMoments moments(const Inputs& in)
+{
+    return physics::mass_moments(state(in), cubes(in));
+}
+
+// Of each cube, once there has been a step: at rest there is none.
+static const std::vector<float>& of_cubes(const Inputs& in, const std::vector<float>& numbers,
+                                          const char* what)
+{
+    if (numbers.empty() && state(in).report.steps > 0) {
+        throw std::invalid_argument(
+            fmt::format("the state has no {}: only method bricks of Simulate knows it", what));
+    }
+    return numbers;
+}
+
+static physics::PinForce pin_force(const Inputs& in)
+{
+    const physics::State& of = state(in);
+    const physics::PinForce out = physics::pin_force(of, in.pins.get(), in.point);
+    if (out.pins == 0 && of.report.steps > 0) {
+        throw std::invalid_argument(
+            of.reactions.empty()
+                ? "the state has no forces of pins: link pins to Simulate, with method bricks, "
+                  "springs or shell"
+                : "none of the corners of `pins` was pinned in the simulation: link the Pin that "
+                  "Simulate has");
+    }
+    return out;
 }
 
 // A quantity: its name in documents, the inputs that it needs, and how it is measured.
@@ -106,6 +144,42 @@ constexpr Quantity quantities[] = {
     {"kinetic_energy",
      {"cubes", "state"},
      [](const Inputs& in) { return physics::kinetic_energy(state(in), cubes(in)); }},
+    {"elastic_energy",
+     {"state"},
+     [](const Inputs& in) {
+         double sum = 0;
+         for (const float e : of_cubes(in, state(in).energy, "elastic energy")) sum += double(e);
+         return sum;
+     }},
+    {"stress_max",
+     {"state"},
+     [](const Inputs& in) {
+         float most = 0;
+         for (const float s : of_cubes(in, state(in).stress, "stress")) most = std::max(most, s);
+         return double(most);
+     }},
+    {"momentum",
+     {"cubes", "state"},
+     [](const Inputs& in) { return along(in, moments(in).momentum); }},
+    {"angular_momentum",
+     {"cubes", "state"},
+     [](const Inputs& in) { return along(in, moments(in).angular); }},
+    {"centre_of_mass",
+     {"cubes", "state"},
+     [](const Inputs& in) { return along(in, moments(in).centre); }},
+    {"moment_of_inertia",
+     {"cubes", "state"},
+     [](const Inputs& in) { return along(in, moments(in).inertia * in.direction.normalized()); }},
+    {"reaction_force", {"state"}, [](const Inputs& in) { return along(in, pin_force(in).force); }},
+    {"reaction_torque",
+     {"state"},
+     [](const Inputs& in) { return along(in, pin_force(in).torque); }},
+    {"contact_depth",
+     {"state"},
+     [](const Inputs& in) {
+         return std::max(physics::deepest_of(state(in).holds),
+                         physics::deepest_of(state(in).grips));
+     }},
     {"converged",
      {"state"},
      [](const Inputs& in) { return state(in).report.converged ? 1.0 : 0.0; }},
@@ -137,6 +211,9 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 static Outputs run(const Inputs& in, const graph::Context&)
 {
     Inputs own = in;
+    if (in.pins && in.state && !in.cubes) {
+        own.pins = physics::pins_of_all(in.pins, in.state->models);
+    }
     if (in.cubes) own.state = physics::state_of(in.state, *in.cubes);
     return {quantities[static_cast<std::size_t>(in.what)].measure(own)};
 }
@@ -152,6 +229,9 @@ void add_to(graph::Registry& registry)
                graph::Need::optional)
         .input("cubes", &Inputs::cubes, "The cubes to measure.", graph::Need::optional)
         .input("state", &Inputs::state, "The simulation's state to measure.", graph::Need::optional)
+        .input("pins", &Inputs::pins,
+               "The pins whose force to measure; without a link, all of the simulation.",
+               graph::Need::optional)
         .input("image", &Inputs::image, "The image to measure.", graph::Need::optional)
         .choice(
             "what", &Inputs::what, names(),
@@ -159,14 +239,25 @@ void add_to(graph::Registry& registry)
             "lowest and highest (coordinate along `direction`, m), mesh_finite (1 or 0). Of `mesh` "
             "against `rest`: displacement_max, displacement_mean, displacement_at (m), stretch_max "
             "(largest edge length over its rest length). Of `cubes`: cubes (their number), "
-            "components, mass (kg). Of `state`: speed_max (m/s), kinetic_energy (J, also needs "
-            "`cubes`), converged (1 or 0), iterations. Of `image`: brightness (mean luma, 0 to 1), "
+            "components, mass (kg). Of `state`: speed_max (m/s), elastic_energy (J), stress_max "
+            "(Pa, "
+            "von Mises), reaction_force (N, of pins on the body, along `direction`), "
+            "reaction_torque (N m, of pins about the axis along `direction` through `point`), "
+            "contact_depth (m, the deepest point in what it touches), converged (1 or 0), "
+            "iterations. Of `state` and `cubes`: kinetic_energy (J), momentum (kg m/s) and "
+            "centre_of_mass (m) along `direction`, angular_momentum (kg m^2/s) and "
+            "moment_of_inertia (kg m^2) about the axis along `direction` through the centre of "
+            "mass. Of `image`: brightness (mean luma, 0 to 1), "
             "coverage (share of pixels that differ from the first pixel of their row).")
         .param("point", &Inputs::point,
-               "Where to measure, in the rest shape: the nearest vertex counts.", {.unit = "m"},
-               {"what", {"displacement_at"}})
-        .param("direction", &Inputs::direction, "Direction along which to measure.", {},
-               {"what", {"displacement_at", "lowest", "highest"}})
+               "Where to measure. displacement_at: in the rest shape; the nearest vertex counts. "
+               "reaction_torque: a point of the axis.",
+               {.unit = "m"}, {"what", {"displacement_at", "reaction_torque"}})
+        .param("direction", &Inputs::direction,
+               "Direction along which, or about which, to measure.", {},
+               {"what",
+                {"displacement_at", "lowest", "highest", "momentum", "angular_momentum",
+                 "centre_of_mass", "moment_of_inertia", "reaction_force", "reaction_torque"}})
         .check(check)
         .output("value", &Outputs::value, "The measured number.");
 }

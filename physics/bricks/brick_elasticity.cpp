@@ -117,6 +117,7 @@ double BrickElasticity::evaluate(const double* x, double* f, Measures measures)
     if (hessian_ && f) at.strained = strained_.data(), at.strained_low = strained_low_.data();
     at.stress = measures.stress;
     at.volume = measures.volume;
+    at.energy = measures.energy;
     at.material = body_.material.data();
     const auto bricks = coefficients(body_.stiffness.data(), rotation_.data());
     for_each_piece(layout, [&](std::size_t p) {

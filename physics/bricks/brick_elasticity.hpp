@@ -47,6 +47,7 @@ public:
     struct Measures {
         float* stress = nullptr;  // Pa
         float* volume = nullptr;  // of that at rest
+        float* energy = nullptr;  // J
     };
     // Forces where f is not null, and measures. Returns the energy.
     double evaluate(const double* x, double* f, Measures measures);

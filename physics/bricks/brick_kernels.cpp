@@ -242,6 +242,10 @@ HWY_INLINE V corotate_lanes(D d, const BrickCoefficients<double>& bricks, const 
         const V change = determinant(d, 1 / edge, y);
         hn::StoreU(hn::DemoteTo(low, change), low, at.volume + row);
     }
+    if (at.energy) {
+        const V own = hn::Mul(hn::Set(d, 0.5), energy);
+        hn::StoreU(hn::DemoteTo(low, own), low, at.energy + row);
+    }
     if (at.force) {
         const auto turning = add_turning(d, edge, held, y, displacement, f);
         if (at.strained) {

@@ -77,6 +77,7 @@ struct Corotation {
     float* stress = nullptr;           // [block][16], von Mises, of `material`
     const double* material = nullptr;  // [block][2][16]: mu, lambda, Pa; for stress
     float* volume = nullptr;           // [block][16], of the mean deformation: 1 at rest
+    float* energy = nullptr;           // [block][16], J
 };
 
 // The rotations, elastic forces and stresses of blocks [begin, end) with corners at x. Returns

@@ -44,10 +44,11 @@ State advance(const BricksBody& body, State state, const Loads& loads, double dt
     const double before = largest_speed(state);
     state = advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
     elasticity.hold({});
-    Aligned<float> stress(body.layout.cube.size()), volume(body.layout.cube.size());
+    Aligned<float> stress(body.layout.cube.size()), volume(stress.size()), energy(stress.size());
     elasticity.evaluate(by_slot(body.base, state.x).data(), nullptr,
-                        {stress.data(), volume.data()});
+                        {stress.data(), volume.data(), energy.data()});
     state.stress = by_cube(body, stress);
+    state.energy = by_cube(body, energy);
     const auto inverted =
         std::count_if(volume.begin(), volume.end(), [](float v) { return v < 0.1f; });
     if (inverted > 0) {

@@ -87,9 +87,10 @@ struct StepRecord {
     Report report;
     // What stopped a solve before its tolerance was met.
     bool short_of_iterations = false, unsettled = false, violent = false;
-    bool gained = false;   // steps of the midpoint rule were taken otherwise
-    bool touched = false;  // there was something that the body might touch
-    double left = 0;       // share of the forces at work that rounds of contact left unbalanced
+    bool gained = false;         // steps of the midpoint rule were taken otherwise
+    bool touched = false;        // there was something that the body might touch
+    std::vector<Vec3> reaction;  // N, of each pin, as the last stage left it
+    double left = 0;  // share of the forces at work that rounds of contact left unbalanced
 };
 
 // Where pin `pin` is on an axis when a share of the frame has gone by, m.

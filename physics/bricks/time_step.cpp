@@ -334,6 +334,10 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
         frame.first = false;
     }
     store(body, step.now, state);
+    state.reactions.clear();
+    for (std::size_t p = 0; p < step.record.reaction.size(); ++p) {
+        state.reactions.push_back({loads.pins.corner[p], step.record.reaction[p].cast<float>()});
+    }
     state.grips = std::move(step.stage.grips);
     state.holds = std::move(step.stage.held);
     if (is_far(state)) {

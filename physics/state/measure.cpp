@@ -3,8 +3,10 @@
 #include "geometry/mesh/measure.hpp"
 #include "physics/state/cube_mass.hpp"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace physics {
@@ -19,22 +21,71 @@ double largest_speed(const State& state)
     return largest;
 }
 
+namespace {
+
+void check_corners(const State& state, const geometry::Cubes& cubes)
+{
+    if (state.v.size() == cubes.corner_count()) return;
+    throw std::invalid_argument(fmt::format(
+        "expected a state of {} corners, found {} corners. Was it made with other cubes?",
+        cubes.corner_count(), state.v.size()));
+}
+
+// M times a field, by corner.
+std::vector<Vec3> times_mass(const State& state, const geometry::Cubes& cubes,
+                             const std::vector<Vec3>& field)
+{
+    if (state.brick_mass) return brick_momenta(cubes, field);
+    const std::vector<double> mass = geometry::corner_masses(cubes);
+    std::vector<Vec3> out(field.size());
+    for (std::size_t k = 0; k < out.size(); ++k) out[k] = mass[k] * field[k];
+    return out;
+}
+
+}  // namespace
+
 double kinetic_energy(const State& state, const geometry::Cubes& cubes)
 {
-    if (state.v.size() != cubes.corner_count()) {
-        throw std::invalid_argument(fmt::format(
-            "expected a state of {} corners, found {} corners. Was it made with other cubes?",
-            cubes.corner_count(), state.v.size()));
-    }
+    check_corners(state, cubes);
+    const std::vector<Vec3> momentum = times_mass(state, cubes, state.v);
     double sum = 0;
-    if (state.brick_mass) {
-        const std::vector<Vec3> momentum = brick_momenta(cubes, state.v);
-        for (std::size_t i = 0; i < momentum.size(); ++i) sum += 0.5 * momentum[i].dot(state.v[i]);
-        return sum;
-    }
-    const std::vector<double> mass = geometry::corner_masses(cubes);
-    for (std::size_t i = 0; i < mass.size(); ++i) sum += 0.5 * mass[i] * state.v[i].squaredNorm();
+    for (std::size_t i = 0; i < momentum.size(); ++i) sum += 0.5 * momentum[i].dot(state.v[i]);
     return sum;
+}
+
+MassMoments mass_moments(const State& state, const geometry::Cubes& cubes)
+{
+    check_corners(state, cubes);
+    MassMoments out;
+    out.mass = geometry::total_mass(cubes);
+    const std::vector<Vec3> moved = times_mass(state, cubes, state.v);
+    for (const Vec3& p : moved) out.momentum += p;
+    for (const Vec3& p : times_mass(state, cubes, state.x)) out.centre += p;
+    out.centre /= out.mass;
+    std::vector<Vec3> away = state.x;
+    for (Vec3& x : away) x -= out.centre;
+    const std::vector<Vec3> moment = times_mass(state, cubes, away);
+    geometry::Mat3 spread = geometry::Mat3::Zero();
+    for (std::size_t k = 0; k < away.size(); ++k) {
+        out.angular += away[k].cross(moved[k]);
+        spread += away[k] * moment[k].transpose();
+    }
+    out.inertia = spread.trace() * geometry::Mat3::Identity() - spread;
+    return out;
+}
+
+PinForce pin_force(const State& state, const Pins* of, const Vec3& point)
+{
+    PinForce out;
+    for (const Reaction& reaction : state.reactions) {
+        if (of && !std::binary_search(of->corner.begin(), of->corner.end(), reaction.corner))
+            continue;
+        const Vec3 force = reaction.force.cast<double>();
+        out.force += force;
+        out.torque += (state.x[reaction.corner] - point).cross(force);
+        ++out.pins;
+    }
+    return out;
 }
 
 }  // namespace physics

@@ -1,8 +1,9 @@
 #pragma once
 
-// Single numbers of a state: the largest speed, the kinetic energy.
+// Numbers of a state: speed, energies, momenta, centre of mass and inertia, forces of pins.
 
 #include "geometry/cubes/cubes.hpp"
+#include "physics/state/loads.hpp"
 #include "physics/state/state.hpp"
 
 namespace physics {
@@ -13,5 +14,23 @@ double largest_speed(const State& state);
 // 1/2 v^T M v over the corners of `cubes`, with the mass that the state says they have. J. Throws
 // std::invalid_argument when state and cubes have different numbers of corners.
 double kinetic_energy(const State& state, const geometry::Cubes& cubes);
+
+// Of the same mass. Throws as kinetic_energy() does.
+struct MassMoments {
+    double mass = 0;                                  // kg
+    Vec3 centre = Vec3::Zero();                       // m
+    Vec3 momentum = Vec3::Zero();                     // kg m/s
+    Vec3 angular = Vec3::Zero();                      // kg m^2/s, about the centre
+    geometry::Mat3 inertia = geometry::Mat3::Zero();  // kg m^2, about the centre
+};
+MassMoments mass_moments(const State& state, const geometry::Cubes& cubes);
+
+// What pins exert on the body: of all, or of the corners `of` alone.
+struct PinForce {
+    Vec3 force = Vec3::Zero();   // N
+    Vec3 torque = Vec3::Zero();  // N m, about `point`
+    std::size_t pins = 0;
+};
+PinForce pin_force(const State& state, const Pins* of, const Vec3& point);
 
 }  // namespace physics

@@ -38,6 +38,13 @@ struct Grip {
     float depth = 0;                                    // m, how deep it was in that; >= 0
 };
 
+// The force by which a pin held its corner at the end of the last step (of the midpoint rule: in
+// its middle).
+struct Reaction {
+    std::uint32_t corner = 0;
+    Eigen::Vector3f force = Eigen::Vector3f::Zero();  // N, on the body
+};
+
 // Where the corners and cubes of one of several models lie among those of a state.
 struct StateModel {
     std::uint64_t mark = 0;  // of the cubes, see state_models.hpp
@@ -58,7 +65,9 @@ struct State {
     std::vector<Grip> grips;            // of parts; ascending by (point, other)
     std::vector<Grip> holds;            // of colliders; likewise
     std::vector<float> stress;  // C, Pa, von Mises of each cube; empty when the method has none
-    std::vector<StateModel> models;  // empty: one
+    std::vector<float> energy;  // C, J, elastic energy of each cube; empty when the method has none
+    std::vector<Reaction> reactions;  // by corner; of bricks, springs and shells
+    std::vector<StateModel> models;   // empty: one
     Report report;
 };
 

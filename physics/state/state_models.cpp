@@ -94,6 +94,13 @@ std::shared_ptr<const State> state_of(const std::shared_ptr<const State>& state,
     out.v = part_of(state->v, found->corner, found->corners);
     out.brick_mass = state->brick_mass;
     out.stress = part_of(state->stress, found->cube, found->cubes);
+    out.energy = part_of(state->energy, found->cube, found->cubes);
+    for (Reaction reaction : state->reactions) {
+        if (reaction.corner < found->corner || reaction.corner >= found->corner + found->corners)
+            continue;
+        reaction.corner -= found->corner;
+        out.reactions.push_back(reaction);
+    }
     out.report = state->report;
     return std::make_shared<const State>(std::move(out));
 }

@@ -1,0 +1,106 @@
+// What Measure tells of a simulation, against closed forms.
+
+#include "tests/nodes/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <numbers>
+
+namespace {
+
+using fixtures::Scene;
+
+// A box of 0.4 x 0.2 x 0.2 m of 1000 kg/m^3, 16 kg, 4 x 2 x 2 cubes, or one upright of 0.2 x 1 x
+// 0.2 m, 40 kg; and what is measured of them.
+std::string body(const std::string& size, const std::string& matter)
+{
+    return R"("box": { "type": "Primitive@1", "params": { "shape": "box", "box": { "size": )" +
+           size + R"( } } },
+        "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" }, "params": {
+                   "method": "solid", "size": 0.1, "matter": { "density": 1000, )" +
+           matter + R"( } } })";
+}
+
+std::string measured(const std::string& what, const std::string& inputs, const std::string& more)
+{
+    return fmt::format(R"(, "{0}": {{ "type": "Measure@1", "inputs": {{ "state": "sim.state"{1} }},
+                            "params": {{ "what": "{0}"{2} }} }})",
+                       what, inputs, more);
+}
+
+// Hung by its top, the bar rests: its pins carry m g = 392.4 N, also about a point a metre away. It
+// holds (rho g)^2 A L^3 / (6 E) = 0.6416 J, and the middle of its top cubes carries rho g (L - h /
+// 2) = 9319.5 Pa. Ten cubes in a row miss 1 / (4 n^2) of the energy at most.
+TEST(Measure, OfAHangingBarForcesStressAndEnergyAreThoseOfTheBook)
+{
+    const std::string down = R"(, "direction": [0, 1, 0])";
+    Scene scene(
+        body("[0.2, 1, 0.2]", R"("young": 1e6, "poisson": 0)") + R"(,
+        "top": { "type": "Pin@1", "inputs": { "cubes": "cubes.cubes" }, "params": {
+                 "where": "ends", "ends": { "axis": "y", "end": "high", "layers": 0 } } },
+        "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes", "pins": ["top.pins"] },
+                 "params": { "initial_shape": "equilibrium" } })" +
+        measured("reaction_force", R"(, "pins": "top.pins")", down) +
+        measured("reaction_torque", "", R"(, "direction": [0, 0, 1], "point": [-1, 0, 0])") +
+        measured("elastic_energy", "", "") + measured("stress_max", "", ""));
+    for (const int frame : {1, 3}) {  // settled, and after steps that leave it so
+        EXPECT_NEAR(*scene.at<double>("reaction_force", frame), 392.4, 0.1);
+        EXPECT_NEAR(*scene.at<double>("reaction_torque", frame), 392.4, 0.1);
+        EXPECT_NEAR(*scene.at<double>("elastic_energy", frame), 0.6416, 0.008);
+        EXPECT_NEAR(*scene.at<double>("stress_max", frame), 9319.5, 100);
+    }
+}
+
+// The box flies at 1 m/s along x and turns at a quarter a second about z: I = m (0.4^2 + 0.2^2) /
+// 12, of which cubes two thick have at most 2 % more. Nothing acts on it.
+TEST(Measure, OfAFlyingBoxMomentaAndInertiaAreThoseOfARigidOne)
+{
+    const std::string own = R"(, "cubes": "cubes.cubes")", z = R"(, "direction": [0, 0, 1])";
+    const std::string x = R"(, "direction": [1, 0, 0])";
+    Scene scene(body("[0.4, 0.2, 0.2]", R"("young": 1e7)") + R"(,
+        "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" }, "params": {
+                 "gravity": [0, 0, 0], "initial_velocity": [1, 0, 0],
+                 "initial_spin_degrees": [0, 0, 90] } })" +
+                measured("momentum", own, x) + measured("angular_momentum", own, z) +
+                measured("centre_of_mass", own, x) + measured("moment_of_inertia", own, z) +
+                measured("kinetic_energy", own, ""));
+    const double inertia = 16 * (0.16 + 0.04) / 12, spin = std::numbers::pi / 2;
+    EXPECT_NEAR(*scene.at<double>("moment_of_inertia"), inertia, 0.02 * inertia);
+    const double own_inertia = *scene.at<double>("moment_of_inertia");
+    for (const int frame : {1, 25}) {
+        EXPECT_NEAR(*scene.at<double>("momentum", frame), 16, 1e-6);
+        EXPECT_NEAR(*scene.at<double>("angular_momentum", frame), own_inertia * spin,
+                    1e-3 * own_inertia);
+        EXPECT_NEAR(*scene.at<double>("centre_of_mass", frame), (frame - 1) / 24.0, 1e-6);
+    }
+    EXPECT_NEAR(*scene.at<double>("kinetic_energy"), 0.5 * 16 + 0.5 * own_inertia * spin * spin,
+                1e-4);
+}
+
+TEST(Measure, SaysWhatIsMissing)
+{
+    Scene scene(body("[0.4, 0.2, 0.2]", R"("young": 1e6)") + R"(,
+        "end": { "type": "Pin@1", "inputs": { "cubes": "cubes.cubes" }, "params": {
+                 "where": "ends", "ends": { "end": "low" } } },
+        "other": { "type": "Pin@1", "inputs": { "cubes": "cubes.cubes" }, "params": {
+                   "where": "ends", "ends": { "end": "high" } } },
+        "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes", "pins": ["end.pins"] } },
+        "soft": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes", "pins": ["end.pins"] },
+                  "params": { "method": "lattice" } },
+        "free": { "type": "Measure@1", "inputs": { "state": "sim.state", "pins": "other.pins" },
+                  "params": { "what": "reaction_force" } },
+        "force": { "type": "Measure@1", "inputs": { "state": "soft.state" },
+                   "params": { "what": "reaction_force" } },
+        "energy": { "type": "Measure@1", "inputs": { "state": "soft.state" },
+                    "params": { "what": "elastic_energy" } })");
+    const auto says = [&](const char* node, const char* words) {
+        EXPECT_EQ(scene.failure_at<double>(node), "");  // at the start there is none
+        const std::string told = scene.failure_at<double>(node, 2);
+        EXPECT_NE(told.find(words), std::string::npos) << told;
+    };
+    says("free", "none of the corners of `pins` was pinned");
+    says("force", "no forces of pins: link pins to Simulate, with method bricks");
+    says("energy", "only method bricks of Simulate knows it");
+}
+
+}  // namespace
