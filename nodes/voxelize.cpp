@@ -165,8 +165,7 @@ static void write_out_size(graph::Json& node)
     graph::Json* const params = node.find("params");
     graph::Json* const size = params ? params->find("size") : nullptr;
     if (!size || params->find("quality")) return;
-    if (size->text() &&
-        (*size->text() == "draft" || *size->text() == "good" || *size->text() == "exact")) {
+    if (size->text() && !size->text()->starts_with('=')) {  // a wrong word is told as a quality
         graph::rename(*params, "size", "quality");
         return;
     }
