@@ -29,8 +29,11 @@ int run_farm(const CookRequest& request, const FarmRequest& farm, const graph::R
         console.out << (request.json ? plan_json(*cut) : plan_text(*cut));
         return exit_ok;
     }
-    FarmJob job = begin_job(*cut, request, console);
+    FarmJob job = new_job(*cut, request, console);
     job.sbatch = farm.sbatch;
+    if (farm.engine == "slurm") check_for_slurm(job);
+    if (farm.engine == "openjd") check_for_openjd(job);
+    begin_job(job);
     if (farm.engine == "slurm") {
         send_to_slurm(job, console);
         return farm.wait ? wait_for_slurm(job, console) : exit_ok;

@@ -171,20 +171,24 @@ FarmJob read_job(const CookRequest& request)
     return job;
 }
 
-FarmJob begin_job(Cut cut, const CookRequest& request, const Console& console)
+FarmJob new_job(Cut cut, const CookRequest& request, const Console& console)
 {
     const fs::path cache =
         request.cache.empty() ? DiskCache::default_folder() : fs::path(request.cache);
     if (cache.empty()) {
         throw std::invalid_argument("farm: no cache folder: HOME is not set; use --cache DIR");
     }
-    FarmJob job{std::move(cut),
-                farm_folder(request),
-                fs::absolute(cache).lexically_normal(),
-                console.program,
-                request,
-                {},
-                {}};
+    return {std::move(cut),
+            farm_folder(request),
+            fs::absolute(cache).lexically_normal(),
+            console.program,
+            request,
+            {},
+            {}};
+}
+
+void begin_job(FarmJob& job)
+{
     make_output_folder(job.folder);
     job.measured = measured_in(job.folder);
     replace_text(job.folder / "measured.json", to_text(job.measured));
@@ -194,7 +198,6 @@ FarmJob begin_job(Cut cut, const CookRequest& request, const Console& console)
         make_output_folder(job.folder / name);
     }
     replace_text(job.folder / "plan.json", plan_json(job.cut));
-    return job;
 }
 
 Words words_of(const FarmJob& job, const FarmTask& task)

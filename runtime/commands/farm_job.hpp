@@ -50,9 +50,13 @@ std::filesystem::path farm_folder(const CookRequest& request);
 // Of a job that was begun before. Throws std::invalid_argument when there is none.
 FarmJob read_job(const CookRequest& request);
 
-// Makes the folder, empties it of an earlier job, and writes the plan there. Throws
-// std::invalid_argument when there is no cache that tasks could share.
-FarmJob begin_job(Cut cut, const CookRequest& request, const Console& console);
+// A job that nothing was written of yet. Throws std::invalid_argument when there is no cache that
+// tasks could share.
+FarmJob new_job(Cut cut, const CookRequest& request, const Console& console);
+
+// Makes its folder, empties it of an earlier job but for what that measured, and writes the plan
+// there. What an engine cannot take is to be refused before.
+void begin_job(FarmJob& job);
 
 // The program and its arguments.
 std::vector<std::string> words_of(const FarmJob& job, const FarmTask& task);

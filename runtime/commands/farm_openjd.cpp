@@ -172,6 +172,11 @@ std::string openjd_template(const FarmJob& job)
     return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+void check_for_openjd(const FarmJob& job)
+{
+    openjd_template(job);
+}
+
 void write_openjd(const FarmJob& job, Console& console)
 {
     const std::filesystem::path path = job.folder / "job.template.json";

@@ -10,6 +10,9 @@ namespace runtime {
 
 std::string openjd_template(const FarmJob& job);
 
+// Throws std::invalid_argument where the job holds what no template can say.
+void check_for_openjd(const FarmJob& job);
+
 // Writes farm/job.template.json and says where it is.
 void write_openjd(const FarmJob& job, Console& console);
 

@@ -102,7 +102,7 @@ std::string numbers_of(const FarmJob& job)
 }
 
 // Names stand in scripts, lists and patterns of Slurm, which have no quotes for them.
-void check_for_slurm(const std::string& name)
+void check_name(const std::string& name)
 {
     const auto odd = [](char c) {
         return static_cast<unsigned char>(c) <= ' ' || c == '\x7f' ||
@@ -181,11 +181,15 @@ std::string submit_script(const FarmJob& job, const std::vector<ArrayJob>& jobs)
     return text;
 }
 
+void check_for_slurm(const FarmJob& job)
+{
+    check_name(job.folder.string());
+    for (const ArrayJob& array : array_jobs(job.cut, longest_array)) check_name(array.name);
+}
+
 void send_to_slurm(const FarmJob& job, Console& console)
 {
     const std::vector<ArrayJob> jobs = array_jobs(job.cut, longest_array);
-    check_for_slurm(job.folder.string());
-    for (const ArrayJob& array : jobs) check_for_slurm(array.name);
     for (const ArrayJob& array : jobs) {
         replace_text(job.folder / "jobs" / (array.name + ".sbatch"), sbatch_script(job, array));
     }

@@ -19,6 +19,9 @@ inline constexpr std::size_t longest_array = 1000;
 std::string sbatch_script(const FarmJob& job, const ArrayJob& array);
 std::string submit_script(const FarmJob& job, const std::vector<ArrayJob>& jobs);
 
+// Throws std::invalid_argument where a name of the job is none that Slurm's scripts can hold.
+void check_for_slurm(const FarmJob& job);
+
 // Writes the scripts and sends them. Throws std::runtime_error with what Slurm said against it.
 void send_to_slurm(const FarmJob& job, Console& console);
 

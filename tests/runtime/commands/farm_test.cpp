@@ -320,6 +320,25 @@ TEST_F(Farm, NamesThatScriptsForSlurmCannotHoldAreRefused)
     }
 }
 
+TEST_F(Farm, WhatAnEngineRefusesLeavesAnEarlierJobAsItWas)
+{
+    const auto files = [&] {
+        std::vector<std::string> names;
+        const std::filesystem::recursive_directory_iterator all(folder_.path / "out");
+        for (const auto& entry : all) names.push_back(entry.path().string());
+        std::sort(names.begin(), names.end());
+        return names;
+    };
+    file_ = folder_.write("my {{shot.json", counting).string();
+    ASSERT_EQ(local({}).exit, exit_ok);
+    const auto before = files();
+    EXPECT_TRUE(std::any_of(before.begin(), before.end(),
+                            [](const std::string& name) { return has(name, "/parts/"); }));
+    EXPECT_EQ(slurm({}).exit, exit_usage);
+    EXPECT_EQ(farm({"--engine", "openjd"}).exit, exit_usage);
+    EXPECT_EQ(files(), before);
+}
+
 TEST_F(Farm, SlurmIsAskedForWhatWasMeasured)
 {
     ASSERT_EQ(local({"--task-seconds", "4", "--frames", "1-8"}).exit, exit_ok);
