@@ -79,7 +79,7 @@ Transform world_of(const ImportedNode& node, const Transform& file_to_world)
 
 // What was left out, counted; said in sentences at the end.
 struct Dropped {
-    std::uint64_t not_there = 0, not_finite = 0, repeated = 0, lines = 0, points = 0;
+    std::uint64_t not_there = 0, not_finite = 0, repeated = 0, lines = 0, points = 0, values = 0;
 
     std::vector<std::string> sentences() const
     {
@@ -95,6 +95,8 @@ struct Dropped {
         add(lines, "line, which the output 'lines' has: set line_thickness to make a tube of it",
             "lines, which the output 'lines' has: set line_thickness to make tubes of them");
         add(points, "loose point beside the faces", "loose points beside the faces");
+        add(values, "value of an attribute that is not a finite number: 0 stands in its place",
+            "values of attributes that are not finite numbers: 0 stands in their places");
         for (std::string& s : all) s += ".";
         return all;
     }
@@ -127,6 +129,7 @@ struct Assembly {
     Numbered<std::uint32_t> materials;
     Numbered<std::string> groups;
     std::vector<Vec3f> colours;
+    std::vector<Attribute> attributes;  // of all meshes, each name once
     MeshTopology topology;
 
     std::vector<Vec3f> position;        // of the instance being added
@@ -146,6 +149,12 @@ Assembly begin_assembly(const ImportedScene& scene)
         a.has_normals = a.has_normals || !mesh.normals.empty();
         a.has_uvs = a.has_uvs || !mesh.uvs.empty();
         a.has_colours = a.has_colours || !mesh.colours.empty();
+        for (const ImportedAttribute& own : mesh.attributes) {
+            const auto same = [&](const Attribute& b) { return b.name == own.name; };
+            if (std::none_of(a.attributes.begin(), a.attributes.end(), same)) {
+                a.attributes.push_back({own.name, "", {}});
+            }
+        }
     }
     if (a.vertices >= no_index || a.faces >= no_index / 3) {
         throw std::runtime_error("it has " + std::to_string(a.faces) +
@@ -155,21 +164,34 @@ Assembly begin_assembly(const ImportedScene& scene)
     return a;
 }
 
+// The numbers at a vertex that is new here: white and 0 where the file has none. A vertex that is
+// welded to another keeps the other's.
+void add_vertex_values(Assembly& a, const ImportedMesh& in, std::size_t from, std::uint32_t vertex)
+{
+    if (a.has_colours && vertex == a.colours.size()) {
+        a.colours.push_back(in.colours.size() > from ? in.colours[from] : Vec3f(Vec3f::Ones()));
+    }
+    for (Attribute& to : a.attributes) {
+        if (vertex != to.values.size()) continue;
+        float value = 0;
+        for (const ImportedAttribute& own : in.attributes) {
+            if (own.name == to.name && own.values.size() > from) value = own.values[from];
+        }
+        if (!std::isfinite(value)) ++a.dropped.values;
+        to.values.push_back(std::isfinite(value) ? value : 0.f);
+    }
+}
+
 void add_points(Assembly& a, const ImportedMesh& in, const Transform& T)
 {
-    const auto add = [&](const Vec3f& p, const Vec3f* colour) {
-        const Vec3f q = (T * p.cast<double>()).cast<float>();
-        if (!q.allFinite()) {
-            ++a.dropped.not_finite;
-            return;
-        }
-        if (a.place_of.add(bits(q)) == a.colours.size() && a.has_colours) {
-            a.colours.push_back(colour ? *colour : Vec3f(Vec3f::Ones()));
-        }
-    };
     // A file with no faces may call its vertices points or say nothing of them.
     for (std::size_t v = 0; v < in.positions.size(); ++v) {
-        add(in.positions[v], in.colours.size() > v ? &in.colours[v] : nullptr);
+        const Vec3f q = (T * in.positions[v].cast<double>()).cast<float>();
+        if (q.allFinite()) {
+            add_vertex_values(a, in, v, a.place_of.add(bits(q)));
+        } else {
+            ++a.dropped.not_finite;
+        }
     }
 }
 
@@ -205,9 +227,7 @@ void number_vertices(Assembly& a, const ImportedMesh& in)
     for (std::size_t v = 0; v < a.vertex.size(); ++v) {
         if (a.vertex[v] == no_index) continue;
         a.vertex[v] = a.place_of.add(bits(a.position[v]));
-        if (a.has_colours && a.vertex[v] == a.colours.size()) {
-            a.colours.push_back(in.colours.size() > v ? in.colours[v] : Vec3f(Vec3f::Ones()));
-        }
+        add_vertex_values(a, in, v, a.vertex[v]);
     }
     for (const Triangle& t : a.kept) {
         a.topology.triangles.push_back({a.vertex[t[0]], a.vertex[t[1]], a.vertex[t[2]]});
@@ -304,6 +324,7 @@ TriMesh finish(Assembly& a, const ReadOptions& options, const FoundTextures& tex
     if (a.has_colours) {
         for (const Vec3f& c : a.colours) out.colours.push_back(light(c));
     }
+    out.attributes = std::move(a.attributes);
     for (const auto& key : a.normal_of.keys()) {
         out.normals.emplace_back(std::bit_cast<float>(key[1]), std::bit_cast<float>(key[2]),
                                  std::bit_cast<float>(key[3]));

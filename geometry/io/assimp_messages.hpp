@@ -12,6 +12,12 @@
 
 namespace geometry {
 
+// A number of the file's own at each vertex.
+struct ImportedAttribute {
+    std::string name;
+    std::vector<float> values;  // V
+};
+
 struct ImportedMesh {
     std::string name;
     std::uint32_t material = 0;         // into ImportedScene::materials
@@ -23,6 +29,8 @@ struct ImportedMesh {
     std::vector<std::uint32_t> points;  // vertices that the file calls points
     std::uint64_t lines = 0;            // line segments left out
     std::vector<std::array<std::uint32_t, 2>> segments = {};  // those of them with both ends known
+    // Each name once; not sent, as only readers of our own have any.
+    std::vector<ImportedAttribute> attributes = {};
 };
 
 // A picture that a material names.

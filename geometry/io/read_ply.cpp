@@ -194,9 +194,9 @@ private:
     Format format_;
 };
 
-// What a property of a vertex fills: component `part` of `what`.
+// What a property of a vertex fills: component `part` of `what`, or attribute `part`.
 struct Target {
-    enum class What { nothing, position, normal, colour, uv } what = What::nothing;
+    enum class What { nothing, position, normal, colour, uv, own } what = What::nothing;
     int part = 0;
     double scale = 1;
 };
@@ -220,6 +220,26 @@ Target target_of(const Property& property)
     if (const int k = part({"u", "v"}); k >= 0) return {What::uv, k, 1};
     if (const int k = part({"texture_u", "texture_v"}); k >= 0) return {What::uv, k, 1};
     return {};
+}
+
+// The same for all properties of vertices. Numbers that mean nothing here become attributes, the
+// first of each name.
+std::vector<Target> targets_of(const Element& element, ImportedMesh& mesh)
+{
+    std::vector<Target> targets;
+    for (const Property& p : element.properties) {
+        Target target = target_of(p);
+        const auto taken =
+            std::find_if(mesh.attributes.begin(), mesh.attributes.end(),
+                         [&](const ImportedAttribute& a) { return a.name == p.name; });
+        if (target.what == Target::What::nothing && !p.list && !p.name.empty() &&
+            taken == mesh.attributes.end()) {
+            target = {Target::What::own, static_cast<int>(mesh.attributes.size()), 1};
+            mesh.attributes.push_back({p.name, {}});
+        }
+        targets.push_back(target);
+    }
+    return targets;
 }
 
 std::uint64_t list_length(Numbers& numbers, const Property& property)
@@ -261,6 +281,9 @@ void read_vertex(Numbers& numbers, const Element& element, const std::vector<Tar
             break;
         case Target::What::uv:
             uv[t.part] = value;
+            break;
+        case Target::What::own:
+            mesh.attributes[static_cast<std::size_t>(t.part)].values.push_back(value);
             break;
         case Target::What::nothing:
             break;
@@ -310,6 +333,7 @@ struct CornerCoordinates {
             if (v < mesh.normals.size()) mesh.normals.push_back(Vec3f(mesh.normals[v]));
             if (v < mesh.colours.size()) mesh.colours.push_back(Vec3f(mesh.colours[v]));
             mesh.uvs.push_back(uv);
+            for (ImportedAttribute& a : mesh.attributes) a.values.push_back(float(a.values[v]));
             given.push_back(true);
         }
         return at->second;
@@ -400,10 +424,9 @@ ImportedScene read_ply(std::string_view bytes)
 
     for (const Element& element : header.elements) {
         if (element.properties.empty()) continue;  // however many, they hold nothing
-        std::vector<Target> targets;
-        for (const Property& p : element.properties) {
-            targets.push_back(element.name == "vertex" ? target_of(p) : Target{});
-        }
+        const std::vector<Target> targets = element.name == "vertex"
+                                                ? targets_of(element, mesh)
+                                                : std::vector<Target>(element.properties.size());
         for (std::uint64_t i = 0; i < element.count; ++i) {
             try {
                 read_one(numbers, element, targets, lists, mesh);

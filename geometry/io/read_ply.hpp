@@ -9,11 +9,11 @@
 namespace geometry {
 
 // The PLY file whose bytes these are (text, or binary of either byte order): vertices with normals,
-// colours and texture coordinates, faces and triangle strips; other elements and properties are
-// passed over. Read here because assimp 5.2 loses the first bytes of binary data that look like
-// line ends, and fills truncated files up with zeros. Turk. The PLY polygon file format. Stanford
-// University, 1994. Throws std::runtime_error saying what is wrong with a file that is cut short or
-// no PLY.
+// colours and texture coordinates, faces and triangle strips; further numbers of vertices become
+// attributes; lists and other elements are passed over. Read here because assimp 5.2 loses the
+// first bytes of binary data that look like line ends, and fills truncated files up with zeros.
+// Turk. The PLY polygon file format. Stanford University, 1994. Throws std::runtime_error saying
+// what is wrong with a file that is cut short or no PLY.
 ImportedScene read_ply(std::string_view bytes);
 
 }  // namespace geometry

@@ -78,12 +78,60 @@ struct Colours {
     bool are() const { return possible && !all.empty() && (columns > 6 || largest > 1); }
 };
 
+// What follows x, y and z, while each line has as many numbers.
+struct FurtherColumns {
+    std::vector<ImportedAttribute> all;
+    std::size_t columns = 0;
+    bool possible = true;
+
+    // `names`: the words of a first line that holds no number.
+    void add(const Line& line, const std::vector<std::string>& names)
+    {
+        if (columns == 0) {
+            columns = line.count;
+            for (std::size_t k = 3; k < columns; ++k) {
+                all.push_back(
+                    {names.size() == columns ? names[k] : fmt::format("column{}", k + 1), {}});
+            }
+        }
+        possible = possible && line.count == columns;
+        for (std::size_t k = 3; possible && k < columns; ++k) {
+            all[k - 3].values.push_back(static_cast<float>(line.value[k]));
+        }
+    }
+    // The first of each name; but for the last three where those are colours.
+    std::vector<ImportedAttribute> taken(bool colours)
+    {
+        std::vector<ImportedAttribute> out;
+        const std::size_t end = all.size() - (colours ? std::min<std::size_t>(3, all.size()) : 0);
+        for (std::size_t k = 0; possible && k < end; ++k) {
+            const auto same = [&](const ImportedAttribute& a) { return a.name == all[k].name; };
+            if (std::none_of(out.begin(), out.end(), same)) out.push_back(std::move(all[k]));
+        }
+        return out;
+    }
+};
+
+std::vector<std::string> words_of(std::string_view text)
+{
+    std::vector<std::string> out;
+    for (std::size_t i = 0; i < text.size();) {
+        std::size_t end = i;
+        while (end < text.size() && !is_between(text[end])) ++end;
+        if (end > i) out.emplace_back(text.substr(i, end - i));
+        i = end + 1;
+    }
+    return out;
+}
+
 }  // namespace
 
 ImportedScene read_points(std::string_view bytes)
 {
     ImportedMesh mesh;
     Colours colours;
+    FurtherColumns further;
+    std::vector<std::string> names;
     std::size_t number = 0, used = 0;
     while (!bytes.empty()) {
         const std::size_t end = std::min(bytes.find('\n'), bytes.size());
@@ -94,6 +142,7 @@ ImportedScene read_points(std::string_view bytes)
         const Line line = numbers_of(text);
         const bool is_first = ++used == 1;
         const bool is_names = is_first && !line.numbers_only && line.count == 0;
+        if (is_names) names = words_of(text);
         if (is_names || (line.numbers_only && line.count == 1)) continue;
         if (!line.numbers_only || line.count < 3) {
             throw std::runtime_error(fmt::format("expected x, y and z in line {}, found \"{}\"",
@@ -102,7 +151,9 @@ ImportedScene read_points(std::string_view bytes)
         mesh.positions.emplace_back(float(line.value[0]), float(line.value[1]),
                                     float(line.value[2]));
         colours.add(line);
+        further.add(line, names);
     }
+    mesh.attributes = further.taken(colours.are());
     if (colours.are()) mesh.colours = std::move(colours.all);
     ImportedScene scene;
     scene.meshes.push_back(std::move(mesh));

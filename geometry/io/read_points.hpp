@@ -10,9 +10,10 @@ namespace geometry {
 
 // The points of a text whose lines begin with x, y and z, apart by spaces, tabs, commas or
 // semicolons. A line of 7 numbers or more has red, green and blue (0 to 255) in its last three; so
-// has one of 6, where they are whole numbers up to 255; other numbers are passed over. Lines
-// that are empty, begin with # or //, or hold one number (the count of a .pts) are passed over, and
-// so is a first line of names. Throws std::runtime_error naming the line that is anything else.
+// has one of 6, where they are whole numbers up to 255. Other numbers become attributes where every
+// line has as many: by the names of a first line, or column4, column5 ... Lines that are empty,
+// begin with # or //, or hold one number (the count of a .pts) are passed over. Throws
+// std::runtime_error naming the line that is anything else.
 ImportedScene read_points(std::string_view bytes);
 
 // Whether the ending of `path` is that of such a file.

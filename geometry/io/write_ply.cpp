@@ -36,6 +36,17 @@ std::vector<std::uint32_t> entry_of_vertex(const TriMesh& mesh,
     return entry;
 }
 
+// An attribute's name as that of a property that readers don't take for something else.
+std::string property_name(const Attribute& attribute)
+{
+    constexpr std::array<std::string_view, 16> known{
+        "x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "r", "g", "b", "s", "t", "u", "v"};
+    std::string name = one_line(attribute.name, "value");
+    for (char& c : name) c = c == ' ' ? '_' : c;
+    const bool taken = std::find(known.begin(), known.end(), name) != known.end();
+    return taken ? name + "_" : name;
+}
+
 const Material& material_of(const MeshTopology& t, std::size_t face)
 {
     static const Material plain;
@@ -67,9 +78,7 @@ std::string ply_bytes(const TriMesh& mesh)
     const std::string rgb = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
     if (colours) out += rgb;
     for (const Attribute& a : mesh.attributes) {
-        std::string name = one_line(a.name, "value");
-        for (char& c : name) c = c == ' ' ? '_' : c;
-        out += "property float " + name + "\n";
+        out += "property float " + property_name(a) + "\n";
     }
     out += "element face " + std::to_string(t.triangles.size()) + "\n";
     out += "property list uchar uint vertex_indices\n";

@@ -298,6 +298,41 @@ TEST(ReadMesh, LinesAreLeftOutAndPointsAccepted)
     EXPECT_LT((ply.mesh.colours[1] - Vec3f(0, 0, 0.2158605f)).norm(), 1e-4);  // sRGB 128
 }
 
+TEST(ReadMesh, AttributesOfAPlyAndColumnsOfTextAreKept)
+{
+    const files::Folder folder;
+    // Vertices 0 and 3 lie in one place: they are one, with the values of the first. Vertex 4 is in
+    // no face.
+    const ReadMesh ply = read_mesh(folder.write(
+        "a.ply", "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
+                 "property float z\nproperty float heat\nproperty uchar age\nelement face 2\n"
+                 "property list uchar int vertex_indices\nend_header\n0 0 0 1 10\n1 0 0 2 20\n"
+                 "0 1 0 nan 30\n0 0 0 4 40\n5 5 5 9 90\n3 0 1 2\n3 3 2 1\n"));
+    ASSERT_EQ(ply.mesh.attributes.size(), 2u);
+    EXPECT_EQ(ply.mesh.attributes[0].values, (std::vector<float>{1, 2, 0}));
+    EXPECT_EQ(ply.mesh.attributes[1].values, (std::vector<float>{10, 20, 30}));
+    ASSERT_EQ(ply.warnings.size(), 1u);
+    EXPECT_NE(ply.warnings[0].find("1 value of an attribute that is not a finite number: 0 stands"),
+              std::string::npos)
+        << ply.warnings[0];
+
+    const ReadMesh scan =
+        read_mesh(folder.write("a.pts", "2\n0 0 0 -1200 255 0 0\n1 2 3 800.5 0 0 128\n"));
+    ASSERT_EQ(scan.mesh.attributes.size(), 1u);
+    EXPECT_EQ(scan.mesh.attributes[0].name, "column4");
+    EXPECT_EQ(scan.mesh.attributes[0].values, (std::vector<float>{-1200, 800.5f}));
+    EXPECT_EQ(scan.mesh.colours.size(), 2u);
+
+    const ReadMesh named =
+        read_mesh(folder.write("b.xyz", "x y z heat age\n0 0 0 1.5 7\n1 0 0 2.5 8\n"));
+    ASSERT_EQ(named.mesh.attributes.size(), 2u);
+    EXPECT_EQ(named.mesh.attributes[0].name, "heat");
+    EXPECT_EQ(named.mesh.attributes[1].name, "age");
+    EXPECT_EQ(named.mesh.attributes[1].values, (std::vector<float>{7, 8}));
+    // Lines of different lengths say nothing.
+    EXPECT_TRUE(read_mesh(folder.write("c.xyz", "0 0 0 1\n1 0 0\n")).mesh.attributes.empty());
+}
+
 TEST(ReadMesh, GltfIsLinearAndColladaSaysItsUnit)
 {
     const files::Folder folder;

@@ -39,6 +39,26 @@ TEST(ReadPly, TextWithPolygonsAndPropertiesItDoesNotKnow)
     EXPECT_EQ(mesh.normals.at(4), Vec3f(0, 0, 1));
     EXPECT_LT((mesh.colours.at(4) - Vec3f(0, 0.2f, 0)).norm(), 1e-6);
     EXPECT_EQ(mesh.triangles.size(), 3u);
+    // The unknown property is an attribute.
+    ASSERT_EQ(mesh.attributes.size(), 1u);
+    EXPECT_EQ(mesh.attributes[0].name, "flags");
+    EXPECT_EQ(mesh.attributes[0].values, std::vector<float>(5, 7));
+}
+
+TEST(ReadPly, NumbersOfTheFilesOwnAreAttributesOfAnyType)
+{
+    const std::string head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+                             "property float y\nproperty float z\nproperty double heat\n"
+                             "property list uchar int seen_by\nproperty char side\n"
+                             "property int heat\n";
+    const ImportedMesh mesh = read_ply(head + "end_header\n0 0 0 1.5 2 8 9 -3 7\n1 0 0 -2 0 4 7\n"
+                                              "0 1 0 1e-3 1 5 5 7\n")
+                                  .meshes.at(0);
+    ASSERT_EQ(mesh.attributes.size(), 2u);  // a list is none, and the second heat is not read
+    EXPECT_EQ(mesh.attributes[0].name, "heat");
+    EXPECT_EQ(mesh.attributes[0].values, (std::vector<float>{1.5f, -2, 1e-3f}));
+    EXPECT_EQ(mesh.attributes[1].name, "side");
+    EXPECT_EQ(mesh.attributes[1].values, (std::vector<float>{-3, 4, 5}));
 }
 
 template <class T> void put(std::string& out, T value, bool big)

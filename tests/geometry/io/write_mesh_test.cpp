@@ -42,6 +42,32 @@ void expect_same_shape(const TriMesh& a, const TriMesh& b)
     EXPECT_NEAR(enclosed_volume(a), enclosed_volume(b), 1e-5);
 }
 
+// Binary PLY keeps every bit of an attribute, at each vertex of faces and of clouds. A name that
+// PLY has for something else gets a _.
+TEST(WriteMesh, AttributesComeBackFromPlyAsTheyWere)
+{
+    const files::Folder folder;
+    TriMesh mesh = meshes::sound().back().mesh;
+    Attribute odd{"heat_1", "K", {}}, coordinate{"s", "", {}};
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+        odd.values.push_back(float(v) / 3 - 1e-7f);
+        coordinate.values.push_back(1e30f * float(v));
+    }
+    mesh.attributes = {odd, coordinate};
+    TriMesh cloud;
+    cloud.positions = mesh.positions;
+    cloud.attributes = mesh.attributes;
+    for (const TriMesh& m : {mesh, cloud}) {
+        const TriMesh back = there_and_back(folder, "a.ply", m).mesh;
+        ASSERT_EQ(back.positions, m.positions);
+        ASSERT_EQ(back.attributes.size(), 2u);
+        EXPECT_EQ(back.attributes[0].name, "heat_1");
+        EXPECT_EQ(back.attributes[0].values, odd.values);
+        EXPECT_EQ(back.attributes[1].name, "s_");
+        EXPECT_EQ(back.attributes[1].values, coordinate.values);
+    }
+}
+
 TEST(WriteMesh, EveryFormatComesBackTheSameShape)
 {
     const files::Folder folder;
