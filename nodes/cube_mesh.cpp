@@ -35,8 +35,8 @@ void add_to(graph::Registry& registry)
                graph::Need::optional)
         .output("mesh", &Outputs::mesh,
                 "The mesh: vertex i is corner i, faces are the outer sides of the cubes. Its "
-                "attributes density, young, poisson and fill are those of the cubes, averaged at "
-                "each corner.");
+                "attributes density, young, poisson, fill and the cubes' own (LocalMatter, "
+                "Voxelize) are averaged at each corner.");
 }
 
 }  // namespace nodes::cube_mesh

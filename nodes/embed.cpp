@@ -132,7 +132,12 @@ static void describe_attributes(graph::ParamsOf<Attributes>& p)
                "Von Mises stress of the cubes around, Pa; only from methods that compute it.")
         .param("component", &Attributes::component,
                "The number of the component that carries each vertex; only after "
-               "ConnectedComponent.");
+               "ConnectedComponent.")
+        .param("cubes", &Attributes::cubes,
+               "Properties of the cubes around each vertex: names, with commas between them. young "
+               "(Pa), density (kg/m^3), poisson, mass_damping (1/s), stiffness_damping (s), fill, "
+               "or one of their own (LocalMatter, Voxelize), of which * means all. Empty: none. "
+               "Attributes that the mesh itself has stay.");
 }
 
 // Version 1 left faces out, or not.

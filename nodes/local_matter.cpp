@@ -1,8 +1,7 @@
 #include "geometry/cubes/local_matter.hpp"
-#include "geometry/mesh/triangle_bvh.hpp"
 
-#include "graph/document/expression.hpp"
 #include "graph/types/node_builder.hpp"
+#include "nodes/paint.hpp"
 #include "nodes/wire_types.hpp"
 
 #include <fmt/format.h>
@@ -12,98 +11,125 @@
 
 namespace nodes::local_matter {
 
+using geometry::LocalProperty;
 using geometry::Vec3;
 
 struct Rule {
-    geometry::LocalProperty property = geometry::LocalProperty::young;
+    LocalProperty property = LocalProperty::young;
+    std::string name = "weight";
+    std::string unit;
     std::string value = "1000000";
+    Ramp ramp;
+    std::string part;
 };
 
 struct Inputs {
     graph::Wire<geometry::Cubes> cubes;
     graph::Wire<geometry::TriMesh> mesh;
     std::vector<Rule> properties;
+    std::filesystem::path texture;
 };
 struct Outputs {
     geometry::Cubes cubes;
 };
 
-// What a mesh is painted with: numbers at its vertices, by the names that expressions know them by.
-class Paint {
-public:
-    explicit Paint(const geometry::TriMesh* mesh)
-    {
-        if (!mesh || mesh->triangles().empty()) return;
-        mesh_ = mesh;
-        coloured_ = mesh->colours.size() == mesh->positions.size();
-        if (coloured_) names_.insert(names_.end(), {"r", "g", "b"});
-        for (const geometry::Attribute& a : mesh->attributes) {
-            const bool free = graph::Grammar::free_name(a.name) &&
-                              std::find(names_.begin(), names_.end(), a.name) == names_.end();
-            if (!free || a.values.size() != mesh->positions.size()) continue;
-            names_.push_back(a.name);
-            attributes_.push_back(&a);
-        }
-        if (names_.size() > places) tree_ = geometry::TriangleBvh(*mesh);
+static constexpr std::array property_names{
+    "young", "density", "poisson", "mass_damping", "stiffness_damping", "thickness", "own"};
+
+static Paint paint_of(const Inputs& in)
+{
+    std::vector<std::string> expressions;
+    bool parts = false;
+    for (const Rule& rule : in.properties) {
+        expressions.push_back(rule.value);
+        parts = parts || !rule.part.empty();
     }
+    return Paint(in.mesh.get(), in.texture, expressions,
+                 parts ? Paint::At::faces : Paint::At::places);
+}
 
-    const std::vector<std::string>& names() const { return names_; }
-
-    // x, y and z of a place, and what the surface is painted with where it is nearest.
-    void look(const Vec3& place, std::vector<double>& values) const
-    {
-        values.assign(names_.size(), 0.0);
-        std::copy_n(place.data(), places, values.begin());
-        if (names_.size() == places) return;
-        const auto hit = tree_.closest(place);
-        if (!hit) return;
-        const geometry::Triangle& t = mesh_->triangles()[hit.triangle];
-        for (std::size_t k = 0; k < 3; ++k) {
-            const double weight = hit.barycentric[static_cast<Eigen::Index>(k)];
-            std::size_t at = places;
-            for (Eigen::Index c = 0; coloured_ && c < 3; ++c) {
-                values[at++] += weight * double(mesh_->colours[t[k]][c]);
-            }
-            for (const geometry::Attribute* a : attributes_) {
-                values[at++] += weight * double(a->values[t[k]]);
-            }
-        }
-    }
-
-private:
-    static constexpr std::size_t places = 3;
-    const geometry::TriMesh* mesh_ = nullptr;
-    bool coloured_ = false;
-    std::vector<std::string> names_{"x", "y", "z"};
-    std::vector<const geometry::Attribute*> attributes_;
-    geometry::TriangleBvh tree_;
+// What cubes have already, of what an expression uses and the mesh doesn't have.
+struct OfCubes {
+    std::vector<std::string> names;
+    std::vector<std::vector<double>> values;  // empty where they are not used
 };
 
-static graph::FunctionOf compiled(const std::string& value, const Paint& paint)
+static OfCubes of_cubes(const geometry::Cubes& cubes, const std::string& expression,
+                        const std::vector<std::string>& others)
 {
-    try {
-        return graph::Grammar().compile_of(value, paint.names());
-    } catch (const graph::ExpressionError& error) {
-        throw std::invalid_argument(fmt::format(
-            "{}{}{}", error.what(), error.suggestion.empty() ? "" : "; ", error.suggestion));
+    OfCubes out;
+    for (std::string& name : geometry::value_names(cubes)) {
+        const bool taken = std::find(others.begin(), others.end(), name) != others.end();
+        if (taken || !graph::Grammar::free_name(name)) continue;
+        out.values.push_back(mentions(expression, name) ? geometry::cube_values(cubes, name)
+                                                        : std::vector<double>{});
+        out.names.push_back(std::move(name));
     }
+    return out;
+}
+
+// Each cube's value where a rule with a `part` does not apply.
+static std::vector<double> before(const geometry::Cubes& cubes, const Rule& rule)
+{
+    if (rule.property == LocalProperty::own) {
+        for (const geometry::CubeAttribute& a : cubes.attributes) {
+            if (a.name == rule.name) return a.values;
+        }
+        return std::vector<double>(cubes.count(), 0.0);
+    }
+    if (rule.property != LocalProperty::thickness) {
+        return geometry::cube_values(cubes, property_names[std::size_t(rule.property)]);
+    }
+    std::vector<double> out = cubes.fill;
+    for (double& v : out) v *= cubes.size;
+    return out;
+}
+
+static std::vector<double> values_of(const geometry::Cubes& cubes, const Rule& rule,
+                                     const Paint& paint)
+{
+    const OfCubes own = of_cubes(cubes, rule.value, paint.names());
+    std::vector<std::string> names = paint.names();
+    names.insert(names.end(), own.names.begin(), own.names.end());
+    const graph::FunctionOf f = compiled(rule.value, names);
+    const std::vector<double> otherwise =
+        rule.part.empty() ? std::vector<double>{} : before(cubes, rule);
+    std::vector<double> known;
+    return geometry::cube_means(cubes, [&](const Vec3& p, std::size_t cube) {
+        const std::uint32_t face = paint.look(p, known);
+        if (!rule.part.empty() && !paint.in_part(face, rule.part)) return otherwise[cube];
+        for (const std::vector<double>& v : own.values) known.push_back(v.empty() ? 0 : v[cube]);
+        return rule.ramp(f(known));
+    });
+}
+
+static geometry::Cubes changed(geometry::Cubes cubes, const Rule& rule, const Paint& paint)
+{
+    check(rule.ramp);
+    if (rule.property != LocalProperty::own) {
+        const std::vector<double> values = values_of(cubes, rule, paint);
+        return geometry::with_local_values(std::move(cubes), rule.property, values);
+    }
+    geometry::check_own_name(rule.name);
+    check_name(rule.name);
+    geometry::CubeAttribute made{rule.name, rule.unit, values_of(cubes, rule, paint)};
+    return geometry::with_attribute(std::move(cubes), std::move(made));
 }
 
 static Outputs run(const Inputs& in, const graph::Context&)
 {
-    const Paint paint(in.mesh ? &*in.mesh : nullptr);
-    std::vector<double> values;
+    const Paint paint = paint_of(in);
     Outputs out{*in.cubes};
     for (std::size_t i = 0; i < in.properties.size(); ++i) {
         const Rule& rule = in.properties[i];
+        if (!rule.part.empty() && !in.mesh) {
+            throw std::invalid_argument(fmt::format(
+                "properties[{}].part \"{}\": parts are those of a mesh: link it to the input "
+                "'mesh'",
+                i, rule.part));
+        }
         try {
-            const graph::FunctionOf f = compiled(rule.value, paint);
-            const auto at = [&](const Vec3& p) {
-                paint.look(p, values);
-                return f(values);
-            };
-            out.cubes = geometry::with_local_values(std::move(out.cubes), rule.property,
-                                                    geometry::cube_means(*in.cubes, at));
+            out.cubes = changed(std::move(out.cubes), rule, paint);
         } catch (const std::invalid_argument& error) {
             throw std::invalid_argument(
                 fmt::format("properties[{}].value \"{}\": {}", i, rule.value, error.what()));
@@ -114,31 +140,45 @@ static Outputs run(const Inputs& in, const graph::Context&)
 
 static void describe_rule(graph::ParamsOf<Rule>& p)
 {
-    p.choice("property", &Rule::property,
-             {"young", "density", "poisson", "mass_damping", "stiffness_damping"},
+    const graph::ShownWhen own{"property", {"own"}};
+    p.choice("property", &Rule::property, {property_names.begin(), property_names.end()},
              "The property: young (Pa), density of the material (kg/m^3), poisson, mass_damping "
-             "(1/s) or stiffness_damping (s).")
+             "(1/s) or stiffness_damping (s); thickness of a Plane (m), whose density stays; or "
+             "one of the user's own, which CubeMesh, Embed, Measure, Render and WriteMesh know by "
+             "its name.")
+        .param("name", &Rule::name, "Name of the user's own property.", {}, own)
+        .param("unit", &Rule::unit, "Its unit, for legends of pictures.", {}, own)
         .param("value", &Rule::value,
                "Its value as an expression of the place at rest, without a leading =: x, y and z "
                "in m; r, g and b, from 0 to 1 and linear, where a mesh with vertex colours is "
-               "linked; and the names of that mesh's attributes. Each cube gets the mean over its "
-               "volume.");
+               "linked; the names of that mesh's attributes; texture_r, texture_g, texture_b and "
+               "texture_a, from 0 to 1 as the picture has them, where it has texture coordinates; "
+               "and what the cubes have so far: young, density, poisson, mass_damping, "
+               "stiffness_damping, fill, and their own. Each cube gets the mean over its volume.")
+        .block("ramp", &Rule::ramp, describe_ramp, about_ramp)
+        .param("part", &Rule::part,
+               "Groups or materials of the mesh that it applies to, where they are nearest: * "
+               "stands for any text, ? for any character. Elsewhere the property stays. Empty: "
+               "everywhere.");
 }
 
 void add_to(graph::Registry& registry)
 {
     registry.add("LocalMatter", 1, run)
-        .summary("Varies the material of cubes from place to place: by expressions of position, or "
-                 "of the colours and attributes that a mesh is painted with.",
-                 {"paint", "gradient", "graded", "stiffness map", "weight map", "vertex colour"})
+        .summary("Varies the material of cubes and planes from place to place, and gives them "
+                 "properties of the user's own: by expressions of position, or of the colours, "
+                 "attributes and textures that a mesh is painted with.",
+                 {"paint", "gradient", "graded", "stiffness map", "weight map", "vertex colour",
+                  "attribute"})
         .input("cubes", &Inputs::cubes, "The cubes at rest.")
         .input(
             "mesh", &Inputs::mesh,
-            "A mesh at rest with vertex colours (r, g and b) or attributes, which are read at the "
-            "nearest point of its surface.",
+            "A mesh at rest with vertex colours (r, g and b), attributes or texture coordinates, "
+            "which are read at the nearest point of its surface.",
             graph::Need::optional)
         .list("properties", &Inputs::properties, describe_rule,
-              "Properties to change, each by its own expression.")
+              "Properties to change, one after the other, each by its own expression.")
+        .path_in("texture", &Inputs::texture, about_texture)
         .output("cubes", &Outputs::cubes, "The cubes with their new material.");
 }
 

@@ -1,4 +1,5 @@
 #include "geometry/mesh/measure.hpp"
+#include "geometry/cubes/local_matter.hpp"
 
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
@@ -23,6 +24,7 @@ struct Inputs {
     What what = What{6};  // displacement_max, as the table says
     geometry::Vec3 point{0, 0, 0};
     geometry::Vec3 direction{0, 1, 0};
+    std::string attribute = "displacement";
 };
 struct Outputs {
     double value = 0;
@@ -97,6 +99,13 @@ static physics::PinForce pin_force(const Inputs& in)
                   "Simulate has");
     }
     return out;
+}
+
+// An attribute of the mesh, or of the cubes where no mesh is linked.
+static geometry::Spread attribute(const Inputs& in)
+{
+    if (in.mesh) return geometry::attribute_spread(*in.mesh, in.attribute);
+    return geometry::value_spread(cubes(in), in.attribute);
 }
 
 // A quantity: its name in documents, the inputs that it needs, and how it is measured.
@@ -188,6 +197,9 @@ constexpr Quantity quantities[] = {
      {"image"},
      [](const Inputs& in) { return double(render::mean_brightness(image(in))); }},
     {"coverage", {"image"}, [](const Inputs& in) { return double(render::coverage(image(in))); }},
+    {"attribute_min", {}, [](const Inputs& in) { return attribute(in).least; }},
+    {"attribute_max", {}, [](const Inputs& in) { return attribute(in).most; }},
+    {"attribute_mean", {}, [](const Inputs& in) { return attribute(in).mean; }},
 };
 
 static_assert(std::string_view(quantities[6].name) == "displacement_max");
@@ -202,6 +214,12 @@ static std::vector<std::string> names()
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
     graph::Faults faults;
+    const bool of_attribute = std::string_view(quantities[static_cast<std::size_t>(in.what)].name)
+                                  .starts_with("attribute_");
+    if (of_attribute && !setting.links("mesh") && !setting.links("cubes")) {
+        faults.push_back({"what", "an attribute needs the input 'mesh' or 'cubes', and neither is "
+                                  "linked"});
+    }
     for (const char* need : quantities[static_cast<std::size_t>(in.what)].needs) {
         if (need && !setting.links(need)) faults.push_back({"what", not_linked(need)});
     }
@@ -240,15 +258,16 @@ void add_to(graph::Registry& registry)
             "against `rest`: displacement_max, displacement_mean, displacement_at (m), stretch_max "
             "(largest edge length over its rest length). Of `cubes`: cubes (their number), "
             "components, mass (kg). Of `state`: speed_max (m/s), elastic_energy (J), stress_max "
-            "(Pa, "
-            "von Mises), reaction_force (N, of pins on the body, along `direction`), "
+            "(Pa, von Mises), reaction_force (N, of pins on the body, along `direction`), "
             "reaction_torque (N m, of pins about the axis along `direction` through `point`), "
             "contact_depth (m, the deepest point in what it touches), converged (1 or 0), "
             "iterations. Of `state` and `cubes`: kinetic_energy (J), momentum (kg m/s) and "
             "centre_of_mass (m) along `direction`, angular_momentum (kg m^2/s) and "
             "moment_of_inertia (kg m^2) about the axis along `direction` through the centre of "
             "mass. Of `image`: brightness (mean luma, 0 to 1), "
-            "coverage (share of pixels that differ from the first pixel of their row).")
+            "coverage (share of pixels that differ from the first pixel of their row). Of `mesh`, "
+            "or of `cubes` if no mesh is linked: attribute_min, attribute_max and attribute_mean "
+            "(over vertices, or by the volume that fills cubes).")
         .param("point", &Inputs::point,
                "Where to measure. displacement_at: in the rest shape; the nearest vertex counts. "
                "reaction_torque: a point of the axis.",
@@ -258,6 +277,10 @@ void add_to(graph::Registry& registry)
                {"what",
                 {"displacement_at", "lowest", "highest", "momentum", "angular_momentum",
                  "centre_of_mass", "moment_of_inertia", "reaction_force", "reaction_torque"}})
+        .param("attribute", &Inputs::attribute,
+               "Name of the attribute. Of cubes: young, density, poisson, mass_damping, "
+               "stiffness_damping, fill, or one of their own.",
+               {}, {"what", {"attribute_min", "attribute_max", "attribute_mean"}})
         .check(check)
         .output("value", &Outputs::value, "The measured number.");
 }

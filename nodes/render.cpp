@@ -88,7 +88,7 @@ static void describe(graph::ParamsOf<ColourParams>& p)
             "attribute", &ColourParams::attribute,
             "Name of the attribute: `displacement`, `speed`, `stress`, or any other that the mesh "
             "carries. Displacement from `rest` needs no attribute. Cubes also know `fill`, "
-            "`young`, `density`, `component` and `matter`.")
+            "`young`, `density`, `component` and `matter`, and their own (LocalMatter, Voxelize).")
         .choice("map", &ColourParams::map, {"viridis", "diverging", "grey"},
                 "Colours of the scale: `diverging` is for values of both signs.")
         .choice("range", &ColourParams::range, {"fit", "fixed"},

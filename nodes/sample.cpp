@@ -1,3 +1,4 @@
+#include "geometry/cubes/mean_attributes.hpp"
 #include "geometry/cubes/sample_points.hpp"
 #include "geometry/cubes/sample_surface.hpp"
 #include "geometry/cubes/sample_volume.hpp"
@@ -33,6 +34,7 @@ struct Inputs {
     double surface_density = 1;
     ChosenMatter matter;
     std::vector<MaterialRule> materials;
+    std::string attributes;
 };
 struct Outputs {
     geometry::Samples points;
@@ -58,16 +60,15 @@ static std::size_t count_of(const Inputs& in)
     return static_cast<std::size_t>(std::max(1.0, std::ceil(count)));
 }
 
-static Outputs run(const Inputs& in, const graph::Context& context)
+static geometry::Samples samples_of(const Inputs& in, const graph::Context& context)
 {
     if (in.mesh->triangles().empty() && !in.mesh->positions.empty()) {
         if (!in.materials.empty()) {
             context.warn("materials have no effect, because the mesh is a point cloud: it has no "
                          "faces that a rule could match");
         }
-        return {
-            geometry::sample_points(*in.mesh, matter_of(in.matter),
-                                    {in.mass, in.total_mass, in.thickness, in.surface_density})};
+        return geometry::sample_points(*in.mesh, matter_of(in.matter),
+                                       {in.mass, in.total_mass, in.thickness, in.surface_density});
     }
     const geometry::FaceMatter matter =
         face_matter(*in.mesh, matter_of(in.matter), in.materials, context);
@@ -81,12 +82,20 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     }
     const std::size_t count = count_of(in);
     if (in.where == Where::volume) {
-        return {geometry::sample_volume(*in.mesh, matter, in.inside, count, in.seed, mass)};
+        return geometry::sample_volume(*in.mesh, matter, in.inside, count, in.seed, mass);
     }
     if (in.pattern == Pattern::blue) {
-        return {geometry::sample_surface_blue(*in.mesh, matter, count, in.seed, mass)};
+        return geometry::sample_surface_blue(*in.mesh, matter, count, in.seed, mass);
     }
-    return {geometry::sample_surface(*in.mesh, matter, count, in.seed, mass)};
+    return geometry::sample_surface(*in.mesh, matter, count, in.seed, mass);
+}
+
+static Outputs run(const Inputs& in, const graph::Context& context)
+{
+    const auto attributes = geometry::chosen_attributes(in.attributes, in.mesh->attributes);
+    Outputs out{samples_of(in, context)};
+    geometry::add_attributes(out.points, *in.mesh, attributes);
+    return out;
 }
 
 // Version 1: mass was total (1 kg) by default.
@@ -146,6 +155,10 @@ void add_to(graph::Registry& registry)
                "Material of the model where no rule of `materials` matches.")
         .list("materials", &Inputs::materials, describe_rule,
               "Materials of parts of the model. If several rules match, the last one counts.")
+        .param("attributes", &Inputs::attributes,
+               "Attributes of the mesh that points get where they lie, and Voxelize averages by "
+               "volume: names, with commas between them, where * stands for any text and ? for "
+               "any character. Empty: none.")
         .output("points", &Outputs::points, "The samples.");
 }
 

@@ -1,4 +1,5 @@
 #include "geometry/cubes/voxelize.hpp"
+#include "geometry/cubes/mean_attributes.hpp"
 #include "geometry/cubes/sample_points.hpp"
 
 #include "graph/document/json.hpp"
@@ -33,6 +34,7 @@ struct Inputs {
     double thickness = 0;
     ChosenMatter matter;
     std::vector<MaterialRule> materials;
+    std::string attributes;
     double total_mass = 0;
     double min_fill = geometry::VoxelOptions{}.min_fill;
     std::int64_t max_cubes = static_cast<std::int64_t>(geometry::VoxelOptions{}.max_cubes);
@@ -126,8 +128,10 @@ static Outputs of_cloud(const Inputs& in, const geometry::VoxelOptions& options,
         context.warn("materials, thickness and pieces have no effect, because the mesh is a point "
                      "cloud: it has no faces");
     }
-    return {geometry::voxelize_samples(geometry::sample_points(*in.mesh, matter_of(in.matter), {}),
-                                       grid_for(in), options)};
+    geometry::Samples points = geometry::sample_points(*in.mesh, matter_of(in.matter), {});
+    geometry::add_attributes(points, *in.mesh,
+                             geometry::chosen_attributes(in.attributes, in.mesh->attributes));
+    return {geometry::voxelize_samples(points, grid_for(in), options)};
 }
 
 static Outputs run(const Inputs& in, const graph::Context& context)
@@ -151,7 +155,10 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const geometry::VoxelGrid grid = in.quality == Quality::by_size
                                          ? grid_for(in)
                                          : grid_of_quality(in, matter, options, context);
+    const auto attributes = geometry::chosen_attributes(in.attributes, in.mesh->attributes);
     Outputs out{cubes_of_mesh(in, matter, grid, options)};
+    out.cubes = solid ? geometry::with_means_of_solid(std::move(out.cubes), *in.mesh, attributes)
+                      : geometry::with_means_of_surface(std::move(out.cubes), *in.mesh, attributes);
     warn_of_thin_walls(*in.mesh, out.cubes, {solid, in.thickness}, context);
     warn_of_glued_pieces(*in.mesh, out.cubes, in.pieces == geometry::NearPieces::apart, in.join,
                          context);
@@ -210,6 +217,13 @@ constexpr const char* about_materials =
     "up to the closed parts within it; a part whose faces are of several materials, and "
     "what is open, has the material of the faces in a cube, or of the nearest one.";
 
+constexpr const char* about_attributes =
+    "Attributes of the mesh that cubes get, as LocalMatter, CubeMesh, Embed, Measure and Render "
+    "know them: names, with commas between them, where * stands for any text and ? for any "
+    "character. Empty: none. Method surface: the mean by area of the faces in a cube. Method "
+    "solid: the mean over the cube, where each place has the value of the nearest place of the "
+    "surface. Samples bring their own.";
+
 void add_to(graph::Registry& registry)
 {
     const graph::ShownWhen of_mesh{"method", {"surface", "solid"}};
@@ -255,6 +269,7 @@ void add_to(graph::Registry& registry)
         .block("matter", &Inputs::matter, describe_matter<ChosenMatter>,
                "Material of the model where no rule of `materials` matches.", of_mesh)
         .list("materials", &Inputs::materials, describe_rule, about_materials, of_mesh)
+        .param("attributes", &Inputs::attributes, about_attributes, {}, of_mesh)
         .param("total_mass", &Inputs::total_mass,
                "Total mass to which all masses are scaled; 0: masses follow from densities (or "
                "samples).",

@@ -37,7 +37,7 @@ bool is_category(const std::string& name)
 geometry::Attribute cube_quantity(const std::string& name, const geometry::Cubes& cubes,
                                   const CubeShell& shell, const physics::State* state)
 {
-    const auto of_cubes = [&](const auto& values, const char* unit) {
+    const auto of_cubes = [&](const auto& values, const std::string& unit) {
         need(values.size() == cubes.count(), name, "the cubes do not have one number each");
         return geometry::Attribute{name, unit,
                                    spread(shell, [&](auto c, auto) { return values[c]; })};
@@ -70,9 +70,15 @@ geometry::Attribute cube_quantity(const std::string& name, const geometry::Cubes
         const std::vector<double> speed = geometry::speeds(state->v);
         return {name, "m/s", spread(shell, [&](auto, auto k) { return speed[k]; })};
     }
+    std::string own;
+    for (const geometry::CubeAttribute& a : cubes.attributes) {
+        if (a.name == name) return of_cubes(a.values, a.unit);
+        own += ", " + a.name;
+    }
     throw std::invalid_argument("cubes cannot be coloured by `" + name +
                                 "`: expected displacement, speed, stress, fill, young, density, "
-                                "component or matter");
+                                "component, matter" +
+                                (own.empty() ? "" : ", or one of their own:" + own.substr(1)));
 }
 
 void colour_by_category(TriMesh& mesh, const geometry::Attribute& values)

@@ -141,6 +141,9 @@ Cubes kept(const Cubes& cubes, const std::vector<std::uint8_t>& keep)
     take(cubes.matter, out.matter);
     take(cubes.component, out.component);
     take(cubes.part, out.part);
+    for (const CubeAttribute& a : cubes.attributes) {
+        take(a.values, out.attributes.emplace_back(CubeAttribute{a.name, a.unit, {}}).values);
+    }
     return out;
 }
 

@@ -12,6 +12,13 @@
 
 namespace geometry {
 
+// A number of the user's own in each cube: how worn, how hot, which weight.
+struct CubeAttribute {
+    std::string name;
+    std::string unit;
+    std::vector<double> values;  // C
+};
+
 // Cube c fills origin + size * (cell[c] .. cell[c] + 1). Corner number a of a cube, a = 0..7, lies
 // at cell + ((a & 1), (a >> 1 & 1), (a >> 2 & 1)):
 //
@@ -47,6 +54,7 @@ struct Cubes {
     // C, the quarters of its cell that the cube's material lies in (cells/sub_cells.hpp); empty
     // where all cubes that touch share their corners, and each stands for all of its cell.
     std::vector<std::uint64_t> part;
+    std::vector<CubeAttribute> attributes;  // any number, each name once
 
     std::size_t count() const { return cell.size(); }
     std::size_t corner_count() const { return corner.size(); }

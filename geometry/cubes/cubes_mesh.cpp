@@ -1,5 +1,6 @@
 #include "geometry/cubes/cubes_mesh.hpp"
 
+#include "geometry/cubes/local_matter.hpp"
 #include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
@@ -52,8 +53,8 @@ std::vector<Triangle> outer_faces(const Cubes& cubes)
 }
 
 // At each corner the mean of its cubes' values.
-Attribute at_corners(const Cubes& cubes, const std::vector<double>& values, const char* name,
-                     const char* unit)
+Attribute at_corners(const Cubes& cubes, const std::vector<double>& values, const std::string& name,
+                     const std::string& unit)
 {
     std::vector<double> sum(cubes.corner_count(), 0.0), count(cubes.corner_count(), 0.0);
     for (std::size_t c = 0; c < cubes.count(); ++c) {
@@ -65,17 +66,6 @@ Attribute at_corners(const Cubes& cubes, const std::vector<double>& values, cons
     Attribute out{name, unit, std::vector<float>(sum.size())};
     for (std::size_t k = 0; k < sum.size(); ++k) {
         out.values[k] = static_cast<float>(sum[k] / std::max(1.0, count[k]));
-    }
-    return out;
-}
-
-std::vector<double> densities(const Cubes& cubes)
-{
-    const double whole = cubes.size * cubes.size * cubes.size;
-    std::vector<double> out(cubes.count());
-    for (std::size_t c = 0; c < out.size(); ++c) {
-        const double filled = whole * cubes.fill[c];
-        out[c] = filled > 0 ? cubes.mass[c] / filled : 0;
     }
     return out;
 }
@@ -95,10 +85,13 @@ TriMesh cubes_mesh(const Cubes& cubes, std::span<const Vec3> x)
     auto topology = std::make_shared<MeshTopology>();
     topology->triangles = outer_faces(cubes);
     out.topology = std::move(topology);
-    out.attributes = {at_corners(cubes, densities(cubes), "density", "kg/m^3"),
+    out.attributes = {at_corners(cubes, material_densities(cubes), "density", "kg/m^3"),
                       at_corners(cubes, cubes.young, "young", "Pa"),
                       at_corners(cubes, cubes.poisson, "poisson", ""),
                       at_corners(cubes, cubes.fill, "fill", "")};
+    for (const CubeAttribute& a : cubes.attributes) {
+        out.attributes.push_back(at_corners(cubes, a.values, a.name, a.unit));
+    }
     return out;
 }
 

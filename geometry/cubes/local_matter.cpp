@@ -1,22 +1,87 @@
 #include "geometry/cubes/local_matter.hpp"
 
-#include <fmt/format.h>
+#include "geometry/cubes/plane.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 namespace geometry {
+namespace {
 
-std::vector<double> cube_means(const Cubes& cubes, const std::function<double(const Vec3&)>& f)
+constexpr std::array properties{"young",        "density",           "poisson",
+                                "mass_damping", "stiffness_damping", "fill"};
+// What CubeMesh, Embed and Render call other quantities.
+constexpr std::array others{"thickness", "mass",         "matter", "component",
+                            "stress",    "displacement", "speed"};
+
+bool positive(LocalProperty property)
+{
+    return property == LocalProperty::young || property == LocalProperty::density ||
+           property == LocalProperty::thickness;
+}
+
+const char* expected(LocalProperty property)
+{
+    if (property == LocalProperty::own) return "a finite number";
+    if (positive(property)) return "a value above 0";
+    if (property == LocalProperty::poisson) return "a Poisson's ratio from 0 to below 0.5";
+    return "a value of 0 or more";
+}
+
+bool possible(LocalProperty property, double value)
+{
+    if (!std::isfinite(value)) return false;
+    if (property == LocalProperty::own) return true;
+    if (positive(property)) return value > 0;
+    return value >= 0 && (property != LocalProperty::poisson || value < 0.5);
+}
+
+void check_values(const Cubes& cubes, LocalProperty property, const std::vector<double>& values)
+{
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        if (possible(property, values.at(c))) continue;
+        const Vec3 at =
+            cubes.origin + cubes.size * (cubes.cell[c].cast<double>() + Vec3::Constant(0.5));
+        throw std::invalid_argument(
+            fmt::format("expected {}, found {:.3g} in the cube at ({:.3g}, {:.3g}, {:.3g})",
+                        expected(property), values[c], at.x(), at.y(), at.z()));
+    }
+}
+
+void set_thickness(Cubes& cubes, const std::vector<double>& values)
+{
+    if (flat_axis(cubes) < 0) {
+        throw std::invalid_argument("only a Plane has a thickness, found cubes that are none: "
+                                    "change young or density");
+    }
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        const double fill = values[c] / cubes.size;
+        cubes.mass[c] *= fill / cubes.fill[c];
+        cubes.fill[c] = fill;
+    }
+}
+
+}  // namespace
+
+Vec3 gauss_offset(unsigned a)
 {
     const double off = 0.5 / std::sqrt(3.0);
+    return {(a & 1) != 0 ? off : -off, (a & 2) != 0 ? off : -off, (a & 4) != 0 ? off : -off};
+}
+
+std::vector<double> cube_means(const Cubes& cubes, const AtPlace& f)
+{
+    const int flat = flat_axis(cubes);
     std::vector<double> out(cubes.count(), 0.0);
     for (std::size_t c = 0; c < out.size(); ++c) {
         for (unsigned a = 0; a < 8; ++a) {
-            const Vec3 at((a & 1) != 0 ? off : -off, (a & 2) != 0 ? off : -off,
-                          (a & 4) != 0 ? off : -off);
-            const Vec3 lattice = cubes.cell[c].cast<double>() + Vec3::Constant(0.5) + at;
-            out[c] += f(cubes.origin + cubes.size * lattice) / 8;
+            Vec3 lattice = cubes.cell[c].cast<double>() + Vec3::Constant(0.5) + gauss_offset(a);
+            if (flat >= 0) lattice[flat] = cubes.corner[cubes.corners[c][0]][flat];
+            out[c] += f(cubes.origin + cubes.size * lattice, c) / 8;
         }
     }
     return out;
@@ -24,41 +89,125 @@ std::vector<double> cube_means(const Cubes& cubes, const std::function<double(co
 
 Cubes with_local_values(Cubes cubes, LocalProperty property, const std::vector<double>& values)
 {
-    const bool positive = property == LocalProperty::young || property == LocalProperty::density;
+    check_values(cubes, property, values);
     const double whole = cubes.size * cubes.size * cubes.size;
-    for (std::size_t c = 0; c < cubes.count(); ++c) {
-        const double value = values.at(c);
-        const bool possible = std::isfinite(value) && (positive ? value > 0 : value >= 0) &&
-                              (property != LocalProperty::poisson || value < 0.5);
-        if (!possible) {
-            const Vec3 at =
-                cubes.origin + cubes.size * (cubes.cell[c].cast<double>() + Vec3::Constant(0.5));
-            throw std::invalid_argument(fmt::format(
-                "expected {}, found {:.3g} in the cube at ({:.3g}, {:.3g}, {:.3g})",
-                positive                             ? "a value above 0"
-                : property == LocalProperty::poisson ? "a Poisson's ratio from 0 to below 0.5"
-                                                     : "a value of 0 or more",
-                value, at.x(), at.y(), at.z()));
+    switch (property) {
+    case LocalProperty::young:
+        cubes.young = values;
+        break;
+    case LocalProperty::density:
+        for (std::size_t c = 0; c < cubes.count(); ++c) {
+            cubes.mass[c] = values[c] * cubes.fill[c] * whole;
         }
-        switch (property) {
-        case LocalProperty::young:
-            cubes.young[c] = value;
-            break;
-        case LocalProperty::density:
-            cubes.mass[c] = value * cubes.fill[c] * whole;
-            break;
-        case LocalProperty::poisson:
-            cubes.poisson[c] = value;
-            break;
-        case LocalProperty::mass_damping:
-            cubes.mass_damping[c] = value;
-            break;
-        case LocalProperty::stiffness_damping:
-            cubes.stiffness_damping[c] = value;
-            break;
-        }
+        break;
+    case LocalProperty::poisson:
+        cubes.poisson = values;
+        break;
+    case LocalProperty::mass_damping:
+        cubes.mass_damping = values;
+        break;
+    case LocalProperty::stiffness_damping:
+        cubes.stiffness_damping = values;
+        break;
+    case LocalProperty::thickness:
+        set_thickness(cubes, values);
+        break;
+    case LocalProperty::own:
+        throw std::logic_error("an attribute without a name");
     }
     return cubes;
+}
+
+Cubes with_attribute(Cubes cubes, CubeAttribute attribute)
+{
+    check_own_name(attribute.name);
+    check_values(cubes, LocalProperty::own, attribute.values);
+    const auto same = [&](const CubeAttribute& a) { return a.name == attribute.name; };
+    const auto found = std::find_if(cubes.attributes.begin(), cubes.attributes.end(), same);
+    if (found == cubes.attributes.end()) {
+        cubes.attributes.push_back(std::move(attribute));
+    } else {
+        *found = std::move(attribute);
+    }
+    return cubes;
+}
+
+void check_own_name(std::string_view name)
+{
+    const auto in = [&](const auto& names) {
+        return std::find(names.begin(), names.end(), name) != names.end();
+    };
+    if (in(properties)) {
+        throw std::invalid_argument(
+            fmt::format("all cubes have '{}': set it as a property, or choose another name for "
+                        "the attribute",
+                        name));
+    }
+    if (in(others)) {
+        throw std::invalid_argument(fmt::format(
+            "'{}' is a quantity of cubes or of their motion: choose another name for the attribute",
+            name));
+    }
+}
+
+std::vector<double> cube_values(const Cubes& cubes, std::string_view name)
+{
+    if (name == "young") return cubes.young;
+    if (name == "density") return material_densities(cubes);
+    if (name == "poisson") return cubes.poisson;
+    if (name == "mass_damping") return cubes.mass_damping;
+    if (name == "stiffness_damping") return cubes.stiffness_damping;
+    if (name == "fill") return cubes.fill;
+    for (const CubeAttribute& a : cubes.attributes) {
+        if (a.name == name) return a.values;
+    }
+    throw std::invalid_argument(fmt::format("the cubes have no attribute '{}'; they have {}", name,
+                                            fmt::join(value_names(cubes), ", ")));
+}
+
+std::string unit_of(const Cubes& cubes, std::string_view name)
+{
+    if (name == "young") return "Pa";
+    if (name == "density") return "kg/m^3";
+    if (name == "mass_damping") return "1/s";
+    if (name == "stiffness_damping") return "s";
+    for (const CubeAttribute& a : cubes.attributes) {
+        if (a.name == name) return a.unit;
+    }
+    return "";
+}
+
+std::vector<std::string> value_names(const Cubes& cubes)
+{
+    std::vector<std::string> names(properties.begin(), properties.end());
+    for (const CubeAttribute& a : cubes.attributes) names.push_back(a.name);
+    return names;
+}
+
+Spread value_spread(const Cubes& cubes, std::string_view name)
+{
+    const std::vector<double> values = cube_values(cubes, name);
+    Spread out;
+    double filled = 0;
+    for (std::size_t c = 0; c < values.size(); ++c) {
+        if (c == 0 || values[c] > out.most) out.most = values[c];
+        if (c == 0 || values[c] < out.least) out.least = values[c];
+        out.mean += cubes.fill[c] * values[c];
+        filled += cubes.fill[c];
+    }
+    if (filled > 0) out.mean /= filled;
+    return out;
+}
+
+std::vector<double> material_densities(const Cubes& cubes)
+{
+    const double whole = cubes.size * cubes.size * cubes.size;
+    std::vector<double> out(cubes.count());
+    for (std::size_t c = 0; c < out.size(); ++c) {
+        const double filled = whole * cubes.fill[c];
+        out[c] = filled > 0 ? cubes.mass[c] / filled : 0;
+    }
+    return out;
 }
 
 }  // namespace geometry

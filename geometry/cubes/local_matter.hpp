@@ -1,23 +1,66 @@
 #pragma once
 
-// Material that varies from cube to cube, by a function of place.
+// Material and numbers of the user's own that vary from cube to cube, by a function of place.
 
 #include "geometry/cubes/cubes.hpp"
+#include "geometry/mesh/measure.hpp"
 
 #include <functional>
+#include <string_view>
 
 namespace geometry {
 
-enum class LocalProperty { young, density, poisson, mass_damping, stiffness_damping };
+enum class LocalProperty {
+    young,
+    density,
+    poisson,
+    mass_damping,
+    stiffness_damping,
+    thickness,  // m, of a plane
+    own,        // an attribute
+};
 
-// The mean over each cube of a function of place (m), by 2 x 2 x 2 Gauss points: exact for cubic
-// polynomials. C. The function is called on one thread.
-std::vector<double> cube_means(const Cubes& cubes, const std::function<double(const Vec3&)>& f);
+// A number at a place (m) in a cube.
+using AtPlace = std::function<double(const Vec3& place, std::size_t cube)>;
 
-// The cubes with a property of these values, one for each. The density is that of the material: the
-// mass becomes density * fill * size^3. Throws std::invalid_argument naming the first cube whose
-// value cannot be (not finite; density or stiffness not above 0; a Poisson ratio outside 0 <= nu <
-// 0.5; a negative damping).
+// From the middle of a cell of size 1 to one of its 2 x 2 x 2 Gauss points: a = 0..7, as corners
+// are numbered.
+Vec3 gauss_offset(unsigned a);
+
+// The mean over each cube, by 2 x 2 x 2 Gauss points: exact for cubic polynomials. The points of a
+// plane's cells lie in the sheet. C. The function is called on one thread.
+std::vector<double> cube_means(const Cubes& cubes, const AtPlace& f);
+
+// The cubes with a property of these values, one for each; not for `own`. The density is that of
+// the material: the mass becomes density * fill * size^3. The thickness of a plane changes fill and
+// mass, and leaves the density. Throws std::invalid_argument naming the first cube whose value
+// cannot be (not finite; density, stiffness or thickness not above 0; a Poisson ratio outside 0 <=
+// nu < 0.5; a negative damping), and for the thickness of cubes that are no plane.
 Cubes with_local_values(Cubes cubes, LocalProperty property, const std::vector<double>& values);
+
+// The cubes with an attribute of these values, in place of one of its name. Throws
+// std::invalid_argument for a name that check_own_name() refuses, and naming the first cube whose
+// value is not finite.
+Cubes with_attribute(Cubes cubes, CubeAttribute attribute);
+
+// Throws std::invalid_argument for a name that a quantity of all cubes or of their motion has.
+void check_own_name(std::string_view name);
+
+// A property or an attribute of each cube, by name: young, density (of the material), poisson,
+// mass_damping, stiffness_damping, fill, or one of the cubes' own. Throws std::invalid_argument
+// that names those there are.
+std::vector<double> cube_values(const Cubes& cubes, std::string_view name);
+
+// The unit of such values: "Pa", or "".
+std::string unit_of(const Cubes& cubes, std::string_view name);
+
+// The names that cube_values() knows.
+std::vector<std::string> value_names(const Cubes& cubes);
+
+// Of such values over the cubes, the mean by the volume that fills them.
+Spread value_spread(const Cubes& cubes, std::string_view name);
+
+// Of what fills each cube. C, kg/m^3.
+std::vector<double> material_densities(const Cubes& cubes);
 
 }  // namespace geometry

@@ -4,6 +4,7 @@
 
 #include "geometry/base/vec.hpp"
 #include "geometry/cubes/matter.hpp"
+#include "geometry/mesh/attribute.hpp"
 
 #include <vector>
 
@@ -16,6 +17,7 @@ struct Samples {
     std::vector<std::uint16_t> matter;    // N, into matters
     std::vector<std::uint32_t> triangle;  // N, the triangle each lies on; empty for volume samples
     std::vector<Matter> matters;          // at least one
+    std::vector<Attribute> attributes;    // any number, N each
 
     // What they are to cubes. A sample fills bulk * mass / density of its matter, in m^3; 0: a cube
     // that holds any is full of them.

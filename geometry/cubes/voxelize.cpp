@@ -5,6 +5,7 @@
 #include "geometry/cells/inside_shares.hpp"
 #include "geometry/cells/surface_cells.hpp"
 #include "geometry/cubes/cube_finder.hpp"
+#include "geometry/cubes/mean_attributes.hpp"
 #include "geometry/cubes/pieces.hpp"
 #include "geometry/cubes/solid_matter.hpp"
 #include "geometry/mesh/mesh.hpp"
@@ -280,6 +281,7 @@ Cubes voxelize_samples(std::span<const Samples* const> sets, const VoxelGrid& gr
         asked.total_mass = sets[0]->total_mass;
     }
     fill_cubes(cubes, list.matters, deposits, asked);
+    add_means_of_samples(cubes, deposits, sets, list.usable);
     return cubes;
 }
 

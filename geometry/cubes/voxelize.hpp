@@ -18,11 +18,12 @@ namespace geometry {
 
 // A cube wherever a sample is: the volume that each sample fills, and its mass, go to the cube that
 // holds it; where samples do not say, the cubes are full. Faces between samples may leave holes: a
-// cube is sure to be found only where a sample falls in it.
+// cube is sure to be found only where a sample falls in it. Attributes are means by volume.
 Cubes voxelize_samples(const Samples& samples, const VoxelGrid& grid, const VoxelOptions& options);
 
 // The same of several sets, whose matters stay their own. Samples that do not say what they fill
 // share what the others leave of their cube; a set's total_mass is kept, by scaling its densities.
+// An attribute is the mean over samples of sets that have it, and 0 in cubes of none.
 Cubes voxelize_samples(std::span<const Samples* const> sets, const VoxelGrid& grid,
                        const VoxelOptions& options);
 

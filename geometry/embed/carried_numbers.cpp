@@ -1,5 +1,6 @@
 #include "geometry/embed/carried_numbers.hpp"
 
+#include "geometry/cubes/mean_attributes.hpp"
 #include "geometry/mesh/mesh.hpp"
 
 #include <stdexcept>
@@ -8,7 +9,8 @@
 namespace geometry {
 namespace {
 
-void put_attribute(TriMesh& mesh, const char* name, const char* unit, std::vector<float> values)
+void put_attribute(TriMesh& mesh, const std::string& name, const std::string& unit,
+                   std::vector<float> values)
 {
     std::erase_if(mesh.attributes, [&](const Attribute& a) { return a.name == name; });
     mesh.attributes.push_back({name, unit, std::move(values)});
@@ -67,6 +69,10 @@ void add_carried_numbers(TriMesh& mesh, const CarriedNumbers& which, const TriMe
     }
     if (which.component && cubes.component.size() == cubes.count()) {
         put_attribute(mesh, "component", "", components(binding, cubes));
+    }
+    for (const CubeAttribute& a : chosen_values(which.cubes, cubes)) {
+        const std::vector<float> values(a.values.begin(), a.values.end());
+        put_attribute(mesh, a.name, a.unit, interpolate(binding, cubes, at_corners(cubes, values)));
     }
 }
 

@@ -29,10 +29,12 @@ struct CarriedNumbers {
     bool speed = true;         // "speed", m/s
     bool stress = true;        // "stress", Pa
     bool component = true;     // "component"; only after components were sought
+    std::string cubes = {};    // names of cube_values(), apart by commas or spaces
 };
 
 // Gives `mesh`, which is `rest` as the cubes carry it, those numbers that are known as attributes,
-// in place of others of their names.
+// in place of others of their names. Throws std::invalid_argument for a name that the cubes don't
+// know.
 void add_carried_numbers(TriMesh& mesh, const CarriedNumbers& which, const TriMesh& rest,
                          const Binding& binding, const Cubes& cubes, const CubeMotion& motion);
 

@@ -132,6 +132,25 @@ std::array<double, 2> extent(const TriMesh& mesh, const Vec3& direction)
     return out;
 }
 
+Spread attribute_spread(const TriMesh& mesh, const std::string& name)
+{
+    std::string has;
+    for (const Attribute& a : mesh.attributes) {
+        has += (has.empty() ? "" : ", ") + a.name;
+        if (a.name != name) continue;
+        Spread out;
+        for (std::size_t v = 0; v < a.values.size(); ++v) {
+            const auto x = double(a.values[v]);
+            if (v == 0 || exceeds(x, out.most)) out.most = x;
+            if (v == 0 || exceeds(-x, -out.least)) out.least = x;
+            out.mean += x / static_cast<double>(a.values.size());
+        }
+        return out;
+    }
+    throw std::invalid_argument(
+        fmt::format("the mesh has no attribute '{}'; it has {}", name, has.empty() ? "none" : has));
+}
+
 std::string what_is_not_finite(const TriMesh& mesh)
 {
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {

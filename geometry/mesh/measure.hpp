@@ -43,6 +43,15 @@ double largest_stretch(const TriMesh& mesh, const TriMesh& rest, double ignore =
 // empty mesh.
 std::array<double, 2> extent(const TriMesh& mesh, const Vec3& direction);
 
+// Least, greatest and mean of some values. 0 of none; not-a-number where a value is.
+struct Spread {
+    double least = 0, most = 0, mean = 0;
+};
+
+// Of an attribute over the vertices. Throws std::invalid_argument that names the attributes there
+// are.
+Spread attribute_spread(const TriMesh& mesh, const std::string& name);
+
 // The first position, normal or attribute that is no finite number: "vertex 3 is at (inf, 0, 0)";
 // empty when all are finite.
 std::string what_is_not_finite(const TriMesh& mesh);

@@ -3,6 +3,7 @@
 // Triangle meshes as they come from the world: any number of pieces, open or closed, broken or not.
 
 #include "geometry/base/vec.hpp"
+#include "geometry/mesh/attribute.hpp"
 #include "geometry/mesh/texture_use.hpp"
 
 #include <memory>
@@ -43,13 +44,6 @@ struct MeshTopology {
     std::vector<std::uint16_t> material;     // F or 0 (then all faces are materials[0] or default)
     std::vector<std::string> groups;         // names of nodes, objects or groups in the file
     std::vector<std::uint16_t> group;        // F or 0
-};
-
-// One named number a vertex, for colouring and export: displacement, speed, stress, component.
-struct Attribute {
-    std::string name;           // "displacement"
-    std::string unit;           // "m"
-    std::vector<float> values;  // V
 };
 
 // A triangle mesh, or a point cloud when there are no triangles. Vertices are welded by position:

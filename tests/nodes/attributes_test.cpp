@@ -1,6 +1,7 @@
-// Numbers of the user's own at the vertices of meshes.
+// Numbers of the user's own, from meshes through cubes to pictures and files.
 
 #include "geometry/base/picture_file.hpp"
+#include "render/cube_quantity.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/nodes/scene.hpp"
 
@@ -10,6 +11,7 @@
 namespace {
 
 using fixtures::Scene;
+using geometry::Cubes;
 using geometry::TriMesh;
 
 // A square of 1 m across y whose corners lie at the middles of four pixels.
@@ -136,6 +138,87 @@ TEST(Attributes, TellWhatIsWrong)
     expect(told("p.xyz", R"({ "name": "w", "value": "x", "ramp": { "points": [
                           { "at": 1, "value": 0 }, { "at": 0, "value": 1 } ] } })"),
            "ramp.points[1].at: expected at least 1");
+}
+
+// A square whose heat is 300 + 40 x at its corners, in cubes of 0.25 m.
+std::string hot_square(const std::string& method)
+{
+    return R"(
+        "sheet": { "type": "Primitive@1", "params": { "shape": "grid", "grid": { "size_x": 2,
+                   "size_z": 2, "divisions_x": 4, "divisions_z": 4 } } },
+        "hot": { "type": "Attributes@1", "inputs": { "mesh": "sheet.mesh" }, "params": {
+                 "attributes": [ { "name": "heat", "unit": "K", "value": "300 + 40 * x" } ] } },
+        "sampled": { "type": "Sample@2", "inputs": { "mesh": "hot.mesh" }, "params": {
+                     "count": 20000, "attributes": "heat" } },
+        "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "hot.mesh", "points":
+                   ["sampled.points"] }, "params": { "size": 0.25, "method": ")" +
+           method + R"(")" + (method == "surface" ? R"(, "attributes": "he*")" : "") + R"( } })";
+}
+
+TEST(Attributes, GoFromMeshToCubesToMeshesNumbersPicturesAndFiles)
+{
+    const files::Folder folder;
+    Scene scene(hot_square("surface") + R"(,
+        "cage": { "type": "CubeMesh@1", "inputs": { "cubes": "cubes.cubes" } },
+        "least": { "type": "Measure@1", "inputs": { "cubes": "cubes.cubes" },
+                   "params": { "what": "attribute_min", "attribute": "heat" } },
+        "most": { "type": "Measure@1", "inputs": { "mesh": "cage.mesh" },
+                  "params": { "what": "attribute_max", "attribute": "heat" } },
+        "mean": { "type": "Measure@1", "inputs": { "mesh": "cage.mesh" },
+                  "params": { "what": "attribute_mean", "attribute": "heat" } },
+        "cold": { "type": "Measure@1", "inputs": { "mesh": "cage.mesh" },
+                  "params": { "what": "attribute_mean", "attribute": "cold" } },
+        "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" } },
+        "shape": { "type": "Embed@3", "inputs": { "mesh": "sheet.mesh", "cubes": "cubes.cubes",
+                   "state": "sim.state" }, "params": { "attributes": { "cubes": "*" } } },
+        "file": { "type": "WriteMesh@1", "inputs": { "mesh": "cage.mesh" },
+                  "params": { "path": "cage.####.ply" } })",
+                folder.path);
+    // The outermost cubes lie 0.125 m from the edges: their means are 300 -+ 40 * 0.875.
+    const auto cubes = scene.at<Cubes>("cubes");
+    ASSERT_EQ(cubes->attributes.size(), 1u);
+    EXPECT_NEAR(*scene.at<double>("least"), 265, 1e-4);
+    EXPECT_NEAR(*scene.at<double>("most"), 335, 1e-4);
+    EXPECT_NEAR(*scene.at<double>("mean"), 300, 1e-4);
+    // A vertex in the middle of an edge between cubes has the mean of both: linear once more.
+    const auto shape = scene.at<TriMesh>("shape");
+    const std::vector<float> carried = values(*shape, "heat");
+    ASSERT_EQ(carried.size(), 25u);
+    EXPECT_NEAR(carried[12], 300, 1e-3);
+    // All eight vertices of a drawn cube have its value.
+    const render::CubeShell shell = render::cube_shell(*cubes);
+    const auto drawn = render::cube_quantity("heat", *cubes, shell, nullptr);
+    ASSERT_EQ(drawn.values.size(), 8 * 64u);
+    EXPECT_EQ(drawn.unit, "K");
+    EXPECT_FLOAT_EQ(drawn.values[15], float(cubes->attributes[0].values[shell.cube[1]]));
+    EXPECT_NE(scene.failure_at<double>("cold").find(
+                  "no attribute 'cold'; it has density, young, poisson, fill, heat"),
+              std::string::npos)
+        << scene.failure_at<double>("cold");
+    scene.at<graph::WrittenFile>("file");
+    EXPECT_NE(files::bytes_of(folder.path / "cage.0001.ply").find("property float heat\n"),
+              std::string::npos);
+}
+
+// 312 samples a cube, one in each strip of equal area: the error of a mean is a few thousandths of
+// the 10 K that a cube spans.
+TEST(Attributes, OfSamplesBecomeThoseOfCubes)
+{
+    Scene scene(hot_square("samples"));
+    const auto cubes = scene.at<Cubes>("cubes");
+    ASSERT_EQ(cubes->count(), 64u);
+    for (std::size_t c = 0; c < cubes->count(); ++c) {
+        const double x = cubes->origin.x() + cubes->size * (cubes->cell[c].x() + 0.5);
+        EXPECT_NEAR(cubes->attributes.at(0).values[c], 300 + 40 * x, 0.3);
+    }
+}
+
+TEST(Attributes, OfAnotherNameAreToldBeforeCubesAreMade)
+{
+    std::string nodes = hot_square("surface");
+    nodes.replace(nodes.find("he*"), 3, "cold");
+    EXPECT_NE(Scene(nodes).failure_at<Cubes>("cubes").find("no attribute 'cold'; it has heat"),
+              std::string::npos);
 }
 
 }  // namespace
