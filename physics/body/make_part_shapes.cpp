@@ -135,20 +135,21 @@ void add_points(const std::array<Vec3, 3>& t, double longest, std::vector<LooseP
     }
 }
 
-std::vector<LoosePoint> points_of(const TriMesh& mesh, const geometry::TriangleBvh& shape,
-                                  double longest)
+// Adds those of a part's mesh.
+void add_points(const TriMesh& mesh, const geometry::TriangleBvh& shape, double longest,
+                std::vector<LoosePoint>& out)
 {
-    std::vector<LoosePoint> out;
+    const std::size_t first = out.size();
     for (const Triangle& t : mesh.triangles()) {
         add_points({mesh.positions[t[0]].cast<double>(), mesh.positions[t[1]].cast<double>(),
                     mesh.positions[t[2]].cast<double>()},
                    longest, out);
     }
     // The triangles may all face inward.
-    for (LoosePoint& point : out) {
+    for (std::size_t i = first; i < out.size(); ++i) {
+        LoosePoint& point = out[i];
         if (shape.inside(point.place + 1e-3 * longest * point.normal)) point.normal *= -1;
     }
-    return out;
 }
 
 // Which points are taken together: those of one cube, one 64th of it, and one side of six.
@@ -166,9 +167,10 @@ std::uint64_t crowd_of(std::uint32_t cube, const Vec3& place, const Vec3& normal
 
 using CrowdedPoints = std::vector<std::pair<std::uint64_t, ShapePoint>>;  // by their crowd
 
-// Finds the cubes of the points of a part, and takes crowds together.
-void keep_points(const ShapedModel& model, std::uint32_t part, const std::vector<LoosePoint>& loose,
-                 CrowdedPoints& out)
+// Finds the cubes of the points of a model's parts: those of part_of_point[i] are kept where it has
+// their cube.
+void keep_points(const ShapedModel& model, const std::vector<LoosePoint>& loose,
+                 const std::vector<std::uint32_t>& part_of_point, CrowdedPoints& out)
 {
     const Cubes& cubes = model.cubes;
     TriMesh mesh;
@@ -177,7 +179,7 @@ void keep_points(const ShapedModel& model, std::uint32_t part, const std::vector
     const geometry::Binding binding = geometry::bind(mesh, cubes);
     for (std::size_t i = 0; i < loose.size(); ++i) {
         const std::uint32_t cube = binding.used[binding.cube[i]];
-        if (model.part_of[cube] != part) continue;
+        if (model.part_of[cube] != part_of_point[i]) continue;
         const Vec3 place =
             (loose[i].place - cubes.origin) / cubes.size - cubes.cell[cube].cast<double>();
         out.push_back({crowd_of(model.first_cube + cube, place, loose[i].normal),
@@ -301,6 +303,8 @@ void add_shapes(const ShapedModel& model, PartShapes& out, CrowdedPoints& points
     std::vector<std::uint32_t> own(part_of.begin(), part_of.end());
     std::sort(own.begin(), own.end());
     own.erase(std::unique(own.begin(), own.end()), own.end());
+    std::vector<LoosePoint> loose;
+    std::vector<std::uint32_t> part_of_point;
     for (const std::uint32_t p : own) {
         TriMesh mesh;
         if (surface) {
@@ -317,8 +321,11 @@ void add_shapes(const ShapedModel& model, PartShapes& out, CrowdedPoints& points
         }
         out.grid[p] = {cubes.size, cubes.origin};
         out.shape[p] = geometry::TriangleBvh(mesh);
-        keep_points(model, p, points_of(mesh, out.shape[p], 1.5 * cubes.size), points);
+        add_points(mesh, out.shape[p], 1.5 * cubes.size, loose);
+        part_of_point.resize(loose.size(), p);
     }
+    // All at once: a search for the cubes of some is over the cubes of all.
+    keep_points(model, loose, part_of_point, points);
 }
 
 }  // namespace
