@@ -31,15 +31,17 @@ void add_contact_blocks(StepSolver& solver, const Stage& stage, const Aligned<do
     solver.high.contacts.clear();
     blocks.clear();
     for (const PointContact& c : stage.contacts) {
-        ContactBlock<double> block{c.corners, {}, c.count, {}};
+        ContactBlock<double> block{{}, {}, 0, {}};
         for (std::size_t i = 0; i < 6; ++i) {
             block.matrix[i] = stage.tau * stage.tau * c.stiffness[i] + stage.tau * c.drag[i];
         }
         for (std::size_t a = 0; a < c.count; ++a) {
             const double weight = double(c.weight[a]);
-            block.weight[a] = weight;
+            if (weight == 0) continue;
             const auto k = c.corners[a];
-            if (weight == 0 || stage.frame.fixed[4 * std::size_t{k}] != 0) continue;
+            block.corners[block.count] = k;
+            block.weight[block.count++] = weight;
+            if (stage.frame.fixed[4 * std::size_t{k}] != 0) continue;
             auto& at = solver.block_of[k];
             if (at == no_index) {
                 at = static_cast<std::uint32_t>(blocks.size());
