@@ -5,6 +5,7 @@ namespace physics {
 void NearCubes::clear()
 {
     cube_.clear();
+    box_ = {};
     for (auto* bounds : {&lo_, &hi_}) {
         for (auto& axis : *bounds) axis.clear();
     }
@@ -13,6 +14,7 @@ void NearCubes::clear()
 void NearCubes::add(const NearCube& cube)
 {
     cube_.push_back(cube.cube);
+    box_.add(cube.box);
     for (std::size_t i = 0; i < 3; ++i) {
         lo_[i].push_back(cube.box.lo[static_cast<Eigen::Index>(i)]);
         hi_[i].push_back(cube.box.hi[static_cast<Eigen::Index>(i)]);
@@ -21,6 +23,8 @@ void NearCubes::add(const NearCube& cube)
 
 void NearCubes::meeting(const geometry::Box3f& span, std::vector<NearCube>& out)
 {
+    out.clear();
+    if (!box_.overlaps(span)) return;
     // Without branches, so that compilers take several boxes at a time.
     meets_.assign(cube_.size(), 1);
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -33,7 +37,6 @@ void NearCubes::meeting(const geometry::Box3f& span, std::vector<NearCube>& out)
                         static_cast<std::uint32_t>(from <= high[i]);
         }
     }
-    out.clear();
     for (std::size_t i = 0; i < cube_.size(); ++i) {
         if (meets_[i] == 0) continue;
         out.push_back(

@@ -25,6 +25,7 @@ public:
     void meeting(const geometry::Box3f& span, std::vector<NearCube>& out);
 
 private:
+    geometry::Box3f box_;  // of all
     std::vector<std::uint32_t> cube_;
     std::array<std::vector<float>, 3> lo_, hi_;  // by axis
     std::vector<std::uint32_t> meets_;           // room

@@ -66,6 +66,8 @@ struct Scene {
     double dt;
     double stiffest;  // N/m
     Look look;
+    const std::vector<PlaneTouch>& known;
+    std::vector<std::uint32_t> known_at;  // into known, of each point and the end
     PointsNow now;
 };
 
@@ -190,11 +192,18 @@ std::optional<PlaneTouch> touch_in(const Scene& scene, const Moving& moving, con
 
 // How far before a face a point may be to be told of it, cubes of size `h`: more where it looks
 // ahead at speed.
+constexpr double most_ahead = 1;
 double reach_of(const Scene& scene, double way, double h)
 {
-    constexpr double most = 1;
     if (scene.look == Look::back) return known_before;
-    return std::min(known_before + way / h, most);
+    return std::min(known_before + way / h, most_ahead);
+}
+
+// How far ahead a point that goes `way` (m) is looked for.
+Vec3 way_ahead(const Vec3& way, double h)
+{
+    const double most = (most_ahead - known_before) * h;
+    return way * std::min(1.0, most / std::max(most, way.norm()));
 }
 
 // The plane before a point that is in none of the target's cubes `near`: of the one that it is
@@ -208,8 +217,9 @@ std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
     constexpr std::size_t tried = 3;
     std::array<std::pair<float, std::uint32_t>, tried> nearest;
     nearest.fill({std::numeric_limits<float>::infinity(), 0});
-    for (const auto& [box, c] : near) {
-        const std::pair<float, std::uint32_t> here{(0.5f * (box.lo + box.hi) - p).squaredNorm(), c};
+    for (std::uint32_t i = 0; i < near.size(); ++i) {
+        const Box3f& box = near[i].box;
+        const std::pair<float, std::uint32_t> here{(0.5f * (box.lo + box.hi) - p).squaredNorm(), i};
         if (!(here < nearest.back())) continue;
         nearest.back() = here;
         std::sort(nearest.begin(), nearest.end());
@@ -217,8 +227,12 @@ std::optional<PlaneTouch> touch_before(const Scene& scene, const Moving& moving,
     std::optional<InCube> best;
     std::uint32_t cube = 0;
     double least = reach;
-    for (const auto& [distance, c] : nearest) {
+    for (const auto& [distance, at] : nearest) {
         if (!std::isfinite(distance)) break;
+        const auto& [box, c] = near[at];
+        // It is no further from the cube than that many of the cube's edges.
+        const double most = least * double((box.hi - box.lo).norm());
+        if (box.distance_sq(moving.p) > most * most) continue;
         const auto in = find_in_cube(corners_of(scene, c), h, moving.p, least);
         if (!in) continue;
         const double off = std::max({0.0, -in->u.minCoeff(), in->u.maxCoeff() - 1});
@@ -250,8 +264,8 @@ std::optional<PlaneTouch> first_touch(const Scene& scene, const Moving& moving,
     const double reach = reach_of(scene, way.norm(), h);
     Box about;
     about.add(moving.p);
-    if (scene.look == Look::back) about.add(Vec3(moving.p - way));
-    about = wider(about, reach * h);
+    about.add(scene.look == Look::back ? Vec3(moving.p - way) : moving.p + way_ahead(way, h));
+    about = wider(about, known_before * h);
     const Box3f span{about.lo.cast<float>(), about.hi.cast<float>()};
     near.meeting(span, close);
     if (close.empty()) return std::nullopt;
@@ -284,9 +298,22 @@ Box reach_of(const Scene& scene, const HolderNow& now, const Target& target)
     const double h = scene.shapes.size_of(target.part);
     const Vec3 way = scene.dt * (now.velocity - target.velocity);
     const double spread = scene.dt * now.spread;
-    const double reach = (reach_of(scene, way.norm() + spread, h) + rounding) * h;
-    if (scene.look == Look::ahead) return wider(now.box, reach);
-    return wider(swept(now.box, way), spread + reach);
+    const Vec3 before = scene.look == Look::back ? way : Vec3(-way_ahead(way, h));
+    return wider(swept(now.box, before), spread + (known_before + rounding) * h);
+}
+
+// The points begin .. end that are not known to touch a part.
+void find_unknown(const Scene& scene, std::uint32_t part, std::uint32_t begin, std::uint32_t end,
+                  std::vector<std::uint32_t>& out)
+{
+    out.clear();
+    for (std::uint32_t p = begin; p < end; ++p) {
+        bool knows = false;
+        for (auto i = scene.known_at[p]; i < scene.known_at[p + 1]; ++i) {
+            knows |= scene.known[i].other == part;
+        }
+        if (!knows) out.push_back(p);
+    }
 }
 
 void look(const Scene& scene, const Job& job, const Target& target, std::vector<PlaneTouch>& out)
@@ -297,10 +324,14 @@ void look(const Scene& scene, const Job& job, const Target& target, std::vector<
     std::vector<std::uint32_t> found;  // of the target's cubes
     NearCubes near;
     std::vector<NearCube> close;
+    std::vector<std::uint32_t> unknown;
     for (std::size_t i = job.begin; i < job.end; ++i) {
         const std::uint32_t holder = holders[i], cube = shapes.holder[holder];
         const Box reach = reach_of(scene, scene.now.holder[holder], target);
         if (!overlap(reach, target.box)) continue;
+        find_unknown(scene, target.part, shapes.point_at[holder], shapes.point_at[holder + 1],
+                     unknown);
+        if (unknown.empty()) continue;
         found.clear();
         target.tree.overlapping({reach.lo.cast<float>(), reach.hi.cast<float>()},
                                 [&](std::uint32_t c) { found.push_back(c); });
@@ -310,7 +341,7 @@ void look(const Scene& scene, const Job& job, const Target& target, std::vector<
         near.clear();
         for (const auto c : found) near.add({target.boxes[c], target.cubes[c]});
         if (near.empty()) continue;
-        for (auto p = shapes.point_at[holder]; p < shapes.point_at[holder + 1]; ++p) {
+        for (const auto p : unknown) {
             const Moving moving{
                 job.from, cube, p, &shapes.point[p], scene.now.point[p].p, scene.now.point[p].v};
             if (const auto touch = first_touch(scene, moving, target, near, close)) {
@@ -413,11 +444,20 @@ std::vector<PartPair> near_parts(const PartShapes& shapes, const double* x, cons
 
 std::vector<PlaneTouch> find_part_touches(const PartShapes& shapes,
                                           const std::vector<PartPair>& pairs, const double* x,
-                                          const double* v, double dt, Look how)
+                                          const double* v, double dt, Look how,
+                                          const std::vector<PlaneTouch>& known)
 {
     if (pairs.empty()) return {};
     const double stiffest = 1000 * shapes.mass_of_all * 9.81 / shapes.least_size;
-    const Scene scene{shapes, x, v, dt, stiffest, how, points_now(shapes, pairs, x, v)};
+    const Scene scene{shapes,
+                      x,
+                      v,
+                      dt,
+                      stiffest,
+                      how,
+                      known,
+                      first_of_points(known, shapes.point.size()),
+                      points_now(shapes, pairs, x, v)};
     Meetings meetings = find_meetings(scene, pairs);
     geometry::parallel_for(meetings.targets.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t t = begin; t < end; ++t) {
@@ -433,10 +473,7 @@ std::vector<PlaneTouch> find_part_touches(const PartShapes& shapes,
             look(scene, job, target, found[j]);
         }
     });
-    std::vector<PlaneTouch> all;
-    for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
-    std::sort(all.begin(), all.end(), in_order<PlaneTouch, PlaneTouch>);
-    return all;
+    return put_in_order(found);
 }
 
 }  // namespace physics

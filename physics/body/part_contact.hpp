@@ -31,14 +31,15 @@ std::vector<PartPair> near_parts(const PartShapes& shapes, const double* x, cons
 
 // Where a point is looked for, at x moving at v for a step of dt seconds.
 enum class Look {
-    ahead,  // the step begins at x: where the point is, and which faces it may come to
+    ahead,  // the step begins at x: where the point is, and which faces it comes near
     back    // the step ends at x: on the whole way there
 };
 
 // The planes of all points of a part of each pair that are in the other part or before a face of
-// it, in_order().
+// it, in_order(). Points on a part that they are `known` to touch, in_order(), are not looked at.
 std::vector<PlaneTouch> find_part_touches(const PartShapes& shapes,
                                           const std::vector<PartPair>& pairs, const double* x,
-                                          const double* v, double dt, Look how);
+                                          const double* v, double dt, Look how,
+                                          const std::vector<PlaneTouch>& known = {});
 
 }  // namespace physics

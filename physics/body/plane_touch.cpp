@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace physics {
 namespace {
@@ -11,12 +12,13 @@ namespace {
 // they part.
 Vec3 between(const PlaneTouch& touch, const double* field)
 {
-    Vec3 sum = Vec3::Zero();
+    std::array<double, 4> sum{};  // with the fourth, compilers take two at a time
     for (std::size_t a = 0; a < touch.count; ++a) {
         const double* at = field + 4 * std::size_t{touch.corners[a]};
-        sum += double(touch.weight[a]) * Eigen::Map<const Vec3>(at);
+        const auto weight = double(touch.weight[a]);
+        for (std::size_t i = 0; i < 4; ++i) sum[i] += weight * at[i];
     }
-    return sum;
+    return {sum[0], sum[1], sum[2]};
 }
 
 Vec3 along(const Vec3& normal, const Vec3& way)
@@ -40,6 +42,31 @@ double PlaneTouch::gap(const double* x) const
 double PlaneTouch::depth(const double* x) const
 {
     return std::max(0.0, rebound - gap(x));
+}
+
+std::vector<PlaneTouch> put_in_order(const std::vector<std::vector<PlaneTouch>>& lists)
+{
+    // Touches are large: keys are sorted in their place.
+    std::vector<std::pair<std::uint64_t, const PlaneTouch*>> keys;
+    for (const auto& list : lists) {
+        for (const PlaneTouch& touch : list) {
+            keys.emplace_back(std::uint64_t{touch.point} << 32 | touch.other, &touch);
+        }
+    }
+    std::sort(keys.begin(), keys.end(), [](auto& a, auto& b) { return a.first < b.first; });
+    std::vector<PlaneTouch> out;
+    out.reserve(keys.size());
+    for (const auto& [key, touch] : keys) out.push_back(*touch);
+    return out;
+}
+
+std::vector<std::uint32_t> first_of_points(const std::vector<PlaneTouch>& touches,
+                                           std::size_t points)
+{
+    std::vector<std::uint32_t> out(points + 1, 0);
+    for (const PlaneTouch& touch : touches) ++out[touch.point + 1];
+    for (std::size_t p = 0; p < points; ++p) out[p + 1] += out[p];
+    return out;
 }
 
 std::vector<PointContact> press(const std::vector<PlaneTouch>& touches, const double* x,
@@ -113,17 +140,26 @@ void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips
 bool add_found(std::vector<PlaneTouch>& touches, const std::vector<PlaneTouch>& found,
                const double* x, double much)
 {
-    std::vector<PlaneTouch> out;
+    std::vector<const PlaneTouch*> fresh;
     bool pushes = false;
     auto old = touches.begin();
     for (const PlaneTouch& touch : found) {
-        while (old != touches.end() && in_order(*old, touch)) out.push_back(*old++);
+        old = std::lower_bound(old, touches.end(), touch, in_order<PlaneTouch, PlaneTouch>);
         if (old != touches.end() && !in_order(touch, *old)) continue;
-        out.push_back(touch);
+        fresh.push_back(&touch);
         pushes |= touch.gap(x) < -much;
     }
-    out.insert(out.end(), old, touches.end());
-    touches.swap(out);
+    // From the end, so that each moves once.
+    std::size_t from = touches.size();
+    touches.resize(from + fresh.size());
+    for (std::size_t to = touches.size(); !fresh.empty();) {
+        if (from > 0 && in_order(*fresh.back(), touches[from - 1])) {
+            touches[--to] = touches[--from];
+        } else {
+            touches[--to] = *fresh.back();
+            fresh.pop_back();
+        }
+    }
     return pushes;
 }
 

@@ -68,6 +68,13 @@ template <class A, class B> bool in_order(const A& a, const B& b)
     return std::tie(a.point, a.other) < std::tie(b.point, b.other);
 }
 
+// All of some lists, in_order().
+std::vector<PlaneTouch> put_in_order(const std::vector<std::vector<PlaneTouch>>& lists);
+// Which of some touches, in_order(), is the first of each point 0 .. points or of one behind it,
+// and the end.
+std::vector<std::uint32_t> first_of_points(const std::vector<PlaneTouch>& touches,
+                                           std::size_t points);
+
 // The contacts of all touches that are deep, or whose friction yields by a load, of corners
 // at x moving at v, in their order, in a step of dt seconds. `tangent` is the a of
 // point_contact.hpp.

@@ -74,11 +74,9 @@ struct Stage {
     std::vector<PartPair> near;              // parts that may touch each other
     std::vector<PlaneTouch> touches, holds;  // of parts, of colliders; found by find_touches()
     std::vector<Grip> grips, held;           // those that the step began with
-    // m, of each of near: how far they may have moved against each other since their touches were
-    // looked for last, up to touches_at.
-    std::vector<double> crept;
-    Aligned<double> touches_at;  // m
-    Aligned<double> holds_at;    // m: where holds were looked for last
+    std::vector<Aligned<double>> looked_at;  // m: x where touches of parts were looked for
+    std::vector<std::uint32_t> looked;       // of each of near: into these, where theirs were last
+    Aligned<double> holds_at;                // m: where holds were looked for last
     std::vector<PointContact> contacts;
 };
 

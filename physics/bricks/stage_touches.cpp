@@ -22,21 +22,20 @@ std::vector<PlaneTouch> find_holds(const Stage& stage, const Aligned<double>& x)
     return found;
 }
 
-// The ways of each part's corners from where they were asked for last to x, m.
-std::vector<Box> ways_of_parts(Stage& stage)
+// The ways of each part's corners from one place to another, m.
+std::vector<Box> ways_of_parts(const PartShapes& shapes, const Aligned<double>& from,
+                               const Aligned<double>& to)
 {
-    const PartShapes& shapes = *stage.frame.body.shapes;
     std::vector<Box> out(shapes.parts());
     geometry::parallel_for(shapes.parts(), 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t p = begin; p < end; ++p) {
             for (const auto slot : shapes.slots[p]) {
                 const std::size_t at = 4 * std::size_t{slot};
-                out[p].add(Eigen::Map<const Vec3>(stage.x.data() + at) -
-                           Eigen::Map<const Vec3>(stage.touches_at.data() + at));
+                out[p].add(Eigen::Map<const Vec3>(to.data() + at) -
+                           Eigen::Map<const Vec3>(from.data() + at));
             }
         }
     });
-    stage.touches_at = stage.x;
     return out;
 }
 
@@ -44,15 +43,19 @@ std::vector<Box> ways_of_parts(Stage& stage)
 // each other since they were looked at last. They count as looked at now.
 std::vector<PartPair> moved_pairs(Stage& stage, double far)
 {
-    const std::vector<Box> way = ways_of_parts(stage);
+    const PartShapes& shapes = *stage.frame.body.shapes;
+    const auto now = static_cast<std::uint32_t>(stage.looked_at.size());
+    std::vector<std::vector<Box>> ways(now);
     std::vector<PartPair> out;
     for (std::size_t i = 0; i < stage.near.size(); ++i) {
+        std::vector<Box>& way = ways[stage.looked[i]];
+        if (way.empty()) way = ways_of_parts(shapes, stage.looked_at[stage.looked[i]], stage.x);
         const Box &a = way[stage.near[i].a], &b = way[stage.near[i].b];
-        stage.crept[i] += (a.hi - b.lo).cwiseMax(b.hi - a.lo).norm();
-        if (stage.crept[i] <= far) continue;
+        if ((a.hi - b.lo).cwiseMax(b.hi - a.lo).norm() <= far) continue;
         out.push_back(stage.near[i]);
-        stage.crept[i] = 0;
+        stage.looked[i] = now;
     }
+    if (!out.empty()) stage.looked_at.push_back(stage.x);
     return out;
 }
 
@@ -62,7 +65,8 @@ bool find_part_touches(Stage& stage, double much)
     const auto pairs = moved_pairs(stage, known_before * stage.frame.body.h);
     if (pairs.empty()) return false;
     auto found = find_part_touches(*stage.frame.body.shapes, pairs, stage.x.data(), stage.w.data(),
-                                   stage.tau, Look::back);
+                                   stage.tau, Look::back, stage.touches);
+    if (found.empty()) return false;
     take_grips(found, stage.grips);
     return add_found(stage.touches, found, stage.x.data(), much);
 }
@@ -119,8 +123,8 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     }
     aim_bounces(stage);
     stage.holds_at = x0;
-    stage.touches_at = x0;
-    stage.crept.assign(stage.near.size(), 0);
+    stage.looked_at.assign(stage.near.empty() ? 0 : 1, x0);
+    stage.looked.assign(stage.near.size(), 0);
     stage.w = v0;
     for (std::size_t i = 0; i < loads.pins.corner.size(); ++i) {
         const std::size_t at = 4 * frame.body.slot_of(loads.pins.corner[i]);
