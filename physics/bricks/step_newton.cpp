@@ -17,7 +17,7 @@ namespace {
 constexpr int first_wary_round = 2;
 
 // Contacts come and go between rounds, so that none of them need be solved exactly.
-constexpr double contact_accuracy = 0.02;
+constexpr double contact_accuracy = 0.05;
 // What is touched is looked for again where the forces balance so far, as a share of those at work.
 constexpr double near_enough = 0.01;
 
