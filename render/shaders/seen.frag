@@ -42,7 +42,9 @@ float soft_key(vec3 p, vec3 n, vec2 turn, out float half_width)
     float found = 0.0, sum = 0.0;
     int tries = beside || nl <= 0.0 ? 0 : BLOCKERS;
     for (int i = 0; i < tries; ++i) {
-        vec2 by = on_disc(i, BLOCKERS, turn) * search;
+        // Closer together in the middle: what is thin and right before the point is not missed.
+        vec2 disc = on_disc(i, BLOCKERS, turn);
+        vec2 by = disc * length(disc) * search;
         float depth = textureLod(shadow_depths, at.xy + by, 0.0).x;
         float between = ahead + dot(steep, by) - depth;
         if (between > 0.0 && depth < 1.0) {
