@@ -132,18 +132,24 @@ Cubes with_attribute(Cubes cubes, CubeAttribute attribute)
     return cubes;
 }
 
-void check_own_name(std::string_view name)
+bool is_own_name(std::string_view name)
 {
     const auto in = [&](const auto& names) {
         return std::find(names.begin(), names.end(), name) != names.end();
     };
-    if (in(properties)) {
+    return !in(properties) && !in(others);
+}
+
+void check_own_name(std::string_view name)
+{
+    if (std::find(properties.begin(), properties.end(), name) != properties.end()) {
         throw std::invalid_argument(
-            fmt::format("all cubes have '{}': set it as a property, or choose another name for "
-                        "the attribute",
+            fmt::format("all cubes have '{0}': set it as that property with LocalMatter, or give "
+                        "it another name with Attributes, such as \"my_{0}\" with the value "
+                        "\"{0}\"",
                         name));
     }
-    if (in(others)) {
+    if (!is_own_name(name)) {
         throw std::invalid_argument(fmt::format(
             "'{}' is a quantity of cubes or of their motion: choose another name for the attribute",
             name));

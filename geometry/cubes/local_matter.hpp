@@ -43,7 +43,9 @@ Cubes with_local_values(Cubes cubes, LocalProperty property, const std::vector<d
 // value is not finite.
 Cubes with_attribute(Cubes cubes, CubeAttribute attribute);
 
-// Throws std::invalid_argument for a name that a quantity of all cubes or of their motion has.
+// Whether an attribute may have a name: none that a quantity of all cubes or of their motion has.
+bool is_own_name(std::string_view name);
+// Throws std::invalid_argument where it may not.
 void check_own_name(std::string_view name);
 
 // A property or an attribute of each cube, by name: young, density (of the material), poisson,

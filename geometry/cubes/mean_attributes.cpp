@@ -47,7 +47,8 @@ double value_at(const TriMesh& mesh, std::uint32_t triangle, const Vec3& barycen
     return sum;
 }
 
-// Of p in the plane of a triangle; the triangle's middle where it has no area.
+// Of p in a triangle, each 0 to 1 also where the triangle is a needle, whose rounding errors are
+// large; the triangle's middle where it has no area.
 Vec3 barycentric_of(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c)
 {
     const Vec3 normal = (b - a).cross(c - a);
@@ -55,7 +56,11 @@ Vec3 barycentric_of(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c)
     if (!(area_sq > 0)) return Vec3::Constant(1.0 / 3);
     const double u = (c - b).cross(p - b).dot(normal) / area_sq;
     const double v = (a - c).cross(p - c).dot(normal) / area_sq;
-    return {u, v, 1 - u - v};
+    const Vec3 all(u, v, 1 - u - v);
+    if (!all.allFinite()) return Vec3::Constant(1.0 / 3);
+    if (all.minCoeff() >= 0) return all;
+    const Vec3 within = all.cwiseMax(0.0).cwiseMin(1.0);
+    return within / within.sum();  // which is 1/3 at least, as the sum of `all` is 1
 }
 
 // A piece of a triangle: its area, and the middle of that.
@@ -130,7 +135,7 @@ Cubes with_values(Cubes cubes, Attributes attributes, std::vector<std::vector<do
     return cubes;
 }
 
-// The middle of what a cube holds is as near to the surface as any place of it.
+// A cube that faces only touch gets the value where they are nearest to its middle.
 void add_nearest(const Cubes& cubes, const TriMesh& mesh, Attributes attributes, Sums& sums)
 {
     if (std::all_of(sums.weight.begin(), sums.weight.end(), [](double w) { return w > 0; })) return;
@@ -153,9 +158,12 @@ std::vector<const Attribute*> chosen_attributes(const std::string& wanted,
 {
     std::vector<std::uint8_t> chosen(attributes.size(), 0);
     for (const std::string& word : words_of(wanted)) {
-        bool found = word.find_first_of("*?") != std::string::npos;
+        const bool many = word.find_first_of("*?") != std::string::npos;
+        bool found = many;
         for (std::size_t i = 0; i < attributes.size(); ++i) {
             if (!matches(attributes[i].name, word)) continue;
+            if (many && !is_own_name(attributes[i].name)) continue;
+            check_own_name(attributes[i].name);
             chosen[i] = 1;
             found = true;
         }
@@ -277,7 +285,9 @@ void add_attributes(Samples& samples, const TriMesh& mesh, Attributes attributes
 void add_means_of_samples(Cubes& cubes, std::span<const Deposit> deposits,
                           std::span<const Samples* const> sets, std::span<const std::uint8_t> used)
 {
-    constexpr double least_volume = 1e-300;  // of a sample without one
+    // m^3, of a sample without one: nothing beside one that has a volume, and those of a cube
+    // where none has one count alike. Times any float it is a normal number still.
+    constexpr double least_volume = 1e-150;
     std::vector<CubeAttribute> means;
     std::vector<std::vector<double>> weights;
     const auto place = [&](const Attribute& a) {

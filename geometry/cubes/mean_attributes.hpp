@@ -12,8 +12,9 @@
 namespace geometry {
 
 // Those of `attributes` that `wanted` names: names apart by commas or spaces, where * is any text
-// and ? any character. In their own order, each once. Throws std::invalid_argument for a name
-// without * and ? that none has.
+// and ? any character. In their own order, each once. * and ? pass over names that cubes cannot
+// have (check_own_name). Throws std::invalid_argument for a name without them that none has, or
+// that cubes cannot have.
 std::vector<const Attribute*> chosen_attributes(const std::string& wanted,
                                                 std::span<const Attribute> attributes);
 

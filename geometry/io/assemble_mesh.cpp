@@ -132,9 +132,10 @@ struct Assembly {
     std::vector<Attribute> attributes;  // of all meshes, each name once
     MeshTopology topology;
 
-    std::vector<Vec3f> position;        // of the instance being added
-    std::vector<std::uint32_t> vertex;  // likewise
-    std::vector<Triangle> kept;         // likewise
+    std::vector<Vec3f> position;                // of the instance being added
+    std::vector<std::uint32_t> vertex;          // likewise
+    std::vector<Triangle> kept;                 // likewise
+    std::vector<const ImportedAttribute*> own;  // likewise, one of each of attributes; may be null
 };
 
 Assembly begin_assembly(const ImportedScene& scene)
@@ -164,6 +165,18 @@ Assembly begin_assembly(const ImportedScene& scene)
     return a;
 }
 
+// a.own: the attributes of `in` by the number of their name in a.attributes.
+void find_attributes(Assembly& a, const ImportedMesh& in)
+{
+    a.own.assign(a.attributes.size(), nullptr);
+    for (const ImportedAttribute& own : in.attributes) {
+        const auto same = [&](const Attribute& b) { return b.name == own.name; };
+        const auto found = std::find_if(a.attributes.begin(), a.attributes.end(), same);
+        if (found == a.attributes.end()) continue;
+        a.own[static_cast<std::size_t>(found - a.attributes.begin())] = &own;
+    }
+}
+
 // The numbers at a vertex that is new here: white and 0 where the file has none. A vertex that is
 // welded to another keeps the other's.
 void add_vertex_values(Assembly& a, const ImportedMesh& in, std::size_t from, std::uint32_t vertex)
@@ -171,12 +184,11 @@ void add_vertex_values(Assembly& a, const ImportedMesh& in, std::size_t from, st
     if (a.has_colours && vertex == a.colours.size()) {
         a.colours.push_back(in.colours.size() > from ? in.colours[from] : Vec3f(Vec3f::Ones()));
     }
-    for (Attribute& to : a.attributes) {
+    for (std::size_t i = 0; i < a.attributes.size(); ++i) {
+        Attribute& to = a.attributes[i];
         if (vertex != to.values.size()) continue;
-        float value = 0;
-        for (const ImportedAttribute& own : in.attributes) {
-            if (own.name == to.name && own.values.size() > from) value = own.values[from];
-        }
+        const ImportedAttribute* own = a.own[i];
+        const float value = own && own->values.size() > from ? own->values[from] : 0.f;
         if (!std::isfinite(value)) ++a.dropped.values;
         to.values.push_back(std::isfinite(value) ? value : 0.f);
     }
@@ -284,6 +296,7 @@ void add_instance(Assembly& a, const ImportedNode& node, const Transform& T)
 {
     const ImportedMesh& in = a.scene->meshes[node.mesh];
     a.dropped.lines += in.lines;
+    find_attributes(a, in);
     if (a.faces == 0) {
         add_points(a, in, T);
         return;

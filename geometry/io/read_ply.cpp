@@ -78,6 +78,27 @@ struct Header {
         fmt::format("a line of its header is not PLY: \"{}\"", line.substr(0, 80)));
 }
 
+// `words`: of the line, after "element".
+Element element_in(std::string_view line, std::string_view words,
+                   const std::vector<Element>& before)
+{
+    Element element;
+    element.name = next_word(words);
+    const std::string_view count = next_word(words);
+    const auto end = count.data() + count.size();
+    if (count.empty() || std::from_chars(count.data(), end, element.count).ptr != end) {
+        refuse(line);
+    }
+    const auto vertices = [](const Element& e) { return e.name == "vertex"; };
+    if (vertices(element) && std::any_of(before.begin(), before.end(), vertices)) {
+        throw std::runtime_error(fmt::format(
+            "its header has a second element of vertices, \"{}\", where one was expected: join the "
+            "two, or write them to two files",
+            line.substr(0, 80)));
+    }
+    return element;
+}
+
 Header read_header(std::string_view& rest)
 {
     if (next_line(rest) != "ply") throw std::runtime_error("expected \"ply\" as its first line");
@@ -99,14 +120,7 @@ Header read_header(std::string_view& rest)
                 refuse(line);
             }
         } else if (first == "element") {
-            Element element;
-            element.name = next_word(words);
-            const std::string_view count = next_word(words);
-            const auto end = count.data() + count.size();
-            if (count.empty() || std::from_chars(count.data(), end, element.count).ptr != end) {
-                refuse(line);
-            }
-            header.elements.push_back(element);
+            header.elements.push_back(element_in(line, words, header.elements));
         } else if (first == "property") {
             Property property;
             std::string_view kind = next_word(words);
@@ -333,7 +347,9 @@ struct CornerCoordinates {
             if (v < mesh.normals.size()) mesh.normals.push_back(Vec3f(mesh.normals[v]));
             if (v < mesh.colours.size()) mesh.colours.push_back(Vec3f(mesh.colours[v]));
             mesh.uvs.push_back(uv);
-            for (ImportedAttribute& a : mesh.attributes) a.values.push_back(float(a.values[v]));
+            for (ImportedAttribute& a : mesh.attributes) {
+                a.values.push_back(v < a.values.size() ? float(a.values[v]) : 0.f);
+            }
             given.push_back(true);
         }
         return at->second;
@@ -412,6 +428,11 @@ void read_one(Numbers& numbers, const Element& element, const std::vector<Target
 }
 
 }  // namespace
+
+bool has_meaning_in_ply(std::string_view name)
+{
+    return target_of({std::string(name), Kind::f32, {}}).what != Target::What::nothing;
+}
 
 ImportedScene read_ply(std::string_view bytes)
 {

@@ -16,4 +16,8 @@ namespace geometry {
 // what is wrong with a file that is cut short or no PLY.
 ImportedScene read_ply(std::string_view bytes);
 
+// Whether read_ply() takes a property of this name for a position, normal, colour or texture
+// coordinate.
+bool has_meaning_in_ply(std::string_view name);
+
 }  // namespace geometry

@@ -3,6 +3,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/srgb.hpp"
 #include "geometry/io/file_bytes.hpp"
+#include "geometry/io/read_ply.hpp"
 #include "geometry/io/texture_files.hpp"
 #include "geometry/io/write_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
@@ -36,15 +37,21 @@ std::vector<std::uint32_t> entry_of_vertex(const TriMesh& mesh,
     return entry;
 }
 
-// An attribute's name as that of a property that readers don't take for something else.
-std::string property_name(const Attribute& attribute)
+// The names of attributes as those of properties: each once, and none that readers take for
+// something else.
+std::vector<std::string> property_names(const std::vector<Attribute>& attributes)
 {
-    constexpr std::array<std::string_view, 16> known{
-        "x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "r", "g", "b", "s", "t", "u", "v"};
-    std::string name = one_line(attribute.name, "value");
-    for (char& c : name) c = c == ' ' ? '_' : c;
-    const bool taken = std::find(known.begin(), known.end(), name) != known.end();
-    return taken ? name + "_" : name;
+    std::vector<std::string> names;
+    for (const Attribute& a : attributes) {
+        std::string name = one_line(a.name, "value");
+        for (char& c : name) c = c == ' ' ? '_' : c;
+        while (has_meaning_in_ply(name) ||
+               std::find(names.begin(), names.end(), name) != names.end()) {
+            name += '_';
+        }
+        names.push_back(std::move(name));
+    }
+    return names;
 }
 
 const Material& material_of(const MeshTopology& t, std::size_t face)
@@ -77,8 +84,8 @@ std::string ply_bytes(const TriMesh& mesh)
     if (uvs) out += "property float s\nproperty float t\n";
     const std::string rgb = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
     if (colours) out += rgb;
-    for (const Attribute& a : mesh.attributes) {
-        out += "property float " + property_name(a) + "\n";
+    for (const std::string& name : property_names(mesh.attributes)) {
+        out += "property float " + name + "\n";
     }
     out += "element face " + std::to_string(t.triangles.size()) + "\n";
     out += "property list uchar uint vertex_indices\n";

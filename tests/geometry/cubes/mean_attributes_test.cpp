@@ -115,6 +115,45 @@ TEST(MeanAttributes, OfSamplesAreByVolume)
     EXPECT_EQ(cubes.attributes[0].values[1], 0);
 }
 
+// Samples without a volume count alike, also where weight times value is far below 1e-300.
+TEST(MeanAttributes, OfSamplesWithoutVolumeArePlain)
+{
+    Samples set;
+    set.positions = {Vec3f(0.2f, 0.5f, 0.5f), Vec3f(0.7f, 0.5f, 0.5f), Vec3f(1.5f, 0.5f, 0.5f),
+                     Vec3f(1.6f, 0.5f, 0.5f)};
+    set.attributes = {{"heat", "K", {1e-30f, 3e-30f, 5, 7}}};
+    const std::array<const Samples*, 1> sets{&set};
+    const std::vector<Deposit> deposits{{0, 0, 0}, {0, 0, 0}, {1, 0, 0}, {1, 0, 1e-9}};
+    Cubes cubes = solid_cubes({{0, 0, 0}, {1, 0, 0}}, 1);
+    add_means_of_samples(cubes, deposits, sets, std::vector<std::uint8_t>(4, 1));
+    const std::vector<double>& means = cubes.attributes.at(0).values;
+    EXPECT_NEAR(means[0], 2e-30, 1e-36);  // the values are rounded to single precision
+    EXPECT_NEAR(means[1], 7, 1e-12);      // beside one that has a volume they are nothing
+}
+
+// A needle 1 m long and 1e-12 m wide: rounded to single precision, a place on it lies up to 3e-8 m
+// beside it, which is 3e4 times its width.
+TEST(MeanAttributes, OnANeedleAreWithinThoseOfItsCorners)
+{
+    TriMesh mesh;
+    mesh.positions = {Vec3f(0, 0, 0), Vec3f(1, 1, 0), Vec3f(0.5f, 0.5f, 1e-12f)};
+    auto topology = std::make_shared<MeshTopology>();
+    topology->triangles = {{0, 1, 2}};
+    mesh.topology = topology;
+    mesh.attributes = {{"heat", "K", {1, 2, 3}}};
+    Samples on;
+    for (int i = 1; i < 100; ++i) {
+        const float x = float(i) / 100;
+        on.positions.emplace_back(x, x, (i % 2 ? 3e-8f : -3e-8f));
+        on.triangle.push_back(0);
+    }
+    add_attributes(on, mesh, all_of(mesh));
+    for (const float value : on.attributes.at(0).values) {
+        EXPECT_GE(value, 1 - 1e-6f);
+        EXPECT_LE(value, 3 + 1e-6f);
+    }
+}
+
 TEST(MeanAttributes, SamplesHaveTheValueOfTheirPlace)
 {
     TriMesh mesh = box(Vec3(1, 1, 1), Vec3i(1, 1, 1));
@@ -149,6 +188,12 @@ TEST(MeanAttributes, AreChosenByNamesAndPatterns)
     EXPECT_EQ(names("cold*"), "");
     EXPECT_EQ(refusal([&] { names("heat, cold"); }),
               "the mesh has no attribute 'cold'; it has heat, wear_low, wear_high");
+    // Names of what all cubes have: patterns pass them over.
+    const std::vector<Attribute> scan{{"density", "", {}}, {"speed", "", {}}, {"heat", "", {}}};
+    EXPECT_EQ(chosen_attributes("*", scan), std::vector<const Attribute*>{&scan[2]});
+    EXPECT_EQ(refusal([&] { chosen_attributes("density", scan); }),
+              "all cubes have 'density': set it as that property with LocalMatter, or give it "
+              "another name with Attributes, such as \"my_density\" with the value \"density\"");
 }
 
 TEST(LocalMatter, NamesOfOtherQuantitiesAndValuesThatAreNotFiniteAreRefused)

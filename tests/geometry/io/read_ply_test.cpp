@@ -153,6 +153,35 @@ TEST(ReadPly, WordsThatAreNoNumbersAreNotCutShort)
         EXPECT_GE(*std::max_element(t.begin(), t.end()), 4u);
 }
 
+// Their numbers could not be told apart: values of the second would go to vertices of the first.
+TEST(ReadPly, ASecondElementOfVerticesIsRefused)
+{
+    const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
+    const std::string vertices = xyz + "property float heat\n";
+    const std::string head = "ply\nformat ascii 1.0\nelement vertex 1\n" + vertices;
+    const std::string face = "element face 1\nproperty list uchar int vertex_indices\n"
+                             "property list uchar float texcoord\nend_header\n";
+    EXPECT_EQ(ply_error(head + "element vertex 2\n" + vertices + face +
+                        "0 0 0 1\n1 0 0 2\n0 1 0 3\n3 0 2 2 6 0 0 1 0 0 1\n"),
+              "its header has a second element of vertices, \"element vertex 2\", where one was "
+              "expected: join the two, or write them to two files");
+    EXPECT_EQ(ply_error(head + face + "0 0 0 1\n3 0 0 0 6 0 0 1 0 0 1\n"), "");
+}
+
+// A corner with coordinates of its own is a copy of its vertex, with the numbers of that.
+TEST(ReadPly, CopiesOfVerticesHaveTheirAttributes)
+{
+    const ImportedMesh mesh =
+        read_ply("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                 "property float z\nproperty float heat\nelement face 2\n"
+                 "property list uchar int vertex_indices\nproperty list uchar float texcoord\n"
+                 "end_header\n0 0 0 1\n1 0 0 2\n0 1 0 3\n3 0 1 2 6 0 0 1 0 0 1\n"
+                 "3 2 1 0 6 0.5 1 1 0 0 0\n")
+            .meshes.at(0);
+    ASSERT_EQ(mesh.positions.size(), 4u);
+    EXPECT_EQ(mesh.attributes.at(0).values, (std::vector<float>{1, 2, 3, 3}));
+}
+
 TEST(ReadPly, NoisyFilesAreReadOrRefused)
 {
     std::minstd_rand random(3);

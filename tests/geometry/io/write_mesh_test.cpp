@@ -68,6 +68,28 @@ TEST(WriteMesh, AttributesComeBackFromPlyAsTheyWere)
     }
 }
 
+// Names that the reader takes for something else, and names that are one without their spaces.
+TEST(WriteMesh, EveryAttributeHasAPropertyOfItsOwn)
+{
+    const files::Folder folder;
+    const std::vector<std::string> names{"texture_u", "diffuse_red", "diffuse_x", "a b",
+                                         "a_b",       "u",           "u_",        ""};
+    TriMesh mesh = meshes::sound().back().mesh;
+    for (const std::string& name : names) {
+        const auto value = static_cast<float>(mesh.attributes.size());
+        mesh.attributes.push_back({name, "", std::vector<float>(mesh.positions.size(), value)});
+    }
+    const TriMesh back = there_and_back(folder, "a.ply", mesh).mesh;
+    EXPECT_EQ(back.positions, mesh.positions);
+    std::vector<std::string> found;
+    for (const Attribute& a : back.attributes) {
+        EXPECT_EQ(a.values, mesh.attributes.at(found.size()).values) << a.name;
+        found.push_back(a.name);
+    }
+    EXPECT_EQ(found, (std::vector<std::string>{"texture_u_", "diffuse_red_", "diffuse_x_", "a_b",
+                                               "a_b_", "u_", "u__", "value"}));
+}
+
 TEST(WriteMesh, EveryFormatComesBackTheSameShape)
 {
     const files::Folder folder;

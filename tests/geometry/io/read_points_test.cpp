@@ -1,0 +1,82 @@
+#include "geometry/io/read_points.hpp"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace geometry;
+
+std::vector<std::string> names_of(const ImportedMesh& mesh)
+{
+    std::vector<std::string> out;
+    for (const ImportedAttribute& a : mesh.attributes) out.push_back(a.name);
+    return out;
+}
+
+using Names = std::vector<std::string>;
+
+TEST(ReadPoints, NamesAreApartByCommasOrElseBySpaces)
+{
+    const std::string line = "0 0 0 1.5 2.5\n";
+    const auto names = [&](const std::string& header) {
+        return names_of(read_points(header + "\n" + line).meshes.at(0));
+    };
+    EXPECT_EQ(names("x,y,z,heat flux,age"), (Names{"heat flux", "age"}));
+    EXPECT_EQ(names("x; y; z; heat flux; age;\r"), (Names{"heat flux", "age"}));
+    EXPECT_EQ(names("x y\tz heat age"), (Names{"heat", "age"}));
+    EXPECT_EQ(names(R"("x","y","z","heat, mean",'age')"), (Names{"heat, mean", "age"}));
+    EXPECT_EQ(names(R"(x y z "heat flux" age)"), (Names{"heat flux", "age"}));
+    EXPECT_EQ(names("x,y,z,,age"), (Names{"column4", "age"}));
+    EXPECT_EQ(names("x,y,z,heat"), (Names{"column4", "column5"}));  // a name too few
+}
+
+TEST(ReadPoints, ColoursAreWhereNamesSaySo)
+{
+    const std::string bytes = "0 0 0 255 0 51\n1 0 0 1 2 3\n";
+    const auto mesh = [&](const std::string& header, const std::string& lines) {
+        return read_points(header + "\n" + lines).meshes.at(0);
+    };
+    EXPECT_EQ(mesh("# none", bytes).colours.size(), 2u);
+    const ImportedMesh other = mesh("x y z a b c", bytes);
+    EXPECT_TRUE(other.colours.empty());
+    EXPECT_EQ(names_of(other), (Names{"a", "b", "c"}));
+    EXPECT_EQ(other.attributes[2].values, (std::vector<float>{51, 3}));
+
+    const ImportedMesh last = mesh("X Y Z R G B", bytes);
+    EXPECT_LT((last.colours.at(0) - Vec3f(1, 0, 0.2f)).norm(), 1e-6);
+    EXPECT_EQ(names_of(last), Names{});
+
+    const ImportedMesh first = mesh("x,y,z,Red,Green,Blue,age", "0,0,0,255,0,51,7\n");
+    EXPECT_LT((first.colours.at(0) - Vec3f(1, 0, 0.2f)).norm(), 1e-6);
+    EXPECT_EQ(names_of(first), Names{"age"});
+    EXPECT_EQ(first.attributes[0].values, std::vector<float>{7});
+}
+
+TEST(ReadPoints, SixtyFourColumnsAreReadAndTheirNamesWhereThereAreMore)
+{
+    for (const int n : {20, 64, 70}) {
+        std::string header = "x,y,z", line = "0,0,0";
+        for (int k = 3; k < n; ++k) {
+            header += ",f" + std::to_string(k);
+            line += "," + std::to_string(k);
+        }
+        const ImportedMesh mesh = read_points(header + "\n" + line + "\n").meshes.at(0);
+        const std::size_t read = std::min(n, 64);
+        ASSERT_EQ(mesh.attributes.size(), read - 3) << n;
+        EXPECT_EQ(mesh.attributes.back().name, "f" + std::to_string(read - 1));
+        EXPECT_EQ(mesh.attributes.back().values, std::vector<float>{float(read - 1)});
+    }
+}
+
+TEST(ReadPoints, ALineOfAnotherLengthIsNamed)
+{
+    const ImportedScene scene = read_points("x y z heat\n0 0 0 1\n\n1 0 0\n2 0 0 1 5\n");
+    EXPECT_TRUE(scene.meshes.at(0).attributes.empty());
+    EXPECT_EQ(scene.meshes[0].positions.size(), 3u);
+    EXPECT_EQ(scene.warnings,
+              Names{"line 4 has 3 numbers where those before have 4: what follows x, y and z is "
+                    "left out. Give each line as many."});
+    EXPECT_TRUE(read_points("0 0 0 1\n1 0 0 2\n").warnings.empty());
+}
+
+}  // namespace
