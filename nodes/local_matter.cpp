@@ -58,12 +58,15 @@ static OfCubes of_cubes(const geometry::Cubes& cubes, const std::string& express
                         const std::vector<std::string>& others)
 {
     OfCubes out;
-    for (std::string& name : geometry::value_names(cubes)) {
-        const bool taken = std::find(others.begin(), others.end(), name) != others.end();
-        if (taken || !graph::Grammar::free_name(name)) continue;
-        out.values.push_back(mentions(expression, name) ? geometry::cube_values(cubes, name)
-                                                        : std::vector<double>{});
-        out.names.push_back(std::move(name));
+    std::vector<std::string> names = geometry::value_names(cubes);
+    std::erase_if(names, [&](const std::string& name) {
+        return std::find(others.begin(), others.end(), name) != others.end();
+    });
+    out.names = usable_names(names, others);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        out.values.push_back(mentions(expression, out.names[i])
+                                 ? geometry::cube_values(cubes, names[i])
+                                 : std::vector<double>{});
     }
     return out;
 }
@@ -105,35 +108,59 @@ static std::vector<double> values_of(const geometry::Cubes& cubes, const Rule& r
 
 static geometry::Cubes changed(geometry::Cubes cubes, const Rule& rule, const Paint& paint)
 {
-    check(rule.ramp);
+    std::vector<double> values = values_of(cubes, rule, paint);
     if (rule.property != LocalProperty::own) {
-        const std::vector<double> values = values_of(cubes, rule, paint);
         return geometry::with_local_values(std::move(cubes), rule.property, values);
     }
-    geometry::check_own_name(rule.name);
-    check_name(rule.name);
-    geometry::CubeAttribute made{rule.name, rule.unit, values_of(cubes, rule, paint)};
-    return geometry::with_attribute(std::move(cubes), std::move(made));
+    return geometry::with_attribute(std::move(cubes), {rule.name, rule.unit, std::move(values)});
 }
 
-static Outputs run(const Inputs& in, const graph::Context&)
+// What `work` finds wrong, told of the part `member` of rule number i.
+template <class Work>
+static void told_of(std::size_t i, const std::string& member, const Work& work)
 {
+    try {
+        work();
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(fmt::format("properties[{}].{}{}", i, member, error.what()));
+    }
+}
+
+static void check_rule(const Inputs& in, std::size_t i)
+{
+    const Rule& rule = in.properties[i];
+    told_of(i, "", [&] { check(rule.ramp); });
+    if (rule.property == LocalProperty::own) {
+        told_of(i, "name: ", [&] {
+            geometry::check_own_name(rule.name);
+            check_name(rule.name);
+        });
+    }
+    if (rule.part.empty()) return;
+    told_of(i, fmt::format("part \"{}\": ", rule.part), [&] {
+        if (!in.mesh) {
+            throw std::invalid_argument("parts are those of a mesh: link it to the input 'mesh'");
+        }
+        if (in.mesh->triangles().empty()) {
+            throw std::invalid_argument("the mesh has no faces, and so no parts");
+        }
+    });
+}
+
+static Outputs run(const Inputs& in, const graph::Context& context)
+{
+    for (std::size_t i = 0; i < in.properties.size(); ++i) check_rule(in, i);
     const Paint paint = paint_of(in);
     Outputs out{*in.cubes};
     for (std::size_t i = 0; i < in.properties.size(); ++i) {
         const Rule& rule = in.properties[i];
-        if (!rule.part.empty() && !in.mesh) {
-            throw std::invalid_argument(fmt::format(
-                "properties[{}].part \"{}\": parts are those of a mesh: link it to the input "
-                "'mesh'",
-                i, rule.part));
+        if (!rule.part.empty() && !paint.has_part(rule.part)) {
+            context.warn(
+                fmt::format("properties[{}].part \"{}\" matches no group or material of the mesh",
+                            i, rule.part));
         }
-        try {
-            out.cubes = changed(std::move(out.cubes), rule, paint);
-        } catch (const std::invalid_argument& error) {
-            throw std::invalid_argument(
-                fmt::format("properties[{}].value \"{}\": {}", i, rule.value, error.what()));
-        }
+        told_of(i, fmt::format("value \"{}\": ", rule.value),
+                [&] { out.cubes = changed(std::move(out.cubes), rule, paint); });
     }
     return out;
 }
@@ -157,9 +184,9 @@ static void describe_rule(graph::ParamsOf<Rule>& p)
                "stiffness_damping, fill, and their own. Each cube gets the mean over its volume.")
         .block("ramp", &Rule::ramp, describe_ramp, about_ramp)
         .param("part", &Rule::part,
-               "Groups or materials of the mesh that it applies to, where they are nearest: * "
-               "stands for any text, ? for any character. Elsewhere the property stays. Empty: "
-               "everywhere.");
+               "Applies only where the nearest face of the mesh is of such a group or material: * "
+               "stands for any text, ? for any character. Elsewhere the property stays, or is 0 if "
+               "it is new. Empty: everywhere.");
 }
 
 void add_to(graph::Registry& registry)

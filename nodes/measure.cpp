@@ -24,6 +24,7 @@ struct Inputs {
     What what = What{6};  // displacement_max, as the table says
     geometry::Vec3 point{0, 0, 0};
     geometry::Vec3 direction{0, 1, 0};
+    std::shared_ptr<const physics::State> whole;  // the state of all bodies, as it is linked
     std::string attribute = "displacement";
 };
 struct Outputs {
@@ -67,6 +68,9 @@ static const render::Image& image(const Inputs& in)
 
 static double along(const Inputs& in, const geometry::Vec3& v)
 {
+    if (in.direction.isZero(0)) {
+        throw std::invalid_argument("expected a direction that is not 0");
+    }
     return v.dot(in.direction.normalized());
 }
 
@@ -186,8 +190,8 @@ constexpr Quantity quantities[] = {
     {"contact_depth",
      {"state"},
      [](const Inputs& in) {
-         return std::max(physics::deepest_of(state(in).holds),
-                         physics::deepest_of(state(in).grips));
+         return std::max(physics::deepest_of(in.whole->holds),
+                         physics::deepest_of(in.whole->grips));
      }},
     {"converged",
      {"state"},
@@ -229,6 +233,12 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 static Outputs run(const Inputs& in, const graph::Context&)
 {
     Inputs own = in;
+    own.whole = in.state;
+    const bool several = in.state && !in.state->models.empty();
+    if (several && in.pins && in.cubes && in.pins->cubes != physics::mark_of(*in.cubes)) {
+        throw std::invalid_argument("the pins are of other cubes than those of the input 'cubes': "
+                                    "link the Pin of these cubes");
+    }
     if (in.pins && in.state && !in.cubes) {
         own.pins = physics::pins_of_all(in.pins, in.state->models);
     }
@@ -260,7 +270,8 @@ void add_to(graph::Registry& registry)
             "components, mass (kg). Of `state`: speed_max (m/s), elastic_energy (J), stress_max "
             "(Pa, von Mises), reaction_force (N, of pins on the body, along `direction`), "
             "reaction_torque (N m, of pins about the axis along `direction` through `point`), "
-            "contact_depth (m, the deepest point in what it touches), converged (1 or 0), "
+            "contact_depth (m, the deepest point of any body in what it touches), converged (1 or "
+            "0), "
             "iterations. Of `state` and `cubes`: kinetic_energy (J), momentum (kg m/s) and "
             "centre_of_mass (m) along `direction`, angular_momentum (kg m^2/s) and "
             "moment_of_inertia (kg m^2) about the axis along `direction` through the centre of "

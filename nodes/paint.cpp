@@ -30,18 +30,9 @@ bool known(const std::vector<std::string>& names, std::string_view name)
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// An attribute's name as one that an expression can use.
-std::string usable(std::string name, const std::vector<std::string>& taken)
+bool is_of_texture(std::string_view name)
 {
-    for (char& c : name) c = is_letter(c) ? c : '_';
-    const auto of_texture = [&] {
-        return std::find(texture_names.begin(), texture_names.end(), name) != texture_names.end();
-    };
-    while (name.size() < 64 &&
-           (!graph::Grammar::free_name(name) || known(taken, name) || of_texture())) {
-        name += '_';
-    }
-    return name;
+    return std::find(texture_names.begin(), texture_names.end(), name) != texture_names.end();
 }
 
 bool uses_texture(std::span<const std::string> expressions)
@@ -124,13 +115,39 @@ graph::FunctionOf compiled(const std::string& expression, const std::vector<std:
 void check_name(const std::string& name)
 {
     const std::vector<std::string> taken{"x", "y", "z", "r", "g", "b"};
-    const bool of_texture =
-        std::find(texture_names.begin(), texture_names.end(), name) != texture_names.end();
-    if (graph::Grammar::free_name(name) && !known(taken, name) && !of_texture) return;
+    if (graph::Grammar::free_name(name) && !known(taken, name) && !is_of_texture(name)) return;
     throw std::invalid_argument(fmt::format(
         "expected a name of letters, digits and _ that means nothing else in expressions, found "
         "\"{}\"",
         name));
+}
+
+std::vector<std::string> usable_names(const std::vector<std::string>& names,
+                                      std::vector<std::string> taken)
+{
+    const auto free = [&](const std::string& name) {
+        return graph::Grammar::free_name(name) && !known(taken, name) && !is_of_texture(name);
+    };
+    std::vector<std::string> out(names.size());
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        if (!free(names[i])) continue;
+        out[i] = names[i];
+        taken.push_back(names[i]);
+    }
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        if (!out[i].empty()) continue;
+        std::string name = names[i].substr(0, 48);  // as long as a name may be, and room for more
+        for (char& c : name) c = is_letter(c) ? c : '_';
+        if (name.empty() || (name[0] >= '0' && name[0] <= '9')) name.insert(0, "_");
+        const std::string start = name;
+        for (int more = 1; !free(name); ++more) {
+            name =
+                start + (more < 8 ? std::string(std::size_t(more), '_') : fmt::format("_{}", more));
+        }
+        out[i] = name;
+        taken.push_back(name);
+    }
+    return out;
 }
 
 Paint::Paint(const TriMesh* mesh, const std::filesystem::path& texture,
@@ -161,11 +178,14 @@ void Paint::add_names()
 {
     coloured_ = !mesh_->colours.empty() && mesh_->colours.size() == mesh_->positions.size();
     if (coloured_) names_.insert(names_.end(), {"r", "g", "b"});
+    std::vector<std::string> own;
     for (const geometry::Attribute& a : mesh_->attributes) {
         if (a.values.size() != mesh_->positions.size()) continue;
-        names_.push_back(usable(a.name, names_));
+        own.push_back(a.name);
         attributes_.push_back(&a);
     }
+    const auto usable = usable_names(own, names_);
+    names_.insert(names_.end(), usable.begin(), usable.end());
     const MeshTopology& t = *mesh_->topology;
     has_uvs_ = !t.triangles.empty() && t.uv_triangles.size() == t.triangles.size();
     if (has_uvs_) names_.insert(names_.end(), texture_names.begin(), texture_names.end());
@@ -223,6 +243,7 @@ std::array<double, 4> Paint::texture_at(std::size_t face, const Vec2f& uv) const
 std::array<double, 4> Paint::texture_at_vertex(std::size_t vertex) const
 {
     const MeshTopology& t = *mesh_->topology;
+    if (first_[vertex] == first_[vertex + 1]) return {1, 1, 1, 1};  // of no face
     std::array<double, 4> sum{};
     const double count = first_[vertex + 1] - first_[vertex];
     for (std::uint32_t i = first_[vertex]; i < first_[vertex + 1]; ++i) {
@@ -278,6 +299,15 @@ void Paint::at_vertex(std::size_t vertex, std::vector<double>& values) const
     if (!textured_) return;
     const auto colour = texture_at_vertex(vertex);
     std::copy(colour.begin(), colour.end(), values.begin() + std::ptrdiff_t(at));
+}
+
+bool Paint::has_part(const std::string& pattern) const
+{
+    const std::size_t faces = mesh_ ? mesh_->triangles().size() : 0;
+    for (std::uint32_t f = 0; f < faces; ++f) {
+        if (in_part(f, pattern)) return true;
+    }
+    return false;
 }
 
 bool Paint::in_part(std::uint32_t face, const std::string& pattern) const

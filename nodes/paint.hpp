@@ -54,13 +54,19 @@ graph::FunctionOf compiled(const std::string& expression, const std::vector<std:
 // characters than letters, digits and _, or one that means something else there.
 void check_name(const std::string& name);
 
+// Names as expressions can use them, none twice and none of `taken`: each stays as it is if it can,
+// others get _ for what a name cannot hold, before a digit and behind a name that there is.
+std::vector<std::string> usable_names(const std::vector<std::string>& names,
+                                      std::vector<std::string> taken);
+
 // What a mesh is painted with, by the names that expressions know it by: x, y and z of a place, in
 // m; r, g and b of its vertex colours; its attributes, with _ for what a name cannot hold; and
 // texture_r, texture_g, texture_b and texture_a of a picture at its texture coordinates, 0..1 as
 // the file has them: the one that is given, or that of each face's material, 1 where it has none.
 class Paint {
 public:
-    // What will be asked for: values at vertices; at places; at places with the faces there.
+    // What will be asked for: values at vertices; values at places; or values at places, and which
+    // face is nearest to each.
     enum class At { vertices, places, faces };
 
     // Looks up only what `expressions` use. Throws std::invalid_argument where they use a texture
@@ -76,7 +82,9 @@ public:
     // The same at a vertex. A vertex on a seam of the texture has the mean of its sides.
     void at_vertex(std::size_t vertex, std::vector<double>& values) const;
 
-    // Whether a face is of a group or material whose name `pattern` matches.
+    // Whether the mesh has faces of a group or material whose name `pattern` matches.
+    bool has_part(const std::string& pattern) const;
+    // Whether a face is of one.
     bool in_part(std::uint32_t face, const std::string& pattern) const;
 
 private:

@@ -276,6 +276,12 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
     // What held its points, held them in another simulation.
     state.grips.clear();
     state.holds.clear();
+    state.reactions.clear();
+    if (in.start && in.method != Method::bricks) {  // which no other method knows
+        state.stress.clear();
+        state.energy.clear();
+    }
+    state.report = {};
     if (in.initial_shape == Shape::given) return state;
     const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);
     if (!bricks) throw std::invalid_argument(no_equilibrium);

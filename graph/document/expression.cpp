@@ -341,8 +341,8 @@ FunctionOf Grammar::compile_of(const std::string& text, const std::vector<std::s
     auto own = std::make_shared<Parser>(*parser_);
     auto values = std::make_shared<std::vector<double>>(names.size(), 0.0);
     own->mu.ClearVar();
-    for (std::size_t i = 0; i < names.size(); ++i) own->mu.DefineVar(names[i], &(*values)[i]);
     try {
+        for (std::size_t i = 0; i < names.size(); ++i) own->mu.DefineVar(names[i], &(*values)[i]);
         own->mu.SetExpr(text);
         for (const auto& [name, address] : own->mu.GetUsedVar()) {
             if (address) continue;

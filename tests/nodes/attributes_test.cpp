@@ -213,6 +213,31 @@ TEST(Attributes, OfSamplesBecomeThoseOfCubes)
     }
 }
 
+// Names that expressions cannot hold: a digit first, 70 and 120 letters, letters beyond ASCII, one
+// that another becomes, and a function's. Those that can be used keep their names.
+TEST(Attributes, OfAnyNameCanBeUsed)
+{
+    const std::string seventy(70, 'a'), more(120, 'a');
+    const files::Folder folder;
+    std::string header =
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float "
+        "y\nproperty float z\n";
+    for (const std::string& name :
+         {std::string("heat-flux"), std::string("heat_flux"), std::string("2d"), seventy, more,
+          std::string("wärme"), std::string("sin")}) {
+        header += "property float " + name + "\n";
+    }
+    folder.write("n.ply", header + "end_header\n0 0 0 1 2 4 8 16 32 64\n");
+    const std::string same(48, 'a');
+    Scene scene(read("n.ply") + attributes(R"({ "name": "w", "value": "heat_flux" },
+        { "name": "all", "value": "heat_flux_ + heat_flux + _2d + )" +
+                                           same + " + " + same + R"(_ + w__rme + sin_" })"),
+                folder.path);
+    const auto mesh = scene.at<TriMesh>("made");
+    EXPECT_EQ(values(*mesh, "w"), std::vector<float>{2});
+    EXPECT_EQ(values(*mesh, "all"), std::vector<float>{127});
+}
+
 TEST(Attributes, OfAnotherNameAreToldBeforeCubesAreMade)
 {
     std::string nodes = hot_square("surface");

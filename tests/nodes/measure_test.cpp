@@ -77,6 +77,53 @@ TEST(Measure, OfAFlyingBoxMomentaAndInertiaAreThoseOfARigidOne)
                 1e-4);
 }
 
+// Two boxes on the ground, one of them pinned, and a simulation of another kind that goes on from
+// one of bricks: each quantity is told of what it is asked of, and of nothing older.
+TEST(Measure, KnowsBodiesAndSimulationsApart)
+{
+    const std::string box = body("[0.4, 0.2, 0.2]", R"("young": 1e6)");
+    Scene scene(box + R"(,
+        "far": { "type": "Primitive@1", "params": { "shape": "box", "centre": [3, 0, 0],
+                 "box": { "size": [0.4, 0.2, 0.2] } } },
+        "heavy": { "type": "Voxelize@1", "inputs": { "mesh": "far.mesh" }, "params": { "method":
+                   "solid", "size": 0.1, "matter": { "density": 3000, "young": 1e6 } } },
+        "floor": { "type": "Ground@1", "params": { "height": -0.1 } },
+        "p1": { "type": "Pin@1", "inputs": { "cubes": "cubes.cubes" }, "params": {
+                "where": "ends", "ends": { "end": "low" } } },
+        "p2": { "type": "Pin@1", "inputs": { "cubes": "heavy.cubes" }, "params": {
+                "where": "ends", "ends": { "axis": "y", "end": "high", "layers": 2 } } },
+        "sim": { "type": "Simulate@1", "inputs": { "cubes": ["cubes.cubes", "heavy.cubes"],
+                 "pins": ["p1.pins", "p2.pins"], "colliders": ["floor.collider"] } },
+        "second": { "type": "Measure@1", "inputs": { "state": "sim.state", "pins": "p2.pins" },
+                    "params": { "what": "reaction_force" } },
+        "own": { "type": "Measure@1", "inputs": { "state": "sim.state", "pins": "p2.pins",
+                 "cubes": "heavy.cubes" }, "params": { "what": "reaction_force" } },
+        "mixed": { "type": "Measure@1", "inputs": { "state": "sim.state", "pins": "p2.pins",
+                   "cubes": "cubes.cubes" }, "params": { "what": "reaction_force" } },
+        "deep": { "type": "Measure@1", "inputs": { "state": "sim.state" },
+                  "params": { "what": "contact_depth" } },
+        "deep_of": { "type": "Measure@1", "inputs": { "state": "sim.state",
+                     "cubes": "cubes.cubes" }, "params": { "what": "contact_depth" } },
+        "bricks": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes",
+                    "pins": ["p1.pins"] } },
+        "then": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes",
+                  "start": "bricks.state" }, "params": { "method": "lattice" } },
+        "force": { "type": "Measure@1", "inputs": { "state": "then.state" },
+                   "params": { "what": "reaction_force" } },
+        "stress": { "type": "Measure@1", "inputs": { "state": "then.state" },
+                    "params": { "what": "stress_max" } })");
+    const double held = *scene.at<double>("second", 4);
+    EXPECT_NEAR(held, 48 * 9.81, 0.02 * 48 * 9.81);  // all of it is pinned
+    EXPECT_EQ(*scene.at<double>("own", 4), held);
+    EXPECT_NE(scene.failure_at<double>("mixed", 4).find("pins are of other cubes"),
+              std::string::npos);
+    EXPECT_GT(*scene.at<double>("deep", 4), 0);
+    EXPECT_EQ(*scene.at<double>("deep_of", 4), *scene.at<double>("deep", 4));
+    EXPECT_NE(scene.failure_at<double>("force", 4).find("no forces of pins"), std::string::npos);
+    EXPECT_NE(scene.failure_at<double>("stress", 4).find("the state has no stress"),
+              std::string::npos);
+}
+
 TEST(Measure, SaysWhatIsMissing)
 {
     Scene scene(body("[0.4, 0.2, 0.2]", R"("young": 1e6)") + R"(,
