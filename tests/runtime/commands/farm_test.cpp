@@ -333,7 +333,7 @@ TEST_F(Farm, WhatAnEngineRefusesLeavesAnEarlierJobAsItWas)
     ASSERT_EQ(local({}).exit, exit_ok);
     const auto before = files();
     EXPECT_TRUE(std::any_of(before.begin(), before.end(),
-                            [](const std::string& name) { return has(name, "/parts/"); }));
+                            [](const std::string& name) { return has(name, "/logs/"); }));
     EXPECT_EQ(slurm({}).exit, exit_usage);
     EXPECT_EQ(farm({"--engine", "openjd"}).exit, exit_usage);
     EXPECT_EQ(files(), before);

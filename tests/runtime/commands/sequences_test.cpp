@@ -98,8 +98,8 @@ TEST_F(Sequence, WhatStandsBesideAFileCountsToo)
 TEST_F(Sequence, AFileThatIsNotThereFailsItsFrame)
 {
     std::filesystem::remove(folder_.path / "n.0003.txt");
-    const toys::Said said =
-        toys::run({"cook", file_.string(), "--out", (folder_.path / "out").string()});
+    const toys::Said said = toys::run(
+        {"cook", file_.string(), "--out", (folder_.path / "out").string(), "--keep-going"});
     EXPECT_EQ(said.exit, exit_failed);
     EXPECT_TRUE(has(said.err, "failed at frame 3")) << said.err;
     EXPECT_TRUE(has(said.err, "n.0003.txt; the sequence has files from frame 1 to 4")) << said.err;
