@@ -39,6 +39,22 @@ std::vector<Box> ways_of_parts(const PartShapes& shapes, const Aligned<double>& 
     return out;
 }
 
+// Keeps stage.x as where the pairs that `looked` says `now` of were looked at, in place of what no
+// pair was looked at in last.
+void keep_place(Stage& stage, std::uint32_t now)
+{
+    std::vector<std::uint8_t> used(std::size_t{now} + 1, 0);
+    for (const auto at : stage.looked) used[at] = 1;
+    const auto free =
+        static_cast<std::uint32_t>(std::find(used.begin(), used.end(), 0) - used.begin());
+    if (free >= now) {
+        stage.looked_at.push_back(stage.x);
+        return;
+    }
+    stage.looked_at[free] = stage.x;
+    std::replace(stage.looked.begin(), stage.looked.end(), now, free);
+}
+
 // Of the pairs that are near, those whose corners may have moved further than `far` (m) against
 // each other since they were looked at last. They count as looked at now.
 std::vector<PartPair> moved_pairs(Stage& stage, double far)
@@ -55,7 +71,7 @@ std::vector<PartPair> moved_pairs(Stage& stage, double far)
         out.push_back(stage.near[i]);
         stage.looked[i] = now;
     }
-    if (!out.empty()) stage.looked_at.push_back(stage.x);
+    if (!out.empty()) keep_place(stage, now);
     return out;
 }
 
