@@ -66,12 +66,17 @@ static const render::Image& image(const Inputs& in)
     return linked(in.image, "image");
 }
 
-static double along(const Inputs& in, const geometry::Vec3& v)
+static geometry::Vec3 direction(const Inputs& in)
 {
     if (in.direction.isZero(0)) {
         throw std::invalid_argument("expected a direction that is not 0");
     }
-    return v.dot(in.direction.normalized());
+    return in.direction.normalized();
+}
+
+static double along(const Inputs& in, const geometry::Vec3& v)
+{
+    return v.dot(direction(in));
 }
 
 static physics::MassMoments moments(const Inputs& in)
@@ -93,6 +98,11 @@ static const std::vector<float>& of_cubes(const Inputs& in, const std::vector<fl
 static physics::PinForce pin_force(const Inputs& in)
 {
     const physics::State& of = state(in);
+    const bool several = in.whole && !in.whole->models.empty();
+    if (several && in.pins && in.cubes && in.pins->cubes != physics::mark_of(*in.cubes)) {
+        throw std::invalid_argument("the pins are of other cubes than those of the input 'cubes': "
+                                    "link the Pin of these cubes");
+    }
     const physics::PinForce out = physics::pin_force(of, in.pins.get(), in.point);
     if (out.pins == 0 && of.report.steps > 0) {
         throw std::invalid_argument(
@@ -126,10 +136,10 @@ constexpr Quantity quantities[] = {
     {"volume", {"mesh"}, [](const Inputs& in) { return geometry::enclosed_volume(mesh(in)); }},
     {"lowest",
      {"mesh"},
-     [](const Inputs& in) { return geometry::extent(mesh(in), in.direction.normalized())[0]; }},
+     [](const Inputs& in) { return geometry::extent(mesh(in), direction(in))[0]; }},
     {"highest",
      {"mesh"},
-     [](const Inputs& in) { return geometry::extent(mesh(in), in.direction.normalized())[1]; }},
+     [](const Inputs& in) { return geometry::extent(mesh(in), direction(in))[1]; }},
     {"displacement_max",
      {"mesh", "rest"},
      [](const Inputs& in) { return geometry::displacement(mesh(in), rest(in)).largest; }},
@@ -139,8 +149,7 @@ constexpr Quantity quantities[] = {
     {"displacement_at",
      {"mesh", "rest"},
      [](const Inputs& in) {
-         return geometry::displacement_at(mesh(in), rest(in), in.point)
-             .dot(in.direction.normalized());
+         return geometry::displacement_at(mesh(in), rest(in), in.point).dot(direction(in));
      }},
     {"stretch_max",
      {"mesh", "rest"},
@@ -182,7 +191,7 @@ constexpr Quantity quantities[] = {
      [](const Inputs& in) { return along(in, moments(in).centre); }},
     {"moment_of_inertia",
      {"cubes", "state"},
-     [](const Inputs& in) { return along(in, moments(in).inertia * in.direction.normalized()); }},
+     [](const Inputs& in) { return along(in, moments(in).inertia * direction(in)); }},
     {"reaction_force", {"state"}, [](const Inputs& in) { return along(in, pin_force(in).force); }},
     {"reaction_torque",
      {"state"},
@@ -190,8 +199,8 @@ constexpr Quantity quantities[] = {
     {"contact_depth",
      {"state"},
      [](const Inputs& in) {
-         return std::max(physics::deepest_of(in.whole->holds),
-                         physics::deepest_of(in.whole->grips));
+         const physics::State& whole = linked(in.whole, "state");
+         return std::max(physics::deepest_of(whole.holds), physics::deepest_of(whole.grips));
      }},
     {"converged",
      {"state"},
@@ -234,11 +243,6 @@ static Outputs run(const Inputs& in, const graph::Context&)
 {
     Inputs own = in;
     own.whole = in.state;
-    const bool several = in.state && !in.state->models.empty();
-    if (several && in.pins && in.cubes && in.pins->cubes != physics::mark_of(*in.cubes)) {
-        throw std::invalid_argument("the pins are of other cubes than those of the input 'cubes': "
-                                    "link the Pin of these cubes");
-    }
     if (in.pins && in.state && !in.cubes) {
         own.pins = physics::pins_of_all(in.pins, in.state->models);
     }

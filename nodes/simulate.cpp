@@ -281,6 +281,8 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
         state.stress.clear();
         state.energy.clear();
     }
+    state.brick_mass = std::holds_alternative<physics::BricksBody>(in.body->is);
+    if (in.method != Method::lattice) state.broken.clear();
     state.report = {};
     if (in.initial_shape == Shape::given) return state;
     const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);

@@ -111,6 +111,14 @@ struct Colours {
     }
     // Six columns of 0 and 1 are normals along the axes, unless their names say otherwise.
     bool are() const { return possible && !all.empty() && (columns > 6 || named || largest > 1); }
+    // Those of a file that names its columns and has 0 and 1 alone are shares, not bytes.
+    std::vector<Vec3f> taken()
+    {
+        if (named && largest <= 1) {
+            for (Vec3f& c : all) c = (c.array() > 0).cast<float>();
+        }
+        return std::move(all);
+    }
     bool have(std::size_t column) const
     {
         return are() && std::find(at->begin(), at->end(), column) != at->end();
@@ -182,10 +190,13 @@ std::vector<std::string> names_in(std::string_view text)
         if (commas || !field.empty()) out.push_back(bare(field));
         field.clear();
     };
+    const auto blank = [](std::string_view of) {
+        return of.find_first_not_of(" \t\r") == std::string_view::npos;
+    };
     for (const char c : text) {
         if (c == quote) {
             quote = 0;
-        } else if ((c == '"' || c == '\'') && bare(field).empty()) {
+        } else if ((c == '"' || c == '\'') && blank(field)) {
             quote = c;
         } else if (quote == 0 && parts(c)) {
             end_field();
@@ -229,7 +240,7 @@ ImportedScene read_points(std::string_view bytes)
         further.add(line, number, names);
     }
     mesh.attributes = further.taken(colours);
-    if (colours.are()) mesh.colours = std::move(colours.all);
+    if (colours.are()) mesh.colours = colours.taken();
     ImportedScene scene;
     if (!further.warning.empty()) scene.warnings.push_back(std::move(further.warning));
     scene.meshes.push_back(std::move(mesh));

@@ -108,10 +108,17 @@ TEST(Measure, KnowsBodiesAndSimulationsApart)
                     "pins": ["p1.pins"] } },
         "then": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes",
                   "start": "bricks.state" }, "params": { "method": "lattice" } },
+        "plain": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" },
+                   "params": { "method": "lattice" } },
+        "turning": { "type": "Measure@1", "inputs": { "state": "then.state",
+                     "cubes": "cubes.cubes" }, "params": { "what": "moment_of_inertia" } },
+        "lumped": { "type": "Measure@1", "inputs": { "state": "plain.state",
+                    "cubes": "cubes.cubes" }, "params": { "what": "moment_of_inertia" } },
         "force": { "type": "Measure@1", "inputs": { "state": "then.state" },
                    "params": { "what": "reaction_force" } },
         "stress": { "type": "Measure@1", "inputs": { "state": "then.state" },
                     "params": { "what": "stress_max" } })");
+    EXPECT_DOUBLE_EQ(*scene.at<double>("turning"), *scene.at<double>("lumped"));
     const double held = *scene.at<double>("second", 4);
     EXPECT_NEAR(held, 48 * 9.81, 0.02 * 48 * 9.81);  // all of it is pinned
     EXPECT_EQ(*scene.at<double>("own", 4), held);

@@ -68,6 +68,14 @@ TEST(ReadPoints, SixtyFourColumnsAreReadAndTheirNamesWhereThereAreMore)
     }
 }
 
+TEST(ReadPoints, NamedColoursOfZeroAndOneAreShares)
+{
+    const ImportedMesh mesh = read_points("x y z r g b\n0 0 0 1 0 0\n1 0 0 0 1 0\n").meshes.at(0);
+    ASSERT_EQ(mesh.colours.size(), 2u);
+    EXPECT_EQ(mesh.colours[0], Vec3f(1, 0, 0));
+    EXPECT_EQ(mesh.colours[1], Vec3f(0, 1, 0));
+}
+
 TEST(ReadPoints, ALineOfAnotherLengthIsNamed)
 {
     const ImportedScene scene = read_points("x y z heat\n0 0 0 1\n\n1 0 0\n2 0 0 1 5\n");
