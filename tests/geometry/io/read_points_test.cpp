@@ -54,14 +54,14 @@ TEST(ReadPoints, ColoursAreWhereNamesSaySo)
 
 TEST(ReadPoints, SixtyFourColumnsAreReadAndTheirNamesWhereThereAreMore)
 {
-    for (const int n : {20, 64, 70}) {
+    for (const std::size_t n : {20u, 64u, 70u}) {
         std::string header = "x,y,z", line = "0,0,0";
-        for (int k = 3; k < n; ++k) {
+        for (std::size_t k = 3; k < n; ++k) {
             header += ",f" + std::to_string(k);
             line += "," + std::to_string(k);
         }
         const ImportedMesh mesh = read_points(header + "\n" + line + "\n").meshes.at(0);
-        const std::size_t read = std::min(n, 64);
+        const std::size_t read = std::min<std::size_t>(n, 64);
         ASSERT_EQ(mesh.attributes.size(), read - 3) << n;
         EXPECT_EQ(mesh.attributes.back().name, "f" + std::to_string(read - 1));
         EXPECT_EQ(mesh.attributes.back().values, std::vector<float>{float(read - 1)});

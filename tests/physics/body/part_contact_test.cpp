@@ -269,7 +269,7 @@ TEST(PartContact, APlaceIsInsideOfAShapeWhereItsWindingNumberSaysSo)
         EXPECT_NE(shapes.winding[c], unknown_winding);
         for (std::uint64_t i = 0; i < 10; ++i) {
             Vec3 u;
-            for (int k = 0; k < 3; ++k) u[k] = 1.6 * random.unit(30 * c + 3 * i + k) - 0.3;
+            for (unsigned k = 0; k < 3; ++k) u[k] = 1.6 * random.unit(30 * c + 3 * i + k) - 0.3;
             const AtRest rest(shapes, body.part_of(shapes.corners[c][0]), c,
                               {u, Mat3(h * Mat3::Identity())});
             EXPECT_EQ(rest.inside(), rest.shape.inside(rest.place)) << u.transpose();
