@@ -28,9 +28,9 @@ struct Outputs {
 };
 
 static std::vector<float> values_of(const geometry::TriMesh& mesh, const Item& item,
-                                    const std::filesystem::path& texture)
+                                    const std::shared_ptr<const geometry::Picture>& picture)
 {
-    const Paint paint(&mesh, texture, std::span(&item.value, 1), Paint::At::vertices);
+    const Paint paint(&mesh, picture, std::span(&item.value, 1), Paint::At::vertices);
     const graph::FunctionOf f = compiled(item.value, paint.names());
     std::vector<double> known;
     std::vector<float> out(mesh.positions.size());
@@ -50,12 +50,15 @@ static std::vector<float> values_of(const geometry::TriMesh& mesh, const Item& i
 static Outputs run(const Inputs& in, const graph::Context&)
 {
     Outputs out{*in.mesh};
+    std::vector<std::string> expressions;
+    for (const Item& item : in.attributes) expressions.push_back(item.value);
+    const auto picture = picture_of(in.texture, expressions);  // read once for all
     for (std::size_t i = 0; i < in.attributes.size(); ++i) {
         const Item& item = in.attributes[i];
         try {
             check_name(item.name);
             check(item.ramp);
-            geometry::Attribute made{item.name, item.unit, values_of(out.mesh, item, in.texture)};
+            geometry::Attribute made{item.name, item.unit, values_of(out.mesh, item, picture)};
             const auto same = [&](const geometry::Attribute& a) { return a.name == item.name; };
             std::erase_if(out.mesh.attributes, same);
             out.mesh.attributes.push_back(std::move(made));

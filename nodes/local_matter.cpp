@@ -44,7 +44,7 @@ static Paint paint_of(const Inputs& in)
         expressions.push_back(rule.value);
         parts = parts || !rule.part.empty();
     }
-    return Paint(in.mesh.get(), in.texture, expressions,
+    return Paint(in.mesh.get(), picture_of(in.texture, expressions), expressions,
                  parts ? Paint::At::faces : Paint::At::places);
 }
 

@@ -150,8 +150,22 @@ std::vector<std::string> usable_names(const std::vector<std::string>& names,
     return out;
 }
 
-Paint::Paint(const TriMesh* mesh, const std::filesystem::path& texture,
+std::shared_ptr<const geometry::Picture> picture_of(const std::filesystem::path& path,
+                                                    std::span<const std::string> expressions)
+{
+    if (path.empty() || !uses_texture(expressions)) return nullptr;
+    const auto bytes = geometry::read_whole_file(path);
+    if (!bytes) throw std::invalid_argument(path.string() + " cannot be read");
+    try {
+        return std::make_shared<const geometry::Picture>(geometry::decode_picture(*bytes));
+    } catch (const std::runtime_error& error) {
+        throw std::invalid_argument(path.string() + " " + error.what());
+    }
+}
+
+Paint::Paint(const TriMesh* mesh, std::shared_ptr<const geometry::Picture> picture,
              std::span<const std::string> expressions, At at)
+    : picture_(std::move(picture))
 {
     const bool wants_texture = uses_texture(expressions);
     if (wants_texture && !mesh) {
@@ -160,7 +174,7 @@ Paint::Paint(const TriMesh* mesh, const std::filesystem::path& texture,
     if (!mesh || (at != At::vertices && mesh->triangles().empty())) return;
     mesh_ = mesh;
     add_names();
-    if (wants_texture) open_texture(texture);
+    if (wants_texture) need_texture();
     if (at == At::vertices) {
         if (textured_) add_corners();
         return;
@@ -191,7 +205,7 @@ void Paint::add_names()
     if (has_uvs_) names_.insert(names_.end(), texture_names.begin(), texture_names.end());
 }
 
-void Paint::open_texture(const std::filesystem::path& path)
+void Paint::need_texture()
 {
     if (!has_uvs_) {
         throw std::invalid_argument("a texture needs texture coordinates, and the mesh has none: "
@@ -199,20 +213,12 @@ void Paint::open_texture(const std::filesystem::path& path)
     }
     textured_ = true;
     const auto& materials = mesh_->topology->materials;
-    if (path.empty()) {
-        const bool any =
-            std::any_of(materials.begin(), materials.end(),
-                        [](const geometry::Material& m) { return m.texture != nullptr; });
-        if (any) return;
+    const bool any =
+        picture_ || std::any_of(materials.begin(), materials.end(),
+                                [](const geometry::Material& m) { return m.texture != nullptr; });
+    if (!any) {
         throw std::invalid_argument("no material of the mesh has a texture: set the parameter "
                                     "'texture'");
-    }
-    const auto bytes = geometry::read_whole_file(path);
-    if (!bytes) throw std::invalid_argument(path.string() + " cannot be read");
-    try {
-        picture_ = std::make_shared<const geometry::Picture>(geometry::decode_picture(*bytes));
-    } catch (const std::runtime_error& error) {
-        throw std::invalid_argument(path.string() + " " + error.what());
     }
 }
 

@@ -59,6 +59,11 @@ void check_name(const std::string& name);
 std::vector<std::string> usable_names(const std::vector<std::string>& names,
                                       std::vector<std::string> taken);
 
+// The picture that expressions read a texture from; null where `path` is empty or none of them uses
+// one. Throws std::invalid_argument where it cannot be read.
+std::shared_ptr<const geometry::Picture> picture_of(const std::filesystem::path& path,
+                                                    std::span<const std::string> expressions);
+
 // What a mesh is painted with, by the names that expressions know it by: x, y and z of a place, in
 // m; r, g and b of its vertex colours; its attributes, with _ for what a name cannot hold; and
 // texture_r, texture_g, texture_b and texture_a of a picture at its texture coordinates, 0..1 as
@@ -70,8 +75,9 @@ public:
     enum class At { vertices, places, faces };
 
     // Looks up only what `expressions` use. Throws std::invalid_argument where they use a texture
-    // and there is none, or no texture coordinates. `mesh` may be null, and must outlive this.
-    Paint(const geometry::TriMesh* mesh, const std::filesystem::path& texture,
+    // and there is none, or no texture coordinates. `mesh` may be null, and must outlive this; a
+    // null `picture` stands for those of the materials.
+    Paint(const geometry::TriMesh* mesh, std::shared_ptr<const geometry::Picture> picture,
           std::span<const std::string> expressions, At at);
 
     const std::vector<std::string>& names() const { return names_; }
@@ -89,7 +95,7 @@ public:
 
 private:
     void add_names();
-    void open_texture(const std::filesystem::path& path);
+    void need_texture();
     void add_corners();
     std::array<double, 4> texture_at(std::size_t face, const geometry::Vec2f& uv) const;
     std::array<double, 4> texture_at_vertex(std::size_t vertex) const;
