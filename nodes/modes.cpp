@@ -1,5 +1,6 @@
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
+#include "physics/state/pins.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -22,6 +23,7 @@ struct Outputs {
 
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
+    if (in.pins) physics::require_all_axes(*in.pins, "Modes");
     const std::vector<std::uint32_t> pinned =
         in.pins ? in.pins->corner : std::vector<std::uint32_t>{};
     const physics::Modes modes = physics::lowest_modes(

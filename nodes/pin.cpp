@@ -11,6 +11,7 @@ using geometry::Vec3;
 
 enum class Where { box, sphere, below, material, ends, rim };
 enum class Axis { x, y, z };
+enum class Axes { xyz, x, y, z, xy, yz, xz };
 
 struct BoxPlace {
     Vec3 centre{0, 0, 0};
@@ -43,6 +44,7 @@ struct Inputs {
     BelowPlace below;
     MaterialPlace material;
     EndsPlace ends;
+    Axes axes = Axes::xyz;
     Vec3 translate{0, 0, 0};
     Vec3 rotate_degrees{0, 0, 0};
     Vec3 pivot{0, 0, 0};
@@ -96,10 +98,33 @@ static void require_a_vertex_a_corner(const Inputs& in)
                     found, corners));
 }
 
+// Bits 1, 2, 4 for x, y, z.
+static std::uint8_t bits_of(Axes axes)
+{
+    switch (axes) {
+    case Axes::xyz:
+        break;
+    case Axes::x:
+        return 1;
+    case Axes::y:
+        return 2;
+    case Axes::z:
+        return 4;
+    case Axes::xy:
+        return 3;
+    case Axes::yz:
+        return 6;
+    case Axes::xz:
+        return 5;
+    }
+    return physics::all_axes;
+}
+
 // What is carried whole is so on purpose.
 static void warn_of_all(const Inputs& in, std::size_t pinned, const graph::Context& context)
 {
-    const bool still = !in.follow && in.translate.isZero(0) && in.rotate_degrees.isZero(0);
+    const bool still =
+        in.axes == Axes::xyz && !in.follow && in.translate.isZero(0) && in.rotate_degrees.isZero(0);
     if (!still || pinned == 0 || pinned < in.cubes->corner_count()) return;
     context.warn(fmt::format("all {} corners of the cubes lie in the chosen region, so nothing can "
                              "move: choose a smaller one",
@@ -113,10 +138,12 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     if (corners.empty())
         context.warn("no corner of the cubes lies in the chosen region: nothing is pinned");
     warn_of_all(in, corners.size(), context);
-    if (in.follow) return {physics::pins_on(*in.cubes, std::move(corners), in.follow->positions)};
-    return {physics::pins_at(
-        *in.cubes, std::move(corners),
-        geometry::placement(in.translate, in.rotate_degrees, Vec3::Ones(), in.pivot))};
+    Outputs out{in.follow ? physics::pins_on(*in.cubes, std::move(corners), in.follow->positions)
+                          : physics::pins_at(*in.cubes, std::move(corners),
+                                             geometry::placement(in.translate, in.rotate_degrees,
+                                                                 Vec3::Ones(), in.pivot))};
+    if (in.axes != Axes::xyz) out.pins.axes.assign(out.pins.corner.size(), bits_of(in.axes));
+    return out;
 }
 
 static graph::ShownWhen when(const char* place)
@@ -187,6 +214,11 @@ void add_to(graph::Registry& registry)
                               when("material"))
         .block<EndsPlace>("ends", &Inputs::ends, describe,
                           "Pins the corners farthest out along an axis.", when("ends"))
+        .choice("axes", &Inputs::axes, {"xyz", "x", "y", "z", "xy", "yz", "xz"},
+                "Axes of the world along which corners are held; along the others they are free. "
+                "One axis makes a roller, or a plane of symmetry; x, for example, holds a plane "
+                "across x, in which corners slide. Several pins of a corner add up. Other than "
+                "xyz, only methods bricks and springs of Simulate take it.")
         .param("translate", &Inputs::translate,
                "Translation of the pinned corners from rest; keyframe it to move them.",
                {.unit = "m"})

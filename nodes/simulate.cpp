@@ -210,6 +210,8 @@ static physics::Loads gather_loads(const Inputs& in, const graph::Context& conte
     std::vector<graph::Wire<physics::Pins>> pins;
     for (const auto& some : in.pins) pins.push_back(physics::pins_of_all(some, in.body->models));
     loads.pins = physics::merge_pins(pins, corner_count(in));
+    if (in.method == Method::lattice) physics::require_all_axes(loads.pins, "method lattice");
+    if (in.method == Method::shell) physics::require_all_axes(loads.pins, "method shell");
     for (const auto& warning : physics::conflicting_pins(pins, 1e-3 * least_size(in))) {
         context.warn(warning);
     }

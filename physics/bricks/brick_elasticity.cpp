@@ -281,25 +281,26 @@ std::vector<double> BrickElasticity::by_corner(const std::vector<double>& by_slo
 
 FactorCache::Factor BrickElasticity::make_factor(double stiffness, double damping,
                                                  const std::vector<double>& mass,
-                                                 const std::vector<std::uint32_t>& held) const
+                                                 const HeldCorners& held) const
 {
     const geometry::Cubes& cubes = *body_.rest;
     std::vector<char> left_out(cubes.corner_count(), 0);
-    for (const auto k : held) left_out[k] = 1;
+    for (const auto k : held.whole) left_out[k] = 1;
+    std::vector<std::uint8_t> axes;
+    if (!held.along.empty()) axes = axes_by_corner(held, cubes.corner_count());
     const double most = most_entries_a_corner * static_cast<double>(cubes.corner_count());
     Dissection dissection = dissect(cubes, left_out, most);
     if (dissection.fronts.empty()) return nullptr;
     const auto weights = cube_weights(stiffness, damping);
     auto factor =
         CornerFactor::make(std::move(dissection), stiffness_parts(body_.base.h, body_.element),
-                           weights, by_corner(mass));
+                           weights, by_corner(mass), axes);
     if (!factor) return nullptr;
     return std::make_shared<const CornerFactor>(std::move(*factor));
 }
 
 double BrickElasticity::prepare_inverse(double stiffness, double damping,
-                                        const std::vector<double>& mass,
-                                        const std::vector<std::uint32_t>& held)
+                                        const std::vector<double>& mass, const HeldCorners& held)
 {
     factor_ = body_.factors->find({stiffness, damping, mass, held},
                                   [&] { return make_factor(stiffness, damping, mass, held); });
@@ -334,18 +335,15 @@ void BrickElasticity::apply_inverse(const float* r, float* z)
 
 MultigridCache::Factor BrickElasticity::make_multigrid(double stiffness, double damping,
                                                        const std::vector<double>& mass,
-                                                       const std::vector<std::uint32_t>& held) const
+                                                       const HeldCorners& held) const
 {
-    std::vector<char> left_out(body_.base.corners, 0);
-    for (const auto k : held) left_out[k] = 1;
-    return std::make_shared<const Multigrid>(
-        Multigrid::make(*body_.rest, stiffness_parts(body_.base.h, body_.element),
-                        cube_weights(stiffness, damping), by_corner(mass), left_out));
+    return std::make_shared<const Multigrid>(Multigrid::make(
+        *body_.rest, stiffness_parts(body_.base.h, body_.element), cube_weights(stiffness, damping),
+        by_corner(mass), axes_by_corner(held, body_.base.corners)));
 }
 
 double BrickElasticity::prepare_coarse(double stiffness, double damping,
-                                       const std::vector<double>& mass,
-                                       const std::vector<std::uint32_t>& held)
+                                       const std::vector<double>& mass, const HeldCorners& held)
 {
     if (!body_.multigrids || body_.cubes < fewest_cubes_for_multigrid) return 0;
     multigrid_ = body_.multigrids->find({stiffness, damping, mass, held}, [&] {

@@ -28,13 +28,13 @@ public:
     void multiply(const double* p, double* y) const override;
     void add_diagonal(double* d) const override;
     double prepare_inverse(double stiffness, double damping, const std::vector<double>& mass,
-                           const std::vector<std::uint32_t>& held) override;
+                           const HeldCorners& held) override;
     bool excess(Lumped of, const double* v, double* y) const override;
     void couple(double mass, double damping) override;
     // The inverse at rest, turned with the corners.
     void apply_inverse(const float* r, float* z) override;
     double prepare_coarse(double stiffness, double damping, const std::vector<double>& mass,
-                          const std::vector<std::uint32_t>& held) override;
+                          const HeldCorners& held) override;
     // The coarse grids at rest, turned with the corners.
     void add_coarse(const float* r, float* z) override;
     bool cube_matrices(std::vector<BrickMatrix>& out) const override;
@@ -62,11 +62,10 @@ private:
     // Null where the factor would be so large that its solves cost more than they save: in solid
     // bodies fill-in grows faster than the iterations that it spares.
     FactorCache::Factor make_factor(double stiffness, double damping,
-                                    const std::vector<double>& mass,
-                                    const std::vector<std::uint32_t>& held) const;
+                                    const std::vector<double>& mass, const HeldCorners& held) const;
     MultigridCache::Factor make_multigrid(double stiffness, double damping,
                                           const std::vector<double>& mass,
-                                          const std::vector<std::uint32_t>& held) const;
+                                          const HeldCorners& held) const;
     std::vector<std::array<double, 3>> cube_weights(double stiffness, double damping) const;
     std::vector<double> by_corner(const std::vector<double>& by_slot) const;
     template <class T>

@@ -79,7 +79,7 @@ BrickElasticity::dissection(const std::vector<std::uint32_t>& held) const
     constexpr double most_entries_a_corner = 1500;
     constexpr std::size_t uncut = 8;
     if (!body_.dissections) return nullptr;
-    return body_.dissections->find({0, 0, {}, held}, [&]() -> DissectionCache::Factor {
+    return body_.dissections->find({0, 0, {}, {held, {}}}, [&]() -> DissectionCache::Factor {
         const geometry::Cubes& cubes = *body_.rest;
         std::vector<char> left_out(cubes.corner_count(), 0);
         for (const auto k : held) left_out[k] = 1;

@@ -157,15 +157,15 @@ bool CubeEnergies::add_full_cell(const GridView& fine, const CoarseGrid& grid, s
 
 void CubeEnergies::add_cell(const GridView& fine, const CoarseGrid& grid, std::size_t c,
                             std::span<const std::array<double, 3>> weights,
-                            std::span<const double> diagonal, std::span<const char> left_out,
+                            std::span<const double> diagonal, std::span<const std::uint8_t> held,
                             CellMatrix& sum) const
 {
     const bool any_out =
         std::any_of(grid.cells.of(c).begin(), grid.cells.of(c).end(), [&](std::uint32_t cube) {
-            if (left_out.empty()) return false;
+            if (held.empty()) return false;
             const Eight& eight = fine.corners[cube];
             return std::any_of(eight.begin(), eight.end(),
-                               [&](std::uint32_t k) { return left_out[k] != 0; });
+                               [&](std::uint32_t k) { return held[k] != 0; });
         });
     if (!any_out && add_full_cell(fine, grid, c, weights, diagonal, sum)) return;
     for (const auto cube : grid.cells.of(c)) {
@@ -173,14 +173,16 @@ void CubeEnergies::add_cell(const GridView& fine, const CoarseGrid& grid, std::s
         const auto& w = weights[cube];
         const auto& table = cube_[cube_at(place)];
         bool out = false;
-        for (const auto k : fine.corners[cube]) out |= !left_out.empty() && left_out[k] != 0;
+        for (const auto k : fine.corners[cube]) out |= !held.empty() && held[k] != 0;
         if (!out) {
             sum += w[0] * table[0] + w[1] * table[1] + w[2] * table[2];
             continue;
         }
         auto q = cube_motion(place, ratio_);
         for (unsigned a = 0; a < 8; ++a) {
-            if (left_out[fine.corners[cube][a]]) q.middleRows<3>(3 * Index(a)).setZero();
+            for (unsigned i = 0; i < 3; ++i) {
+                if (held[fine.corners[cube][a]] >> i & 1) q.row(3 * Index(a) + i).setZero();
+            }
         }
         const BrickMatrix k = w[0] * parts_[0] + w[1] * parts_[1] + w[2] * parts_[2];
         sum += q.transpose() * (k * q);

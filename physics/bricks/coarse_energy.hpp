@@ -33,7 +33,7 @@ public:
     // and of the corners' diagonal (by corner). Corners that are left out do not move.
     void add_cell(const GridView& fine, const CoarseGrid& grid, std::size_t c,
                   std::span<const std::array<double, 3>> weights, std::span<const double> diagonal,
-                  std::span<const char> left_out, CellMatrix& sum) const;
+                  std::span<const std::uint8_t> held, CellMatrix& sum) const;
 
 private:
     bool add_full_cell(const GridView& fine, const CoarseGrid& grid, std::size_t c,

@@ -2,6 +2,7 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/union_find.hpp"
+#include "physics/state/loads.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -128,7 +129,7 @@ void number_nodes(UnionFind& nodes, CoarseGrid& out)
 
 }  // namespace
 
-CoarseGrid coarsen(const GridView& fine, int ratio, std::span<const char> left_out)
+CoarseGrid coarsen(const GridView& fine, int ratio, std::span<const std::uint8_t> held)
 {
     CoarseGrid out;
     out.ratio = ratio;
@@ -144,7 +145,7 @@ CoarseGrid coarsen(const GridView& fine, int ratio, std::span<const char> left_o
         if (coarse.empty()) continue;
         std::sort(coarse.begin(), coarse.end());
         coarse.erase(std::unique(coarse.begin(), coarse.end()), coarse.end());
-        if (left_out.empty() || !left_out[k]) mover[k] = coarse.back();
+        if (held.empty() || held[k] != all_axes) mover[k] = coarse.back();
         if (coarse.size() > 1) join_nodes(fine, k, coarse, out, nodes);
     }
     out.corners = lists_by_key(mover, out.cell.size());

@@ -53,8 +53,8 @@ struct CoarseGrid {
     GridView view() const { return {cell, nodes, node}; }
 };
 
-// Corners marked in `left_out` (K, or empty: none) are moved by no cell.
-CoarseGrid coarsen(const GridView& fine, int ratio, std::span<const char> left_out = {});
+// Corners that are held along all axes (K, bits as in Pins, or empty: none) are moved by no cell.
+CoarseGrid coarsen(const GridView& fine, int ratio, std::span<const std::uint8_t> held = {});
 
 // Where a corner lies in its coarse cell, 0 .. ratio along each axis.
 inline geometry::Vec3i place_in_cell(const geometry::Vec3i& corner, const geometry::Vec3i& cell,

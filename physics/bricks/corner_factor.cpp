@@ -1,6 +1,7 @@
 #include "physics/bricks/corner_factor.hpp"
 
 #include "physics/bricks/front_walk.hpp"
+#include "physics/bricks/held_corners.hpp"
 #include "physics/math/dense_columns.hpp"
 
 #include <algorithm>
@@ -21,8 +22,9 @@ class Factorizer {
 public:
     Factorizer(const std::array<BrickMatrix, 3>& parts,
                const std::vector<std::array<double, 3>>& weights,
-               const std::vector<double>& diagonal, CornerFactor& out)
-        : parts_(parts), weights_(weights), diagonal_(diagonal), out_(out),
+               const std::vector<double>& diagonal, std::span<const std::uint8_t> held,
+               CornerFactor& out)
+        : parts_(parts), weights_(weights), diagonal_(diagonal), held_(held), out_(out),
           schur_(out.tree_.fronts.size())
     {}
 
@@ -79,9 +81,15 @@ private:
             for (std::size_t a = 0; a < 8; ++a) {
                 for (std::size_t b = 0; b < 8; ++b) {
                     if (at[a] == geometry::no_index || at[b] == geometry::no_index) continue;
-                    matrix.block<3, 3>(3 * Eigen::Index{at[a]}, 3 * Eigen::Index{at[b]}) +=
-                        k.block<3, 3>(static_cast<Eigen::Index>(3 * a),
-                                      static_cast<Eigen::Index>(3 * b));
+                    const auto block = k.block<3, 3>(static_cast<Eigen::Index>(3 * a),
+                                                     static_cast<Eigen::Index>(3 * b));
+                    auto to = matrix.block<3, 3>(3 * Eigen::Index{at[a]}, 3 * Eigen::Index{at[b]});
+                    if (held_.empty()) {
+                        to += block;
+                    } else {
+                        to += without_held(block, held_[corner_of(front, at[a])],
+                                           held_[corner_of(front, at[b])], a == b);
+                    }
                 }
             }
         }
@@ -103,6 +111,7 @@ private:
     const std::array<BrickMatrix, 3>& parts_;
     const std::vector<std::array<double, 3>>& weights_;
     const std::vector<double>& diagonal_;
+    std::span<const std::uint8_t> held_;
     CornerFactor& out_;
     std::vector<Eigen::MatrixXd> schur_;
     std::atomic<bool> sound_ = true;
@@ -111,7 +120,8 @@ private:
 std::optional<CornerFactor> CornerFactor::make(Dissection dissection,
                                                const std::array<BrickMatrix, 3>& parts,
                                                const std::vector<std::array<double, 3>>& weights,
-                                               const std::vector<double>& diagonal)
+                                               const std::vector<double>& diagonal,
+                                               std::span<const std::uint8_t> held)
 {
     CornerFactor out;
     out.tree_ = std::move(dissection);
@@ -130,7 +140,7 @@ std::optional<CornerFactor> CornerFactor::make(Dissection dissection,
         out.blocks_.push_back(block);
     }
     out.numbers_.assign(numbers, 0);
-    if (!Factorizer(parts, weights, diagonal, out).run()) return std::nullopt;
+    if (!Factorizer(parts, weights, diagonal, held, out).run()) return std::nullopt;
     for (Front& front : out.tree_.fronts) front.cubes = {}, front.corner_at = {};
     return out;
 }

@@ -13,17 +13,20 @@
 #include "physics/math/aligned_memory.hpp"
 
 #include <optional>
+#include <span>
 
 namespace physics {
 
 class CornerFactor {
 public:
     // Of the sum over cubes of weights[c][i] parts[i] and D = diagonal (K, by corner). Corners that
-    // the dissection left out are held. Nothing when a pivot is not positive.
+    // the dissection left out are held. `held` are axes of others (K, or empty: none): their
+    // numbers are tied to nothing. Nothing when a pivot is not positive.
     static std::optional<CornerFactor> make(Dissection dissection,
                                             const std::array<BrickMatrix, 3>& parts,
                                             const std::vector<std::array<double, 3>>& weights,
-                                            const std::vector<double>& diagonal);
+                                            const std::vector<double>& diagonal,
+                                            std::span<const std::uint8_t> held = {});
 
     // x = (A + D)^-1 b: four numbers a slot, slot[corner] for each corner. Numbers of corners that
     // are held stay as they are in x. `work` is room that is kept between solves.

@@ -1,6 +1,7 @@
 #include "physics/bricks/direct_factor.hpp"
 
 #include "physics/bricks/front_walk.hpp"
+#include "physics/bricks/held_corners.hpp"
 
 #include <Eigen/Cholesky>
 
@@ -21,8 +22,9 @@ using Numbers = Eigen::Map<Eigen::VectorXd>;
 class DirectFactorizer {
 public:
     DirectFactorizer(const std::vector<BrickMatrix>& cubes, std::span<const double> diagonal,
-                     DirectFactor& out)
-        : cubes_(cubes), diagonal_(diagonal), out_(out), schur_(out.tree_->fronts.size())
+                     std::span<const std::uint8_t> held, DirectFactor& out)
+        : cubes_(cubes), diagonal_(diagonal), held_(held), out_(out),
+          schur_(out.tree_->fronts.size())
     {}
 
     bool run()
@@ -80,7 +82,14 @@ private:
             for (std::size_t a = 0; a < 8; ++a) {
                 for (std::size_t b = 0; b < 8; ++b) {
                     if (at[a] == no_index || at[b] == no_index || at[a] < at[b]) continue;
-                    add(at[a], at[b], k.block<3, 3>(Index(3 * a), Index(3 * b)));
+                    const auto block = k.block<3, 3>(Index(3 * a), Index(3 * b));
+                    if (held_.empty()) {
+                        add(at[a], at[b], block);
+                    } else {
+                        add(at[a], at[b],
+                            without_held(block, held_[corner_of(front, at[a])],
+                                         held_[corner_of(front, at[b])], a == b));
+                    }
                 }
             }
         }
@@ -99,6 +108,7 @@ private:
 
     const std::vector<BrickMatrix>& cubes_;
     std::span<const double> diagonal_;
+    std::span<const std::uint8_t> held_;
     DirectFactor& out_;
     mutable std::vector<Eigen::MatrixXd> schur_;
     std::atomic<bool> sound_ = true;
@@ -107,7 +117,8 @@ private:
 std::optional<DirectFactor> DirectFactor::make(std::shared_ptr<const Dissection> dissection,
                                                const std::vector<BrickMatrix>& cubes,
                                                std::span<const double> diagonal,
-                                               std::span<const std::uint32_t> slot)
+                                               std::span<const std::uint32_t> slot,
+                                               std::span<const std::uint8_t> held)
 {
     DirectFactor out;
     out.tree_ = std::move(dissection);
@@ -121,7 +132,7 @@ std::optional<DirectFactor> DirectFactor::make(std::shared_ptr<const Dissection>
     }
     out.numbers_.assign(numbers, 0);
     out.work_.assign(work, 0);
-    if (!DirectFactorizer(cubes, diagonal, out).run()) return std::nullopt;
+    if (!DirectFactorizer(cubes, diagonal, held, out).run()) return std::nullopt;
     return out;
 }
 

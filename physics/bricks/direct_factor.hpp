@@ -21,11 +21,13 @@ namespace physics {
 class DirectFactor {
 public:
     // Of the sum of a matrix a cube and `diagonal`: four numbers a slot, slot[corner] for each
-    // corner. Corners that the dissection left out are held. Nothing when a pivot is not positive.
+    // corner. Corners that the dissection left out are held, and axes of others as in `held` (K, or
+    // empty: none), whose numbers are tied to nothing. Nothing when a pivot is not positive.
     static std::optional<DirectFactor> make(std::shared_ptr<const Dissection> dissection,
                                             const std::vector<BrickMatrix>& cubes,
                                             std::span<const double> diagonal,
-                                            std::span<const std::uint32_t> slot);
+                                            std::span<const std::uint32_t> slot,
+                                            std::span<const std::uint8_t> held = {});
 
     // x = A^-1 b. Numbers of corners that are held stay as they are in x.
     void solve(const double* b, double* x);

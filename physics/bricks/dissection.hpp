@@ -38,6 +38,12 @@ struct Front {
     double entries = 0;  // of the factor's columns here and below, in 3 x 3 blocks
 };
 
+// The corner at a place among pivots then border.
+inline std::uint32_t corner_of(const Front& front, std::uint32_t at)
+{
+    return at < front.pivots.size() ? front.pivots[at] : front.border[at - front.pivots.size()];
+}
+
 struct Dissection {
     std::vector<Front> fronts;         // children before parents
     std::vector<std::uint32_t> roots;  // fronts without a parent

@@ -4,16 +4,14 @@
 
 namespace physics {
 
-double Elasticity::prepare_inverse(double, double, const std::vector<double>&,
-                                   const std::vector<std::uint32_t>&)
+double Elasticity::prepare_inverse(double, double, const std::vector<double>&, const HeldCorners&)
 {
     return std::numeric_limits<double>::infinity();
 }
 
 void Elasticity::apply_inverse(const float*, float*) {}
 
-double Elasticity::prepare_coarse(double, double, const std::vector<double>&,
-                                  const std::vector<std::uint32_t>&)
+double Elasticity::prepare_coarse(double, double, const std::vector<double>&, const HeldCorners&)
 {
     return 0;
 }

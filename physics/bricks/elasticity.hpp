@@ -4,6 +4,7 @@
 // change where corners move. Bricks and springs are two of these.
 
 #include "physics/bricks/brick_element.hpp"
+#include "physics/bricks/held_corners.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -54,8 +55,8 @@ public:
     virtual bool cube_matrices(std::vector<BrickMatrix>&) const { return false; }
     virtual bool uses_hessian() const { return false; }  // in products and in these matrices
     virtual std::size_t cube_count() const { return 0; }
-    // How such a sum is factored without the corners `held` (sorted); null where that would take
-    // longer than any other way.
+    // How such a sum is factored without the corners that are held wholly (sorted); null where that
+    // would take longer than any other way.
     virtual std::shared_ptr<const Dissection> dissection(const std::vector<std::uint32_t>&) const
     {
         return nullptr;
@@ -65,19 +66,19 @@ public:
     virtual std::vector<float> rotations() const { return {}; }
 
     // Makes ready an approximate inverse of stiffness * K + damping * (Rayleigh's) + mass (K by
-    // slot) with the corners `held` (sorted) left out. Returns what it costs to apply, in products
-    // with K; infinity when the method has none.
+    // slot) without what is `held`. Returns what it costs to apply, in products with K; infinity
+    // when the method has none.
     virtual double prepare_inverse(double stiffness, double damping,
-                                   const std::vector<double>& mass,
-                                   const std::vector<std::uint32_t>& held);
-    // z = that inverse of r, 0 at held corners; symmetric and positive.
+                                   const std::vector<double>& mass, const HeldCorners& held);
+    // z = that inverse of r, 0 at corners that are held wholly; symmetric and positive. Of held
+    // axes of others, r must be 0, and what z has there is to be left out.
     virtual void apply_inverse(const float* r, float* z);
 
     // Makes ready coarse grids for the same matrix. Returns the largest eigenvalue that D^-1 times
     // the matrix can have, D its diagonal; 0 when the method has no coarse grids.
     virtual double prepare_coarse(double stiffness, double damping, const std::vector<double>& mass,
-                                  const std::vector<std::uint32_t>& held);
-    // z += the coarse grids' answer to r; symmetric and positive, nothing at held corners.
+                                  const HeldCorners& held);
+    // z += the coarse grids' answer to r; likewise.
     virtual void add_coarse(const float* r, float* z);
 
     // Adds what a contact adds to A, `block` (kg) between its corners by their weights, to the

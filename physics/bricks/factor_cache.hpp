@@ -4,6 +4,7 @@
 // that frames with the same step length, masses and pins do not prepare anew.
 
 #include "physics/bricks/corner_factor.hpp"
+#include "physics/bricks/held_corners.hpp"
 #include "physics/bricks/multigrid.hpp"
 
 #include <algorithm>
@@ -16,8 +17,8 @@ namespace physics {
 // What a preparation is made for.
 struct FactorKey {
     double stiffness = 0, damping = 0;
-    std::vector<double> mass;         // K
-    std::vector<std::uint32_t> held;  // sorted
+    std::vector<double> mass;  // K
+    HeldCorners held;
     bool operator==(const FactorKey&) const = default;
 };
 

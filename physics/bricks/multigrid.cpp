@@ -326,7 +326,7 @@ void Multigrid::finish(bool coarsest, Level& level)
 
 Multigrid Multigrid::make(const geometry::Cubes& cubes, const std::array<BrickMatrix, 3>& parts,
                           std::span<const std::array<double, 3>> weights,
-                          std::span<const double> diagonal, std::span<const char> held)
+                          std::span<const double> diagonal, std::span<const std::uint8_t> held)
 {
     Multigrid out;
     out.corner_ = cubes.corner;

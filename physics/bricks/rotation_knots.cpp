@@ -56,7 +56,9 @@ void add_pinned_faces(const geometry::Cubes& cubes, const Pins& pins, CubeNeighb
 {
     if (pins.corner.empty()) return;
     std::vector<std::uint32_t> pin_of(cubes.corner_count(), no_index);
-    for (std::uint32_t p = 0; p < pins.corner.size(); ++p) pin_of[pins.corner[p]] = p;
+    for (std::uint32_t p = 0; p < pins.corner.size(); ++p) {
+        if (held_axes(pins, p) == all_axes) pin_of[pins.corner[p]] = p;
+    }
     std::array<std::vector<std::uint8_t>, 3> joined;  // towards -axis
     for (std::size_t axis = 0; axis < 3; ++axis) {
         joined[axis].assign(cubes.count(), 0);

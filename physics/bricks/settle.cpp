@@ -12,16 +12,31 @@ namespace {
 
 constexpr double forever = 1e4;  // s
 
-void check_held(const CornerBody& body, const Pins& pins)
+// What slides along an axis may still be stopped by a collider.
+void check_held(const CornerBody& body, const Loads& loads)
 {
-    std::vector<std::uint8_t> held(body.parts, 0);
-    for (const auto k : pins.corner) held[body.part_of(body.slot_of(k))] = 1;
+    std::vector<std::uint8_t> held(body.parts, 0);  // axes
+    for (std::size_t p = 0; p < loads.pins.corner.size(); ++p) {
+        held[body.part_of(body.slot_of(loads.pins.corner[p]))] |= held_axes(loads.pins, p);
+    }
     const auto free = std::count(held.begin(), held.end(), std::uint8_t{0});
-    if (free == 0) return;
-    throw std::invalid_argument(
-        fmt::format("{} of {} parts of the body have no pin: they would fall for ever, and have no "
-                    "equilibrium. Pin each part, or start from the given shape",
-                    free, body.parts));
+    if (free > 0) {
+        throw std::invalid_argument(
+            fmt::format("{} of {} parts of the body have no pin: they would fall for ever, and "
+                        "have no equilibrium. Pin each part, or start from the given shape",
+                        free, body.parts));
+    }
+    if (!loads.colliders.empty()) return;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto slides = std::count_if(held.begin(), held.end(),
+                                          [&](auto axes) { return (axes >> axis & 1) == 0; });
+        if (slides == 0) continue;
+        throw std::invalid_argument(fmt::format(
+            "{} of {} parts of the body have no pin that holds the {} axis: they would slide along "
+            "it for ever, and have no equilibrium. Hold one corner of each along it by another "
+            "Pin, or start from the given shape",
+            slides, body.parts, "xyz"[axis]));
+    }
 }
 
 State step_from_rest(const BricksBody& body, State state, const Loads& loads, double seconds,
@@ -36,7 +51,7 @@ State step_from_rest(const BricksBody& body, State state, const Loads& loads, do
 State settle(const BricksBody& body, State state, const Loads& loads, const StepOptions& options)
 {
     check_pins(loads.pins, body.base.corners);
-    check_held(body.base, loads.pins);
+    check_held(body.base, loads);
     StepOptions still = options;
     still.integrator = Integrator::implicit_euler;
     still.substeps = 1;

@@ -21,9 +21,12 @@ StepFrame::StepFrame(const CornerBody& its_body, const Loads& its_loads, double 
             damping[4 * k + i] = body.damping_of(k);
         }
     }
-    for (const auto k : loads.pins.corner) {
-        for (std::size_t i = 0; i < 3; ++i) fixed[4 * body.slot_of(k) + i] = 1;
-    }
+    held = held_by(loads.pins);
+    for_held_axes(*this, [&](std::size_t pin, std::size_t, std::size_t number) {
+        fixed[number] = 1;
+        if (held_axes(loads.pins, pin) == all_axes) return;
+        held_along.push_back(static_cast<std::uint32_t>(number));
+    });
     add_steady_forces(body, loads.forces, steady);
     for (const Force& f : loads.forces) windy |= f.kind == Force::Kind::wind;
 }

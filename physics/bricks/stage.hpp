@@ -41,7 +41,9 @@ struct StepFrame {
     Aligned<double> steady;         // N, gravity and point forces
     Aligned<double> mass, damping;  // kg, kg/s: M, D as lumped on corners
     Aligned<double> fixed;          // 1: pinned
-    std::vector<double> part_mass;  // kg, of each part
+    HeldCorners held;
+    std::vector<std::uint32_t> held_along;  // numbers that are fixed, of corners with free ones
+    std::vector<double> part_mass;          // kg, of each part
     bool windy = false;
     bool first = false;  // step of a shot
 };
@@ -91,6 +93,17 @@ struct StepRecord {
     double left = 0;  // share of the forces at work that rounds of contact left unbalanced
 };
 
+// visit(pin, axis, number) for each axis that a pin holds; `number` is that of its corner's slot.
+template <class Visit> void for_held_axes(const StepFrame& frame, const Visit& visit)
+{
+    const Pins& pins = frame.loads.pins;
+    for (std::size_t p = 0; p < pins.corner.size(); ++p) {
+        const std::size_t at = 4 * frame.body.slot_of(pins.corner[p]);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            if ((held_axes(pins, p) >> axis & 1) != 0) visit(p, axis, at + axis);
+        }
+    }
+}
 // Where pin `pin` is on an axis when a share of the frame has gone by, m.
 double pin_target(const StepFrame& frame, std::size_t pin, std::size_t axis, double share);
 

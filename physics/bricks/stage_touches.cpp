@@ -142,12 +142,9 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     stage.looked_at.assign(stage.near.empty() ? 0 : 1, x0);
     stage.looked.assign(stage.near.size(), 0);
     stage.w = v0;
-    for (std::size_t i = 0; i < loads.pins.corner.size(); ++i) {
-        const std::size_t at = 4 * frame.body.slot_of(loads.pins.corner[i]);
-        for (std::size_t k = 0; k < 3; ++k) {
-            stage.w[at + k] = (pin_target(frame, i, k, share) - x0[at + k]) / tau;
-        }
-    }
+    for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
+        stage.w[number] = (pin_target(frame, pin, axis, share) - x0[number]) / tau;
+    });
 }
 
 bool find_touches(Stage& stage, Known known)

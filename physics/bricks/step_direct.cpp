@@ -9,7 +9,7 @@ void StepDirect::count(const Stage& stage)
     constexpr double block_product = 27 * 0.15, front = 2200, cube = 2000, entry = 9 * 0.8;
     constexpr double multiplied_cube = 16, iteration = 2;  // products, without the factor
     if (tree) return;
-    tree = stage.elasticity.dissection(stage.frame.loads.pins.corner);
+    tree = stage.elasticity.dissection(stage.frame.held.whole);
     if (!tree) return;
     const auto cubes_there = static_cast<double>(stage.elasticity.cube_count());
     const double a_product = multiplied_cube * cubes_there;
@@ -37,7 +37,10 @@ bool StepDirect::make(const Stage& stage, const Aligned<double>& lumped)
         stage.elasticity.add_contact(c, block, cubes);
     }
     tau = stage.tau, hessian = stage.elasticity.uses_hessian();
-    factor = DirectFactor::make(tree, cubes, lumped, stage.frame.body.slot);
+    const HeldCorners& held = stage.frame.held;
+    std::vector<std::uint8_t> axes;
+    if (!held.along.empty()) axes = axes_by_corner(held, stage.frame.body.corners);
+    factor = DirectFactor::make(tree, cubes, lumped, stage.frame.body.slot, axes);
     return factor.has_value();
 }
 

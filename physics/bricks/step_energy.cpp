@@ -34,12 +34,11 @@ double others(const Stage& stage, const Aligned<double>& x, const Aligned<double
 
 bool pins_stay(const StepFrame& frame)
 {
-    for (std::size_t i = 0; i < frame.loads.pins.corner.size(); ++i) {
-        for (std::size_t a = 0; a < 3; ++a) {
-            if (pin_target(frame, i, a, 0) != pin_target(frame, i, a, 1)) return false;
-        }
-    }
-    return true;
+    bool stay = true;
+    for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t) {
+        stay &= pin_target(frame, pin, axis, 0) == pin_target(frame, pin, axis, 1);
+    });
+    return stay;
 }
 
 bool is_known(const StepFrame& frame)

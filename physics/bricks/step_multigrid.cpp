@@ -67,7 +67,9 @@ void StepMultigrid::apply(const LinearSystem<float>& system, Elasticity& elastic
     }
     take_product(*this, system);
     std::fill(change.begin(), change.end(), 0.0f);
+    for (const auto i : held_along) rest[i] = 0;
     elasticity.add_coarse(rest.data(), change.data());
+    for (const auto i : held_along) change[i] = 0;
     geometry::parallel_for(n, numbers_a_run, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) z[i] += change[i];
     });

@@ -231,12 +231,10 @@ void find_leftover(Stage& stage, StepSolver& solver, StepRecord& record)
     if (!all_finite(stage.x)) return;
     linearise_here(stage);
     find_residual(stage);
-    const std::vector<std::uint32_t>& pinned = stage.frame.loads.pins.corner;
-    record.reaction.resize(pinned.size());
-    for (std::size_t p = 0; p < pinned.size(); ++p) {
-        const double* r = stage.r.data() + 4 * stage.frame.body.slot_of(pinned[p]);
-        record.reaction[p] = -1 / stage.tau * Vec3(r[0], r[1], r[2]);
-    }
+    record.reaction.assign(stage.frame.loads.pins.corner.size(), Vec3::Zero());
+    for_held_axes(stage.frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
+        record.reaction[pin][static_cast<Eigen::Index>(axis)] = -1 / stage.tau * stage.r[number];
+    });
     prepare(solver, stage);
     const double size = norm(solver, stage.r);
     const double scale = forces_at_work(stage, solver);

@@ -23,6 +23,25 @@ std::array<double, 6> inverse_of(const std::array<double, 6>& m)
             (m[0] * m[3] - m[1] * m[1]) / det};
 }
 
+// The inverse between the axes that are not fixed; 0 of the others.
+std::array<double, 6> inverse_of_free(std::array<double, 6> m, const double* fixed)
+{
+    if (fixed[0] == 0 && fixed[1] == 0 && fixed[2] == 0) return inverse_of(m);
+    constexpr std::array<std::array<std::size_t, 2>, 6> axes{
+        {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
+    const auto is_fixed = [&](std::size_t i) {
+        return fixed[axes[i][0]] != 0 || fixed[axes[i][1]] != 0;
+    };
+    for (std::size_t i = 0; i < 6; ++i) {
+        if (is_fixed(i)) m[i] = axes[i][0] == axes[i][1] ? 1 : 0;
+    }
+    std::array<double, 6> out = inverse_of(m);
+    for (std::size_t i = 0; i < 6; ++i) {
+        if (is_fixed(i)) out[i] = 0;
+    }
+    return out;
+}
+
 // `whole` is the diagonal of A but for the contacts. Where contacts are, their corners' blocks
 // stand in place of the diagonal's inverse.
 void add_contact_blocks(StepSolver& solver, const Stage& stage, const Aligned<double>& whole)
@@ -41,7 +60,8 @@ void add_contact_blocks(StepSolver& solver, const Stage& stage, const Aligned<do
             const auto k = c.corners[a];
             block.corners[block.count] = k;
             block.weight[block.count++] = weight;
-            if (stage.frame.fixed[4 * std::size_t{k}] != 0) continue;
+            const double* fixed = &stage.frame.fixed[4 * std::size_t{k}];
+            if (fixed[0] + fixed[1] + fixed[2] == 3) continue;
             auto& at = solver.block_of[k];
             if (at == no_index) {
                 at = static_cast<std::uint32_t>(blocks.size());
@@ -54,7 +74,8 @@ void add_contact_blocks(StepSolver& solver, const Stage& stage, const Aligned<do
         solver.high.contacts.push_back(block);
     }
     for (auto& block : blocks) {
-        block.inverse = inverse_of(block.inverse);
+        block.inverse =
+            inverse_of_free(block.inverse, &stage.frame.fixed[4 * std::size_t{block.slot}]);
         solver.block_of[block.slot] = no_index;
         for (std::size_t i = 0; i < 3; ++i) {
             solver.high.linear.inverse[4 * std::size_t{block.slot} + i] = 0;
@@ -103,13 +124,25 @@ Plan plan_multigrid(StepSolver& solver, const Stage& stage, const std::vector<do
     const double work = products_a_cycle * cycles;
     if (with_diagonal < work || solver.direct.work < work) return {with_diagonal, 1};
     const double largest =
-        elasticity.prepare_coarse(stage.tau * stage.tau, stage.tau, mass, frame.loads.pins.corner);
+        elasticity.prepare_coarse(stage.tau * stage.tau, stage.tau, mass, frame.held);
     if (largest == 0) return {with_diagonal, 1};
     solver.multigrid.start(largest);
+    solver.multigrid.held_along = frame.held_along;
     solver.low.linear.precondition = [&elasticity, &solver](const float* r, float* z) {
         solver.multigrid.apply(solver.low.linear, elasticity, r, z);
     };
     return {work, products_a_cycle};
+}
+
+// z = the inverse at rest of r, between the numbers that are free.
+void apply_inverse(Elasticity& elasticity, const StepFrame& frame, const float* r, float* z,
+                   Aligned<float>& loose)
+{
+    if (frame.held_along.empty()) return elasticity.apply_inverse(r, z);
+    loose.assign(r, r + frame.n);
+    for (const auto i : frame.held_along) loose[i] = 0;
+    elasticity.apply_inverse(loose.data(), z);
+    for (const auto i : frame.held_along) z[i] = 0;
 }
 
 // The inverse at rest, multigrid, or the diagonal, by the work that each should take. The diagonal
@@ -139,10 +172,10 @@ Plan choose_preconditioner(StepSolver& solver, const Stage& stage)
         mass[k] = frame.body.mass[k] + stage.tau * frame.body.damping_of(k);
     }
     const double cost =
-        elasticity.prepare_inverse(stage.tau * stage.tau, stage.tau, mass, frame.loads.pins.corner);
+        elasticity.prepare_inverse(stage.tau * stage.tau, stage.tau, mass, frame.held);
     if (cost * with_inverse < with_diagonal) {
-        solver.low.linear.precondition = [&elasticity](const float* r, float* z) {
-            elasticity.apply_inverse(r, z);
+        solver.low.linear.precondition = [&elasticity, &solver, &frame](const float* r, float* z) {
+            apply_inverse(elasticity, frame, r, z, solver.loose);
         };
         return {cost * with_inverse, cost + 1};
     }
@@ -206,7 +239,11 @@ bool solve_directly(StepSolver& solver, Stage& stage, double target, Solved& out
     StepDirect& direct = solver.direct;
     if (!std::isfinite(direct.work)) return false;
     auto& precondition = solver.high.linear.precondition;
-    precondition = [&direct](const double* r, double* z) { direct.factor->solve(r, z); };
+    const auto& held_along = stage.frame.held_along;
+    precondition = [&direct, &held_along](const double* r, double* z) {
+        direct.factor->solve(r, z);
+        for (const auto i : held_along) z[i] = 0;
+    };
     bool sound = true;
     out.converged = false;
     if (direct.serves(stage)) {

@@ -63,6 +63,7 @@ struct StepSolver {
     StepSystem<double> high;
     StepMultigrid multigrid;
     StepDirect direct;
+    Aligned<float> loose;                 // a residual without what is held along an axis
     Aligned<double> rest;                 // N s, r - A delta
     std::vector<std::uint32_t> block_of;  // of each slot while blocks are added up
 };

@@ -131,14 +131,10 @@ void integrate(FrameStep& step, double begin, double end)
 // Pinned corners arrive exactly, and move as their targets do.
 void place_pins(const StepFrame& frame, double share, Motion& now)
 {
-    const auto& pinned = frame.loads.pins.corner;
-    for (std::size_t i = 0; i < pinned.size(); ++i) {
-        const std::size_t at = 4 * frame.body.slot_of(pinned[i]);
-        for (std::size_t k = 0; k < 3; ++k) {
-            now.x[at + k] = pin_target(frame, i, k, share);
-            now.v[at + k] = (pin_target(frame, i, k, 1) - frame.start[at + k]) / frame.seconds;
-        }
-    }
+    for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
+        now.x[number] = pin_target(frame, pin, axis, share);
+        now.v[number] = (pin_target(frame, pin, axis, 1) - frame.start[number]) / frame.seconds;
+    });
 }
 
 // Whether the step that was taken last is to be taken in halves: parts that touch did not settle,

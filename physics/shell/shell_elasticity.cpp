@@ -392,7 +392,7 @@ ShellElasticity::dissection(const std::vector<std::uint32_t>& held) const
     // Solves with more than these take longer than any other way.
     constexpr double most_entries_a_corner = 1500;
     constexpr std::size_t uncut = 8;
-    return body_.dissections->find({0, 0, {}, held}, [&]() -> DissectionCache::Factor {
+    return body_.dissections->find({0, 0, {}, {held, {}}}, [&]() -> DissectionCache::Factor {
         std::vector<char> left_out(body_.base.corners, 0);
         for (const auto k : held) left_out[k] = 1;
         const double most = most_entries_a_corner * static_cast<double>(body_.base.corners);

@@ -7,6 +7,7 @@
 #include "geometry/mesh/mesh_fwd.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -15,12 +16,20 @@ namespace physics {
 using geometry::Transform;
 using geometry::Vec3;
 
-// Corners whose motion is prescribed.
+// Corners whose motion is prescribed, along all axes of the world or some of them.
 struct Pins {
     std::vector<std::uint32_t> corner;  // P, sorted, no duplicates
     std::vector<Vec3> target;           // P, m, where each is at the end of this frame
     std::uint64_t cubes = 0;            // mark of the cubes whose corners these are
+    // P, bits 1, 2, 4: held along x, y, z; empty: along all
+    std::vector<std::uint8_t> axes = {};
 };
+inline constexpr std::uint8_t all_axes = 7;
+
+inline std::uint8_t held_axes(const Pins& pins, std::size_t pin)
+{
+    return pins.axes.empty() ? all_axes : pins.axes[pin];
+}
 
 // A force field, at the end of this frame.
 struct Force {

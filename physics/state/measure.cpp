@@ -78,9 +78,16 @@ PinForce pin_force(const State& state, const Pins* of, const Vec3& point)
 {
     PinForce out;
     for (const Reaction& reaction : state.reactions) {
-        if (of && !std::binary_search(of->corner.begin(), of->corner.end(), reaction.corner))
-            continue;
-        const Vec3 force = reaction.force.cast<double>();
+        Vec3 force = reaction.force.cast<double>();
+        if (of) {
+            const auto found =
+                std::lower_bound(of->corner.begin(), of->corner.end(), reaction.corner);
+            if (found == of->corner.end() || *found != reaction.corner) continue;
+            const auto axes = held_axes(*of, static_cast<std::size_t>(found - of->corner.begin()));
+            for (int a = 0; a < 3; ++a) {
+                if ((axes >> a & 1) == 0) force[a] = 0;
+            }
+        }
         out.force += force;
         out.torque += (state.x[reaction.corner] - point).cross(force);
         ++out.pins;

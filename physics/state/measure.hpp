@@ -25,7 +25,7 @@ struct MassMoments {
 };
 MassMoments mass_moments(const State& state, const geometry::Cubes& cubes);
 
-// What pins exert on the body: of all, or of the corners `of` alone.
+// What pins exert on the body: of all, or of the corners `of` along the axes that these hold.
 struct PinForce {
     Vec3 force = Vec3::Zero();   // N
     Vec3 torque = Vec3::Zero();  // N m, about `point`

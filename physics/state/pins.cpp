@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -21,8 +23,13 @@ bool conflict(const Pins& p, const Pins& q, double tolerance)
             ++i;
         } else if (q.corner[j] < p.corner[i]) {
             ++j;
-        } else if ((p.target[i++] - q.target[j++]).norm() > tolerance) {
-            return true;
+        } else {
+            const std::uint8_t both = held_axes(p, i) & held_axes(q, j);
+            Vec3 apart = p.target[i++] - q.target[j++];
+            for (int a = 0; a < 3; ++a) {
+                if ((both >> a & 1) == 0) apart[a] = 0;
+            }
+            if (apart.norm() > tolerance) return true;
         }
     }
     return false;
@@ -37,6 +44,10 @@ void check_pins(const Pins& pins, std::size_t corners)
         fail("expected a target for each of " + std::to_string(pins.corner.size()) +
              " corners, found " + std::to_string(pins.target.size()));
     }
+    if (!pins.axes.empty() && pins.axes.size() != pins.corner.size()) {
+        fail("expected axes of each of " + std::to_string(pins.corner.size()) + " corners, found " +
+             std::to_string(pins.axes.size()));
+    }
     for (std::size_t i = 0; i < pins.corner.size(); ++i) {
         const auto k = std::to_string(pins.corner[i]);
         if (pins.corner[i] >= corners) {
@@ -47,13 +58,28 @@ void check_pins(const Pins& pins, std::size_t corners)
             fail("expected sorted corners, each once; corner " + k + " is out of order");
         }
         if (!pins.target[i].allFinite()) fail("the target of corner " + k + " is not finite");
+        if (held_axes(pins, i) == 0 || held_axes(pins, i) > all_axes) {
+            fail("expected axes 1 to 7 of corner " + k + ", found " +
+                 std::to_string(held_axes(pins, i)));
+        }
     }
+}
+
+void require_all_axes(const Pins& pins, const std::string& who)
+{
+    if (std::all_of(pins.axes.begin(), pins.axes.end(), [](auto a) { return a == all_axes; })) {
+        return;
+    }
+    throw std::invalid_argument("pins that leave axes free need method bricks or springs of "
+                                "Simulate, and " +
+                                who + " holds all: set axes = xyz in Pin, or change the method");
 }
 
 Pins merge_pins(std::span<const std::shared_ptr<const Pins>> pins, std::size_t corners)
 {
     struct Sum {
-        Vec3 target = Vec3::Zero();
+        Vec3 held = Vec3::Zero(), all = Vec3::Zero();
+        std::array<int, 3> holders{};
         int count = 0;
     };
     std::map<std::uint32_t, Sum> sums;
@@ -61,15 +87,31 @@ Pins merge_pins(std::span<const std::shared_ptr<const Pins>> pins, std::size_t c
         check_pins(*some, corners);
         for (std::size_t i = 0; i < some->corner.size(); ++i) {
             Sum& sum = sums[some->corner[i]];
-            sum.target += some->target[i];
+            sum.all += some->target[i];
             ++sum.count;
+            for (unsigned a = 0; a < 3; ++a) {
+                if ((held_axes(*some, i) >> a & 1) == 0) continue;
+                sum.held[a] += some->target[i][a];
+                ++sum.holders[a];
+            }
         }
     }
     Pins out;
+    bool whole = true;
     for (const auto& [corner, sum] : sums) {
+        Vec3 target = sum.all / sum.count;
+        std::uint8_t axes = 0;
+        for (unsigned a = 0; a < 3; ++a) {
+            if (sum.holders[a] == 0) continue;
+            target[a] = sum.held[a] / sum.holders[a];
+            axes = static_cast<std::uint8_t>(axes | 1u << a);
+        }
         out.corner.push_back(corner);
-        out.target.push_back(sum.target / sum.count);
+        out.target.push_back(target);
+        out.axes.push_back(axes);
+        whole &= axes == all_axes;
     }
+    if (whole) out.axes.clear();
     return out;
 }
 

@@ -41,12 +41,17 @@ struct Sum {
     std::optional<DirectFactor> factor() const
     {
         auto tree = std::make_shared<const Dissection>(dissect(cubes, held, 1e9, 8));
-        return DirectFactor::make(std::move(tree), matrix, diagonal, slot);
+        return DirectFactor::make(std::move(tree), matrix, diagonal, slot, axes);
     }
     std::vector<double> solution() const
     {
         std::vector<double> x(right.size(), 0);
         factor()->solve(right.data(), x.data());
+        for (std::size_t k = 0; k < axes.size(); ++k) {
+            for (std::size_t i = 0; i < 3; ++i) {
+                if (is_held(k, i)) x[4 * std::size_t{slot[k]} + i] = 0;
+            }
+        }
         return x;
     }
     // The largest number of right - A x at free corners.
@@ -63,11 +68,19 @@ struct Sum {
         double most = 0;
         for (std::size_t k = 0; k < held.size(); ++k) {
             for (std::size_t i = 0; i < 3 && !held[k]; ++i) {
+                if (is_held(k, i)) continue;
                 most = std::max(most, std::abs(rest[4 * std::size_t{slot[k]} + i]));
             }
         }
         return most;
     }
+
+    bool is_held(std::size_t k, std::size_t axis) const
+    {
+        return !axes.empty() && (axes[k] >> axis & 1) != 0;
+    }
+
+    std::vector<std::uint8_t> axes;  // of corners that are not held wholly; empty: none
 
 private:
     std::size_t number(std::size_t c, Eigen::Index i) const
@@ -114,6 +127,16 @@ TEST(DirectFactor, KeepsHeldCornersAsTheyAre)
     for (std::size_t k = 0; k < sum.held.size(); ++k) {
         EXPECT_EQ(x[4 * std::size_t{sum.slot[k]}] == 7, sum.held[k] != 0);
     }
+}
+
+TEST(DirectFactor, SolvesBetweenTheAxesThatAreFree)
+{
+    Sum sum(fixtures::blob(1, 150, 0.5));
+    sum.axes.resize(sum.held.size());
+    for (std::size_t k = 0; k < sum.axes.size(); ++k) {
+        sum.axes[k] = static_cast<std::uint8_t>(k % 7);  // none, x, y, xy, ..
+    }
+    EXPECT_LT(sum.left_over(sum.solution()), 1e-8);
 }
 
 TEST(DirectFactor, GivesTheSameBytesForAnyNumberOfThreads)
