@@ -1,10 +1,11 @@
 #include "physics/body/external_forces.hpp"
 
+#include "physics/body/force_shares.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 namespace physics {
@@ -20,111 +21,9 @@ void add(Aligned<double>& field, std::size_t slot, const Vec3& value)
     for (std::size_t i = 0; i < 3; ++i) field[4 * slot + i] += value[static_cast<Eigen::Index>(i)];
 }
 
-// What each corner takes of a force: grows by slot.
-using Shares = std::vector<std::pair<std::uint32_t, double>>;
-
-double falloff(double distance_sq, double radius)
-{
-    const double s = std::max(0.0, 1 - distance_sq / (radius * radius));
-    return s * s;
-}
-
-// Trilinear, by place in the cube from 0 to 1; beyond it they go on as they are.
-double weight(unsigned a, const Vec3& place)
-{
-    double w = 1;
-    for (unsigned i = 0; i < 3; ++i) {
-        const double at = place[static_cast<Eigen::Index>(i)];
-        w *= (a >> i & 1) ? at : 1 - at;
-    }
-    return w;
-}
-
-// The integral of the falloff over one triangle of the surface, by the middles of the sides of
-// triangles so small that the falloff is smooth over each.
-void press(const std::array<Vec3f, 3>& piece, double area, const Vec3& centre, double radius,
-           std::array<double, 8>& shares)
-{
-    const Vec3 corner = piece[0].cast<double>(), p = piece[1].cast<double>(),
-               q = piece[2].cast<double>();
-    const double longest = std::max({p.norm(), q.norm(), (p - q).norm()});
-    const Vec3 middle = corner + (p + q) / 3;
-    if ((middle - centre).norm() > radius + longest) return;
-    const int cuts = static_cast<int>(std::clamp(std::ceil(8 * longest / radius), 1.0, 64.0));
-    const double each = area / (3.0 * cuts * cuts);
-    const auto take = [&](double along_p, double along_q) {
-        const Vec3 place = corner + (along_p * p + along_q * q) / cuts;
-        const double force = each * falloff((place - centre).squaredNorm(), radius);
-        if (force == 0) return;
-        for (unsigned a = 0; a < 8; ++a) shares[a] += force * weight(a, place);
-    };
-    for (int i = 0; i < cuts; ++i) {
-        for (int j = 0; i + j < cuts; ++j) {
-            take(i + 0.5, j), take(i, j + 0.5), take(i + 0.5, j + 0.5);
-            if (i + j + 1 == cuts) continue;  // no triangle on its tip here
-            take(i + 0.5, j + 1), take(i + 1, j + 0.5), take(i + 0.5, j + 0.5);
-        }
-    }
-}
-
-Shares shares_on_surface(const CornerBody& body, const Force& force)
-{
-    Shares out;
-    const ContactSurface& surface = body.skin;
-    surface.corners.for_each(0, surface.corners.size(), [&](std::size_t c, const auto& corners) {
-        const Vec3 origin = value_at(body.rest.data(), corners[0]);
-        const double h = body.edge_at(corners[0]);
-        const double reach = force.radius + 4 * h;  // pieces lie in their cube, or by one cube off
-        if ((origin - force.position).squaredNorm() > reach * reach) return;
-        const Vec3 centre = (force.position - origin) / h;
-        std::array<double, 8> shares{};
-        for (auto i = surface.on(c).area; i < surface.on(c).areas_end; ++i) {
-            press(surface.piece[i], surface.area[i].cast<double>().norm(), centre, force.radius / h,
-                  shares);
-        }
-        for (std::size_t a = 0; a < 8; ++a) {
-            if (shares[a] != 0) out.emplace_back(corners[a], shares[a]);
-        }
-    });
-    return out;
-}
-
-Shares shares_of_material(const CornerBody& body, const Force& force)
-{
-    Shares out;
-    for (std::uint32_t k = 0; k < body.corners; ++k) {
-        const double d_sq = (value_at(body.rest.data(), k) - force.position).squaredNorm();
-        if (!(d_sq < force.radius * force.radius)) continue;
-        out.emplace_back(k, body.mass[k] * falloff(d_sq, force.radius));
-    }
-    return out;
-}
-
-// Trilinear in the cube that holds the place, all to the nearest corner where none does.
-Shares shares_at_point(const CornerBody& body, const Force& force)
-{
-    Shares out;
-    std::uint32_t nearest = 0;
-    double nearest_sq = std::numeric_limits<double>::infinity();
-    for (std::uint32_t k = 0; k < body.corners; ++k) {
-        const Vec3 away = value_at(body.rest.data(), k) - force.position;
-        if (away.squaredNorm() < nearest_sq) nearest_sq = away.squaredNorm(), nearest = k;
-        const Vec3 near = Vec3::Ones() - away.cwiseAbs() / body.edge_at(k);
-        if (near.minCoeff() > 0) out.emplace_back(k, near.prod());
-    }
-    if (out.empty()) out.emplace_back(nearest, 1);
-    return out;
-}
-
 void add_point_force(const CornerBody& body, const Force& force, Aligned<double>& f)
 {
-    Shares shares;
-    if (force.radius > 0) shares = shares_on_surface(body, force);
-    if (shares.empty()) shares = shares_of_material(body, force);
-    if (shares.empty()) shares = shares_at_point(body, force);
-    double total = 0;
-    for (const auto& [slot, share] : shares) total += share;
-    for (const auto& [slot, share] : shares) add(f, slot, share / total * force.force);
+    for (const auto& [slot, share] : force_shares(body, force)) add(f, slot, share * force.force);
 }
 
 }  // namespace

@@ -54,6 +54,18 @@ std::string listed(const std::vector<std::string>& names)
 // The triangles whose material or group has that name.
 TriMesh part_of(const TriMesh& mesh, const std::string& name)
 {
+    auto part = std::make_shared<geometry::MeshTopology>();
+    for (const auto t : faces_called(mesh, name)) part->triangles.push_back(mesh.triangles()[t]);
+    TriMesh out;
+    out.topology = std::move(part);
+    out.positions = mesh.positions;
+    return out;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> faces_called(const TriMesh& mesh, const std::string& name)
+{
     const geometry::MeshTopology& all = *mesh.topology;
     std::vector<std::string> materials;
     for (const auto& m : all.materials) materials.push_back(m.name);
@@ -62,25 +74,20 @@ TriMesh part_of(const TriMesh& mesh, const std::string& name)
         const std::size_t index = face < of_face.size() ? of_face[face] : 0;
         return index < names.size() && names[index] == name;
     };
-    auto part = std::make_shared<geometry::MeshTopology>();
-    for (std::size_t t = 0; t < all.triangles.size(); ++t) {
+    std::vector<std::uint32_t> out;
+    for (std::uint32_t t = 0; t < all.triangles.size(); ++t) {
         if (picked(materials, all.material, t) ||
             (!all.group.empty() && picked(all.groups, all.group, t))) {
-            part->triangles.push_back(all.triangles[t]);
+            out.push_back(t);
         }
     }
-    if (part->triangles.empty()) {
+    if (out.empty()) {
         throw std::invalid_argument("no face of the mesh has a material or group called '" + name +
                                     "'. Its materials: " + listed(materials) +
                                     "; its groups: " + listed(all.groups));
     }
-    TriMesh out;
-    out.topology = std::move(part);
-    out.positions = mesh.positions;
     return out;
 }
-
-}  // namespace
 
 std::vector<std::uint32_t> corners_in_box(const Cubes& cubes, const geometry::Box& box)
 {

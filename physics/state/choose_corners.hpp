@@ -28,6 +28,9 @@ std::vector<std::uint32_t> corners_near_material(const geometry::Cubes& cubes,
                                                  const geometry::TriMesh& mesh,
                                                  const std::string& name, double distance);
 
+// The mesh's triangles of that name. Throws likewise.
+std::vector<std::uint32_t> faces_called(const geometry::TriMesh& mesh, const std::string& name);
+
 // Corners on the outside: those that have less than eight cubes around them, or on a plane less
 // than four cells, its border and that of its holes.
 std::vector<std::uint32_t> corners_at_rim(const geometry::Cubes& cubes);
