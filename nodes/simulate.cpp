@@ -4,6 +4,7 @@
 #include "nodes/wire_types.hpp"
 #include "physics/body/collider_contact.hpp"
 #include "physics/body/external_forces.hpp"
+#include "physics/body/following_forces.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "physics/bricks/settle.hpp"
 #include "physics/bricks/springs.hpp"
@@ -307,6 +308,11 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     }
     std::vector<physics::Ball> balls;
     for (const auto& ball : in.balls) balls.push_back(*ball);
+    if (in.method == Method::lattice) {
+        for (const auto& force : in.forces) {
+            physics::require_no_following({force.get(), 1}, "method lattice");
+        }
+    }
     physics::Loads loads = gather_loads(in, context);
     if (!in.last) {
         auto state = first_state(in, context, loads);

@@ -14,6 +14,7 @@
 #include "physics/layered_bodies/layered.hpp"
 #include "physics/modal/vibrate.hpp"
 #include "physics/state/loads.hpp"
+#include "physics/state/pressed_surface.hpp"
 #include "physics/state/state.hpp"
 #include "render/image.hpp"
 

@@ -82,7 +82,7 @@ std::vector<TriMesh> force_arrows(const physics::Force& force, const Box& stage,
                 add(at - length(speed, 5) * towards, at);
             }
         }
-    } else {
+    } else if (force.kind == Kind::gravity) {
         const double acceleration = force.acceleration.norm();
         if (acceleration > 0) {
             const Vec3 from(stage.lo.x() - 0.04 * size, stage.hi.y() + 0.04 * size, stage.lo.z());

@@ -39,6 +39,9 @@ void check_forces(std::span<const Force> forces)
         if (!f.force.allFinite() || !f.position.allFinite()) {
             fail("expected a finite force and position");
         }
+        if (!f.torque.allFinite() || !std::isfinite(f.pressure)) {
+            fail("expected a finite torque and pressure");
+        }
         if (!(std::isfinite(f.radius) && f.radius >= 0)) fail("expected a radius of at least 0 m");
         if (!(std::isfinite(f.air_density) && f.air_density >= 0 && std::isfinite(f.drag) &&
               f.drag >= 0)) {
@@ -54,7 +57,7 @@ void add_steady_forces(const CornerBody& body, std::span<const Force> forces, Al
             for (std::size_t k = 0; k < body.corners; ++k) {
                 add(f, k, body.mass[k] * force.acceleration);
             }
-        } else if (force.kind == Force::Kind::point) {
+        } else if (force.kind == Force::Kind::point && !force.follow) {
             add_point_force(body, force, f);
         }
     }
@@ -119,14 +122,16 @@ std::vector<std::string> far_forces(ModelsOfState models, std::span<const Force>
     std::vector<std::string> out;
     for (std::size_t i = 0; i < forces.size(); ++i) {
         const Force& force = forces[i];
-        if (force.kind != Force::Kind::point || force.force.isZero(0)) continue;
+        const bool point = force.kind == Force::Kind::point && !force.force.isZero(0);
+        const bool torque = force.kind == Force::Kind::torque && !force.torque.isZero(0);
+        if (!point && !torque) continue;
         const auto near = [&](const auto& cubes) { return acts_near(*cubes, force); };
         if (std::any_of(models.begin(), models.end(), near)) continue;
         out.push_back(fmt::format(
-            "Point force {} of {} has no material within its radius: all of it acts on the corner "
+            "{} {} of {} has no material within its radius: all of it acts on the corner "
             "nearest to its position. Positions are those of the rest shape; move the force there, "
             "or increase its radius.",
-            i + 1, forces.size()));
+            point ? "Point force" : "Torque", i + 1, forces.size()));
     }
     return out;
 }

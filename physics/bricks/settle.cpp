@@ -1,11 +1,13 @@
 #include "physics/bricks/settle.hpp"
 
+#include "physics/body/following_forces.hpp"
 #include "physics/state/pins.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 namespace physics {
 namespace {
@@ -70,6 +72,21 @@ State settle(const BricksBody& body, State state, const Loads& loads, const Step
     for (double seconds = 0.01; !end.report.converged && seconds < forever; seconds *= 3) {
         state = step(state, seconds);
         if (seconds * 3 >= forever) end = step(state, forever);
+    }
+    // What follows pushes as the shape before has it.
+    if (std::any_of(loads.forces.begin(), loads.forces.end(), follows)) {
+        constexpr int most = 100;
+        constexpr double still_enough = 1e-7;  // of a cube's edge
+        bool settled = false;
+        for (int i = 0; i < most && !settled && end.report.converged; ++i) {
+            const State before = std::exchange(end, step(end, forever));
+            double moved = 0;
+            for (std::size_t k = 0; k < end.x.size(); ++k) {
+                moved = std::max(moved, (end.x[k] - before.x[k]).norm());
+            }
+            settled = moved <= still_enough * body.base.h;
+        }
+        end.report.converged &= settled;
     }
     end.report.iterations = iterations;
     std::fill(end.v.begin(), end.v.end(), Vec3::Zero());

@@ -28,6 +28,8 @@ StepFrame::StepFrame(const CornerBody& its_body, const Loads& its_loads, double 
         held_along.push_back(static_cast<std::uint32_t>(number));
     });
     add_steady_forces(body, loads.forces, steady);
+    following = following_forces(body, loads.forces);
+    windy = !following.empty();
     for (const Force& f : loads.forces) windy |= f.kind == Force::Kind::wind;
 }
 

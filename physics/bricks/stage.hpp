@@ -6,6 +6,7 @@
 // A stage goes tau seconds ahead from (x0, v0). Its unknowns are the velocities w at its end:
 //   x = x0 + tau w
 //   r = M (v0 - w) + tau (f(x) + f_ext + f_wind + f_contact - (D + drag) w) - tau C (w - b)
+// f_wind holds what follows the body too (following_forces.hpp); both are taken at x0, v0.
 // with f the elastic forces, C = Rayleigh's damping with the stiffness, D that with the mass, and
 // drag that of the wind. The stage is solved where r = 0. A round of Newton's method solves
 //   A delta = r,   A = M + tau (D + drag) + tau^2 K + tau C + tau^2 k + tau c
@@ -15,6 +16,7 @@
 
 #include "physics/body/collider_contact.hpp"
 #include "physics/body/corner_body.hpp"
+#include "physics/body/following_forces.hpp"
 #include "physics/body/part_contact.hpp"
 #include "physics/bricks/elasticity.hpp"
 #include "physics/math/aligned_memory.hpp"
@@ -36,16 +38,17 @@ struct StepFrame {
     double seconds;
     StepOptions options;
 
-    std::size_t n;                  // numbers in a vector
-    Aligned<double> start;          // m, x at the start of the frame
-    Aligned<double> steady;         // N, gravity and point forces
+    std::size_t n;           // numbers in a vector
+    Aligned<double> start;   // m, x at the start of the frame
+    Aligned<double> steady;  // N, gravity and point forces that do not follow
+    FollowingForces following;
     Aligned<double> mass, damping;  // kg, kg/s: M, D as lumped on corners
     Aligned<double> fixed;          // 1: pinned
     HeldCorners held;
     std::vector<std::uint32_t> held_along;  // numbers that are fixed, of corners with free ones
     std::vector<double> part_mass;          // kg, of each part
-    bool windy = false;
-    bool first = false;  // step of a shot
+    bool windy = false;                     // wind, or what follows the body
+    bool first = false;                     // step of a shot
 };
 
 struct Stage {

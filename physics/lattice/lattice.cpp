@@ -3,6 +3,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/base/stop.hpp"
 #include "physics/body/external_forces.hpp"
+#include "physics/body/following_forces.hpp"
 #include "physics/lattice/match_shapes.hpp"
 #include "physics/lattice/step_motion.hpp"
 #include "physics/lattice/step_pull.hpp"
@@ -129,6 +130,7 @@ State advance(const LatticeBody& body, State state, const Loads& loads, double d
     check(options);
     check_pins(loads.pins, n);
     require_all_axes(loads.pins, "method lattice");
+    require_no_following(loads.forces, "method lattice");
     check_forces(loads.forces);
     check_balls(loads.balls);
     State before = copied(state);

@@ -102,6 +102,9 @@ void add_fields(const LayeredScene& scene, const LayeredMoment& moment,
         case Force::Kind::point:
             add_point(scene, moment, force, system);
             break;
+        case Force::Kind::torque:
+        case Force::Kind::pressure:
+            break;  // refused before
         }
     }
 }

@@ -2,6 +2,7 @@
 
 #include "geometry/base/stop.hpp"
 #include "physics/body/external_forces.hpp"
+#include "physics/body/following_forces.hpp"
 #include "physics/layered_bodies/inner_motion.hpp"
 #include "physics/layered_bodies/layered_bullet.hpp"
 #include "physics/layered_bodies/layered_forces.hpp"
@@ -291,6 +292,7 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
     }
     check_rigid_bodies(parts, world.rigid_bodies);
     check_forces(world.forces);
+    require_no_following(world.forces, "Layered");
     const FilmFrame frame{scene, parts, world, dt};
     LayeredScene now = frame.begin();
     if (!(dt > 0) || now.states.empty()) return now;

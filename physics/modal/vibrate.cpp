@@ -3,6 +3,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/embed/embed.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "physics/body/following_forces.hpp"
 #include "physics/modal/oscillator.hpp"
 
 #include <fmt/format.h>
@@ -140,6 +141,7 @@ ModalState advance(const ModalModel& model, ModalState state, std::span<const Fo
     if (!(dt > 0) || !std::isfinite(dt)) {
         throw std::invalid_argument(fmt::format("expected a step above 0 s, found {}", dt));
     }
+    require_no_following(forces, "Vibrate");
     std::vector<double> load(model.count(), 0);
     for (const Force& f : forces) {
         switch (f.kind) {
@@ -154,6 +156,9 @@ ModalState advance(const ModalModel& model, ModalState state, std::span<const Fo
         case Force::Kind::wind:
             throw std::invalid_argument("expected gravity or point forces on a vibrating mesh, "
                                         "found wind. Use Simulate for wind");
+        case Force::Kind::torque:
+        case Force::Kind::pressure:
+            break;  // refused above
         }
     }
     const Vec3 base_velocity = (base - state.base) / dt;

@@ -31,17 +31,25 @@ inline std::uint8_t held_axes(const Pins& pins, std::size_t pin)
     return pins.axes.empty() ? all_axes : pins.axes[pin];
 }
 
-// A force field, at the end of this frame.
+struct PressedSurface;  // pressed_surface.hpp
+
+// A force field, at the end of this frame. What follows, pressure and torque depend on where the
+// body is.
 struct Force {
-    enum class Kind { gravity, wind, point };
+    enum class Kind { gravity, wind, point, torque, pressure };
     Kind kind = Kind::gravity;
     Vec3 acceleration{0, -9.81, 0};  // gravity: m/s^2
     Vec3 velocity{0, 0, 0};          // wind: of the air, m/s
     double air_density = 1.2;        // wind: kg/m^3, drag 1/2 rho |v_rel| v_rel per exposed area
     double drag = 1.0;               // wind: coefficient
     Vec3 force{0, 0, 0};             // point: N, total
-    Vec3 position{0, 0, 0};          // point: m, in the rest shape
-    double radius = 0.1;             // point: m, falls off smoothly to 0 here
+    Vec3 position{0, 0, 0};          // point, torque: m, in the rest shape
+    double radius = 0.1;             // point, torque: m, falls off smoothly to 0 here
+    Vec3 torque{0, 0, 0};            // torque: N m, total
+    bool follow = false;             // point, torque: turns with what it acts on
+    double pressure = 0;             // pressure: Pa, against the normals of the surface
+    std::shared_ptr<const PressedSurface> surface = nullptr;  // pressure
+    std::uint32_t first_corner = 0;  // pressure: of the surface's cubes, among all that are moved
 };
 
 // A rigid or animated obstacle. The pose maps its local frame to the world at the end of

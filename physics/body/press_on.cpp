@@ -1,0 +1,175 @@
+#include "physics/body/press_on.hpp"
+
+#include "geometry/cubes/plane.hpp"
+#include "geometry/embed/embed.hpp"
+#include "geometry/mesh/mesh.hpp"
+#include "physics/state/choose_corners.hpp"
+#include "physics/state/state_models.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <unordered_map>
+
+namespace physics {
+namespace {
+
+using geometry::Triangle;
+using geometry::TriMesh;
+using geometry::Vec3f;
+
+constexpr std::size_t most_faces = 20'000'000;
+
+// The middles of sides, each made once.
+class Middles {
+public:
+    explicit Middles(std::vector<Vec3f>& positions) : positions_(positions) {}
+
+    std::uint32_t of(std::uint32_t a, std::uint32_t b)
+    {
+        const std::uint64_t side = std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+        const auto [found, fresh] =
+            by_side_.emplace(side, static_cast<std::uint32_t>(positions_.size()));
+        if (fresh) {
+            positions_.push_back(
+                (0.5 * (positions_[a].cast<double>() + positions_[b].cast<double>()))
+                    .cast<float>());
+        }
+        return found->second;
+    }
+
+private:
+    std::vector<Vec3f>& positions_;
+    std::unordered_map<std::uint64_t, std::uint32_t> by_side_;
+};
+
+// Cuts each triangle at the middles of its sides that are longer than `longest`. Returns whether
+// there was one.
+bool cut_once(double longest, std::vector<Vec3f>& positions, std::vector<Triangle>& triangles)
+{
+    Middles middles(positions);
+    std::vector<Triangle> out;
+    out.reserve(triangles.size());
+    bool any = false;
+    for (Triangle t : triangles) {
+        std::array<bool, 3> cut{};
+        for (std::size_t i = 0; i < 3; ++i) {
+            cut[i] = (positions[t[(i + 1) % 3]] - positions[t[i]]).cast<double>().norm() > longest;
+        }
+        const int cuts = cut[0] + cut[1] + cut[2];
+        any |= cuts > 0;
+        // Turned so that side 0 is cut, and side 2 is not unless all are.
+        while (cuts > 0 && (!cut[0] || (cuts == 2 && cut[2]))) {
+            std::rotate(t.begin(), t.begin() + 1, t.end());
+            std::rotate(cut.begin(), cut.begin() + 1, cut.end());
+        }
+        const auto [a, b, c] = t;
+        if (cuts == 0) {
+            out.push_back(t);
+        } else if (cuts == 1) {
+            const auto ab = middles.of(a, b);
+            out.insert(out.end(), {Triangle{a, ab, c}, Triangle{ab, b, c}});
+        } else if (cuts == 2) {
+            const auto ab = middles.of(a, b), bc = middles.of(b, c);
+            out.insert(out.end(), {Triangle{ab, b, bc}, Triangle{a, ab, bc}, Triangle{a, bc, c}});
+        } else {
+            const auto ab = middles.of(a, b), bc = middles.of(b, c), ca = middles.of(c, a);
+            out.insert(out.end(), {Triangle{a, ab, ca}, Triangle{ab, b, bc}, Triangle{bc, c, ca},
+                                   Triangle{ab, bc, ca}});
+        }
+    }
+    triangles = std::move(out);
+    return any;
+}
+
+// The faces of the mesh, or of that name, wound outwards.
+std::vector<Triangle> chosen_faces(const TriMesh& mesh, const std::string& name, PressOn& out)
+{
+    const WoundOut wound = wound_out(mesh);
+    out.turned = wound.turned, out.one_way = wound.one_way;
+    std::vector<Triangle> faces;
+    const auto take = [&](std::size_t t) {
+        const Triangle& v = wound.triangles[t];
+        if (std::max({v[0], v[1], v[2]}) >= mesh.positions.size()) return;
+        for (const auto k : v) {
+            if (!mesh.positions[k].allFinite()) return;
+        }
+        faces.push_back(v);
+    };
+    if (name.empty()) {
+        for (std::size_t t = 0; t < wound.triangles.size(); ++t) take(t);
+    } else {
+        for (const auto t : faces_called(mesh, name)) take(t);
+    }
+    if (faces.empty()) {
+        throw std::invalid_argument("the mesh has no faces that a pressure could act on: link the "
+                                    "closed mesh that the cubes were made of");
+    }
+    return faces;
+}
+
+// The corners of faces and the middles of their sides, as faces of six nodes.
+std::vector<std::array<std::uint32_t, 6>> with_middles(const std::vector<Triangle>& faces,
+                                                       std::vector<Vec3f>& positions)
+{
+    Middles middles(positions);
+    std::vector<std::array<std::uint32_t, 6>> out;
+    out.reserve(faces.size());
+    for (const auto& [a, b, c] : faces) {
+        out.push_back({a, b, c, middles.of(a, b), middles.of(b, c), middles.of(c, a)});
+    }
+    return out;
+}
+
+// Leaves out nodes that no face has.
+void number_nodes_in_use(std::vector<Vec3f>& positions,
+                         std::vector<std::array<std::uint32_t, 6>>& faces)
+{
+    std::vector<std::uint32_t> number(positions.size(), geometry::no_index);
+    std::vector<Vec3f> used;
+    for (auto& face : faces) {
+        for (auto& node : face) {
+            auto& n = number[node];
+            if (n == geometry::no_index) {
+                n = static_cast<std::uint32_t>(used.size());
+                used.push_back(positions[node]);
+            }
+            node = n;
+        }
+    }
+    positions = std::move(used);
+}
+
+}  // namespace
+
+PressOn press_on(const geometry::Cubes& cubes, const TriMesh& mesh, const std::string& name)
+{
+    if (geometry::flat_axis(cubes) >= 0) {
+        throw std::invalid_argument("pressure needs a body of cubes, and these are a plane: use "
+                                    "Voxelize, or Force with kind = wind");
+    }
+    PressOn out;
+    std::vector<Triangle> faces = chosen_faces(mesh, name, out);
+    TriMesh nodes;
+    nodes.positions = mesh.positions;
+    while (cut_once(0.5 * cubes.size, nodes.positions, faces)) {
+        if (faces.size() <= most_faces) continue;
+        throw std::invalid_argument(fmt::format(
+            "the surface is more than {} cubes large: expected faces of the size of cubes of {:g} "
+            "m. Use larger cubes, or press on a part of the mesh",
+            most_faces / 8, cubes.size));
+    }
+    out.surface.faces = with_middles(faces, nodes.positions);
+    number_nodes_in_use(nodes.positions, out.surface.faces);
+    const geometry::Binding binding = geometry::bind(nodes, cubes);
+    out.farthest = binding.farthest;
+    out.surface.cubes = mark_of(cubes);
+    for (std::uint32_t i = 0; i < nodes.positions.size(); ++i) {
+        out.surface.corners.push_back(cubes.corners[binding.used[binding.cube[i]]]);
+        out.surface.weight.push_back(geometry::weights(binding, i));
+    }
+    return out;
+}
+
+}  // namespace physics

@@ -1,0 +1,41 @@
+#pragma once
+
+// Makes the surface that a pressure acts on (state/pressed_surface.hpp) of a mesh in cubes.
+//
+// Faces are cut at the middles of their sides until no side is longer than half a cube, so that
+// every cube that the surface passes through feels its share. Faces that meet keep meeting: a
+// closed mesh makes a closed surface, which neither pushes nor turns a body as a whole.
+//
+// Which way is out, the mesh's winding says. Faces that are wound against the others of their
+// piece, those with less area, are turned, and closed pieces that are wound inwards, but for those
+// in a larger piece: they bound a hollow.
+
+#include "geometry/cubes/cubes.hpp"
+#include "geometry/mesh/mesh_fwd.hpp"
+#include "physics/state/pressed_surface.hpp"
+
+#include <string>
+
+namespace physics {
+
+struct PressOn {
+    PressedSurface surface;
+    std::size_t turned = 0;   // faces of the mesh
+    std::size_t one_way = 0;  // edges with two faces that no turning of faces reconciles
+    double farthest = 0;      // m, of a node from the cube that carries it
+};
+
+// Of all faces, or those of the material or group `name` where it is not empty. Throws
+// std::invalid_argument when there are none, when the cubes are a plane, or when the faces would
+// have to be cut into more than 20 million.
+PressOn press_on(const geometry::Cubes& cubes, const geometry::TriMesh& mesh,
+                 const std::string& name);
+
+// The triangles of a mesh, turned so that they are wound outwards, as above.
+struct WoundOut {
+    std::vector<geometry::Triangle> triangles;
+    std::size_t turned = 0, one_way = 0;
+};
+WoundOut wound_out(const geometry::TriMesh& mesh);
+
+}  // namespace physics

@@ -1,0 +1,138 @@
+#include "physics/body/following_forces.hpp"
+
+#include "geometry/cubes/voxelize.hpp"
+#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/primitive.hpp"
+#include "physics/body/press_on.hpp"
+#include "tests/physics/cube_fixtures.hpp"
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+namespace {
+
+using namespace physics;
+using geometry::Cubes;
+
+// A ball of 0.4 m in cubes of 0.1 m that is deformed at random, by up to a third of a cube.
+struct Deformed {
+    Deformed()
+        : mesh(geometry::icosphere(0.4, 2)), cubes(fixtures::box(10, 10, 10, 0.1)), body([this] {
+              cubes.origin = Vec3::Constant(-0.5);
+              std::vector<std::uint32_t> slot(cubes.corner_count());
+              std::iota(slot.rbegin(), slot.rend(), 0u);
+              return make_corner_body(cubes, std::move(slot), nullptr);
+          }()),
+          x(body.rest)
+    {
+        const geometry::Random random(4);
+        for (std::size_t i = 0; i < 4 * body.corners; ++i) {
+            if (i % 4 != 3) x[i] += 0.06 * (random.unit(i) - 0.5);
+        }
+    }
+
+    geometry::TriMesh mesh;
+    Cubes cubes;
+    CornerBody body;
+    Aligned<double> x;
+};
+
+struct Resultant {
+    Vec3 force = Vec3::Zero(), torque = Vec3::Zero();  // about the origin
+};
+Resultant resultant(const CornerBody& body, const Aligned<double>& x, const Aligned<double>& f)
+{
+    Resultant out;
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const Vec3 on = Eigen::Map<const Vec3>(f.data() + 4 * k);
+        out.force += on;
+        out.torque += Vec3(Eigen::Map<const Vec3>(x.data() + 4 * k)).cross(on);
+    }
+    return out;
+}
+
+Aligned<double> pushed(const Deformed& ball, const Force& force, const Aligned<double>& x)
+{
+    Aligned<double> f(ball.body.numbers, 0);
+    add_following_forces(following_forces(ball.body, {&force, 1}), ball.body, x.data(), f);
+    return f;
+}
+
+TEST(FollowingForces, OfPressureOnAClosedSurfaceSumToNothingHoweverItIsDeformed)
+{
+    const Deformed ball;
+    Force force;
+    force.kind = Force::Kind::pressure;
+    force.pressure = 1000;
+    force.surface = std::make_shared<PressedSurface>(press_on(ball.cubes, ball.mesh, "").surface);
+    const auto f = pushed(ball, force, ball.x);
+    double all = 0;
+    for (const double number : f) all += std::abs(number);
+    EXPECT_GT(all, 1000);  // p A = 2 kN
+    const Resultant sum = resultant(ball.body, ball.x, f);
+    EXPECT_LT(sum.force.norm(), 1e-12 * 2000);
+    EXPECT_LT(sum.torque.norm(), 1e-12 * 2000);
+}
+
+TEST(FollowingForces, OfPressureAreItsProductWithTheChangeOfVolume)
+{
+    // In the rest shape, a motion u with div u = d changes the volume by d V: x grows by 1, y and z
+    // shrink by 0.2 each; V of the icosphere is that of its faces.
+    const Deformed ball;
+    Force force;
+    force.kind = Force::Kind::pressure;
+    force.pressure = 1000;
+    force.surface = std::make_shared<PressedSurface>(press_on(ball.cubes, ball.mesh, "").surface);
+    const auto f = pushed(ball, force, ball.body.rest);
+    double work = 0;
+    for (std::size_t k = 0; k < ball.body.corners; ++k) {
+        const double* at = ball.body.rest.data() + 4 * k;
+        work += f[4 * k] * at[0] - 0.2 * (f[4 * k + 1] * at[1] + f[4 * k + 2] * at[2]);
+    }
+    double volume = 0;
+    for (const auto& [a, b, c] : ball.mesh.triangles()) {
+        const auto p = [&](std::uint32_t v) { return Vec3(ball.mesh.positions[v].cast<double>()); };
+        volume += p(a).dot(p(b).cross(p(c))) / 6;
+    }
+    EXPECT_NEAR(work, -1000 * 0.6 * volume, 1e-5 * 600 * volume);  // positions are single
+}
+
+TEST(FollowingForces, OfATorqueHaveThatTorqueAndNoForce)
+{
+    const Deformed ball;
+    Force force;
+    force.kind = Force::Kind::torque;
+    force.torque = Vec3(1, -2, 3);
+    force.position = Vec3(0.5, 0.1, 0);
+    force.radius = 0.3;
+    const Resultant sum = resultant(ball.body, ball.x, pushed(ball, force, ball.x));
+    EXPECT_LT(sum.force.norm(), 1e-12);
+    EXPECT_LT((sum.torque - force.torque).norm(), 1e-12);
+
+    // It turns with the body, where it follows.
+    force.follow = true;
+    const geometry::Mat3 turn =
+        Eigen::AngleAxisd(2, Vec3(1, 2, -1).normalized()).toRotationMatrix();
+    Aligned<double> x = ball.body.rest;
+    for (std::size_t k = 0; k < ball.body.corners; ++k) {
+        Eigen::Map<Vec3> at(x.data() + 4 * k);
+        at = turn * at;
+    }
+    const Resultant turned = resultant(ball.body, x, pushed(ball, force, x));
+    EXPECT_LT((turned.torque - turn * force.torque).norm(), 1e-12);
+}
+
+TEST(FollowingForces, ATorqueOnAPointIsRefused)
+{
+    const Deformed ball;
+    Force force;
+    force.kind = Force::Kind::torque;
+    force.torque = Vec3(1, 0, 0);
+    force.position = Vec3(0.5, 0.5, 0.5);
+    force.radius = 0;
+    EXPECT_THROW(following_forces(ball.body, {&force, 1}), std::invalid_argument);
+}
+
+}  // namespace
