@@ -18,22 +18,37 @@ struct Point {
     Vec3 force{0, 0, 0};
     Vec3 position{0, 0, 0};
     double radius = 0.1;
+    bool follow = false;
+};
+struct Torque {
+    Vec3 torque{0, 0, 0};
+    Vec3 position{0, 0, 0};
+    double radius = 0.1;
+    bool follow = false;
 };
 
+// What node Force makes; a pressure is made by node Pressure.
+enum class Kind { gravity, wind, point, torque };
+
 struct Inputs {
-    Force::Kind kind = Force::Kind::gravity;
+    Kind kind = Kind::gravity;
     Gravity gravity;
     Wind wind;
     Point point;
+    Torque torque;
 };
 struct Outputs {
     Force force;
 };
 
+static_assert(static_cast<Force::Kind>(Kind::wind) == Force::Kind::wind &&
+              static_cast<Force::Kind>(Kind::point) == Force::Kind::point &&
+              static_cast<Force::Kind>(Kind::torque) == Force::Kind::torque);
+
 static Outputs run(const Inputs& in, const graph::Context&)
 {
     Force out;
-    out.kind = in.kind;
+    out.kind = static_cast<Force::Kind>(in.kind);
     out.acceleration = in.gravity.acceleration;
     out.velocity = in.wind.velocity;
     out.air_density = in.wind.air_density;
@@ -41,54 +56,83 @@ static Outputs run(const Inputs& in, const graph::Context&)
     out.force = in.point.force;
     out.position = in.point.position;
     out.radius = in.point.radius;
+    out.follow = in.point.follow;
+    if (in.kind == Kind::torque) {
+        out.torque = in.torque.torque;
+        out.position = in.torque.position;
+        out.radius = in.torque.radius;
+        out.follow = in.torque.follow;
+    }
     return {out};
+}
+
+static void describe(graph::ParamsOf<Gravity>& p)
+{
+    p.param("acceleration", &Gravity::acceleration,
+            "Acceleration, in addition to the gravity of Simulate or Layered.", {.unit = "m/s^2"});
+}
+
+static void describe(graph::ParamsOf<Wind>& p)
+{
+    p.param("velocity", &Wind::velocity, "Velocity of the air.", {.unit = "m/s"})
+        .param("air_density", &Wind::air_density, "Density of the air: 1.2 at sea level.",
+               {.min = 0, .max = 1e5, .unit = "kg/m^3"})
+        .param("drag", &Wind::drag,
+               "Drag coefficient: about 0.5 for a ball, 1.2 for a plate or cable.",
+               {.min = 0, .max = 1e4});
+}
+
+static void describe(graph::ParamsOf<Point>& p)
+{
+    p.param("force", &Point::force,
+            "Total force, shared by all that it reaches: corners of cubes, or the surface of "
+            "layers.",
+            {.unit = "N"})
+        .param("position", &Point::position, "Where the force acts, in the rest shape.",
+               {.unit = "m"})
+        .param("radius", &Point::radius,
+               "Distance at which the force has faded smoothly to zero; 0: it acts at the point "
+               "only.",
+               {.min = 0, .unit = "m"})
+        .param("follow", &Point::follow,
+               "Whether the force turns with what it acts on, by the mean rotation within the "
+               "radius (methods bricks, springs and shell of Simulate).");
+}
+
+static void describe(graph::ParamsOf<Torque>& p)
+{
+    p.param("torque", &Torque::torque,
+            "Total torque, about the axis along it through the centre of what it acts on, by the "
+            "right hand.",
+            {.unit = "N m"})
+        .param("position", &Torque::position, "Where the torque acts, in the rest shape.",
+               {.unit = "m"})
+        .param("radius", &Torque::radius,
+               "Distance at which the torque has faded smoothly to zero.", {.min = 0, .unit = "m"})
+        .param("follow", &Torque::follow, "Whether its axis turns with what it acts on.");
 }
 
 void add_to(graph::Registry& registry)
 {
     registry.add("Force", 1, run)
-        .summary("A force field: gravity, wind, or a point force. Every number can be keyframed.",
-                 {"wind", "gravity", "turbulence", "field", "impulse", "explosion"})
-        .choice("kind", &Inputs::kind, {"gravity", "wind", "point"}, "Kind of force.")
-        .block<Gravity>("gravity", &Inputs::gravity,
-                        [](graph::ParamsOf<Gravity>& p) {
-                            p.param(
-                                "acceleration", &Gravity::acceleration,
-                                "Acceleration, in addition to the gravity of Simulate or Layered.",
-                                {.unit = "m/s^2"});
-                        },
-                        "The same acceleration everywhere.", {"kind", {"gravity"}})
-        .block<Wind>(
-            "wind", &Inputs::wind,
-            [](graph::ParamsOf<Wind>& p) {
-                p.param("velocity", &Wind::velocity, "Velocity of the air.", {.unit = "m/s"})
-                    .param("air_density", &Wind::air_density,
-                           "Density of the air: 1.2 at sea level.",
-                           {.min = 0, .max = 1e5, .unit = "kg/m^3"})
-                    .param("drag", &Wind::drag,
-                           "Drag coefficient: about 0.5 for a ball, 1.2 for a plate or cable.",
-                           {.min = 0, .max = 1e4});
-            },
-            "Drag on the surface, from its area across the wind and its velocity relative to the "
-            "air.",
-            {"kind", {"wind"}})
-        .block<Point>("point", &Inputs::point,
-                      [](graph::ParamsOf<Point>& p) {
-                          p.param(
-                               "force", &Point::force,
-                               "Total force, shared by all that it reaches: corners of cubes, or "
-                               "the surface of layers.",
-                               {.unit = "N"})
-                              .param("position", &Point::position,
-                                     "Where the force acts, in the rest shape.", {.unit = "m"})
-                              .param("radius", &Point::radius,
-                                     "Distance at which the force has faded smoothly to zero; 0: "
-                                     "it acts at the point only.",
-                                     {.min = 0, .unit = "m"});
-                      },
+        .summary("A force field: gravity, wind, a point force or a torque. Every number can be "
+                 "keyframed.",
+                 {"moment", "wind", "gravity", "turbulence", "field", "impulse", "explosion"})
+        .choice("kind", &Inputs::kind, {"gravity", "wind", "point", "torque"}, "Kind of force.")
+        .block<Gravity>("gravity", &Inputs::gravity, describe, "The same acceleration everywhere.",
+                        {"kind", {"gravity"}})
+        .block<Wind>("wind", &Inputs::wind, describe,
+                     "Drag on the surface, from its area across the wind and its velocity relative "
+                     "to the air.",
+                     {"kind", {"wind"}})
+        .block<Point>("point", &Inputs::point, describe,
                       "A force spread smoothly over the surface around a point, or over the "
                       "material if no surface is within the radius.",
                       {"kind", {"point"}})
+        .block<Torque>("torque", &Inputs::torque, describe,
+                       "A torque spread smoothly over the surface around a point, as forces that "
+                       "push nowhere together (methods bricks, springs and shell of Simulate).",
+                       {"kind", {"torque"}})
         .output("force", &Outputs::force, "The force field at this frame.");
 }
 

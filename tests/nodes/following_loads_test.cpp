@@ -1,4 +1,4 @@
-// Pressure that follows the body, against closed forms.
+// Pressure, torques and forces that follow the body, against closed forms.
 
 #include "geometry/mesh/mesh.hpp"
 #include "tests/nodes/one_node.hpp"
@@ -168,6 +168,18 @@ TEST(Pressure, OnOneFacePushesABoxAlongAsItTurns)
     pushes_along_the_turned_face(cubes, pressure.run());
 }
 
+TEST(Force, ThatFollowsTurnsWithTheBody)
+{
+    const Value cubes = Value::of(fixtures::box(2, 2, 2, 0.5, {.young = 1e9}));
+    NodeRun force("Force");
+    force.param("kind").is = std::string("point");
+    force.param("point.force").is = Vector{1000, 0, 0};
+    force.param("point.position").is = Vector{0.5, 0.5, 0.5};
+    force.param("point.radius").is = 1.0;
+    force.param("point.follow").is = true;
+    pushes_along_the_turned_face(cubes, force.run());
+}
+
 TEST(Pressure, TakesFacesTheRightWayRoundAndTellsHowMany)
 {
     const Value cubes = Value::of(fixtures::box(2, 2, 2, 0.5, {.young = 1e9}));
@@ -237,6 +249,58 @@ TEST(Pressure, OfAHollowBlowsItUpAndComesToRest)
     after(high, 1);
     ASSERT_FALSE(high.warnings.empty());
     EXPECT_EQ(high.warnings[0].rfind("force 1 of 1 is a pressure of more than a tenth", 0), 0u);
+}
+
+TEST(Torque, TurnsAFreeBoxByItsInertia)
+{
+    // T t of angular momentum, and T t / I of spin: I = m (a^2 + b^2) / 12 = 1000 / 6 kg m^2, which
+    // four bricks across have within half a percent.
+    const Value cubes = Value::of(fixtures::box(4, 4, 4, 0.25, {.young = 1e9}));
+    NodeRun torque("Force");
+    torque.param("kind").is = std::string("torque");
+    torque.param("torque.torque").is = Vector{0, 0, 50};
+    torque.param("torque.position").is = Vector{0.5, 0.5, 0.5};
+    torque.param("torque.radius").is = 1.0;
+    NodeRun simulate = simulation(cubes, torque.run());
+    const Value state = after(simulate, 6);
+    EXPECT_NEAR(measured("angular_momentum", state, cubes, {0, 0, 1}), 50 * 0.25, 1e-3);
+    for (const Vector& axis : {Vector{1, 0, 0}, Vector{0, 1, 0}, Vector{0, 0, 1}}) {
+        EXPECT_NEAR(measured("momentum", state, cubes, axis), 0, 1e-9);
+    }
+    // The last corner is half a metre off along each axis: v = w cross r.
+    const auto moved = state.as<physics::State>();
+    const double spin = (moved->v.back() - moved->v.front()).head<2>().norm() / std::sqrt(2);
+    const double expected = 50 * 0.25 * 6 / 1000;
+    EXPECT_NEAR(spin, expected, 0.02 * expected);
+}
+
+TEST(Torque, AtTheEndOfACantileverBendsItIntoACircle)
+{
+    // Of radius E I / M = 1e7 * 0.1^4 / 12 / M = 2 m: one radian of a beam 2 m long.
+    const Value cubes = Value::of(fixtures::box(40, 2, 2, 0.05, {.young = 1e7, .poisson = 0}));
+    NodeRun torque("Force");
+    torque.param("kind").is = std::string("torque");
+    torque.param("torque.torque").is = Vector{0, 0, 1e7 * 1e-4 / 12 / 2};
+    torque.param("torque.position").is = Vector{2, 0.05, 0.05};
+    torque.param("torque.radius").is = 0.1;
+    NodeRun pin("Pin");
+    pin.inputs["cubes"] = {cubes};
+    pin.param("where").is = std::string("ends");
+    pin.param("ends.end").is = std::string("low");
+    pin.param("ends.layers").is = std::int64_t{0};
+    NodeRun simulate = simulation(cubes, torque.run());
+    simulate.inputs["pins"] = {pin.run()};
+    simulate.param("initial_shape").is = std::string("equilibrium");
+    simulate.param("step.tolerance").is = 1e-6;
+    const auto x = simulate.run().as<physics::State>()->x;
+    EXPECT_TRUE(simulate.warnings.empty());
+    Vec3 tip = Vec3::Zero();
+    for (std::uint32_t k = 0; k < x.size(); ++k) {
+        if (cubes.as<geometry::Cubes>()->corner[k].x() == 40) tip += x[k] / 9;
+    }
+    EXPECT_NEAR(tip.x(), 2 * std::sin(1.0), 0.03 * 2);
+    EXPECT_NEAR(tip.y() - 0.05, 2 * (1 - std::cos(1.0)), 0.03 * 2);
+    EXPECT_NEAR(tip.z(), 0.05, 1e-6);
 }
 
 TEST(FollowingLoads, AreRefusedByMethodsThatDoNotTakeThem)
