@@ -27,9 +27,10 @@ static Outputs run(const Inputs& in, const graph::Context&)
 void add_to(graph::Registry& registry)
 {
     registry.add("Ground", 1, run)
-        .summary("A level floor. Bodies sink in slightly: by a tenth of their compression under "
-                 "their own weight. For a floor that moves, use Collider.",
-                 {"floor", "ground plane", "terrain"})
+        .summary(
+            "A level floor. Bodies of cubes that rest on it sink in by a hundredth of a cube at "
+            "most. For a floor that moves, use Collider.",
+            {"floor", "ground plane", "terrain"})
         .param("height", &Inputs::height, "Height of the floor (y).", {.unit = "m"})
         .param("friction", &Inputs::friction, friction_text, {.min = 0, .max = 100})
         .param("bounce", &Inputs::bounce, bounce_text, {.min = 0, .max = 1})

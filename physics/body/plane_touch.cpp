@@ -8,6 +8,9 @@
 namespace physics {
 namespace {
 
+constexpr double most_firmness = 20;
+constexpr double firming_time = 0.2;  // s, in which what rests becomes e times stiffer
+
 // The sum of the corners' weights times a field: the way from the place to the point, or how fast
 // they part.
 Vec3 between(const PlaneTouch& touch, const double* field)
@@ -95,9 +98,21 @@ void hold_loads(std::vector<PlaneTouch>& touches, const double* x)
     for (PlaneTouch& touch : touches) touch.load = touch.stiffness * touch.depth(x);
 }
 
+void firm_up(std::vector<PlaneTouch>& touches, const double* x0, const double* x1, double deep)
+{
+    for (PlaneTouch& touch : touches) {
+        const double depth = touch.depth(x1);
+        if (!(depth > deep && touch.depth(x0) > 0) || touch.rebound > 0) continue;
+        const double by = std::min(depth / deep, most_firmness / touch.firmness);
+        if (!(by > 1)) continue;
+        touch.firmness *= by;
+        touch.stiffness *= by;
+    }
+}
+
 const Grip* find_grip(const std::vector<Grip>& grips, std::uint32_t point, std::uint32_t other)
 {
-    const Grip wanted{point, other, {}, {}, 0};
+    const Grip wanted{point, other, {}, {}, 0, 1};
     const auto at = std::lower_bound(grips.begin(), grips.end(), wanted, in_order<Grip, Grip>);
     return at == grips.end() || in_order(wanted, *at) ? nullptr : &*at;
 }
@@ -109,6 +124,14 @@ double deepest_of(const std::vector<Grip>& grips)
     return double(deepest);
 }
 
+// How firm a touch is after a step that left it so deep, m.
+static double firmness_after(const PlaneTouch& touch, double depth, const StepEnd& end)
+{
+    if (!(depth > 0)) return 1;
+    if (!(depth > end.deep)) return touch.firmness;
+    return std::min(most_firmness, touch.firmness * std::exp(end.dt / firming_time));
+}
+
 std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd& end)
 {
     std::vector<Grip> out;
@@ -117,12 +140,14 @@ std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd
         if (!(gap < end.near)) continue;
         const Vec3 way =
             touch.stretch + between(touch, end.x1) - between(touch, end.x0) - end.dt * touch.drift;
+        const double depth = std::max(0.0, -gap);
         Vec3 stretch = gap < 0 ? along(touch.normal, way) : Vec3(Vec3::Zero());
-        const double most = touch.friction * std::max(0.0, -gap);
+        const double most = touch.friction * depth;
         if (stretch.norm() > most) stretch *= most / stretch.norm();
         if (!stretch.allFinite()) continue;
         out.push_back({touch.point, touch.other, stretch.cast<float>(), touch.normal.cast<float>(),
-                       static_cast<float>(std::max(0.0, -gap))});
+                       static_cast<float>(depth),
+                       static_cast<float>(firmness_after(touch, depth, end))});
     }
     return out;
 }
@@ -133,6 +158,8 @@ void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips
     for (PlaneTouch& touch : touches) {
         while (grip != grips.end() && in_order(*grip, touch)) ++grip;
         const bool known = grip != grips.end() && !in_order(touch, *grip);
+        touch.firmness = known ? double(grip->firmness) : 1;
+        touch.stiffness *= touch.firmness;
         touch.stretch = known ? along(touch.normal, grip->stretch.cast<double>()) : Vec3::Zero();
     }
 }

@@ -15,6 +15,15 @@
 //
 // A point that bounces is pushed until g is its rebound, which is more than 0 (bounce.hpp).
 //
+// What rests, or is driven in deep, becomes stiffer than point_contact.hpp has it. Soft contacts
+// take a violent step the fewest iterations (they grow as the square root of the stiffness), and
+// what lies still needs few anyway:
+//   - at the end of a step, by exp(dt / 0.2 s) as long as the point is deeper than StepEnd::deep.
+//     That is slow against the swing of a body on its contacts, sqrt(depth / g), so that the body
+//     rises without a push;
+//   - within a step, while touches are still being looked for, by as much as a point is too deep.
+// A point keeps its firmness, 20 at most, until it leaves what it touches.
+//
 // Friction is a spring along the plane, as stiff as the push, that yields at mu N, and that a point
 // keeps from step to step for as long as it touches (Cundall, Strack. A discrete numerical model
 // for granular assemblies. Geotechnique 1979):
@@ -48,6 +57,7 @@ struct PlaneTouch {
     double bounce = 0;                         // share of the speed that it leaves with
     double rebound = 0;                        // m, gap that it is pushed to
     Vec3 stretch = Vec3::Zero();               // m, s0
+    double firmness = 1;                       // that is part of `stiffness`
     double load = -1;  // N, that it yields at a share of; below 0: as it is pushed
 
     // g at x, by slot, four numbers each.
@@ -85,6 +95,10 @@ std::vector<PointContact> press(const std::vector<PlaneTouch>& touches, const do
 // then the slope of a convex function altogether.
 void hold_loads(std::vector<PlaneTouch>& touches, const double* x);
 
+// Makes those that press at x0 and are deeper than `deep` (m) at x1 stiffer. Those that bounce stay
+// as they are.
+void firm_up(std::vector<PlaneTouch>& touches, const double* x0, const double* x1, double deep);
+
 // That of a point on something, among those in_order(); null where there is none.
 const Grip* find_grip(const std::vector<Grip>& grips, std::uint32_t point, std::uint32_t other);
 // m, 0 where there are none.
@@ -97,10 +111,11 @@ struct StepEnd {
     double dt = 0;    // s
     double late = 0;  // s, that x1 is later than the planes
     double near = 0;  // m
+    double deep = 0;  // m, that what rests is to be no deeper than
 };
 // The grip of each touch whose gap at the end is below `near`: stretched where it is below 0.
 std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd& end);
-// Gives touches the stretch that they have among `grips`.
+// Gives touches the stretch and the firmness that they have among `grips`.
 void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips);
 
 // Adds those found that are of other points. Both are in_order(), as is the result. Returns whether

@@ -6,11 +6,11 @@
 // force
 //   N n,  N = k (-g),   k = min(10 E A / h, 1000 M g / h) + m / dt^2
 // as by a layer of ten times the body's own material, one cube thick, over the area A that the
-// point stands for (so that a resting body sinks in by a tenth of its own squash, however fine the
-// mesh), but no stiffer than bears the whole body of mass M within a thousandth of a cube, for what
-// is stiffer than need be is hard to solve; and enough to stop the point's own mass m within a
-// step (k grows for points that come fast: plane_touch.hpp). Friction is Coulomb's, and viscous
-// below a velocity e, which plane_touch.hpp makes a spring of:
+// point stands for (so that a body that comes to rest sinks in by a tenth of its own squash,
+// however fine the mesh), but no stiffer than bears the whole body of mass M within a thousandth of
+// a cube, for what is stiffer than need be is hard to solve; and enough to stop the point's own
+// mass m within a step (k grows for points that come fast, are deep, or rest: plane_touch.hpp).
+// Friction is Coulomb's, and viscous below a velocity e, which plane_touch.hpp makes a spring of:
 //   -c v_t,   c = mu N / max(|v_t|, e)
 // where N and |v_t| are taken from the last iterate. Both enter the implicit step with what stands
 // for their derivatives, k n n^T and

@@ -21,6 +21,9 @@ constexpr double contact_accuracy = 0.05;
 // What is touched is looked for again where the forces balance so far, as a share of those at work.
 constexpr double near_enough = 0.01;
 
+// Cubes: what is driven deeper in is pushed back harder, so that it ends within a tenth of a cube.
+constexpr double deep_on_the_way = 0.05;
+
 // Free corners set off as the steady forces have them, unless they then touch something.
 void fall(Stage& stage)
 {
@@ -111,6 +114,14 @@ void take_delta(Stage& stage, StepSolver& solver, const Rounds& rounds, double s
     for (std::size_t i = 0; i < stage.frame.n; ++i) stage.w[i] += stage.delta[i];
 }
 
+// Where the round has taken what it pressed at `before` too deep, the next one presses harder.
+void firm_up(Stage& stage, const Aligned<double>& before)
+{
+    const double deep = deep_on_the_way * stage.frame.body.h;
+    firm_up(stage.touches, before.data(), stage.x.data(), deep);
+    firm_up(stage.holds, before.data(), stage.x.data(), deep);
+}
+
 // Finds what touches where w leads. Returns the norm of what is left over, 0 where nothing touches.
 // `from` and `slope`, of the round's start, are those of draw_back().
 double take_contacts(Stage& stage, StepSolver& solver, const Rounds& rounds, int round,
@@ -118,8 +129,14 @@ double take_contacts(Stage& stage, StepSolver& solver, const Rounds& rounds, int
 {
     const bool wary = round >= first_wary_round;
     const bool apart = stage.contacts.empty();
-    place(stage);
-    if (!wary) find_touches(stage);
+    if (wary) {
+        place(stage);
+    } else {
+        const Aligned<double> before = stage.x;
+        place(stage);
+        firm_up(stage, before);
+        find_touches(stage);
+    }
     if (round == first_wary_round) hold_loads(stage);
     stage.wary = round + 1 >= first_wary_round;
     stage.contacts = touching(stage);

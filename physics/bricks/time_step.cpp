@@ -170,12 +170,16 @@ void take_back(FrameStep& step, const Before& before)
     step.record.report.steps = steps;
 }
 
+// Cubes: what rests comes to be no deeper in what it lies on.
+constexpr double deep_at_rest = 0.005;
+
 // Goes on from the step that was taken last.
 void keep(FrameStep& step, const Before& before, double begin, double end)
 {
     step.record.unsettled |= before.record.unsettled;
     step.record.violent |= before.record.violent;
     StepEnd at{before.now.x.data(), step.now.x.data(), (end - begin) * step.frame.seconds};
+    at.deep = deep_at_rest * step.frame.body.h;
     step.stage.grips = grips_of(step.stage.touches, at);
     // The side of a sheet is not told by a plane alone: the next step may lead over a crease.
     at.late = (end - step.stage.share) * step.frame.seconds;

@@ -36,6 +36,7 @@ struct Grip {
     Eigen::Vector3f stretch = Eigen::Vector3f::Zero();  // m
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();   // unit, out of what it touches
     float depth = 0;                                    // m, how deep it was in that; >= 0
+    float firmness = 1;  // how many times stiffer it has become since it touched first
 };
 
 // The force by which a pin held its corner at the end of the last step (of the midpoint rule: in

@@ -1,0 +1,138 @@
+// How deep bodies are in what they touch: contact becomes firmer where something rests or is driven
+// in, see plane_touch.hpp.
+
+#include "physics/body/plane_touch.hpp"
+#include "physics/bricks/bricks.hpp"
+#include "tests/physics/cube_fixtures.hpp"
+#include "tests/physics/state_measures.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace physics {
+namespace {
+
+using geometry::Vec3i;
+
+constexpr double h = 0.1;
+
+// One corner `depth` below the ground, with no other ones to it.
+PlaneTouch touch_at(double depth)
+{
+    PlaneTouch touch;
+    touch.count = 1;
+    touch.weight[0] = 1;
+    touch.offset = -depth;
+    touch.stiffness = 1000;
+    return touch;
+}
+
+TEST(FirmContact, GrowsByTheTimeThatAPointIsTooDeepUpToALimit)
+{
+    const std::array<double, 4> x{};
+    std::vector<PlaneTouch> touches{touch_at(0.004)};
+    StepEnd end{x.data(), x.data(), 0.01};
+    end.deep = 0.001;
+    for (int step = 1; step <= 100; ++step) {
+        const auto grips = grips_of(touches, end);
+        ASSERT_EQ(grips.size(), 1u);
+        const double expected = std::min(20.0, std::exp(0.01 * step / 0.2));
+        EXPECT_NEAR(double(grips[0].firmness), expected, 1e-5 * expected);
+        touches = {touch_at(0.004)};
+        take_grips(touches, grips);
+        EXPECT_NEAR(touches[0].stiffness, 1000 * expected, 1e-2 * expected);
+    }
+    // Deep enough, it stays as it is; apart, it is forgotten.
+    touches[0].offset = -0.0009;
+    EXPECT_EQ(grips_of(touches, end)[0].firmness, 20);
+    touches[0].offset = 0.0009;
+    end.near = 0.001;
+    EXPECT_EQ(grips_of(touches, end)[0].firmness, 1);
+}
+
+TEST(FirmContact, RisesInAStepByAsMuchAsAPressedPointIsTooDeep)
+{
+    const std::array<double, 4> before{0, 0.003, 0, 0}, after{0, -0.01, 0, 0};
+    PlaneTouch apart = touch_at(0), bouncing = touch_at(0.004);
+    bouncing.rebound = 0.01;
+    std::vector<PlaneTouch> touches{touch_at(0.004), apart, bouncing};
+    firm_up(touches, before.data(), after.data(), 0.005);
+    EXPECT_NEAR(touches[0].firmness, 0.014 / 0.005, 1e-9);
+    EXPECT_NEAR(touches[0].stiffness, 1000 * 0.014 / 0.005, 1e-6);
+    EXPECT_EQ(touches[1].firmness, 1);  // not pressed yet: it has not been pushed back either
+    EXPECT_EQ(touches[2].firmness, 1);
+    firm_up(touches, before.data(), after.data(), 0.0001);
+    EXPECT_NEAR(touches[0].firmness, 20, 1e-9);
+    EXPECT_NEAR(touches[0].stiffness, 20'000, 1e-6);
+}
+
+State stepped(const BricksBody& body, State state, const Loads& loads, int frames, int substeps)
+{
+    for (int i = 0; i < frames; ++i) {
+        state = advance(body, std::move(state), loads, 1.0 / 24, {.substeps = substeps});
+    }
+    return state;
+}
+
+// A table of 50 kg on four legs of one cube each, soft enough to be 2 % of a cube deep at first.
+TEST(FirmContact, WhatRestsIsAHundredthOfACubeDeepAtMostAndStands)
+{
+    std::vector<Vec3i> cells;
+    for (int k = 0; k < 50; ++k) cells.emplace_back(k % 5, 2 + k / 25, k / 5 % 5);
+    for (int k = 0; k < 4; ++k) cells.emplace_back(4 * (k % 2), 0, 4 * (k / 2));
+    const auto cubes = fixtures::cubes_on(cells, h, {.young = 8e4, .stiffness_damping = 0.01});
+    const BricksBody body = make_bricks(cubes, {.contact = {.friction = 0.5}});
+    Loads loads;
+    loads.forces.push_back({});
+    loads.colliders.push_back({});
+    State state = rest_state(body);
+    for (std::size_t k = 0; k < state.x.size(); ++k) {
+        if (cubes.corner[k].y() >= 2) state.x[k].y() -= h;
+    }
+    for (const int substeps : {1, 4}) {
+        State here = stepped(body, state, loads, 2, substeps);
+        EXPECT_GT(deepest_of(here.grips), 0.01 * h);
+        here = stepped(body, std::move(here), loads, 46, substeps);
+        EXPECT_GT(deepest_of(here.grips), 0.001 * h);
+        EXPECT_LT(deepest_of(here.grips), 0.0055 * h);
+        EXPECT_LT(deepest_of(here.holds), 0.0055 * h);
+        const State later = stepped(body, here, loads, 1, substeps);
+        double moved = 0;
+        for (std::size_t k = 0; k < here.x.size(); ++k) {
+            moved = std::max(moved, (later.x[k] - here.x[k]).norm());
+        }
+        EXPECT_LT(moved, 1e-4);
+    }
+}
+
+// A block of 27 kg that falls on its edge onto a plate at 12 m/s.
+TEST(FirmContact, WhatIsDrivenInIsATenthOfACubeDeepAtMost)
+{
+    std::vector<Vec3i> cells;
+    for (int k = 0; k < 50; ++k) cells.emplace_back(k % 5, k / 25, k / 5 % 5);
+    for (int k = 0; k < 27; ++k) cells.emplace_back(1 + k % 3, 4 + k / 9, 1 + k / 3 % 3);
+    const auto cubes = fixtures::cubes_on(cells, h, {.young = 1.5e5, .stiffness_damping = 0.004});
+    const BricksBody body = make_bricks(cubes, {.contact = {.friction = 0.5}});
+    Loads loads;
+    loads.colliders.push_back({});
+    State state = rest_state(body);
+    const Eigen::AngleAxisd turn(0.7, Vec3::UnitZ());
+    for (std::size_t k = 0; k < state.x.size(); ++k) {
+        if (cubes.corner[k].y() < 4) continue;
+        const Vec3 middle(0.25, 0.55, 0.25);
+        state.x[k] = turn * (state.x[k] - middle) + middle;
+        state.v[k].y() = -12;
+    }
+    double deepest = 0;
+    for (int frame = 0; frame < 8; ++frame) {
+        state = stepped(body, std::move(state), loads, 1, 4);
+        deepest = std::max(deepest, deepest_of(state.grips));
+    }
+    ASSERT_TRUE(fixtures::finite(state));
+    EXPECT_GT(deepest, 0.01 * h);
+    EXPECT_LT(deepest, 0.1 * h);
+}
+
+}  // namespace
+}  // namespace physics
