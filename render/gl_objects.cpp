@@ -50,7 +50,7 @@ GLuint program(const std::vector<std::string>& vertex, const std::vector<std::st
 
 std::vector<std::string> lit_by(std::string file)
 {
-    return {"shade.glsl", "octahedral.glsl", "seen_code.glsl",
+    return {"shade.glsl", "octahedral.glsl", "seen_code.glsl", "penumbra.glsl",
             "reach.glsl", "stored.glsl",     std::move(file)};
 }
 
@@ -74,7 +74,7 @@ GlPrograms compile_programs()
     p.surface = program({"surface.vert"}, {"octahedral.glsl", "pack.glsl", "surface.frag"});
     p.uneven = program(screen, {"uneven.frag"});
     p.seen = program(screen, lit_by("seen.frag"), lit_words(Style::plain, false, 2));
-    p.soften = program(screen, {"octahedral.glsl", "seen_code.glsl", "soften.frag"});
+    p.soften = program(screen, {"seen_code.glsl", "soften.frag"});
     p.shadow = program({"shadow.vert"}, {"shadow.frag"});
     p.surface_textured = program(
         {"surface.vert"}, {"octahedral.glsl", "pack.glsl", "bent.glsl", "surface.frag"}, textured);
@@ -205,8 +205,8 @@ const LitPrograms& lit_programs(GlObjects& gl, Style style, bool soft)
     p.edges = program(screen, lit_by("edges.frag"), words);
     p.clear = program({"surface.vert"}, lit_by("clear.frag"), words);
     p.clear_textured = program({"surface.vert"},
-                               {"shade.glsl", "octahedral.glsl", "seen_code.glsl", "reach.glsl",
-                                "stored.glsl", "bent.glsl", "clear.frag"},
+                               {"shade.glsl", "octahedral.glsl", "seen_code.glsl", "penumbra.glsl",
+                                "reach.glsl", "stored.glsl", "bent.glsl", "clear.frag"},
                                words + textured);
     p.finish = program(screen, lit_by("finish.frag"), words);
     p.object = program(screen, lit_by("object.frag"), words);

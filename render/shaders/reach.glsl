@@ -13,6 +13,7 @@ vec2 light_reaching(vec2 at, float depth, vec3 p, vec3 n)
     // above and below belong to it as well.
     float through = dot(n, p - eye.xyz);
     bool slant = abs(through) > 1e-3 * depth;
+    vec2 face = facing(n);
     vec3 sum = vec3(0.0);
     for (int k = 0; k < 4; ++k) {
         ivec2 step_to = ivec2(k & 1, k >> 1);
@@ -23,8 +24,8 @@ vec2 light_reaching(vec2 at, float depth, vec3 p, vec3 n)
         vec2 from = 2.0 * (first + vec2(step_to)) + 0.5;  // where its depth was seen
         float q = slant ? dot(n, ray_at(from)) / through : 1.0 / depth;
         float off = (there.z - q) / pixel, off_sq = off * off;
-        float alike = 1e-4 + smoothstep(0.3, 0.8, dot(n, seen_normal(there.w)));
-        sum += vec3(there.xy, 1.0) * alike * (near.x * near.y + 1e-2) / (1.0 + off_sq * off_sq);
+        float alike = (1e-4 + smoothstep(0.3, 0.8, facing_alike(face, seen_facing(there.w)))) / (1.0 + off_sq * off_sq);
+        sum += vec3(there.xy, 1.0) * alike * (near.x * near.y + 1e-2);
     }
     return sum.xy / sum.z;
 }

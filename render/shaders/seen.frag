@@ -1,68 +1,42 @@
 // How much light reaches what is seen, in every second pixel of every second row: the share of a
 // wide key light, and the share of the light from all around.
 //   Fernando, Percentage-closer soft shadows, SIGGRAPH sketches 2005: first the mean distance of
-//   what is in between, then a disc as wide as the penumbra at that distance;
-//   McGuire, Mara, Luebke, Scalable ambient obscurance, HPG 2012: points around in the picture;
-//   Vogel, A better way to construct the sunflower head, Mathematical Biosciences 44, 1979.
+//   what is in between, then a disc as wide as the penumbra at that distance (penumbra.glsl);
+//   McGuire, Mara, Luebke, Scalable ambient obscurance, HPG 2012: points around in the picture.
 // The discs are turned by one of 16 angles in each square of 4 x 4 pixels, and soften.frag takes
 // the mean over such a square: nothing of the turns is left, and nothing is random.
 layout(location = 0) out vec4 seen_here;  // key, all around, 1 / depth, seen_code()
 
 layout(binding = 5) uniform sampler2D shadow_depths;
-layout(binding = 6) uniform sampler2DShadow shadow_smooth;
 
-const int BLOCKERS = 12, SHADOWS = 16, AROUND = 14;
-const vec2 SHARP = vec2(4.0, 16.0);  // pixels from which and up to which a penumbra is spread
-
-vec2 on_disc(int i, int of, vec2 turn)
-{
-    const float golden = 2.39996323;
-    float r = sqrt((float(i) + 0.5) / float(of)), a = golden * float(i);
-    vec2 p = r * vec2(cos(a), sin(a));
-    return vec2(p.x * turn.x - p.y * turn.y, p.x * turn.y + p.y * turn.x);
-}
+const int BLOCKERS = 12, AROUND = 14;
 
 // `half_width`: that of the penumbra, stage units; 0 where nothing is in between.
 float soft_key(vec3 p, vec3 n, vec2 turn, out float half_width)
 {
-    float nl = dot(n, to_light.xyz);
-    float texel = light.w, slope = 1.0 - max(nl, 0.0);
-    vec3 start = p + n * texel * (1.0 + 3.0 * slope) + to_light.xyz * texel;
-    vec3 at = (shadow_from_stage * vec4(start, 1.0)).xyz;
-    bool beside = any(lessThan(at.xy, vec2(0.0))) || any(greaterThan(at.xy, vec2(1.0)));
-    float ahead = max(at.z, 0.0);  // the floor may lie beyond the map's depth
-    // The map's depth of the tangent plane, per unit of the map's x and y.
-    vec2 span = texel * shadow_size.xy;  // stage units across the map
-    mat3 rows = transpose(mat3(shadow_from_stage));
-    vec2 across_light = vec2(dot(n, rows[0]), dot(n, rows[1])) * span;  // of unit axes
-    vec2 steep = clamp(across_light / max(nl, 0.05), -4.0, 4.0) * soft.y * span;
-
-    float farthest = min(soft.x * ahead / soft.y, 0.06);
-    vec2 search = max(vec2(farthest), 1.5 * texel) / span;
+    float nl = dot(n, to_light.xyz), texel = light.w;
+    Mapped m = mapped_to(p, n);
+    bool beside = any(lessThan(m.at, vec2(0.0))) || any(greaterThan(m.at, vec2(1.0)));
+    float farthest = min(soft.x * m.ahead / soft.y, 0.06);
+    vec2 search = max(vec2(farthest), 1.5 * texel) / m.span;
     float found = 0.0, sum = 0.0;
     int tries = beside || nl <= 0.0 ? 0 : BLOCKERS;
+    vec2 direction = turn;
     for (int i = 0; i < tries; ++i) {
         // Closer together in the middle: what is thin and right before the point is not missed.
-        vec2 disc = on_disc(i, BLOCKERS, turn);
-        vec2 by = disc * length(disc) * search;
-        float depth = textureLod(shadow_depths, at.xy + by, 0.0).x;
-        float between = ahead + dot(steep, by) - depth;
+        vec2 by = direction * ((float(i) + 0.5) / float(BLOCKERS)) * search;
+        direction = turned(direction);
+        float depth = textureLod(shadow_depths, m.at + by, 0.0).x;
+        float between = m.ahead + dot(m.steep, by) - depth;
         if (between > 0.0 && depth < 1.0) {
             found += 1.0;
             sum += between;
         }
     }
     half_width = found > 0.0 ? clamp(soft.x * sum / found / soft.y, 1.2 * texel, 0.06) : 0.0;
-    vec2 wide = half_width / span;
     // What faces away is dark, as what lies beside it is.
-    float lit = found > 0.0 || nl <= 0.0 ? 0.0 : float(SHADOWS);
-    int reads = found > 0.0 ? SHADOWS : 0;
-    for (int i = 0; i < reads; ++i) {
-        vec2 by = on_disc(i, SHADOWS, turn) * wide;
-        float level = min(ahead + dot(steep, by), 1.0);
-        lit += textureLod(shadow_smooth, vec3(at.xy + by, level), 0.0);
-    }
-    return lit / float(SHADOWS);
+    float lit = lit_places(m, half_width, turn, found > 0.0 ? SHADOWS : 0);
+    return found > 0.0 || nl <= 0.0 ? lit / float(SHADOWS) : 1.0;
 }
 
 // 0 where nothing is seen.
@@ -84,9 +58,10 @@ float around(vec3 p, vec3 n, float depth, vec2 at, vec2 turn)
     int tries = wide < 1.0 || dot(beside, beside) > reach * reach ? 0 : AROUND;
     ivec2 last = ivec2(vec2(across.w, down.w) * samples) - 1;
     float sum = 0.0;
+    vec2 direction = turn;
     for (int i = 0; i < tries; ++i) {
-        vec2 disc = on_disc(i, AROUND, turn);
-        vec2 there = at + disc * length(disc) * wide;
+        vec2 there = at + direction * ((float(i) + 0.5) / float(AROUND)) * wide;
+        direction = turned(direction);
         ivec2 from = clamp(ivec2(there * samples), ivec2(0), last);
         vec3 ray = ray_at((vec2(from) + 0.5) / samples);
         vec3 v = eye.xyz + depth_at(from, ray) * ray - p;
@@ -117,8 +92,6 @@ void main()
     vec3 p = eye.xyz + depth * ray;
     float half_width = 0.0;
     float key = to_light.w > 0.0 ? soft_key(p, n, turn, half_width) : 1.0;
-    // The turns do not show in a penumbra of a few pixels, and a mean would spread it.
-    float pixels_wide = half_width / (depth * length(down.xyz));
-    float spread = half_width > 0.0 ? clamp((pixels_wide - SHARP.x) / (SHARP.y - SHARP.x), 0.0, 1.0) : -1.0;
-    seen_here = vec4(key, around(p, n, depth, at, turn), 1.0 / depth, seen_code(n, spread));
+    float pixels_wide = half_width > 0.0 ? half_width / (depth * length(down.xyz)) : -1.0;
+    seen_here = vec4(key, around(p, n, depth, at, turn), 1.0 / depth, seen_code(facing(n), pixels_wide));
 }

@@ -82,6 +82,21 @@ TEST(SoftLight, ThePenumbraGrowsWithTheDistanceAsTheSizeOfTheLightSays)
     }
 }
 
+// Along the card's edge the light is the same, so each row of the picture has one brightness, also
+// where it begins and ends. A row differs from one end to the other by the camera's perspective, by
+// less than 0.01: the edge runs across the picture.
+TEST(SoftLight, APenumbraIsAsEvenAtThePicturesEdgeAsInside)
+{
+    Camera camera;
+    const Image image = penumbra(0.6, camera);
+    for (int y = 150; y < 300; ++y) {
+        for (const int x : {0, 1, 2, 397, 398, 399}) {
+            EXPECT_NEAR(pixel(image, x, y)[1], pixel(image, x < 200 ? 12 : 387, y)[1], 1)
+                << x << ' ' << y;
+        }
+    }
+}
+
 // A ball that touches the floor hides from a floor point at distance d the share F = R^3 / D^3 of
 // the light from all around, D^2 = R^2 + d^2: the form factor of a sphere, cos(angle) (R / D)^2.
 TEST(SoftLight, TheShadeUnderABallFollowsItsFormFactor)
