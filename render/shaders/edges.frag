@@ -19,13 +19,17 @@ void main()
         float t = floor_depth(ray);
         bool on_floor = sky.w > 0.0 && eye.y > bounce.w && ray.y < 0.0 &&
                         (stored <= 0.0 || t < view_depth(stored));
-        vec3 n = vec3(0.0, 1.0, 0.0);
+        float depth = on_floor ? t : view_depth(stored);
+        uvec2 pixel = texelFetch(fine_pixels, ivec3(at, k), 0).xy;
+        vec3 n = on_floor ? vec3(0.0, 1.0, 0.0) : stored_normal(pixel);
+        // Once for both: this OpenGL goes both ways of a branch.
+        vec2 reach = light_reaching(place, depth, eye.xyz + depth * ray, n);
         vec3 light_here = linear_out == 2 ? vec3(0.0) : backdrop(ray);
         float covered = 0.0;
         if (on_floor) {
-            light_here = floor_light(ray, t, light_reaching(place, t, eye.xyz + t * ray, n), covered);
+            light_here = floor_light(ray, t, reach, covered);
         } else if (stored > 0.0) {
-            light_here = stored_light(texelFetch(fine_pixels, ivec3(at, k), 0).xy, stored, ray, place);
+            light_here = stored_light(pixel, n, ray, reach);
             covered = 1.0;
         }
         sum += linear_out == 0 ? tone_map(light_here) : light_here;

@@ -29,7 +29,10 @@ void main()
     vec2 place = gl_FragCoord.xy / floor_colour.w;
     vec3 ray = ray_at(place);
     float stored = texelFetch(depths, at, 0).x;
-    vec3 sum = stored_light(texelFetch(pixels, at, 0).xy, stored, ray, place);
+    float depth = view_depth(stored);
+    uvec2 pixel = texelFetch(pixels, at, 0).xy;
+    vec3 n = stored_normal(pixel);
+    vec3 sum = stored_light(pixel, n, ray, light_reaching(place, depth, eye.xyz + depth * ray, n));
 #if STYLE == DIAGRAM
     sum *= 1.0 - 0.9 * outline(at, stored, ray);
 #endif

@@ -11,17 +11,14 @@ vec3 stored_normal(uvec2 pixel)
 // How far along the view a stored depth is.
 float view_depth(float stored) { return corner.w / (1.0 + stored * (corner.w - eye.w) / eye.w); }
 
-// The light that a pixel stored for the place `at` of the picture sends to the eye.
-vec3 stored_light(uvec2 pixel, float stored, vec3 ray, vec2 at)
+// The light that a pixel stored sends to the eye along `ray`; `reach` as for shade().
+vec3 stored_light(uvec2 pixel, vec3 n, vec3 ray, vec2 reach)
 {
     Material m;
     vec3 root = unpackUnorm4x8(pixel.x).rgb;
     m.colour = root * root;
     m.rough = float(pixel.x >> 24) / 255.0;
     m.metal = float(pixel.y >> 28 & 7u) / 7.0;
-    vec3 n = stored_normal(pixel);
-    float depth = view_depth(stored);
-    vec3 p = eye.xyz + depth * ray;
-    vec3 lit = shade(m, n, -normalize(ray), light_reaching(at, depth, p, n));
+    vec3 lit = shade(m, n, -normalize(ray), reach);
     return pixel.y >> 31 == 0u ? m.colour : lit;
 }
