@@ -55,14 +55,16 @@ std::vector<std::string> lit_by(std::string file)
 }
 
 // What the shaders of light are to know before they are compiled.
-std::string lit_words(Style style, bool soft, int reads)
+// `samples`: of how many in a pixel a shader takes the mean.
+std::string lit_words(Style style, bool soft, int reads, int samples = 1)
 {
     std::string text;
     for (const char* name : {"STUDIO 0", "CLAY 1", "DIAGRAM 2", "MATCAP 3", "PLAIN 4"}) {
         text += std::string("#define ") + name + '\n';
     }
     return text + "#define STYLE " + std::to_string(int(style)) + "\n#define SOFT " +
-           (soft ? "1" : "0") + "\n#define READS " + std::to_string(reads) + '\n';
+           (soft ? "1" : "0") + "\n#define READS " + std::to_string(reads) + '\n' +
+           "#define SAMPLES " + std::to_string(samples) + '\n';
 }
 
 constexpr const char* textured = "#define TEXTURED\n";
@@ -196,13 +198,13 @@ const LitPrograms& lit_programs(GlObjects& gl, Style style, bool soft)
     LitPrograms& p = gl.lit[2 * std::size_t(style) + (soft ? 1 : 0)];
     if (p.object) return p;
     const std::vector<std::string> screen{"screen.vert"};
-    const std::string words = lit_words(style, soft, 2), floor_words = lit_words(style, soft, 3);
+    const std::string in_shadow = "#define IN_SHADOW 1\n", floor_words = lit_words(style, soft, 3);
+    const std::string words = lit_words(style, soft, 2) + in_shadow;
     p.floor_lit =
         program({"floor.vert"}, lit_by("floor.frag"), floor_words + "#define IN_SHADOW 0\n");
-    p.floor_shadowed =
-        program({"floor.vert"}, lit_by("floor.frag"), floor_words + "#define IN_SHADOW 1\n");
+    p.floor_shadowed = program({"floor.vert"}, lit_by("floor.frag"), floor_words + in_shadow);
     p.backdrop = program(screen, lit_by("backdrop.frag"), words);
-    p.edges = program(screen, lit_by("edges.frag"), words);
+    p.edges = program(screen, lit_by("edges.frag"), lit_words(style, soft, 2, 4) + in_shadow);
     p.clear = program({"surface.vert"}, lit_by("clear.frag"), words);
     p.clear_textured = program({"surface.vert"},
                                {"shade.glsl", "octahedral.glsl", "seen_code.glsl", "penumbra.glsl",

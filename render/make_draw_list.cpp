@@ -12,8 +12,9 @@ namespace render {
 namespace {
 
 constexpr std::size_t box_grain = 8192;
-constexpr double caster_reach = 3;  // stage units, see box_along
-constexpr float floor_reach = 9;    // stage units, FLOOR_REACH of shaders/frame.glsl
+constexpr double caster_reach = 3;        // stage units, see box_along
+constexpr double widest_penumbra = 0.06;  // stage units, half of it; of shaders/seen.frag
+constexpr float floor_reach = 9;          // stage units, FLOOR_REACH of shaders/frame.glsl
 
 // The box of all drawn points in the basis `axes` (rows), stage units. Of casters only those that
 // are not too far away to matter: the shadow of the rest stays as fine as it is.
@@ -102,10 +103,10 @@ std::vector<Vec3f> shadowed_floor(const geometry::Mat3& axes, const Box& casters
     return corners;
 }
 
-ShadowMap shadow_map(DrawList& list, const Vec3& to_light, const Box& stage, ShadowQuality quality)
+ShadowMap shadow_map(DrawList& list, const Vec3& to_light, const Box& stage, const Look& look)
 {
     ShadowMap map;
-    if (quality == ShadowQuality::off) return map;
+    if (look.shadow == ShadowQuality::off) return map;
     const geometry::Mat3 axes = light_axes(to_light);
     const Box casters = box_along(list, axes, true);
     if (casters.empty()) return map;
@@ -117,9 +118,9 @@ ShadowMap shadow_map(DrawList& list, const Vec3& to_light, const Box& stage, Sha
     box = grown_to_hold(box, casters);
 
     // Square texels, as many as the quality affords however long and thin the box is.
-    const int side = quality == ShadowQuality::low      ? 512
-                     : quality == ShadowQuality::medium ? 1024
-                                                        : 2048;
+    const int side = look.shadow == ShadowQuality::low      ? 512
+                     : look.shadow == ShadowQuality::medium ? 1024
+                                                            : 2048;
     const double rim = 6;  // texels left free, for the filter
     const Vec3 size = box.size().cwiseMax(Vec3::Constant(1e-2));
     const double limit = 4.0 * side;
@@ -139,7 +140,8 @@ ShadowMap shadow_map(DrawList& list, const Vec3& to_light, const Box& stage, Sha
     }
     map.from_stage = m.cast<float>();
     if (list.ground && to_light.y() > 0.01) {
-        const Vec3 rim_size(rim * texel, rim * texel, 0);
+        const double apart = std::max(rim * texel, look.soft ? widest_penumbra : 0);
+        const Vec3 rim_size(apart, apart, 0);
         list.shadowed_floor =
             shadowed_floor(axes, {casters.lo - rim_size, casters.hi + rim_size}, *list.ground);
     }
@@ -252,7 +254,7 @@ DrawList make_draw_list(const Scene& scene, const Camera& camera, const Look& lo
         }
     }
     list.drawn = box_along(list, geometry::Mat3::Identity(), false);
-    list.shadow = shadow_map(list, to_light, stage, look.shadow);
+    list.shadow = shadow_map(list, to_light, stage, look);
     list.view = view_of(camera, list, look);
     trace_fields(scene, look, list);
     return list;

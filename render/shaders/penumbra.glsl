@@ -4,8 +4,6 @@
 //   Vogel, A better way to construct the sunflower head, Mathematical Biosciences 44, 1979.
 layout(binding = 6) uniform sampler2DShadow shadow_smooth;
 
-const int SHADOWS = 16;
-
 // Places on a disc, evenly: each is a golden angle further than the one before, and further out.
 const vec2 GOLDEN = vec2(-0.73736888, 0.67549029);  // its cosine and sine
 
@@ -37,15 +35,16 @@ Mapped mapped_to(vec3 p, vec3 n)
     return m;
 }
 
-// How many of the first `reads` places of a disc are lit, its half width in stage units.
-float lit_places(Mapped m, float half_width, vec2 turn, int reads)
+// The share of `places` on a disc that is lit, `half_width` in stage units; 0 unless `wanted`.
+float lit_places(Mapped m, float half_width, vec2 turn, int places, bool wanted)
 {
     vec2 wide = half_width / m.span, direction = turn;
     float lit = 0.0;
+    int reads = wanted ? places : 0;
     for (int i = 0; i < reads; ++i) {
-        vec2 by = direction * away(i, SHADOWS) * wide;
+        vec2 by = direction * away(i, places) * wide;
         direction = turned(direction);
         lit += textureLod(shadow_smooth, vec3(m.at + by, min(m.ahead + dot(m.steep, by), 1.0)), 0.0);
     }
-    return lit;
+    return lit / float(places);
 }

@@ -9,7 +9,7 @@ layout(location = 0) out vec4 seen_here;  // key, all around, 1 / depth, seen_co
 
 layout(binding = 5) uniform sampler2D shadow_depths;
 
-const int BLOCKERS = 12, AROUND = 14;
+const int BLOCKERS = 12, SHADOWS = 16, AROUND = 14;
 
 // `half_width`: that of the penumbra, stage units; 0 where nothing is in between.
 float soft_key(vec3 p, vec3 n, vec2 turn, out float half_width)
@@ -35,8 +35,8 @@ float soft_key(vec3 p, vec3 n, vec2 turn, out float half_width)
     }
     half_width = found > 0.0 ? clamp(soft.x * sum / found / soft.y, 1.2 * texel, 0.06) : 0.0;
     // What faces away is dark, as what lies beside it is.
-    float lit = lit_places(m, half_width, turn, found > 0.0 ? SHADOWS : 0);
-    return found > 0.0 || nl <= 0.0 ? lit / float(SHADOWS) : 1.0;
+    float lit = lit_places(m, half_width, turn, SHADOWS, found > 0.0);
+    return found > 0.0 || nl <= 0.0 ? lit : 1.0;
 }
 
 // 0 where nothing is seen.

@@ -1,5 +1,6 @@
 // Soft shadows, shade in corners and the looks, against closed forms.
 
+#include "geometry/mesh/normals.hpp"
 #include "pictures.hpp"
 
 #include <gtest/gtest.h>
@@ -203,6 +204,58 @@ TEST(SoftLight, AtAFootTheFloorHasItsOwnLight)
     }
     EXPECT_GT(looked_at, 500);
     EXPECT_LE(wrong, 3);
+}
+
+// A slab on the floor, turned by 7 degrees and lit from behind: its shadow lies before it, height /
+// tan 60 deg = 0.022 m deep, which is 2.8 rows of the picture. Pixels that lie wholly in it are
+// dark, and those that lie wholly before it are lit, though light is found in every second row.
+TEST(SoftLight, AShadowOfTwoRowsIsNotDotted)
+{
+    const double height = 0.038, front = 0.3, turned = 7 * std::numbers::pi / 180;
+    const double deep = height / std::tan(60 * std::numbers::pi / 180);
+    Scene scene;
+    TriMesh slab = geometry::box({1.2, height, 2 * front}, {1, 1, 1});
+    const geometry::Mat3 turn = Eigen::AngleAxisd(turned, Vec3::UnitY()).toRotationMatrix();
+    for (Vec3f& p : slab.positions) {
+        p = (turn * (p.cast<double>() + Vec3(0, height / 2, 0))).cast<float>();
+    }
+    geometry::compute_normals(slab, 0.5);
+    scene.surfaces = {surface(std::move(slab))};
+    scene.ground = 0;
+    scene.stage = box_about_origin(0.7);
+    Look look = soft_look(300);
+    look.light_azimuth = std::numbers::pi + turned;
+    look.light_elevation = 60 * std::numbers::pi / 180;
+    look.light_size = 0.5 * std::numbers::pi / 180;
+    look.occlusion = 0;
+    const Camera camera{{0, 2, 4}, {0, 0, front}, {0, 1, 0}, 2 * std::atan(0.12)};
+    const Image image = render::draw(scene, camera, look);
+    const geometry::Mat3 axes = render::camera_axes(camera);
+    // How far before the slab's front the floor is that is seen at (x, y), metres.
+    const auto before = [&](double x, double y) {
+        const double half = image.height / 2.0, tan_y = std::tan(camera.field_of_view / 2);
+        const Vec3 ray =
+            axes.transpose() * Vec3((x - half) / half * tan_y, (half - y) / half * tan_y, 1);
+        return (turn.transpose() * (camera.eye - camera.eye[1] / ray[1] * ray))[2] - front;
+    };
+    const auto bright = [&](int x, int y) {
+        return render::linear_from_srgb(float(pixel(image, x, y)[1]) / 255);
+    };
+    const double lit = bright(150, 250), row = before(150, 151) - before(150, 150);
+    int in_shadow = 0, wrong = 0;
+    for (int x = 60; x < 240; ++x) {
+        for (int y = 100; y < 200; ++y) {
+            const double far = std::min(before(x, y), before(x + 1, y));
+            const double near = std::max(before(x, y + 1), before(x + 1, y + 1));
+            // The shadow map is a third of a row off.
+            const bool dark = far > 0 && near < deep - 0.4 * row;
+            if (!dark && far < deep + 0.4 * row) continue;
+            in_shadow += dark ? 1 : 0;
+            wrong += (bright(x, y) < 0.75 * lit) != dark ? 1 : 0;
+        }
+    }
+    EXPECT_GT(in_shadow, 150);
+    EXPECT_EQ(wrong, 0);
 }
 
 // A ball with a card's shadow on the floor, and another ball, or none, 100 m away.
