@@ -5,6 +5,8 @@
 #include "render/exr.hpp"
 #include "render/png.hpp"
 
+#include <fmt/format.h>
+
 #include <stdexcept>
 
 namespace nodes::write_image {
@@ -30,7 +32,19 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
-    return wrong_path(in.path, {".png", ".exr"}, setting.frames);
+    graph::Faults faults = wrong_path(in.path, {".png", ".exr"}, setting.frames);
+    if (!has_ending(in.path, ".exr")) return faults;
+    for (const graph::LinkedNode& source : setting.sources) {
+        const bool drawn = source.type->name == "Render";
+        if (drawn && source.text("linear") != "none") continue;
+        if (!drawn && source.type->name != "ContactSheet") continue;
+        faults.push_back(
+            {"path",
+             fmt::format("an .exr file holds linear light, and the picture of '{}' has "
+                         "none: {}end the path in .png",
+                         source.node, drawn ? "set its 'linear' to whole or cut_out, or " : "")});
+    }
+    return faults;
 }
 
 void add_to(graph::Registry& registry)

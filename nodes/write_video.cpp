@@ -4,6 +4,8 @@
 #include "nodes/written_path.hpp"
 #include "render/video.hpp"
 
+#include <fmt/format.h>
+
 #include <stdexcept>
 
 namespace nodes::write_video {
@@ -44,9 +46,16 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     return {{path.string()}};
 }
 
-static graph::Faults check(const Inputs& in, const graph::Setting&)
+static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
-    return wrong_path(in.path, {".mp4", ".m4v", ".mov", ".mkv"}, 1);
+    graph::Faults faults = wrong_path(in.path, {".mp4", ".m4v", ".mov", ".mkv"}, 1);
+    for (const graph::LinkedNode& source : setting.sources) {
+        if (source.type->name != "WriteImage" || !has_ending(source.text("path"), ".exr")) continue;
+        faults.push_back({"frames", fmt::format("a video takes PNG files, and '{}' writes EXR: "
+                                                "link a WriteImage whose path ends in .png",
+                                                source.node)});
+    }
+    return faults;
 }
 
 void add_to(graph::Registry& registry)

@@ -50,6 +50,12 @@ void check_node(Loading& loading, std::size_t i)
     for (std::size_t k = 0; k < node.inputs.size(); ++k) {
         setting.linked.insert(setting.linked.end(), node.inputs[k].size(),
                               node.type->inputs[k].name);
+        for (const Link& link : node.inputs[k]) {
+            const Node& from = loading.graph.nodes[link.node];
+            if (!from.type) continue;
+            setting.sources.push_back(
+                {node.type->inputs[k].name, from.name, from.type, &from.params});
+        }
     }
     for (const Fault& fault : node.type->check(node.params, setting)) tell(loading, i, fault);
 }

@@ -16,6 +16,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace graph {
@@ -54,9 +55,22 @@ struct Preparation {
     std::size_t (*bytes)(const void*) = nullptr;
 };
 
+struct NodeType;
+
+// A node that an input is linked to.
+struct LinkedNode {
+    std::string_view input, node;
+    const NodeType* type = nullptr;
+    const ParamValues* params = nullptr;  // those that move with the frame hold anything
+
+    // The text or choice of its parameter `name`; empty where it has none.
+    std::string_view text(std::string_view name) const;
+};
+
 // What is known of a node before anything is cooked, beside its parameters.
 struct Setting {
     std::vector<std::string_view> linked;  // inputs, once for each link
+    std::vector<LinkedNode> sources;       // what they are linked to
     int frames = 1;                        // of which a cook writes files
 
     bool links(std::string_view input) const
@@ -106,5 +120,14 @@ struct NodeType {
     std::function<Faults(const ParamValues&, const Setting&)> check;
     std::function<std::vector<Value>(const Call&)> run;  // one value an output port
 };
+
+inline std::string_view LinkedNode::text(std::string_view name) const
+{
+    for (std::size_t k = 0; k < type->params.size() && k < params->size(); ++k) {
+        const auto* text = std::get_if<std::string>(&(*params)[k].is);
+        if (text && type->params[k].name == name) return *text;
+    }
+    return {};
+}
 
 }  // namespace graph

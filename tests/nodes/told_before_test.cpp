@@ -54,9 +54,33 @@ TEST(ToldBefore, PathsOfFilesToWrite)
     EXPECT_EQ(told(R"("w": { "type": "ReadMesh@1" })"),
               where + "expected the path of a mesh file, found none\n");
     EXPECT_EQ(told(writer("WriteImage", R"("path": "A.####.PNG")")), "");
-    EXPECT_EQ(told(writer("WriteImage", R"("path": "A.####.exr")")), "");
     EXPECT_EQ(told(writer("WriteMesh", R"("path": "a.####.abc", "format": "ply")")), "");
     EXPECT_EQ(told(writer("WriteMesh", R"("path": "a.pc2")")), "");
+}
+
+TEST(ToldBefore, PicturesWithoutTheLightThatAnExrHolds)
+{
+    const auto written = [](const std::string& linear, const std::string& path) {
+        return R"("r": { "type": "Render@2", "inputs": { "mesh": "ball" }, "params": { "linear": ")" +
+               linear + R"(" } }, "w": { "type": "WriteImage@1", "inputs": { "image": "r" }, )" +
+               R"("params": { "path": ")" + path + R"(" } })";
+    };
+    const std::string why = "node 'w', parameter 'path': an .exr file holds linear light, and the "
+                            "picture of '";
+    EXPECT_EQ(told(written("none", "A.####.EXR")),
+              why + "r' has none: set its 'linear' to whole or cut_out, or end the path in .png\n");
+    EXPECT_EQ(told(written("none", "a.####.png")), "");
+    EXPECT_EQ(told(written("whole", "a.####.exr")), "");
+    EXPECT_EQ(told(written("cut_out", "A.####.EXR")), "");
+    EXPECT_EQ(told(R"("r": { "type": "Render@2", "inputs": { "mesh": "ball" } },
+                      "s": { "type": "ContactSheet@1", "inputs": { "image": "r" } },
+                      "w": { "type": "WriteImage@1", "inputs": { "image": "s.image" },
+                             "params": { "path": "a.####.exr" } })"),
+              why + "s' has none: end the path in .png\n");
+    EXPECT_EQ(told(written("whole", "a.####.exr") +
+                   R"(, "v": { "type": "WriteVideo@1", "inputs": { "frames": "w" } })"),
+              "node 'v', input 'frames': a video takes PNG files, and 'w' writes EXR: link a "
+              "WriteImage whose path ends in .png\n");
 }
 
 TEST(ToldBefore, OneFileForSeveralFrames)
