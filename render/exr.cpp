@@ -6,7 +6,6 @@
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
-#include <ImfInputFile.h>
 #include <ImfOutputFile.h>
 #include <half.h>
 
@@ -34,26 +33,6 @@ public:
     std::string bytes;
 
 private:
-    std::size_t at_ = 0;
-};
-
-class Given : public Imf::IStream {
-public:
-    explicit Given(const std::string& bytes) : IStream("picture.exr"), bytes_(bytes) {}
-    bool read(char* c, int n) override
-    {
-        if (at_ > bytes_.size() || std::size_t(n) > bytes_.size() - at_) {
-            throw std::runtime_error("it is cut short");
-        }
-        std::memcpy(c, bytes_.data() + at_, std::size_t(n));
-        at_ += std::size_t(n);
-        return at_ < bytes_.size();
-    }
-    std::uint64_t tellg() override { return at_; }
-    void seekg(std::uint64_t at) override { at_ = at; }
-
-private:
-    const std::string& bytes_;
     std::size_t at_ = 0;
 };
 
@@ -105,30 +84,6 @@ std::string encode_exr(const Image& image)
         file.writePixels(image.height);
     }
     return std::move(written.bytes);
-}
-
-Image decode_exr(const std::string& bytes)
-{
-    try {
-        Given given(bytes);
-        Imf::InputFile file(given, 0);
-        constexpr int most = 8191;
-        const auto& window = file.header().dataWindow();
-        if (window.min.x != 0 || window.min.y != 0 || window.max.x > most || window.max.y > most) {
-            throw std::runtime_error("its window does not begin at 0, or is wider than 8192");
-        }
-        Image image;
-        image.width = window.max.x - window.min.x + 1;
-        image.height = window.max.y - window.min.y + 1;
-        const std::size_t pixels = std::size_t(image.width) * std::size_t(image.height);
-        image.light.resize(4 * pixels);
-        if (file.header().channels().findChannel("Z")) image.depth.resize(pixels);
-        file.setFrameBuffer(buffer_of(image));
-        file.readPixels(window.min.y, window.max.y);
-        return image;
-    } catch (const std::exception& error) {
-        throw std::runtime_error(std::string("could not read an EXR file: ") + error.what());
-    }
 }
 
 void write_exr(const std::filesystem::path& path, const Image& image)

@@ -21,9 +21,6 @@ void write_exr(const std::filesystem::path& path, const Image& image);
 // has no light, or not as much as its size says.
 std::string encode_exr(const Image& image);
 
-// The light and depth of an EXR. Throws std::runtime_error where it is damaged.
-Image decode_exr(const std::string& bytes);
-
 // The nearest half floats, ties to even; what is too large for one becomes the largest.
 std::vector<std::uint16_t> halves(std::span<const float> values);
 // What a half float stands for.

@@ -7,6 +7,7 @@
 #include "render/png.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/nodes/one_node.hpp"
+#include "tests/render/decode_exr.hpp"
 
 #include <cstring>
 #include <fmt/format.h>
@@ -282,7 +283,7 @@ TEST(WrittenFiles, AnExrHasLightAndOtherPicturesAreToldWhere)
     image.light = {0x3c00, 0x3800, 0, 0x3c00};
     write.inputs["image"] = {Value::of(render::Image(image))};
     write.run(4);
-    EXPECT_EQ(render::decode_exr(files::bytes_of(folder.path / "m.EXR")).light, image.light);
+    EXPECT_EQ(tests::decode_exr(files::bytes_of(folder.path / "m.EXR")).light, image.light);
 }
 
 render::Image grey(std::uint8_t level)

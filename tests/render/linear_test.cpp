@@ -2,6 +2,7 @@
 
 #include "pictures.hpp"
 #include "render/exr.hpp"
+#include "tests/render/decode_exr.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -77,7 +78,7 @@ TEST(LinearLight, IsTheKnownColourBesideItsAlphaAndDepth)
     Look look = plain_look(64);
     look.linear = Linear::cut_out;
     const Image image = render::draw(scene, ahead, look);
-    const Image read = render::decode_exr(render::encode_exr(image));
+    const Image read = tests::decode_exr(render::encode_exr(image));
     EXPECT_EQ(read.light, image.light);
     EXPECT_EQ(read.depth, image.depth);
     ASSERT_EQ(read.width, 64);
@@ -186,9 +187,9 @@ TEST(Exr, RefusesWhatHasNoLightAndWhatIsDamaged)
     EXPECT_THROW(render::encode_exr(image), std::invalid_argument);
     image.light.assign(8, 0x3c00);
     const std::string bytes = render::encode_exr(image);
-    EXPECT_EQ(render::decode_exr(bytes).light, image.light);
-    EXPECT_THROW(render::decode_exr(bytes.substr(0, bytes.size() - 3)), std::runtime_error);
-    EXPECT_THROW(render::decode_exr("no EXR"), std::runtime_error);
+    EXPECT_EQ(tests::decode_exr(bytes).light, image.light);
+    EXPECT_THROW(tests::decode_exr(bytes.substr(0, bytes.size() - 3)), std::exception);
+    EXPECT_THROW(tests::decode_exr("no EXR"), std::exception);
 }
 
 }  // namespace
