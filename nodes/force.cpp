@@ -102,8 +102,8 @@ static void describe(graph::ParamsOf<Point>& p)
 static void describe(graph::ParamsOf<Torque>& p)
 {
     p.param("torque", &Torque::torque,
-            "Total torque, about the axis along it through the centre of what it acts on, by the "
-            "right hand.",
+            "Total torque. It turns what it acts on about an axis along this vector, through its "
+            "centre, by the right-hand rule.",
             {.unit = "N m"})
         .param("position", &Torque::position, "Where the torque acts, in the rest shape.",
                {.unit = "m"})

@@ -217,8 +217,8 @@ void add_to(graph::Registry& registry)
         .choice("axes", &Inputs::axes, {"xyz", "x", "y", "z", "xy", "yz", "xz"},
                 "Axes of the world along which corners are held; along the others they are free. "
                 "One axis makes a roller, or a plane of symmetry; x, for example, holds a plane "
-                "across x, in which corners slide. Several pins of a corner add up. Other than "
-                "xyz, only methods bricks and springs of Simulate take it.")
+                "across x, in which corners slide. Several pins of a corner add up. Methods "
+                "other than bricks and springs, Modes and Layered take xyz only.")
         .param("translate", &Inputs::translate,
                "Translation of the pinned corners from rest; keyframe it to move them.",
                {.unit = "m"})

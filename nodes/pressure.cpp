@@ -84,9 +84,9 @@ void add_to(graph::Registry& registry)
                "piece, are taken the other way round, with a warning.")
         .param("pressure", &Inputs::pressure,
                "Pressure on the outside of the material: above 0 it pushes in, below 0 it sucks. "
-               "For a hollow body, press on the faces of the hollow. Steps take its direction from "
-               "the shape that they begin with, so that it should stay below a tenth of Young's "
-               "modulus.",
+               "For a hollow body, press on the faces of the hollow. It should stay below a tenth "
+               "of Young's modulus, because a step takes the direction of the pressure before it "
+               "deforms the body.",
                {.unit = "Pa"})
         .param("part", &Inputs::part,
                "Name of the material or group of the mesh that is pressed on; empty: all of it.")

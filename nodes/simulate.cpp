@@ -225,16 +225,18 @@ static physics::Loads gather_loads(const Inputs& in, const graph::Context& conte
 // A pressure on the surface of one of several models as one on all.
 static void place_surface(const Inputs& in, physics::Force& force)
 {
-    if (force.kind != physics::Force::Kind::pressure || in.body->models.empty()) return;
+    if (force.kind != physics::Force::Kind::pressure) return;
+    const bool one = in.body->models.empty();
+    if (one && physics::mark_of(*in.cubes.front()) == force.surface->cubes) return;
     for (const auto& model : in.body->models) {
         if (model.mark != force.surface->cubes) continue;
         force.first_corner = model.corner;
         return;
     }
-    throw std::invalid_argument(fmt::format(
-        "a pressure is on other cubes than the {} that are simulated: link Pressure to one of the "
-        "nodes that `cubes` come from",
-        in.body->models.size()));
+    throw std::invalid_argument(fmt::format("a pressure is on other cubes than those that are "
+                                            "simulated: link input `cubes` of Pressure "
+                                            "to {}, as in Simulate",
+                                            one ? "the same node" : "one of the same nodes"));
 }
 
 // Steps take a pressure's direction from the shape that they begin with.
@@ -439,7 +441,8 @@ void add_to(graph::Registry& registry)
         .choice("initial_shape", &Inputs::initial_shape, {"given", "equilibrium"},
                 "Shape in the first frame. given: the model at rest, or that of `start`. "
                 "equilibrium: the shape in which the body hangs still under the forces, pins and "
-                "colliders of the first frame (method bricks; each part needs a pin).")
+                "colliders of the first frame (method bricks; pins must hold each part along "
+                "all axes, unless there is a collider).")
         .param("initial_velocity", &Inputs::initial_velocity,
                "Velocity that is added to the initial state.", {.unit = "m/s"})
         .param("initial_spin_degrees", &Inputs::initial_spin_degrees,

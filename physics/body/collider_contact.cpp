@@ -424,7 +424,11 @@ static double deepest_corner(const PosedCollider& collider, const geometry::Cube
     double deepest = 0;
     for (std::size_t k = 0; k < cubes.corner_count(); k += stride) {
         const auto corner = static_cast<std::uint32_t>(first + k);
-        if (std::binary_search(pins.corner.begin(), pins.corner.end(), corner)) continue;
+        const auto pin = std::lower_bound(pins.corner.begin(), pins.corner.end(), corner);
+        const auto number = static_cast<std::size_t>(pin - pins.corner.begin());
+        if (pin != pins.corner.end() && *pin == corner && held_axes(pins, number) == all_axes) {
+            continue;
+        }
         deepest = std::max(deepest, -touch(collider, cubes.corner_position(k)).gap);
     }
     return deepest;

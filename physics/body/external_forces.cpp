@@ -123,15 +123,14 @@ std::vector<std::string> far_forces(ModelsOfState models, std::span<const Force>
     for (std::size_t i = 0; i < forces.size(); ++i) {
         const Force& force = forces[i];
         const bool point = force.kind == Force::Kind::point && !force.force.isZero(0);
-        const bool torque = force.kind == Force::Kind::torque && !force.torque.isZero(0);
-        if (!point && !torque) continue;
+        if (!point) continue;
         const auto near = [&](const auto& cubes) { return acts_near(*cubes, force); };
         if (std::any_of(models.begin(), models.end(), near)) continue;
         out.push_back(fmt::format(
-            "{} {} of {} has no material within its radius: all of it acts on the corner "
+            "Point force {} of {} has no material within its radius: all of it acts on the corner "
             "nearest to its position. Positions are those of the rest shape; move the force there, "
             "or increase its radius.",
-            point ? "Point force" : "Torque", i + 1, forces.size()));
+            i + 1, forces.size()));
     }
     return out;
 }

@@ -5,6 +5,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <stdexcept>
 #include <string>
@@ -150,6 +152,20 @@ void check_surface(const Force& force, const CornerBody& body)
     }
 }
 
+void check_region(const FollowingForces::Region& region, const CornerBody& body)
+{
+    const Eigen::SelfAdjointEigenSolver<Mat3> arms(arms_of(region.shares, body.rest.data()));
+    if (arms.eigenvalues()[0] > 1e-9 * body.h * body.h) return;
+    const Force& force = *region.force;
+    const Vec3& at = force.position;
+    throw std::invalid_argument(fmt::format(
+        "a {} at ({:.6g}, {:.6g}, {:.6g}) of radius {:.6g} m reaches only a point or a line of the "
+        "body at rest, {}: move it to the body, or raise its radius",
+        force.kind == Force::Kind::torque ? "torque" : "force that follows", at.x(), at.y(), at.z(),
+        force.radius,
+        force.kind == Force::Kind::torque ? "which it cannot turn" : "whose turn cannot be told"));
+}
+
 }  // namespace
 
 bool follows(const Force& force)
@@ -166,13 +182,10 @@ FollowingForces following_forces(const CornerBody& body, std::span<const Force> 
             check_surface(force, body);
             if (force.pressure != 0) out.pressures.push_back(&force);
         } else if (follows(force)) {
+            const bool torque = force.kind == Force::Kind::torque;
+            if ((torque ? force.torque : force.force).isZero(0)) continue;
             out.regions.push_back({&force, force_shares(body, force)});
-            if (force.kind != Force::Kind::torque) continue;
-            const Eigen::SelfAdjointEigenSolver<Mat3> arms(
-                arms_of(out.regions.back().shares, body.rest.data()));
-            if (arms.eigenvalues()[0] > 1e-9 * body.h * body.h) continue;
-            throw std::invalid_argument("a torque acts on a point or a line, which it cannot turn: "
-                                        "raise its radius, so that it reaches more of the surface");
+            check_region(out.regions.back(), body);
         }
     }
     return out;
@@ -188,10 +201,9 @@ void add_following_forces(const FollowingForces& forces, const CornerBody& body,
 void require_no_following(std::span<const Force> forces, const std::string& who)
 {
     if (std::none_of(forces.begin(), forces.end(), follows)) return;
-    throw std::invalid_argument("pressure, torques and forces that follow need method bricks, "
-                                "springs or shell of Simulate, and " +
-                                who +
-                                " does not take them: unlink the force, or change the method");
+    throw std::invalid_argument(
+        who + " does not take torques, pressure or forces that follow: unlink the "
+              "force, or use Simulate with method bricks or springs");
 }
 
 }  // namespace physics

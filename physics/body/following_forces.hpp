@@ -2,7 +2,8 @@
 
 // Loads that depend on where the body is: pressure on a surface that it carries, torques, and
 // forces that turn with what they act on (follower loads). Steps take them as they are where a
-// stage begins: their derivative is not symmetric, and so in no matrix here.
+// stage is about to end (step_newton.cpp): their derivative is not symmetric, and in no matrix
+// here.
 //
 // Pressure P pushes on nodes i of a face x(u, v) = sum_i phi_i x_i, phi quadratic, by
 //   f_i = -P integral of phi_i (x_u cross x_v) du dv
@@ -37,8 +38,8 @@ struct FollowingForces {
 // Whether a force depends on where the body is, other than on its velocity.
 bool follows(const Force& force);
 
-// Throws std::invalid_argument when the region of a torque is a point or a line, which cannot be
-// turned, or a surface has corners that the body does not.
+// Throws std::invalid_argument when the region of a torque or of a force that follows is a point or
+// a line, which cannot be turned, or a surface has corners that the body does not.
 FollowingForces following_forces(const CornerBody& body, std::span<const Force> forces);
 
 // Adds them at x to f. N, numbers.

@@ -141,6 +141,22 @@ void number_nodes_in_use(std::vector<Vec3f>& positions,
     positions = std::move(used);
 }
 
+// Each face as the four triangles between its nodes: what hangs together is bound together.
+std::shared_ptr<const geometry::MeshTopology>
+topology_of(const std::vector<std::array<std::uint32_t, 6>>& faces)
+{
+    auto out = std::make_shared<geometry::MeshTopology>();
+    for (const auto& f : faces) {
+        for (const auto& [a, b, c] : {Triangle{f[0], f[3], f[5]},
+                                      {f[3], f[1], f[4]},
+                                      {f[4], f[2], f[5]},
+                                      {f[3], f[4], f[5]}}) {
+            out->triangles.push_back({a, b, c});
+        }
+    }
+    return out;
+}
+
 }  // namespace
 
 PressOn press_on(const geometry::Cubes& cubes, const TriMesh& mesh, const std::string& name)
@@ -162,6 +178,7 @@ PressOn press_on(const geometry::Cubes& cubes, const TriMesh& mesh, const std::s
     }
     out.surface.faces = with_middles(faces, nodes.positions);
     number_nodes_in_use(nodes.positions, out.surface.faces);
+    nodes.topology = topology_of(out.surface.faces);
     const geometry::Binding binding = geometry::bind(nodes, cubes);
     out.farthest = binding.farthest;
     out.surface.cubes = mark_of(cubes);

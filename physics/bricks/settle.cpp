@@ -73,25 +73,33 @@ State settle(const BricksBody& body, State state, const Loads& loads, const Step
         state = step(state, seconds);
         if (seconds * 3 >= forever) end = step(state, forever);
     }
-    // What follows pushes as the shape before has it.
+    // Loads that follow the body push as the shape before has it.
+    bool flutters = false;
+    double moved = 0;  // m, in the last round
     if (std::any_of(loads.forces.begin(), loads.forces.end(), follows)) {
         constexpr int most = 100;
         constexpr double still_enough = 1e-7;  // of a cube's edge
         bool settled = false;
         for (int i = 0; i < most && !settled && end.report.converged; ++i) {
             const State before = std::exchange(end, step(end, forever));
-            double moved = 0;
+            moved = 0;
             for (std::size_t k = 0; k < end.x.size(); ++k) {
                 moved = std::max(moved, (end.x[k] - before.x[k]).norm());
             }
             settled = moved <= still_enough * body.base.h;
         }
+        flutters = end.report.converged && !settled;
         end.report.converged &= settled;
     }
     end.report.iterations = iterations;
     std::fill(end.v.begin(), end.v.end(), Vec3::Zero());
     end.time = time;
-    if (!end.report.converged) {
+    if (flutters) {
+        end.report.warnings = {fmt::format(
+            "No equilibrium was found: the shape still moves by {:.2g} m under loads that follow "
+            "it. Lower them, or start from the given shape and let it come to rest.",
+            moved)};
+    } else if (!end.report.converged) {
         end.report.warnings = {fmt::format(
             "No equilibrium was found: {:.2g} of the forces are not balanced. The shape may buckle "
             "or be too soft for its loads. Start from the given shape and let it come to rest.",

@@ -6,9 +6,9 @@
 // A stage goes tau seconds ahead from (x0, v0). Its unknowns are the velocities w at its end:
 //   x = x0 + tau w
 //   r = M (v0 - w) + tau (f(x) + f_ext + f_wind + f_contact - (D + drag) w) - tau C (w - b)
-// f_wind holds what follows the body too (following_forces.hpp); both are taken at x0, v0.
 // with f the elastic forces, C = Rayleigh's damping with the stiffness, D that with the mass, and
-// drag that of the wind. The stage is solved where r = 0. A round of Newton's method solves
+// drag that of the wind. f_wind is that at x0, v0, and holds loads that follow the body, taken
+// where it is about to be. The stage is solved where r = 0. A round of Newton's method solves
 //   A delta = r,   A = M + tau (D + drag) + tau^2 K + tau C + tau^2 k + tau c
 // for the change of w, with K = -df/dx, and k and c the same of the contacts by place and speed.
 // In the first round f is linear about x0 + tau b: f(x) = f(x0 + tau b) - tau K (w - b), with b the

@@ -118,7 +118,6 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     std::fill(stage.drag.begin(), stage.drag.end(), 0);
     if (frame.windy) {
         add_wind(frame.body, loads.forces, x0.data(), v0.data(), stage.wind, stage.drag);
-        add_following_forces(frame.following, frame.body, x0.data(), stage.wind);
     }
     stage.colliders.clear();
     for (const Collider& c : loads.colliders) {

@@ -40,6 +40,23 @@ void fall(Stage& stage)
     stage.contacts.clear();
 }
 
+// Adds loads that depend on where the body is, as they are where the stage is about to end: at x^
+// of parts that turn freely, elsewhere as guessed. Taken where it starts, the forces of a pressure
+// would have torques about the places where it ends, and turn what spins ever faster.
+void add_following(Stage& stage)
+{
+    const StepFrame& frame = stage.frame;
+    if (frame.following.empty()) return;
+    Aligned<double> ahead = stage.x0;
+    for (std::size_t k = 0; k < frame.n; k += 4) {
+        const double* const base = stage.base.empty() ? nullptr : &stage.base[k];
+        const bool turns = base && (base[0] != 0 || base[1] != 0 || base[2] != 0);
+        const double* const velocity = turns ? base : &stage.w[k];
+        for (std::size_t i = 0; i < 3; ++i) ahead[k + i] += stage.tau * velocity[i];
+    }
+    add_following_forces(frame.following, frame.body, ahead.data(), stage.wind);
+}
+
 void linearise_here(Stage& stage)
 {
     linearise(stage, stage.x);
@@ -54,6 +71,7 @@ void start_rounds(Stage& stage, StepSolver& solver)
     find_touches(stage);
     stage.contacts = touching(stage);
     turn_free_parts(stage);
+    add_following(stage);
     if (stage.base.empty()) {
         linearise(stage, stage.x0);
     } else {

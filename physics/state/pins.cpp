@@ -70,9 +70,9 @@ void require_all_axes(const Pins& pins, const std::string& who)
     if (std::all_of(pins.axes.begin(), pins.axes.end(), [](auto a) { return a == all_axes; })) {
         return;
     }
-    throw std::invalid_argument("pins that leave axes free need method bricks or springs of "
-                                "Simulate, and " +
-                                who + " holds all: set axes = xyz in Pin, or change the method");
+    throw std::invalid_argument(who +
+                                " does not take pins that leave axes free: set axes = xyz in Pin, "
+                                "or use Simulate with method bricks or springs");
 }
 
 Pins merge_pins(std::span<const std::shared_ptr<const Pins>> pins, std::size_t corners)
