@@ -347,6 +347,7 @@ void add_touch(const Scene& scene, const PlaneTouch& point, std::size_t c, std::
         out.pop_back();
         return;
     }
+    touch.size = h;
     touch.normal = t.normal;
     touch.drift = t.velocity;
     touch.friction = collider.friction;

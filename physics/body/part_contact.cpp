@@ -139,6 +139,7 @@ PlaneTouch make_touch(const Scene& scene, const Moving& moving, const Target& ta
     touch.point = moving.number;
     touch.other = target.part;
     touch.normal = gap.normal;
+    touch.size = h;
     touch.friction = shapes.friction;
     touch.bounce = shapes.bounce;
     const double way = scene.dt * (target.velocity - moving.v).dot(gap.normal);

@@ -98,16 +98,20 @@ void hold_loads(std::vector<PlaneTouch>& touches, const double* x)
     for (PlaneTouch& touch : touches) touch.load = touch.stiffness * touch.depth(x);
 }
 
-void firm_up(std::vector<PlaneTouch>& touches, const double* x0, const double* x1, double deep)
+bool firm_up(std::vector<PlaneTouch>& touches, const Firming& firming)
 {
+    bool changed = false;
     for (PlaneTouch& touch : touches) {
-        const double depth = touch.depth(x1);
-        if (!(depth > deep && touch.depth(x0) > 0) || touch.rebound > 0) continue;
+        const double depth = touch.depth(firming.x), deep = firming.deep * touch.size;
+        if (!(depth > deep && touch.depth(firming.before) > 0) || touch.rebound > 0) continue;
+        if (firming.x0 && !(depth > touch.depth(firming.x0))) continue;
         const double by = std::min(depth / deep, most_firmness / touch.firmness);
         if (!(by > 1)) continue;
         touch.firmness *= by;
         touch.stiffness *= by;
+        changed = true;
     }
+    return changed;
 }
 
 const Grip* find_grip(const std::vector<Grip>& grips, std::uint32_t point, std::uint32_t other)
@@ -128,7 +132,7 @@ double deepest_of(const std::vector<Grip>& grips)
 static double firmness_after(const PlaneTouch& touch, double depth, const StepEnd& end)
 {
     if (!(depth > 0)) return 1;
-    if (!(depth > end.deep)) return touch.firmness;
+    if (!(depth > end.deep * touch.size)) return touch.firmness;
     return std::min(most_firmness, touch.firmness * std::exp(end.dt / firming_time));
 }
 
@@ -212,8 +216,12 @@ bool renew(std::vector<PlaneTouch>& touches, const std::vector<PlaneTouch>& foun
         const double before = old->gap(x), now = touch.gap(x);
         const bool other = std::abs(now - before) > much;
         out.push_back(other ? touch : *old);
-        // A plane that was found at a higher speed is stiffer, to stop that.
-        out.back().stiffness = std::max(old->stiffness, touch.stiffness);
+        // A plane that was found at a higher speed is stiffer, to stop that; what has become firm
+        // stays so.
+        const double firmness = std::max(old->firmness, touch.firmness);
+        out.back().stiffness =
+            firmness * std::max(old->stiffness / old->firmness, touch.stiffness / touch.firmness);
+        out.back().firmness = firmness;
         changed |= other && std::min(now, before) < -much;
         ++old;
     }

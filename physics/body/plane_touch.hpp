@@ -15,9 +15,9 @@
 //
 // A point that bounces is pushed until g is its rebound, which is more than 0 (bounce.hpp).
 //
-// What rests, or is driven in deep, becomes stiffer than point_contact.hpp has it. Soft contacts
-// take a violent step the fewest iterations (they grow as the square root of the stiffness), and
-// what lies still needs few anyway:
+// What rests, or is driven in deep, becomes stiffer than point_contact.hpp has it. A violent step
+// takes the fewest iterations with soft contacts (iterations grow as the square root of the
+// stiffness); what lies still needs few in any case:
 //   - at the end of a step, by exp(dt / 0.2 s) as long as the point is deeper than StepEnd::deep.
 //     That is slow against the swing of a body on its contacts, sqrt(depth / g), so that the body
 //     rises without a push;
@@ -57,7 +57,8 @@ struct PlaneTouch {
     double bounce = 0;                         // share of the speed that it leaves with
     double rebound = 0;                        // m, gap that it is pushed to
     Vec3 stretch = Vec3::Zero();               // m, s0
-    double firmness = 1;                       // that is part of `stiffness`
+    double firmness = 1;                       // factor that `stiffness` contains
+    double size = 0;                           // m, of the smaller cubes of the two
     double load = -1;  // N, that it yields at a share of; below 0: as it is pushed
 
     // g at x, by slot, four numbers each.
@@ -95,9 +96,16 @@ std::vector<PointContact> press(const std::vector<PlaneTouch>& touches, const do
 // then the slope of a convex function altogether.
 void hold_loads(std::vector<PlaneTouch>& touches, const double* x);
 
-// Makes those that press at x0 and are deeper than `deep` (m) at x1 stiffer. Those that bounce stay
-// as they are.
-void firm_up(std::vector<PlaneTouch>& touches, const double* x0, const double* x1, double deep);
+// Makes those stiffer that press at `before` and are deeper than `deep` (cubes) at x; with x0,
+// where the step began, only those that went in since. Those that bounce stay as they are. Returns
+// whether any changed.
+struct Firming {
+    const double* before;
+    const double* x;
+    double deep = 0;
+    const double* x0 = nullptr;
+};
+bool firm_up(std::vector<PlaneTouch>& touches, const Firming& firming);
 
 // That of a point on something, among those in_order(); null where there is none.
 const Grip* find_grip(const std::vector<Grip>& grips, std::uint32_t point, std::uint32_t other);
@@ -111,7 +119,7 @@ struct StepEnd {
     double dt = 0;    // s
     double late = 0;  // s, that x1 is later than the planes
     double near = 0;  // m
-    double deep = 0;  // m, that what rests is to be no deeper than
+    double deep = 0;  // cubes, that what rests is to be no deeper than
 };
 // The grip of each touch whose gap at the end is below `near`: stretched where it is below 0.
 std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd& end);

@@ -18,6 +18,9 @@ enum class Known { kept, renewed };
 // is far from where they were looked for last. Planes of colliders that are known already are kept,
 // or become those found now. Returns whether a push has changed.
 bool find_touches(Stage& stage, Known known = Known::renewed);
+// Where a round has taken what it pressed at `before` too deep, the next one presses harder.
+// Returns whether it does.
+bool firm_up(Stage& stage, const Aligned<double>& before);
 // The contacts of x, w, of what find_touches() found.
 std::vector<PointContact> touching(const Stage& stage);
 // Friction of all that touches yields from now on by the push at x.

@@ -178,7 +178,9 @@ Descended descend(Stage& stage, StepSolver& solver, const Descent& how, StepReco
             std::max({how.target, how.tolerance * scale, rounding_of(stage, solver)});
         if (!std::isfinite(size)) break;
         if (size <= target) {
-            if (i == how.rounds || !find_touches(stage)) break;
+            if (i == how.rounds) break;
+            const bool firmer = firm_up(stage, stage.x);
+            if (!find_touches(stage) && !firmer) break;
             phi = potential(stage, stage.w);
             continue;
         }

@@ -21,9 +21,6 @@ constexpr double contact_accuracy = 0.05;
 // What is touched is looked for again where the forces balance so far, as a share of those at work.
 constexpr double near_enough = 0.01;
 
-// Cubes: what is driven deeper in is pushed back harder, so that it ends within a tenth of a cube.
-constexpr double deep_on_the_way = 0.05;
-
 // Free corners set off as the steady forces have them, unless they then touch something.
 void fall(Stage& stage)
 {
@@ -132,14 +129,6 @@ void take_delta(Stage& stage, StepSolver& solver, const Rounds& rounds, double s
     for (std::size_t i = 0; i < stage.frame.n; ++i) stage.w[i] += stage.delta[i];
 }
 
-// Where the round has taken what it pressed at `before` too deep, the next one presses harder.
-void firm_up(Stage& stage, const Aligned<double>& before)
-{
-    const double deep = deep_on_the_way * stage.frame.body.h;
-    firm_up(stage.touches, before.data(), stage.x.data(), deep);
-    firm_up(stage.holds, before.data(), stage.x.data(), deep);
-}
-
 // Finds what touches where w leads. Returns the norm of what is left over, 0 where nothing touches.
 // `from` and `slope`, of the round's start, are those of draw_back().
 double take_contacts(Stage& stage, StepSolver& solver, const Rounds& rounds, int round,
@@ -147,11 +136,9 @@ double take_contacts(Stage& stage, StepSolver& solver, const Rounds& rounds, int
 {
     const bool wary = round >= first_wary_round;
     const bool apart = stage.contacts.empty();
-    if (wary) {
-        place(stage);
-    } else {
-        const Aligned<double> before = stage.x;
-        place(stage);
+    const Aligned<double> before = stage.x;
+    place(stage);
+    if (!wary) {
         firm_up(stage, before);
         find_touches(stage);
     }
@@ -203,6 +190,9 @@ void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, do
 {
     const StepOptions& options = stage.frame.options;
     Rounds rounds(stage, at_work, share);
+    // Where nothing acts yet on what flies near something, no round gets below the rounding.
+    const double rounding = rounding_of(stage, solver);
+    rounds.target = std::max(rounds.target, rounding);
     const double first = size;
     const int most =
         std::max(options.newton_iterations, may_touch(stage) ? options.contact_iterations : 1);
@@ -219,7 +209,7 @@ void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, do
         if (round == 0) {               // what is at rest may be moved by a pin or a collider alone
             at_work =
                 std::max(at_work, std::min(first, norm(solver, physics::at_work(stage).inertia)));
-            rounds.target = share * options.tolerance * at_work;
+            rounds.target = std::max(share * options.tolerance * at_work, rounding);
         }
         size = take_contacts(stage, solver, rounds, round, from, dot(stage.r, stage.delta));
         if (!std::isfinite(size)) return;

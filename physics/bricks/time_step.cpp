@@ -179,7 +179,7 @@ void keep(FrameStep& step, const Before& before, double begin, double end)
     step.record.unsettled |= before.record.unsettled;
     step.record.violent |= before.record.violent;
     StepEnd at{before.now.x.data(), step.now.x.data(), (end - begin) * step.frame.seconds};
-    at.deep = deep_at_rest * step.frame.body.h;
+    at.deep = deep_at_rest;
     step.stage.grips = grips_of(step.stage.touches, at);
     // The side of a sheet is not told by a plane alone: the next step may lead over a crease.
     at.late = (end - step.stage.share) * step.frame.seconds;

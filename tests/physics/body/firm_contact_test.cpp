@@ -25,6 +25,7 @@ PlaneTouch touch_at(double depth)
     touch.weight[0] = 1;
     touch.offset = -depth;
     touch.stiffness = 1000;
+    touch.size = h;
     return touch;
 }
 
@@ -33,7 +34,7 @@ TEST(FirmContact, GrowsByTheTimeThatAPointIsTooDeepUpToALimit)
     const std::array<double, 4> x{};
     std::vector<PlaneTouch> touches{touch_at(0.004)};
     StepEnd end{x.data(), x.data(), 0.01};
-    end.deep = 0.001;
+    end.deep = 0.01;  // cubes
     for (int step = 1; step <= 100; ++step) {
         const auto grips = grips_of(touches, end);
         ASSERT_EQ(grips.size(), 1u);
@@ -53,18 +54,45 @@ TEST(FirmContact, GrowsByTheTimeThatAPointIsTooDeepUpToALimit)
 
 TEST(FirmContact, RisesInAStepByAsMuchAsAPressedPointIsTooDeep)
 {
-    const std::array<double, 4> before{0, 0.003, 0, 0}, after{0, -0.01, 0, 0};
+    const std::array<double, 4> begin{0, 0.01, 0, 0}, before{0, 0.003, 0, 0}, after{0, -0.01, 0, 0};
+    const std::array<double, 4> deeper{0, -0.02, 0, 0};
     PlaneTouch apart = touch_at(0), bouncing = touch_at(0.004);
     bouncing.rebound = 0.01;
     std::vector<PlaneTouch> touches{touch_at(0.004), apart, bouncing};
-    firm_up(touches, before.data(), after.data(), 0.005);
+    const std::vector<PlaneTouch> at_first = touches;
+    firm_up(touches, {before.data(), after.data(), 0.05, begin.data()});
     EXPECT_NEAR(touches[0].firmness, 0.014 / 0.005, 1e-9);
     EXPECT_NEAR(touches[0].stiffness, 1000 * 0.014 / 0.005, 1e-6);
     EXPECT_EQ(touches[1].firmness, 1);  // not pressed yet: it has not been pushed back either
     EXPECT_EQ(touches[2].firmness, 1);
-    firm_up(touches, before.data(), after.data(), 0.0001);
+    firm_up(touches, {before.data(), after.data(), 0.001, begin.data()});
     EXPECT_NEAR(touches[0].firmness, 20, 1e-9);
     EXPECT_NEAR(touches[0].stiffness, 20'000, 1e-6);
+    // What comes out is not pushed harder.
+    touches = at_first;
+    firm_up(touches, {before.data(), after.data(), 0.05, deeper.data()});
+    EXPECT_EQ(touches[0].firmness, 1);
+    firm_up(touches, {before.data(), after.data(), 0.05});
+    EXPECT_NEAR(touches[0].firmness, 0.014 / 0.005, 1e-9);
+}
+
+TEST(FirmContact, StaysWhereAPlaneIsFoundAnewAndRisesNoFurther)
+{
+    const std::array<double, 4> x{};
+    PlaneTouch firm = touch_at(0.004);
+    firm.firmness = 20, firm.stiffness = 20'000;
+    for (const double depth : {0.004, 0.01}) {  // the plane that is known, and another one
+        std::vector<PlaneTouch> touches{firm};
+        renew(touches, {touch_at(depth)}, x.data(), 0.001);
+        ASSERT_EQ(touches.size(), 1u);
+        EXPECT_EQ(touches[0].firmness, 20);
+        EXPECT_EQ(touches[0].stiffness, 20'000);
+        EXPECT_EQ(touches[0].offset, -depth);
+        PlaneTouch fast = touch_at(depth);
+        fast.stiffness = 3000;
+        renew(touches, {fast}, x.data(), 0.001);
+        EXPECT_EQ(touches[0].stiffness, 60'000);
+    }
 }
 
 State stepped(const BricksBody& body, State state, const Loads& loads, int frames, int substeps)
