@@ -15,7 +15,7 @@ vec2 light_reaching(vec2 at, float depth, vec3 p, vec3 n)
     bool slant = abs(through) > 1e-3 * depth;
     vec2 face = facing(n);
     vec3 sum = vec3(0.0);
-    float low = 1.0, high = 0.0, sharpest = WIDEST;
+    float low = 1.0, high = 0.0, sharpest = WIDEST, sharpest_near = WIDEST;
     for (int k = 0; k < 4; ++k) {
         ivec2 step_to = ivec2(k & 1, k >> 1);
         vec4 there = texelFetch(seen, clamp(ivec2(first) + step_to, ivec2(0), last), 0);
@@ -31,17 +31,21 @@ vec2 light_reaching(vec2 at, float depth, vec3 p, vec3 n)
         low = here ? min(low, there.x) : low;
         high = here ? max(high, there.x) : high;
         float half_width = seen_half_width(there.w);
-        sharpest = here && half_width >= 0.0 ? min(sharpest, half_width) : sharpest;
+        if (half_width >= 0.0) sharpest_near = min(sharpest_near, half_width);
+        if (half_width >= 0.0 && here) sharpest = min(sharpest, half_width);
     }
     vec2 reach = sum.xy / sum.z;
 #if IN_SHADOW == 1
     // Where the four do not agree, a sharp shadow's edge runs between them, and where none is of this
     // place, they know nothing of its light: it is found right here.
     float edge = smoothstep(0.1, 0.3, high - low) * (1.0 - smoothstep(4.0, 8.0, sharpest));
-    if (low > high) edge = 1.0, sharpest = 0.0;
+    if (low > high) edge = 1.0, sharpest = sharpest_near < WIDEST ? sharpest_near : 0.0;
     float half_width = max(sharpest * depth * length(down.xyz), 1.2 * light.w);
     bool wanted = edge > 0.0 && to_light.w > 0.0 && dot(n, to_light.xyz) > 0.0;
-    float lit = lit_places(mapped_to(p, n), half_width, vec2(1.0, 0.0), 16 / SAMPLES, wanted);
+    Mapped on_map = mapped_to(p, n);
+    // Beside the map is nothing that casts a shadow, as in seen.frag.
+    wanted = wanted && all(greaterThanEqual(on_map.at, vec2(0.0))) && all(lessThanEqual(on_map.at, vec2(1.0)));
+    float lit = lit_places(on_map, half_width, vec2(1.0, 0.0), 16 / SAMPLES, wanted);
     if (wanted) reach.x = mix(reach.x, lit, edge);
 #endif
     return reach;

@@ -43,7 +43,8 @@ void main()
     ivec3 steps = ivec3(-1, 1, 2);
     bvec3 found = bvec3(false);
     // What is not of this place is looked for on the other side, where the next of the same turn is.
-    // The second look is a turn of a loop because this OpenGL skips those, and no branches.
+    // The second look is a turn of a loop: this OpenGL skips turns that no pixel needs, but never a
+    // branch.
     int looks = 1;
     for (int look = 0; look < looks; ++look) {
         for (int k = 0; k < 3; ++k) {
