@@ -28,8 +28,8 @@ void add_to(graph::Registry& registry)
 {
     registry.add("Ground", 1, run)
         .summary(
-            "A level floor. Bodies of cubes that rest on it sink in by a hundredth of a cube at "
-            "most. For a floor that moves, use Collider.",
+            "A level floor. Bodies that have come to rest on it sink in by about a hundredth of a "
+            "cube or less. For a floor that moves, use Collider.",
             {"floor", "ground plane", "terrain"})
         .param("height", &Inputs::height, "Height of the floor (y).", {.unit = "m"})
         .param("friction", &Inputs::friction, friction_text, {.min = 0, .max = 100})

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include <set>
+
 namespace graph {
 
 namespace {
@@ -40,7 +42,8 @@ void tell(Loading& loading, std::size_t i, const Fault& fault)
     loading.problems.add(std::move(p));
 }
 
-void check_node(Loading& loading, std::size_t i)
+// What is linked to a node of `wrong` is told of that alone: its settings may not be those meant.
+void check_node(Loading& loading, std::size_t i, const std::set<std::string, std::less<>>& wrong)
 {
     const Node& node = loading.graph.nodes[i];
     if (!node.type->check) return;
@@ -52,7 +55,7 @@ void check_node(Loading& loading, std::size_t i)
                               node.type->inputs[k].name);
         for (const Link& link : node.inputs[k]) {
             const Node& from = loading.graph.nodes[link.node];
-            if (!from.type) continue;
+            if (!from.type || wrong.count(from.name) > 0) continue;
             setting.sources.push_back(
                 {node.type->inputs[k].name, from.name, from.type, &from.params});
         }
@@ -98,7 +101,7 @@ void check_settings(Loading& loading)
     for (std::size_t i = 0; i < loading.graph.nodes.size(); ++i) {
         const Node& node = loading.graph.nodes[i];
         if (!node.type || wrong.count(node.name) > 0) continue;
-        check_node(loading, i);
+        check_node(loading, i, wrong);
         check_written(loading, i, written);
     }
 }
