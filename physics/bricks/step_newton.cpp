@@ -191,7 +191,7 @@ void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, do
     const StepOptions& options = stage.frame.options;
     Rounds rounds(stage, at_work, share);
     // Where nothing acts yet on what flies near something, no round gets below the rounding.
-    const double rounding = rounding_of(stage, solver);
+    const double rounding = rounds.touches ? rounding_of(stage, solver) : 0;
     rounds.target = std::max(rounds.target, rounding);
     const double first = size;
     const int most =

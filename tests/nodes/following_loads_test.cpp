@@ -313,11 +313,43 @@ TEST(FollowingLoads, AreRefusedByMethodsThatDoNotTakeThem)
         simulate.run();
         ADD_FAILURE() << "the lattice took it";
     } catch (const std::invalid_argument& error) {
-        EXPECT_EQ(
-            std::string(error.what()),
-            "pressure, torques and forces that follow need method bricks, springs or shell of "
-            "Simulate, and method lattice does not take them: unlink the force, or change "
-            "the method");
+        EXPECT_EQ(std::string(error.what()), "method lattice does not take torques, pressure or "
+                                             "forces that follow: unlink the force, "
+                                             "or use Simulate with method bricks or springs");
+    }
+}
+
+TEST(FollowingLoads, AreRefusedWhereTheyWouldActElsewhere)
+{
+    const auto error_of = [](NodeRun& simulate) -> std::string {
+        try {
+            after(simulate, 1);
+        } catch (const std::invalid_argument& error) {
+            return error.what();
+        }
+        return "";
+    };
+    const Value cubes = Value::of(fixtures::box(2, 2, 2, 0.5));
+    const Value finer = Value::of(fixtures::box(4, 4, 4, 0.25));
+    NodeRun simulate =
+        simulation(finer, pressure_on(cubes, box_mesh(Vec3::Zero(), Vec3::Ones()), 1e3).run());
+    EXPECT_EQ(error_of(simulate),
+              "a pressure is on other cubes than those that are simulated: link input `cubes` of "
+              "Pressure to the same node, as in Simulate");
+    // A torque far off, on the nearest corner; of 0 N m, as where it begins to rise, it acts on
+    // nothing.
+    for (const double torque : {5.0, 0.0}) {
+        NodeRun force("Force");
+        force.param("kind").is = std::string("torque");
+        force.param("torque.torque").is = Vector{0, 0, torque};
+        force.param("torque.position").is = Vector{5, 5, 5};
+        force.param("torque.radius").is = 0.01;
+        NodeRun turned = simulation(cubes, force.run());
+        EXPECT_EQ(error_of(turned),
+                  torque == 0 ? ""
+                              : "a torque at (5, 5, 5) of radius 0.01 m reaches only a point or a "
+                                "line of the body at rest, which it cannot turn: move it to the "
+                                "body, or raise its radius");
     }
 }
 
