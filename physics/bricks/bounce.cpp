@@ -131,20 +131,29 @@ Vec3 velocity_at(const RigidPart& part, const Vec3& p)
     return part.velocity + part.spin.cross(p - part.centre);
 }
 
-// Of an impulse of 1 N s along n at p: what it changes.
+// Of an impulse of 1 N s along n at p: what it changes. What is held along some axes does not turn.
 struct Kick {
     Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
 };
-Kick kick(const RigidPart& part, const Vec3& p, const Vec3& n)
+Kick kick(const RigidPart& part, std::uint8_t held, const Vec3& p, const Vec3& n)
 {
-    return {n / part.mass, spin_of(part.inertia, (p - part.centre).cross(n))};
+    if (held == 0) return {n / part.mass, spin_of(part.inertia, (p - part.centre).cross(n))};
+    Kick out{n / part.mass, Vec3::Zero()};
+    for (Eigen::Index i = 0; i < 3; ++i) {
+        if ((held >> i & 1) != 0) out.velocity[i] = 0;
+    }
+    return out;
 }
 
-std::vector<std::uint8_t> pinned_parts(const Stage& stage)
+// The axes along which pins hold each part.
+std::vector<std::uint8_t> axes_of_parts(const Stage& stage)
 {
     const CornerBody& body = stage.frame.body;
+    const Pins& pins = stage.frame.loads.pins;
     std::vector<std::uint8_t> out(std::max<std::size_t>(body.parts, 1), 0);
-    for (const auto k : stage.frame.loads.pins.corner) out[body.part_of(body.slot_of(k))] = 1;
+    for (std::size_t i = 0; i < pins.corner.size(); ++i) {
+        out[body.part_of(body.slot_of(pins.corner[i]))] |= held_axes(pins, i);
+    }
     return out;
 }
 
@@ -157,13 +166,13 @@ void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double
     if (met.empty()) return;
     const auto before = rigid_parts(stage, before_x, before_v);
     const auto found = rigid_parts(stage, stage.x, stage.w);
-    const auto pinned = pinned_parts(stage);
+    const auto held = axes_of_parts(stage);
     auto after = found;
     for (const auto& meeting : met) {
         const Meeting& who = meeting.first;
         const Impact& impact = meeting.second;
         const double length = impact.along.norm();
-        if (!(length > 0) || pinned[who.part] != 0) continue;
+        if (!(length > 0) || held[who.part] == all_axes) continue;
         // A part does not move itself.
         if (who.parts && who.other == who.part) continue;
         const Vec3 n = impact.along / length, p = impact.place / impact.impulse;
@@ -177,12 +186,13 @@ void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double
         const double wanted = -impact.bounce / impact.impulse * speed(before, began);
         const double has = speed(after, p);
         if (!(has > 0) || !(has < wanted)) continue;
-        const Kick own = kick(after[who.part], p, n);
+        const Kick own = kick(after[who.part], held[who.part], p, n);
         Kick other;
-        if (two && pinned[who.other] == 0) other = kick(after[who.other], p, n);
+        if (two) other = kick(after[who.other], held[who.other], p, n);
         const double gives =
             n.dot(own.velocity + own.spin.cross(p - after[who.part].centre)) +
             (two ? n.dot(other.velocity + other.spin.cross(p - after[who.other].centre)) : 0);
+        if (!(gives > 0)) continue;  // it is held against the push
         // The less it rises yet, the less it is a rigid body.
         const double impulse = (wanted - has) * (has / wanted) / gives;
         after[who.part].velocity += impulse * own.velocity;
