@@ -42,7 +42,8 @@ void tell(Loading& loading, std::size_t i, const Fault& fault)
     loading.problems.add(std::move(p));
 }
 
-// What is linked to a node of `wrong` is told of that alone: its settings may not be those meant.
+// What is linked to a node of `wrong`, or to one that is not there, is told of that alone: the link
+// counts, and the settings there may not be those meant.
 void check_node(Loading& loading, std::size_t i, const std::set<std::string, std::less<>>& wrong)
 {
     const Node& node = loading.graph.nodes[i];
@@ -50,9 +51,11 @@ void check_node(Loading& loading, std::size_t i, const std::set<std::string, std
     Setting setting;
     setting.frames = loading.options.written_frames > 0 ? loading.options.written_frames
                                                         : loading.graph.range.count();
+    const Json* const inputs = loading.declarations[i].body.find("inputs");
     for (std::size_t k = 0; k < node.inputs.size(); ++k) {
-        setting.linked.insert(setting.linked.end(), node.inputs[k].size(),
-                              node.type->inputs[k].name);
+        const auto& name = node.type->inputs[k].name;
+        const bool lost = node.inputs[k].empty() && inputs && find_below(inputs, name);
+        setting.linked.insert(setting.linked.end(), lost ? 1 : node.inputs[k].size(), name);
         for (const Link& link : node.inputs[k]) {
             const Node& from = loading.graph.nodes[link.node];
             if (!from.type || wrong.count(from.name) > 0) continue;

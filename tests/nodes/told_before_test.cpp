@@ -83,6 +83,22 @@ TEST(ToldBefore, PicturesWithoutTheLightThatAnExrHolds)
               "WriteImage whose path ends in .png\n");
 }
 
+// A mistake in a node, or in its type, is told once: not again at each node that is linked to it.
+TEST(ToldBefore, NothingMoreOfNodesThatAreLinkedToAWrongOne)
+{
+    EXPECT_EQ(told(R"("r": { "type": "Render@2", "inputs": { "mesh": "ball" },
+                             "params": { "linear": "cutout" } },
+                      "w": { "type": "WriteImage@1", "inputs": { "image": "r.image" },
+                             "params": { "path": "a.####.exr" } })"),
+              "node 'r', parameter 'linear': expected one of 'none', 'whole' and 'cut_out', found "
+              "\"cutout\"; did you mean 'cut_out'?\n");
+    EXPECT_EQ(told(R"("b": { "type": "Sphere@1" },
+                      "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "b.mesh" },
+                                 "params": { "method": "solid" } })"),
+              "node 'b': unknown node type 'Sphere'; use 'Primitive'\n");
+    EXPECT_NE(told(R"("cubes": { "type": "Voxelize@1", "params": { "method": "solid" } })"), "");
+}
+
 TEST(ToldBefore, OneFileForSeveralFrames)
 {
     const std::string one = writer("WriteMesh", R"("path": "a.obj")");
