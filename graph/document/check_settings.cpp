@@ -59,8 +59,7 @@ void check_node(Loading& loading, std::size_t i, const std::set<std::string, std
         for (const Link& link : node.inputs[k]) {
             const Node& from = loading.graph.nodes[link.node];
             if (!from.type || wrong.count(from.name) > 0) continue;
-            setting.sources.push_back(
-                {node.type->inputs[k].name, from.name, from.type, &from.params});
+            setting.sources.push_back({name, from.name, from.type, &from.params});
         }
     }
     for (const Fault& fault : node.type->check(node.params, setting)) tell(loading, i, fault);

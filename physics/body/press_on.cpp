@@ -147,12 +147,9 @@ topology_of(const std::vector<std::array<std::uint32_t, 6>>& faces)
 {
     auto out = std::make_shared<geometry::MeshTopology>();
     for (const auto& f : faces) {
-        for (const auto& [a, b, c] : {Triangle{f[0], f[3], f[5]},
-                                      {f[3], f[1], f[4]},
-                                      {f[4], f[2], f[5]},
-                                      {f[3], f[4], f[5]}}) {
-            out->triangles.push_back({a, b, c});
-        }
+        out->triangles.insert(out->triangles.end(),
+                              {Triangle{f[0], f[3], f[5]}, Triangle{f[3], f[1], f[4]},
+                               Triangle{f[4], f[2], f[5]}, Triangle{f[3], f[4], f[5]}});
     }
     return out;
 }

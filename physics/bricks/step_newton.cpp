@@ -136,9 +136,11 @@ double take_contacts(Stage& stage, StepSolver& solver, const Rounds& rounds, int
 {
     const bool wary = round >= first_wary_round;
     const bool apart = stage.contacts.empty();
-    const Aligned<double> before = stage.x;
-    place(stage);
-    if (!wary) {
+    if (wary) {
+        place(stage);
+    } else {
+        const Aligned<double> before = stage.x;
+        place(stage);
         firm_up(stage, before);
         find_touches(stage);
     }
