@@ -10,6 +10,7 @@ namespace {
 
 constexpr double most_firmness = 20;
 constexpr double firming_time = 0.2;  // s, in which what rests becomes e times stiffer
+constexpr double slack_time = 0.1;    // s, in which slack falls to 1 / e
 
 // The sum of the corners' weights times a field: the way from the place to the point, or how fast
 // they part.
@@ -44,7 +45,7 @@ double PlaneTouch::gap(const double* x) const
 
 double PlaneTouch::depth(const double* x) const
 {
-    return std::max(0.0, rebound - gap(x));
+    return std::max(0.0, (rebound > 0 ? rebound : -slack) - gap(x));
 }
 
 std::vector<PlaneTouch> put_in_order(const std::vector<std::vector<PlaneTouch>>& lists)
@@ -98,17 +99,27 @@ void hold_loads(std::vector<PlaneTouch>& touches, const double* x)
     for (PlaneTouch& touch : touches) touch.load = touch.stiffness * touch.depth(x);
 }
 
+// What its springs hold where the step began stays as it is.
+static void make_firmer(PlaneTouch& touch, double by, const Firming& firming)
+{
+    const double here =
+        -touch.gap(firming.x0) - firming.dt * touch.drift.dot(touch.normal);  // on its new plane
+    const double began = std::min(touch.began, here);
+    touch.firmness *= by;
+    touch.stiffness *= by;
+    if (began > touch.slack) touch.slack = began - (began - touch.slack) / std::sqrt(by);
+    touch.stretch /= std::sqrt(by);
+}
+
 bool firm_up(std::vector<PlaneTouch>& touches, const Firming& firming)
 {
     bool changed = false;
     for (PlaneTouch& touch : touches) {
-        const double depth = touch.depth(firming.x), deep = firming.deep * touch.size;
+        const double depth = -touch.gap(firming.x), deep = firming.deep * touch.size;
         if (!(depth > deep && touch.depth(firming.before) > 0) || touch.rebound > 0) continue;
-        if (firming.x0 && !(depth > touch.depth(firming.x0))) continue;
         const double by = std::min(depth / deep, most_firmness / touch.firmness);
         if (!(by > 1)) continue;
-        touch.firmness *= by;
-        touch.stiffness *= by;
+        make_firmer(touch, by, firming);
         changed = true;
     }
     return changed;
@@ -116,7 +127,7 @@ bool firm_up(std::vector<PlaneTouch>& touches, const Firming& firming)
 
 const Grip* find_grip(const std::vector<Grip>& grips, std::uint32_t point, std::uint32_t other)
 {
-    const Grip wanted{point, other, {}, {}, 0, 1};
+    const Grip wanted{point, other, {}, {}, 0, 1, 0};
     const auto at = std::lower_bound(grips.begin(), grips.end(), wanted, in_order<Grip, Grip>);
     return at == grips.end() || in_order(wanted, *at) ? nullptr : &*at;
 }
@@ -145,13 +156,16 @@ std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd
         const Vec3 way =
             touch.stretch + between(touch, end.x1) - between(touch, end.x0) - end.dt * touch.drift;
         const double depth = std::max(0.0, -gap);
-        Vec3 stretch = gap < 0 ? along(touch.normal, way) : Vec3(Vec3::Zero());
-        const double most = touch.friction * depth;
+        const double pressed = std::max(0.0, depth - touch.slack);
+        Vec3 stretch = pressed > 0 ? along(touch.normal, way) : Vec3(Vec3::Zero());
+        const double most = touch.friction * pressed;
         if (stretch.norm() > most) stretch *= most / stretch.norm();
         if (!stretch.allFinite()) continue;
+        const double slack = depth > 0 ? touch.slack * std::exp(-end.dt / slack_time) : 0;
         out.push_back({touch.point, touch.other, stretch.cast<float>(), touch.normal.cast<float>(),
                        static_cast<float>(depth),
-                       static_cast<float>(firmness_after(touch, depth, end))});
+                       static_cast<float>(firmness_after(touch, depth, end)),
+                       static_cast<float>(slack)});
     }
     return out;
 }
@@ -164,6 +178,8 @@ void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips
         const bool known = grip != grips.end() && !in_order(touch, *grip);
         touch.firmness = known ? double(grip->firmness) : 1;
         touch.stiffness *= touch.firmness;
+        touch.began = known ? double(grip->depth) : 0;
+        touch.slack = known ? double(grip->slack) : 0;
         touch.stretch = known ? along(touch.normal, grip->stretch.cast<double>()) : Vec3::Zero();
     }
 }
@@ -222,6 +238,7 @@ bool renew(std::vector<PlaneTouch>& touches, const std::vector<PlaneTouch>& foun
         out.back().stiffness =
             firmness * std::max(old->stiffness / old->firmness, touch.stiffness / touch.firmness);
         out.back().firmness = firmness;
+        out.back().slack = std::max(old->slack, touch.slack);
         changed |= other && std::min(now, before) < -much;
         ++old;
     }

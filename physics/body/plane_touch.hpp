@@ -22,6 +22,9 @@
 //     That is slow against the swing of a body on its contacts, sqrt(depth / g), so that the body
 //     rises without a push;
 //   - within a step, while touches are still being looked for, by as much as a point is too deep.
+//     That makes no energy: at the depth d0 and the stretch s0 with which the step began,
+//       k' (d0 - b')^2 = k (d0 - b)^2,   k' s0'^2 = k s0^2
+//     where b is its slack, the depth from which on it is pushed. Slack goes in 0.1 s.
 // A point keeps its firmness, 20 at most, until it leaves what it touches.
 //
 // Friction is a spring along the plane, as stiff as the push, that yields at mu N, and that a point
@@ -59,11 +62,14 @@ struct PlaneTouch {
     Vec3 stretch = Vec3::Zero();               // m, s0
     double firmness = 1;                       // factor that `stiffness` contains
     double size = 0;                           // m, of the smaller cubes of the two
+    double slack = 0;                          // m, how deep it may be without a push
+    double began = 0;                          // m, how deep it was when the step began
     double load = -1;  // N, that it yields at a share of; below 0: as it is pushed
 
     // g at x, by slot, four numbers each.
     double gap(const double* x) const;
-    // How deep it is in what it is pushed out of, m; 0 outside.
+    // How deep it is in what pushes it, m: less its slack, or up to its rebound; 0 where it is not
+    // pushed.
     double depth(const double* x) const;
 };
 
@@ -96,14 +102,15 @@ std::vector<PointContact> press(const std::vector<PlaneTouch>& touches, const do
 // then the slope of a convex function altogether.
 void hold_loads(std::vector<PlaneTouch>& touches, const double* x);
 
-// Makes those stiffer that press at `before` and are deeper than `deep` (cubes) at x; with x0,
-// where the step began, only those that went in since. Those that bounce stay as they are. Returns
+// Makes those stiffer that press at `before` and are deeper than `deep` (cubes) at x, with the
+// energy that they had at x0, where the step began. Those that bounce stay as they are. Returns
 // whether any changed.
 struct Firming {
     const double* before;
     const double* x;
     double deep = 0;
     const double* x0 = nullptr;
+    double dt = 0;  // s, of the step
 };
 bool firm_up(std::vector<PlaneTouch>& touches, const Firming& firming);
 
@@ -123,7 +130,7 @@ struct StepEnd {
 };
 // The grip of each touch whose gap at the end is below `near`: stretched where it is below 0.
 std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd& end);
-// Gives touches the stretch and the firmness that they have among `grips`.
+// Gives touches the stretch, firmness and slack that they have among `grips`.
 void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips);
 
 // Adds those found that are of other points. Both are in_order(), as is the result. Returns whether

@@ -162,11 +162,9 @@ bool find_touches(Stage& stage, Known known)
 bool firm_up(Stage& stage, const Aligned<double>& before)
 {
     constexpr double deep = 0.05;  // cubes: it ends within a tenth of a cube
-    // What comes out of a collider is not thrown. Parts may gain no energy (step_energy.hpp).
-    const Firming parts{before.data(), stage.x.data(), deep};
-    const Firming colliders{before.data(), stage.x.data(), deep, stage.x0.data()};
-    const bool holds = firm_up(stage.holds, colliders);
-    return firm_up(stage.touches, parts) || holds;
+    const Firming firming{before.data(), stage.x.data(), deep, stage.x0.data(), stage.tau};
+    const bool holds = firm_up(stage.holds, firming);
+    return firm_up(stage.touches, firming) || holds;
 }
 
 std::vector<PointContact> touching(const Stage& stage)

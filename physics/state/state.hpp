@@ -37,6 +37,7 @@ struct Grip {
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();   // unit, out of what it touches
     float depth = 0;                                    // m, how deep it was in that; >= 0
     float firmness = 1;  // how many times stiffer it has become since it touched first
+    float slack = 0;     // m, how deep it may be without a push
 };
 
 // The force by which a pin held its corner at the end of the last step (of the midpoint rule: in

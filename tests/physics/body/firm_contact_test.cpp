@@ -55,11 +55,9 @@ TEST(FirmContact, GrowsByTheTimeThatAPointIsTooDeepUpToALimit)
 TEST(FirmContact, RisesInAStepByAsMuchAsAPressedPointIsTooDeep)
 {
     const std::array<double, 4> begin{0, 0.01, 0, 0}, before{0, 0.003, 0, 0}, after{0, -0.01, 0, 0};
-    const std::array<double, 4> deeper{0, -0.02, 0, 0};
     PlaneTouch apart = touch_at(0), bouncing = touch_at(0.004);
     bouncing.rebound = 0.01;
     std::vector<PlaneTouch> touches{touch_at(0.004), apart, bouncing};
-    const std::vector<PlaneTouch> at_first = touches;
     firm_up(touches, {before.data(), after.data(), 0.05, begin.data()});
     EXPECT_NEAR(touches[0].firmness, 0.014 / 0.005, 1e-9);
     EXPECT_NEAR(touches[0].stiffness, 1000 * 0.014 / 0.005, 1e-6);
@@ -68,12 +66,38 @@ TEST(FirmContact, RisesInAStepByAsMuchAsAPressedPointIsTooDeep)
     firm_up(touches, {before.data(), after.data(), 0.001, begin.data()});
     EXPECT_NEAR(touches[0].firmness, 20, 1e-9);
     EXPECT_NEAR(touches[0].stiffness, 20'000, 1e-6);
-    // What comes out is not pushed harder.
-    touches = at_first;
-    firm_up(touches, {before.data(), after.data(), 0.05, deeper.data()});
-    EXPECT_EQ(touches[0].firmness, 1);
-    firm_up(touches, {before.data(), after.data(), 0.05});
-    EXPECT_NEAR(touches[0].firmness, 0.014 / 0.005, 1e-9);
+}
+
+// k/2 (d - b)^2 + k/2 s^2 at the depth d with which the step began.
+double stored(const PlaneTouch& touch, const double* x)
+{
+    const double pressed = touch.depth(x);
+    return 0.5 * touch.stiffness * (pressed * pressed + touch.stretch.squaredNorm());
+}
+
+TEST(FirmContact, MakesNoEnergyWhereItRises)
+{
+    const std::array<double, 4> begin{}, after{0, -0.01, 0, 0};
+    PlaneTouch loaded = touch_at(0.004), behind = touch_at(0.004);
+    loaded.began = 0.004, loaded.stretch = {0.001, 0, 0};  // behind: the plane is one found now
+    std::vector<PlaneTouch> touches{loaded, behind};
+    const double energy = stored(loaded, begin.data());
+    for (const double deep : {0.05, 0.01}) {
+        ASSERT_TRUE(firm_up(touches, {after.data(), after.data(), deep, begin.data()}));
+        EXPECT_NEAR(stored(touches[0], begin.data()), energy, 1e-12 * energy);
+        EXPECT_EQ(touches[1].slack, 0);
+    }
+    EXPECT_NEAR(touches[0].firmness, 20, 1e-12);
+    // b' = d0 (1 - 1 / sqrt(20)); it is kept, and goes in 0.1 s.
+    const double slack = 0.004 * (1 - 1 / std::sqrt(20.0));
+    EXPECT_NEAR(touches[0].slack, slack, 1e-12);
+    StepEnd end{begin.data(), begin.data(), 0.05};
+    const auto grips = grips_of(touches, end);
+    EXPECT_NEAR(double(grips[0].slack), slack * std::exp(-0.5), 1e-9);
+    take_grips(touches, grips);
+    EXPECT_EQ(touches[0].slack, double(grips[0].slack));
+    touches[0].offset = 0.0001, end.near = 0.001;
+    EXPECT_EQ(grips_of(touches, end)[0].slack, 0);  // apart, it is forgotten
 }
 
 TEST(FirmContact, StaysWhereAPlaneIsFoundAnewAndRisesNoFurther)
