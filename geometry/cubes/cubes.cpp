@@ -1,8 +1,11 @@
 #include "geometry/cubes/cubes.hpp"
 
+#include "geometry/base/no_index.hpp"
 #include "geometry/cells/cell_set.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <stdexcept>
 #include <tuple>
 
 namespace geometry {
@@ -144,6 +147,13 @@ Cubes kept(const Cubes& cubes, const std::vector<std::uint8_t>& keep)
     for (const CubeAttribute& a : cubes.attributes) {
         take(a.values, out.attributes.emplace_back(CubeAttribute{a.name, a.unit, {}}).values);
     }
+    take(cubes.own, out.own);
+    for (std::uint32_t& own : out.own) {
+        if (own == no_index) continue;
+        out.elements.push_back(cubes.elements[own]);
+        own = static_cast<std::uint32_t>(out.elements.size() - 1);
+    }
+    if (out.elements.empty()) out.own.clear();
     return out;
 }
 
@@ -154,11 +164,47 @@ std::vector<Vec3> corner_positions(const Cubes& cubes)
     return out;
 }
 
+bool Cubes::is_own(std::size_t c) const
+{
+    return !own.empty() && own[c] != no_index;
+}
+
+void check_elements(const Cubes& cubes)
+{
+    bool sound = cubes.own.empty() ? cubes.elements.empty() : cubes.own.size() == cubes.count();
+    for (const auto own : cubes.own) sound &= own == no_index || own < cubes.elements.size();
+    for (const OwnElement& element : cubes.elements) {
+        for (const float k : element.stiffness) sound &= std::isfinite(k);
+        for (const float m : element.mass) sound &= std::isfinite(m);
+    }
+    if (!sound) {
+        throw std::invalid_argument("expected an element that exists, of finite numbers, for each "
+                                    "cube that has its own, found others. Make the cubes again");
+    }
+}
+
+std::array<double, 8> corner_shares(const Cubes& cubes, std::size_t c)
+{
+    std::array<double, 8> out;
+    out.fill(cubes.is_own(c) ? 0 : 1.0 / 8);
+    if (!cubes.is_own(c)) return out;
+    std::size_t at = 0;
+    for (std::size_t a = 0; a < 8; ++a) {
+        for (std::size_t b = 0; b <= a; ++b) {
+            const auto m = double(cubes.elements[cubes.own[c]].mass[at++]);
+            out[a] += m;
+            if (b != a) out[b] += m;
+        }
+    }
+    return out;
+}
+
 std::vector<double> corner_masses(const Cubes& cubes)
 {
     std::vector<double> out(cubes.corner_count(), 0.0);
     for (std::size_t c = 0; c < cubes.count(); ++c) {
-        for (const std::uint32_t k : cubes.corners[c]) out[k] += cubes.mass[c] / 8;
+        const auto share = corner_shares(cubes, c);
+        for (std::size_t a = 0; a < 8; ++a) out[cubes.corners[c][a]] += cubes.mass[c] * share[a];
     }
     return out;
 }

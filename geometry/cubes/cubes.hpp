@@ -19,6 +19,14 @@ struct CubeAttribute {
     std::vector<double> values;  // C
 };
 
+// A finite element that is a cube's own: lower triangles of symmetric matrices, row by row.
+struct OwnElement {
+    // 24 x 24, for a Young's modulus of 1 Pa and an edge of 1 m: corner a's x, y, z at 3a, 3a + 1,
+    // 3a + 2.
+    std::array<float, 300> stiffness{};
+    std::array<float, 36> mass{};  // 8 x 8 corners, for 1 kg; the same for x, y and z
+};
+
 // Cube c fills origin + size * (cell[c] .. cell[c] + 1). Corner number a of a cube, a = 0..7, lies
 // at cell + ((a & 1), (a >> 1 & 1), (a >> 2 & 1)):
 //
@@ -55,9 +63,14 @@ struct Cubes {
     // where all cubes that touch share their corners, and each stands for all of its cell.
     std::vector<std::uint64_t> part;
     std::vector<CubeAttribute> attributes;  // any number, each name once
+    // C, into elements, or no_index where stiffness and mass are those of a whole cube in the share
+    // of the fill; both empty where no cube has its own (physics/modal/calibrate.hpp).
+    std::vector<std::uint32_t> own;
+    std::vector<OwnElement> elements;
 
     std::size_t count() const { return cell.size(); }
     std::size_t corner_count() const { return corner.size(); }
+    bool is_own(std::size_t c) const;
     Vec3 corner_position(std::size_t i) const { return origin + size * corner[i].cast<double>(); }
 };
 
@@ -75,7 +88,13 @@ Cubes kept(const Cubes& cubes, const std::vector<std::uint8_t>& keep);
 // Rest positions of all corners. K, m.
 std::vector<Vec3> corner_positions(const Cubes& cubes);
 
-// Mass at each corner: every cube gives an eighth of its own to each of its corners. K, kg.
+// What share of the mass of cube c its corners have: an eighth each, or what its own element says.
+std::array<double, 8> corner_shares(const Cubes& cubes, std::size_t c);
+
+// Throws std::invalid_argument where `own` and `elements` do not fit the cubes and each other.
+void check_elements(const Cubes& cubes);
+
+// Mass at each corner, of all its cubes. K, kg.
 std::vector<double> corner_masses(const Cubes& cubes);
 
 // Mass of all cubes together. kg.

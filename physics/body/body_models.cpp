@@ -1,5 +1,6 @@
 #include "physics/body/body_models.hpp"
 
+#include "geometry/base/no_index.hpp"
 #include "geometry/cubes/plane.hpp"
 
 #include <algorithm>
@@ -30,6 +31,19 @@ int lift_above(int top, const Cubes& next)
     return static_cast<int>(whole);
 }
 
+// `all` has the cubes of `next` already.
+void append_own(Cubes& all, const Cubes& next)
+{
+    if (all.own.empty() && next.own.empty()) return;
+    const auto first = static_cast<std::uint32_t>(all.elements.size());
+    all.own.resize(all.count() - next.count(), geometry::no_index);
+    for (const auto own : next.own) {
+        all.own.push_back(own == geometry::no_index ? own : first + own);
+    }
+    all.own.resize(all.count(), geometry::no_index);
+    append(all.elements, next.elements);
+}
+
 void append(Cubes& all, const Cubes& next, int lift)
 {
     const auto first = static_cast<std::uint32_t>(all.corner_count());
@@ -50,6 +64,7 @@ void append(Cubes& all, const Cubes& next, int lift)
         all.matter.push_back(static_cast<std::uint16_t>(matter + first_matter));
     }
     append(all.matters, next.matters);
+    append_own(all, next);
 }
 
 void need_cubes(const Cubes& cubes, std::size_t number)
@@ -66,6 +81,7 @@ void need_cubes(const Cubes& cubes, std::size_t number)
                                         std::to_string(k));
         }
     }
+    geometry::check_elements(cubes);
     for (const std::size_t length :
          {cubes.corners.size(), cubes.mass.size(), cubes.fill.size(), cubes.young.size(),
           cubes.poisson.size(), cubes.mass_damping.size(), cubes.stiffness_damping.size()}) {

@@ -55,6 +55,7 @@ void check(const geometry::Cubes& cubes)
         need(length == n, "expected " + std::to_string(n) + " entries in every array, found " +
                               std::to_string(length));
     }
+    geometry::check_elements(cubes);
     double total = 0;
     for (std::size_t c = 0; c < n; ++c) {
         check_cube(cubes, c);
@@ -118,11 +119,12 @@ CornerBody make_body(const BodyModels& models, std::vector<std::uint32_t> slot, 
     double total = 0;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         total += cubes.mass[c];
-        for (const auto k : cubes.corners[c]) {
-            const std::size_t at = body.slot_of(k);
-            body.mass[at] += cubes.mass[c] / 8;
+        const auto share = geometry::corner_shares(cubes, c);
+        for (std::size_t a = 0; a < 8; ++a) {
+            const std::size_t at = body.slot_of(cubes.corners[c][a]);
+            body.mass[at] += cubes.mass[c] * share[a];
             if (!body.mass_damping.empty()) {
-                body.mass_damping[at] += cubes.mass_damping[c] * cubes.mass[c] / 8;
+                body.mass_damping[at] += cubes.mass_damping[c] * cubes.mass[c] * share[a];
             }
             if (!body.part.empty()) body.part[at] = joined.label[c];
         }

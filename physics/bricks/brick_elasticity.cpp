@@ -5,6 +5,7 @@
 #include "physics/bricks/brick_hessian.hpp"
 #include "physics/bricks/brick_kernels.hpp"
 #include "physics/bricks/corner_factor.hpp"
+#include "physics/bricks/cube_matrices.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -119,7 +120,8 @@ double BrickElasticity::evaluate(const double* x, double* f, Measures measures)
     at.volume = measures.volume;
     at.energy = measures.energy;
     at.material = body_.material.data();
-    const auto bricks = coefficients(body_.stiffness.data(), rotation_.data());
+    auto bricks = coefficients(body_.stiffness.data(), rotation_.data());
+    bricks.own = body_.own.matrices.data();
     for_each_piece(layout, [&](std::size_t p) {
         const BrickPiece& piece = layout.pieces[p];
         if (f) clear_own(piece, f);
@@ -164,6 +166,18 @@ void BrickElasticity::weigh(double stiffness, double damping)
             weighted_low_[row + lane] = static_cast<float>(k);
         }
     }
+    own_weight_.resize(body_.own.blocks * block_lanes);
+    own_weight_low_.resize(own_weight_.size());
+    for (std::size_t block = 0; block < body_.own.at.size(); ++block) {
+        if (body_.own.at[block] == no_index) continue;
+        for (std::size_t lane = 0; lane < block_lanes; ++lane) {
+            const double weight =
+                stiffness + damping * body_.stiffness_damping[block * block_lanes + lane];
+            const std::size_t to = body_.own.at[block] * block_lanes + lane;
+            own_weight_[to] = weight;
+            own_weight_low_[to] = static_cast<float>(weight);
+        }
+    }
 }
 
 template <class T>
@@ -175,7 +189,28 @@ BrickCoefficients<T> BrickElasticity::coefficients(const T* stiffness, const T* 
             rotation,
             T(body_.element == BrickElement::trilinear ? 1 : 0),
             nullptr,
-            body_.element == BrickElement::relaxed};
+            body_.element == BrickElement::relaxed,
+            body_.own.at.empty() ? nullptr : body_.own.at.data()};
+}
+
+BrickCoefficients<float> BrickElasticity::weighted_low() const
+{
+    auto bricks = coefficients(weighted_low_.data(), rotation_low_.data());
+    bricks.own = body_.own.matrices_low.data();
+    bricks.own_weight = own_weight_low_.data();
+    bricks.own_mass = body_.own.mass_low.data();
+    if (mass_weight_ != 0) bricks.excess = excess_low_.data();
+    return bricks;
+}
+
+BrickCoefficients<double> BrickElasticity::weighted() const
+{
+    auto bricks = coefficients(weighted_.data(), rotation_.data());
+    bricks.own = body_.own.matrices.data();
+    bricks.own_weight = own_weight_.data();
+    bricks.own_mass = body_.own.mass.data();
+    if (mass_weight_ != 0) bricks.excess = excess_.data();
+    return bricks;
 }
 
 template <class T>
@@ -202,17 +237,13 @@ void BrickElasticity::multiply(const float* p, float* y) const
 {
     const BrickCurvature<float> curvature{strained_low_.data(), share_low_.data(),
                                           static_cast<float>(stiffness_weight_)};
-    auto bricks = coefficients(weighted_low_.data(), rotation_low_.data());
-    if (mass_weight_ != 0) bricks.excess = excess_low_.data();
-    multiply_any(bricks, curvature, p, y);
+    multiply_any(weighted_low(), curvature, p, y);
 }
 
 void BrickElasticity::multiply(const double* p, double* y) const
 {
     const BrickCurvature<double> curvature{strained_.data(), share_.data(), stiffness_weight_};
-    auto bricks = coefficients(weighted_.data(), rotation_.data());
-    if (mass_weight_ != 0) bricks.excess = excess_.data();
-    multiply_any(bricks, curvature, p, y);
+    multiply_any(weighted(), curvature, p, y);
 }
 
 bool BrickElasticity::excess(Lumped of, const double* v, double* y) const
@@ -221,6 +252,7 @@ bool BrickElasticity::excess(Lumped of, const double* v, double* y) const
     if (lanes.empty()) return false;
     auto bricks = coefficients<double>(nullptr, nullptr);
     bricks.excess = lanes.data();
+    bricks.own_mass = body_.own.mass.data();
     for_each_piece(body_.layout, [&](std::size_t i) {
         const BrickPiece& piece = body_.layout.pieces[i];
         clear_own(piece, y);
@@ -255,11 +287,17 @@ void BrickElasticity::add_diagonal(double* d) const
     }
 }
 
-// mu, lambda and lambda' of each cube.
-std::vector<std::array<double, 3>> BrickElasticity::cube_weights(double stiffness,
-                                                                 double damping) const
+CubeMatrices BrickElasticity::matrices_at_rest(double stiffness, double damping) const
 {
-    std::vector<std::array<double, 3>> weights(body_.cubes);
+    CubeMatrices out;
+    out.parts = stiffness_parts(body_.base.h, body_.element);
+    const geometry::Cubes& rest = *body_.rest;
+    if (!rest.own.empty()) {
+        out.cubes = &rest;
+        out.own_factor.assign(body_.cubes, 0);
+    }
+    auto& weights = out.weights;  // mu, lambda and lambda'
+    weights.resize(body_.cubes);
     const auto& cube = body_.layout.cube;
     for (std::size_t i = 0; i < cube.size(); ++i) {
         if (cube[i] == no_index) continue;
@@ -268,8 +306,12 @@ std::vector<std::array<double, 3>> BrickElasticity::cube_weights(double stiffnes
         for (std::size_t j = 0; j < 3; ++j) {
             weights[cube[i]][j] = factor * 16 / body_.base.h * k[j * block_lanes];
         }
+        if (out.cubes) {
+            out.own_factor[cube[i]] =
+                factor * rest.young[cube[i]] * body_.block_edge[i / block_lanes];
+        }
     }
-    return weights;
+    return out;
 }
 
 std::vector<double> BrickElasticity::by_corner(const std::vector<double>& by_slot) const
@@ -291,10 +333,8 @@ FactorCache::Factor BrickElasticity::make_factor(double stiffness, double dampin
     const double most = most_entries_a_corner * static_cast<double>(cubes.corner_count());
     Dissection dissection = dissect(cubes, left_out, most);
     if (dissection.fronts.empty()) return nullptr;
-    const auto weights = cube_weights(stiffness, damping);
-    auto factor =
-        CornerFactor::make(std::move(dissection), stiffness_parts(body_.base.h, body_.element),
-                           weights, by_corner(mass), axes);
+    auto factor = CornerFactor::make(std::move(dissection), matrices_at_rest(stiffness, damping),
+                                     by_corner(mass), axes);
     if (!factor) return nullptr;
     return std::make_shared<const CornerFactor>(std::move(*factor));
 }
@@ -337,9 +377,9 @@ MultigridCache::Factor BrickElasticity::make_multigrid(double stiffness, double 
                                                        const std::vector<double>& mass,
                                                        const HeldCorners& held) const
 {
-    return std::make_shared<const Multigrid>(Multigrid::make(
-        *body_.rest, stiffness_parts(body_.base.h, body_.element), cube_weights(stiffness, damping),
-        by_corner(mass), axes_by_corner(held, body_.base.corners)));
+    return std::make_shared<const Multigrid>(
+        Multigrid::make(*body_.rest, matrices_at_rest(stiffness, damping), by_corner(mass),
+                        axes_by_corner(held, body_.base.corners)));
 }
 
 double BrickElasticity::prepare_coarse(double stiffness, double damping,

@@ -13,6 +13,7 @@ namespace physics {
 
 template <class T> struct BrickCoefficients;
 template <class T> struct BrickCurvature;
+struct CubeMatrices;
 
 class BrickElasticity final : public Elasticity {
 public:
@@ -66,10 +67,12 @@ private:
     MultigridCache::Factor make_multigrid(double stiffness, double damping,
                                           const std::vector<double>& mass,
                                           const HeldCorners& held) const;
-    std::vector<std::array<double, 3>> cube_weights(double stiffness, double damping) const;
+    CubeMatrices matrices_at_rest(double stiffness, double damping) const;
     std::vector<double> by_corner(const std::vector<double>& by_slot) const;
     template <class T>
     BrickCoefficients<T> coefficients(const T* stiffness, const T* rotation) const;
+    BrickCoefficients<float> weighted_low() const;
+    BrickCoefficients<double> weighted() const;
     template <class T>
     void multiply_any(const BrickCoefficients<T>& bricks, const BrickCurvature<T>& curvature,
                       const T* p, T* y) const;
@@ -81,6 +84,8 @@ private:
     Aligned<float> rotation_low_;  // B x 9 x 16
     Aligned<double> weighted_;     // B x 3 x 16
     Aligned<float> weighted_low_;  // B x 3 x 16
+    Aligned<double> own_weight_;   // own blocks x 16
+    Aligned<float> own_weight_low_;
     double stiffness_weight_ = 0, damping_weight_ = 0;
     double mass_weight_ = 0, mass_damping_weight_ = 0;
     Aligned<double> excess_;     // B x 16, as coupled

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 namespace physics {
 
@@ -87,6 +88,43 @@ BrickMatrix brick_stiffness(double h, Lame material, BrickElement element)
     for (int i = 0; i < 24; ++i)
         k.col(i) = brick_forces(BrickVector::Unit(i), h, material, element);
     return 0.5 * (k + k.transpose());  // rounding apart it is symmetric already
+}
+
+// The projection on what is orthogonal to the rigid motions of a cube.
+static BrickMatrix without_rigid()
+{
+    Eigen::Matrix<double, 24, 6> rigid;
+    for (unsigned a = 0; a < 8; ++a) {
+        const Vec3 at((a & 1) - 0.5, (a >> 1 & 1) - 0.5, (a >> 2 & 1) - 0.5);
+        for (int i = 0; i < 3; ++i) {
+            rigid.block<3, 1>(3 * Eigen::Index(a), i) = Vec3::Unit(i) / std::sqrt(8.0);
+            rigid.block<3, 1>(3 * Eigen::Index(a), 3 + i) = Vec3::Unit(i).cross(at) / 2;
+        }
+    }
+    return BrickMatrix::Identity() - rigid * rigid.transpose();
+}
+
+BrickMatrix stiffness_of(const geometry::OwnElement& element)
+{
+    static const BrickMatrix project = without_rigid();
+    BrickMatrix k;
+    std::size_t at = 0;
+    for (Eigen::Index i = 0; i < 24; ++i) {
+        for (Eigen::Index j = 0; j <= i; ++j) k(i, j) = k(j, i) = double(element.stiffness[at++]);
+    }
+    const BrickMatrix half = k * project;
+    k.noalias() = project * half;
+    return (0.5 * (k + k.transpose())).eval();
+}
+
+std::array<float, 300> lower_triangle(const BrickMatrix& k)
+{
+    std::array<float, 300> own{};
+    std::size_t at = 0;
+    for (Eigen::Index i = 0; i < 24; ++i) {
+        for (Eigen::Index j = 0; j <= i; ++j) own[at++] = static_cast<float>(k(i, j));
+    }
+    return own;
 }
 
 }  // namespace physics

@@ -52,4 +52,9 @@ BrickVector brick_forces(const BrickVector& u, double h, Lame material,
 BrickMatrix brick_stiffness(double h, Lame material,
                             BrickElement element = BrickElement::incompatible);
 
+// K of an element, N/m, for a Young's modulus of 1 Pa and an edge of 1 m. Rigid motions, which
+// single precision resists a little, are taken out.
+BrickMatrix stiffness_of(const geometry::OwnElement& element);
+std::array<float, 300> lower_triangle(const BrickMatrix& k);
+
 }  // namespace physics

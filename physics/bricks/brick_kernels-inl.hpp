@@ -9,6 +9,7 @@
 #define PHYSICS_BRICK_KERNELS_INL_HPP
 #endif
 
+#include "geometry/base/no_index.hpp"
 #include "physics/bricks/brick_kernels.hpp"
 #include "physics/bricks/brick_layout.hpp"
 #include "physics/state/cube_mass.hpp"
@@ -193,14 +194,80 @@ HWY_INLINE BrickField<V> stiffness_times(D d, const BrickField<V>& c, V mu, V la
     return f;
 }
 
+// H of the `own`-th block that has one.
+template <class D, class T, class V = hn::Vec<D>>
+HWY_INLINE BrickField<V> own_times(D d, const BrickCoefficients<T>& bricks, std::size_t own,
+                                   std::size_t lane, const BrickField<V>& c)
+{
+    V in[field_numbers], out[field_numbers];
+    BrickField<V> f;
+    std::size_t at = 0;
+    for_each_monomial(c, f, [&](V x, V y, V z, V&, V&, V&) HWY_ATTR {
+        in[at] = x, in[at + 1] = y, in[at + 2] = z;
+        at += 3;
+    });
+    const T* k = bricks.own + own * own_rows * block_lanes + lane;
+    for (std::size_t i = 0; i < field_numbers; ++i) {
+        V sum = hn::Zero(d);
+        for (std::size_t j = 0; j < i; ++j, k += block_lanes) {
+            const V entry = hn::LoadU(d, k);
+            sum = hn::Add(sum, hn::Mul(entry, in[j]));
+            out[j] = hn::Add(out[j], hn::Mul(entry, in[i]));
+        }
+        out[i] = hn::Add(sum, hn::Mul(hn::LoadU(d, k), in[i]));
+        k += block_lanes;
+    }
+    const V weight = bricks.own_weight ? hn::LoadU(d, bricks.own_weight + own * block_lanes + lane)
+                                       : hn::Set(d, T(1));
+    at = 0;
+    for_each_monomial(c, f, [&](V, V, V, V& x, V& y, V& z) HWY_ATTR {
+        x = hn::Mul(weight, out[at]);
+        y = hn::Mul(weight, out[at + 1]);
+        z = hn::Mul(weight, out[at + 2]);
+        at += 3;
+    });
+    return f;
+}
+
 template <class D, class V = hn::Vec<D>, class T>
 HWY_INLINE BrickField<V> stiffness_times(D d, const BrickCoefficients<T>& bricks, std::size_t block,
                                          std::size_t lane, const BrickField<V>& c)
 {
+    if (bricks.own_at && bricks.own_at[block] != geometry::no_index) {
+        return own_times(d, bricks, bricks.own_at[block], lane, c);
+    }
     const T* k = bricks.stiffness + block * 3 * block_lanes + lane;
     const V lambda = hn::LoadU(d, k + block_lanes), bend = hn::LoadU(d, k + 2 * block_lanes);
     return stiffness_times(d, c, hn::LoadU(d, k), lambda, bend, hn::Set(d, bricks.plain),
                            bricks.relaxed ? bend : lambda);
+}
+
+// N of the `own`-th block that has one.
+template <class D, class T, class V = hn::Vec<D>>
+HWY_INLINE BrickField<V> own_excess_times(D d, const BrickCoefficients<T>& bricks, std::size_t own,
+                                          std::size_t lane, V mass, const BrickField<V>& c)
+{
+    BrickField<V> f;
+    for (int component = 0; component < 3; ++component) {
+        const Monomials<V>& u = c.of[component];
+        const V in[7] = {u.x, u.y, u.z, u.xy, u.yz, u.zx, u.xyz};
+        V out[7];
+        const T* k = bricks.own_mass + own * own_mass_rows * block_lanes + lane;
+        for (std::size_t i = 0; i < 7; ++i) {
+            V sum = hn::Zero(d);
+            for (std::size_t j = 0; j < i; ++j, k += block_lanes) {
+                const V entry = hn::LoadU(d, k);
+                sum = hn::Add(sum, hn::Mul(entry, in[j]));
+                out[j] = hn::Add(out[j], hn::Mul(entry, in[i]));
+            }
+            out[i] = hn::Add(sum, hn::Mul(hn::LoadU(d, k), in[i]));
+            k += block_lanes;
+        }
+        f.of[component] = {hn::Mul(mass, out[0]), hn::Mul(mass, out[1]), hn::Mul(mass, out[2]),
+                           hn::Mul(mass, out[3]), hn::Mul(mass, out[4]), hn::Mul(mass, out[5]),
+                           hn::Mul(mass, out[6])};
+    }
+    return f;
 }
 
 // N of a cube.
@@ -209,6 +276,9 @@ HWY_INLINE BrickField<V> excess_times(D d, const BrickCoefficients<T>& bricks, s
                                       std::size_t lane, const BrickField<V>& c)
 {
     const V mass = hn::LoadU(d, bricks.excess + block * block_lanes + lane);
+    if (bricks.own_at && bricks.own_at[block] != geometry::no_index) {
+        return own_excess_times(d, bricks, bricks.own_at[block], lane, mass, c);
+    }
     const auto lacks = [&](std::size_t degree) HWY_ATTR {
         return hn::Mul(mass, hn::Set(d, T(1 - mass_shares[degree])));
     };

@@ -25,6 +25,11 @@
 // With t = sum_m d_m x F_m and S the stretch of Y = R^T F, the turning is
 //   (tr(S) I - S) w = sum_j e_j x dy_j,   hence   E_xj = e_j x q,   (tr(S) I - S) q = t.
 //
+// A cube with a stiffness of its own (geometry::OwnElement) has a full matrix between the
+// monomials of a field, F = H C. With W_a,m = s_a^m, f = W F and C = W^T u:  H = W^T K W / 64. Its
+// N is full as well: mass / 64 times W^T (D - M) W, M the mass matrix for 1 kg and D its sums of
+// rows. A block that holds any such cube has both for each of its lanes.
+//
 // Only operations that IEEE 754 rounds exactly are used, and no fused multiply-add: every processor
 // gives the same bits.
 
@@ -35,6 +40,11 @@
 
 namespace physics {
 
+// Of H: 21 numbers of a field are x, y, z, xy, yz, zx, xyz, of each the components; its lower
+// triangle lies row by row.
+inline constexpr std::size_t field_numbers = 21, own_rows = 231;
+inline constexpr std::size_t own_mass_rows = 28;  // of W^T (D - M) W, by monomials
+
 // Elastic coefficients and rotations of all blocks. Each entry is a row of 16 lanes.
 template <class T> struct BrickCoefficients {
     const std::uint32_t* gather = nullptr;   // [block][8][16]
@@ -44,6 +54,11 @@ template <class T> struct BrickCoefficients {
     T plain = 0;                             // 1: plain trilinear bricks, 0: incompatible modes
     const T* excess = nullptr;               // [block][16]: m / 64, or null for none
     bool relaxed = false;                    // lambda' in place of lambda in F_xyz as well
+    // [block], which of the matrices H it has, or no_index; null where none has.
+    const std::uint32_t* own_at = nullptr;
+    const T* own = nullptr;         // [own][own_rows][16], N/m
+    const T* own_weight = nullptr;  // [own][16], factors on H; null for 1
+    const T* own_mass = nullptr;    // [own][own_mass_rows][16]
 };
 
 // Lumped mass is mass / 64 of a cube on all C_m, and that of bricks the share w of that
@@ -56,7 +71,7 @@ void add_stiffness_times(const BrickCoefficients<float>& bricks, std::size_t beg
 void add_stiffness_times(const BrickCoefficients<double>& bricks, std::size_t begin,
                          std::size_t end, const double* p, double* q);
 
-// Adds N p of blocks [begin, end) to q. Only gather, scatter and excess are read.
+// Adds N p of blocks [begin, end) to q. Only gather, scatter, excess, own_at and own_mass are read.
 void add_excess_times(const BrickCoefficients<double>& bricks, std::size_t begin, std::size_t end,
                       const double* p, double* q);
 

@@ -24,15 +24,18 @@ BrickCoefficients<double> alone(const BrickCoefficients<double>& all, std::size_
             all.rotation + block * 9 * block_lanes,
             all.plain,
             all.excess ? all.excess + block * block_lanes : nullptr,
-            all.relaxed};
+            all.relaxed,
+            all.own_at ? all.own_at + block : nullptr,
+            all.own,
+            all.own_weight,
+            all.own_mass};
 }
 
 }  // namespace
 
 bool BrickElasticity::cube_matrices(std::vector<BrickMatrix>& out) const
 {
-    auto all = coefficients(weighted_.data(), rotation_.data());
-    if (mass_weight_ != 0) all.excess = excess_.data();
+    const auto all = weighted();
     const bool curved = uses_hessian();
     std::vector<std::uint32_t> in_order(block_corners);
     std::iota(in_order.begin(), in_order.end(), 0u);

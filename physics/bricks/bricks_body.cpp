@@ -4,6 +4,7 @@
 #include "geometry/cubes/plane.hpp"
 #include "physics/body/make_part_shapes.hpp"
 #include "physics/bricks/factor_cache.hpp"
+#include "physics/bricks/own_bricks.hpp"
 #include "physics/bricks/time_step.hpp"
 #include "physics/state/cube_mass.hpp"
 
@@ -20,7 +21,7 @@ namespace {
 // Of D^-1 A, A a sum of K and M, D its diagonal: no sum over cubes has more than one of its cubes
 // alone has (Wathen. Realistic eigenvalue bounds for the Galerkin mass matrix. IMA J. Numer. Anal.
 // 7, 1987). A cube's depends on its Poisson ratio alone, and that of M is the same for all.
-double largest_eigenvalue(const geometry::Cubes& cubes, BrickElement element)
+double largest_of_bricks(const geometry::Cubes& cubes, BrickElement element)
 {
     std::vector<double> ratios = cubes.poisson;
     std::sort(ratios.begin(), ratios.end());
@@ -39,7 +40,7 @@ double largest_eigenvalue(const geometry::Cubes& cubes, BrickElement element)
 void add_excess(const geometry::Cubes& cubes, BricksBody& body)
 {
     const std::size_t lanes = body.layout.cube.size();
-    const double own = 1.0 / 8 - cube_mass_matrix()[0][0];  // of the diagonal, for 1 kg
+    const CubeMass usual = cube_mass_matrix();
     const bool damped = !body.base.mass_damping.empty();
     body.excess.assign(lanes, 0);
     body.excess_diagonal.assign(cubes.corner_count(), 0);
@@ -52,12 +53,45 @@ void add_excess(const geometry::Cubes& cubes, BricksBody& body)
         if (c == no_index) continue;
         body.excess[i] = cubes.mass[c] / 64;
         if (damped) body.damped_excess[i] = cubes.mass_damping[c] * body.excess[i];
-        for (const auto corner : cubes.corners[c]) {
-            const std::size_t at = body.base.slot_of(corner);
-            body.excess_diagonal[at] += own * cubes.mass[c];
-            if (!damped) continue;
-            body.damped_excess_diagonal[at] += own * cubes.mass_damping[c] * cubes.mass[c];
+        const CubeMass mass = mass_of_cube(cubes, c, usual);
+        const auto share = geometry::corner_shares(cubes, c);
+        for (std::size_t a = 0; a < 8; ++a) {
+            const std::size_t at = body.base.slot_of(cubes.corners[c][a]);
+            const double lacks = (share[a] - mass[a][a]) * cubes.mass[c];
+            body.excess_diagonal[at] += lacks;
+            if (damped) body.damped_excess_diagonal[at] += lacks * cubes.mass_damping[c];
         }
+    }
+}
+
+// Adds numbers (N/m) at the corners of cube `c` to the stiffness' diagonal.
+void add_diagonal(const geometry::Cubes& cubes, std::size_t c, const std::array<double, 8>& numbers,
+                  BricksBody& body)
+{
+    for (std::size_t a = 0; a < 8; ++a) {
+        const std::size_t at = body.base.slot[cubes.corners[c][a]];
+        body.diagonal[at] += numbers[a];
+        body.damping_diagonal[at] += numbers[a] * cubes.stiffness_damping[c];
+    }
+}
+
+// In place of what they had, cubes get a stiffness of their own where they have one.
+void add_own(const BodyModels& models, const BrickOptions& options, BricksBody& body)
+{
+    const geometry::Cubes& cubes = models.all();
+    if (cubes.own.empty()) return;
+    const CubeMass usual = cube_mass_matrix();
+    body.own =
+        make_own_bricks(cubes, body.layout, body.block_edge, body.element, options.weighting);
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        if (!cubes.is_own(c)) continue;
+        const BrickMatrix k = stiffness_of(cubes.elements[cubes.own[c]]);
+        std::array<double, 8> numbers = corner_diagonal(k);
+        for (double& number : numbers) number *= cubes.young[c] * models.edge_of(c);
+        add_diagonal(cubes, c, numbers, body);
+        const CubeMass mass = mass_of_cube(cubes, c, usual);
+        body.largest_eigenvalue =
+            std::max({body.largest_eigenvalue, largest_eigenvalue(k), largest_eigenvalue(mass)});
     }
 }
 
@@ -96,7 +130,7 @@ BricksBody make_bricks(const BodyModels& models, const BrickOptions& options)
     body.multigrids = std::make_shared<MultigridCache>();
     body.dissections = std::make_shared<DissectionCache>();
     add_excess(cubes, body);
-    body.largest_eigenvalue = largest_eigenvalue(cubes, body.element);
+    body.largest_eigenvalue = largest_of_bricks(cubes, body.element);
     body.turns_with.assign(body.base.corners, 0);
     const std::size_t lanes = body.layout.cube.size();
     body.stiffness.assign(3 * lanes, 0);
@@ -130,10 +164,12 @@ BricksBody make_bricks(const BodyModels& models, const BrickOptions& options)
         for (const auto corner : cubes.corners[c]) {
             body.turns_with[body.base.slot[corner]] =
                 static_cast<std::uint32_t>(block * 9 * block_lanes + lane);
-            body.diagonal[body.base.slot[corner]] += one;
-            body.damping_diagonal[body.base.slot[corner]] += one * cubes.stiffness_damping[c];
         }
+        std::array<double, 8> at_corners;
+        at_corners.fill(cubes.is_own(c) ? 0 : one);
+        add_diagonal(cubes, c, at_corners, body);
     }
+    add_own(models, options, body);
     return body;
 }
 
@@ -144,7 +180,8 @@ std::size_t BricksBody::bytes() const
            of(block_edge, layout.slot, layout.cube, layout.gather, layout.scatter, layout.copy_at,
               layout.copy, layout.pieces, stiffness, material, stiffness_damping, diagonal,
               damping_diagonal, neighbours, excess, damped_excess, excess_diagonal,
-              damped_excess_diagonal);
+              damped_excess_diagonal, own.at, own.matrices, own.matrices_low, own.mass,
+              own.mass_low);
 }
 
 State rest_state(const BricksBody& body)

@@ -7,6 +7,7 @@
 #include "physics/body/stiffness.hpp"
 #include "physics/bricks/brick_element.hpp"
 #include "physics/bricks/brick_layout.hpp"
+#include "physics/bricks/own_bricks.hpp"
 #include "physics/bricks/rotation_knots.hpp"
 #include "physics/math/aligned_memory.hpp"
 #include "physics/state/state.hpp"
@@ -36,6 +37,7 @@ struct BricksBody {
 
     // Rows of 16 lanes a block; lanes without a cube hold 0.
     Aligned<double> stiffness;          // B x 3 x 16: mu, lambda, lambda' times share times h / 16
+    OwnBricks own;                      // in place of that
     Aligned<double> material;           // B x 2 x 16: mu, lambda, Pa
     Aligned<double> stiffness_damping;  // B x 16, s
     Aligned<double> excess;             // B x 16: mass / 64, kg

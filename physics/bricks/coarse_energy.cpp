@@ -101,8 +101,7 @@ Eigen::Matrix<double, 3, 48> corner_motion(const Vec3i& place, int ratio)
     return q;
 }
 
-CubeEnergies::CubeEnergies(int ratio, const std::array<BrickMatrix, 3>& parts)
-    : ratio_(ratio), parts_(parts)
+CubeEnergies::CubeEnergies(int ratio, const CubeMatrices& cubes) : ratio_(ratio), cubes_(cubes)
 {
     for (auto& full : full_) full.setZero();
     full_corners_.setZero();
@@ -110,7 +109,7 @@ CubeEnergies::CubeEnergies(int ratio, const std::array<BrickMatrix, 3>& parts)
         const auto q = cube_motion(place, ratio);
         std::array<CellMatrix, 3> cube;
         for (std::size_t i = 0; i < 3; ++i) {
-            cube[i] = q.transpose() * parts[i] * q;
+            cube[i] = q.transpose() * cubes.parts[i] * q;
             full_[i] += cube[i];
         }
         cube_.push_back(cube);
@@ -135,16 +134,15 @@ std::size_t CubeEnergies::corner_at(const Vec3i& place) const
 
 // Cells that are full of equal cubes need no sum over them: false where this one is not.
 bool CubeEnergies::add_full_cell(const GridView& fine, const CoarseGrid& grid, std::size_t c,
-                                 std::span<const std::array<double, 3>> weights,
                                  std::span<const double> diagonal, CellMatrix& sum) const
 {
     const auto cubes = grid.cells.of(c), corners = grid.corners.of(c);
     const auto all = static_cast<std::size_t>(ratio_ * ratio_ * ratio_);
     if (cubes.size() != all || corners.size() != all) return false;
-    const auto& weight = weights[cubes[0]];
+    const auto& weight = cubes_.weights[cubes[0]];
     const double own = diagonal[corners[0]];
     for (const auto cube : cubes) {
-        if (weights[cube] != weight) return false;
+        if (cubes_.weights[cube] != weight || cubes_.is_own(cube)) return false;
     }
     for (const auto k : corners) {
         const Vec3i place = place_in_cell(fine.corner[k], grid.cell[c], ratio_);
@@ -156,7 +154,6 @@ bool CubeEnergies::add_full_cell(const GridView& fine, const CoarseGrid& grid, s
 }
 
 void CubeEnergies::add_cell(const GridView& fine, const CoarseGrid& grid, std::size_t c,
-                            std::span<const std::array<double, 3>> weights,
                             std::span<const double> diagonal, std::span<const std::uint8_t> held,
                             CellMatrix& sum) const
 {
@@ -167,25 +164,24 @@ void CubeEnergies::add_cell(const GridView& fine, const CoarseGrid& grid, std::s
             return std::any_of(eight.begin(), eight.end(),
                                [&](std::uint32_t k) { return held[k] != 0; });
         });
-    if (!any_out && add_full_cell(fine, grid, c, weights, diagonal, sum)) return;
+    if (!any_out && add_full_cell(fine, grid, c, diagonal, sum)) return;
     for (const auto cube : grid.cells.of(c)) {
         const Vec3i place = fine.cell[cube] - ratio_ * grid.cell[c];
-        const auto& w = weights[cube];
+        const auto& w = cubes_.weights[cube];
         const auto& table = cube_[cube_at(place)];
         bool out = false;
         for (const auto k : fine.corners[cube]) out |= !held.empty() && held[k] != 0;
-        if (!out) {
+        if (!out && !cubes_.is_own(cube)) {
             sum += w[0] * table[0] + w[1] * table[1] + w[2] * table[2];
             continue;
         }
         auto q = cube_motion(place, ratio_);
         for (unsigned a = 0; a < 8; ++a) {
             for (unsigned i = 0; i < 3; ++i) {
-                if (held[fine.corners[cube][a]] >> i & 1) q.row(3 * Index(a) + i).setZero();
+                if (out && held[fine.corners[cube][a]] >> i & 1) q.row(3 * Index(a) + i).setZero();
             }
         }
-        const BrickMatrix k = w[0] * parts_[0] + w[1] * parts_[1] + w[2] * parts_[2];
-        sum += q.transpose() * (k * q);
+        sum += q.transpose() * (cubes_.of(cube) * q);
     }
     for (const auto k : grid.corners.of(c)) {
         const Vec3i place = place_in_cell(fine.corner[k], grid.cell[c], ratio_);

@@ -11,8 +11,8 @@
 // of unity: Melenk, Babuska. The partition of unity finite element method. 1996.)
 // A coarse matrix is the Galerkin product Q^T K Q, Q this map, summed over what the cell holds.
 
-#include "physics/bricks/brick_element.hpp"
 #include "physics/bricks/coarse_grid.hpp"
+#include "physics/bricks/cube_matrices.hpp"
 
 #include <vector>
 
@@ -27,23 +27,22 @@ Eigen::Matrix<double, 3, 48> corner_motion(const geometry::Vec3i& place, int rat
 // Fine cubes in a cell of ratio^3: their matrices for each place that they can have.
 class CubeEnergies {
 public:
-    CubeEnergies(int ratio, const std::array<BrickMatrix, 3>& parts);
+    CubeEnergies(int ratio, const CubeMatrices& cubes);  // which must outlive it
 
-    // Adds to `sum` the energy of the cubes of cell `c`, sum over i of weights[cube][i] parts[i],
-    // and of the corners' diagonal (by corner). Corners that are left out do not move.
+    // Adds to `sum` the energy of the cubes of cell `c` and of the corners' diagonal (by corner).
+    // Corners that are left out do not move.
     void add_cell(const GridView& fine, const CoarseGrid& grid, std::size_t c,
-                  std::span<const std::array<double, 3>> weights, std::span<const double> diagonal,
-                  std::span<const std::uint8_t> held, CellMatrix& sum) const;
+                  std::span<const double> diagonal, std::span<const std::uint8_t> held,
+                  CellMatrix& sum) const;
 
 private:
     bool add_full_cell(const GridView& fine, const CoarseGrid& grid, std::size_t c,
-                       std::span<const std::array<double, 3>> weights,
                        std::span<const double> diagonal, CellMatrix& sum) const;
     std::size_t cube_at(const geometry::Vec3i& place) const;
     std::size_t corner_at(const geometry::Vec3i& place) const;
 
     int ratio_;
-    std::array<BrickMatrix, 3> parts_;
+    const CubeMatrices& cubes_;
     std::vector<std::array<CellMatrix, 3>> cube_;  // by place
     std::vector<CellMatrix> corner_;               // by place
     std::array<CellMatrix, 3> full_;               // sum over the places of cubes

@@ -20,11 +20,9 @@ constexpr std::size_t up_to_16(std::size_t n)
 // Eliminates front after front in double precision.
 class Factorizer {
 public:
-    Factorizer(const std::array<BrickMatrix, 3>& parts,
-               const std::vector<std::array<double, 3>>& weights,
-               const std::vector<double>& diagonal, std::span<const std::uint8_t> held,
-               CornerFactor& out)
-        : parts_(parts), weights_(weights), diagonal_(diagonal), held_(held), out_(out),
+    Factorizer(const CubeMatrices& cubes, const std::vector<double>& diagonal,
+               std::span<const std::uint8_t> held, CornerFactor& out)
+        : cubes_(cubes), diagonal_(diagonal), held_(held), out_(out),
           schur_(out.tree_.fronts.size())
     {}
 
@@ -75,8 +73,7 @@ private:
                 diagonal_[front.pivots[i]];
         }
         for (std::size_t i = 0; i < front.cubes.size(); ++i) {
-            const auto& w = weights_[front.cubes[i]];
-            const BrickMatrix k = w[0] * parts_[0] + w[1] * parts_[1] + w[2] * parts_[2];
+            const BrickMatrix k = cubes_.of(front.cubes[i]);
             const auto& at = front.corner_at[i];
             for (std::size_t a = 0; a < 8; ++a) {
                 for (std::size_t b = 0; b < 8; ++b) {
@@ -108,8 +105,7 @@ private:
         return matrix;
     }
 
-    const std::array<BrickMatrix, 3>& parts_;
-    const std::vector<std::array<double, 3>>& weights_;
+    const CubeMatrices& cubes_;
     const std::vector<double>& diagonal_;
     std::span<const std::uint8_t> held_;
     CornerFactor& out_;
@@ -117,9 +113,7 @@ private:
     std::atomic<bool> sound_ = true;
 };
 
-std::optional<CornerFactor> CornerFactor::make(Dissection dissection,
-                                               const std::array<BrickMatrix, 3>& parts,
-                                               const std::vector<std::array<double, 3>>& weights,
+std::optional<CornerFactor> CornerFactor::make(Dissection dissection, const CubeMatrices& cubes,
                                                const std::vector<double>& diagonal,
                                                std::span<const std::uint8_t> held)
 {
@@ -140,7 +134,7 @@ std::optional<CornerFactor> CornerFactor::make(Dissection dissection,
         out.blocks_.push_back(block);
     }
     out.numbers_.assign(numbers, 0);
-    if (!Factorizer(parts, weights, diagonal, held, out).run()) return std::nullopt;
+    if (!Factorizer(cubes, diagonal, held, out).run()) return std::nullopt;
     for (Front& front : out.tree_.fronts) front.cubes = {}, front.corner_at = {};
     return out;
 }

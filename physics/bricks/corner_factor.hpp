@@ -8,7 +8,7 @@
 //   back, parents first:       x1 = F11^-1 b1 - W^T x2
 // Both are dense products that read each number once; fronts of different branches run at a time.
 
-#include "physics/bricks/brick_element.hpp"
+#include "physics/bricks/cube_matrices.hpp"
 #include "physics/bricks/dissection.hpp"
 #include "physics/math/aligned_memory.hpp"
 
@@ -19,12 +19,10 @@ namespace physics {
 
 class CornerFactor {
 public:
-    // Of the sum over cubes of weights[c][i] parts[i] and D = diagonal (K, by corner). Corners that
-    // the dissection left out are held. `held` are axes of others (K, or empty: none): their
-    // numbers are tied to nothing. Nothing when a pivot is not positive.
-    static std::optional<CornerFactor> make(Dissection dissection,
-                                            const std::array<BrickMatrix, 3>& parts,
-                                            const std::vector<std::array<double, 3>>& weights,
+    // Of the sum over cubes and D = diagonal (K, by corner). Corners that the dissection left out
+    // are held. `held` are axes of others (K, or empty: none): their numbers are tied to nothing.
+    // Nothing when a pivot is not positive.
+    static std::optional<CornerFactor> make(Dissection dissection, const CubeMatrices& cubes,
                                             const std::vector<double>& diagonal,
                                             std::span<const std::uint8_t> held = {});
 

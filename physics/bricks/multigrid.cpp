@@ -324,8 +324,7 @@ void Multigrid::finish(bool coarsest, Level& level)
     level.smoother = chebyshev_steps(largest, smoothed_span, smoothed_degree);
 }
 
-Multigrid Multigrid::make(const geometry::Cubes& cubes, const std::array<BrickMatrix, 3>& parts,
-                          std::span<const std::array<double, 3>> weights,
+Multigrid Multigrid::make(const geometry::Cubes& cubes, const CubeMatrices& matrices,
                           std::span<const double> diagonal, std::span<const std::uint8_t> held)
 {
     Multigrid out;
@@ -334,10 +333,10 @@ Multigrid Multigrid::make(const geometry::Cubes& cubes, const std::array<BrickMa
     out.levels_.emplace_back();
     out.levels_[0].grid = coarsen(fine, first_ratio, held);
     std::vector<CellMatrix> energies(out.levels_[0].grid.cell.size(), CellMatrix::Zero());
-    const CubeEnergies of_cubes(first_ratio, parts);
+    const CubeEnergies of_cubes(first_ratio, matrices);
     geometry::parallel_for(energies.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t c = begin; c < end; ++c) {
-            of_cubes.add_cell(fine, out.levels_[0].grid, c, weights, diagonal, held, energies[c]);
+            of_cubes.add_cell(fine, out.levels_[0].grid, c, diagonal, held, energies[c]);
         }
     });
     while (true) {

@@ -36,10 +36,9 @@ std::vector<ChebyshevStep> chebyshev_steps(double largest, double span, int degr
 
 class Multigrid {
 public:
-    // Of the sum over cubes of weights[c][i] parts[i] and D = diagonal (K, by corner), without the
-    // held axes (K, bits as in Pins, or empty).
-    static Multigrid make(const geometry::Cubes& cubes, const std::array<BrickMatrix, 3>& parts,
-                          std::span<const std::array<double, 3>> weights,
+    // Of the sum over cubes and D = diagonal (K, by corner), without the held axes (K, bits as in
+    // Pins, or empty).
+    static Multigrid make(const geometry::Cubes& cubes, const CubeMatrices& matrices,
                           std::span<const double> diagonal, std::span<const std::uint8_t> held);
 
     struct Work {

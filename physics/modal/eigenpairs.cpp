@@ -1,20 +1,12 @@
 #include "physics/modal/eigenpairs.hpp"
 
-#include "geometry/base/no_index.hpp"
 #include "geometry/base/random.hpp"
-#include "geometry/base/stop.hpp"
-#include "physics/bricks/direct_factor.hpp"
-#include "physics/state/cube_mass.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SparseCholesky>
 #include <Spectra/SymEigsSolver.h>
 
 #include <algorithm>
-#include <limits>
-#include <memory>
 #include <numeric>
-#include <optional>
 
 namespace physics {
 namespace {
@@ -22,107 +14,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using SparseMatrix = Eigen::SparseMatrix<double>;
-
-// (K - shift M)^-1, by fronts; where rounding makes a pivot of that negative, by columns.
-class ShiftedInverse {
-public:
-    ShiftedInverse(const StiffnessAndMass& d, double shift, const ModalCubes& of)
-        : slot_(of.unknowns.at.begin(), of.unknowns.at.end()), b_(four(d)), x_(four(d))
-    {
-        std::vector<char> pinned(slot_.size(), 0);
-        for (std::size_t k = 0; k < slot_.size(); ++k) {
-            if (slot_[k] == geometry::no_index) pinned[k] = 1;
-        }
-        auto tree = std::make_shared<const Dissection>(
-            dissect(of.cubes, pinned, std::numeric_limits<double>::infinity()));
-        // Pinned corners are read and written nowhere.
-        const std::vector<double> nothing(four(d), 0.0);
-        fronts_ = DirectFactor::make(std::move(tree), shifted_cubes(shift, of), nothing, slot_);
-        if (!fronts_) columns_.compute(d.shifted(shift));
-    }
-
-    bool factored() const { return fronts_ || columns_.info() == Eigen::Success; }
-
-    VectorXd solve(const VectorXd& r)
-    {
-        if (!fronts_) return columns_.solve(r);
-        const std::size_t n = b_.size() / 4;
-        for (std::size_t i = 0; i < n; ++i) std::copy_n(r.data() + 3 * i, 3, b_.data() + 4 * i);
-        fronts_->solve(b_.data(), x_.data());
-        VectorXd out(r.size());
-        for (std::size_t i = 0; i < n; ++i) std::copy_n(x_.data() + 4 * i, 3, out.data() + 3 * i);
-        return out;
-    }
-
-private:
-    static std::size_t four(const StiffnessAndMass& d) { return std::size_t(d.rows()) / 3 * 4; }
-
-    static std::vector<BrickMatrix> shifted_cubes(double shift, const ModalCubes& of)
-    {
-        const CubeMass mass = cube_mass_matrix();
-        std::vector<BrickMatrix> matrices(of.cubes.count());
-        for (std::size_t c = 0; c < matrices.size(); ++c) {
-            const auto [k, factor] = of.stiffness.of(c);
-            matrices[c] = factor * k;
-            for (std::size_t a = 0; a < 8; ++a) {
-                for (std::size_t b = 0; b < 8; ++b) {
-                    const double m = shift * of.cubes.mass[c] * mass[a][b];
-                    for (std::size_t j = 0; j < 3; ++j) {
-                        matrices[c](Index(3 * a + j), Index(3 * b + j)) -= m;
-                    }
-                }
-            }
-        }
-        return matrices;
-    }
-
-    std::vector<std::uint32_t> slot_;
-    std::vector<double> b_, x_;  // four numbers an unknown
-    std::optional<DirectFactor> fronts_;
-    // Elimination in the order of the unknowns: no other is needed.
-    Eigen::SimplicialLDLT<SparseMatrix, Eigen::Lower, Eigen::NaturalOrdering<int>> columns_;
-};
-
-// (D - shift I)^-1 on what is orthogonal to the rigid motions and to the modes found so far: the
-// lowest modes of D become its largest eigenvalues.
-class ShiftInverse {
-public:
-    using Scalar = double;
-
-    ShiftInverse(const StiffnessAndMass& d, double shift, const std::vector<RigidMotions>& rigid,
-                 const ModalCubes& of)
-        : inverse_(d, shift, of), matrices_(d), rigid_(rigid), size_(d.rows())
-    {}
-    bool factored() const { return inverse_.factored(); }
-    Index rows() const { return size_; }
-    Index cols() const { return size_; }
-    void perform_op(const double* from, double* to) const
-    {
-        geometry::stop_if_asked();
-        const Eigen::Map<const VectorXd> x(from, size_);
-        Eigen::Map<VectorXd> y(to, size_);
-        VectorXd work = x;
-        project(work);
-        y = matrices_.times_root_transposed(inverse_.solve(matrices_.times_root(work)));
-        project(y);
-        ++solves;
-    }
-    void project(Eigen::Ref<VectorXd> x) const
-    {
-        for (const auto& piece : rigid_) take_out(piece, x);
-        if (found.cols() > 0) x -= found * (found.transpose() * x);
-    }
-
-    MatrixXd found;  // orthonormal modes that are known already
-    mutable int solves = 0;
-
-private:
-    mutable ShiftedInverse inverse_;  // with room to work in
-    const StiffnessAndMass& matrices_;
-    const std::vector<RigidMotions>& rigid_;
-    Index size_;
-};
 
 void sort_pairs(Eigenpairs& pairs)
 {
@@ -165,13 +56,8 @@ Eigenpairs dense_eigenpairs(const StiffnessAndMass& d, const std::vector<RigidMo
     return pairs;
 }
 
-Eigenpairs lanczos_eigenpairs(const StiffnessAndMass& d, const std::vector<RigidMotions>& rigid,
-                              Index count, const ModalCubes& of)
+Eigenpairs lanczos_eigenpairs(const StiffnessAndMass& d, Index count, ShiftInverse& inverse)
 {
-    // Far below the lowest mode (a slender model has it at 1e-8 of the highest), and enough to keep
-    // the matrix definite where pieces move freely.
-    const double shift = -1e-12 * d.largest_ratio();
-    ShiftInverse inverse(d, shift, rigid, of);
     Eigenpairs pairs;
     pairs.vector.resize(d.rows(), 0);
     if (!inverse.factored()) {
@@ -194,7 +80,7 @@ Eigenpairs lanczos_eigenpairs(const StiffnessAndMass& d, const std::vector<Rigid
         const double highest = pairs.value.empty() ? 0 : pairs.value.back();
         Index lower = 0;
         for (Index i = 0; i < got; ++i) {
-            const double value = shift + 1 / values[i];
+            const double value = inverse.shift + 1 / values[i];
             if (round > 0 && value >= highest * (1 - 1e-9)) continue;
             pairs.vector.conservativeResize(Eigen::NoChange, pairs.vector.cols() + 1);
             VectorXd vector = vectors.col(i);

@@ -3,7 +3,7 @@
 // The lowest eigenvalues of D (stiffness_matrix.hpp) and their vectors, orthogonal to rigid motions
 // that are known beforehand.
 
-#include "physics/modal/rigid_motions.hpp"
+#include "physics/modal/shift_inverse.hpp"
 
 namespace physics {
 
@@ -18,17 +18,10 @@ struct Eigenpairs {
 Eigenpairs dense_eigenpairs(const StiffnessAndMass& d, const std::vector<RigidMotions>& rigid,
                             Eigen::Index count);
 
-// What D is summed from: its factors are made cube by cube (bricks/direct_factor.hpp).
-struct ModalCubes {
-    const geometry::Cubes& cubes;
-    const Unknowns& unknowns;
-    CubeStiffness& stiffness;
-};
-
 // The lowest by restarted Lanczos. One start vector can miss copies of a repeated eigenvalue (the
 // two bending directions of a square beam), so the search goes on, orthogonal to what was found,
 // until nothing lower turns up. Fewer than `count`, and not converged, where it fails.
-Eigenpairs lanczos_eigenpairs(const StiffnessAndMass& d, const std::vector<RigidMotions>& rigid,
-                              Eigen::Index count, const ModalCubes& of);
+// What was found stays in the inverse.
+Eigenpairs lanczos_eigenpairs(const StiffnessAndMass& d, Eigen::Index count, ShiftInverse& inverse);
 
 }  // namespace physics

@@ -48,13 +48,14 @@ double dot_by_mass(const BrickVector& u, const CubeMass& mass)
 // phi^T C phi, C the sum of mass_damping * mass and stiffness_damping * stiffness of each cube.
 double material_damping(const Cubes& cubes, const std::vector<Vec3>& phi, CubeStiffness& stiffness)
 {
-    const CubeMass mass = cube_mass_matrix();
+    const CubeMass usual = cube_mass_matrix();
     double sum = 0;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         BrickVector u;
         for (std::size_t a = 0; a < 8; ++a) u.segment<3>(Index(3 * a)) = phi[cubes.corners[c][a]];
         const auto [k, factor] = stiffness.of(c);
         if (cubes.mass_damping[c] > 0) {
+            const CubeMass mass = mass_of_cube(cubes, c, usual);
             sum += cubes.mass_damping[c] * cubes.mass[c] * dot_by_mass(u, mass);
         }
         if (cubes.stiffness_damping[c] > 0) {
@@ -72,7 +73,12 @@ Eigenpairs elastic_pairs(const StiffnessAndMass& d, const std::vector<RigidMotio
     pairs.vector.resize(d.rows(), 0);
     if (count > 0) {
         const bool small = d.rows() <= 240 || 3 * count + 30 > d.rows();
-        pairs = small ? dense_eigenpairs(d, rigid, count) : lanczos_eigenpairs(d, rigid, count, of);
+        if (small) {
+            pairs = dense_eigenpairs(d, rigid, count);
+        } else {
+            ShiftInverse inverse(d, rigid, of);
+            pairs = lanczos_eigenpairs(d, count, inverse);
+        }
     }
     report.converged = pairs.converged && Index(pairs.value.size()) == count;
     report.iterations = pairs.solves;
@@ -123,6 +129,7 @@ Modes lowest_modes(const Cubes& cubes, const std::vector<std::uint32_t>& pinned,
 {
     geometry::need_thickness(cubes, "Modes");
     if (cubes.count() == 0) throw std::invalid_argument("expected at least one cube, found none");
+    geometry::check_elements(cubes);
     if (settings.count < 1) {
         throw std::invalid_argument(
             fmt::format("expected at least one mode, found {}", settings.count));

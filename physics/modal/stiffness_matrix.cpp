@@ -56,10 +56,11 @@ Blocks sum_blocks(const geometry::Cubes& cubes, const Unknowns& unknowns, const 
                   CubeStiffness& stiffness)
 {
     const auto& [pairs, first] = of;
-    const CubeMass mass = cube_mass_matrix();
+    const CubeMass usual = cube_mass_matrix();
     Blocks blocks{{pairs.size(), geometry::Mat3::Zero()}, std::vector<double>(pairs.size(), 0.0)};
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         const auto [k, factor] = stiffness.of(c);
+        const CubeMass mass = mass_of_cube(cubes, c, usual);
         for (std::size_t a = 0; a < 8; ++a) {
             for (std::size_t b = 0; b < 8; ++b) {
                 const std::uint64_t row = unknowns.at[cubes.corners[c][a]];
@@ -110,6 +111,10 @@ Unknowns order_unknowns(const geometry::Cubes& cubes, const std::vector<std::uin
 
 std::pair<const BrickMatrix&, double> CubeStiffness::of(std::size_t c)
 {
+    if (cubes_.is_own(c)) {
+        own_ = stiffness_of(cubes_.elements[cubes_.own[c]]);
+        return {own_, cubes_.young[c] * cubes_.size};
+    }
     // K is linear in E: one matrix for each Poisson ratio.
     auto& k = by_poisson_[cubes_.poisson[c]];
     if (!k) {

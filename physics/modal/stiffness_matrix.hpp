@@ -36,7 +36,7 @@ public:
         : cubes_(cubes), element_(element_of(cubes, element)), weighting_(weighting)
     {}
 
-    // K of cube c, and the factor on it.
+    // K of cube c, until the next call, and the factor on it.
     std::pair<const BrickMatrix&, double> of(std::size_t c);
 
 private:
@@ -44,6 +44,7 @@ private:
     BrickElement element_;
     Weighting weighting_;
     std::map<double, std::unique_ptr<BrickMatrix>> by_poisson_;
+    BrickMatrix own_;
 };
 
 struct StiffnessAndMass {

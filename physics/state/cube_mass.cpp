@@ -19,12 +19,26 @@ CubeMass cube_mass_matrix()
     return out;
 }
 
+CubeMass mass_of_cube(const geometry::Cubes& cubes, std::size_t c, const CubeMass& usual)
+{
+    if (!cubes.is_own(c)) return usual;
+    CubeMass out{};
+    std::size_t at = 0;
+    for (std::size_t a = 0; a < 8; ++a) {
+        for (std::size_t b = 0; b <= a; ++b) {
+            out[a][b] = out[b][a] = double(cubes.elements[cubes.own[c]].mass[at++]);
+        }
+    }
+    return out;
+}
+
 std::vector<Vec3> brick_momenta(const geometry::Cubes& cubes, const std::vector<Vec3>& v)
 {
-    const CubeMass of_one = cube_mass_matrix();
+    const CubeMass usual = cube_mass_matrix();
     std::vector<Vec3> out(v.size(), Vec3::Zero());
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         const auto& corners = cubes.corners[c];
+        const CubeMass of_one = mass_of_cube(cubes, c, usual);
         for (std::size_t a = 0; a < 8; ++a) {
             for (std::size_t b = 0; b < 8; ++b) {
                 out[corners[a]] += cubes.mass[c] * of_one[a][b] * v[corners[b]];

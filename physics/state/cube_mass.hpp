@@ -32,6 +32,9 @@ inline constexpr std::array<double, 4> mass_shares{1, turning_share, turning_sha
 using CubeMass = std::array<std::array<double, 8>, 8>;
 CubeMass cube_mass_matrix();
 
+// That of cube c for 1 kg, `usual` where it has no element of its own.
+CubeMass mass_of_cube(const geometry::Cubes& cubes, std::size_t c, const CubeMass& usual);
+
 // M v, v and the result by corner, of cubes that are bricks.
 std::vector<Vec3> brick_momenta(const geometry::Cubes& cubes, const std::vector<Vec3>& v);
 

@@ -70,7 +70,8 @@ double error(const Problem& p)
     }
     const Eigen::VectorXd expected = a.llt().solve(b);
     Dissection tree = dissect(p.cubes, p.held, 1e9);
-    const auto factor = CornerFactor::make(std::move(tree), p.parts, p.weights, p.diagonal);
+    const auto factor =
+        CornerFactor::make(std::move(tree), {p.parts, p.weights, nullptr, {}}, p.diagonal);
     EXPECT_TRUE(factor.has_value());
     Aligned<float> work;
     factor->solve(from.data(), to.data(), slot.data(), work);
@@ -100,7 +101,8 @@ TEST(CornerFactor, SaysWhenAPivotIsNotPositive)
 {
     Problem p = problem(fixtures::box(2, 1, 1, 0.5));
     p.diagonal.assign(p.diagonal.size(), -1e3);
-    EXPECT_FALSE(CornerFactor::make(dissect(p.cubes, {}, 1e9), p.parts, p.weights, p.diagonal));
+    EXPECT_FALSE(CornerFactor::make(dissect(p.cubes, {}, 1e9), {p.parts, p.weights, nullptr, {}},
+                                    p.diagonal));
 }
 
 TEST(Dissection, EliminatesEveryCornerOnceAndKnowsItsBorder)

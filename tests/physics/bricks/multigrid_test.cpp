@@ -95,7 +95,7 @@ struct Dense {
         matrix.diagonal().array() += 0.05;
         for (std::size_t k = 0; k < held.size(); ++k) slot.push_back(std::uint32_t(k));
         const std::vector<double> diagonal(held.size(), 0.05);
-        coarse = Multigrid::make(cubes, parts, weights, diagonal, held);
+        coarse = Multigrid::make(cubes, {parts, weights, nullptr, {}}, diagonal, held);
     }
 
     VectorXd correct(const VectorXd& r)
