@@ -1,0 +1,422 @@
+#include "physics/modal/calibrate.hpp"
+
+#include "geometry/base/no_index.hpp"
+#include "geometry/base/parallel.hpp"
+#include "geometry/base/stop.hpp"
+#include "geometry/base/union_find.hpp"
+#include "geometry/cubes/trilinear.hpp"
+#include "physics/body/stiffness.hpp"
+#include "physics/bricks/direct_factor.hpp"
+#include "physics/modal/fine_motions.hpp"
+#include "physics/modal/modes.hpp"
+#include "physics/state/cube_mass.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <numeric>
+#include <span>
+#include <stdexcept>
+
+namespace physics {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using geometry::Cubes;
+using geometry::no_index;
+using geometry::Vec3;
+using geometry::Vec3i;
+
+// Fuller cubes keep their own stiffness.
+constexpr double full = 0.999;
+
+// A body that hangs together, and which of all cubes its own are.
+struct Body {
+    Cubes coarse, fine;
+    std::vector<std::uint32_t> cube;       // of `coarse`, among all
+    std::vector<std::uint32_t> first, in;  // the fine cubes of each: in[first[c]] ..
+    int ratio = 4;
+
+    std::span<const std::uint32_t> fine_of(std::size_t c) const
+    {
+        return std::span(in).subspan(first[c], first[c + 1] - first[c]);
+    }
+    Vec3i place_of(std::size_t c, std::uint32_t f) const
+    {
+        return fine.cell[f] - ratio * coarse.cell[c];
+    }
+};
+
+bool is_partly(const Body& body, std::size_t c)
+{
+    return body.coarse.fill[c] < full && !body.fine_of(c).empty();
+}
+
+int floor_div(int a, int b)
+{
+    return a >= 0 ? a / b : -((b - 1 - a) / b);
+}
+
+// The cube of `coarse` that each fine one lies in, or no_index: a face that lies on a border of
+// cubes but for rounding may have fine cubes on either side.
+std::vector<std::uint32_t> owners(const Cubes& coarse, const FineCubes& fine)
+{
+    const auto key = [](const Vec3i& c) { return std::array<int, 3>{c.z(), c.y(), c.x()}; };
+    const auto before = [&](const Vec3i& a, const Vec3i& b) { return key(a) < key(b); };
+    std::vector<std::uint32_t> out;
+    out.reserve(fine.cubes.count());
+    for (const Vec3i& cell : fine.cubes.cell) {
+        Vec3i in;
+        for (int i = 0; i < 3; ++i) in[i] = floor_div(cell[i], fine.ratio);
+        const auto at = std::lower_bound(coarse.cell.begin(), coarse.cell.end(), in, before);
+        const bool found = at != coarse.cell.end() && *at == in;
+        out.push_back(found ? static_cast<std::uint32_t>(at - coarse.cell.begin()) : no_index);
+    }
+    double outside = 0;
+    for (std::size_t f = 0; f < out.size(); ++f) {
+        if (out[f] == no_index) outside += fine.cubes.mass[f];
+    }
+    if (!(outside < 0.01 * total_mass(fine.cubes))) {
+        throw std::invalid_argument(
+            "expected the fine cubes in cubes of the model, found more than "
+            "a hundredth of their mass outside");
+    }
+    return out;
+}
+
+std::vector<Body> bodies_of(const Cubes& coarse, const FineCubes& fine)
+{
+    const std::vector<std::uint32_t> owner = owners(coarse, fine);
+    geometry::Sets sets(coarse.corner_count());
+    for (const auto& corners : coarse.corners) {
+        for (const auto k : corners) sets.join(k, corners[0]);
+    }
+    std::map<std::uint32_t, std::vector<std::uint32_t>> cubes;
+    for (std::uint32_t c = 0; c < coarse.count(); ++c) {
+        cubes[sets.root(coarse.corners[c][0])].push_back(c);
+    }
+    std::vector<Body> out;
+    for (auto& [root, of] : cubes) {
+        geometry::stop_if_asked();
+        Body& body = out.emplace_back();
+        body.ratio = fine.ratio;
+        std::vector<std::uint8_t> keep(coarse.count(), 0);
+        for (const auto c : of) keep[c] = 1;
+        body.coarse = kept(coarse, keep);
+        std::vector<std::uint8_t> keep_fine(owner.size());
+        std::vector<std::uint32_t> own;
+        std::vector<std::uint32_t> number(coarse.count(), 0);
+        for (std::uint32_t i = 0; i < of.size(); ++i) number[of[i]] = i;
+        for (std::size_t f = 0; f < owner.size(); ++f) {
+            keep_fine[f] = owner[f] == no_index ? 0 : keep[owner[f]];
+            if (keep_fine[f] != 0) own.push_back(number[owner[f]]);
+        }
+        body.fine = kept(fine.cubes, keep_fine);
+        body.cube = std::move(of);
+        body.first.assign(body.cube.size() + 1, 0);
+        for (const auto c : own) ++body.first[c + 1];
+        std::partial_sum(body.first.begin(), body.first.end(), body.first.begin());
+        body.in.resize(own.size());
+        std::vector<std::uint32_t> next(body.first.begin(), body.first.end() - 1);
+        for (std::uint32_t f = 0; f < own.size(); ++f) body.in[next[own[f]]++] = f;
+    }
+    return out;
+}
+
+// How the corners of the fine cube at a place follow a cube's corners: 24 x 24.
+class Places {
+public:
+    explicit Places(int ratio) : ratio_(ratio)
+    {
+        for (int z = 0; z <= ratio; ++z) {
+            for (int y = 0; y <= ratio; ++y) {
+                for (int x = 0; x <= ratio; ++x) {
+                    weights_.push_back(geometry::trilinear_weights(Vec3(x, y, z) / ratio));
+                }
+            }
+        }
+    }
+
+    const std::array<double, 8>& weights(const Vec3i& place, unsigned a) const
+    {
+        const int edge = ratio_ + 1;
+        const Vec3i at = place + Vec3i(a & 1, a >> 1 & 1, a >> 2 & 1);
+        return weights_[std::size_t((at.z() * edge + at.y()) * edge + at.x())];
+    }
+
+    BrickMatrix motion(const Vec3i& place) const
+    {
+        BrickMatrix n = BrickMatrix::Zero();
+        for (unsigned a = 0; a < 8; ++a) {
+            const auto& w = weights(place, a);
+            for (unsigned b = 0; b < 8; ++b) {
+                for (unsigned i = 0; i < 3; ++i) n(3 * a + i, 3 * b + i) = w[b];
+            }
+        }
+        return n;
+    }
+
+private:
+    int ratio_;
+    std::vector<std::array<double, 8>> weights_;
+};
+
+using Fields = Eigen::Matrix<double, 24, Eigen::Dynamic>;
+
+// Rows of the corners of a cube.
+Fields at_corners(const MatrixXd& field, const std::array<std::uint32_t, 8>& corners)
+{
+    Fields out(24, field.cols());
+    for (std::size_t a = 0; a < 8; ++a) {
+        out.middleRows<3>(Index(3 * a)) = field.middleRows<3>(Index(3 * std::size_t{corners[a]}));
+    }
+    return out;
+}
+
+// q of each motion: 3 K x m, of the coarse corners.
+MatrixXd followed(const Body& body, const Places& places, const MatrixXd& motions)
+{
+    constexpr double smooth = 1e-3;
+    const Cubes& coarse = body.coarse;
+    const BrickMatrix extend = smooth * brick_stiffness(1, lame(1, 0.3), BrickElement::trilinear);
+    std::vector<BrickMatrix> matrices(coarse.count(), extend);
+    MatrixXd sides = MatrixXd::Zero(Index(3 * coarse.corner_count()), motions.cols());
+    const double volume = 1.0 / (body.ratio * body.ratio * body.ratio);
+    for (std::size_t c = 0; c < coarse.count(); ++c) {
+        for (const auto f : body.fine_of(c)) {
+            const Vec3i place = body.place_of(c, f);
+            const double share = volume * body.fine.fill[f] / 8;
+            for (unsigned a = 0; a < 8; ++a) {
+                const auto& w = places.weights(place, a);
+                const auto moved =
+                    motions.middleRows<3>(Index(3 * std::size_t{body.fine.corners[f][a]}));
+                for (unsigned i = 0; i < 8; ++i) {
+                    sides.middleRows<3>(Index(3 * std::size_t{coarse.corners[c][i]})) +=
+                        share * w[i] * moved;
+                    for (unsigned j = 0; j < 8; ++j) {
+                        for (unsigned k = 0; k < 3; ++k) {
+                            matrices[c](3 * i + k, 3 * j + k) += share * w[i] * w[j];
+                        }
+                    }
+                }
+            }
+        }
+    }
+    const std::size_t n = coarse.corner_count();
+    std::vector<std::uint32_t> slot(n);
+    std::iota(slot.begin(), slot.end(), 0u);
+    auto tree = std::make_shared<const Dissection>(
+        dissect(coarse, {}, std::numeric_limits<double>::infinity()));
+    const std::vector<double> nothing(4 * n, 0.0);
+    auto factor = DirectFactor::make(std::move(tree), matrices, nothing, slot);
+    if (!factor) throw std::logic_error("least squares without a solution");
+    std::vector<double> b(4 * n), x(4 * n);
+    MatrixXd out(sides.rows(), sides.cols());
+    for (Index m = 0; m < sides.cols(); ++m) {
+        for (std::size_t k = 0; k < n; ++k) {
+            for (std::size_t i = 0; i < 3; ++i) b[4 * k + i] = sides(Index(3 * k + i), m);
+        }
+        factor->solve(b.data(), x.data());
+        for (std::size_t k = 0; k < n; ++k) {
+            for (std::size_t i = 0; i < 3; ++i) out(Index(3 * k + i), m) = x[4 * k + i];
+        }
+    }
+    return out;
+}
+
+// Stiffness of the fine cubes: K for E = 1 and a full cube by Poisson's ratio.
+class FineStiffness {
+public:
+    explicit FineStiffness(const Cubes& fine) : fine_(fine)
+    {
+        const BrickElement element = element_of(fine, BrickElement::incompatible);
+        for (const double poisson : fine.poisson) {
+            if (of_.count(poisson) > 0) continue;
+            of_.emplace(poisson, brick_stiffness(fine.size, lame(1, poisson), element));
+        }
+    }
+    const BrickMatrix& of(std::uint32_t f) const { return of_.at(fine_.poisson[f]); }
+    double factor(std::uint32_t f) const
+    {
+        return fine_.young[f] * stiffness_share(fine_, f, Weighting::filled);
+    }
+
+private:
+    const Cubes& fine_;
+    std::map<double, BrickMatrix> of_;
+};
+
+// K, E and the mass matrix of one cube.
+struct Energies {
+    BrickMatrix quadrature = BrickMatrix::Zero();
+    MatrixXd fine;
+    CubeMass mass{};
+};
+
+// Adds what a fine cube of `mass` at a place adds to the mass matrix: 2 x 2 x 2 Gauss points.
+void add_mass(const Vec3i& place, int ratio, double mass, CubeMass& sum)
+{
+    for (unsigned point = 0; point < 8; ++point) {
+        Vec3 at = place.cast<double>();
+        for (unsigned i = 0; i < 3; ++i) {
+            at[i] += 0.5 + (point >> i & 1 ? 0.5 : -0.5) / std::sqrt(3.0);
+        }
+        const auto w = geometry::trilinear_weights(at / ratio);
+        for (std::size_t a = 0; a < 8; ++a) {
+            for (std::size_t b = 0; b < 8; ++b) sum[a][b] += mass / 8 * w[a] * w[b];
+        }
+    }
+}
+
+Energies energies_of(const Body& body, const Places& places, const FineStiffness& stiffness,
+                     const MatrixXd& motions, std::size_t c)
+{
+    Energies out;
+    out.fine = MatrixXd::Zero(motions.cols(), motions.cols());
+    for (const auto f : body.fine_of(c)) {
+        const BrickMatrix n = places.motion(body.place_of(c, f));
+        const double factor = stiffness.factor(f);
+        const BrickMatrix& k = stiffness.of(f);
+        out.quadrature += factor * (n.transpose() * (k * n));
+        const Fields moved = at_corners(motions, body.fine.corners[f]);
+        add_mass(body.place_of(c, f), body.ratio, body.fine.mass[f], out.mass);
+        out.fine.noalias() += factor * (moved.transpose() * (k * moved));
+    }
+    return out;
+}
+
+// K' of a cube, Q its corners' motions.
+BrickMatrix with_energy(const BrickMatrix& k, const MatrixXd& energy, const Fields& q)
+{
+    constexpr double least = 1e-3;  // of the largest: other motions are all but the same as these
+    const MatrixXd in_k = q.transpose() * (k * q);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(in_k);
+    const auto& value = eigen.eigenvalues();
+    Index from = 0;
+    while (from < value.size() && !(value[from] > least * value[value.size() - 1])) ++from;
+    const Index rank = value.size() - from;
+    if (rank == 0) return k;
+    const MatrixXd t = eigen.eigenvectors().rightCols(rank) *
+                       value.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
+    const Eigen::Matrix<double, 24, Eigen::Dynamic> y = k * (q * t);
+    const MatrixXd inner = t.transpose() * (energy * t);
+    return k + y * (inner - MatrixXd::Identity(rank, rank)) * y.transpose();
+}
+
+// For 1 kg, with a little of a whole cube's, so that no corner of a sliver is without mass.
+std::array<float, 36> mass_of(const CubeMass& sum)
+{
+    constexpr double whole = 1e-3;
+    const CubeMass usual = cube_mass_matrix();
+    double total = 0;
+    for (const auto& row : sum) total = std::accumulate(row.begin(), row.end(), total);
+    std::array<float, 36> out{};
+    std::size_t at = 0;
+    for (std::size_t a = 0; a < 8; ++a) {
+        for (std::size_t b = 0; b <= a; ++b) {
+            const double own = total > 0 ? sum[a][b] / total : usual[a][b];
+            out[at++] = static_cast<float>((1 - whole) * own + whole * usual[a][b]);
+        }
+    }
+    return out;
+}
+
+// What brings the lowest modes of a body to those of its fine cubes (squares of frequencies): they
+// are a little too low, as K' lets a cube follow other motions than phi more cheaply. The mean of
+// the logarithms of the first six.
+double common_factor(const Cubes& cubes, const std::vector<double>& fine)
+{
+    constexpr std::size_t few = 6;
+    constexpr double most = 1.5;
+    ModeSettings settings;
+    settings.count = static_cast<int>(std::min(few, fine.size()));
+    if (settings.count == 0 || cubes.count() < few) return 1;
+    const std::vector<double> coarse = lowest_modes(cubes, {}, settings).omega_sq;
+    double sum = 0;
+    for (std::size_t k = 0; k < coarse.size(); ++k) sum += std::log(fine[k] / coarse[k]);
+    return coarse.empty() ? 1 : std::clamp(std::exp(sum / double(coarse.size())), 1.0, most);
+}
+
+void calibrate(Body& body, const CalibrationSettings& settings, Cubes& all, Report& report)
+{
+    std::size_t first = 0;
+    while (first < body.cube.size() && !is_partly(body, first)) ++first;
+    if (first == body.cube.size()) return;
+    FineMotions motions = fine_motions(body.fine, settings.modes, report);
+    if (motions.of.cols() == 0) return;
+    const std::vector<double> lowest(motions.energy.begin(),
+                                     motions.energy.begin() + std::ptrdiff_t(motions.modes));
+    for (Index m = 0; m < motions.of.cols(); ++m) {
+        motions.of.col(m) /= std::sqrt(motions.energy[std::size_t(m)]);
+    }
+    const Places places(body.ratio);
+    const MatrixXd q = followed(body, places, motions.of);
+    const FineStiffness stiffness(body.fine);
+    std::vector<geometry::OwnElement> elements(body.cube.size());
+    geometry::parallel_for(body.cube.size(), 8, [&](std::size_t begin, std::size_t end) {
+        geometry::stop_if_asked();
+        for (std::size_t c = begin; c < end; ++c) {
+            if (!is_partly(body, c)) continue;
+            Energies of = energies_of(body, places, stiffness, motions.of, c);
+            // A little of the whole cube's, so that no corner of a sliver is without stiffness.
+            constexpr double floor = 1e-4;
+            const double young = body.coarse.young[c], edge = body.coarse.size;
+            const BrickMatrix least = floor * body.coarse.fill[c] *
+                                      brick_stiffness(edge, lame(young, body.coarse.poisson[c]),
+                                                      BrickElement::incompatible);
+            const BrickMatrix k = least + with_energy(of.quadrature + least, of.fine,
+                                                      at_corners(q, body.coarse.corners[c]));
+            elements[c] = {lower_triangle(k / (young * edge)), mass_of(of.mass)};
+        }
+    });
+    for (std::size_t c = 0; c < body.cube.size(); ++c) {
+        if (!is_partly(body, c)) continue;
+        body.coarse.own[c] = static_cast<std::uint32_t>(body.coarse.elements.size());
+        body.coarse.elements.push_back(elements[c]);
+    }
+    const auto factor = static_cast<float>(common_factor(body.coarse, lowest));
+    for (std::size_t c = 0; c < body.cube.size(); ++c) {
+        if (!body.coarse.is_own(c)) continue;
+        for (float& k : elements[c].stiffness) k *= factor;
+        all.own[body.cube[c]] = static_cast<std::uint32_t>(all.elements.size());
+        all.elements.push_back(elements[c]);
+        all.mass[body.cube[c]] = body.coarse.mass[c];
+        all.fill[body.cube[c]] = body.coarse.fill[c];
+    }
+}
+
+}  // namespace
+
+Cubes calibrated(const Cubes& coarse, const FineCubes& fine, const CalibrationSettings& settings,
+                 Report& report)
+{
+    Cubes out = coarse;
+    out.own.assign(coarse.count(), no_index);
+    out.elements.clear();
+    report.converged = true;
+    // Of cubes that are lighter than any may be, the fine ones know the mass.
+    const double share = total_mass(coarse) / total_mass(fine.cubes);
+    for (Body& body : bodies_of(coarse, fine)) {
+        for (std::size_t c = 0; c < body.cube.size(); ++c) {
+            if (!is_partly(body, c)) continue;
+            double mass = 0, fill = 0;
+            for (const auto f : body.fine_of(c)) {
+                mass += body.fine.mass[f];
+                fill += body.fine.fill[f] / std::pow(fine.ratio, 3);
+            }
+            body.coarse.mass[c] = share * mass;
+            body.coarse.fill[c] = std::min(fill, std::nextafter(full, 0));
+        }
+        body.coarse.own.assign(body.coarse.count(), no_index);
+        calibrate(body, settings, out, report);
+    }
+    if (out.elements.empty()) out.own.clear();
+    return out;
+}
+
+}  // namespace physics
