@@ -60,7 +60,8 @@ inline std::vector<CardLine> body_card(const graph::Value& mesh_value,
     // Of shells the estimate knows nothing.
     const bool solid = closed && std::abs(volume - body.mass) < 0.1 * body.mass;
     const auto parts = physics::thin_parts(mesh, cubes, {solid, 0});
-    const double factor = !solid ? unknown : parts.empty() ? 1 : parts.front().factor;
+    const bool known = solid && cubes.elements.empty();  // nor of what is calibrated
+    const double factor = !known ? unknown : parts.empty() ? 1 : parts.front().factor;
     lines.push_back({"stiffness in bending, of the true one", {exact(1), exact(factor)}});
     return lines;
 }

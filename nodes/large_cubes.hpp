@@ -42,6 +42,7 @@ inline void warn_of_thin_walls(const geometry::TriMesh& mesh, const geometry::Cu
         worst.share > 0.8 ? "is" : fmt::format("is in part ({:.0f} %)", 100 * worst.share),
         worst.thickness / cubes.size, worst.thickness, place_text(worst.where),
         times_text(worst.factor), physics::size_for_wall(worst.thickness));
+    if (walls.solid && !(walls.thickness > 0)) text += ", or stiffness = calibrated";
     if (more > 1) {
         text += fmt::format(" ({} part{} more {} too thin for these cubes)", more - 1,
                             more == 2 ? "" : "s", more == 2 ? "is" : "are");

@@ -143,6 +143,11 @@ static std::size_t corner_count(const Inputs& in)
 // Warns of parameters and forces that have no effect.
 static void warn_of_idle(const Inputs& in, const graph::Context& context)
 {
+    const auto own = [](const auto& cubes) { return !cubes->elements.empty(); };
+    if (in.method != Method::bricks && std::any_of(in.cubes.begin(), in.cubes.end(), own)) {
+        context.warn("the calibrated stiffness of the cubes counts for method = bricks only: set "
+                     "method = bricks, or stiffness = filled in Voxelize");
+    }
     const auto* const body = std::get_if<physics::LatticeBody>(&in.body->is);
     if (!body) {
         if (in.contact.on && in.contact.self && geometry::flat_axis(*in.cubes[0]) >= 0) {

@@ -4,6 +4,7 @@
 
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
+#include "nodes/calibrated_cubes.hpp"
 #include "nodes/cube_quality.hpp"
 #include "nodes/large_cubes.hpp"
 #include "nodes/material_rules.hpp"
@@ -17,6 +18,7 @@ namespace nodes::voxelize {
 
 enum class Method { samples, surface, solid };
 enum class Align { fit, origin };
+enum class Stiffness { filled, calibrated };
 
 struct Inputs {
     std::vector<graph::Wire<geometry::Samples>> points;
@@ -32,6 +34,8 @@ struct Inputs {
     geometry::NearPieces pieces = geometry::NearPieces::merge;
     double join = 0;
     double thickness = 0;
+    Stiffness stiffness = Stiffness::filled;
+    CalibrationParams calibration;
     ChosenMatter matter;
     std::vector<MaterialRule> materials;
     std::string attributes;
@@ -76,6 +80,16 @@ constexpr const char* needs_mesh =
     "method = surface or solid needs the input 'mesh': link a mesh, or use method = samples for "
     "points";
 
+constexpr const char* calibrated_solids =
+    "stiffness = calibrated needs closed solids, found faces with a thickness: set thickness = 0, "
+    "or stiffness = filled";
+constexpr const char* calibrated_by_size =
+    "quality chooses the size of cubes by their stiffness as filled, which stiffness = calibrated "
+    "replaces: set quality = by_size and a size, or stiffness = filled";
+constexpr const char* calibrated_merged =
+    "stiffness = calibrated needs pieces = merge, found apart: set pieces = merge, or stiffness = "
+    "filled with smaller cubes";
+
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
     const bool samples = in.method == Method::samples;
@@ -84,6 +98,10 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
         faults.push_back({"method", samples ? needs_points : needs_mesh});
     }
     if (in.quality != Quality::by_size && samples) faults.push_back({"quality", no_quality});
+    if (in.method != Method::solid || in.stiffness != Stiffness::calibrated) return faults;
+    if (in.thickness > 0) faults.push_back({"thickness", calibrated_solids});
+    if (in.pieces != geometry::NearPieces::merge) faults.push_back({"pieces", calibrated_merged});
+    if (in.quality != Quality::by_size) faults.push_back({"quality", calibrated_by_size});
     return faults;
 }
 
@@ -159,7 +177,18 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     Outputs out{cubes_of_mesh(in, matter, grid, options)};
     out.cubes = solid ? geometry::with_means_of_solid(std::move(out.cubes), *in.mesh, attributes)
                       : geometry::with_means_of_surface(std::move(out.cubes), *in.mesh, attributes);
-    warn_of_thin_walls(*in.mesh, out.cubes, {solid, in.thickness}, context);
+    if (solid && in.stiffness == Stiffness::calibrated) {
+        const auto fine_of = [&](int ratio) {
+            const geometry::VoxelGrid fine{grid.size / ratio, grid.origin, ratio * grid.cells};
+            geometry::VoxelOptions all;
+            all.min_fill = 1e-3;
+            return cubes_of_mesh(in, matter, fine, all);
+        };
+        out.cubes =
+            with_calibrated_stiffness(*in.mesh, out.cubes, in.calibration, fine_of, context);
+    } else {
+        warn_of_thin_walls(*in.mesh, out.cubes, {solid, in.thickness}, context);
+    }
     warn_of_glued_pieces(*in.mesh, out.cubes, in.pieces == geometry::NearPieces::apart, in.join,
                          context);
     return out;
@@ -217,12 +246,46 @@ constexpr const char* about_materials =
     "up to the closed parts within it; a part whose faces are of several materials, and "
     "what is open, has the material of the faces in a cube, or of the nearest one.";
 
+constexpr const char* about_stiffness =
+    "How stiff partly filled cubes are. filled: as a whole cube, in the share of its fill; walls "
+    "thinner than two cubes, and tilted ones, are too stiff in bending. calibrated: as fine cubes "
+    "of the mesh are (numerical coarsening), for methods bricks and Modes. Down to walls "
+    "of half a cube, the lowest vibrations are then right within 6 %, and sags within a quarter. "
+    "The "
+    "fine cubes are solved once, when cubes are made. Changing young (LocalMatter) scales the "
+    "stiffness; changing "
+    "poisson, and the options weighting and element elsewhere, leave it.";
+
+constexpr const char* about_method =
+    "Which cubes are made. samples: one wherever a sample lies; sparse samples leave "
+    "holes. surface: one wherever a triangle passes, exactly; a face between two cubes "
+    "belongs to the upper one; of a point cloud, one wherever a point lies. solid: "
+    "those of surface, and those whose centre is inside.";
+
+constexpr const char* about_thickness =
+    "Thickness of the faces: a cube holds the face area in it times this. 0: `surface` "
+    "treats every cube as full; `solid` counts only the enclosed volume (exact, except "
+    "near holes and overlaps, where 4 x 4 x 4 points per cube are sampled).";
+
 constexpr const char* about_attributes =
     "Attributes of the mesh that cubes get, as LocalMatter, CubeMesh, Embed, Measure and Render "
     "know them: names, with commas between them, where * stands for any text and ? for any "
     "character. Empty: none. Method surface: the mean by area of the faces in a cube. Method "
     "solid: the mean over the cube, where each place has the value of the nearest place of the "
     "surface. Samples bring their own.";
+
+static void describe_calibration(graph::ParamsOf<CalibrationParams>& p)
+{
+    p.param("fine", &CalibrationParams::fine,
+            "Fine cubes along the edge of a cube. 0: four through the thinnest wall, or what "
+            "200,000 fine cubes allow. More than 400,000 are refused.",
+            {0, 32, ""})
+        .param("modes", &CalibrationParams::modes,
+               "Lowest vibrations of each body that its cubes are calibrated for, beside six loads "
+               "that stretch and shear it. A body of one part is right with 12; one of many thin "
+               "limbs needs some for each. Where a cube takes part in more, it becomes too soft.",
+               {1, 200, ""});
+}
 
 void add_to(graph::Registry& registry)
 {
@@ -237,11 +300,7 @@ void add_to(graph::Registry& registry)
                "The mesh to convert (methods surface and solid). With method samples it only "
                "places the grid, so that several models can share one.",
                graph::Need::optional)
-        .choice("method", &Inputs::method, {"samples", "surface", "solid"},
-                "Which cubes are made. samples: one wherever a sample lies; sparse samples leave "
-                "holes. surface: one wherever a triangle passes, exactly; a face between two cubes "
-                "belongs to the upper one; of a point cloud, one wherever a point lies. solid: "
-                "those of surface, and those whose centre is inside.")
+        .choice("method", &Inputs::method, {"samples", "surface", "solid"}, about_method)
         .short_forms(write_out_size)
         .choice("quality", &Inputs::quality, {"by_size", "draft", "good", "exact", "by_error"},
                 about_quality)
@@ -261,11 +320,11 @@ void add_to(graph::Registry& registry)
         .choice("inside", &Inputs::inside, {"winding", "parity"}, how_inside, {"method", {"solid"}})
         .choice("pieces", &Inputs::pieces, {"merge", "apart"}, near_pieces, of_mesh)
         .param("join", &Inputs::join, join_gap, {0, 1e6, "m"}, {"pieces", {"apart"}})
-        .param("thickness", &Inputs::thickness,
-               "Thickness of the faces: a cube holds the face area in it times this. 0: `surface` "
-               "treats every cube as full; `solid` counts only the enclosed volume (exact, except "
-               "near holes and overlaps, where 4 x 4 x 4 points per cube are sampled).",
-               {0, 1e6, "m"}, of_mesh)
+        .param("thickness", &Inputs::thickness, about_thickness, {0, 1e6, "m"}, of_mesh)
+        .choice("stiffness", &Inputs::stiffness, {"filled", "calibrated"}, about_stiffness,
+                {"method", {"solid"}})
+        .block("calibration", &Inputs::calibration, describe_calibration,
+               "How the stiffness is calibrated.", {"stiffness", {"calibrated"}})
         .block("matter", &Inputs::matter, describe_matter<ChosenMatter>,
                "Material of the model where no rule of `materials` matches.", of_mesh)
         .list("materials", &Inputs::materials, describe_rule, about_materials, of_mesh)
