@@ -196,7 +196,12 @@ protected:
         pid_t found = 0;
         wait_until(task + " runs", [&] {
             for (const auto& p : fs::directory_iterator("/proc")) {
-                const std::string words = bytes_of(p.path() / "cmdline");
+                std::string words;
+                try {
+                    words = bytes_of(p.path() / "cmdline");
+                } catch (const std::exception&) {  // it has ended since it was listed
+                    continue;
+                }
                 if (words.find(part) == std::string::npos) continue;
                 found = std::stoi(p.path().filename());
             }
