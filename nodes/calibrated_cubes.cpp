@@ -45,10 +45,7 @@ void warn_of_thin(const physics::ThinPart& part, double size, int ratio,
 {
     constexpr double usable = 2.2;  // cubes as thick as so many walls
     constexpr double enough = 2.5;  // fine cubes through a wall
-    const std::string where = fmt::format(
-        "{} {} {:.2g} cubes thick ({:.2g} m, at {})", part.name.empty() ? "the model" : part.name,
-        part.share > 0.8 ? "is" : fmt::format("is in part ({:.0f} %)", 100 * part.share),
-        part.thickness / size, part.thickness, place_text(part.where));
+    const std::string where = thin_text(part, size);
     if (size > usable * part.thickness) {
         context.warn(fmt::format("{}: its calibrated stiffness may be wrong by a factor of 2; use "
                                  "cubes of {:.2g} m",
@@ -78,8 +75,7 @@ geometry::Cubes with_calibrated_stiffness(const geometry::TriMesh& mesh,
     if (fine_count(cubes, ratio) > 2 * most_fine_cubes) {
         throw std::invalid_argument(
             fmt::format("stiffness = calibrated with {} fine cubes along a cube takes about {:.0f} "
-                        "of them, the "
-                        "limit is {:.0f}: {}use larger cubes, or stiffness = filled",
+                        "of them, the limit is {:.0f}: {}use larger cubes, or stiffness = filled",
                         ratio, fine_count(cubes, ratio), 2 * most_fine_cubes,
                         params.fine > 2 ? "lower calibration.fine, " : ""));
     }

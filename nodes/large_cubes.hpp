@@ -26,6 +26,15 @@ inline std::string times_text(double factor)
     return fmt::format("{:.0f}", std::round(factor / digit) * digit);
 }
 
+// "'seat' is 0.4 cubes thick (0.002 m, at (0, 0.4, 0))".
+inline std::string thin_text(const physics::ThinPart& part, double size)
+{
+    return fmt::format(
+        "{} {} {:.2g} cubes thick ({:.2g} m, at {})", part.name.empty() ? "the model" : part.name,
+        part.share > 0.8 ? "is" : fmt::format("is in part ({:.0f} %)", 100 * part.share),
+        part.thickness / size, part.thickness, place_text(part.where));
+}
+
 inline void warn_of_thin_walls(const geometry::TriMesh& mesh, const geometry::Cubes& cubes,
                                const physics::WallOptions& walls, const graph::Context& context)
 {
@@ -35,13 +44,9 @@ inline void warn_of_thin_walls(const geometry::TriMesh& mesh, const geometry::Cu
     for (const physics::ThinPart& p : parts) more += p.factor >= worth_telling ? 1 : 0;
     if (more == 0) return;
     const physics::ThinPart& worst = parts.front();
-    std::string text = fmt::format(
-        "{} {} {:.2g} cubes thick ({:.2g} m, at {}): about {} times too stiff in bending; use "
-        "cubes of {:.2g} m",
-        worst.name.empty() ? "the model" : worst.name,
-        worst.share > 0.8 ? "is" : fmt::format("is in part ({:.0f} %)", 100 * worst.share),
-        worst.thickness / cubes.size, worst.thickness, place_text(worst.where),
-        times_text(worst.factor), physics::size_for_wall(worst.thickness));
+    std::string text = fmt::format("{}: about {} times too stiff in bending; use cubes of {:.2g} m",
+                                   thin_text(worst, cubes.size), times_text(worst.factor),
+                                   physics::size_for_wall(worst.thickness));
     if (walls.solid && !(walls.thickness > 0)) text += ", or stiffness = calibrated";
     if (more > 1) {
         text += fmt::format(" ({} part{} more {} too thin for these cubes)", more - 1,

@@ -194,6 +194,22 @@ HWY_INLINE BrickField<V> stiffness_times(D d, const BrickField<V>& c, V mu, V la
     return f;
 }
 
+// out = A in, A symmetric: its lower triangle row by row, each entry a row of lanes.
+template <class D, class T, std::size_t n, class V = hn::Vec<D>>
+HWY_INLINE void triangle_times(D d, const T* entries, const V (&in)[n], V (&out)[n])
+{
+    for (std::size_t i = 0; i < n; ++i) {
+        V sum = hn::Zero(d);
+        for (std::size_t j = 0; j < i; ++j, entries += block_lanes) {
+            const V entry = hn::LoadU(d, entries);
+            sum = hn::Add(sum, hn::Mul(entry, in[j]));
+            out[j] = hn::Add(out[j], hn::Mul(entry, in[i]));
+        }
+        out[i] = hn::Add(sum, hn::Mul(hn::LoadU(d, entries), in[i]));
+        entries += block_lanes;
+    }
+}
+
 // H of the `own`-th block that has one.
 template <class D, class T, class V = hn::Vec<D>>
 HWY_INLINE BrickField<V> own_times(D d, const BrickCoefficients<T>& bricks, std::size_t own,
@@ -206,17 +222,7 @@ HWY_INLINE BrickField<V> own_times(D d, const BrickCoefficients<T>& bricks, std:
         in[at] = x, in[at + 1] = y, in[at + 2] = z;
         at += 3;
     });
-    const T* k = bricks.own + own * own_rows * block_lanes + lane;
-    for (std::size_t i = 0; i < field_numbers; ++i) {
-        V sum = hn::Zero(d);
-        for (std::size_t j = 0; j < i; ++j, k += block_lanes) {
-            const V entry = hn::LoadU(d, k);
-            sum = hn::Add(sum, hn::Mul(entry, in[j]));
-            out[j] = hn::Add(out[j], hn::Mul(entry, in[i]));
-        }
-        out[i] = hn::Add(sum, hn::Mul(hn::LoadU(d, k), in[i]));
-        k += block_lanes;
-    }
+    triangle_times(d, bricks.own + own * own_rows * block_lanes + lane, in, out);
     const V weight = bricks.own_weight ? hn::LoadU(d, bricks.own_weight + own * block_lanes + lane)
                                        : hn::Set(d, T(1));
     at = 0;
@@ -252,17 +258,7 @@ HWY_INLINE BrickField<V> own_excess_times(D d, const BrickCoefficients<T>& brick
         const Monomials<V>& u = c.of[component];
         const V in[7] = {u.x, u.y, u.z, u.xy, u.yz, u.zx, u.xyz};
         V out[7];
-        const T* k = bricks.own_mass + own * own_mass_rows * block_lanes + lane;
-        for (std::size_t i = 0; i < 7; ++i) {
-            V sum = hn::Zero(d);
-            for (std::size_t j = 0; j < i; ++j, k += block_lanes) {
-                const V entry = hn::LoadU(d, k);
-                sum = hn::Add(sum, hn::Mul(entry, in[j]));
-                out[j] = hn::Add(out[j], hn::Mul(entry, in[i]));
-            }
-            out[i] = hn::Add(sum, hn::Mul(hn::LoadU(d, k), in[i]));
-            k += block_lanes;
-        }
+        triangle_times(d, bricks.own_mass + own * own_mass_rows * block_lanes + lane, in, out);
         f.of[component] = {hn::Mul(mass, out[0]), hn::Mul(mass, out[1]), hn::Mul(mass, out[2]),
                            hn::Mul(mass, out[3]), hn::Mul(mass, out[4]), hn::Mul(mass, out[5]),
                            hn::Mul(mass, out[6])};
