@@ -84,11 +84,17 @@ static physics::MassMoments moments(const Inputs& in)
     return physics::mass_moments(state(in), cubes(in));
 }
 
+// Whether it is more than the first state of a simulation.
+static bool has_gone(const physics::State& state)
+{
+    return state.report.steps > 0 || state.report.slept;
+}
+
 // Of each cube, once there has been a step: at rest there is none.
 static const std::vector<float>& of_cubes(const Inputs& in, const std::vector<float>& numbers,
                                           const char* what)
 {
-    if (numbers.empty() && state(in).report.steps > 0) {
+    if (numbers.empty() && has_gone(state(in))) {
         throw std::invalid_argument(
             fmt::format("the state has no {}: only method bricks of Simulate knows it", what));
     }
@@ -104,7 +110,7 @@ static physics::PinForce pin_force(const Inputs& in)
                                     "link the Pin of these cubes");
     }
     const physics::PinForce out = physics::pin_force(of, in.pins.get(), in.point);
-    if (out.pins == 0 && of.report.steps > 0) {
+    if (out.pins == 0 && has_gone(of)) {
         throw std::invalid_argument(
             of.reactions.empty()
                 ? "the state has no forces of pins: link pins to Simulate, with method bricks, "

@@ -331,6 +331,7 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
     state.grips.clear();
     state.holds.clear();
     state.reactions.clear();
+    state.still_frames = 0;
     if (in.start && in.method != Method::bricks) {  // which no other method knows
         state.stress.clear();
         state.energy.clear();

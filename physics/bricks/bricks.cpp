@@ -43,6 +43,7 @@ State advance(const BricksBody& body, State state, const Loads& loads, double dt
     }
     const double before = largest_speed(state);
     state = advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
+    if (state.report.slept) return state;
     elasticity.hold({});
     Aligned<float> stress(body.layout.cube.size()), volume(stress.size()), energy(stress.size());
     elasticity.evaluate(by_slot(body.base, state.x).data(), nullptr,

@@ -311,6 +311,7 @@ State advance(const SpringsBody& body, State state, const Loads& loads, double d
     SpringElasticity elasticity(body);
     const double before = largest_speed(state);
     state = advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
+    if (state.report.slept) return state;
     const std::size_t inverted =
         count_inverted(body.base, body.cubes, by_slot(body.base, state.x).data());
     if (inverted > 0) {

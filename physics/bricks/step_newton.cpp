@@ -252,6 +252,17 @@ void solve_stage(Stage& stage, StepSolver& solver, StepRecord& record)
     if (descend(stage, solver, how, record) != Descended::arrived) record.unsettled = true;
 }
 
+void find_forces_at_start(Stage& stage)
+{
+    stage.wary = false;
+    place(stage);
+    stage.contacts = touching(stage);
+    add_following(stage);
+    linearise(stage, stage.x0);
+    stage.at_start = true;
+    find_residual(stage);
+}
+
 void find_leftover(Stage& stage, StepSolver& solver, StepRecord& record)
 {
     place(stage);

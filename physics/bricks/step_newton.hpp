@@ -16,6 +16,9 @@ namespace physics {
 // Solves a stage that has been started, from and to stage.w. What fell short stands in the record.
 void solve_stage(Stage& stage, StepSolver& solver, StepRecord& record);
 
+// r of a stage that has been started, with the forces at x0 and what is touched there.
+void find_forces_at_start(Stage& stage);
+
 // Evaluates what the equations of a solved stage leave over at the w it has now, and adds it to the
 // record as a share of the forces at work. The next stage starts with the forces found here.
 void find_leftover(Stage& stage, StepSolver& solver, StepRecord& record);

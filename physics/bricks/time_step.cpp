@@ -4,6 +4,7 @@
 #include "physics/body/external_forces.hpp"
 #include "physics/bricks/bounce.hpp"
 #include "physics/bricks/free_parts.hpp"
+#include "physics/bricks/sleep.hpp"
 #include "physics/bricks/stage_touches.hpp"
 #include "physics/bricks/step_energy.hpp"
 #include "physics/bricks/step_newton.hpp"
@@ -282,6 +283,23 @@ void store(const CornerBody& body, const Motion& motion, State& state)
     }
 }
 
+bool sleeps(FrameStep& step, const State& state)
+{
+    const StepOptions& options = step.frame.options;
+    return options.sleep && !options.leaps && state.still_frames >= frames_at_rest &&
+           state.report.converged && state.report.warnings.empty() &&
+           stays_at_rest(step.stage, step.solver, step.now.x, step.now.v, step.record);
+}
+
+State slept_through(State state, double dt, const StepRecord& record)
+{
+    state.v.assign(state.v.size(), Vec3::Zero());
+    state.time += dt;
+    state.report = record.report;
+    state.report.slept = true;
+    return state;
+}
+
 bool is_far(const State& state)
 {
     return std::any_of(state.x.begin(), state.x.end(),
@@ -319,10 +337,11 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
     StepFrame frame(body, loads, dt, options);
     FrameStep step(frame, elasticity);
     step.now = load(body, state);
-    step.stage.grips = std::move(state.grips);
-    step.stage.held = std::move(state.holds);
+    step.stage.grips = state.grips;
+    step.stage.held = state.holds;
     frame.start = step.now.x;
     frame.first = state.time == 0;
+    if (sleeps(step, state)) return slept_through(std::move(state), dt, step.record);
     if (options.integrator == Integrator::implicit_midpoint) {
         step.account = open_account(step.stage, step.now.x, step.now.v);
     }
@@ -334,6 +353,7 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
         frame.first = false;
     }
     store(body, step.now, state);
+    state.still_frames = is_still(body, frame.start, step.now.x) ? state.still_frames + 1 : 0;
     state.reactions.clear();
     for (std::size_t p = 0; p < step.record.reaction.size(); ++p) {
         state.reactions.push_back({loads.pins.corner[p], step.record.reaction[p].cast<float>()});

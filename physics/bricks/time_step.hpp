@@ -13,7 +13,7 @@
 //                        what it cannot resolve.
 // A step in which something hits is one of implicit Euler, whatever is chosen (bounce.hpp).
 //
-//   advance_implicitly   a frame
+//   advance_implicitly   a frame, unless all is at rest (sleep.hpp)
 //     substeps           each halved, up to eight times, where it does not stay finite, and up to
 //                        twice where parts that touch do not settle or gain energy; cut where
 //                        something that bounces hits

@@ -15,6 +15,7 @@ using geometry::Vec3;
 // How an advance() went: data, never an exception.
 struct Report {
     bool converged = true;
+    bool slept = false;                 // nothing would have moved: no step was taken
     int steps = 0;                      // time steps taken
     int iterations = 0;                 // inner iterations, all steps together
     double residual = 0;                // largest relative residual left over
@@ -70,6 +71,7 @@ struct State {
     std::vector<float> energy;  // C, J, elastic energy of each cube; empty when the method has none
     std::vector<Reaction> reactions;  // by corner; of bricks, springs and shells
     std::vector<StateModel> models;   // empty: one
+    int still_frames = 0;  // in a row in which no corner moved; of bricks, springs and shells
     Report report;
 };
 

@@ -15,6 +15,7 @@ struct StepOptions {
     int contact_iterations = 30;   // solves a stage while what touches still changes
     double tolerance = 1e-4;       // of the residual, relative to the forces at work
     int solver_iterations = 2000;  // conjugate gradient iterations a solve
+    bool sleep = true;             // what is at rest is not stepped
     bool leaps = false;            // whole Newton steps first: the end is far from the start
 };
 

@@ -1,0 +1,65 @@
+#include "physics/bricks/sleep.hpp"
+
+#include "physics/bricks/stage_touches.hpp"
+#include "physics/bricks/step_descent.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace physics {
+namespace {
+
+bool pins_stay(const StepFrame& frame)
+{
+    bool stay = true;
+    for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
+        stay = stay && pin_target(frame, pin, axis, 1) == frame.start[number];
+    });
+    return stay;
+}
+
+bool stays(const Collider& c)
+{
+    return c.pose.matrix() == c.before.matrix() && (!c.mesh_before || c.mesh_before == c.mesh);
+}
+
+}  // namespace
+
+bool is_still(const CornerBody& body, const Aligned<double>& from, const Aligned<double>& to)
+{
+    const double most = still * body.h;
+    for (std::size_t i = 0; i < body.numbers; ++i) {
+        if (!(std::abs(to[i] - from[i]) <= most)) return false;
+    }
+    return true;
+}
+
+bool stays_at_rest(Stage& stage, StepSolver& solver, const Aligned<double>& x,
+                   const Aligned<double>& v, StepRecord& record)
+{
+    const StepFrame& frame = stage.frame;
+    const auto& colliders = frame.loads.colliders;
+    if (!pins_stay(frame) || !std::all_of(colliders.begin(), colliders.end(), stays)) return false;
+    start_stage(stage, x, v, frame.seconds / frame.options.substeps, 1);
+    if (stage.struck) return false;
+    std::fill(stage.w.begin(), stage.w.end(), 0);
+    find_forces_at_start(stage);
+    prepare(solver, stage);
+    const AtWork at = at_work(stage);
+    const auto left = norms_of_parts(solver, frame.body, stage.r);
+    const auto outside = norms_of_parts(solver, frame.body, at.outside);
+    const auto elastic = norms_of_parts(solver, frame.body, at.elastic);
+    const double rounding = rounding_of(stage, solver);
+    double residual = 0;
+    for (std::size_t p = 0; p < left.size(); ++p) {
+        const double scale = std::max(outside[p], elastic[p]);
+        // A step ends within the tolerance of the whole, and a part may have more than its share.
+        constexpr double share = 2;
+        if (!(left[p] <= std::max(share * frame.options.tolerance * scale, rounding))) return false;
+        if (scale > 0) residual = std::max(residual, left[p] / scale);
+    }
+    record.report.residual = residual;
+    return true;
+}
+
+}  // namespace physics
