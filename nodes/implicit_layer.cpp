@@ -121,6 +121,13 @@ static void describe_matter(graph::ParamsOf<LayerMatter>& p)
                "most the collider's coefficient times the pressure. Raise it for bodies that must "
                "not creep: they creep at their tangential load divided by it.",
                {.min = 0, .unit = "Pa s/m"})
+        .param(
+            "restitution", &LayerMatter::restitution,
+            "Coefficient of restitution of a soft layer on rigid bodies: share of the speed of an "
+            "impact that they part with, besides what friction takes. 0 for clay, 0.5 for wood, "
+            "1 loses nothing. Two layers share the loss as they share the compression. Slow "
+            "impacts do not bounce.",
+            {.min = 0, .max = 1})
         .param("bulge_width", &LayerMatter::bulge_width,
                "Distance from the surface of what the layer touches up to which the layer bulges.",
                {.min = 0, .unit = "m"})

@@ -69,9 +69,9 @@ void add_to(graph::Registry& registry)
             {.min = 1, .max = 10'000})
         .choice("rigid_bodies", &Inputs::rigid_bodies, {"implicit", "bullet"},
                 "Solver of rigid bodies and their hinges. implicit: one implicit step together "
-                "with everything else; stable at any stiffness, but loses bounces. bullet: keeps "
-                "bounces, swings and tumbling, takes more steps automatically the stiffer the "
-                "layers are, and supports rigid and still bodies only.")
+                "with everything else; stable at any stiffness, with shorter steps while layers "
+                "bounce. bullet: keeps swings and tumbling too, takes more steps automatically the "
+                "stiffer the layers are, and supports rigid and still bodies only.")
         .reads(graph::Variable::fps)
         .output("scene", &Outputs::scene,
                 "State of all bodies; on the first frame, the initial state. For Polygonize, Skin "

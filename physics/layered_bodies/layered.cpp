@@ -24,8 +24,8 @@ std::size_t LayeredState::bytes() const
             distance.size()) *
                sizeof(double) +
            pressed.size() * sizeof(float) + links.size() * sizeof(geometry::BlendLink) +
-           part.size() * sizeof(std::uint32_t) + 2 * cubes.x.size() * sizeof(Vec3) +
-           cubes.rotation.size() * sizeof(float);
+           part.size() * sizeof(std::uint32_t) + bounces.size() * sizeof(LayerBounce) +
+           2 * cubes.x.size() * sizeof(Vec3) + cubes.rotation.size() * sizeof(float);
 }
 
 std::size_t LayeredScene::bytes() const

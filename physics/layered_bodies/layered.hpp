@@ -40,6 +40,18 @@ inline bool has_surface(const LayeredBody& body)
     return body.samples.count() > 0 || body.sample_spacing > 0;
 }
 
+// What two skeletons that touch have done to each other (layered_bounce.hpp).
+struct LayerBounce {
+    std::uint32_t skeleton = 0, other = 0, other_skeleton = 0;  // `other`: body
+    bool struck = false;                                        // hit, and bounces
+    bool turned = false;                                        // is on its way out
+    bool spent = false;                                         // has given all
+    double arrived = 0;                                         // J, of the approach when it hit
+    double stored = 0;  // J, taken by elasticity less given; on the way out: less what is lost
+    double phase = 0;   // rad, by which it has swung since
+    bool operator==(const LayerBounce&) const = default;
+};
+
 // Its moment.
 struct LayeredState {
     double time = 0;                        // s
@@ -61,7 +73,9 @@ struct LayeredState {
     std::vector<float> pressed;
     std::vector<std::uint32_t> part;  // S, blend parts
     std::vector<geometry::BlendLink> links;
-    double steps_per_second = 0;  // that Bullet needs for it as it is, see explicit_steps()
+    std::vector<LayerBounce> bounces;  // of its skeletons with those of bodies after it
+    double last_step = 0;              // s; 0: before the first
+    double steps_per_second = 0;       // that Bullet needs for it as it is, see explicit_steps()
     Report report;
 
     std::size_t bytes() const;

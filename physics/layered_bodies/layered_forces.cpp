@@ -9,10 +9,19 @@
 namespace physics {
 namespace {
 
+// s: by what a contact's stiffness is multiplied to damp it where it rests: 2 (1 - e) times the
+// critical damping, so that what does not bounce comes to rest without a swing. Under Bullet, where
+// damping takes steps as stiffness does, half of the critical one.
+double resting_damping(const Impact& impact, bool held)
+{
+    return (held ? 1 : 4) * (1 - std::sqrt(impact.restitution_sq)) / impact.rate;
+}
+
 // Contact forces, with the stiffness that the layers have there: moved together by x along the
 // normal, two layers of slopes s_i and s_j compress by x s_i s_j / (s_i + s_j); a rigid one by x
 // s_i.
-void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, LayeredSystem& system)
+void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, const Impacts& impacts,
+                  LayeredSystem& system)
 {
     for (std::size_t b = 0; b < scene.parts.size(); ++b) {
         for (std::size_t f = 0; f < moment.contacts.wrenches[b].size(); ++f) {
@@ -20,7 +29,8 @@ void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, Layere
             add_force(system, system.frame(b, f), wrench.force, wrench.torque);
         }
     }
-    for (const LayerContact& contact : moment.contacts.contacts) {
+    for (std::size_t c = 0; c < moment.contacts.contacts.size(); ++c) {
+        const LayerContact& contact = moment.contacts.contacts[c];
         const LayerContactLaw law = contact_law(moment.bodies, contact);
         const bool rigid = scene.parts[contact.other].body->matter.rigid;
         const double si = moment.fields[contact.body].profile[contact.skeleton].k;
@@ -31,11 +41,33 @@ void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, Layere
         const std::uint32_t fa = scene.parts[contact.body].body->layer.frame[contact.skeleton];
         const std::uint32_t fb =
             scene.parts[contact.other].body->layer.frame[contact.other_skeleton];
-        add_pair(system, system.frame(contact.body, fa), system.frame(contact.other, fb),
-                 contact.position - moment.frames[contact.body][fa].translation(),
-                 contact.position - moment.frames[contact.other][fb].translation(),
-                 share * (law.along * Mat3::Identity() + (law.damping - law.along) * across),
-                 share * K * across);
+        const std::size_t a = system.frame(contact.body, fa), b = system.frame(contact.other, fb);
+        const Vec3 arm_a = contact.position - moment.frames[contact.body][fa].translation();
+        const Vec3 arm_b = contact.position - moment.frames[contact.other][fb].translation();
+        const Impact* const impact = impacts.of(c);
+        const bool bounces = impact && impact->bounces();
+        const bool held = system.held[a] || system.held[b];
+        double damping = law.damping;
+        // What is no elasticity: what bounces has its own, what rests is damped besides.
+        Vec3 force = Vec3::Zero();
+        if (bounces) {
+            force = (rigid ? 1 : 0.5) * law.stiffness * contact.load * contact.normal;
+        } else if (impact && impact->rate > 0) {
+            const double rest = resting_damping(*impact, held) * K;
+            const Vec3 slip =
+                velocity_at(moment.bodies[contact.other], contact.other_skeleton,
+                            contact.position) -
+                velocity_at(moment.bodies[contact.body], contact.skeleton, contact.position);
+            damping += rest;
+            force = share * rest * slip.dot(contact.normal) * contact.normal;
+        }
+        if (!force.isZero(0)) {
+            add_force(system, a, force, arm_a.cross(force));
+            add_force(system, b, -force, -arm_b.cross(force));
+        }
+        add_pair(system, a, b, arm_a, arm_b,
+                 share * (law.along * Mat3::Identity() + (damping - law.along) * across),
+                 bounces && !held ? Mat3(Mat3::Zero()) : Mat3(share * K * across));
     }
 }
 
@@ -57,7 +89,8 @@ void add_rubbing(const LayeredMoment& moment, const LayerStop& stop, std::size_t
     add_pair(system, a, b, arm_a, arm_b, C, Mat3::Zero());
 }
 
-void add_stops(const LayeredScene& scene, const LayeredMoment& moment, LayeredSystem& system)
+void add_stops(const LayeredScene& scene, const LayeredMoment& moment, const Vec3& gravity,
+               LayeredSystem& system)
 {
     for (const LayerStop& stop : moment.contacts.stops) {
         const std::uint32_t fa = scene.parts[stop.body].body->layer.frame[stop.skeleton];
@@ -65,7 +98,8 @@ void add_stops(const LayeredScene& scene, const LayeredMoment& moment, LayeredSy
         const std::size_t a = system.frame(stop.body, fa), b = system.frame(stop.other, fb);
         const Vec3 arm_a = stop.position - moment.frames[stop.body][fa].translation();
         const Vec3 arm_b = stop.position - moment.frames[stop.other][fb].translation();
-        add_stop(system, a, b, arm_a, arm_b, stop.normal, stop_room(moment, stop, system.dt));
+        add_stop(system, a, b, arm_a, arm_b, stop.normal,
+                 stop_room(moment, stop, falls_together(scene, stop, gravity), system.dt));
         add_rubbing(moment, stop, a, b, arm_a, arm_b, system);
     }
 }
@@ -292,7 +326,15 @@ void add_weight(const LayeredScene& scene, std::size_t b, const LayeredWorld& wo
 
 }  // namespace
 
-double stop_room(const LayeredMoment& moment, const LayerStop& stop, double dt)
+double falls_together(const LayeredScene& scene, const LayerStop& stop, const Vec3& gravity)
+{
+    const auto falls = [&](std::uint32_t body) {
+        return scene.parts[body].body->base.kind == BaseKind::rigid ? 1 : 0;
+    };
+    return (falls(stop.other) - falls(stop.body)) * stop.normal.dot(gravity);
+}
+
+double stop_room(const LayeredMoment& moment, const LayerStop& stop, double fall, double dt)
 {
     constexpr double least_speed = 0.3;  // m/s; below, what hits comes to rest
     const ContactBody &own = moment.bodies[stop.body], &other = moment.bodies[stop.other];
@@ -303,17 +345,22 @@ double stop_room(const LayeredMoment& moment, const LayerStop& stop, double dt)
         const double speed =
             stop.normal.dot(velocity_at(other, stop.other_skeleton, stop.position) -
                             velocity_at(own, stop.skeleton, stop.position));
-        if (speed > least_speed && stop.gap < speed * dt) return -bounce * speed * dt;
+        if (speed > least_speed && stop.gap < speed * dt) {
+            // It bounces off the surface, not off where it is; velocities lag by half a step.
+            const double there = speed + 0.5 * dt * fall, work = 2 * fall * stop.gap;
+            const double leaves_sq = bounce * bounce * (there * there + work) - work;
+            return -(std::sqrt(std::max(0.0, leaves_sq)) - 0.5 * dt * fall) * dt;
+        }
     }
     const double clear = stop.gap - kept;
     return clear - 0.8 * std::min(0.0, clear) - stop.closing * dt;
 }
 
 void add_forces(const LayeredScene& scene, const LayeredMoment& moment, const LayeredWorld& world,
-                LayeredSystem& system)
+                const Impacts& impacts, LayeredSystem& system)
 {
-    add_contacts(scene, moment, system);
-    add_stops(scene, moment, system);
+    add_contacts(scene, moment, impacts, system);
+    add_stops(scene, moment, world.gravity, system);
     for (std::size_t b = 0; b < scene.parts.size(); ++b) {
         const BaseKind kind = scene.parts[b].body->base.kind;
         if (is_told(kind)) continue;

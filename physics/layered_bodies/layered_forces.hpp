@@ -3,18 +3,22 @@
 // The forces that move layered bodies, with their stiffness and damping, for one step's system:
 // contacts and stops, weight, air, springs, hinges, joints, and what particles do to each other.
 
-#include "physics/layered_bodies/layered_system.hpp"
+#include "physics/layered_bodies/layered_bounce.hpp"
 
 namespace physics {
 
-// All of them. Held frames get contacts, springs and the springs of hinges and joints: Bullet does
-// the rest.
+// All of them but the elasticity of contacts that bounce: aim() adds what those give. Held frames
+// get contacts, springs and the springs of hinges and joints: Bullet does the rest.
 void add_forces(const LayeredScene& scene, const LayeredMoment& moment, const LayeredWorld& world,
-                LayeredSystem& system);
+                const Impacts& impacts, LayeredSystem& system);
 
 // How much nearer to each other the two points of a stop may come in a step of dt seconds, m:
 // skeletons stay out of other bodies, by a tenth of their thickness; one that stands nearer comes
 // out by a fifth of what it lacks each step. Meshes that change their shape come on besides.
-double stop_room(const LayeredMoment& moment, const LayerStop& stop, double dt);
+// What hits bounces as its matter says; `fall`: see falls_together().
+double stop_room(const LayeredMoment& moment, const LayerStop& stop, double fall, double dt);
+
+// m/s^2: how weight brings the two bodies of a stop together, where they fall freely.
+double falls_together(const LayeredScene& scene, const LayerStop& stop, const Vec3& gravity);
 
 }  // namespace physics

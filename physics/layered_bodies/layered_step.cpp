@@ -107,6 +107,7 @@ struct FilmFrame {
     const std::vector<LayeredPart>& told;
     const LayeredWorld& world;
     double dt;
+    double asked;  // s, longest step
 
     LayeredScene begin() const
     {
@@ -124,64 +125,170 @@ struct FilmFrame {
     }
 };
 
-// What is seen of all bodies in step number `step` of so many, and what their controllers do in it.
-void watch(const FilmFrame& frame, const LayeredMoment& moment, int step, int steps,
+// What is seen of all bodies in a step, and what their controllers do in it. `done`, `size`: steps.
+void watch(const FilmFrame& frame, const LayeredMoment& moment, double done, double size, int steps,
            LayeredScene& now)
 {
-    const double h = frame.dt / steps;
+    const double h = frame.dt / steps * size;
     for (std::uint32_t b = 0; b < now.parts.size(); ++b) {
         const LayeredBody& body = *now.parts[b].body;
         LayeredState& state = now.states[b];
-        const auto inflation = [&](int at) {
-            return sought(frame.scene.parts[b], frame.told[b], static_cast<double>(at) / steps);
+        const auto inflation = [&](double at) {
+            return sought(frame.scene.parts[b], frame.told[b], at / steps);
         };
         keep_seen(moment, b, state);
-        state.inflation = inflation(step);
-        keep_volume(body, body.control, moment.walks[b], inflation(step + 1), h, state);
+        state.inflation = inflation(done);
+        keep_volume(body, body.control, moment.walks[b], inflation(done + size), h, state);
         if (body.base.kind == BaseKind::particles &&
             body.layer.blend.rule != geometry::BlendRule::sum) {
             update_parts(body, b, moment, h, state);
         }
         state.time += h;
+        state.last_step = h;
         state.report.steps += 1;
     }
 }
 
 // Volumes that nothing controls are told of the last step alone.
-Drawn drawn_in(int step, int steps)
+Drawn drawn_in(double done, double size, int steps)
 {
-    return step + 1 == steps ? Drawn::all : Drawn::controlled;
+    return done + size >= steps ? Drawn::all : Drawn::controlled;
 }
 
-void step_implicitly(const FilmFrame& frame, int steps, LayeredScene& now)
+void move_all(const LayeredSystem& system, const std::vector<Vec6>& dv, const Report& report,
+              LayeredScene& now)
 {
-    const double h = frame.dt / steps;
-    for (int step = 0; step < steps; ++step) {
-        geometry::stop_if_asked();
-        drive_all(frame.dt - h * step, now);
-        move_meshes(now, frame.scene, frame.told, static_cast<float>(step), steps);
-        // As they are at the step's end: forces there meet what backward Euler makes of frames.
-        change_shapes(frame.told, static_cast<double>(step + 1) / steps, now);
-        const LayeredMoment moment(now, h, drawn_in(step, steps));
-        LayeredSystem system = make_system(now, moment, h);
-        add_forces(now, moment, frame.world, system);
-        Report report;
-        const std::vector<Vec6> dv = solve(system, report);
-        watch(frame, moment, step, steps, now);
-        for (std::size_t b = 0; b < now.parts.size(); ++b) {
-            const LayeredBody& body = *now.parts[b].body;
-            LayeredState& state = now.states[b];
-            if (body.base.cubes) {
-                state.cubes.rotation = cube_rotations(system, b);
-                move_cubes(body, std::span(dv).subspan(system.corner(b, 0)), h, state);
-            } else {
-                move(body, std::span(dv).subspan(system.frame(b, 0), state.position.size()), h,
-                     state);
-            }
-            state.report.iterations += report.iterations;
-            state.report.converged &= report.converged;
+    for (std::size_t b = 0; b < now.parts.size(); ++b) {
+        const LayeredBody& body = *now.parts[b].body;
+        LayeredState& state = now.states[b];
+        if (body.base.cubes) {
+            state.cubes.rotation = cube_rotations(system, b);
+            move_cubes(body, std::span(dv).subspan(system.corner(b, 0)), system.dt, state);
+        } else {
+            move(body, std::span(dv).subspan(system.frame(b, 0), state.position.size()), system.dt,
+                 state);
+        }
+        state.report.iterations += report.iterations;
+        state.report.converged &= report.converged;
+    }
+}
+
+// Steps of a frame of the film, that get shorter by halves where layers bounce. `size` is of the
+// step to come, `done` what is done, in steps of whole length.
+class ImplicitSteps {
+public:
+    ImplicitSteps(const FilmFrame& frame, int steps, LayeredScene& now)
+        : frame_(frame), steps_(steps), whole_(frame.dt / steps), now_(now),
+          last_(now.states[0].last_step > 0 ? now.states[0].last_step : whole_)
+    {}
+
+    void run()
+    {
+        const double fast = 2 * frame_.asked * frame_.world.gravity.norm();
+        while (done_ < steps_ || (last_ > smallest * whole_ && comes_on(now_, last_, fast))) {
+            geometry::stop_if_asked();
+            if (!step()) break;
         }
     }
+
+private:
+    static constexpr double smallest = 1.0 / 64;
+
+    // Returns whether there is more to do.
+    bool step()
+    {
+        size_ = std::min(size_, std::max(smallest, steps_ - done_));
+        if (done_ < steps_) drive_all(frame_.dt - whole_ * done_, now_);
+        move_meshes(now_, frame_.scene, frame_.told, static_cast<float>(done_), steps_);
+        // As they are at the step's end: forces there meet what backward Euler makes of frames.
+        change_shapes(frame_.told, std::min(1.0, (done_ + size_) / steps_), now_);
+        const LayeredMoment moment(now_, whole_, drawn_in(done_, size_, steps_));
+        LayeredSystem system = make_system(now_, moment, whole_ * size_);
+        Impacts impacts = find_impacts(now_, moment, system, frame_.world.gravity,
+                                       {frame_.dt, frame_.asked, last_});
+        if (before_ && last_ > smallest * whole_ && too_deep(impacts, last_)) {
+            again();
+            return true;
+        }
+        if (!(done_ < steps_)) return false;
+        const double most = longest_step(impacts);
+        const double size = size_;
+        while (size_ > smallest && size_ * whole_ > most) size_ *= 0.5;
+        if (size_ < size) system = make_system(now_, moment, whole_ * size_);
+        go(moment, impacts, system);
+        return true;
+    }
+
+    // Takes the last step back, to take it in four.
+    void again()
+    {
+        careful_until_ = done_;
+        now_.states = before_->states;
+        done_ = before_->done;
+        size_ = std::max(smallest, 0.25 * last_ / whole_);
+        last_ = before_->last;
+        before_.reset();
+    }
+
+    void go(const LayeredMoment& moment, Impacts& impacts, LayeredSystem& system)
+    {
+        before_ = Before{now_.states, done_, last_};
+        add_forces(now_, moment, frame_.world, impacts, system);
+        add_lag(impacts, system);
+        aim(impacts, system);
+        Report report;
+        const std::vector<Vec6> dv = solve(system, report);
+        keep(impacts, system, dv, now_);
+        watch(frame_, moment, done_, size_, steps_, now_);
+        move_all(system, dv, report, now_);
+        done_ += size_;
+        last_ = system.dt;
+        if (done_ >= careful_until_) size_ = std::min(1.0, 2 * size_);
+    }
+
+    // Weight changes velocities from the middle of the last step to the middle of the next.
+    void add_lag(const Impacts& impacts, LayeredSystem& system) const
+    {
+        if (last_ == system.dt) return;
+        const double share = 0.5 * (last_ / system.dt - 1);
+        for (std::size_t b = 0; b < now_.parts.size(); ++b) {
+            const BaseKind kind = now_.parts[b].body->base.kind;
+            const bool flies = kind == BaseKind::rigid || kind == BaseKind::particles;
+            if (!flies || impacts.on_weight[b]) continue;
+            for (std::size_t f = 0; f < now_.states[b].position.size(); ++f) {
+                const std::size_t at = system.frame(b, f);
+                add_force(system, at, share * system.mass[at](0, 0) * frame_.world.gravity);
+            }
+        }
+    }
+
+    struct Before {
+        std::vector<LayeredState> states;
+        double done = 0, last = 0;
+    };
+
+    const FilmFrame& frame_;
+    int steps_;
+    double whole_;  // s
+    LayeredScene& now_;
+    double last_;  // s, of the last step
+    double done_ = 0, size_ = 1, careful_until_ = 0;
+    std::optional<Before> before_;
+};
+
+// By how much velocities differ from those that the system was made of.
+std::vector<Vec6> changes(const LayeredSystem& system, const LayeredScene& now)
+{
+    std::vector<Vec6> dv(system.velocity.size(), Vec6::Zero());
+    for (std::size_t b = 0; b < now.parts.size(); ++b) {
+        const LayeredState& state = now.states[b];
+        for (std::size_t f = 0; f < state.position.size(); ++f) {
+            Vec6& change = dv[system.frame(b, f)];
+            change << state.velocity[f], state.spin[f];
+            change -= system.velocity[system.frame(b, f)];
+        }
+    }
+    return dv;
 }
 
 // Rigid bodies by Bullet, under forces found in the middle of each step. Returns `steps`, or how
@@ -217,9 +324,11 @@ int step_with_bullet(const FilmFrame& frame, int steps, int most, LayeredScene& 
         const float at = static_cast<float>(step) + (end ? 0 : 0.5f);
         move_meshes(now, frame.scene, frame.told, at, steps);
         change_shapes(frame.told, static_cast<double>(at) / steps, now);
-        const LayeredMoment moment(now, h, drawn_in(step, steps));
+        const LayeredMoment moment(now, h, drawn_in(step, 1, steps));
         LayeredSystem system = make_system(now, moment, h, RigidBodies::bullet);
-        add_forces(now, moment, frame.world, system);
+        Impacts impacts =
+            find_impacts(now, moment, system, frame.world.gravity, {frame.dt, frame.asked, h});
+        add_forces(now, moment, frame.world, impacts, system);
         const ExplicitSteps wanted = explicit_steps(now, system, frame.dt);
         if (wanted.steps > steps && steps < most) return begin_again(wanted);
         for (LayeredState& state : now.states) state.steps_per_second = 0;
@@ -227,8 +336,10 @@ int step_with_bullet(const FilmFrame& frame, int steps, int most, LayeredScene& 
         if (end) break;
         if (wanted.steps > hardest.steps) hardest = wanted;
         const double share = std::min(1.0, steps / wanted.steps);
+        aim(impacts, system);
         bodies.push(now, moment, system, share * share, h);
-        watch(frame, moment, step, steps, now);
+        keep(impacts, system, changes(system, now), now);
+        watch(frame, moment, step, 1, steps, now);
         drift();
     }
     if (hardest.steps > steps) {
@@ -293,13 +404,13 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
     check_rigid_bodies(parts, world.rigid_bodies);
     check_forces(world.forces);
     require_no_following(world.forces, "Layered");
-    const FilmFrame frame{scene, parts, world, dt};
+    const FilmFrame frame{scene, parts, world, dt, dt / std::max(1, substeps)};
     LayeredScene now = frame.begin();
     if (!(dt > 0) || now.states.empty()) return now;
     split_moved_frames(scene, dt, now);
     int steps = choose_steps(now, world.gravity, dt, std::max(1, substeps));
     if (world.rigid_bodies == RigidBodies::implicit) {
-        step_implicitly(frame, steps, now);
+        ImplicitSteps(frame, steps, now).run();
     } else {
         const int most = std::max(steps, most_steps(std::max(1, substeps)));
         for (const LayeredState& state : now.states) {

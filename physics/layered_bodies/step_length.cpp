@@ -180,6 +180,40 @@ int choose_steps(LayeredScene& now, const Vec3& gravity, double dt, int asked)
     return static_cast<int>(std::ceil(wanted));
 }
 
+bool comes_on(LayeredScene& now, double dt, double speed)
+{
+    const std::size_t n = now.parts.size();
+    std::vector<std::vector<Mover>> movers(n);
+    for (std::size_t b = 0; b < n; ++b) {
+        const LayeredBody& body = *now.parts[b].body;
+        const std::vector<Transform> told =
+            is_told(body.base.kind) ? told_frames(now.parts[b]) : std::vector<Transform>();
+        const auto on_frame = skeletons_on_frames(body);
+        for (std::size_t f = 0; f < on_frame.size(); ++f) {
+            if (on_frame[f].empty()) continue;
+            movers[b].push_back(
+                mover_of(now.parts[b], now.states[b], f, on_frame[f], told, Vec3::Zero(), dt));
+        }
+    }
+    const auto fast = [&](const Mover& a, const Mover& b) {
+        return !(a.normal.squaredNorm() > 0) && approach(a, b) > speed * dt;
+    };
+    for (std::size_t i = 0; i < n; ++i) {
+        if (now.parts[i].body->base.kind != BaseKind::rigid) continue;
+        for (std::size_t j = 0; j < n; ++j) {
+            const BaseKind kind = now.parts[j].body->base.kind;
+            const bool both = kind == BaseKind::rigid;
+            if (i == j || (both && j < i) || !(both || kind == BaseKind::still)) continue;
+            for (const Mover& a : movers[i]) {
+                for (const Mover& b : movers[j]) {
+                    if (fast(a, b)) return true;
+                }
+            }
+        }
+    }
+    return false;
+}
+
 int most_steps(int asked)
 {
     constexpr int times = 64;

@@ -15,6 +15,9 @@ namespace physics {
 // body's report warns. `dt`: s, of the frame.
 int choose_steps(LayeredScene& now, const Vec3& gravity, double dt, int asked);
 
+// Whether two bodies that may touch within `dt` seconds approach each other faster than `speed`.
+bool comes_on(LayeredScene& now, double dt, double speed);
+
 // 64 times as many, or as many as there can be.
 int most_steps(int asked);
 

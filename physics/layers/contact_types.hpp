@@ -19,8 +19,10 @@ namespace physics {
 
 // How a layer behaves in contact.
 struct LayerMatter {
-    double stiffness = 1e4;     // K, N/m^2 per unit of the field
-    double friction = 100;      // lambda, N s/m^3: per area and relative velocity
+    double stiffness = 1e4;  // K, N/m^2 per unit of the field
+    double friction = 100;   // lambda, N s/m^3: per area and relative velocity
+    // e, of soft ones: share of the speed of an impact that they part with.
+    double restitution = 1;
     double bulge_width = 0.1;   // w, m, how far beyond a contact the layer bulges
     double bulge_height = 0.5;  // alpha, of the largest compression
     // Of rigid ones: the largest traction along the surface, as a share of the pressure (Coulomb).

@@ -108,7 +108,9 @@ static double pushed_along(SkeletonKind kind, bool grows, int steps)
         return p;
     };
     LayeredPart struck;
-    struck.body = std::make_shared<const LayeredBody>(ball({0.45, 0, 0}));
+    LayeredBody clay = ball({0.45, 0, 0});
+    clay.matter.restitution = 0;
+    struck.body = std::make_shared<const LayeredBody>(clay);
     LayeredScene scene = start({part(0), struck});
     for (int i = 1; i <= 12; ++i) {
         scene = advance(scene, {part(i), struck}, weightless, frame, steps);

@@ -1,0 +1,297 @@
+#include "physics/layered_bodies/layered_bounce.hpp"
+
+#include "physics/layers/velocity_at.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+namespace physics {
+
+namespace {
+
+constexpr double longest_swing = 0.4;  // rad, in a step
+constexpr double longest_bounce = 5;   // rad, of the way in: what takes longer is pressed
+
+// A skeleton of a body.
+struct Side {
+    std::uint32_t body = 0, skeleton = 0;
+    auto operator<=>(const Side&) const = default;
+};
+
+bool can_bounce(const LayeredScene& scene, std::uint32_t body)
+{
+    const BaseKind kind = scene.parts[body].body->base.kind;
+    return kind == BaseKind::rigid || kind == BaseKind::still;
+}
+
+// Of the energy that two layers store, what they give back; a rigid one stores none.
+double restitution_sq(const LayeredMoment& moment, const LayerContact& contact)
+{
+    const LayerMatter& own = moment.bodies[contact.body].matter;
+    const LayerMatter& other = moment.bodies[contact.other].matter;
+    const double own_sq = own.restitution * own.restitution;
+    if (other.rigid) return own_sq;
+    const double ki = own.stiffness * moment.fields[contact.body].profile[contact.skeleton].k;
+    const double kj =
+        other.stiffness * moment.fields[contact.other].profile[contact.other_skeleton].k;
+    const double other_sq = other.restitution * other.restitution;
+    return ki + kj > 0 ? (own_sq * kj + other_sq * ki) / (ki + kj) : own_sq;
+}
+
+// The push on `body` at a contact, along its inward normal, as what multiplies its velocity.
+Vec6 inward(const LayerContact& contact, const Transform& frame)
+{
+    const Vec3 arm = contact.position - frame.translation();
+    Vec6 along;
+    along << -contact.normal, -arm.cross(contact.normal);
+    return along;
+}
+
+// Adds what a sample in contact tells of its two skeletons' impact.
+void add_sample(const LayeredScene& scene, const LayeredMoment& moment, const LayerContact& contact,
+                bool swapped, Impact& impact)
+{
+    const LayerContactLaw law = contact_law(moment.bodies, contact);
+    const bool rigid = scene.parts[contact.other].body->matter.rigid;
+    const double si = moment.fields[contact.body].profile[contact.skeleton].k;
+    const double sj = moment.fields[contact.other].profile[contact.other_skeleton].k;
+    const double slope = rigid ? si : si * sj / (si + sj);
+    const double share = rigid ? 1 : 0.5;
+    const double force = share * law.stiffness * contact.load;
+    const std::uint32_t fa = scene.parts[contact.body].body->layer.frame[contact.skeleton];
+    const std::uint32_t fb = scene.parts[contact.other].body->layer.frame[contact.other_skeleton];
+    Vec6 own = force * inward(contact, moment.frames[contact.body][fa]);
+    Vec6 other = -force * inward(contact, moment.frames[contact.other][fb]);
+    if (swapped) std::swap(own, other);
+    impact.along_a += own;
+    impact.along_b += other;
+    impact.force += force;
+    impact.shape +=
+        force *
+        contact.normal.dot(
+            velocity_at(moment.bodies[contact.other], contact.other_skeleton, contact.position) -
+            velocity_at(moment.bodies[contact.body], contact.skeleton, contact.position));
+    impact.energy += 0.5 * force * contact.compression / slope;
+    impact.depth = std::max(impact.depth, contact.compression / slope);
+    impact.stiffness += share * law.stiffness * slope * contact.area;
+    impact.restitution_sq = restitution_sq(moment, contact);
+}
+
+// All contacts by their two skeletons.
+void gather_impacts(const LayeredScene& scene, const LayeredMoment& moment,
+                    const LayeredSystem& system, Impacts& impacts)
+{
+    std::map<std::pair<Side, Side>, std::uint32_t> known;
+    const auto& contacts = moment.contacts.contacts;
+    impacts.of_contact.assign(contacts.size(), geometry::no_index);
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+        const LayerContact& contact = contacts[c];
+        if (!can_bounce(scene, contact.body) || !can_bounce(scene, contact.other)) continue;
+        Side one{contact.body, contact.skeleton}, two{contact.other, contact.other_skeleton};
+        const bool swapped = two < one;
+        if (swapped) std::swap(one, two);
+        const auto [entry, anew] =
+            known.try_emplace({one, two}, static_cast<std::uint32_t>(impacts.all.size()));
+        if (anew) {
+            Impact impact;
+            impact.body = one.body;
+            impact.bounce.skeleton = one.skeleton;
+            impact.bounce.other = two.body;
+            impact.bounce.other_skeleton = two.skeleton;
+            impact.a =
+                system.frame(one.body, scene.parts[one.body].body->layer.frame[one.skeleton]);
+            impact.b =
+                system.frame(two.body, scene.parts[two.body].body->layer.frame[two.skeleton]);
+            impacts.all.push_back(impact);
+        }
+        add_sample(scene, moment, contact, swapped, impacts.all[entry->second]);
+        impacts.of_contact[c] = entry->second;
+    }
+}
+
+// Of a frame that is free to move; of others no mass takes part.
+double mobility(const LayeredSystem& system, std::size_t f, const Vec6& along)
+{
+    return along.dot(Eigen::LDLT<Mat6>(system.mass[f]).solve(along));
+}
+
+// What was counted of this contact before.
+void recall(const std::vector<LayerBounce>& before, Impact& impact)
+{
+    const LayerBounce& bounce = impact.bounce;
+    const auto known = std::find_if(before.begin(), before.end(), [&](const LayerBounce& b) {
+        return b.skeleton == bounce.skeleton && b.other == bounce.other &&
+               b.other_skeleton == bounce.other_skeleton;
+    });
+    impact.known = known != before.end() && !(known->spent && impact.speed < 0);
+    if (impact.known) impact.bounce = *known;
+}
+
+// Whether it bounces: it hit faster than `slow`, and does not press too long.
+void judge(double slow, Impact& impact)
+{
+    LayerBounce& bounce = impact.bounce;
+    if (bounce.phase > longest_bounce) bounce.struck = false;
+    if (impact.speed > -slow && !bounce.struck) bounce.phase = 0;
+    if (bounce.struck || bounce.phase > 0 || !(impact.speed < -slow)) return;
+    bounce.struck = true;
+    bounce.spent = bounce.turned = false;
+    bounce.arrived = 0.5 * impact.mass * impact.speed * impact.speed;
+    bounce.stored = impact.known ? impact.energy : 0;
+}
+
+// Which bodies others bear: they do not fall freely. Of two that bounce off each other neither.
+std::vector<char> borne(const LayeredScene& scene, const LayeredMoment& moment,
+                        const Impacts& impacts, double slow)
+{
+    std::vector<char> out(scene.parts.size(), 0);
+    for (std::size_t c = 0; c < moment.contacts.contacts.size(); ++c) {
+        const LayerContact& contact = moment.contacts.contacts[c];
+        const Impact* const impact = impacts.of(c);
+        if (impact && (impact->bounces() || impact->speed < -slow)) continue;
+        out[contact.body] = out[contact.other] = 1;
+    }
+    for (const LayerStop& stop : moment.contacts.stops) {
+        const double thickness = moment.fields[stop.body].profile[stop.skeleton].e;
+        if (!moment.bodies[stop.body].matter.rigid && stop.gap > 0.2 * thickness) continue;
+        out[stop.body] = out[stop.other] = 1;
+    }
+    return out;
+}
+
+}  // namespace
+
+Impacts find_impacts(const LayeredScene& scene, const LayeredMoment& moment,
+                     const LayeredSystem& system, const Vec3& gravity, const BounceTimes& times)
+{
+    Impacts impacts;
+    gather_impacts(scene, moment, system, impacts);
+    const auto free = [&](std::uint32_t body) {
+        return scene.parts[body].body->base.kind == BaseKind::rigid;
+    };
+    std::vector<double> rate_sq(system.velocity.size(), 0);
+    for (Impact& impact : impacts.all) {
+        if (!(impact.force > 0) || impact.a == impact.b) continue;
+        impact.along_a /= impact.force;
+        impact.along_b /= impact.force;
+        const bool a = free(impact.body), b = free(impact.bounce.other);
+        const double gives = (a ? mobility(system, impact.a, impact.along_a) : 0) +
+                             (b ? mobility(system, impact.b, impact.along_b) : 0);
+        if (!(gives > 0)) continue;
+        impact.mass = 1 / gives;
+        const double frames = impact.along_a.dot(system.velocity[impact.a]) +
+                              impact.along_b.dot(system.velocity[impact.b]);
+        impact.speed = impact.shape / impact.force;
+        impact.shape = impact.speed - frames;
+        rate_sq[impact.a] += a ? impact.stiffness * gives : 0;
+        rate_sq[impact.b] += b ? impact.stiffness * gives : 0;
+        recall(scene.states[impact.body].bounces, impact);
+    }
+    const double falls = 2 * times.asked * gravity.norm();
+    impacts.on_weight = borne(scene, moment, impacts, 0.5 * falls);
+    for (Impact& impact : impacts.all) {
+        if (!(impact.mass > 0)) continue;
+        impact.rate = std::sqrt(std::max(rate_sq[impact.a], rate_sq[impact.b]));
+        const auto weight = [&](std::uint32_t body, const Vec6& along) {
+            return free(body) && !impacts.on_weight[body] ? along.head<3>().dot(gravity) : 0;
+        };
+        impact.weight =
+            weight(impact.body, impact.along_a) + weight(impact.bounce.other, impact.along_b);
+        impact.speed += 0.5 * times.lag * impact.weight;
+        const double thickness = moment.fields[impact.body].profile[impact.bounce.skeleton].e;
+        judge(std::max(falls, 0.1 * thickness / times.frame), impact);
+    }
+    return impacts;
+}
+
+double longest_step(const Impacts& impacts)
+{
+    double longest = std::numeric_limits<double>::infinity();
+    for (const Impact& impact : impacts.all) {
+        if (!impact.bounces() || impact.bounce.spent) continue;
+        longest = std::min(longest, longest_swing / impact.rate);
+    }
+    return longest;
+}
+
+bool too_deep(const Impacts& impacts, double last)
+{
+    return std::any_of(impacts.all.begin(), impacts.all.end(), [&](const Impact& impact) {
+        return impact.bounces() && !impact.bounce.spent && impact.rate * last > 2 * longest_swing;
+    });
+}
+
+namespace {
+
+// What a contact that bounces gives in dt seconds: on the way in the force of elasticity, on the
+// way out what is left of it. An impulse J of m (u' - u) gives J (u + u') / 2 to a mass m, and less
+// to what is held by others besides: never more than what it may.
+void aim(double dt, bool held, Impact& impact)
+{
+    LayerBounce& bounce = impact.bounce;
+    const double u = impact.speed, m = impact.mass, moves = 0.5 * m * u * u;
+    double left = bounce.stored + (u < 0 ? moves : 0);
+    if (!bounce.turned) {
+        // Of what came on, less the work of its weight on the way in.
+        const double all = bounce.stored + (u < 0 ? moves : std::min(moves, 0.1 * bounce.stored));
+        const double came = std::max(0.0, all + std::min(0.0, m * impact.weight) * impact.depth);
+        left -= (1 - impact.restitution_sq) * came;
+        if (u >= 0) {
+            bounce.turned = true;
+            bounce.stored = left;
+        }
+    }
+    left = std::max(0.0, left);
+    const double leaves = std::sqrt((u > 0 ? u * u : 0) + 2 * left / m);
+    const double most = m * (leaves - u) / dt;
+    const bool out = u > 0 && u * dt * impact.force > 2 * impact.energy;  // before the next step
+    if (out || impact.rate * dt > 2 * longest_swing) {
+        bounce.spent = true;
+        impact.push = most;
+        return;
+    }
+    const double share = u < 0 ? 1 : std::min(2.0, left / impact.energy);
+    impact.push = std::min(share * impact.force, most);
+    // What little is left would hold it there: it creeps out.
+    if (u > 0 && !held && left + moves < 0.03 * std::min(impact.energy, bounce.arrived)) {
+        bounce.phase = 2 * longest_bounce;
+    }
+}
+
+}  // namespace
+
+void aim(Impacts& impacts, LayeredSystem& system)
+{
+    for (Impact& impact : impacts.all) {
+        if (!impact.bounces() || impact.bounce.spent) continue;
+        aim(system.dt, system.held[impact.a] || system.held[impact.b], impact);
+        system.right[impact.a] += system.dt * impact.push * impact.along_a;
+        system.right[impact.b] += system.dt * impact.push * impact.along_b;
+    }
+}
+
+void keep(const Impacts& impacts, const LayeredSystem& system, const std::vector<Vec6>& dv,
+          LayeredScene& scene)
+{
+    for (LayeredState& state : scene.states) state.bounces.clear();
+    for (const Impact& impact : impacts.all) {
+        if (!(impact.mass > 0)) continue;
+        LayerBounce bounce = impact.bounce;
+        if (bounce.struck) {
+            const double after = impact.along_a.dot(system.velocity[impact.a] + dv[impact.a]) +
+                                 impact.along_b.dot(system.velocity[impact.b] + dv[impact.b]) -
+                                 0.5 * system.dt * impact.weight + impact.shape;
+            bounce.stored -= 0.5 * system.dt * impact.push * (impact.speed + after);
+            // Under Bullet what has come to rest while it is pressed in stays so.
+            const bool held = system.held[impact.a] || system.held[impact.b];
+            const double slow = held ? 0.05 * std::sqrt(2 * bounce.arrived / impact.mass) : 0;
+            if (impact.speed < -slow) bounce.phase += system.dt * impact.rate;
+        }
+        scene.states[impact.body].bounces.push_back(bounce);
+    }
+}
+
+}  // namespace physics
