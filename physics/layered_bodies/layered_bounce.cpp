@@ -12,7 +12,7 @@ namespace physics {
 
 namespace {
 
-constexpr double longest_swing = 0.4;  // rad, in a step
+constexpr double longest_swing = 0.6;  // rad, in a step
 constexpr double longest_bounce = 5;   // rad, of the way in: what takes longer is pressed
 
 // A skeleton of a body.
@@ -76,6 +76,7 @@ void add_sample(const LayeredScene& scene, const LayeredMoment& moment, const La
             velocity_at(moment.bodies[contact.body], contact.skeleton, contact.position));
     impact.energy += 0.5 * force * contact.compression / slope;
     impact.depth = std::max(impact.depth, contact.compression / slope);
+    impact.damping += share * law.damping * contact.area;
     impact.stiffness += share * law.stiffness * slope * contact.area;
     impact.restitution_sq = restitution_sq(moment, contact);
 }
@@ -134,6 +135,9 @@ void recall(const std::vector<LayerBounce>& before, Impact& impact)
 void judge(double slow, Impact& impact)
 {
     LayerBounce& bounce = impact.bounce;
+    // Friction takes what is damped by half of the critical damping: 5/6 of the speed at least.
+    const bool damped = impact.damping > std::sqrt(impact.stiffness * impact.mass);
+    if (bounce.struck && damped) bounce.phase = 2 * longest_bounce;
     if (bounce.phase > longest_bounce) bounce.struck = false;
     if (impact.speed > -slow && !bounce.struck) bounce.phase = 0;
     if (bounce.struck || bounce.phase > 0 || !(impact.speed < -slow)) return;
@@ -236,8 +240,8 @@ void aim(double dt, bool held, Impact& impact)
     double left = bounce.stored + (u < 0 ? moves : 0);
     if (!bounce.turned) {
         // Of what came on, less the work of its weight on the way in.
-        const double all = bounce.stored + (u < 0 ? moves : std::min(moves, 0.1 * bounce.stored));
-        const double came = std::max(0.0, all + std::min(0.0, m * impact.weight) * impact.depth);
+        const double came =
+            std::max(0.0, bounce.stored + moves + std::min(0.0, m * impact.weight) * impact.depth);
         left -= (1 - impact.restitution_sq) * came;
         if (u >= 0) {
             bounce.turned = true;

@@ -15,7 +15,7 @@
 // more the softer it is:  e^2 = (e_i^2 k_j + e_j^2 k_i) / (k_i + k_j)
 //
 // Half a swing of w in steps of backward Euler keeps exp(-pi w dt) of its energy: 73 % where w dt
-// is 0.1, 4 % where it is 1. So contacts that bounce push explicitly, in steps of w dt <= 0.4 while
+// is 0.1, 4 % where it is 1. So contacts that bounce push explicitly, in steps of w dt <= 0.6 while
 // they last, and all others stay in the implicit system. What explicit steps err by is in the
 // count, and is mended on the way out.
 //
@@ -35,6 +35,7 @@ struct Impact {
     double energy = 0;                                    // J, that elasticity holds at this depth
     double depth = 0;                                     // m, at its deepest
     double stiffness = 0;                                 // N/m
+    double damping = 0;                                   // N s/m, by friction
     double restitution_sq = 0;
     double mass = 0;     // kg, that takes part
     double rate = 0;     // rad/s, of all contacts of its frames
@@ -71,7 +72,7 @@ struct BounceTimes {
 Impacts find_impacts(const LayeredScene& scene, const LayeredMoment& moment,
                      const LayeredSystem& system, const Vec3& gravity, const BounceTimes& times);
 
-// How long a step may be so that those that bounce swing by no more than 0.4 rad in it, s.
+// How long a step may be so that those that bounce swing by no more than 0.6 rad in it, s.
 double longest_step(const Impacts& impacts);
 
 // Whether a step of `last` s went so far into a contact that it should be taken in parts.
