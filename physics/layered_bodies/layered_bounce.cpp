@@ -13,6 +13,7 @@ namespace physics {
 namespace {
 
 constexpr double longest_swing = 0.6;  // rad, in a step
+constexpr double pressing = 2.4;       // 1/s, layers in a second: slower ones press
 constexpr double longest_bounce = 5;   // rad, of the way in: what takes longer is pressed
 
 // A skeleton of a body.
@@ -206,7 +207,7 @@ Impacts find_impacts(const LayeredScene& scene, const LayeredMoment& moment,
             weight(impact.body, impact.along_a) + weight(impact.bounce.other, impact.along_b);
         impact.speed += 0.5 * times.lag * impact.weight;
         const double thickness = moment.fields[impact.body].profile[impact.bounce.skeleton].e;
-        judge(std::max(falls, 0.1 * thickness / times.frame), impact);
+        judge(std::max(falls, pressing * thickness), impact);
     }
     return impacts;
 }

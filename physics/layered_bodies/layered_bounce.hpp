@@ -62,13 +62,13 @@ struct Impacts {
 };
 
 struct BounceTimes {
-    double frame = 0;  // s, of the film
     double asked = 0;  // s, longest step
     double lag = 0;    // s, last step: velocities lag by half of it behind places
 };
 
 // The contacts of a moment, and which of them bounce: what hits at more than twice the speed that
-// weight gives in the longest step, and at more than a tenth of its layer a frame.
+// weight gives in the longest step, and at more than 2.4 times the thickness
+// of its layer in a second.
 Impacts find_impacts(const LayeredScene& scene, const LayeredMoment& moment,
                      const LayeredSystem& system, const Vec3& gravity, const BounceTimes& times);
 

@@ -204,8 +204,8 @@ private:
         change_shapes(frame_.told, std::min(1.0, (done_ + size_) / steps_), now_);
         const LayeredMoment moment(now_, whole_, drawn_in(done_, size_, steps_));
         LayeredSystem system = make_system(now_, moment, whole_ * size_);
-        Impacts impacts = find_impacts(now_, moment, system, frame_.world.gravity,
-                                       {frame_.dt, frame_.asked, last_});
+        Impacts impacts =
+            find_impacts(now_, moment, system, frame_.world.gravity, {frame_.asked, last_});
         if (before_ && last_ > smallest * whole_ && too_deep(impacts, last_)) {
             again();
             return true;
@@ -326,8 +326,7 @@ int step_with_bullet(const FilmFrame& frame, int steps, int most, LayeredScene& 
         change_shapes(frame.told, static_cast<double>(at) / steps, now);
         const LayeredMoment moment(now, h, drawn_in(step, 1, steps));
         LayeredSystem system = make_system(now, moment, h, RigidBodies::bullet);
-        Impacts impacts =
-            find_impacts(now, moment, system, frame.world.gravity, {frame.dt, frame.asked, h});
+        Impacts impacts = find_impacts(now, moment, system, frame.world.gravity, {frame.asked, h});
         add_forces(now, moment, frame.world, impacts, system);
         const ExplicitSteps wanted = explicit_steps(now, system, frame.dt);
         if (wanted.steps > steps && steps < most) return begin_again(wanted);

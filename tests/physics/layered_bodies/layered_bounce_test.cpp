@@ -98,6 +98,15 @@ TEST(LayeredBounce, TwentyBouncesMakeNoEnergy)
     }
 }
 
+// Nor does it matter how long a frame of the film is.
+TEST(LayeredBounce, ABallBouncesInSlowMotion)
+{
+    const auto rise =
+        rises(scene_of({rubber({0, 0.2, 0}, 1e6, 0.9), floor_at(0)}), {}, 1.0 / 240, 1);
+    ASSERT_EQ(rise.size(), 1u);
+    EXPECT_NEAR(std::sqrt(rise[0] / 0.1), 0.9, 0.03 * 0.9);
+}
+
 // The same of rigid layers, that give nothing.
 TEST(LayeredBounce, ARigidBallRisesToESquaredOfItsHeight)
 {
