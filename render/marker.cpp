@@ -3,6 +3,7 @@
 #include "geometry/mesh/normals.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "geometry/mesh/transform.hpp"
+#include "physics/state/hold_matter.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -124,6 +125,10 @@ Balls pin_marks(const physics::Pins& pins, double radius)
     balls.shadow = false;
     balls.colours = {Vec3f(0.85f, 0.16f, 0.02f)};
     for (const Vec3& p : pins.target) balls.centres.push_back(p.cast<float>());
+    // Of what is held in a cube, one at its middle.
+    for (const physics::HeldCube& cube : pins.matter.cubes) {
+        balls.centres.push_back(physics::middle_of(pins.matter, cube).cast<float>());
+    }
     return balls;
 }
 

@@ -145,18 +145,6 @@ Kick kick(const RigidPart& part, std::uint8_t held, const Vec3& p, const Vec3& n
     return out;
 }
 
-// The axes along which pins hold each part.
-std::vector<std::uint8_t> axes_of_parts(const Stage& stage)
-{
-    const CornerBody& body = stage.frame.body;
-    const Pins& pins = stage.frame.loads.pins;
-    std::vector<std::uint8_t> out(std::max<std::size_t>(body.parts, 1), 0);
-    for (std::size_t i = 0; i < pins.corner.size(); ++i) {
-        out[body.part_of(body.slot_of(pins.corner[i]))] |= held_axes(pins, i);
-    }
-    return out;
-}
-
 }  // namespace
 
 void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double>& before_v)
@@ -166,7 +154,7 @@ void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double
     if (met.empty()) return;
     const auto before = rigid_parts(stage, before_x, before_v);
     const auto found = rigid_parts(stage, stage.x, stage.w);
-    const auto held = axes_of_parts(stage);
+    const auto held = axes_of_parts(stage.frame.loads.pins, body);
     auto after = found;
     for (const auto& meeting : met) {
         const Meeting& who = meeting.first;

@@ -287,9 +287,12 @@ void BrickElasticity::add_diagonal(double* d) const
     }
 }
 
-CubeMatrices BrickElasticity::matrices_at_rest(double stiffness, double damping) const
+CubeMatrices BrickElasticity::matrices_at_rest(double stiffness, double damping,
+                                               const HeldCorners& held) const
 {
     CubeMatrices out;
+    out.held = held.matter;
+    out.held_factor = stiffness;
     out.parts = stiffness_parts(body_.base.h, body_.element);
     const geometry::Cubes& rest = *body_.rest;
     if (!rest.own.empty()) {
@@ -333,8 +336,8 @@ FactorCache::Factor BrickElasticity::make_factor(double stiffness, double dampin
     const double most = most_entries_a_corner * static_cast<double>(cubes.corner_count());
     Dissection dissection = dissect(cubes, left_out, most);
     if (dissection.fronts.empty()) return nullptr;
-    auto factor = CornerFactor::make(std::move(dissection), matrices_at_rest(stiffness, damping),
-                                     by_corner(mass), axes);
+    auto factor = CornerFactor::make(
+        std::move(dissection), matrices_at_rest(stiffness, damping, held), by_corner(mass), axes);
     if (!factor) return nullptr;
     return std::make_shared<const CornerFactor>(std::move(*factor));
 }
@@ -378,7 +381,7 @@ MultigridCache::Factor BrickElasticity::make_multigrid(double stiffness, double 
                                                        const HeldCorners& held) const
 {
     return std::make_shared<const Multigrid>(
-        Multigrid::make(*body_.rest, matrices_at_rest(stiffness, damping), by_corner(mass),
+        Multigrid::make(*body_.rest, matrices_at_rest(stiffness, damping, held), by_corner(mass),
                         axes_by_corner(held, body_.base.corners)));
 }
 

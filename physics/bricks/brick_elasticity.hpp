@@ -67,7 +67,8 @@ private:
     MultigridCache::Factor make_multigrid(double stiffness, double damping,
                                           const std::vector<double>& mass,
                                           const HeldCorners& held) const;
-    CubeMatrices matrices_at_rest(double stiffness, double damping) const;
+    // `held` must outlive them.
+    CubeMatrices matrices_at_rest(double stiffness, double damping, const HeldCorners& held) const;
     std::vector<double> by_corner(const std::vector<double>& by_slot) const;
     template <class T>
     BrickCoefficients<T> coefficients(const T* stiffness, const T* rotation) const;

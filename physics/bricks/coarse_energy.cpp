@@ -142,7 +142,7 @@ bool CubeEnergies::add_full_cell(const GridView& fine, const CoarseGrid& grid, s
     const auto& weight = cubes_.weights[cubes[0]];
     const double own = diagonal[corners[0]];
     for (const auto cube : cubes) {
-        if (cubes_.weights[cube] != weight || cubes_.is_own(cube)) return false;
+        if (cubes_.weights[cube] != weight || !cubes_.is_shared(cube)) return false;
     }
     for (const auto k : corners) {
         const Vec3i place = place_in_cell(fine.corner[k], grid.cell[c], ratio_);
@@ -171,7 +171,7 @@ void CubeEnergies::add_cell(const GridView& fine, const CoarseGrid& grid, std::s
         const auto& table = cube_[cube_at(place)];
         bool out = false;
         for (const auto k : fine.corners[cube]) out |= !held.empty() && held[k] != 0;
-        if (!out && !cubes_.is_own(cube)) {
+        if (!out && cubes_.is_shared(cube)) {
             sum += w[0] * table[0] + w[1] * table[1] + w[2] * table[2];
             continue;
         }

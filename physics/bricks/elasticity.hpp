@@ -62,6 +62,11 @@ public:
         return nullptr;
     }
 
+    // Where what springs hold is to be, once a share of the frame has gone by; and whether that
+    // changes within the frame.
+    virtual void at_share(double) {}
+    virtual bool targets_move() const { return false; }
+
     // What a state keeps so that the next one starts from there: State::rotation.
     virtual std::vector<float> rotations() const { return {}; }
 

@@ -191,8 +191,8 @@ void turn_to(const Stage& stage, const std::vector<std::uint8_t>& held,
 std::vector<std::uint8_t> held_parts(const Stage& stage)
 {
     const CornerBody& body = stage.frame.body;
-    std::vector<std::uint8_t> held(body.parts, 0);
-    for (const auto k : stage.frame.loads.pins.corner) held[body.part_of(body.slot_of(k))] = 1;
+    std::vector<std::uint8_t> held = axes_of_parts(stage.frame.loads.pins, body);
+    held.resize(body.parts);
     for (const PointContact& c : stage.contacts) {
         for (std::size_t a = 0; a < c.count; a += 8) held[body.part_of(c.corners[a])] = 1;
     }

@@ -1,6 +1,7 @@
 #include "physics/bricks/settle.hpp"
 
 #include "physics/body/following_forces.hpp"
+#include "physics/bricks/held_corners.hpp"
 #include "physics/state/pins.hpp"
 
 #include <fmt/format.h>
@@ -17,10 +18,7 @@ constexpr double forever = 1e4;  // s
 // What slides along an axis may still be stopped by a collider.
 void check_held(const CornerBody& body, const Loads& loads)
 {
-    std::vector<std::uint8_t> held(body.parts, 0);  // axes
-    for (std::size_t p = 0; p < loads.pins.corner.size(); ++p) {
-        held[body.part_of(body.slot_of(loads.pins.corner[p]))] |= held_axes(loads.pins, p);
-    }
+    const std::vector<std::uint8_t> held = axes_of_parts(loads.pins, body);
     const auto free = std::count(held.begin(), held.end(), std::uint8_t{0});
     if (free > 0) {
         throw std::invalid_argument(

@@ -9,9 +9,10 @@
 namespace physics {
 namespace {
 
-bool pins_stay(const StepFrame& frame)
+bool pins_stay(const Stage& stage)
 {
-    bool stay = true;
+    const StepFrame& frame = stage.frame;
+    bool stay = !stage.elasticity.targets_move();
     for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
         stay = stay && pin_target(frame, pin, axis, 1) == frame.start[number];
     });
@@ -39,7 +40,7 @@ bool stays_at_rest(Stage& stage, StepSolver& solver, const Aligned<double>& x,
 {
     const StepFrame& frame = stage.frame;
     const auto& colliders = frame.loads.colliders;
-    if (!pins_stay(frame) || !std::all_of(colliders.begin(), colliders.end(), stays)) return false;
+    if (!pins_stay(stage) || !std::all_of(colliders.begin(), colliders.end(), stays)) return false;
     start_stage(stage, x, v, frame.seconds / frame.options.substeps, 1);
     if (stage.struck) return false;
     std::fill(stage.w.begin(), stage.w.end(), 0);

@@ -112,6 +112,10 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     stage.tau = tau;
     stage.share = share;
     stage.x0 = x0, stage.v0 = v0;
+    if (stage.elasticity.targets_move()) {
+        stage.elasticity.at_share(share);
+        stage.linear_at.clear();
+    }
     stage.base.clear();
     stage.struck = false;
     std::fill(stage.wind.begin(), stage.wind.end(), 0);

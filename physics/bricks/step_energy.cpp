@@ -32,25 +32,27 @@ double others(const Stage& stage, const Aligned<double>& x, const Aligned<double
     return sum;
 }
 
-bool pins_stay(const StepFrame& frame)
+bool pins_stay(const Stage& stage)
 {
-    bool stay = true;
+    const StepFrame& frame = stage.frame;
+    bool stay = !stage.elasticity.targets_move();
     for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t) {
         stay &= pin_target(frame, pin, axis, 0) == pin_target(frame, pin, axis, 1);
     });
     return stay;
 }
 
-bool is_known(const StepFrame& frame)
+bool is_known(const Stage& stage)
 {
-    return !frame.windy && frame.loads.colliders.empty() && pins_stay(frame);
+    const StepFrame& frame = stage.frame;
+    return !frame.windy && frame.loads.colliders.empty() && pins_stay(stage);
 }
 
 }  // namespace
 
 EnergyAccount open_account(Stage& stage, const Aligned<double>& x, const Aligned<double>& v)
 {
-    if (!is_known(stage.frame)) return {};
+    if (!is_known(stage)) return {};
     return {true, elastic(stage, x) + others(stage, x, v)};
 }
 
@@ -119,7 +121,7 @@ double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<
     constexpr double little = 0.02;
     const StepFrame& frame = stage.frame;
     const auto& colliders = frame.loads.colliders;
-    if (stage.touches.empty() || frame.windy || !pins_stay(frame)) return 0;
+    if (stage.touches.empty() || frame.windy || !pins_stay(stage)) return 0;
     if (!std::all_of(colliders.begin(), colliders.end(), stands)) return 0;
     const auto pressed = pressed_parts(stage);
     if (std::none_of(pressed.begin(), pressed.end(), [](auto p) { return p != 0; })) return 0;

@@ -83,7 +83,7 @@ void start_rounds(Stage& stage, StepSolver& solver)
         find_touches(stage);
         stage.contacts = touching(stage);
     }
-    const bool free = stage.frame.loads.pins.corner.empty() && stage.contacts.empty();
+    const bool free = stage.frame.loads.pins.empty() && stage.contacts.empty();
     if (free) fall(stage);
     find_residual(stage);
     prepare(solver, stage);

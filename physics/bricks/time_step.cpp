@@ -4,6 +4,7 @@
 #include "physics/body/external_forces.hpp"
 #include "physics/bricks/bounce.hpp"
 #include "physics/bricks/free_parts.hpp"
+#include "physics/bricks/holding_elasticity.hpp"
 #include "physics/bricks/sleep.hpp"
 #include "physics/bricks/stage_touches.hpp"
 #include "physics/bricks/step_energy.hpp"
@@ -322,18 +323,9 @@ void check_state(const CornerBody& body, const State& state)
     }
 }
 
-}  // namespace
-
-State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State state,
-                         const Loads& loads, double dt, const StepOptions& options)
+State advance_all(const CornerBody& body, Elasticity& elasticity, State state, const Loads& loads,
+                  double dt, const StepOptions& options)
 {
-    if (!(std::isfinite(dt) && dt > 0)) {
-        throw std::invalid_argument("expected a time step above 0 s, found " + std::to_string(dt));
-    }
-    if (options.substeps < 1) throw std::invalid_argument("expected at least one substep");
-    check_state(body, state);
-    check_pins(loads.pins, body.corners);
-    check_forces(loads.forces);
     StepFrame frame(body, loads, dt, options);
     FrameStep step(frame, elasticity);
     step.now = load(body, state);
@@ -367,6 +359,42 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
     warn_of_shortfall(step.record);
     state.time += dt;
     state.report = std::move(step.record.report);
+    return state;
+}
+
+// Where the targets of held points were when the frame began: as the state has them, or with the
+// corners where they are, as in the first frame.
+std::vector<Vec3> targets_before(const HeldMatter& matter, const State& state)
+{
+    if (state.held.size() == matter.corner.size()) return state.held;
+    std::vector<Vec3> out;
+    for (const auto k : matter.corner) out.push_back(state.x[k]);
+    return out;
+}
+
+}  // namespace
+
+State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State state,
+                         const Loads& loads, double dt, const StepOptions& options)
+{
+    if (!(std::isfinite(dt) && dt > 0)) {
+        throw std::invalid_argument("expected a time step above 0 s, found " + std::to_string(dt));
+    }
+    if (options.substeps < 1) throw std::invalid_argument("expected at least one substep");
+    check_state(body, state);
+    check_pins(loads.pins, body.corners);
+    check_forces(loads.forces);
+    const HeldMatter& matter = loads.pins.matter;
+    if (matter.cubes.empty()) {
+        state.held.clear();
+        state.held_forces.clear();
+        return advance_all(body, elasticity, std::move(state), loads, dt, options);
+    }
+    HoldingElasticity holding(body, elasticity, matter, targets_before(matter, state));
+    state = advance_all(body, holding, std::move(state), loads, dt, options);
+    holding.at_share(1);
+    state.held = matter.target;
+    state.held_forces = holding.reactions(by_slot(body, state.x).data());
     return state;
 }
 

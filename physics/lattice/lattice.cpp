@@ -130,6 +130,7 @@ State advance(const LatticeBody& body, State state, const Loads& loads, double d
     check(options);
     check_pins(loads.pins, n);
     require_all_axes(loads.pins, "method lattice");
+    require_corners(loads.pins, "method lattice");
     require_no_following(loads.forces, "method lattice");
     check_forces(loads.forces);
     check_balls(loads.balls);

@@ -125,7 +125,7 @@ void count_rigid(const std::vector<RigidMotions>& rigid, const ModeSettings& set
 }  // namespace
 
 Modes lowest_modes(const Cubes& cubes, const std::vector<std::uint32_t>& pinned,
-                   const ModeSettings& settings)
+                   const ModeSettings& settings, std::span<const HeldCube> held)
 {
     geometry::need_thickness(cubes, "Modes");
     if (cubes.count() == 0) throw std::invalid_argument("expected at least one cube, found none");
@@ -139,9 +139,9 @@ Modes lowest_modes(const Cubes& cubes, const std::vector<std::uint32_t>& pinned,
         throw std::invalid_argument("expected at least one free corner, found every corner pinned");
     }
     check_masses(cubes, unknowns);
-    CubeStiffness stiffness(cubes, settings.element, settings.weighting);
+    CubeStiffness stiffness(cubes, settings.element, settings.weighting, held);
     const StiffnessAndMass d = sum_matrices(cubes, unknowns, stiffness);
-    const auto rigid = rigid_motions(cubes, unknowns, d);
+    const auto rigid = rigid_motions(cubes, unknowns, d, held);
 
     Modes modes;
     count_rigid(rigid, settings, Index(unknowns.count()), modes);
@@ -175,8 +175,9 @@ Modes lowest_modes(const Cubes& cubes, const std::vector<std::uint32_t>& pinned,
             "with others. Join them by faces, or keep one component.",
             hinges));
     }
+    CubeStiffness material(cubes, settings.element, settings.weighting);
     for (const auto& shape : modes.shape) {
-        modes.damping.push_back(material_damping(cubes, shape, stiffness));
+        modes.damping.push_back(material_damping(cubes, shape, material));
     }
     return modes;
 }

@@ -13,6 +13,8 @@
 #include "physics/state/loads.hpp"
 #include "physics/state/state.hpp"
 
+#include <span>
+
 namespace physics {
 
 struct ModeSettings {
@@ -32,9 +34,10 @@ struct Modes {
     Report report;  // residual: the largest |K phi - omega^2 M phi| / |K phi|
 };
 
-// `pinned` are corners that do not move, sorted. Throws std::invalid_argument when there are no
+// `pinned` are corners that do not move, sorted; `held` are springs that hold material, by cube,
+// along all axes. Throws std::invalid_argument when there are no
 // cubes, nothing is free, a free corner has no mass, or fewer than `count` modes exist.
 Modes lowest_modes(const geometry::Cubes& cubes, const std::vector<std::uint32_t>& pinned,
-                   const ModeSettings& settings);
+                   const ModeSettings& settings, std::span<const HeldCube> held = {});
 
 }  // namespace physics

@@ -2,6 +2,7 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/union_find.hpp"
+#include "physics/state/hold_matter.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
@@ -28,10 +29,27 @@ Eigen::Matrix<double, 3, 6> unit_motions(const Vec3& r)
     return m;
 }
 
+// What springs resist unit motions of, `motion_at` those of the corners of their cube, as a share
+// of what they resist of a shift.
+template <class MotionAt> MatrixXd held_motions(const HeldCube& spring, const MotionAt& motion_at)
+{
+    MatrixXd sum = MatrixXd::Zero(6, 6);
+    double whole = 0;
+    for (std::size_t a = 0; a < 8; ++a) {
+        for (std::size_t b = 0; b < 8; ++b) {
+            const double k = stiffness_at(spring, a, b);
+            sum += k * motion_at(a).transpose() * motion_at(b);
+            whole += k;
+        }
+    }
+    return sum / whole;
+}
+
 }  // namespace
 
 std::vector<RigidMotions> rigid_motions(const geometry::Cubes& cubes, const Unknowns& unknowns,
-                                        const StiffnessAndMass& matrices)
+                                        const StiffnessAndMass& matrices,
+                                        std::span<const HeldCube> springs)
 {
     geometry::Sets sets(cubes.corner_count());
     for (const auto& corners : cubes.corners) {
@@ -57,6 +75,11 @@ std::vector<RigidMotions> rigid_motions(const geometry::Cubes& cubes, const Unkn
         MatrixXd held = MatrixXd::Zero(6, 6);  // of any size, to share the solver below
         for (const auto i : corners) {
             if (unknowns.at[i] == no_index) held += motion_at(i).transpose() * motion_at(i);
+        }
+        for (const HeldCube& spring : springs) {
+            const auto& at = cubes.corners[spring.cube];
+            if (sets.root(at[0]) != sets.root(smallest)) continue;
+            held += held_motions(spring, [&](std::size_t a) { return motion_at(at[a]); });
         }
         const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(held);
         const double h_over_reach = cubes.size / reach;

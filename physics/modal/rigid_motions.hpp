@@ -13,9 +13,10 @@ struct RigidMotions {
     Eigen::MatrixXd motion;              // 3 |unknown| x (0..6), L^T times the displacement
 };
 
-// Of every piece that has any.
+// Of every piece that has any. `springs` hold material as pins do.
 std::vector<RigidMotions> rigid_motions(const geometry::Cubes& cubes, const Unknowns& unknowns,
-                                        const StiffnessAndMass& matrices);
+                                        const StiffnessAndMass& matrices,
+                                        std::span<const HeldCube> springs = {});
 
 // x without its parts along the piece's motions.
 void take_out(const RigidMotions& piece, Eigen::Ref<Eigen::VectorXd> x);

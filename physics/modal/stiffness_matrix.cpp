@@ -111,6 +111,16 @@ Unknowns order_unknowns(const geometry::Cubes& cubes, const std::vector<std::uin
 
 std::pair<const BrickMatrix&, double> CubeStiffness::of(std::size_t c)
 {
+    const auto [begin, end] = std::equal_range(held_.begin(), held_.end(), c, ByCube{});
+    if (begin == end) return material(c);
+    const auto [k, factor] = material(c);
+    sum_ = factor * k;
+    for (auto held = begin; held != end; ++held) add_held(*held, 1, sum_);
+    return {sum_, 1};
+}
+
+std::pair<const BrickMatrix&, double> CubeStiffness::material(std::size_t c)
+{
     if (cubes_.is_own(c)) {
         own_ = stiffness_of(cubes_.elements[cubes_.own[c]]);
         return {own_, cubes_.young[c] * cubes_.size};

@@ -9,11 +9,13 @@
 #include "geometry/cubes/cubes.hpp"
 #include "physics/body/stiffness.hpp"
 #include "physics/bricks/brick_element.hpp"
+#include "physics/bricks/held_corners.hpp"
 
 #include <Eigen/SparseCore>
 
 #include <map>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -32,19 +34,24 @@ Unknowns order_unknowns(const geometry::Cubes& cubes, const std::vector<std::uin
 // Stiffness matrices of the materials that occur, each made when it is first asked for.
 class CubeStiffness {
 public:
-    CubeStiffness(const geometry::Cubes& cubes, BrickElement element, Weighting weighting)
-        : cubes_(cubes), element_(element_of(cubes, element)), weighting_(weighting)
+    // `held` (springs, by cube) must outlive it.
+    CubeStiffness(const geometry::Cubes& cubes, BrickElement element, Weighting weighting,
+                  std::span<const HeldCube> held = {})
+        : cubes_(cubes), element_(element_of(cubes, element)), weighting_(weighting), held_(held)
     {}
 
-    // K of cube c, until the next call, and the factor on it.
+    // K of cube c, with the springs that hold it, until the next call, and the factor on it.
     std::pair<const BrickMatrix&, double> of(std::size_t c);
 
 private:
+    std::pair<const BrickMatrix&, double> material(std::size_t c);
+
     const geometry::Cubes& cubes_;
     BrickElement element_;
     Weighting weighting_;
+    std::span<const HeldCube> held_;
     std::map<double, std::unique_ptr<BrickMatrix>> by_poisson_;
-    BrickMatrix own_;
+    BrickMatrix own_, sum_;
 };
 
 struct StiffnessAndMass {

@@ -11,6 +11,7 @@ State advance(const ShellBody& body, State state, const Loads& loads, double dt,
 {
     check_pins(loads.pins, body.base.corners);
     require_all_axes(loads.pins, "method shell");
+    require_corners(loads.pins, "method shell");
     ShellElasticity elasticity(body, loads.pins);
     return advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
 }

@@ -51,17 +51,6 @@ std::string listed(const std::vector<std::string>& names)
     return names.size() > 20 ? out + " ..." : out;
 }
 
-// The triangles whose material or group has that name.
-TriMesh part_of(const TriMesh& mesh, const std::string& name)
-{
-    auto part = std::make_shared<geometry::MeshTopology>();
-    for (const auto t : faces_called(mesh, name)) part->triangles.push_back(mesh.triangles()[t]);
-    TriMesh out;
-    out.topology = std::move(part);
-    out.positions = mesh.positions;
-    return out;
-}
-
 }  // namespace
 
 std::vector<std::uint32_t> faces_called(const TriMesh& mesh, const std::string& name)
@@ -86,6 +75,16 @@ std::vector<std::uint32_t> faces_called(const TriMesh& mesh, const std::string& 
                                     "'. Its materials: " + listed(materials) +
                                     "; its groups: " + listed(all.groups));
     }
+    return out;
+}
+
+TriMesh faces_of(const TriMesh& mesh, const std::string& name)
+{
+    auto part = std::make_shared<geometry::MeshTopology>();
+    for (const auto t : faces_called(mesh, name)) part->triangles.push_back(mesh.triangles()[t]);
+    TriMesh out;
+    out.topology = std::move(part);
+    out.positions = mesh.positions;
     return out;
 }
 
@@ -134,7 +133,7 @@ std::vector<std::uint32_t> corners_at_end(const Cubes& cubes, int axis, End end,
 std::vector<std::uint32_t> corners_near_material(const Cubes& cubes, const TriMesh& mesh,
                                                  const std::string& name, double distance)
 {
-    const geometry::TriangleBvh tree(part_of(mesh, name));
+    const geometry::TriangleBvh tree(faces_of(mesh, name));
     std::vector<Vec3> places = corner_positions(cubes);
     std::vector<geometry::TriangleBvh::Hit> hits(places.size());
     tree.closest(places, distance, hits);
@@ -151,15 +150,19 @@ std::vector<std::uint32_t> corners_at_rim(const Cubes& cubes)
     return corners_if(cubes, [&](std::uint32_t k) { return around[k] < 8; });
 }
 
+void require_a_place_a_corner(const Cubes& cubes, const std::vector<geometry::Vec3f>& places)
+{
+    if (places.size() == cubes.corner_count()) return;
+    throw std::invalid_argument("expected a mesh with " + std::to_string(cubes.corner_count()) +
+                                " vertices, one per corner, found " +
+                                std::to_string(places.size()) +
+                                ". Use the mesh that Plane made with these cubes");
+}
+
 Pins pins_on(const Cubes& cubes, std::vector<std::uint32_t> corners,
              const std::vector<geometry::Vec3f>& places)
 {
-    if (places.size() != cubes.corner_count()) {
-        throw std::invalid_argument("expected a mesh with " + std::to_string(cubes.corner_count()) +
-                                    " vertices, one per corner, found " +
-                                    std::to_string(places.size()) +
-                                    ". Use the mesh that Plane made with these cubes");
-    }
+    require_a_place_a_corner(cubes, places);
     Pins out;
     for (const auto k : corners) out.target.push_back(places[k].cast<double>());
     out.corner = std::move(corners);

@@ -28,8 +28,9 @@ std::vector<std::uint32_t> corners_near_material(const geometry::Cubes& cubes,
                                                  const geometry::TriMesh& mesh,
                                                  const std::string& name, double distance);
 
-// The mesh's triangles of that name. Throws likewise.
+// The mesh's triangles of that name, and the mesh with these alone. Throw likewise.
 std::vector<std::uint32_t> faces_called(const geometry::TriMesh& mesh, const std::string& name);
+geometry::TriMesh faces_of(const geometry::TriMesh& mesh, const std::string& name);
 
 // Corners on the outside: those that have less than eight cubes around them, or on a plane less
 // than four cells, its border and that of its holes.
@@ -38,6 +39,10 @@ std::vector<std::uint32_t> corners_at_rim(const geometry::Cubes& cubes);
 // Pins that hold those corners where `motion` takes their rest positions.
 Pins pins_at(const geometry::Cubes& cubes, std::vector<std::uint32_t> corners,
              const Transform& motion);
+
+// Throws std::invalid_argument when there are not as many places as corners.
+void require_a_place_a_corner(const geometry::Cubes& cubes,
+                              const std::vector<geometry::Vec3f>& places);
 
 // Pins that hold those corners where `places` (one for each corner of the cubes) has them. Throws
 // std::invalid_argument when there are not as many.

@@ -7,6 +7,7 @@
 #include "geometry/mesh/mesh_fwd.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -16,13 +17,36 @@ namespace physics {
 using geometry::Transform;
 using geometry::Vec3;
 
-// Corners whose motion is prescribed, along all axes of the world or some of them.
+// What springs hold of the material in a cube: all of its points, each by the trilinear weights w
+// of its cube's corners, have the energy
+//   1/2 sum_ab A_ab (x_a - t_a) . (x_b - t_b),   A = sum over points of stiffness * w w^T
+// with t where the targets of the corners are (hold_matter.hpp).
+struct HeldCube {
+    std::uint32_t cube = 0;
+    std::array<std::uint32_t, 8> corner{};  // into HeldMatter::corner
+    std::uint32_t axes = 7;                 // bits 1, 2, 4: along x, y, z of the world
+    std::array<float, 36> stiffness{};      // N/m, lower triangle of A, row by row
+    bool operator==(const HeldCube&) const = default;
+};
+
+// Points of the material that springs hold.
+struct HeldMatter {
+    std::vector<std::uint32_t> corner;  // H, of these cubes; of several pins, one may stand twice
+    std::vector<Vec3> target;           // H, m, where each would be at the end of this frame
+    std::vector<HeldCube> cubes;        // of one pin, by cube
+};
+
+// Corners whose motion is prescribed, along all axes of the world or some of them, and points of
+// the material that springs hold.
 struct Pins {
     std::vector<std::uint32_t> corner;  // P, sorted, no duplicates
     std::vector<Vec3> target;           // P, m, where each is at the end of this frame
     std::uint64_t cubes = 0;            // mark of the cubes whose corners these are
     // P, bits 1, 2, 4: held along x, y, z; empty: along all
     std::vector<std::uint8_t> axes = {};
+    HeldMatter matter = {};
+
+    bool empty() const { return corner.empty() && matter.cubes.empty(); }
 };
 inline constexpr std::uint8_t all_axes = 7;
 

@@ -2,6 +2,7 @@
 
 #include "geometry/mesh/measure.hpp"
 #include "physics/state/cube_mass.hpp"
+#include "physics/state/hold_matter.hpp"
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -74,9 +75,39 @@ MassMoments mass_moments(const State& state, const geometry::Cubes& cubes)
     return out;
 }
 
+std::vector<Vec3> forces_of(const HeldMatter& matter, const std::vector<Vec3>& x)
+{
+    std::vector<Vec3> out(matter.corner.size(), Vec3::Zero());
+    for (const HeldCube& cube : matter.cubes) {
+        for (std::size_t a = 0; a < 8; ++a) {
+            Vec3 sum = Vec3::Zero();
+            for (std::size_t b = 0; b < 8; ++b) {
+                const auto at = cube.corner[b];
+                sum += stiffness_at(cube, a, b) * (matter.target[at] - x[matter.corner[at]]);
+            }
+            for (int axis = 0; axis < 3; ++axis) {
+                if ((cube.axes >> axis & 1) != 0) out[cube.corner[a]][axis] += sum[axis];
+            }
+        }
+    }
+    return out;
+}
+
 PinForce pin_force(const State& state, const Pins* of, const Vec3& point)
 {
     PinForce out;
+    const auto add = [&](std::uint32_t corner, const Vec3& force) {
+        out.force += force;
+        out.torque += (state.x[corner] - point).cross(force);
+        ++out.pins;
+    };
+    if (of && !state.held_forces.empty()) {
+        const std::vector<Vec3> forces = forces_of(of->matter, state.x);
+        for (std::size_t i = 0; i < forces.size(); ++i) add(of->matter.corner[i], forces[i]);
+    }
+    for (std::size_t i = 0; !of && i < state.held_forces.size(); ++i) {
+        add(state.held_forces[i].corner, state.held_forces[i].force.cast<double>());
+    }
     for (const Reaction& reaction : state.reactions) {
         Vec3 force = reaction.force.cast<double>();
         if (of) {
@@ -88,9 +119,7 @@ PinForce pin_force(const State& state, const Pins* of, const Vec3& point)
                 if ((axes >> a & 1) == 0) force[a] = 0;
             }
         }
-        out.force += force;
-        out.torque += (state.x[reaction.corner] - point).cross(force);
-        ++out.pins;
+        add(reaction.corner, force);
     }
     return out;
 }

@@ -25,7 +25,12 @@ struct MassMoments {
 };
 MassMoments mass_moments(const State& state, const geometry::Cubes& cubes);
 
-// What pins exert on the body: of all, or of the corners `of` along the axes that these hold.
+// The forces of springs that hold points of the material, with corners at x: on each of the
+// matter's corners. H, N.
+std::vector<Vec3> forces_of(const HeldMatter& matter, const std::vector<Vec3>& x);
+
+// What pins exert on the body: of all, or of the corners `of` along the axes that these hold and of
+// the points of the material that they hold.
 struct PinForce {
     Vec3 force = Vec3::Zero();   // N
     Vec3 torque = Vec3::Zero();  // N m, about `point`

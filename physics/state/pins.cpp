@@ -35,10 +35,67 @@ bool conflict(const Pins& p, const Pins& q, double tolerance)
     return false;
 }
 
+// The same of the points that springs hold.
+bool conflict(const HeldMatter& p, const HeldMatter& q, double tolerance)
+{
+    for (std::size_t i = 0, j = 0; i < p.cubes.size() && j < q.cubes.size();) {
+        const HeldCube &a = p.cubes[i], &b = q.cubes[j];
+        if (a.cube != b.cube) {
+            ++(a.cube < b.cube ? i : j);
+            continue;
+        }
+        for (std::size_t k = 0; k < 8; ++k) {
+            Vec3 apart = p.target[a.corner[k]] - q.target[b.corner[k]];
+            for (int axis = 0; axis < 3; ++axis) {
+                if ((a.axes & b.axes & 1u << axis) == 0) apart[axis] = 0;
+            }
+            if (apart.norm() > tolerance) return true;
+        }
+        ++i, ++j;
+    }
+    return false;
+}
+
+void check_matter(const HeldMatter& matter, std::size_t corners)
+{
+    const auto fail = [](const std::string& what) { throw std::invalid_argument("pins: " + what); };
+    if (matter.corner.size() != matter.target.size()) {
+        fail("expected a target for each of " + std::to_string(matter.corner.size()) +
+             " corners of held points, found " + std::to_string(matter.target.size()));
+    }
+    for (std::size_t i = 0; i < matter.corner.size(); ++i) {
+        const auto k = std::to_string(matter.corner[i]);
+        if (matter.corner[i] >= corners) {
+            fail("corner " + k + " of held points is not one of the " + std::to_string(corners) +
+                 " corners of these cubes. Were the pins made for other cubes?");
+        }
+        if (!matter.target[i].allFinite()) fail("the target of corner " + k + " is not finite");
+    }
+    for (const HeldCube& cube : matter.cubes) {
+        for (const auto at : cube.corner) {
+            if (at < matter.corner.size()) continue;
+            fail("a cube of held points names corner " + std::to_string(at) + " of " +
+                 std::to_string(matter.corner.size()));
+        }
+    }
+}
+
+void add_matter(const HeldMatter& some, HeldMatter& all)
+{
+    const auto first = static_cast<std::uint32_t>(all.corner.size());
+    all.corner.insert(all.corner.end(), some.corner.begin(), some.corner.end());
+    all.target.insert(all.target.end(), some.target.begin(), some.target.end());
+    for (HeldCube cube : some.cubes) {
+        for (auto& at : cube.corner) at += first;
+        all.cubes.push_back(cube);
+    }
+}
+
 }  // namespace
 
 void check_pins(const Pins& pins, std::size_t corners)
 {
+    check_matter(pins.matter, corners);
     const auto fail = [](const std::string& what) { throw std::invalid_argument("pins: " + what); };
     if (pins.corner.size() != pins.target.size()) {
         fail("expected a target for each of " + std::to_string(pins.corner.size()) +
@@ -67,12 +124,22 @@ void check_pins(const Pins& pins, std::size_t corners)
 
 void require_all_axes(const Pins& pins, const std::string& who)
 {
-    if (std::all_of(pins.axes.begin(), pins.axes.end(), [](auto a) { return a == all_axes; })) {
+    const auto whole = [](const HeldCube& cube) { return cube.axes == all_axes; };
+    if (std::all_of(pins.axes.begin(), pins.axes.end(), [](auto a) { return a == all_axes; }) &&
+        std::all_of(pins.matter.cubes.begin(), pins.matter.cubes.end(), whole)) {
         return;
     }
     throw std::invalid_argument(who +
                                 " does not take pins that leave axes free: set axes = xyz in Pin, "
                                 "or use Simulate with method bricks or springs");
+}
+
+void require_corners(const Pins& pins, const std::string& who)
+{
+    if (pins.matter.cubes.empty()) return;
+    throw std::invalid_argument(who + " does not take pins that hold points of the material: set "
+                                      "hold = corners in Pin, or use Simulate with method bricks "
+                                      "or springs");
 }
 
 Pins merge_pins(std::span<const std::shared_ptr<const Pins>> pins, std::size_t corners)
@@ -112,6 +179,7 @@ Pins merge_pins(std::span<const std::shared_ptr<const Pins>> pins, std::size_t c
         whole &= axes == all_axes;
     }
     if (whole) out.axes.clear();
+    for (const auto& some : pins) add_matter(some->matter, out.matter);
     return out;
 }
 
@@ -121,7 +189,8 @@ std::vector<std::string> conflicting_pins(std::span<const std::shared_ptr<const 
     std::vector<std::string> out;
     for (std::size_t i = 0; i < pins.size(); ++i) {
         for (std::size_t j = i + 1; j < pins.size(); ++j) {
-            if (!conflict(*pins[i], *pins[j], tolerance)) continue;
+            const bool points = conflict(pins[i]->matter, pins[j]->matter, tolerance);
+            if (!points && !conflict(*pins[i], *pins[j], tolerance)) continue;
             out.push_back(fmt::format(
                 "Pins {} and {} of {} pull the same corners to different places: these corners go "
                 "to the mean of both. Pin separate regions, or give both the same motion.",

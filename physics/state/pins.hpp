@@ -25,6 +25,9 @@ std::vector<std::string> conflicting_pins(std::span<const std::shared_ptr<const 
 // Throws std::invalid_argument, with what to do, where a pin holds some axes only: `who` cannot.
 void require_all_axes(const Pins& pins, const std::string& who);
 
+// The same where a pin holds points of the material.
+void require_corners(const Pins& pins, const std::string& who);
+
 // Throws std::invalid_argument when `pins` is not sorted, names a corner twice or one not below
 // `corners`, or holds a target that is not finite.
 void check_pins(const Pins& pins, std::size_t corners);

@@ -70,7 +70,11 @@ struct State {
     std::vector<float> stress;  // C, Pa, von Mises of each cube; empty when the method has none
     std::vector<float> energy;  // C, J, elastic energy of each cube; empty when the method has none
     std::vector<Reaction> reactions;  // by corner; of bricks, springs and shells
-    std::vector<StateModel> models;   // empty: one
+    // H, m, where the targets of pins that hold points of the material were, as HeldMatter has
+    // them; and what these springs pushed at each corner with.
+    std::vector<Vec3> held;
+    std::vector<Reaction> held_forces;
+    std::vector<StateModel> models;  // empty: one
     int still_frames = 0;  // in a row in which no corner moved; of bricks, springs and shells
     Report report;
 };

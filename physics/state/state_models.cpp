@@ -36,6 +36,19 @@ std::vector<T> part_of(const std::vector<T>& all, std::size_t begin, std::size_t
     return {first, first + static_cast<std::ptrdiff_t>(count)};
 }
 
+std::vector<Reaction> part_of(const std::vector<Reaction>& all, const StateModel& model)
+{
+    std::vector<Reaction> out;
+    for (Reaction reaction : all) {
+        if (reaction.corner < model.corner || reaction.corner >= model.corner + model.corners) {
+            continue;
+        }
+        reaction.corner -= model.corner;
+        out.push_back(reaction);
+    }
+    return out;
+}
+
 }  // namespace
 
 std::uint64_t mark_of(const geometry::Cubes& cubes)
@@ -95,12 +108,8 @@ std::shared_ptr<const State> state_of(const std::shared_ptr<const State>& state,
     out.brick_mass = state->brick_mass;
     out.stress = part_of(state->stress, found->cube, found->cubes);
     out.energy = part_of(state->energy, found->cube, found->cubes);
-    for (Reaction reaction : state->reactions) {
-        if (reaction.corner < found->corner || reaction.corner >= found->corner + found->corners)
-            continue;
-        reaction.corner -= found->corner;
-        out.reactions.push_back(reaction);
-    }
+    out.reactions = part_of(state->reactions, *found);
+    out.held_forces = part_of(state->held_forces, *found);
     out.report = state->report;
     return std::make_shared<const State>(std::move(out));
 }
@@ -108,7 +117,7 @@ std::shared_ptr<const State> state_of(const std::shared_ptr<const State>& state,
 std::shared_ptr<const Pins> pins_of_all(const std::shared_ptr<const Pins>& pins,
                                         const std::vector<StateModel>& models)
 {
-    if (models.empty() || pins->corner.empty()) return pins;
+    if (models.empty() || pins->empty()) return pins;
     const auto found = std::find_if(models.begin(), models.end(), [&](const StateModel& model) {
         return model.mark == pins->cubes;
     });
@@ -120,6 +129,8 @@ std::shared_ptr<const Pins> pins_of_all(const std::shared_ptr<const Pins>& pins,
     }
     Pins out = *pins;
     for (auto& corner : out.corner) corner += found->corner;
+    for (auto& corner : out.matter.corner) corner += found->corner;
+    for (auto& cube : out.matter.cubes) cube.cube += found->cube;
     return std::make_shared<const Pins>(std::move(out));
 }
 
