@@ -69,6 +69,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         }
         out.part.pins = physics::merge_pins(in.pins, in.cubes->corner_count());
         physics::require_all_axes(out.part.pins, "Layered");
+        physics::require_corners(out.part.pins, "Layered");
         for (const auto& warning : physics::conflicting_pins(in.pins, 1e-3 * in.cubes->size)) {
             context.warn(warning);
         }

@@ -112,10 +112,11 @@ static physics::PinForce pin_force(const Inputs& in)
     const physics::PinForce out = physics::pin_force(of, in.pins.get(), in.point);
     if (out.pins == 0 && has_gone(of)) {
         throw std::invalid_argument(
-            of.reactions.empty()
+            of.reactions.empty() && of.held_forces.empty()
                 ? "the state has no forces of pins: link pins to Simulate, with method bricks, "
                   "springs or shell"
-                : "none of the corners of `pins` was pinned in the simulation: link the Pin that "
+                : "none of the corners or points of `pins` was held in the simulation: link the "
+                  "Pin that "
                   "Simulate has");
     }
     return out;

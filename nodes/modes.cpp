@@ -26,8 +26,10 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     if (in.pins) physics::require_all_axes(*in.pins, "Modes");
     const std::vector<std::uint32_t> pinned =
         in.pins ? in.pins->corner : std::vector<std::uint32_t>{};
+    const std::vector<physics::HeldCube> held =
+        in.pins ? in.pins->matter.cubes : std::vector<physics::HeldCube>{};
     const physics::Modes modes = physics::lowest_modes(
-        *in.cubes, pinned, {in.count, in.keep_rigid, in.weighting, in.element});
+        *in.cubes, pinned, {in.count, in.keep_rigid, in.weighting, in.element}, held);
     for (const auto& warning : modes.report.warnings) context.warn(warning);
     Outputs out{physics::make_modal_model(modes, *in.cubes, in.mesh)};
     for (const double omega_sq : modes.omega_sq) {
@@ -47,7 +49,8 @@ void add_to(graph::Registry& registry)
         .input("cubes", &Inputs::cubes, "The model at rest, with its materials.")
         .input("mesh", &Inputs::mesh, "The mesh that the cubes carry.")
         .input("pins", &Inputs::pins,
-               "Corners that do not move. Without pins the body is free, and its rigid motions are "
+               "Corners that do not move, or points of the material that are held. Without pins "
+               "the body is free, and its rigid motions are "
                "left out.",
                graph::Need::optional)
         .param("count", &Inputs::count, "Number of modes, from the lowest frequency up.",

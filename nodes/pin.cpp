@@ -1,7 +1,7 @@
 #include "geometry/mesh/transform.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
-#include "physics/state/choose_corners.hpp"
+#include "physics/state/hold_matter.hpp"
 
 #include <fmt/format.h>
 
@@ -9,6 +9,7 @@ namespace nodes::pin {
 
 using geometry::Vec3;
 
+enum class Hold { corners, points };
 enum class Where { box, sphere, below, material, ends, rim };
 enum class Axis { x, y, z };
 enum class Axes { xyz, x, y, z, xy, yz, xz };
@@ -38,6 +39,7 @@ struct Inputs {
     graph::Wire<geometry::Cubes> cubes;
     graph::Wire<geometry::TriMesh> mesh;
     graph::Wire<geometry::TriMesh> follow;
+    Hold hold = Hold::corners;
     Where where = Where::box;
     BoxPlace box;
     SpherePlace sphere;
@@ -48,6 +50,7 @@ struct Inputs {
     Vec3 translate{0, 0, 0};
     Vec3 rotate_degrees{0, 0, 0};
     Vec3 pivot{0, 0, 0};
+    std::shared_ptr<const physics::HeldMatter> matter;
 };
 struct Outputs {
     physics::Pins pins;
@@ -56,10 +59,25 @@ struct Outputs {
 constexpr const char* needs_mesh =
     "where = material needs the input 'mesh': link the mesh whose faces have the material";
 
+constexpr const char* points_of_rim =
+    "where = rim chooses corners, and hold = points needs a place: set hold = corners, or another "
+    "where";
+
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
-    if (in.where != Where::material || setting.links("mesh")) return {};
-    return {{"where", needs_mesh}};
+    if (in.where == Where::material && !setting.links("mesh")) return {{"where", needs_mesh}};
+    if (in.where == Where::rim && in.hold == Hold::points) return {{"where", points_of_rim}};
+    return {};
+}
+
+static geometry::Box box_of(const Inputs& in)
+{
+    return {in.box.centre - in.box.size / 2, in.box.centre + in.box.size / 2};
+}
+
+static double distance_of_material(const Inputs& in)
+{
+    return in.material.distance > 0 ? in.material.distance : in.cubes->size;
 }
 
 static std::vector<std::uint32_t> chosen(const Inputs& in)
@@ -67,8 +85,7 @@ static std::vector<std::uint32_t> chosen(const Inputs& in)
     const geometry::Cubes& cubes = *in.cubes;
     switch (in.where) {
     case Where::box:
-        return physics::corners_in_box(
-            cubes, {in.box.centre - in.box.size / 2, in.box.centre + in.box.size / 2});
+        return physics::corners_in_box(cubes, box_of(in));
     case Where::sphere:
         return physics::corners_in_sphere(cubes, in.sphere.centre, in.sphere.radius);
     case Where::below:
@@ -76,8 +93,7 @@ static std::vector<std::uint32_t> chosen(const Inputs& in)
     case Where::material:
         if (!in.mesh) throw std::invalid_argument(needs_mesh);
         return physics::corners_near_material(cubes, *in.mesh, in.material.name,
-                                              in.material.distance > 0 ? in.material.distance
-                                                                       : cubes.size);
+                                              distance_of_material(in));
     case Where::ends:
         return physics::corners_at_end(cubes, static_cast<int>(in.ends.axis), in.ends.end,
                                        in.ends.layers);
@@ -120,6 +136,37 @@ static std::uint8_t bits_of(Axes axes)
     return physics::all_axes;
 }
 
+static physics::Outside outside(const Inputs& in)
+{
+    switch (in.where) {
+    case Where::box:
+        return physics::outside_box(box_of(in));
+    case Where::sphere:
+        return physics::outside_sphere(in.sphere.centre, in.sphere.radius);
+    case Where::below:
+        return physics::outside_below(in.below.height);
+    case Where::material:
+        if (!in.mesh) throw std::invalid_argument(needs_mesh);
+        return physics::outside_of_material(*in.mesh, in.material.name, distance_of_material(in));
+    case Where::ends:
+        return physics::outside_end(*in.cubes, static_cast<int>(in.ends.axis), in.ends.end,
+                                    in.ends.layers);
+    case Where::rim:
+        break;
+    }
+    throw std::invalid_argument(points_of_rim);
+}
+
+// Set-up: where the material lies changes with none of the motion.
+static physics::HeldMatter find_matter(const Inputs& in)
+{
+    if (in.hold == Hold::corners) return {};
+    const geometry::TriangleBvh tree =
+        in.mesh ? geometry::TriangleBvh(*in.mesh) : geometry::TriangleBvh();
+    return physics::matter_within(*in.cubes, outside(in), in.mesh ? &tree : nullptr,
+                                  bits_of(in.axes));
+}
+
 // What is carried whole is so on purpose.
 static void warn_of_all(const Inputs& in, std::size_t pinned, const graph::Context& context)
 {
@@ -131,17 +178,29 @@ static void warn_of_all(const Inputs& in, std::size_t pinned, const graph::Conte
                              pinned));
 }
 
+static geometry::Transform motion_of(const Inputs& in)
+{
+    return geometry::placement(in.translate, in.rotate_degrees, Vec3::Ones(), in.pivot);
+}
+
+static Outputs hold_points(const Inputs& in, const graph::Context& context)
+{
+    if (in.matter->cubes.empty())
+        context.warn("no material of the cubes lies in the chosen region: nothing is pinned");
+    return {in.follow ? physics::matter_on(*in.cubes, *in.matter, in.follow->positions)
+                      : physics::matter_at(*in.cubes, *in.matter, motion_of(in))};
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     if (in.follow) require_a_vertex_a_corner(in);
+    if (in.hold == Hold::points) return hold_points(in, context);
     auto corners = chosen(in);
     if (corners.empty())
         context.warn("no corner of the cubes lies in the chosen region: nothing is pinned");
     warn_of_all(in, corners.size(), context);
     Outputs out{in.follow ? physics::pins_on(*in.cubes, std::move(corners), in.follow->positions)
-                          : physics::pins_at(*in.cubes, std::move(corners),
-                                             geometry::placement(in.translate, in.rotate_degrees,
-                                                                 Vec3::Ones(), in.pivot))};
+                          : physics::pins_at(*in.cubes, std::move(corners), motion_of(in))};
     if (in.axes != Axes::xyz) out.pins.axes.assign(out.pins.corner.size(), bits_of(in.axes));
     return out;
 }
@@ -165,14 +224,14 @@ static void describe(graph::ParamsOf<SpherePlace>& p)
 
 static void describe(graph::ParamsOf<BelowPlace>& p)
 {
-    p.param("height", &BelowPlace::height, "Largest y of the pinned corners.", {.unit = "m"});
+    p.param("height", &BelowPlace::height, "Largest y of what is pinned.", {.unit = "m"});
 }
 
 static void describe(graph::ParamsOf<MaterialPlace>& p)
 {
     p.param("name", &MaterialPlace::name, "Name of the material or group.")
         .param("distance", &MaterialPlace::distance,
-               "Largest distance from the corners to its faces; 0: the edge of a cube.",
+               "Largest distance from what is pinned to its faces; 0: the edge of a cube.",
                {.min = 0, .unit = "m"});
 }
 
@@ -189,46 +248,56 @@ static void describe(graph::ParamsOf<EndsPlace>& p)
 void add_to(graph::Registry& registry)
 {
     registry.add("Pin", 1, run)
-        .summary("Holds corners of the cubes in place, or moves them along a keyframed path.",
+        .summary("Holds a part of the cubes in place, or moves it along a keyframed path.",
                  {"constraint", "anchor", "attach", "fix", "hold"})
-        .input("cubes", &Inputs::cubes, "The cubes at rest, whose corners are pinned.")
-        .input("mesh", &Inputs::mesh, "The mesh at rest, for where = material.",
+        .input("cubes", &Inputs::cubes, "The cubes at rest that are pinned.")
+        .input("mesh", &Inputs::mesh,
+               "The mesh at rest, for where = material. With hold = points, the material is what "
+               "is inside of it; without, what a cube holds is taken as spread evenly.",
                graph::Need::optional)
         .input("follow", &Inputs::follow,
                "Pinned corners follow the vertices of this mesh at this frame. It is the mesh that "
                "Plane made with these cubes, carried along by something else.",
                graph::Need::optional)
+        .choice("hold", &Inputs::hold, {"corners", "points"},
+                "What is held in the chosen region. corners: the corners of the cubes, exactly; a "
+                "clamp ends at a plane of corners, up to a cube from where the region does. "
+                "points: the material, by springs from its points, wherever cubes lie; it gives "
+                "way by about what the cubes strain within a third of a cube. Take points where "
+                "cubes are coarse against what is clamped, or tilted to it. Of Simulate, for "
+                "methods bricks and springs, and for Modes.")
         .choice("where", &Inputs::where, {"box", "sphere", "below", "material", "ends", "rim"},
-                "How the corners are chosen. box, sphere: all inside it. below: all up to a "
-                "height. material: all near the faces of a material or group. ends: all at the "
-                "ends of the model along an axis. rim: all on the outside of the model; for a "
-                "plane, its border and those of its holes.")
-        .block<BoxPlace>("box", &Inputs::box, describe, "Pins the corners inside a box.",
-                         when("box"))
-        .block<SpherePlace>("sphere", &Inputs::sphere, describe,
-                            "Pins the corners inside a sphere.", when("sphere"))
-        .block<BelowPlace>("below", &Inputs::below, describe, "Pins the corners up to a height.",
+                "How the corners or points are chosen. box, sphere: all inside it. below: all up "
+                "to a height. material: all near the faces of a material or group. ends: all at "
+                "the ends of the model along an axis. rim: all corners on the outside of the "
+                "model; for a plane, its border and those of its holes.")
+        .block<BoxPlace>("box", &Inputs::box, describe, "Pins what is inside a box.", when("box"))
+        .block<SpherePlace>("sphere", &Inputs::sphere, describe, "Pins what is inside a sphere.",
+                            when("sphere"))
+        .block<BelowPlace>("below", &Inputs::below, describe, "Pins what is up to a height.",
                            when("below"))
         .block<MaterialPlace>("material", &Inputs::material, describe,
-                              "Pins the corners near the faces of a material or group.",
+                              "Pins what is near the faces of a material or group.",
                               when("material"))
         .block<EndsPlace>("ends", &Inputs::ends, describe,
-                          "Pins the corners farthest out along an axis.", when("ends"))
+                          "Pins what is farthest out along an axis.", when("ends"))
         .choice("axes", &Inputs::axes, {"xyz", "x", "y", "z", "xy", "yz", "xz"},
-                "Axes of the world along which corners are held; along the others they are free. "
+                "Axes of the world along which it is held; along the others they are free. "
                 "One axis makes a roller, or a plane of symmetry; x, for example, holds a plane "
                 "across x, in which corners slide. Several pins of a corner add up. Methods "
                 "other than bricks and springs, Modes and Layered take xyz only.")
         .param("translate", &Inputs::translate,
-               "Translation of the pinned corners from rest; keyframe it to move them.",
-               {.unit = "m"})
+               "Translation from rest of what is pinned; keyframe it to move that.", {.unit = "m"})
         .param("rotate_degrees", &Inputs::rotate_degrees,
-               "Rotation of the pinned corners about the pivot: about x, then y, then z, each axis "
+               "Rotation of what is pinned about the pivot: about x, then y, then z, each axis "
                "fixed in space.",
                {.unit = "deg"})
         .param("pivot", &Inputs::pivot, "Centre of the rotation.", {.unit = "m"})
+        .prepare("matter", &Inputs::matter, find_matter,
+                 {"cubes", "mesh", "hold", "where", "box", "sphere", "below", "material", "ends",
+                  "axes"})
         .check(check)
-        .output("pins", &Outputs::pins, "The pinned corners and their targets at this frame.");
+        .output("pins", &Outputs::pins, "What is pinned, and its targets at this frame.");
 }
 
 }  // namespace nodes::pin

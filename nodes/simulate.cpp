@@ -218,8 +218,11 @@ static physics::Loads gather_loads(const Inputs& in, const graph::Context& conte
     std::vector<graph::Wire<physics::Pins>> pins;
     for (const auto& some : in.pins) pins.push_back(physics::pins_of_all(some, in.body->models));
     loads.pins = physics::merge_pins(pins, corner_count(in));
-    if (in.method == Method::lattice) physics::require_all_axes(loads.pins, "method lattice");
-    if (in.method == Method::shell) physics::require_all_axes(loads.pins, "method shell");
+    if (in.method == Method::lattice || in.method == Method::shell) {
+        const char* const who = in.method == Method::lattice ? "method lattice" : "method shell";
+        physics::require_all_axes(loads.pins, who);
+        physics::require_corners(loads.pins, who);
+    }
     for (const auto& warning : physics::conflicting_pins(pins, 1e-3 * least_size(in))) {
         context.warn(warning);
     }
@@ -332,6 +335,8 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
     state.holds.clear();
     state.reactions.clear();
     state.still_frames = 0;
+    state.held.clear();
+    state.held_forces.clear();
     if (in.start && in.method != Method::bricks) {  // which no other method knows
         state.stress.clear();
         state.energy.clear();
@@ -342,7 +347,7 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
     if (in.initial_shape == Shape::given) return state;
     const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);
     if (!bricks) throw std::invalid_argument(no_equilibrium);
-    if (loads.pins.corner.empty()) throw std::invalid_argument(no_pins);
+    if (loads.pins.empty()) throw std::invalid_argument(no_pins);
     add_forces(in, context, loads);
     state = physics::settle(*bricks, std::move(state), loads, in.step);
     for (const auto& warning : state.report.warnings) context.warn(warning);
