@@ -1,5 +1,6 @@
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
+#include "physics/state/hold_matter.hpp"
 #include "physics/state/pins.hpp"
 
 #include <cmath>
@@ -24,6 +25,7 @@ struct Outputs {
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     if (in.pins) physics::require_all_axes(*in.pins, "Modes");
+    if (in.pins) physics::check_held(*in.cubes, in.pins->matter);
     const std::vector<std::uint32_t> pinned =
         in.pins ? in.pins->corner : std::vector<std::uint32_t>{};
     const std::vector<physics::HeldCube> held =

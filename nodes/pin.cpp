@@ -63,10 +63,16 @@ constexpr const char* points_of_rim =
     "where = rim chooses corners, and hold = points needs a place: set hold = corners, or another "
     "where";
 
+constexpr const char* points_of_plane =
+    "layers = 0 chooses a plane of corners, and hold = points needs a place: set layers = 1 or "
+    "more, or hold = corners";
+
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
     if (in.where == Where::material && !setting.links("mesh")) return {{"where", needs_mesh}};
-    if (in.where == Where::rim && in.hold == Hold::points) return {{"where", points_of_rim}};
+    if (in.hold == Hold::corners) return {};
+    if (in.where == Where::rim) return {{"where", points_of_rim}};
+    if (in.where == Where::ends && in.ends.layers == 0) return {{"ends", points_of_plane}};
     return {};
 }
 
@@ -264,8 +270,9 @@ void add_to(graph::Registry& registry)
                 "clamp ends at a plane of corners, up to a cube from where the region does. "
                 "points: the material, by springs from its points, wherever cubes lie; it gives "
                 "way by about what the cubes strain within a third of a cube. Take points where "
-                "cubes are coarse against what is clamped, or tilted to it. Of Simulate, for "
-                "methods bricks and springs, and for Modes.")
+                "cubes are coarse against what is clamped, or tilted to it. What is held inside a "
+                "collider takes corners: contact pushes points out. Of Simulate, for methods "
+                "bricks and springs, and for Modes.")
         .choice("where", &Inputs::where, {"box", "sphere", "below", "material", "ends", "rim"},
                 "How the corners or points are chosen. box, sphere: all inside it. below: all up "
                 "to a height. material: all near the faces of a material or group. ends: all at "

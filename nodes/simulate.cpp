@@ -12,6 +12,7 @@
 #include "physics/shell/shell.hpp"
 #include "physics/state/balls.hpp"
 #include "physics/state/first_motion.hpp"
+#include "physics/state/hold_matter.hpp"
 #include "physics/state/pins.hpp"
 #include "physics/state/state_models.hpp"
 
@@ -216,7 +217,10 @@ static physics::Loads gather_loads(const Inputs& in, const graph::Context& conte
 {
     physics::Loads loads;
     std::vector<graph::Wire<physics::Pins>> pins;
-    for (const auto& some : in.pins) pins.push_back(physics::pins_of_all(some, in.body->models));
+    for (const auto& some : in.pins) {
+        if (in.body->models.empty()) physics::check_held(*in.cubes.front(), some->matter);
+        pins.push_back(physics::pins_of_all(some, in.body->models));
+    }
     loads.pins = physics::merge_pins(pins, corner_count(in));
     if (in.method == Method::lattice || in.method == Method::shell) {
         const char* const who = in.method == Method::lattice ? "method lattice" : "method shell";
@@ -335,8 +339,7 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
     state.holds.clear();
     state.reactions.clear();
     state.still_frames = 0;
-    state.held.clear();
-    state.held_forces.clear();
+    for (auto& held : state.held_forces) held.force.setZero();
     if (in.start && in.method != Method::bricks) {  // which no other method knows
         state.stress.clear();
         state.energy.clear();

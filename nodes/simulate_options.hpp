@@ -170,10 +170,12 @@ inline void describe_step(graph::ParamsOf<physics::StepOptions>& p)
         .param("solver_iterations", &physics::StepOptions::solver_iterations,
                "Largest number of conjugate gradient iterations per solve.",
                {.min = 1, .max = 1'000'000})
-        .param("sleep", &physics::StepOptions::sleep,
-               "Whether a frame is skipped in which nothing would move: bodies that have been at "
-               "rest for 12 frames, under forces that still balance. A load, a pin or a collider "
-               "that moves wakes them. All bodies of a Simulate sleep together.");
+        .param(
+            "sleep", &physics::StepOptions::sleep,
+            "Whether a frame is skipped in which nothing would move: bodies that have been at "
+            "rest for 12 frames, under forces that still balance. A load, a pin or a collider "
+            "that moves wakes them. All bodies of a Simulate sleep together. false: also what is "
+            "balanced on an edge, or pressed beyond buckling, moves as its smallest error grows.");
 }
 
 inline void describe_body(graph::ParamsOf<OneBody>& p)

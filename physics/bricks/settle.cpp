@@ -92,6 +92,7 @@ State settle(const BricksBody& body, State state, const Loads& loads, const Step
     end.report.iterations = iterations;
     std::fill(end.v.begin(), end.v.end(), Vec3::Zero());
     end.time = time;
+    end.still_frames = 0;
     if (flutters) {
         end.report.warnings = {fmt::format(
             "No equilibrium was found: the shape still moves by {:.2g} m under loads that follow "

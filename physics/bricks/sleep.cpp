@@ -1,5 +1,6 @@
 #include "physics/bricks/sleep.hpp"
 
+#include "geometry/mesh/mesh.hpp"
 #include "physics/bricks/stage_touches.hpp"
 #include "physics/bricks/step_descent.hpp"
 
@@ -19,9 +20,18 @@ bool pins_stay(const Stage& stage)
     return stay;
 }
 
+// By what is in them: whether a cook made a mesh once or for each frame must not show.
+bool are_equal(const geometry::TriMesh& a, const geometry::TriMesh& b)
+{
+    return &a == &b ||
+           (a.positions == b.positions &&
+            (a.topology == b.topology || a.topology->triangles == b.topology->triangles));
+}
+
 bool stays(const Collider& c)
 {
-    return c.pose.matrix() == c.before.matrix() && (!c.mesh_before || c.mesh_before == c.mesh);
+    return c.pose.matrix() == c.before.matrix() &&
+           (!c.mesh_before || are_equal(*c.mesh_before, *c.mesh));
 }
 
 }  // namespace
@@ -60,6 +70,7 @@ bool stays_at_rest(Stage& stage, StepSolver& solver, const Aligned<double>& x,
         if (scale > 0) residual = std::max(residual, left[p] / scale);
     }
     record.report.residual = residual;
+    record.reaction = reactions_of(stage);
     return true;
 }
 

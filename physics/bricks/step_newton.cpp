@@ -263,16 +263,22 @@ void find_forces_at_start(Stage& stage)
     find_residual(stage);
 }
 
+std::vector<Vec3> reactions_of(const Stage& stage)
+{
+    std::vector<Vec3> out(stage.frame.loads.pins.corner.size(), Vec3::Zero());
+    for_held_axes(stage.frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
+        out[pin][static_cast<Eigen::Index>(axis)] = -1 / stage.tau * stage.r[number];
+    });
+    return out;
+}
+
 void find_leftover(Stage& stage, StepSolver& solver, StepRecord& record)
 {
     place(stage);
     if (!all_finite(stage.x)) return;
     linearise_here(stage);
     find_residual(stage);
-    record.reaction.assign(stage.frame.loads.pins.corner.size(), Vec3::Zero());
-    for_held_axes(stage.frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
-        record.reaction[pin][static_cast<Eigen::Index>(axis)] = -1 / stage.tau * stage.r[number];
-    });
+    record.reaction = reactions_of(stage);
     prepare(solver, stage);
     const double size = norm(solver, stage.r);
     const double scale = forces_at_work(stage, solver);

@@ -19,6 +19,9 @@ void solve_stage(Stage& stage, StepSolver& solver, StepRecord& record);
 // r of a stage that has been started, with the forces at x0 and what is touched there.
 void find_forces_at_start(Stage& stage);
 
+// N, what each pin pushes with where stage.r is left over.
+std::vector<Vec3> reactions_of(const Stage& stage);
+
 // Evaluates what the equations of a solved stage leave over at the w it has now, and adds it to the
 // record as a share of the forces at work. The next stage starts with the forces found here.
 void find_leftover(Stage& stage, StepSolver& solver, StepRecord& record);

@@ -65,8 +65,8 @@ void add_contact_blocks(StepSolver& solver, const Stage& stage, const Aligned<do
             auto& at = solver.block_of[k];
             if (at == no_index) {
                 at = static_cast<std::uint32_t>(blocks.size());
-                const double own = whole[4 * std::size_t{k}];
-                blocks.push_back({k, {own, 0, 0, own, 0, own}});
+                const double* const own = &whole[4 * std::size_t{k}];
+                blocks.push_back({k, {own[0], 0, 0, own[1], 0, own[2]}});
             }
             auto& sum = blocks[at].inverse;
             for (std::size_t i = 0; i < 6; ++i) sum[i] += weight * weight * block.matrix[i];

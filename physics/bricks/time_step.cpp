@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 #include <string>
 
@@ -292,8 +293,17 @@ bool sleeps(FrameStep& step, const State& state)
            stays_at_rest(step.stage, step.solver, step.now.x, step.now.v, step.record);
 }
 
-State slept_through(State state, double dt, const StepRecord& record)
+void keep_reactions(const Pins& pins, const StepRecord& record, State& state)
 {
+    state.reactions.clear();
+    for (std::size_t p = 0; p < record.reaction.size(); ++p) {
+        state.reactions.push_back({pins.corner[p], record.reaction[p].cast<float>()});
+    }
+}
+
+State slept_through(State state, const Pins& pins, double dt, const StepRecord& record)
+{
+    keep_reactions(pins, record, state);
     state.v.assign(state.v.size(), Vec3::Zero());
     state.time += dt;
     state.report = record.report;
@@ -333,7 +343,9 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
     step.stage.held = state.holds;
     frame.start = step.now.x;
     frame.first = state.time == 0;
-    if (sleeps(step, state)) return slept_through(std::move(state), dt, step.record);
+    if (sleeps(step, state)) {
+        return slept_through(std::move(state), loads.pins, dt, step.record);
+    }
     if (options.integrator == Integrator::implicit_midpoint) {
         step.account = open_account(step.stage, step.now.x, step.now.v);
     }
@@ -346,10 +358,7 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
     }
     store(body, step.now, state);
     state.still_frames = is_still(body, frame.start, step.now.x) ? state.still_frames + 1 : 0;
-    state.reactions.clear();
-    for (std::size_t p = 0; p < step.record.reaction.size(); ++p) {
-        state.reactions.push_back({loads.pins.corner[p], step.record.reaction[p].cast<float>()});
-    }
+    keep_reactions(loads.pins, step.record, state);
     state.grips = std::move(step.stage.grips);
     state.holds = std::move(step.stage.held);
     if (is_far(state)) {
@@ -362,13 +371,24 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
     return state;
 }
 
-// Where the targets of held points were when the frame began: as the state has them, or with the
-// corners where they are, as in the first frame.
+// Where the targets of held points were when the frame began: as the state has them, and with the
+// corners where they are for those that it does not know.
 std::vector<Vec3> targets_before(const HeldMatter& matter, const State& state)
 {
-    if (state.held.size() == matter.corner.size()) return state.held;
+    std::multimap<std::uint32_t, std::size_t> known;  // by corner, in their order
+    for (std::size_t i = 0; i < std::min(state.held.size(), state.held_forces.size()); ++i) {
+        known.emplace(state.held_forces[i].corner, i);
+    }
     std::vector<Vec3> out;
-    for (const auto k : matter.corner) out.push_back(state.x[k]);
+    for (const auto k : matter.corner) {
+        const auto found = known.lower_bound(k);
+        if (found == known.end() || found->first != k) {
+            out.push_back(state.x[k]);
+        } else {
+            out.push_back(state.held[found->second]);
+            known.erase(found);
+        }
+    }
     return out;
 }
 

@@ -7,9 +7,12 @@
 #include "physics/state/choose_corners.hpp"
 #include "physics/state/state_models.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bitset>
 #include <cmath>
+#include <stdexcept>
 
 namespace physics {
 namespace {
@@ -173,6 +176,22 @@ HeldMatter matter_within(const Cubes& cubes, const Outside& outside,
         }
     }
     return out;
+}
+
+void check_held(const geometry::Cubes& cubes, const HeldMatter& matter)
+{
+    for (const HeldCube& held : matter.cubes) {
+        bool same = held.cube < cubes.count();
+        for (std::size_t a = 0; same && a < 8; ++a) {
+            same = held.corner[a] < matter.corner.size() &&
+                   matter.corner[held.corner[a]] == cubes.corners[held.cube][a];
+        }
+        if (same) continue;
+        throw std::invalid_argument(
+            fmt::format("pins hold points in cubes that are not those of `cubes` (cube {} of {}): "
+                        "link Pin to the node that `cubes` is linked to",
+                        held.cube, cubes.count()));
+    }
 }
 
 Vec3 middle_of(const HeldMatter& matter, const HeldCube& cube)

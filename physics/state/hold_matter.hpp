@@ -54,6 +54,10 @@ Pins matter_at(const geometry::Cubes& cubes, HeldMatter matter, const Transform&
 Pins matter_on(const geometry::Cubes& cubes, HeldMatter matter,
                const std::vector<geometry::Vec3f>& places);
 
+// Throws std::invalid_argument where cubes that are held are no cubes of these, or have other
+// corners there.
+void check_held(const geometry::Cubes& cubes, const HeldMatter& matter);
+
 // m, the middle of what is held in a cube, where it is to be.
 Vec3 middle_of(const HeldMatter& matter, const HeldCube& cube);
 

@@ -93,6 +93,22 @@ std::vector<Vec3> forces_of(const HeldMatter& matter, const std::vector<Vec3>& x
     return out;
 }
 
+namespace {
+
+// Whether a pin's points were held in the step to a state: its corners stand there as they are in
+// the pin, one after another.
+bool was_held(const HeldMatter& matter, const State& state)
+{
+    const auto same = [](const Reaction& reaction, std::uint32_t corner) {
+        return reaction.corner == corner;
+    };
+    const auto& held = state.held_forces;
+    return std::search(held.begin(), held.end(), matter.corner.begin(), matter.corner.end(),
+                       same) != held.end();
+}
+
+}  // namespace
+
 PinForce pin_force(const State& state, const Pins* of, const Vec3& point)
 {
     PinForce out;
@@ -101,7 +117,7 @@ PinForce pin_force(const State& state, const Pins* of, const Vec3& point)
         out.torque += (state.x[corner] - point).cross(force);
         ++out.pins;
     };
-    if (of && !state.held_forces.empty()) {
+    if (of && was_held(of->matter, state)) {
         const std::vector<Vec3> forces = forces_of(of->matter, state.x);
         for (std::size_t i = 0; i < forces.size(); ++i) add(of->matter.corner[i], forces[i]);
     }

@@ -152,7 +152,7 @@ TEST(Measure, SaysWhatIsMissing)
         const std::string told = scene.failure_at<double>(node, 2);
         EXPECT_NE(told.find(words), std::string::npos) << told;
     };
-    says("free", "none of the corners of `pins` was pinned");
+    says("free", "none of the corners or points of `pins` was held");
     says("force", "no forces of pins: link pins to Simulate, with method bricks");
     says("energy", "only method bricks of Simulate knows it");
 }

@@ -246,4 +246,55 @@ TEST(HeldMatter, PinsOfSeveralPlacesAddUpAndMethodsWithoutItSaySo)
     EXPECT_THROW(check_pins(all, 3), std::invalid_argument);
 }
 
+TEST(HeldMatter, RefusesCubesThatAreNotThoseOfThePin)
+{
+    const Cubes cubes = fixtures::box(4, 1, 1, h), longer = fixtures::box(9, 1, 1, h);
+    const Pins pins = held_up_to(longer, 1);
+    EXPECT_NO_THROW(check_held(longer, pins.matter));
+    EXPECT_THROW(check_held(cubes, pins.matter), std::invalid_argument);
+    // As many cubes, of other corners.
+    EXPECT_THROW(check_held(fixtures::box(3, 3, 1, h), pins.matter), std::invalid_argument);
+}
+
+TEST(HeldMatter, ForcesAreThoseOfPinsThatWereSimulated)
+{
+    Cantilever of(2 * h);
+    State state = rest_state(of.body);
+    for (int i = 0; i < 3; ++i) state = advance(of.body, std::move(state), of.loads, 1.0 / 24, {});
+    EXPECT_GT(pin_force(state, &of.loads.pins, Vec3::Zero()).pins, 0u);
+    const Pins others = held_up_to(of.cubes, 3 * h);
+    EXPECT_EQ(pin_force(state, &others, Vec3::Zero()).pins, 0u);
+}
+
+// Springs that are loaded stay so while another pin comes and goes, within each of some steps.
+TEST(HeldMatter, APinThatComesLeavesOthersAsTheyWere)
+{
+    std::vector<geometry::Vec3i> cells;
+    for (int x = 0; x < 6; ++x) cells.emplace_back(x, 0, 0);
+    cells.emplace_back(20, 0, 0);  // for itself
+    const Cubes cubes = fixtures::cubes_on(cells, h, {.young = 1e6, .stiffness_damping = 0.05});
+    const BricksBody body = make_bricks(cubes);
+    Loads loads;
+    loads.forces.push_back({});
+    const auto both = [&](bool second) {
+        const auto place = [second](const Vec3& p) {
+            return p.x() > 15 * h ? (second ? -1.0 : 1.0) : p.x() - h;
+        };
+        return matter_at(cubes, matter_within(cubes, place, nullptr, all_axes),
+                         Transform::Identity());
+    };
+    loads.pins = both(false);
+    State state = rest_state(body);
+    for (int i = 0; i < 60; ++i) {
+        state = advance(body, std::move(state), loads, 1.0 / 24, {.substeps = 4});
+    }
+    loads.pins = both(true);
+    const State next = advance(body, state, loads, 1.0 / 24, {.substeps = 4});
+    const auto far = [&](std::uint32_t k) { return cubes.corner[k].x() > 15; };
+    for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+        if (far(k)) continue;
+        EXPECT_LT((next.x[k] - state.x[k]).norm(), 1e-4 * h);
+    }
+}
+
 }  // namespace

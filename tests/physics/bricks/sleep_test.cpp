@@ -1,5 +1,7 @@
 // What is at rest is not stepped, and wakes when something changes.
 
+#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/primitive.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "physics/bricks/sleep.hpp"
 #include "physics/bricks/springs.hpp"
@@ -102,6 +104,47 @@ TEST(Sleep, EndsWhereABodyIsGivenAVelocity)
     State state = asleep(body, loads);
     for (Vec3& v : state.v) v.x() = 0.5;
     EXPECT_GT(largest_speed(advance(body, std::move(state), loads, frame, {})), 0.1);
+}
+
+// 100 N on what pins hold move nothing.
+TEST(Sleep, TellsWhatPinsHoldNow)
+{
+    const geometry::Cubes cubes = fixtures::box(1, 1, 1, h);
+    const BricksBody body = make_bricks(cubes);
+    Loads loads;
+    for (std::uint32_t k = 0; k < 8; ++k) {
+        loads.pins.corner.push_back(k);
+        loads.pins.target.push_back(corner_positions(cubes)[k]);
+    }
+    const State before = asleep(body, loads);
+    Force push;
+    push.kind = Force::Kind::point;
+    push.force = {100, 0, 0};
+    push.position = {h, h, h};
+    push.radius = 3 * h;
+    loads.forces.push_back(push);
+    const State after = advance(body, before, loads, frame, {});
+    EXPECT_TRUE(after.report.slept);
+    EXPECT_NEAR(pin_force(after, nullptr, Vec3::Zero()).force.x(), -100, 1e-4);
+}
+
+// A cook that makes a mesh anew for each frame rests as one that makes it once.
+TEST(Sleep, KnowsAColliderThatStaysByItsMesh)
+{
+    const auto floor = [](float top) {
+        geometry::TriMesh mesh = geometry::box({2, 0.2, 2}, {1, 1, 1});
+        for (auto& p : mesh.positions) p.y() += top - 0.1f;
+        return std::make_shared<const geometry::TriMesh>(std::move(mesh));
+    };
+    Loads loads = ground_and_gravity();
+    loads.colliders[0].kind = Collider::Kind::mesh;
+    loads.colliders[0].mesh = floor(0);
+    const BricksBody body = make_bricks(block());
+    const State before = asleep(body, loads);
+    loads.colliders[0].mesh_before = floor(0);
+    EXPECT_TRUE(advance(body, before, loads, frame, {}).report.slept);
+    loads.colliders[0].mesh_before = floor(-0.01f);
+    EXPECT_FALSE(advance(body, before, loads, frame, {}).report.slept);
 }
 
 // Frames so short that nothing moves visibly for many of them: forces that do not balance count,
