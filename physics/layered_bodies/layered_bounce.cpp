@@ -114,10 +114,10 @@ void gather_impacts(const LayeredScene& scene, const LayeredMoment& moment,
     }
 }
 
-// Of a frame that is free to move; of others no mass takes part.
-double mobility(const LayeredSystem& system, std::size_t f, const Vec6& along)
+// What a push of 1 along it gives a frame that is free to move.
+Vec6 given(const LayeredSystem& system, std::size_t f, const Vec6& along)
 {
-    return along.dot(Eigen::LDLT<Mat6>(system.mass[f]).solve(along));
+    return Eigen::LDLT<Mat6>(system.mass[f]).solve(along);
 }
 
 // What was counted of this contact before.
@@ -136,16 +136,58 @@ void recall(const std::vector<LayerBounce>& before, Impact& impact)
 void judge(double slow, Impact& impact)
 {
     LayerBounce& bounce = impact.bounce;
-    // Friction takes what is damped by half of the critical damping: 5/6 of the speed at least.
-    const bool damped = impact.damping > std::sqrt(impact.stiffness * impact.mass);
-    if (bounce.struck && damped) bounce.phase = 2 * longest_bounce;
     if (bounce.phase > longest_bounce) bounce.struck = false;
     if (impact.speed > -slow && !bounce.struck) bounce.phase = 0;
     if (bounce.struck || bounce.phase > 0 || !(impact.speed < -slow)) return;
     bounce.struck = true;
     bounce.spent = bounce.turned = false;
-    bounce.arrived = 0.5 * impact.mass * impact.speed * impact.speed;
+    bounce.arrived = 0;
     bounce.stored = impact.known ? impact.energy : 0;
+}
+
+bool gives(const Impact& impact)
+{
+    return impact.bounces() && !impact.bounce.spent;
+}
+
+// 1/kg: by how much a push at j changes u at i.
+double coupling(const Impact& i, const Impact& j)
+{
+    const auto at = [&](std::size_t frame) -> Vec6 {
+        Vec6 along = Vec6::Zero();
+        if (j.a == frame) along += j.gives_a;
+        if (j.b == frame) along += j.gives_b;
+        return along;
+    };
+    return i.along_a.dot(at(i.a)) + i.along_b.dot(at(i.b));
+}
+
+// Of the mass that contacts of the same frames move together each takes as much as it is stiff:
+//   m_i = k_i / sum_j k_j |g_ij|,  g: coupling(), so that for any impulses  J . g J <= sum
+//   J_i^2/m_i
+// and what each gives to its own mass adds up to no more than all may give.
+void share_masses(Impacts& impacts)
+{
+    for (Impact& i : impacts.all) {
+        if (!gives(i)) continue;
+        double sum = 0;
+        for (const Impact& j : impacts.all) {
+            if (gives(j)) sum += j.stiffness * std::abs(coupling(i, j));
+        }
+        i.mass = i.stiffness / sum;
+    }
+}
+
+// Friction takes what is damped by half of the critical damping: 5/6 of the speed at least.
+void leave_damped(Impact& impact)
+{
+    LayerBounce& bounce = impact.bounce;
+    if (!(bounce.arrived > 0)) {
+        bounce.arrived = 0.5 * impact.mass * impact.speed * impact.speed;
+    } else if (impact.damping > std::sqrt(impact.stiffness * impact.mass)) {
+        bounce.phase = 2 * longest_bounce;
+        bounce.struck = false;
+    }
 }
 
 // Which bodies others bear: they do not fall freely. Of two that bounce off each other neither.
@@ -183,16 +225,18 @@ Impacts find_impacts(const LayeredScene& scene, const LayeredMoment& moment,
         impact.along_a /= impact.force;
         impact.along_b /= impact.force;
         const bool a = free(impact.body), b = free(impact.bounce.other);
-        const double gives = (a ? mobility(system, impact.a, impact.along_a) : 0) +
-                             (b ? mobility(system, impact.b, impact.along_b) : 0);
-        if (!(gives > 0)) continue;
-        impact.mass = 1 / gives;
+        if (a) impact.gives_a = given(system, impact.a, impact.along_a);
+        if (b) impact.gives_b = given(system, impact.b, impact.along_b);
+        const double yields =
+            impact.along_a.dot(impact.gives_a) + impact.along_b.dot(impact.gives_b);
+        if (!(yields > 0)) continue;
+        impact.mass = 1 / yields;
         const double frames = impact.along_a.dot(system.velocity[impact.a]) +
                               impact.along_b.dot(system.velocity[impact.b]);
         impact.speed = impact.shape / impact.force;
         impact.shape = impact.speed - frames;
-        rate_sq[impact.a] += a ? impact.stiffness * gives : 0;
-        rate_sq[impact.b] += b ? impact.stiffness * gives : 0;
+        rate_sq[impact.a] += a ? impact.stiffness * yields : 0;
+        rate_sq[impact.b] += b ? impact.stiffness * yields : 0;
         recall(scene.states[impact.body].bounces, impact);
     }
     const double falls = 2 * times.asked * gravity.norm();
@@ -209,6 +253,10 @@ Impacts find_impacts(const LayeredScene& scene, const LayeredMoment& moment,
         const double thickness = moment.fields[impact.body].profile[impact.bounce.skeleton].e;
         judge(std::max(falls, pressing * thickness), impact);
     }
+    share_masses(impacts);
+    for (Impact& impact : impacts.all) {
+        if (gives(impact)) leave_damped(impact);
+    }
     return impacts;
 }
 
@@ -216,7 +264,7 @@ double longest_step(const Impacts& impacts)
 {
     double longest = std::numeric_limits<double>::infinity();
     for (const Impact& impact : impacts.all) {
-        if (!impact.bounces() || impact.bounce.spent) continue;
+        if (!gives(impact)) continue;
         longest = std::min(longest, longest_swing / impact.rate);
     }
     return longest;
@@ -225,7 +273,7 @@ double longest_step(const Impacts& impacts)
 bool too_deep(const Impacts& impacts, double last)
 {
     return std::any_of(impacts.all.begin(), impacts.all.end(), [&](const Impact& impact) {
-        return impact.bounces() && !impact.bounce.spent && impact.rate * last > 2 * longest_swing;
+        return gives(impact) && impact.rate * last > 2 * longest_swing;
     });
 }
 
@@ -271,7 +319,7 @@ void aim(double dt, bool held, Impact& impact)
 void aim(Impacts& impacts, LayeredSystem& system)
 {
     for (Impact& impact : impacts.all) {
-        if (!impact.bounces() || impact.bounce.spent) continue;
+        if (!gives(impact)) continue;
         aim(system.dt, system.held[impact.a] || system.held[impact.b], impact);
         system.right[impact.a] += system.dt * impact.push * impact.along_a;
         system.right[impact.b] += system.dt * impact.push * impact.along_b;

@@ -31,13 +31,14 @@ struct Impact {
     LayerBounce bounce;                                   // as it is kept for the next step
     std::size_t a = 0, b = 0;                             // frames in the system
     Vec6 along_a = Vec6::Zero(), along_b = Vec6::Zero();  // u = along_a . v_a + along_b . v_b
+    Vec6 gives_a = Vec6::Zero(), gives_b = Vec6::Zero();  // dv by an impulse of 1, of free frames
     double force = 0;                                     // N, of elasticity
     double energy = 0;                                    // J, that elasticity holds at this depth
     double depth = 0;                                     // m, at its deepest
     double stiffness = 0;                                 // N/m
     double damping = 0;                                   // N s/m, by friction
     double restitution_sq = 0;
-    double mass = 0;     // kg, that takes part
+    double mass = 0;     // kg, that takes part; of several contacts of a frame each one's
     double rate = 0;     // rad/s, of all contacts of its frames
     double speed = 0;    // m/s, u as the step begins
     double shape = 0;    // m/s, of that, by skeletons that change their shape

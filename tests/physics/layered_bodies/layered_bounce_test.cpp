@@ -45,6 +45,29 @@ std::vector<double> rises(LayeredScene scene, const LayeredWorld& world, double 
     return out;
 }
 
+// It rises to e^2 of the height h, time after time. With e = 1 to no more, but for the half step of
+// weight in the first step.
+void expect_bounces(const LayeredScene& scene, double h, double e, int bounces)
+{
+    const auto rise = rises(scene, {}, 1.0 / 24, bounces);
+    ASSERT_EQ(rise.size(), static_cast<std::size_t>(bounces));
+    for (const double height : rise) {
+        EXPECT_LT(std::sqrt(height / h), (e < 1 ? 1.03 : 1.005) * e);
+        EXPECT_GT(std::sqrt(height / h), 0.97 * e);
+    }
+}
+
+// A rigid box whose layer's top is at 0, and whose side is at x = 0.
+LayeredBody tile(double side)
+{
+    Skeleton box{.kind = SkeletonKind::box, .points = {}};
+    box.half_size = {0.5, 0.1, 0.5};
+    box.place.translate(Vec3(0.5 * side, -0.1 - soft.thickness, 0));
+    LayeredBody body = make_layered_body(soft_layer({box}), BaseKind::still, 1, 0.1);
+    body.matter.rigid = true;
+    return body;
+}
+
 }  // namespace
 
 // u' = -e u: it rises to e^2 h, whatever its layer's stiffness and its mass, in steps that are
@@ -172,6 +195,33 @@ TEST(LayeredBounce, AStackStaysAtRest)
         if (frame >= 24) most = std::max(most, fastest(scene));
     }
     EXPECT_LT(most, 2e-3);
+}
+
+// Two skeletons on one frame share its mass: as one ball, e = 1 makes nothing in eight bounces.
+TEST(LayeredBounce, ADumbbellBouncesAsABall)
+{
+    for (const double stiffness : {1e5, 1e7}) {
+        for (const double e : {0.5, 1.0}) {
+            LayeredBody body =
+                make_layered_body(soft_layer({point({-0.12, 0.4, 0}), point({0.12, 0.4, 0})}),
+                                  BaseKind::rigid, 1000, 0.03);
+            body.matter.stiffness = stiffness;
+            body.matter.friction = 0;
+            body.matter.restitution = e;
+            expect_bounces(scene_of({body, floor_at(0)}), 0.3, e, e < 1 ? 1 : 8);
+        }
+    }
+}
+
+// Nor does it matter how many skeletons carry what a ball falls on: here two boxes meet below it.
+TEST(LayeredBounce, ABallBouncesOnASeam)
+{
+    for (const double stiffness : {1e5, 1e7}) {
+        for (const double e : {0.5, 1.0}) {
+            expect_bounces(scene_of({rubber({0, 0.4, 0}, stiffness, e), tile(-1), tile(1)}), 0.3, e,
+                           e < 1 ? 1 : 8);
+        }
+    }
 }
 
 // Steps get shorter while a layer bounces, and only then.
