@@ -9,12 +9,29 @@
 namespace physics {
 namespace {
 
-// s: by what a contact's stiffness is multiplied to damp it where it rests: 2 (1 - e) times the
-// critical damping, so that what does not bounce comes to rest without a swing. Under Bullet, where
-// damping takes steps as stiffness does, half of the critical one.
-double resting_damping(const Impact& impact, bool held)
+// N s/m: what damps an impact that rests: 2 (1 - e) times the critical damping, so that what does
+// not bounce comes to rest without a swing. Under Bullet, where damping takes steps as stiffness
+// does, half of the critical one. Against u, so that rolling is free; nor does it pull on a layer
+// that parts at u.
+double resting_damping(const Impact& impact, bool held, double u)
 {
-    return (held ? 1 : 4) * (1 - std::sqrt(impact.restitution_sq)) / impact.rate;
+    const double c =
+        (held ? 1 : 4) * (1 - std::sqrt(impact.restitution_sq)) * impact.stiffness / impact.rate;
+    return u > 0 ? std::min(c, impact.force / u) : c;
+}
+
+void damp_resting(const Impacts& impacts, LayeredSystem& system)
+{
+    for (const Impact& impact : impacts.all) {
+        if (impact.bounces() || !(impact.rate > 0)) continue;
+        const bool held = system.held[impact.a] || system.held[impact.b];
+        const double u = impact.along_a.dot(system.velocity[impact.a]) +
+                         impact.along_b.dot(system.velocity[impact.b]) + impact.shape;
+        const double c = resting_damping(impact, held, u);
+        system.right[impact.a] -= system.dt * c * u * impact.along_a;
+        system.right[impact.b] -= system.dt * c * u * impact.along_b;
+        add_damping(system, impact.a, impact.b, impact.along_a, impact.along_b, c);
+    }
 }
 
 // Contact forces, with the stiffness that the layers have there: moved together by x along the
@@ -47,28 +64,16 @@ void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, const 
         const Impact* const impact = impacts.of(c);
         const bool bounces = impact && impact->bounces();
         const bool held = system.held[a] || system.held[b];
-        double damping = law.damping;
-        // What is no elasticity: what bounces has its own, what rests is damped besides.
-        Vec3 force = Vec3::Zero();
-        if (bounces) {
-            force = (rigid ? 1 : 0.5) * law.stiffness * contact.load * contact.normal;
-        } else if (impact && impact->rate > 0) {
-            const double rest = resting_damping(*impact, held) * K;
-            const Vec3 slip =
-                velocity_at(moment.bodies[contact.other], contact.other_skeleton,
-                            contact.position) -
-                velocity_at(moment.bodies[contact.body], contact.skeleton, contact.position);
-            damping += rest;
-            force = share * rest * slip.dot(contact.normal) * contact.normal;
-        }
-        if (!force.isZero(0)) {
+        if (bounces) {  // its elasticity is counted, and comes by aim()
+            const Vec3 force = (rigid ? 1 : 0.5) * law.stiffness * contact.load * contact.normal;
             add_force(system, a, force, arm_a.cross(force));
             add_force(system, b, -force, -arm_b.cross(force));
         }
         add_pair(system, a, b, arm_a, arm_b,
-                 share * (law.along * Mat3::Identity() + (damping - law.along) * across),
+                 share * (law.along * Mat3::Identity() + (law.damping - law.along) * across),
                  bounces && !held ? Mat3(Mat3::Zero()) : Mat3(share * K * across));
     }
+    damp_resting(impacts, system);
 }
 
 // Viscous friction where two rigid bodies touch; none on a collider without friction.
@@ -346,7 +351,8 @@ double stop_room(const LayeredMoment& moment, const LayerStop& stop, double fall
             stop.normal.dot(velocity_at(other, stop.other_skeleton, stop.position) -
                             velocity_at(own, stop.skeleton, stop.position));
         if (speed > least_speed && stop.gap < speed * dt) {
-            // It bounces off the surface, not off where it is; velocities lag by half a step.
+            // It bounces off the surface, not off where it is; velocities lag by half of the last
+            // step.
             const double there = speed + 0.5 * dt * fall, work = 2 * fall * stop.gap;
             const double leaves_sq = bounce * bounce * (there * there + work) - work;
             return -(std::sqrt(std::max(0.0, leaves_sq)) - 0.5 * dt * fall) * dt;

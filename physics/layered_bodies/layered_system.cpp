@@ -193,6 +193,20 @@ void add_angular_pair(LayeredSystem& system, std::size_t a, std::size_t b, const
     add_terms(system, a, b, angular_jacobian(), angular_jacobian(), C, K);
 }
 
+void add_damping(LayeredSystem& system, std::size_t a, std::size_t b, const Vec6& along_a,
+                 const Vec6& along_b, double c)
+{
+    if (system.kind[a] == BaseKind::still && system.kind[b] == BaseKind::still) {
+        const double times = system.held[a] && system.held[b] ? 2 : 1;
+        if (system.held[a]) system.held_damping[a] += times * c * along_a * along_a.transpose();
+        if (system.held[b]) system.held_damping[b] += times * c * along_b * along_b.transpose();
+        return;
+    }
+    system.diagonal[a] += system.dt * c * along_a * along_a.transpose();
+    system.diagonal[b] += system.dt * c * along_b * along_b.transpose();
+    system.pairs.push_back({a, b, system.dt * c * along_a * along_b.transpose()});
+}
+
 void add_hold(LayeredSystem& system, std::size_t f, const Vec3& arm, const Mat3& C, const Mat3& K)
 {
     add_own_terms(system, f, point_jacobian(system, f, arm), C, K);

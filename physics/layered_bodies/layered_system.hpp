@@ -70,6 +70,10 @@ void add_pair(LayeredSystem& system, std::size_t a, std::size_t b, const Vec3& a
 void add_angular_pair(LayeredSystem& system, std::size_t a, std::size_t b, const Mat3& C,
                       const Mat3& K);
 
+// The same of a damping c (along_a . v_a + along_b . v_b).
+void add_damping(LayeredSystem& system, std::size_t a, std::size_t b, const Vec6& along_a,
+                 const Vec6& along_b, double c);
+
 // The same against the world: a point of the frame, or its turning.
 void add_hold(LayeredSystem& system, std::size_t f, const Vec3& arm, const Mat3& C, const Mat3& K);
 void add_angular_hold(LayeredSystem& system, std::size_t f, const Mat3& C, const Mat3& K);

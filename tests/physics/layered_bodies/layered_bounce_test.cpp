@@ -224,6 +224,27 @@ TEST(LayeredBounce, ABallBouncesOnASeam)
     }
 }
 
+// What damps a layer that rests does not brake a ball that rolls: it gets as far as one that is not
+// damped.
+TEST(LayeredBounce, ABallWithoutRestitutionRolls)
+{
+    const auto way = [](double e) {
+        LayeredBody body = rubber({0, 0, 0}, 1e6, e);
+        body.base.frames[0].translation().y() = resting_height(body);
+        body.matter.friction = 1000;
+        LayeredScene scene = scene_of({body, floor_at(0)});
+        scene.states[0].position[0].y() = resting_height(body);
+        scene.states[0].velocity[0].x() = 1;
+        scene.states[0].spin[0].z() = -10;
+        for (int frame = 0; frame < 24; ++frame) {
+            scene = advance(scene, scene.parts, {}, 1.0 / 24, 2);
+        }
+        return scene.states[0].position[0].x();
+    };
+    EXPECT_GT(way(1), 0.5);
+    EXPECT_NEAR(way(0) / way(1), 1, 0.05);
+}
+
 // Steps get shorter while a layer bounces, and only then.
 TEST(LayeredBounce, OnlyBouncesTakeShorterSteps)
 {
