@@ -138,6 +138,10 @@ void judge(double slow, Impact& impact)
     LayerBounce& bounce = impact.bounce;
     if (bounce.phase > longest_bounce) bounce.struck = false;
     if (impact.speed > -slow && !bounce.struck) bounce.phase = 0;
+    if (bounce.struck && bounce.turned && !bounce.spent && impact.speed < -slow) {
+        bounce.turned = false;  // hit again on its way out
+        bounce.arrived = 0;
+    }
     if (bounce.struck || bounce.phase > 0 || !(impact.speed < -slow)) return;
     bounce.struck = true;
     bounce.spent = bounce.turned = false;
@@ -197,16 +201,31 @@ std::vector<char> borne(const LayeredScene& scene, const LayeredMoment& moment,
     std::vector<char> out(scene.parts.size(), 0);
     for (std::size_t c = 0; c < moment.contacts.contacts.size(); ++c) {
         const LayerContact& contact = moment.contacts.contacts[c];
+        if (contact.body == contact.other) continue;
         const Impact* const impact = impacts.of(c);
-        if (impact && (impact->bounces() || impact->speed < -slow)) continue;
+        if (impact && (!(impact->mass > 0) || impact->bounces() || impact->speed < -slow)) continue;
         out[contact.body] = out[contact.other] = 1;
     }
     for (const LayerStop& stop : moment.contacts.stops) {
+        if (stop.body == stop.other) continue;
         const double thickness = moment.fields[stop.body].profile[stop.skeleton].e;
         if (!moment.bodies[stop.body].matter.rigid && stop.gap > 0.2 * thickness) continue;
         out[stop.body] = out[stop.other] = 1;
     }
     return out;
+}
+
+// m: of the layers that give.
+double thinnest(const LayeredMoment& moment, const Impact& impact)
+{
+    double thickness = std::numeric_limits<double>::infinity();
+    const auto add = [&](std::uint32_t body, std::uint32_t skeleton) {
+        if (moment.bodies[body].matter.rigid) return;
+        thickness = std::min(thickness, moment.fields[body].profile[skeleton].e);
+    };
+    add(impact.body, impact.bounce.skeleton);
+    add(impact.bounce.other, impact.bounce.other_skeleton);
+    return thickness;
 }
 
 }  // namespace
@@ -250,8 +269,7 @@ Impacts find_impacts(const LayeredScene& scene, const LayeredMoment& moment,
         impact.weight =
             weight(impact.body, impact.along_a) + weight(impact.bounce.other, impact.along_b);
         impact.speed += 0.5 * times.lag * impact.weight;
-        const double thickness = moment.fields[impact.body].profile[impact.bounce.skeleton].e;
-        judge(std::max(falls, pressing * thickness), impact);
+        judge(std::max(falls, pressing * thinnest(moment, impact)), impact);
     }
     share_masses(impacts);
     for (Impact& impact : impacts.all) {

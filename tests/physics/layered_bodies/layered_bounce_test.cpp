@@ -245,6 +245,27 @@ TEST(LayeredBounce, ABallWithoutRestitutionRolls)
     EXPECT_NEAR(way(0) / way(1), 1, 0.05);
 }
 
+// What is slow depends on the layer that gives, not on the rigid one, whichever comes first.
+TEST(LayeredBounce, TheOrderOfBodiesDoesNotMatter)
+{
+    const auto parting = [](bool rigid_first) {
+        ImplicitLayer thick = soft_layer({point({0.3, 0, 0})});
+        thick.contributions[0] = {.thickness = 0.3, .stiffness = 10, .radius = 0.42};
+        LayeredBody stone = make_layered_body(thick, BaseKind::rigid, 1000, 0.1);
+        stone.matter.rigid = true;
+        stone.matter.friction = 0;
+        LayeredBody soft_one = rubber({-0.15, 0, 0}, 1e6, 0.9);
+        const std::size_t a = rigid_first ? 1 : 0, b = 1 - a;
+        LayeredScene scene =
+            rigid_first ? scene_of({stone, soft_one}) : scene_of({soft_one, stone});
+        scene.states[a].velocity[0].x() = 0.5;
+        for (int i = 0; i < 24; ++i) scene = advance(scene, scene.parts, weightless, 1.0 / 24, 2);
+        return scene.states[b].velocity[0].x() - scene.states[a].velocity[0].x();
+    };
+    EXPECT_NEAR(parting(false), 0.9 * 0.5, 0.03 * 0.5);
+    EXPECT_NEAR(parting(true), 0.9 * 0.5, 0.03 * 0.5);
+}
+
 // Steps get shorter while a layer bounces, and only then.
 TEST(LayeredBounce, OnlyBouncesTakeShorterSteps)
 {
