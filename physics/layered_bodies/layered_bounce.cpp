@@ -234,6 +234,7 @@ Impacts find_impacts(const LayeredScene& scene, const LayeredMoment& moment,
                      const LayeredSystem& system, const Vec3& gravity, const BounceTimes& times)
 {
     Impacts impacts;
+    impacts.lag = times.lag;
     gather_impacts(scene, moment, system, impacts);
     const auto free = [&](std::uint32_t body) {
         return scene.parts[body].body->base.kind == BaseKind::rigid;

@@ -54,6 +54,8 @@ struct Impacts {
     std::vector<std::uint32_t> of_contact;  // of each contact of the moment; no_index: none
     std::vector<char> on_weight;  // of each body: contacts that rest, or stops, bear its weight
 
+    double lag = 0;  // s, see BounceTimes
+
     const Impact* of(std::size_t contact) const
     {
         return of_contact.empty() || of_contact[contact] == geometry::no_index

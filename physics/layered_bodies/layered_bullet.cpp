@@ -1,6 +1,7 @@
 #include "physics/layered_bodies/layered_bullet.hpp"
 
 #include "physics/layered_bodies/layered_forces.hpp"
+#include "physics/layered_bodies/layered_loads.hpp"
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 #include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
@@ -226,7 +227,7 @@ struct BulletBodies::World {
     std::vector<std::size_t> first;  // limb of each part's first frame
     std::vector<std::unique_ptr<btTypedConstraint>> joints;
     btRigidBody told{0, nullptr, nullptr};  // stands for all frames that are no limbs
-    Vec3 gravity = Vec3::Zero();            // m/s^2
+    Vec3 gravity = Vec3::Zero();            // m/s^2, with that of fields
     btSequentialImpulseConstraintSolver solver;
     std::vector<btCollisionObject*> objects;
     std::vector<btTypedConstraint*> constraints;
@@ -241,7 +242,7 @@ struct BulletBodies::World {
 BulletBodies::BulletBodies(const LayeredScene& scene, const LayeredWorld& world)
     : world_(std::make_unique<World>())
 {
-    world_->gravity = world.gravity;
+    world_->gravity = free_fall(world);
     for (std::size_t b = 0; b < scene.parts.size(); ++b) {
         const std::size_t first = world_->limbs.size();
         world_->first.push_back(first);
@@ -304,7 +305,7 @@ void BulletBodies::push(LayeredScene& scene, const LayeredMoment& moment,
         btRigidBody* b = world_->body(stop.other, fb);
         if (a == b) continue;
         // Frames that are told where to be come on, or leave.
-        double room = stop_room(moment, stop, falls_together(scene, stop, world_->gravity), dt);
+        double room = stop_room(moment, stop, falls_together(scene, stop, world_->gravity), dt, dt);
         const auto closing = [&](std::size_t part, std::uint32_t f) {
             if (world_->moves(part)) return 0.0;
             const Twist& twist = moment.twists[part][f];

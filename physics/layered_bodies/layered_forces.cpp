@@ -95,7 +95,7 @@ void add_rubbing(const LayeredMoment& moment, const LayerStop& stop, std::size_t
 }
 
 void add_stops(const LayeredScene& scene, const LayeredMoment& moment, const Vec3& gravity,
-               LayeredSystem& system)
+               double last, LayeredSystem& system)
 {
     for (const LayerStop& stop : moment.contacts.stops) {
         const std::uint32_t fa = scene.parts[stop.body].body->layer.frame[stop.skeleton];
@@ -104,7 +104,7 @@ void add_stops(const LayeredScene& scene, const LayeredMoment& moment, const Vec
         const Vec3 arm_a = stop.position - moment.frames[stop.body][fa].translation();
         const Vec3 arm_b = stop.position - moment.frames[stop.other][fb].translation();
         add_stop(system, a, b, arm_a, arm_b, stop.normal,
-                 stop_room(moment, stop, falls_together(scene, stop, gravity), system.dt));
+                 stop_room(moment, stop, falls_together(scene, stop, gravity), system.dt, last));
         add_rubbing(moment, stop, a, b, arm_a, arm_b, system);
     }
 }
@@ -339,7 +339,8 @@ double falls_together(const LayeredScene& scene, const LayerStop& stop, const Ve
     return (falls(stop.other) - falls(stop.body)) * stop.normal.dot(gravity);
 }
 
-double stop_room(const LayeredMoment& moment, const LayerStop& stop, double fall, double dt)
+double stop_room(const LayeredMoment& moment, const LayerStop& stop, double fall, double dt,
+                 double last)
 {
     constexpr double least_speed = 0.3;  // m/s; below, what hits comes to rest
     const ContactBody &own = moment.bodies[stop.body], &other = moment.bodies[stop.other];
@@ -350,10 +351,10 @@ double stop_room(const LayeredMoment& moment, const LayerStop& stop, double fall
         const double speed =
             stop.normal.dot(velocity_at(other, stop.other_skeleton, stop.position) -
                             velocity_at(own, stop.skeleton, stop.position));
-        if (speed > least_speed && stop.gap < speed * dt) {
+        if (speed > least_speed && stop.gap < (speed + dt * std::max(0.0, fall)) * dt) {
             // It bounces off the surface, not off where it is; velocities lag by half of the last
             // step.
-            const double there = speed + 0.5 * dt * fall, work = 2 * fall * stop.gap;
+            const double there = speed + 0.5 * last * fall, work = 2 * fall * stop.gap;
             const double leaves_sq = bounce * bounce * (there * there + work) - work;
             return -(std::sqrt(std::max(0.0, leaves_sq)) - 0.5 * dt * fall) * dt;
         }
@@ -366,7 +367,7 @@ void add_forces(const LayeredScene& scene, const LayeredMoment& moment, const La
                 const Impacts& impacts, LayeredSystem& system)
 {
     add_contacts(scene, moment, impacts, system);
-    add_stops(scene, moment, world.gravity, system);
+    add_stops(scene, moment, free_fall(world), impacts.lag, system);
     for (std::size_t b = 0; b < scene.parts.size(); ++b) {
         const BaseKind kind = scene.parts[b].body->base.kind;
         if (is_told(kind)) continue;

@@ -15,8 +15,9 @@ void add_forces(const LayeredScene& scene, const LayeredMoment& moment, const La
 // How much nearer to each other the two points of a stop may come in a step of dt seconds, m:
 // skeletons stay out of other bodies, by a tenth of their thickness; one that stands nearer comes
 // out by a fifth of what it lacks each step. Meshes that change their shape come on besides.
-// What hits bounces as its matter says; `fall`: see falls_together().
-double stop_room(const LayeredMoment& moment, const LayerStop& stop, double fall, double dt);
+// What hits bounces as its matter says; `fall`: see falls_together(); `last`: s, the step before.
+double stop_room(const LayeredMoment& moment, const LayerStop& stop, double fall, double dt,
+                 double last);
 
 // m/s^2: how weight brings the two bodies of a stop together, where they fall freely.
 double falls_together(const LayeredScene& scene, const LayerStop& stop, const Vec3& gravity);

@@ -88,6 +88,15 @@ void add_point(const LayeredScene& scene, const LayeredMoment& moment, const For
 
 }  // namespace
 
+Vec3 free_fall(const LayeredWorld& world)
+{
+    Vec3 sum = world.gravity;
+    for (const Force& force : world.forces) {
+        if (force.kind == Force::Kind::gravity) sum += force.acceleration;
+    }
+    return sum;
+}
+
 void add_fields(const LayeredScene& scene, const LayeredMoment& moment,
                 std::span<const Force> forces, LayeredSystem& system)
 {

@@ -17,6 +17,9 @@
 
 namespace physics {
 
+// m/s^2: how all that is free falls: the world's gravity and that of its fields.
+Vec3 free_fall(const LayeredWorld& world);
+
 void add_fields(const LayeredScene& scene, const LayeredMoment& moment,
                 std::span<const Force> forces, LayeredSystem& system);
 

@@ -6,6 +6,7 @@
 #include "physics/layered_bodies/inner_motion.hpp"
 #include "physics/layered_bodies/layered_bullet.hpp"
 #include "physics/layered_bodies/layered_forces.hpp"
+#include "physics/layered_bodies/layered_loads.hpp"
 #include "physics/layered_bodies/layered_motion.hpp"
 #include "physics/layered_bodies/layered_solve.hpp"
 #include "physics/layered_bodies/layered_volume.hpp"
@@ -108,6 +109,7 @@ struct FilmFrame {
     const LayeredWorld& world;
     double dt;
     double asked;  // s, longest step
+    Vec3 fall;     // m/s^2, by weight
 
     LayeredScene begin() const
     {
@@ -179,12 +181,14 @@ class ImplicitSteps {
 public:
     ImplicitSteps(const FilmFrame& frame, int steps, LayeredScene& now)
         : frame_(frame), steps_(steps), whole_(frame.dt / steps), now_(now),
-          last_(now.states[0].last_step > 0 ? now.states[0].last_step : whole_)
+          last_(now.states[0].last_step > 0 ? now.states[0].last_step : whole_),
+          changes_(std::any_of(now.parts.begin(), now.parts.end(),
+                               [](const LayeredPart& part) { return part.change != nullptr; }))
     {}
 
     void run()
     {
-        const double fast = 2 * frame_.asked * frame_.world.gravity.norm();
+        const double fast = 2 * frame_.asked * frame_.fall.norm();
         while (done_ < steps_ || (last_ > smallest * whole_ && comes_on(now_, last_, fast))) {
             geometry::stop_if_asked();
             if (!step()) break;
@@ -197,26 +201,48 @@ private:
     // Returns whether there is more to do.
     bool step()
     {
-        size_ = std::min(size_, std::max(smallest, steps_ - done_));
+        const double left = done_ < steps_ ? steps_ - done_ : smallest;
+        size_ = left - size_ < 0.5 * smallest ? left : size_;
         if (done_ < steps_) drive_all(frame_.dt - whole_ * done_, now_);
         move_meshes(now_, frame_.scene, frame_.told, static_cast<float>(done_), steps_);
-        // As they are at the step's end: forces there meet what backward Euler makes of frames.
-        change_shapes(frame_.told, std::min(1.0, (done_ + size_) / steps_), now_);
-        const LayeredMoment moment(now_, whole_, drawn_in(done_, size_, steps_));
-        LayeredSystem system = make_system(now_, moment, whole_ * size_);
-        Impacts impacts =
-            find_impacts(now_, moment, system, frame_.world.gravity, {frame_.asked, last_});
-        if (before_ && last_ > smallest * whole_ && too_deep(impacts, last_)) {
+        std::optional<Seen> seen;
+        look(seen);
+        if (before_ && last_ > smallest * whole_ && too_deep(seen->impacts, last_)) {
             again();
             return true;
         }
         if (!(done_ < steps_)) return false;
-        const double most = longest_step(impacts);
+        const double most = longest_step(seen->impacts);
         const double size = size_;
-        while (size_ > smallest && size_ * whole_ > most) size_ *= 0.5;
-        if (size_ < size) system = make_system(now_, moment, whole_ * size_);
-        go(moment, impacts, system);
+        while (0.5 * size_ >= smallest && size_ * whole_ > most) size_ *= 0.5;
+        if (size_ < size && changes_) {
+            look(seen);
+        } else if (size_ < size) {
+            seen->system = make_system(now_, seen->moment, whole_ * size_);
+        }
+        go(seen->moment, seen->impacts, seen->system);
         return true;
+    }
+
+    // What is seen where a step of size_ begins.
+    struct Seen {
+        LayeredMoment moment;
+        LayeredSystem system;
+        Impacts impacts;
+
+        Seen(const ImplicitSteps& steps, Drawn drawn)
+            : moment(steps.now_, steps.whole_, drawn),
+              system(make_system(steps.now_, moment, steps.whole_ * steps.size_)),
+              impacts(find_impacts(steps.now_, moment, system, steps.frame_.fall,
+                                   {steps.frame_.asked, steps.last_}))
+        {}
+    };
+
+    void look(std::optional<Seen>& seen)
+    {
+        // As they are at the step's end: forces there meet what backward Euler makes of frames.
+        change_shapes(frame_.told, std::min(1.0, (done_ + size_) / steps_), now_);
+        seen.emplace(*this, drawn_in(done_, size_, steps_));
     }
 
     // Takes the last step back, to take it in four.
@@ -257,7 +283,7 @@ private:
             if (!flies || impacts.on_weight[b]) continue;
             for (std::size_t f = 0; f < now_.states[b].position.size(); ++f) {
                 const std::size_t at = system.frame(b, f);
-                add_force(system, at, share * system.mass[at](0, 0) * frame_.world.gravity);
+                add_force(system, at, share * system.mass[at](0, 0) * frame_.fall);
             }
         }
     }
@@ -271,7 +297,8 @@ private:
     int steps_;
     double whole_;  // s
     LayeredScene& now_;
-    double last_;  // s, of the last step
+    double last_;   // s, of the last step
+    bool changes_;  // shapes, within a step
     double done_ = 0, size_ = 1, careful_until_ = 0;
     std::optional<Before> before_;
 };
@@ -326,7 +353,7 @@ int step_with_bullet(const FilmFrame& frame, int steps, int most, LayeredScene& 
         change_shapes(frame.told, static_cast<double>(at) / steps, now);
         const LayeredMoment moment(now, h, drawn_in(step, 1, steps));
         LayeredSystem system = make_system(now, moment, h, RigidBodies::bullet);
-        Impacts impacts = find_impacts(now, moment, system, frame.world.gravity, {frame.asked, h});
+        Impacts impacts = find_impacts(now, moment, system, frame.fall, {frame.asked, h});
         add_forces(now, moment, frame.world, impacts, system);
         const ExplicitSteps wanted = explicit_steps(now, system, frame.dt);
         if (wanted.steps > steps && steps < most) return begin_again(wanted);
@@ -337,6 +364,7 @@ int step_with_bullet(const FilmFrame& frame, int steps, int most, LayeredScene& 
         const double share = std::min(1.0, steps / wanted.steps);
         aim(impacts, system);
         bodies.push(now, moment, system, share * share, h);
+        for (Impact& impact : impacts.all) impact.push *= share * share;
         keep(impacts, system, changes(system, now), now);
         watch(frame, moment, step, 1, steps, now);
         drift();
@@ -403,7 +431,7 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
     check_rigid_bodies(parts, world.rigid_bodies);
     check_forces(world.forces);
     require_no_following(world.forces, "Layered");
-    const FilmFrame frame{scene, parts, world, dt, dt / std::max(1, substeps)};
+    const FilmFrame frame{scene, parts, world, dt, dt / std::max(1, substeps), free_fall(world)};
     LayeredScene now = frame.begin();
     if (!(dt > 0) || now.states.empty()) return now;
     split_moved_frames(scene, dt, now);

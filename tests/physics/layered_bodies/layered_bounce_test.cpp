@@ -266,6 +266,16 @@ TEST(LayeredBounce, TheOrderOfBodiesDoesNotMatter)
     EXPECT_NEAR(parting(true), 0.9 * 0.5, 0.03 * 0.5);
 }
 
+// Weight of a field of forces is weight.
+TEST(LayeredBounce, ABallBouncesUnderAFieldOfGravity)
+{
+    const LayeredWorld world{.gravity = Vec3::Zero(), .forces = {Force{}}};
+    const auto rise =
+        rises(scene_of({rubber({0, 0.6, 0}, 1e6, 0.9), floor_at(0)}), world, 1.0 / 24, 1);
+    ASSERT_EQ(rise.size(), 1u);
+    EXPECT_NEAR(std::sqrt(rise[0] / 0.5), 0.9, 0.03 * 0.9);
+}
+
 // Steps get shorter while a layer bounces, and only then.
 TEST(LayeredBounce, OnlyBouncesTakeShorterSteps)
 {
