@@ -80,6 +80,19 @@ static void warn_of_crowding(const LayeredBody& body, const graph::Context& cont
                              nearest, wanted, nearest / 0.6));
 }
 
+static void warn_of_restitution(const Inputs& in, const graph::Context& context)
+{
+    if (in.matter.restitution == LayerMatter{}.restitution) return;
+    if (in.matter.rigid) {
+        context.warn("matter.restitution has no effect, because matter.rigid is true: set "
+                     "matter.bounce instead");
+    } else if (in.base == BaseKind::particles) {
+        context.warn("matter.restitution has no effect, because base is particles: only layers "
+                     "with base = rigid or still bounce. Set base to rigid, or leave restitution "
+                     "at 1");
+    }
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     physics::LayeredPart part;
@@ -107,6 +120,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
                      "off): set it to 10, for example");
     }
     warn_of_crowding(*in.body, context);
+    warn_of_restitution(in, context);
     part.colour = in.colour;
     return {std::move(part)};
 }
@@ -123,10 +137,11 @@ static void describe_matter(graph::ParamsOf<LayerMatter>& p)
                {.min = 0, .unit = "Pa s/m"})
         .param(
             "restitution", &LayerMatter::restitution,
-            "Coefficient of restitution of a soft layer on rigid bodies: share of the speed of an "
-            "impact that they part with, besides what friction takes. 0 for clay, 0.5 for wood, "
-            "1 loses nothing. Two layers share the loss as they share the compression. Slow "
-            "impacts do not bounce.",
+            "Coefficient of restitution of a soft layer between bodies with base = rigid or still: "
+            "share of the speed of an impact that they part with, besides what friction takes. 0 "
+            "for clay, 0.5 for wood, 1 loses nothing. Two layers share the loss as they share the "
+            "compression. Slow impacts do not bounce: those below 0.4 m/s at 2 substeps of 24 "
+            "frames per second, and less with more substeps.",
             {.min = 0, .max = 1})
         .param("bulge_width", &LayerMatter::bulge_width,
                "Distance from the surface of what the layer touches up to which the layer bulges.",
