@@ -11,13 +11,14 @@ namespace {
 
 // N s/m: what damps an impact that rests: 2 (1 - e) times the critical damping, so that what does
 // not bounce comes to rest without a swing. Under Bullet, where damping takes steps as stiffness
-// does, half of the critical one. Against u, so that rolling is free; nor does it pull on a layer
-// that parts at u.
+// does, half of the critical one. Against u, so that rolling is free. A layer that parts is pulled
+// back by no more than half of what it pushes: by a fifth of that one slows down that comes out
+// damped.
 double resting_damping(const Impact& impact, bool held, double u)
 {
     const double c =
         (held ? 1 : 4) * (1 - std::sqrt(impact.restitution_sq)) * impact.stiffness / impact.rate;
-    return u > 0 ? std::min(c, impact.force / u) : c;
+    return u > 0 ? std::min(c, 1.5 * impact.force / u) : c;
 }
 
 void damp_resting(const Impacts& impacts, LayeredSystem& system)
