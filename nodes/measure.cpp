@@ -116,8 +116,7 @@ static physics::PinForce pin_force(const Inputs& in)
                 ? "the state has no forces of pins: link pins to Simulate, with method bricks, "
                   "springs or shell"
                 : "none of the corners or points of `pins` was held in the simulation: link the "
-                  "Pin that "
-                  "Simulate has");
+                  "Pin that Simulate has");
     }
     return out;
 }

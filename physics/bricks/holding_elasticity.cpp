@@ -159,22 +159,4 @@ double HoldingElasticity::prepare_coarse(double stiffness, double damping,
     return most;
 }
 
-std::vector<Reaction> HoldingElasticity::reactions(const double* x) const
-{
-    std::vector<Vec3> sum(matter_.corner.size(), Vec3::Zero());
-    double d[8][4], push[8][4];
-    for (std::size_t c = 0; c < springs_.size(); ++c) {
-        away(c, x, d);
-        times(springs_[c].stiffness, d, push);
-        for (std::size_t a = 0; a < 8; ++a) {
-            sum[matter_.cubes[c].corner[a]] -= Vec3(push[a][0], push[a][1], push[a][2]);
-        }
-    }
-    std::vector<Reaction> out;
-    for (std::size_t i = 0; i < sum.size(); ++i) {
-        out.push_back({matter_.corner[i], sum[i].cast<float>()});
-    }
-    return out;
-}
-
 }  // namespace physics

@@ -57,10 +57,6 @@ public:
     bool targets_move() const override { return moves_; }
     void at_share(double share) override;
 
-    // What the springs push at each corner with, with corners at x; the targets as at_share() had
-    // them last.
-    std::vector<Reaction> reactions(const double* x) const;
-
 private:
     template <class T> struct Spring {
         T stiffness[8][8];

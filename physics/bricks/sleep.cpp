@@ -1,6 +1,5 @@
 #include "physics/bricks/sleep.hpp"
 
-#include "geometry/mesh/mesh.hpp"
 #include "physics/bricks/stage_touches.hpp"
 #include "physics/bricks/step_descent.hpp"
 
@@ -8,33 +7,6 @@
 #include <cmath>
 
 namespace physics {
-namespace {
-
-bool pins_stay(const Stage& stage)
-{
-    const StepFrame& frame = stage.frame;
-    bool stay = !stage.elasticity.targets_move();
-    for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
-        stay = stay && pin_target(frame, pin, axis, 1) == frame.start[number];
-    });
-    return stay;
-}
-
-// By what is in them: whether a cook made a mesh once or for each frame must not show.
-bool are_equal(const geometry::TriMesh& a, const geometry::TriMesh& b)
-{
-    return &a == &b ||
-           (a.positions == b.positions &&
-            (a.topology == b.topology || a.topology->triangles == b.topology->triangles));
-}
-
-bool stays(const Collider& c)
-{
-    return c.pose.matrix() == c.before.matrix() &&
-           (!c.mesh_before || are_equal(*c.mesh_before, *c.mesh));
-}
-
-}  // namespace
 
 bool is_still(const CornerBody& body, const Aligned<double>& from, const Aligned<double>& to)
 {
@@ -49,8 +21,7 @@ bool stays_at_rest(Stage& stage, StepSolver& solver, const Aligned<double>& x,
                    const Aligned<double>& v, StepRecord& record)
 {
     const StepFrame& frame = stage.frame;
-    const auto& colliders = frame.loads.colliders;
-    if (!pins_stay(stage) || !std::all_of(colliders.begin(), colliders.end(), stays)) return false;
+    if (!pins_stay(stage) || !colliders_stay(frame)) return false;
     start_stage(stage, x, v, frame.seconds / frame.options.substeps, 1);
     if (stage.struck) return false;
     std::fill(stage.w.begin(), stage.w.end(), 0);

@@ -1,5 +1,6 @@
 #include "physics/bricks/stage.hpp"
 
+#include "geometry/mesh/mesh.hpp"
 #include "physics/body/external_forces.hpp"
 
 #include <algorithm>
@@ -47,6 +48,37 @@ double pin_target(const StepFrame& frame, std::size_t pin, std::size_t axis, dou
     const double from = frame.start[4 * frame.body.slot_of(pins.corner[pin]) + axis];
     const double to = pins.target[pin][static_cast<Eigen::Index>(axis)];
     return share == 1 ? to : from + share * (to - from);
+}
+
+namespace {
+
+bool are_equal(const geometry::TriMesh& a, const geometry::TriMesh& b)
+{
+    const auto same_triangles = [&] {
+        return a.topology == b.topology || a.topology->triangles == b.topology->triangles;
+    };
+    return &a == &b || (a.positions == b.positions && same_triangles());
+}
+
+}  // namespace
+
+bool colliders_stay(const StepFrame& frame)
+{
+    const auto& colliders = frame.loads.colliders;
+    return std::all_of(colliders.begin(), colliders.end(), [](const Collider& c) {
+        return c.pose.isApprox(c.before, 1e-12) &&
+               (!c.mesh_before || are_equal(*c.mesh_before, *c.mesh));
+    });
+}
+
+bool pins_stay(const Stage& stage)
+{
+    const StepFrame& frame = stage.frame;
+    bool stay = !stage.elasticity.targets_move();
+    for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
+        stay = stay && pin_target(frame, pin, axis, 1) == frame.start[number];
+    });
+    return stay;
 }
 
 void times_mass(const Stage& stage, const Aligned<double>& v, Aligned<double>& out)

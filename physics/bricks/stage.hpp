@@ -110,6 +110,11 @@ template <class Visit> void for_held_axes(const StepFrame& frame, const Visit& v
 // Where pin `pin` is on an axis when a share of the frame has gone by, m.
 double pin_target(const StepFrame& frame, std::size_t pin, std::size_t axis, double share);
 
+// Whether no pin, or no collider, moves in the frame. Meshes are compared by what is in them:
+// whether a cook made one once or for each frame must not show.
+bool pins_stay(const Stage& stage);
+bool colliders_stay(const StepFrame& frame);
+
 // Whether there is anything that the body might touch.
 inline bool may_touch(const Stage& stage)
 {

@@ -32,16 +32,6 @@ double others(const Stage& stage, const Aligned<double>& x, const Aligned<double
     return sum;
 }
 
-bool pins_stay(const Stage& stage)
-{
-    const StepFrame& frame = stage.frame;
-    bool stay = !stage.elasticity.targets_move();
-    for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t) {
-        stay &= pin_target(frame, pin, axis, 0) == pin_target(frame, pin, axis, 1);
-    });
-    return stay;
-}
-
 bool is_known(const Stage& stage)
 {
     const StepFrame& frame = stage.frame;
@@ -94,12 +84,6 @@ bool settle(const EnergyAccount& account, Stage& stage, const Aligned<double>& x
 
 namespace {
 
-bool stands(const Collider& collider)
-{
-    const bool still = !collider.mesh_before || collider.mesh_before == collider.mesh;
-    return still && collider.pose.isApprox(collider.before, 1e-12);
-}
-
 // 1 for parts that another one presses, or themselves, where the stage ends.
 std::vector<std::uint8_t> pressed_parts(const Stage& stage)
 {
@@ -120,9 +104,8 @@ double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<
 {
     constexpr double little = 0.02;
     const StepFrame& frame = stage.frame;
-    const auto& colliders = frame.loads.colliders;
     if (stage.touches.empty() || frame.windy || !pins_stay(stage)) return 0;
-    if (!std::all_of(colliders.begin(), colliders.end(), stands)) return 0;
+    if (!colliders_stay(frame)) return 0;
     const auto pressed = pressed_parts(stage);
     if (std::none_of(pressed.begin(), pressed.end(), [](auto p) { return p != 0; })) return 0;
     const double stored = elastic(stage, x), moving = kinetic(stage, v);

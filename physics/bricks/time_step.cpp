@@ -9,6 +9,7 @@
 #include "physics/bricks/stage_touches.hpp"
 #include "physics/bricks/step_energy.hpp"
 #include "physics/bricks/step_newton.hpp"
+#include "physics/state/measure.hpp"
 #include "physics/state/pins.hpp"
 #include "physics/state/report_texts.hpp"
 
@@ -412,9 +413,12 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
     }
     HoldingElasticity holding(body, elasticity, matter, targets_before(matter, state));
     state = advance_all(body, holding, std::move(state), loads, dt, options);
-    holding.at_share(1);
     state.held = matter.target;
-    state.held_forces = holding.reactions(by_slot(body, state.x).data());
+    state.held_forces.clear();
+    const std::vector<Vec3> forces = forces_of(matter, state.x);
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+        state.held_forces.push_back({matter.corner[i], forces[i].cast<float>()});
+    }
     return state;
 }
 

@@ -125,6 +125,21 @@ double approach(const Mover& a, const Mover& b)
     return meet ? (a.way - b.way).norm() + a.stray + b.stray : 0;
 }
 
+// Of all frames of a body that carry skeletons.
+std::vector<Mover> movers_of(LayeredScene& now, std::size_t b, const Vec3& gravity, double dt)
+{
+    const LayeredBody& body = *now.parts[b].body;
+    const std::vector<Transform> told =
+        is_told(body.base.kind) ? told_frames(now.parts[b]) : std::vector<Transform>();
+    const auto on_frame = skeletons_on_frames(body);
+    std::vector<Mover> out;
+    for (std::size_t f = 0; f < on_frame.size(); ++f) {
+        if (on_frame[f].empty()) continue;
+        out.push_back(mover_of(now.parts[b], now.states[b], f, on_frame[f], told, gravity, dt));
+    }
+    return out;
+}
+
 }  // namespace
 
 int choose_steps(LayeredScene& now, const Vec3& gravity, double dt, int asked)
@@ -137,14 +152,7 @@ int choose_steps(LayeredScene& now, const Vec3& gravity, double dt, int asked)
         n, std::numeric_limits<double>::infinity());  // of layers that may be stopped
     for (std::size_t b = 0; b < n; ++b) {
         const LayeredBody& body = *now.parts[b].body;
-        const std::vector<Transform> told =
-            is_told(body.base.kind) ? told_frames(now.parts[b]) : std::vector<Transform>();
-        const auto on_frame = skeletons_on_frames(body);
-        for (std::size_t f = 0; f < on_frame.size(); ++f) {
-            if (on_frame[f].empty()) continue;
-            movers[b].push_back(
-                mover_of(now.parts[b], now.states[b], f, on_frame[f], told, gravity, dt));
-        }
+        movers[b] = movers_of(now, b, gravity, dt);
         if ((body.matter.rigid && is_told(body.base.kind)) || body.samples.count() == 0) continue;
         for (const geometry::Contribution& c : body.layer.contributions) {
             thinnest[b] = std::min(thinnest[b], c.thickness);
@@ -184,17 +192,7 @@ bool comes_on(LayeredScene& now, double dt, double speed)
 {
     const std::size_t n = now.parts.size();
     std::vector<std::vector<Mover>> movers(n);
-    for (std::size_t b = 0; b < n; ++b) {
-        const LayeredBody& body = *now.parts[b].body;
-        const std::vector<Transform> told =
-            is_told(body.base.kind) ? told_frames(now.parts[b]) : std::vector<Transform>();
-        const auto on_frame = skeletons_on_frames(body);
-        for (std::size_t f = 0; f < on_frame.size(); ++f) {
-            if (on_frame[f].empty()) continue;
-            movers[b].push_back(
-                mover_of(now.parts[b], now.states[b], f, on_frame[f], told, Vec3::Zero(), dt));
-        }
-    }
+    for (std::size_t b = 0; b < n; ++b) movers[b] = movers_of(now, b, Vec3::Zero(), dt);
     const auto fast = [&](const Mover& a, const Mover& b) {
         return !(a.normal.squaredNorm() > 0) && approach(a, b) > speed * dt;
     };
