@@ -161,21 +161,26 @@ TEST_F(Farm, APlanKnowsWhatIsInTheCacheAndWhatItTook)
 
 TEST_F(Farm, AShotThatWasNeverCookedIsMeasuredByTheTypesOfOthers)
 {
-    // Of two settings the second one was cooked. The first one's files are taken to last as long,
-    // and its simulation, a type of node whose times are not known either, is taken for 1 s a
-    // frame: it is a task, which the tasks of the files wait for.
-    ASSERT_EQ(run({"cook", file_, "--out", (folder_.path / "out/002").string(), "--cache",
-                   (folder_.path / "cache").string(), "--frames", "1-6", "--set", "sim.start=2",
-                   "--set", "sim.seconds=0"})
+    // Another shot was cooked, without a simulation. The files of the first one are taken to last as
+    // long as its files, and the simulation, a type of node whose times are not known, is taken for
+    // 1 s a frame: it is a task, which the tasks of the files wait for.
+    const std::string other = folder_.write("other/standing.json", R"({ "aspic": 1,
+      "frames": { "first": 1, "last": 12 },
+      "nodes": {
+        "clock": { "type": "Clock@1" },
+        "sum": { "type": "Sum@1", "inputs": { "values": ["clock.value"] } },
+        "write": { "type": "WriteNumber@1", "inputs": { "value": "sum.value" } } } })")
+                                  .string();
+    ASSERT_EQ(run({"cook", other, "--out", (folder_.path / "out/standing").string(), "--cache",
+                   (folder_.path / "cache").string(), "--frames", "1-6"})
                   .exit,
-              exit_missed);
-    const Json p =
-        plan({"--vary", "sim.start=1,2", "--set", "sim.seconds=0", "--task-seconds", "0.001"});
+              exit_ok);
+    const Json p = plan({other, "--task-seconds", "0.001"});
     ASSERT_EQ(p["shots"].size(), 2u);
     EXPECT_TRUE(p["shots"][0]["measured"]) << p["shots"];
-    ASSERT_EQ(p["tasks"][0]["name"], "falling-001.chain-sim");
+    ASSERT_EQ(p["tasks"][0]["name"], "falling.chain-sim");
     EXPECT_EQ(p["tasks"][0]["seconds"], 12);
-    EXPECT_EQ(p["tasks"][1]["after"], Json::array({"falling-001.chain-sim"}));
+    EXPECT_EQ(p["tasks"][1]["after"], Json::array({"falling.chain-sim"}));
     EXPECT_LT(p["tasks"][1]["seconds"], 1);
 }
 
