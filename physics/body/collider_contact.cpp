@@ -343,6 +343,7 @@ void add_touch(const Scene& scene, const PlaneTouch& point, std::size_t c, std::
     const double mass = double(surface.mass[c]) * std::min(1.0, area / (h * h));
     const double least = std::min(10 * double(surface.stiffness[c]) * area / h, scene.stiffest);
     touch.stiffness = stopping(least, mass, way, scene.dt, h);
+    touch.at_rest = stopping(least, mass, 0, scene.dt, h);
     if (!(touch.stiffness > 0)) {  // it stands for no area
         out.pop_back();
         return;

@@ -143,8 +143,9 @@ PlaneTouch make_touch(const Scene& scene, const Moving& moving, const Target& ta
     touch.friction = shapes.friction;
     touch.bounce = shapes.bounce;
     const double way = scene.dt * (target.velocity - moving.v).dot(gap.normal);
-    touch.stiffness =
-        stopping(std::min(10 * young * area / h, scene.stiffest), mass, way, scene.dt, h);
+    const double least = std::min(10 * young * area / h, scene.stiffest);
+    touch.stiffness = stopping(least, mass, way, scene.dt, h);
+    touch.at_rest = stopping(least, mass, 0, scene.dt, h);
     const std::array<double, 8> own =
         geometry::trilinear_weights(moving.point->place.cast<double>());
     const std::array<double, 8> weight = geometry::trilinear_weights(in.u);

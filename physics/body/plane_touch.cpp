@@ -165,9 +165,20 @@ std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd
         out.push_back({touch.point, touch.other, stretch.cast<float>(), touch.normal.cast<float>(),
                        static_cast<float>(depth),
                        static_cast<float>(firmness_after(touch, depth, end)),
-                       static_cast<float>(slack)});
+                       static_cast<float>(slack), static_cast<float>(touch.at_rest)});
     }
     return out;
+}
+
+// The push and the friction that it had in a step of another length.
+static void keep_push(PlaneTouch& touch, const Grip& grip)
+{
+    const auto now = static_cast<float>(touch.at_rest);
+    if (!(now > 0 && grip.at_rest > 0) || now == grip.at_rest) return;
+    const double by = double(now) / double(grip.at_rest);
+    const double pressed = std::max(0.0, touch.began - touch.slack) / by;
+    touch.slack = std::max(0.0, touch.began - pressed);
+    touch.stretch /= by;
 }
 
 void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips)
@@ -181,6 +192,7 @@ void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips
         touch.began = known ? double(grip->depth) : 0;
         touch.slack = known ? double(grip->slack) : 0;
         touch.stretch = known ? along(touch.normal, grip->stretch.cast<double>()) : Vec3::Zero();
+        if (known) keep_push(touch, *grip);
     }
 }
 

@@ -27,6 +27,11 @@
 //     where b is its slack, the depth from which on it is pushed. Slack goes in 0.1 s.
 // A point keeps its firmness, 20 at most, until it leaves what it touches.
 //
+// What stops a mass within a step is stiffer in shorter steps. A point that touched before, in a
+// longer step, starts with the push and the friction that it had then, lest it is thrown out:
+//   k' (d0 - b') = k (d0 - b),   k' s0' = k s0
+// and likewise, with less slack, where steps grow longer again.
+//
 // Friction is a spring along the plane, as stiff as the push, that yields at mu N, and that a point
 // keeps from step to step for as long as it touches (Cundall, Strack. A discrete numerical model
 // for granular assemblies. Geotechnique 1979):
@@ -56,6 +61,7 @@ struct PlaneTouch {
     Vec3 drift = Vec3::Zero();                 // m/s, of that, where it has no corners
     double offset = 0;                         // m, g0
     double stiffness = 0;                      // N/m, k
+    double at_rest = 0;                        // N/m, k of a point at rest, not firmer yet
     double friction = 0;                       // mu
     double bounce = 0;                         // share of the speed that it leaves with
     double rebound = 0;                        // m, gap that it is pushed to
@@ -130,7 +136,8 @@ struct StepEnd {
 };
 // The grip of each touch whose gap at the end is below `near`: stretched where it is below 0.
 std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd& end);
-// Gives touches the stretch, firmness and slack that they have among `grips`.
+// Gives touches the stretch, firmness and slack that they have among `grips`, for the stiffness of
+// this step.
 void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips);
 
 // Adds those found that are of other points. Both are in_order(), as is the result. Returns whether

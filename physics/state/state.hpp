@@ -39,6 +39,7 @@ struct Grip {
     float depth = 0;                                    // m, how deep it was in that; >= 0
     float firmness = 1;  // how many times stiffer it has become since it touched first
     float slack = 0;     // m, how deep it may be without a push
+    float at_rest = 0;   // N/m, how stiff it is where it rests, less its firmness; 0: not known
 };
 
 // The force by which a pin held its corner at the end of the last step (of the midpoint rule: in

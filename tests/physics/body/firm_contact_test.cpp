@@ -119,6 +119,33 @@ TEST(FirmContact, StaysWhereAPlaneIsFoundAnewAndRisesNoFurther)
     }
 }
 
+TEST(FirmContact, KeepsItsPushAndItsFrictionInStepsOfAnotherLength)
+{
+    const std::array<double, 4> x{};
+    const auto after = [&](const Grip& grip, double at_rest) {
+        std::vector<PlaneTouch> touches{touch_at(0.004)};
+        touches[0].stiffness = touches[0].at_rest = at_rest;
+        take_grips(touches, {grip});
+        return touches[0];
+    };
+    Grip grip;
+    grip.depth = 0.004F, grip.stretch = {0.001F, 0, 0}, grip.firmness = 2, grip.at_rest = 1000;
+    const PlaneTouch as_long = after(grip, 1000), shorter = after(grip, 16'000);
+    EXPECT_EQ(as_long.slack, 0);
+    EXPECT_NEAR(shorter.stiffness * shorter.depth(x.data()), 2000 * 0.004, 1e-4);
+    EXPECT_NEAR(shorter.stiffness * shorter.stretch.x(), 2000 * 0.001, 1e-4);
+    // And back again; without slack to give, the push is less.
+    grip.slack = static_cast<float>(shorter.slack), grip.at_rest = 16'000;
+    grip.stretch = shorter.stretch.cast<float>();
+    const PlaneTouch longer = after(grip, 1000);
+    EXPECT_NEAR(longer.slack, 0, 1e-9);
+    EXPECT_NEAR(longer.stretch.x(), 0.001, 1e-9);
+    EXPECT_EQ(after(grip, 500).slack, 0);
+    // What is not known of a grip changes nothing.
+    grip.at_rest = 0;
+    EXPECT_EQ(after(grip, 1e9).slack, double(grip.slack));
+}
+
 State stepped(const BricksBody& body, State state, const Loads& loads, int frames, int substeps)
 {
     for (int i = 0; i < frames; ++i) {
@@ -155,6 +182,32 @@ TEST(FirmContact, WhatRestsIsAHundredthOfACubeDeepAtMostAndStands)
             moved = std::max(moved, (later.x[k] - here.x[k]).norm());
         }
         EXPECT_LT(moved, 1e-4);
+    }
+}
+
+double fastest(const State& state)
+{
+    double out = 0;
+    for (const Vec3& v : state.v) out = std::max(out, v.norm());
+    return out;
+}
+
+// What rests half a percent of a cube deep would be thrown out at that over the step, 5 m/s.
+TEST(FirmContact, WhatRestsStaysAtRestInShorterSteps)
+{
+    const auto cubes = fixtures::box(5, 2, 5, h, {.young = 8e4, .stiffness_damping = 0.01});
+    const BricksBody body = make_bricks(cubes);
+    Loads loads;
+    loads.forces.push_back({});
+    loads.forces[0].acceleration = {2, -9.6, 0};  // a slope of 11.8 degrees
+    loads.colliders.push_back({});
+    loads.colliders[0].friction = 0.5;
+    State state = stepped(body, rest_state(body), loads, 48, 1);
+    ASSERT_GT(deepest_of(state.holds), 0.001 * h);
+    ASSERT_LT(fastest(state), 0.01);
+    for (int i = 0; i < 20; ++i) {
+        state = advance(body, std::move(state), loads, 1e-4, {});
+        EXPECT_LT(fastest(state), 0.02);
     }
 }
 
