@@ -5,6 +5,7 @@
 #include "physics/body/collider_contact.hpp"
 #include "physics/body/external_forces.hpp"
 #include "physics/body/following_forces.hpp"
+#include "physics/body/overlaps.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "physics/bricks/settle.hpp"
 #include "physics/bricks/springs.hpp"
@@ -330,6 +331,10 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
         for (const auto& warning : physics::buried(in.cubes, loads.pins, loads.colliders)) {
             context.warn(warning);
         }
+        const auto overlaps = [&](const auto& body) {
+            return physics::told_of_overlaps(in.cubes, body.base);
+        };
+        for (const auto& warning : std::visit(overlaps, in.body->is)) context.warn(warning);
     }
     auto state =
         in.start ? *in.start : std::visit([](const auto& b) { return rest_state(b); }, in.body->is);
@@ -440,8 +445,9 @@ void add_to(graph::Registry& registry)
                 "Rigid balls that move with the body and push back (method lattice only).")
         .inputs("surface", &Inputs::surface,
                 "The original mesh at rest. Contact and wind act on it, embedded in the cubes; "
-                "without it they act on the outside of the cubes. With several `cubes`, the mesh "
-                "of each in the same order, or none.")
+                "without it they act on the outside of the cubes. Bodies touch each other at its "
+                "closed pieces. Around pieces that are open, they touch at the outside of the "
+                "cubes. With several `cubes`, the mesh of each in the same order, or none.")
         .check(check)
         .input("start", &Inputs::start, "Initial state. Without it the cubes start at rest.",
                graph::Need::optional);

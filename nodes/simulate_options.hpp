@@ -68,7 +68,7 @@ inline void describe_part_contact(graph::ParamsOf<physics::PartContactOptions>& 
     p.param(
          "on", &PartContactOptions::on,
          "Whether parts of the model that no cubes link collide. Cubes of a plane do not, nor do "
-         "parts that overlap at rest.")
+         "parts that overlap at rest, of which a warning tells.")
         .param("self", &PartContactOptions::self,
                "Whether each part also collides with itself where it folds. Cubes less than three "
                "cubes apart along the part do not. The search takes about 1 ms per 1,000 cubes "

@@ -1,10 +1,11 @@
 #include "physics/body/make_part_shapes.hpp"
 
-#include "geometry/base/no_index.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/embed/bind.hpp"
 #include "geometry/mesh/mesh.hpp"
-#include "geometry/mesh/mesh_edges.hpp"
+#include "physics/body/closed_shape.hpp"
+#include "physics/body/mesh_of_some.hpp"
+#include "physics/body/outer_faces.hpp"
 #include "physics/body/part_contact.hpp"
 
 #include <algorithm>
@@ -19,43 +20,6 @@ using geometry::no_index;
 using geometry::Triangle;
 using geometry::TriMesh;
 using geometry::Vec3;
-
-// A mesh of some triangles with the positions that they use.
-class MeshOfSome {
-public:
-    explicit MeshOfSome(std::size_t positions) : number_(positions, no_index) {}
-
-    template <class At> void add(const Triangle& t, const At& at)
-    {
-        Triangle own;
-        for (std::size_t i = 0; i < 3; ++i) {
-            auto& number = number_[t[i]];
-            if (number == no_index) {
-                number = static_cast<std::uint32_t>(used_.size());
-                used_.push_back(t[i]);
-                mesh_.positions.push_back(at(t[i]));
-            }
-            own[i] = number;
-        }
-        triangles_.push_back(own);
-    }
-
-    // The mesh so far; starts again.
-    TriMesh take()
-    {
-        for (const auto i : used_) number_[i] = no_index;
-        used_.clear();
-        geometry::MeshTopology topology;
-        topology.triangles = std::exchange(triangles_, {});
-        mesh_.topology = std::make_shared<const geometry::MeshTopology>(std::move(topology));
-        return std::exchange(mesh_, {});
-    }
-
-private:
-    std::vector<std::uint32_t> number_, used_;
-    std::vector<Triangle> triangles_;
-    TriMesh mesh_;
-};
 
 // One of the models of a body, and the parts of the body's cubes.
 struct ShapedModel {
@@ -82,23 +46,6 @@ PartLists triangles_of_parts(const ShapedModel& model)
                                 : static_cast<std::uint32_t>(model.parts));
     }
     return make_part_lists(part_of, model.parts + 1);
-}
-
-// A face of a cube by its corners, and which cube's.
-struct CubeFace {
-    std::array<std::uint32_t, 4> key;   // corners, ascending
-    std::array<std::uint32_t, 4> loop;  // corners, counter-clockwise seen from outside
-};
-
-CubeFace face_of(const std::array<std::uint32_t, 8>& corners, unsigned axis, unsigned side)
-{
-    const unsigned u = 1u << (axis + 1) % 3, v = 1u << (axis + 2) % 3, base = side << axis;
-    CubeFace face{};
-    face.loop = {corners[base], corners[base + u], corners[base + u + v], corners[base + v]};
-    if (side == 0) std::swap(face.loop[1], face.loop[3]);
-    face.key = face.loop;
-    std::sort(face.key.begin(), face.key.end());
-    return face;
 }
 
 // A point before it is known which cube holds it.
@@ -214,66 +161,61 @@ void take_points(CrowdedPoints& points, PartShapes& out)
     out.point_at.push_back(static_cast<std::uint32_t>(out.point.size()));
 }
 
-// Pairs of parts that lie in each other at rest, deeper than rounding and bulges of thinned points.
-std::vector<PartPair> overlapping_at_rest(const PartShapes& shapes, const CornerBody& body)
+// Where the point of a touch is, with corners at x.
+Vec3 own_place(const PlaneTouch& touch, const Aligned<double>& x)
+{
+    Vec3 out = Vec3::Zero();
+    for (std::size_t a = 0; a < 8; ++a) {
+        out +=
+            double(touch.weight[a]) * Eigen::Map<const Vec3>(&x[4 * std::size_t{touch.corners[a]}]);
+    }
+    return out;
+}
+
+// A pair of parts that lie in each other at rest, and where they do.
+struct Overlap {
+    PartPair pair;
+    double depth;  // m
+    Vec3 place;    // m
+};
+
+// Those deeper than rounding and bulges of thinned points, ascending; of each pair the deepest.
+std::vector<Overlap> overlaps_at_rest(const PartShapes& shapes, const CornerBody& body)
 {
     constexpr double deep = 0.05;  // cubes
     const Aligned<double> still(body.numbers, 0);
-    std::vector<PartPair> out;
+    std::vector<Overlap> out;
+    const auto add = [&](std::uint32_t a, std::uint32_t b, double depth, const Vec3& place) {
+        out.push_back({{std::min(a, b), std::max(a, b)}, depth, place});
+    };
     const auto pairs = near_parts(shapes, body.rest.data(), still.data(), 1);
     for (const PlaneTouch& touch :
          find_part_touches(shapes, pairs, body.rest.data(), still.data(), 1, Look::back)) {
         const std::uint32_t a = body.part_of(touch.corners[0]), b = touch.other;
         const double size = std::min(shapes.size_of(a), shapes.size_of(b));
-        if (!(-touch.gap(body.rest.data()) > deep * size)) continue;
-        out.push_back({std::min(a, b), std::max(a, b)});
+        const double depth = -touch.gap(body.rest.data());
+        if (depth > deep * size) add(a, b, depth, own_place(touch, body.rest));
     }
 
     // Surfaces that coincide have points that are in neither.
-    const auto holds_middle = [&](std::uint32_t a, std::uint32_t b) {
-        const auto of = shapes.cubes[b];
-        return std::any_of(of.begin(), of.end(), [&](std::uint32_t c) {
-            const Vec3 middle = shapes.cell[c].cast<double>() + Vec3::Constant(0.5);
-            return shapes.shape[a].inside(shapes.grid[b].origin + shapes.size_of(b) * middle);
-        });
+    const auto look = [&](std::uint32_t a, std::uint32_t b) {
+        for (const auto c : shapes.cubes[b]) {
+            const Vec3 middle =
+                shapes.grid[b].origin +
+                shapes.size_of(b) * (shapes.cell[c].cast<double>().array() + 0.5).matrix();
+            if (!shapes.shape[b].inside(middle) || !shapes.shape[a].inside(middle)) continue;
+            add(a, b, 0, middle);
+            return;
+        }
     };
-    for (const PartPair& pair : pairs) {
-        if (holds_middle(pair.a, pair.b) || holds_middle(pair.b, pair.a)) out.push_back(pair);
-    }
-    std::sort(out.begin(), out.end());
-    out.erase(std::unique(out.begin(), out.end()), out.end());
+    for (const PartPair& pair : pairs) look(pair.a, pair.b), look(pair.b, pair.a);
+    std::stable_sort(out.begin(), out.end(), [](const Overlap& a, const Overlap& b) {
+        return a.pair != b.pair ? a.pair < b.pair : a.depth > b.depth;
+    });
+    const auto same = [](const Overlap& a, const Overlap& b) { return a.pair == b.pair; };
+    out.erase(std::unique(out.begin(), out.end(), same), out.end());
     return out;
 }
-
-}  // namespace
-
-TriMesh outside_of(const Cubes& cubes, std::span<const std::uint32_t> of)
-{
-    std::vector<CubeFace> faces;
-    faces.reserve(6 * of.size());
-    for (const auto c : of) {
-        for (unsigned f = 0; f < 6; ++f) faces.push_back(face_of(cubes.corners[c], f / 2, f % 2));
-    }
-    const auto less = [](const CubeFace& a, const CubeFace& b) { return a.key < b.key; };
-    std::stable_sort(faces.begin(), faces.end(), less);
-    MeshOfSome mesh(cubes.corner_count());
-    const auto at = [&](std::uint32_t k) {
-        return geometry::Vec3f(cubes.corner_position(k).cast<float>());
-    };
-    for (std::size_t i = 0; i < faces.size();) {
-        std::size_t end = i + 1;
-        while (end < faces.size() && faces[end].key == faces[i].key) ++end;
-        const auto& l = faces[i].loop;
-        if (end == i + 1) {
-            mesh.add({l[0], l[1], l[2]}, at);
-            mesh.add({l[0], l[2], l[3]}, at);
-        }
-        i = end;
-    }
-    return mesh.take();
-}
-
-namespace {
 
 // What the shapes keep of the cubes themselves. Returns the part of each.
 std::vector<std::uint32_t> take_cubes(const Cubes& cubes, const CornerBody& body, PartShapes& out)
@@ -312,15 +254,15 @@ void add_shapes(const ShapedModel& model, PartShapes& out, CrowdedPoints& points
             for (const auto t : triangles[p]) some.add(surface->triangles()[t], at);
             mesh = some.take();
         }
-        const bool closed = !mesh.triangles().empty() &&
-                            geometry::is_closed(mesh.triangles(), mesh.positions.size());
-        if (!closed) {
-            std::vector<std::uint32_t> of;
-            for (const auto c : out.cubes[p]) of.push_back(c - first);
-            mesh = outside_of(cubes, of);
-        }
+        std::vector<std::uint32_t> of;
+        for (const auto c : out.cubes[p]) of.push_back(c - first);
+        mesh = closed_shape(std::move(mesh), cubes, of);
         out.grid[p] = {cubes.size, cubes.origin};
         out.shape[p] = geometry::TriangleBvh(mesh);
+        if (auto outer = outer_faces(mesh, out.shape[p], cubes.size)) {
+            mesh = std::move(*outer);
+            out.outer[p] = geometry::TriangleBvh(mesh);
+        }
         add_points(mesh, out.shape[p], 1.5 * cubes.size, loose);
         part_of_point.resize(loose.size(), p);
     }
@@ -345,6 +287,7 @@ PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
     out.slots = make_part_lists(part_of_slot, body.parts);
     out.grid.resize(body.parts);
     out.shape.resize(body.parts);
+    out.outer.resize(body.parts);
     out.cell.reserve(cubes.count());
     CrowdedPoints points;
     for (std::size_t m = 0; m < models.count(); ++m) {
@@ -364,7 +307,10 @@ PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
         out.quarters = cubes.part;
     }
     find_windings(out);
-    out.overlapping = overlapping_at_rest(out, body);
+    for (const Overlap& overlap : overlaps_at_rest(out, body)) {
+        out.overlapping.push_back(overlap.pair);
+        out.overlap_at.push_back(overlap.place);
+    }
     return out;
 }
 

@@ -11,10 +11,10 @@
 
 namespace physics {
 
-// A part's shape is that of its triangles of its model's surface where they are closed, else the
-// outside of its cubes. It has three points on each triangle, near the corners, and on each of
-// those that wide triangles are cut into; of points crowded into a quarter of a cube and facing the
-// same way, their mean stands for all. `body` is made of the same models.
+// A part's shape is that of its triangles of its model's surface, closed by closed_shape.hpp. It
+// has three points on each triangle, near the corners, and on each of those that wide triangles are
+// cut into; of points crowded into a quarter of a cube and facing the same way, their mean stands
+// for all. `body` is made of the same models.
 PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
                             const PartContactOptions& options);
 
@@ -23,8 +23,5 @@ PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
 std::shared_ptr<const PartShapes> shapes_that_touch(const BodyModels& models,
                                                     const CornerBody& body,
                                                     const PartContactOptions& options);
-
-// The outside of the cubes `of`: faces that only one of them has, two triangles each.
-geometry::TriMesh outside_of(const geometry::Cubes& cubes, std::span<const std::uint32_t> of);
 
 }  // namespace physics

@@ -24,8 +24,9 @@ std::optional<Gap> bent(const AtRest& rest, double distance, const Vec3& normal)
 }  // namespace
 
 AtRest::AtRest(const PartShapes& shapes, std::uint32_t part, std::uint32_t cube, const InCube& in)
-    : shape(shapes.shape[part]), size(shapes.size_of(part)), winding(shapes.winding[cube]),
-      inner(shapes.inner_place(part, cube)), back((in.axes / size).inverse()),
+    : shape(shapes.shape[part]), faces(shapes.faces(part)), size(shapes.size_of(part)),
+      winding(shapes.winding[cube]), inner(shapes.inner_place(part, cube)),
+      back((in.axes / size).inverse()),
       place(shapes.grid[part].origin + size * (shapes.cell[cube].cast<double>() + in.u)),
       low(place - size * in.u),
       quarters(shapes.quarters.empty() ? ~std::uint64_t{0} : shapes.quarters[cube])
@@ -51,10 +52,10 @@ std::optional<Gap> find_gap(const AtRest& rest, const Approach& approach)
 {
     constexpr double deep = 0.25;  // cubes; from there on any side is better than none
     constexpr double half = 0.5;   // cubes: no longer way out but for what came as far
-    const auto& [shape, size, winding, inner, back, place, low, quarters] = rest;
+    const auto& [shape, faces, size, winding, inner, back, place, low, quarters] = rest;
     if (approach.own && !rest.holds(place)) return std::nullopt;
     if (!rest.inside()) return std::nullopt;
-    const auto hit = shape.closest(place);
+    const auto hit = faces.closest(place);
     if (!hit) return std::nullopt;
     double depth = hit.distance;
     Vec3 normal = hit.normal;
@@ -66,7 +67,7 @@ std::optional<Gap> find_gap(const AtRest& rest, const Approach& approach)
     if (through || !faces_it(normal)) {
         const double most = std::max(half * size, came.norm());
         const auto left_along = [&](const Vec3& from) {
-            const auto entry = rest.shape.entry(rest.place - from, rest.place);
+            const auto entry = rest.faces.entry(rest.place - from, rest.place);
             if (!entry || !faces_it(entry.normal)) return false;
             const double way_out = (entry.point - rest.place).dot(entry.normal);
             if (way_out > most) return false;
@@ -84,7 +85,7 @@ std::optional<Gap> find_distance(const AtRest& rest, const Vec3& outward, double
 {
     constexpr double upright = 0.99;   // cosine
     constexpr double rounding = 1e-5;  // cubes
-    const auto hit = rest.shape.closest(rest.place, reach);
+    const auto hit = rest.faces.closest(rest.place, reach);
     if (!hit) return std::nullopt;
     const Vec3 turned_in = rest.back * outward;
     const bool on_it = hit.distance < rounding * rest.size;

@@ -16,13 +16,14 @@ struct AtRest {
     AtRest(const PartShapes& shapes, std::uint32_t part, std::uint32_t cube, const InCube& in);
 
     const geometry::TriangleBvh& shape;
-    double size;             // m, of a cube
-    int winding;             // of the shape at `inner`; unknown_winding
-    Vec3 inner;              // m, a place in the cube
-    Mat3 back;               // F^-1
-    Vec3 place;              // m
-    Vec3 low;                // m, the least corner of the cube
-    std::uint64_t quarters;  // of its cell, that its material lies in
+    const geometry::TriangleBvh& faces;  // those of it that lead out
+    double size;                         // m, of a cube
+    int winding;                         // of the shape at `inner`; unknown_winding
+    Vec3 inner;                          // m, a place in the cube
+    Mat3 back;                           // F^-1
+    Vec3 place;                          // m
+    Vec3 low;                            // m, the least corner of the cube
+    std::uint64_t quarters;              // of its cell, that its material lies in
 
     // Whether the cube's own material may lie at `where` (m), in its cell. Others may share it.
     bool holds(const Vec3& where) const;

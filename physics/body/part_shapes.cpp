@@ -88,7 +88,9 @@ std::size_t PartShapes::bytes() const
                                         point_at, overlapping, quarters, winding);
     for (const PartLists* lists : {&cubes, &slots, &holders, &around})
         sum += of(lists->at, lists->item);
-    for (const auto& tree : shape) sum += tree.bytes();
+    for (const auto* trees : {&shape, &outer}) {
+        for (const auto& tree : *trees) sum += tree.bytes();
+    }
     return sum;
 }
 

@@ -77,6 +77,8 @@ struct PartShapes {
     PartLists cubes, slots;                             // of each part
 
     std::vector<geometry::TriangleBvh> shape;  // of each part at rest, closed, m
+    // Of each part, its faces on the outside of all its pieces (outer_faces.hpp); empty: all are.
+    std::vector<geometry::TriangleBvh> outer;
     // C: the winding number of its part's shape at inner_place() of the cube; unknown_winding.
     std::vector<std::int16_t> winding;
     std::vector<ShapePoint> point;        // cube by cube
@@ -88,8 +90,13 @@ struct PartShapes {
     PartLists around;
     std::vector<std::uint64_t> quarters;  // C, as Cubes::part; empty: cubes have all of their cells
     std::vector<PartPair> overlapping;    // at rest, ascending: these do not touch each other
+    std::vector<geometry::Vec3> overlap_at;  // m, where each of those pairs lies deepest
 
     std::size_t parts() const { return shape.size(); }
+    const geometry::TriangleBvh& faces(std::uint32_t part) const
+    {
+        return outer[part].triangle_count() > 0 ? outer[part] : shape[part];
+    }
     geometry::Vec3 inner_place(std::uint32_t part, std::uint32_t cube) const;  // m, at rest
     double size_of(std::uint32_t part) const { return grid[part].size; }
     bool touch_themselves() const { return !around.at.empty(); }

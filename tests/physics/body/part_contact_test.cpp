@@ -1,6 +1,7 @@
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/primitive.hpp"
+#include "physics/body/closed_shape.hpp"
 #include "physics/body/make_part_shapes.hpp"
 #include "physics/body/part_contact.hpp"
 #include "physics/body/part_gap.hpp"

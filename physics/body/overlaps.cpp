@@ -1,0 +1,63 @@
+#include "physics/body/overlaps.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <utility>
+
+namespace physics {
+namespace {
+
+// The model that each part is of.
+std::vector<std::size_t> models_of_parts(ModelsOfState models, const CornerBody& body)
+{
+    std::vector<std::size_t> out(body.parts, 0);
+    std::size_t corner = 0;
+    for (std::size_t m = 0; m < models.size(); ++m) {
+        const std::size_t end = corner + models[m]->corner_count();
+        for (; corner < end; ++corner) out[body.part_of(body.slot_of(corner))] = m;
+    }
+    return out;
+}
+
+// Pairs of two models: how many, and where one of them is.
+struct Overlap {
+    std::size_t pairs = 0;
+    Vec3 place = Vec3::Zero();  // m
+};
+
+std::string told(std::pair<std::size_t, std::size_t> models, std::size_t of, const Overlap& overlap)
+{
+    const Vec3& p = overlap.place;
+    const std::string place = fmt::format("({:.3g}, {:.3g}, {:.3g})", p.x(), p.y(), p.z());
+    if (models.first != models.second) {
+        return fmt::format("Bodies {} and {} overlap at rest near {}, so they pass through each "
+                           "other. Move them apart. Where a surface is open, whole cubes count.",
+                           models.first + 1, models.second + 1, place);
+    }
+    return fmt::format("{} has {} of parts that overlap at rest, one near {}: these parts pass "
+                       "through each other. Move them apart in the mesh. Where a surface is open, "
+                       "whole cubes count.",
+                       of == 1 ? "The body" : fmt::format("Body {}", models.first + 1),
+                       overlap.pairs == 1 ? "a pair" : fmt::format("{} pairs", overlap.pairs),
+                       place);
+}
+
+}  // namespace
+
+std::vector<std::string> told_of_overlaps(ModelsOfState models, const CornerBody& body)
+{
+    std::vector<std::string> out;
+    if (!body.shapes || body.shapes->overlapping.empty()) return out;
+    const std::vector<std::size_t> model = models_of_parts(models, body);
+    std::map<std::pair<std::size_t, std::size_t>, Overlap> all;
+    for (std::size_t i = 0; i < body.shapes->overlapping.size(); ++i) {
+        const PartPair pair = body.shapes->overlapping[i];
+        Overlap& overlap = all[std::minmax(model[pair.a], model[pair.b])];
+        if (overlap.pairs++ == 0) overlap.place = body.shapes->overlap_at[i];
+    }
+    for (const auto& [two, overlap] : all) out.push_back(told(two, models.size(), overlap));
+    return out;
+}
+
+}  // namespace physics

@@ -1,0 +1,17 @@
+#pragma once
+
+// Parts of a body that lie in each other at rest.
+
+#include "physics/body/corner_body.hpp"
+#include "physics/state/state_models.hpp"
+
+#include <string>
+#include <vector>
+
+namespace physics {
+
+// Sentences about the parts that do not collide because they overlap at rest
+// (PartShapes::overlapping): one for each two of the body's models, and for each model with itself.
+std::vector<std::string> told_of_overlaps(ModelsOfState models, const CornerBody& body);
+
+}  // namespace physics
