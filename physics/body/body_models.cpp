@@ -94,7 +94,8 @@ void need_cubes(const Cubes& cubes, std::size_t number)
 
 }  // namespace
 
-BodyModels::BodyModels(std::span<const BodyModel> models) : models_(models.begin(), models.end())
+BodyModels::BodyModels(std::span<const BodyModel> models, ModelKind kind)
+    : models_(models.begin(), models.end())
 {
     if (models_.empty()) throw std::invalid_argument("a body needs a model of cubes");
     place();
@@ -103,10 +104,12 @@ BodyModels::BodyModels(std::span<const BodyModel> models) : models_(models.begin
     for (std::size_t m = 0; m < models_.size(); ++m) {
         const Cubes& cubes = *models_[m].cubes;
         need_cubes(cubes, m);
-        if (geometry::flat_axis(cubes) >= 0) {
-            throw std::invalid_argument("model " + std::to_string(m + 1) + " of " +
-                                        std::to_string(models_.size()) +
-                                        " is a plane: simulate planes alone");
+        const bool flat = geometry::flat_axis(cubes) >= 0;
+        if (flat != (kind == ModelKind::plane)) {
+            throw std::invalid_argument(
+                "model " + std::to_string(m + 1) + " of " + std::to_string(models_.size()) +
+                (flat ? " is a plane: simulate planes by method shell, apart from other cubes"
+                      : " has a thickness: method shell simulates planes alone"));
         }
         pieces |= !cubes.part.empty();
     }

@@ -19,6 +19,9 @@ struct BodyModel {
     const geometry::TriMesh* surface = nullptr;
 };
 
+// Whether cubes have a thickness (geometry/cubes/plane.hpp).
+enum class ModelKind { solid, plane };
+
 // Where a model's cubes and corners begin among those of all.
 struct ModelStart {
     std::uint32_t cube = 0, corner = 0;
@@ -27,8 +30,8 @@ struct ModelStart {
 class BodyModels {
 public:
     // The models must outlive this. Throws std::invalid_argument when there is none, or when one of
-    // several is a plane.
-    explicit BodyModels(std::span<const BodyModel> models);
+    // several is of another kind.
+    explicit BodyModels(std::span<const BodyModel> models, ModelKind kind = ModelKind::solid);
     // Of one alone.
     BodyModels(const geometry::Cubes& cubes, const geometry::TriMesh* surface);
 

@@ -162,7 +162,7 @@ std::size_t CornerBody::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
     return sizeof *this + of(slot, mass, mass_damping, part, part_edge, rest) + skin.bytes() +
-           (shapes ? shapes->bytes() : 0);
+           (shapes ? shapes->bytes() : 0) + (sheets ? sheets->bytes() : 0);
 }
 
 Aligned<double> by_slot(const CornerBody& body, const std::vector<Vec3>& x)

@@ -10,6 +10,7 @@
 #include "physics/body/body_models.hpp"
 #include "physics/body/contact_surface.hpp"
 #include "physics/body/part_shapes.hpp"
+#include "physics/body/sheet_cells.hpp"
 #include "physics/math/aligned_memory.hpp"
 
 #include <memory>
@@ -36,6 +37,7 @@ struct CornerBody {
     Aligned<double> rest;           // numbers, m
     ContactSurface skin;
     std::shared_ptr<const PartShapes> shapes;  // null: parts do not touch each other
+    std::shared_ptr<const SheetCells> sheets;  // null: nor do sheets
 
     std::size_t slot_of(std::size_t corner) const { return slot.empty() ? corner : slot[corner]; }
     double damping_of(std::size_t at) const { return mass_damping.empty() ? 0 : mass_damping[at]; }

@@ -113,8 +113,10 @@ std::map<Meeting, Impact> impacts(const Stage& stage, const Aligned<double>& bef
             if (!(touch.rebound > 0)) continue;
             const double impulse = stage.tau * touch.stiffness * touch.depth(stage.x.data());
             if (!(impulse > 0)) continue;
-            Impact& impact = out[{stage.frame.body.part_of(touch.corners[0]),
-                                  touches == &stage.touches, touch.other}];
+            const CornerBody& body = stage.frame.body;
+            const bool parts = touches == &stage.touches;
+            const auto other = parts ? body.part_of(touch.corners[8]) : touch.other;
+            Impact& impact = out[{body.part_of(touch.corners[0]), parts, other}];
             impact.impulse += impulse;
             impact.bounce += impulse * touch.bounce;
             impact.place += impulse * place_of(touch, stage.x);

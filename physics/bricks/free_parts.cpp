@@ -1,10 +1,13 @@
 #include "physics/bricks/free_parts.hpp"
 
+#include "geometry/base/union_find.hpp"
+
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 namespace physics {
 namespace {
@@ -98,14 +101,15 @@ Turn turn_freely(const RigidPart& part, double tau)
 //   sum M (v0 - w) + tau (f_ext - D w)
 // of a free one is therefore the solver's error alone: w moves as a whole to undo it, and linear
 // momentum is right to round-off whatever the tolerance.
-void balance_linear(Stage& stage, const std::vector<std::uint8_t>& held)
+void balance_linear(Stage& stage, const std::vector<std::uint32_t>& group,
+                    const std::vector<std::uint8_t>& held)
 {
     const StepFrame& frame = stage.frame;
     const CornerBody& body = frame.body;
     std::vector<Vec3> missing(body.parts, Vec3::Zero());  // N s
     std::vector<Vec3> inertia(body.parts, Vec3::Zero());  // kg
     for (std::size_t k = 0; k < body.corners; ++k) {
-        const std::size_t part = body.part_of(k);
+        const std::size_t part = group[body.part_of(k)];
         if (held[part] != 0) continue;
         for (std::size_t i = 4 * k, a = 0; a < 3; ++i, ++a) {
             const double drag = frame.damping[i] + stage.drag[i];
@@ -117,7 +121,7 @@ void balance_linear(Stage& stage, const std::vector<std::uint8_t>& held)
         }
     }
     for (std::size_t k = 0; k < body.corners; ++k) {
-        const std::size_t part = body.part_of(k);
+        const std::size_t part = group[body.part_of(k)];
         if (held[part] != 0) continue;
         for (std::size_t a = 0; a < 3; ++a) {
             const auto axis = static_cast<Eigen::Index>(a);
@@ -240,13 +244,97 @@ void turn_free_parts(Stage& stage)
     turn_to(stage, held, parts, due, turned, stage.v0);
 }
 
+namespace {
+
+// Sheets that touch each other and nothing else are one: forces between them add up to nothing.
+struct SheetGroups {
+    std::vector<std::uint32_t> of;      // of each part, a part of its group
+    std::vector<std::uint8_t> held;     // of each of these: by a pin or a collider
+    std::vector<std::uint8_t> touches;  // likewise: another sheet, or itself
+};
+SheetGroups sheet_groups(const Stage& stage)
+{
+    const CornerBody& body = stage.frame.body;
+    geometry::UnionFind groups(body.parts);
+    std::vector<std::uint8_t> held = axes_of_parts(stage.frame.loads.pins, body);
+    held.resize(body.parts);
+    std::vector<std::uint8_t> touches(body.parts, 0);
+    for (const PointContact& c : stage.contacts) {
+        const std::uint32_t part = body.part_of(c.corners[0]);
+        if (c.count > 8) {
+            groups.join(part, body.part_of(c.corners[8]));
+            touches[part] = 1;
+        } else {
+            held[part] = 1;
+        }
+    }
+    SheetGroups out{groups.roots(), held, touches};
+    for (std::size_t p = 0; p < body.parts; ++p) {
+        out.held[out.of[p]] |= held[p];
+        out.touches[out.of[p]] |= touches[p];
+    }
+    return out;
+}
+
+// Turns the velocities of groups that touch, by the least change with which their angular momenta
+// are those of x and v and what came from outside. Where corners go from x0 to x0 + tau w, both
+// have the same moment of w.
+void turn_groups(Stage& stage, const SheetGroups& groups, const Aligned<double>& x,
+                 const Aligned<double>& v)
+{
+    const StepFrame& frame = stage.frame;
+    const CornerBody& body = frame.body;
+    std::vector<RigidPart> all(body.parts);
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        RigidPart& group = all[groups.of[body.part_of(k)]];
+        group.mass += body.mass[k];
+        group.centre += body.mass[k] * at(stage.x0, k);
+    }
+    for (RigidPart& group : all) {
+        if (group.mass > 0) group.centre /= group.mass;
+    }
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        RigidPart& group = all[groups.of[body.part_of(k)]];
+        const Vec3 arm = at(stage.x0, k) - group.centre;
+        Vec3 due = -body.mass[k] * at(stage.w, k);  // N s
+        for (std::size_t a = 0, i = 4 * k; a < 3; ++a, ++i) {
+            const double drag = frame.damping[i] + stage.drag[i];
+            due[static_cast<Eigen::Index>(a)] +=
+                stage.tau * (frame.steady[i] + stage.wind[i] - drag * stage.w[i]);
+        }
+        group.momentum += body.mass[k] * (at(x, k) - group.centre).cross(at(v, k)) + arm.cross(due);
+        group.inertia +=
+            body.mass[k] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+    }
+    for (RigidPart& group : all) group.spin = spin_of(group.inertia, group.momentum);
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const std::uint32_t g = groups.of[body.part_of(k)];
+        if (groups.held[g] != 0 || groups.touches[g] == 0) continue;
+        const Vec3 change = all[g].spin.cross(at(stage.x0, k) - all[g].centre);
+        for (std::size_t a = 0; a < 3; ++a) {
+            stage.w[4 * k + a] += change[static_cast<Eigen::Index>(a)];
+        }
+    }
+}
+
+}  // namespace
+
 void balance_free_parts(Stage& stage, const Aligned<double>& before_x,
                         const Aligned<double>& before_v, Balance balance)
 {
     const CornerBody& body = stage.frame.body;
     const auto held = held_parts(stage);
+    if (body.sheets) {
+        const SheetGroups groups = sheet_groups(stage);
+        balance_linear(stage, groups.of, groups.held);
+        if (balance == Balance::end) turn_groups(stage, groups, before_x, before_v);
+    }
     if (std::all_of(held.begin(), held.end(), [](auto h) { return h != 0; })) return;
-    balance_linear(stage, held);
+    if (!body.sheets) {
+        std::vector<std::uint32_t> own(body.parts);
+        std::iota(own.begin(), own.end(), 0u);
+        balance_linear(stage, own, held);
+    }
     if (balance == Balance::linear) return;
     Aligned<double> arms = stage.x0;
     if (balance == Balance::middle) {

@@ -81,7 +81,8 @@ struct Stage {
     std::vector<Grip> grips, held;           // those that the step began with
     std::vector<Aligned<double>> looked_at;  // m: x where touches of parts were looked for
     std::vector<std::uint32_t> looked;       // of each of near: into these, where theirs were last
-    Aligned<double> holds_at;                // m: where holds were looked for last
+    Aligned<double> sheets_at;               // m: x where touches of sheets were looked for last
+    Aligned<double> holds_at;                // m: the same of holds
     std::vector<PointContact> contacts;
 };
 
@@ -115,10 +116,15 @@ double pin_target(const StepFrame& frame, std::size_t pin, std::size_t axis, dou
 bool pins_stay(const Stage& stage);
 bool colliders_stay(const StepFrame& frame);
 
+// Whether parts of the body, or of its sheets, may touch each other.
+inline bool touches_itself(const Stage& stage)
+{
+    return !stage.near.empty() || stage.frame.body.sheets;
+}
 // Whether there is anything that the body might touch.
 inline bool may_touch(const Stage& stage)
 {
-    return !stage.colliders.empty() || !stage.near.empty();
+    return !stage.colliders.empty() || touches_itself(stage);
 }
 
 // out = M v, with the masses of the method (elasticity.hpp); D v likewise.

@@ -2,6 +2,7 @@
 
 #include "geometry/base/parallel.hpp"
 #include "physics/body/external_forces.hpp"
+#include "physics/body/sheet_contact.hpp"
 #include "physics/bricks/bounce.hpp"
 
 #include <algorithm>
@@ -102,6 +103,62 @@ bool find_collider_touches(Stage& stage, Known known, double much)
                                 : renew(stage.holds, found, stage.x.data(), much);
 }
 
+// What sheets touch on the way from the start to x, without what is `known`.
+std::vector<PlaneTouch> look_at_sheets(Stage& stage, const Aligned<double>& x,
+                                       const std::vector<PlaneTouch>& known)
+{
+    stage.sheets_at = x;
+    auto found = find_sheet_touches(stage.frame.body,
+                                    {stage.x0.data(), x.data(), stage.tau, stage.grips}, known);
+    take_grips(found, stage.grips);
+    return found;
+}
+
+// What starts within the thickness of a sheet is not thrown out.
+void start_sheets(Stage& stage)
+{
+    Aligned<double> ahead = stage.x0;
+    for (std::size_t i = 0; i < ahead.size(); ++i) ahead[i] += stage.tau * stage.v0[i];
+    stage.touches = look_at_sheets(stage, ahead, {});
+    for (PlaneTouch& touch : stage.touches) {
+        const double deep = -touch.gap(stage.x0.data());
+        if (deep > 0 && !find_grip(stage.grips, touch.point, touch.other)) touch.slack = deep;
+    }
+}
+
+// How far corners have come from where sheets were looked at last, but for what they have come
+// together, m.
+double moved_against_each_other(const Stage& stage)
+{
+    const std::size_t corners = stage.frame.body.corners;
+    const auto way = [&](std::size_t k) {
+        return Vec3(Eigen::Map<const Vec3>(&stage.x[4 * k]) -
+                    Eigen::Map<const Vec3>(&stage.sheets_at[4 * k]));
+    };
+    Vec3 mean = Vec3::Zero();
+    for (std::size_t k = 0; k < corners; ++k) mean += way(k) / static_cast<double>(corners);
+    double most_sq = 0;
+    for (std::size_t k = 0; k < corners; ++k) {
+        most_sq = std::max(most_sq, (way(k) - mean).squaredNorm());
+    }
+    return std::sqrt(most_sq);
+}
+
+// Finds what sheets touch at x. Planes that were found where the body is not going are put right,
+// as long as rounds are not wary.
+bool find_sheets(Stage& stage, Known known)
+{
+    constexpr double much = 0.05;  // thicknesses
+    const SheetCells& cells = *stage.frame.body.sheets;
+    if (!(moved_against_each_other(stage) > 0.5 * (cells.reach - cells.thickest))) return false;
+    if (stage.wary || known == Known::kept) {
+        return add_found(stage.touches, look_at_sheets(stage, stage.x, stage.touches),
+                         stage.x.data(), much * cells.thickest);
+    }
+    return renew(stage.touches, look_at_sheets(stage, stage.x, {}), stage.x.data(),
+                 much * cells.thickest);
+}
+
 }  // namespace
 
 void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>& v0, double tau,
@@ -137,6 +194,7 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
                                           Look::ahead);
         take_grips(stage.touches, stage.grips);
     }
+    if (frame.body.sheets) start_sheets(stage);
     if (!stage.colliders.empty()) {
         stage.w.assign(frame.n, 0);
         stage.holds = find_holds(stage, x0);
@@ -158,6 +216,7 @@ bool find_touches(Stage& stage, Known known)
     const double h = stage.frame.body.h;
     bool changed = false;
     if (!stage.near.empty()) changed = find_part_touches(stage, much * h);
+    if (stage.frame.body.sheets) changed |= find_sheets(stage, known);
     if (!stage.colliders.empty()) changed |= find_collider_touches(stage, known, much * h);
     aim_bounces(stage);
     return changed;

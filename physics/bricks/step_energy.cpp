@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 namespace physics {
@@ -92,7 +93,7 @@ std::vector<std::uint8_t> pressed_parts(const Stage& stage)
     for (const PlaneTouch& touch : stage.touches) {
         if (!(touch.depth(stage.x.data()) > 0)) continue;
         out[body.part_of(touch.corners[0])] = 1;
-        out[touch.other] = 1;
+        out[body.part_of(touch.corners[8])] = 1;
     }
     return out;
 }
@@ -103,6 +104,7 @@ double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<
                           const Aligned<double>& after_x, const Aligned<double>& after_v)
 {
     constexpr double little = 0.02;
+    constexpr double slow = 0.005;  // m/s
     const StepFrame& frame = stage.frame;
     if (stage.touches.empty() || frame.windy || !pins_stay(stage)) return 0;
     if (!colliders_stay(frame)) return 0;
@@ -111,7 +113,10 @@ double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<
     const double stored = elastic(stage, x), moving = kinetic(stage, v);
     const double gain =
         elastic(stage, after_x) + others(stage, after_x, after_v) - (stored + others(stage, x, v));
-    return gain > little * (stored + moving) ? gain : 0;
+    // Sheets that rest have next to no energy of their own.
+    const double mass = std::accumulate(frame.part_mass.begin(), frame.part_mass.end(), 0.0);
+    const double least = frame.body.sheets ? 0.5 * mass * slow * slow : 0;
+    return gain > std::max(least, little * (stored + moving)) ? gain : 0;
 }
 
 void take_off(const Stage& stage, double gained, Aligned<double>& v)

@@ -148,7 +148,7 @@ bool is_torn_apart(const FrameStep& step, int halvings)
     constexpr int most = 2;
     constexpr double much = 0.01;  // of the forces at work
     const StepRecord& record = step.record;
-    return !step.stage.near.empty() && halvings < most && (record.left > much || record.violent);
+    return touches_itself(step.stage) && halvings < most && (record.left > much || record.violent);
 }
 
 // What a step starts with.
@@ -176,6 +176,7 @@ void take_back(FrameStep& step, const Before& before)
 
 // Cubes: what rests comes to be no deeper in what it lies on.
 constexpr double deep_at_rest = 0.005;
+constexpr double deep_sheet_at_rest = 0.05;  // thicknesses
 
 // Goes on from the step that was taken last.
 void keep(FrameStep& step, const Before& before, double begin, double end)
@@ -183,7 +184,7 @@ void keep(FrameStep& step, const Before& before, double begin, double end)
     step.record.unsettled |= before.record.unsettled;
     step.record.violent |= before.record.violent;
     StepEnd at{before.now.x.data(), step.now.x.data(), (end - begin) * step.frame.seconds};
-    at.deep = deep_at_rest;
+    at.deep = step.frame.body.sheets ? deep_sheet_at_rest : deep_at_rest;
     step.stage.grips = grips_of(step.stage.touches, at);
     // The side of a sheet is not told by a plane alone: the next step may lead over a crease.
     at.late = (end - step.stage.share) * step.frame.seconds;

@@ -2,6 +2,7 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/cubes/plane.hpp"
+#include "physics/body/make_sheet_cells.hpp"
 #include "physics/bricks/factor_cache.hpp"
 #include "physics/bricks/time_step.hpp"
 
@@ -20,9 +21,10 @@ namespace {
 
 using geometry::no_index;
 
-void check(const geometry::Cubes& cubes, const ShellOptions& options)
+void check(const BodyModels& models, const ShellOptions& options)
 {
-    if (geometry::flat_axis(cubes) < 0) {
+    for (std::size_t m = 0; m < models.count(); ++m) {
+        if (geometry::flat_axis(*models.model(m).cubes) >= 0) continue;
         throw std::invalid_argument(
             "method shell needs a plane of cubes, found cubes with a thickness: make the cubes "
             "with Plane, or use method bricks");
@@ -35,13 +37,15 @@ void check(const geometry::Cubes& cubes, const ShellOptions& options)
 }
 
 // Cells, what they are made of, and which of them each point is a corner of.
-void add_cells(const geometry::Cubes& cubes, ShellBody& body)
+void add_cells(const BodyModels& models, ShellBody& body)
 {
-    const auto [u, v] = geometry::plane_axes(geometry::flat_axis(cubes));
-    const std::size_t along = std::size_t{1} << u, across = std::size_t{1} << v;
-    const double a = cubes.size;
+    const geometry::Cubes& cubes = models.all();
     body.cells_of.assign(cubes.corner_count(), {no_index, no_index, no_index, no_index});
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        const geometry::Cubes& own = *models.model(models.model_of(c)).cubes;
+        const double a = own.size;
+        const auto [u, v] = geometry::plane_axes(geometry::flat_axis(own));
+        const std::size_t along = std::size_t{1} << u, across = std::size_t{1} << v;
         const auto& k = cubes.corners[c];
         body.cell.push_back({k[0], k[along], k[across], k[along | across]});
         const double h = cubes.fill[c] * a, nu = cubes.poisson[c];
@@ -89,8 +93,9 @@ ShellPoint neighbours_of(const ShellBody& body, std::uint32_t k)
 
 void add_points(ShellBody& body)
 {
-    const double quarter = 1 / (4 * body.base.h * body.base.h);  // of an area, over a^4
     for (std::uint32_t k = 0; k < body.base.corners; ++k) {
+        const double a = body.base.edge_at(k);
+        const double quarter = 1 / (4 * a * a);  // of an area, over a^4
         ShellPoint point = neighbours_of(body, k);
         for (const std::uint32_t at : body.cells_of[k]) {
             if (at == no_index) continue;
@@ -185,13 +190,20 @@ std::uint32_t entry_of(const ShellBody& body, std::uint32_t row, std::uint32_t c
 ShellBody make_shell(const geometry::Cubes& cubes, const ShellOptions& options,
                      const geometry::TriMesh* surface)
 {
-    check(cubes, options);
+    return make_shell(BodyModels(cubes, surface), options);
+}
+
+ShellBody make_shell(const BodyModels& models, const ShellOptions& options)
+{
+    check(models, options);
+    const geometry::Cubes& cubes = models.all();
     ShellBody body;
     body.options = options;
     std::vector<std::uint32_t> slot(cubes.corner_count());
     std::iota(slot.begin(), slot.end(), 0u);
-    body.base = make_corner_body(cubes, std::move(slot), surface);
-    add_cells(cubes, body);
+    body.base = make_corner_body(models, std::move(slot));
+    body.base.sheets = sheets_that_touch(models, body.base, options.contact);
+    add_cells(models, body);
     add_points(body);
     add_rows(body);
     add_elements(cubes, body);

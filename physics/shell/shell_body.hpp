@@ -40,6 +40,7 @@ class DissectionCache;
 struct ShellOptions {
     double stretch = 1;
     double bend = 1;
+    PartContactOptions contact;
 };
 
 // A point and its neighbours; no_index where it has none.
@@ -78,9 +79,13 @@ struct ShellBody {
     std::size_t bytes() const;
 };
 
-// Of a plane of cubes (geometry/cubes/plane.hpp), which states thickness and matter. Contact and
-// wind act on `surface`, or on the sheet itself when it is null. Throws std::invalid_argument for
-// cubes that are no plane, and where more than one cell lies on the same side of a point.
+// Of planes of cubes (geometry/cubes/plane.hpp), which state thickness and matter. Contact and
+// wind act on their surfaces, or on the sheets themselves when these are null. Throws
+// std::invalid_argument for cubes that are no plane, and where more than one cell lies on the same
+// side of a point.
+ShellBody make_shell(const BodyModels& models, const ShellOptions& options = {});
+
+// Of one model.
 ShellBody make_shell(const geometry::Cubes& cubes, const ShellOptions& options = {},
                      const geometry::TriMesh* surface = nullptr);
 

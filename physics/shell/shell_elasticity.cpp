@@ -26,8 +26,9 @@ ShellVector cell_at(const ShellBody& body, std::size_t c, const double* x)
     const auto& corners = body.cell[c];
     // From its first corner: what is far away is told as exactly as what is near.
     const Vec3 first = place_at(x, corners[0]);
+    const double h = body.base.edge_at(corners[0]);
     for (std::size_t i = 1; i < 4; ++i) {
-        const Vec3 away = (place_at(x, corners[i]) - first) / body.base.h;
+        const Vec3 away = (place_at(x, corners[i]) - first) / h;
         for (std::size_t p = 0; p < 3; ++p) {
             out.segment<3>(static_cast<Eigen::Index>(3 * p)) += shell_shares[i][p] * away;
         }
@@ -111,7 +112,7 @@ ShellElasticity::ShellElasticity(const ShellBody& body, const Pins& pins)
 // The pull of a cell on its corners, and the blocks of its derivative.
 void ShellElasticity::evaluate_cell(std::size_t c)
 {
-    const double h = body_.base.h;
+    const double h = body_.base.edge_at(body_.cell[c][0]);
     const CellEnergy cell = cell_energy(body_.matter[c], cell_at(body_, c, at_.data()),
                                         hessian_ ? Curvature::whole : Curvature::positive);
     for (std::size_t i = 0; i < 4; ++i) {

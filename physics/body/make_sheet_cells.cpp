@@ -1,0 +1,113 @@
+#include "physics/body/make_sheet_cells.hpp"
+
+#include "geometry/cubes/plane.hpp"
+
+#include <algorithm>
+
+namespace physics {
+namespace {
+
+// From there on, in cells and beyond the thickness, what comes near is kept apart.
+constexpr double near_sheet = 0.1;
+
+void add_sheet(const geometry::Cubes& cubes, const CornerBody& body, ModelStart start,
+               std::uint32_t number, SheetCells& out)
+{
+    const auto [u, v] = geometry::plane_axes(geometry::flat_axis(cubes));
+    const std::size_t along = std::size_t{1} << u, across = std::size_t{1} << v;
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        const auto& corners = cubes.corners[c];
+        const auto slot = [&](std::size_t a) {
+            return static_cast<std::uint32_t>(body.slot_of(start.corner + corners[a]));
+        };
+        const std::array<std::uint32_t, 4> k{slot(0), slot(along), slot(across),
+                                             slot(along | across)};
+        out.cell.push_back(k);
+        out.place.push_back(cubes.cell[c]);
+        out.model.push_back(number);
+        out.triangle.push_back({k[0], k[1], k[3]});
+        out.triangle.push_back({k[0], k[3], k[2]});
+    }
+}
+
+void add_sheet_edges(SheetCells& out, std::size_t slots)
+{
+    std::vector<std::uint8_t> taken(slots, 0);
+    std::vector<std::pair<std::array<std::uint32_t, 2>, std::uint32_t>> all;  // with their cell
+    for (std::uint32_t c = 0; c < out.cell.size(); ++c) {
+        const auto& k = out.cell[c];
+        out.point_at.push_back(static_cast<std::uint32_t>(out.point.size()));
+        for (const auto p : k) {
+            if (taken[p] == 0) out.point.push_back(p);
+            taken[p] = 1;
+        }
+        for (const auto& [i, j] : {std::pair{0, 1}, {2, 3}, {0, 2}, {1, 3}, {0, 3}}) {
+            const auto a = k[std::size_t(i)], b = k[std::size_t(j)];
+            all.push_back({{std::min(a, b), std::max(a, b)}, c});
+        }
+    }
+    out.point_at.push_back(static_cast<std::uint32_t>(out.point.size()));
+    std::sort(all.begin(), all.end());
+    const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
+    all.erase(std::unique(all.begin(), all.end(), same), all.end());
+    std::stable_sort(all.begin(), all.end(),
+                     [](const auto& a, const auto& b) { return a.second < b.second; });
+    for (std::uint32_t c = 0, e = 0; c <= out.cell.size(); ++c) {
+        out.edge_at.push_back(e);
+        for (; e < all.size() && all[e].second == c; ++e) out.edge.push_back(all[e].first);
+    }
+}
+
+// A point is as thick and as firm as the mean of its cells.
+void add_sheet_points(const BodyModels& models, const CornerBody& body, SheetCells& out)
+{
+    constexpr double layers = 100;  // that one point bears within its thickness
+    const geometry::Cubes& cubes = models.all();
+    std::vector<double> cells(body.corners, 0), thick(body.corners, 0), bears(body.corners, 0);
+    for (std::size_t c = 0; c < out.cell.size(); ++c) {
+        const double a = models.edge_of(static_cast<std::uint32_t>(c));
+        const double thickness = cubes.fill[c] * a;
+        for (const auto k : out.cell[c]) {
+            cells[k] += 1;
+            thick[k] += thickness;
+            bears[k] += 10 * cubes.young[c] * a * a / (4 * thickness);
+        }
+    }
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const double h = thick[k] / cells[k];
+        out.thickness.push_back(static_cast<float>(h));
+        out.stiffness.push_back(
+            static_cast<float>(std::min(bears[k], layers * body.mass[k] * 9.81 / h)));
+    }
+}
+
+}  // namespace
+
+std::shared_ptr<const SheetCells> sheets_that_touch(const BodyModels& models,
+                                                    const CornerBody& body,
+                                                    const PartContactOptions& options)
+{
+    if (!options.on || (models.count() < 2 && !options.self)) return nullptr;
+    auto out = std::make_shared<SheetCells>();
+    out->friction = options.friction;
+    out->bounce = options.bounce;
+    out->self = options.self;
+    for (std::uint32_t m = 0; m < models.count(); ++m) {
+        add_sheet(*models.model(m).cubes, body, models.start(m), m, *out);
+    }
+    add_sheet_edges(*out, body.corners);
+    add_sheet_points(models, body, *out);
+    out->thickest = double(*std::max_element(out->thickness.begin(), out->thickness.end()));
+    out->reach = out->thickest + near_sheet * body.h;
+    std::vector<geometry::Box3f> boxes;
+    for (const auto& corners : out->cell) {
+        geometry::Box3f& box = boxes.emplace_back();
+        for (const auto k : corners) {
+            box.add(Vec3f(Eigen::Map<const Vec3>(body.rest.data() + 4 * k).cast<float>()));
+        }
+    }
+    out->tree = geometry::build_box_tree(boxes);
+    return out;
+}
+
+}  // namespace physics

@@ -1,0 +1,35 @@
+#pragma once
+
+// What sheets need to know of themselves to touch (sheet_contact.hpp): the two triangles of each
+// cell as plane_mesh() draws them, their sides, and what each point stands for.
+
+#include "geometry/base/box_tree.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace physics {
+
+struct SheetCells {
+    double friction = 0.5, bounce = 0;
+    bool self = false;    // cells of one model touch each other
+    double thickest = 0;  // m
+    double reach = 0;     // m, from which on what comes near is kept apart
+    std::vector<std::array<std::uint32_t, 4>> cell;  // C, slots: (0, 0), (1, 0), (0, 1), (1, 1)
+    std::vector<geometry::Vec3i> place;              // C, on the grid of its model
+    std::vector<std::uint32_t> model;                // C
+    std::vector<std::array<std::uint32_t, 3>>
+        triangle;                                    // 2 C, cell by cell, all the same way round
+    std::vector<std::array<std::uint32_t, 2>> edge;  // sides of triangles, cell by cell
+    // C + 1: each point and each edge is one cell's own, into `point` and `edge`.
+    std::vector<std::uint32_t> point;
+    std::vector<std::uint32_t> point_at, edge_at;
+    std::vector<float> thickness, stiffness;  // K, m; N/m, of what rests
+    geometry::BoxTree tree;                   // of the cells at rest
+
+    std::size_t bytes() const;
+};
+
+}  // namespace physics

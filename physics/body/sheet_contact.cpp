@@ -1,0 +1,305 @@
+#include "physics/body/sheet_contact.hpp"
+
+#include "geometry/base/no_index.hpp"
+#include "geometry/base/parallel.hpp"
+#include "physics/body/four_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+// Map: boxes of what moves; pairs that may not touch; how four points stand to each other; planes;
+// pairs of cells.
+
+namespace physics {
+namespace {
+
+using geometry::Box3f;
+using geometry::BoxTree;
+
+constexpr std::size_t cells_a_task = 64;
+constexpr double same_normal = 0.5;  // cosine
+
+Vec3 place_at(const double* field, std::uint32_t slot)
+{
+    return Eigen::Map<const Vec3>(field + 4 * std::size_t{slot});
+}
+
+// A step's view of what may touch.
+struct SheetScene {
+    const CornerBody& body;
+    const SheetCells& cells;
+    const SheetStep& step;
+    const std::vector<PlaneTouch>& known;
+    // Along the way, with half of the reach around them: of K, 2 C, all edges and C.
+    std::vector<Box3f> point, triangle, edge, cell;
+    std::vector<Vec3> before, after;  // C, across the cells at both ends of the step
+    BoxTree tree;
+};
+
+template <class Corners> Box3f box_around(const std::vector<Box3f>& points, const Corners& corners)
+{
+    Box3f out;
+    for (const auto k : corners) out.add(points[k]);
+    return out;
+}
+
+template <class Items>
+void fill_boxes(const std::vector<Box3f>& points, const Items& items, std::vector<Box3f>& out)
+{
+    out.resize(items.size());
+    geometry::parallel_for(items.size(), 1024, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) out[i] = box_around(points, items[i]);
+    });
+}
+
+Vec3 across(const double* x, const std::array<std::uint32_t, 4>& cell)
+{
+    return (place_at(x, cell[3]) - place_at(x, cell[0]))
+        .cross(place_at(x, cell[2]) - place_at(x, cell[1]));
+}
+
+// Of the same shape as at rest, around where its cells are now.
+BoxTree fitted(const BoxTree& tree, const std::vector<Box3f>& boxes)
+{
+    BoxTree out = tree;
+    for (std::size_t n = out.nodes.size(); n-- > 0;) {
+        BoxTree::Node& node = out.nodes[n];
+        node.box = {};
+        for (std::uint32_t i = 0; i < node.count; ++i) {
+            node.box.add(boxes[out.items[node.first + i]]);
+        }
+        if (node.count > 0) continue;
+        node.box.add(out.nodes[node.first].box);
+        node.box.add(out.nodes[node.first + 1].box);
+    }
+    return out;
+}
+
+SheetScene scene_of(const CornerBody& body, const SheetStep& step,
+                    const std::vector<PlaneTouch>& known)
+{
+    const SheetCells& cells = *body.sheets;
+    SheetScene out{body, cells, step, known, {}, {}, {}, {}, {}, {}, {}};
+    out.point.resize(body.corners);
+    for (std::uint32_t k = 0; k < body.corners; ++k) {
+        const Vec3 a = place_at(step.x0, k), b = place_at(step.x1, k);
+        // Wider by more than what single precision rounds.
+        const double far = std::max(a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff());
+        const Vec3 margin = Vec3::Constant(0.5 * cells.reach + 1e-6 * far);
+        out.point[k].lo = (a.cwiseMin(b) - margin).cast<float>();
+        out.point[k].hi = (a.cwiseMax(b) + margin).cast<float>();
+    }
+    fill_boxes(out.point, cells.triangle, out.triangle);
+    fill_boxes(out.point, cells.edge, out.edge);
+    fill_boxes(out.point, cells.cell, out.cell);
+    for (const auto& corners : cells.cell) {
+        out.before.push_back(across(step.x0, corners));
+        out.after.push_back(across(step.x1, corners));
+    }
+    out.tree = fitted(cells.tree, out.cell);
+    return out;
+}
+
+// Whether two cells are so near to each other along the sheet, and so even, that they cannot meet.
+bool are_one_surface(const SheetScene& scene, std::uint32_t a, std::uint32_t b)
+{
+    constexpr int near = 2;
+    constexpr double even = 0.3;  // cosine
+    const SheetCells& cells = scene.cells;
+    if (cells.model[a] != cells.model[b]) return false;
+    if ((cells.place[a] - cells.place[b]).cwiseAbs().maxCoeff() > near) return false;
+    const auto alike = [&](const std::vector<Vec3>& n) {
+        return n[a].dot(n[b]) > even * n[a].norm() * n[b].norm();
+    };
+    return alike(scene.before) && alike(scene.after);
+}
+
+double segment_distance_sq(const Vec3& p, const Vec3& a, const Vec3& b)
+{
+    const Vec3 side = b - a;
+    const double share = std::clamp((p - a).dot(side) / side.squaredNorm(), 0.0, 1.0);
+    return (p - a - share * side).squaredNorm();
+}
+
+// What may meet: a point and a triangle, or two edges, and their numbers as a touch has them.
+struct MayMeet {
+    Four kind;
+    std::array<std::uint32_t, 4> corner;
+    std::uint32_t point, other;
+    bool one;  // they are of one model
+};
+
+// Whether they lie within `far` (m) at rest, where sheets are flat.
+bool are_near_at_rest(const SheetScene& scene, const MayMeet& pair, double far)
+{
+    FourPoints x;
+    for (std::size_t i = 0; i < 4; ++i) x[i] = place_at(scene.body.rest.data(), pair.corner[i]);
+    double least_sq =
+        std::min(segment_distance_sq(x[0], x[1], x[2]), segment_distance_sq(x[0], x[2], x[3]));
+    if (pair.kind == Four::point) {
+        least_sq = std::min(least_sq, segment_distance_sq(x[0], x[3], x[1]));
+    } else {
+        least_sq = std::min(
+            {segment_distance_sq(x[0], x[2], x[3]), segment_distance_sq(x[1], x[2], x[3]),
+             segment_distance_sq(x[2], x[0], x[1]), segment_distance_sq(x[3], x[0], x[1])});
+    }
+    return least_sq < far * far;
+}
+
+bool is_known(const SheetScene& scene, const MayMeet& pair)
+{
+    const auto found = std::lower_bound(scene.known.begin(), scene.known.end(), pair,
+                                        in_order<PlaneTouch, MayMeet>);
+    return found != scene.known.end() && !in_order(pair, *found);
+}
+
+Stand turned_to(Stand stand, const Vec3& way)
+{
+    if (stand.normal.dot(way) < 0) stand.normal = -stand.normal, stand.distance = -stand.distance;
+    return stand;
+}
+
+// How they stand, with the normal out of the side that is to be kept.
+std::optional<Stand> kept_apart(const SheetScene& scene, const MayMeet& pair)
+{
+    const double reach = scene.cells.reach;
+    FourPoints a, b;
+    for (std::size_t i = 0; i < 4; ++i) {
+        a[i] = place_at(scene.step.x0, pair.corner[i]),
+        b[i] = place_at(scene.step.x1, pair.corner[i]);
+    }
+    const auto start = stand_of(pair.kind, a), end = stand_of(pair.kind, b);
+    const Grip* const grip = find_grip(scene.step.grips, pair.point, pair.other);
+    if (!start && !end && grip) return std::nullopt;
+    if (grip) {
+        const Stand& stand = end ? *end : *start;
+        const Vec3 side = grip->normal.cast<double>();
+        // Edges that have come past each other have another normal.
+        if (std::abs(stand.normal.dot(side)) > same_normal) return turned_to(stand, side);
+    }
+    if (start && std::abs(start->distance) < reach && start->distance != 0) {
+        const Stand side = turned_to(*start, start->distance * start->normal);
+        if (end && std::abs(end->normal.dot(side.normal)) > same_normal) {
+            return turned_to(*end, side.normal);
+        }
+        return side;
+    }
+    if (const auto meeting = meeting_of(pair.kind, a, b)) {
+        Vec3 way = Vec3::Zero();
+        for (std::size_t i = 0; i < 4; ++i) way += meeting->weight[i] * (a[i] - b[i]);
+        return turned_to(*meeting, way);
+    }
+    if (!end || !(std::abs(end->distance) < reach)) return std::nullopt;
+    return turned_to(*end, end->distance * end->normal);
+}
+
+// Its corners, the first eight of the point or the first edge.
+void set_corners(const MayMeet& pair, const Stand& stand, PlaneTouch& touch)
+{
+    const std::size_t first = pair.kind == Four::point ? 1 : 2;
+    touch.count = 12;
+    touch.corners.fill(pair.corner[0]);
+    std::fill(touch.corners.begin() + 8, touch.corners.end(), pair.corner[first]);
+    for (std::size_t i = 0; i < 4; ++i) {
+        const std::size_t to = i < first ? i : 8 + i - first;
+        touch.corners[to] = pair.corner[i];
+        touch.weight[to] = static_cast<float>(stand.weight[i]);
+    }
+}
+
+void meet(const SheetScene& scene, const MayMeet& pair, std::vector<PlaneTouch>& out)
+{
+    const auto& k = pair.corner;
+    const std::size_t first = pair.kind == Four::point ? 1 : 2;
+    for (std::size_t i = 0; i < first; ++i) {
+        if (std::find(k.begin() + std::ptrdiff_t(first), k.end(), k[i]) != k.end()) return;
+    }
+    const auto stand = kept_apart(scene, pair);
+    if (!stand) return;
+    double thickness = 0, stiffness = 0, mass = 0, way = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+        const double w = stand->weight[i], share = 0.5 * std::abs(w);
+        thickness += share * double(scene.cells.thickness[k[i]]);
+        stiffness += share * double(scene.cells.stiffness[k[i]]);
+        mass += share * scene.body.mass[k[i]];
+        way -= w * stand->normal.dot(place_at(scene.step.x1, k[i]) - place_at(scene.step.x0, k[i]));
+    }
+    if (stand->distance > scene.cells.reach) return;
+    if (pair.one && are_near_at_rest(scene, pair, 2 * thickness)) return;
+    if (is_known(scene, pair)) return;
+    PlaneTouch& touch = out.emplace_back();
+    set_corners(pair, *stand, touch);
+    touch.point = pair.point, touch.other = pair.other;
+    touch.normal = stand->normal;
+    touch.offset = -thickness;
+    touch.size = thickness;
+    touch.stiffness = stopping(stiffness, mass, way, scene.step.dt, thickness);
+    touch.friction = scene.cells.friction;
+    touch.bounce = scene.cells.bounce;
+}
+
+void meet_points(const SheetScene& scene, std::uint32_t a, std::uint32_t b,
+                 std::vector<PlaneTouch>& out)
+{
+    const SheetCells& cells = scene.cells;
+    const bool one = cells.model[a] == cells.model[b];
+    for (auto i = cells.point_at[a]; i < cells.point_at[a + 1]; ++i) {
+        const std::uint32_t p = cells.point[i];
+        if (!scene.point[p].overlaps(scene.cell[b])) continue;
+        for (const auto t : {2 * b, 2 * b + 1}) {
+            if (!scene.point[p].overlaps(scene.triangle[t])) continue;
+            const auto& k = cells.triangle[t];
+            meet(scene, {Four::point, {p, k[0], k[1], k[2]}, p, t, one}, out);
+        }
+    }
+}
+
+void meet_edges(const SheetScene& scene, std::uint32_t a, std::uint32_t b,
+                std::vector<PlaneTouch>& out)
+{
+    const SheetCells& cells = scene.cells;
+    const bool one = cells.model[a] == cells.model[b];
+    const auto points = static_cast<std::uint32_t>(scene.body.corners);
+    for (auto i = cells.edge_at[a]; i < cells.edge_at[a + 1]; ++i) {
+        if (!scene.edge[i].overlaps(scene.cell[b])) continue;
+        for (auto j = cells.edge_at[b]; j < cells.edge_at[b + 1]; ++j) {
+            if (!scene.edge[i].overlaps(scene.edge[j])) continue;
+            const auto &k = cells.edge[i], &l = cells.edge[j];
+            meet(scene, {Four::edges, {k[0], k[1], l[0], l[1]}, points + i, j, one}, out);
+        }
+    }
+}
+
+}  // namespace
+
+std::vector<PlaneTouch> find_sheet_touches(const CornerBody& body, const SheetStep& step,
+                                           const std::vector<PlaneTouch>& known)
+{
+    const SheetScene scene = scene_of(body, step, known);
+    const SheetCells& cells = scene.cells;
+    const std::size_t count = cells.cell.size();
+    std::vector<std::vector<PlaneTouch>> found((count + cells_a_task - 1) / cells_a_task);
+    geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::uint32_t> near;
+        for (std::size_t g = begin; g < end; ++g) {
+            const std::size_t last = std::min(count, (g + 1) * cells_a_task);
+            for (auto a = static_cast<std::uint32_t>(g * cells_a_task); a < last; ++a) {
+                near.clear();
+                scene.tree.overlapping(scene.cell[a], [&](std::uint32_t b) {
+                    const bool apart = cells.self || cells.model[a] != cells.model[b];
+                    if (b > a && apart && scene.cell[a].overlaps(scene.cell[b])) near.push_back(b);
+                });
+                for (const auto b : near) {
+                    if (are_one_surface(scene, a, b)) continue;
+                    meet_points(scene, a, b, found[g]);
+                    meet_points(scene, b, a, found[g]);
+                    meet_edges(scene, a, b, found[g]);
+                }
+            }
+        }
+    });
+    return put_in_order(found);
+}
+
+}  // namespace physics

@@ -1,0 +1,280 @@
+// Sheets that touch themselves and each other.
+
+#include "physics/body/sheet_contact.hpp"
+#include "tests/physics/shell/shell_fixtures.hpp"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <numbers>
+
+using namespace physics;
+using namespace fixtures;
+
+namespace {
+
+constexpr double g = 9.81;
+
+ShellOptions that_touch(double friction = 0.3)
+{
+    ShellOptions out;
+    out.contact.self = true;
+    out.contact.friction = friction;
+    return out;
+}
+
+bool goes_through(const Vec3& a, const Vec3& b, const std::array<Vec3, 3>& t)
+{
+    const Vec3 n = (t[1] - t[0]).cross(t[2] - t[0]);
+    const double from = n.dot(a - t[0]), to = n.dot(b - t[0]);
+    if ((from > 0) == (to > 0)) return false;
+    const Vec3 x = a + from / (from - to) * (b - a);
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (n.dot((t[(i + 1) % 3] - t[i]).cross(x - t[i])) <= 0) return false;
+    }
+    return true;
+}
+
+// Triangles that a side of another one goes through which has no corner of theirs: brute force.
+int crossings(const ShellBody& body, const State& state)
+{
+    const auto& triangles = body.base.sheets->triangle;
+    int out = 0;
+    for (const auto& t : triangles) {
+        const std::array<Vec3, 3> at{state.x[t[0]], state.x[t[1]], state.x[t[2]]};
+        for (const auto& s : triangles) {
+            bool joined = false;
+            for (const auto k : s) joined |= k == t[0] || k == t[1] || k == t[2];
+            for (std::size_t i = 0; i < 3 && !joined; ++i) {
+                if (goes_through(state.x[s[i]], state.x[s[(i + 1) % 3]], at)) ++out;
+            }
+        }
+    }
+    return out;
+}
+
+double farthest(const State& a, const State& b)
+{
+    double most = 0;
+    for (std::size_t k = 0; k < a.x.size(); ++k) most = std::max(most, (a.x[k] - b.x[k]).norm());
+    return most;
+}
+
+double deepest(const State& state)
+{
+    double most = 0;
+    for (const Grip& grip : state.grips) most = std::max(most, double(grip.depth));
+    return most;
+}
+
+Vec3 momentum_of(const ShellBody& body, const State& state)
+{
+    Vec3 out = Vec3::Zero();
+    for (std::size_t k = 0; k < state.v.size(); ++k) out += body.base.mass[k] * state.v[k];
+    return out;
+}
+
+Vec3 moment_of(const ShellBody& body, const State& state)
+{
+    Vec3 out = Vec3::Zero();
+    for (std::size_t k = 0; k < state.v.size(); ++k) {
+        out += body.base.mass[k] * state.x[k].cross(state.v[k]);
+    }
+    return out;
+}
+
+// Two sheets of 5 by 5 and 3 by 3 cells of one plane, the small one `above` the middle of the
+// large one and turned, so that no edges are parallel.
+constexpr double cell = 0.05, thick = 0.004;
+Cubes two_pieces()
+{
+    auto cells = geometry::rectangle_cells(5, 5);
+    for (const auto& [i, j] : geometry::rectangle_cells(3, 3)) cells.push_back({i + 20, j});
+    return geometry::plane_cubes(cells, {1, cell, {0, 0, 0}}, thick,
+                                 {"sheet", 500, 1e7, 0.3, 0, 0});
+}
+bool is_small(const Cubes& cubes, std::size_t k)
+{
+    return cubes.corner[k].x() >= 20;
+}
+State one_above(const Cubes& cubes, const ShellBody& body, double above)
+{
+    State out = rest_state(body);
+    const Eigen::AngleAxisd turn(0.4, Vec3::UnitY());
+    for (std::size_t k = 0; k < out.x.size(); ++k) {
+        if (!is_small(cubes, k)) continue;
+        const Vec3 from_middle = out.x[k] - cell * Vec3(21.5, 0, 1.5);
+        out.x[k] = cell * Vec3(2.5, 0, 2.5) + turn * from_middle + Vec3(0, above, 0);
+    }
+    return out;
+}
+
+}  // namespace
+
+TEST(SheetContact, PiecesThatCollideKeepTheirMomenta)
+{
+    const Cubes cubes = two_pieces();
+    const ShellBody body = make_shell(cubes, that_touch());
+    State state = one_above(cubes, body, 0.1);
+    for (std::size_t k = 0; k < state.x.size(); ++k) {
+        if (is_small(cubes, k)) state.v[k] = {1, -3, 0.5};
+    }
+    const Vec3 before = momentum_of(body, state), moment = moment_of(body, state);
+    bool met = false;
+    for (int i = 0; i < 8; ++i) {
+        state = advance(body, state, {}, 1.0 / 48);
+        met |= deepest(state) > 0;
+        EXPECT_LT((momentum_of(body, state) - before).norm(), 1e-12 * before.norm());
+        EXPECT_LT((moment_of(body, state) - moment).norm(), 1e-12 * moment.norm());
+    }
+    EXPECT_TRUE(met);
+    EXPECT_EQ(crossings(body, state), 0);
+    // The small one took the large one along.
+    for (std::size_t k = 0; k < state.x.size(); ++k) {
+        if (!is_small(cubes, k)) {
+            EXPECT_LT(state.v[k].y(), -0.01);
+        }
+    }
+}
+
+TEST(SheetContact, StopsWhatComesAtThirtyMetresASecond)
+{
+    // In one step of 1/24 s it would go 1.25 m, 25 cells, and through the other after 8 cells.
+    const Cubes cubes = two_pieces();
+    const ShellBody body = make_shell(cubes, that_touch());
+    Loads loads;
+    loads.pins = held_where(cubes, [](const Vec3i& at) { return at[0] < 6; });
+    State state = one_above(cubes, body, 0.4);
+    for (std::size_t k = 0; k < state.x.size(); ++k) {
+        if (is_small(cubes, k)) state.v[k] = {0, -30, 0};
+    }
+    for (int i = 0; i < 4; ++i) {
+        state = advance(body, state, loads, 1.0 / 24);
+        for (std::size_t k = 0; k < state.x.size(); ++k) {
+            if (is_small(cubes, k)) {
+                EXPECT_GT(state.x[k].y(), 0) << i;
+            }
+        }
+    }
+    EXPECT_EQ(crossings(body, state), 0);
+}
+
+TEST(SheetContact, AnEdgeLiesOnAnEdge)
+{
+    // Two upright sheets at right angles: the lower edge of the one crosses the upper edge of the
+    // other, which is held, in the middle. No point of either comes near a cell of the other.
+    const auto upright = [](int axis, const Vec3& origin) {
+        return geometry::plane_cubes({{0, 0}, {1, 0}, {2, 0}}, {axis, 0.1, origin}, thick,
+                                     {"sheet", 500, 1e7, 0.3, 0, 0});
+    };
+    const Cubes held = upright(2, {0, -0.1, 0}), falls = upright(0, {0.15, 0.01, -0.15});
+    const ShellBody body =
+        make_shell(BodyModels(std::vector<BodyModel>{{&held}, {&falls}}, ModelKind::plane));
+    Loads loads;
+    loads.pins = held_where(held, [](const Vec3i&) { return true; });
+    loads.forces = {weight({0, -g, 0})};
+    State state = rest_state(body);
+    for (int i = 0; i < 6; ++i) state = advance(body, state, loads, 1.0 / 24);
+    double lowest = 1;
+    for (std::size_t k = held.corner_count(); k < state.x.size(); ++k) {
+        lowest = std::min(lowest, state.x[k].y());
+    }
+    EXPECT_NEAR(lowest, thick, 0.1 * thick);  // in free fall it would be at -0.3 m
+}
+
+TEST(SheetContact, SlidesOnASheetAsFrictionLets)
+{
+    // As on a collider: a = g (sin 30 - 0.3 cos 30), and with mu = 0.7 above tan 30 it stays.
+    const double down = g / 2, into = g * std::sqrt(0.75), seconds = 0.25;
+    for (const double friction : {0.3, 0.7}) {
+        const Cubes cubes = two_pieces();
+        const ShellBody body = make_shell(cubes, that_touch(friction));
+        Loads loads;
+        loads.pins = held_where(cubes, [](const Vec3i& at) { return at[0] < 6; });
+        loads.forces = {weight({down, -into, 0})};
+        State state = one_above(cubes, body, thick);
+        const State before = state;
+        for (int i = 0; i < 12; ++i) state = advance(body, state, loads, seconds / 12);
+        const double expected = seconds * std::max(0.0, down - friction * into);
+        double mean = 0;
+        for (std::size_t k = 0; k < state.x.size(); ++k) {
+            if (is_small(cubes, k)) mean += state.v[k].x() / 16;
+        }
+        EXPECT_NEAR(mean, expected, 0.03 * seconds * down) << friction;
+        EXPECT_LT(deepest(state), 0.1 * thick);
+        if (friction > 0.6) {
+            EXPECT_LT(farthest(before, state), 0.1 * thick);
+        }
+    }
+}
+
+TEST(SheetContact, AStripThatFallsOnItsEdgeComesToRestInFolds)
+{
+    // 0.6 m of it, upright and slightly bent, so that it buckles and piles up.
+    constexpr double a = 0.0375;
+    const Cubes cubes = geometry::plane_cubes(geometry::rectangle_cells(16, 2), {1, a, {0, 0, 0}},
+                                              thick, {"strip", 500, 2e5, 0.3, 1, 0.002});
+    const ShellBody body = make_shell(cubes, that_touch());
+    Loads loads;
+    loads.forces = {weight({0, -g, 0})};
+    loads.colliders.resize(1);
+    State state = rest_state(body);
+    for (Vec3& x : state.x) x = {1e-3 * std::sin(3 * x.x()) + 0.002 * x.z(), 0.02 + x.x(), x.z()};
+    State before = state;
+    bool touched = false;
+    for (int i = 0; i < 36; ++i) {
+        before = state;
+        state = advance(body, state, loads, 1.0 / 24, {.substeps = 2});
+        EXPECT_EQ(crossings(body, state), 0) << i;
+        touched |= deepest(state) > 0;
+    }
+    EXPECT_TRUE(touched);
+    EXPECT_LT(farthest(before, state), 1e-3);
+    EXPECT_LT(deepest(state), 0.1 * thick);
+}
+
+TEST(SheetContact, SheetsOfSeveralModelsTouch)
+{
+    // A small sheet of finer cells comes to rest on a large one that is held, half of the one and
+    // half of the other thickness above it. Without contact it falls on.
+    const Cubes large = sheet(4, 4, 0.1, 0.01), small = [&] {
+        Cubes out = sheet(3, 3, 0.04, 0.004);
+        out.origin = {0.13, 0.012, 0.14};
+        return out;
+    }();
+    const BodyModels models(std::vector<BodyModel>{{&large}, {&small}}, ModelKind::plane);
+    const ShellBody body = make_shell(models);
+    Loads loads;
+    loads.pins = held_where(large, [](const Vec3i&) { return true; });
+    loads.forces = {weight({0, -g, 0})};
+    State state = rest_state(body);
+    for (int i = 0; i < 12; ++i) state = advance(body, state, loads, 1.0 / 24);
+    for (std::size_t k = large.corner_count(); k < state.x.size(); ++k) {
+        EXPECT_NEAR(state.x[k].y(), 0.007, 0.1 * 0.007);
+    }
+    ShellOptions off;
+    off.contact.on = false;
+    State fallen = rest_state(body);
+    const ShellBody loose = make_shell(models, off);
+    for (int i = 0; i < 12; ++i) fallen = advance(loose, fallen, loads, 1.0 / 24);
+    EXPECT_LT(fallen.x.back().y(), -0.5);
+}
+
+TEST(SheetContact, GivesTheSameBytesForAnyNumberOfThreads)
+{
+    const Cubes cubes = two_pieces();
+    const ShellBody body = make_shell(cubes, that_touch());
+    const auto run = [&](std::size_t threads) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        State state = one_above(cubes, body, 0.01);
+        Loads loads;
+        loads.forces = {weight({0, -g, 0})};
+        loads.colliders.resize(1);
+        for (int i = 0; i < 4; ++i) state = advance(body, state, loads, 1.0 / 24);
+        return state;
+    };
+    const State one = run(1), two = run(2);
+    EXPECT_EQ(one.x, two.x);
+    EXPECT_EQ(one.v, two.v);
+}
