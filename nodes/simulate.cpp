@@ -1,4 +1,3 @@
-#include "geometry/cubes/plane.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/simulate_options.hpp"
 #include "nodes/wire_types.hpp"
@@ -75,8 +74,6 @@ constexpr const char* no_cubes =
     "expected a link to cubes, found none: link the cubes from Voxelize or Plane";
 constexpr const char* lattice_of_several =
     "method lattice moves one model of cubes: link one, or set method = bricks";
-constexpr const char* shell_of_several =
-    "method shell moves one plane: link one, and simulate others by nodes of their own";
 
 static std::string wrong_surfaces(std::size_t found, std::size_t models)
 {
@@ -103,7 +100,9 @@ static physics::BodyModels models_of(const Inputs& in)
     for (std::size_t i = 0; i < in.cubes.size(); ++i) {
         models.push_back({in.cubes[i].get(), in.surface.empty() ? nullptr : in.surface[i].get()});
     }
-    return physics::BodyModels(models);
+    const bool planes = in.method == Method::shell;
+    return physics::BodyModels(models,
+                               planes ? physics::ModelKind::plane : physics::ModelKind::solid);
 }
 
 static Body build(const Inputs& in)
@@ -112,7 +111,8 @@ static Body build(const Inputs& in)
     const auto numbered = physics::number_models(in.cubes);
     physics::BrickOptions bricks = in.bricks;
     physics::SpringOptions springs = in.springs;
-    bricks.contact = springs.contact = in.contact;
+    physics::ShellOptions shell = in.shell;
+    bricks.contact = springs.contact = shell.contact = in.contact;
     switch (in.method) {
     case Method::bricks:
         return {physics::make_bricks(models, bricks), numbered};
@@ -122,8 +122,7 @@ static Body build(const Inputs& in)
         if (in.cubes.size() > 1) throw std::invalid_argument(lattice_of_several);
         return {physics::make_lattice(models.all(), in.lattice, models.model(0).surface), numbered};
     case Method::shell:
-        if (in.cubes.size() > 1) throw std::invalid_argument(shell_of_several);
-        return {physics::make_shell(models.all(), in.shell, models.model(0).surface), numbered};
+        return {physics::make_shell(models, shell), numbered};
     }
     throw std::logic_error("Simulate: a method without a body");
 }
@@ -152,10 +151,6 @@ static void warn_of_idle(const Inputs& in, const graph::Context& context)
     }
     const auto* const body = std::get_if<physics::LatticeBody>(&in.body->is);
     if (!body) {
-        if (in.contact.on && in.contact.self && geometry::flat_axis(*in.cubes[0]) >= 0) {
-            context.warn("contact.self has no effect, because these cubes are a plane: planes do "
-                         "not collide with themselves");
-        }
         return;
     }
     const auto bounces = [](const auto& collider) { return collider->bounce > 0; };
@@ -203,7 +198,6 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     if (in.method == Method::lattice && models > 1) {
         faults.push_back({"method", lattice_of_several});
     }
-    if (in.method == Method::shell && models > 1) faults.push_back({"method", shell_of_several});
     if (in.method != Method::lattice && setting.links("balls")) {
         faults.push_back({"balls", no_balls});
     }
@@ -409,8 +403,8 @@ static void describe_methods(graph::NodeBuilder<Inputs, Outputs>& node)
                 "a mass-spring lattice with the material's stretch stiffness and Poisson's ratio "
                 "1/4. lattice: shape matching, the fastest; it never diverges, but is for looks. "
                 "Of the block step it uses substeps only. shell: a thin sheet that follows the "
-                "material, for cloth, paper and sheet metal; the cubes are a plane (node Plane), "
-                "which does not collide with itself. The mass of bricks is spread over each cube; "
+                "material, for cloth, paper and sheet metal; the cubes are a plane (node Plane). "
+                "The mass of bricks is spread over each cube; "
                 "the others put an eighth at each corner, so that a bar one cube thick resists "
                 "turning about its length three times as much as it should.")
         .block("bricks", &Inputs::bricks, describe_bricks, "Options of the finite elements.",
@@ -422,8 +416,8 @@ static void describe_methods(graph::NodeBuilder<Inputs, Outputs>& node)
         .block("shell", &Inputs::shell, describe_shell, "Options of the thin shell.",
                {"method", {"shell"}})
         .block("contact", &Inputs::contact, describe_part_contact,
-               "Contact between parts of the model that no cubes link.",
-               {"method", {"bricks", "springs"}});
+               "Contact between parts of the model that no cubes link, and of sheets.",
+               {"method", {"bricks", "springs", "shell"}});
 }
 
 void add_to(graph::Registry& registry)
@@ -434,7 +428,7 @@ void add_to(graph::Registry& registry)
                   "deformable"})
         .inputs("cubes", &Inputs::cubes,
                 "The model at rest, with its materials. Several models are simulated together, as "
-                "bodies that touch (methods bricks and springs): they may have cubes of different "
+                "bodies that touch (not with method lattice): they may have cubes of different "
                 "sizes. Embed, Measure, Pin and Render take the part of each from the one state "
                 "by the cubes that they are linked to.",
                 graph::Need::required)
