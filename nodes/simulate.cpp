@@ -437,11 +437,12 @@ void add_to(graph::Registry& registry)
         .inputs("colliders", &Inputs::colliders, "Obstacles that the body cannot enter.")
         .inputs("balls", &Inputs::balls,
                 "Rigid balls that move with the body and push back (method lattice only).")
-        .inputs("surface", &Inputs::surface,
-                "The original mesh at rest. Contact and wind act on it, embedded in the cubes; "
-                "without it they act on the outside of the cubes. Bodies touch each other at its "
-                "closed pieces. Around pieces that are open, they touch at the outside of the "
-                "cubes. With several `cubes`, the mesh of each in the same order, or none.")
+        .inputs(
+            "surface", &Inputs::surface,
+            "The original mesh at rest. Contact and wind act on it, embedded in the cubes; "
+            "without it they act on the outside of the cubes. Bodies of bricks and springs touch "
+            "each other at its closed pieces, and around open ones at the outside of the "
+            "cubes. With several `cubes`, the mesh of each in the same order, or none.")
         .check(check)
         .input("start", &Inputs::start, "Initial state. Without it the cubes start at rest.",
                graph::Need::optional);

@@ -250,6 +250,7 @@ bool renew(std::vector<PlaneTouch>& touches, const std::vector<PlaneTouch>& foun
         out.back().stiffness =
             firmness * std::max(old->stiffness / old->firmness, touch.stiffness / touch.firmness);
         out.back().firmness = firmness;
+        out.back().at_rest = std::max(old->at_rest, touch.at_rest);
         out.back().slack = std::max(old->slack, touch.slack);
         changed |= other && std::min(now, before) < -much;
         ++old;

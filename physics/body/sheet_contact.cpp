@@ -235,6 +235,7 @@ void meet(const SheetScene& scene, const MayMeet& pair, std::vector<PlaneTouch>&
     touch.offset = -thickness;
     touch.size = thickness;
     touch.stiffness = stopping(stiffness, mass, way, scene.step.dt, thickness);
+    touch.at_rest = stopping(stiffness, mass, 0, scene.step.dt, thickness);
     touch.friction = scene.cells.friction;
     touch.bounce = scene.cells.bounce;
 }
