@@ -62,8 +62,9 @@ struct Stage {
     double share = 0;  // of the frame that has gone by at the end of the stage
     int halvings = 0;  // of the step that was asked for
 
-    Aligned<double> x0, v0;          // at its start
-    bool turns_start = false;        // x0 and v0 are moved on as well (free_parts.hpp)
+    Aligned<double> began;           // m: where it starts from
+    Aligned<double> x0, v0;          // the same and how fast, as its equations have them
+    bool turns_start = false;        // x0 and v0 are moved on (free_parts.hpp)
     Aligned<double> base;            // m/s: b; empty: 0
     Aligned<double> w, x;            // at its end, as guessed
     Aligned<double> wind, drag;      // N, N s/m: f_wind, drag

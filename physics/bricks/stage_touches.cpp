@@ -109,7 +109,7 @@ std::vector<PlaneTouch> look_at_sheets(Stage& stage, const Aligned<double>& x,
 {
     stage.sheets_at = x;
     auto found = find_sheet_touches(stage.frame.body,
-                                    {stage.x0.data(), x.data(), stage.tau, stage.grips}, known);
+                                    {stage.began.data(), x.data(), stage.tau, stage.grips}, known);
     take_grips(found, stage.grips);
     return found;
 }
@@ -168,7 +168,7 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     const Loads& loads = frame.loads;
     stage.tau = tau;
     stage.share = share;
-    stage.x0 = x0, stage.v0 = v0;
+    stage.began = stage.x0 = x0, stage.v0 = v0;
     if (stage.elasticity.targets_move()) {
         stage.elasticity.at_share(share);
         stage.linear_at.clear();

@@ -160,6 +160,46 @@ TEST(SheetContact, StopsWhatComesAtThirtyMetresASecond)
     EXPECT_EQ(crossings(body, state), 0);
 }
 
+TEST(SheetContact, ACardThatSpinsBesideASheetStaysOnItsSide)
+{
+    // Its rim, 0.15 m from its middle, is 1 cm before the sheet. At 10 rad/s and 1/24 s a step, the
+    // stage of a free spin starts sqrt(1 + (10 / 24)^2) times as far out: 2.5 mm behind the sheet.
+    const Cubes card =
+        geometry::plane_cubes(geometry::rectangle_cells(6, 6), {1, cell, {-0.15, 0, -0.15}}, thick,
+                              {"card", 500, 1e8, 0.3, 0, 0});
+    const Cubes held =
+        geometry::plane_cubes(geometry::rectangle_cells(8, 8), {0, cell, {0.16, -0.21, -0.19}},
+                              thick, {"sheet", 500, 1e8, 0.3, 0, 0});
+    const ShellBody body =
+        make_shell(BodyModels(std::vector<BodyModel>{{&card}, {&held}}, ModelKind::plane));
+    State state = rest_state(body);
+    Loads loads;
+    for (auto k = static_cast<std::uint32_t>(card.corner_count()); k < state.x.size(); ++k) {
+        loads.pins.corner.push_back(k), loads.pins.target.push_back(state.x[k]);
+    }
+    for (std::size_t k = 0; k < card.corner_count(); ++k) {
+        state.v[k] = Vec3(0, 0, 10).cross(state.x[k]) + Vec3(0.05, 0, 0);
+    }
+    // It touches nothing in the first step.
+    const ShellBody apart =
+        make_shell(BodyModels(std::vector<BodyModel>{{&card}, {&held}}, ModelKind::plane), [] {
+            ShellOptions out;
+            out.contact.on = false;
+            return out;
+        }());
+    EXPECT_LT(
+        farthest(advance(body, state, loads, 1.0 / 24), advance(apart, state, loads, 1.0 / 24)),
+        1e-9);
+    bool met = false;
+    for (int i = 0; i < 12; ++i) {
+        state = advance(body, state, loads, 1.0 / 24);
+        met |= deepest(state) > 0;
+        EXPECT_EQ(crossings(body, state), 0) << i;
+        for (std::size_t k = 0; k < card.corner_count(); ++k) EXPECT_LT(state.x[k].x(), 0.16) << i;
+    }
+    EXPECT_TRUE(met);
+}
+
 TEST(SheetContact, AnEdgeLiesOnAnEdge)
 {
     // Two upright sheets at right angles: the lower edge of the one crosses the upper edge of the
