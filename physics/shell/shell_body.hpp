@@ -40,7 +40,7 @@ class DissectionCache;
 struct ShellOptions {
     double stretch = 1;
     double bend = 1;
-    PartContactOptions contact;
+    PartContactOptions contact{};
 };
 
 // A point and its neighbours; no_index where it has none.

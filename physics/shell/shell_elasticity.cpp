@@ -208,14 +208,16 @@ double ShellElasticity::bend_energy(std::uint32_t k, const double* x) const
 
 double ShellElasticity::largest_rate(const double* w) const
 {
-    double most_sq = 0;
+    double most = 0;
     for (const auto& k : body_.cell) {
         const Vec3 at[4] = {place_at(w, k[0]), place_at(w, k[1]), place_at(w, k[2]),
                             place_at(w, k[3])};
-        most_sq = std::max({most_sq, (at[1] - at[0]).squaredNorm(), (at[2] - at[0]).squaredNorm(),
-                            (at[3] - at[1]).squaredNorm(), (at[3] - at[2]).squaredNorm()});
+        const double most_sq =
+            std::max({(at[1] - at[0]).squaredNorm(), (at[2] - at[0]).squaredNorm(),
+                      (at[3] - at[1]).squaredNorm(), (at[3] - at[2]).squaredNorm()});
+        most = std::max(most, std::sqrt(most_sq) / body_.base.edge_at(k[0]));
     }
-    return std::sqrt(most_sq) / body_.base.h;
+    return most;
 }
 
 void ShellElasticity::weigh(double stiffness, double damping)

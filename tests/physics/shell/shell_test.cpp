@@ -47,6 +47,20 @@ void shake(State& state, double by, std::uint64_t seed)
 
 }  // namespace
 
+TEST(Shell, TellsTheRateOfEachSheetByItsOwnCells)
+{
+    // v = 3 x / s stretches every sheet at 3 / s, however wide its cells are.
+    const Cubes coarse = sheet(2, 2, 0.1, 0.01), fine = sheet(2, 2, 0.02, 0.002);
+    for (const auto& models :
+         {std::vector<BodyModel>{{&coarse}, {&fine}}, {{&coarse}}, {{&fine}}}) {
+        const ShellBody body = make_shell(BodyModels(models, ModelKind::plane));
+        std::vector<Vec3> v;
+        for (const Vec3& x : rest_state(body).x) v.emplace_back(3 * x.x(), 0, 0);
+        const ShellElasticity elasticity(body, {});
+        EXPECT_NEAR(elasticity.largest_rate(by_slot(body.base, v).data()), 3, 1e-12);
+    }
+}
+
 TEST(Shell, ItsForcesAndTheirDerivativeAreThoseOfItsEnergy)
 {
     for (const int axis : {0, 1, 2}) {
