@@ -148,15 +148,15 @@ double moved_against_each_other(const Stage& stage)
 // as long as rounds are not wary.
 bool find_sheets(Stage& stage, Known known)
 {
-    constexpr double much = 0.05;  // thicknesses
     const SheetCells& cells = *stage.frame.body.sheets;
+    const auto& thick = cells.thickness;
+    const double much = 0.05 * double(*std::min_element(thick.begin(), thick.end()));
     if (!(moved_against_each_other(stage) > 0.5 * (cells.reach - cells.thickest))) return false;
     if (stage.wary || known == Known::kept) {
         return add_found(stage.touches, look_at_sheets(stage, stage.x, stage.touches),
-                         stage.x.data(), much * cells.thickest);
+                         stage.x.data(), much);
     }
-    return renew(stage.touches, look_at_sheets(stage, stage.x, {}), stage.x.data(),
-                 much * cells.thickest);
+    return renew(stage.touches, look_at_sheets(stage, stage.x, {}), stage.x.data(), much);
 }
 
 }  // namespace
