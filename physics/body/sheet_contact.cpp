@@ -101,14 +101,26 @@ SheetScene scene_of(const CornerBody& body, const SheetStep& step,
     return out;
 }
 
+bool are_one_part(const CornerBody& body, std::uint32_t a, std::uint32_t b)
+{
+    const auto part = [&](std::uint32_t c) { return body.part_of(body.sheets->cell[c][0]); };
+    return part(a) == part(b);
+}
+
+// Whether two cells are of one sheet, and near to each other along it.
+bool are_beside(const CornerBody& body, std::uint32_t a, std::uint32_t b)
+{
+    constexpr int near = 2;
+    if (!are_one_part(body, a, b)) return false;
+    const auto& place = body.sheets->place;
+    return (place[a] - place[b]).cwiseAbs().maxCoeff() <= near;
+}
+
 // Whether two cells are so near to each other along the sheet, and so even, that they cannot meet.
 bool are_one_surface(const SheetScene& scene, std::uint32_t a, std::uint32_t b)
 {
-    constexpr int near = 2;
     constexpr double even = 0.3;  // cosine
-    const SheetCells& cells = scene.cells;
-    if (cells.model[a] != cells.model[b]) return false;
-    if ((cells.place[a] - cells.place[b]).cwiseAbs().maxCoeff() > near) return false;
+    if (!are_beside(scene.body, a, b)) return false;
     const auto alike = [&](const std::vector<Vec3>& n) {
         return n[a].dot(n[b]) > even * n[a].norm() * n[b].norm();
     };
@@ -127,7 +139,7 @@ struct MayMeet {
     Four kind;
     std::array<std::uint32_t, 4> corner;
     std::uint32_t point, other;
-    bool one;  // they are of one model
+    bool one;  // they are of one part
 };
 
 // Whether they lie within `far` (m) at rest, where sheets are flat.
@@ -244,7 +256,7 @@ void meet_points(const SheetScene& scene, std::uint32_t a, std::uint32_t b,
                  std::vector<PlaneTouch>& out)
 {
     const SheetCells& cells = scene.cells;
-    const bool one = cells.model[a] == cells.model[b];
+    const bool one = are_one_part(scene.body, a, b);
     for (auto i = cells.point_at[a]; i < cells.point_at[a + 1]; ++i) {
         const std::uint32_t p = cells.point[i];
         if (!scene.point[p].overlaps(scene.cell[b])) continue;
@@ -260,7 +272,7 @@ void meet_edges(const SheetScene& scene, std::uint32_t a, std::uint32_t b,
                 std::vector<PlaneTouch>& out)
 {
     const SheetCells& cells = scene.cells;
-    const bool one = cells.model[a] == cells.model[b];
+    const bool one = are_one_part(scene.body, a, b);
     const auto points = static_cast<std::uint32_t>(scene.body.corners);
     for (auto i = cells.edge_at[a]; i < cells.edge_at[a + 1]; ++i) {
         if (!scene.edge[i].overlaps(scene.cell[b])) continue;

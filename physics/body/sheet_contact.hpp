@@ -16,8 +16,10 @@
 // other, and by where they stand at the end. What has been pressed through by a fast motion is
 // therefore pushed back to where it came from.
 //
-// Points that lie within twice the thickness at rest, or share a triangle, do not touch; nor do
-// cells within two of each other that face the same way.
+// Points of one part that lie within twice the thickness at rest, or share a triangle, do not
+// touch; nor do its cells within two of each other that face the same way.
+// Points that come to a rim from the side, in the plane of the sheet, meet no triangle: sheets that
+// lie in one plane and meet rim to rim are not kept apart.
 
 #include "physics/body/corner_body.hpp"
 #include "physics/body/plane_touch.hpp"

@@ -249,6 +249,28 @@ TEST(SheetContact, SlidesOnASheetAsFrictionLets)
     }
 }
 
+TEST(SheetContact, PiecesTouchWhereTheyAreNeighboursOnTheGrid)
+{
+    // Two pieces of one column each, a column apart: one falls on the other, which is held.
+    const Cubes cubes =
+        geometry::plane_cubes({{0, 0}, {0, 1}, {0, 2}, {2, 0}, {2, 1}, {2, 2}},
+                              {1, cell, {0, 0, 0}}, thick, {"sheet", 500, 1e7, 0.3, 0, 0});
+    const ShellBody body = make_shell(cubes, that_touch());
+    Loads loads;
+    loads.pins = held_where(cubes, [](const Vec3i& at) { return at[0] < 2; });
+    loads.forces = {weight({0, -g, 0})};
+    State state = rest_state(body);
+    for (std::size_t k = 0; k < state.x.size(); ++k) {
+        if (cubes.corner[k].x() >= 2) state.x[k] += Vec3(-2.01 * cell, 2 * thick, 0);
+    }
+    for (int i = 0; i < 6; ++i) state = advance(body, state, loads, 1.0 / 24);
+    for (std::size_t k = 0; k < state.x.size(); ++k) {
+        if (cubes.corner[k].x() >= 2) {
+            EXPECT_NEAR(state.x[k].y(), thick, 0.1 * thick);  // in free fall at -0.3 m
+        }
+    }
+}
+
 TEST(SheetContact, AStripThatFallsOnItsEdgeComesToRestInFolds)
 {
     // 0.6 m of it, upright and slightly bent, so that it buckles and piles up.
