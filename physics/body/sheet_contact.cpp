@@ -2,6 +2,7 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/parallel.hpp"
+#include "geometry/base/stop.hpp"
 #include "physics/body/four_points.hpp"
 
 #include <algorithm>
@@ -31,7 +32,8 @@ struct SheetScene {
     const SheetCells& cells;
     const SheetStep& step;
     const std::vector<PlaneTouch>& known;
-    // Along the way, with half of the reach around them: of K, 2 C, all edges and C.
+    // Along the way that is not common to all, with half of the reach around them: of K, 2 C, all
+    // edges and C.
     std::vector<Box3f> point, triangle, edge, cell;
     std::vector<Vec3> before, after;  // C, across the cells at both ends of the step
     BoxTree tree;
@@ -76,14 +78,25 @@ BoxTree fitted(const BoxTree& tree, const std::vector<Box3f>& boxes)
     return out;
 }
 
+// How far all corners go together, m.
+Vec3 mean_way(const CornerBody& body, const SheetStep& step)
+{
+    Vec3 sum = Vec3::Zero();
+    for (std::uint32_t k = 0; k < body.corners; ++k) {
+        sum += place_at(step.x1, k) - place_at(step.x0, k);
+    }
+    return sum / static_cast<double>(body.corners);
+}
+
 SheetScene scene_of(const CornerBody& body, const SheetStep& step,
                     const std::vector<PlaneTouch>& known)
 {
     const SheetCells& cells = *body.sheets;
     SheetScene out{body, cells, step, known, {}, {}, {}, {}, {}, {}, {}};
     out.point.resize(body.corners);
+    const Vec3 together = mean_way(body, step);
     for (std::uint32_t k = 0; k < body.corners; ++k) {
-        const Vec3 a = place_at(step.x0, k), b = place_at(step.x1, k);
+        const Vec3 a = place_at(step.x0, k), b = place_at(step.x1, k) - together;
         // Wider by more than what single precision rounds.
         const double far = std::max(a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff());
         const Vec3 margin = Vec3::Constant(0.5 * cells.reach + 1e-6 * far);
@@ -227,6 +240,7 @@ void meet(const SheetScene& scene, const MayMeet& pair, std::vector<PlaneTouch>&
     for (std::size_t i = 0; i < first; ++i) {
         if (std::find(k.begin() + std::ptrdiff_t(first), k.end(), k[i]) != k.end()) return;
     }
+    if (is_known(scene, pair)) return;
     const auto stand = kept_apart(scene, pair);
     if (!stand) return;
     double thickness = 0, stiffness = 0, mass = 0, way = 0;
@@ -239,7 +253,6 @@ void meet(const SheetScene& scene, const MayMeet& pair, std::vector<PlaneTouch>&
     }
     if (stand->distance > scene.cells.reach) return;
     if (pair.one && are_near_at_rest(scene, pair, 2 * thickness)) return;
-    if (is_known(scene, pair)) return;
     PlaneTouch& touch = out.emplace_back();
     set_corners(pair, *stand, touch);
     touch.point = pair.point, touch.other = pair.other;
@@ -293,7 +306,7 @@ std::vector<PlaneTouch> find_sheet_touches(const CornerBody& body, const SheetSt
     const SheetCells& cells = scene.cells;
     const std::size_t count = cells.cell.size();
     std::vector<std::vector<PlaneTouch>> found((count + cells_a_task - 1) / cells_a_task);
-    geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
+    const auto search = [&](std::size_t begin, std::size_t end) {
         std::vector<std::uint32_t> near;
         for (std::size_t g = begin; g < end; ++g) {
             const std::size_t last = std::min(count, (g + 1) * cells_a_task);
@@ -311,7 +324,8 @@ std::vector<PlaneTouch> find_sheet_touches(const CornerBody& body, const SheetSt
                 }
             }
         }
-    });
+    };
+    geometry::parallel_for(found.size(), 1, geometry::stoppable(search));
     return put_in_order(found);
 }
 

@@ -271,6 +271,27 @@ TEST(SheetContact, PiecesTouchWhereTheyAreNeighboursOnTheGrid)
     }
 }
 
+TEST(SheetContact, WhatAllPointsHaveInCommonBringsNothingNearer)
+{
+    const Cubes cubes = two_pieces();
+    const ShellBody body = make_shell(cubes, that_touch());
+    const auto x0 = by_slot(body.base, one_above(cubes, body, 2 * thick).x);
+    const auto touches = [&](const Vec3& way) {
+        Aligned<double> x1 = x0;
+        for (std::size_t k = 0; k < body.base.corners; ++k) {
+            Eigen::Map<Vec3>(x1.data() + 4 * k) += way;
+        }
+        std::vector<std::pair<std::uint32_t, std::uint32_t>> out;
+        for (const auto& t : find_sheet_touches(body.base, {x0.data(), x1.data(), 0.04, {}}, {})) {
+            out.emplace_back(t.point, t.other);
+        }
+        return out;
+    };
+    const auto still = touches({0, 0, 0});
+    EXPECT_GT(still.size(), 16u);  // each point of the small one, and edges
+    EXPECT_EQ(touches({0.5, -1, 0.25}), still);
+}
+
 TEST(SheetContact, AStripThatFallsOnItsEdgeComesToRestInFolds)
 {
     // 0.6 m of it, upright and slightly bent, so that it buckles and piles up.
