@@ -140,6 +140,31 @@ bool are_one_surface(const SheetScene& scene, std::uint32_t a, std::uint32_t b)
     return alike(scene.before) && alike(scene.after);
 }
 
+// Of which cell a triangle is, or an edge: what `other` of a touch of such a point numbers.
+std::uint32_t cell_of(const CornerBody& body, std::uint32_t point, std::uint32_t other)
+{
+    if (point < body.corners) return other / 2;
+    const auto& first = body.sheets->edge_at;
+    const auto next = std::upper_bound(first.begin(), first.end(), other);
+    return static_cast<std::uint32_t>(next - first.begin()) - 1;
+}
+
+// The deepest grip of a point on cells beside the one of `other` that pass a test; null: none.
+template <class Test>
+const Grip* deepest_beside(const CornerBody& body, const std::vector<Grip>& grips,
+                           std::uint32_t point, std::uint32_t other, const Test& passes)
+{
+    const std::uint32_t cell = cell_of(body, point, other);
+    const auto before = [](const Grip& grip, std::uint32_t p) { return grip.point < p; };
+    const Grip* out = nullptr;
+    for (auto grip = std::lower_bound(grips.begin(), grips.end(), point, before);
+         grip != grips.end() && grip->point == point; ++grip) {
+        if (out && !(grip->depth > out->depth)) continue;
+        if (passes(*grip, cell_of(body, point, grip->other), cell)) out = &*grip;
+    }
+    return out;
+}
+
 double segment_distance_sq(const Vec3& p, const Vec3& a, const Vec3& b)
 {
     const Vec3 side = b - a;
@@ -185,6 +210,16 @@ Stand turned_to(Stand stand, const Vec3& way)
     return stand;
 }
 
+// Where its point has slid from. That of an edge does not tell the side: where edges cross other
+// ones, their normals turn about.
+const Grip* grip_beside(const SheetScene& scene, const MayMeet& pair)
+{
+    return deepest_beside(scene.body, scene.step.grips, pair.point, pair.other,
+                          [&](const Grip&, std::uint32_t a, std::uint32_t b) {
+                              return are_one_surface(scene, a, b);
+                          });
+}
+
 // How they stand, with the normal out of the side that is to be kept.
 std::optional<Stand> kept_apart(const SheetScene& scene, const MayMeet& pair)
 {
@@ -195,8 +230,9 @@ std::optional<Stand> kept_apart(const SheetScene& scene, const MayMeet& pair)
         b[i] = place_at(scene.step.x1, pair.corner[i]);
     }
     const auto start = stand_of(pair.kind, a), end = stand_of(pair.kind, b);
-    const Grip* const grip = find_grip(scene.step.grips, pair.point, pair.other);
+    const Grip* grip = find_grip(scene.step.grips, pair.point, pair.other);
     if (!start && !end && grip) return std::nullopt;
+    if (!grip && pair.kind == Four::point && (start || end)) grip = grip_beside(scene, pair);
     if (grip) {
         const Stand& stand = end ? *end : *start;
         const Vec3 side = grip->normal.cast<double>();
@@ -298,6 +334,16 @@ void meet_edges(const SheetScene& scene, std::uint32_t a, std::uint32_t b,
 }
 
 }  // namespace
+
+const Grip* grip_beside(const CornerBody& body, const std::vector<Grip>& grips,
+                        const PlaneTouch& touch)
+{
+    return deepest_beside(body, grips, touch.point, touch.other,
+                          [&](const Grip& grip, std::uint32_t a, std::uint32_t b) {
+                              return are_beside(body, a, b) &&
+                                     grip.normal.cast<double>().dot(touch.normal) > same_normal;
+                          });
+}
 
 std::vector<PlaneTouch> find_sheet_touches(const CornerBody& body, const SheetStep& step,
                                            const std::vector<PlaneTouch>& known)

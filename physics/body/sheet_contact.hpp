@@ -12,9 +12,9 @@
 //     -> how they stand at the start, at the end, or where they meet on the way -> plane
 //
 // Which side is kept apart from which is told, in this order, by the grip that the step before
-// left, by where they stand at the start when they are near, by the way that they come through each
-// other, and by where they stand at the end. What has been pressed through by a fast motion is
-// therefore pushed back to where it came from.
+// left there or beside it in the same sheet, by where they stand at the start when they are near,
+// by the way that they come through each other, and by where they stand at the end. What has been
+// pressed through by a fast motion is therefore pushed back to where it came from.
 //
 // Points of one part that lie within twice the thickness at rest, or share a triangle, do not
 // touch; nor do its cells within two of each other that face the same way.
@@ -36,6 +36,11 @@ struct SheetStep {
     double dt = 0;                   // s
     const std::vector<Grip>& grips;  // that it began with
 };
+
+// The deepest grip of the point of a touch beside what it touches: within two cells in the same
+// sheet, with a normal within 60 degrees. Null where there is none.
+const Grip* grip_beside(const CornerBody& body, const std::vector<Grip>& grips,
+                        const PlaneTouch& touch);
 
 // The planes of all that meets or comes near, in_order(), without those that are `known`. `body`
 // has sheets.

@@ -114,7 +114,7 @@ std::vector<PlaneTouch> look_at_sheets(Stage& stage, const Aligned<double>& x,
     return found;
 }
 
-// What starts within the thickness of a sheet is not thrown out.
+// What starts within the thickness of a sheet is not thrown out, unless it slid there.
 void start_sheets(Stage& stage)
 {
     Aligned<double> ahead = stage.x0;
@@ -122,7 +122,9 @@ void start_sheets(Stage& stage)
     stage.touches = look_at_sheets(stage, ahead, {});
     for (PlaneTouch& touch : stage.touches) {
         const double deep = -touch.gap(stage.x0.data());
-        if (deep > 0 && !find_grip(stage.grips, touch.point, touch.other)) touch.slack = deep;
+        if (!(deep > 0) || find_grip(stage.grips, touch.point, touch.other)) continue;
+        const Grip* const beside = grip_beside(stage.frame.body, stage.grips, touch);
+        touch.slack = std::min(deep, beside ? double(beside->slack) : touch.size);
     }
 }
 

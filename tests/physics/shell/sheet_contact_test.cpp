@@ -249,6 +249,31 @@ TEST(SheetContact, SlidesOnASheetAsFrictionLets)
     }
 }
 
+TEST(SheetContact, StaysUpWhileItSlidesFromCellToCell)
+{
+    // At 240 steps a second, over cells of 0.0125 m at 1 to 2 m/s: each point crosses a side of a
+    // triangle every other step, and must not sink in at each. With twenty times its weight on it
+    // it becomes firmer from a twentieth of the thickness on.
+    constexpr double a = 0.0125;
+    const Cubes large = sheet(40, 5, a, thick), small = [&] {
+        Cubes out = sheet(3, 2, a, thick);
+        out.origin = {0.01, thick, 0.02};
+        return out;
+    }();
+    const ShellBody body = make_shell(
+        BodyModels(std::vector<BodyModel>{{&large}, {&small}}, ModelKind::plane), that_touch(0));
+    Loads loads;
+    loads.pins = held_where(large, [](const Vec3i&) { return true; });
+    loads.forces = {weight({0, -20 * g, 0})};
+    State state = rest_state(body);
+    for (std::size_t k = large.corner_count(); k < state.x.size(); ++k) state.v[k] = {1.8, 0, 0.03};
+    for (int i = 0; i < 48; ++i) {
+        state = advance(body, state, loads, 1.0 / 240);
+        EXPECT_LT(deepest(state), 0.08 * thick) << i;
+    }
+    EXPECT_GT(state.x[large.corner_count()].x(), 0.36);
+}
+
 TEST(SheetContact, PiecesTouchWhereTheyAreNeighboursOnTheGrid)
 {
     // Two pieces of one column each, a column apart: one falls on the other, which is held.
