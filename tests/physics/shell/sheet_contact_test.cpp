@@ -84,12 +84,12 @@ Vec3 moment_of(const ShellBody& body, const State& state)
     return out;
 }
 
-// Two sheets of 5 by 5 and 3 by 3 cells of one plane, the small one `above` the middle of the
-// large one and turned, so that no edges are parallel.
+// Two sheets of one plane, the small one of 3 by 3 cells `above` the middle of the large one, which
+// has 5 by 5 or more, and turned, so that no edges are parallel.
 constexpr double cell = 0.05, thick = 0.004;
-Cubes two_pieces()
+Cubes two_pieces(int large = 5)
 {
-    auto cells = geometry::rectangle_cells(5, 5);
+    auto cells = geometry::rectangle_cells(large, large);
     for (const auto& [i, j] : geometry::rectangle_cells(3, 3)) cells.push_back({i + 20, j});
     return geometry::plane_cubes(cells, {1, cell, {0, 0, 0}}, thick,
                                  {"sheet", 500, 1e7, 0.3, 0, 0});
@@ -317,6 +317,49 @@ TEST(SheetContact, WhatAllPointsHaveInCommonBringsNothingNearer)
     EXPECT_EQ(touches({0.5, -1, 0.25}), still);
 }
 
+TEST(SheetContact, SheetsOfDifferentCellsMoveAsEachDoesAlone)
+{
+    // Far apart, each pinned along a row, they have nothing in common but the steps.
+    const Cubes coarse = sheet(3, 3, 0.1, 0.01), fine = [] {
+        Cubes out = sheet(4, 4, 0.02, 0.002);
+        out.origin = {5, 0, 0};
+        return out;
+    }();
+    const std::array<const Cubes*, 2> each{&coarse, &fine};
+    const auto start = [](const ShellBody& body) {
+        State out = rest_state(body);
+        for (std::size_t k = 0; k < out.x.size(); ++k) out.v[k] = {0, 0.3, 0};
+        return out;
+    };
+    const auto run = [&](const ShellBody& body, const Pins& pins) {
+        Loads loads;
+        loads.pins = pins;
+        loads.forces = {weight({0, -g, 0})};
+        State state = start(body);
+        const StepOptions exact{.newton_iterations = 40, .tolerance = 1e-10};
+        for (int i = 0; i < 6; ++i) state = advance(body, state, loads, 1.0 / 24, exact);
+        return state;
+    };
+    const ShellBody both =
+        make_shell(BodyModels(std::vector<BodyModel>{{&coarse}, {&fine}}, ModelKind::plane));
+    const auto row = [](const Vec3i& at) { return at[0] == 0; };
+    std::array<Pins, 2> pins{held_where(coarse, row), held_where(fine, row)};
+    Pins all = pins[0];
+    for (std::size_t p = 0; p < pins[1].corner.size(); ++p) {
+        all.corner.push_back(pins[1].corner[p] + static_cast<std::uint32_t>(coarse.corner_count()));
+        all.target.push_back(pins[1].target[p]);
+    }
+    const State together = run(both, all);
+    std::size_t first = 0;
+    for (std::size_t m = 0; m < 2; ++m) {
+        const State alone = run(make_shell(*each[m]), pins[m]);
+        for (std::size_t k = 0; k < alone.x.size(); ++k) {
+            EXPECT_LT((together.x[first + k] - alone.x[k]).norm(), 1e-6 * each[m]->size) << m;
+        }
+        first += alone.x.size();
+    }
+}
+
 TEST(SheetContact, AStripThatFallsOnItsEdgeComesToRestInFolds)
 {
     // 0.6 m of it, upright and slightly bent, so that it buckles and piles up.
@@ -371,15 +414,15 @@ TEST(SheetContact, SheetsOfSeveralModelsTouch)
 
 TEST(SheetContact, GivesTheSameBytesForAnyNumberOfThreads)
 {
-    const Cubes cubes = two_pieces();
+    const Cubes cubes = two_pieces(18);  // 333 cells: several tasks
     const ShellBody body = make_shell(cubes, that_touch());
     const auto run = [&](std::size_t threads) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        State state = one_above(cubes, body, 0.01);
+        State state = one_above(cubes, body, 0.005);
         Loads loads;
         loads.forces = {weight({0, -g, 0})};
         loads.colliders.resize(1);
-        for (int i = 0; i < 4; ++i) state = advance(body, state, loads, 1.0 / 24);
+        for (int i = 0; i < 2; ++i) state = advance(body, state, loads, 1.0 / 24);
         return state;
     };
     const State one = run(1), two = run(2);
