@@ -73,7 +73,8 @@ struct Outputs {
 constexpr const char* no_cubes =
     "expected a link to cubes, found none: link the cubes from Voxelize or Plane";
 constexpr const char* lattice_of_several =
-    "method lattice moves one model of cubes: link one, or set method = bricks";
+    "method lattice moves one model of cubes: link one, or set method = bricks "
+    "(shell for planes)";
 
 static std::string wrong_surfaces(std::size_t found, std::size_t models)
 {

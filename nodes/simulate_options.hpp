@@ -71,7 +71,7 @@ inline void describe_part_contact(graph::ParamsOf<physics::PartContactOptions>& 
          "not, and a warning says where. "
          "With method = shell: whether the sheets of several `cubes` collide with each other. They "
          "keep half of their thickness on either side of what is drawn, and what comes fast does "
-         "not pass through.")
+         "not pass through. Sheets that lie in one plane and meet rim to rim are not kept apart.")
         .param(
             "self", &PartContactOptions::self,
             "Whether each part also collides with itself where it folds. Cubes less than three "

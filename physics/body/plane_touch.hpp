@@ -2,10 +2,10 @@
 
 // Points of a body's surface that touch something, while one time step is solved.
 //
-// A point that a search finds in another part (part_contact.hpp) or in a collider
-// (collider_contact.hpp), or before it, is kept behind a plane for the rest of the step: with the
-// weights w of the point and of the place that it was found at, the normal n and the depth as they
-// were there,
+// A point that a search finds in another part (part_contact.hpp), in a sheet
+// (sheet_contact.hpp) or in a collider (collider_contact.hpp), or before it, is kept behind a plane
+// for the rest of the step: with the weights w of the point and of the place that it was found at,
+// the normal n and the depth as they were there,
 //   g(x) = g0 + n . sum w_a x_a
 // is its signed distance wherever the corners go. The forces of such points are the slope of a
 // convex function of x but for friction, so that rounds of Newton's method converge; a set that is
@@ -56,7 +56,7 @@ struct PlaneTouch {
     std::array<std::uint32_t, PointContact::most> corners{};  // slots, as in PointContact
     std::array<float, PointContact::most> weight{};
     std::uint32_t count = PointContact::most;  // of corners: 8 where what it touches has none
-    std::uint32_t point = 0, other = 0;        // what it touches: a part of the body, or a collider
+    std::uint32_t point = 0, other = 0;        // what it touches: part, collider, triangle, edge
     Vec3 normal = Vec3::UnitY();               // unit, out of that
     Vec3 drift = Vec3::Zero();                 // m/s, of that, where it has no corners
     double offset = 0;                         // m, g0
@@ -67,7 +67,7 @@ struct PlaneTouch {
     double rebound = 0;                        // m, gap that it is pushed to
     Vec3 stretch = Vec3::Zero();               // m, s0
     double firmness = 1;                       // factor that `stiffness` contains
-    double size = 0;                           // m, of the smaller cubes of the two
+    double size = 0;                           // m, of the smaller cubes, or the thickness
     double slack = 0;                          // m, how deep it may be without a push
     double began = 0;                          // m, how deep it was when the step began
     double load = -1;  // N, that it yields at a share of; below 0: as it is pushed
@@ -108,9 +108,9 @@ std::vector<PointContact> press(const std::vector<PlaneTouch>& touches, const do
 // then the slope of a convex function altogether.
 void hold_loads(std::vector<PlaneTouch>& touches, const double* x);
 
-// Makes those stiffer that press at `before` and are deeper than `deep` (cubes) at x, with the
-// energy that they had at x0, where the step began. Those that bounce stay as they are. Returns
-// whether any changed.
+// Makes those stiffer that press at `before` and are deeper than `deep` (sizes of the touch) at x,
+// with the energy that they had at x0, where the step began. Those that bounce stay as they are.
+// Returns whether any changed.
 struct Firming {
     const double* before;
     const double* x;
@@ -132,7 +132,7 @@ struct StepEnd {
     double dt = 0;    // s
     double late = 0;  // s, that x1 is later than the planes
     double near = 0;  // m
-    double deep = 0;  // cubes, that what rests is to be no deeper than
+    double deep = 0;  // sizes of the touch, that what rests is to be no deeper than
 };
 // The grip of each touch whose gap at the end is below `near`: stretched where it is below 0.
 std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd& end);

@@ -27,16 +27,16 @@ namespace physics {
 using geometry::Vec3;
 
 // Its place is the sum of weight times place over the first eight corners, which carry the force;
-// what it touches carries the opposite. Where that is a cube of another part, its corners follow
-// with weights below 0: the sum is then how far the point is from the matter of that cube, and the
-// weights hand the opposite force to it at the same place, which keeps momentum and angular
-// momentum.
+// what it touches carries the opposite. Where that is a cube of another part, or a triangle or edge
+// of a sheet, its corners follow with weights below 0: the sum is then how far the point is from
+// the matter there, and the weights hand the opposite force to it at the same place, which keeps
+// momentum and angular momentum.
 struct PointContact {
     static constexpr std::size_t most = 16;
 
     std::array<std::uint32_t, most> corners{};  // slots
     std::array<float, most> weight{};
-    std::uint32_t count = 8;            // of corners: 8 or 16
+    std::uint32_t count = 8;            // of corners: 8, of sheets 12, of parts 16
     Vec3 force = Vec3::Zero();          // N, on the point
     std::array<double, 6> stiffness{};  // N/m, xx xy xz yy yz zz: minus its derivative by position
     std::array<double, 6> drag{};       // N s/m, the same by velocity

@@ -3,8 +3,8 @@
 // A sheet that stretches, bends and folds as a thin elastic shell, stepped implicitly: cloth,
 // paper, rubber, sheet metal. What it costs to stretch stands in shell_cell.hpp, to bend in
 // shell_body.hpp; steps, pins, contact and friction are those of all implicit methods
-// (bricks/time_step.hpp); how it touches itself and other sheets,
-// in body/sheet_contact.hpp.
+// (bricks/time_step.hpp). How it touches itself and other sheets stands in
+// body/sheet_contact.hpp.
 
 #include "physics/shell/shell_body.hpp"
 #include "physics/state/loads.hpp"

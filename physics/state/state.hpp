@@ -33,7 +33,7 @@ struct BallState {
 // What is known of a point of a body's surface that touched something at the end of a step: how far
 // it has been dragged along that, as far as friction holds, and from which side it came.
 struct Grip {
-    std::uint32_t point = 0, other = 0;                 // what it touches: a part, or a collider
+    std::uint32_t point = 0, other = 0;                 // as in PlaneTouch
     Eigen::Vector3f stretch = Eigen::Vector3f::Zero();  // m
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();   // unit, out of what it touches
     float depth = 0;                                    // m, how deep it was in that; >= 0
