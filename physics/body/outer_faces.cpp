@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -92,8 +94,11 @@ TriMesh welded(const std::vector<std::vector<Corners>>& triangles)
 std::optional<TriMesh> outer_faces(const TriMesh& mesh, const geometry::TriangleBvh& tree,
                                    double size)
 {
-    if (geometry::find_pieces(mesh).count() < 2) return std::nullopt;
-    const Cutter cutter{tree, size};
+    constexpr double most = 25'000;  // cut triangles, about
+    const geometry::Pieces pieces = geometry::find_pieces(mesh);
+    if (pieces.count() < 2) return std::nullopt;
+    const double area = std::accumulate(pieces.area.begin(), pieces.area.end(), 0.0);
+    const Cutter cutter{tree, std::max(size, std::sqrt(area / most))};
     const auto& triangles = mesh.triangles();
     std::vector<std::vector<Corners>> kept(triangles.size());
     std::vector<std::uint8_t> whole(triangles.size(), 1);

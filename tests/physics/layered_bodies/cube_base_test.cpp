@@ -90,7 +90,7 @@ Eigen::Matrix<double, 6, 1> twist(const LayeredBody& body, std::size_t f, const 
     return sum;
 }
 
-const LayeredWorld weightless{.gravity = Vec3::Zero()};
+const LayeredWorld no_gravity{.gravity = Vec3::Zero()};
 
 }  // namespace
 
@@ -256,7 +256,7 @@ TEST(CubeBase, ContactConservesMomentumBetweenCubesAndBodies)
     const Vec3 before = momentum();
     double taken = 0;
     for (int i = 0; i < 40; ++i) {
-        scene = advance(scene, scene.parts, weightless, 0.005, 1);
+        scene = advance(scene, scene.parts, no_gravity, 0.005, 1);
         EXPECT_LT((momentum() - before).norm(), 1e-9 * before.norm());  // the solver's
         taken = before.x() - scene.parts[1].body->base.mass[0] * scene.states[1].velocity[0].x();
     }
@@ -328,7 +328,7 @@ TEST(CubeBase, WarnsWhereCubesMoveMoreThanTheirSizePerStep)
     LayeredScene scene = start({part_of(coated_column({}, {}))});
     scene.states[0].cubes.v[0] = {100, 0,
                                   0};  // a metre in a hundredth of a second, of cubes of 0.1
-    scene = advance(scene, scene.parts, weightless, 0.01, 1);
+    scene = advance(scene, scene.parts, no_gravity, 0.01, 1);
     ASSERT_EQ(scene.states[0].report.warnings.size(), 1u);
     EXPECT_FALSE(scene.states[0].report.converged);
 }
