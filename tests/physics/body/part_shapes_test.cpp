@@ -23,13 +23,13 @@ namespace {
 
 using geometry::Vec3i;
 
-constexpr double h = 0.1;
+constexpr double edge = 0.1;
 
 // A plate 0.2 by 0.06 by 0.2 in a layer of cubes that is twice as high, with a fence of one sheet
 // on it that reaches into the next layer, and a loose triangle within the plate's cubes.
 struct FencedPlate {
-    geometry::Cubes cubes =
-        fixtures::cubes_on({{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 0}, {1, 1, 0}}, h);
+    geometry::Cubes cubes = fixtures::cubes_on(
+        {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 0}, {1, 1, 0}}, edge);
     geometry::TriMesh surface = geometry::box({0.2, 0.06, 0.2}, {1, 1, 1});
 
     FencedPlate()
@@ -68,7 +68,7 @@ TEST(ClosedShape, AnOpenMeshKeepsItsClosedPiecesAndHasCubesAroundTheOthers)
 
 TEST(ClosedShape, SmallHolesAreCappedAndDoubledSheetsHaveCubesAround)
 {
-    const auto cubes = fixtures::box(2, 2, 2, h);
+    const auto cubes = fixtures::box(2, 2, 2, edge);
     std::vector<std::uint32_t> all(cubes.count());
     std::iota(all.begin(), all.end(), 0);
     const auto without = [](geometry::TriMesh mesh, std::size_t triangles) {
@@ -124,7 +124,7 @@ TEST(OuterFaces, WhatLiesWithinOtherPiecesIsNoWayOut)
     const geometry::TriMesh road = box_at({0.16, 0.03, 0.1}, {0.1, 0.065, 0.1});
     const geometry::TriMesh both = geometry::merge(std::array{&deck, &road});
     const geometry::TriangleBvh tree(both);
-    const auto outer = outer_faces(both, tree, h);
+    const auto outer = outer_faces(both, tree, edge);
     ASSERT_TRUE(outer);
     double area = 0;
     for (const auto& t : outer->triangles()) {
@@ -132,21 +132,21 @@ TEST(OuterFaces, WhatLiesWithinOtherPiecesIsNoWayOut)
         area += (at(1) - at(0)).cross(at(2) - at(0)).norm() / 2;
     }
     EXPECT_GT(area, 0.1384 - 1e-6);
-    EXPECT_LT(area, 0.1384 + h / 4 * 0.52) << "a rim of cut triangles is left";
+    EXPECT_LT(area, 0.1384 + edge / 4 * 0.52) << "a rim of cut triangles is left";
     const Vec3 place(0.1, 0.061, 0.1);  // in the road, 1 mm over the deck's top
     EXPECT_NEAR(tree.closest(place).distance, 0.001, 1e-6);
     EXPECT_NEAR(geometry::TriangleBvh(*outer).closest(place).distance, 0.019, 1e-6);
-    EXPECT_FALSE(outer_faces(deck, geometry::TriangleBvh(deck), h));
+    EXPECT_FALSE(outer_faces(deck, geometry::TriangleBvh(deck), edge));
     const geometry::TriMesh away = box_at({0.1, 0.1, 0.1}, {0.5, 0, 0});
     const geometry::TriMesh apart = geometry::merge(std::array{&deck, &away});
-    EXPECT_FALSE(outer_faces(apart, geometry::TriangleBvh(apart), h));
+    EXPECT_FALSE(outer_faces(apart, geometry::TriangleBvh(apart), edge));
 }
 
 TEST(Overlaps, PartsThatOverlapAtRestAreTold)
 {
     const auto two = [](int up) {
-        const auto lower = std::make_shared<const geometry::Cubes>(fixtures::box(3, 3, 3, h));
-        geometry::Cubes upper = fixtures::box(2, 2, 2, h);
+        const auto lower = std::make_shared<const geometry::Cubes>(fixtures::box(3, 3, 3, edge));
+        geometry::Cubes upper = fixtures::box(2, 2, 2, edge);
         upper.origin += Vec3(0, 0.25 + 0.1 * up, 0);
         const std::array<std::shared_ptr<const geometry::Cubes>, 2> models{
             lower, std::make_shared<const geometry::Cubes>(upper)};
