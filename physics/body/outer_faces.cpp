@@ -53,8 +53,12 @@ struct Cutter {
             const double side = (t[(i + 1) % 3] - t[i]).norm();
             if (side > length) length = side, from = i;
         }
-        const int outer = length > size ? 0 : outer_places(t, normal);
-        if (length > size || (outer > 0 && outer < 4 && length > size / 4)) {
+        const bool small = length <= size / 2;
+        const Vec3 centre = (t[0] + t[1] + t[2]) / 3;
+        const int outer = small            ? (is_outer(centre, normal) ? 4 : 0)
+                          : length <= size ? outer_places(t, normal)
+                                           : 0;
+        if (length > size || (outer > 0 && outer < 4)) {
             const Vec3 &p = t[from], &q = t[(from + 1) % 3], &r = t[(from + 2) % 3];
             const Vec3 middle = (p + q) / 2;
             const bool first = cut({p, middle, r}, normal, out);

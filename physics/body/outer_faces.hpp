@@ -18,8 +18,8 @@ namespace physics {
 //      +---|-----+   |       +---+         |
 //          +---------+           +---------+
 //
-// Triangles that lie within pieces in part are cut in two along their longest side, down to a
-// quarter of `size` (m), or of what cuts all of the mesh into some 25,000. `tree` is of `mesh`.
+// Triangles that lie within pieces in part are cut in two along their longest side, down to
+// half of `size` (m), or of what cuts all of the mesh into some 25,000. `tree` is of `mesh`.
 // None where nothing lies within.
 std::optional<geometry::TriMesh> outer_faces(const geometry::TriMesh& mesh,
                                              const geometry::TriangleBvh& tree, double size);

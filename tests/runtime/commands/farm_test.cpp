@@ -161,10 +161,11 @@ TEST_F(Farm, APlanKnowsWhatIsInTheCacheAndWhatItTook)
 
 TEST_F(Farm, AShotThatWasNeverCookedIsMeasuredByTheTypesOfOthers)
 {
-    // Another shot was cooked, without a simulation. The files of the first one are taken to last as
-    // long as its files, and the simulation, a type of node whose times are not known, is taken for
-    // 1 s a frame: it is a task, which the tasks of the files wait for.
-    const std::string other = folder_.write("other/standing.json", R"({ "aspic": 1,
+    // Another shot was cooked, without a simulation. The files of the first one are taken to last
+    // as long as its files, and the simulation, a type of node whose times are not known, is taken
+    // for 1 s a frame: it is a task, which the tasks of the files wait for.
+    const std::string other = folder_
+                                  .write("other/standing.json", R"({ "aspic": 1,
       "frames": { "first": 1, "last": 12 },
       "nodes": {
         "clock": { "type": "Clock@1" },
