@@ -151,9 +151,7 @@ static void warn_of_idle(const Inputs& in, const graph::Context& context)
                      "method = bricks, or stiffness = filled in Voxelize");
     }
     const auto* const body = std::get_if<physics::LatticeBody>(&in.body->is);
-    if (!body) {
-        return;
-    }
+    if (!body) return;
     const auto bounces = [](const auto& collider) { return collider->bounce > 0; };
     if (std::any_of(in.colliders.begin(), in.colliders.end(), bounces)) {
         context.warn("bounce of colliders has no effect with method = lattice: set method = "

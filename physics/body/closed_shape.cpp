@@ -7,6 +7,7 @@
 #include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/pieces.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
+#include "physics/body/halved_triangle.hpp"
 #include "physics/body/mesh_of_some.hpp"
 
 #include <algorithm>
@@ -148,19 +149,13 @@ TriMesh capped(TriMesh mesh)
 void add_middles(const std::array<Vec3, 3>& t, double longest, std::vector<geometry::Vec3f>& middle,
                  std::vector<double>& area)
 {
-    std::size_t from = 0;
-    double length = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const double side = (t[(i + 1) % 3] - t[i]).norm();
-        if (side > length) length = side, from = i;
-    }
-    const Vec3 &p = t[from], &q = t[(from + 1) % 3], &r = t[(from + 2) % 3];
-    if (length > longest) {
-        const Vec3 half = (p + q) / 2;
-        add_middles({p, half, r}, longest, middle, area);
-        add_middles({half, q, r}, longest, middle, area);
+    const HalvedTriangle halved(t);
+    if (halved.longest > longest) {
+        add_middles(halved.first, longest, middle, area);
+        add_middles(halved.second, longest, middle, area);
         return;
     }
+    const Vec3 &p = halved.first[0], &q = halved.second[1], &r = halved.first[2];
     middle.push_back(((p + q + r) / 3).cast<float>());
     area.push_back((q - p).cross(r - p).norm() / 2);
 }

@@ -4,6 +4,7 @@
 #include "geometry/embed/bind.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "physics/body/closed_shape.hpp"
+#include "physics/body/halved_triangle.hpp"
 #include "physics/body/mesh_of_some.hpp"
 #include "physics/body/outer_faces.hpp"
 #include "physics/body/part_contact.hpp"
@@ -60,19 +61,13 @@ void add_points(const std::array<Vec3, 3>& t, double longest, std::vector<LooseP
 {
     // Near the corners, and inside: what rests rim on rim still has its points over the other.
     constexpr double near = 0.9, far = 0.05;
-    std::size_t from = 0;
-    double length = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const double side = (t[(i + 1) % 3] - t[i]).norm();
-        if (side > length) length = side, from = i;
-    }
-    const Vec3 &p = t[from], &q = t[(from + 1) % 3], &r = t[(from + 2) % 3];
-    if (length > longest) {
-        const Vec3 middle = (p + q) / 2;
-        add_points({p, middle, r}, longest, out);
-        add_points({middle, q, r}, longest, out);
+    const HalvedTriangle halved(t);
+    if (halved.longest > longest) {
+        add_points(halved.first, longest, out);
+        add_points(halved.second, longest, out);
         return;
     }
+    const Vec3 &p = halved.first[0], &q = halved.second[1], &r = halved.first[2];
     const Vec3 area = (q - p).cross(r - p) / 2;
     const double size = area.norm();
     if (!(size > 0)) return;

@@ -3,6 +3,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/pieces.hpp"
+#include "physics/body/halved_triangle.hpp"
 
 #include <algorithm>
 #include <array>
@@ -47,22 +48,14 @@ struct Cutter {
     // Adds what is on the outside. Returns whether that is all of the triangle.
     bool cut(const Corners& t, const Vec3& normal, std::vector<Corners>& out) const
     {
-        std::size_t from = 0;
-        double length = 0;
-        for (std::size_t i = 0; i < 3; ++i) {
-            const double side = (t[(i + 1) % 3] - t[i]).norm();
-            if (side > length) length = side, from = i;
-        }
-        const bool small = length <= size / 2;
+        const HalvedTriangle halved(t);
         const Vec3 centre = (t[0] + t[1] + t[2]) / 3;
-        const int outer = small            ? (is_outer(centre, normal) ? 4 : 0)
-                          : length <= size ? outer_places(t, normal)
-                                           : 0;
-        if (length > size || (outer > 0 && outer < 4)) {
-            const Vec3 &p = t[from], &q = t[(from + 1) % 3], &r = t[(from + 2) % 3];
-            const Vec3 middle = (p + q) / 2;
-            const bool first = cut({p, middle, r}, normal, out);
-            const bool second = cut({middle, q, r}, normal, out);
+        const int outer = halved.longest <= size / 2 ? (is_outer(centre, normal) ? 4 : 0)
+                          : halved.longest <= size   ? outer_places(t, normal)
+                                                     : 0;
+        if (halved.longest > size || (outer > 0 && outer < 4)) {
+            const bool first = cut(halved.first, normal, out);
+            const bool second = cut(halved.second, normal, out);
             return first && second;
         }
         if (outer > 0) out.push_back(t);
