@@ -712,9 +712,8 @@ void plate_case(Page& page)
         fmt::format(
             "Radius 1 m, thickness 0.05 m, E = 1 MPa, nu = 0.3, {} N in its middle: the thin plate "
             "sags {:.5g} m. Its rim is stepped, of cubes or cells of edge h, which alone changes "
-            "the sag by about h / a. The Poisson ratio of the solid lattice is 0, which alone adds "
-            "10 %; the bending of a plane includes it. Regions of a plane blur curvature over "
-            "their width, and the wider they are, the less they resist the motion of a single "
+            "the sag by about h / a. Regions of a plane blur curvature over their width, and the "
+            "wider they are, the less they resist the motion of a single "
             "corner out of the sheet: a point load makes a dimple of w cells.",
             load, expected),
         results);

@@ -110,8 +110,9 @@ inline void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
             "twice that, the body bends a third too far.",
             {.min = 1, .max = 64})
         .choice("stiffness", &LatticeOptions::stiffness, {"material", "rate"},
-                "Source of the stiffness. material: Young's modulus, as far as regions and "
-                "substeps can represent it (Poisson's ratio acts as 0). rate: the parameter rate.")
+                "Source of the stiffness. material: Young's modulus and Poisson's ratio, as far as "
+                "regions and substeps can represent them. rate: the parameter rate; Poisson's "
+                "ratio then acts as 0.")
         .choice("calibrate", &LatticeOptions::calibrate, {"bending", "stretch"},
                 "What the stiffness from the material is calibrated for. bending: a bend of the "
                 "whole body. stretch: long waves of stretch. A thin body cannot match both.",

@@ -26,7 +26,8 @@
 // -k^2 h^2 m2 of its displacement, m2 = w (w + 1) / 3 the mean square of the places -w .. w, so the
 // lattice is an elastic solid with
 //   E = rho s^2 h^2 m2 and Poisson ratio 0,
-// and s follows from the material. (A rate -ln(1 - alpha) / dt, as in position-based methods, would
+// and s follows from the material; what Poisson's ratio adds is a pull to the region's volume
+// (region_volume.hpp). (A rate -ln(1 - alpha) / dt, as in position-based methods, would
 // keep relaxation but not inertia: frequencies would rise with 1 / sqrt(dt).) beta = 1 - exp(-c
 // dt).
 //

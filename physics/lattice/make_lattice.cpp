@@ -54,25 +54,53 @@ std::vector<std::uint32_t> particles_at_the_side(const Lattice& lattice, int fla
     return out;
 }
 
-std::vector<std::array<double, 3>> matter_of(const geometry::Cubes& cubes, const CornerBody& base,
-                                             Weighting weighting, bool flat)
+std::vector<RegionMatter> matter_of(const geometry::Cubes& cubes, const CornerBody& base,
+                                    Weighting weighting, bool flat)
 {
-    std::vector<std::array<double, 3>> matter(cubes.corner_count(), {0, 0, 0});
+    std::vector<RegionMatter> matter(cubes.corner_count(), {0, 0, 0});
     const double volume = std::pow(cubes.size, 3);
     std::vector<double> corner_mass(flat ? cubes.corner_count() : 0, 0);
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         // A plane's fill is its thickness: nothing to round up.
         const double share = flat ? cubes.fill[c] : stiffness_share(cubes, c, weighting);
         for (const auto k : cubes.corners[c]) {
-            matter[k][0] += cubes.young[c] * share * volume / 8;
-            if (flat) {
-                const double nu = cubes.poisson[c];
-                matter[k][2] += cubes.mass[c] / 8 * cubes.fill[c] * cubes.fill[c] / (1 - nu * nu);
-            }
+            const double stiff = cubes.young[c] * share * volume / 8, nu = cubes.poisson[c];
+            matter[k][0] += stiff;
+            matter[k][2] += flat ? cubes.mass[c] / 8 * cubes.fill[c] * cubes.fill[c] / (1 - nu * nu)
+                                 : stiff * std::max(nu, 0.0);
         }
     }
     for (std::size_t k = 0; k < matter.size(); ++k) matter[k][1] = base.mass[k];
     return matter;
+}
+
+// What regions resist so that the body has the material's E and nu: k of rotations, E = k (1 + nu).
+// In a bend they resist x k, x its excess at nu = 0, and what nu adds at most phi k nu, for a
+// region sees no more than the mean of its strains. So k = E / (x + phi nu); x = phi = 1 is right
+// for stretch. phi: with volume the same bend costs phi lambda more, lambda / k = nu / (1 - 2 nu).
+void calibrate(const geometry::Cubes& cubes, const std::vector<std::uint32_t>& piece,
+               const Lattice& lattice, std::vector<RegionMatter>& matter, LatticeBody& body)
+{
+    const bool bends = body.options.calibrate == Calibration::bending;
+    body.poisson = *std::max_element(cubes.poisson.begin(), cubes.poisson.end());
+    std::vector<double> excess(matter.size(), 1), with_volume(matter.size(), 0);
+    if (bends) excess = bending_excess(cubes, body, piece);
+    if (body.poisson > 0) {
+        add_volume(body.whole, lattice, matter, cubes.size);
+        if (bends) with_volume = bending_excess(cubes, body, piece);
+    }
+    for (std::size_t k = 0; k < matter.size(); ++k) {
+        const double nu = matter[k][2] / matter[k][0];
+        double resists = excess[k] + nu;
+        if (bends) {
+            const double more = (with_volume[k] - excess[k]) * (1 - 2 * nu);
+            resists = excess[k] + std::clamp(more, 0.0, nu);
+        }
+        body.soft_stretch = std::max(body.soft_stretch, resists / (1 + nu));
+        matter[k][0] /= resists;
+        matter[k][2] /= resists;
+    }
+    find_rates(body.whole, matter, cubes.size);
 }
 
 }  // namespace
@@ -109,17 +137,7 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& opt
     const Lengths shortest = shortest_lengths(lattice, piece);
     body.slender = shortest.slender;
     body.compact = shortest.compact;
-    body.poisson = *std::max_element(cubes.poisson.begin(), cubes.poisson.end());
-    if (!flat && options.calibrate == Calibration::bending) {
-        // Softer by what it bends too stiffly: the mass and all proportions stay.
-        const std::vector<double> excess = bending_excess(cubes, body, piece);
-        body.soft_stretch = *std::max_element(excess.begin(), excess.end());
-        for (std::size_t k = 0; k < matter.size(); ++k) matter[k][0] /= excess[k];
-        for (std::size_t s = 0; s < body.whole.regions.slots(); ++s) {
-            const std::uint32_t r = body.whole.regions.particle[s];
-            if (r != none) body.whole.rate_sq[s] = float(double(body.whole.rate_sq[s]) / excess[r]);
-        }
-    }
+    if (!flat) calibrate(cubes, piece, lattice, matter, body);
     if (options.contact.on) body.side = particles_at_the_side(lattice, body.flat_axis);
     if (options.tear > 0) {
         body.torn = std::make_shared<TornRegions>(std::move(lattice), std::move(matter), cubes.size,

@@ -2,9 +2,11 @@
 
 #include "physics/lattice/match_slots.hpp"
 #include "physics/lattice/plastic_flow.hpp"
+#include "physics/lattice/region_volume.hpp"
 #include "physics/math/rotation.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include <cmath>
 
@@ -66,10 +68,16 @@ template <class T> void complete(const FrameState& step, Eigen::Matrix<T, 3, 3>&
 template <class T> void match_rigid(StepState<T>& step, std::size_t first, std::span<Quad<T>> slots)
 {
     if constexpr (std::is_same_v<T, float>) {
-        match_slots(slots.size() / 4, slots.data()->data(), step.weight.data() + first,
-                    step.flat ? &step.twist[first].b : nullptr,
-                    step.state.rotation.data() + 4 * first, step.matched->regions.axes,
-                    float(step.body.base.h));
+        MatchedSlots some{slots.size() / 4, slots.data()->data(), step.weight.data() + first,
+                          step.state.rotation.data() + 4 * first};
+        some.axes = step.matched->regions.axes;
+        some.h = float(step.body.base.h);
+        if (step.flat) some.twist = &step.twist[first].b;
+        if (step.volume) {
+            some.volume = step.volume[first].root.data();
+            some.volume_share = step.volume_share.data() + first;
+        }
+        match_slots(some);
     }
 }
 
@@ -101,6 +109,11 @@ void match_shapes(StepState<T>& step, std::size_t begin, std::span<Quad<T>> slot
         if (step.plastic) {
             flow<T>(step, slot, moment_matrix(step, s), r);
             r = (r * rest_shape<T>(step, slot)).eval();
+        }
+        if (step.volume) {
+            const T size = step.plastic ? r.determinant() : T(1);
+            r += step.volume_share[slot] *
+                 pull_to_volume(step.volume[slot], moment_matrix(step, s), h, size);
         }
         const T weight = step.weight[slot], inverse = s[0][3] > 0 ? 1 / s[0][3] : T(0);
         const Vec centre = inverse * s[0].template head<3>().matrix();

@@ -1,5 +1,7 @@
 #include "physics/lattice/match_slots.hpp"
 
+#include "physics/lattice/region_volume.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "physics/lattice/match_slots.cpp"
 #include <hwy/foreach_target.h>
@@ -16,9 +18,9 @@ using D = hn::ScalableTag<float>;
 using V = hn::Vec<D>;
 
 #if HWY_TARGET == HWY_SCALAR
-HWY_INLINE void load_slots(D d, const float* from, V (&of)[4][4])
+template <std::size_t quads> HWY_INLINE void load_slots(D d, const float* from, V (&of)[quads][4])
 {
-    for (std::size_t i = 0; i < 16; ++i) of[i / 4][i % 4] = hn::LoadU(d, from + i);
+    for (std::size_t i = 0; i < 4 * quads; ++i) of[i / 4][i % 4] = hn::LoadU(d, from + i);
 }
 HWY_INLINE void store_slots(D d, const V (&of)[4][4], float* to)
 {
@@ -64,10 +66,13 @@ HWY_INLINE void transpose(D d, V (&row)[4])
 }
 
 // Quads of numbers, slot by slot, as vectors over slots: of[q][c] is number c of quad q.
-HWY_INLINE void load_slots(D d, const float* from, V (&of)[4][4])
+template <std::size_t quads> HWY_INLINE void load_slots(D d, const float* from, V (&of)[quads][4])
 {
-    for (std::size_t q = 0; q < 4; ++q) {
-        for (std::size_t r = 0; r < 4; ++r) of[q][r] = load_quads(d, from + 16 * r + 4 * q, 64);
+    constexpr std::size_t length = 4 * quads;
+    for (std::size_t q = 0; q < quads; ++q) {
+        for (std::size_t r = 0; r < 4; ++r) {
+            of[q][r] = load_quads(d, from + length * r + 4 * q, 4 * length);
+        }
         transpose(d, of[q]);
     }
 }
@@ -81,6 +86,77 @@ HWY_INLINE void store_slots(D d, V (&of)[4][4], float* to)
 }
 
 #endif
+
+HWY_INLINE V dot9(const V (&a)[9], const V (&b)[9])
+{
+    V sum = hn::Mul(a[0], b[0]);
+    for (std::size_t i = 1; i < 9; ++i) sum = hn::Add(sum, hn::Mul(a[i], b[i]));
+    return sum;
+}
+
+// Leaves the cofactors of m in n and returns its determinant.
+HWY_INLINE V find_cofactors(const V (&m)[9], V (&n)[9])
+{
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t j = 3 * ((i + 1) % 3), k = 3 * ((i + 2) % 3);
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::size_t e = (c + 1) % 3, f = (c + 2) % 3;
+            n[3 * i + c] = hn::Sub(hn::Mul(m[j + e], m[k + f]), hn::Mul(m[j + f], m[k + e]));
+        }
+    }
+    return hn::Add(hn::Add(hn::Mul(m[0], n[0]), hn::Mul(m[1], n[1])), hn::Mul(m[2], n[2]));
+}
+
+// a times a symmetric matrix, packed as RegionVolume does.
+HWY_INLINE void times_root(const V (&a)[9], const V (&volume)[2][4], V (&out)[9])
+{
+    const V(&q)[4] = volume[0];
+    const V root[3][3] = {
+        {q[0], q[1], q[2]}, {q[1], q[3], volume[1][0]}, {q[2], volume[1][0], volume[1][1]}};
+    for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            out[3 * i + c] =
+                hn::Add(hn::Add(hn::Mul(a[3 * i], root[0][c]), hn::Mul(a[3 * i + 1], root[1][c])),
+                        hn::Mul(a[3 * i + 2], root[2][c]));
+        }
+    }
+}
+
+// Adds `share` of pull_to_volume() to the rotations r.
+HWY_INLINE void keep_volume(D d, const V (&a)[9], const V (&volume)[2][4], V share, float h,
+                            V (&r)[9])
+{
+    const V one = hn::Set(d, 1.0f);
+    V g[9], n[9], slope[9], c[3][3];
+    times_root(a, volume, g);
+    const V scale = hn::Mul(volume[1][2], hn::Set(d, 1 / h));
+    for (V& v : g) v = hn::Mul(scale, v);
+    const V det = find_cofactors(g, n), size_sq = dot9(g, g);
+    const V larger = hn::Mul(hn::Mul(size_sq, size_sq), hn::Set(d, 1.0f / 9));
+    const V q = hn::Add(hn::Add(dot9(n, n), larger), hn::Set(d, 2.0f));
+    const V away = hn::Div(hn::Sub(det, one), q), away_sq = hn::Mul(away, away);
+    for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t j = i; j < 3; ++j) {
+            c[i][j] = c[j][i] = hn::Add(hn::Add(hn::Mul(g[i], g[j]), hn::Mul(g[3 + i], g[3 + j])),
+                                        hn::Mul(g[6 + i], g[6 + j]));
+        }
+    }
+    const V size = hn::Mul(size_sq, hn::Set(d, 11.0f / 9));
+    for (std::size_t i = 0; i < 9; ++i) {
+        const V* const row = g + i / 3 * 3;
+        const V(&column)[3] = c[i % 3];
+        const V turned = hn::Add(hn::Add(hn::Mul(row[0], column[0]), hn::Mul(row[1], column[1])),
+                                 hn::Mul(row[2], column[2]));
+        const V stretched = hn::Sub(hn::Mul(size, g[i]), turned);
+        slope[i] = hn::Sub(hn::Mul(away, n[i]), hn::Mul(away_sq, stretched));
+    }
+    times_root(slope, volume, n);
+    const auto sane = hn::Lt(q, hn::Set(d, most_stretched));
+    const V by = hn::Mul(share, hn::Set(d, -2.0f));
+    for (std::size_t i = 0; i < 9; ++i) {
+        r[i] = hn::Add(r[i], hn::IfThenElseZero(sane, hn::Mul(by, n[i])));
+    }
+}
 
 // A vectorful of regions, between their sums and their motions.
 template <bool flat> struct Group {
@@ -127,12 +203,11 @@ template <bool flat> struct Group {
         }
     }
 
-    // Of rotations q, in place of the sums.
-    HWY_INLINE void store(D d, const V (&q)[4], const float* weight, const std::array<int, 3>& axes,
+    // Of the maps r of regions, in place of the sums.
+    HWY_INLINE void store(D d, const V (&r)[9], const float* weight, const std::array<int, 3>& axes,
                           float h, float* slots) const
     {
-        V s[4][4], r[9];
-        quaternion_to_matrix(d, q, r);
+        V s[4][4];
         const V w = hn::LoadU(d, weight), size = hn::Set(d, h);
         V moved[3] = {centre[0], centre[1], centre[2]};
         for (std::size_t m = 1; m < quads; ++m) {
@@ -182,62 +257,87 @@ private:
 // Groups whose rotations are found side by side.
 inline constexpr std::size_t at_once = 2;
 
-template <bool flat>
-HWY_INLINE void match_groups(D d, float* slots, const float* weight, const float* twist,
-                             float* rotation, const std::array<int, 3>& axes, float h)
+// The slots from i on.
+HWY_INLINE MatchedSlots slots_from(const MatchedSlots& of, std::size_t i)
+{
+    MatchedSlots out = of;
+    out.slots += 16 * i;
+    out.weight += i;
+    out.rotation += 4 * i;
+    if (of.twist) out.twist += 3 * i;
+    if (of.volume) out.volume += 8 * i, out.volume_share += i;
+    return out;
+}
+
+template <bool flat> HWY_INLINE void match_groups(D d, const MatchedSlots& of)
 {
     const std::size_t lanes = hn::Lanes(d);
     Group<flat> group[at_once];
     V a[at_once][9], q[at_once][4];
     for (std::size_t g = 0; g < at_once; ++g) {
-        const std::size_t i = g * lanes;
-        group[g].load(d, slots + 16 * i, flat ? twist + 3 * i : nullptr, axes, a[g]);
-        hn::LoadInterleaved4(d, rotation + 4 * i, q[g][0], q[g][1], q[g][2], q[g][3]);
+        const MatchedSlots own = slots_from(of, g * lanes);
+        group[g].load(d, own.slots, own.twist, of.axes, a[g]);
+        hn::LoadInterleaved4(d, own.rotation, q[g][0], q[g][1], q[g][2], q[g][3]);
     }
     extract_rotations(d, a, q);
     for (std::size_t g = 0; g < at_once; ++g) {
-        const std::size_t i = g * lanes;
-        hn::StoreInterleaved4(q[g][0], q[g][1], q[g][2], q[g][3], d, rotation + 4 * i);
-        group[g].store(d, q[g], weight + i, axes, h, slots + 16 * i);
+        const MatchedSlots own = slots_from(of, g * lanes);
+        hn::StoreInterleaved4(q[g][0], q[g][1], q[g][2], q[g][3], d, own.rotation);
+        V r[9];
+        quaternion_to_matrix(d, q[g], r);
+        if (!flat && of.volume) {
+            V volume[2][4];
+            load_slots(d, own.volume, volume);
+            keep_volume(d, a[g], volume, hn::LoadU(d, own.volume_share), of.h, r);
+        }
+        group[g].store(d, r, own.weight, of.axes, of.h, own.slots);
     }
 }
 
-template <bool flat>
-void match_all(std::size_t count, float* slots, const float* weight, const float* twist,
-               float* rotation, const std::array<int, 3>& axes, float h)
+template <bool flat> void match_all(const MatchedSlots& of)
 {
     const D d;
     constexpr std::size_t most = at_once * hn::MaxLanes(D());
     const std::size_t length = at_once * hn::Lanes(d);
     std::size_t i = 0;
-    for (; i + length <= count; i += length) {
-        match_groups<flat>(d, slots + 16 * i, weight + i, flat ? twist + 3 * i : nullptr,
-                           rotation + 4 * i, axes, h);
-    }
-    if (i == count) return;
+    for (; i + length <= of.count; i += length) match_groups<flat>(d, slots_from(of, i));
+    if (i == of.count) return;
     HWY_ALIGN float some[16 * most] = {};
     HWY_ALIGN float w[most] = {};
     HWY_ALIGN float shape[3 * most] = {};
     HWY_ALIGN float q[4 * most] = {};
-    const std::size_t rest = count - i;
-    std::copy_n(slots + 16 * i, 16 * rest, some);
-    std::copy_n(weight + i, rest, w);
-    if (flat) std::copy_n(twist + 3 * i, 3 * rest, shape);
-    std::copy_n(rotation + 4 * i, 4 * rest, q);
-    match_groups<flat>(d, some, w, shape, q, axes, h);
-    std::copy_n(some, 16 * rest, slots + 16 * i);
-    std::copy_n(q, 4 * rest, rotation + 4 * i);
+    HWY_ALIGN float volume[8 * most] = {};
+    HWY_ALIGN float share[most] = {};
+    const std::size_t rest = of.count - i;
+    const MatchedSlots last = slots_from(of, i);
+    std::copy_n(last.slots, 16 * rest, some);
+    std::copy_n(last.weight, rest, w);
+    std::copy_n(last.rotation, 4 * rest, q);
+    if (of.twist) std::copy_n(last.twist, 3 * rest, shape);
+    if (of.volume) {
+        std::copy_n(last.volume, 8 * rest, volume);
+        std::copy_n(last.volume_share, rest, share);
+    }
+    MatchedSlots few = of;
+    few.count = rest;
+    few.slots = some;
+    few.weight = w;
+    few.rotation = q;
+    if (of.twist) few.twist = shape;
+    if (of.volume) few.volume = volume, few.volume_share = share;
+    match_groups<flat>(d, few);
+    std::copy_n(some, 16 * rest, last.slots);
+    std::copy_n(q, 4 * rest, last.rotation);
 }
 
 }  // namespace match_kernel
 
-void match_slots_of(std::size_t count, float* slots, const float* weight, const float* twist,
-                    float* rotation, const std::array<int, 3>& axes, float h)
+void match_slots_of(const MatchedSlots& of)
 {
-    if (twist) {
-        match_kernel::match_all<true>(count, slots, weight, twist, rotation, axes, h);
+    if (of.twist) {
+        match_kernel::match_all<true>(of);
     } else {
-        match_kernel::match_all<false>(count, slots, weight, twist, rotation, axes, h);
+        match_kernel::match_all<false>(of);
     }
 }
 
@@ -250,10 +350,9 @@ namespace physics {
 
 HWY_EXPORT(match_slots_of);
 
-void match_slots(std::size_t count, float* slots, const float* weight, const float* twist,
-                 float* rotation, const std::array<int, 3>& axes, float h)
+void match_slots(const MatchedSlots& of)
 {
-    HWY_DYNAMIC_DISPATCH(match_slots_of)(count, slots, weight, twist, rotation, axes, h);
+    HWY_DYNAMIC_DISPATCH(match_slots_of)(of);
 }
 
 }  // namespace physics

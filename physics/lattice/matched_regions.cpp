@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <cmath>
 
 namespace physics {
 
@@ -28,39 +29,66 @@ std::array<float, 6> inverse_spread(double mass, const Vec3& moment, const Mat3&
             float(m(1, 1)), float(m(1, 2)), float(m(2, 2))};
 }
 
-// B^-1 of the regions of those slots. Sums of M X X^T need one more moment than collect() takes, so
-// M X goes in as what is summed.
-void find_inverse_spreads(MatchedRegions& matched, const Lattice& lattice,
-                          const std::function<bool(std::size_t)>& which)
+// How the matter of a region is spread about some point: sums of M, M X and M X X^T.
+struct Spread {
+    double mass;
+    Vec3 moment;
+    Mat3 about;
+};
+
+// Calls visit(slot, spread) for the regions of the slots that `which` says, each about its own
+// particle. Sums of M X X^T need one more moment than collect() takes, so M X goes in as what is
+// summed.
+void for_each_spread(const LatticeRegions& regions, std::span<const float> mass,
+                     const std::function<Vec3(std::size_t)>& place,
+                     const std::function<bool(std::size_t)>& which,
+                     const std::function<void(std::size_t, const Spread&)>& visit)
 {
-    const LatticeRegions& regions = matched.regions;
     RegionSums<double> sums(regions);
     auto& f = sums.particles;
     // M (X - X_r) (X - X_r)^T summed = moments of M X, less X_r times those of M.
-    for (std::size_t i = 0; i < lattice.count(); ++i) {
-        const Vec3 p = lattice.at[i].cast<double>();
-        const double m = double(matched.mass[i]);
+    for (std::size_t i = 0; i < regions.particles; ++i) {
+        const Vec3 p = place(i);
+        const double m = double(mass[i]);
         f[i] = {m * p[0], m * p[1], m * p[2], m};
     }
-    auto& out = matched.inverse_spread;
-    out.resize(6 * regions.slots(), 0.0f);
     collect<double>(regions, sums, [&](std::size_t first, std::span<const Quad<double>> slots) {
         for (std::size_t k = 0; 4 * k < slots.size(); ++k) {
             const std::uint32_t r = regions.particle[first + k];
             if (r == none || !which(first + k)) continue;
             const auto* const sum = slots.data() + 4 * k;
-            const Vec3 at = lattice.at[r].cast<double>();
-            Vec3 moment = Vec3::Zero();
-            Mat3 about = Mat3::Zero();
+            const Vec3 at = place(r);
+            Spread out{sum[0][3], Vec3::Zero(), Mat3::Zero()};
             for (std::size_t d = 1; d <= regions.sides(); ++d) {
                 const int axis = regions.axes[d - 1];
-                moment[axis] = sum[d][3];
-                about.col(axis) = sum[d].head<3>().matrix() - sum[d][3] * at;
+                out.moment[axis] = sum[d][3];
+                out.about.col(axis) = sum[d].head<3>().matrix() - sum[d][3] * at;
             }
-            const auto packed = inverse_spread(sum[0][3], moment, about);
-            std::copy(packed.begin(), packed.end(), out.begin() + std::ptrdiff_t(6 * (first + k)));
+            visit(first + k, out);
         }
     });
+}
+
+template <class T> RegionVolume<T> volume_of(const Spread& of, int half_width)
+{
+    const Mat3 b = of.about - of.moment * of.moment.transpose() / of.mass;
+    const double size = b.trace();
+    Vec3 spread = b.diagonal();
+    Mat3 axes = Mat3::Identity();
+    if ((b - Mat3(spread.asDiagonal())).cwiseAbs().maxCoeff() > 1e-12 * size) {
+        const Eigen::SelfAdjointEigenSolver<Mat3> eigen(b);
+        spread = eigen.eigenvalues();
+        axes = eigen.eigenvectors();
+    }
+    if (!(spread.minCoeff() > 1e-6 * size)) return {};
+    const double third = std::cbrt(spread.prod());
+    const Mat3 root = axes * (std::sqrt(third) * spread.cwiseSqrt().cwiseInverse()).asDiagonal() *
+                      axes.transpose();
+    const double shape = spread.cwiseInverse().sum() / 3;  // of B^-1
+    return {
+        {T(root(0, 0)), T(root(0, 1)), T(root(0, 2)), T(root(1, 1)), T(root(1, 2)), T(root(2, 2))},
+        T(1 / third),
+        T(mean_square_place(half_width) * of.mass * shape)};
 }
 
 }  // namespace
@@ -111,9 +139,47 @@ template void find_twist(const LatticeRegions&, std::span<const float>,
                          const std::function<bool(std::size_t)>&,
                          std::vector<RegionTwist<double>>&);
 
+template <class T>
+void find_volume(const LatticeRegions& regions, std::span<const float> mass,
+                 const std::function<Vec3(std::size_t)>& place,
+                 const std::function<bool(std::size_t)>& which,
+                 std::vector<RegionVolume<T>>& volume)
+{
+    volume.resize(regions.slots());
+    for_each_spread(regions, mass, place, which, [&](std::size_t s, const Spread& spread) {
+        volume[s] = volume_of<T>(spread, regions.half_width);
+    });
+}
+template void find_volume(const LatticeRegions&, std::span<const float>,
+                          const std::function<Vec3(std::size_t)>&,
+                          const std::function<bool(std::size_t)>&,
+                          std::vector<RegionVolume<float>>&);
+template void find_volume(const LatticeRegions&, std::span<const float>,
+                          const std::function<Vec3(std::size_t)>&,
+                          const std::function<bool(std::size_t)>&,
+                          std::vector<RegionVolume<double>>&);
+
+void find_rates(MatchedRegions& matched, const std::vector<RegionMatter>& matter, double h)
+{
+    const LatticeRegions& regions = matched.regions;
+    RegionSums<double> sums(regions);
+    for (std::size_t i = 0; i < matter.size(); ++i) {
+        sums.particles[i] = {matter[i][0], matter[i][1], matter[i][2], 0};
+    }
+    collect<double>(regions, sums, [&](std::size_t first, std::span<const Quad<double>> slots) {
+        for (std::size_t s = first; s < first + slots.size() / 4; ++s) {
+            if (regions.particle[s] == none) continue;
+            const Quad<double>& total = slots[4 * (s - first)];
+            const auto rates = rates_of({total[0], total[1], total[2]}, regions.half_width, h);
+            matched.rate_sq[s] = rates.rate_sq;
+            if (regions.flat) matched.bend_sq[s] = rates.bend_sq;
+            if (!matched.poisson.empty()) matched.poisson[s] = rates.poisson;
+        }
+    });
+}
+
 MatchedRegions match_regions(LatticeRegions found, const Lattice& lattice,
-                             const std::vector<std::array<double, 3>>& matter, double h,
-                             bool with_spread)
+                             const std::vector<RegionMatter>& matter, double h, bool with_spread)
 {
     MatchedRegions out;
     out.regions = std::move(found);
@@ -129,36 +195,42 @@ MatchedRegions match_regions(LatticeRegions found, const Lattice& lattice,
         out.mass.push_back(float(matter[i][1] / holders));
         out.held_by.push_back(float(1 / holders));
     }
-    RegionSums<double> sums(regions);
-    for (std::size_t i = 0; i < n; ++i) {
-        sums.particles[i] = {matter[i][0], matter[i][1], matter[i][2], 0};
-    }
-    collect<double>(regions, sums, [&](std::size_t first, std::span<const Quad<double>> slots) {
-        for (std::size_t s = first; s < first + slots.size() / 4; ++s) {
-            if (regions.particle[s] == none) continue;
-            const Quad<double>& total = slots[4 * (s - first)];
-            const auto rates = rates_of({total[0], total[1], total[2]}, regions.half_width, h);
-            out.rate_sq[s] = rates.rate_sq;
-            if (regions.flat) out.bend_sq[s] = rates.bend_sq;
-        }
-    });
+    find_rates(out, matter, h);
     find_spread(out, lattice, with_spread, [](std::size_t) { return true; });
     return out;
 }
 
+void add_volume(MatchedRegions& matched, const Lattice& lattice,
+                const std::vector<RegionMatter>& matter, double h)
+{
+    matched.poisson.resize(matched.regions.slots(), 0.0f);
+    find_rates(matched, matter, h);
+    find_spread(matched, lattice, false, [](std::size_t) { return true; });
+}
+
 // s^2 = E / (rho h^2 m2), with E V and m summed over the region.
-RegionRates rates_of(const std::array<double, 3>& matter, int half_width, double h)
+RegionRates rates_of(const RegionMatter& matter, int half_width, double h)
 {
     const double w = half_width, m2 = mean_square_place(w), m4 = mean_fourth_place(w);
     const double rate_sq = matter[0] / (matter[1] * h * h * m2);
-    return {float(rate_sq), float(rate_sq * matter[2] / matter[1] * m2 / (3 * (m4 - m2 * m2)))};
+    return {float(rate_sq), float(rate_sq * matter[2] / matter[1] * m2 / (3 * (m4 - m2 * m2))),
+            float(matter[2] / matter[0])};
 }
 
 void find_spread(MatchedRegions& matched, const Lattice& lattice, bool with_spread,
                  const std::function<bool(std::size_t)>& which)
 {
     const LatticeRegions& regions = matched.regions;
-    if (with_spread) find_inverse_spreads(matched, lattice, which);
+    const auto at = [&](std::size_t i) { return Vec3(lattice.at[i].cast<double>()); };
+    if (with_spread) {
+        auto& out = matched.inverse_spread;
+        out.resize(6 * regions.slots(), 0.0f);
+        for_each_spread(regions, matched.mass, at, which, [&](std::size_t s, const Spread& of) {
+            const auto packed = inverse_spread(of.mass, of.moment, of.about);
+            std::copy(packed.begin(), packed.end(), out.begin() + std::ptrdiff_t(6 * s));
+        });
+    }
+    if (!matched.poisson.empty()) find_volume(regions, matched.mass, at, which, matched.volume);
     if (!regions.flat) return;
     const auto place = [&](std::size_t i) {
         const Vec3i from_first = lattice.at[i] - lattice.at[0];

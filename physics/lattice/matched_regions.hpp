@@ -1,7 +1,8 @@
 #pragma once
 
 // Regions and what shape matching knows of each: its rates of stretch and bending, how its matter
-// is spread, and how much of its twist a plane resists (lattice.hpp has the equations).
+// is spread, how much of its twist a plane resists (lattice.hpp has the equations), and what its
+// volume is measured by (region_volume.hpp).
 
 #include "physics/regions/lattice_regions.hpp"
 
@@ -17,6 +18,14 @@ template <class T> struct RegionTwist {
     T loose = 0;  // 1/kg, (1 - phi) / B; 0 where nothing twists
 };
 
+// What the volume of a region is measured by (region_volume.hpp). All 0 where it has none: flat, or
+// with links that are broken.
+template <class T> struct RegionVolume {
+    std::array<T, 6> root{};  // det(B)^(1/6) B^-1/2, packed xx, xy, xz, yy, yz, zz
+    T scale = 0;              // 1/kg, det(B)^(-1/3), of B in lattice steps
+    T slack = 0;              // m2 M_r tr B^-1 / 3, 1 in a full region
+};
+
 // Regions and what belongs to each of them, or to each particle because of them.
 struct MatchedRegions {
     LatticeRegions regions;
@@ -25,7 +34,9 @@ struct MatchedRegions {
     std::vector<float> rate_sq;         // slots, 1/s^2, s^2 from the material
     std::vector<float> bend_sq;         // slots, 1/s^2, b^2 of a plane, without the option's factor
     std::vector<float> inverse_spread;  // 6 a slot, B^-1 in lattice steps; where plastic
-    std::vector<RegionTwist<float>> twist;  // slots, of a plane
+    std::vector<RegionTwist<float>> twist;    // slots, of a plane
+    std::vector<float> poisson;               // slots, nu of a solid; empty where all are 0
+    std::vector<RegionVolume<float>> volume;  // likewise
 };
 
 // Mean square and mean fourth power of the places -w .. w.
@@ -52,21 +63,38 @@ void find_twist(const LatticeRegions& regions, std::span<const float> mass,
                 const std::function<std::array<double, 2>(std::size_t)>& place,
                 const std::function<bool(std::size_t)>& which, std::vector<RegionTwist<T>>& twist);
 
-// s^2, and b^2 of a plane, of a region that holds this much `matter`.
+// The volume of the regions of solids whose particles weigh `mass`, likewise.
+template <class T>
+void find_volume(const LatticeRegions& regions, std::span<const float> mass,
+                 const std::function<geometry::Vec3(std::size_t)>& place,
+                 const std::function<bool(std::size_t)>& which,
+                 std::vector<RegionVolume<T>>& volume);
+
+// What a particle brings to its regions: its share of E V (Pa m^3), its mass (kg), and of a plane
+// of thickness t mass (t / h)^2 / (1 - nu^2), of a solid E V nu.
+using RegionMatter = std::array<double, 3>;
+
+// s^2, and b^2 of a plane or nu of a solid, of a region that holds this much matter.
 struct RegionRates {
-    float rate_sq, bend_sq;
+    float rate_sq, bend_sq, poisson;
 };
-RegionRates rates_of(const std::array<double, 3>& matter, int half_width, double h);
+RegionRates rates_of(const RegionMatter& matter, int half_width, double h);
+
+// The rates of all regions, and their Poisson's ratios where they are kept.
+void find_rates(MatchedRegions& matched, const std::vector<RegionMatter>& matter, double h);
 
 // What the regions of the slots that `which` says see of how their matter is spread: B^-1,
-// with_spread, and the twist of a plane's. Others keep what they have.
+// with_spread, the twist of a plane's, and the volume where Poisson's ratios are kept. Others keep
+// what they have.
 void find_spread(MatchedRegions& matched, const Lattice& lattice, bool with_spread,
                  const std::function<bool(std::size_t)>& which);
 
-// What belongs to regions. `matter` holds, for each particle, its share of E V (Pa m^3), its mass
-// (kg) and mass (t / h)^2 of a plane of thickness t; `with_spread`: B^-1 too.
+// What belongs to regions, but for Poisson's ratios and volume; `with_spread`: B^-1 too.
 MatchedRegions match_regions(LatticeRegions regions, const Lattice& lattice,
-                             const std::vector<std::array<double, 3>>& matter, double h,
-                             bool with_spread);
+                             const std::vector<RegionMatter>& matter, double h, bool with_spread);
+
+// Poisson's ratios and the volume of all regions of a solid.
+void add_volume(MatchedRegions& matched, const Lattice& lattice,
+                const std::vector<RegionMatter>& matter, double h);
 
 }  // namespace physics

@@ -83,15 +83,26 @@ void warn_of_stretch(FrameState& step)
         step.body.soft_stretch, narrower ? "a smaller half width, " : ""));
 }
 
+// Substeps from which on nothing is left out of the stiffness to volume, (1 + nu) / (1 - 2 nu)
+// times that to shape with it.
+int substeps_for_volume(const FrameState& step)
+{
+    const double nu = step.body.poisson;
+    const double both = step.resolved * std::sqrt((1 + nu) / (1 - 2 * nu));
+    return int(std::min(1e9, std::ceil(step.options.substeps * both)));
+}
+
 void warn_of_poisson(FrameState& step)
 {
-    constexpr double seen = 0.4;  // above, volume is what one sees
-    if (step.options.stiffness != Stiffness::material || step.flat) return;
-    if (!(step.body.poisson > seen)) return;
+    constexpr double seen = 0.1;
+    if (step.resolved > 1) return;  // that is told with its shape
+    const double nu = step.body.poisson, bulk = 3 * nu / (1 - 2 * nu) * step.volume_kept;
+    const double acts = bulk / (3 + 2 * bulk);
+    if (!(nu - acts > seen)) return;
     step.state.report.warnings.push_back(fmt::format(
-        "A lattice does not bulge where it is squeezed: its Poisson's ratio acts as 0, not {:.3g}. "
-        "Use method = bricks where the volume matters.",
-        step.body.poisson));
+        "The lattice keeps less of its volume than its material: Poisson's ratio acts as {:.2g}, "
+        "not {:.3g}. Use up to {} substeps, or widen the regions.",
+        acts, nu, substeps_for_volume(step)));
 }
 
 // A lattice comes back from anything, so what is less than a quarter does not matter. Only the
@@ -129,8 +140,11 @@ void warn_of_softness(FrameState& step)
                           step.body.base.h, least,
                           more ? "Raise substeps, or use larger cells." : "Use larger cells.")
             : fmt::format("The lattice is softer than its material: a half width of {} needs at "
-                          "least {} substeps. {}",
+                          "least {} substeps{}. {}",
                           step.body.whole.regions.half_width, least,
+                          step.body.poisson > 0
+                              ? fmt::format(" ({} to keep its volume)", substeps_for_volume(step))
+                              : "",
                           more ? "Raise substeps, widen the regions, or set a rate."
                                : "Widen the regions, or set a rate."));
 }

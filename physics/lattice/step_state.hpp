@@ -63,7 +63,8 @@ struct FrameState {
     std::optional<TornSkin> torn_skin;                   // where links are broken and it touches
     std::vector<std::uint8_t> torn_corners;              // C, while links of a membrane are broken
     double stiffness = 0, damping = 0;                   // alpha with the membrane's share, beta
-    double resolved = 0;  // s dt, at most 1 where steps can bear the stiffness
+    double resolved = 0;     // s dt, at most 1 where steps can bear the stiffness
+    double volume_kept = 1;  // the share of the stiffness to volume that steps can bear, its mean
 
     bool has_before = false;     // d of the step before is known
     Vec3 origin = Vec3::Zero();  // what single precision measures from
@@ -84,13 +85,16 @@ template <class T> struct StepState : FrameState {
     {}
 
     RegionSums<T> sums;
-    std::vector<T> weight;                  // slots, alpha of `stiffness`
-    std::vector<T> held_weight;             // N, their sums over the regions of each
-    std::vector<float> with_pins;           // kg, M_i, as regions weigh it; where there are pins
-    const RegionTwist<T>* twist = nullptr;  // slots, of a plane in space
-    std::vector<RegionTwist<T>> own_twist;  // where it is not the body's
-    std::vector<T> membrane_share;          // C, kg of `stiffness`; empty where there is none
-    std::vector<float> membrane_rest;       // 3 C, as MembraneState wants it; where plastic
+    std::vector<T> weight;                    // slots, alpha of `stiffness`
+    std::vector<T> volume_share;              // slots, K / k; empty where no volume is kept
+    std::vector<T> held_weight;               // N, their sums over the regions of each
+    std::vector<float> with_pins;             // kg, M_i, as regions weigh it; where there are pins
+    const RegionTwist<T>* twist = nullptr;    // slots, of a plane in space
+    std::vector<RegionTwist<T>> own_twist;    // where it is not the body's
+    const RegionVolume<T>* volume = nullptr;  // slots, where volume is kept
+    std::vector<RegionVolume<T>> own_volume;  // where it is not the body's
+    std::vector<T> membrane_share;            // C, kg of `stiffness`; empty where there is none
+    std::vector<float> membrane_rest;         // 3 C, as MembraneState wants it; where plastic
     MembranePull<T> stretched;
 };
 

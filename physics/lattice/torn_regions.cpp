@@ -63,6 +63,8 @@ MatchedRegions TornRegions::match(const MatchedRegions& whole, const MatchedRegi
     out.bend_sq = before.bend_sq;
     out.inverse_spread = before.inverse_spread;
     out.twist = before.twist;
+    out.poisson = before.poisson;
+    out.volume = before.volume;
     const auto lost = torn.lost();
     std::vector<std::uint32_t> fresh;
     for (std::uint32_t i = 0; i < lost.size(); ++i) {
@@ -76,7 +78,7 @@ MatchedRegions TornRegions::match(const MatchedRegions& whole, const MatchedRegi
     }
     // Rates of partial regions, by the sums that they share; those of full ones stay.
     const PartialRegions& e = out.regions.partial;
-    std::vector<std::array<double, 3>> matter(e.nodes());
+    std::vector<RegionMatter> matter(e.nodes());
     for (std::size_t n = 0; n < matter.size(); ++n) {
         for (std::uint32_t k = e.child_at[n]; k < e.child_at[n + 1]; ++k) {
             const auto& part = n < e.bars ? matter_[e.child[k]] : matter[e.child[k]];
@@ -87,8 +89,9 @@ MatchedRegions TornRegions::match(const MatchedRegions& whole, const MatchedRegi
         const auto rates = rates_of(matter[e.bars + e.plates + i], out.regions.half_width, h_);
         out.rate_sq[e.region[i]] = rates.rate_sq;
         if (out.regions.flat) out.bend_sq[e.region[i]] = rates.bend_sq;
+        if (!out.poisson.empty()) out.poisson[e.region[i]] = rates.poisson;
     }
-    if (with_spread_ || out.regions.flat) {
+    if (with_spread_ || out.regions.flat || !out.poisson.empty()) {
         // A region that changes loses a particle, and one that is lost weighs more in the others.
         std::vector<std::uint8_t> changed(out.regions.slots(), 0);
         for (const auto slot : torn.slots_around(fresh)) changed[slot] = 1;

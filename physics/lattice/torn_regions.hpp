@@ -17,8 +17,7 @@ class TornRegions {
 public:
     using Found = std::shared_ptr<const MatchedRegions>;
 
-    TornRegions(Lattice lattice, std::vector<std::array<double, 3>> matter, double h,
-                bool with_spread)
+    TornRegions(Lattice lattice, std::vector<RegionMatter> matter, double h, bool with_spread)
         : lattice_(std::move(lattice)), matter_(std::move(matter)), h_(h), with_spread_(with_spread)
     {}
 
@@ -41,7 +40,7 @@ private:
 
     static constexpr std::size_t most = 2;
     Lattice lattice_;
-    std::vector<std::array<double, 3>> matter_;  // as match_regions() wants it
+    std::vector<RegionMatter> matter_;  // as match_regions() wants it
     double h_;
     bool with_spread_;
     std::mutex mutex_;

@@ -367,7 +367,7 @@ TEST(Lattice, ABlockRestsOnTheGround)
     loads.forces.push_back({});
     loads.colliders.push_back({});
     LatticeOptions options{.damping = 0.03, .substeps = 10};
-    for (int frame = 0; frame < 72; ++frame) {
+    for (int frame = 0; frame < 120; ++frame) {
         state = advance(body, state, loads, 1.0 / 24, options);
         for (const Vec3& x : state.x) ASSERT_GT(x[1], -2e-3);
     }
@@ -576,19 +576,6 @@ TEST(Lattice, TellsHowMuchTooFarAThinBodyStretches)
     }
     const LatticeBody thick = make_lattice(box(10, 4, 4, 0.1), {.half_width = 1});
     EXPECT_LT(thick.soft_stretch, 1.3);
-}
-
-TEST(Lattice, TellsThatItDoesNotKnowPoissonsRatio)
-{
-    const auto warned = [](double poisson, Stiffness stiffness) {
-        const LatticeOptions options{.half_width = 1, .stiffness = stiffness, .substeps = 1000};
-        const LatticeBody body = make_lattice(box(4, 4, 4, 0.1, {.poisson = poisson}), options);
-        return advance(body, rest_state(body), {}, 1e-3, options).report.warnings;
-    };
-    ASSERT_EQ(warned(0.45, Stiffness::material).size(), 1u);
-    EXPECT_NE(warned(0.45, Stiffness::material)[0].find("acts as 0, not 0.45"), std::string::npos);
-    EXPECT_TRUE(warned(0.4, Stiffness::material).empty());
-    EXPECT_TRUE(warned(0.45, Stiffness::rate).empty());
 }
 
 TEST(Lattice, RejectsBadInput)
