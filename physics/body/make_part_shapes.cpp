@@ -1,8 +1,10 @@
 #include "physics/body/make_part_shapes.hpp"
 
+#include "geometry/base/parallel.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/embed/bind.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/winding_walk.hpp"
 #include "physics/body/closed_shape.hpp"
 #include "physics/body/halved_triangle.hpp"
 #include "physics/body/mesh_of_some.hpp"
@@ -88,10 +90,13 @@ void add_points(const TriMesh& mesh, const geometry::TriangleBvh& shape, double 
                    longest, out);
     }
     // The triangles may all face inward.
-    for (std::size_t i = first; i < out.size(); ++i) {
-        LoosePoint& point = out[i];
-        if (shape.inside(point.place + 1e-3 * longest * point.normal)) point.normal *= -1;
-    }
+    geometry::parallel_for(out.size() - first, 256, [&](std::size_t begin, std::size_t end) {
+        geometry::WindingWalk walk(shape, 2 * longest);
+        for (std::size_t i = first + begin; i < first + end; ++i) {
+            LoosePoint& point = out[i];
+            if (walk.inside(point.place + 1e-3 * longest * point.normal)) point.normal *= -1;
+        }
+    });
 }
 
 // Which points are taken together: those of one cube, one 64th of it, and one side of six.

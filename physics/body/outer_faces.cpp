@@ -3,6 +3,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/pieces.hpp"
+#include "geometry/mesh/winding_walk.hpp"
 #include "physics/body/halved_triangle.hpp"
 
 #include <algorithm>
@@ -23,18 +24,18 @@ using geometry::Vec3;
 using Corners = std::array<Vec3, 3>;  // m
 
 struct Cutter {
-    const geometry::TriangleBvh& tree;
+    geometry::WindingWalk walk;
     double size;  // m
 
     // Whether one side of a face is outside of all pieces at some place on it.
-    bool is_outer(const Vec3& place, const Vec3& normal) const
+    bool is_outer(const Vec3& place, const Vec3& normal)
     {
         const Vec3 off = 1e-3 * size * normal;
-        return !tree.inside(place + off) || !tree.inside(place - off);
+        return !walk.inside(place + off) || !walk.inside(place - off);
     }
 
     // Of four places on a triangle, near the corners and in the middle, how many are outer ones.
-    int outer_places(const Corners& t, const Vec3& normal) const
+    int outer_places(const Corners& t, const Vec3& normal)
     {
         constexpr double near = 0.9, far = 0.05;
         int out = is_outer((t[0] + t[1] + t[2]) / 3, normal) ? 1 : 0;
@@ -46,7 +47,7 @@ struct Cutter {
     }
 
     // Adds what is on the outside. Returns whether that is all of the triangle.
-    bool cut(const Corners& t, const Vec3& normal, std::vector<Corners>& out) const
+    bool cut(const Corners& t, const Vec3& normal, std::vector<Corners>& out)
     {
         const HalvedTriangle halved(t);
         const Vec3 centre = (t[0] + t[1] + t[2]) / 3;
@@ -95,11 +96,12 @@ std::optional<TriMesh> outer_faces(const TriMesh& mesh, const geometry::Triangle
     const geometry::Pieces pieces = geometry::find_pieces(mesh);
     if (pieces.count() < 2) return std::nullopt;
     const double area = std::accumulate(pieces.area.begin(), pieces.area.end(), 0.0);
-    const Cutter cutter{tree, std::max(size, std::sqrt(area / most))};
+    const double longest = std::max(size, std::sqrt(area / most));
     const auto& triangles = mesh.triangles();
     std::vector<std::vector<Corners>> kept(triangles.size());
     std::vector<std::uint8_t> whole(triangles.size(), 1);
     geometry::parallel_for(triangles.size(), 64, [&](std::size_t begin, std::size_t end) {
+        Cutter cutter{{tree, 2 * longest}, longest};
         for (std::size_t i = begin; i < end; ++i) {
             Corners t;
             for (std::size_t a = 0; a < 3; ++a) {
