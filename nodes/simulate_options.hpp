@@ -111,8 +111,7 @@ inline void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
             {.min = 1, .max = 64})
         .choice("stiffness", &LatticeOptions::stiffness, {"material", "rate"},
                 "Source of the stiffness. material: Young's modulus and Poisson's ratio, as far as "
-                "regions and substeps can represent them. rate: the parameter rate; Poisson's "
-                "ratio then acts as 0.")
+                "regions and substeps can. rate: the parameter rate; Poisson's ratio acts as 0.")
         .choice("calibrate", &LatticeOptions::calibrate, {"bending", "stretch"},
                 "What the stiffness from the material is calibrated for. bending: a bend of the "
                 "whole body. stretch: long waves of stretch. A thin body cannot match both.",
@@ -131,10 +130,11 @@ inline void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
             "makes a dimple of w cells, deeper for wider regions. Corners that move away from "
             "their neighbours by more than 2.5 cells per substep add energy; a warning reports it.",
             {.min = 0})
-        .param("damping", &LatticeOptions::damping,
-               "Damping proportional to stiffness, in addition to that of the material. The "
-               "damping ratio of a vibration of frequency f is pi f damping.",
-               {.min = 0, .unit = "s"})
+        .param(
+            "damping", &LatticeOptions::damping,
+            "Damping proportional to stiffness, beside the material's: of a vibration of frequency "
+            "f a ratio of pi f damping. A substep at most where Poisson's ratio is hard to bear.",
+            {.min = 0, .unit = "s"})
         .choice(
             "weighting", &LatticeOptions::weighting, {"filled", "full"},
             "filled: a partly filled cube has that share of the stiffness. full: it has all of it.")

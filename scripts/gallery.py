@@ -28,13 +28,30 @@ scenes = {
     "bounce_on_stairs": 20, "clover_on_stairs": 24, "blend_constant_volume": 48, "breathing": 18,
     "dough_and_pliers": 66, "kitchen": 48, "coated_cubes": 16, "felt_on_stone": 24,
     "reaching_puppet": 48, "starter": 12, "folding_ribbon": 19, "three_sheets": 14, "walk_by_keys": 40,
-    "scanned_duck": 9, "skittles": 19,
+    "scanned_duck": 9, "skittles": 19, "three_cloths": 40, "shots/bridge_lorry": 60,
 }
 
 
+def merged(under, over):
+    """`over` where it says something, and else `under`: what `extends` does."""
+    if not (isinstance(under, dict) and isinstance(over, dict)):
+        return over
+    return under | {k: merged(under.get(k), v) for k, v in over.items()}
+
+
+def read(path):
+    graph = json.loads(re.sub(r"^\s*//.*$", "", path.read_text(), flags=re.M))
+    if "extends" in graph:
+        graph = merged(read(path.parent / graph["extends"]), graph)
+    return graph
+
+
 def document(scene):
-    text = (root / f"graphs/{scene}.json").read_text()
-    return json.loads(re.sub(r"^\s*//.*$", "", text, flags=re.M))
+    return read(root / f"graphs/{scene}.json")
+
+
+def picture_of(scene):
+    return f"{scene.split('/')[-1]}.jpg"
 
 
 def wires(value):
@@ -62,7 +79,7 @@ def draw(scene, frame):
                         "--node", writer, "--frames", str(frame), "--set",
                         f'{image.split(".")[0]}.quality=final'], check=True)
         drawn = next(pathlib.Path(out).rglob("*.png"))
-        to = pictures / f"{scene}.jpg"
+        to = pictures / picture_of(scene)
         for quality in (2, 3, 4, 6, 8):
             subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-i", drawn, "-q:v", str(quality),
                             to], check=True)
@@ -74,11 +91,11 @@ def page():
     text = ("# Gallery\n\nA frame of scenes in `graphs/`, with their graphs. "
             "`scripts/gallery.py` makes this page.\n")
     for scene, frame in scenes.items():
-        if not (pictures / f"{scene}.jpg").exists():
+        if not (pictures / picture_of(scene)).exists():
             continue
         graph = document(scene)
         doc = graph.get("doc", "A ball of foam falls on the floor.")
-        text += (f"\n## {scene}\n\n{doc}\n\n![Frame {frame} of {scene}](pictures/{scene}.jpg)\n\n"
+        text += (f"\n## {scene}\n\n{doc}\n\n![Frame {frame} of {scene}](pictures/{picture_of(scene)})\n\n"
                  f"<details><summary>The graph of "
                  f"<a href=\"../graphs/{scene}.json\">{scene}.json</a></summary>\n\n"
                  f"```mermaid\n{drawing(graph['nodes'])}\n```\n\n</details>\n")

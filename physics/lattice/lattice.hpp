@@ -29,7 +29,8 @@
 // and s follows from the material; what Poisson's ratio adds is a pull to the region's volume
 // (region_volume.hpp). (A rate -ln(1 - alpha) / dt, as in position-based methods, would
 // keep relaxation but not inertia: frequencies would rise with 1 / sqrt(dt).) beta = 1 - exp(-c
-// dt).
+// dt), and where a solid's volume takes more than a quarter of what steps can bear
+// (region_volume.hpp) up to 0.02 at least.
 //
 // A plane (geometry/cubes/plane.hpp) is one layer of particles. A_r lacks the normal's direction,
 // and the cross product of the other two stands in. In space its regions resist bending, at a rate

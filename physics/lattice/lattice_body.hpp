@@ -7,6 +7,7 @@
 #include "physics/lattice/lattice_options.hpp"
 #include "physics/lattice/matched_regions.hpp"
 #include "physics/lattice/membrane.hpp"
+#include "physics/lattice/pinned_volume.hpp"
 #include "physics/regions/links.hpp"
 #include "physics/state/state.hpp"
 
@@ -26,12 +27,13 @@ struct LatticeBody {
     int slender = 0;                    // cubes along the shortest slender piece; 0: none is
     int compact = 0;                    // cubes along the shortest of the others; 0: none is
     double soft_stretch = 1;            // times that a piece stretches too far, as it bends rightly
-    double poisson = 0;                 // the largest of the cubes'
+    double poisson = 0;                 // the largest of a solid's cubes, of what is kept of it
     int flat_axis = -1;                 // of a plane
     Membrane membrane;                  // of a plane in space
     std::vector<std::uint32_t> side;    // particles that lack a neighbour: bodies meet there
     LinkedPieces pieces;                // that no breaks part
     std::shared_ptr<TornRegions> torn;  // where links can break
+    std::shared_ptr<PinnedVolume> pinned;  // of a solid that keeps its volume
 
     std::size_t bytes() const;
 };

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <stdexcept>
 
 namespace physics {
@@ -54,10 +55,13 @@ std::vector<std::uint32_t> particles_at_the_side(const Lattice& lattice, int fla
     return out;
 }
 
+// What is kept of the volume at more than this, no step that anybody takes can tell from it.
+constexpr double most_poisson = 0.495;
+
 std::vector<RegionMatter> matter_of(const geometry::Cubes& cubes, const CornerBody& base,
                                     Weighting weighting, bool flat)
 {
-    std::vector<RegionMatter> matter(cubes.corner_count(), {0, 0, 0});
+    std::vector<RegionMatter> matter(cubes.corner_count(), {0, 0, 0, 0});
     const double volume = std::pow(cubes.size, 3);
     std::vector<double> corner_mass(flat ? cubes.corner_count() : 0, 0);
     for (std::size_t c = 0; c < cubes.count(); ++c) {
@@ -67,38 +71,60 @@ std::vector<RegionMatter> matter_of(const geometry::Cubes& cubes, const CornerBo
             const double stiff = cubes.young[c] * share * volume / 8, nu = cubes.poisson[c];
             matter[k][0] += stiff;
             matter[k][2] += flat ? cubes.mass[c] / 8 * cubes.fill[c] * cubes.fill[c] / (1 - nu * nu)
-                                 : stiff * std::max(nu, 0.0);
+                                 : stiff * std::clamp(nu, 0.0, most_poisson);
         }
     }
     for (std::size_t k = 0; k < matter.size(); ++k) matter[k][1] = base.mass[k];
     return matter;
 }
 
-// What regions resist so that the body has the material's E and nu: k of rotations, E = k (1 + nu).
-// In a bend they resist x k, x its excess at nu = 0, and what nu adds at most phi k nu, for a
-// region sees no more than the mean of its strains. So k = E / (x + phi nu); x = phi = 1 is right
-// for stretch. phi: with volume the same bend costs phi lambda more, lambda / k = nu / (1 - 2 nu).
+// By N, of what a particle's piece has in all, with weights matter[k][0].
+std::vector<double> mean_of_pieces(const std::vector<RegionMatter>& matter,
+                                   const std::vector<std::uint32_t>& piece,
+                                   const std::function<double(std::size_t)>& of)
+{
+    std::vector<double> sum(matter.size(), 0), weight(matter.size(), 0), out(matter.size());
+    for (std::size_t k = 0; k < matter.size(); ++k) {
+        sum[piece[k]] += matter[k][0] * of(k);
+        weight[piece[k]] += matter[k][0];
+    }
+    for (std::size_t k = 0; k < matter.size(); ++k) out[k] = sum[piece[k]] / weight[piece[k]];
+    return out;
+}
+
+// Makes rates and gains such that the body has the material's E, whatever of nu steps can bear. A
+// bend resists x k of what rotations resist, x its excess at nu = 0, and with volume phi k lambda /
+// mu / 2 more while its sides are held, phi nu k where they are free: a region sees no more than
+// the mean of its strains. So E = k (x + phi nu); x = phi = 1 is right for stretch.
 void calibrate(const geometry::Cubes& cubes, const std::vector<std::uint32_t>& piece,
                const Lattice& lattice, std::vector<RegionMatter>& matter, LatticeBody& body)
 {
     const bool bends = body.options.calibrate == Calibration::bending;
-    body.poisson = *std::max_element(cubes.poisson.begin(), cubes.poisson.end());
-    std::vector<double> excess(matter.size(), 1), with_volume(matter.size(), 0);
+    const auto nu_of = [&](std::size_t k) { return matter[k][2] / matter[k][0]; };
+    body.poisson =
+        std::min(*std::max_element(cubes.poisson.begin(), cubes.poisson.end()), most_poisson);
+    std::vector<double> excess(matter.size(), 1), gain(matter.size(), 1);
     if (bends) excess = bending_excess(cubes, body, piece);
     if (body.poisson > 0) {
         add_volume(body.whole, lattice, matter, cubes.size);
-        if (bends) with_volume = bending_excess(cubes, body, piece);
+        body.pinned = std::make_shared<PinnedVolume>();
+        if (bends) {
+            const std::vector<double> with_volume = bending_excess(cubes, body, piece);
+            const auto lambda = mean_of_pieces(
+                matter, piece, [&](std::size_t k) { return nu_of(k) / (1 - 2 * nu_of(k)); });
+            for (std::size_t k = 0; k < gain.size(); ++k) {
+                const double more = with_volume[k] - excess[k];
+                gain[k] = lambda[k] > 0 ? std::clamp(more / lambda[k], 0.0, 1.0) : 1;
+            }
+        }
     }
     for (std::size_t k = 0; k < matter.size(); ++k) {
-        const double nu = matter[k][2] / matter[k][0];
-        double resists = excess[k] + nu;
-        if (bends) {
-            const double more = (with_volume[k] - excess[k]) * (1 - 2 * nu);
-            resists = excess[k] + std::clamp(more, 0.0, nu);
-        }
-        body.soft_stretch = std::max(body.soft_stretch, resists / (1 + nu));
-        matter[k][0] /= resists;
-        matter[k][2] /= resists;
+        const double nu = nu_of(k), x = excess[k];
+        // Between what a full region and one of a thin bar gives of 1 + nu.
+        body.soft_stretch = std::max(body.soft_stretch, (x + gain[k] * nu) / (1 + nu / 2));
+        matter[k][0] /= x;
+        matter[k][2] /= x;
+        matter[k][3] = matter[k][0] * gain[k] / x;
     }
     find_rates(body.whole, matter, cubes.size);
 }

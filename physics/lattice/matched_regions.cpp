@@ -1,5 +1,6 @@
 #include "physics/lattice/matched_regions.hpp"
 
+#include "geometry/base/parallel.hpp"
 #include "physics/regions/region_sums.hpp"
 
 #include <Eigen/Cholesky>
@@ -47,11 +48,13 @@ void for_each_spread(const LatticeRegions& regions, std::span<const float> mass,
     RegionSums<double> sums(regions);
     auto& f = sums.particles;
     // M (X - X_r) (X - X_r)^T summed = moments of M X, less X_r times those of M.
-    for (std::size_t i = 0; i < regions.particles; ++i) {
-        const Vec3 p = place(i);
-        const double m = double(mass[i]);
-        f[i] = {m * p[0], m * p[1], m * p[2], m};
-    }
+    geometry::parallel_for(regions.particles, 2048, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const Vec3 p = place(i);
+            const double m = double(mass[i]);
+            f[i] = {m * p[0], m * p[1], m * p[2], m};
+        }
+    });
     collect<double>(regions, sums, [&](std::size_t first, std::span<const Quad<double>> slots) {
         for (std::size_t k = 0; 4 * k < slots.size(); ++k) {
             const std::uint32_t r = regions.particle[first + k];
@@ -69,8 +72,9 @@ void for_each_spread(const LatticeRegions& regions, std::span<const float> mass,
     });
 }
 
-template <class T> RegionVolume<T> volume_of(const Spread& of, int half_width)
+template <class T> RegionVolume<T> volume_of(const Spread& of)
 {
+    constexpr double flat = 1e-3;  // of the trace; less is more rounding than extent
     const Mat3 b = of.about - of.moment * of.moment.transpose() / of.mass;
     const double size = b.trace();
     Vec3 spread = b.diagonal();
@@ -80,15 +84,13 @@ template <class T> RegionVolume<T> volume_of(const Spread& of, int half_width)
         spread = eigen.eigenvalues();
         axes = eigen.eigenvectors();
     }
-    if (!(spread.minCoeff() > 1e-6 * size)) return {};
+    if (!(spread.minCoeff() > flat * size)) return {};
     const double third = std::cbrt(spread.prod());
-    const Mat3 root = axes * (std::sqrt(third) * spread.cwiseSqrt().cwiseInverse()).asDiagonal() *
-                      axes.transpose();
-    const double shape = spread.cwiseInverse().sum() / 3;  // of B^-1
+    const Vec3 inverse_root = std::sqrt(third) * spread.cwiseSqrt().cwiseInverse();
+    const Mat3 root = axes * inverse_root.asDiagonal() * axes.transpose();
     return {
         {T(root(0, 0)), T(root(0, 1)), T(root(0, 2)), T(root(1, 1)), T(root(1, 2)), T(root(2, 2))},
-        T(1 / third),
-        T(mean_square_place(half_width) * of.mass * shape)};
+        T(1 / third)};
 }
 
 }  // namespace
@@ -146,9 +148,8 @@ void find_volume(const LatticeRegions& regions, std::span<const float> mass,
                  std::vector<RegionVolume<T>>& volume)
 {
     volume.resize(regions.slots());
-    for_each_spread(regions, mass, place, which, [&](std::size_t s, const Spread& spread) {
-        volume[s] = volume_of<T>(spread, regions.half_width);
-    });
+    for_each_spread(regions, mass, place, which,
+                    [&](std::size_t s, const Spread& spread) { volume[s] = volume_of<T>(spread); });
 }
 template void find_volume(const LatticeRegions&, std::span<const float>,
                           const std::function<Vec3(std::size_t)>&,
@@ -164,16 +165,19 @@ void find_rates(MatchedRegions& matched, const std::vector<RegionMatter>& matter
     const LatticeRegions& regions = matched.regions;
     RegionSums<double> sums(regions);
     for (std::size_t i = 0; i < matter.size(); ++i) {
-        sums.particles[i] = {matter[i][0], matter[i][1], matter[i][2], 0};
+        sums.particles[i] = {matter[i][0], matter[i][1], matter[i][2], matter[i][3]};
     }
     collect<double>(regions, sums, [&](std::size_t first, std::span<const Quad<double>> slots) {
         for (std::size_t s = first; s < first + slots.size() / 4; ++s) {
             if (regions.particle[s] == none) continue;
             const Quad<double>& total = slots[4 * (s - first)];
-            const auto rates = rates_of({total[0], total[1], total[2]}, regions.half_width, h);
+            const auto rates =
+                rates_of({total[0], total[1], total[2], total[3]}, regions.half_width, h);
             matched.rate_sq[s] = rates.rate_sq;
             if (regions.flat) matched.bend_sq[s] = rates.bend_sq;
-            if (!matched.poisson.empty()) matched.poisson[s] = rates.poisson;
+            if (matched.poisson.empty()) continue;
+            matched.poisson[s] = rates.poisson;
+            matched.volume_gain[s] = rates.volume_gain;
         }
     });
 }
@@ -204,6 +208,7 @@ void add_volume(MatchedRegions& matched, const Lattice& lattice,
                 const std::vector<RegionMatter>& matter, double h)
 {
     matched.poisson.resize(matched.regions.slots(), 0.0f);
+    matched.volume_gain.resize(matched.regions.slots(), 0.0f);
     find_rates(matched, matter, h);
     find_spread(matched, lattice, false, [](std::size_t) { return true; });
 }
@@ -214,7 +219,7 @@ RegionRates rates_of(const RegionMatter& matter, int half_width, double h)
     const double w = half_width, m2 = mean_square_place(w), m4 = mean_fourth_place(w);
     const double rate_sq = matter[0] / (matter[1] * h * h * m2);
     return {float(rate_sq), float(rate_sq * matter[2] / matter[1] * m2 / (3 * (m4 - m2 * m2))),
-            float(matter[2] / matter[0])};
+            float(matter[2] / matter[0]), float(matter[3] / matter[0])};
 }
 
 void find_spread(MatchedRegions& matched, const Lattice& lattice, bool with_spread,

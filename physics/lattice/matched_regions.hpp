@@ -18,13 +18,14 @@ template <class T> struct RegionTwist {
     T loose = 0;  // 1/kg, (1 - phi) / B; 0 where nothing twists
 };
 
-// What the volume of a region is measured by (region_volume.hpp). All 0 where it has none: flat, or
-// with links that are broken.
+// What the volume of a region is measured by (region_volume.hpp), eight numbers. All 0 where it has
+// none: flat, or nearly so.
 template <class T> struct RegionVolume {
     std::array<T, 6> root{};  // det(B)^(1/6) B^-1/2, packed xx, xy, xz, yy, yz, zz
     T scale = 0;              // 1/kg, det(B)^(-1/3), of B in lattice steps
-    T slack = 0;              // m2 M_r tr B^-1 / 3, 1 in a full region
+    T unused = 0;
 };
+static_assert(sizeof(RegionVolume<float>) == 8 * sizeof(float));
 
 // Regions and what belongs to each of them, or to each particle because of them.
 struct MatchedRegions {
@@ -34,8 +35,9 @@ struct MatchedRegions {
     std::vector<float> rate_sq;         // slots, 1/s^2, s^2 from the material
     std::vector<float> bend_sq;         // slots, 1/s^2, b^2 of a plane, without the option's factor
     std::vector<float> inverse_spread;  // 6 a slot, B^-1 in lattice steps; where plastic
-    std::vector<RegionTwist<float>> twist;    // slots, of a plane
-    std::vector<float> poisson;               // slots, nu of a solid; empty where all are 0
+    std::vector<RegionTwist<float>> twist;  // slots, of a plane
+    std::vector<float> poisson;             // slots, nu of a solid; empty where all are 0
+    std::vector<float> volume_gain;         // likewise, g: E = k (1 + g nu), see region_volume.hpp
     std::vector<RegionVolume<float>> volume;  // likewise
 };
 
@@ -70,13 +72,13 @@ void find_volume(const LatticeRegions& regions, std::span<const float> mass,
                  const std::function<bool(std::size_t)>& which,
                  std::vector<RegionVolume<T>>& volume);
 
-// What a particle brings to its regions: its share of E V (Pa m^3), its mass (kg), and of a plane
-// of thickness t mass (t / h)^2 / (1 - nu^2), of a solid E V nu.
-using RegionMatter = std::array<double, 3>;
+// What a particle brings to its regions: its share of E V (Pa m^3), its mass (kg), of a plane of
+// thickness t mass (t / h)^2 / (1 - nu^2), of a solid E V nu, and E V g.
+using RegionMatter = std::array<double, 4>;
 
-// s^2, and b^2 of a plane or nu of a solid, of a region that holds this much matter.
+// s^2, b^2 of a plane, and nu and g of a solid, of a region that holds this much matter.
 struct RegionRates {
-    float rate_sq, bend_sq, poisson;
+    float rate_sq, bend_sq, poisson, volume_gain;
 };
 RegionRates rates_of(const RegionMatter& matter, int half_width, double h);
 

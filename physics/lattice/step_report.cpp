@@ -83,26 +83,26 @@ void warn_of_stretch(FrameState& step)
         step.body.soft_stretch, narrower ? "a smaller half width, " : ""));
 }
 
-// Substeps from which on nothing is left out of the stiffness to volume, (1 + nu) / (1 - 2 nu)
-// times that to shape with it.
+// Substeps from which on nothing is left out of the stiffness to volume.
 int substeps_for_volume(const FrameState& step)
 {
-    const double nu = step.body.poisson;
-    const double both = step.resolved * std::sqrt((1 + nu) / (1 - 2 * nu));
-    return int(std::min(1e9, std::ceil(step.options.substeps * both)));
+    return int(std::min(1e9, std::ceil(step.options.substeps * step.resolved_volume)));
 }
 
+// Where links are broken the numbers change from frame to frame, and it was told before.
 void warn_of_poisson(FrameState& step)
 {
     constexpr double seen = 0.1;
-    if (step.resolved > 1) return;  // that is told with its shape
-    const double nu = step.body.poisson, bulk = 3 * nu / (1 - 2 * nu) * step.volume_kept;
-    const double acts = bulk / (3 + 2 * bulk);
-    if (!(nu - acts > seen)) return;
+    if (step.resolved > 1 || step.held_regions) return;
+    if (!(step.poisson - step.poisson_acts > seen)) return;
+    const int needed = substeps_for_volume(step);
     step.state.report.warnings.push_back(fmt::format(
-        "The lattice keeps less of its volume than its material: Poisson's ratio acts as {:.2g}, "
-        "not {:.3g}. Use up to {} substeps, or widen the regions.",
-        acts, nu, substeps_for_volume(step)));
+        "The lattice keeps less of its volume than its material: Poisson's ratio acts as {:.2f}, "
+        "not {:.2f}. {}",
+        step.poisson_acts, step.poisson,
+        needed <= most_substeps
+            ? fmt::format("From {} substeps on it keeps all; wider regions need fewer.", needed)
+            : "Use wider regions, or a smaller Poisson's ratio."));
 }
 
 // A lattice comes back from anything, so what is less than a quarter does not matter. Only the

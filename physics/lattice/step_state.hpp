@@ -63,8 +63,9 @@ struct FrameState {
     std::optional<TornSkin> torn_skin;                   // where links are broken and it touches
     std::vector<std::uint8_t> torn_corners;              // C, while links of a membrane are broken
     double stiffness = 0, damping = 0;                   // alpha with the membrane's share, beta
-    double resolved = 0;     // s dt, at most 1 where steps can bear the stiffness
-    double volume_kept = 1;  // the share of the stiffness to volume that steps can bear, its mean
+    double resolved = 0;                   // s dt, at most 1 where steps can bear the stiffness
+    double resolved_volume = 0;            // likewise with the volume's
+    double poisson = 0, poisson_acts = 0;  // means over regions: the material's, and what is borne
 
     bool has_before = false;     // d of the step before is known
     Vec3 origin = Vec3::Zero();  // what single precision measures from
@@ -93,6 +94,7 @@ template <class T> struct StepState : FrameState {
     std::vector<RegionTwist<T>> own_twist;    // where it is not the body's
     const RegionVolume<T>* volume = nullptr;  // slots, where volume is kept
     std::vector<RegionVolume<T>> own_volume;  // where it is not the body's
+    PinnedVolume::Found pinned_volume;        // that of the body with pins
     std::vector<T> membrane_share;            // C, kg of `stiffness`; empty where there is none
     std::vector<float> membrane_rest;         // 3 C, as MembraneState wants it; where plastic
     MembranePull<T> stretched;

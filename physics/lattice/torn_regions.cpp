@@ -64,6 +64,7 @@ MatchedRegions TornRegions::match(const MatchedRegions& whole, const MatchedRegi
     out.inverse_spread = before.inverse_spread;
     out.twist = before.twist;
     out.poisson = before.poisson;
+    out.volume_gain = before.volume_gain;
     out.volume = before.volume;
     const auto lost = torn.lost();
     std::vector<std::uint32_t> fresh;
@@ -82,14 +83,16 @@ MatchedRegions TornRegions::match(const MatchedRegions& whole, const MatchedRegi
     for (std::size_t n = 0; n < matter.size(); ++n) {
         for (std::uint32_t k = e.child_at[n]; k < e.child_at[n + 1]; ++k) {
             const auto& part = n < e.bars ? matter_[e.child[k]] : matter[e.child[k]];
-            for (std::size_t d = 0; d < 3; ++d) matter[n][d] += part[d];
+            for (std::size_t d = 0; d < part.size(); ++d) matter[n][d] += part[d];
         }
     }
     for (std::size_t i = 0; i < e.region.size(); ++i) {
         const auto rates = rates_of(matter[e.bars + e.plates + i], out.regions.half_width, h_);
         out.rate_sq[e.region[i]] = rates.rate_sq;
         if (out.regions.flat) out.bend_sq[e.region[i]] = rates.bend_sq;
-        if (!out.poisson.empty()) out.poisson[e.region[i]] = rates.poisson;
+        if (out.poisson.empty()) continue;
+        out.poisson[e.region[i]] = rates.poisson;
+        out.volume_gain[e.region[i]] = rates.volume_gain;
     }
     if (with_spread_ || out.regions.flat || !out.poisson.empty()) {
         // A region that changes loses a particle, and one that is lost weighs more in the others.

@@ -26,7 +26,7 @@ TEST(Simulate, ABeamPinnedAtOneEndSagsAfterTheFirstFrame)
         // nothing is warned of.
         simulate.param("lattice.half_width").is = std::int64_t{1};
         simulate.param("lattice.calibrate").is = std::string("stretch");
-        simulate.param("step.substeps").is = std::int64_t{16};
+        simulate.param("step.substeps").is = std::int64_t{8};
         simulate.inputs["cubes"] = {cubes};
         simulate.inputs["pins"] = {pins};
         simulate.inputs["colliders"] = {NodeRun("Ground").run()};

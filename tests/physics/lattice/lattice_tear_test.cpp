@@ -245,13 +245,16 @@ TEST(LatticeTear, RegionsDependOnTheBrokenLinksAlone)
         const Lattice lattice = corner_lattice(cubes);
         const auto n = std::uint32_t(lattice.count());
         const Random random(20 + flat);
-        std::vector<std::array<double, 3>> matter;
+        std::vector<RegionMatter> matter;
         for (std::uint64_t i = 0; i < n; ++i) {
+            const double third = random.unit(3 * i + 2);  // of a plane thickness, of a solid nu
             matter.push_back({1 + random.unit(3 * i), 1 + random.unit(3 * i + 1),
-                              flat ? 1e-3 * (1 + random.unit(3 * i + 2)) : 0});
+                              flat ? 1e-3 * (1 + third) : 0.4 * third, flat ? 0.0 : third});
         }
         const auto matched = [&, depth = flat ? 1 : -1](const Lattice& of) {
-            return match_regions(find_regions(of, 2, depth), of, matter, h, true);
+            MatchedRegions out = match_regions(find_regions(of, 2, depth), of, matter, h, true);
+            if (depth < 0) add_volume(out, of, matter, h);
+            return out;
         };
         const MatchedRegions whole = matched(lattice);
         TornRegions bit_by_bit(lattice, matter, h, true), at_once(lattice, matter, h, true);
@@ -276,6 +279,9 @@ TEST(LatticeTear, RegionsDependOnTheBrokenLinksAlone)
         EXPECT_EQ(found->rate_sq, same->rate_sq);
         EXPECT_EQ(found->bend_sq, same->bend_sq);
         EXPECT_EQ(found->inverse_spread, same->inverse_spread);
+        EXPECT_EQ(found->poisson, same->poisson);
+        EXPECT_EQ(found->volume_gain, same->volume_gain);
+        ASSERT_EQ(found->volume.size(), flat ? 0 : found->regions.slots());
         EXPECT_EQ(found->regions.partial.child, same->regions.partial.child);
         ASSERT_EQ(found->twist.size(), same->twist.size());
         for (std::size_t k = 0; k < found->twist.size(); ++k) {
@@ -296,6 +302,16 @@ TEST(LatticeTear, RegionsDependOnTheBrokenLinksAlone)
             if (found->regions.particle[s] == none) continue;
             const std::size_t other = slot[found->regions.particle[s]];
             EXPECT_NEAR(found->rate_sq[s] / anew.rate_sq[other], 1, 1e-6);
+            if (!flat) {
+                EXPECT_NEAR(found->poisson[s], anew.poisson[other], 1e-6);
+                EXPECT_NEAR(found->volume_gain[s], anew.volume_gain[other], 1e-6);
+                const auto &own = found->volume[s], &fresh = anew.volume[other];
+                EXPECT_NEAR(own.scale, fresh.scale, 1e-5 * double(fresh.scale));
+                for (std::size_t c = 0; c < 6; ++c) {
+                    EXPECT_EQ(own.root[c], same->volume[s].root[c]);
+                    EXPECT_NEAR(own.root[c], fresh.root[c], 1e-5);
+                }
+            }
             if (flat) {
                 EXPECT_NEAR(found->bend_sq[s] / anew.bend_sq[other], 1, 1e-6);
                 EXPECT_NEAR(found->twist[s].loose, anew.twist[other].loose,

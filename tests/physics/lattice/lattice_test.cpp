@@ -295,7 +295,7 @@ TEST(Lattice, DampingEndsVibrationButNotRigidMotion)
     for (auto& v : state.v) v = Vec3(1, 0, 0);
     LatticeOptions options{
         .stiffness = Stiffness::rate, .rate = 60, .damping = 0.02, .substeps = 4};
-    for (int frame = 0; frame < 120; ++frame) state = advance(body, state, {}, 1.0 / 24, options);
+    for (int frame = 0; frame < 96; ++frame) state = advance(body, state, {}, 1.0 / 24, options);
     EXPECT_LT(misfit(rest_state(body), state), 1e-3);
     EXPECT_NEAR(momenta(body, state).linear.x(), momenta(body, state).size, 1e-2);
 }
@@ -367,7 +367,7 @@ TEST(Lattice, ABlockRestsOnTheGround)
     loads.forces.push_back({});
     loads.colliders.push_back({});
     LatticeOptions options{.damping = 0.03, .substeps = 10};
-    for (int frame = 0; frame < 120; ++frame) {
+    for (int frame = 0; frame < 96; ++frame) {
         state = advance(body, state, loads, 1.0 / 24, options);
         for (const Vec3& x : state.x) ASSERT_GT(x[1], -2e-3);
     }
@@ -552,10 +552,10 @@ TEST(Lattice, TellsHowMuchTooFarAThinBodyStretches)
 {
     // A bar of one cube's thickness hangs from one end: rho g L^2 / (2 E) of its material.
     const double young = 1e5, density = 1000, g = 9.81, length = 1;
-    const Cubes bar =
-        box(10, 1, 1, 0.1, {.density = density, .young = young, .poisson = 0, .mass_damping = 6});
-    for (const int half_width : {1, 2}) {
-        const LatticeOptions options{.half_width = half_width, .substeps = 400};
+    for (const auto& [half_width, nu] : {std::pair{1, 0.0}, {2, 0.0}, {1, 0.45}, {2, 0.45}}) {
+        const Cubes bar = box(
+            10, 1, 1, 0.1, {.density = density, .young = young, .poisson = nu, .mass_damping = 6});
+        const LatticeOptions options{.half_width = half_width, .substeps = 600};
         const LatticeBody body = make_lattice(bar, options);
         Loads loads;
         loads.forces.push_back({.kind = Force::Kind::gravity, .acceleration = {g, 0, 0}});
@@ -569,8 +569,8 @@ TEST(Lattice, TellsHowMuchTooFarAThinBodyStretches)
             tip = std::max(tip, end.x[k].x() - bar.corner_position(k).x());
         }
         const double too_far = tip / (density * g * length * length / (2 * young));
-        EXPECT_GT(too_far, 3);
-        EXPECT_NEAR(body.soft_stretch, too_far, 0.1 * too_far);
+        EXPECT_GT(too_far, 2);
+        EXPECT_NEAR(body.soft_stretch, too_far, (nu > 0 ? 0.2 : 0.1) * too_far) << nu;
         ASSERT_FALSE(end.report.warnings.empty());
         EXPECT_NE(end.report.warnings.back().find("stretches about"), std::string::npos);
     }
