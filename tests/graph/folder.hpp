@@ -1,5 +1,7 @@
 #pragma once
 
+// Folders for tests that write files.
+
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>

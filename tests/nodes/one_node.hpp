@@ -1,5 +1,7 @@
 #pragma once
 
+// Runs a single node, as a graph would.
+
 #include "nodes/registry.hpp"
 #include "nodes/wire_types.hpp"
 

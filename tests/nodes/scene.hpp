@@ -1,5 +1,7 @@
 #pragma once
 
+// Documents and cooks of scenes, for tests of several nodes.
+
 #include "graph/document/document.hpp"
 #include "nodes/registry.hpp"
 #include "nodes/wire_types.hpp"

@@ -180,7 +180,8 @@ TEST_F(Farm, AShotThatWasNeverCookedIsMeasuredByTheTypesOfOthers)
     ASSERT_EQ(p["shots"].size(), 2u);
     EXPECT_TRUE(p["shots"][0]["measured"]) << p["shots"];
     ASSERT_EQ(p["tasks"][0]["name"], "falling.chain-sim");
-    EXPECT_EQ(p["tasks"][0]["seconds"], 12);
+    // With what of the others took long enough to be stored, if any did.
+    EXPECT_NEAR(p["tasks"][0]["seconds"].get<double>(), 12, 1);
     EXPECT_EQ(p["tasks"][1]["after"], Json::array({"falling.chain-sim"}));
     EXPECT_LT(p["tasks"][1]["seconds"], 1);
 }
