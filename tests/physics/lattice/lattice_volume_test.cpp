@@ -349,6 +349,29 @@ TEST(LatticeVolume, SingleSumsGiveTheMotionOfFullOnes)
     for (std::size_t k = 0; k < full.size(); ++k) EXPECT_LT((single[k] - full[k]).norm(), 1e-5);
 }
 
+TEST(LatticeVolume, OtherPinsAreWeighedAnew)
+{
+    // What regions with pins see is kept from frame to frame, and depends on the pins alone.
+    const Cubes cubes = box(6, 2, 2, 0.1, {1000, 1e5, 0.4});
+    const LatticeOptions options{.half_width = 1, .substeps = 12};
+    const auto held = [&](int layer) {
+        Loads loads;
+        loads.forces.push_back({});
+        for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+            if (cubes.corner[k][0] != layer) continue;
+            loads.pins.corner.push_back(k);
+            loads.pins.target.push_back(cubes.corner_position(k));
+        }
+        return loads;
+    };
+    const LatticeBody used = make_lattice(cubes, options), fresh = make_lattice(cubes, options);
+    advance(used, rest_state(used), held(0), 1.0 / 24, options);
+    for (int again = 0; again < 2; ++again) {
+        const State after = advance(used, rest_state(used), held(6), 1.0 / 24, options);
+        EXPECT_EQ(after.x, advance(fresh, rest_state(fresh), held(6), 1.0 / 24, options).x);
+    }
+}
+
 TEST(LatticeVolume, WarnsWhereStepsDoNotResolveIt)
 {
     const auto warned = [](double poisson, Stiffness stiffness, int substeps, int half_width = 1) {
