@@ -6,6 +6,7 @@
 #include "geometry/base/random.hpp"
 #include "geometry/fields/evaluate_points.hpp"
 #include "geometry/fields/polygonize.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "physics/layered_bodies/layered_body.hpp"
 #include "physics/layered_bodies/layered_mesh.hpp"
 #include "physics/layered_bodies/layered_moment.hpp"
