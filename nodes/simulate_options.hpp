@@ -132,8 +132,8 @@ inline void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
             {.min = 0})
         .param(
             "damping", &LatticeOptions::damping,
-            "Damping proportional to stiffness, beside the material's: of a vibration of frequency "
-            "f a ratio of pi f damping. A substep at most where Poisson's ratio is hard to bear.",
+            "Damping proportional to stiffness, in addition to that of the material. The damping "
+            "ratio of a vibration of frequency f is pi f damping.",
             {.min = 0, .unit = "s"})
         .choice(
             "weighting", &LatticeOptions::weighting, {"filled", "full"},

@@ -55,7 +55,7 @@ std::vector<std::uint32_t> particles_at_the_side(const Lattice& lattice, int fla
     return out;
 }
 
-// What is kept of the volume at more than this, no step that anybody takes can tell from it.
+// Larger ratios act as this one.
 constexpr double most_poisson = 0.495;
 
 std::vector<RegionMatter> matter_of(const geometry::Cubes& cubes, const CornerBody& base,
@@ -63,7 +63,6 @@ std::vector<RegionMatter> matter_of(const geometry::Cubes& cubes, const CornerBo
 {
     std::vector<RegionMatter> matter(cubes.corner_count(), {0, 0, 0, 0});
     const double volume = std::pow(cubes.size, 3);
-    std::vector<double> corner_mass(flat ? cubes.corner_count() : 0, 0);
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         // A plane's fill is its thickness: nothing to round up.
         const double share = flat ? cubes.fill[c] : stiffness_share(cubes, c, weighting);
@@ -103,6 +102,7 @@ void calibrate(const geometry::Cubes& cubes, const std::vector<std::uint32_t>& p
     const auto nu_of = [&](std::size_t k) { return matter[k][2] / matter[k][0]; };
     body.poisson =
         std::min(*std::max_element(cubes.poisson.begin(), cubes.poisson.end()), most_poisson);
+    if (!bends && body.poisson <= 0) return;
     std::vector<double> excess(matter.size(), 1), gain(matter.size(), 1);
     if (bends) excess = bending_excess(cubes, body, piece);
     if (body.poisson > 0) {

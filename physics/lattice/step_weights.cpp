@@ -103,21 +103,25 @@ template <class T> double share_membrane(StepState<T>& step)
     return std::min(largest, most_membrane);
 }
 
+// Where a particle is at rest, in lattice steps.
+Vec3 steps_from_first(const FrameState& step, std::size_t i)
+{
+    const double* const rest = step.body.base.rest.data();
+    const Vec3 away = Eigen::Map<const Vec3>(rest + 4 * i) - Eigen::Map<const Vec3>(rest);
+    return (away / step.body.base.h).array().round();
+}
+
 // Of the slots that `which` says, where particles weigh `mass`.
 template <class T>
 void find_own_twist(StepState<T>& step, const std::vector<float>& mass,
                     const std::function<bool(std::size_t)>& which)
 {
     const LatticeRegions& regions = step.matched->regions;
-    const auto steps_from_first = [&](std::size_t i) {
-        std::array<double, 2> out;
-        for (std::size_t d = 0; d < 2; ++d) {
-            const double* const rest = step.body.base.rest.data() + regions.axes[d];
-            out[d] = std::round((rest[4 * i] - rest[0]) / step.body.base.h);
-        }
-        return out;
+    const auto place = [&](std::size_t i) {
+        const Vec3 steps = steps_from_first(step, i);
+        return std::array{steps[regions.axes[0]], steps[regions.axes[1]]};
     };
-    find_twist(regions, mass, steps_from_first, which, step.own_twist);
+    find_twist(regions, mass, place, which, step.own_twist);
     step.twist = step.own_twist.data();
 }
 
@@ -126,15 +130,7 @@ template <class T>
 void find_own_volume(StepState<T>& step, const std::vector<float>& mass,
                      const std::function<bool(std::size_t)>& which)
 {
-    const auto place = [&](std::size_t i) {
-        const double* const rest = step.body.base.rest.data();
-        return Vec3((Eigen::Map<const Vec3>(rest + 4 * i) - Eigen::Map<const Vec3>(rest)) /
-                    step.body.base.h)
-            .array()
-            .round()
-            .matrix()
-            .eval();
-    };
+    const auto place = [&](std::size_t i) { return steps_from_first(step, i); };
     find_volume<T>(step.matched->regions, mass, place, which, step.own_volume);
     step.volume = step.own_volume.data();
 }
