@@ -11,6 +11,7 @@
 #include "nodes/wire_types.hpp"
 #include "physics/state/state_models.hpp"
 
+#include <fmt/format.h>
 #include <tbb/collaborative_call_once.h>
 
 #include <cstdio>
@@ -70,8 +71,19 @@ static TreeOnDemand tree_on_demand(const Inputs& in)
     return TreeOnDemand(in.mesh);
 }
 
+// A detail may stand off from a sheet by about a face; what is farther off is another mesh.
+static void warn_of_far_sheet(const Inputs& in, const graph::Context& context)
+{
+    constexpr double far = 3;  // mean sides of the sheet's triangles
+    if (!in.cubes->is_sheet() || in.binding->farthest <= far * in.cubes->size) return;
+    context.warn(fmt::format("the mesh lies up to {:.3g} m from the sheet that carries it: is it "
+                             "the mesh of this sheet, where it rests?",
+                             in.binding->farthest));
+}
+
 static void warn_of_strays(const Inputs& in, const graph::Context& context)
 {
+    warn_of_far_sheet(in, context);
     if (in.binding->strays.empty()) return;
     char text[160];
     std::snprintf(

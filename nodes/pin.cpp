@@ -113,11 +113,11 @@ static void require_a_vertex_a_corner(const Inputs& in)
 {
     const std::size_t corners = in.cubes->corner_count(), found = in.follow->positions.size();
     if (found == corners) return;
-    throw std::invalid_argument(
-        fmt::format("`follow` has {} vertices, expected {}, one per corner of the cubes: link the "
-                    "mesh that Plane made with these cubes, carried along. If what carries it "
-                    "tears, set torn = hide or stretch in its Embed, because cutting adds vertices",
-                    found, corners));
+    throw std::invalid_argument(fmt::format(
+        "`follow` has {} vertices, expected {}, one per corner of the cubes: link the "
+        "mesh that Plane or Sheet made with these cubes, carried along. If what carries it "
+        "tears, set torn = hide or stretch in its Embed, because cutting adds vertices",
+        found, corners));
 }
 
 // Bits 1, 2, 4 for x, y, z.
@@ -263,7 +263,7 @@ void add_to(graph::Registry& registry)
                graph::Need::optional)
         .input("follow", &Inputs::follow,
                "Pinned corners follow the vertices of this mesh at this frame. It is the mesh that "
-               "Plane made with these cubes, carried along by something else.",
+               "Plane or Sheet made with these cubes, carried along by something else.",
                graph::Need::optional)
         .choice("hold", &Inputs::hold, {"corners", "points"},
                 "What is held in the chosen region. corners: the corners of the cubes, exactly; a "
@@ -277,7 +277,7 @@ void add_to(graph::Registry& registry)
                 "How the corners or points are chosen. box, sphere: all inside it. below: all up "
                 "to a height. material: all near the faces of a material or group. ends: all at "
                 "the ends of the model along an axis. rim: all corners on the outside of the "
-                "model; for a plane, its border and those of its holes.")
+                "model; for a plane or a sheet, its border and those of its holes.")
         .block<BoxPlace>("box", &Inputs::box, describe, "Pins what is inside a box.", when("box"))
         .block<SpherePlace>("sphere", &Inputs::sphere, describe, "Pins what is inside a sphere.",
                             when("sphere"))

@@ -71,10 +71,10 @@ struct Outputs {
 };
 
 constexpr const char* no_cubes =
-    "expected a link to cubes, found none: link the cubes from Voxelize or Plane";
+    "expected a link to cubes, found none: link the cubes from Voxelize, Plane or Sheet";
 constexpr const char* lattice_of_several =
     "method lattice moves one model of cubes: link one, or set method = bricks "
-    "(shell for planes)";
+    "(shell for planes and sheets)";
 
 static std::string wrong_surfaces(std::size_t found, std::size_t models)
 {
@@ -402,7 +402,7 @@ static void describe_methods(graph::NodeBuilder<Inputs, Outputs>& node)
                 "a mass-spring lattice with the material's stretch stiffness and Poisson's ratio "
                 "1/4. lattice: shape matching, the fastest; it never diverges, but is for looks. "
                 "Of the block step it uses substeps only. shell: a thin sheet that follows the "
-                "material, for cloth, paper and sheet metal; the cubes are a plane (node Plane). "
+                "material, for cloth, paper and sheet metal; the cubes come from Plane or Sheet. "
                 "The mass of bricks is spread over each cube; "
                 "the others put an eighth at each corner, so that a bar one cube thick resists "
                 "turning about its length three times as much as it should.")

@@ -5,9 +5,13 @@
 
 #include "geometry/base/union_find.hpp"
 #include "geometry/cells/cell_set.hpp"
+#include "geometry/cubes/sheet.hpp"
+#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/triangle_bvh.hpp"
 
 #include <algorithm>
 #include <numeric>
+#include <span>
 
 namespace geometry {
 namespace {
@@ -61,26 +65,31 @@ std::vector<std::uint32_t> first_of_set_by_runs(const Cubes& cubes, Connectivity
     return first;
 }
 
-// The same by shared corners, for cubes of which several lie in one cell.
+// The same by shared corners, for cubes of which several lie in one cell, and the triangles of a
+// sheet, whose corners come first.
 std::vector<std::uint32_t> first_of_set_by_corners(const Cubes& cubes, Connectivity connectivity)
 {
-    const int needed = connectivity == Connectivity::face   ? 4
+    const int of_face = cubes.is_sheet() ? 2 : 4;
+    const int needed = connectivity == Connectivity::face   ? of_face
                        : connectivity == Connectivity::edge ? 2
                                                             : 1;
+    const auto corners_of = [&](std::uint32_t c) {
+        return std::span(cubes.corners[c]).first(cubes.is_sheet() ? 3 : 8);
+    };
     std::vector<std::uint32_t> start(cubes.corner_count() + 1, 0);
-    for (const auto& corners : cubes.corners) {
-        for (const std::uint32_t k : corners) ++start[k + 1];
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        for (const std::uint32_t k : corners_of(c)) ++start[k + 1];
     }
     for (std::size_t k = 0; k + 1 < start.size(); ++k) start[k + 1] += start[k];
     std::vector<std::uint32_t> next(start.begin(), start.end() - 1), around(start.back());
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
-        for (const std::uint32_t k : cubes.corners[c]) around[next[k]++] = c;
+        for (const std::uint32_t k : corners_of(c)) around[next[k]++] = c;
     }
     UnionFind sets(cubes.count());
     std::vector<std::pair<std::uint32_t, int>> shared;
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
         shared.clear();
-        for (const std::uint32_t k : cubes.corners[c]) {
+        for (const std::uint32_t k : corners_of(c)) {
             for (std::uint32_t i = start[k]; i < start[k + 1] && around[i] < c; ++i) {
                 const auto known = std::find_if(shared.begin(), shared.end(), [&](const auto& s) {
                     return s.first == around[i];
@@ -106,6 +115,7 @@ Components find_components(const Cubes& cubes, Connectivity connectivity, Larges
 {
     // Copies of a cell, or neighbours that are not glued, show as two corners in one place.
     const bool glued =
+        !cubes.is_sheet() &&
         std::adjacent_find(cubes.corner.begin(), cubes.corner.end()) == cubes.corner.end();
     std::vector<std::uint32_t> label = glued ? first_of_set_by_runs(cubes, connectivity)
                                              : first_of_set_by_corners(cubes, connectivity);
@@ -143,6 +153,10 @@ Components find_components(const Cubes& cubes, Connectivity connectivity, Larges
 
 NearestCube nearest_cube(const Cubes& cubes, const Vec3& p)
 {
+    if (cubes.is_sheet()) {
+        const auto hit = TriangleBvh(sheet_mesh(cubes)).closest(p);
+        return hit ? NearestCube{hit.triangle, hit.distance} : NearestCube{};
+    }
     const Vec3 at = (p - cubes.origin) / cubes.size;
     NearestCube best;
     double best_sq = std::numeric_limits<double>::infinity();

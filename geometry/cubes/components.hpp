@@ -18,12 +18,14 @@ struct Components {
 
 enum class Largest { by_count, by_mass };
 
-// Groups cubes that are joined by shared corners: four for a face, two for an edge. The largest
-// component comes first, of equal ones that which has the first cube.
+// Groups cubes that are joined by shared corners: four for a face, two for an edge. Triangles of a
+// sheet have two in common at a side, which is both. The largest component comes first, of equal
+// ones that which has the first cube.
 Components find_components(const Cubes& cubes, Connectivity connectivity,
                            Largest largest = Largest::by_count);
 
-// The cube nearest to p, and how far its box is from p, 0 inside. Precondition: count() > 0.
+// The cube nearest to p, and how far its box, or a sheet's triangle, is from p, 0 inside.
+// Precondition: count() > 0.
 struct NearestCube {
     std::uint32_t cube = 0;
     double distance = 0;  // m

@@ -123,6 +123,7 @@ Cubes kept(const Cubes& cubes, const std::vector<std::uint8_t>& keep)
         if (number[k] == 0) continue;
         number[k] = static_cast<std::uint32_t>(out.corner.size());
         out.corner.push_back(cubes.corner[k]);
+        if (!cubes.place.empty()) out.place.push_back(cubes.place[k]);
     }
     const auto take = [&](const auto& from, auto& to) {
         if (from.empty()) return;
@@ -187,6 +188,12 @@ std::array<double, 8> corner_shares(const Cubes& cubes, std::size_t c)
 {
     std::array<double, 8> out;
     out.fill(cubes.is_own(c) ? 0 : 1.0 / 8);
+    if (cubes.is_sheet()) {
+        // A third for each corner of the triangle: the first two are two of a cube's, the last
+        // four.
+        constexpr double two = 1.0 / 6, four = 1.0 / 12;
+        return {two, two, four, four, two, two, four, four};
+    }
     if (!cubes.is_own(c)) return out;
     std::size_t at = 0;
     for (std::size_t a = 0; a < 8; ++a) {

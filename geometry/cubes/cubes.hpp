@@ -49,6 +49,9 @@ struct Cubes {
     std::vector<Vec3i> cell;                            // C
     std::vector<std::array<std::uint32_t, 8>> corners;  // C, into corner
     std::vector<Vec3i> corner;                          // K, lattice coordinates
+    // K, m, where corners rest that are on no lattice: the vertices of a sheet (sheet.hpp), whose
+    // cells and lattice coordinates are about where they are, in any order. Empty: on the lattice.
+    std::vector<Vec3> place;
 
     std::vector<double> mass;               // C, kg
     std::vector<double> fill;               // C, 0..1, share of the cube that holds material
@@ -71,7 +74,11 @@ struct Cubes {
     std::size_t count() const { return cell.size(); }
     std::size_t corner_count() const { return corner.size(); }
     bool is_own(std::size_t c) const;
-    Vec3 corner_position(std::size_t i) const { return origin + size * corner[i].cast<double>(); }
+    bool is_sheet() const { return !place.empty(); }
+    Vec3 corner_position(std::size_t i) const
+    {
+        return place.empty() ? Vec3(origin + size * corner[i].cast<double>()) : place[i];
+    }
 };
 
 // Numbers the corners: fills `corner` and `corners` from `cell`, which must be sorted by (z, y, x)

@@ -1,6 +1,7 @@
 #include "geometry/cubes/cubes_mesh.hpp"
 
 #include "geometry/cubes/local_matter.hpp"
+#include "geometry/cubes/sheet.hpp"
 #include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
@@ -27,6 +28,7 @@ struct Side {
 
 std::vector<Triangle> outer_faces(const Cubes& cubes)
 {
+    if (cubes.is_sheet()) return sheet_mesh(cubes).triangles();
     std::vector<Side> sides;
     sides.reserve(6 * cubes.count());
     for (const auto& corners : cubes.corners) {
@@ -56,9 +58,11 @@ std::vector<Triangle> outer_faces(const Cubes& cubes)
 Attribute at_corners(const Cubes& cubes, const std::vector<double>& values, const std::string& name,
                      const std::string& unit)
 {
+    const std::size_t corners = cubes.is_sheet() ? 3 : 8;  // those of a triangle come first
     std::vector<double> sum(cubes.corner_count(), 0.0), count(cubes.corner_count(), 0.0);
     for (std::size_t c = 0; c < cubes.count(); ++c) {
-        for (const std::uint32_t k : cubes.corners[c]) {
+        for (std::size_t a = 0; a < corners; ++a) {
+            const std::uint32_t k = cubes.corners[c][a];
             sum[k] += values[c];
             count[k] += 1;
         }

@@ -10,9 +10,10 @@
 namespace geometry {
 
 // Vertex i is corner i, at x[i]; inner corners are vertices of no face. Two triangles on each side
-// that a cube shares with no other, facing outwards. Attributes at each corner are the means over
-// its cubes: density (kg/m^3, of the material), young (Pa), poisson, fill, and the cubes' own.
-// Throws std::invalid_argument when there are not as many positions as corners.
+// that a cube shares with no other, facing outwards; of a sheet its triangles. Attributes at each
+// corner are the means over its cubes: density (kg/m^3, of the material), young (Pa), poisson,
+// fill, and the cubes' own. Throws std::invalid_argument when there are not as many positions as
+// corners.
 TriMesh cubes_mesh(const Cubes& cubes, std::span<const Vec3> x);
 
 }  // namespace geometry

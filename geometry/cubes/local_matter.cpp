@@ -1,6 +1,7 @@
 #include "geometry/cubes/local_matter.hpp"
 
 #include "geometry/cubes/plane.hpp"
+#include "geometry/cubes/sheet.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -44,25 +45,32 @@ void check_values(const Cubes& cubes, LocalProperty property, const std::vector<
 {
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         if (possible(property, values.at(c))) continue;
-        const Vec3 at =
+        const Vec3 cube =
             cubes.origin + cubes.size * (cubes.cell[c].cast<double>() + Vec3::Constant(0.5));
-        throw std::invalid_argument(
-            fmt::format("expected {}, found {:.3g} in the cube at ({:.3g}, {:.3g}, {:.3g})",
-                        expected(property), values[c], at.x(), at.y(), at.z()));
+        const Vec3 at = cubes.is_sheet() ? cell_middle(cubes, c) : cube;
+        throw std::invalid_argument(fmt::format(
+            "expected {}, found {:.3g} in the {} at ({:.3g}, {:.3g}, {:.3g})", expected(property),
+            values[c], cubes.is_sheet() ? "triangle" : "cube", at.x(), at.y(), at.z()));
     }
 }
 
 void set_thickness(Cubes& cubes, const std::vector<double>& values)
 {
     if (flat_axis(cubes) < 0) {
-        throw std::invalid_argument("only a Plane has a thickness, found cubes that are none: "
-                                    "change young or density");
+        throw std::invalid_argument("only a Plane or a Sheet has a thickness, found cubes that are "
+                                    "neither: change young or density");
     }
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         const double fill = values[c] / cubes.size;
         cubes.mass[c] *= fill / cubes.fill[c];
         cubes.fill[c] = fill;
     }
+}
+
+// Of a cell that is full, m^3.
+double whole_volume(const Cubes& cubes, std::size_t c)
+{
+    return cell_area(cubes, c) * cubes.size;
 }
 
 }  // namespace
@@ -73,11 +81,22 @@ Vec3 gauss_offset(unsigned a)
     return {(a & 1) != 0 ? off : -off, (a & 2) != 0 ? off : -off, (a & 4) != 0 ? off : -off};
 }
 
+std::array<Vec3, 3> sheet_points(const Cubes& sheet, std::size_t cell)
+{
+    const auto [a, b, c] = sheet_triangle(sheet, cell);
+    const Vec3 half = (sheet.place[a] + sheet.place[b] + sheet.place[c]) / 6;
+    return {half + sheet.place[a] / 2, half + sheet.place[b] / 2, half + sheet.place[c] / 2};
+}
+
 std::vector<double> cube_means(const Cubes& cubes, const AtPlace& f)
 {
     const int flat = flat_axis(cubes);
     std::vector<double> out(cubes.count(), 0.0);
     for (std::size_t c = 0; c < out.size(); ++c) {
+        if (cubes.is_sheet()) {
+            for (const Vec3& p : sheet_points(cubes, c)) out[c] += f(p, c) / 3;
+            continue;
+        }
         for (unsigned a = 0; a < 8; ++a) {
             Vec3 lattice = cubes.cell[c].cast<double>() + Vec3::Constant(0.5) + gauss_offset(a);
             if (flat >= 0) lattice[flat] = cubes.corner[cubes.corners[c][0]][flat];
@@ -90,14 +109,13 @@ std::vector<double> cube_means(const Cubes& cubes, const AtPlace& f)
 Cubes with_local_values(Cubes cubes, LocalProperty property, const std::vector<double>& values)
 {
     check_values(cubes, property, values);
-    const double whole = cubes.size * cubes.size * cubes.size;
     switch (property) {
     case LocalProperty::young:
         cubes.young = values;
         break;
     case LocalProperty::density:
         for (std::size_t c = 0; c < cubes.count(); ++c) {
-            cubes.mass[c] = values[c] * cubes.fill[c] * whole;
+            cubes.mass[c] = values[c] * cubes.fill[c] * whole_volume(cubes, c);
         }
         break;
     case LocalProperty::poisson:
@@ -198,8 +216,9 @@ Spread value_spread(const Cubes& cubes, std::string_view name)
     for (std::size_t c = 0; c < values.size(); ++c) {
         if (c == 0 || values[c] > out.most) out.most = values[c];
         if (c == 0 || values[c] < out.least) out.least = values[c];
-        out.mean += cubes.fill[c] * values[c];
-        filled += cubes.fill[c];
+        const double weight = cubes.fill[c] * (cubes.is_sheet() ? cell_area(cubes, c) : 1.0);
+        out.mean += weight * values[c];
+        filled += weight;
     }
     if (filled > 0) out.mean /= filled;
     return out;
@@ -207,10 +226,9 @@ Spread value_spread(const Cubes& cubes, std::string_view name)
 
 std::vector<double> material_densities(const Cubes& cubes)
 {
-    const double whole = cubes.size * cubes.size * cubes.size;
     std::vector<double> out(cubes.count());
     for (std::size_t c = 0; c < out.size(); ++c) {
-        const double filled = whole * cubes.fill[c];
+        const double filled = whole_volume(cubes, c) * cubes.fill[c];
         out[c] = filled > 0 ? cubes.mass[c] / filled : 0;
     }
     return out;

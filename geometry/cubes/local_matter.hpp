@@ -16,7 +16,7 @@ enum class LocalProperty {
     poisson,
     mass_damping,
     stiffness_damping,
-    thickness,  // m, of a plane
+    thickness,  // m, of a plane or a sheet
     own,        // an attribute
 };
 
@@ -27,15 +27,22 @@ using AtPlace = std::function<double(const Vec3& place, std::size_t cube)>;
 // are numbered.
 Vec3 gauss_offset(unsigned a);
 
+// Three points within a cell of a sheet (m): the mean over them is that over the triangle where a
+// function is a quadratic polynomial. None lies at a side, so each is in this triangle alone.
+// Strang, Fix. An analysis of the finite element method. Prentice-Hall 1973.
+std::array<Vec3, 3> sheet_points(const Cubes& sheet, std::size_t cell);
+
 // The mean over each cube, by 2 x 2 x 2 Gauss points: exact for cubic polynomials. The points of a
-// plane's cells lie in the sheet. C. The function is called on one thread.
+// plane's cells lie in it; those of a sheet's are sheet_points(). C. The function is called on one
+// thread.
 std::vector<double> cube_means(const Cubes& cubes, const AtPlace& f);
 
 // The cubes with a property of these values, one for each; not for `own`. The density is that of
-// the material: the mass becomes density * fill * size^3. The thickness of a plane changes fill and
-// mass, and leaves the density. Throws std::invalid_argument naming the first cube whose value
-// cannot be (not finite; density, stiffness or thickness not above 0; a Poisson ratio outside 0 <=
-// nu < 0.5; a negative damping), and for the thickness of cubes that are no plane.
+// the material: the mass becomes density * fill * size^3, of a sheet density * thickness * area.
+// The thickness of a plane or a sheet changes fill and mass, and leaves the density. Throws
+// std::invalid_argument naming the first cube whose value cannot be (not finite; density, stiffness
+// or thickness not above 0; a Poisson ratio outside 0 <= nu < 0.5; a negative damping), and for the
+// thickness of cubes that have their own.
 Cubes with_local_values(Cubes cubes, LocalProperty property, const std::vector<double>& values);
 
 // The cubes with an attribute of these values, in place of one of its name. Throws

@@ -126,6 +126,27 @@ Vec3 place_of(const Cubes& cubes, std::size_t cube, const Vec3& in_cell)
     return cubes.origin + cubes.size * (cubes.cell[cube].cast<double>() + in_cell);
 }
 
+// The places in a cube whose mean stands for it, m.
+struct PlacesInCube {
+    std::array<Vec3, 8> at;
+    std::size_t count = 8;
+};
+
+PlacesInCube places_in(const Cubes& cubes, std::size_t cube)
+{
+    PlacesInCube out;
+    if (cubes.is_sheet()) {
+        const std::array<Vec3, 3> points = sheet_points(cubes, cube);
+        std::copy(points.begin(), points.end(), out.at.begin());
+        out.count = points.size();
+        return out;
+    }
+    for (unsigned a = 0; a < 8; ++a) {
+        out.at[a] = place_of(cubes, cube, Vec3::Constant(0.5) + gauss_offset(a));
+    }
+    return out;
+}
+
 Cubes with_values(Cubes cubes, Attributes attributes, std::vector<std::vector<double>> values)
 {
     for (std::size_t i = 0; i < attributes.size(); ++i) {
@@ -203,6 +224,7 @@ std::vector<CubeAttribute> chosen_values(const std::string& wanted, const Cubes&
 Cubes with_means_of_surface(Cubes cubes, const TriMesh& mesh, Attributes attributes)
 {
     if (attributes.empty()) return cubes;
+    if (cubes.is_sheet()) return with_means_of_solid(std::move(cubes), mesh, attributes);
     Sums sums(attributes.size(), cubes.count());
     add_faces(cubes, mesh, attributes, sums);
     add_nearest(cubes, mesh, attributes, sums);
@@ -222,13 +244,13 @@ Cubes with_means_of_solid(Cubes cubes, const TriMesh& mesh, Attributes attribute
                                             std::vector<double>(cubes.count(), 0.0));
     parallel_for(cubes.count(), cubes_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t c = begin; c < end; ++c) {
-            for (unsigned a = 0; a < 8; ++a) {
-                const auto hit =
-                    tree.closest(place_of(cubes, c, Vec3::Constant(0.5) + gauss_offset(a)));
+            const PlacesInCube places = places_in(cubes, c);
+            for (std::size_t a = 0; a < places.count; ++a) {
+                const auto hit = tree.closest(places.at[a]);
                 if (!hit) continue;
                 for (std::size_t i = 0; i < attributes.size(); ++i) {
-                    values[i][c] +=
-                        value_at(mesh, hit.triangle, hit.barycentric, *attributes[i]) / 8;
+                    values[i][c] += value_at(mesh, hit.triangle, hit.barycentric, *attributes[i]) /
+                                    double(places.count);
                 }
             }
         }

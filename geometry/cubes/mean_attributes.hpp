@@ -23,13 +23,14 @@ std::vector<const Attribute*> chosen_attributes(const std::string& wanted,
 std::vector<CubeAttribute> chosen_values(const std::string& wanted, const Cubes& cubes);
 
 // By the area of the faces in each cube; exact where they are linear. A cube that faces only touch
-// has the value of the nearest. Throws std::invalid_argument for names of other quantities
+// has the value of the nearest. Of a sheet, as with_means_of_solid(): exact where they are linear
+// and the mesh is the sheet's. Throws std::invalid_argument for names of other quantities
 // (check_own_name).
 Cubes with_means_of_surface(Cubes cubes, const TriMesh& mesh,
                             std::span<const Attribute* const> attributes);
 
 // Each place in a cube has the value of the nearest place of the surface; the mean is that of 2 x 2
-// x 2 Gauss points.
+// x 2 Gauss points, or of a sheet's sheet_points().
 Cubes with_means_of_solid(Cubes cubes, const TriMesh& mesh,
                           std::span<const Attribute* const> attributes);
 

@@ -1,5 +1,6 @@
 #include "geometry/cubes/plane.hpp"
 
+#include "geometry/cubes/sheet.hpp"
 #include "geometry/mesh/mesh.hpp"
 
 #include <fmt/format.h>
@@ -34,6 +35,12 @@ int flat_axis(const Cubes& cubes)
 void need_thickness(const Cubes& cubes, const char* who)
 {
     if (flat_axis(cubes) < 0) return;
+    if (cubes.is_sheet()) {
+        throw std::invalid_argument(
+            fmt::format("{} needs cubes with a thickness, found the sheet of a mesh: use method "
+                        "shell, or Voxelize the mesh",
+                        who));
+    }
     throw std::invalid_argument(
         fmt::format("{} needs cubes with a thickness, found a plane: use method shell or "
                     "lattice, or Voxelize a solid model",
@@ -211,6 +218,7 @@ std::array<std::uint32_t, 4> ring(const std::array<std::uint32_t, 8>& corners, i
 
 TriMesh plane_mesh(const Cubes& plane)
 {
+    if (plane.is_sheet()) return sheet_mesh(plane);
     const int axis = flat_axis(plane);
     if (axis < 0) throw std::invalid_argument("expected a plane, found cubes with a thickness");
     const auto [u, v] = plane_axes(axis);
@@ -239,6 +247,7 @@ TriMesh plane_mesh(const Cubes& plane)
 std::vector<Vec3> plane_normals(const Cubes& plane, std::span<const Vec3> x,
                                 std::span<const std::uint8_t> torn)
 {
+    if (plane.is_sheet()) return sheet_normals(plane, x);
     const int axis = flat_axis(plane);
     std::vector<Vec3> normal(plane.corner_count(), Vec3::Zero());
     for (std::size_t cell = 0; cell < plane.count(); ++cell) {

@@ -52,11 +52,13 @@ Cubes plane_cubes(const Cells2& cells, const PlaneGrid& grid, double thickness,
                   const Matter& matter = {});
 
 // Two triangles a cell, facing along the flat axis, one vertex and one normal for each corner and
-// in their order. Texture coordinates run 0..1 over the bounds.
+// in their order. Texture coordinates run 0..1 over the bounds. Of a sheet (sheet.hpp) it is
+// sheet_mesh().
 TriMesh plane_mesh(const Cubes& plane);
 
 // Unit normals of a plane's corners at x (K): the mean of the cells' around each, by area, but for
-// those that are `torn` (C, or empty); along the flat axis where cells have none. K.
+// those that are `torn` (C, or empty); along the flat axis where cells have none. Of a sheet they
+// are sheet_normals(). K.
 std::vector<Vec3> plane_normals(const Cubes& plane, std::span<const Vec3> x,
                                 std::span<const std::uint8_t> torn = {});
 

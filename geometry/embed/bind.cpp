@@ -5,7 +5,9 @@
 #include "geometry/base/union_find.hpp"
 #include "geometry/cubes/cube_finder.hpp"
 #include "geometry/cubes/plane.hpp"
+#include "geometry/cubes/sheet.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/triangle_bvh.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -111,6 +113,52 @@ void bind_strays(const TriMesh& mesh, const Cubes& cubes, int flat, const std::v
     }
 }
 
+// cube[] and local[] where the cubes are a sheet.
+void bind_to_sheet(const TriMesh& mesh, const Cubes& sheet, Binding& binding)
+{
+    const TriangleBvh tree(sheet_mesh(sheet));
+    std::vector<double> distance(mesh.positions.size(), 0.0);
+    parallel_for(distance.size(), 256, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t v = begin; v < end; ++v) {
+            const auto hit = tree.closest(mesh.positions[v].cast<double>());
+            binding.cube[v] = hit ? hit.triangle : 0;
+            binding.local[v] =
+                hit ? Vec3f(place_in_cell(hit.barycentric).cast<float>()) : Vec3f(Vec3f::Zero());
+            if (hit) distance[v] = hit.distance;
+        }
+    });
+    for (const double d : distance) binding.farthest = std::max(binding.farthest, d);
+}
+
+// cube[] and local[] where the cubes lie on a lattice, and strays.
+void bind_to_lattice(const TriMesh& mesh, const Cubes& cubes, Binding& binding)
+{
+    const std::size_t n = mesh.positions.size();
+    const CubeFinder finder(cubes);
+    const int flat = flat_axis(cubes);
+    std::vector<Vec3> at(n);
+    parallel_for(n, bound_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t v = begin; v < end; ++v) {
+            const Vec3f& p = mesh.positions[v];
+            if (!p.allFinite()) {
+                binding.cube[v] = 0;
+                binding.local[v] = Vec3f::Zero();
+                continue;
+            }
+            at[v] = (p.cast<double>() - cubes.origin) / cubes.size;
+            binding.cube[v] = finder.find(flattened(at[v], cubes, flat));
+            if (binding.cube[v] == no_index) continue;
+            const Vec3 cell = cubes.cell[binding.cube[v]].cast<double>();
+            binding.local[v] = (at[v] - cell).cast<float>();
+        }
+    });
+    std::vector<std::uint32_t> outside;
+    for (std::uint32_t v = 0; v < n; ++v) {
+        if (binding.cube[v] == no_index) outside.push_back(v);
+    }
+    if (!outside.empty()) bind_strays(mesh, cubes, flat, at, outside, binding);
+}
+
 // Numbers the cubes in use and makes cube[] point at them.
 void number_used(std::size_t cubes, Binding& binding)
 {
@@ -161,31 +209,13 @@ Binding bind(const TriMesh& mesh, const Cubes& cubes)
     if (n > 0 && cubes.count() == 0) {
         throw std::invalid_argument("no cubes to embed the mesh in");
     }
-    const CubeFinder finder(cubes);
-    const int flat = flat_axis(cubes);
     binding.cube.resize(n);
     binding.local.resize(n);
-    std::vector<Vec3> at(n);
-    parallel_for(n, bound_a_task, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t v = begin; v < end; ++v) {
-            const Vec3f& p = mesh.positions[v];
-            if (!p.allFinite()) {
-                binding.cube[v] = 0;
-                binding.local[v] = Vec3f::Zero();
-                continue;
-            }
-            at[v] = (p.cast<double>() - cubes.origin) / cubes.size;
-            binding.cube[v] = finder.find(flattened(at[v], cubes, flat));
-            if (binding.cube[v] == no_index) continue;
-            const Vec3 cell = cubes.cell[binding.cube[v]].cast<double>();
-            binding.local[v] = (at[v] - cell).cast<float>();
-        }
-    });
-    std::vector<std::uint32_t> outside;
-    for (std::uint32_t v = 0; v < n; ++v) {
-        if (binding.cube[v] == no_index) outside.push_back(v);
+    if (cubes.is_sheet()) {
+        bind_to_sheet(mesh, cubes, binding);
+    } else {
+        bind_to_lattice(mesh, cubes, binding);
     }
-    if (!outside.empty()) bind_strays(mesh, cubes, flat, at, outside, binding);
     number_used(cubes.count(), binding);
     binding.normal_vertex = vertex_of_normals(mesh);
     binding.one_normal_each = binding.normal_vertex.size() == n;

@@ -12,6 +12,9 @@
 // it stays in one piece, and turns and shears as that cube does. On a plane (cubes/plane.hpp) who
 // lies over or under a cell is in it, however far. Of several cubes in one cell, a vertex goes with
 // the piece of material that it is nearest to (Cubes::part).
+//
+// On a sheet (cubes/sheet.hpp) a vertex goes with the nearest triangle, at that one's nearest
+// place: none is a stray, and none lies across.
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/cubes/cubes.hpp"
@@ -33,7 +36,8 @@ struct Binding {
     bool one_normal_each = false;              // normal v is vertex v's, for all of both
     std::vector<Stray> strays;                 // vertices in no cube, ascending
     std::vector<std::uint32_t> stray_normals;  // normals of strays
-    double farthest = 0;                       // m, from a stray to its cube
+    double farthest = 0;                       // m, from a stray to its cube, or a vertex to
+                                               // its triangle
 };
 
 // Where each vertex of the rest mesh lies in the rest cubes. A vertex within a thousandth of a cube

@@ -2,8 +2,10 @@
 
 #include "geometry/base/parallel.hpp"
 #include "geometry/cubes/plane.hpp"
+#include "geometry/cubes/sheet.hpp"
 #include "geometry/cubes/trilinear.hpp"
 #include "geometry/embed/embed_kernels.hpp"
+#include "geometry/embed/sheet_motion.hpp"
 #include "geometry/mesh/mesh.hpp"
 
 #include <stdexcept>
@@ -71,15 +73,18 @@ TriMesh embed(const Binding& binding, const TriMesh& mesh, const Cubes& cubes,
             mesh.positions.size());
     require(mesh.normals.size() == binding.normal_vertex.size(), "normals",
             binding.normal_vertex.size(), mesh.normals.size());
-    const std::vector<CubePolynomial> u = polynomials(binding, cubes, x, torn);
-    const auto per_metre = static_cast<float>(1 / cubes.size);
-
     TriMesh out;
     out.topology = mesh.topology;
     out.colours = mesh.colours;
     out.attributes = mesh.attributes;
     out.positions.resize(mesh.positions.size());
     out.normals.resize(mesh.normals.size());
+    if (cubes.is_sheet()) {
+        carry_with_sheet(binding, mesh, cubes, x, out);
+        return out;
+    }
+    const std::vector<CubePolynomial> u = polynomials(binding, cubes, x, torn);
+    const auto per_metre = static_cast<float>(1 / cubes.size);
     const CarriedPlaces places{u, binding.cube, binding.local};
     parallel_for(mesh.positions.size(), carried_a_task, [&](std::size_t begin, std::size_t end) {
         if (binding.one_normal_each) {
@@ -164,10 +169,13 @@ std::vector<float> interpolate(const Binding& binding, const Cubes& cubes,
 std::vector<double> at_corners(const Cubes& cubes, std::span<const float> values)
 {
     require(values.size() == cubes.count(), "cube values", cubes.count(), values.size());
+    const std::size_t corners = cubes.is_sheet() ? 3 : 8;  // those of a triangle come first
     std::vector<double> sum(cubes.corner_count(), 0.0), weight(cubes.corner_count(), 0.0);
     for (std::size_t c = 0; c < cubes.count(); ++c) {
-        const double w = cubes.fill.empty() ? 1.0 : cubes.fill[c];
-        for (const std::uint32_t k : cubes.corners[c]) {
+        const double fill = cubes.fill.empty() ? 1.0 : cubes.fill[c];
+        const double w = cubes.is_sheet() ? fill * cell_area(cubes, c) : fill;
+        for (std::size_t a = 0; a < corners; ++a) {
+            const std::uint32_t k = cubes.corners[c][a];
             sum[k] += w * double(values[c]);
             weight[k] += w;
         }

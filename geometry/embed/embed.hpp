@@ -13,7 +13,9 @@
 // All are exact for affine motion, so forces handed back keep their sum and their torque.
 //
 // On a plane (geometry/cubes/plane.hpp) vertices keep their height above or below it, along its
-// turning normals: however far that is, who lies over or under a cell is in it.
+// turning normals: however far that is, who lies over or under a cell is in it. How vertices move
+// with a sheet (geometry/cubes/sheet.hpp) is in sheet_motion.hpp. On both, weights are those of the
+// place below a vertex: its forces keep their sum, and their torque where it lies in the sheet.
 
 #include "geometry/embed/bind.hpp"
 
@@ -24,7 +26,7 @@ namespace geometry {
 // The mesh as corners at `x` (K, m) carry it: positions and normals; all else as it was. Throws
 // std::invalid_argument when sizes do not match. In single precision from the displacements on:
 // the error is some 1e-7 of the displacement, below that of the positions themselves. Cells of a
-// plane that are `torn` (C, or empty) do not count for its normals.
+// plane that are `torn` (C, or empty) do not count for its normals. A sheet does not tear.
 TriMesh embed(const Binding& binding, const TriMesh& mesh, const Cubes& cubes,
               std::span<const Vec3> x, std::span<const std::uint8_t> torn = {});
 
@@ -37,7 +39,8 @@ std::vector<Vec3> transpose(const Binding& binding, const Cubes& cubes,
 std::vector<float> interpolate(const Binding& binding, const Cubes& cubes,
                                std::span<const double> values);
 
-// Cube values (C) averaged at corners, over the cubes around each by their fill. K.
+// Cube values (C) averaged at corners, over the cubes around each by their fill, or the triangles
+// of a sheet by what fills each. K.
 std::vector<double> at_corners(const Cubes& cubes, std::span<const float> values);
 
 // The weights of a vertex's eight corners; they sum to 1, and are 0..1 where its place is.

@@ -29,6 +29,10 @@ Eigen::Quaterniond turn_between(const Vec3& a, const Vec3& b)
 
 PlaneDetail bind_plane_detail(const TriMesh& rest, const Cubes& patch, double distance)
 {
+    if (patch.is_sheet()) {
+        throw std::invalid_argument("the patch has to be a plane, found the sheet of a mesh: make "
+                                    "it with Plane");
+    }
     const int axis = flat_axis(patch);
     if (axis < 0) {
         throw std::invalid_argument(

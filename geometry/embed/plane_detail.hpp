@@ -25,7 +25,7 @@ struct PlaneDetail {
 };
 
 // Vertices nearer to the patch than `distance` (m) along its flat axis; the weight falls smoothly
-// to 0 there. Throws std::invalid_argument when `patch` is not a plane.
+// to 0 there. Throws std::invalid_argument when `patch` is not a plane, but a sheet or thick.
 PlaneDetail bind_plane_detail(const TriMesh& rest, const Cubes& patch, double distance);
 
 // `mesh` (as the object carries it) with the patch's detail: its corners are at x, and would be at

@@ -64,6 +64,7 @@ Vec3 turned(const Mat3& F, const Vec3& n)
 void smooth_normals(TriMesh& carried, const Binding& binding, const TriMesh& rest,
                     const Cubes& cubes, std::span<const Vec3> x, std::span<const std::uint8_t> torn)
 {
+    if (cubes.is_sheet()) return;
     const CornerGradients g = corner_gradients(binding, cubes, x, torn);
     const int axis = flat_axis(cubes);
     parallel_for(rest.normals.size(), normals_a_task, [&](std::size_t begin, std::size_t end) {

@@ -18,7 +18,8 @@ namespace geometry {
 
 // Gives `carried`, which embed() made of `rest`, such normals. Cubes that are `torn` (C, or empty)
 // take no part; what lies at no corner of others keeps the normal that it has. On a plane the
-// gradients along it are averaged, and its turning normals stand for those across it.
+// gradients along it are averaged, and its turning normals stand for those across it. Changes
+// nothing on a sheet, where embed() gives such normals itself (sheet_motion.hpp).
 void smooth_normals(TriMesh& carried, const Binding& binding, const TriMesh& rest,
                     const Cubes& cubes, std::span<const Vec3> x,
                     std::span<const std::uint8_t> torn = {});

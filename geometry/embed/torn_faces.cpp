@@ -148,6 +148,7 @@ std::vector<std::uint8_t> faces_through(const TriMesh& rest, const Cubes& cubes,
 std::vector<std::uint8_t> torn_faces(const Binding& binding, const TriMesh& rest,
                                      const Cubes& cubes, std::span<const std::uint32_t> broken)
 {
+    if (broken.empty()) return std::vector<std::uint8_t>(rest.triangles().size(), 0);
     std::vector<Vec3i> torn;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         if (is_torn(cubes.corners[c], broken)) torn.push_back(cubes.cell[c]);

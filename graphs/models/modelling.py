@@ -96,6 +96,18 @@ class Model:
             self.face(reversed(ids[0]))
             self.face(ids[-1])
 
+    def between(self, a, b):
+        """Triangles between two closed rings of vertices that begin side by side and run the same
+        way, of any number each: whichever ring is behind goes on."""
+        i = j = 0
+        while i < len(a) or j < len(b):
+            if j == len(b) or (i < len(a) and (i + 1) * len(b) <= (j + 1) * len(a)):
+                self.face((a[i], a[(i + 1) % len(a)], b[j % len(b)]))
+                i += 1
+            else:
+                self.face((a[i % len(a)], b[(j + 1) % len(b)], b[j]))
+                j += 1
+
     def sweep(self, profile, path, up=(0, 1, 0), caps=True, scale=None):
         """A profile (right, up) moved along a path of points."""
         rings = []

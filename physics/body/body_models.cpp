@@ -54,6 +54,13 @@ void append(Cubes& all, const Cubes& next, int lift)
         for (auto& k : corners) k += first;
         all.corners.push_back(corners);
     }
+    if (next.is_sheet() || all.is_sheet()) {
+        // Corners of planes that came before rest on their lattices, which only they know.
+        all.place.resize(all.corner.size() - next.corner_count(), geometry::Vec3::Zero());
+        for (std::size_t k = 0; k < next.corner_count(); ++k) {
+            all.place.push_back(next.corner_position(k));
+        }
+    }
     append(all.mass, next.mass);
     append(all.fill, next.fill);
     append(all.young, next.young);
@@ -108,8 +115,9 @@ BodyModels::BodyModels(std::span<const BodyModel> models, ModelKind kind)
         if (flat != (kind == ModelKind::plane)) {
             throw std::invalid_argument(
                 "model " + std::to_string(m + 1) + " of " + std::to_string(models_.size()) +
-                (flat ? " is a plane: simulate planes by method shell, apart from other cubes"
-                      : " has a thickness: method shell simulates planes alone"));
+                (flat ? " is a plane or a sheet: simulate these by method shell, apart from other "
+                        "cubes"
+                      : " has a thickness: method shell simulates planes and sheets alone"));
         }
         pieces |= !cubes.part.empty();
     }

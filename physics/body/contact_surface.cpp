@@ -158,8 +158,9 @@ ContactSurface make_contact_surface(const BodyModels& models,
     KnownPatches known;
     for (std::size_t m = 0; m < models.count(); ++m) {
         const BodyModel& model = models.model(m);
-        auto patches = model.surface ? patches_of_surface(*model.cubes, *model.surface)
-                                     : patches_of_cubes(*model.cubes);
+        auto patches = model.cubes->is_sheet() ? patches_of_sheet(*model.cubes)
+                       : model.surface         ? patches_of_surface(*model.cubes, *model.surface)
+                                               : patches_of_cubes(*model.cubes);
         if (tears) add_corners_within(*model.cubes, patches);
         pack({*model.cubes, models.start(m).corner, slot}, patches, known, out);
     }

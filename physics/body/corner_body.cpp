@@ -133,6 +133,7 @@ CornerBody make_body(const BodyModels& models, std::vector<std::uint32_t> slot, 
     body.rest.assign(body.numbers, 0);
     for (std::size_t m = 0; m < models.count(); ++m) {
         const geometry::Cubes& own = *models.model(m).cubes;
+        body.on_lattice &= !own.is_sheet();
         for (std::size_t k = 0; k < own.corner_count(); ++k) {
             const Vec3 p = own.corner_position(k);
             const std::size_t at = 4 * body.slot_of(models.start(m).corner + k);

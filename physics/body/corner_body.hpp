@@ -34,6 +34,7 @@ struct CornerBody {
                                        // empty: all do
     std::size_t parts = 0;
     std::vector<double> part_edge;  // m, edge of the cubes of each part; empty: h
+    bool on_lattice = true;         // each corner rests on a lattice of its model's
     Aligned<double> rest;           // numbers, m
     ContactSurface skin;
     std::shared_ptr<const PartShapes> shapes;  // null: parts do not touch each other

@@ -110,7 +110,7 @@ ForceShares shares_at_point(const CornerBody& body, const Force& force)
 ForceShares force_shares(const CornerBody& body, const Force& force)
 {
     ForceShares shares;
-    if (force.radius > 0) shares = shares_on_surface(body, force);
+    if (force.radius > 0 && body.on_lattice) shares = shares_on_surface(body, force);
     if (shares.empty()) shares = shares_of_material(body, force);
     if (shares.empty()) shares = shares_at_point(body, force);
     double total = 0;

@@ -1,6 +1,7 @@
 #include "physics/body/make_sheet_cells.hpp"
 
 #include "geometry/cubes/plane.hpp"
+#include "geometry/cubes/sheet.hpp"
 
 #include <algorithm>
 
@@ -43,6 +44,7 @@ void add_sheet_edges(SheetCells& out, std::size_t slots)
         }
         for (const auto& [i, j] : {std::pair{0, 1}, {2, 3}, {0, 2}, {1, 3}, {0, 3}}) {
             const auto a = k[std::size_t(i)], b = k[std::size_t(j)];
+            if (a == b) continue;  // of a triangle
             all.push_back({{std::min(a, b), std::max(a, b)}, c});
         }
     }
@@ -58,6 +60,34 @@ void add_sheet_edges(SheetCells& out, std::size_t slots)
     }
 }
 
+// The cells within two of each along triangles, by the corners that they share.
+void add_beside(SheetCells& out, std::size_t slots)
+{
+    std::vector<std::vector<std::uint32_t>> at(slots);
+    for (std::uint32_t c = 0; c < out.cell.size(); ++c) {
+        for (const auto k : out.cell[c]) {
+            if (at[k].empty() || at[k].back() != c) at[k].push_back(c);
+        }
+    }
+    std::vector<std::uint32_t> near, further;
+    const auto spread = [&](const std::vector<std::uint32_t>& from) {
+        std::vector<std::uint32_t> to;
+        for (const auto c : from) {
+            for (const auto k : out.cell[c]) to.insert(to.end(), at[k].begin(), at[k].end());
+        }
+        std::sort(to.begin(), to.end());
+        to.erase(std::unique(to.begin(), to.end()), to.end());
+        return to;
+    };
+    for (std::uint32_t c = 0; c < out.cell.size(); ++c) {
+        out.beside_at.push_back(static_cast<std::uint32_t>(out.beside.size()));
+        near = spread({c});
+        further = spread(near);
+        out.beside.insert(out.beside.end(), further.begin(), further.end());
+    }
+    out.beside_at.push_back(static_cast<std::uint32_t>(out.beside.size()));
+}
+
 // A point is as thick and as firm as the mean of its cells.
 void add_sheet_points(const BodyModels& models, const CornerBody& body, SheetCells& out)
 {
@@ -65,12 +95,18 @@ void add_sheet_points(const BodyModels& models, const CornerBody& body, SheetCel
     const geometry::Cubes& cubes = models.all();
     std::vector<double> cells(body.corners, 0), thick(body.corners, 0), bears(body.corners, 0);
     for (std::size_t c = 0; c < out.cell.size(); ++c) {
-        const double a = models.edge_of(static_cast<std::uint32_t>(c));
-        const double thickness = cubes.fill[c] * a;
-        for (const auto k : out.cell[c]) {
+        const auto number = static_cast<std::uint32_t>(c);
+        const double thickness = cubes.fill[c] * models.edge_of(number);
+        const bool is_triangle = out.cell[c][3] == out.cell[c][2];
+        const std::size_t corners = is_triangle ? 3 : 4;
+        const std::size_t model = models.model_of(number);
+        const double area =
+            geometry::cell_area(*models.model(model).cubes, number - models.start(model).cube);
+        for (std::size_t i = 0; i < corners; ++i) {
+            const auto k = out.cell[c][i];
             cells[k] += 1;
             thick[k] += thickness;
-            bears[k] += 10 * cubes.young[c] * a * a / (4 * thickness);
+            bears[k] += 10 * cubes.young[c] * area / (double(corners) * thickness);
         }
     }
     for (std::size_t k = 0; k < body.corners; ++k) {
@@ -96,6 +132,7 @@ std::shared_ptr<const SheetCells> sheets_that_touch(const BodyModels& models,
         add_sheet(*models.model(m).cubes, body, models.start(m), m, *out);
     }
     add_sheet_edges(*out, body.corners);
+    if (!body.on_lattice) add_beside(*out, body.corners);
     add_sheet_points(models, body, *out);
     out->thickest = double(*std::max_element(out->thickness.begin(), out->thickness.end()));
     out->reach = out->thickest + near_sheet * body.h;

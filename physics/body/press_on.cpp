@@ -158,9 +158,9 @@ topology_of(const std::vector<std::array<std::uint32_t, 6>>& faces)
 
 PressOn press_on(const geometry::Cubes& cubes, const TriMesh& mesh, const std::string& name)
 {
-    if (geometry::flat_axis(cubes) >= 0) {
-        throw std::invalid_argument("pressure needs a body of cubes, and these are a plane: use "
-                                    "Voxelize, or Force with kind = wind");
+    if (geometry::flat_axis(cubes) >= 0 && !cubes.is_sheet()) {
+        throw std::invalid_argument("pressure needs a body of cubes or a sheet, and these are a "
+                                    "plane: use Voxelize or Sheet, or Force with kind = wind");
     }
     PressOn out;
     std::vector<Triangle> faces = chosen_faces(mesh, name, out);

@@ -125,7 +125,12 @@ bool are_beside(const CornerBody& body, std::uint32_t a, std::uint32_t b)
 {
     constexpr int near = 2;
     if (!are_one_part(body, a, b)) return false;
-    const auto& place = body.sheets->place;
+    const SheetCells& cells = *body.sheets;
+    if (!cells.beside_at.empty()) {
+        const auto first = cells.beside.begin();
+        return std::binary_search(first + cells.beside_at[a], first + cells.beside_at[a + 1], b);
+    }
+    const auto& place = cells.place;
     return (place[a] - place[b]).cwiseAbs().maxCoeff() <= near;
 }
 
@@ -312,6 +317,7 @@ void meet_points(const SheetScene& scene, std::uint32_t a, std::uint32_t b,
         for (const auto t : {2 * b, 2 * b + 1}) {
             if (!scene.point[p].overlaps(scene.triangle[t])) continue;
             const auto& k = cells.triangle[t];
+            if (k[1] == k[2]) continue;  // a cell of one triangle
             meet(scene, {Four::point, {p, k[0], k[1], k[2]}, p, t, one}, out);
         }
     }

@@ -2,6 +2,7 @@
 
 #include "geometry/cubes/cube_finder.hpp"
 #include "geometry/cubes/plane.hpp"
+#include "geometry/cubes/sheet.hpp"
 #include "geometry/embed/embed.hpp"
 #include "geometry/mesh/mesh.hpp"
 
@@ -317,6 +318,32 @@ std::vector<LoosePatch> patches_of_cubes(const Cubes& cubes)
             if (area == 0) continue;
             patches[c].points.push_back(corner_point(a, area));
             area = 0;  // taken
+        }
+    }
+    return patches;
+}
+
+std::vector<LoosePatch> patches_of_sheet(const Cubes& cubes)
+{
+    std::vector<LoosePatch> patches(cubes.count());
+    std::vector<float> area_at(cubes.corner_count(), 0.0f);
+    const auto half = static_cast<float>(cubes.size * cubes.size / 2);
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        for (const float side : {-1.0f, 1.0f}) {
+            // The cell is a square that has shrunk to the triangle; of its halves one ends at
+            // either end of the side that is a point. So its corners have a third each.
+            for (const float end : {0.0f, 1.0f}) {
+                patches[c].areas.emplace_back(0, 0, side * half);
+                patches[c].pieces.push_back({Vec3f::Zero(), Vec3f::Unit(0), Vec3f(end, 1, 0)});
+            }
+        }
+        const auto area = static_cast<float>(geometry::cell_area(cubes, c));
+        for (const auto k : geometry::sheet_triangle(cubes, c)) area_at[k] += 2 * area / 3;
+    }
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        for (unsigned a = 0; a < 3; ++a) {
+            const float area = std::exchange(area_at[cubes.corners[c][a]], 0.0f);
+            if (area > 0) patches[c].points.push_back(corner_point(a, area));
         }
     }
     return patches;

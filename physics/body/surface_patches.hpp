@@ -33,6 +33,9 @@ std::vector<LoosePatch> patches_of_surface(const geometry::Cubes& cubes,
 // its two sides only, which share their corners.
 std::vector<LoosePatch> patches_of_cubes(const geometry::Cubes& cubes);
 
+// C. The two sides of the triangles of a sheet, and their corners.
+std::vector<LoosePatch> patches_of_sheet(const geometry::Cubes& cubes);
+
 // Adds corners that no point goes with, each in one of its cubes.
 void add_corners_within(const geometry::Cubes& cubes, std::vector<LoosePatch>& patches);
 

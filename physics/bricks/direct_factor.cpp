@@ -71,6 +71,7 @@ private:
             }
         };
         for (std::size_t i = 0; i < front.pivots.size(); ++i) {
+            if (out_.is_inner(front.pivots[i])) continue;
             const double* from = &diagonal_[4 * std::size_t{out_.slot_[front.pivots[i]]}];
             for (std::size_t k = 0; k < 3; ++k) {
                 columns(Index(3 * i + k), Index(3 * i + k)) += from[k];
@@ -87,8 +88,8 @@ private:
                         add(at[a], at[b], block);
                     } else {
                         add(at[a], at[b],
-                            without_held(block, held_[corner_of(front, at[a])],
-                                         held_[corner_of(front, at[b])], a == b));
+                            without_held(block, held_axes(corner_of(front, at[a])),
+                                         held_axes(corner_of(front, at[b])), a == b));
                     }
                 }
             }
@@ -104,6 +105,11 @@ private:
             }
             s.resize(0, 0);
         }
+    }
+
+    std::uint8_t held_axes(std::uint32_t corner) const
+    {
+        return out_.is_inner(corner) ? std::uint8_t{0} : held_[corner];
     }
 
     const std::vector<BrickMatrix>& cubes_;
@@ -124,7 +130,11 @@ std::optional<DirectFactor> DirectFactor::make(std::shared_ptr<const Dissection>
     out.tree_ = std::move(dissection);
     out.slot_.assign(slot.begin(), slot.end());
     std::size_t numbers = 0, work = 0;
+    std::size_t inner = 0;
     for (const Front& front : out.tree_->fronts) {
+        for (const auto k : front.pivots) {
+            if (out.is_inner(k)) inner = std::max(inner, out.inner_at(k) + 3);
+        }
         const std::size_t p = 3 * front.pivots.size(), all = p + 3 * front.border.size();
         out.panels_.push_back({Index(p), Index(all - p), numbers, work});
         numbers += all * p;
@@ -132,6 +142,7 @@ std::optional<DirectFactor> DirectFactor::make(std::shared_ptr<const Dissection>
     }
     out.numbers_.assign(numbers, 0);
     out.work_.assign(work, 0);
+    out.inner_.assign(inner, 0);
     if (!DirectFactorizer(cubes, diagonal, held, out).run()) return std::nullopt;
     return out;
 }
@@ -151,7 +162,12 @@ void DirectFactor::forward(std::uint32_t f, const double* b)
     const Panel& panel = panels_[f];
     double* own = work_.data() + panel.at;
     for (std::size_t i = 0; i < front.pivots.size(); ++i) {
-        const double* from = b + 4 * std::size_t{slot_[front.pivots[i]]};
+        const std::uint32_t k = front.pivots[i];
+        if (is_inner(k)) {
+            std::fill(own + 3 * i, own + 3 * i + 3, 0.0);
+            continue;
+        }
+        const double* from = b + 4 * std::size_t{slot_[k]};
         std::copy(from, from + 3, own + 3 * i);
     }
     std::fill(own + panel.pivots, own + panel.pivots + panel.border, 0.0);
@@ -175,7 +191,9 @@ void DirectFactor::back(std::uint32_t f, double* x)
     const Panel& panel = panels_[f];
     double* own = work_.data() + panel.at;
     for (std::size_t i = 0; i < front.border.size(); ++i) {
-        const double* from = x + 4 * std::size_t{slot_[front.border[i]]};
+        const std::uint32_t k = front.border[i];
+        const double* from =
+            is_inner(k) ? inner_.data() + inner_at(k) : x + 4 * std::size_t{slot_[k]};
         std::copy(from, from + 3, own + panel.pivots + 3 * i);
     }
     const Columns columns(numbers_.data() + panel.columns, panel.pivots + panel.border,
@@ -184,7 +202,9 @@ void DirectFactor::back(std::uint32_t f, double* x)
     pivots.noalias() -= columns.bottomRows(panel.border).transpose() * border;
     columns.topRows(panel.pivots).triangularView<Eigen::Lower>().transpose().solveInPlace(pivots);
     for (std::size_t i = 0; i < front.pivots.size(); ++i) {
-        std::copy(own + 3 * i, own + 3 * i + 3, x + 4 * std::size_t{slot_[front.pivots[i]]});
+        const std::uint32_t k = front.pivots[i];
+        double* to = is_inner(k) ? inner_.data() + inner_at(k) : x + 4 * std::size_t{slot_[k]};
+        std::copy(own + 3 * i, own + 3 * i + 3, to);
     }
 }
 

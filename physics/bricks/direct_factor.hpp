@@ -21,8 +21,10 @@ namespace physics {
 class DirectFactor {
 public:
     // Of the sum of a matrix a cube and `diagonal`: four numbers a slot, slot[corner] for each
-    // corner. Corners that the dissection left out are held, and axes of others as in `held` (K, or
-    // empty: none), whose numbers are tied to nothing. Nothing when a pivot is not positive.
+    // corner. Corners beyond these are inner ones: nothing acts on them, their diagonal is 0, and
+    // where they move is kept here. Corners that the dissection left out are held, and axes of
+    // others as in `held` (K, or empty: none), whose numbers are tied to nothing. Nothing when a
+    // pivot is not positive.
     static std::optional<DirectFactor> make(std::shared_ptr<const Dissection> dissection,
                                             const std::vector<BrickMatrix>& cubes,
                                             std::span<const double> diagonal,
@@ -41,6 +43,8 @@ private:
 
     friend class DirectFactorizer;
 
+    bool is_inner(std::uint32_t corner) const { return corner >= slot_.size(); }
+    std::size_t inner_at(std::uint32_t corner) const { return 3 * (corner - slot_.size()); }
     void forward(std::uint32_t f, const double* b);
     void back(std::uint32_t f, double* x);
 
@@ -48,6 +52,7 @@ private:
     std::vector<std::uint32_t> slot_;
     std::vector<Panel> panels_;
     Aligned<double> numbers_, work_;
+    std::vector<double> inner_;  // 3 for each inner corner, as solve() moved it last
 };
 
 }  // namespace physics

@@ -116,11 +116,12 @@ private:
     std::vector<Front> fronts_;
 };
 
-void place_corners(const Cubes& cubes, const std::vector<std::uint32_t>& place, Front& front)
+void place_corners(const ElementCorners& elements, const std::vector<std::uint32_t>& place,
+                   Front& front)
 {
     for (const auto c : front.cubes) {
         auto& at = front.corner_at.emplace_back();
-        for (std::size_t a = 0; a < 8; ++a) at[a] = place[cubes.corners[c][a]];
+        for (std::size_t a = 0; a < 8; ++a) at[a] = place[elements[c][a]];
     }
 }
 
@@ -129,20 +130,25 @@ void place_corners(const Cubes& cubes, const std::vector<std::uint32_t>& place, 
 Dissection dissect(const Cubes& cubes, const std::vector<char>& left_out, double most,
                    std::size_t uncut)
 {
-    Dissection out;
     Dissector dissector(cubes, left_out, uncut);
-    out.fronts = dissector.run();
-    const auto& front_of = dissector.front_of();
+    std::vector<Front> fronts = dissector.run();
+    return with_borders(std::move(fronts), dissector.front_of(), cubes.corners, most);
+}
 
-    // A cube enters where the first of its corners is eliminated.
-    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+Dissection with_borders(std::vector<Front> fronts, const std::vector<std::uint32_t>& front_of,
+                        const ElementCorners& elements, double most)
+{
+    Dissection out;
+    out.fronts = std::move(fronts);
+    // An element enters where the first of its corners is eliminated.
+    for (std::uint32_t c = 0; c < elements.size(); ++c) {
         std::uint32_t first = no_index;
-        for (const auto k : cubes.corners[c]) first = std::min(first, front_of[k]);
+        for (const auto k : elements[c]) first = std::min(first, front_of[k]);
         if (first != no_index) out.fronts[first].cubes.push_back(c);
     }
 
-    // The border: what cubes and children bring in that is eliminated later, in that order.
-    std::vector<std::uint32_t> place(cubes.corner_count(), no_index);  // in the front at hand
+    // The border: what elements and children bring in that is eliminated later, in that order.
+    std::vector<std::uint32_t> place(front_of.size(), no_index);  // in the front at hand
     for (std::uint32_t f = 0; f < out.fronts.size(); ++f) {
         Front& front = out.fronts[f];
         std::uint32_t next = 0;
@@ -153,7 +159,7 @@ Dissection dissect(const Cubes& cubes, const std::vector<char>& left_out, double
             front.border.push_back(k);
         };
         for (const auto c : front.cubes) {
-            for (const auto k : cubes.corners[c]) meet(k);
+            for (const auto k : elements[c]) meet(k);
         }
         for (const auto child : front.children) {
             for (const auto k : out.fronts[child].border) meet(k);
@@ -162,7 +168,7 @@ Dissection dissect(const Cubes& cubes, const std::vector<char>& left_out, double
             return std::pair(front_of[a], a) < std::pair(front_of[b], b);
         });
         for (const auto k : front.border) place[k] = next++;
-        place_corners(cubes, place, front);
+        place_corners(elements, place, front);
         const auto p = static_cast<double>(front.pivots.size());
         const auto b = static_cast<double>(front.border.size());
         front.entries = p * (p + b);

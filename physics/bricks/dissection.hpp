@@ -59,6 +59,19 @@ inline constexpr std::size_t uncut_corners = 24;
 Dissection dissect(const geometry::Cubes& cubes, const std::vector<char>& left_out, double most,
                    std::size_t uncut = uncut_corners);
 
+// The same for elements that lie anywhere, each with up to eight corners (the others name one of
+// them again), by where the corners are (K, m): parts are halved along their longest side, and the
+// corners of one half that meet the other part them.
+using ElementCorners = std::vector<std::array<std::uint32_t, 8>>;
+Dissection dissect(const ElementCorners& elements, std::span<const geometry::Vec3> places,
+                   const std::vector<char>& left_out, double most,
+                   std::size_t uncut = uncut_corners);
+
+// Adds to fronts of which pivots, children and their order are known what they meet. `front_of`
+// says where each corner is eliminated (K; no_index: nowhere).
+Dissection with_borders(std::vector<Front> fronts, const std::vector<std::uint32_t>& front_of,
+                        const ElementCorners& elements, double most);
+
 // Puts corners in the order in which to eliminate them.
 void order_for_elimination(const geometry::Cubes& cubes, std::span<std::uint32_t> corners);
 

@@ -40,6 +40,8 @@ public:
     // method knows the difference.
     virtual bool use_hessian(bool) { return false; }
     virtual void multiply(const float* p, float* y) const = 0;  // y = K p
+    // What that takes, in those of as many bricks.
+    virtual double product_work() const { return 1; }
     virtual void multiply(const double* p, double* y) const = 0;
     virtual void add_diagonal(double* d) const = 0;  // of K, about
 

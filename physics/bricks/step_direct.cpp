@@ -12,7 +12,7 @@ void StepDirect::count(const Stage& stage)
     tree = stage.elasticity.dissection(stage.frame.held.whole);
     if (!tree) return;
     const auto cubes_there = static_cast<double>(stage.elasticity.cube_count());
-    const double a_product = multiplied_cube * cubes_there;
+    const double a_product = multiplied_cube * cubes_there * stage.elasticity.product_work();
     const double fronts = front * static_cast<double>(tree->fronts.size());
     work = (block_product * tree->products + fronts + cube * cubes_there) / a_product;
     work_an_iteration = iteration + entry * tree->entries / a_product;

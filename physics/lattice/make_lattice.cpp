@@ -137,6 +137,10 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& opt
     LatticeBody body;
     body.options = options;
     body.flat_axis = geometry::flat_axis(cubes);
+    if (cubes.is_sheet()) {
+        throw std::invalid_argument("method lattice needs cubes on a lattice, found a sheet of "
+                                    "triangles: use method shell, or make the cubes with Plane");
+    }
     if (options.plane == PlaneMotion::in_plane && body.flat_axis < 0) {
         throw std::invalid_argument(
             "expected a plane of cubes for motion in its plane: link one, or "

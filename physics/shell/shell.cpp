@@ -2,6 +2,7 @@
 
 #include "physics/bricks/time_step.hpp"
 #include "physics/shell/shell_elasticity.hpp"
+#include "physics/shell/triangle_elasticity.hpp"
 #include "physics/state/pins.hpp"
 
 namespace physics {
@@ -12,6 +13,10 @@ State advance(const ShellBody& body, State state, const Loads& loads, double dt,
     check_pins(loads.pins, body.base.corners);
     require_all_axes(loads.pins, "method shell");
     require_corners(loads.pins, "method shell");
+    if (body.triangles) {
+        TriangleElasticity elasticity(body, loads.pins);
+        return advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
+    }
     ShellElasticity elasticity(body, loads.pins);
     return advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
 }

@@ -5,6 +5,7 @@
 #include "physics/body/make_sheet_cells.hpp"
 #include "physics/bricks/factor_cache.hpp"
 #include "physics/bricks/time_step.hpp"
+#include "physics/shell/slope_factor.hpp"
 
 #include <fmt/format.h>
 
@@ -26,8 +27,8 @@ void check(const BodyModels& models, const ShellOptions& options)
     for (std::size_t m = 0; m < models.count(); ++m) {
         if (geometry::flat_axis(*models.model(m).cubes) >= 0) continue;
         throw std::invalid_argument(
-            "method shell needs a plane of cubes, found cubes with a thickness: make the cubes "
-            "with Plane, or use method bricks");
+            "method shell needs a plane or a sheet, found cubes with a thickness: make the cubes "
+            "with Plane or Sheet, or use method bricks");
     }
     const auto sound = [](double v) { return std::isfinite(v) && v >= 0; };
     if (sound(options.stretch) && options.stretch > 0 && sound(options.bend)) return;
@@ -178,6 +179,36 @@ void add_elements(const geometry::Cubes& cubes, ShellBody& body)
     }
 }
 
+// Triangles of all cells, and where those of each begin.
+TriangleShell triangles_of(const BodyModels& models, const ShellBody& body)
+{
+    const geometry::Cubes& cubes = models.all();
+    std::vector<TrianglePlan> plans;
+    std::vector<std::uint32_t> first;
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        const geometry::Cubes& own = *models.model(models.model_of(c)).cubes;
+        const auto [u, v] = geometry::plane_axes(geometry::flat_axis(own));
+        const std::size_t along = std::size_t{1} << u, across = std::size_t{1} << v;
+        const auto& k = cubes.corners[c];
+        first.push_back(static_cast<std::uint32_t>(plans.size()));
+        const TrianglePlan plan{{k[0], k[along], k[along | across]},
+                                cubes.young[c],
+                                cubes.poisson[c],
+                                cubes.fill[c] * own.size,
+                                cubes.stiffness_damping[c]};
+        plans.push_back(plan);
+        if (own.is_sheet()) continue;
+        plans.push_back(plan);
+        plans.back().corner = {k[0], k[along | across], k[across]};
+    }
+    first.push_back(static_cast<std::uint32_t>(plans.size()));
+    TriangleShell out =
+        make_triangle_shell(plans, std::move(first), body.base.rest.data(), body.base.corners,
+                            body.options.stretch, body.options.bend);
+    out.slopes = std::make_shared<SlopeCache>();
+    return out;
+}
+
 }  // namespace
 
 std::uint32_t entry_of(const ShellBody& body, std::uint32_t row, std::uint32_t column)
@@ -203,18 +234,24 @@ ShellBody make_shell(const BodyModels& models, const ShellOptions& options)
     std::iota(slot.begin(), slot.end(), 0u);
     body.base = make_corner_body(models, std::move(slot));
     body.base.sheets = sheets_that_touch(models, body.base, options.contact);
+    body.dissections = std::make_shared<DissectionCache>();
+    bool any_sheet = false;
+    for (std::size_t m = 0; m < models.count(); ++m) any_sheet |= models.model(m).cubes->is_sheet();
+    if (any_sheet) {
+        body.triangles = std::make_shared<const TriangleShell>(triangles_of(models, body));
+        return body;
+    }
     add_cells(models, body);
     add_points(body);
     add_rows(body);
     add_elements(cubes, body);
-    body.dissections = std::make_shared<DissectionCache>();
     return body;
 }
 
 std::size_t ShellBody::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
-    return sizeof *this - sizeof base + base.bytes() +
+    return sizeof *this - sizeof base + base.bytes() + (triangles ? triangles->bytes() : 0) +
            of(cell, matter, damping, point, plate, poisson, row, column, cell_at, cells_of, element,
               elements.corner, elements.corners, elements.cell);
 }

@@ -27,6 +27,7 @@
 
 #include "physics/body/corner_body.hpp"
 #include "physics/shell/shell_cell.hpp"
+#include "physics/shell/triangle_shell.hpp"
 #include "physics/state/state.hpp"
 
 #include <memory>
@@ -57,6 +58,7 @@ struct ShellPoint {
 struct ShellBody {
     CornerBody base;  // slots are corners
     ShellOptions options;
+    std::shared_ptr<const TriangleShell> triangles;  // null: cells of planes, as what follows has
     std::vector<std::array<std::uint32_t, 4>> cell;  // C, corners 0 .. 3
     std::vector<ShellCell> matter;                   // C
     std::vector<double> damping;                     // C, s, Rayleigh's with the stiffness
@@ -79,10 +81,11 @@ struct ShellBody {
     std::size_t bytes() const;
 };
 
-// Of planes of cubes (geometry/cubes/plane.hpp), which state thickness and matter. Contact and
-// wind act on their surfaces, or on the sheets themselves when these are null. Throws
-// std::invalid_argument for cubes that are no plane, and where more than one cell lies on the same
-// side of a point.
+// Of planes of cubes (geometry/cubes/plane.hpp) and sheets of triangles (sheet.hpp), which state
+// thickness and matter. Where there is a sheet, cells of planes become two triangles each. Contact
+// and wind act on the surfaces of planes, or on the sheets themselves when these are null. Throws
+// std::invalid_argument for cubes that are neither, and where more than one cell of a plane lies on
+// the same side of a point.
 ShellBody make_shell(const BodyModels& models, const ShellOptions& options = {});
 
 // Of one model.

@@ -1,7 +1,9 @@
 #include "physics/state/choose_corners.hpp"
 
 #include "geometry/cubes/cube_finder.hpp"
+#include "geometry/cubes/sheet.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_edges.hpp"
 #include "physics/state/state_models.hpp"
 
 #include <algorithm>
@@ -116,9 +118,27 @@ std::vector<std::uint32_t> corners_below(const Cubes& cubes, double height)
                       [&](std::uint32_t k) { return cubes.corner_position(k).y() <= height; });
 }
 
+// Within so many mean sides of triangles.
+static std::vector<std::uint32_t> corners_at_end_of_sheet(const Cubes& sheet, int axis, End end,
+                                                          int layers)
+{
+    constexpr double rounding = 1e-4;
+    const double depth = (layers + rounding) * sheet.size;
+    double lo = sheet.place[0][axis], hi = lo;
+    for (const Vec3& p : sheet.place) {
+        lo = std::min(lo, p[axis]);
+        hi = std::max(hi, p[axis]);
+    }
+    return corners_if(sheet, [&](std::uint32_t k) {
+        const double at = sheet.place[k][axis];
+        return (end != End::high && at <= lo + depth) || (end != End::low && at >= hi - depth);
+    });
+}
+
 std::vector<std::uint32_t> corners_at_end(const Cubes& cubes, int axis, End end, int layers)
 {
     if (cubes.corner.empty()) return {};
+    if (cubes.is_sheet()) return corners_at_end_of_sheet(cubes, axis, end, layers);
     std::int64_t lo = cubes.corner[0][axis], hi = lo;
     for (const auto& place : cubes.corner) {
         lo = std::min<std::int64_t>(lo, place[axis]);
@@ -140,8 +160,26 @@ std::vector<std::uint32_t> corners_near_material(const Cubes& cubes, const TriMe
     return corners_if(cubes, [&](std::uint32_t k) { return bool(hits[k]); });
 }
 
+// The ends of sides that one triangle alone has.
+static std::vector<std::uint32_t> corners_at_rim_of_sheet(const Cubes& sheet)
+{
+    std::vector<geometry::Triangle> triangles;
+    for (std::size_t c = 0; c < sheet.count(); ++c) triangles.push_back(sheet_triangle(sheet, c));
+    const auto uses = geometry::edge_uses(triangles, sheet.corner_count());
+    std::vector<std::uint8_t> at_rim(sheet.corner_count(), 0);
+    for (std::size_t i = 0; i < uses.size(); ++i) {
+        const auto same = [&](std::size_t j) {
+            return uses[j].a == uses[i].a && uses[j].b == uses[i].b;
+        };
+        if ((i > 0 && same(i - 1)) || (i + 1 < uses.size() && same(i + 1))) continue;
+        at_rim[uses[i].a] = at_rim[uses[i].b] = 1;
+    }
+    return corners_if(sheet, [&](std::uint32_t k) { return at_rim[k] != 0; });
+}
+
 std::vector<std::uint32_t> corners_at_rim(const Cubes& cubes)
 {
+    if (cubes.is_sheet()) return corners_at_rim_of_sheet(cubes);
     std::vector<std::uint32_t> around(cubes.corner_count(), 0);
     for (const auto& corners : cubes.corners) {
         for (const auto k : corners) ++around[k];
@@ -156,7 +194,8 @@ void require_a_place_a_corner(const Cubes& cubes, const std::vector<geometry::Ve
     throw std::invalid_argument("expected a mesh with " + std::to_string(cubes.corner_count()) +
                                 " vertices, one per corner, found " +
                                 std::to_string(places.size()) +
-                                ". Use the mesh that Plane made with these cubes");
+                                ". Use the mesh that Plane or Sheet made with these cubes "
+                                "(for Sheet, one without loose or doubled vertices)");
 }
 
 Pins pins_on(const Cubes& cubes, std::vector<std::uint32_t> corners,

@@ -63,6 +63,9 @@ std::uint64_t mark_of(const geometry::Cubes& cubes)
         mark.add(word_of(cell.z()));
         mark.add(cubes.mass[c]);
     }
+    for (const geometry::Vec3& place : cubes.place) {
+        for (const double x : place) mark.add(x);
+    }
     return mark.value();
 }
 

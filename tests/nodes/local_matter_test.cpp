@@ -226,7 +226,8 @@ TEST(LocalMatter, WrongExpressionsAreTold)
     EXPECT_NE(told("own", "1 / 0").find("expected a finite number, found inf in the cube at"),
               std::string::npos)
         << told("own", "1 / 0");
-    EXPECT_NE(told("thickness", "1").find("only a Plane has a thickness"), std::string::npos);
+    EXPECT_NE(told("thickness", "1").find("only a Plane or a Sheet has a thickness"),
+              std::string::npos);
     EXPECT_NE(told("young", "texture_r").find("a texture lies on a mesh"), std::string::npos);
     const auto named = [](const std::string& name) {
         return Scene(fine_beam + R"(, "own": { "type": "LocalMatter@1", "inputs": { "cubes":

@@ -4,10 +4,12 @@
 #include "geometry/cubes/sample_points.hpp"
 #include "geometry/cubes/sample_surface.hpp"
 #include "geometry/cubes/sample_volume.hpp"
+#include "geometry/cubes/sheet.hpp"
 #include "geometry/cubes/voxelize.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/primitive.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 namespace {
@@ -92,6 +94,38 @@ TEST(MeanAttributes, OfASolidAreThoseOfTheNearestSurface)
         const Vec3i& cell = cubes.cell[c];
         if (cell.y() != 7 || cell.x() < 1 || cell.x() > 6 || cell.z() < 1 || cell.z() > 6) continue;
         EXPECT_NEAR(cubes.attributes[0].values[c], 0.5 + middle(cubes, c).x(), 1e-9);
+    }
+}
+
+// A sheet and the mesh that it is of: each triangle has the mean of its corners' values.
+TEST(MeanAttributes, OnASheetAreThoseOfItsTriangles)
+{
+    TriMesh mesh = icosphere(1, 2);
+    mesh.attributes = {{"heat", "K", {}}};
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+        mesh.attributes[0].values.push_back(float(v * v % 17));
+    }
+    const Cubes sheet = make_sheet(mesh, 0.01).cubes;
+    ASSERT_EQ(sheet.count(), mesh.triangles().size());
+    for (const bool solid : {false, true}) {
+        const Cubes with = solid ? with_means_of_solid(sheet, mesh, all_of(mesh))
+                                 : with_means_of_surface(sheet, mesh, all_of(mesh));
+        for (std::size_t c = 0; c < sheet.count(); ++c) {
+            double mean = 0;
+            for (const auto v : mesh.triangles()[c]) {
+                mean += double(mesh.attributes[0].values[v]) / 3;
+            }
+            EXPECT_NEAR(with.attributes.at(0).values[c], mean, 1e-5);  // places as floats
+        }
+    }
+    // Of another mesh it is the nearest place's: on one larger, of a linear attribute.
+    TriMesh around = icosphere(1.1, 5);
+    around.attributes = {linear(around, "heat", 1, {2, 0, 0})};
+    const Cubes with = with_means_of_surface(sheet, around, all_of(around));
+    for (std::size_t c = 0; c < sheet.count(); ++c) {
+        // The nearest place lies along the radius, but for the facets, 0.04 m wide: 1e-2 m.
+        const Vec3 p = cell_middle(sheet, c).normalized() * 1.1;
+        EXPECT_NEAR(with.attributes.at(0).values[c], 1 + 2 * p.x(), 4e-2);
     }
 }
 
@@ -219,8 +253,65 @@ TEST(LocalMatter, NamesOfOtherQuantitiesAndValuesThatAreNotFiniteAreRefused)
               std::string::npos);
     EXPECT_NE(refusal([&] {
                   with_local_values(cubes, LocalProperty::thickness, {1, 1});
-              }).find("only a Plane has a thickness"),
+              }).find("only a Plane or a Sheet has a thickness"),
               std::string::npos);
+}
+
+// The mean of a quadratic polynomial over a triangle is that over the middles of its sides.
+TEST(LocalMatter, MeansOverASheetAreExactForQuadratics)
+{
+    const Cubes sheet = make_sheet(icosphere(1, 1), 0.01).cubes;
+    const auto f = [](const Vec3& p) {
+        return 2 + p.x() - 3 * p.x() * p.y() + p.z() * p.z() + 0.5 * p.y() * p.y();
+    };
+    const std::vector<double> means =
+        cube_means(sheet, [&](const Vec3& p, std::size_t) { return f(p); });
+    for (std::size_t c = 0; c < sheet.count(); ++c) {
+        const auto [a, b, d] = sheet_triangle(sheet, c);
+        const Vec3 &A = sheet.place[a], &B = sheet.place[b], &D = sheet.place[d];
+        EXPECT_NEAR(means[c], (f((A + B) / 2) + f((B + D) / 2) + f((D + A) / 2)) / 3, 1e-14);
+        for (const Vec3& p : sheet_points(sheet, c)) {
+            const Vec3 n = (B - A).cross(D - A);
+            EXPECT_NEAR((p - A).dot(n), 0, 1e-15);
+            // Off each side, by a sixth of the triangle.
+            EXPECT_GT((B - A).cross(p - A).dot(n), 0.16 * n.squaredNorm());
+            EXPECT_GT((D - B).cross(p - B).dot(n), 0.16 * n.squaredNorm());
+            EXPECT_GT((A - D).cross(p - D).dot(n), 0.16 * n.squaredNorm());
+        }
+    }
+    const std::vector<double> own =
+        cube_means(sheet, [](const Vec3&, std::size_t c) { return double(c); });
+    for (std::size_t c = 0; c < own.size(); ++c) EXPECT_NEAR(own[c], double(c), 1e-13);
+}
+
+TEST(LocalMatter, OfASheetTakesItsThicknessAndArea)
+{
+    TriMesh mesh;  // triangles of 1.5 and 0.5 m^2
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, -3, 0}, {0, 1, 0}};
+    auto topology = std::make_shared<MeshTopology>();
+    topology->triangles = {{0, 2, 1}, {0, 1, 3}};
+    mesh.topology = topology;
+    const Cubes sheet = make_sheet(mesh, 0.02).cubes;
+    ASSERT_EQ(sheet.count(), 2u);
+    const Cubes heavy = with_local_values(sheet, LocalProperty::density, {500, 2000});
+    EXPECT_NEAR(heavy.mass[0], 500 * 0.02 * cell_area(sheet, 0), 1e-12);
+    EXPECT_NEAR(heavy.mass[1], 2000 * 0.02 * cell_area(sheet, 1), 1e-12);
+    EXPECT_NEAR(material_densities(heavy)[1], 2000, 1e-9);
+    const Cubes thick = with_local_values(heavy, LocalProperty::thickness, {0.01, 0.08});
+    EXPECT_NEAR(thick.mass[1], 2000 * 0.08 * cell_area(sheet, 1), 1e-12);
+    EXPECT_NEAR(thick.fill[1] * thick.size, 0.08, 1e-15);
+    EXPECT_NEAR(material_densities(thick)[0], 500, 1e-9);
+    // The mean by the volume that fills them.
+    const double first = 0.01 * 1.5, second = 0.08 * 0.5;  // m^3
+    EXPECT_NEAR(value_spread(thick, "density").mean,
+                (500 * first + 2000 * second) / (first + second), 1e-9);
+    const Vec3 middle = cell_middle(sheet, 1);
+    EXPECT_EQ(refusal([&] {
+                  with_local_values(sheet, LocalProperty::young, {1, -1});
+              }),
+              fmt::format("expected a value above 0, found -1 in the triangle at ({:.3g}, {:.3g}, "
+                          "{:.3g})",
+                          middle.x(), middle.y(), middle.z()));
 }
 
 TEST(LocalMatter, AttributesStayWithTheirCubes)

@@ -1,0 +1,265 @@
+#include "geometry/cubes/sheet.hpp"
+
+#include "geometry/base/no_index.hpp"
+#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_edges.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <stdexcept>
+
+namespace geometry {
+namespace {
+
+// Triangles are left out whose height is less than this share of their longest side.
+constexpr double least_height = 1e-6;
+
+Vec3 area_of(const Vec3& a, const Vec3& b, const Vec3& c)
+{
+    return (b - a).cross(c - a) / 2;
+}
+
+double longest_side_of(const Vec3& a, const Vec3& b, const Vec3& c)
+{
+    return std::sqrt(
+        std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+}
+
+bool has_area(const Vec3& a, const Vec3& b, const Vec3& c)
+{
+    const double longest = longest_side_of(a, b, c), area = area_of(a, b, c).norm();
+    return std::isfinite(area) && area > 0.5 * least_height * longest * longest;
+}
+
+// The first vertex at the same place as each.
+std::vector<std::uint32_t> first_at_place(const std::vector<Vec3f>& positions)
+{
+    std::map<std::array<float, 3>, std::uint32_t> first;
+    std::vector<std::uint32_t> out;
+    for (const Vec3f& p : positions) {
+        const auto number = static_cast<std::uint32_t>(out.size());
+        // -0 is 0.
+        const std::array<float, 3> key{p.x() + 0.0f, p.y() + 0.0f, p.z() + 0.0f};
+        out.push_back(p.allFinite() ? first.emplace(key, number).first->second : number);
+    }
+    return out;
+}
+
+// The triangles that have an area, each once, of first vertices.
+std::vector<Triangle> sound_triangles(const TriMesh& mesh)
+{
+    const std::vector<std::uint32_t> first = first_at_place(mesh.positions);
+    std::set<Triangle> known;
+    std::vector<Triangle> out;
+    for (Triangle t : mesh.triangles()) {
+        if (std::any_of(t.begin(), t.end(), [&](auto v) { return v >= first.size(); })) continue;
+        for (auto& v : t) v = first[v];
+        const auto at = [&](std::size_t i) { return Vec3(mesh.positions[t[i]].cast<double>()); };
+        Triangle sorted = t;
+        std::sort(sorted.begin(), sorted.end());
+        if (has_area(at(0), at(1), at(2)) && known.insert(sorted).second) out.push_back(t);
+    }
+    return out;
+}
+
+std::size_t joints_of(const std::vector<Triangle>& triangles, std::size_t vertices)
+{
+    const std::vector<EdgeUse> uses = edge_uses(triangles, vertices);
+    std::size_t out = 0;
+    for (std::size_t i = 0; i + 2 < uses.size(); ++i) {
+        const auto same = [&](std::size_t j) {
+            return uses[j].a == uses[i].a && uses[j].b == uses[i].b;
+        };
+        const bool starts = i == 0 || !same(i - 1);
+        if (starts && same(i + 1) && same(i + 2)) ++out;
+    }
+    return out;
+}
+
+// Turns triangles over so that neighbours run their common side in opposite ways, as far as that
+// can be: from the first of each piece on, across sides of two.
+void turn_alike(std::vector<Triangle>& triangles, std::size_t vertices)
+{
+    struct Beside {
+        std::uint32_t other = no_index;
+        bool alike = true;
+    };
+    const std::vector<EdgeUse> uses = edge_uses(triangles, vertices);
+    std::vector<std::array<Beside, 3>> beside(triangles.size());
+    for (std::size_t i = 0, end = 0; i < uses.size(); i = end) {
+        for (end = i; end < uses.size() && uses[end].a == uses[i].a && uses[end].b == uses[i].b;) {
+            ++end;
+        }
+        if (end - i != 2) continue;
+        const EdgeUse &a = uses[i], &b = uses[i + 1];
+        beside[a.triangle][a.side] = {b.triangle, a.forward != b.forward};
+        beside[b.triangle][b.side] = {a.triangle, a.forward != b.forward};
+    }
+    enum class Way : char { unknown, as_it_is, over };
+    std::vector<Way> way(triangles.size(), Way::unknown);
+    std::vector<std::uint32_t> next;
+    for (std::uint32_t first = 0; first < triangles.size(); ++first) {
+        if (way[first] != Way::unknown) continue;
+        way[first] = Way::as_it_is;
+        next.push_back(first);
+        while (!next.empty()) {
+            const std::uint32_t t = next.back();
+            next.pop_back();
+            for (const Beside& side : beside[t]) {
+                if (side.other == no_index || way[side.other] != Way::unknown) continue;
+                way[side.other] =
+                    (way[t] == Way::as_it_is) == side.alike ? Way::as_it_is : Way::over;
+                next.push_back(side.other);
+            }
+        }
+    }
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+        if (way[t] == Way::over) std::swap(triangles[t][1], triangles[t][2]);
+    }
+}
+
+// The corners that triangles use, in the order of the mesh's vertices.
+void add_places(const TriMesh& mesh, std::vector<Triangle>& triangles, Cubes& cubes)
+{
+    std::vector<std::uint32_t> number(mesh.positions.size(), 0);
+    for (const Triangle& t : triangles) {
+        for (const auto v : t) number[v] = 1;
+    }
+    for (std::size_t v = 0; v < number.size(); ++v) {
+        if (number[v] == 0) continue;
+        number[v] = static_cast<std::uint32_t>(cubes.place.size());
+        cubes.place.push_back(mesh.positions[v].cast<double>());
+    }
+    for (Triangle& t : triangles) {
+        for (auto& v : t) v = number[v];
+    }
+}
+
+// Size, origin and lattice coordinates: about where cells and corners are.
+void add_lattice(const std::vector<Triangle>& triangles, Cubes& cubes)
+{
+    double sum = 0;
+    Vec3 lo = cubes.place[0];
+    for (const Vec3& p : cubes.place) lo = lo.cwiseMin(p);
+    for (const Triangle& t : triangles) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            sum += (cubes.place[t[(i + 1) % 3]] - cubes.place[t[i]]).norm();
+        }
+    }
+    cubes.size = sum / static_cast<double>(3 * triangles.size());
+    cubes.origin = lo;
+    const auto lattice = [&](const Vec3& p) {
+        const Vec3 at = ((p - lo) / cubes.size).cwiseMin(1e9);
+        return Vec3i(int(std::floor(at.x())), int(std::floor(at.y())), int(std::floor(at.z())));
+    };
+    for (const Vec3& p : cubes.place) cubes.corner.push_back(lattice(p));
+    for (const Triangle& t : triangles) {
+        cubes.corners.push_back({t[0], t[1], t[2], t[2], t[0], t[1], t[2], t[2]});
+        cubes.cell.push_back(
+            lattice((cubes.place[t[0]] + cubes.place[t[1]] + cubes.place[t[2]]) / 3));
+    }
+}
+
+}  // namespace
+
+SheetOfMesh make_sheet(const TriMesh& mesh, double thickness, const Matter& matter)
+{
+    if (!(thickness > 0) || !std::isfinite(thickness)) {
+        throw std::invalid_argument(
+            fmt::format("expected a thickness of the sheet above 0 m, found {}", thickness));
+    }
+    std::vector<Triangle> triangles = sound_triangles(mesh);
+    if (triangles.empty()) {
+        throw std::invalid_argument(
+            mesh.triangles().empty()
+                ? "a sheet needs a mesh with faces, found points alone: make a surface of them "
+                  "first, or use Voxelize"
+                : "a sheet needs faces that have an area, found none: check the mesh and its "
+                  "scale");
+    }
+    SheetOfMesh out;
+    out.left_out = mesh.triangles().size() - triangles.size();
+    out.joints = joints_of(triangles, mesh.positions.size());
+    turn_alike(triangles, mesh.positions.size());
+    Cubes& cubes = out.cubes;
+    add_places(mesh, triangles, cubes);
+    add_lattice(triangles, cubes);
+    const std::size_t n = triangles.size();
+    for (std::size_t c = 0; c < n; ++c) {
+        cubes.mass.push_back(matter.density * thickness * cell_area(cubes, c));
+    }
+    cubes.fill.assign(n, thickness / cubes.size);
+    cubes.young.assign(n, matter.young);
+    cubes.poisson.assign(n, matter.poisson);
+    cubes.mass_damping.assign(n, matter.mass_damping);
+    cubes.stiffness_damping.assign(n, matter.stiffness_damping);
+    cubes.matter.assign(n, 0);
+    cubes.matters = {matter};
+    return out;
+}
+
+Vec3 place_in_cell(const Vec3& barycentric)
+{
+    const double t = barycentric.z(), rest = 1 - t;
+    return {rest > 0 ? std::clamp(barycentric.y() / rest, 0.0, 1.0) : 0.0, t, 0};
+}
+
+double cell_area(const Cubes& cubes, std::size_t cell)
+{
+    if (!cubes.is_sheet()) return cubes.size * cubes.size;
+    const auto [a, b, c] = sheet_triangle(cubes, cell);
+    return area_of(cubes.place[a], cubes.place[b], cubes.place[c]).norm();
+}
+
+Vec3 cell_middle(const Cubes& cubes, std::size_t cell)
+{
+    Vec3 sum = Vec3::Zero();
+    if (cubes.is_sheet()) {
+        for (const auto k : sheet_triangle(cubes, cell)) sum += cubes.place[k] / 3;
+    } else {
+        for (const auto k : cubes.corners[cell]) sum += cubes.corner_position(k) / 8;
+    }
+    return sum;
+}
+
+TriMesh sheet_mesh(const Cubes& sheet)
+{
+    TriMesh mesh;
+    auto topology = std::make_shared<MeshTopology>();
+    for (std::size_t c = 0; c < sheet.count(); ++c) {
+        topology->triangles.push_back(sheet_triangle(sheet, c));
+    }
+    topology->normal_triangles = topology->triangles;
+    for (const Vec3& p : sheet.place) mesh.positions.push_back(p.cast<float>());
+    for (const Vec3& n : sheet_normals(sheet, sheet.place)) {
+        mesh.normals.push_back(n.cast<float>());
+    }
+    mesh.topology = std::move(topology);
+    return mesh;
+}
+
+std::vector<Vec3> sheet_normals(const Cubes& sheet, std::span<const Vec3> x)
+{
+    std::vector<Vec3> normal(sheet.corner_count(), Vec3::Zero());
+    for (std::size_t cell = 0; cell < sheet.count(); ++cell) {
+        const auto k = sheet_triangle(sheet, cell);
+        const Vec3 n = area_of(x[k[0]], x[k[1]], x[k[2]]);
+        const double length = n.norm();
+        if (!(length > 0) || !std::isfinite(length)) continue;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Vec3 u = x[k[(i + 1) % 3]] - x[k[i]], v = x[k[(i + 2) % 3]] - x[k[i]];
+            normal[k[i]] += std::atan2(u.cross(v).norm(), u.dot(v)) / length * n;
+        }
+    }
+    for (Vec3& n : normal) {
+        const double length = n.norm();
+        n = length > 0 && std::isfinite(length) ? Vec3(n / length) : Vec3(Vec3::Zero());
+    }
+    return normal;
+}
+
+}  // namespace geometry

@@ -1,0 +1,61 @@
+#include "geometry/cubes/sheet.hpp"
+
+#include "graph/types/node_builder.hpp"
+#include "nodes/material_rules.hpp"
+#include "nodes/wire_types.hpp"
+
+#include <fmt/format.h>
+
+namespace nodes::sheet {
+
+struct Inputs {
+    graph::Wire<geometry::TriMesh> mesh;
+    double thickness = 0.002;
+    ChosenMatter matter;
+};
+struct Outputs {
+    geometry::Cubes cubes;
+    geometry::TriMesh mesh;
+};
+
+static Outputs run(const Inputs& in, const graph::Context& context)
+{
+    geometry::SheetOfMesh made = geometry::make_sheet(*in.mesh, in.thickness, matter_of(in.matter));
+    if (made.left_out > 0) {
+        context.warn(fmt::format(
+            "{} of {} faces are left out: they have no area, or are there twice. Their vertices "
+            "move with the faces nearby.",
+            made.left_out, in.mesh->triangles().size()));
+    }
+    if (made.joints > 0) {
+        context.warn(fmt::format(
+            "{} edges have more than two faces: there the two that run on most straightly bend as "
+            "one, and the others turn freely, as by a hinge. If that is not meant, remove inner "
+            "faces from the mesh.",
+            made.joints));
+    }
+    return {std::move(made.cubes), *in.mesh};
+}
+
+void add_to(graph::Registry& registry)
+{
+    registry.add("Sheet", 1, run)
+        .summary("Makes an elastic sheet of any mesh: its faces become a thin shell for Simulate's "
+                 "method shell, with the shape that the mesh has at rest.",
+                 {"cloth", "garment", "fabric", "shell", "paper", "sheet metal", "balloon"})
+        .input("mesh", &Inputs::mesh,
+               "The surface: any triangles, open or closed, of any shape. Its edges are as fine as "
+               "the sheet can bend. Vertices at one place are one.")
+        .param("thickness", &Inputs::thickness,
+               "Thickness of the sheet. Mass and resistance to stretch grow with it, resistance to "
+               "bending with its cube.",
+               {1e-12, 1e6, "m"})
+        .block("matter", &Inputs::matter, describe_matter<ChosenMatter>, "Material of the sheet.")
+        .output("cubes", &Outputs::cubes,
+                "One cell for each face, for Pin, Simulate with method = shell, and Embed.")
+        .output("mesh", &Outputs::mesh,
+                "The same mesh, for Embed and Render. Any other mesh can be embedded in the cells "
+                "instead: it goes with the faces nearest to it.");
+}
+
+}  // namespace nodes::sheet

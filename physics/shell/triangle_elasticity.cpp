@@ -1,0 +1,480 @@
+#include "physics/shell/triangle_elasticity.hpp"
+
+#include "geometry/base/no_index.hpp"
+#include "geometry/base/parallel.hpp"
+#include "physics/body/point_contact.hpp"
+#include "physics/bricks/dissection.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+// Map: what a triangle is stretched and bent by; slopes; forces and blocks; the matrix.
+
+namespace physics {
+namespace {
+
+using Eigen::Index;
+using geometry::no_index;
+
+constexpr std::size_t triangles_a_task = 256, corners_a_task = 1024;
+
+template <class T> Vec3 corner_at(const T* field, std::uint32_t k)
+{
+    return Eigen::Map<const Eigen::Matrix<T, 3, 1>>(field + 4 * std::size_t{k})
+        .template cast<double>();
+}
+
+// f1, f2 and 0, as a cell without twist.
+ShellVector stretch_at(const ShellTriangle& t, const double* x)
+{
+    ShellVector out = ShellVector::Zero();
+    // From its first corner: what is far away is told as exactly as what is near.
+    const Vec3 first = corner_at(x, t.corner[0]);
+    for (std::size_t i = 1; i < 3; ++i) {
+        const Vec3 away = corner_at(x, t.corner[i]) - first;
+        out.head<3>() += t.gradient(0, Index(i)) * away;
+        out.segment<3>(3) += t.gradient(1, Index(i)) * away;
+    }
+    return out;
+}
+
+}  // namespace
+
+TriangleElasticity::TriangleElasticity(const ShellBody& body, const Pins& pins)
+    : body_(body), shell_(*body.triangles), clamp_(shell_.triangle.size(), 1.0),
+      pull_(shell_.triangle.size()), blocks_(shell_.triangle.size()),
+      matrix_(9 * shell_.column.size()), matrix_low_(9 * shell_.column.size())
+{
+    constexpr double stiffer = 1e4;
+    std::vector<char> pinned(body.base.corners, 0);
+    for (const auto k : pins.corner) pinned[k] = 1;
+    for (std::uint32_t t = 0; t < clamp_.size(); ++t) {
+        const auto& k = shell_.triangle[t].corner;
+        if (!pinned[k[0]] || !pinned[k[1]] || !pinned[k[2]]) continue;
+        clamp_[t] = stiffer;
+        clamps_.push_back(t);
+    }
+    at_rest_ = factor_for(1, 0);
+    weighed_ = at_rest_;
+}
+
+std::shared_ptr<const SlopeFactor> TriangleElasticity::factor_for(double stiffness,
+                                                                  double damping) const
+{
+    return shell_.slopes->find({stiffness, damping, {}, {clamps_, {}}}, [&] {
+        std::vector<double> weight = clamp_;
+        for (std::size_t t = 0; t < weight.size(); ++t) {
+            weight[t] *= stiffness + damping * damping_of(t);
+        }
+        return std::make_shared<const SlopeFactor>(shell_, weight);
+    });
+}
+
+TriangleElasticity::Pose TriangleElasticity::pose_without_slopes(std::size_t t,
+                                                                 const double* x) const
+{
+    const ShellTriangle& own = shell_.triangle[t];
+    const Vec3 first = corner_at(x, own.corner[0]);
+    const Vec3 a = corner_at(x, own.corner[1]) - first, b = corner_at(x, own.corner[2]) - first;
+    Pose out{Vec3::Zero(), Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
+    out.bends = a * own.by_place.col(1).transpose() + b * own.by_place.col(2).transpose();
+    if (own.curved.isZero(0)) return out;
+    // The normal moves by minus sum_i turn_i (normal . dx_i).
+    constexpr double least = 1e-12;
+    const Vec3 area = a.cross(b);
+    const double size_sq = std::max(area.squaredNorm(), least * a.squaredNorm() * b.squaredNorm());
+    if (!(size_sq > 0)) return out;
+    out.normal = area / std::sqrt(size_sq);
+    out.turn.col(1) = b.cross(area) / size_sq;
+    out.turn.col(2) = area.cross(a) / size_sq;
+    out.turn.col(0) = -out.turn.col(1) - out.turn.col(2);
+    out.bends -= out.normal * own.curved.transpose();
+    return out;
+}
+
+void TriangleElasticity::add_slopes(std::size_t t, const SideVectors& slopes, Pose& pose) const
+{
+    const ShellTriangle& own = shell_.triangle[t];
+    for (std::size_t i = 0; i < 3; ++i) {
+        pose.bends +=
+            slopes.row(Index(own.side[i])).transpose() * own.by_slope.col(Index(i)).transpose();
+    }
+}
+
+// What the places pull at the slopes with.
+SideVectors TriangleElasticity::pulls_at(const std::vector<Pose>& poses) const
+{
+    SideVectors out(Index(shell_.side.size()), 3);
+    geometry::parallel_for(shell_.side.size(), corners_a_task,
+                           [&](std::size_t begin, std::size_t end) {
+                               for (std::size_t s = begin; s < end; ++s) {
+                                   Vec3 pull = Vec3::Zero();
+                                   for (const auto use : shell_.side[s]) {
+                                       if (use == no_index) continue;
+                                       const ShellTriangle& t = shell_.triangle[use / 3];
+                                       pull -= clamp_[use / 3] * poses[use / 3].bends *
+                                               (t.plate * t.by_slope.col(Index(use % 3)));
+                                   }
+                                   out.row(Index(s)) = pull.transpose();
+                               }
+                           });
+    return out;
+}
+
+SideVectors TriangleElasticity::slopes_at(const double* x) const
+{
+    std::vector<Pose> poses(shell_.triangle.size());
+    geometry::parallel_for(poses.size(), triangles_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t t = begin; t < end; ++t) poses[t] = pose_without_slopes(t, x);
+    });
+    SideVectors slopes = pulls_at(poses);
+    at_rest_->solve(slopes);
+    return slopes;
+}
+
+// The pull of a triangle on its corners, and the blocks of its derivative between them.
+void TriangleElasticity::evaluate_triangle(std::size_t t, const Pose& pose)
+{
+    const ShellTriangle& own = shell_.triangle[t];
+    const CellEnergy cell = cell_energy(own.stretch, stretch_at(own, at_.data()),
+                                        hessian_ ? Curvature::whole : Curvature::positive);
+    const Eigen::Matrix3d plate = clamp_[t] * own.plate;
+    const Eigen::Matrix3d moment = pose.bends * plate;  // a column each
+    const Eigen::Matrix3d places = own.by_place.transpose() * plate * own.by_place;
+    const Eigen::Vector3d pulled = plate * own.curved;
+    const Eigen::Vector3d across = own.by_place.transpose() * pulled;
+    const double own_turn = own.curved.dot(pulled);
+    const bool curved = !own.curved.isZero(0);
+    const Vec3 turned = moment * own.curved;
+    for (Index i = 0; i < 3; ++i) {
+        const double gu = own.gradient(0, i), gv = own.gradient(1, i);
+        Vec3& pull = pull_[t][std::size_t(i)];
+        pull = -gu * cell.slope.head<3>() - gv * cell.slope.segment<3>(3) -
+               moment * own.by_place.col(i);
+        if (curved) pull -= pose.turn.col(i).dot(turned) * pose.normal;
+        const Eigen::Matrix<double, 3, 6> row =
+            gu * cell.curvature.topLeftCorner<3, 6>() + gv * cell.curvature.block<3, 6>(3, 0);
+        for (Index j = 0; j < 3; ++j) {
+            Eigen::Matrix3d& block = blocks_[t][std::size_t(3 * i + j)];
+            block =
+                own.gradient(0, j) * row.leftCols<3>() + own.gradient(1, j) * row.rightCols<3>();
+            block.diagonal().array() += places(i, j);
+            if (!curved) continue;
+            const auto &ci = pose.turn.col(i), &cj = pose.turn.col(j);
+            block += across[i] * cj * pose.normal.transpose() +
+                     across[j] * pose.normal * ci.transpose() +
+                     own_turn * ci.dot(cj) * pose.normal * pose.normal.transpose();
+        }
+    }
+}
+
+void TriangleElasticity::evaluate()
+{
+    geometry::parallel_for(pose_.size(), triangles_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t t = begin; t < end; ++t) evaluate_triangle(t, pose_[t]);
+    });
+}
+
+void TriangleElasticity::forces(const double* x, double* f)
+{
+    at_.assign(x, x + body_.base.numbers);
+    pose_.resize(shell_.triangle.size());
+    geometry::parallel_for(pose_.size(), triangles_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t t = begin; t < end; ++t) pose_[t] = pose_without_slopes(t, x);
+    });
+    SideVectors slopes = pulls_at(pose_);
+    at_rest_->solve(slopes);
+    geometry::parallel_for(pose_.size(), triangles_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t t = begin; t < end; ++t) add_slopes(t, slopes, pose_[t]);
+    });
+    evaluate();
+    const std::size_t corners = body_.base.corners;
+    geometry::parallel_for(corners, corners_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+            Vec3 sum = Vec3::Zero();
+            for (auto at = shell_.of_corner[k]; at < shell_.of_corner[k + 1]; ++at) {
+                sum += pull_[shell_.around[at] / 3][shell_.around[at] % 3];
+            }
+            Eigen::Map<Vec3>(f + 4 * k) = sum;
+        }
+    });
+    assemble();
+}
+
+double TriangleElasticity::energy(const double* x)
+{
+    std::vector<Pose> poses(shell_.triangle.size());
+    geometry::parallel_for(poses.size(), triangles_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t t = begin; t < end; ++t) poses[t] = pose_without_slopes(t, x);
+    });
+    SideVectors slopes = pulls_at(poses);
+    at_rest_->solve(slopes);
+    return geometry::ordered_sum(
+        poses.size(), triangles_a_task, 0.0, [&](std::size_t begin, std::size_t end) {
+            double sum = 0;
+            for (std::size_t t = begin; t < end; ++t) {
+                const ShellTriangle& own = shell_.triangle[t];
+                add_slopes(t, slopes, poses[t]);
+                const Eigen::Matrix3d& e = poses[t].bends;
+                sum += cell_energy(own.stretch, stretch_at(own, x), Curvature::none).energy;
+                sum += 0.5 * clamp_[t] * (e * own.plate).cwiseProduct(e).sum();
+            }
+            return sum;
+        });
+}
+
+double TriangleElasticity::largest_rate(const double* w) const
+{
+    double most = 0;
+    for (const ShellTriangle& t : shell_.triangle) {
+        const double h = body_.base.edge_at(t.corner[0]);
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Vec3 apart = corner_at(w, t.corner[(i + 1) % 3]) - corner_at(w, t.corner[i]);
+            most = std::max(most, apart.norm() / h);
+        }
+    }
+    return most;
+}
+
+void TriangleElasticity::weigh(double stiffness, double damping)
+{
+    const bool same = stiffness == stiffness_weight_ && damping == damping_weight_;
+    stiffness_weight_ = stiffness;
+    damping_weight_ = damping;
+    if (shell_.even) {
+        scale_ = stiffness + damping * shell_.most_damping;
+    } else if (!same) {
+        weighed_ = factor_for(stiffness, damping);
+        assemble();
+    }
+}
+
+bool TriangleElasticity::use_hessian(bool on)
+{
+    if (on == hessian_) return true;
+    hessian_ = on;
+    if (at_.empty()) return true;
+    evaluate();
+    assemble();
+    return true;
+}
+
+double TriangleElasticity::damping_of(std::size_t t) const
+{
+    // Where some have none, their slopes go with those that have.
+    constexpr double least = 1e-6;
+    return std::max(shell_.triangle[t].damping, least * shell_.most_damping);
+}
+
+double TriangleElasticity::weight_of(std::size_t t) const
+{
+    return shell_.even ? 1 : stiffness_weight_ + damping_weight_ * damping_of(t);
+}
+
+void TriangleElasticity::assemble()
+{
+    const std::size_t corners = body_.base.corners;
+    geometry::parallel_for(corners, corners_a_task, [&](std::size_t begin, std::size_t end) {
+        const std::size_t first = 9 * std::size_t{shell_.row[begin]};
+        const std::size_t last = 9 * std::size_t{shell_.row[end]};
+        std::fill(matrix_.begin() + std::ptrdiff_t(first), matrix_.begin() + std::ptrdiff_t(last),
+                  0.0);
+        for (std::size_t k = begin; k < end; ++k) {
+            for (auto at = shell_.of_corner[k]; at < shell_.of_corner[k + 1]; ++at) {
+                const std::size_t t = shell_.around[at] / 3, i = shell_.around[at] % 3;
+                const double weight = weight_of(t);
+                for (std::size_t j = 0; j < 3; ++j) {
+                    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> to(
+                        matrix_.data() + 9 * std::size_t{shell_.block_at[t][3 * i + j]});
+                    to += weight * blocks_[t][3 * i + j];
+                }
+            }
+        }
+        for (std::size_t i = first; i < last; ++i) matrix_low_[i] = static_cast<float>(matrix_[i]);
+    });
+}
+
+// Kgg^-1 Kgx p.
+template <class T> SideVectors TriangleElasticity::slopes_that_answer(const T* p) const
+{
+    SideVectors out(Index(shell_.side.size()), 3);
+    geometry::parallel_for(
+        shell_.side.size(), corners_a_task, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t s = begin; s < end; ++s) {
+                Vec3 sum = Vec3::Zero();
+                for (const auto use : shell_.side[s]) {
+                    if (use == no_index) continue;
+                    const std::size_t t = use / 3;
+                    const ShellTriangle& own = shell_.triangle[t];
+                    const auto side = Index(use % 3);
+                    Vec3 pulled = Vec3::Zero();
+                    for (Index i = 0; i < 3; ++i) {
+                        const Vec3 way = corner_at(p, own.corner[std::size_t(i)]);
+                        pulled += own.joined(i, side) * way;
+                        if (own.turned[side] == 0) continue;
+                        pulled +=
+                            own.turned[side] * pose_[t].normal.dot(way) * pose_[t].turn.col(i);
+                    }
+                    sum += clamp_[t] * weight_of(t) * pulled;
+                }
+                out.row(Index(s)) = sum.transpose();
+            }
+        });
+    (shell_.even ? at_rest_ : weighed_)->solve(out);
+    return out;
+}
+
+template <class T>
+void TriangleElasticity::multiply_any(const Aligned<T>& matrix, const T* p, T* y) const
+{
+    const SideVectors slopes = slopes_that_answer(p);
+    const std::size_t corners = body_.base.corners;
+    geometry::parallel_for(corners, corners_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+            Vec3 sum = Vec3::Zero();
+            for (std::size_t e = shell_.row[k]; e < shell_.row[k + 1]; ++e) {
+                using Block = Eigen::Matrix<T, 3, 3, Eigen::RowMajor>;
+                const Eigen::Map<const Block> m(matrix.data() + 9 * e);
+                sum += m.template cast<double>() * corner_at(p, shell_.column[e]);
+            }
+            for (auto at = shell_.of_corner[k]; at < shell_.of_corner[k + 1]; ++at) {
+                const std::size_t t = shell_.around[at] / 3;
+                const auto i = Index(shell_.around[at] % 3);
+                const ShellTriangle& own = shell_.triangle[t];
+                Vec3 pull = Vec3::Zero();
+                double along = 0;
+                for (Index j = 0; j < 3; ++j) {
+                    const Vec3 slope = slopes.row(Index(own.side[std::size_t(j)])).transpose();
+                    pull += own.joined(i, j) * slope;
+                    if (own.turned[j] != 0)
+                        along += own.turned[j] * pose_[t].turn.col(i).dot(slope);
+                }
+                if (along != 0) pull += along * pose_[t].normal;
+                sum -= clamp_[t] * weight_of(t) * pull;
+            }
+            for (std::size_t i = 0; i < 3; ++i) {
+                y[4 * k + i] = static_cast<T>(scale_ * sum[Index(i)]);
+            }
+        }
+    });
+}
+
+void TriangleElasticity::multiply(const float* p, float* y) const
+{
+    multiply_any(matrix_low_, p, y);
+}
+
+void TriangleElasticity::multiply(const double* p, double* y) const
+{
+    multiply_any(matrix_, p, y);
+}
+
+void TriangleElasticity::add_diagonal(double* d) const
+{
+    for (std::uint32_t k = 0; k < body_.base.corners; ++k) {
+        const auto first = shell_.column.begin() + shell_.row[k];
+        const auto last = shell_.column.begin() + shell_.row[k + 1];
+        const auto at = std::lower_bound(first, last, k) - shell_.column.begin();
+        const double* m = matrix_.data() + 9 * at;
+        for (std::size_t i = 0; i < 3; ++i) d[4 * std::size_t{k} + i] += scale_ * m[4 * i];
+    }
+}
+
+// Of its corners, then its sides.
+void TriangleElasticity::element_matrix(std::size_t t, BrickMatrix& to) const
+{
+    const ShellTriangle& own = shell_.triangle[t];
+    const double weight = stiffness_weight_ + damping_weight_ * damping_of(t);
+    to.setZero();
+    for (Index i = 0; i < 3; ++i) {
+        for (Index j = 0; j < 3; ++j) {
+            to.block<3, 3>(3 * i, 3 * j) = weight * blocks_[t][std::size_t(3 * i + j)];
+        }
+    }
+    const double bend = weight * clamp_[t];
+    const Eigen::Matrix3d slopes = bend * own.by_slope.transpose() * own.plate * own.by_slope;
+    const Eigen::Matrix3d across = bend * own.joined;
+    const Vec3 turn = bend * own.turned;
+    for (Index i = 0; i < 3; ++i) {
+        for (Index j = 0; j < 3; ++j) {
+            to.block<3, 3>(9 + 3 * i, 9 + 3 * j).diagonal().array() += slopes(i, j);
+            Eigen::Matrix3d block = across(i, j) * Eigen::Matrix3d::Identity();
+            if (turn[j] != 0) {
+                block += turn[j] * pose_[t].normal * pose_[t].turn.col(i).transpose();
+            }
+            to.block<3, 3>(3 * i, 9 + 3 * j) = block;
+            to.block<3, 3>(9 + 3 * j, 3 * i) = block.transpose();
+        }
+    }
+}
+
+bool TriangleElasticity::cube_matrices(std::vector<BrickMatrix>& out) const
+{
+    out.resize(shell_.triangle.size());
+    geometry::parallel_for(out.size(), triangles_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t t = begin; t < end; ++t) element_matrix(t, out[t]);
+    });
+    return true;
+}
+
+void TriangleElasticity::add_contact(const PointContact& contact, const geometry::Mat3& block,
+                                     std::vector<BrickMatrix>& to) const
+{
+    if (contact.count != 8) return;
+    // What touches a collider is a point of one triangle.
+    const std::uint32_t first = contact.corners[0];
+    for (auto at = shell_.of_corner[first]; at < shell_.of_corner[first + 1]; ++at) {
+        const std::size_t t = shell_.around[at] / 3;
+        const auto& corners = shell_.triangle[t].corner;
+        std::array<double, 3> weight{};
+        bool holds = true;
+        for (std::size_t a = 0; a < 8 && holds; ++a) {
+            if (contact.weight[a] == 0) continue;
+            const auto found = std::find(corners.begin(), corners.end(), contact.corners[a]);
+            holds = found != corners.end();
+            if (holds) weight[std::size_t(found - corners.begin())] += double(contact.weight[a]);
+        }
+        if (!holds) continue;
+        for (std::size_t i = 0; i < 3; ++i) {
+            for (std::size_t j = 0; j < 3; ++j) {
+                to[t].block<3, 3>(Index(3 * i), Index(3 * j)) += weight[i] * weight[j] * block;
+            }
+        }
+        return;
+    }
+}
+
+std::shared_ptr<const Dissection>
+TriangleElasticity::dissection(const std::vector<std::uint32_t>& held) const
+{
+    // Solves with more than these take longer than any other way.
+    constexpr double most_entries_a_corner = 1500;
+    constexpr std::size_t uncut = 24;
+    return body_.dissections->find({0, 0, {}, {held, {}}}, [&]() -> DissectionCache::Factor {
+        const std::size_t corners = body_.base.corners, all = corners + shell_.side.size();
+        std::vector<char> left_out(all, 0);
+        for (const auto k : held) left_out[k] = 1;
+        std::vector<Vec3> places;
+        for (std::uint32_t k = 0; k < corners; ++k) {
+            places.push_back(corner_at(body_.base.rest.data(), k));
+        }
+        for (const auto& uses : shell_.side) {
+            const auto& k = shell_.triangle[uses[0] / 3].corner;
+            places.push_back((places[k[uses[0] % 3]] + places[k[(uses[0] % 3 + 1) % 3]]) / 2);
+        }
+        ElementCorners elements;
+        const auto side_at = [&](std::uint32_t s) {
+            return static_cast<std::uint32_t>(corners) + s;
+        };
+        for (const ShellTriangle& t : shell_.triangle) {
+            elements.push_back({t.corner[0], t.corner[1], t.corner[2], side_at(t.side[0]),
+                                side_at(t.side[1]), side_at(t.side[2]), t.corner[0], t.corner[0]});
+        }
+        const double most = most_entries_a_corner * static_cast<double>(all);
+        Dissection tree = dissect(elements, places, left_out, most, uncut);
+        if (tree.fronts.empty()) return nullptr;
+        return std::make_shared<const Dissection>(std::move(tree));
+    });
+}
+
+}  // namespace physics
