@@ -6,6 +6,7 @@
 #include "physics/bricks/brick_element.hpp"
 #include "physics/bricks/held_corners.hpp"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -60,6 +61,15 @@ public:
     // How such a sum is factored without the corners that are held wholly (sorted); null where that
     // would take longer than any other way.
     virtual std::shared_ptr<const Dissection> dissection(const std::vector<std::uint32_t>&) const
+    {
+        return nullptr;
+    }
+
+    // The same with elements of up to eight corners added, that join any corners where they are at
+    // x (a contact between sheets); null where the method cannot tell.
+    virtual std::shared_ptr<const Dissection>
+    dissection_with(const std::vector<std::uint32_t>&,
+                    const std::vector<std::array<std::uint32_t, 8>>&, const double*) const
     {
         return nullptr;
     }

@@ -405,4 +405,22 @@ ShellElasticity::dissection(const std::vector<std::uint32_t>& held) const
     });
 }
 
+std::shared_ptr<const Dissection>
+ShellElasticity::dissection_with(const std::vector<std::uint32_t>& held,
+                                 const std::vector<std::array<std::uint32_t, 8>>& more,
+                                 const double* x) const
+{
+    constexpr double most_entries_a_corner = 3000;
+    std::vector<char> left_out(body_.base.corners, 0);
+    for (const auto k : held) left_out[k] = 1;
+    std::vector<Vec3> places;
+    for (std::uint32_t k = 0; k < body_.base.corners; ++k) places.push_back(place_at(x, k));
+    ElementCorners elements = body_.elements.corners;
+    elements.insert(elements.end(), more.begin(), more.end());
+    Dissection tree = dissect(elements, places, left_out,
+                              most_entries_a_corner * static_cast<double>(body_.base.corners));
+    if (tree.fronts.empty()) return nullptr;
+    return std::make_shared<const Dissection>(std::move(tree));
+}
+
 }  // namespace physics

@@ -31,6 +31,10 @@ public:
     std::size_t cube_count() const override { return body_.element.size(); }
     std::shared_ptr<const Dissection>
     dissection(const std::vector<std::uint32_t>& held) const override;
+    std::shared_ptr<const Dissection>
+    dissection_with(const std::vector<std::uint32_t>& held,
+                    const std::vector<std::array<std::uint32_t, 8>>& more,
+                    const double* x) const override;
 
 private:
     using CornerForces = std::array<Vec3, 4>;

@@ -3,7 +3,6 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/parallel.hpp"
 #include "physics/body/point_contact.hpp"
-#include "physics/bricks/dissection.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -444,37 +443,49 @@ void TriangleElasticity::add_contact(const PointContact& contact, const geometry
     }
 }
 
+// The triangles' corners and sides, then `more`, by where corners are at x.
 std::shared_ptr<const Dissection>
-TriangleElasticity::dissection(const std::vector<std::uint32_t>& held) const
+TriangleElasticity::dissected(const std::vector<std::uint32_t>& held, const ElementCorners& more,
+                              const double* x) const
 {
     // Solves with more than these take longer than any other way.
     constexpr double most_entries_a_corner = 1500;
     constexpr std::size_t uncut = 24;
+    const std::size_t corners = body_.base.corners, all = corners + shell_.side.size();
+    std::vector<char> left_out(all, 0);
+    for (const auto k : held) left_out[k] = 1;
+    std::vector<Vec3> places;
+    for (std::uint32_t k = 0; k < corners; ++k) places.push_back(corner_at(x, k));
+    for (const auto& uses : shell_.side) {
+        const auto& k = shell_.triangle[uses[0] / 3].corner;
+        places.push_back((places[k[uses[0] % 3]] + places[k[(uses[0] % 3 + 1) % 3]]) / 2);
+    }
+    ElementCorners elements;
+    const auto side_at = [&](std::uint32_t s) { return static_cast<std::uint32_t>(corners) + s; };
+    for (const ShellTriangle& t : shell_.triangle) {
+        elements.push_back({t.corner[0], t.corner[1], t.corner[2], side_at(t.side[0]),
+                            side_at(t.side[1]), side_at(t.side[2]), t.corner[0], t.corner[0]});
+    }
+    elements.insert(elements.end(), more.begin(), more.end());
+    Dissection tree = dissect(elements, places, left_out,
+                              most_entries_a_corner * static_cast<double>(all), uncut);
+    if (tree.fronts.empty()) return nullptr;
+    return std::make_shared<const Dissection>(std::move(tree));
+}
+
+std::shared_ptr<const Dissection>
+TriangleElasticity::dissection(const std::vector<std::uint32_t>& held) const
+{
     return body_.dissections->find({0, 0, {}, {held, {}}}, [&]() -> DissectionCache::Factor {
-        const std::size_t corners = body_.base.corners, all = corners + shell_.side.size();
-        std::vector<char> left_out(all, 0);
-        for (const auto k : held) left_out[k] = 1;
-        std::vector<Vec3> places;
-        for (std::uint32_t k = 0; k < corners; ++k) {
-            places.push_back(corner_at(body_.base.rest.data(), k));
-        }
-        for (const auto& uses : shell_.side) {
-            const auto& k = shell_.triangle[uses[0] / 3].corner;
-            places.push_back((places[k[uses[0] % 3]] + places[k[(uses[0] % 3 + 1) % 3]]) / 2);
-        }
-        ElementCorners elements;
-        const auto side_at = [&](std::uint32_t s) {
-            return static_cast<std::uint32_t>(corners) + s;
-        };
-        for (const ShellTriangle& t : shell_.triangle) {
-            elements.push_back({t.corner[0], t.corner[1], t.corner[2], side_at(t.side[0]),
-                                side_at(t.side[1]), side_at(t.side[2]), t.corner[0], t.corner[0]});
-        }
-        const double most = most_entries_a_corner * static_cast<double>(all);
-        Dissection tree = dissect(elements, places, left_out, most, uncut);
-        if (tree.fronts.empty()) return nullptr;
-        return std::make_shared<const Dissection>(std::move(tree));
+        return dissected(held, {}, body_.base.rest.data());
     });
+}
+
+std::shared_ptr<const Dissection>
+TriangleElasticity::dissection_with(const std::vector<std::uint32_t>& held,
+                                    const ElementCorners& more, const double* x) const
+{
+    return dissected(held, more, x);
 }
 
 }  // namespace physics

@@ -8,6 +8,7 @@
 // the matrix of the places alone is Kxx - Kxg Kgg^-1 Kgx: a product takes one solve for slopes
 // (slope_factor.hpp), and a factor of it has the slopes as inner corners (direct_factor.hpp).
 
+#include "physics/bricks/dissection.hpp"
 #include "physics/bricks/elasticity.hpp"
 #include "physics/math/aligned_memory.hpp"
 #include "physics/shell/shell_body.hpp"
@@ -38,6 +39,9 @@ public:
     std::size_t cube_count() const override { return shell_.triangle.size(); }
     std::shared_ptr<const Dissection>
     dissection(const std::vector<std::uint32_t>& held) const override;
+    std::shared_ptr<const Dissection> dissection_with(const std::vector<std::uint32_t>& held,
+                                                      const ElementCorners& more,
+                                                      const double* x) const override;
 
     // The slopes at x, S rows.
     SideVectors slopes_at(const double* x) const;
@@ -65,6 +69,8 @@ private:
     template <class T> void multiply_any(const Aligned<T>& matrix, const T* p, T* y) const;
     template <class T> SideVectors slopes_that_answer(const T* p) const;
     void element_matrix(std::size_t t, BrickMatrix& to) const;
+    std::shared_ptr<const Dissection> dissected(const std::vector<std::uint32_t>& held,
+                                                const ElementCorners& more, const double* x) const;
 
     const ShellBody& body_;
     const TriangleShell& shell_;
