@@ -194,7 +194,8 @@ void add_to(graph::Registry& registry)
         .choice("normals", &Inputs::normals, {"cube", "smooth"},
                 "How normals turn. cube: with the deformation gradient of their own cube, which "
                 "changes abruptly at its faces, so that cubes show as tiles in the light. smooth: "
-                "with a gradient that changes continuously from cube to cube.")
+                "with a gradient that changes continuously from cube to cube. On a Sheet both are "
+                "the same: smooth.")
         .choice("torn", &Inputs::torn, {"cut", "hide", "stretch"},
                 "What happens to faces where links have broken (`lattice.tear` of Simulate). cut: "
                 "faces are cut between the corners that have separated, which adds vertices. hide: "

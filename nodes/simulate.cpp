@@ -441,7 +441,8 @@ void add_to(graph::Registry& registry)
             "The original mesh at rest. Contact and wind act on it, embedded in the cubes; "
             "without it they act on the outside of the cubes. Bodies of bricks and springs touch "
             "each other at its closed pieces, and around open ones at the outside of the "
-            "cubes. With several `cubes`, the mesh of each in the same order, or none.")
+            "cubes. With several `cubes`, the mesh of each in the same order, or none. A Sheet is "
+            "touched at its own vertices, whatever its mesh.")
         .check(check)
         .input("start", &Inputs::start, "Initial state. Without it the cubes start at rest.",
                graph::Need::optional);

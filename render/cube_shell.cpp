@@ -1,6 +1,7 @@
 #include "render/cube_shell.hpp"
 
 #include "geometry/base/parallel.hpp"
+#include "geometry/cubes/plane.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -67,7 +68,9 @@ CubeShell cube_shell(const geometry::Cubes& cubes)
         }
     }
     std::sort(keys.begin(), keys.end());
+    const bool flat = geometry::flat_axis(cubes) >= 0;
     const auto open = [&](std::size_t c) {
+        if (flat) return true;
         for (std::size_t side = 0; side < 6; ++side) {
             const auto [first, last] =
                 std::equal_range(keys.begin(), keys.end(), side_key(cubes.corners[c], side));

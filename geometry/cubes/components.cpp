@@ -65,43 +65,50 @@ std::vector<std::uint32_t> first_of_set_by_runs(const Cubes& cubes, Connectivity
     return first;
 }
 
+std::span<const std::uint32_t> corners_of(const Cubes& cubes, std::uint32_t c)
+{
+    const auto& corners = cubes.corners[c];
+    return std::span(corners).first(is_triangle(corners) ? 3 : 8);
+}
+
+// How many corners two cells share where they are joined.
+int needed_for(Connectivity connectivity, bool triangle)
+{
+    if (connectivity == Connectivity::corner) return 1;
+    return connectivity == Connectivity::edge || triangle ? 2 : 4;
+}
+
 // The same by shared corners, for cubes of which several lie in one cell, and the triangles of a
 // sheet, whose corners come first.
 std::vector<std::uint32_t> first_of_set_by_corners(const Cubes& cubes, Connectivity connectivity)
 {
-    const int of_face = cubes.is_sheet() ? 2 : 4;
-    const int needed = connectivity == Connectivity::face   ? of_face
-                       : connectivity == Connectivity::edge ? 2
-                                                            : 1;
-    const auto corners_of = [&](std::uint32_t c) {
-        return std::span(cubes.corners[c]).first(cubes.is_sheet() ? 3 : 8);
-    };
     std::vector<std::uint32_t> start(cubes.corner_count() + 1, 0);
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
-        for (const std::uint32_t k : corners_of(c)) ++start[k + 1];
+        for (const std::uint32_t k : corners_of(cubes, c)) ++start[k + 1];
     }
     for (std::size_t k = 0; k + 1 < start.size(); ++k) start[k + 1] += start[k];
     std::vector<std::uint32_t> next(start.begin(), start.end() - 1), around(start.back());
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
-        for (const std::uint32_t k : corners_of(c)) around[next[k]++] = c;
+        for (const std::uint32_t k : corners_of(cubes, c)) around[next[k]++] = c;
     }
     UnionFind sets(cubes.count());
-    std::vector<std::pair<std::uint32_t, int>> shared;
+    std::vector<std::uint32_t> met;
+    std::vector<int> shared(cubes.count(), 0);
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
-        shared.clear();
-        for (const std::uint32_t k : corners_of(c)) {
+        const int needed = needed_for(connectivity, is_triangle(cubes.corners[c]));
+        met.clear();
+        for (const std::uint32_t k : corners_of(cubes, c)) {
+            if (needed == 1) {
+                sets.join(c, around[start[k]]);
+                continue;
+            }
             for (std::uint32_t i = start[k]; i < start[k + 1] && around[i] < c; ++i) {
-                const auto known = std::find_if(shared.begin(), shared.end(), [&](const auto& s) {
-                    return s.first == around[i];
-                });
-                if (known == shared.end())
-                    shared.emplace_back(around[i], 1);
-                else
-                    ++known->second;
+                if (shared[around[i]]++ == 0) met.push_back(around[i]);
             }
         }
-        for (const auto& [other, corners] : shared) {
-            if (corners >= needed) sets.join(c, other);
+        for (const std::uint32_t other : met) {
+            if (shared[other] >= needed) sets.join(c, other);
+            shared[other] = 0;
         }
     }
     std::vector<std::uint32_t> first(cubes.count());

@@ -188,7 +188,7 @@ std::array<double, 8> corner_shares(const Cubes& cubes, std::size_t c)
 {
     std::array<double, 8> out;
     out.fill(cubes.is_own(c) ? 0 : 1.0 / 8);
-    if (cubes.is_sheet()) {
+    if (is_triangle(cubes.corners[c])) {
         // A third for each corner of the triangle: the first two are two of a cube's, the last
         // four.
         constexpr double two = 1.0 / 6, four = 1.0 / 12;

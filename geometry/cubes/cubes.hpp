@@ -27,6 +27,12 @@ struct OwnElement {
     std::array<float, 36> mass{};  // 8 x 8 corners, for 1 kg; the same for x, y and z
 };
 
+// Whether the corners of a cell are those of a triangle (sheet.hpp).
+inline bool is_triangle(const std::array<std::uint32_t, 8>& k)
+{
+    return k[2] == k[3] && k[0] == k[4] && k[0] != k[1];
+}
+
 // Cube c fills origin + size * (cell[c] .. cell[c] + 1). Corner number a of a cube, a = 0..7, lies
 // at cell + ((a & 1), (a >> 1 & 1), (a >> 2 & 1)):
 //

@@ -1,5 +1,6 @@
 #include "physics/body/external_forces.hpp"
 
+#include "geometry/cubes/sheet.hpp"
 #include "physics/body/force_shares.hpp"
 
 #include <fmt/format.h>
@@ -105,6 +106,17 @@ void add_wind(const CornerBody& body, std::span<const Force> forces, const doubl
 // Whether a cube lies within the force's radius and a cube's diagonal.
 static bool acts_near(const geometry::Cubes& cubes, const Force& force)
 {
+    if (cubes.is_sheet()) {
+        for (std::size_t c = 0; c < cubes.count(); ++c) {
+            const Vec3 middle = geometry::cell_middle(cubes, c);
+            double size = 0;
+            for (const auto k : geometry::sheet_triangle(cubes, c)) {
+                size = std::max(size, (cubes.place[k] - middle).norm());
+            }
+            if ((force.position - middle).norm() <= force.radius + 1.5 * size) return true;
+        }
+        return false;
+    }
     const double reach = force.radius + std::sqrt(3.0) * cubes.size;
     const Vec3 at = (force.position - cubes.origin) / cubes.size;  // in cubes
     return std::any_of(cubes.cell.begin(), cubes.cell.end(), [&](const auto& cell) {

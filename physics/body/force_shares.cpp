@@ -1,5 +1,7 @@
 #include "physics/body/force_shares.hpp"
 
+#include "physics/body/four_points.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -29,13 +31,17 @@ double weight(unsigned a, const Vec3& place)
     return w;
 }
 
+// A corner of a triangle and the two sides that start there.
+struct Piece {
+    Vec3 corner, p, q;
+};
+
 // The integral of the falloff over one triangle of the surface, by the middles of the sides of
-// triangles so small that the falloff is smooth over each.
-void press(const std::array<Vec3f, 3>& piece, double area, const Vec3& centre, double radius,
-           std::array<double, 8>& shares)
+// triangles so small that the falloff is smooth over each: add(force, place, share of p, of q).
+template <class Add>
+void press(const Piece& piece, double area, const Vec3& centre, double radius, const Add& add)
 {
-    const Vec3 corner = piece[0].cast<double>(), p = piece[1].cast<double>(),
-               q = piece[2].cast<double>();
+    const auto& [corner, p, q] = piece;
     const double longest = std::max({p.norm(), q.norm(), (p - q).norm()});
     const Vec3 middle = corner + (p + q) / 3;
     if ((middle - centre).norm() > radius + longest) return;
@@ -44,8 +50,7 @@ void press(const std::array<Vec3f, 3>& piece, double area, const Vec3& centre, d
     const auto take = [&](double along_p, double along_q) {
         const Vec3 place = corner + (along_p * p + along_q * q) / cuts;
         const double force = each * falloff((place - centre).squaredNorm(), radius);
-        if (force == 0) return;
-        for (unsigned a = 0; a < 8; ++a) shares[a] += force * weight(a, place);
+        if (force != 0) add(force, place, along_p / cuts, along_q / cuts);
     };
     for (int i = 0; i < cuts; ++i) {
         for (int j = 0; i + j < cuts; ++j) {
@@ -56,20 +61,48 @@ void press(const std::array<Vec3f, 3>& piece, double area, const Vec3& centre, d
     }
 }
 
+void press_cube(const CornerBody& body, std::size_t c, std::uint32_t first, const Force& force,
+                std::array<double, 8>& shares)
+{
+    const ContactSurface& surface = body.skin;
+    const Vec3 origin = rest_at(body, first);
+    const double h = body.edge_at(first);
+    const double reach = force.radius + 4 * h;  // pieces lie in their cube, or by one cube off
+    if ((origin - force.position).squaredNorm() > reach * reach) return;
+    const Vec3 centre = (force.position - origin) / h;
+    const auto add = [&](double part, const Vec3& place, double, double) {
+        for (unsigned a = 0; a < 8; ++a) shares[a] += part * weight(a, place);
+    };
+    for (auto i = surface.on(c).area; i < surface.on(c).areas_end; ++i) {
+        const auto& piece = surface.piece[i];
+        press({piece[0].cast<double>(), piece[1].cast<double>(), piece[2].cast<double>()},
+              surface.area[i].cast<double>().norm(), centre, force.radius / h, add);
+    }
+}
+
+void press_triangle(const CornerBody& body, const CornerRuns::Corners& corners, const Force& force,
+                    std::array<double, 8>& shares)
+{
+    const Vec3 first = rest_at(body, corners[0]);
+    const Vec3 p = rest_at(body, corners[1]) - first, q = rest_at(body, corners[2]) - first;
+    press({first, p, q}, p.cross(q).norm() / 2, force.position, force.radius,
+          [&](double part, const Vec3&, double along_p, double along_q) {
+              shares[0] += part * (1 - along_p - along_q);
+              shares[1] += part * along_p;
+              shares[2] += part * along_q;
+          });
+}
+
 ForceShares shares_on_surface(const CornerBody& body, const Force& force)
 {
     ForceShares out;
     const ContactSurface& surface = body.skin;
     surface.corners.for_each(0, surface.corners.size(), [&](std::size_t c, const auto& corners) {
-        const Vec3 origin = rest_at(body, corners[0]);
-        const double h = body.edge_at(corners[0]);
-        const double reach = force.radius + 4 * h;  // pieces lie in their cube, or by one cube off
-        if ((origin - force.position).squaredNorm() > reach * reach) return;
-        const Vec3 centre = (force.position - origin) / h;
         std::array<double, 8> shares{};
-        for (auto i = surface.on(c).area; i < surface.on(c).areas_end; ++i) {
-            press(surface.piece[i], surface.area[i].cast<double>().norm(), centre, force.radius / h,
-                  shares);
+        if (geometry::is_triangle(corners)) {
+            press_triangle(body, corners, force, shares);
+        } else {
+            press_cube(body, c, corners[0], force, shares);
         }
         for (std::size_t a = 0; a < 8; ++a) {
             if (shares[a] != 0) out.emplace_back(corners[a], shares[a]);
@@ -86,6 +119,37 @@ ForceShares shares_of_material(const CornerBody& body, const Force& force)
         if (!(d_sq < force.radius * force.radius)) continue;
         out.emplace_back(k, body.mass[k] * falloff(d_sq, force.radius));
     }
+    return out;
+}
+
+// By the place of triangles that is nearest, linear in its triangle; none where there are none.
+ForceShares shares_on_triangles(const CornerBody& body, const Vec3& place)
+{
+    ForceShares out;
+    double nearest = std::numeric_limits<double>::infinity();
+    body.skin.corners.for_each(0, body.skin.corners.size(), [&](std::size_t, const auto& corners) {
+        if (!geometry::is_triangle(corners)) return;
+        const FourPoints x{place, rest_at(body, corners[0]), rest_at(body, corners[1]),
+                           rest_at(body, corners[2])};
+        const auto stand = stand_of(Four::point, x);
+        if (stand && std::abs(stand->distance) < nearest) {
+            nearest = std::abs(stand->distance);
+            out.clear();
+            for (std::size_t i = 0; i < 3; ++i) {
+                out.emplace_back(corners[i], -stand->weight[i + 1]);
+            }
+        }
+        for (std::size_t i = 0; i < 3 && !stand; ++i) {
+            const std::size_t j = (i + 1) % 3;
+            const Vec3 side = x[j + 1] - x[i + 1];
+            const double share =
+                std::clamp((place - x[i + 1]).dot(side) / side.squaredNorm(), 0.0, 1.0);
+            const double away = (place - x[i + 1] - share * side).norm();
+            if (!(away < nearest)) continue;
+            nearest = away;
+            out = {{corners[i], 1 - share}, {corners[j], share}};
+        }
+    });
     return out;
 }
 
@@ -110,7 +174,8 @@ ForceShares shares_at_point(const CornerBody& body, const Force& force)
 ForceShares force_shares(const CornerBody& body, const Force& force)
 {
     ForceShares shares;
-    if (force.radius > 0 && body.on_lattice) shares = shares_on_surface(body, force);
+    if (force.radius > 0) shares = shares_on_surface(body, force);
+    if (shares.empty() && !body.on_lattice) shares = shares_on_triangles(body, force.position);
     if (shares.empty()) shares = shares_of_material(body, force);
     if (shares.empty()) shares = shares_at_point(body, force);
     double total = 0;

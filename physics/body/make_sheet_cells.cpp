@@ -1,9 +1,11 @@
 #include "physics/body/make_sheet_cells.hpp"
 
+#include "geometry/base/no_index.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/cubes/sheet.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace physics {
 namespace {
@@ -69,14 +71,21 @@ void add_beside(SheetCells& out, std::size_t slots)
             if (at[k].empty() || at[k].back() != c) at[k].push_back(c);
         }
     }
-    std::vector<std::uint32_t> near, further;
+    std::vector<std::uint32_t> near, further, of_cell(out.cell.size(), geometry::no_index),
+        of_corner(slots, geometry::no_index);
+    std::uint32_t search = 0;
     const auto spread = [&](const std::vector<std::uint32_t>& from) {
         std::vector<std::uint32_t> to;
+        ++search;
         for (const auto c : from) {
-            for (const auto k : out.cell[c]) to.insert(to.end(), at[k].begin(), at[k].end());
+            for (const auto k : out.cell[c]) {
+                if (std::exchange(of_corner[k], search) == search) continue;
+                for (const auto other : at[k]) {
+                    if (std::exchange(of_cell[other], search) != search) to.push_back(other);
+                }
+            }
         }
         std::sort(to.begin(), to.end());
-        to.erase(std::unique(to.begin(), to.end()), to.end());
         return to;
     };
     for (std::uint32_t c = 0; c < out.cell.size(); ++c) {

@@ -166,7 +166,8 @@ PressOn press_on(const geometry::Cubes& cubes, const TriMesh& mesh, const std::s
     std::vector<Triangle> faces = chosen_faces(mesh, name, out);
     TriMesh nodes;
     nodes.positions = mesh.positions;
-    while (cut_once(0.5 * cubes.size, nodes.positions, faces)) {
+    // Each face of a sheet moves as one.
+    while (!cubes.is_sheet() && cut_once(0.5 * cubes.size, nodes.positions, faces)) {
         if (faces.size() <= most_faces) continue;
         throw std::invalid_argument(fmt::format(
             "the surface is more than {} cubes large: expected faces of the size of cubes of {:g} "

@@ -185,11 +185,13 @@ struct MayMeet {
     bool one;  // they are of one part
 };
 
-// Whether they lie within `far` (m) at rest, where sheets are flat.
+// Whether they lie within `far` (m) at rest.
 bool are_near_at_rest(const SheetScene& scene, const MayMeet& pair, double far)
 {
     FourPoints x;
     for (std::size_t i = 0; i < 4; ++i) x[i] = place_at(scene.body.rest.data(), pair.corner[i]);
+    const auto stand = stand_of(pair.kind, x);
+    if (stand && std::abs(stand->distance) < far) return true;
     double least_sq =
         std::min(segment_distance_sq(x[0], x[1], x[2]), segment_distance_sq(x[0], x[2], x[3]));
     if (pair.kind == Four::point) {

@@ -37,16 +37,30 @@ void check(const BodyModels& models, const ShellOptions& options)
                     options.stretch, options.bend));
 }
 
+// Which corners of a cell lie along u and across it, of each model.
+struct CellCorners {
+    std::size_t along, across;
+};
+std::vector<CellCorners> corners_of_models(const BodyModels& models)
+{
+    std::vector<CellCorners> out;
+    for (std::size_t m = 0; m < models.count(); ++m) {
+        const auto [u, v] = geometry::plane_axes(geometry::flat_axis(*models.model(m).cubes));
+        out.push_back({std::size_t{1} << u, std::size_t{1} << v});
+    }
+    return out;
+}
+
 // Cells, what they are made of, and which of them each point is a corner of.
 void add_cells(const BodyModels& models, ShellBody& body)
 {
     const geometry::Cubes& cubes = models.all();
     body.cells_of.assign(cubes.corner_count(), {no_index, no_index, no_index, no_index});
+    const std::vector<CellCorners> corners = corners_of_models(models);
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
-        const geometry::Cubes& own = *models.model(models.model_of(c)).cubes;
-        const double a = own.size;
-        const auto [u, v] = geometry::plane_axes(geometry::flat_axis(own));
-        const std::size_t along = std::size_t{1} << u, across = std::size_t{1} << v;
+        const std::size_t m = models.model_of(c);
+        const double a = models.model(m).cubes->size;
+        const auto [along, across] = corners[m];
         const auto& k = cubes.corners[c];
         body.cell.push_back({k[0], k[along], k[across], k[along | across]});
         const double h = cubes.fill[c] * a, nu = cubes.poisson[c];
@@ -185,10 +199,11 @@ TriangleShell triangles_of(const BodyModels& models, const ShellBody& body)
     const geometry::Cubes& cubes = models.all();
     std::vector<TrianglePlan> plans;
     std::vector<std::uint32_t> first;
+    const std::vector<CellCorners> corners = corners_of_models(models);
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
-        const geometry::Cubes& own = *models.model(models.model_of(c)).cubes;
-        const auto [u, v] = geometry::plane_axes(geometry::flat_axis(own));
-        const std::size_t along = std::size_t{1} << u, across = std::size_t{1} << v;
+        const std::size_t m = models.model_of(c);
+        const geometry::Cubes& own = *models.model(m).cubes;
+        const auto [along, across] = corners[m];
         const auto& k = cubes.corners[c];
         first.push_back(static_cast<std::uint32_t>(plans.size()));
         const TrianglePlan plan{{k[0], k[along], k[along | across]},
@@ -202,9 +217,11 @@ TriangleShell triangles_of(const BodyModels& models, const ShellBody& body)
         plans.back().corner = {k[0], k[along | across], k[across]};
     }
     first.push_back(static_cast<std::uint32_t>(plans.size()));
+    // Slopes are told by the energy of bending, and where it is 0 by nothing.
+    constexpr double least_bend = 1e-9;
     TriangleShell out =
         make_triangle_shell(plans, std::move(first), body.base.rest.data(), body.base.corners,
-                            body.options.stretch, body.options.bend);
+                            body.options.stretch, std::max(body.options.bend, least_bend));
     out.slopes = std::make_shared<SlopeCache>();
     return out;
 }

@@ -224,15 +224,17 @@ double TriangleElasticity::energy(const double* x)
 
 double TriangleElasticity::largest_rate(const double* w) const
 {
-    double most = 0;
+    const double* rest = body_.base.rest.data();
+    double most_sq = 0;
     for (const ShellTriangle& t : shell_.triangle) {
-        const double h = body_.base.edge_at(t.corner[0]);
         for (std::size_t i = 0; i < 3; ++i) {
-            const Vec3 apart = corner_at(w, t.corner[(i + 1) % 3]) - corner_at(w, t.corner[i]);
-            most = std::max(most, apart.norm() / h);
+            const std::uint32_t a = t.corner[i], b = t.corner[(i + 1) % 3];
+            const double side_sq = (corner_at(rest, b) - corner_at(rest, a)).squaredNorm();
+            most_sq =
+                std::max(most_sq, (corner_at(w, b) - corner_at(w, a)).squaredNorm() / side_sq);
         }
     }
-    return most;
+    return std::sqrt(most_sq);
 }
 
 void TriangleElasticity::weigh(double stiffness, double damping)

@@ -61,12 +61,13 @@ struct Sides {
 
 void pair_up(std::vector<std::uint32_t> uses, const std::vector<AtRest>& rest, Sides& out)
 {
-    constexpr double folded_shut = 1 - 1e-6;  // cosine between the ways out of both
+    constexpr double folded_shut = 1 - 1e-6;    // cosine between the ways out of both
+    constexpr std::size_t most_that_bend = 16;  // of more, each turns freely
     const auto out_of = [&](std::uint32_t use) { return rest[use / 3].out_of(use % 3); };
     while (!uses.empty()) {
-        std::size_t a = 0, b = no_index;
+        std::size_t a = uses.size() - 1, b = no_index;
         double least = folded_shut;
-        for (std::size_t i = 0; i < uses.size(); ++i) {
+        for (std::size_t i = 0; i < uses.size() && uses.size() <= most_that_bend; ++i) {
             for (std::size_t j = i + 1; j < uses.size(); ++j) {
                 const double turn = out_of(uses[i]).dot(out_of(uses[j]));
                 if (turn < least) a = i, b = j, least = turn;

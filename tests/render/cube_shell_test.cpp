@@ -1,5 +1,8 @@
 #include "render/cube_shell.hpp"
 
+#include "geometry/cubes/plane.hpp"
+#include "geometry/cubes/sheet.hpp"
+#include "geometry/mesh/primitive.hpp"
 #include "render/cube_quantity.hpp"
 
 #include <gtest/gtest.h>
@@ -76,6 +79,17 @@ TEST(CubeShell, LeavesOutWhatIsHidden)
 }
 
 // Cubes that share a cell but no corners are not neighbours of each other's neighbours.
+TEST(CubeShell, ShowsAllCellsOfPlanesAndSheets)
+{
+    for (int axis = 0; axis < 3; ++axis) {
+        const Cubes plane =
+            geometry::plane_cubes(geometry::rectangle_cells(5, 4), {axis, 0.1, {0, 0, 0}}, 0.01);
+        EXPECT_EQ(render::cube_shell(plane).cube.size(), plane.count());
+    }
+    const Cubes sheet = geometry::make_sheet(geometry::icosphere(1, 2), 0.01).cubes;
+    EXPECT_EQ(render::cube_shell(sheet).cube.size(), sheet.count());
+}
+
 TEST(CubeShell, CopiesInOneCellHideNothing)
 {
     Cubes cubes = block(3);

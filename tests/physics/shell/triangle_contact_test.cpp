@@ -212,3 +212,64 @@ TEST(TriangleContact, ABalloonGrowsByItsPressure)
     const double grows = pressure * radius * (1 - nu) / (2 * young * thickness);
     EXPECT_NEAR(mean / radius - 1, grows, 0.03 * grows);
 }
+
+TEST(TriangleContact, LayersThatLieCloserThanTheirThicknessAtRestDoNotPushEachOther)
+{
+    // A hem: two layers of 2 mm, 1 mm apart, joined along a rim, whose vertices do not face.
+    const Squares grid{4, 4, 0.05, Cut::alike, 0};
+    geometry::TriMesh mesh = squares(grid);
+    const geometry::TriMesh upper =
+        squares(grid, [](double x, double z) { return Vec3(x + 0.0225, 0.001, z + 0.0225); });
+    const auto n = static_cast<std::uint32_t>(mesh.positions.size());
+    auto topology = std::make_shared<geometry::MeshTopology>(*mesh.topology);
+    mesh.positions.insert(mesh.positions.end(), upper.positions.begin(), upper.positions.end());
+    for (auto t : upper.triangles()) {
+        for (auto& v : t) v += n;
+        topology->triangles.push_back(t);
+    }
+    for (std::uint32_t i = 0; i < 4; ++i) {
+        topology->triangles.push_back({i, i + 1, i + n});
+        topology->triangles.push_back({i + 1, i + 1 + n, i + n});
+    }
+    mesh.topology = topology;
+    const Cubes cubes = sheet_of(mesh, 0.002);
+    ShellOptions options;
+    options.contact.self = true;
+    const ShellBody body = make_shell(cubes, options);
+    State state = rest_state(body);
+    const State before = state;
+    for (int frame = 0; frame < 5; ++frame) {
+        state = advance(body, std::move(state), {}, 1.0 / 24, {.sleep = false});
+    }
+    double most = 0;
+    for (std::size_t k = 0; k < state.x.size(); ++k) {
+        most = std::max(most, (state.x[k] - before.x[k]).norm());
+    }
+    EXPECT_LT(most, 1e-6);
+}
+
+TEST(TriangleContact, APointForceActsWhereItIs)
+{
+    const Cubes cubes = sheet_of(squares({8, 8, 0.1}), sheet_thickness);
+    const ShellBody body = make_shell(cubes);
+    Force force;
+    force.kind = Force::Kind::point;
+    force.force = {0, 1, 0};
+    for (const Vec3& at : {Vec3(0.53, 0, 0.53), Vec3(0.5333, 0, 0.4667), Vec3(0.8, 0, 0.35)}) {
+        for (const double radius : {0.0, 0.02, 0.05, 0.15}) {
+            if (at.x() > 0.7 && radius > 0) continue;  // a part of it would lie beyond the rim
+            force.position = at;
+            force.radius = radius;
+            Aligned<double> f(body.base.numbers, 0);
+            add_steady_forces(body.base, {&force, 1}, f);
+            Vec3 centre = Vec3::Zero();
+            double sum = 0;
+            for (std::size_t k = 0; k < body.base.corners; ++k) {
+                sum += f[4 * k + 1];
+                centre += f[4 * k + 1] * cubes.corner_position(k);
+            }
+            EXPECT_NEAR(sum, 1, 1e-9);
+            EXPECT_LT((centre - at).norm(), 1e-6 + 0.02 * radius) << radius;
+        }
+    }
+}

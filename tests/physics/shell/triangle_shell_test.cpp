@@ -238,13 +238,36 @@ TEST(TriangleShell, OfThreeFacesAtASideTheTwoThatRunOnBendAsOne)
 
 TEST(TriangleShell, PlanesBesideASheetAreTrianglesToo)
 {
-    const Cubes plane = sheet(3, 2, 0.1, thick_sheet), other = sheet_of(squares({2, 2, 0.1}), 0.03);
-    const BodyModel models[] = {{&plane, nullptr}, {&other, nullptr}};
-    const ShellBody body = make_shell(BodyModels(models, ModelKind::plane));
-    EXPECT_EQ(body.triangles->triangle.size(), 2 * plane.count() + other.count());
-    TriangleElasticity elasticity(body, {});
-    EXPECT_LT(elasticity.energy(body.base.rest.data()), 1e-20);
-    double mass = 0;
-    for (const double m : body.base.mass) mass += m;
-    EXPECT_NEAR(mass, geometry::total_mass(plane) + geometry::total_mass(other), 1e-9);
+    const Cubes other = sheet_of(squares({2, 2, 0.1}), 0.03);
+    for (int axis = 0; axis < 3; ++axis) {
+        const Cubes plane =
+            geometry::plane_cubes(geometry::rectangle_cells(3, 2), {axis, 0.1, {0, 0, 0}},
+                                  thick_sheet, {"sheet", 1000, 1e6, 0.3, 0, 0});
+        const BodyModel models[] = {{&plane, nullptr}, {&other, nullptr}};
+        const ShellBody body = make_shell(BodyModels(models, ModelKind::plane));
+        EXPECT_EQ(body.triangles->triangle.size(), 2 * plane.count() + other.count());
+        EXPECT_EQ(body.base.parts, 2u) << axis;
+        TriangleElasticity elasticity(body, {});
+        EXPECT_LT(elasticity.energy(body.base.rest.data()), 1e-20);
+        const std::vector<double> of_plane = geometry::corner_masses(plane);
+        for (std::size_t k = 0; k < of_plane.size(); ++k) {
+            EXPECT_NEAR(body.base.mass[k], of_plane[k], 1e-9) << axis;
+        }
+    }
+}
+
+TEST(TriangleShell, WithoutStiffnessToBendItStillStretches)
+{
+    ShellOptions limp;
+    limp.bend = 0;
+    const ShellBody body = make_shell(sheet_of(squares({4, 3, 0.1}), thick_sheet), limp);
+    const ShellBody stiff = make_shell(sheet_of(squares({4, 3, 0.1}), thick_sheet));
+    Aligned<double> pulled = body.base.rest, bent = body.base.rest;
+    for (std::size_t k = 0; k < body.base.corners; ++k) {
+        pulled[4 * k] *= 1.1;
+        bent[4 * k + 1] = 1e-3 * std::sin(20 * bent[4 * k]);
+    }
+    TriangleElasticity of_limp(body, {}), of_stiff(stiff, {});
+    EXPECT_NEAR(of_limp.energy(pulled.data()) / of_stiff.energy(pulled.data()), 1, 1e-6);
+    EXPECT_LT(of_limp.energy(bent.data()), 0.1 * of_stiff.energy(bent.data()));
 }
