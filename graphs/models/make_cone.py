@@ -5,7 +5,7 @@ import os
 
 from modelling import Model
 
-SIDE = 0.019  # m, of triangles, about
+SIDE = 0.026  # m, of triangles, about
 cone = Model("cone", {"orange": ("#d9541e", 0.45, 0), "white": ("#e8e6e0", 0.35, 0),
                       "black": ("#2a2a2c", 0.6, 0)}, 5)
 # radius and height along the outline, and what it is made of up to there
