@@ -41,7 +41,7 @@ struct Piece {
 template <class Add>
 void press(const Piece& piece, double area, const Vec3& centre, double radius, const Add& add)
 {
-    const auto& [corner, p, q] = piece;
+    const Vec3 &corner = piece.corner, &p = piece.p, &q = piece.q;
     const double longest = std::max({p.norm(), q.norm(), (p - q).norm()});
     const Vec3 middle = corner + (p + q) / 3;
     if ((middle - centre).norm() > radius + longest) return;

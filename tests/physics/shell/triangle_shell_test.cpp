@@ -9,6 +9,7 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -216,24 +217,44 @@ TEST(TriangleShell, StretchesAsTheSheetOfSquaresDoes)
 
 TEST(TriangleShell, OfThreeFacesAtASideTheTwoThatRunOnBendAsOne)
 {
-    // Two faces in a plane and a third across: the third turns freely about the side.
+    // Two faces in a plane, about, and a third across, wherever it stands in the list: the third
+    // turns freely about the side.
     geometry::TriMesh mesh;
     mesh.positions = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0.5f}, {-1, 0.1f, 0.5f}, {0, 1, 0.5f}};
-    auto topology = std::make_shared<geometry::MeshTopology>();
-    topology->triangles = {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};
-    mesh.topology = topology;
-    const auto made = geometry::make_sheet(mesh, thick_sheet);
-    EXPECT_EQ(made.joints, 1u);
-    const ShellBody body = make_shell(made.cubes);
+    std::vector<geometry::Triangle> faces{{0, 1, 2}, {0, 1, 4}, {1, 0, 3}};
+    do {
+        auto topology = std::make_shared<geometry::MeshTopology>();
+        topology->triangles = faces;
+        mesh.topology = topology;
+        const auto made = geometry::make_sheet(mesh, thick_sheet);
+        EXPECT_EQ(made.joints, 1u);
+        const ShellBody body = make_shell(made.cubes);
+        TriangleElasticity elasticity(body, {});
+        const auto energy_with = [&](std::size_t corner, const Vec3& way) {
+            Aligned<double> x = body.base.rest;
+            Eigen::Map<Vec3>(x.data() + 4 * corner) += way;
+            return elasticity.energy(x.data());
+        };
+        const double bent = energy_with(2, {0, 1e-4, 0});
+        EXPECT_GT(bent, 0);
+        EXPECT_LT(energy_with(4, {1e-4, 0, 0}), 1e-3 * bent);
+    } while (std::next_permutation(faces.begin(), faces.end()));
+}
+
+TEST(TriangleShell, DampingAloneMayBeAskedForWhereSomeFacesHaveNone)
+{
+    Cubes cubes = sheet_of(squares({4, 3, 0.1}), thick_sheet);
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        cubes.stiffness_damping[c] = c % 2 == 0 ? 0.0 : 0.01;
+    }
+    const ShellBody body = make_shell(cubes);
     TriangleElasticity elasticity(body, {});
-    const auto energy_with = [&](std::size_t corner, const Vec3& way) {
-        Aligned<double> x = body.base.rest;
-        Eigen::Map<Vec3>(x.data() + 4 * corner) += way;
-        return elasticity.energy(x.data());
-    };
-    const double bent = energy_with(2, {0, 1e-4, 0});
-    EXPECT_LT(energy_with(4, {1e-4, 0, 0}), 1e-3 * bent);
-    EXPECT_GT(bent, 0);
+    elastic_forces_at(elasticity, body, moved_by_chance(body, 0.02));
+    elasticity.weigh(0, 1);
+    const Eigen::MatrixXd k = matrix_by_products(elasticity, body);
+    ASSERT_TRUE(k.allFinite());
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver((k + k.transpose()) / 2);
+    EXPECT_GT(solver.eigenvalues()[0], -1e-10 * solver.eigenvalues().maxCoeff());
 }
 
 TEST(TriangleShell, PlanesBesideASheetAreTrianglesToo)
