@@ -1,10 +1,13 @@
 // Plates and strips of triangles against closed forms, on regular meshes and on irregular ones.
 
 #include "geometry/mesh/primitive.hpp"
+#include "physics/shell/triangle_elasticity.hpp"
 #include "tests/physics/shell/triangle_fixtures.hpp"
 
+#include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -192,4 +195,46 @@ TEST(TrianglePlates, ATubeIsAsStiffBetweenTwoForcesAsARing)
     const double stiffness = plate_young * 0.6 * std::pow(plate_thickness, 3) / 12;
     EXPECT_NEAR(2 * wide / count * stiffness / force, std::numbers::pi / 4 - 2 / std::numbers::pi,
                 0.02 * 0.149);
+}
+
+TEST(TrianglePlates, AStripBucklesAtEulersLoad)
+{
+    // As in ShellPlates: hinged at both ends, P = pi^2 E I / L^2, pressed evenly by a strain.
+    constexpr int n = 20;
+    constexpr double nu = 0.3;
+    const double euler = std::pow(std::numbers::pi * plate_thickness, 2) / 12;
+    for (const Cut cut : all_cuts) {
+        const Cubes cubes = sheet_of(squares({n, 2, 1.0 / n, cut, 0.25}), plate_thickness, nu);
+        const ShellBody body = make_shell(cubes);
+        const Pins pins =
+            held_at(cubes, [](const Vec3& p) { return p.x() < 1e-6 || p.x() > 1 - 1e-6; });
+        std::vector<std::size_t> free;
+        for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+            if (!std::binary_search(pins.corner.begin(), pins.corner.end(), k)) free.push_back(k);
+        }
+        double low = 0, high = 3 * euler;
+        for (int i = 0; i < 12; ++i) {
+            const double strain = (low + high) / 2;
+            TriangleElasticity elasticity(body, pins);
+            elasticity.use_hessian(true);
+            Aligned<double> x = body.base.rest, f(body.base.numbers), p(body.base.numbers, 0), y(p);
+            for (std::size_t k = 0; k < body.base.corners; ++k) {
+                x[4 * k] *= 1 - strain;
+                x[4 * k + 2] *= 1 + nu * strain;
+            }
+            elasticity.forces(x.data(), f.data());
+            Eigen::MatrixXd across(free.size(), free.size());
+            for (std::size_t a = 0; a < free.size(); ++a) {
+                p[4 * free[a] + 1] = 1;
+                elasticity.multiply(p.data(), y.data());
+                p[4 * free[a] + 1] = 0;
+                for (std::size_t b = 0; b < free.size(); ++b) {
+                    across(Eigen::Index(b), Eigen::Index(a)) = y[4 * free[b] + 1];
+                }
+            }
+            const Eigen::LLT<Eigen::MatrixXd> factor(across);
+            (factor.info() == Eigen::Success ? low : high) = strain;
+        }
+        EXPECT_NEAR(low / euler, 1, 0.03) << int(cut);
+    }
 }
