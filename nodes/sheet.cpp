@@ -11,6 +11,7 @@ namespace nodes::sheet {
 struct Inputs {
     graph::Wire<geometry::TriMesh> mesh;
     double thickness = 0.002;
+    double longest_side = 0;
     ChosenMatter matter;
 };
 struct Outputs {
@@ -20,7 +21,8 @@ struct Outputs {
 
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
-    geometry::SheetOfMesh made = geometry::make_sheet(*in.mesh, in.thickness, matter_of(in.matter));
+    geometry::SheetOfMesh made =
+        geometry::make_sheet(*in.mesh, in.thickness, matter_of(in.matter), in.longest_side);
     if (made.left_out > 0) {
         context.warn(fmt::format(
             "{} of {} faces are left out: they have no area, or are there twice. Their vertices "
@@ -50,6 +52,10 @@ void add_to(graph::Registry& registry)
                "Thickness of the sheet. Mass and resistance to stretch grow with it, resistance to "
                "bending with its cube.",
                {1e-12, 1e6, "m"})
+        .param("longest_side", &Inputs::longest_side,
+               "Faces are cut until none has a longer side, so that a coarse mesh can bend within "
+               "its faces; Embed carries the mesh as it is. 0: the faces of the mesh.",
+               {0, 1e6, "m"})
         .block("matter", &Inputs::matter, describe_matter<ChosenMatter>, "Material of the sheet.")
         .output("cubes", &Outputs::cubes,
                 "One cell for each face, for Pin, Simulate with method = shell, and Embed.")

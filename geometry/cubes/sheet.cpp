@@ -1,6 +1,7 @@
 #include "geometry/cubes/sheet.hpp"
 
 #include "geometry/base/no_index.hpp"
+#include "geometry/mesh/cut_sides.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 
@@ -122,17 +123,44 @@ void turn_alike(std::vector<Triangle>& triangles, std::size_t vertices)
     }
 }
 
-// The corners that triangles use, in the order of the mesh's vertices.
-void add_places(const TriMesh& mesh, std::vector<Triangle>& triangles, Cubes& cubes)
+// No fewer triangles than that have sides of at most `longest`: by their area, each at most that of
+// one with three such sides.
+double least_triangles(double longest, const std::vector<Vec3f>& positions,
+                       const std::vector<Triangle>& triangles)
 {
-    std::vector<std::uint32_t> number(mesh.positions.size(), 0);
+    const double largest = std::sqrt(3.0) / 4 * longest * longest;
+    double out = 0;
+    for (const Triangle& t : triangles) {
+        const auto at = [&](std::size_t i) { return Vec3(positions[t[i]].cast<double>()); };
+        out += area_of(at(0), at(1), at(2)).norm() / largest;
+    }
+    return out;
+}
+
+void cut_to(double longest, std::vector<Vec3f>& positions, std::vector<Triangle>& triangles)
+{
+    constexpr std::size_t most = 5'000'000;
+    const auto limit = [&](double count) {
+        if (count <= double(most)) return;
+        throw std::invalid_argument(fmt::format(
+            "sides of at most {:g} m make more than {} triangles of this mesh: use longer sides",
+            longest, most));
+    };
+    limit(least_triangles(longest, positions, triangles));
+    while (cut_sides(longest, positions, triangles)) limit(double(triangles.size()));
+}
+
+// The corners that triangles use, in the order of the mesh's vertices.
+void add_places(const std::vector<Vec3f>& positions, std::vector<Triangle>& triangles, Cubes& cubes)
+{
+    std::vector<std::uint32_t> number(positions.size(), 0);
     for (const Triangle& t : triangles) {
         for (const auto v : t) number[v] = 1;
     }
     for (std::size_t v = 0; v < number.size(); ++v) {
         if (number[v] == 0) continue;
         number[v] = static_cast<std::uint32_t>(cubes.place.size());
-        cubes.place.push_back(mesh.positions[v].cast<double>());
+        cubes.place.push_back(positions[v].cast<double>());
     }
     for (Triangle& t : triangles) {
         for (auto& v : t) v = number[v];
@@ -166,7 +194,7 @@ void add_lattice(const std::vector<Triangle>& triangles, Cubes& cubes)
 
 }  // namespace
 
-SheetOfMesh make_sheet(const TriMesh& mesh, double thickness, const Matter& matter)
+SheetOfMesh make_sheet(const TriMesh& mesh, double thickness, const Matter& matter, double longest)
 {
     if (!(thickness > 0) || !std::isfinite(thickness)) {
         throw std::invalid_argument(
@@ -185,8 +213,10 @@ SheetOfMesh make_sheet(const TriMesh& mesh, double thickness, const Matter& matt
     out.left_out = mesh.triangles().size() - triangles.size();
     out.joints = joints_of(triangles, mesh.positions.size());
     turn_alike(triangles, mesh.positions.size());
+    std::vector<Vec3f> positions = mesh.positions;
+    if (longest > 0) cut_to(longest, positions, triangles);
     Cubes& cubes = out.cubes;
-    add_places(mesh, triangles, cubes);
+    add_places(positions, triangles, cubes);
     add_lattice(triangles, cubes);
     const std::size_t n = triangles.size();
     for (std::size_t c = 0; c < n; ++c) {

@@ -25,10 +25,13 @@ struct SheetOfMesh {
 };
 
 // Cells in the order of the mesh's triangles and corners in that of its vertices; vertices at one
-// place are one corner. Neighbours that face opposite ways are turned to face the same. Throws
+// place are one corner. Neighbours that face opposite ways are turned to face the same.
+// With a `longest` side (m) above 0, triangles are cut first, at the middles of sides that are
+// longer; new corners come after the others. Throws
 // std::invalid_argument for a thickness that is not above 0, and for a mesh without triangles that
 // have an area.
-SheetOfMesh make_sheet(const TriMesh& mesh, double thickness, const Matter& matter = {});
+SheetOfMesh make_sheet(const TriMesh& mesh, double thickness, const Matter& matter = {},
+                       double longest = 0);
 
 // Its three corners, counter-clockwise seen from the side that it faces.
 inline std::array<std::uint32_t, 3> sheet_triangle(const Cubes& sheet, std::size_t cell)

@@ -2,6 +2,7 @@
 
 #include "geometry/cubes/plane.hpp"
 #include "geometry/embed/embed.hpp"
+#include "geometry/mesh/cut_sides.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "physics/state/choose_corners.hpp"
 #include "physics/state/state_models.hpp"
@@ -10,7 +11,6 @@
 
 #include <algorithm>
 #include <stdexcept>
-#include <unordered_map>
 
 namespace physics {
 namespace {
@@ -20,68 +20,6 @@ using geometry::TriMesh;
 using geometry::Vec3f;
 
 constexpr std::size_t most_faces = 20'000'000;
-
-// The middles of sides, each made once.
-class Middles {
-public:
-    explicit Middles(std::vector<Vec3f>& positions) : positions_(positions) {}
-
-    std::uint32_t of(std::uint32_t a, std::uint32_t b)
-    {
-        const std::uint64_t side = std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
-        const auto [found, fresh] =
-            by_side_.emplace(side, static_cast<std::uint32_t>(positions_.size()));
-        if (fresh) {
-            positions_.push_back(
-                (0.5 * (positions_[a].cast<double>() + positions_[b].cast<double>()))
-                    .cast<float>());
-        }
-        return found->second;
-    }
-
-private:
-    std::vector<Vec3f>& positions_;
-    std::unordered_map<std::uint64_t, std::uint32_t> by_side_;
-};
-
-// Cuts each triangle at the middles of its sides that are longer than `longest`. Returns whether
-// there was one.
-bool cut_once(double longest, std::vector<Vec3f>& positions, std::vector<Triangle>& triangles)
-{
-    Middles middles(positions);
-    std::vector<Triangle> out;
-    out.reserve(triangles.size());
-    bool any = false;
-    for (Triangle t : triangles) {
-        std::array<bool, 3> cut{};
-        for (std::size_t i = 0; i < 3; ++i) {
-            cut[i] = (positions[t[(i + 1) % 3]] - positions[t[i]]).cast<double>().norm() > longest;
-        }
-        const int cuts = cut[0] + cut[1] + cut[2];
-        any |= cuts > 0;
-        // Turned so that side 0 is cut, and side 2 is not unless all are.
-        while (cuts > 0 && (!cut[0] || (cuts == 2 && cut[2]))) {
-            std::rotate(t.begin(), t.begin() + 1, t.end());
-            std::rotate(cut.begin(), cut.begin() + 1, cut.end());
-        }
-        const auto [a, b, c] = t;
-        if (cuts == 0) {
-            out.push_back(t);
-        } else if (cuts == 1) {
-            const auto ab = middles.of(a, b);
-            out.insert(out.end(), {Triangle{a, ab, c}, Triangle{ab, b, c}});
-        } else if (cuts == 2) {
-            const auto ab = middles.of(a, b), bc = middles.of(b, c);
-            out.insert(out.end(), {Triangle{ab, b, bc}, Triangle{a, ab, bc}, Triangle{a, bc, c}});
-        } else {
-            const auto ab = middles.of(a, b), bc = middles.of(b, c), ca = middles.of(c, a);
-            out.insert(out.end(), {Triangle{a, ab, ca}, Triangle{ab, b, bc}, Triangle{bc, c, ca},
-                                   Triangle{ab, bc, ca}});
-        }
-    }
-    triangles = std::move(out);
-    return any;
-}
 
 // The faces of the mesh, or of that name, wound outwards.
 std::vector<Triangle> chosen_faces(const TriMesh& mesh, const std::string& name, PressOn& out)
@@ -113,7 +51,7 @@ std::vector<Triangle> chosen_faces(const TriMesh& mesh, const std::string& name,
 std::vector<std::array<std::uint32_t, 6>> with_middles(const std::vector<Triangle>& faces,
                                                        std::vector<Vec3f>& positions)
 {
-    Middles middles(positions);
+    geometry::SideMiddles middles(positions);
     std::vector<std::array<std::uint32_t, 6>> out;
     out.reserve(faces.size());
     for (const auto& [a, b, c] : faces) {
@@ -167,7 +105,7 @@ PressOn press_on(const geometry::Cubes& cubes, const TriMesh& mesh, const std::s
     TriMesh nodes;
     nodes.positions = mesh.positions;
     // Each face of a sheet moves as one.
-    while (!cubes.is_sheet() && cut_once(0.5 * cubes.size, nodes.positions, faces)) {
+    while (!cubes.is_sheet() && geometry::cut_sides(0.5 * cubes.size, nodes.positions, faces)) {
         if (faces.size() <= most_faces) continue;
         throw std::invalid_argument(fmt::format(
             "the surface is more than {} cubes large: expected faces of the size of cubes of {:g} "

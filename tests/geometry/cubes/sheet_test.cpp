@@ -5,6 +5,7 @@
 #include "geometry/cubes/plane.hpp"
 #include "geometry/cubes/trilinear.hpp"
 #include "geometry/mesh/measure.hpp"
+#include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "tests/geometry/test_meshes.hpp"
 
@@ -306,4 +307,22 @@ TEST(Sheet, TurnsNeighboursToFaceTheSameWay)
         if ((b - a).cross(d - a).dot(a + b + d) > 0) ++out;
     }
     EXPECT_EQ(out, sheet.count());
+}
+
+TEST(Sheet, CutsFacesUntilNoSideIsLongerThanAsked)
+{
+    const TriMesh mesh = geometry::box({1, 0.5, 0.3}, {1, 1, 1});
+    const Cubes whole = geometry::make_sheet(mesh, 0.01, cloth()).cubes;
+    const geometry::SheetOfMesh cut = geometry::make_sheet(mesh, 0.01, cloth(), 0.11);
+    EXPECT_EQ(cut.joints, 0u);
+    EXPECT_NEAR(geometry::total_mass(cut.cubes), geometry::total_mass(whole), 1e-6);
+    const TriMesh drawn = geometry::sheet_mesh(cut.cubes);
+    EXPECT_TRUE(geometry::is_closed(drawn.triangles(), drawn.positions.size()));
+    for (std::size_t c = 0; c < cut.cubes.count(); ++c) {
+        const auto k = geometry::sheet_triangle(cut.cubes, c);
+        for (std::size_t i = 0; i < 3; ++i) {
+            EXPECT_LE((cut.cubes.place[k[i]] - cut.cubes.place[k[(i + 1) % 3]]).norm(), 0.11);
+        }
+    }
+    EXPECT_THROW(geometry::make_sheet(mesh, 0.01, cloth(), 1e-5), std::invalid_argument);
 }
