@@ -1,9 +1,9 @@
 #include "geometry/cubes/sheet.hpp"
 
-#include "geometry/base/no_index.hpp"
 #include "geometry/mesh/cut_sides.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
+#include "geometry/mesh/wound_out.hpp"
 
 #include <fmt/format.h>
 
@@ -81,46 +81,15 @@ std::size_t joints_of(const std::vector<Triangle>& triangles, std::size_t vertic
     return out;
 }
 
-// Turns triangles over so that neighbours run their common side in opposite ways, as far as that
-// can be: from the first of each piece on, across sides of two.
-void turn_alike(std::vector<Triangle>& triangles, std::size_t vertices)
+// The same triangles, where neighbours face the same way.
+std::vector<Triangle> turned_alike(const TriMesh& mesh, std::vector<Triangle> triangles)
 {
-    struct Beside {
-        std::uint32_t other = no_index;
-        bool alike = true;
-    };
-    const std::vector<EdgeUse> uses = edge_uses(triangles, vertices);
-    std::vector<std::array<Beside, 3>> beside(triangles.size());
-    for (std::size_t i = 0, end = 0; i < uses.size(); i = end) {
-        for (end = i; end < uses.size() && uses[end].a == uses[i].a && uses[end].b == uses[i].b;) {
-            ++end;
-        }
-        if (end - i != 2) continue;
-        const EdgeUse &a = uses[i], &b = uses[i + 1];
-        beside[a.triangle][a.side] = {b.triangle, a.forward != b.forward};
-        beside[b.triangle][b.side] = {a.triangle, a.forward != b.forward};
-    }
-    enum class Way : char { unknown, as_it_is, over };
-    std::vector<Way> way(triangles.size(), Way::unknown);
-    std::vector<std::uint32_t> next;
-    for (std::uint32_t first = 0; first < triangles.size(); ++first) {
-        if (way[first] != Way::unknown) continue;
-        way[first] = Way::as_it_is;
-        next.push_back(first);
-        while (!next.empty()) {
-            const std::uint32_t t = next.back();
-            next.pop_back();
-            for (const Beside& side : beside[t]) {
-                if (side.other == no_index || way[side.other] != Way::unknown) continue;
-                way[side.other] =
-                    (way[t] == Way::as_it_is) == side.alike ? Way::as_it_is : Way::over;
-                next.push_back(side.other);
-            }
-        }
-    }
-    for (std::size_t t = 0; t < triangles.size(); ++t) {
-        if (way[t] == Way::over) std::swap(triangles[t][1], triangles[t][2]);
-    }
+    TriMesh sound;
+    auto topology = std::make_shared<MeshTopology>();
+    topology->triangles = std::move(triangles);
+    sound.topology = std::move(topology);
+    sound.positions = mesh.positions;
+    return wound_out(sound).triangles;
 }
 
 // No fewer triangles than that have sides of at most `longest`: by their area, each at most that of
@@ -212,7 +181,7 @@ SheetOfMesh make_sheet(const TriMesh& mesh, double thickness, const Matter& matt
     SheetOfMesh out;
     out.left_out = mesh.triangles().size() - triangles.size();
     out.joints = joints_of(triangles, mesh.positions.size());
-    turn_alike(triangles, mesh.positions.size());
+    triangles = turned_alike(mesh, std::move(triangles));
     std::vector<Vec3f> positions = mesh.positions;
     if (longest > 0) cut_to(longest, positions, triangles);
     Cubes& cubes = out.cubes;

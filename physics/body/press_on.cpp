@@ -4,6 +4,7 @@
 #include "geometry/embed/embed.hpp"
 #include "geometry/mesh/cut_sides.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/wound_out.hpp"
 #include "physics/state/choose_corners.hpp"
 #include "physics/state/state_models.hpp"
 
@@ -24,7 +25,7 @@ constexpr std::size_t most_faces = 20'000'000;
 // The faces of the mesh, or of that name, wound outwards.
 std::vector<Triangle> chosen_faces(const TriMesh& mesh, const std::string& name, PressOn& out)
 {
-    const WoundOut wound = wound_out(mesh);
+    const geometry::WoundOut wound = geometry::wound_out(mesh);
     out.turned = wound.turned, out.one_way = wound.one_way;
     std::vector<Triangle> faces;
     const auto take = [&](std::size_t t) {

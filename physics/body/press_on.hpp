@@ -3,12 +3,11 @@
 // Makes the surface that a pressure acts on (state/pressed_surface.hpp) of a mesh in cubes.
 //
 // Faces are cut at the middles of their sides until no side is longer than half a cube, so that
-// every cube that the surface passes through feels its share. Faces that meet keep meeting: a
-// closed mesh makes a closed surface, which neither pushes nor turns a body as a whole.
+// every cube that the surface passes through feels its share; those of a sheet stay whole. Faces
+// that meet keep meeting: a closed mesh makes a closed surface, which neither pushes nor turns a
+// body as a whole.
 //
-// Which way is out, the mesh's winding says. Faces that are wound against the others of their
-// piece, those with less area, are turned, and closed pieces that are wound inwards, but for those
-// in a larger piece: they bound a hollow.
+// Which way is out, the mesh's winding says, mended as in geometry/mesh/wound_out.hpp.
 
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/mesh/mesh_fwd.hpp"
@@ -30,12 +29,5 @@ struct PressOn {
 // have to be cut into more than 20 million.
 PressOn press_on(const geometry::Cubes& cubes, const geometry::TriMesh& mesh,
                  const std::string& name);
-
-// The triangles of a mesh, turned so that they are wound outwards, as above.
-struct WoundOut {
-    std::vector<geometry::Triangle> triangles;
-    std::size_t turned = 0, one_way = 0;
-};
-WoundOut wound_out(const geometry::TriMesh& mesh);
 
 }  // namespace physics

@@ -35,31 +35,26 @@ Parted part_at(const Plane& plane, const Cubes& cubes, std::span<std::uint32_t> 
 class Dissector {
 public:
     Dissector(const Cubes& cubes, const std::vector<char>& left_out, std::size_t uncut)
-        : cubes_(cubes), uncut_(uncut)
-    {
-        for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
-            if (left_out.empty() || !left_out[k]) corners_.push_back(k);
-        }
-        front_of_.assign(cubes.corner_count(), no_index);
-    }
+        : cubes_(cubes), uncut_(uncut), list_(cubes.corner_count(), left_out)
+    {}
 
-    std::vector<Front> run()
+    FrontList run()
     {
-        if (!corners_.empty()) cut(corners_);
-        return std::move(fronts_);
+        std::vector<std::uint32_t> corners = list_.taken;
+        if (!corners.empty()) cut(corners);
+        return std::move(list_);
     }
-    const std::vector<std::uint32_t>& front_of() const { return front_of_; }
 
 private:
     // The front of the last cut of `corners`; its children first.
     std::uint32_t cut(std::span<std::uint32_t> corners)
     {
         const Plane plane = corners.size() > uncut_ ? thinnest_plane(corners) : Plane{};
-        if (plane.axis < 0) return add(corners, {});
+        if (plane.axis < 0) return list_.add(corners, {});
         const Parted parted = part_at(plane, cubes_, corners);
         const auto below = cut(parted.below);
         const auto above = cut(parted.above);
-        return add(parted.on, {below, above});
+        return list_.add(parted.on, {below, above});
     }
 
     // Of planes with at least a third of the corners on either side, the one with fewest corners;
@@ -97,23 +92,10 @@ private:
         return best;
     }
 
-    std::uint32_t add(std::span<const std::uint32_t> pivots, std::vector<std::uint32_t> children)
-    {
-        const auto index = static_cast<std::uint32_t>(fronts_.size());
-        Front front;
-        front.pivots.assign(pivots.begin(), pivots.end());
-        front.children = std::move(children);
-        for (const auto k : front.pivots) front_of_[k] = index;
-        fronts_.push_back(std::move(front));
-        return index;
-    }
-
     const Cubes& cubes_;
     std::size_t uncut_;
-    std::vector<std::uint32_t> corners_;
-    std::vector<std::uint32_t> front_of_;
+    FrontList list_;
     std::vector<int> on_plane_;
-    std::vector<Front> fronts_;
 };
 
 void place_corners(const ElementCorners& elements, const std::vector<std::uint32_t>& place,
@@ -130,9 +112,8 @@ void place_corners(const ElementCorners& elements, const std::vector<std::uint32
 Dissection dissect(const Cubes& cubes, const std::vector<char>& left_out, double most,
                    std::size_t uncut)
 {
-    Dissector dissector(cubes, left_out, uncut);
-    std::vector<Front> fronts = dissector.run();
-    return with_borders(std::move(fronts), dissector.front_of(), cubes.corners, most);
+    FrontList list = Dissector(cubes, left_out, uncut).run();
+    return with_borders(std::move(list.fronts), list.front_of, cubes.corners, most);
 }
 
 Dissection with_borders(std::vector<Front> fronts, const std::vector<std::uint32_t>& front_of,

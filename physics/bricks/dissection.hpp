@@ -18,6 +18,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/cubes/cubes.hpp"
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
@@ -49,6 +50,33 @@ struct Dissection {
     std::vector<std::uint32_t> roots;  // fronts without a parent
     double entries = 0;                // of all, in 3 x 3 blocks
     double products = 0;               // of 3 x 3 blocks that a factorisation takes
+};
+
+// The fronts of a dissection as they come, children first, and which front each corner is in.
+struct FrontList {
+    FrontList(std::size_t corners, const std::vector<char>& left_out)
+        : front_of(corners, geometry::no_index)
+    {
+        for (std::uint32_t k = 0; k < corners; ++k) {
+            if (left_out.empty() || !left_out[k]) taken.push_back(k);
+        }
+    }
+
+    // Returns its number. Pivots are put in order, as corners of a border are.
+    std::uint32_t add(std::span<const std::uint32_t> pivots, std::vector<std::uint32_t> children)
+    {
+        const auto index = static_cast<std::uint32_t>(fronts.size());
+        Front& front = fronts.emplace_back();
+        front.pivots.assign(pivots.begin(), pivots.end());
+        std::sort(front.pivots.begin(), front.pivots.end());
+        front.children = std::move(children);
+        for (const auto k : front.pivots) front_of[k] = index;
+        return index;
+    }
+
+    std::vector<std::uint32_t> taken;  // corners that take part, ascending
+    std::vector<Front> fronts;
+    std::vector<std::uint32_t> front_of;  // K; no_index: none
 };
 
 // Parts of at most so many corners are not cut further.

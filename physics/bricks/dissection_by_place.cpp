@@ -6,14 +6,13 @@
 namespace physics {
 namespace {
 
-using geometry::no_index;
 using geometry::Vec3;
 
 class PlaceDissector {
 public:
     PlaceDissector(const ElementCorners& elements, std::span<const Vec3> places,
                    const std::vector<char>& left_out, std::size_t uncut)
-        : elements_(elements), places_(places), uncut_(uncut), front_of_(places.size(), no_index),
+        : elements_(elements), places_(places), uncut_(uncut), list_(places.size(), left_out),
           half_(places.size(), 0), start_(places.size() + 1, 0)
     {
         for (const auto& corners : elements) {
@@ -25,23 +24,20 @@ public:
         for (std::uint32_t e = 0; e < elements.size(); ++e) {
             for (const auto k : elements[e]) elements_at_[next[k]++] = e;
         }
-        for (std::uint32_t k = 0; k < places.size(); ++k) {
-            if (left_out.empty() || !left_out[k]) corners_.push_back(k);
-        }
     }
 
-    std::vector<Front> run()
+    FrontList run()
     {
-        if (!corners_.empty()) cut(corners_);
-        return std::move(fronts_);
+        std::vector<std::uint32_t> corners = list_.taken;
+        if (!corners.empty()) cut(corners);
+        return std::move(list_);
     }
-    const std::vector<std::uint32_t>& front_of() const { return front_of_; }
 
 private:
     // The front of the last cut of `corners`; its children first.
     std::uint32_t cut(std::span<std::uint32_t> corners)
     {
-        if (corners.size() <= uncut_) return add(corners, {});
+        if (corners.size() <= uncut_) return list_.add(corners, {});
         const auto low = halve(corners);
         for (const auto k : low) half_[k] = 1;
         const auto high = corners.subspan(low.size());
@@ -57,10 +53,10 @@ private:
             kept[half_[k] == parting && meets_other(k) ? 0 : half].push_back(k);
         }
         for (const auto k : corners) half_[k] = 0;
-        if (kept[1].empty() || kept[2].empty()) return add(corners, {});
+        if (kept[1].empty() || kept[2].empty()) return list_.add(corners, {});
         const auto below = cut(kept[1]);
         const auto above = cut(kept[2]);
-        return add(kept[0], {below, above});
+        return list_.add(kept[0], {below, above});
     }
 
     // Puts the lower half along the longest side of their bounds first.
@@ -92,26 +88,13 @@ private:
         return false;
     }
 
-    std::uint32_t add(std::span<const std::uint32_t> pivots, std::vector<std::uint32_t> children)
-    {
-        const auto index = static_cast<std::uint32_t>(fronts_.size());
-        Front& front = fronts_.emplace_back();
-        front.pivots.assign(pivots.begin(), pivots.end());
-        std::sort(front.pivots.begin(), front.pivots.end());  // as those of borders are
-        front.children = std::move(children);
-        for (const auto k : front.pivots) front_of_[k] = index;
-        return index;
-    }
-
     const ElementCorners& elements_;
     std::span<const Vec3> places_;
     std::size_t uncut_;
-    std::vector<std::uint32_t> front_of_;
+    FrontList list_;
     std::vector<char> half_;            // K, 1 and 2 in the parts at hand, else 0
     std::vector<std::uint32_t> start_;  // K + 1, into elements_at_
     std::vector<std::uint32_t> elements_at_;
-    std::vector<std::uint32_t> corners_;
-    std::vector<Front> fronts_;
 };
 
 }  // namespace
@@ -119,9 +102,8 @@ private:
 Dissection dissect(const ElementCorners& elements, std::span<const Vec3> places,
                    const std::vector<char>& left_out, double most, std::size_t uncut)
 {
-    PlaceDissector dissector(elements, places, left_out, uncut);
-    std::vector<Front> fronts = dissector.run();
-    return with_borders(std::move(fronts), dissector.front_of(), elements, most);
+    FrontList list = PlaceDissector(elements, places, left_out, uncut).run();
+    return with_borders(std::move(list.fronts), list.front_of, elements, most);
 }
 
 }  // namespace physics

@@ -193,19 +193,17 @@ void add_elements(const geometry::Cubes& cubes, ShellBody& body)
     }
 }
 
-// Triangles of all cells, and where those of each begin.
+// The triangles of all cells.
 TriangleShell triangles_of(const BodyModels& models, const ShellBody& body)
 {
     const geometry::Cubes& cubes = models.all();
     std::vector<TrianglePlan> plans;
-    std::vector<std::uint32_t> first;
     const std::vector<CellCorners> corners = corners_of_models(models);
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
         const std::size_t m = models.model_of(c);
         const geometry::Cubes& own = *models.model(m).cubes;
         const auto [along, across] = corners[m];
         const auto& k = cubes.corners[c];
-        first.push_back(static_cast<std::uint32_t>(plans.size()));
         const TrianglePlan plan{{k[0], k[along], k[along | across]},
                                 cubes.young[c],
                                 cubes.poisson[c],
@@ -216,12 +214,11 @@ TriangleShell triangles_of(const BodyModels& models, const ShellBody& body)
         plans.push_back(plan);
         plans.back().corner = {k[0], k[along | across], k[across]};
     }
-    first.push_back(static_cast<std::uint32_t>(plans.size()));
     // Slopes are told by the energy of bending, and where it is 0 by nothing.
     constexpr double least_bend = 1e-9;
     TriangleShell out =
-        make_triangle_shell(plans, std::move(first), body.base.rest.data(), body.base.corners,
-                            body.options.stretch, std::max(body.options.bend, least_bend));
+        make_triangle_shell(plans, body.base.rest.data(), body.base.corners, body.options.stretch,
+                            std::max(body.options.bend, least_bend));
     out.slopes = std::make_shared<SlopeCache>();
     return out;
 }

@@ -120,15 +120,21 @@ SideVectors TriangleElasticity::pulls_at(const std::vector<Pose>& poses) const
     return out;
 }
 
-SideVectors TriangleElasticity::slopes_at(const double* x) const
+// With the slopes that make the energy of bending least.
+std::vector<TriangleElasticity::Pose> TriangleElasticity::poses_at(const double* x) const
 {
     std::vector<Pose> poses(shell_.triangle.size());
-    geometry::parallel_for(poses.size(), triangles_a_task, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t t = begin; t < end; ++t) poses[t] = pose_without_slopes(t, x);
-    });
+    const auto for_all = [&](const auto& with) {
+        geometry::parallel_for(poses.size(), triangles_a_task,
+                               [&](std::size_t begin, std::size_t end) {
+                                   for (std::size_t t = begin; t < end; ++t) with(t);
+                               });
+    };
+    for_all([&](std::size_t t) { poses[t] = pose_without_slopes(t, x); });
     SideVectors slopes = pulls_at(poses);
     at_rest_->solve(slopes);
-    return slopes;
+    for_all([&](std::size_t t) { add_slopes(t, slopes, poses[t]); });
+    return poses;
 }
 
 // The pull of a triangle on its corners, and the blocks of its derivative between them.
@@ -177,15 +183,7 @@ void TriangleElasticity::evaluate()
 void TriangleElasticity::forces(const double* x, double* f)
 {
     at_.assign(x, x + body_.base.numbers);
-    pose_.resize(shell_.triangle.size());
-    geometry::parallel_for(pose_.size(), triangles_a_task, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t t = begin; t < end; ++t) pose_[t] = pose_without_slopes(t, x);
-    });
-    SideVectors slopes = pulls_at(pose_);
-    at_rest_->solve(slopes);
-    geometry::parallel_for(pose_.size(), triangles_a_task, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t t = begin; t < end; ++t) add_slopes(t, slopes, pose_[t]);
-    });
+    pose_ = poses_at(x);
     evaluate();
     const std::size_t corners = body_.base.corners;
     geometry::parallel_for(corners, corners_a_task, [&](std::size_t begin, std::size_t end) {
@@ -202,18 +200,12 @@ void TriangleElasticity::forces(const double* x, double* f)
 
 double TriangleElasticity::energy(const double* x)
 {
-    std::vector<Pose> poses(shell_.triangle.size());
-    geometry::parallel_for(poses.size(), triangles_a_task, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t t = begin; t < end; ++t) poses[t] = pose_without_slopes(t, x);
-    });
-    SideVectors slopes = pulls_at(poses);
-    at_rest_->solve(slopes);
+    const std::vector<Pose> poses = poses_at(x);
     return geometry::ordered_sum(
         poses.size(), triangles_a_task, 0.0, [&](std::size_t begin, std::size_t end) {
             double sum = 0;
             for (std::size_t t = begin; t < end; ++t) {
                 const ShellTriangle& own = shell_.triangle[t];
-                add_slopes(t, slopes, poses[t]);
                 const Eigen::Matrix3d& e = poses[t].bends;
                 sum += cell_energy(own.stretch, stretch_at(own, x), Curvature::none).energy;
                 sum += 0.5 * clamp_[t] * (e * own.plate).cwiseProduct(e).sum();

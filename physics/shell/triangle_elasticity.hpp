@@ -43,9 +43,6 @@ public:
                                                       const ElementCorners& more,
                                                       const double* x) const override;
 
-    // The slopes at x, S rows.
-    SideVectors slopes_at(const double* x) const;
-
 private:
     // How a triangle stands: its normal, where that turns to as each corner moves along it, and
     // what it bends by, a column each.
@@ -59,6 +56,7 @@ private:
     Pose pose_without_slopes(std::size_t t, const double* x) const;
     void add_slopes(std::size_t t, const SideVectors& slopes, Pose& pose) const;
     SideVectors pulls_at(const std::vector<Pose>& poses) const;
+    std::vector<Pose> poses_at(const double* x) const;
     void evaluate();
     void evaluate_triangle(std::size_t t, const Pose& pose);
     void assemble();

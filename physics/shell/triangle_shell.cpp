@@ -207,8 +207,7 @@ void add_around(std::size_t corners, TriangleShell& shell)
 
 }  // namespace
 
-TriangleShell make_triangle_shell(const std::vector<TrianglePlan>& triangles,
-                                  std::vector<std::uint32_t> of_cell, const double* rest,
+TriangleShell make_triangle_shell(const std::vector<TrianglePlan>& triangles, const double* rest,
                                   std::size_t corners, double stretch, double bend)
 {
     std::vector<AtRest> at;
@@ -226,7 +225,6 @@ TriangleShell make_triangle_shell(const std::vector<TrianglePlan>& triangles,
         out.even &= to.damping == out.triangle[0].damping;
         out.most_damping = std::max(out.most_damping, to.damping);
     }
-    out.of_cell = std::move(of_cell);
     out.side = std::move(sides.of);
     add_around(corners, out);
     add_rows(corners, out);
@@ -236,7 +234,7 @@ TriangleShell make_triangle_shell(const std::vector<TrianglePlan>& triangles,
 std::size_t TriangleShell::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
-    return sizeof *this + of(triangle, of_cell, of_corner, around, side, row, column, block_at);
+    return sizeof *this + of(triangle, of_corner, around, side, row, column, block_at);
 }
 
 }  // namespace physics

@@ -62,9 +62,8 @@ struct ShellTriangle {
 
 struct TriangleShell {
     std::vector<ShellTriangle> triangle;  // T
-    // The triangles of each cube of the body and of each corner: C + 1 and K + 1, into triangle and
-    // into `around`, which has 3 triangle + corner.
-    std::vector<std::uint32_t> of_cell, of_corner, around;
+    // Of each corner, 3 triangle + corner: K + 1, into around.
+    std::vector<std::uint32_t> of_corner, around;
     // S, 3 triangle + side of the one or two at each side; no_index: none.
     std::vector<std::array<std::uint32_t, 2>> side;
     bool even = true;         // the damping is the same in all
@@ -86,10 +85,9 @@ struct TrianglePlan {
     double damping = 0;                            // s
 };
 
-// Of triangles with an area. `rest` has four numbers a slot. `of_cell` as in TriangleShell; the
-// stiffnesses to stretch and to bend are multiplied by `stretch` and `bend`.
-TriangleShell make_triangle_shell(const std::vector<TrianglePlan>& triangles,
-                                  std::vector<std::uint32_t> of_cell, const double* rest,
+// Of triangles with an area. `rest` has four numbers a slot; the stiffnesses to stretch and to bend
+// are multiplied by `stretch` and `bend`.
+TriangleShell make_triangle_shell(const std::vector<TrianglePlan>& triangles, const double* rest,
                                   std::size_t corners, double stretch, double bend);
 
 }  // namespace physics

@@ -21,10 +21,9 @@ constexpr double sheet_thickness = 0.005;
 Cubes soft_tube()
 {
     const double radius = 0.1;
-    geometry::TriMesh mesh = squares({0, 0, 1, Cut::alike, 0});
+    geometry::TriMesh mesh;
     constexpr int around = 24, along = 6;
     auto topology = std::make_shared<geometry::MeshTopology>();
-    mesh.positions.clear();
     for (int j = 0; j <= along; ++j) {
         for (int i = 0; i < around; ++i) {
             const double angle = 2 * std::numbers::pi * i / around;

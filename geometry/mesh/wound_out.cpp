@@ -1,16 +1,12 @@
+#include "geometry/mesh/wound_out.hpp"
+
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
-#include "physics/body/press_on.hpp"
 
 #include <algorithm>
 
-namespace physics {
+namespace geometry {
 namespace {
-
-using geometry::Box;
-using geometry::Triangle;
-using geometry::TriMesh;
-using geometry::Vec3;
 
 // Two triangles that share an edge of no third; `agree`: they run it in opposite directions.
 struct Neighbour {
@@ -31,7 +27,7 @@ public:
         : mesh_(mesh), triangles_(mesh.triangles()), next_(triangles_.size()),
           open_(triangles_.size(), 0), turned_(triangles_.size(), 0), seen_(triangles_.size(), 0)
     {
-        const auto uses = geometry::edge_uses(triangles_, mesh.positions.size());
+        const auto uses = edge_uses(triangles_, mesh.positions.size());
         for (std::size_t i = 0, end = 0; i < uses.size(); i = end) {
             while (end < uses.size() && uses[end].a == uses[i].a && uses[end].b == uses[i].b) ++end;
             if (end - i == 2) {
@@ -131,4 +127,4 @@ WoundOut wound_out(const TriMesh& mesh)
     return Winding(mesh).run();
 }
 
-}  // namespace physics
+}  // namespace geometry
