@@ -74,13 +74,18 @@ struct Mover {
     int substeps = 1;  // that its frame of 1/24 s takes
 };
 
+std::string name_of(BrickElement element)
+{
+    if (element == BrickElement::trilinear) return "bricks, trilinear";
+    return element == BrickElement::one_point ? "finite differences" : "bricks";
+}
+
 Mover bricks(const Cubes& cubes, const std::string& setting, int substeps,
              Integrator integrator = Integrator::implicit_midpoint,
              BrickElement element = BrickElement::incompatible)
 {
     auto body = std::make_shared<BricksBody>(make_bricks(cubes, {element}));
-    return {element == BrickElement::incompatible ? "bricks" : "bricks, trilinear", setting,
-            [=] { return rest_state(*body); },
+    return {name_of(element), setting, [=] { return rest_state(*body); },
             [=](State s, const Loads& loads, double dt, int n) {
                 return advance(*body, std::move(s), loads, dt,
                                {.integrator = integrator,
@@ -562,9 +567,10 @@ void beam_cases(Page& page)
                  measure_beam(free, settled, swinging, load));
         };
         both(bricks(s, name, 1), bricks(f, name, 1));
-        if (n < 4) {
-            both(bricks(s, name, 1, Integrator::implicit_midpoint, BrickElement::trilinear),
-                 bricks(f, name, 1, Integrator::implicit_midpoint, BrickElement::trilinear));
+        for (const auto element : {BrickElement::trilinear, BrickElement::one_point}) {
+            if (n == 4 && element == BrickElement::trilinear) continue;
+            both(bricks(s, name, 1, Integrator::implicit_midpoint, element),
+                 bricks(f, name, 1, Integrator::implicit_midpoint, element));
         }
         both(springs(s, name, 1), springs(f, name, 1));
         for (const int w : {1, 2, 3}) {
@@ -818,12 +824,12 @@ measure_plane(const incompressible::Problem& problem, const std::vector<double>&
         out.push_back({kind, setting, u / expected - 1, ms});
         std::cerr << fmt::format("{:32} {:12} {:+.3f} %\n", kind, setting, 100 * out.back().error);
     };
-    for (const auto element : {BrickElement::incompatible, BrickElement::trilinear}) {
+    for (const auto element :
+         {BrickElement::incompatible, BrickElement::trilinear, BrickElement::one_point}) {
         for (const double h : sizes) {
             const double before = seconds();
             const double u = incompressible::solve_cubes(problem, h, element);
-            keep(element == BrickElement::trilinear ? "bricks, trilinear" : "bricks",
-                 fmt::format("h={:g}", h), u, 1e3 * (seconds() - before));
+            keep(name_of(element), fmt::format("h={:g}", h), u, 1e3 * (seconds() - before));
         }
     }
     for (const std::string element : {"C3D8", "C3D8I"}) {
@@ -847,8 +853,8 @@ void incompressible_cases(Page& page)
         "strain: E = 70, nu = 0.4999, a load of 100 on its end. Its upper corner rises by "
         "27.75: C3D8I and C3D8R of CalculiX on up to 96 x 96 elements, extrapolated. Bricks are "
         "cubes of edge h that are filled as far as the panel covers them, so that its sloping "
-        "rims are stairs. The elements of CalculiX are n x n, on a mesh that fits. Bricks and "
-        "C3D8I do not lock; trilinear bricks and C3D8 do.",
+        "rims are stairs. The elements of CalculiX are n x n, on a mesh that fits. Bricks, "
+        "finite differences and C3D8I do not lock; trilinear bricks and C3D8 do.",
         measure_plane(incompressible::cook(), {4, 2, 1, 0.5}, 27.75,
                       [&](int n, const std::string& element) {
                           return incompressible::run_calculix(incompressible::cook_grid(n), element,

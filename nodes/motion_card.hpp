@@ -59,6 +59,7 @@ inline MotionFigures motion_figures(const graph::NodeType& type, const graph::Pa
     if (method != "bricks") return {state.report.residual, depth, unknown, unknown};
     physics::BrickOptions options;
     if (text("bricks.element") == "trilinear") options.element = physics::BrickElement::trilinear;
+    if (text("bricks.element") == "one_point") options.element = physics::BrickElement::one_point;
     if (text("bricks.weighting") == "full") options.weighting = physics::Weighting::full;
     const auto body = physics::make_bricks(cubes, options);
     const double stored =

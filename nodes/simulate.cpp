@@ -342,11 +342,11 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
         state.stress.clear();
         state.energy.clear();
     }
-    state.brick_mass = std::holds_alternative<physics::BricksBody>(in.body->is);
+    const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);
+    state.brick_mass = bricks && bricks->has_brick_mass();
     if (in.method != Method::lattice) state.broken.clear();
     state.report = {};
     if (in.initial_shape == Shape::given) return state;
-    const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);
     if (!bricks) throw std::invalid_argument(no_equilibrium);
     if (loads.pins.empty()) throw std::invalid_argument(no_pins);
     add_forces(in, context, loads);

@@ -20,12 +20,12 @@ struct OneBody {
 
 inline void describe_bricks(graph::ParamsOf<physics::BrickOptions>& p)
 {
-    p.choice("element", &physics::BrickOptions::element, {"incompatible", "trilinear"},
+    p.choice("element", &physics::BrickOptions::element, {"incompatible", "trilinear", "one_point"},
              "incompatible: right in bending even one cube thick. trilinear: up to a third too "
-             "stiff in bending; for comparison only.")
+             "stiff; for comparison. one_point: finite differences with hourglass control and "
+             "lumped mass; a quarter faster, but plates one cube thick bend 9 % too far.")
         .choice("weighting", &physics::BrickOptions::weighting, {"filled", "full"},
-                "filled: a partly filled cube has that share of the stiffness. full: it has all of "
-                "it.");
+                "filled: a partly filled cube has that share of the stiffness. full: all of it.");
 }
 
 inline void describe_springs(graph::ParamsOf<physics::SpringOptions>& p)

@@ -57,18 +57,20 @@ constexpr double most_entries_a_corner = 150;
 // Below this the diagonal takes fewer products than cycles would.
 constexpr std::size_t fewest_cubes_for_multigrid = 2000;
 
-// K of a cube of edge h is mu parts[0] + lambda parts[1] + lambda' parts[2].
+// K of a cube of edge h is mu parts[0] + lambda parts[1] + third_modulus() parts[2].
 std::array<BrickMatrix, 3> stiffness_parts(double h, BrickElement element)
 {
     const BrickMatrix a = brick_stiffness(h, {0, 1}, element);
     if (element == BrickElement::trilinear) {
         return {a, brick_stiffness(h, {1, 0}, element), BrickMatrix::Zero()};
     }
-    // lambda' is 2/3 for lambda = mu = 1 and 1 for lambda = 2, mu = 1.
+    // At mu = 1, the third of lambda = 0, 1 and 2: two equations for the second and third part.
+    const double m0 = third_modulus({0, 1}, element), m1 = third_modulus({1, 1}, element);
+    const double m2 = third_modulus({2, 1}, element);
     const BrickMatrix one = brick_stiffness(h, {1, 1}, element) - a;
     const BrickMatrix two = brick_stiffness(h, {2, 1}, element) - a;
-    const BrickMatrix bend = -3 * (two - 2 * one);
-    return {a, one - 2.0 / 3 * bend, bend};
+    const BrickMatrix third = (two - 2 * one) / (m2 - 2 * m1 + m0);
+    return {a - m0 * third, one - (m1 - m0) * third, third};
 }
 
 }  // namespace
@@ -187,9 +189,8 @@ BrickCoefficients<T> BrickElasticity::coefficients(const T* stiffness, const T* 
             body_.layout.scatter.data(),
             stiffness,
             rotation,
-            T(body_.element == BrickElement::trilinear ? 1 : 0),
+            body_.element,
             nullptr,
-            body_.element == BrickElement::relaxed,
             body_.own.at.empty() ? nullptr : body_.own.at.data()};
 }
 
@@ -199,7 +200,7 @@ BrickCoefficients<float> BrickElasticity::weighted_low() const
     bricks.own = body_.own.matrices_low.data();
     bricks.own_weight = own_weight_low_.data();
     bricks.own_mass = body_.own.mass_low.data();
-    if (mass_weight_ != 0) bricks.excess = excess_low_.data();
+    if (mass_weight_ != 0 && body_.has_brick_mass()) bricks.excess = excess_low_.data();
     return bricks;
 }
 
@@ -209,7 +210,7 @@ BrickCoefficients<double> BrickElasticity::weighted() const
     bricks.own = body_.own.matrices.data();
     bricks.own_weight = own_weight_.data();
     bricks.own_mass = body_.own.mass.data();
-    if (mass_weight_ != 0) bricks.excess = excess_.data();
+    if (mass_weight_ != 0 && body_.has_brick_mass()) bricks.excess = excess_.data();
     return bricks;
 }
 
@@ -279,7 +280,7 @@ void BrickElasticity::add_diagonal(double* d) const
     for (std::size_t k = 0; k < body_.base.corners; ++k) {
         double value =
             stiffness_weight_ * body_.diagonal[k] + damping_weight_ * body_.damping_diagonal[k];
-        value -= mass_weight_ * body_.excess_diagonal[k];
+        if (body_.has_brick_mass()) value -= mass_weight_ * body_.excess_diagonal[k];
         if (!body_.damped_excess_diagonal.empty()) {
             value -= mass_damping_weight_ * body_.damped_excess_diagonal[k];
         }

@@ -27,6 +27,13 @@ void butterfly(Monomials& c, Towards way)
     }
 }
 
+// Of the one-point element: what monomial m's hourglass along axis i resists with, in Pa.
+double hourglass_modulus(unsigned m, unsigned i, Lame material)
+{
+    if (std::popcount(m) == 3) return 4 * material.mu / 9;
+    return (m >> i & 1 ? third_modulus(material, BrickElement::one_point) : material.mu) / 3;
+}
+
 }  // namespace
 
 Lame lame(double young, double poisson)
@@ -42,6 +49,14 @@ BrickElement element_of(const geometry::Cubes& cubes, BrickElement asked)
     return any && asked == BrickElement::incompatible ? BrickElement::relaxed : asked;
 }
 
+double third_modulus(Lame material, BrickElement element)
+{
+    const auto [lambda, mu] = material;
+    if (element == BrickElement::trilinear) return lambda;
+    if (element == BrickElement::one_point) return mu * (3 * lambda + 2 * mu) / (lambda + mu);
+    return 2 * lambda * mu / (lambda + 2 * mu);
+}
+
 BrickVector brick_forces(const BrickVector& u, double h, Lame material, BrickElement element)
 {
     const auto [lambda, mu] = material;
@@ -51,14 +66,15 @@ BrickVector brick_forces(const BrickVector& u, double h, Lame material, BrickEle
         f[a].setZero();
     }
     butterfly(c, Towards::monomials);
-    for (unsigned n = 0; n < 7; ++n) {
+    const bool one_point = element == BrickElement::one_point;
+    for (unsigned n = 0; n < (one_point ? 1 : 7); ++n) {
         Mat3 g = Mat3::Zero();
         for (unsigned j = 0; j < 3; ++j) {
             if (!(n >> j & 1)) g.col(j) = 2 / h * c[n | 1u << j];
         }
         double bulk = lambda;
         if (element == BrickElement::relaxed && std::popcount(n) == 2) {
-            bulk = 2 * lambda * mu / (lambda + 2 * mu);
+            bulk = third_modulus(material, element);
         }
         if (element != BrickElement::trilinear && std::popcount(n) == 1) {
             const int d = std::countr_zero(n);
@@ -74,6 +90,11 @@ BrickVector brick_forces(const BrickVector& u, double h, Lame material, BrickEle
         const double weight = h * h * h / std::pow(3, std::popcount(n));
         for (unsigned j = 0; j < 3; ++j) {
             if (!(n >> j & 1)) f[n | 1u << j] += weight * 2 / h * p.col(j);
+        }
+    }
+    for (const unsigned m : {3u, 5u, 6u, 7u}) {
+        for (unsigned i = 0; one_point && i < 3; ++i) {
+            f[m][i] = 4 * h * hourglass_modulus(m, i, material) * c[m][i];
         }
     }
     butterfly(f, Towards::corners);

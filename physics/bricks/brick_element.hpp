@@ -25,12 +25,20 @@
 // free, as with the three volumetric modes of Simo, Armero, Taylor. Improved versions of assumed
 // enhanced strain tri-linear elements for 3D finite deformation problems. CMAME 110, 1993. All that
 // is linear stays as it is, so that it passes the patch test.
+// The one-point element is that of finite differences: the gradient is the central difference of
+// the corners about the cube's middle, and what that does not see, the twelve hourglasses, resist
+// one by one, each with a stiffness of its own (Flanagan, Belytschko. A uniform strain hexahedron
+// and quadrilateral with orthogonal hourglass control. IJNME 17, 1981). With C and F as in
+// brick_kernels.hpp, F_nx_j[i] is E / 3 C for i along one of the monomial's own axes, which is a
+// bar's bending, mu / 3 C across them, which is its torsion, and 4 mu / 9 C for xyz. Nothing of it
+// locks at any Poisson ratio. A plate bends 1 - nu^2 as stiffly as it should where it is one cube
+// thick, and twists 3/4 as stiffly. Its mass is lumped.
 
 #include "geometry/cubes/cubes.hpp"
 
 namespace physics {
 
-enum class BrickElement { incompatible, trilinear, relaxed };
+enum class BrickElement { incompatible, trilinear, one_point, relaxed };
 
 // The element that a body of these cubes has where `asked` is: incompatible becomes relaxed where
 // any cube's Poisson ratio is above 0.45.
@@ -40,6 +48,9 @@ struct Lame {
     double lambda, mu;  // Pa
 };
 Lame lame(double young, double poisson);
+// The third number of an element's stiffness, beside mu and lambda, Pa: lambda' = 2 lambda mu /
+// (lambda + 2 mu), of trilinear bricks lambda, of those of one point Young's modulus.
+double third_modulus(Lame material, BrickElement element);
 
 using BrickVector = Eigen::Matrix<double, 24, 1>;   // corner a's x, y, z at 3a, 3a + 1, 3a + 2
 using BrickMatrix = Eigen::Matrix<double, 24, 24>;  // symmetric, positive semi-definite

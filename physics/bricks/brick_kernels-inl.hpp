@@ -148,6 +148,21 @@ template <class V> HWY_INLINE BrickField<V> rotated_back(const V (&r)[9], const 
     return out;
 }
 
+// What the stress at the middle of the axis-aligned cube gives: F_x, F_y, F_z.
+template <class V>
+HWY_INLINE void set_middle(const BrickField<V>& c, V mu, V lambda, BrickField<V>& f)
+{
+    const Monomials<V>&u = c.of[0], &v = c.of[1], &w = c.of[2];
+    const V mu2 = hn::Add(mu, mu);
+    const V pressure = hn::Mul(lambda, hn::Add(hn::Add(u.x, v.y), w.z));
+    f.of[0].x = hn::Add(hn::Mul(mu2, u.x), pressure);
+    f.of[1].y = hn::Add(hn::Mul(mu2, v.y), pressure);
+    f.of[2].z = hn::Add(hn::Mul(mu2, w.z), pressure);
+    f.of[0].y = f.of[1].x = hn::Mul(mu, hn::Add(u.y, v.x));
+    f.of[1].z = f.of[2].y = hn::Mul(mu, hn::Add(v.z, w.y));
+    f.of[2].x = f.of[0].z = hn::Mul(mu, hn::Add(w.x, u.z));
+}
+
 // K of the axis-aligned cube.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE BrickField<V> stiffness_times(D d, const BrickField<V>& c, V mu, V lambda, V lambda_bend,
@@ -156,15 +171,8 @@ HWY_INLINE BrickField<V> stiffness_times(D d, const BrickField<V>& c, V mu, V la
     using T = hn::TFromD<D>;
     const Monomials<V>&u = c.of[0], &v = c.of[1], &w = c.of[2];
     BrickField<V> f;
+    set_middle(c, mu, lambda, f);
     const V mu2 = hn::Add(mu, mu);
-
-    const V pressure = hn::Mul(lambda, hn::Add(hn::Add(u.x, v.y), w.z));
-    f.of[0].x = hn::Add(hn::Mul(mu2, u.x), pressure);
-    f.of[1].y = hn::Add(hn::Mul(mu2, v.y), pressure);
-    f.of[2].z = hn::Add(hn::Mul(mu2, w.z), pressure);
-    f.of[0].y = f.of[1].x = hn::Mul(mu, hn::Add(u.y, v.x));
-    f.of[1].z = f.of[2].y = hn::Mul(mu, hn::Add(v.z, w.y));
-    f.of[2].x = f.of[0].z = hn::Mul(mu, hn::Add(w.x, u.z));
 
     const V third = hn::Set(d, T(1) / T(3));
     const V mu_3 = hn::Mul(mu, third), lambda_3 = hn::Mul(lambda_bend, third);
@@ -191,6 +199,26 @@ HWY_INLINE BrickField<V> stiffness_times(D d, const BrickField<V>& c, V mu, V la
     f.of[0].xyz = hn::Mul(hourglass, u.xyz);
     f.of[1].xyz = hn::Mul(hourglass, v.xyz);
     f.of[2].xyz = hn::Mul(hourglass, w.xyz);
+    return f;
+}
+
+// K of the axis-aligned cube with one point.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE BrickField<V> one_point_times(D d, const BrickField<V>& c, V mu, V lambda, V young)
+{
+    using T = hn::TFromD<D>;
+    BrickField<V> f;
+    set_middle(c, mu, lambda, f);
+    const V third = hn::Set(d, T(1) / T(3));
+    const V bend = hn::Mul(young, third), twist = hn::Mul(mu, third);
+    const V last = hn::Mul(mu, hn::Set(d, T(4) / T(9)));
+    const V xy[3] = {bend, bend, twist}, yz[3] = {twist, bend, bend}, zx[3] = {bend, twist, bend};
+    for (int i = 0; i < 3; ++i) {
+        f.of[i].xy = hn::Mul(xy[i], c.of[i].xy);
+        f.of[i].yz = hn::Mul(yz[i], c.of[i].yz);
+        f.of[i].zx = hn::Mul(zx[i], c.of[i].zx);
+        f.of[i].xyz = hn::Mul(last, c.of[i].xyz);
+    }
     return f;
 }
 
@@ -243,9 +271,12 @@ HWY_INLINE BrickField<V> stiffness_times(D d, const BrickCoefficients<T>& bricks
         return own_times(d, bricks, bricks.own_at[block], lane, c);
     }
     const T* k = bricks.stiffness + block * 3 * block_lanes + lane;
-    const V lambda = hn::LoadU(d, k + block_lanes), bend = hn::LoadU(d, k + 2 * block_lanes);
-    return stiffness_times(d, c, hn::LoadU(d, k), lambda, bend, hn::Set(d, bricks.plain),
-                           bricks.relaxed ? bend : lambda);
+    const V mu = hn::LoadU(d, k), lambda = hn::LoadU(d, k + block_lanes);
+    const V third = hn::LoadU(d, k + 2 * block_lanes);
+    if (bricks.element == BrickElement::one_point) return one_point_times(d, c, mu, lambda, third);
+    const V plain = hn::Set(d, T(bricks.element == BrickElement::trilinear ? 1 : 0));
+    return stiffness_times(d, c, mu, lambda, third, plain,
+                           bricks.element == BrickElement::relaxed ? third : lambda);
 }
 
 // N of the `own`-th block that has one.

@@ -13,10 +13,10 @@
 //   n = xy, yz, zx   together F_xyz = (4 mu + lambda) / 9 C_xyz
 // and the corner forces are f_a = sum_m s_a^m F_m; mu and lambda carry the factor h / 16 (4 h from
 // the integration, 1/8 from either transform). A plain trilinear brick has lambda' = lambda and
-// mu C_xy[x] more in F_xy[x], and so on. A relaxed brick has lambda' in F_xyz (brick_element.hpp).
-// Nothing of a cube is ever multiplied as a 24 x 24 matrix. Wilson, Taylor, Doherty, Ghaboussi.
-// Incompatible displacement models. 1973. Taylor, Beresford, Wilson. A non-conforming element for
-// stress analysis. IJNME 1976.
+// mu C_xy[x] more in F_xy[x], and so on. A relaxed brick has lambda' in F_xyz, and of a one-point
+// brick only n = 1 is as here (brick_element.hpp). Nothing of a cube is ever multiplied as a 24 x
+// 24 matrix. Wilson, Taylor, Doherty, Ghaboussi. Incompatible displacement models. 1973. Taylor,
+// Beresford, Wilson. A non-conforming element for stress analysis. IJNME 1976.
 //
 // Corotational: with R the rotation of the mean deformation gradient, d = R^T x - X and
 //   W(x) = 1/2 d^T K d,   -dW/dx = -R (K d + E),
@@ -33,6 +33,7 @@
 // Only operations that IEEE 754 rounds exactly are used, and no fused multiply-add: every processor
 // gives the same bits.
 
+#include "physics/bricks/brick_element.hpp"
 #include "physics/math/aligned_memory.hpp"
 
 #include <cstddef>
@@ -49,11 +50,11 @@ inline constexpr std::size_t own_mass_rows = 28;  // of W^T (D - M) W, by monomi
 template <class T> struct BrickCoefficients {
     const std::uint32_t* gather = nullptr;   // [block][8][16]
     const std::uint32_t* scatter = nullptr;  // [block][8][16]
-    const T* stiffness = nullptr;            // [block][3][16]: mu, lambda, lambda', times h / 16
-    const T* rotation = nullptr;             // [block][9][16], row by row
-    T plain = 0;                             // 1: plain trilinear bricks, 0: incompatible modes
-    const T* excess = nullptr;               // [block][16]: m / 64, or null for none
-    bool relaxed = false;                    // lambda' in place of lambda in F_xyz as well
+    // [block][3][16], times h / 16: mu, lambda and third_modulus() of the element
+    const T* stiffness = nullptr;
+    const T* rotation = nullptr;  // [block][9][16], row by row
+    BrickElement element = BrickElement::incompatible;
+    const T* excess = nullptr;  // [block][16]: m / 64, or null for none
     // [block], which of the matrices H it has, or no_index; null where none has.
     const std::uint32_t* own_at = nullptr;
     const T* own = nullptr;         // [own][own_rows][16], N/m

@@ -36,9 +36,10 @@ double largest_of_bricks(const geometry::Cubes& cubes, BrickElement element)
     return most;
 }
 
-// What the mass matrix of bricks lacks of the lumped one.
+// What the mass matrix of bricks lacks of the lumped one; that of one-point bricks is lumped.
 void add_excess(const geometry::Cubes& cubes, BricksBody& body)
 {
+    if (body.element == BrickElement::one_point) return;
     const std::size_t lanes = body.layout.cube.size();
     const CubeMass usual = cube_mass_matrix();
     const bool damped = !body.base.mass_damping.empty();
@@ -62,6 +63,18 @@ void add_excess(const geometry::Cubes& cubes, BricksBody& body)
             if (damped) body.damped_excess_diagonal[at] += lacks * cubes.mass_damping[c];
         }
     }
+}
+
+// The force on one corner moved along one axis, over h / 16: each monomial of the transform has 1
+// there.
+double on_one_corner(Lame material, BrickElement element)
+{
+    const auto [lambda, mu] = material;
+    const double third = third_modulus(material, element), middle = (2 * mu + lambda) + 2 * mu;
+    if (element == BrickElement::one_point) return middle + (2 * third + mu) / 3 + 4 * mu / 9;
+    const double plain = element == BrickElement::trilinear ? 1 : 0;
+    return middle + (2 * (2 + plain) * mu + 2 * third + 2 * mu) / 3 +
+           (4 * mu + (element == BrickElement::relaxed ? third : lambda)) / 9;
 }
 
 // Adds numbers (N/m) at the corners of cube `c` to the stiffness' diagonal.
@@ -139,12 +152,11 @@ BricksBody make_bricks(const BodyModels& models, const BrickOptions& options)
     body.block_edge.assign(body.layout.blocks(), 0);
     body.diagonal.assign(cubes.corner_count(), 0);
     body.damping_diagonal.assign(cubes.corner_count(), 0);
-    const double plain = options.element == BrickElement::trilinear ? 1 : 0;
     for (std::size_t i = 0; i < lanes; ++i) {
         const std::uint32_t c = body.layout.cube[i];
         if (c == no_index) continue;
         const auto [lambda, mu] = lame(cubes.young[c], cubes.poisson[c]);
-        const double bend = plain != 0 ? lambda : 2 * lambda * mu / (lambda + 2 * mu);
+        const double third = third_modulus({lambda, mu}, body.element);
         const double edge = models.edge_of(c);
         const double share = stiffness_share(cubes, c, options.weighting) * edge / 16;
         const std::size_t block = i / block_lanes, lane = i % block_lanes;
@@ -152,15 +164,12 @@ BricksBody make_bricks(const BodyModels& models, const BrickOptions& options)
         double* k = &body.stiffness[block * 3 * block_lanes + lane];
         k[0] = share * mu;
         k[block_lanes] = share * lambda;
-        k[2 * block_lanes] = share * bend;
+        k[2 * block_lanes] = share * third;
         double* m = &body.material[block * 2 * block_lanes + lane];
         m[0] = mu;
         m[block_lanes] = lambda;
         body.stiffness_damping[i] = cubes.stiffness_damping[c];
-        // The force on one corner moved along one axis: each monomial of the transform has 1 there.
-        const double one =
-            share * ((2 * mu + lambda) + 2 * mu + (2 * (2 + plain) * mu + 2 * bend + 2 * mu) / 3 +
-                     (4 * mu + (body.element == BrickElement::relaxed ? bend : lambda)) / 9);
+        const double one = share * on_one_corner({lambda, mu}, body.element);
         for (const auto corner : cubes.corners[c]) {
             body.turns_with[body.base.slot[corner]] =
                 static_cast<std::uint32_t>(block * 9 * block_lanes + lane);
@@ -187,7 +196,7 @@ std::size_t BricksBody::bytes() const
 State rest_state(const BricksBody& body)
 {
     State state = rest_state(body.base);
-    state.brick_mass = true;
+    state.brick_mass = body.has_brick_mass();
     return state;
 }
 

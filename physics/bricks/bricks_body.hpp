@@ -36,11 +36,11 @@ struct BricksBody {
     std::vector<double> block_edge;  // B, m, edge of the cubes of each block
 
     // Rows of 16 lanes a block; lanes without a cube hold 0.
-    Aligned<double> stiffness;          // B x 3 x 16: mu, lambda, lambda' times share times h / 16
-    OwnBricks own;                      // in place of that
-    Aligned<double> material;           // B x 2 x 16: mu, lambda, Pa
+    Aligned<double> stiffness;  // B x 3 x 16: mu, lambda, third_modulus(), times share times h / 16
+    OwnBricks own;              // in place of that
+    Aligned<double> material;   // B x 2 x 16: mu, lambda, Pa
     Aligned<double> stiffness_damping;  // B x 16, s
-    Aligned<double> excess;             // B x 16: mass / 64, kg
+    Aligned<double> excess;             // B x 16: mass / 64, kg; empty: lumped mass
     Aligned<double> damped_excess;      // B x 16: that times the mass damping, kg/s; empty: none
     std::vector<double> excess_diagonal, damped_excess_diagonal;  // K by slot, of N, kg and kg/s
     std::vector<double> diagonal;          // K by slot, N/m, of the stiffness
@@ -57,6 +57,8 @@ struct BricksBody {
     std::shared_ptr<DissectionCache> dissections;  // null: no factors of steps, to compare
     double largest_eigenvalue = 0;  // of D^-1 A, A a sum of K and M, D its diagonal: at most this
 
+    // Whether its mass is that of bricks (cube_mass.hpp), and not lumped.
+    bool has_brick_mass() const { return element != BrickElement::one_point; }
     std::size_t bytes() const;
 };
 

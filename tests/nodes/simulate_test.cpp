@@ -44,6 +44,28 @@ TEST(Simulate, ABeamPinnedAtOneEndSagsAfterTheFirstFrame)
     }
 }
 
+TEST(Simulate, ABeamOneCubeThickSagsTheSameByFiniteDifferences)
+{
+    const Value cubes = Value::of(fixtures::box(16, 1, 1, 0.1, {.young = 1e7}));
+    const auto sag = [&](const char* element, bool of_bricks) {
+        NodeRun pin("Pin");
+        pin.inputs["cubes"] = {cubes};
+        pin.param("where").is = std::string("ends");
+        pin.param("ends.end").is = std::string("low");
+        NodeRun simulate("Simulate");
+        simulate.param("initial_shape").is = std::string("equilibrium");
+        simulate.param("bricks.element").is = std::string(element);
+        simulate.inputs["cubes"] = {cubes};
+        simulate.inputs["pins"] = {pin.run()};
+        const Value state = simulate.run();
+        EXPECT_EQ(state.as<physics::State>()->brick_mass, of_bricks) << element;
+        return -state.as<physics::State>()->x.back().y();
+    };
+    const double expected = sag("incompatible", true);
+    EXPECT_NEAR(sag("one_point", false), expected, 0.01 * expected);
+    EXPECT_LT(sag("trilinear", true), 0.75 * expected);
+}
+
 TEST(Simulate, ABeamThatStartsInEquilibriumHangsInTheFirstFrameAndStays)
 {
     const Value cubes = Value::of(fixtures::box(10, 2, 2, 0.1, {.young = 1e6}));

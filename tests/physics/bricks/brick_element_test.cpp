@@ -105,6 +105,7 @@ TEST(BrickElement, ABodyIsRelaxedWhereAnyOfItIsNearlyIncompressible)
     cubes.poisson[1] = 0.46;
     EXPECT_EQ(element_of(cubes, BrickElement::incompatible), BrickElement::relaxed);
     EXPECT_EQ(element_of(cubes, BrickElement::trilinear), BrickElement::trilinear);
+    EXPECT_EQ(element_of(cubes, BrickElement::one_point), BrickElement::one_point);
 }
 
 TEST(BrickElement, EqualsGaussIntegrationAndNumericalCondensation)
@@ -121,12 +122,37 @@ TEST(BrickElement, EqualsGaussIntegrationAndNumericalCondensation)
 
 TEST(BrickElement, OnlyRigidMotionsCostNoForce)
 {
-    for (const BrickElement element :
-         {BrickElement::trilinear, BrickElement::incompatible, BrickElement::relaxed}) {
+    for (const BrickElement element : {BrickElement::trilinear, BrickElement::incompatible,
+                                       BrickElement::one_point, BrickElement::relaxed}) {
         const BrickMatrix k = brick_stiffness(0.5, lame(1, 0.3), element);
         const Eigen::SelfAdjointEigenSolver<BrickMatrix> eigen(k);
         EXPECT_LT(eigen.eigenvalues()[5], 1e-14);  // six rigid motions
         EXPECT_GT(eigen.eigenvalues()[6], 1e-2);   // and no hourglass
+    }
+}
+
+TEST(BrickElement, TheOnePointOneBendsAndTwistsAsABarOfOneCube)
+{
+    // Bent with curvature k about one axis: E I k^2 h / 2, I = h^4 / 12. Twisted by t a metre:
+    // mu J t^2 h / 2, J = h^4 / 6, the polar moment. Without a share of the volume at any ratio.
+    const double h = 0.3, curvature = 0.7, twist = 0.4;
+    for (const double poisson : {0.0, 0.3, 0.4999}) {
+        const Lame material = lame(10, poisson);
+        for (unsigned i = 0; i < 3; ++i) {
+            const unsigned j = (i + 1) % 3, l = (i + 2) % 3;
+            BrickVector bent = BrickVector::Zero(), turned = bent;
+            for (unsigned a = 0; a < 8; ++a) {
+                const Vec3 at = h / 2 * sign(a);
+                bent(3 * a + i) = curvature * at[i] * at[j];
+                turned(3 * a + j) = -twist * at[i] * at[l];
+                turned(3 * a + l) = twist * at[i] * at[j];
+            }
+            const auto energy = [&](const BrickVector& u) {
+                return 0.5 * u.dot(brick_forces(u, h, material, BrickElement::one_point));
+            };
+            EXPECT_NEAR(energy(bent), 10 * std::pow(h, 5) * curvature * curvature / 24, 1e-15);
+            EXPECT_NEAR(energy(turned), material.mu * std::pow(h, 5) * twist * twist / 12, 1e-15);
+        }
     }
 }
 
@@ -146,8 +172,8 @@ TEST(BrickElement, PassesThePatchTest)
         u.segment<3>(3 * corner) = a * (h / 2 * sign(corner));
         expected.segment<3>(3 * corner) = h * h / 4 * stress * sign(corner);
     }
-    for (const BrickElement element :
-         {BrickElement::trilinear, BrickElement::incompatible, BrickElement::relaxed}) {
+    for (const BrickElement element : {BrickElement::trilinear, BrickElement::incompatible,
+                                       BrickElement::one_point, BrickElement::relaxed}) {
         EXPECT_LT((brick_forces(u, h, material, element) - expected).norm(), 1e-14);
     }
 }

@@ -50,10 +50,13 @@ double largest(const std::vector<Vec3>& v)
     return out;
 }
 
+constexpr std::array every_element{BrickElement::incompatible, BrickElement::trilinear,
+                                   BrickElement::one_point};
+
 TEST(Bricks, ForcesOfASmallDisplacementAreThoseOfTheElementMatrices)
 {
     // f = -K u for |u| -> 0: at 1e-7 of an edge the terms of second order are 1e-7 relative.
-    for (const auto element : {BrickElement::incompatible, BrickElement::trilinear}) {
+    for (const auto element : every_element) {
         const Cubes cubes = mixed_blob(7, 40);
         const BricksBody body = make_bricks(cubes, {.element = element});
         const Random random(3);
@@ -129,7 +132,7 @@ TEST(Bricks, RigidMotionCostsNoEnergy)
 TEST(Bricks, ForceIsTheDerivativeOfEnergy)
 {
     const Cubes cubes = mixed_blob(11, 20);
-    for (const auto element : {BrickElement::incompatible, BrickElement::trilinear}) {
+    for (const auto element : every_element) {
         const BricksBody body = make_bricks(cubes, {.element = element});
         const Random random(2);
         std::vector<Vec3> x = corner_positions(cubes);
@@ -156,7 +159,7 @@ TEST(Bricks, ForceIsTheDerivativeOfEnergy)
 TEST(Bricks, TheHessianIsTheDerivativeOfTheForce)
 {
     const Cubes cubes = mixed_blob(21, 20);
-    for (const auto element : {BrickElement::incompatible, BrickElement::trilinear}) {
+    for (const auto element : every_element) {
         const BricksBody body = make_bricks(cubes, {.element = element});
         const Random random(4);
         std::vector<Vec3> x = corner_positions(cubes), p = x;
@@ -281,6 +284,10 @@ TEST(Bricks, ACantileverOneCubeThickBendsAsTimoshenkoSays)
     EXPECT_NEAR(cantilever_ratio(8, 2, BrickElement::incompatible), 1, 0.02);
     EXPECT_NEAR(cantilever_ratio(8, 1, BrickElement::trilinear), 1 - 0.359, 0.001);
     EXPECT_NEAR(cantilever_ratio(8, 2, BrickElement::trilinear), 1 - 0.134, 0.001);
+    // Finite differences, whose hourglasses are as stiff as a bar's bending.
+    EXPECT_NEAR(cantilever_ratio(8, 1, BrickElement::one_point), 1, 0.02);
+    EXPECT_NEAR(cantilever_ratio(20, 1, BrickElement::one_point), 1, 0.01);
+    EXPECT_NEAR(cantilever_ratio(8, 2, BrickElement::one_point), 0.971, 0.001);
 }
 
 TEST(Bricks, EveryProcessorGivesTheSameBits)

@@ -83,6 +83,24 @@ TEST(CubeMass, OfBricksThatMoveIsThatOfTheirCubes)
     }
 }
 
+TEST(CubeMass, OfOnePointBricksIsLumped)
+{
+    const Cubes cubes = box(3, 2, 2, 0.1);
+    const BricksBody body = make_bricks(cubes, {.element = BrickElement::one_point});
+    const auto elasticity = elasticity_of(body, {});
+    Aligned<double> v(elasticity->room(), 1), y(elasticity->room());
+    EXPECT_FALSE(elasticity->excess(Lumped::mass, v.data(), y.data()));
+    State state = rest_state(body);
+    for (std::size_t k = 0; k < state.v.size(); ++k) state.v[k] = Vec3(0, state.x[k].x(), 0);
+    const auto mass = geometry::corner_masses(cubes);
+    double expected = 0;
+    for (std::size_t k = 0; k < mass.size(); ++k)
+        expected += 0.5 * mass[k] * state.v[k].squaredNorm();
+    EXPECT_NEAR(kinetic_energy(state, cubes), expected, 1e-14);
+    state.brick_mass = true;
+    EXPECT_LT(kinetic_energy(state, cubes), 0.99 * expected);
+}
+
 TEST(CubeMass, TheLinearSolverKnowsTheSameMass)
 {
     // K + M of a body at rest, its rows and its diagonal, with each precision.

@@ -163,7 +163,8 @@ struct Bent {
     BrickElasticity elasticity;
     std::size_t n;
 
-    Bent() : body(make_bricks(cubes())), elasticity(body), n(body.base.numbers)
+    explicit Bent(BrickElement element = BrickElement::incompatible)
+        : body(make_bricks(cubes(), {.element = element})), elasticity(body), n(body.base.numbers)
     {
         const geometry::Random random(3);
         Aligned<double> x = body.base.rest, f(elasticity.room());
@@ -220,6 +221,46 @@ TEST(BrickMatrices, AddUpToTheProductOfTheKernels)
     EXPECT_LT(bent.error(), 1e-13);
     bent.elasticity.couple(0, 0);
     EXPECT_LT(bent.error(), 1e-13);
+}
+
+TEST(BrickMatrices, OfOnePointAddUpToTheProductOfTheKernels)
+{
+    Bent bent(BrickElement::one_point);
+    EXPECT_LT(bent.error(), 1e-13);
+    bent.elasticity.use_hessian(false);
+    EXPECT_LT(bent.error(), 1e-13);
+}
+
+TEST(BrickMatrices, TheirFactorAndDiagonalAreThoseOfTheKernels)
+{
+    // At rest: the factor of K + M against a product, and the product's diagonal.
+    for (const auto element : {BrickElement::incompatible, BrickElement::trilinear,
+                               BrickElement::one_point, BrickElement::relaxed}) {
+        const BricksBody body = make_bricks(Bent::cubes(), {.element = element});
+        BrickElasticity elasticity(body);
+        const std::size_t n = body.base.numbers;
+        Aligned<double> x = body.base.rest, f(elasticity.room()), diagonal(n, 0);
+        elasticity.forces(x.data(), f.data());
+        elasticity.weigh(1, 0);
+        elasticity.add_diagonal(diagonal.data());
+        std::vector<double> mass(n / 4, 1e3);
+        ASSERT_TRUE(std::isfinite(elasticity.prepare_inverse(1, 0, mass, {})));
+        const geometry::Random random(8);
+        Aligned<double> p(n), y(elasticity.room());
+        for (std::size_t i = 0; i < n; ++i) p[i] = i % 4 < 3 ? random.unit(i) - 0.5 : 0;
+        elasticity.multiply(p.data(), y.data());
+        Aligned<float> right(n), found(n);
+        for (std::size_t i = 0; i < n; ++i) right[i] = float(y[i] + 1e3 * p[i]);
+        elasticity.apply_inverse(right.data(), found.data());
+        for (std::size_t k = 0; k < body.base.corners; ++k) {
+            for (std::size_t i = 4 * k; i < 4 * k + 3; ++i)
+                EXPECT_NEAR(double(found[i]), p[i], 1e-4);
+            Aligned<double> unit(n, 0), row(elasticity.room());
+            unit[4 * k + 1] = 1;
+            elasticity.multiply(unit.data(), row.data());
+            EXPECT_NEAR(row[4 * k + 1], diagonal[4 * k + 1], 1e-12 * diagonal[4 * k + 1]);
+        }
+    }
 }
 
 }  // namespace
