@@ -25,6 +25,8 @@ struct Item {
     Vec3 position{0, 0, 0};
     Vec3 size{1, 1, 1};
     Vec3 rotate_degrees{0, 0, 0};
+    Vec3 stretch{1, 1, 1};
+    Vec3 stretch_degrees{0, 0, 0};
     Contribution contribution;
     int frame = 0;
     int part = -1;
@@ -74,6 +76,12 @@ static geometry::Skeleton skeleton(const Item& item, const Inputs& in)
     if (item.kind == SkeletonKind::point && s.points.empty()) s.points = {item.position};
     s.half_size = item.size / 2;
     s.place = geometry::placement(item.position, item.rotate_degrees, Vec3::Ones(), Vec3::Zero());
+    if (geometry::has_points(item.kind) && item.stretch != Vec3::Ones()) {
+        const geometry::Mat3 axes =
+            geometry::placement(Vec3::Zero(), item.stretch_degrees, Vec3::Ones(), Vec3::Zero())
+                .linear();
+        s.stretch = axes * item.stretch.asDiagonal() * axes.transpose();
+    }
     if (of_mesh(item.kind)) {
         if (!in.mesh) {
             throw std::invalid_argument(needs_mesh);
@@ -203,6 +211,16 @@ static void describe_item(graph::ParamsOf<Item>& p)
             "Rotation of a solid or sheet about x, then y, then z, each axis fixed in space.",
             {.unit = "deg"},
             {"kind", {"box", "ellipsoid", "plane", "mesh", "torus", "cylinder", "cone", "sheet"}})
+        .param("stretch", &Item::stretch,
+               "How many times as thick the layer is along x, y and z: an anisotropic field. A "
+               "point becomes an ellipsoid, a segment a blade. Radius and bulges stretch with it, "
+               "and its slope falls.",
+               {.min = 1, .max = 100},
+               {"kind", {"point", "segment", "polyline", "triangle", "curve"}})
+        .param("stretch_degrees", &Item::stretch_degrees,
+               "Rotation of the axes of `stretch` about x, then y, then z, each axis fixed in "
+               "space. Stretch turns with the frame of the skeleton.",
+               {.unit = "deg"}, {"kind", {"point", "segment", "polyline", "triangle", "curve"}})
         .block("contribution", &Item::contribution, describe_contribution,
                "How its field falls with distance.")
         .param("frame", &Item::frame,

@@ -8,11 +8,41 @@
 namespace geometry {
 namespace {
 
+// The same in narrowed space, where a stretched skeleton has distances like any other.
+void add_stretched(const Field& field, std::uint32_t i, const FieldStretch& stretch,
+                   const FieldBlock& block, FieldScratch& scratch, BlockValues& sum)
+{
+    const Mat3& narrow = stretch.narrow;
+    scratch.narrow.count = 0;
+    for (std::size_t k = 0; k < block.count; ++k) scratch.narrow.add(narrow * block.point(k));
+    scratch.narrow.pad();
+    scratch.narrow_points.clear();
+    for (const Vec3& p : points_of(field, i)) scratch.narrow_points.emplace_back(narrow * p);
+    BlockValues& own = scratch.feet;
+    own.clear(block.count);
+    if (field.kind[i] == SkeletonKind::curve) {
+        add_curve(scratch.narrow_points, field.profile[i], scratch.narrow, own);
+    } else {
+        add_polyline(scratch.narrow_points, field.profile[i], scratch.narrow, own);
+    }
+    for (std::size_t k = 0; k < block.count; ++k) {
+        const Vec3 gradient = narrow * own.gradient(k);
+        sum.f[k] += own.f[k];
+        sum.gx[k] += gradient.x();
+        sum.gy[k] += gradient.y();
+        sum.gz[k] += gradient.z();
+    }
+}
+
 // Adds skeleton i's contribution at every point of the block.
 void add_skeleton(const Field& field, std::uint32_t i, const FieldBlock& block,
                   FieldScratch& scratch, BlockValues& sum)
 {
     const SkeletonKind kind = field.kind[i];
+    const FieldStretch* const stretch = stretch_of(field, i);
+    if (stretch && kind != SkeletonKind::triangle) {
+        return add_stretched(field, i, *stretch, block, scratch, sum);
+    }
     if (kind == SkeletonKind::point || kind == SkeletonKind::segment ||
         kind == SkeletonKind::polyline) {
         return add_polyline(points_of(field, i), field.profile[i], block, sum);
@@ -97,9 +127,7 @@ void blend_each(const Field& field, const FieldBlock& block, FieldScratch& scrat
             if (!(one.f[k] > 0)) continue;
             Contributor c{scratch.near[s], one.f[k], one.gradient(k)};
             if (field.rule == BlendRule::gradient) {
-                const Foot at = foot(field, c.skeleton, block.point(k));
-                c.n = at.n;
-                c.hessian = at.hessian;
+                set_turning(field, foot(field, c.skeleton, block.point(k)), c);
             }
             scratch.contributors.push_back(c);
         }

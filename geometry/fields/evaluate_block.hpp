@@ -17,6 +17,8 @@ struct FieldScratch {
     std::vector<std::uint32_t> near;
     std::vector<Contributor> contributors;
     BlockValues feet;
+    FieldBlock narrow;  // of a stretched skeleton: the block, and its points
+    std::vector<Vec3> narrow_points;
     // After an evaluation with an owner: df/df_i of each near skeleton at each point, one row of
     // FieldBlock::capacity a skeleton; empty: 1 everywhere.
     std::vector<double> share;

@@ -5,6 +5,7 @@
 #include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -43,9 +44,33 @@ Box influence_of(const Field& field, std::size_t i)
     default:
         for (const Vec3& p : points_of(field, i)) box.add(p);
     }
+    if (const FieldStretch* stretch = stretch_of(field, i)) {
+        const Vec3 out = reach * stretch->wide.rowwise().norm();
+        box.lo -= out;
+        box.hi += out;
+        return box;
+    }
     box.lo.array() -= reach;
     box.hi.array() += reach;
     return box;
+}
+
+// The stretch of a skeleton in a frame.
+FieldStretch turned_by(const Transform& frame, const Skeleton& skeleton)
+{
+    if (!skeleton.stretches()) return {};
+    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(skeleton.stretch);
+    const Mat3 axes = frame.linear() * eigen.eigenvectors();
+    const Vec3 along = eigen.eigenvalues();
+    return {axes * along.asDiagonal() * axes.transpose(),
+            axes * along.cwiseInverse().asDiagonal() * axes.transpose(), along.maxCoeff()};
+}
+
+Foot foot_on_points(SkeletonKind kind, std::span<const Vec3> points, const Vec3& p)
+{
+    if (kind == SkeletonKind::triangle) return foot_on_triangle(points.first<3>(), p);
+    if (kind == SkeletonKind::curve) return foot_on_curve(points, p);
+    return foot_on_polyline(points, p);
 }
 
 bool touch(const Box& a, const Box& b)
@@ -77,6 +102,8 @@ Field make_field(const ImplicitLayer& layer, std::span<const Transform> frames,
     field.rule = layer.blend.rule;
     field.weights = BlendWeights(layer.blend, n);
     field.first.push_back(0);
+    const bool stretched = std::any_of(layer.skeletons.begin(), layer.skeletons.end(),
+                                       [](const Skeleton& s) { return s.stretches(); });
     for (std::size_t i = 0; i < n; ++i) {
         const Skeleton& s = layer.skeletons[i];
         try {
@@ -103,6 +130,8 @@ Field make_field(const ImplicitLayer& layer, std::span<const Transform> frames,
         field.half_size.push_back(s.half_size);
         const bool of_mesh = s.kind == SkeletonKind::mesh || s.kind == SkeletonKind::sheet;
         field.mesh.push_back(of_mesh ? s.mesh : nullptr);
+        if (stretched) field.stretch.push_back(turned_by(frame, s));
+        field.most_stretch = std::max(field.most_stretch, widest(field, i));
         field.influence.push_back(influence_of(field, i));
         if (s.kind == SkeletonKind::plane) {
             field.unbounded.push_back(static_cast<std::uint32_t>(i));
@@ -123,18 +152,17 @@ Box influence(const Field& field)
 
 Foot foot(const Field& field, std::size_t i, const Vec3& p)
 {
-    const std::span<const Vec3> points = points_of(field, i);
-    switch (field.kind[i]) {
-    case SkeletonKind::point:
-    case SkeletonKind::segment:
-    case SkeletonKind::polyline:
-        return foot_on_polyline(points, p);
-    case SkeletonKind::triangle:
-        return foot_on_triangle(points.first<3>(), p);
-    case SkeletonKind::curve:
-        return foot_on_curve(points, p);
-    default:
-        break;
+    if (has_points(field.kind[i])) {
+        const std::span<const Vec3> points = points_of(field, i);
+        const FieldStretch* const stretch = stretch_of(field, i);
+        if (!stretch) return foot_on_points(field.kind[i], points, p);
+        thread_local std::vector<Vec3> narrow;
+        narrow.clear();
+        for (const Vec3& q : points) narrow.emplace_back(stretch->narrow * q);
+        Foot result = foot_on_points(field.kind[i], narrow, stretch->narrow * p);
+        result.n = stretch->narrow * result.n;
+        result.hessian = stretch->narrow * result.hessian * stretch->narrow;
+        return result;
     }
     const Mat3 turn = field.place[i].linear();
     const Vec3 local = turn.transpose() * (p - field.place[i].translation());
@@ -167,8 +195,21 @@ Foot foot(const Field& field, std::size_t i, const Vec3& p)
     return result;
 }
 
+double width_along(const Field& field, std::size_t i, const Vec3& direction)
+{
+    const FieldStretch* const stretch = stretch_of(field, i);
+    return stretch ? 1 / (stretch->narrow * direction).norm() : 1;
+}
+
+double surface_slope(const Field& field, std::size_t i, const Vec3& p)
+{
+    const double k = field.profile[i].k;
+    return stretch_of(field, i) ? k * foot(field, i, p).n.norm() : k;
+}
+
 double distance(const Field& field, std::size_t i, const Vec3& p)
 {
+    if (stretch_of(field, i)) return foot(field, i, p).r;
     switch (field.kind[i]) {
     case SkeletonKind::point:
     case SkeletonKind::segment:
@@ -177,6 +218,17 @@ double distance(const Field& field, std::size_t i, const Vec3& p)
     default:
         return foot(field, i, p).r;
     }
+}
+
+void set_turning(const Field& field, const Foot& foot, Contributor& contributor)
+{
+    contributor.n = foot.n;
+    contributor.turn = foot.hessian;
+    const double length = foot.n.norm();
+    if (!stretch_of(field, contributor.skeleton) || !(length > 0)) return;
+    contributor.n /= length;
+    contributor.turn =
+        foot.hessian * (Mat3::Identity() - contributor.n * contributor.n.transpose()) / length;
 }
 
 FieldValue value_at(const Field& field, const Vec3& p)
@@ -194,7 +246,8 @@ FieldValue value_at(const Field& field, const Vec3& p)
         const Foot at = foot(field, i, p);
         const ProfileValue v = profile_at(field.profile[i], at.r);
         if (!(v.f > 0)) continue;
-        contributors.push_back({i, v.f, v.slope * at.n, at.n, at.hessian});
+        contributors.push_back({i, v.f, v.slope * at.n});
+        set_turning(field, at, contributors.back());
         if (v.f > largest) {
             largest = v.f;
             value.largest = i;

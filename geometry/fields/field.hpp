@@ -36,6 +36,13 @@ struct ImplicitLayer {
     Blend blend;
 };
 
+// A skeleton's stretch A in the world.
+struct FieldStretch {
+    Mat3 wide = Mat3::Identity();    // A
+    Mat3 narrow = Mat3::Identity();  // A^-1
+    double most = 1;                 // its largest eigenvalue
+};
+
 // A layer in the world, ready to be asked. Immutable once made.
 struct Field {
     double isovalue = 1;
@@ -50,6 +57,8 @@ struct Field {
     std::vector<Transform> place;  // S, solids and sheets: their own frame to the world
     std::vector<Vec3> half_size;   // S, m
     std::vector<std::shared_ptr<const SkeletonMesh>> mesh;  // S, null for others
+    std::vector<FieldStretch> stretch;                      // S, or empty: no skeleton has one
+    double most_stretch = 1;                                // of them all
     FieldGrid grid;                                         // of all bounded skeletons
     std::vector<std::uint32_t> unbounded;
 
@@ -77,6 +86,21 @@ inline std::span<const Vec3> points_of(const Field& field, std::size_t i)
     return {field.points.data() + field.first[i], field.points.data() + field.first[i + 1]};
 }
 
+// Null where skeleton i has none.
+inline const FieldStretch* stretch_of(const Field& field, std::size_t i)
+{
+    return field.stretch.empty() || field.stretch[i].most == 1 ? nullptr : &field.stretch[i];
+}
+
+// By how much the layer of skeleton i is wider along its widest axis than its radii say.
+inline double widest(const Field& field, std::size_t i)
+{
+    return field.stretch.empty() ? 1 : field.stretch[i].most;
+}
+
+// The same along a unit direction from its points.
+double width_along(const Field& field, std::size_t i, const Vec3& direction);
+
 // `frames` map the carrier's local frames to the world, rigid; `translations` move each skeleton's
 // contribution outward, m (empty: none). Throws std::invalid_argument, naming the skeleton, when
 // anything in the layer is not usable.
@@ -89,8 +113,14 @@ Box influence(const Field& field);
 // Where p stands to one skeleton.
 Foot foot(const Field& field, std::size_t skeleton, const Vec3& p);
 
+// 1/m: the slope that the contribution of a skeleton has at its surface, near p.
+double surface_slope(const Field& field, std::size_t skeleton, const Vec3& p);
+
 // foot().r alone, which is quicker. The same bits.
 double distance(const Field& field, std::size_t skeleton, const Vec3& p);
+
+// Tells a contributor how its skeleton's grad r turns, for the rule `gradient`.
+void set_turning(const Field& field, const Foot& foot, Contributor& contributor);
 
 inline constexpr std::uint32_t no_skeleton = no_index;
 

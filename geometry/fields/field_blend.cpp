@@ -169,7 +169,7 @@ void sum_pairs(const BlendWeights& weights, std::span<const Contributor> contrib
             double w = weights(a.skeleton, b.skeleton);
             if (by_gradient) {
                 const double cosine = a.n.dot(b.n);
-                sums.turn -= w * 2 * cosine * a.f * b.f * (a.hessian * b.n + b.hessian * a.n);
+                sums.turn -= w * 2 * cosine * a.f * b.f * (a.turn * b.n + b.turn * a.n);
                 w *= std::max(0.0, 1 - cosine * cosine);
             }
             sums.blended += w * a.f * b.f;

@@ -81,9 +81,9 @@ struct Contributor {
     double f;
     Vec3 gradient;  // of f
     // For the rule `gradient` only:
-    Vec3 n = Vec3::Zero();        // grad r
-    Mat3 hessian = Mat3::Zero();  // of r
-    double share = 1;             // df/df_i, set by blend()
+    Vec3 n = Vec3::Zero();     // grad r / |grad r|
+    Mat3 turn = Mat3::Zero();  // grad n: (i, j) is dn_j / dx_i; the Hessian of r without a stretch
+    double share = 1;          // df/df_i, set by blend()
 };
 
 struct Blended {

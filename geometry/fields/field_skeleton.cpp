@@ -3,6 +3,7 @@
 #include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -231,6 +232,23 @@ bool is_rigid(const Transform& transform)
 
 namespace {
 
+void check_stretch(const Skeleton& s, const char* what)
+{
+    if (!s.stretches()) return;
+    constexpr double rounding = 1e-9;
+    const Mat3& a = s.stretch;
+    const bool symmetric = a.allFinite() && (a - a.transpose()).norm() <= rounding * a.norm();
+    const double least =
+        symmetric ? Eigen::SelfAdjointEigenSolver<Mat3>(a, Eigen::EigenvaluesOnly).eigenvalues()[0]
+                  : 0;
+    if (least >= 1 - rounding) return;
+    throw std::invalid_argument(fmt::format(
+        "the stretch of a {} skeleton must be symmetric and 1 or more along each axis, got {:g} "
+        "along one. Give the least thickness as `thickness`, and how many times as thick it is "
+        "elsewhere as `stretch`",
+        what, least));
+}
+
 void check_points(const Skeleton& s, std::size_t least, std::size_t most, const char* what)
 {
     if (s.points.size() < least || s.points.size() > most) {
@@ -238,6 +256,7 @@ void check_points(const Skeleton& s, std::size_t least, std::size_t most, const 
                                                 least, most > least ? " or more" : "",
                                                 most > 1 ? "s" : "", s.points.size()));
     }
+    check_stretch(s, what);
     for (const Vec3& p : s.points) {
         if (!p.allFinite()) {
             throw std::invalid_argument(
@@ -303,6 +322,11 @@ void check(const Skeleton& s)
         if (!is_rigid(s.place)) {
             throw std::invalid_argument("the place of a solid skeleton must be rigid; change its "
                                         "size instead of scaling it");
+        }
+        if (s.stretches()) {
+            throw std::invalid_argument(
+                "only skeletons drawn by points (point, segment, polyline, triangle, curve) have a "
+                "stretch; change the size of a solid instead");
         }
     }
 }

@@ -7,6 +7,9 @@
 //   H(P)  Hessian of r: (I - n n^T) / r about a corner, (I - n n^T - t t^T) / r about an edge of
 //         direction t, 0 over a face, (I + r S)^-1 S over a curved surface of shape operator S
 // Wherever the nearest point is unique, |grad r| = 1: r is 1-Lipschitz, and all bounds rest on it.
+// Where a skeleton has a stretch A, its field is anisotropic: r(P) = min |A^-1 (P - Q)| over its
+// points Q, so that a layer of thickness e about a point is the ellipsoid of semi-axes e A. As no
+// eigenvalue of A is below 1, r is 1-Lipschitz still; |grad r| is between 1 / max A and 1.
 
 #include "geometry/base/vec.hpp"
 
@@ -44,12 +47,24 @@ struct Skeleton {
     // The own frame of a solid or a sheet, rigid; a plane is solid where its y < 0.
     Transform place = Transform::Identity();
     std::shared_ptr<const SkeletonMesh> mesh = nullptr;
+    // A, of a skeleton drawn by points: how many times as thick its layer is along each axis.
+    // Symmetric, its eigenvalues 1 or above.
+    Mat3 stretch = Mat3::Identity();
+
+    bool stretches() const { return stretch != Mat3::Identity(); }
+    // How many times as wide its layer is as its contribution says: at most, and along a unit
+    // direction from its points.
+    double widest() const { return stretches() ? stretch.operatorNorm() : 1; }
+    double width_along(const Vec3& direction) const
+    {
+        return stretches() ? 1 / (stretch.inverse() * direction).norm() : 1;
+    }
 };
 
 // Where a point stands to a skeleton.
 struct Foot {
     double r = 0;                 // m
-    Vec3 n = Vec3::Zero();        // grad r; zero on a skeleton without inside
+    Vec3 n = Vec3::Zero();        // grad r, unit without a stretch; zero on what has no inside
     Mat3 hessian = Mat3::Zero();  // 1/m
 };
 

@@ -106,7 +106,12 @@ InnerMotion inner_motion(const Skeleton& before, const Skeleton& now)
         return motion;
     }
     if (before.points == now.points) return motion;
-    motion.by = fitted(before.points, now.points);
+    if (now.stretches() || before.stretches()) {  // whose axes do not turn with its points
+        motion.by.translation() =
+            matrix_of(now.points).rowwise().mean() - matrix_of(before.points).rowwise().mean();
+    } else {
+        motion.by = fitted(before.points, now.points);
+    }
     for (std::size_t i = 0; i < now.points.size(); ++i) {
         const double off = (motion.by * before.points[i] - now.points[i]).norm();
         if (off > 1e-9) motion.rest = std::max(motion.rest, off);

@@ -35,9 +35,8 @@ double restitution_sq(const LayeredMoment& moment, const LayerContact& contact)
     const LayerMatter& other = moment.bodies[contact.other].matter;
     const double own_sq = own.restitution * own.restitution;
     if (other.rigid) return own_sq;
-    const double ki = own.stiffness * moment.fields[contact.body].profile[contact.skeleton].k;
-    const double kj =
-        other.stiffness * moment.fields[contact.other].profile[contact.other_skeleton].k;
+    const auto [si, sj] = slopes_at(moment, contact);
+    const double ki = own.stiffness * si, kj = other.stiffness * sj;
     const double other_sq = other.restitution * other.restitution;
     return ki + kj > 0 ? (own_sq * kj + other_sq * ki) / (ki + kj) : own_sq;
 }
@@ -57,8 +56,7 @@ void add_sample(const LayeredScene& scene, const LayeredMoment& moment, const La
 {
     const LayerContactLaw law = contact_law(moment.bodies, contact);
     const bool rigid = scene.parts[contact.other].body->matter.rigid;
-    const double si = moment.fields[contact.body].profile[contact.skeleton].k;
-    const double sj = moment.fields[contact.other].profile[contact.other_skeleton].k;
+    const auto [si, sj] = slopes_at(moment, contact);
     const double slope = rigid ? si : si * sj / (si + sj);
     const double share = rigid ? 1 : 0.5;
     const double force = share * law.stiffness * contact.load;

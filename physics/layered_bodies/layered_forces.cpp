@@ -51,8 +51,7 @@ void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, const 
         const LayerContact& contact = moment.contacts.contacts[c];
         const LayerContactLaw law = contact_law(moment.bodies, contact);
         const bool rigid = scene.parts[contact.other].body->matter.rigid;
-        const double si = moment.fields[contact.body].profile[contact.skeleton].k;
-        const double sj = moment.fields[contact.other].profile[contact.other_skeleton].k;
+        const auto [si, sj] = slopes_at(moment, contact);
         const double K = law.stiffness * (rigid ? si : si * sj / (si + sj));
         const double share = rigid ? contact.area : 0.5 * contact.area;
         const Mat3 across = contact.normal * contact.normal.transpose();

@@ -57,9 +57,11 @@ void add_point(const LayeredScene& scene, const LayeredMoment& moment, const For
 {
     const auto distance_sq = [&](std::size_t b, std::uint32_t s, std::size_t i) {
         const LayeredBody& body = *scene.parts[b].body;
+        const Vec3& direction = body.samples.direction[i];
+        const double thickness =
+            body.layer.contributions[s].thickness * body.layer.skeletons[s].width_along(direction);
         const Vec3 drawn = body.base.frames[body.layer.frame[s]] *
-                           (body.samples.origin[i] +
-                            body.layer.contributions[s].thickness * body.samples.direction[i]);
+                           (body.samples.origin[i] + thickness * direction);
         return (drawn - point.position).squaredNorm();
     };
     const auto weight = [&](std::size_t b, std::size_t i, double d_sq) {

@@ -40,7 +40,7 @@ Piece preview_of(const LayeredScene& scene, std::uint32_t b)
     for (std::size_t s = 0; s < samples.skeletons(); ++s) {
         const std::uint32_t f = samples.frame[s];
         const Mat3 turn = Eigen::Quaterniond(state.rotation[f]).toRotationMatrix();
-        const auto k = static_cast<float>(body.layer.contributions[s].stiffness);
+        const double k = body.layer.contributions[s].stiffness;
         geometry::parallel_for(
             samples.first[s + 1] - samples.first[s], 4096, [&](std::size_t begin, std::size_t end) {
                 for (std::size_t i = samples.first[s] + begin; i < samples.first[s] + end; ++i) {
@@ -49,8 +49,10 @@ Piece preview_of(const LayeredScene& scene, std::uint32_t b)
                         there ? static_cast<double>(state.pressed[i]) : state.distance[i];
                     const Vec3 local = samples.origin[i] + d * samples.direction[i];
                     piece.mesh.positions[i] = (turn * local + state.position[f]).cast<float>();
-                    piece.compression[i] =
-                        std::max(0.f, k * static_cast<float>(state.distance[i] - d));
+                    const double slope =
+                        k / body.layer.skeletons[s].width_along(samples.direction[i]);
+                    piece.compression[i] = std::max(
+                        0.f, static_cast<float>(slope) * static_cast<float>(state.distance[i] - d));
                 }
             });
     }

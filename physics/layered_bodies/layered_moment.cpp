@@ -74,4 +74,12 @@ LayeredMoment::LayeredMoment(const LayeredScene& scene, double mesh_seconds, Dra
     contacts = scene.presses ? recorded_contacts(*scene.presses, bodies) : find_contacts(bodies);
 }
 
+std::pair<double, double> slopes_at(const LayeredMoment& moment, const LayerContact& contact)
+{
+    return {
+        geometry::surface_slope(moment.fields[contact.body], contact.skeleton, contact.position),
+        geometry::surface_slope(moment.fields[contact.other], contact.other_skeleton,
+                                contact.position)};
+}
+
 }  // namespace physics

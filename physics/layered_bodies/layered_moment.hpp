@@ -6,6 +6,8 @@
 #include "physics/layered_bodies/layered.hpp"
 #include "physics/layers/layer_contact.hpp"
 
+#include <utility>
+
 namespace physics {
 
 // Whose samples go to the surface that is drawn: volumes are told by it, or kept.
@@ -28,5 +30,8 @@ struct LayeredMoment {
     std::vector<ContactBody> bodies;
     Contacts contacts;
 };
+
+// 1/m: the slopes of both sides' fields at a contact.
+std::pair<double, double> slopes_at(const LayeredMoment& moment, const LayerContact& contact);
 
 }  // namespace physics

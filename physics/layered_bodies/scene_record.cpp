@@ -132,9 +132,33 @@ void pass_mesh(Reader& file, Skeleton& skeleton)
     skeleton.mesh = std::make_shared<const geometry::SkeletonMesh>(std::move(mesh));
 }
 
+// A kind that is followed by a stretch has this beside it.
+constexpr std::uint8_t stretched = 0x80;
+
+void pass_kind(Writer& file, const Skeleton& skeleton)
+{
+    const auto kind = static_cast<std::uint8_t>(skeleton.kind);
+    file.number(static_cast<std::uint8_t>(skeleton.stretches() ? kind | stretched : kind));
+    if (skeleton.stretches()) file.raw(skeleton.stretch.data(), sizeof(Mat3));
+}
+
+void pass_kind(Reader& file, Skeleton& skeleton)
+{
+    std::uint8_t found = 0;
+    file.number(found);
+    const std::uint8_t kind = found & ~stretched;
+    constexpr auto last = static_cast<std::uint8_t>(SkeletonKind::sheet);
+    if (kind > last) {
+        throw std::runtime_error(
+            fmt::format("expected a kind of skeleton from 0 to {}, found {}", last, kind));
+    }
+    skeleton.kind = static_cast<SkeletonKind>(kind);
+    if (kind != found) file.raw(skeleton.stretch.data(), sizeof(Mat3));
+}
+
 void pass_skeleton(auto& file, auto& skeleton)
 {
-    file.choice(skeleton.kind, SkeletonKind::sheet, "a kind of skeleton");
+    pass_kind(file, skeleton);
     if (geometry::has_points(skeleton.kind)) return file.list(skeleton.points);
     file.raw(skeleton.half_size.data(), sizeof(Vec3));
     pass_place(file, skeleton.place);

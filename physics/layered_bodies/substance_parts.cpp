@@ -36,11 +36,13 @@ static std::vector<std::uint32_t> pieces_of(const LayeredBody& body, const Layer
 {
     if (!state.part.empty()) return state.part;
     const ImplicitLayer& layer = body.layer;  // all blend that are in reach
+    const auto reach = [&](std::uint32_t i) {
+        return layer.contributions[i].radius * layer.skeletons[i].widest();
+    };
     return chains(static_cast<std::uint32_t>(layer.skeletons.size()),
                   [&](std::uint32_t i, std::uint32_t j) {
                       const Vec3& at = state.position[layer.frame[i]];
-                      return (at - state.position[layer.frame[j]]).norm() <
-                             layer.contributions[i].radius + layer.contributions[j].radius;
+                      return (at - state.position[layer.frame[j]]).norm() < reach(i) + reach(j);
                   })
         .roots();
 }
@@ -62,7 +64,8 @@ namespace {
 bool in_reach(const Field& field, std::uint32_t i, std::uint32_t j)
 {
     const auto centre = [&](std::uint32_t s) { return field.points[field.first[s]]; };
-    return (centre(i) - centre(j)).norm() < field.profile[i].R + field.profile[j].R;
+    return (centre(i) - centre(j)).norm() < field.profile[i].R * geometry::widest(field, i) +
+                                                field.profile[j].R * geometry::widest(field, j);
 }
 
 // What holds the skeletons of a substance together at a moment.

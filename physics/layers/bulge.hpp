@@ -20,6 +20,8 @@
 // has an exact gradient, is smooth, and near the surface is the way along j's gradient to it to
 // first order, for one skeleton altogether. Farther out, the distance to the nearest skeleton's
 // surface. Where skeletons of unlike profiles meet each weighs as the square of its contribution.
+// Against a stretched skeleton t and w are as it measures distances, so that the bulge is as much
+// wider as that layer is.
 //
 // Two soft layers do not meet where A(t) <= s(t) = c - f: then c - f_i = A <= c - f_j on i's
 // surface, that is f_i >= f_j, and on j's it is the other way round. With x1 = w / 2,

@@ -208,8 +208,8 @@ bool parts_may_bulge(const DeformedLayer& layer, const Meeting& meeting, const B
     thread_local std::vector<Interval> range;  // of each skeleton's contribution in the box
     thread_local std::vector<std::uint32_t> near;
     Box around = box;
-    around.lo.array() -= layer.bulges.width;
-    around.hi.array() += layer.bulges.width;
+    around.lo.array() -= layer.bulges.width * field.most_stretch;
+    around.hi.array() += layer.bulges.width * field.most_stretch;
     geometry::candidates(field, around, near);
     range.clear();
     for (const std::uint32_t s : near) {

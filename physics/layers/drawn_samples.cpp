@@ -23,7 +23,8 @@ Box start_rays(const ContactBody& own, const DrawnBatch& batch, std::vector<Sear
 {
     const SurfaceSamples& samples = *own.samples;
     const Transform& frame = own.frames[samples.frame[batch.skeleton]];
-    const double reach = own.field->profile[batch.skeleton].R;
+    const double reach =
+        own.field->profile[batch.skeleton].R * geometry::widest(*own.field, batch.skeleton);
     rays.clear();
     Box box;
     for (std::uint32_t i = batch.begin; i < batch.end; ++i) {

@@ -25,10 +25,12 @@ LayerStop stop_at_rigid(const Field& field, const Party& other, const Vec3& p)
     LayerStop stop;
     for (const std::uint32_t s : other.skeletons) {
         const geometry::Foot foot = geometry::foot(field, s, p);
-        const double gap = foot.r - field.profile[s].e;
+        // Of a stretched one to first order.
+        const double slope = geometry::stretch_of(field, s) ? foot.n.norm() : 1;
+        const double gap = (foot.r - field.profile[s].e) / slope;
         if (gap < stop.gap && foot.n.squaredNorm() > 0) {
             stop.other_skeleton = s;
-            stop.normal = foot.n;
+            stop.normal = foot.n / slope;
             stop.gap = gap;
         }
     }

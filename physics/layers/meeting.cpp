@@ -32,7 +32,8 @@ void gather(std::span<const ContactBody> bodies, std::uint32_t body, std::uint32
         if (j == body) continue;
         Party& other = next_party(meeting);
         other.body = j;
-        geometry::candidates(*bodies[j].field, grown(box, reach), other.skeletons);
+        const Field& field = *bodies[j].field;
+        geometry::candidates(field, grown(box, reach * field.most_stretch), other.skeletons);
         if (!other.skeletons.empty()) ++meeting.other_count;
     }
     if (skeleton == no_skeleton || own.field->rule == geometry::BlendRule::sum) return;
@@ -47,7 +48,7 @@ void add_own_parts(Meeting& meeting, std::uint32_t skeleton, const Box& box, dou
     if (!own.matter.self_contact || own.field->rule == geometry::BlendRule::sum) return;
     Party& other = next_party(meeting);
     other.body = meeting.own.body;
-    geometry::candidates(*own.field, grown(box, reach), other.skeletons);
+    geometry::candidates(*own.field, grown(box, reach * own.field->most_stretch), other.skeletons);
     std::erase_if(other.skeletons,
                   [&](std::uint32_t k) { return own.field->weights(skeleton, k) > 0; });
     if (!other.skeletons.empty()) ++meeting.other_count;

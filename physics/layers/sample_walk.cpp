@@ -87,7 +87,7 @@ std::vector<Walker> start_walkers(const Field& field, const SurfaceSamples& samp
         Walker& w = walkers[i];
         w.origin = frame * samples.origin[batch.begin + i];
         w.direction = frame.linear() * samples.direction[batch.begin + i];
-        w.outside = std::max(0.0, own.R);
+        w.outside = std::max(0.0, own.R) * geometry::widest(field, batch.skeleton);
         w.t = before ? before->distance[batch.begin + i] : own.e;
         w.t = std::clamp(w.t, 0.0, w.outside);
     }
@@ -124,7 +124,8 @@ void give_up(std::size_t sample, const Walker& w, SampleWalk& result)
 using Slopes = std::vector<std::pair<std::uint32_t, double>>;
 
 // A sample's share of dV/dtau of every skeleton that was evaluated at point k.
-void add_slopes(const geometry::FieldScratch& scratch, std::size_t k, double weight, Slopes& slopes)
+void add_slopes(const Field& field, const geometry::FieldScratch& scratch, const Vec3& at,
+                std::size_t k, double weight, Slopes& slopes)
 {
     for (std::size_t s = 0; s < scratch.near.size(); ++s) {
         const BlockValues& one = scratch.each[s];
@@ -134,7 +135,10 @@ void add_slopes(const geometry::FieldScratch& scratch, std::size_t k, double wei
         const auto found = std::find_if(slopes.begin(), slopes.end(), [&](const auto& slope) {
             return slope.first == scratch.near[s];
         });
-        const double own = weight * share * one.gradient(k).norm();
+        double own = weight * share * one.gradient(k).norm();  // -df/dr |grad r|
+        if (geometry::stretch_of(field, scratch.near[s])) {
+            own /= geometry::foot(field, scratch.near[s], at).n.norm();
+        }
         if (found != slopes.end()) {
             found->second += own;
         } else {
@@ -151,7 +155,7 @@ void walk_batch(const Field& field, const SurfaceSamples& samples, const Transfo
     thread_local geometry::TerritoryValues values;
     thread_local FieldBlock block;
     const std::uint32_t own = batch.skeleton;
-    const double reach = field.profile[own].R, c = field.isovalue;
+    const double reach = field.profile[own].R * geometry::widest(field, own), c = field.isovalue;
 
     geometry::candidates(field, field.influence[own], near);
     if (field.rule != geometry::BlendRule::sum) {
@@ -180,7 +184,8 @@ void walk_batch(const Field& field, const SurfaceSamples& samples, const Transfo
             keep(samples, sample, w, at, block.point(k), values.blend.gradient(k), tolerance, c,
                  result);
             if (slopes && result.valid[sample]) {
-                add_slopes(scratch, k, samples.crossed(sample, w.t) / -at.phi_slope, *slopes);
+                add_slopes(field, scratch, block.point(k), k,
+                           samples.crossed(sample, w.t) / -at.phi_slope, *slopes);
             }
         }
         active.resize(left);

@@ -6,6 +6,7 @@
 #include "geometry/mesh/mesh.hpp"
 #include "physics/layers/geodesic_sphere.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,6 +19,7 @@ namespace physics {
 namespace {
 
 using geometry::Foot;
+using geometry::Mat3;
 using geometry::Skeleton;
 using geometry::SkeletonKind;
 using geometry::Triangle;
@@ -176,18 +178,48 @@ bool bends_inward(SkeletonKind kind)
     return kind == SkeletonKind::curve || kind == SkeletonKind::torus;
 }
 
+// What a stretched skeleton is in narrowed space.
+Skeleton narrowed(Skeleton s)
+{
+    const Mat3 narrow = s.stretch.inverse();
+    for (Vec3& p : s.points) p = narrow * p;
+    s.stretch = Mat3::Identity();
+    return s;
+}
+
+// Takes samples from narrowed space: by A n of a direction n, a distance grows by |A n|, volumes by
+// det A, and so an area square to the ray by det A / |A n|.
+void widen(const Mat3& stretch, std::size_t begin, SurfaceSamples& samples)
+{
+    const double volume = stretch.determinant();
+    for (std::size_t i = begin; i < samples.count(); ++i) {
+        samples.origin[i] = stretch * samples.origin[i];
+        const Vec3 along = stretch * samples.direction[i];
+        const double length = along.norm();
+        samples.direction[i] = along / length;
+        samples.a0[i] *= volume / length;
+        samples.a1[i] *= volume / (length * length);
+        samples.a2[i] *= volume / (length * length * length);
+    }
+}
+
+// By how much an area grows at most: by the two largest eigenvalues.
+double largest_growth(const Mat3& stretch)
+{
+    return stretch.determinant() / Eigen::SelfAdjointEigenSolver<Mat3>(stretch).eigenvalues()[0];
+}
+
 // Samples of any other skeleton: the vertices of the surface it has alone, each with its share of
 // that surface. Principal curvatures h1, h2 of the surface, at distance e, are eigenvalues of the
 // Hessian of r, so at distance d the share is (1 + (d - e) h1)(1 + (d - e) h2) times as large.
-void add_surface_samples(const ImplicitLayer& layer, std::size_t i, double spacing,
-                         SurfaceSamples& samples)
+void add_surface_samples(const Skeleton& s, const geometry::Contribution& contribution,
+                         double isovalue, double spacing, SurfaceSamples& samples)
 {
-    const Skeleton& s = layer.skeletons[i];
-    const double e = layer.contributions[i].thickness;
+    const double e = contribution.thickness;
     ImplicitLayer alone;
-    alone.isovalue = layer.isovalue;
+    alone.isovalue = isovalue;
     alone.skeletons = {s};
-    alone.contributions = {layer.contributions[i]};
+    alone.contributions = {contribution};
     alone.frame = {0};
     const Transform here = Transform::Identity();
     const Field field = geometry::make_field(alone, {&here, 1});
@@ -231,18 +263,20 @@ void add_surface_samples(const ImplicitLayer& layer, std::size_t i, double spaci
 
 }  // namespace
 
-SurfaceSamples make_surface_samples(const ImplicitLayer& layer, double spacing)
+SurfaceSamples make_surface_samples(const ImplicitLayer& layer, double asked)
 {
-    if (!(spacing > 0) || !std::isfinite(spacing)) {
-        throw std::invalid_argument(
-            fmt::format("seed_spacing must be above 0 m, got {}.", spacing));
+    if (!(asked > 0) || !std::isfinite(asked)) {
+        throw std::invalid_argument(fmt::format("seed_spacing must be above 0 m, got {}.", asked));
     }
     SurfaceSamples samples;
     samples.frame = layer.frame;
     samples.first.push_back(0);
     for (std::size_t i = 0; i < layer.skeletons.size(); ++i) {
-        const Skeleton& s = layer.skeletons[i];
-        geometry::check(s);
+        geometry::check(layer.skeletons[i]);
+        const Mat3& stretch = layer.skeletons[i].stretch;
+        const bool stretches = layer.skeletons[i].stretches();
+        const Skeleton s = stretches ? narrowed(layer.skeletons[i]) : layer.skeletons[i];
+        const double spacing = stretches ? asked / std::sqrt(largest_growth(stretch)) : asked;
         const double e = layer.contributions[i].thickness;
         if (s.kind != SkeletonKind::plane) {
             Box box;
@@ -256,20 +290,21 @@ SurfaceSamples make_surface_samples(const ImplicitLayer& layer, double spacing)
                     fmt::format("seed_spacing = {} m is too small for skeleton {} (about {} m "
                                 "wide): it would emit "
                                 "more than {} samples. Use a larger spacing.",
-                                spacing, i, width, most_samples));
+                                asked, i, width, most_samples));
             }
         }
         if (s.kind == SkeletonKind::point) {
             add_point_samples(s.points[0], e, spacing, samples);
         } else if (s.kind != SkeletonKind::plane) {
-            add_surface_samples(layer, i, spacing, samples);
+            add_surface_samples(s, layer.contributions[i], layer.isovalue, spacing, samples);
         }
+        if (stretches) widen(stretch, samples.first.back(), samples);
         if (s.kind != SkeletonKind::plane && samples.count() < samples.first.back() + 12) {
             throw std::invalid_argument(
                 fmt::format("seed_spacing = {:g} m is too large for skeleton {} (counted from 0): "
                             "only {} samples "
                             "would find its contacts. Use a tenth of its width, or less.",
-                            spacing, i, samples.count() - samples.first.back()));
+                            asked, i, samples.count() - samples.first.back()));
         }
         samples.first.push_back(static_cast<std::uint32_t>(samples.count()));
         samples.core.push_back(core_volume(s));

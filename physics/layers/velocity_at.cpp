@@ -9,6 +9,7 @@
 
 namespace physics {
 
+using geometry::Mat3;
 using geometry::Skeleton;
 
 Vec3 velocity_at(const MovingMesh& mesh, const Vec3& p)
@@ -58,10 +59,14 @@ Vec3 shares_on_triangle(const std::vector<Vec3>& corners, const Vec3& p)
 
 // Of skeletons that are drawn by points.
 Vec3 way_of_points(const Skeleton& now, const Skeleton& before, const Skeleton& after,
-                   const Vec3& p)
+                   const Vec3& place)
 {
+    // As distances are measured.
+    const Mat3 narrow = now.stretches() ? Mat3(now.stretch.inverse()) : Mat3(Mat3::Identity());
+    const Vec3 p = narrow * place;
+    std::vector<Vec3> at = now.points;
+    for (Vec3& q : at) q = narrow * q;
     const auto way = [&](std::size_t i) { return Vec3(after.points[i] - before.points[i]); };
-    const std::vector<Vec3>& at = now.points;
     if (now.kind == geometry::SkeletonKind::triangle) {
         const Vec3 share = shares_on_triangle(at, p);
         return share[0] * way(0) + share[1] * way(1) + share[2] * way(2);

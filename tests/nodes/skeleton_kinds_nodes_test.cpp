@@ -45,6 +45,11 @@ TEST(SkeletonKindsNodes, MeshesHaveTheVolumeOfTheOffset)
              4 * pi / 3 * e * e * e},
         {R"("kind": "curve", "points": [{ "at": [0, 0, 0] }, { "at": [1, 0, 0] }])",
          pi * e * e + 4 * pi / 3 * e * e * e},
+        {R"("kind": "point", "stretch": [1, 3, 2], "stretch_degrees": [20, 0, 50])",
+         6 * 4 * pi / 3 * e * e * e},
+        {R"("kind": "segment", "points": [{ "at": [0, 0, 0] }, { "at": [1, 0, 0] }],
+            "stretch": [1, 2, 1])",
+         2 * (pi * e * e + 4 * pi / 3 * e * e * e)},
         {R"("kind": "sheet", "position": [0, 1, 0])",
          2 * e * 0.5 + pi / 2 * e * e * 3 + 4 * pi / 3 * e * e * e},
     };

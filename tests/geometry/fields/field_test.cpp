@@ -67,6 +67,18 @@ std::vector<Skeleton> one_of_each()
     };
 }
 
+// Every way to blend, of plain skeletons and of stretched ones.
+std::vector<std::pair<BlendRule, std::vector<Skeleton>>> every_rule()
+{
+    std::vector<std::pair<BlendRule, std::vector<Skeleton>>> out;
+    for (const BlendRule rule : {BlendRule::sum, BlendRule::largest_group, BlendRule::smooth_groups,
+                                 BlendRule::gradient}) {
+        out.emplace_back(rule, one_of_each());
+        out.emplace_back(rule, field_checks::stretched(one_of_each()));
+    }
+    return out;
+}
+
 const Contribution soft{.thickness = 0.3, .stiffness = 2, .radius = 0.9, .stiffening = 0.5};
 
 ImplicitLayer layer_of(std::vector<Skeleton> skeletons, BlendRule rule = BlendRule::sum)
@@ -104,7 +116,9 @@ Blended brute_force(const ImplicitLayer& layer, const Field& field, const Vec3& 
     for (std::uint32_t i = 0; i < field.count(); ++i) {
         const Foot at = foot(field, i, p);
         const ProfileValue v = profile_at(make_profile(layer.contributions[i], 1), at.r);
-        if (v.f > 0) contributors.push_back({i, v.f, v.slope * at.n, at.n, at.hessian});
+        if (!(v.f > 0)) continue;
+        contributors.push_back({i, v.f, v.slope * at.n});
+        set_turning(field, at, contributors.back());
     }
     return blend(field.rule, BlendWeights(layer.blend, field.count()), contributors);
 }
@@ -226,6 +240,65 @@ TEST(FieldSkeleton, GradientAndHessianAreTheDerivativesOfTheDistance)
     // h^2 times third derivatives of at most 1/r^2 = 400 (ellipsoids inside: more curved).
     field_checks::expect_derivatives(make_field(layer_of(one_of_each()), at_rest),
                                      {5, 1.2, 0.1, 1e-4});
+    field_checks::expect_derivatives(
+        make_field(layer_of(field_checks::stretched(one_of_each())), at_rest), {5, 1.2, 0.1, 1e-4});
+}
+
+TEST(FieldSkeleton, AStretchedOneIsAsFarAsItsLeastPointInNarrowedSpace)
+{
+    // Against many points of the skeleton, in a frame that turns.
+    const Transform frame = turned(0.9, {1, 1, -2}, {0.3, 0, -0.2});
+    std::vector<Skeleton> each = field_checks::stretched(one_of_each());
+    each.resize(4);  // those drawn by points
+    const Field field = make_field(layer_of(each), std::vector{frame});
+    const Random random(23);
+    for (std::size_t s = 0; s < each.size(); ++s) {
+        const std::vector<Vec3>& points = each[s].points;
+        const Mat3 narrow = frame.linear() * each[s].stretch.inverse() * frame.linear().transpose();
+        for (std::uint64_t i = 0; i < 20; ++i) {
+            const Vec3 p = in_cube(random, i, 1.0);
+            double least = 1e9;
+            const auto to = [&](const Vec3& q) {
+                least = std::min(least, (narrow * (p - frame * q)).norm());
+            };
+            for (std::size_t k = 0; k < points.size(); ++k) {
+                const Vec3 &a = points[k], &b = points[std::min(k + 1, points.size() - 1)];
+                for (double u = 0; u <= 1; u += 1.0 / 256) {
+                    to(a + u * (b - a));
+                    for (double v = 0; points.size() == 3 && s == 3 && u + v <= 1; v += 1.0 / 256) {
+                        to(points[0] + u * (points[1] - points[0]) + v * (points[2] - points[0]));
+                    }
+                }
+            }
+            EXPECT_NEAR(foot(field, s, p).r, least, 1e-4) << "skeleton " << s;
+            EXPECT_LE(foot(field, s, p).r, least + 1e-13);
+            EXPECT_EQ(distance(field, s, p), foot(field, s, p).r);
+        }
+    }
+}
+
+TEST(Field, AStretchedPointsSurfaceIsItsEllipsoid)
+{
+    // Semi-axes 0.3, 0.6 and 0.45, turned by its frame; and nothing of it beyond its influence.
+    Skeleton ball = points_skeleton(SkeletonKind::point, {{0.1, 0.2, -0.1}});
+    ball.stretch = Vec3(1, 2, 1.5).asDiagonal();
+    const Transform frame = turned(0.9, {1, 1, -2}, {0.3, 0, -0.2});
+    const Field field = make_field(layer_of({ball}), std::vector{frame});
+    const Random random(29);
+    Vec3 most = Vec3::Zero();
+    for (std::uint64_t i = 0; i < 2000; ++i) {
+        const Vec3 out = ball.stretch * in_cube(random, i, 1).normalized();
+        const auto at = [&](double r) { return Vec3(frame * (ball.points[0] + r * out)); };
+        EXPECT_NEAR(value_at(field, at(0.3)).f, 1, 1e-14);
+        EXPECT_NEAR(surface_slope(field, 0, at(0.3)), value_at(field, at(0.3)).gradient.norm(),
+                    1e-13);
+        EXPECT_EQ(value_at(field, at(0.9 + 1e-12)).f, 0);
+        EXPECT_GT(value_at(field, at(0.899)).f, 0);
+        most = most.cwiseMax((at(0.9) - frame * ball.points[0]).cwiseAbs());
+    }
+    const Vec3 half = 0.5 * (influence(field).hi - influence(field).lo);
+    EXPECT_TRUE((half.array() >= most.array()).all());
+    EXPECT_LT((half - most).norm(), 0.02);
 }
 
 TEST(FieldSkeleton, DegenerateSkeletonsEqualWhatTheyCollapseTo)
@@ -241,9 +314,8 @@ TEST(FieldSkeleton, DegenerateSkeletonsEqualWhatTheyCollapseTo)
 
 TEST(Field, GradientIsTheDerivativeUnderEveryBlend)
 {
-    for (const BlendRule rule : {BlendRule::sum, BlendRule::largest_group, BlendRule::smooth_groups,
-                                 BlendRule::gradient}) {
-        ImplicitLayer layer = layer_of(one_of_each(), rule);
+    for (const auto& [rule, skeletons] : every_rule()) {
+        ImplicitLayer layer = layer_of(skeletons, rule);
         if (rule != BlendRule::sum) {
             layer.blend.part = {0, 0, 1, 2, 3, 3, 5, 4};
             layer.blend.links = {{0, 2, 1}, {1, 2, 0.5}, {2, 3, 0.7}, {4, 1, 1}, {6, 0, 0.2}};
@@ -273,10 +345,9 @@ TEST(Field, GradientIsTheDerivativeUnderEveryBlend)
 
 TEST(Field, BlocksGridAndVectorsGiveWhatEverySkeletonAskedGives)
 {
-    for (const BlendRule rule : {BlendRule::sum, BlendRule::largest_group, BlendRule::smooth_groups,
-                                 BlendRule::gradient}) {
+    for (const auto& [rule, skeletons] : every_rule()) {
         ImplicitLayer layer = crowd(150, 1.0, 0.5);
-        for (Skeleton& s : one_of_each()) {
+        for (const Skeleton& s : skeletons) {
             layer.skeletons.push_back(s);
             layer.contributions.push_back(soft);
             layer.frame.push_back(0);
@@ -329,9 +400,8 @@ TEST(Field, TheSameBitsForAnyNumberOfThreads)
 
 TEST(Field, BoundsHoldEveryValueInTheBox)
 {
-    for (const BlendRule rule : {BlendRule::sum, BlendRule::largest_group, BlendRule::smooth_groups,
-                                 BlendRule::gradient}) {
-        ImplicitLayer layer = layer_of(one_of_each(), rule);
+    for (const auto& [rule, skeletons] : every_rule()) {
+        ImplicitLayer layer = layer_of(skeletons, rule);
         layer.blend.links = {{0, 2, 1}, {1, 2, 0.5}, {2, 3, 0.7}, {4, 1, 1}, {6, 0, 0.2}};
         const Field field = make_field(layer, at_rest);
         const Random random(19);

@@ -40,6 +40,8 @@ LayeredScene every_kind()
         {.kind = SkeletonKind::polyline, .points = {{0, 0, -0.1}, {0.02, 0, 0}, {0, 0, 0.1}}},
         {.kind = SkeletonKind::curve, .points = {{0, 0, -0.1}, {0.02, 0, 0}, {0, 0, 0.1}}},
         {.kind = SkeletonKind::triangle, .points = {{0, 0, -0.1}, {0, 0, 0.1}, {0.05, 0, 0}}}};
+    row[1].stretch = Vec3(1, 1.2, 1).asDiagonal();
+    row[4].stretch << 1.1, 0.1, 0, 0.1, 1.1, 0, 0, 0, 1;
     for (const SkeletonKind kind :
          {SkeletonKind::box, SkeletonKind::ellipsoid, SkeletonKind::torus, SkeletonKind::cylinder,
           SkeletonKind::cone, SkeletonKind::mesh, SkeletonKind::sheet}) {

@@ -20,6 +20,11 @@ TEST(SkeletonMass, IsThatOfTheMeshOfTheSurface)
             .rotate(Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()));
         return s;
     };
+    const auto stretched = [](Skeleton s) {
+        const Mat3 axes = Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()).matrix();
+        s.stretch = axes * Vec3(1, 2, 1.5).asDiagonal() * axes.transpose();
+        return s;
+    };
     Skeleton sheet = solid(SkeletonKind::sheet, {1, 1, 1});
     sheet.mesh = std::make_shared<const geometry::SkeletonMesh>(geometry::grid(0.8, 0.5, 3, 3));
     const std::vector<Skeleton> each{
@@ -30,7 +35,13 @@ TEST(SkeletonMass, IsThatOfTheMeshOfTheSurface)
         solid(SkeletonKind::cone, {0.4, 0.4, 0}),
         {.kind = SkeletonKind::curve,
          .points = {{-0.5, 0, 0}, {-0.2, 0.3, 0}, {0.2, 0.1, 0.2}, {0.5, 0.2, 0.1}}},
-        sheet};
+        sheet,
+        stretched({.kind = SkeletonKind::point, .points = {{0.1, 0, 0}}}),
+        stretched({.kind = SkeletonKind::segment, .points = {{-0.2, 0, 0}, {0.3, 0.1, 0}}}),
+        stretched(
+            {.kind = SkeletonKind::triangle, .points = {{-0.2, 0, 0}, {0.3, 0.1, 0}, {0, 0, 0.4}}}),
+        stretched({.kind = SkeletonKind::curve,
+                   .points = {{-0.5, 0, 0}, {-0.2, 0.3, 0}, {0.2, 0.1, 0.2}}})};
     for (std::size_t i = 0; i < each.size(); ++i) {
         const ImplicitLayer layer = soft_layer({each[i]});
         const LayeredBody body = make_layered_body(layer, BaseKind::rigid, 1, 0.04);

@@ -4,6 +4,7 @@
 #include "geometry/base/random.hpp"
 #include "geometry/fields/polygonize.hpp"
 #include "physics/layers/deformed_layer.hpp"
+#include "physics/layers/layer_stops.hpp"
 #include "tests/physics/layers/layer_fixtures.hpp"
 
 #include <gtest/gtest.h>
@@ -17,6 +18,7 @@ namespace {
 
 using namespace layer_fixtures;
 
+using geometry::Mat3;
 using std::numbers::pi;
 
 double force_error(double spacing)
@@ -36,6 +38,55 @@ double force_error(double spacing)
 // What samples at the rim stand for is cut there, and the samples' weights integrate smooth
 // functions with order 3 to 4, so that the error falls evenly: by 10 or more at each halving, a
 // little under that where the rim's ghosts, known to first order, begin to show (order 3).
+// Two balls as they are, and both stretched alike: all that is found is stretched with them.
+void expect_stretched_alike(const Contribution& contribution)
+{
+    const Mat3 axes = Eigen::AngleAxisd(0.3, Vec3(1, 2, -1).normalized()).matrix();
+    const Mat3 stretch = axes * Vec3(3, 1, 1.5).asDiagonal() * axes.transpose();
+    const double volume = 4.5;
+    LayerMatter matter{.stiffness = 1, .friction = 0, .bulge_width = 0.3, .bulge_height = 0.5};
+    const auto contacts_of = [&](const Mat3& a, double spacing) {
+        std::list<Thing> things;
+        for (const double side : {-1.0, 1.0}) {
+            Skeleton ball = point({0, 0, 0});
+            ball.stretch = a;
+            Transform at = Transform::Identity();
+            at.translate(a * Vec3(side * h, 0.02, 0.03));
+            things.emplace_back(layer_of({ball}, contribution), spacing, matter, std::vector{at});
+        }
+        return find_contacts(bodies(things));
+    };
+    const Contacts plain = contacts_of(Mat3::Identity(), 0.1);
+    const Contacts wide = contacts_of(stretch, 0.1 * std::sqrt(volume));
+    ASSERT_GT(plain.contacts.size(), 50u);
+    ASSERT_EQ(wide.contacts.size(), plain.contacts.size());
+    double area = 0, expected = 0;
+    for (std::size_t i = 0; i < plain.contacts.size(); ++i) {
+        const LayerContact &a = plain.contacts[i], &b = wide.contacts[i];
+        EXPECT_EQ(a.sample, b.sample);
+        EXPECT_LT((stretch * a.position - b.position).norm(), 1e-9);
+        EXPECT_NEAR(a.compression, b.compression, 1e-9);
+        const Vec3 normal = stretch.inverse() * a.normal;  // of a plane that is stretched
+        EXPECT_LT((normal.normalized() - b.normal).norm(), 1e-9);
+        // An area grows by det A |A^-1 n|; what a sample at the rim has of it is shared otherwise.
+        area += b.area;
+        expected += volume * normal.norm() * a.area;
+    }
+    EXPECT_NEAR(area, expected, 2e-3 * expected);
+    ASSERT_GT(plain.drawn.size(), 50u);
+    ASSERT_EQ(wide.drawn.size(), plain.drawn.size());
+    for (std::size_t i = 0; i < plain.drawn.size(); ++i) {
+        EXPECT_LT((stretch * plain.drawn[i].position - wide.drawn[i].position).norm(), 1e-6);
+    }
+}
+
+TEST(LayerContact, StretchedLayersMeetWhereNarrowedOnesDo)
+{
+    expect_stretched_alike(unit);
+    // Bulges that reach beyond the influence.
+    expect_stretched_alike({.thickness = 1, .stiffness = 1, .radius = 1.15, .stiffening = 0});
+}
+
 TEST(LayerContact, TwoEqualBallsPressWithTheForceOfTheIntegral)
 {
     double last = force_error(0.16);
@@ -49,6 +100,27 @@ TEST(LayerContact, TwoEqualBallsPressWithTheForceOfTheIntegral)
         }
     }
     EXPECT_LT(last, 1e-7);
+}
+
+// To first order in the gap, wherever the ellipsoid is.
+TEST(LayerContact, AStretchedRigidLayerStopsAtItsSurface)
+{
+    Skeleton oval = point({0, 0, 0});
+    oval.stretch = Vec3(1, 3, 1.5).asDiagonal();
+    const geometry::Field field =
+        geometry::make_field(layer_of({oval}, unit), std::vector{Transform::Identity()});
+    const geometry::Random random(3);
+    for (std::uint64_t i = 0; i < 50; ++i) {
+        const Vec3 out = Vec3(random.unit(3 * i) - 0.5, random.unit(3 * i + 1) - 0.5,
+                              random.unit(3 * i + 2) - 0.5)
+                             .normalized();
+        const Vec3 on = oval.stretch * out;
+        const Vec3 normal = (oval.stretch.inverse() * out).normalized();
+        const LayerStop stop = stop_at_rigid(field, {0, {0}}, on + 1e-4 * normal);
+        EXPECT_NEAR(stop.gap, 1e-4, 1e-7);
+        EXPECT_NEAR(stop.normal.dot(normal), 1, 1e-6);
+        EXPECT_NEAR(stop.normal.norm(), 1, 1e-12);
+    }
 }
 
 // The same stress on a rigid plane, whose own field is another.

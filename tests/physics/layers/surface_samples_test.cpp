@@ -15,6 +15,7 @@ namespace {
 
 using geometry::BlendRule;
 using geometry::Contribution;
+using geometry::Mat3;
 using geometry::Skeleton;
 using geometry::SkeletonKind;
 using layer_fixtures::layer_of;
@@ -56,6 +57,31 @@ TEST(SurfaceSamples, ABallHasItsVolumeAndArea)
         EXPECT_NEAR(total_area(walk), 4 * pi * 0.25, 1e-11);
         for (const std::uint8_t valid : walk.valid) EXPECT_TRUE(valid);
     }
+}
+
+// So are those of an ellipsoid: rays go from the middle as they do in narrowed space.
+TEST(SurfaceSamples, AStretchedPointHasItsEllipsoidsVolumeAndSurface)
+{
+    Skeleton ball = point({1, 2, 3});
+    const Mat3 axes = Eigen::AngleAxisd(0.4, Vec3(1, 2, -1).normalized()).matrix();
+    ball.stretch = axes * Vec3(1, 3, 2).asDiagonal() * axes.transpose();
+    const Mat3 narrow = ball.stretch.inverse();
+    const ImplicitLayer layer = layer_of({ball}, wide);
+    for (const double spacing : {0.4, 0.1}) {
+        const SampleWalk walk = physics::walk(geometry::make_field(layer, at_rest),
+                                              make_surface_samples(layer, spacing), at_rest);
+        EXPECT_NEAR(walk.volume(), 6 * 4 * pi / 3 * 0.125, 1e-11);
+        for (std::size_t i = 0; i < walk.position.size(); ++i) {
+            EXPECT_TRUE(walk.valid[i]);
+            EXPECT_NEAR((narrow * (walk.position[i] - ball.points[0])).norm(), 0.5, 1e-12);
+        }
+        // Thomsen's formula is right within 1.2 %.
+        const double p = 1.6075, a = 0.5, b = 1.5, c = 1;
+        const double mean = (std::pow(a * b, p) + std::pow(b * c, p) + std::pow(c * a, p)) / 3;
+        EXPECT_NEAR(total_area(walk), 4 * pi * std::pow(mean, 1 / p), 0.02 * total_area(walk));
+    }
+    const double most = 0.1;  // a sample on average stands for no more than its spacing squared
+    EXPECT_GT(double(make_surface_samples(layer, most).count()) * most * most, 10);
 }
 
 // The half size that a point does not use does not count, or no layer of millimetres could be.
@@ -210,6 +236,12 @@ TEST(SurfaceSamples, VolumeSlopeIsTheDerivativeByTranslation)
                               at_rest, nullptr, true)
                     .volume_slope[0],
                 4 * pi * 0.25, 1e-11);
+    ImplicitLayer oval = ball;
+    oval.skeletons[0].stretch = Vec3(1, 3, 2).asDiagonal();
+    EXPECT_NEAR(physics::walk(geometry::make_field(oval, at_rest), make_surface_samples(oval, 0.1),
+                              at_rest, nullptr, true)
+                    .volume_slope[0],
+                6 * 4 * pi * 0.25, 1e-10);
     ImplicitLayer three =
         layer_of({point({-0.5, 0, 0}), point({0.3, 0.1, 0}), point({0.6, -0.2, 0.3})}, wide);
     three.contributions[1].thickness = 0.3;

@@ -21,6 +21,30 @@ Vec3 way(SkeletonKind kind, const Vec3& from, const Vec3& to, const Vec3& p)
     return way_of(solid(kind, (from + to) / 2), solid(kind, from), solid(kind, to), p);
 }
 
+TEST(VelocityAt, AStretchedSegmentMovesAPlaceByItsNearestPointInNarrowedSpace)
+{
+    // Its far end rises by 1: a place goes as far as its share of the length.
+    const auto share_of = [](const geometry::Mat3& stretch, const Vec3& p) {
+        geometry::Skeleton now{
+            .kind = SkeletonKind::segment, .points = {{0, 0, 0}, {1, 0, 0}}, .stretch = stretch};
+        geometry::Skeleton after = now;
+        after.points[1].y() = 1;
+        return way_of(now, now, after, p).y();
+    };
+    const geometry::Mat3 axes = Eigen::AngleAxisd(0.6, Vec3::UnitZ()).matrix();
+    const geometry::Mat3 stretch = axes * Vec3(3, 1, 1).asDiagonal() * axes.transpose();
+    const Vec3 p(0.4, 0.2, 0.1);
+    double best = 0, least = 1e9;
+    for (int i = 0; i <= 100000; ++i) {
+        const double t = i * 1e-5;
+        const double far = (stretch.inverse() * (p - Vec3(t, 0, 0))).norm();
+        if (far < least) least = far, best = t;
+    }
+    EXPECT_NEAR(share_of(stretch, p), best, 2e-5);
+    EXPECT_GT(std::abs(best - 0.4), 0.05);
+    EXPECT_NEAR(share_of(geometry::Mat3::Identity(), p), 0.4, 1e-12);
+}
+
 TEST(VelocityAt, RoundSkeletonsThatGrowPushByWhatGrows)
 {
     // A cylinder gets taller by 0.1 at its cap, whatever the distance from its axis, and wider by
