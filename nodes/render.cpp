@@ -2,6 +2,7 @@
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/render_layers.hpp"
+#include "nodes/render_unseen.hpp"
 #include "nodes/render_upgrade.hpp"
 #include "nodes/render_view.hpp"
 #include "nodes/wire_types.hpp"
@@ -351,24 +352,6 @@ static std::optional<double> ground_height(const GroundParams& ground, const geo
     return stage.lo.y();
 }
 
-// Warns of a picture that can show nothing of `drawn`, the bounds of what is linked.
-static void warn_of_empty(const Inputs& in, const ::render::Scene& scene,
-                          const ::render::Camera& camera, geometry::Box drawn,
-                          const graph::Context& context)
-{
-    for (const auto& balls : scene.balls) {
-        drawn.lo.array() -= double(balls.radius);
-        drawn.hi.array() += double(balls.radius);
-    }
-    if (drawn.empty() || ::render::may_see(camera, drawn, double(in.width) / in.height)) return;
-    context.warn(in.camera.kind == CameraParams::Kind::look_at
-                     ? "nothing that is linked lies in the picture: turn camera.target to it, or "
-                       "let the camera fit it"
-                     : "nothing that is linked lies in the picture any more: the camera fits where "
-                       "it is at rest; link its MotionBounds to `shot`, or choose look_at for "
-                       "camera.kind");
-}
-
 constexpr const char* layers_told =
     "Layered scene whose surfaces are drawn without Polygonize: rays find them, exact in each "
     "pixel. Their one attribute is `compression`.";
@@ -411,7 +394,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     };
     Outputs out{::render::draw(scene, camera, look_of(in), &warnings, check)};
     for (const std::string& text : warnings) context.warn(text);
-    warn_of_empty(in, scene, camera, drawn, context);
+    warn_of_unseen(in.camera.kind, in.ground, double(in.width) / in.height, scene, camera, drawn,
+                   floor.has_value(), context);
     return out;
 }
 

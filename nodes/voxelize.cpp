@@ -214,6 +214,13 @@ static void write_out_size(graph::Json& node)
     graph::put_missing(*params, "quality", std::string("by_error"));
 }
 
+constexpr const char* size_forms = R"({ "anyOf": [
+    { "enum": ["draft", "good", "exact"] },
+    { "type": "object", "required": ["auto"], "additionalProperties": false, "properties": {
+        "auto": { "type": "object", "required": ["error"], "additionalProperties": false,
+            "properties": { "error": { "type": "number", "minimum": 0.001, "maximum": 1 } } } } }
+] })";
+
 constexpr const char* how_inside =
     "How inside is decided (method solid); six rays along the axes vote. winding: by the number of "
     "outward less inward faces crossed; right for closed, overlapping and doubled pieces. parity: "
@@ -301,7 +308,7 @@ void add_to(graph::Registry& registry)
                "places the grid, so that several models can share one.",
                graph::Need::optional)
         .choice("method", &Inputs::method, {"samples", "surface", "solid"}, about_method)
-        .short_forms(write_out_size)
+        .short_forms(write_out_size, {{"size", size_forms}})
         .choice("quality", &Inputs::quality, {"by_size", "draft", "good", "exact", "by_error"},
                 about_quality)
         .param("error", &Inputs::error,

@@ -120,6 +120,17 @@ Object params_schema(const std::vector<Param>& params)
         {"type", "object"}, {"properties", std::move(properties)}, {"additionalProperties", false}};
 }
 
+// Those of a type, some of which have short forms.
+Object params_schema(const NodeType& type)
+{
+    Object schema = params_schema(type.params);
+    for (const ShortForm& form : type.short_forms) {
+        Object& param = schema["properties"][form.param];
+        param["anyOf"].push_back(Object::parse(form.schema));
+    }
+    return schema;
+}
+
 // What a node of this type has beside its type.
 Object type_schema(const NodeType& type)
 {
@@ -135,7 +146,7 @@ Object type_schema(const NodeType& type)
                {{"type", "object"},
                 {"properties", std::move(inputs)},
                 {"additionalProperties", false}}},
-              {"params", params_schema(type.params)}}}};
+              {"params", params_schema(type)}}}};
 }
 
 Object node_schema(const Registry& registry)

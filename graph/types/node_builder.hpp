@@ -153,8 +153,13 @@ public:
         return *this;
     }
 
-    // Writes short forms that documents may use out as parameters: of the node's object.
-    NodeBuilder& short_forms(void (*f)(Json&)) { return type_.write_out = f, *this; }
+    // Short forms that documents may use: `f` writes them out as parameters, in the node's object.
+    NodeBuilder& short_forms(void (*f)(Json&), std::vector<ShortForm> forms)
+    {
+        type_.write_out = f;
+        type_.short_forms = std::move(forms);
+        return *this;
+    }
 
     // Which context variables run() reads: Variable::frame | Variable::fps ...
     NodeBuilder& reads(unsigned variables) { return type_.reads = variables, *this; }

@@ -1,8 +1,10 @@
 #include "graph/tools/reference.hpp"
+#include "graph/tools/schema.hpp"
 
 #include "nodes/registry.hpp"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <fstream>
 #include <sstream>
@@ -14,4 +16,20 @@ TEST(Reference, ThePageMatchesTheDescriptions)
     page << in.rdbuf();
     EXPECT_TRUE(page.str() == graph::reference_page(nodes::registry()))
         << "docs/nodes.md is out of date: ./aspic nodes --markdown > docs/nodes.md";
+}
+
+TEST(Schema, KnowsTheShortFormsOfTheSizeOfCubes)
+{
+    const auto schema = nlohmann::json::parse(graph::schema_text(nodes::registry()));
+    for (const auto& type : schema["definitions"]["node"]["allOf"]) {
+        const std::string pattern = type["if"]["properties"]["type"]["pattern"];
+        if (!pattern.starts_with("^Voxelize(")) continue;
+        const auto& size = type["then"]["properties"]["params"]["properties"]["size"];
+        EXPECT_EQ(size["anyOf"][0]["type"], "number");
+        const auto& forms = size["anyOf"].back()["anyOf"];
+        EXPECT_EQ(forms[0]["enum"], nlohmann::json::array({"draft", "good", "exact"}));
+        EXPECT_EQ(forms[1]["properties"]["auto"]["required"], nlohmann::json::array({"error"}));
+        return;
+    }
+    FAIL() << "no Voxelize";
 }

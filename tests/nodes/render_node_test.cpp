@@ -36,6 +36,31 @@ TEST(RenderNode, WarnsOfAnEmptyPicture)
     EXPECT_NE(warnings({0, -40, 0}, "look_at")[0].find("camera.target"), std::string::npos);
 }
 
+TEST(RenderNode, WarnsOfWhatItsGroundHides)
+{
+    const geometry::TriMesh rest = geometry::uv_sphere(1, 8, 16);
+    const auto warnings = [&](float down, const char* ground) {
+        geometry::TriMesh mesh = rest;
+        for (Vec3f& p : mesh.positions) p.y() -= down;
+        NodeRun render("Render");
+        render.inputs["rest"] = {graph::Value::of(geometry::TriMesh(rest))};
+        render.inputs["mesh"] = {graph::Value::of(std::move(mesh))};
+        render.param("width").is = std::int64_t{32};
+        render.param("height").is = std::int64_t{32};
+        render.param("ground.kind").is = std::string(ground);
+        render.param("ground.height").is = -1.0;
+        render.run();
+        return render.warnings;
+    };
+    EXPECT_TRUE(warnings(0, "under").empty());
+    EXPECT_TRUE(warnings(0.1f, "under").empty());
+    EXPECT_TRUE(warnings(0.8f, "none").empty());
+    EXPECT_TRUE(warnings(0.8f, "at").empty());
+    const auto hidden = warnings(0.8f, "under");
+    ASSERT_EQ(hidden.size(), 1u);
+    EXPECT_NE(hidden[0].find("it is at -1 m"), std::string::npos) << hidden[0];
+}
+
 // Two points of a cloud, one red and one blue, 1 m apart and 0.5 m wide, fill what balls of that
 // size do: at 9 m and 40 degrees, 64 pixels high, 0.5 m are 64 * 0.5 / (2 * 9 tan 20) = 4.9 pixels,
 // and a ball covers pi / 4 of its square, 19 pixels.

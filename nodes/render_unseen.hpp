@@ -1,0 +1,48 @@
+#pragma once
+
+// What Render says of what its picture does not show.
+
+#include "graph/types/context.hpp"
+#include "nodes/render_view.hpp"
+#include "render/camera.hpp"
+#include "render/scene.hpp"
+
+#include <fmt/format.h>
+
+namespace nodes::render {
+
+// Whether the floor hides part of `drawn`, which it was placed under as it is at rest.
+inline bool floor_hides(const GroundParams& ground, const ::render::Scene& scene,
+                        const geometry::Box& drawn, bool by_collider)
+{
+    if (ground.kind != GroundParams::Kind::under || by_collider || !scene.ground) return false;
+    return *scene.ground - drawn.lo.y() > 0.05 * scene.stage.diagonal();
+}
+
+// Warns of a picture that can show nothing of `drawn`, the bounds of what is linked, or not all.
+inline void warn_of_unseen(CameraParams::Kind kind, const GroundParams& ground, double aspect,
+                           const ::render::Scene& scene, const ::render::Camera& camera,
+                           geometry::Box drawn, bool by_collider, const graph::Context& context)
+{
+    for (const auto& balls : scene.balls) {
+        drawn.lo.array() -= double(balls.radius);
+        drawn.hi.array() += double(balls.radius);
+    }
+    if (drawn.empty()) return;
+    if (!::render::may_see(camera, drawn, aspect)) {
+        context.warn(kind == CameraParams::Kind::look_at
+                         ? "nothing that is linked lies in the picture: turn camera.target to it, "
+                           "or let the camera fit it"
+                         : "nothing that is linked lies in the picture any more: the camera fits "
+                           "where it is at rest; link its MotionBounds to `shot`, or choose "
+                           "look_at for camera.kind");
+    } else if (floor_hides(ground, scene, drawn, by_collider)) {
+        context.warn(fmt::format(
+            "the ground hides what lies below it: it is at {:.3g} m, under what is linked as it is "
+            "at rest. Set ground.kind = none, or at with a height, or link the MotionBounds of the "
+            "mesh to `shot`",
+            *scene.ground));
+    }
+}
+
+}  // namespace nodes::render
