@@ -308,7 +308,7 @@ void add_to(graph::Registry& registry)
                "places the grid, so that several models can share one.",
                graph::Need::optional)
         .choice("method", &Inputs::method, {"samples", "surface", "solid"}, about_method)
-        .short_forms(write_out_size, {{"size", size_forms}})
+        .short_forms({write_out_size, {{"size", size_forms}}})
         .choice("quality", &Inputs::quality, {"by_size", "draft", "good", "exact", "by_error"},
                 about_quality)
         .param("error", &Inputs::error,

@@ -51,7 +51,7 @@ bool known_version(Loading& loading, Declaration& d, const Json& json, const Nod
         auto& renamed = loading.renamed[node];
         renamed.insert(renamed.end(), step->outputs.begin(), step->outputs.end());
     }
-    if (type.write_out) type.write_out(d.body);
+    if (type.short_forms.write_out) type.short_forms.write_out(d.body);
     return true;
 }
 

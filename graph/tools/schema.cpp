@@ -124,9 +124,8 @@ Object params_schema(const std::vector<Param>& params)
 Object params_schema(const NodeType& type)
 {
     Object schema = params_schema(type.params);
-    for (const ShortForm& form : type.short_forms) {
-        Object& param = schema["properties"][form.param];
-        param["anyOf"].push_back(Object::parse(form.schema));
+    for (const auto& [name, form] : type.short_forms.schemas) {
+        schema["properties"][name]["anyOf"].push_back(Object::parse(form));
     }
     return schema;
 }

@@ -153,13 +153,7 @@ public:
         return *this;
     }
 
-    // Short forms that documents may use: `f` writes them out as parameters, in the node's object.
-    NodeBuilder& short_forms(void (*f)(Json&), std::vector<ShortForm> forms)
-    {
-        type_.write_out = f;
-        type_.short_forms = std::move(forms);
-        return *this;
-    }
+    NodeBuilder& short_forms(ShortForms f) { return type_.short_forms = std::move(f), *this; }
 
     // Which context variables run() reads: Variable::frame | Variable::fps ...
     NodeBuilder& reads(unsigned variables) { return type_.reads = variables, *this; }

@@ -99,9 +99,10 @@ struct Upgrade {
     std::vector<std::pair<std::string, std::string>> outputs;  // renamed: old name, new name
 };
 
-// What a document may say in place of a parameter's value.
-struct ShortForm {
-    std::string param, schema;  // a JSON schema, as text
+// What documents may say in place of values of parameters.
+struct ShortForms {
+    std::function<void(Json&)> write_out;  // in a node's object of this version; null: none
+    std::vector<std::pair<std::string, std::string>> schemas;  // parameter, JSON schema as text
 };
 
 struct NodeType {
@@ -114,9 +115,7 @@ struct NodeType {
     std::vector<Previous> previous;
     std::vector<Preparation> preparations;
     std::vector<Upgrade> upgrades;  // from older versions
-    // Null, or what writes short forms of parameters out, in a document's node of this version.
-    std::function<void(Json&)> write_out;
-    std::vector<ShortForm> short_forms;
+    ShortForms short_forms;
     unsigned reads = 0;  // context variables, see Variable
     bool sink = false;   // writes files: cooked by default, once a frame
     // For a node that gathers: which frames of its gathered inputs it wants. Such a node runs once
