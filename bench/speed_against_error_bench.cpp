@@ -691,8 +691,12 @@ void plate_case(Page& page)
         }
         const Cubes cubes = geometry::solid_cubes(std::move(cells), h, matter);
         const std::string name = fmt::format("h={:g}", h);
-        measure(cubes, bricks(cubes, name, 1));
-        if (layers == 1) measure(cubes, bricks(cubes, name, 1), wide);
+        const Mover differences =
+            bricks(cubes, name, 1, Integrator::implicit_midpoint, BrickElement::one_point);
+        for (const Mover& mover : {bricks(cubes, name, 1), differences}) {
+            measure(cubes, mover);
+            if (layers == 1) measure(cubes, mover, wide);
+        }
         if (layers > 1) continue;
         results.push_back(modal_plate(cubes, a, load, expected));
         measure(cubes, springs(cubes, name, 1));
@@ -784,6 +788,8 @@ void swing_case(Page& page)
         for (const int substeps : {1, 2, 4, 8}) {
             const std::string name = fmt::format("n={} {} steps", n, substeps);
             measure(cubes, bricks(cubes, name, substeps));
+            measure(cubes, bricks(cubes, name, substeps, Integrator::implicit_midpoint,
+                                  BrickElement::one_point));
             if (n > 1) continue;
             Mover euler = bricks(cubes, name, substeps, Integrator::implicit_euler);
             euler.kind = "bricks, implicit Euler";

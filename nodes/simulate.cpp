@@ -146,7 +146,14 @@ static std::size_t corner_count(const Inputs& in)
 static void warn_of_idle(const Inputs& in, const graph::Context& context)
 {
     const auto own = [](const auto& cubes) { return !cubes->elements.empty(); };
-    if (in.method != Method::bricks && std::any_of(in.cubes.begin(), in.cubes.end(), own)) {
+    const bool calibrated = std::any_of(in.cubes.begin(), in.cubes.end(), own);
+    if (calibrated && in.method == Method::bricks &&
+        in.bricks.element == physics::BrickElement::one_point) {
+        context.warn("bricks.element = one_point takes the calibrated stiffness of the cubes, but "
+                     "lumps their mass, so that they vibrate at other rates: set it to "
+                     "incompatible");
+    }
+    if (calibrated && in.method != Method::bricks) {
         context.warn("the calibrated stiffness of the cubes counts for method = bricks only: set "
                      "method = bricks, or stiffness = filled in Voxelize");
     }
@@ -404,7 +411,8 @@ static void describe_methods(graph::NodeBuilder<Inputs, Outputs>& node)
                 "Of the block step it uses substeps only. shell: a thin sheet that follows the "
                 "material, for cloth, paper and sheet metal; the cubes come from Plane or Sheet. "
                 "The mass of bricks is spread over each cube; "
-                "the others put an eighth at each corner, so that a bar one cube thick resists "
+                "the others, and bricks of one_point, put an eighth at each corner, so that a bar "
+                "one cube thick resists "
                 "turning about its length three times as much as it should.")
         .block("bricks", &Inputs::bricks, describe_bricks, "Options of the finite elements.",
                {"method", {"bricks"}})

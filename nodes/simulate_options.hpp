@@ -21,9 +21,9 @@ struct OneBody {
 inline void describe_bricks(graph::ParamsOf<physics::BrickOptions>& p)
 {
     p.choice("element", &physics::BrickOptions::element, {"incompatible", "trilinear", "one_point"},
-             "incompatible: right in bending even one cube thick. trilinear: up to a third too "
-             "stiff; for comparison. one_point: finite differences with hourglass control and "
-             "lumped mass; a quarter faster, but plates one cube thick bend 9 % too far.")
+             "incompatible: right in bending even one cube thick. trilinear: too stiff in bending; "
+             "for comparison. one_point: finite differences with hourglass control and lumped "
+             "mass; a quarter faster, but a plate one cube thick bends 26 % too far, of two 7 %.")
         .choice("weighting", &physics::BrickOptions::weighting, {"filled", "full"},
                 "filled: a partly filled cube has that share of the stiffness. full: all of it.");
 }

@@ -300,7 +300,7 @@ CubeMatrices BrickElasticity::matrices_at_rest(double stiffness, double damping,
         out.cubes = &rest;
         out.own_factor.assign(body_.cubes, 0);
     }
-    auto& weights = out.weights;  // mu, lambda and lambda'
+    auto& weights = out.weights;  // mu, lambda and third_modulus()
     weights.resize(body_.cubes);
     const auto& cube = body_.layout.cube;
     for (std::size_t i = 0; i < cube.size(); ++i) {

@@ -31,8 +31,8 @@
 // and quadrilateral with orthogonal hourglass control. IJNME 17, 1981). With C and F as in
 // brick_kernels.hpp, F_nx_j[i] is E / 3 C for i along one of the monomial's own axes, which is a
 // bar's bending, mu / 3 C across them, which is its torsion, and 4 mu / 9 C for xyz. Nothing of it
-// locks at any Poisson ratio. A plate bends 1 - nu^2 as stiffly as it should where it is one cube
-// thick, and twists 3/4 as stiffly. Its mass is lumped.
+// locks at any Poisson ratio. A plate one cube thick is 1 - nu^2 as stiff as it should be where it
+// bends one way, 1 - nu where it bends both ways, and 3/4 where it twists. Its mass is lumped.
 
 #include "geometry/cubes/cubes.hpp"
 

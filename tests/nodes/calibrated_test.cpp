@@ -144,4 +144,21 @@ TEST(CalibratedCubes, WhatCannotBeCalibratedIsToldBefore)
     EXPECT_NE(problems(R"("pieces": "apart")").find("set pieces = merge"), std::string::npos);
 }
 
+TEST(CalibratedCubes, FiniteDifferencesSayThatTheyLumpTheMass)
+{
+    NodeRun node = voxelize(turned_strip(), thick, "calibrated");
+    const graph::Value cubes = node.run();
+    const auto warnings = [&](const char* element) {
+        NodeRun simulate("Simulate");
+        simulate.inputs["cubes"] = {cubes};
+        simulate.param("bricks.element").is = std::string(element);
+        simulate.previous = {simulate.run()};
+        simulate.run();
+        return simulate.warnings;
+    };
+    EXPECT_TRUE(warnings("incompatible").empty());
+    ASSERT_EQ(warnings("one_point").size(), 1u);
+    EXPECT_NE(warnings("one_point")[0].find("lumps their mass"), std::string::npos);
+}
+
 }  // namespace

@@ -156,6 +156,30 @@ TEST(BrickElement, TheOnePointOneBendsAndTwistsAsABarOfOneCube)
     }
 }
 
+TEST(BrickElement, APlateOfOnePointBricksIsTooSoftByWhatTheyLeaveOut)
+{
+    // Energies of a plate across z over those of Kirchhoff's, D = E h^3 / (12 (1 - nu^2)): bent one
+    // way, both ways alike, against each other, and twisted.
+    const double h = 0.2, nu = 0.3;
+    const double d = 10 * std::pow(h, 3) / (12 * (1 - nu * nu));
+    const auto ratio = [&](double kx, double ky, double kxy) {
+        BrickVector u;
+        for (unsigned a = 0; a < 8; ++a) {
+            const Vec3 at = h / 2 * sign(a);
+            u.segment<3>(3 * a) =
+                Vec3(-at.z() * (kx * at.x() + kxy * at.y()), -at.z() * (ky * at.y() + kxy * at.x()),
+                     kxy * at.x() * at.y());
+        }
+        const double plate =
+            0.5 * d * h * h * (kx * kx + ky * ky + 2 * nu * kx * ky + 2 * (1 - nu) * kxy * kxy);
+        return 0.5 * u.dot(brick_forces(u, h, lame(10, nu), BrickElement::one_point)) / plate;
+    };
+    EXPECT_NEAR(ratio(1, 0, 0), 1 - nu * nu, 1e-12);
+    EXPECT_NEAR(ratio(1, 1, 0), 1 - nu, 1e-12);
+    EXPECT_NEAR(ratio(1, -1, 0), 1 + nu, 1e-12);
+    EXPECT_NEAR(ratio(0, 0, 1), 0.75, 1e-12);
+}
+
 TEST(BrickElement, PassesThePatchTest)
 {
     // u = A x has the constant stress mu (A + A^T) + lambda tr A, whose forces on a corner are

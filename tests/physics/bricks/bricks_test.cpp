@@ -290,6 +290,31 @@ TEST(Bricks, ACantileverOneCubeThickBendsAsTimoshenkoSays)
     EXPECT_NEAR(cantilever_ratio(8, 2, BrickElement::one_point), 0.971, 0.001);
 }
 
+TEST(Bricks, OnePointBricksConvergeAsOthersDo)
+{
+    // Enough of them for multigrid, pinned on one face and pulled aside, with damping by mass.
+    const auto iterations = [](BrickElement element) {
+        const Cubes cubes =
+            fixtures::box(14, 14, 12, 0.1, {.young = 1e5, .poisson = 0.3, .mass_damping = 2});
+        BricksBody body = make_bricks(cubes, {.element = element});
+        body.dissections = nullptr;
+        Loads loads;
+        loads.forces.push_back({});
+        loads.forces[0].acceleration = Vec3(5, 0, 0);
+        for (const auto k :
+             fixtures::corners_where(cubes, [](const Vec3i& c) { return c.y() == 0; })) {
+            loads.pins.corner.push_back(k);
+            loads.pins.target.push_back(cubes.corner_position(k));
+        }
+        const State state = advance(body, rest_state(body), loads, 1.0 / 24,
+                                    {.newton_iterations = 10, .tolerance = 1e-8});
+        EXPECT_TRUE(state.report.converged);
+        EXPECT_GT(state.report.iterations, 0);
+        return state.report.iterations;
+    };
+    EXPECT_LE(iterations(BrickElement::one_point), 1.5 * iterations(BrickElement::incompatible));
+}
+
 TEST(Bricks, EveryProcessorGivesTheSameBits)
 {
     const Cubes cubes = mixed_blob(17, 80);
