@@ -214,7 +214,8 @@ static void describe_item(graph::ParamsOf<Item>& p)
         .param("stretch", &Item::stretch,
                "How many times as thick the layer is along x, y and z: an anisotropic field. A "
                "point becomes an ellipsoid, a segment a blade. Radius and bulges stretch with it, "
-               "and its slope falls.",
+               "and its slope falls. Where it is keyed, the surface moves but pushes nothing "
+               "by its speed.",
                {.min = 1, .max = 100},
                {"kind", {"point", "segment", "polyline", "triangle", "curve"}})
         .param("stretch_degrees", &Item::stretch_degrees,

@@ -5,7 +5,6 @@
 #include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -55,15 +54,15 @@ Box influence_of(const Field& field, std::size_t i)
     return box;
 }
 
-// The stretch of a skeleton in a frame.
-FieldStretch turned_by(const Transform& frame, const Skeleton& skeleton)
+// What a skeleton is drawn by, if by points.
+void add_points(const Skeleton& s, const Transform& frame, Field& field)
 {
-    if (!skeleton.stretches()) return {};
-    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(skeleton.stretch);
-    const Mat3 axes = frame.linear() * eigen.eigenvectors();
-    const Vec3 along = eigen.eigenvalues();
-    return {axes * along.asDiagonal() * axes.transpose(),
-            axes * along.cwiseInverse().asDiagonal() * axes.transpose(), along.maxCoeff()};
+    if (s.kind == SkeletonKind::curve) {
+        for (const Vec3& p : catmull_rom(s.points)) field.points.push_back(frame * p);
+    } else if (has_points(s.kind)) {
+        for (const Vec3& p : s.points) field.points.push_back(frame * p);
+    }
+    field.first.push_back(static_cast<std::uint32_t>(field.points.size()));
 }
 
 Foot foot_on_points(SkeletonKind kind, std::span<const Vec3> points, const Vec3& p)
@@ -120,23 +119,31 @@ Field make_field(const ImplicitLayer& layer, std::span<const Transform> frames,
         }
         const Transform& frame = frames[layer.frame[i]];
         field.kind.push_back(s.kind);
-        if (s.kind == SkeletonKind::curve) {
-            for (const Vec3& p : catmull_rom(s.points)) field.points.push_back(frame * p);
-        } else if (has_points(s.kind)) {
-            for (const Vec3& p : s.points) field.points.push_back(frame * p);
-        }
-        field.first.push_back(static_cast<std::uint32_t>(field.points.size()));
+        add_points(s, frame, field);
         field.place.push_back(frame * s.place);
         field.half_size.push_back(s.half_size);
         const bool of_mesh = s.kind == SkeletonKind::mesh || s.kind == SkeletonKind::sheet;
         field.mesh.push_back(of_mesh ? s.mesh : nullptr);
-        if (stretched) field.stretch.push_back(turned_by(frame, s));
-        field.most_stretch = std::max(field.most_stretch, widest(field, i));
+        if (stretched) {
+            field.stretch.push_back(stretch_of(s, frame.linear()));
+            field.most_stretch = std::max(field.most_stretch, field.stretch.back().most);
+        }
         field.influence.push_back(influence_of(field, i));
         if (s.kind == SkeletonKind::plane) {
             field.unbounded.push_back(static_cast<std::uint32_t>(i));
         }
     }
+    field.grid = make_field_grid(field.influence);
+    return field;
+}
+
+Field narrowed(Field field)
+{
+    const Mat3 narrow = field.stretch[0].narrow;
+    for (Vec3& p : field.points) p = narrow * p;
+    field.stretch.clear();
+    field.most_stretch = 1;
+    field.influence[0] = influence_of(field, 0);
     field.grid = make_field_grid(field.influence);
     return field;
 }
@@ -195,16 +202,19 @@ Foot foot(const Field& field, std::size_t i, const Vec3& p)
     return result;
 }
 
-double width_along(const Field& field, std::size_t i, const Vec3& direction)
-{
-    const FieldStretch* const stretch = stretch_of(field, i);
-    return stretch ? 1 / (stretch->narrow * direction).norm() : 1;
-}
-
 double surface_slope(const Field& field, std::size_t i, const Vec3& p)
 {
     const double k = field.profile[i].k;
-    return stretch_of(field, i) ? k * foot(field, i, p).n.norm() : k;
+    const FieldStretch* const stretch = stretch_of(field, i);
+    // On the skeleton itself grad r is nothing: the least that it has anywhere.
+    return stretch ? k * std::max(foot(field, i, p).n.norm(), 1 / stretch->most) : k;
+}
+
+double surface_gap(const Field& field, std::size_t i, const Foot& foot)
+{
+    const FieldStretch* const stretch = stretch_of(field, i);
+    const double gap = foot.r - field.profile[i].e;
+    return stretch ? gap / std::max(foot.n.norm(), 1 / stretch->most) : gap;
 }
 
 double distance(const Field& field, std::size_t i, const Vec3& p)

@@ -36,13 +36,6 @@ struct ImplicitLayer {
     Blend blend;
 };
 
-// A skeleton's stretch A in the world.
-struct FieldStretch {
-    Mat3 wide = Mat3::Identity();    // A
-    Mat3 narrow = Mat3::Identity();  // A^-1
-    double most = 1;                 // its largest eigenvalue
-};
-
 // A layer in the world, ready to be asked. Immutable once made.
 struct Field {
     double isovalue = 1;
@@ -57,7 +50,7 @@ struct Field {
     std::vector<Transform> place;  // S, solids and sheets: their own frame to the world
     std::vector<Vec3> half_size;   // S, m
     std::vector<std::shared_ptr<const SkeletonMesh>> mesh;  // S, null for others
-    std::vector<FieldStretch> stretch;                      // S, or empty: no skeleton has one
+    std::vector<FieldStretch> stretch;                      // S, world, or empty: none has one
     double most_stretch = 1;                                // of them all
     FieldGrid grid;                                         // of all bounded skeletons
     std::vector<std::uint32_t> unbounded;
@@ -92,14 +85,14 @@ inline const FieldStretch* stretch_of(const Field& field, std::size_t i)
     return field.stretch.empty() || field.stretch[i].most == 1 ? nullptr : &field.stretch[i];
 }
 
-// By how much the layer of skeleton i is wider along its widest axis than its radii say.
-inline double widest(const Field& field, std::size_t i)
+// How many times as wide the layer of skeleton i is along a unit direction as its radii say.
+inline double width_along(const Field& field, std::size_t i, const Vec3& direction)
 {
-    return field.stretch.empty() ? 1 : field.stretch[i].most;
+    return field.stretch.empty() ? 1 : field.stretch[i].along(direction);
 }
 
-// The same along a unit direction from its points.
-double width_along(const Field& field, std::size_t i, const Vec3& direction);
+// A field of one skeleton in space narrowed by its stretch: without one.
+Field narrowed(Field field);
 
 // `frames` map the carrier's local frames to the world, rigid; `translations` move each skeleton's
 // contribution outward, m (empty: none). Throws std::invalid_argument, naming the skeleton, when
@@ -115,6 +108,9 @@ Foot foot(const Field& field, std::size_t skeleton, const Vec3& p);
 
 // 1/m: the slope that the contribution of a skeleton has at its surface, near p.
 double surface_slope(const Field& field, std::size_t skeleton, const Vec3& p);
+
+// m: how far from the surface of a skeleton alone a foot is, of a stretched one to first order.
+double surface_gap(const Field& field, std::size_t skeleton, const Foot& foot);
 
 // foot().r alone, which is quicker. The same bits.
 double distance(const Field& field, std::size_t skeleton, const Vec3& p);

@@ -222,6 +222,16 @@ Foot foot_on_sheet(const SkeletonMesh& mesh, const Vec3& p)
     return foot_at(mesh, mesh.tree.closest(p), p);
 }
 
+FieldStretch stretch_of(const Skeleton& skeleton, const Mat3& turn)
+{
+    if (!skeleton.stretches()) return {};
+    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(skeleton.stretch);
+    const Mat3 axes = turn * eigen.eigenvectors();
+    const Vec3 along = eigen.eigenvalues();
+    return {axes * along.asDiagonal() * axes.transpose(),
+            axes * along.cwiseInverse().asDiagonal() * axes.transpose(), along.maxCoeff()};
+}
+
 bool is_rigid(const Transform& transform)
 {
     const Mat3 r = transform.linear();
@@ -243,10 +253,11 @@ void check_stretch(const Skeleton& s, const char* what)
                   : 0;
     if (least >= 1 - rounding) return;
     throw std::invalid_argument(fmt::format(
-        "the stretch of a {} skeleton must be symmetric and 1 or more along each axis, got {:g} "
-        "along one. Give the least thickness as `thickness`, and how many times as thick it is "
-        "elsewhere as `stretch`",
-        what, least));
+        "the stretch of a {} skeleton must be {}. Give the least thickness as `thickness`, and how "
+        "many times as thick it is elsewhere as `stretch`",
+        what,
+        symmetric ? fmt::format("1 or more along each axis, got {:g} along one", least)
+                  : "a symmetric matrix of finite numbers"));
 }
 
 void check_points(const Skeleton& s, std::size_t least, std::size_t most, const char* what)

@@ -52,18 +52,25 @@ struct Skeleton {
     Mat3 stretch = Mat3::Identity();
 
     bool stretches() const { return stretch != Mat3::Identity(); }
-    // How many times as wide its layer is as its contribution says: at most, and along a unit
-    // direction from its points.
-    double widest() const { return stretches() ? stretch.operatorNorm() : 1; }
-    double width_along(const Vec3& direction) const
+};
+
+// A skeleton's stretch made ready, in a frame.
+struct FieldStretch {
+    Mat3 wide = Mat3::Identity();    // A
+    Mat3 narrow = Mat3::Identity();  // A^-1
+    double most = 1;                 // its largest eigenvalue: as many times as wide is the layer
+
+    // The same along a unit direction from the skeleton's points.
+    double along(const Vec3& direction) const
     {
-        return stretches() ? 1 / (stretch.inverse() * direction).norm() : 1;
+        return most == 1 ? 1 : 1 / (narrow * direction).norm();
     }
 };
+FieldStretch stretch_of(const Skeleton& skeleton, const Mat3& turn = Mat3::Identity());
 
 // Where a point stands to a skeleton.
 struct Foot {
-    double r = 0;                 // m
+    double r = 0;                 // m, in narrowed space where it has a stretch
     Vec3 n = Vec3::Zero();        // grad r, unit without a stretch; zero on what has no inside
     Mat3 hessian = Mat3::Zero();  // 1/m
 };

@@ -49,12 +49,12 @@ void find_reach(const Field& field, std::span<const std::uint32_t> frame_of, con
     double nearest = std::numeric_limits<double>::infinity();
     std::uint32_t owner = frame_of[0];
     for (std::uint32_t s = 0; s < field.count(); ++s) {
-        const double r = geometry::foot(field, s, p).r;
-        if (r - field.profile[s].e < nearest) {
-            nearest = r - field.profile[s].e;
+        const geometry::Foot foot = geometry::foot(field, s, p);
+        if (const double gap = geometry::surface_gap(field, s, foot); gap < nearest) {
+            nearest = gap;
             owner = frame_of[s];
         }
-        const double f = geometry::profile_at(field.profile[s], r).f;
+        const double f = geometry::profile_at(field.profile[s], foot.r).f;
         if (!(f > 0)) continue;
         const auto same = std::find_if(out.begin(), out.end(),
                                        [&](const Pull& o) { return o.frame == frame_of[s]; });

@@ -41,6 +41,7 @@ Piece preview_of(const LayeredScene& scene, std::uint32_t b)
         const std::uint32_t f = samples.frame[s];
         const Mat3 turn = Eigen::Quaterniond(state.rotation[f]).toRotationMatrix();
         const double k = body.layer.contributions[s].stiffness;
+        const geometry::FieldStretch width = geometry::stretch_of(body.layer.skeletons[s]);
         geometry::parallel_for(
             samples.first[s + 1] - samples.first[s], 4096, [&](std::size_t begin, std::size_t end) {
                 for (std::size_t i = samples.first[s] + begin; i < samples.first[s] + end; ++i) {
@@ -49,8 +50,7 @@ Piece preview_of(const LayeredScene& scene, std::uint32_t b)
                         there ? static_cast<double>(state.pressed[i]) : state.distance[i];
                     const Vec3 local = samples.origin[i] + d * samples.direction[i];
                     piece.mesh.positions[i] = (turn * local + state.position[f]).cast<float>();
-                    const double slope =
-                        k / body.layer.skeletons[s].width_along(samples.direction[i]);
+                    const double slope = k / width.along(samples.direction[i]);
                     piece.compression[i] = std::max(
                         0.f, static_cast<float>(slope) * static_cast<float>(state.distance[i] - d));
                 }

@@ -70,11 +70,15 @@ public:
     {
         std::uint8_t found = 0;
         number(found);
+        v = chosen(found, last, what);
+    }
+    template <class T> static T chosen(std::uint8_t found, T last, const char* what)
+    {
         if (found > static_cast<std::uint8_t>(last)) {
             throw std::runtime_error(fmt::format("expected {} from 0 to {}, found {}", what,
                                                  static_cast<int>(last), found));
         }
-        v = static_cast<T>(found);
+        return static_cast<T>(found);
     }
     void list(auto& v)
     {
@@ -147,12 +151,7 @@ void pass_kind(Reader& file, Skeleton& skeleton)
     std::uint8_t found = 0;
     file.number(found);
     const std::uint8_t kind = found & ~stretched;
-    constexpr auto last = static_cast<std::uint8_t>(SkeletonKind::sheet);
-    if (kind > last) {
-        throw std::runtime_error(
-            fmt::format("expected a kind of skeleton from 0 to {}, found {}", last, kind));
-    }
-    skeleton.kind = static_cast<SkeletonKind>(kind);
+    skeleton.kind = Reader::chosen(kind, SkeletonKind::sheet, "a kind of skeleton");
     if (kind != found) file.raw(skeleton.stretch.data(), sizeof(Mat3));
 }
 

@@ -35,7 +35,8 @@ Box box_of(const LayeredBody& body, std::span<const std::uint32_t> skeletons, do
     Box box;
     for (const std::uint32_t s : skeletons) {
         const Skeleton& skeleton = body.layer.skeletons[s];
-        reach = std::max(reach, body.layer.contributions[s].radius * skeleton.widest());
+        reach = std::max(reach,
+                         body.layer.contributions[s].radius * geometry::stretch_of(skeleton).most);
         if (skeleton.kind == SkeletonKind::plane) plane = &skeleton;
         for (const Vec3& p : skeleton.points) box.add(p);
         if (!skeleton.points.empty()) continue;

@@ -36,13 +36,19 @@ static std::vector<std::uint32_t> pieces_of(const LayeredBody& body, const Layer
 {
     if (!state.part.empty()) return state.part;
     const ImplicitLayer& layer = body.layer;  // all blend that are in reach
-    const auto reach = [&](std::uint32_t i) {
-        return layer.contributions[i].radius * layer.skeletons[i].widest();
+    const auto reach = [&](std::uint32_t i, const Vec3& along) {
+        const geometry::Skeleton& skeleton = layer.skeletons[i];
+        if (!skeleton.stretches()) return layer.contributions[i].radius;
+        const Eigen::Quaterniond turn(state.rotation[layer.frame[i]]);
+        return layer.contributions[i].radius *
+               geometry::stretch_of(skeleton, turn.toRotationMatrix()).along(along);
     };
     return chains(static_cast<std::uint32_t>(layer.skeletons.size()),
                   [&](std::uint32_t i, std::uint32_t j) {
-                      const Vec3& at = state.position[layer.frame[i]];
-                      return (at - state.position[layer.frame[j]]).norm() < reach(i) + reach(j);
+                      const Vec3 way =
+                          state.position[layer.frame[i]] - state.position[layer.frame[j]];
+                      const double apart = way.norm();
+                      return !(apart > 0) || apart < reach(i, way / apart) + reach(j, way / apart);
                   })
         .roots();
 }
@@ -64,8 +70,12 @@ namespace {
 bool in_reach(const Field& field, std::uint32_t i, std::uint32_t j)
 {
     const auto centre = [&](std::uint32_t s) { return field.points[field.first[s]]; };
-    return (centre(i) - centre(j)).norm() < field.profile[i].R * geometry::widest(field, i) +
-                                                field.profile[j].R * geometry::widest(field, j);
+    const Vec3 way = centre(i) - centre(j);
+    const double apart = way.norm();
+    const auto reach = [&](std::uint32_t s) {
+        return field.profile[s].R * geometry::width_along(field, s, way / apart);
+    };
+    return !(apart > 0) || apart < reach(i) + reach(j);
 }
 
 // What holds the skeletons of a substance together at a moment.

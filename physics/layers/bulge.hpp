@@ -59,7 +59,7 @@ struct Bulges {
 struct BulgeValue {
     double A = 0;
     Vec3 gradient = Vec3::Zero();  // of A
-    double t = 0;                  // m
+    double t = 0;                  // m, as j measures distances
     Vec3 t_gradient = Vec3::Zero();
 };
 

@@ -23,15 +23,15 @@ Box start_rays(const ContactBody& own, const DrawnBatch& batch, std::vector<Sear
 {
     const SurfaceSamples& samples = *own.samples;
     const Transform& frame = own.frames[samples.frame[batch.skeleton]];
-    const double reach =
-        own.field->profile[batch.skeleton].R * geometry::widest(*own.field, batch.skeleton);
+    const double reach = own.field->profile[batch.skeleton].R;
     rays.clear();
     Box box;
     for (std::uint32_t i = batch.begin; i < batch.end; ++i) {
         if (!own.walk->valid[i]) continue;
         const double d = own.walk->distance[i];
-        rays.push_back({i, frame * samples.origin[i], frame.linear() * samples.direction[i], d, 0,
-                        std::max(d, reach)});
+        const Vec3 direction = frame.linear() * samples.direction[i];
+        const double width = geometry::width_along(*own.field, batch.skeleton, direction);
+        rays.push_back({i, frame * samples.origin[i], direction, d, 0, std::max(d, reach * width)});
         box.add(rays.back().origin);
         box.add(rays.back().origin + rays.back().outside * rays.back().direction);
     }

@@ -25,12 +25,10 @@ LayerStop stop_at_rigid(const Field& field, const Party& other, const Vec3& p)
     LayerStop stop;
     for (const std::uint32_t s : other.skeletons) {
         const geometry::Foot foot = geometry::foot(field, s, p);
-        // Of a stretched one to first order.
-        const double slope = geometry::stretch_of(field, s) ? foot.n.norm() : 1;
-        const double gap = (foot.r - field.profile[s].e) / slope;
+        const double gap = geometry::surface_gap(field, s, foot);
         if (gap < stop.gap && foot.n.squaredNorm() > 0) {
             stop.other_skeleton = s;
-            stop.normal = foot.n / slope;
+            stop.normal = geometry::stretch_of(field, s) ? foot.n.normalized() : foot.n;
             stop.gap = gap;
         }
     }
@@ -47,6 +45,13 @@ void tell_parties(const Meeting& meeting, std::uint32_t skeleton, const Party& o
     if (const MovingMesh* mesh = meeting.bodies[other.body].moving) {
         stop.closing = velocity_at(*mesh, p).dot(stop.normal);
     }
+}
+
+// m: of a skeleton's own layer.
+static double thickness_along(const Meeting& meeting, std::uint32_t skeleton, const Vec3& direction)
+{
+    const Field& field = meeting.field(meeting.own);
+    return field.profile[skeleton].e * geometry::width_along(field, skeleton, direction);
 }
 
 void find_stops(const Meeting& meeting, std::uint32_t skeleton, const std::vector<Vec3>& origins,
@@ -77,7 +82,7 @@ void find_stops(const Meeting& meeting, std::uint32_t skeleton, const std::vecto
                     stop.gap = (c - theirs.f[k]) / slope;
                     stop.normal = -gradient / slope;
                 }
-                if (!(stop.gap < meeting.field(meeting.own).profile[skeleton].e)) continue;
+                if (!(stop.gap < thickness_along(meeting, skeleton, stop.normal))) continue;
             } else {
                 if (!(theirs.f[k] > c && slope > 0)) continue;
                 stop.other_skeleton = largest_at(field, other.skeletons, p);

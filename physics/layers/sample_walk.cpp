@@ -87,8 +87,9 @@ std::vector<Walker> start_walkers(const Field& field, const SurfaceSamples& samp
         Walker& w = walkers[i];
         w.origin = frame * samples.origin[batch.begin + i];
         w.direction = frame.linear() * samples.direction[batch.begin + i];
-        w.outside = std::max(0.0, own.R) * geometry::widest(field, batch.skeleton);
-        w.t = before ? before->distance[batch.begin + i] : own.e;
+        const double width = geometry::width_along(field, batch.skeleton, w.direction);
+        w.outside = std::max(0.0, own.R) * width;
+        w.t = before ? before->distance[batch.begin + i] : own.e * width;
         w.t = std::clamp(w.t, 0.0, w.outside);
     }
     return walkers;
@@ -155,7 +156,7 @@ void walk_batch(const Field& field, const SurfaceSamples& samples, const Transfo
     thread_local geometry::TerritoryValues values;
     thread_local FieldBlock block;
     const std::uint32_t own = batch.skeleton;
-    const double reach = field.profile[own].R * geometry::widest(field, own), c = field.isovalue;
+    const double reach = field.profile[own].R, c = field.isovalue;
 
     geometry::candidates(field, field.influence[own], near);
     if (field.rule != geometry::BlendRule::sum) {

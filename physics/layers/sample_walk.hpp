@@ -42,7 +42,7 @@ struct SampleWalk {
 };
 
 // Walks every sample to its stop, to 1e-12 of the thickness. `before` is where they were a step ago
-// (null: at their skeleton's thickness). `frames` are those that `field` was made with.
+// (null: on the surface of their skeleton alone). `frames` are those that `field` was made with.
 // `slopes`: also how the volume follows translations.
 SampleWalk walk(const Field& field, const SurfaceSamples& samples,
                 std::span<const Transform> frames, const SampleWalk* before = nullptr,

@@ -55,9 +55,10 @@ struct SurfaceSamples {
     std::size_t skeletons() const { return core.size(); }
 };
 
-// About one sample each `spacing` m on the surface that each skeleton has alone; a plane emits
-// none. Throws std::invalid_argument for a spacing that is not positive, or so small that a
-// skeleton would emit more than 10 million.
+// About one sample each `spacing` m on the surface that each skeleton has alone, of a stretched one
+// farther apart along its long axes and nearer across; a plane emits none. Throws
+// std::invalid_argument for a spacing that is not positive, or so small that a skeleton would emit
+// more than 10 million.
 SurfaceSamples make_surface_samples(const ImplicitLayer& layer, double spacing);
 
 }  // namespace physics

@@ -62,10 +62,14 @@ Vec3 way_of_points(const Skeleton& now, const Skeleton& before, const Skeleton& 
                    const Vec3& place)
 {
     // As distances are measured.
-    const Mat3 narrow = now.stretches() ? Mat3(now.stretch.inverse()) : Mat3(Mat3::Identity());
-    const Vec3 p = narrow * place;
-    std::vector<Vec3> at = now.points;
-    for (Vec3& q : at) q = narrow * q;
+    std::vector<Vec3> narrow;
+    Vec3 p = place;
+    if (now.stretches()) {
+        const Mat3 by = now.stretch.inverse();
+        p = by * place;
+        for (const Vec3& q : now.points) narrow.emplace_back(by * q);
+    }
+    const std::vector<Vec3>& at = now.stretches() ? narrow : now.points;
     const auto way = [&](std::size_t i) { return Vec3(after.points[i] - before.points[i]); };
     if (now.kind == geometry::SkeletonKind::triangle) {
         const Vec3 share = shares_on_triangle(at, p);

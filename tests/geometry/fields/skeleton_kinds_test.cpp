@@ -204,11 +204,15 @@ TEST(SkeletonKinds, GradientAndHessianAreTheDerivativesOfTheDistance)
 {
     field_checks::expect_derivatives(make_field(layer_of(one_of_each()), unmoved),
                                      {7, 1.0, 0.02, 1e-3});
+    std::vector<Skeleton> curves = field_checks::stretched(one_of_each());
+    curves.resize(2);
+    field_checks::expect_derivatives(make_field(layer_of(curves), unmoved), {7, 1.0, 0.02, 1e-3});
 }
 
 TEST(SkeletonKinds, BlocksGiveWhatEachPointAskedByItselfGives)
 {
-    const std::vector<Skeleton> each = one_of_each();
+    std::vector<Skeleton> each = one_of_each();
+    for (const Skeleton& s : field_checks::stretched(one_of_each())) each.push_back(s);
     const Random random(11);
     std::vector<Vec3> points;
     for (std::uint64_t i = 0; i < 500; ++i) points.push_back(in_cube(random, i, 1.2));

@@ -41,7 +41,11 @@ TEST(SkeletonMass, IsThatOfTheMeshOfTheSurface)
         stretched(
             {.kind = SkeletonKind::triangle, .points = {{-0.2, 0, 0}, {0.3, 0.1, 0}, {0, 0, 0.4}}}),
         stretched({.kind = SkeletonKind::curve,
-                   .points = {{-0.5, 0, 0}, {-0.2, 0.3, 0}, {0.2, 0.1, 0.2}}})};
+                   .points = {{-0.5, 0, 0}, {-0.2, 0.3, 0}, {0.2, 0.1, 0.2}}}),
+        // A curve through narrowed positions would be 5 % shorter than the narrowed one.
+        {.kind = SkeletonKind::curve,
+         .points = {{0, 0, 0}, {0.3, 1.2, 0}, {3, 1.2, 0}, {3.3, 0, 0}},
+         .stretch = Vec3(5, 1, 1).asDiagonal()}};
     for (std::size_t i = 0; i < each.size(); ++i) {
         const ImplicitLayer layer = soft_layer({each[i]});
         const LayeredBody body = make_layered_body(layer, BaseKind::rigid, 1, 0.04);

@@ -33,11 +33,6 @@ double force_error(double spacing)
     return std::abs(-found.wrenches[0][0].force.x() - exact);
 }
 
-}  // namespace
-
-// What samples at the rim stand for is cut there, and the samples' weights integrate smooth
-// functions with order 3 to 4, so that the error falls evenly: by 10 or more at each halving, a
-// little under that where the rim's ghosts, known to first order, begin to show (order 3).
 // Two balls as they are, and both stretched alike: all that is found is stretched with them.
 void expect_stretched_alike(const Contribution& contribution)
 {
@@ -80,12 +75,18 @@ void expect_stretched_alike(const Contribution& contribution)
     }
 }
 
+}  // namespace
+
 TEST(LayerContact, StretchedLayersMeetWhereNarrowedOnesDo)
 {
     expect_stretched_alike(unit);
     // Bulges that reach beyond the influence.
     expect_stretched_alike({.thickness = 1, .stiffness = 1, .radius = 1.15, .stiffening = 0});
 }
+
+// What samples at the rim stand for is cut there, and the samples' weights integrate smooth
+// functions with order 3 to 4, so that the error falls evenly: by 10 or more at each halving, a
+// little under that where the rim's ghosts, known to first order, begin to show (order 3).
 
 TEST(LayerContact, TwoEqualBallsPressWithTheForceOfTheIntegral)
 {
