@@ -97,6 +97,22 @@ TEST_P(LayeredLoads, APointForceGivesItsMomentumAndItsTorque)
                 0.05 * scene.states[0].velocity[0].x());
 }
 
+// The top of the tall one is 0.03 m away, the bottom of the ball 0.12 m.
+TEST_P(LayeredLoads, APointForceTakesAStretchedLayerWhereItEnds)
+{
+    Skeleton tall = point({0, 0, 0});
+    tall.stretch(1, 1) = 3;
+    Force force;
+    force.kind = Force::Kind::point;
+    force.force = {5, 0, 0};
+    force.position = {0, 0.33, 0};
+    force.radius = 0;
+    LayeredBody body = make_layered_body(soft_layer({tall}), BaseKind::rigid, 1000, 0.03);
+    const LayeredScene scene = run(scene_of({body, ball({0, 0.55, 0})}), world(force), 6);
+    EXPECT_NEAR(scene.states[0].velocity[0].x() * body.base.mass[0], 5 * 6 * step, 1e-9);
+    EXPECT_NEAR(scene.states[1].velocity[0].norm(), 0, 1e-12);
+}
+
 TEST_P(LayeredLoads, NumbersThatAreNoneAreRefused)
 {
     Force force;

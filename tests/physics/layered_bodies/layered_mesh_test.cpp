@@ -8,18 +8,21 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
 namespace physics {
 namespace {
 
-LayeredScene two_pressed_balls()
+// `along`: how many times as thick they are along the way between them, and as far apart.
+LayeredScene two_pressed_balls(double along = 1)
 {
     std::vector<LayeredPart> parts;
-    for (const double x : {-0.09, 0.09}) {
+    for (const double x : {-0.09 * along, 0.09 * along}) {
         geometry::ImplicitLayer layer;
         layer.skeletons = {{.kind = geometry::SkeletonKind::point, .points = {Vec3(x, 0, 0)}}};
+        layer.skeletons[0].stretch(0, 0) = along;
         layer.contributions = {{.thickness = 0.1, .stiffness = 10, .radius = 0.25}};
         layer.frame = {0};
         LayeredPart part;
@@ -85,6 +88,16 @@ TEST(LayeredMesh, ThePreviewOfASteppedSceneNeedsNoField)
     EXPECT_GT(flat, 20);
     EXPECT_GT(bulged, 3e-3);                        // nearly half the depth: bulge_height is 0.5
     EXPECT_NEAR(pressed, 10 * (0.1 - 0.09), 5e-3);  // k times the depth at the middle
+}
+
+TEST(LayeredMesh, ThePreviewOfStretchedLayersKnowsTheirCompression)
+{
+    LayeredScene scene = two_pressed_balls(3);
+    scene = advance(scene, scene.parts, {.gravity = Vec3::Zero()}, 1.0 / 24, 1);
+    const geometry::TriMesh mesh =
+        layered_mesh(scene, {.surface = LayeredMeshOptions::Surface::samples});
+    const auto& pressed = mesh.attributes.at(0).values;
+    EXPECT_NEAR(*std::max_element(pressed.begin(), pressed.end()), 10 * (0.1 - 0.09), 5e-3);
 }
 
 TEST(LayeredMesh, OneBodyCanBeMeshedUndeformedOrCut)

@@ -205,6 +205,22 @@ TEST(Layered, PiecesAreChainsOfOverlappingInfluences)
     }
 }
 
+TEST(Layered, StretchedParticlesReachFartherAlongTheirWideAxisOnly)
+{
+    for (const geometry::BlendRule rule :
+         {geometry::BlendRule::sum, geometry::BlendRule::smooth_groups}) {
+        for (const Vec3& way : {Vec3(1, 0, 0), Vec3(0, 1, 0)}) {
+            LayeredBody body = dough({{0, 0, 0}, 1.0 * way});
+            for (Skeleton& skeleton : body.layer.skeletons) skeleton.stretch(0, 0) = 5;
+            body.base.substance.stiffness = 0;
+            body.layer.blend.rule = rule;
+            if (rule == geometry::BlendRule::sum) body.layer.blend.part.clear();
+            const LayeredScene scene = advance(scene_of({body}), weightless, 1e-3, 1);
+            EXPECT_EQ(physics::piece_count(scene), way.x() > 0 ? 1u : 2u) << way.transpose();
+        }
+    }
+}
+
 TEST(Layered, PiecesThatCameApartCollideAndFuseUnderPressureOnly)
 {
     for (const bool fuses : {false, true}) {

@@ -77,6 +77,11 @@ TEST(ToldFigures, InnerMotionIsTheRigidMotionAndWhatIsLeft)
             EXPECT_LT((motion.by * p.points[i] - q.points[i]).norm(), 1e-12);
         }
         EXPECT_TRUE(geometry::is_rigid(motion.by));
+        // The axes of a stretch do not turn with the points.
+        p.stretch(0, 0) = q.stretch(0, 0) = 2;
+        const InnerMotion stretched = inner_motion(p, q);
+        EXPECT_EQ(stretched.by.linear(), Mat3::Identity());
+        EXPECT_EQ(stretched.rest > 1e-3, count > 1);
     }
     const Skeleton p{.kind = SkeletonKind::segment, .points = {{0, 0, 0}, {1, 0, 0}}};
     const Skeleton longer{.kind = SkeletonKind::segment, .points = {{0, 0, 0}, {1.2, 0, 0}}};
