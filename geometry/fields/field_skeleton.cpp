@@ -227,7 +227,7 @@ FieldStretch stretch_of(const Skeleton& skeleton, const Mat3& turn)
     if (!skeleton.stretches()) return {};
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(skeleton.stretch);
     const Mat3 axes = turn * eigen.eigenvectors();
-    const Vec3 along = eigen.eigenvalues();
+    const Vec3& along = eigen.eigenvalues();
     return {axes * along.asDiagonal() * axes.transpose(),
             axes * along.cwiseInverse().asDiagonal() * axes.transpose(), along.maxCoeff()};
 }
