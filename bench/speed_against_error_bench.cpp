@@ -521,15 +521,15 @@ struct Page {
                           "set key outside right top Left reverse samplen 1\n",
                           name, cost);
         gp << "plot ";
-        const char* colours[] = {"#d0561f", "#2a6f97", "#5b8c2a", "#8a4fbf",
-                                 "#c9a227", "#777777", "#c2203a", "#20808d"};
+        const char* colours[] = {"#d0561f", "#2a6f97", "#5b8c2a", "#8a4fbf", "#c9a227",
+                                 "#777777", "#c2203a", "#20808d", "#d77fb0"};
         for (std::size_t k = 0; k < drawn.size(); ++k) {
             // Only the best are named: the others stand in the table.
             gp << fmt::format("{}'{}.csv' index {} using 2:3 with points pt 7 ps 0.9 lc rgb '{}' "
                               "title '{}', '' index {} using ($4*$2):3:1 with labels left offset "
                               "1,0.5 font ',9' tc rgb '{}' notitle",
-                              k ? ", \\\n     " : "", name, k, colours[k % 8], drawn[k], k,
-                              colours[k % 8]);
+                              k ? ", \\\n     " : "", name, k, colours[k % std::size(colours)],
+                              drawn[k], k, colours[k % std::size(colours)]);
         }
         // A ring around each that nothing beats in both.
         gp << fmt::format(", \\\n     '{}.csv' using ($4*$2):3 with points pt 6 ps 1.8 lw 2 lc rgb "
