@@ -25,12 +25,10 @@ struct SheetOfMesh {
 };
 
 // Cells in the order of the mesh's triangles and corners in that of its vertices; vertices at one
-// place are one corner. Triangles are turned to face
-// as wound_out.hpp has it.
-// With a `longest` side (m) above 0, triangles are cut first, at the middles of sides that are
-// longer; new corners come after the others. Throws
-// std::invalid_argument for a thickness that is not above 0, and for a mesh without triangles that
-// have an area.
+// place are one corner. Triangles are turned to face as wound_out.hpp has it. With a `longest` side
+// (m) above 0, triangles are cut first, at the middles of sides that are longer; new corners come
+// after the others. Throws std::invalid_argument for a thickness that is not above 0, and for a
+// mesh without triangles that have an area.
 SheetOfMesh make_sheet(const TriMesh& mesh, double thickness, const Matter& matter = {},
                        double longest = 0);
 

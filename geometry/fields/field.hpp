@@ -91,6 +91,12 @@ inline double width_along(const Field& field, std::size_t i, const Vec3& directi
     return field.stretch.empty() ? 1 : field.stretch[i].along(direction);
 }
 
+// m: of the layer of skeleton i alone, along a unit direction.
+inline double thickness_along(const Field& field, std::size_t i, const Vec3& direction)
+{
+    return field.profile[i].e * width_along(field, i, direction);
+}
+
 // A field of one skeleton in space narrowed by its stretch: without one.
 Field narrowed(Field field);
 

@@ -28,14 +28,15 @@ bool can_bounce(const LayeredScene& scene, std::uint32_t body)
     return kind == BaseKind::rigid || kind == BaseKind::still;
 }
 
-// Of the energy that two layers store, what they give back; a rigid one stores none.
-double restitution_sq(const LayeredMoment& moment, const LayerContact& contact)
+// Of the energy that two layers store, what they give back; a rigid one stores none. `si`, `sj`:
+// the slopes of their fields.
+double restitution_sq(const LayeredMoment& moment, const LayerContact& contact, double si,
+                      double sj)
 {
     const LayerMatter& own = moment.bodies[contact.body].matter;
     const LayerMatter& other = moment.bodies[contact.other].matter;
     const double own_sq = own.restitution * own.restitution;
     if (other.rigid) return own_sq;
-    const auto [si, sj] = slopes_at(moment, contact);
     const double ki = own.stiffness * si, kj = other.stiffness * sj;
     const double other_sq = other.restitution * other.restitution;
     return ki + kj > 0 ? (own_sq * kj + other_sq * ki) / (ki + kj) : own_sq;
@@ -77,7 +78,7 @@ void add_sample(const LayeredScene& scene, const LayeredMoment& moment, const La
     impact.depth = std::max(impact.depth, contact.compression / slope);
     impact.damping += share * law.damping * contact.area;
     impact.stiffness += share * law.stiffness * slope * contact.area;
-    impact.restitution_sq = restitution_sq(moment, contact);
+    impact.restitution_sq = restitution_sq(moment, contact, si, sj);
 }
 
 // All contacts by their two skeletons.

@@ -55,19 +55,15 @@ void add_wind(const LayeredScene& scene, const LayeredMoment& moment, const Forc
 void add_point(const LayeredScene& scene, const LayeredMoment& moment, const Force& point,
                LayeredSystem& system)
 {
-    std::vector<std::vector<geometry::FieldStretch>> widths(scene.parts.size());
-    for (std::size_t b = 0; b < widths.size(); ++b) {
-        for (const geometry::Skeleton& skeleton : scene.parts[b].body->layer.skeletons) {
-            widths[b].push_back(geometry::stretch_of(skeleton));
-        }
-    }
+
     const auto distance_sq = [&](std::size_t b, std::uint32_t s, std::size_t i) {
         const LayeredBody& body = *scene.parts[b].body;
+        const std::uint32_t f = body.layer.frame[s];
         const Vec3& direction = body.samples.direction[i];
         const double thickness =
-            body.layer.contributions[s].thickness * widths[b][s].along(direction);
-        const Vec3 drawn = body.base.frames[body.layer.frame[s]] *
-                           (body.samples.origin[i] + thickness * direction);
+            body.layer.contributions[s].thickness *
+            geometry::width_along(moment.fields[b], s, moment.frames[b][f].linear() * direction);
+        const Vec3 drawn = body.base.frames[f] * (body.samples.origin[i] + thickness * direction);
         return (drawn - point.position).squaredNorm();
     };
     const auto weight = [&](std::size_t b, std::size_t i, double d_sq) {

@@ -31,6 +31,13 @@ static geometry::Sets chains(std::uint32_t count, const auto& in_reach)
     return sets;
 }
 
+// Whether the influences of i and j meet whose centres are `way` apart; reach(i, direction): of i.
+static bool overlap(std::uint32_t i, std::uint32_t j, const Vec3& way, const auto& reach)
+{
+    const double apart = way.norm();
+    return !(apart > 0) || apart < reach(i, way / apart) + reach(j, way / apart);
+}
+
 // To which piece of a soft substance each skeleton belongs.
 static std::vector<std::uint32_t> pieces_of(const LayeredBody& body, const LayeredState& state)
 {
@@ -45,10 +52,9 @@ static std::vector<std::uint32_t> pieces_of(const LayeredBody& body, const Layer
     };
     return chains(static_cast<std::uint32_t>(layer.skeletons.size()),
                   [&](std::uint32_t i, std::uint32_t j) {
-                      const Vec3 way =
-                          state.position[layer.frame[i]] - state.position[layer.frame[j]];
-                      const double apart = way.norm();
-                      return !(apart > 0) || apart < reach(i, way / apart) + reach(j, way / apart);
+                      return overlap(
+                          i, j, state.position[layer.frame[i]] - state.position[layer.frame[j]],
+                          reach);
                   })
         .roots();
 }
@@ -70,12 +76,9 @@ namespace {
 bool in_reach(const Field& field, std::uint32_t i, std::uint32_t j)
 {
     const auto centre = [&](std::uint32_t s) { return field.points[field.first[s]]; };
-    const Vec3 way = centre(i) - centre(j);
-    const double apart = way.norm();
-    const auto reach = [&](std::uint32_t s) {
-        return field.profile[s].R * geometry::width_along(field, s, way / apart);
-    };
-    return !(apart > 0) || apart < reach(i) + reach(j);
+    return overlap(i, j, centre(i) - centre(j), [&](std::uint32_t s, const Vec3& along) {
+        return field.profile[s].R * geometry::width_along(field, s, along);
+    });
 }
 
 // What holds the skeletons of a substance together at a moment.

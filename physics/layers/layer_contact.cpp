@@ -62,13 +62,6 @@ Box start_rays(const ContactBody& own, const RayBatch& batch, std::vector<Search
     return box;
 }
 
-// m: of a skeleton's layer, on a ray.
-double thickness_along(const ContactBody& own, std::uint32_t skeleton, const SearchRay& ray)
-{
-    return own.field->profile[skeleton].e *
-           geometry::width_along(*own.field, skeleton, ray.direction);
-}
-
 // A ray that has arrived at point k of a block, on the surface of what it touches.
 void add_contact(const Meeting& meeting, const RayBatch& batch, const SearchRay& ray,
                  const DeformedValues& at, std::size_t k, const Vec3& p,
@@ -85,7 +78,8 @@ void add_contact(const Meeting& meeting, const RayBatch& batch, const SearchRay&
     if (touched == no_skeleton) return;
     // Pressed past three quarters, a ray's share stays what it was there: a skeleton that is pushed
     // beyond the other's surface must not lose what holds it back.
-    const double t = std::max(ray.t, 0.25 * thickness_along(own, batch.skeleton, ray));
+    const double t = std::max(
+        ray.t, 0.25 * geometry::thickness_along(*own.field, batch.skeleton, ray.direction));
     const double pressing = at.fits[k] ? at.f[k] : at.m[k];
     contacts.push_back({batch.body, ray.sample, batch.skeleton, other.body, touched, p,
                         -gradient / slope, own.samples->crossed(ray.sample, t) / cosine,
@@ -123,8 +117,10 @@ void meet(std::span<const ContactBody> bodies, const RayBatch& batch, BatchConta
                 continue;
             }
             met.penetration = std::max(met.penetration, penetration(at, k, c));
-            if (ray.t < 0.5 * thickness_along(own, batch.skeleton, ray))
+            if (ray.t <
+                0.5 * geometry::thickness_along(*own.field, batch.skeleton, ray.direction)) {
                 half_pressed.push_back(ray.origin);
+            }
             add_contact(meeting, batch, ray, at, k, block.point(k), met.contacts);
         }
         rays.resize(left);

@@ -47,13 +47,6 @@ void tell_parties(const Meeting& meeting, std::uint32_t skeleton, const Party& o
     }
 }
 
-// m: of a skeleton's own layer.
-static double thickness_along(const Meeting& meeting, std::uint32_t skeleton, const Vec3& direction)
-{
-    const Field& field = meeting.field(meeting.own);
-    return field.profile[skeleton].e * geometry::width_along(field, skeleton, direction);
-}
-
 void find_stops(const Meeting& meeting, std::uint32_t skeleton, const std::vector<Vec3>& origins,
                 std::vector<LayerStop>& stops)
 {
@@ -82,7 +75,9 @@ void find_stops(const Meeting& meeting, std::uint32_t skeleton, const std::vecto
                     stop.gap = (c - theirs.f[k]) / slope;
                     stop.normal = -gradient / slope;
                 }
-                if (!(stop.gap < thickness_along(meeting, skeleton, stop.normal))) continue;
+                const double thickness =
+                    geometry::thickness_along(meeting.field(meeting.own), skeleton, stop.normal);
+                if (!(stop.gap < thickness)) continue;
             } else {
                 if (!(theirs.f[k] > c && slope > 0)) continue;
                 stop.other_skeleton = largest_at(field, other.skeletons, p);

@@ -213,10 +213,11 @@ double largest_growth(const Mat3& stretch)
 // Samples of any other skeleton: the vertices of the surface it has alone, each with its share of
 // that surface. Principal curvatures h1, h2 of the surface, at distance e, are eigenvalues of the
 // Hessian of r, so at distance d the share is (1 + (d - e) h1)(1 + (d - e) h2) times as large.
-void add_surface_samples(const Skeleton& drawn, const geometry::Contribution& contribution,
-                         double isovalue, double spacing, SurfaceSamples& samples)
+// `s`: the skeleton `drawn` in narrowed space, where these lie.
+void add_surface_samples(const Skeleton& drawn, const Skeleton& s,
+                         const geometry::Contribution& contribution, double isovalue,
+                         double spacing, SurfaceSamples& samples)
 {
-    const Skeleton s = narrowed(drawn);
     const double e = contribution.thickness;
     ImplicitLayer alone;
     alone.isovalue = isovalue;
@@ -276,10 +277,11 @@ SurfaceSamples make_surface_samples(const ImplicitLayer& layer, double asked)
     samples.frame = layer.frame;
     samples.first.push_back(0);
     for (std::size_t i = 0; i < layer.skeletons.size(); ++i) {
-        geometry::check(layer.skeletons[i]);
-        const Mat3& stretch = layer.skeletons[i].stretch;
-        const bool stretches = layer.skeletons[i].stretches();
-        const Skeleton s = narrowed(layer.skeletons[i]);
+        const Skeleton& drawn = layer.skeletons[i];
+        geometry::check(drawn);
+        const Mat3& stretch = drawn.stretch;
+        const bool stretches = drawn.stretches();
+        const Skeleton s = narrowed(drawn);
         const double spacing = stretches ? asked / std::sqrt(largest_growth(stretch)) : asked;
         const double e = layer.contributions[i].thickness;
         if (s.kind != SkeletonKind::plane) {
@@ -290,18 +292,17 @@ SurfaceSamples make_surface_samples(const ImplicitLayer& layer, double asked)
             const Vec3 half = geometry::half_extent(s.kind, s.half_size);
             const double width = box.diagonal() + (sized ? 2 * half.norm() : 0) + 2 * e;
             if (4 * width * width / (spacing * spacing) > most_samples) {
-                throw std::invalid_argument(fmt::format(
-                    "seed_spacing = {} m is too small for skeleton {} (about {} m "
-                    "wide): it would emit "
-                    "more than {} samples. Use a larger spacing.",
-                    asked, i, width * geometry::stretch_of(layer.skeletons[i]).most, most_samples));
+                throw std::invalid_argument(
+                    fmt::format("seed_spacing = {} m is too small for skeleton {} (about {} m "
+                                "wide): it would emit "
+                                "more than {} samples. Use a larger spacing.",
+                                asked, i, width * geometry::stretch_of(drawn).most, most_samples));
             }
         }
         if (s.kind == SkeletonKind::point) {
             add_point_samples(s.points[0], e, spacing, samples);
         } else if (s.kind != SkeletonKind::plane) {
-            add_surface_samples(layer.skeletons[i], layer.contributions[i], layer.isovalue, spacing,
-                                samples);
+            add_surface_samples(drawn, s, layer.contributions[i], layer.isovalue, spacing, samples);
         }
         if (stretches) widen(stretch, samples.first.back(), samples);
         if (s.kind != SkeletonKind::plane && samples.count() < samples.first.back() + 12) {

@@ -10,17 +10,24 @@ namespace {
 using fixtures::NodeRun;
 using geometry::Vec3f;
 
+// A small picture of a mesh that has moved from where it was at rest.
+NodeRun picture_of_moved(const geometry::TriMesh& rest, const Vec3f& by)
+{
+    geometry::TriMesh mesh = rest;
+    for (Vec3f& p : mesh.positions) p += by;
+    NodeRun render("Render");
+    render.inputs["rest"] = {graph::Value::of(geometry::TriMesh(rest))};
+    render.inputs["mesh"] = {graph::Value::of(std::move(mesh))};
+    render.param("width").is = std::int64_t{32};
+    render.param("height").is = std::int64_t{32};
+    return render;
+}
+
 TEST(RenderNode, WarnsOfAnEmptyPicture)
 {
     const geometry::TriMesh rest = geometry::grid(1, 1, 2, 2);
     const auto warnings = [&](const Vec3f& moved, const char* camera) {
-        geometry::TriMesh mesh = rest;
-        for (Vec3f& p : mesh.positions) p += moved;
-        NodeRun render("Render");
-        render.inputs["rest"] = {graph::Value::of(geometry::TriMesh(rest))};
-        render.inputs["mesh"] = {graph::Value::of(std::move(mesh))};
-        render.param("width").is = std::int64_t{32};
-        render.param("height").is = std::int64_t{32};
+        NodeRun render = picture_of_moved(rest, moved);
         render.param("camera.kind").is = std::string(camera);
         render.param("camera.eye").is = std::array<double, 3>{0, 0, 9};
         render.param("camera.target").is = std::array<double, 3>{0, 0, 0};
@@ -40,13 +47,7 @@ TEST(RenderNode, WarnsOfWhatItsGroundHides)
 {
     const geometry::TriMesh rest = geometry::uv_sphere(1, 8, 16);
     const auto warnings = [&](float down, const char* ground) {
-        geometry::TriMesh mesh = rest;
-        for (Vec3f& p : mesh.positions) p.y() -= down;
-        NodeRun render("Render");
-        render.inputs["rest"] = {graph::Value::of(geometry::TriMesh(rest))};
-        render.inputs["mesh"] = {graph::Value::of(std::move(mesh))};
-        render.param("width").is = std::int64_t{32};
-        render.param("height").is = std::int64_t{32};
+        NodeRun render = picture_of_moved(rest, {0, -down, 0});
         render.param("ground.kind").is = std::string(ground);
         render.param("ground.height").is = -1.0;
         render.run();

@@ -9,15 +9,21 @@ namespace {
 using fixtures::NodeRun;
 using graph::Value;
 
+// Pins at the low end of a beam.
+Value pinned_below(const Value& cubes)
+{
+    NodeRun pin("Pin");
+    pin.inputs["cubes"] = {cubes};
+    pin.param("where").is = std::string("ends");
+    pin.param("ends.end").is = std::string("low");
+    return pin.run();
+}
+
 TEST(Simulate, ABeamPinnedAtOneEndSagsAfterTheFirstFrame)
 {
     const Value cubes = Value::of(fixtures::box(6, 1, 1, 0.1, {.young = 1e5}));
     for (const char* method : {"bricks", "springs", "lattice"}) {
-        NodeRun pin("Pin");
-        pin.inputs["cubes"] = {cubes};
-        pin.param("where").is = std::string("ends");
-        pin.param("ends.end").is = std::string("low");
-        const Value pins = pin.run();
+        const Value pins = pinned_below(cubes);
         EXPECT_EQ(pins.as<physics::Pins>()->corner.size(), 8u);  // two planes of four corners
 
         NodeRun simulate("Simulate");
@@ -48,15 +54,11 @@ TEST(Simulate, ABeamOneCubeThickSagsTheSameByFiniteDifferences)
 {
     const Value cubes = Value::of(fixtures::box(16, 1, 1, 0.1, {.young = 1e7}));
     const auto sag = [&](const char* element, bool of_bricks) {
-        NodeRun pin("Pin");
-        pin.inputs["cubes"] = {cubes};
-        pin.param("where").is = std::string("ends");
-        pin.param("ends.end").is = std::string("low");
         NodeRun simulate("Simulate");
         simulate.param("initial_shape").is = std::string("equilibrium");
         simulate.param("bricks.element").is = std::string(element);
         simulate.inputs["cubes"] = {cubes};
-        simulate.inputs["pins"] = {pin.run()};
+        simulate.inputs["pins"] = {pinned_below(cubes)};
         const Value state = simulate.run();
         EXPECT_EQ(state.as<physics::State>()->brick_mass, of_bricks) << element;
         return -state.as<physics::State>()->x.back().y();
@@ -69,14 +71,10 @@ TEST(Simulate, ABeamOneCubeThickSagsTheSameByFiniteDifferences)
 TEST(Simulate, ABeamThatStartsInEquilibriumHangsInTheFirstFrameAndStays)
 {
     const Value cubes = Value::of(fixtures::box(10, 2, 2, 0.1, {.young = 1e6}));
-    NodeRun pin("Pin");
-    pin.inputs["cubes"] = {cubes};
-    pin.param("where").is = std::string("ends");
-    pin.param("ends.end").is = std::string("low");
     NodeRun simulate("Simulate");
     simulate.param("initial_shape").is = std::string("equilibrium");
     simulate.inputs["cubes"] = {cubes};
-    simulate.inputs["pins"] = {pin.run()};
+    simulate.inputs["pins"] = {pinned_below(cubes)};
     const double rest = geometry::corner_positions(*cubes.as<geometry::Cubes>()).back().y();
     Value state = simulate.run();
     EXPECT_EQ(state.as<physics::State>()->time, 0);
