@@ -1,6 +1,7 @@
 #include "graph/tools/reference.hpp"
 #include "graph/tools/schema.hpp"
 
+#include "nodes/distances.hpp"
 #include "nodes/registry.hpp"
 
 #include <gtest/gtest.h>
@@ -8,6 +9,27 @@
 
 #include <fstream>
 #include <sstream>
+
+TEST(Distances, AreOfMeshesWithTheSameVertices)
+{
+    geometry::TriMesh mesh, moved;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    moved = mesh;
+    moved.positions[2].z() = 3;
+    const auto distance = [](const geometry::TriMesh& a, const geometry::TriMesh& b) {
+        return nodes::distances().at("mesh")(graph::Value::of(geometry::TriMesh(a)),
+                                             graph::Value::of(geometry::TriMesh(b)));
+    };
+    EXPECT_DOUBLE_EQ(distance(mesh, moved), 1.5);  // sqrt(9 / 4)
+    moved.positions.pop_back();
+    try {
+        distance(mesh, moved);
+        FAIL();
+    } catch (const std::invalid_argument& error) {
+        EXPECT_EQ(std::string(error.what()).find("the mesh has 4 vertices, the reference has 3:"),
+                  0u);
+    }
+}
 
 TEST(Reference, ThePageMatchesTheDescriptions)
 {

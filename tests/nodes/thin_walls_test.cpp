@@ -144,6 +144,15 @@ TEST(ThinWalls, ThePartIsNamed)
     // The block is eight cubes high, so the seat lies across a plane of the grid, in two layers of
     // cubes: (2 / 0.4)^2.
     EXPECT_NEAR(voxelized(mesh, 0.05).factor(), 25, 0.5);
+    // How many more there are, where there are any.
+    const auto has = [](const TriMesh& m, const char* words) {
+        return voxelized(m, 0.05).warnings.at(0).find(words) != std::string::npos;
+    };
+    EXPECT_FALSE(has(mesh, " more "));
+    TriMesh shelf = geometry::box({0.5, 0.02, 0.5}, {1, 1, 1});
+    for (auto& p : shelf.positions) p.x() -= 2;
+    const std::array<const TriMesh*, 2> three{&mesh, &shelf};
+    EXPECT_TRUE(has(geometry::merge(three), "(1 part more is too thin for these cubes)"));
 }
 
 TEST(ThinWalls, SeparatePiecesThatMoveAsOneAreTold)

@@ -35,6 +35,17 @@ std::string writer(const std::string& type, const std::string& params)
                        of, params);
 }
 
+TEST(ToldBefore, BodiesBeyondThoseThatAreLinked)
+{
+    EXPECT_EQ(
+        told(
+            R"("c": { "type": "Voxelize@1", "inputs": { "mesh": "ball" }, "params": { "method": "surface" } },
+        "s": { "type": "Simulate@1", "inputs": { "cubes": "c.cubes" },
+               "params": { "bodies": [{}, {}] } })"),
+        "node 's', parameter 'bodies': `bodies` has 2 entries for 1 links of `cubes`: remove "
+        "those beyond, as entry i is about link i\n");
+}
+
 TEST(ToldBefore, PathsOfFilesToWrite)
 {
     const std::string where = "node 'w', parameter 'path': ";

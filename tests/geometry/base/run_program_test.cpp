@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <stdexcept>
 #include <sys/wait.h>
+#include <unistd.h>
 
 namespace {
 
@@ -46,7 +48,18 @@ TEST(RunProgram, KeepsTheEndOfWhatItSaid)
 
 TEST(RunProgram, GivesNoInputAndOnlyTheEnvironmentAskedFor)
 {
-    EXPECT_EQ(run_program(shell("cat; echo done"), [] {}).said, "done\n");
+    // Whatever this process could read from its own.
+    std::array<int, 2> ends{};
+    ASSERT_EQ(pipe(ends.data()), 0);
+    ASSERT_EQ(write(ends[1], "ours\n", 5), 5);
+    close(ends[1]);
+    const int kept = dup(0);
+    dup2(ends[0], 0);
+    const std::string said = run_program(shell("cat; echo done"), [] {}).said;
+    dup2(kept, 0);
+    close(kept);
+    close(ends[0]);
+    EXPECT_EQ(said, "done\n");
     ProgramCall call = shell("echo $GIVEN$HOME");
     call.environment = {"GIVEN=yes"};
     EXPECT_EQ(run_program(call, [] {}).said, "yes\n");

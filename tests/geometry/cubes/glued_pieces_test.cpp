@@ -136,6 +136,21 @@ TEST(GluedPieces, OfManyPiecesTheNearestTwoAreFound)
     }
 }
 
+TEST(GluedPieces, AreFoundAmongMoreThanAThousand)
+{
+    // In a grid of 10 x 10 x 11, far from each other but for the last.
+    std::vector<TriMesh> all;
+    for (int i = 0; i < 1100; ++i) {
+        const Vec3 at = Vec3i(i % 10, i / 10 % 10, i / 100).cast<double>();
+        all.push_back(meshes::moved(box({1, 1, 1}, {1, 1, 1}), 3 * at));
+    }
+    all.push_back(meshes::moved(box({1, 1, 1}, {1, 1, 1}), {28.15, 27, 30}));
+    const GluedPieces found = glued(together(all), 0.2);
+    EXPECT_EQ(found.count, 2u);
+    EXPECT_EQ(found.pair, (std::array<std::uint32_t, 2>{1099, 1100}));
+    EXPECT_NEAR(found.gap, 0.15, 1e-5);
+}
+
 // However it lies in the grid.
 TEST(GluedPieces, TheGapOfATurnedBlockIsThatOfItsLowestCorner)
 {

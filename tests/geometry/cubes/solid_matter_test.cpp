@@ -202,6 +202,20 @@ TEST(SolidMatter, PartsAreFoundByWhatClosesThem)
     EXPECT_TRUE(parts_of({}, {{}, {{}}, {}}).empty());
 }
 
+TEST(SolidMatter, AnOpenMeshHasTheMattersOfItsFacesByTheirAreas)
+{
+    // One cube around a box without its last triangle: 6 of the 11 that are left are of 1000.
+    TriMesh mesh = box({0, 0, 0}, {1, 1, 1});
+    auto topology = std::make_shared<MeshTopology>(*mesh.topology);
+    topology->triangles.pop_back();
+    mesh.topology = topology;
+    const auto mass = [&](double second) {
+        const FaceMatter matter = two_matters(mesh, 6, {.density = 1000}, {.density = second});
+        return total_mass(voxelize_solid(mesh, matter, Inside::winding, 0, grid_of(mesh, 1.0), {}));
+    };
+    EXPECT_NEAR(mass(3000) / mass(1000), (6 + 5 * 3) / 11.0, 1e-6);
+}
+
 TEST(SolidMatter, ASheetInASolidKeepsItsOwn)
 {
     // An open sheet of 10 mm in the lower half of a layer of cubes.

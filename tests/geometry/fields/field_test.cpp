@@ -398,7 +398,7 @@ TEST(Field, TheSameBitsForAnyNumberOfThreads)
     EXPECT_EQ(results[0], results[2]);
 }
 
-TEST(Field, BoundsHoldEveryValueInTheBox)
+TEST(Field, BoundsHoldEveryValueAndSlopeInTheBox)
 {
     for (const auto& [rule, skeletons] : every_rule()) {
         ImplicitLayer layer = layer_of(skeletons, rule);
@@ -412,11 +412,13 @@ TEST(Field, BoundsHoldEveryValueInTheBox)
             box.add(box.lo + Vec3::Constant(0.3));
             candidates(field, box, near);
             const Interval range = bounds(field, near, box);
+            const double steepest = slope_bound(field, near, box);
             for (std::uint64_t j = 0; j < 50; ++j) {
                 const Vec3 p = box.centre() + in_cube(random, 50 * i + j, 0.15);
-                const double f = value_at(field, p).f;
-                EXPECT_GE(f, range.lo - 1e-12);
-                EXPECT_LE(f, range.hi + 1e-12);
+                const FieldValue at = value_at(field, p);
+                EXPECT_GE(at.f, range.lo - 1e-12);
+                EXPECT_LE(at.f, range.hi + 1e-12);
+                EXPECT_LE(at.gradient.norm(), steepest + 1e-12);
             }
         }
     }

@@ -142,6 +142,36 @@ TEST(ContactSurface, WideFacesAreTouchedAllOver)
     }
 }
 
+TEST(ContactSurface, AMeshInAPlaneHangsOnTheCornersThatMove)
+{
+    // A plane's cells have one layer of corners: what a point has of the upper four, they take.
+    const geometry::Cubes sheet =
+        geometry::plane_cubes(geometry::rectangle_cells(6, 4), {1, 0.1, {0, 0, 0}}, 0.02);
+    const int flat = geometry::flat_axis(sheet);
+    ASSERT_GE(flat, 0);
+    auto surface = geometry::box(Vec3(0.5, 0.01, 0.3), geometry::Vec3i::Constant(5));
+    Vec3f middle = Vec3f::Zero(), centre = Vec3f::Zero();
+    for (const Vec3f& p : surface.positions) middle += p / float(surface.positions.size());
+    for (std::size_t k = 0; k < sheet.corner_count(); ++k) {
+        centre += sheet.corner_position(k).cast<float>() / float(sheet.corner_count());
+    }
+    for (Vec3f& p : surface.positions) p += centre - middle;
+    const ContactSurface skin = make_contact_surface(sheet, {}, &surface);
+    std::size_t points = 0;
+    for (std::size_t c = 0; c < skin.corners.size(); ++c) {
+        const SurfacePatch& patch = skin.on(c);
+        for (auto i = patch.point; i < patch.points_end; ++i, ++points) {
+            float sum = 0;
+            for (std::size_t a = 0; a < 8; ++a) {
+                sum += skin.point[i][a];
+                EXPECT_EQ(a >> flat & 1 ? skin.point[i][a] : 0.0f, 0.0f);
+            }
+            EXPECT_NEAR(sum, 1, 1e-6);
+        }
+    }
+    EXPECT_GT(points, 24u);
+}
+
 TEST(ContactSurface, ABodyThatTearsHasPointsAtItsInnerCornersToo)
 {
     // Corners that no point of the surface goes with, each once.

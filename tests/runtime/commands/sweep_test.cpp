@@ -167,6 +167,21 @@ TEST(Sweep, TheCommandLeavesATableAndASheet)
     EXPECT_EQ(run({"sweep", file, "--vary", "a.bias", "--out", out}).exit, exit_usage);
 }
 
+TEST(Sweep, TheCommandRemembersAsMuchAsItMay)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", document);
+    const auto runs_with = [&](const char* memory) {
+        toys::take_runs("Slow");
+        const Said said = run({"sweep", file, "--vary", "a.bias=1,2,3", "--no-disk-cache",
+                               "--memory", memory, "--out", (folder.path / "out").string()});
+        EXPECT_EQ(said.exit, exit_ok) << said.err;
+        return toys::take_runs("Slow");
+    };
+    EXPECT_EQ(runs_with("1G"), 1);
+    EXPECT_EQ(runs_with("1"), 3) << "no result fits";
+}
+
 TEST(Sweep, WarningsAreCountedForEachSettingAndShownOnce)
 {
     const toys::Folder folder;
