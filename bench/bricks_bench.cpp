@@ -1,6 +1,4 @@
 // Bricks: the shared bridge in steps a second, and solid blocks in seconds a step.
-// Peer's figures on a 2-core machine (Vega FEM, one implicit corotational step, one thread): 10,648
-// bricks 0.30 s, 97,336 bricks 5.2 s.
 
 #include "geometry/cubes/voxelize.hpp"
 #include "geometry/mesh/mesh.hpp"

@@ -246,14 +246,20 @@ BeamFigures measure_beam(const Beam& beam, const Mover& settled, const Mover& fr
     return out;
 }
 
-// Bullet's soft body on the same lattice: springs along edges and diagonals as stiff as they get,
-// and its pose matching. It has no Young's modulus to give it.
+// How Bullet's soft body is set: it has no Young's modulus to give it.
+struct BulletTerms {
+    double pose = 0;       // how much its pose matching pulls
+    double stiffness = 1;  // of its springs, 0 to 1: 1 is as stiff as its solver makes them
+    double dt = 1.0 / 240;
+};
+
+// Bullet's soft body on the same lattice: springs along edges and diagonals, and pose matching.
 class BulletBody {
 public:
-    BulletBody(const Cubes& cubes, const std::vector<std::uint32_t>& held, double pose,
+    BulletBody(const Cubes& cubes, const std::vector<std::uint32_t>& held, const BulletTerms& terms,
                double damping)
     {
-        world_.m_gravity = btVector3(0, 0, 0);
+        world_->m_gravity = btVector3(0, 0, 0);
         btAlignedObjectArray<btVector3> points;
         btAlignedObjectArray<btScalar> masses;
         const auto mass = geometry::corner_masses(cubes);
@@ -263,7 +269,7 @@ public:
             masses.push_back(btScalar(mass[i]));
         }
         for (const auto k : held) masses[int(k)] = 0;
-        body_ = std::make_unique<btSoftBody>(&world_, points.size(), &points[0], &masses[0]);
+        body_ = std::make_unique<btSoftBody>(world_.get(), points.size(), &points[0], &masses[0]);
         std::vector<std::pair<std::uint32_t, std::uint32_t>> links;
         for (const auto& corners : cubes.corners) {
             for (const auto a : corners) {
@@ -274,11 +280,12 @@ public:
         }
         std::sort(links.begin(), links.end());
         links.erase(std::unique(links.begin(), links.end()), links.end());
+        body_->m_materials[0]->m_kLST = btScalar(terms.stiffness);
         for (const auto& [a, b] : links) body_->appendLink(int(a), int(b));
         body_->m_cfg.kDP = btScalar(damping);
         body_->m_cfg.piterations = 4;
-        if (pose > 0) {
-            body_->m_cfg.kMT = btScalar(pose);
+        if (terms.pose > 0) {
+            body_->m_cfg.kMT = btScalar(terms.pose);
             body_->setPose(false, true);
         }
     }
@@ -289,47 +296,76 @@ public:
         body_->integrateMotion();
     }
     btSoftBody& body() { return *body_; }
-    void fall() { world_.m_gravity = btVector3(0, btScalar(-9.81), 0); }
+    const btSoftBody::tNodeArray& nodes() const { return body_->m_nodes; }
+    void fall() { world_->m_gravity = btVector3(0, btScalar(-9.81), 0); }
 
 private:
-    btSoftBodyWorldInfo world_;
+    std::unique_ptr<btSoftBodyWorldInfo> world_ = std::make_unique<btSoftBodyWorldInfo>();
     std::unique_ptr<btSoftBody> body_;
 };
 
-BeamFigures measure_bullet(const Beam& beam, double load, double pose)
+double mean_height(const BulletBody& body, const std::vector<std::uint32_t>& corners)
+{
+    double sum = 0;
+    for (const auto k : corners) sum += double(body.nodes()[int(k)].m_x.y());
+    return sum / double(corners.size());
+}
+
+// The body under a load at its tip, critically damped, as long as the other methods settle.
+BulletBody settled_bullet(const Beam& beam, double load, const BulletTerms& terms)
+{
+    const Cubes cubes = beam.cubes();
+    const auto tip = tip_corners(cubes);
+    const double omega = 2 * pi * beam.frequency();
+    BulletBody out(cubes, corners_at_end(cubes, 0, End::low, 0), terms,
+                   std::min(1.0, 2 * omega * terms.dt));
+    for (int s = 0; s < int(std::ceil(14 / omega / terms.dt)); ++s) {
+        for (const auto k : tip) {
+            out.body().addForce(btVector3(0, btScalar(-load / double(tip.size())), 0), int(k));
+        }
+        out.step(terms.dt);
+    }
+    return out;
+}
+
+// Bullet's terms with springs of the stiffness that sags as the beam does, by bisection.
+BulletTerms tuned_bullet(const Beam& beam, double load, BulletTerms terms)
+{
+    const auto tip = tip_corners(beam.cubes());
+    const double start = 0.5 * beam.edge;
+    double low = 1e-4, high = 1;
+    for (int i = 0; i < 14; ++i) {
+        terms.stiffness = std::sqrt(low * high);
+        const double sag = start - mean_height(settled_bullet(beam, load, terms), tip);
+        (sag > beam.tip(load) ? low : high) = terms.stiffness;
+    }
+    return terms;
+}
+
+BeamFigures measure_bullet(const Beam& beam, double load, const BulletTerms& terms)
 {
     const Cubes cubes = beam.cubes();
     const auto tip = tip_corners(cubes), held = corners_at_end(cubes, 0, End::low, 0);
-    const auto mean = [&](btSoftBody& b) {
-        double sum = 0;
-        for (const auto k : tip) sum += double(b.m_nodes[int(k)].m_x.y());
-        return sum / double(tip.size());
-    };
-    const double dt = 1.0 / 240, omega = 2 * pi * beam.frequency();
+    const auto mean = [&](const BulletBody& b) { return mean_height(b, tip); };
+    const double dt = terms.dt;
     BeamFigures out;
-    BulletBody settled(cubes, held, pose, 0.02);
-    const double start = mean(settled.body());
+    const double start = mean(BulletBody(cubes, held, terms, 0));
     double before = seconds();
-    for (int s = 0; s < int(20 / omega / dt); ++s) {
-        for (const auto k : tip) {
-            settled.body().addForce(btVector3(0, btScalar(-load / double(tip.size())), 0), int(k));
-        }
-        settled.step(dt);
-    }
+    BulletBody settled = settled_bullet(beam, load, terms);
     out.sag_ms = 1e3 * (seconds() - before);
-    out.tip = start - mean(settled.body());
-    BulletBody free(cubes, held, pose, 0);
+    out.tip = start - mean(settled);
+    BulletBody free(cubes, held, terms, 0);
     for (int i = 0; i < free.body().m_nodes.size(); ++i) {
         free.body().m_nodes[i].m_x = settled.body().m_nodes[i].m_x;
     }
     std::vector<double> crossings;
-    double y = mean(free.body()) - start, time = 0;
+    double y = mean(free) - start, time = 0;
     before = seconds();
     int steps = 0;
     while (crossings.size() < 3 && steps < int(4 / beam.frequency() / dt)) {
         free.step(dt);
         ++steps;
-        const double next = mean(free.body()) - start;
+        const double next = mean(free) - start;
         if ((y < 0) != (next < 0)) crossings.push_back(time + dt * y / (y - next));
         y = next;
         time += dt;
@@ -340,13 +376,14 @@ BeamFigures measure_bullet(const Beam& beam, double load, double pose)
 }
 
 // Bullet's soft body held at its root and let go, ten steps a frame. It is made anew by begin().
-Mover bullet_fall(const Cubes& cubes, const std::string& setting, double pose)
+Mover bullet_fall(const Cubes& cubes, const std::string& kind, const std::string& setting,
+                  const BulletTerms& terms)
 {
     auto body = std::make_shared<std::unique_ptr<BulletBody>>();
     const auto held = corners_at_end(cubes, 0, End::low, 0);
-    return {pose > 0 ? "Bullet pose matching" : "Bullet springs", setting,
+    return {kind, setting,
             [=] {
-                *body = std::make_unique<BulletBody>(cubes, held, pose, 0);
+                *body = std::make_unique<BulletBody>(cubes, held, terms, 0);
                 (*body)->fall();
                 State state;
                 state.x = geometry::corner_positions(cubes);
@@ -445,12 +482,35 @@ std::string milliseconds(double ms)
     return ms >= 100 ? fmt::format("{:.0f}", ms) : fmt::format("{:.3g}", ms);
 }
 
+// The cubes across of a setting "n=2 w=1", and all else that it says.
+std::pair<int, std::string> grid_of(const Result& r)
+{
+    const std::size_t end = r.setting.find_first_not_of("0123456789", 2);
+    if (r.setting.compare(0, 2, "n=") != 0 || end == 2) return {0, r.setting};
+    return {std::stoi(r.setting.substr(2)), end < r.setting.size() ? r.setting.substr(end) : ""};
+}
+
+// The error that a setting can be trusted with: an error may cross zero as the grid is refined, so
+// the worst of this setting and of the finer grids of the same method, all else alike.
+double held_error(const Result& r, const std::vector<Result>& results)
+{
+    double worst = std::abs(r.error);
+    const auto [n, rest] = grid_of(r);
+    for (const Result& other : results) {
+        const auto [finer, same] = grid_of(other);
+        if (other.kind == r.kind && same == rest && finer > n) {
+            worst = std::max(worst, std::abs(other.error));
+        }
+    }
+    return worst;
+}
+
 // Whether nothing else is both quicker and nearer.
 bool is_best(const Result& r, const std::vector<Result>& results)
 {
     return std::isfinite(r.error) &&
            std::none_of(results.begin(), results.end(), [&](const Result& other) {
-               return other.ms < r.ms && std::abs(other.error) < std::abs(r.error);
+               return other.ms < r.ms && held_error(other, results) < held_error(r, results);
            });
 }
 
@@ -461,7 +521,7 @@ std::string soonest(const std::vector<Result>& results)
     for (const double wanted : {0.01, 0.05, 0.2}) {
         const Result* found = nullptr;
         for (const Result& r : results) {
-            if (!(std::abs(r.error) <= wanted) || (found && found->ms <= r.ms)) continue;
+            if (!(held_error(r, results) <= wanted) || (found && found->ms <= r.ms)) continue;
             found = &r;
         }
         if (!text.empty()) text += "; ";
@@ -585,17 +645,26 @@ void beam_cases(Page& page)
         }
         keep(free, "modal", name + ", 8 modes", measure_modes(free, load, 8));
         if (n < 4) {
-            keep(free, "Bullet springs", name, measure_bullet(free, load, 0));
-            keep(free, "Bullet pose matching", name, measure_bullet(free, load, 0.05));
+            keep(free, "Bullet springs", name, measure_bullet(free, load, {}));
+            // Its sag is right because it was tuned to be.
+            const BeamFigures tuned = measure_bullet(free, load, tuned_bullet(free, load, {}));
+            rings.push_back({"Bullet springs, tuned", name, tuned.frequency / free.frequency() - 1,
+                             tuned.frame_ms});
+            keep(free, "Bullet pose matching", name, measure_bullet(free, load, {.pose = 0.05}));
         }
     }
     const Beam beam{2, 0.1, 1, rubber};
     page.plot(
         "speed-sag", "A cantilever's sag", "ms until settled",
-        fmt::format("Length 2 m, square of 0.1 m with n cubes across, E = 1 MPa, nu = 0.3, {} N at "
-                    "its tip: Timoshenko's beam sags {:.6g} m. The beam is critically damped until "
-                    "it stands still. The cost of `modal` is that of computing its modes.",
-                    load, beam.tip(load)),
+        fmt::format(
+            "Length 2 m, square of 0.1 m with n cubes across, E = 1 MPa, nu = 0.3, {} N at "
+            "its tip: Timoshenko's beam sags {:.6g} m. The beam is critically damped until "
+            "it stands still, for 14 / omega seconds with any method. The cost of `modal` is that "
+            "of computing its modes. Bullet's soft body has no Young's modulus: its springs "
+            "are as stiff as its solver makes them (linear stiffness 1, 4 rounds, steps of "
+            "1/240 s), and its pose matching pulls by 0.05. In the tables below its springs are "
+            "also tuned, to the stiffness whose sag is right.",
+            load, beam.tip(load)),
         sags);
     page.plot("speed-vibration", "Its first frequency", "ms a frame of 1/24 s",
               fmt::format("Released from there, without damping: {:.5g} Hz.", beam.frequency()),
@@ -797,8 +866,11 @@ void swing_case(Page& page)
             measure(cubes, springs(cubes, name, substeps));
         }
         measure(cubes, modal_fall(cubes, fmt::format("n={} 8 modes", n), 8));
-        measure(cubes, bullet_fall(cubes, fmt::format("n={} 10 steps", n), 0));
-        measure(cubes, bullet_fall(cubes, fmt::format("n={} 10 steps", n), 0.05));
+        const std::string name = fmt::format("n={} 10 steps", n);
+        measure(cubes, bullet_fall(cubes, "Bullet springs", name, {}));
+        const BulletTerms tuned = tuned_bullet(Beam{1.2, 0.1, n, jelly}, 0.02, {});
+        measure(cubes, bullet_fall(cubes, "Bullet springs, tuned", name, tuned));
+        measure(cubes, bullet_fall(cubes, "Bullet pose matching", name, {.pose = 0.05}));
         for (const int w : {1, 2, 3}) {
             for (const double more : {1.0, 2.0}) {
                 Mover mover = lattice(cubes, "", {.half_width = w}, more);
@@ -895,7 +967,9 @@ int main(int argc, char** argv)
         "# Speed against error\n\nEvery method on the same reference cases, in one run; times are "
         "processor time on one thread ({}). `bench/speed_against_error` writes this page. A "
         "positive error of a sag means that the model is too soft; a positive error of a "
-        "frequency, that it is too high. `aspic study` makes such a plot of any scene.\n\n",
+        "frequency, that it is too high. An error may cross zero as the grid is refined: a setting "
+        "is called fastest, and is bold, by the worst error of its own and of all finer grids of "
+        "the same method. `aspic study` makes such a plot of any scene.\n\n",
         processor());
     const bool all = argc < 3 || argv[2] != std::string("incompressible");
     if (all) beam_cases(page);
