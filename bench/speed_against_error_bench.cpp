@@ -482,12 +482,15 @@ std::string milliseconds(double ms)
     return ms >= 100 ? fmt::format("{:.0f}", ms) : fmt::format("{:.3g}", ms);
 }
 
-// The cubes across of a setting "n=2 w=1", and all else that it says.
-std::pair<int, std::string> grid_of(const Result& r)
+// How fine the grid of a setting is, "n=2 w=1" by its cubes across or "h=0.05 w=1" by 1 / edge, and
+// all else that it says.
+std::pair<double, std::string> grid_of(const Result& r)
 {
-    const std::size_t end = r.setting.find_first_not_of("0123456789", 2);
-    if (r.setting.compare(0, 2, "n=") != 0 || end == 2) return {0, r.setting};
-    return {std::stoi(r.setting.substr(2)), end < r.setting.size() ? r.setting.substr(end) : ""};
+    const std::size_t end = std::min(r.setting.find_first_of(" ,"), r.setting.size());
+    const std::string first = r.setting.substr(0, end);
+    if (first.starts_with("n=")) return {std::stod(first.substr(2)), r.setting.substr(end)};
+    if (first.starts_with("h=")) return {1 / std::stod(first.substr(2)), r.setting.substr(end)};
+    return {0, r.setting};
 }
 
 // The error that a setting can be trusted with: an error may cross zero as the grid is refined, so
