@@ -2,8 +2,7 @@
 
 #include "physics/bricks/front_walk.hpp"
 #include "physics/bricks/held_corners.hpp"
-
-#include <Eigen/Cholesky>
+#include "physics/math/dense_front.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -14,6 +13,7 @@ namespace {
 using Eigen::Index;
 using geometry::no_index;
 using Columns = Eigen::Map<Eigen::MatrixXd>;
+using Fixed = Eigen::Map<const Eigen::MatrixXd>;
 using Numbers = Eigen::Map<Eigen::VectorXd>;
 
 }  // namespace
@@ -41,22 +41,17 @@ private:
     {
         if (!sound_) return;
         const Front& front = out_.tree_->fronts[f];
-        const auto& panel = out_.panels_[f];
+        auto& panel = out_.panels_[f];
         const Index p = panel.pivots, b = panel.border;
-        Columns columns(out_.numbers_.data() + panel.columns, p + b, p);
+        panel.columns.assign(std::size_t((p + b) * p), 0);
+        Columns columns(panel.columns.data(), p + b, p);
         Eigen::MatrixXd& rest = schur_[f];
         rest.setZero(b, b);
         assemble(front, columns, rest);
         if (p == 0) return;  // a cut between parts that lie apart
-        Eigen::Ref<Eigen::MatrixXd> own(columns.topRows(p));
-        const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factored(own);
-        if (factored.info() != Eigen::Success) {
+        if (!eliminate_front(std::size_t(p), std::size_t(b), columns.data(), rest.data())) {
             sound_ = false;
-            return;
         }
-        auto across = columns.bottomRows(b);
-        own.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(across);
-        rest.selfadjointView<Eigen::Lower>().rankUpdate(across, -1);
     }
 
     void assemble(const Front& front, Columns& columns, Eigen::MatrixXd& rest) const
@@ -129,18 +124,16 @@ std::optional<DirectFactor> DirectFactor::make(std::shared_ptr<const Dissection>
     DirectFactor out;
     out.tree_ = std::move(dissection);
     out.slot_.assign(slot.begin(), slot.end());
-    std::size_t numbers = 0, work = 0;
+    std::size_t work = 0;
     std::size_t inner = 0;
     for (const Front& front : out.tree_->fronts) {
         for (const auto k : front.pivots) {
             if (out.is_inner(k)) inner = std::max(inner, out.inner_at(k) + 3);
         }
         const std::size_t p = 3 * front.pivots.size(), all = p + 3 * front.border.size();
-        out.panels_.push_back({Index(p), Index(all - p), numbers, work});
-        numbers += all * p;
+        out.panels_.push_back({Index(p), Index(all - p), work, {}});
         work += all;
     }
-    out.numbers_.assign(numbers, 0);
     out.work_.assign(work, 0);
     out.inner_.assign(inner, 0);
     if (!DirectFactorizer(cubes, diagonal, held, out).run()) return std::nullopt;
@@ -178,8 +171,7 @@ void DirectFactor::forward(std::uint32_t f, const double* b)
             for (std::size_t k = 0; k < 3; ++k) own[3 * to[i] + k] += from[3 * i + k];
         }
     }
-    const Columns columns(numbers_.data() + panel.columns, panel.pivots + panel.border,
-                          panel.pivots);
+    const Fixed columns(panel.columns.data(), panel.pivots + panel.border, panel.pivots);
     Numbers pivots(own, panel.pivots), border(own + panel.pivots, panel.border);
     columns.topRows(panel.pivots).triangularView<Eigen::Lower>().solveInPlace(pivots);
     border.noalias() -= columns.bottomRows(panel.border) * pivots;
@@ -196,8 +188,7 @@ void DirectFactor::back(std::uint32_t f, double* x)
             is_inner(k) ? inner_.data() + inner_at(k) : x + 4 * std::size_t{slot_[k]};
         std::copy(from, from + 3, own + panel.pivots + 3 * i);
     }
-    const Columns columns(numbers_.data() + panel.columns, panel.pivots + panel.border,
-                          panel.pivots);
+    const Fixed columns(panel.columns.data(), panel.pivots + panel.border, panel.pivots);
     Numbers pivots(own, panel.pivots), border(own + panel.pivots, panel.border);
     pivots.noalias() -= columns.bottomRows(panel.border).transpose() * border;
     columns.topRows(panel.pivots).triangularView<Eigen::Lower>().transpose().solveInPlace(pivots);
@@ -205,6 +196,56 @@ void DirectFactor::back(std::uint32_t f, double* x)
         const std::uint32_t k = front.pivots[i];
         double* to = is_inner(k) ? inner_.data() + inner_at(k) : x + 4 * std::size_t{slot_[k]};
         std::copy(own + 3 * i, own + 3 * i + 3, to);
+    }
+}
+
+void DirectFactor::solve(const EightColumns& b, EightColumns& x)
+{
+    const auto& fronts = tree_->fronts;
+    eight_work_.resize(eight * work_.size());
+    for (const auto root : tree_->roots) {
+        children_first(fronts, root, [&](std::uint32_t f) { forward_eight(f, b.data()); });
+        parents_first(fronts, root, [&](std::uint32_t f) { back_eight(f, x.data()); });
+    }
+}
+
+void DirectFactor::forward_eight(std::uint32_t f, const double* b)
+{
+    const Front& front = tree_->fronts[f];
+    const Panel& panel = panels_[f];
+    const auto pivots = std::size_t(panel.pivots), border = std::size_t(panel.border);
+    double* own = eight_work_.data() + eight * panel.at;
+    for (std::size_t i = 0; i < front.pivots.size(); ++i) {
+        const double* from = b + 3 * eight * slot_[front.pivots[i]];
+        std::copy(from, from + 3 * eight, own + 3 * eight * i);
+    }
+    std::fill(own + eight * pivots, own + eight * (pivots + border), 0.0);
+    for (const auto child : front.children) {
+        const auto& to = tree_->fronts[child].in_parent;
+        const auto& of = panels_[child];
+        const double* from = eight_work_.data() + eight * (of.at + std::size_t(of.pivots));
+        for (std::size_t i = 0; i < to.size(); ++i) {
+            double* at = own + 3 * eight * to[i];
+            for (std::size_t k = 0; k < 3 * eight; ++k) at[k] += from[3 * eight * i + k];
+        }
+    }
+    solve_down(pivots, border, panel.columns.data(), own);
+}
+
+void DirectFactor::back_eight(std::uint32_t f, double* x)
+{
+    const Front& front = tree_->fronts[f];
+    const Panel& panel = panels_[f];
+    const auto pivots = std::size_t(panel.pivots), border = std::size_t(panel.border);
+    double* own = eight_work_.data() + eight * panel.at;
+    for (std::size_t i = 0; i < front.border.size(); ++i) {
+        const double* from = x + 3 * eight * slot_[front.border[i]];
+        std::copy(from, from + 3 * eight, own + eight * (pivots + 3 * i));
+    }
+    solve_up(pivots, border, panel.columns.data(), own);
+    for (std::size_t i = 0; i < front.pivots.size(); ++i) {
+        std::copy(own + 3 * eight * i, own + 3 * eight * (i + 1),
+                  x + 3 * eight * slot_[front.pivots[i]]);
     }
 }
 

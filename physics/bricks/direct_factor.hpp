@@ -11,6 +11,7 @@
 #include "physics/bricks/brick_element.hpp"
 #include "physics/bricks/dissection.hpp"
 #include "physics/math/aligned_memory.hpp"
+#include "physics/math/eight_columns.hpp"
 
 #include <memory>
 #include <optional>
@@ -33,12 +34,14 @@ public:
 
     // x = A^-1 b. Numbers of corners that are held stay as they are in x.
     void solve(const double* b, double* x);
+    // The same for eight right-hand sides: three rows a slot. No corner may be an inner one.
+    void solve(const EightColumns& b, EightColumns& x);
 
 private:
     struct Panel {
         Eigen::Index pivots = 0, border = 0;  // numbers, 3 a corner
-        std::size_t columns = 0;              // into numbers_: L11 over L21
         std::size_t at = 0;                   // into work_: pivots, then border
+        Aligned<double> columns;              // L11 over L21
     };
 
     friend class DirectFactorizer;
@@ -47,11 +50,14 @@ private:
     std::size_t inner_at(std::uint32_t corner) const { return 3 * (corner - slot_.size()); }
     void forward(std::uint32_t f, const double* b);
     void back(std::uint32_t f, double* x);
+    void forward_eight(std::uint32_t f, const double* b);
+    void back_eight(std::uint32_t f, double* x);
 
     std::shared_ptr<const Dissection> tree_;
     std::vector<std::uint32_t> slot_;
     std::vector<Panel> panels_;
-    Aligned<double> numbers_, work_;
+    Aligned<double> work_;
+    EightColumns eight_work_;    // rows as work_ has numbers; none before it is needed
     std::vector<double> inner_;  // 3 for each inner corner, as solve() moved it last
 };
 

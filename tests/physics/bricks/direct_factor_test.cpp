@@ -129,6 +129,30 @@ TEST(DirectFactor, KeepsHeldCornersAsTheyAre)
     }
 }
 
+TEST(DirectFactor, SolvesEightAtATimeAsOneByOne)
+{
+    const Sum sum(fixtures::blob(2, 150, 0.5));
+    auto factor = sum.factor();
+    const std::size_t corners = sum.slot.size();
+    const geometry::Random random(5);
+    EightColumns right(3 * eight * corners), found(right.size(), 7);
+    for (std::size_t i = 0; i < right.size(); ++i) right[i] = random.unit(i) - 0.5;
+    factor->solve(right, found);
+    for (std::size_t j = 0; j < eight; ++j) {
+        std::vector<double> one(4 * corners), x(4 * corners, 7);
+        const auto at = [&](std::size_t i) { return eight * (3 * (i / 4) + i % 4) + j; };
+        for (std::size_t i = 0; i < one.size(); ++i) one[i] = i % 4 < 3 ? right[at(i)] : 0;
+        factor->solve(one.data(), x.data());
+        double most = 0, off = 0;
+        for (std::size_t i = 0; i < x.size(); ++i) {
+            if (i % 4 == 3) continue;
+            most = std::max(most, std::abs(x[i]));
+            off = std::max(off, std::abs(x[i] - found[at(i)]));
+        }
+        EXPECT_LT(off, 1e-9 * most) << j;
+    }
+}
+
 TEST(DirectFactor, SolvesBetweenTheAxesThatAreFree)
 {
     Sum sum(fixtures::blob(1, 150, 0.5));
