@@ -3,11 +3,14 @@
 #include "physics/modal/eigenpairs.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 namespace physics {
 namespace {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using geometry::Cubes;
 using geometry::Vec3;
@@ -28,12 +31,11 @@ struct FreeBody {
     {}
 };
 
-// What has next to no energy is no motion of a solid.
-void add(const FreeBody& body, const VectorXd& y, double no_stiffness, FineMotions& out)
+// Adds a motion with u^T M u = 1. What has next to no energy is no motion of a solid.
+void add(const FreeBody& body, const VectorXd& u, double no_stiffness, FineMotions& out)
 {
-    const VectorXd u = body.matrices.without_root_transposed(y);
     const VectorXd force = body.matrices.stiffness.selfadjointView<Eigen::Lower>() * u;
-    if (!(u.dot(force) > no_stiffness * y.squaredNorm())) return;
+    if (!(u.dot(force) > no_stiffness)) return;
     out.of.conservativeResize(Index(3 * body.cubes.corner_count()), out.of.cols() + 1);
     for (std::size_t i = 0; i < body.unknowns.count(); ++i) {
         out.of.col(out.of.cols() - 1).segment<3>(Index(3 * body.unknowns.corner[i])) =
@@ -42,14 +44,39 @@ void add(const FreeBody& body, const VectorXd& y, double no_stiffness, FineMotio
     out.energy.push_back(u.dot(force));
 }
 
-// The acceleration x_i along j and x_j along i, by unknown.
-VectorXd linear_field(const FreeBody& body, int i, int j)
+// The pairs of axes i, j of the six linear fields: x_i along j and x_j along i.
+constexpr std::array<std::array<int, 2>, 6> field_axes = {
+    {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
+
+// The six accelerations, by unknown, and two columns of zeros.
+EightColumns linear_fields(const FreeBody& body)
 {
-    VectorXd out = VectorXd::Zero(body.matrices.rows());
+    EightColumns out(eight * std::size_t(body.matrices.rows()), 0.0);
     for (std::size_t k = 0; k < body.unknowns.count(); ++k) {
         const Vec3 x = body.cubes.corner_position(body.unknowns.corner[k]);
-        out[Index(3 * k) + j] += x[i];
-        if (i != j) out[Index(3 * k) + i] += x[j];
+        for (std::size_t f = 0; f < field_axes.size(); ++f) {
+            const auto [i, j] = field_axes[f];
+            out[eight * (3 * k + std::size_t(j)) + f] = x[i];
+            out[eight * (3 * k + std::size_t(i)) + f] = x[j];
+        }
+    }
+    return out;
+}
+
+// Displacements under these, with u^T M u = 1.
+MatrixXd linear_displacements(const FreeBody& body, ShiftInverse& inverse)
+{
+    EightColumns field = linear_fields(body), load, x;
+    inverse.project(field);
+    inverse.weigh(field, load);
+    inverse.apply(load, x);
+    inverse.weigh(x, load);
+    const Eights size_sq = transposed_times(x, load);
+    MatrixXd out(body.matrices.rows(), Index(field_axes.size()));
+    for (Index f = 0; f < out.cols(); ++f) {
+        for (Index i = 0; i < out.rows(); ++i)
+            out(i, f) = x[eight * std::size_t(i) + std::size_t(f)];
+        if (size_sq(f, f) > 0) out.col(f) /= std::sqrt(size_sq(f, f));
     }
     return out;
 }
@@ -73,8 +100,8 @@ FineMotions fine_motions(const Cubes& cubes, int modes, Report& report)
     Index hinges = 0;
     for (Index asked = count; asked <= std::min(8 * count, free); asked = count + hinges) {
         const Index before = hinges;
-        inverse.found.resize(body.matrices.rows(), 0);
-        pairs = lanczos_eigenpairs(body.matrices, asked, inverse);
+        inverse.leave_out(MatrixXd(body.matrices.rows(), 0));
+        pairs = lanczos_eigenpairs(asked, inverse);
         hinges = 0;
         for (const double value : pairs.value) hinges += value > no_stiffness ? 0 : 1;
         if (hinges == before || !pairs.converged) break;
@@ -86,15 +113,9 @@ FineMotions fine_motions(const Cubes& cubes, int modes, Report& report)
         add(body, pairs.vector.col(Index(k)), no_stiffness, out);
     }
     out.modes = out.energy.size();
-    inverse.found = pairs.vector.leftCols(hinges);
-    VectorXd y(body.matrices.rows());
-    for (int i = 0; i < 3; ++i) {
-        for (int j = i; j < 3; ++j) {
-            const VectorXd load = body.matrices.times_root_transposed(linear_field(body, i, j));
-            inverse.perform_op(load.data(), y.data());
-            add(body, y.normalized(), no_stiffness, out);
-        }
-    }
+    inverse.leave_out(pairs.vector.leftCols(hinges));
+    const MatrixXd fields = linear_displacements(body, inverse);
+    for (Index f = 0; f < fields.cols(); ++f) add(body, fields.col(f), no_stiffness, out);
     return out;
 }
 

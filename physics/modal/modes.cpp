@@ -65,23 +65,23 @@ double material_damping(const Cubes& cubes, const std::vector<Vec3>& phi, CubeSt
     return sum;
 }
 
-// The lowest elastic modes of D, and in the report how they were found.
+// The lowest elastic modes, and in the report how they were found.
 Eigenpairs elastic_pairs(const StiffnessAndMass& d, const std::vector<RigidMotions>& rigid,
                          Index count, const ModalCubes& of, Report& report)
 {
     Eigenpairs pairs;
     pairs.vector.resize(d.rows(), 0);
     if (count > 0) {
-        const bool small = d.rows() <= 240 || 3 * count + 30 > d.rows();
+        const bool small = d.rows() <= 120 || 3 * count + 30 > d.rows();
         if (small) {
             pairs = dense_eigenpairs(d, rigid, count);
         } else {
             ShiftInverse inverse(d, rigid, of);
-            pairs = lanczos_eigenpairs(d, count, inverse);
+            pairs = lanczos_eigenpairs(count, inverse);
+            report.iterations = inverse.solves;
         }
     }
     report.converged = pairs.converged && Index(pairs.value.size()) == count;
-    report.iterations = pairs.solves;
     if (!report.converged) {
         report.warnings.push_back(
             fmt::format("Only {} of {} modes converged.", pairs.value.size(), count));
@@ -89,15 +89,13 @@ Eigenpairs elastic_pairs(const StiffnessAndMass& d, const std::vector<RigidMotio
     return pairs;
 }
 
-// Adds a mode with D's eigenvector `vector`.
-void add_mode(const Cubes& cubes, const Unknowns& unknowns, const StiffnessAndMass& d,
-              const VectorXd& vector, double omega_sq, Modes& modes)
+void add_mode(const Cubes& cubes, const Unknowns& unknowns, const VectorXd& phi, double omega_sq,
+              Modes& modes)
 {
     // Either sign would do: the largest component is positive.
     Index at = 0;
-    vector.cwiseAbs().maxCoeff(&at);
-    const double sign = vector[at] < 0 ? -1 : 1;
-    const VectorXd phi = d.without_root_transposed(vector);
+    phi.cwiseAbs().maxCoeff(&at);
+    const double sign = phi[at] < 0 ? -1 : 1;
     std::vector<Vec3> shape(cubes.corner_count(), Vec3::Zero());
     for (std::size_t i = 0; i < unknowns.count(); ++i) {
         shape[unknowns.corner[i]] = sign * phi.segment<3>(Index(3 * i));
@@ -150,15 +148,14 @@ Modes lowest_modes(const Cubes& cubes, const std::vector<std::uint32_t>& pinned,
         elastic_pairs(d, rigid, elastic, {cubes, unknowns, stiffness}, modes.report);
     for (const auto& piece : rigid) {
         for (Index m = 0; m < piece.motion.cols() && int(modes.shape.size()) < modes.rigid; ++m) {
-            add_mode(cubes, unknowns, d, spread_out(piece, m, d.rows()), 0, modes);
+            add_mode(cubes, unknowns, spread_out(piece, piece.motion.col(m), d.rows()), 0, modes);
         }
     }
     // Cubes that touch along one edge or at one corner only are hinges: they turn at no cost.
     const double no_stiffness = 1e-13 * d.largest_ratio();
     int hinges = 0;
     for (std::size_t i = 0; i < pairs.value.size(); ++i) {
-        const VectorXd vector = pairs.vector.col(Index(i));
-        const VectorXd phi = d.without_root_transposed(vector);
+        const VectorXd phi = pairs.vector.col(Index(i));
         const VectorXd force = d.stiffness.selfadjointView<Eigen::Lower>() * phi;
         if (pairs.value[i] < no_stiffness) {
             ++hinges;
@@ -167,7 +164,7 @@ Modes lowest_modes(const Cubes& cubes, const std::vector<std::uint32_t>& pinned,
         modes.report.residual =
             std::max(modes.report.residual,
                      (force - pairs.value[i] * d.times_mass(phi)).norm() / force.norm());
-        add_mode(cubes, unknowns, d, vector, pairs.value[i], modes);
+        add_mode(cubes, unknowns, phi, pairs.value[i], modes);
     }
     if (hinges > 0) {
         modes.report.warnings.push_back(fmt::format(

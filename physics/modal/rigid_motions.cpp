@@ -4,8 +4,8 @@
 #include "geometry/base/union_find.hpp"
 #include "physics/state/hold_matter.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 
 #include <algorithm>
 
@@ -43,6 +43,39 @@ template <class MotionAt> MatrixXd held_motions(const HeldCube& spring, const Mo
         }
     }
     return sum / whole;
+}
+
+// The rows of a piece's unknowns.
+MatrixXd rows_of(const MatrixXd& all, const RigidMotions& piece)
+{
+    MatrixXd out(Index(3 * piece.unknown.size()), all.cols());
+    for (std::size_t i = 0; i < piece.unknown.size(); ++i) {
+        out.middleRows<3>(Index(3 * i)) = all.middleRows<3>(Index(3 * piece.unknown[i]));
+    }
+    return out;
+}
+
+// Makes the motions of each piece orthonormal by M, from those over all corners.
+void make_orthonormal(const StiffnessAndMass& matrices, MatrixXd& motions,
+                      std::vector<RigidMotions>& all)
+{
+    // Twice, so that what rounding leaves is taken out too.
+    for (int pass = 0; pass < 2; ++pass) {
+        const MatrixXd weighed = matrices.times_mass(motions);
+        for (RigidMotions& piece : all) {
+            const Index free = piece.motion.cols();
+            piece.weighed = rows_of(weighed, piece).leftCols(free);
+            piece.motion = rows_of(motions, piece).leftCols(free);
+            const Eigen::LLT<MatrixXd> root(piece.motion.transpose() * piece.weighed);
+            for (MatrixXd* m : {&piece.motion, &piece.weighed}) {
+                root.matrixU().solveInPlace<Eigen::OnTheRight>(*m);
+            }
+            for (std::size_t i = 0; i < piece.unknown.size(); ++i) {
+                motions.block(Index(3 * piece.unknown[i]), 0, 3, free) =
+                    piece.motion.middleRows<3>(Index(3 * i));
+            }
+        }
+    }
 }
 
 }  // namespace
@@ -93,40 +126,32 @@ std::vector<RigidMotions> rigid_motions(const geometry::Cubes& cubes, const Unkn
         piece.motion.resize(Index(3 * piece.unknown.size()), free);
         all.push_back(std::move(piece));
     }
-    for (Index m = 0; m < 6; ++m) motions.col(m) = matrices.times_root_transposed(motions.col(m));
-    for (RigidMotions& piece : all) {
-        const Index free = piece.motion.cols();
-        for (std::size_t i = 0; i < piece.unknown.size(); ++i) {
-            piece.motion.middleRows<3>(Index(3 * i)) =
-                motions.block(Index(3 * piece.unknown[i]), 0, 3, free);
-        }
-        piece.motion = (Eigen::HouseholderQR<MatrixXd>(piece.motion).householderQ() *
-                        MatrixXd::Identity(piece.motion.rows(), free))
-                           .eval();
-    }
+    make_orthonormal(matrices, motions, all);
     return all;
 }
 
-void take_out(const RigidMotions& piece, Eigen::Ref<VectorXd> x)
+void take_out(const RigidMotions& piece, EightColumns& x)
 {
-    VectorXd part(piece.motion.rows());
+    using Rows = Eigen::Matrix<double, Eigen::Dynamic, 8, Eigen::RowMajor>;
+    Rows part(piece.motion.rows(), 8);
+    constexpr std::size_t wide = 3 * eight;
     for (std::size_t i = 0; i < piece.unknown.size(); ++i) {
-        part.segment<3>(Index(3 * i)) = x.segment<3>(Index(3 * piece.unknown[i]));
+        std::copy_n(&x[wide * piece.unknown[i]], wide, part.data() + wide * i);
     }
-    part = piece.motion * (piece.motion.transpose() * part);
+    const MatrixXd along = piece.weighed.transpose() * part;
+    part.noalias() -= piece.motion * along;
     for (std::size_t i = 0; i < piece.unknown.size(); ++i) {
-        x.segment<3>(Index(3 * piece.unknown[i])) -= part.segment<3>(Index(3 * i));
+        std::copy_n(part.data() + wide * i, wide, &x[wide * piece.unknown[i]]);
     }
 }
 
-VectorXd spread_out(const RigidMotions& piece, Index m, Index rows)
+VectorXd spread_out(const RigidMotions& piece, const VectorXd& of, Index rows)
 {
-    VectorXd motion = VectorXd::Zero(rows);
+    VectorXd out = VectorXd::Zero(rows);
     for (std::size_t i = 0; i < piece.unknown.size(); ++i) {
-        motion.segment<3>(Index(3 * piece.unknown[i])) =
-            piece.motion.col(m).segment<3>(Index(3 * i));
+        out.segment<3>(Index(3 * piece.unknown[i])) = of.segment<3>(Index(3 * i));
     }
-    return motion;
+    return out;
 }
 
 }  // namespace physics

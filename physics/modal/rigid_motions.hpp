@@ -7,10 +7,10 @@
 
 namespace physics {
 
-// The rigid motions that pins leave to one connected piece: orthonormal columns over its unknowns.
+// The rigid motions R that pins leave to one connected piece, R^T M R = I, over its unknowns.
 struct RigidMotions {
     std::vector<std::uint32_t> unknown;  // corners of the piece, into Unknowns::corner
-    Eigen::MatrixXd motion;              // 3 |unknown| x (0..6), L^T times the displacement
+    Eigen::MatrixXd motion, weighed;     // R and M R, 3 |unknown| x (0..6)
 };
 
 // Of every piece that has any. `springs` hold material as pins do.
@@ -18,10 +18,10 @@ std::vector<RigidMotions> rigid_motions(const geometry::Cubes& cubes, const Unkn
                                         const StiffnessAndMass& matrices,
                                         std::span<const HeldCube> springs = {});
 
-// x without its parts along the piece's motions.
-void take_out(const RigidMotions& piece, Eigen::Ref<Eigen::VectorXd> x);
+// x without its parts along the piece's motions, by M: x - R R^T M x.
+void take_out(const RigidMotions& piece, EightColumns& x);
 
-// Motion `m` of a piece over all `rows` unknowns.
-Eigen::VectorXd spread_out(const RigidMotions& piece, Eigen::Index m, Eigen::Index rows);
+// A vector over the unknowns of a piece as one over all `rows`.
+Eigen::VectorXd spread_out(const RigidMotions& piece, const Eigen::VectorXd& of, Eigen::Index rows);
 
 }  // namespace physics

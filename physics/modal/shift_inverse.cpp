@@ -11,14 +11,11 @@
 namespace physics {
 
 using Eigen::Index;
-using Eigen::VectorXd;
+using Eigen::MatrixXd;
 
 namespace {
 
-std::size_t four(const StiffnessAndMass& d)
-{
-    return std::size_t(d.rows()) / 3 * 4;
-}
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, 8, Eigen::RowMajor>;
 
 std::vector<BrickMatrix> shifted_cubes(double shift, const ModalCubes& of)
 {
@@ -43,53 +40,66 @@ std::vector<BrickMatrix> shifted_cubes(double shift, const ModalCubes& of)
 }  // namespace
 
 ShiftedInverse::ShiftedInverse(const StiffnessAndMass& d, double shift, const ModalCubes& of)
-    : slot_(of.unknowns.at.begin(), of.unknowns.at.end()), b_(four(d)), x_(four(d))
 {
-    std::vector<char> pinned(slot_.size(), 0);
-    for (std::size_t k = 0; k < slot_.size(); ++k) {
-        if (slot_[k] == geometry::no_index) pinned[k] = 1;
+    std::vector<char> pinned(of.unknowns.at.size(), 0);
+    for (std::size_t k = 0; k < pinned.size(); ++k) {
+        if (of.unknowns.at[k] == geometry::no_index) pinned[k] = 1;
     }
     auto tree = std::make_shared<const Dissection>(
         dissect(of.cubes, pinned, std::numeric_limits<double>::infinity()));
     // Pinned corners are read and written nowhere.
-    const std::vector<double> nothing(four(d), 0.0);
-    fronts_ = DirectFactor::make(std::move(tree), shifted_cubes(shift, of), nothing, slot_);
+    const std::vector<double> nothing(4 * of.unknowns.count(), 0.0);
+    fronts_ =
+        DirectFactor::make(std::move(tree), shifted_cubes(shift, of), nothing, of.unknowns.at);
     if (!fronts_) columns_.compute(d.shifted(shift));
 }
 
-VectorXd ShiftedInverse::solve(const VectorXd& r)
+void ShiftedInverse::solve(const EightColumns& r, EightColumns& x)
 {
-    if (!fronts_) return columns_.solve(r);
-    const std::size_t n = b_.size() / 4;
-    for (std::size_t i = 0; i < n; ++i) std::copy_n(r.data() + 3 * i, 3, b_.data() + 4 * i);
-    fronts_->solve(b_.data(), x_.data());
-    VectorXd out(r.size());
-    for (std::size_t i = 0; i < n; ++i) std::copy_n(x_.data() + 4 * i, 3, out.data() + 3 * i);
-    return out;
+    x.resize(r.size());
+    if (fronts_) {
+        fronts_->solve(r, x);
+        return;
+    }
+    const auto rows = Index(r.size() / eight);
+    Eigen::Map<Rows>(x.data(), rows, 8) =
+        columns_.solve(MatrixXd(Eigen::Map<const Rows>(r.data(), rows, 8)));
 }
 
 ShiftInverse::ShiftInverse(const StiffnessAndMass& d, const std::vector<RigidMotions>& rigid,
                            const ModalCubes& of)
     : shift(-1e-12 * d.largest_ratio()), inverse_(d, shift, of), matrices_(d), rigid_(rigid),
-      size_(d.rows())
+      found_(d.rows(), 0), weighed_(d.rows(), 0)
 {}
 
-void ShiftInverse::perform_op(const double* from, double* to) const
+Index ShiftInverse::dimensions() const
 {
-    geometry::stop_if_asked();
-    const Eigen::Map<const VectorXd> x(from, size_);
-    Eigen::Map<VectorXd> y(to, size_);
-    VectorXd work = x;
-    project(work);
-    y = matrices_.times_root_transposed(inverse_.solve(matrices_.times_root(work)));
-    project(y);
-    ++solves;
+    Index out = rows() - found_.cols();
+    for (const RigidMotions& piece : rigid_) out -= piece.motion.cols();
+    return out;
 }
 
-void ShiftInverse::project(Eigen::Ref<VectorXd> x) const
+void ShiftInverse::apply(const EightColumns& load, EightColumns& x)
 {
-    for (const auto& piece : rigid_) take_out(piece, x);
-    if (found.cols() > 0) x -= found * (found.transpose() * x);
+    geometry::stop_if_asked();
+    inverse_.solve(load, x);
+    project(x);
+    solves += int(eight);
+}
+
+void ShiftInverse::project(EightColumns& x) const
+{
+    for (const RigidMotions& piece : rigid_) take_out(piece, x);
+    if (found_.cols() == 0) return;
+    Eigen::Map<Rows> all(x.data(), rows(), 8);
+    const MatrixXd along = weighed_.transpose() * all;
+    all.noalias() -= found_ * along;
+}
+
+void ShiftInverse::leave_out(const MatrixXd& modes)
+{
+    found_ = modes;
+    weighed_ = matrices_.times_mass(modes);
 }
 
 }  // namespace physics

@@ -1,8 +1,8 @@
 #pragma once
 
-// (D - shift I)^-1 of the D of stiffness_matrix.hpp, by one factorisation. With a shift below all
-// that is sought, the lowest modes of D become its largest eigenvalues; with a shift that is
-// next to nothing it also gives the displacement under a load of what moves freely.
+// (K - shift M)^-1 M by one factorisation, K and M of stiffness_matrix.hpp. With a shift below all
+// that is sought, the lowest modes are those of its largest eigenvalues; with a shift that is next
+// to nothing it also gives the displacement of what moves freely under a load.
 
 #include "physics/bricks/direct_factor.hpp"
 #include "physics/modal/rigid_motions.hpp"
@@ -13,7 +13,7 @@
 
 namespace physics {
 
-// What D is summed from: its factors are made cube by cube (bricks/direct_factor.hpp).
+// What K and M are summed from: the factors are made cube by cube (bricks/direct_factor.hpp).
 struct ModalCubes {
     const geometry::Cubes& cubes;
     const Unknowns& unknowns;
@@ -26,41 +26,41 @@ public:
     ShiftedInverse(const StiffnessAndMass& d, double shift, const ModalCubes& of);
 
     bool factored() const { return fronts_ || columns_.info() == Eigen::Success; }
-    Eigen::VectorXd solve(const Eigen::VectorXd& r);
+    void solve(const EightColumns& r, EightColumns& x);
 
 private:
-    std::vector<std::uint32_t> slot_;
-    std::vector<double> b_, x_;  // four numbers an unknown
     std::optional<DirectFactor> fronts_;
     // Elimination in the order of the unknowns: no other is needed.
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::NaturalOrdering<int>>
         columns_;
 };
 
-// On what is orthogonal to the rigid motions and to the modes found so far.
+// On what is orthogonal by M to the rigid motions and to the modes found so far.
 class ShiftInverse {
 public:
-    using Scalar = double;
-
     // All must outlive it. The shift is far below the lowest mode (a slender model has it at 1e-8
     // of the highest), and enough to keep the matrix definite where pieces move freely.
     ShiftInverse(const StiffnessAndMass& d, const std::vector<RigidMotions>& rigid,
                  const ModalCubes& of);
     bool factored() const { return inverse_.factored(); }
-    Eigen::Index rows() const { return size_; }
-    Eigen::Index cols() const { return size_; }
-    void perform_op(const double* from, double* to) const;
-    void project(Eigen::Ref<Eigen::VectorXd> x) const;
+    Eigen::Index rows() const { return matrices_.rows(); }
+    // How many dimensions are left beside rigid motions and modes found.
+    Eigen::Index dimensions() const;
+    // The displacements (K - shift M)^-1 load.
+    void apply(const EightColumns& load, EightColumns& x);
+    void weigh(const EightColumns& x, EightColumns& to) const { matrices_.times_mass(x, to); }
+    void project(EightColumns& x) const;
+    // Modes are known: columns phi with phi^T M phi = I.
+    void leave_out(const Eigen::MatrixXd& modes);
 
     const double shift;
-    Eigen::MatrixXd found;  // orthonormal modes that are known already
-    mutable int solves = 0;
+    int solves = 0;  // right-hand sides
 
 private:
-    mutable ShiftedInverse inverse_;  // with room to work in
+    ShiftedInverse inverse_;
     const StiffnessAndMass& matrices_;
     const std::vector<RigidMotions>& rigid_;
-    Eigen::Index size_;
+    Eigen::MatrixXd found_, weighed_;
 };
 
 }  // namespace physics

@@ -1,10 +1,10 @@
 #include "physics/modal/stiffness_matrix.hpp"
 
 #include "geometry/base/no_index.hpp"
+#include "geometry/base/stop.hpp"
 #include "physics/bricks/dissection.hpp"
 #include "physics/state/cube_mass.hpp"
 
-#include <Eigen/SparseCholesky>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +14,7 @@
 namespace physics {
 namespace {
 
+using Eigen::Index;
 using geometry::no_index;
 
 // Pairs of corners that share a cube, by unknowns: the matrix's 3 x 3 blocks.
@@ -37,6 +38,7 @@ BlockPairs pairs_that_share_cubes(const geometry::Cubes& cubes, const Unknowns& 
             }
         }
     }
+    geometry::stop_if_asked();
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     auto& first = out.first;
@@ -79,12 +81,42 @@ Blocks sum_blocks(const geometry::Cubes& cubes, const Unknowns& unknowns, const 
     return blocks;
 }
 
-// x, y and z of each unknown.
-using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
-
-Eigen::Map<const Rows> rows_of(const Eigen::VectorXd& v)
+// The lower triangle of K, column by column.
+void put_together(const BlockPairs& of, const std::vector<geometry::Mat3>& blocks,
+                  Eigen::SparseMatrix<double>& out)
 {
-    return {v.data(), v.size() / 3, 3};
+    const auto n = Index(of.first.size() - 1);
+    out.resize(3 * n, 3 * n);
+    out.resizeNonZeros(Index(9 * of.pairs.size()) - 3 * n);
+    int* row = out.innerIndexPtr();
+    double* value = out.valuePtr();
+    for (Index column = 0; column < 3 * n; ++column) {
+        out.outerIndexPtr()[column] = int(row - out.innerIndexPtr());
+        for (std::size_t p = of.first[std::size_t(column / 3)];
+             p < of.first[std::size_t(column / 3) + 1]; ++p) {
+            const Index from = 3 * Index(of.pairs[p] & 0xffffffffu);
+            for (Index i = std::max(from, column); i < from + 3; ++i) {
+                *row++ = int(i);
+                *value++ = blocks[p](i - from, column % 3);
+            }
+        }
+    }
+    out.outerIndexPtr()[3 * n] = int(row - out.innerIndexPtr());
+}
+
+// The whole of M.
+void put_together(const BlockPairs& of, const std::vector<double>& numbers,
+                  Eigen::SparseMatrix<double, Eigen::RowMajor>& out)
+{
+    const auto n = Index(of.first.size() - 1);
+    Eigen::SparseMatrix<double> lower(n, n);
+    lower.resizeNonZeros(Index(of.pairs.size()));
+    for (std::size_t p = 0; p < of.pairs.size(); ++p) {
+        lower.innerIndexPtr()[p] = int(of.pairs[p] & 0xffffffffu);
+        lower.valuePtr()[p] = numbers[p];
+    }
+    for (std::size_t k = 0; k < of.first.size(); ++k) lower.outerIndexPtr()[k] = int(of.first[k]);
+    out = lower.selfadjointView<Eigen::Lower>();
 }
 
 }  // namespace
@@ -137,7 +169,7 @@ std::pair<const BrickMatrix&, double> CubeStiffness::material(std::size_t c)
 double StiffnessAndMass::largest_ratio() const
 {
     double largest = 0;
-    for (Eigen::Index i = 0; i < rows(); ++i) {
+    for (Index i = 0; i < rows(); ++i) {
         largest = std::max(largest, stiffness.coeff(i, i) / mass.coeff(i / 3, i / 3));
     }
     return largest;
@@ -146,92 +178,49 @@ double StiffnessAndMass::largest_ratio() const
 Eigen::SparseMatrix<double> StiffnessAndMass::shifted(double shift) const
 {
     Eigen::SparseMatrix<double> out = stiffness;
-    for (Eigen::Index column = 0; column < rows(); ++column) {
-        Eigen::SparseMatrix<double>::InnerIterator own(mass, column / 3);
+    for (Index column = 0; column < rows(); ++column) {
+        Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator own(mass, column / 3);
         for (Eigen::SparseMatrix<double>::InnerIterator it(out, column); it; ++it) {
             if (it.row() % 3 != column % 3) continue;
-            while (own.row() < it.row() / 3) ++own;
+            while (own.col() < it.row() / 3) ++own;
             it.valueRef() -= shift * own.value();
         }
     }
     return out;
 }
 
-Eigen::VectorXd StiffnessAndMass::times_mass(const Eigen::VectorXd& v) const
+Eigen::MatrixXd StiffnessAndMass::times_mass(const Eigen::MatrixXd& v) const
 {
-    Rows out = mass.selfadjointView<Eigen::Lower>() * rows_of(v);
-    return Eigen::Map<const Eigen::VectorXd>(out.data(), v.size());
+    Eigen::MatrixXd out(v.rows(), v.cols());
+    using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+    for (Index j = 0; j < v.cols(); ++j) {
+        const Eigen::Map<const Rows> from(v.col(j).data(), v.rows() / 3, 3);
+        Eigen::Map<Rows>(out.col(j).data(), v.rows() / 3, 3) = mass * from;
+    }
+    return out;
 }
 
-Eigen::VectorXd StiffnessAndMass::times_root(const Eigen::VectorXd& v) const
+void StiffnessAndMass::times_mass(const EightColumns& v, EightColumns& to) const
 {
-    const Rows out = root * rows_of(v);
-    return Eigen::Map<const Eigen::VectorXd>(out.data(), v.size());
-}
-
-Eigen::VectorXd StiffnessAndMass::times_root_transposed(const Eigen::VectorXd& v) const
-{
-    const Rows out = root.transpose() * rows_of(v);
-    return Eigen::Map<const Eigen::VectorXd>(out.data(), v.size());
-}
-
-Eigen::VectorXd StiffnessAndMass::without_root(const Eigen::VectorXd& v) const
-{
-    const Rows out = root.triangularView<Eigen::Lower>().solve(rows_of(v));
-    return Eigen::Map<const Eigen::VectorXd>(out.data(), v.size());
-}
-
-Eigen::VectorXd StiffnessAndMass::without_root_transposed(const Eigen::VectorXd& v) const
-{
-    const Rows out = root.transpose().triangularView<Eigen::Upper>().solve(rows_of(v));
-    return Eigen::Map<const Eigen::VectorXd>(out.data(), v.size());
+    times_in_threes(std::size_t(mass.rows()),
+                    {mass.outerIndexPtr(), mass.innerIndexPtr(), mass.valuePtr()}, v, to);
 }
 
 StiffnessAndMass sum_matrices(const geometry::Cubes& cubes, const Unknowns& unknowns,
                               CubeStiffness& stiffness)
 {
-    const auto n = unknowns.count();
     const BlockPairs of = pairs_that_share_cubes(cubes, unknowns);
-    const auto& [pairs, first] = of;
+    geometry::stop_if_asked();
     const Blocks blocks = sum_blocks(cubes, unknowns, of, stiffness);
     StiffnessAndMass out;
-    out.stiffness.resize(Eigen::Index(3 * n), Eigen::Index(3 * n));
-    out.mass.resize(Eigen::Index(n), Eigen::Index(n));
-    std::vector<int> entries(3 * n), mass_entries(n);
-    for (std::size_t column = 0; column < n; ++column) {
-        mass_entries[column] = int(first[column + 1] - first[column]);
-        for (std::size_t j = 0; j < 3; ++j) {
-            entries[3 * column + j] = int(3 * (first[column + 1] - first[column]) - j);
-        }
-    }
-    out.stiffness.reserve(entries);
-    out.mass.reserve(mass_entries);
-    for (std::size_t column = 0; column < n; ++column) {
-        for (std::size_t p = first[column]; p < first[column + 1]; ++p) {
-            out.mass.insert(Eigen::Index(pairs[p] & 0xffffffffu), Eigen::Index(column)) =
-                blocks.mass[p];
-        }
-        for (Eigen::Index j = 0; j < 3; ++j) {
-            const Eigen::Index to = Eigen::Index(3 * column) + j;
-            for (std::size_t p = first[column]; p < first[column + 1]; ++p) {
-                const auto row = pairs[p] & 0xffffffffu;
-                for (Eigen::Index i = 0; i < 3; ++i) {
-                    const Eigen::Index from = Eigen::Index(3 * row) + i;
-                    if (from >= to) out.stiffness.insert(from, to) = blocks.stiffness[p](i, j);
-                }
-            }
-        }
-    }
-    out.stiffness.makeCompressed();
-    out.mass.makeCompressed();
-    const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Lower,
-                               Eigen::NaturalOrdering<int>>
-        factor(out.mass);
-    if (factor.info() != Eigen::Success) {
+    geometry::stop_if_asked();
+    put_together(of, blocks.stiffness, out.stiffness);
+    put_together(of, blocks.mass, out.mass);
+    const Eigen::VectorXd diagonal = out.mass.diagonal();
+    if (!(diagonal.minCoeff() > 1e-15 * diagonal.maxCoeff())) {
         throw std::invalid_argument("expected cubes with masses that can be added up, found some "
                                     "that are too far apart");
     }
-    out.root = factor.matrixL();
     return out;
 }
 

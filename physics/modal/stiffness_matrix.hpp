@@ -1,15 +1,15 @@
 #pragma once
 
-// The stiffness K and the mass M of a model of cubes as sparse matrices over its free corners, and
-// D = L^-1 K L^-T with M = L L^T, whose eigenvalues are the squares of the frequencies: its
-// eigenvectors y are L^T phi. M is that of the bricks that move (state/cube_mass.hpp), the same for
-// x, y and z. Corners are numbered in the order in which a factorisation eliminates them
-// (bricks/dissection.hpp).
+// The stiffness K and the mass M of a model of cubes as sparse matrices over its free corners.
+// Modes are the solutions of K phi = omega^2 M phi. M is that of the bricks that move
+// (state/cube_mass.hpp), the same for x, y and z. Corners are numbered in the order in which a
+// factorisation eliminates them (bricks/dissection.hpp).
 
 #include "geometry/cubes/cubes.hpp"
 #include "physics/body/stiffness.hpp"
 #include "physics/bricks/brick_element.hpp"
 #include "physics/bricks/held_corners.hpp"
+#include "physics/math/eight_columns.hpp"
 
 #include <Eigen/SparseCore>
 
@@ -55,23 +55,18 @@ private:
 };
 
 struct StiffnessAndMass {
-    Eigen::SparseMatrix<double> stiffness;  // lower triangle of K, 3n x 3n
-    Eigen::SparseMatrix<double> mass;       // lower triangle of M, n x n, with the blocks of K
-    Eigen::SparseMatrix<double> root;       // L, n x n
+    Eigen::SparseMatrix<double> stiffness;              // lower triangle of K, 3n x 3n
+    Eigen::SparseMatrix<double, Eigen::RowMajor> mass;  // M, n x n, with the blocks of K
 
     Eigen::Index rows() const { return stiffness.rows(); }
     double largest_ratio() const;  // of the diagonals of K and M, 1/s^2
     // The lower triangle of K - shift M.
     Eigen::SparseMatrix<double> shifted(double shift) const;
-    // On vectors of 3n numbers.
-    Eigen::VectorXd times_mass(const Eigen::VectorXd& v) const;
-    Eigen::VectorXd times_root(const Eigen::VectorXd& v) const;               // L v
-    Eigen::VectorXd times_root_transposed(const Eigen::VectorXd& v) const;    // L^T v
-    Eigen::VectorXd without_root(const Eigen::VectorXd& v) const;             // L^-1 v
-    Eigen::VectorXd without_root_transposed(const Eigen::VectorXd& v) const;  // L^-T v
+    Eigen::MatrixXd times_mass(const Eigen::MatrixXd& v) const;  // M v, of 3n rows
+    void times_mass(const EightColumns& v, EightColumns& to) const;
 };
 
-// Throws std::invalid_argument when M is not positive.
+// Throws std::invalid_argument when masses are too far apart to be added up.
 StiffnessAndMass sum_matrices(const geometry::Cubes& cubes, const Unknowns& unknowns,
                               CubeStiffness& stiffness);
 

@@ -163,6 +163,29 @@ TEST(Modes, LanczosAgreesWithTheDenseSolver)
     }
 }
 
+TEST(Modes, AreFoundAfterTheBasisIsCutToTheBest)
+{
+    // Columns whose frequencies lie close together: to tell the lowest takes more than the 160
+    // vectors that are kept for one mode.
+    constexpr int pieces = 30;
+    const auto lowest_of = [](int first, int last) {
+        std::vector<geometry::Vec3i> cells;
+        for (int piece = first; piece < last; ++piece) {
+            for (int x = 0; x < 4; ++x) cells.emplace_back(x, 3 * piece, 0);
+        }
+        Cubes cubes = cubes_on(cells, 0.1);
+        for (std::size_t c = 0; c < cubes.count(); ++c) {
+            cubes.young[c] *= 1 + 1e-4 * std::abs(cubes.cell[c].y() / 3 - 11);
+        }
+        return lowest_modes(cubes, first_layer(cubes), lowest(1));
+    };
+    const Modes all = lowest_of(0, pieces), one = lowest_of(11, 12);
+    EXPECT_GT(all.report.iterations, 160);
+    EXPECT_TRUE(all.report.converged);
+    EXPECT_NEAR(all.omega_sq[0] / one.omega_sq[0], 1, 1e-9);
+    EXPECT_LT(all.report.residual, 1e-6);
+}
+
 TEST(Modes, LeaveOutHingesAndSayIt)
 {
     // Two cubes that share one edge turn about it at no cost.
