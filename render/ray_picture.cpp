@@ -1,7 +1,6 @@
 #include "render/ray_picture.hpp"
 
 #include "geometry/base/parallel.hpp"
-#include "geometry/base/stop.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -224,7 +223,7 @@ void trace_middles(std::span<const FieldSurface> surfaces, const RayGrid& grid, 
             });
         }
     };
-    geometry::parallel_for(tiles.open.size(), 4, geometry::stoppable(some));
+    geometry::parallel_for(tiles.open.size(), 4, some);
 }
 
 // Numbers the uneven pixels, tile by tile. Returns where each open tile's numbers begin.
@@ -275,7 +274,7 @@ void trace_samples(std::span<const FieldSurface> surfaces, const RayGrid& grid, 
                           static_cast<std::ptrdiff_t>(places.size() * first[i]));
         }
     };
-    geometry::parallel_for(tiles.open.size(), 4, geometry::stoppable(some));
+    geometry::parallel_for(tiles.open.size(), 4, some);
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 #pragma once
 
 // Lets long kernels end early. Whoever calls kernels opens a StopScope on its thread, and long
-// loops look at its token now and then: serial ones by a StopCheck, parallel ones by stoppable().
-// Kernels are not handed a token: all would have to hand it on, and none decides by it. It changes
-// no result: a kernel returns all of it or throws Stopped.
+// loops look at its token now and then: serial ones by a StopCheck, those of parallel.hpp by
+// themselves. Kernels are not handed a token: all would have to hand it on, and none decides by
+// it. It changes no result: a kernel returns all of it or throws Stopped.
 
 #include <cstddef>
 #include <exception>
@@ -50,16 +50,5 @@ public:
 private:
     unsigned turns_ = 0;
 };
-
-// The body of a parallel loop, which looks before each of its pieces, on whatever thread.
-template <class Body> auto stoppable(Body body)
-{
-    return
-        [body = std::move(body), stop = StopScope::current()](std::size_t begin, std::size_t end) {
-            const StopScope scope(stop);
-            stop_if_asked();
-            body(begin, end);
-        };
-}
 
 }  // namespace geometry

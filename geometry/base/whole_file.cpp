@@ -1,9 +1,12 @@
 #include "geometry/base/whole_file.hpp"
 
+#include "geometry/base/stop.hpp"
+
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstring>
 #include <fstream>
@@ -69,11 +72,13 @@ struct Unfinished {
     }
     Unfinished(const Unfinished&) = delete;
 
-    // 0 or an error.
+    // 0 or an error. Some megabytes at a time, so that it can be stopped between.
     int write(std::string_view bytes)
     {
+        constexpr std::size_t most = 1 << 24;
         while (!bytes.empty()) {
-            const ssize_t n = ::write(fd, bytes.data(), bytes.size());
+            stop_if_asked();
+            const ssize_t n = ::write(fd, bytes.data(), std::min(most, bytes.size()));
             if (n < 0 && errno != EINTR) return errno;
             if (n > 0) bytes.remove_prefix(static_cast<std::size_t>(n));
         }

@@ -136,7 +136,7 @@ std::vector<Met> meet(const LatticeMesh& mesh, const CellIndex& border, std::siz
             link(visits, links);
         }
     };
-    parallel_for(mesh.triangles.size(), 16, stoppable(some));
+    parallel_for(mesh.triangles.size(), 16, some);
     return out;
 }
 

@@ -256,7 +256,7 @@ CellSet surface_cells(const LatticeMesh& mesh, CellShape shape, std::size_t limi
             scan.finish();
         }
     };
-    parallel_for(parts, 1, stoppable(scan_parts));
+    parallel_for(parts, 1, scan_parts);
     for (std::size_t i = 1; i < parts; ++i) sets[0].unite(sets[i]);
     return std::move(sets[0]);
 }

@@ -1,5 +1,6 @@
 #include "geometry/cells/voxel_grid.hpp"
 
+#include "geometry/base/stop.hpp"
 #include "geometry/cells/cell_set.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
@@ -121,6 +122,7 @@ LatticeMesh to_lattice(const TriMesh& mesh, const VoxelGrid& grid)
         usable[v] = mesh.positions[v].allFinite();
         out.positions[v] = grid.lattice(mesh.positions[v]);
     }
+    stop_if_asked();
     const auto good = [&](const Triangle& t) {
         return std::max({t[0], t[1], t[2]}) < usable.size() && usable[t[0]] && usable[t[1]] &&
                usable[t[2]];
@@ -135,6 +137,7 @@ LatticeMesh to_lattice(const TriMesh& mesh, const VoxelGrid& grid)
             out.source.push_back(t);
         }
     }
+    stop_if_asked();
     for (const Triangle& t : out.triangles) {
         for (const std::uint32_t v : t) {
             if (!(out.positions[v].cwiseAbs().maxCoeff() < longest)) {

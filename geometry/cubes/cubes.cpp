@@ -1,6 +1,7 @@
 #include "geometry/cubes/cubes.hpp"
 
 #include "geometry/base/no_index.hpp"
+#include "geometry/base/stop.hpp"
 #include "geometry/cells/cell_set.hpp"
 
 #include <algorithm>
@@ -67,7 +68,9 @@ void number_corners(Cubes& cubes)
         const CellRuns::Row& row = cells.rows[at[k]];
         return std::pair(row.z + static_cast<int>(k / 2), row.y + static_cast<int>(k % 2));
     };
+    StopCheck check;
     for (;;) {
+        check();
         std::pair<int, int> next(std::numeric_limits<int>::max(), 0);
         for (std::size_t k = 0; k < 4; ++k) {
             if (at[k] < rows) next = std::min(next, corner_row(k));
@@ -90,11 +93,13 @@ Cubes solid_cubes(std::vector<Vec3i> cells, double size, const Matter& matter, c
         return std::tuple(a.z(), a.y(), a.x()) < std::tuple(b.z(), b.y(), b.x());
     });
     cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+    stop_if_asked();
     Cubes cubes;
     cubes.size = size;
     cubes.origin = origin;
     cubes.cell = std::move(cells);
     number_corners(cubes);
+    stop_if_asked();
     const std::size_t n = cubes.count();
     cubes.mass.assign(n, matter.density * size * size * size);
     cubes.fill.assign(n, 1.0);

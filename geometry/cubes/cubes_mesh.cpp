@@ -1,5 +1,6 @@
 #include "geometry/cubes/cubes_mesh.hpp"
 
+#include "geometry/base/stop.hpp"
 #include "geometry/cubes/local_matter.hpp"
 #include "geometry/cubes/sheet.hpp"
 #include "geometry/mesh/mesh.hpp"
@@ -31,7 +32,9 @@ std::vector<Triangle> outer_faces(const Cubes& cubes)
     if (cubes.is_sheet()) return sheet_mesh(cubes).triangles();
     std::vector<Side> sides;
     sides.reserve(6 * cubes.count());
+    StopCheck check;
     for (const auto& corners : cubes.corners) {
+        check();
         for (unsigned d = 0; d < 3; ++d) {
             for (const bool high : {false, true}) {
                 const Quad quad = side(corners, d, high);
@@ -41,9 +44,11 @@ std::vector<Triangle> outer_faces(const Cubes& cubes)
             }
         }
     }
+    stop_if_asked();
     std::stable_sort(sides.begin(), sides.end(),
                      [](const Side& a, const Side& b) { return a.key < b.key; });
     std::vector<Triangle> faces;
+    stop_if_asked();
     for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
         while (end < sides.size() && sides[end].key == sides[begin].key) ++end;
         if (end - begin > 1) continue;

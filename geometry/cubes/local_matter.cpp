@@ -1,5 +1,6 @@
 #include "geometry/cubes/local_matter.hpp"
 
+#include "geometry/base/stop.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/cubes/sheet.hpp"
 
@@ -92,7 +93,9 @@ std::vector<double> cube_means(const Cubes& cubes, const AtPlace& f)
 {
     const int flat = flat_axis(cubes);
     std::vector<double> out(cubes.count(), 0.0);
+    StopCheck check;
     for (std::size_t c = 0; c < out.size(); ++c) {
+        check();
         if (cubes.is_sheet()) {
             for (const Vec3& p : sheet_points(cubes, c)) out[c] += f(p, c) / 3;
             continue;

@@ -1,5 +1,6 @@
 #include "geometry/cubes/plane.hpp"
 
+#include "geometry/base/stop.hpp"
 #include "geometry/cubes/sheet.hpp"
 #include "geometry/mesh/mesh.hpp"
 
@@ -178,6 +179,7 @@ Cubes plane_cubes(const Cells2& cells, const PlaneGrid& grid, double thickness,
     std::vector<Vec3i> places;
     for (const auto& cell : cells) places.push_back(cell_at(cell, grid.axis));
     Cubes cubes = solid_cubes(std::move(places), grid.size, matter, grid.origin);
+    stop_if_asked();
     std::fill(cubes.fill.begin(), cubes.fill.end(), thickness / grid.size);
     for (double& m : cubes.mass) m *= thickness / grid.size;
 
@@ -190,6 +192,7 @@ Cubes plane_cubes(const Cells2& cells, const PlaneGrid& grid, double thickness,
             number[corners[a]] = 1;
         }
     }
+    stop_if_asked();
     std::vector<Vec3i> kept;
     for (std::size_t k = 0; k < number.size(); ++k) {
         if (number[k] == 0) continue;
@@ -224,7 +227,9 @@ TriMesh plane_mesh(const Cubes& plane)
     const auto [u, v] = plane_axes(axis);
     TriMesh mesh;
     auto topology = std::make_shared<MeshTopology>();
+    StopCheck check;
     for (const auto& corners : plane.corners) {
+        check();
         const auto [a, b, c, d] = ring(corners, axis);
         topology->triangles.push_back({a, b, c});
         topology->triangles.push_back({a, c, d});
@@ -232,12 +237,14 @@ TriMesh plane_mesh(const Cubes& plane)
     Vec3i lo = plane.corner[0], hi = lo;
     for (const Vec3i& p : plane.corner) lo = lo.cwiseMin(p), hi = hi.cwiseMax(p);
     for (std::size_t k = 0; k < plane.corner_count(); ++k) {
+        check();
         mesh.positions.push_back(plane.corner_position(k).cast<float>());
         mesh.normals.push_back(Vec3f::Unit(axis));
         const Vec3i from_low = plane.corner[k] - lo, size = hi - lo;
         topology->uvs.emplace_back(float(from_low[u]) / float(size[u]),
                                    float(from_low[v]) / float(size[v]));
     }
+    stop_if_asked();
     topology->normal_triangles = topology->triangles;
     topology->uv_triangles = topology->triangles;
     mesh.topology = std::move(topology);

@@ -91,7 +91,7 @@ void spread(const TriMesh& mesh, const std::vector<double>& area, std::size_t co
             out.triangle[i] = static_cast<std::uint32_t>(t);
         }
     };
-    parallel_for(count, samples_a_task, stoppable(place));
+    parallel_for(count, samples_a_task, place);
 }
 
 void weigh(const FaceMatter& matter, double area, const SampleMass& mass, Samples& out)

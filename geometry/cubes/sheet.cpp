@@ -1,5 +1,6 @@
 #include "geometry/cubes/sheet.hpp"
 
+#include "geometry/base/stop.hpp"
 #include "geometry/mesh/cut_sides.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
@@ -56,7 +57,9 @@ std::vector<Triangle> sound_triangles(const TriMesh& mesh)
     const std::vector<std::uint32_t> first = first_at_place(mesh.positions);
     std::set<Triangle> known;
     std::vector<Triangle> out;
+    StopCheck check;
     for (Triangle t : mesh.triangles()) {
+        check();
         if (std::any_of(t.begin(), t.end(), [&](auto v) { return v >= first.size(); })) continue;
         for (auto& v : t) v = first[v];
         const auto at = [&](std::size_t i) { return Vec3(mesh.positions[t[i]].cast<double>()); };
@@ -179,14 +182,18 @@ SheetOfMesh make_sheet(const TriMesh& mesh, double thickness, const Matter& matt
                   "scale");
     }
     SheetOfMesh out;
+    stop_if_asked();
     out.left_out = mesh.triangles().size() - triangles.size();
     out.joints = joints_of(triangles, mesh.positions.size());
     triangles = turned_alike(mesh, std::move(triangles));
+    stop_if_asked();
     std::vector<Vec3f> positions = mesh.positions;
     if (longest > 0) cut_to(longest, positions, triangles);
     Cubes& cubes = out.cubes;
     add_places(positions, triangles, cubes);
+    stop_if_asked();
     add_lattice(triangles, cubes);
+    stop_if_asked();
     const std::size_t n = triangles.size();
     for (std::size_t c = 0; c < n; ++c) {
         cubes.mass.push_back(matter.density * thickness * cell_area(cubes, c));

@@ -7,7 +7,6 @@
 #include "geometry/fields/polygonize.hpp"
 
 #include "geometry/base/parallel.hpp"
-#include "geometry/base/stop.hpp"
 #include "geometry/fields/cell_patterns.hpp"
 #include "geometry/fields/iso_grid.hpp"
 #include "geometry/mesh/mesh.hpp"
@@ -331,7 +330,7 @@ TriMesh mesh_on(const IsoGrid& grid)
             if (found.fetch_add(here) + here > grid.max_triangles / 2) too_many = true;
         }
     };
-    parallel_for(blocks.size(), 4, stoppable(find_some));
+    parallel_for(blocks.size(), 4, find_some);
     if (too_many) {
         blocks = {};
         throw TooManyTriangles();

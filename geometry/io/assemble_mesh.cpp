@@ -8,13 +8,12 @@
 #include "geometry/base/numbering.hpp"
 #include "geometry/base/parallel.hpp"
 #include "geometry/base/srgb.hpp"
+#include "geometry/base/stop.hpp"
 #include "geometry/io/line_tubes.hpp"
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/normals.hpp"
 #include "geometry/mesh/transform.hpp"
-
-#include <tbb/parallel_invoke.h>
 
 #include <cmath>
 #include <map>
@@ -212,7 +211,9 @@ void choose_faces(Assembly& a, const ImportedMesh& in, bool mirrored)
 {
     a.kept.clear();
     a.kept.reserve(in.triangles.size());
+    StopCheck check;
     for (Triangle t : in.triangles) {
+        check();
         if (std::max({t[0], t[1], t[2]}) >= a.position.size()) {
             ++a.dropped.not_there;
             continue;
@@ -259,7 +260,9 @@ void add_normals(Assembly& a, const ImportedMesh& in, const Mat3& linear)
     Transform T = Transform::Identity();
     T.linear() = linear;
     move(turned, T);
+    StopCheck check;
     for (const Triangle& t : a.kept) {
+        check();
         Triangle corner{no_index, no_index, no_index};
         for (std::size_t k = 0; k < 3 && given; ++k) {
             const Vec3f& n = turned.normals[t[k]];
@@ -310,12 +313,10 @@ void add_instance(Assembly& a, const ImportedNode& node, const Transform& T)
     });
     choose_faces(a, in, mirrors(T.linear()));
     number_vertices(a, in);
-    if (a.kept.size() > 10'000) {
-        tbb::parallel_invoke([&] { add_normals(a, in, T.linear()); }, [&] { add_uvs(a, in); });
-    } else {
-        add_normals(a, in, T.linear());
-        add_uvs(a, in);
-    }
+    parallel_for(2, a.kept.size() > 10'000 ? 1 : 2, [&](std::size_t begin, std::size_t end) {
+        if (begin == 0) add_normals(a, in, T.linear());
+        if (end == 2) add_uvs(a, in);
+    });
     add_names(a, in, node);
 }
 

@@ -1,6 +1,7 @@
 #include "geometry/io/read_ply.hpp"
 
 #include "geometry/base/numbering.hpp"
+#include "geometry/base/stop.hpp"
 #include "geometry/mesh/triangulate.hpp"
 
 #include <fmt/format.h>
@@ -448,7 +449,9 @@ ImportedScene read_ply(std::string_view bytes)
         const std::vector<Target> targets = element.name == "vertex"
                                                 ? targets_of(element, mesh)
                                                 : std::vector<Target>(element.properties.size());
+        StopCheck check;
         for (std::uint64_t i = 0; i < element.count; ++i) {
+            check();
             try {
                 read_one(numbers, element, targets, lists, mesh);
             } catch (const Numbers::CutShort&) {

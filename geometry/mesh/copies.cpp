@@ -1,6 +1,7 @@
 #include "geometry/mesh/copies.hpp"
 
 #include "geometry/base/srgb.hpp"
+#include "geometry/base/stop.hpp"
 #include "geometry/mesh/merge.hpp"
 #include "geometry/mesh/mesh.hpp"
 
@@ -53,6 +54,7 @@ TriMesh copies(const TriMesh& mesh, const CopiesLayout& layout)
     for (int y = 0; y < ny; ++y) {
         for (int z = 0; z < nz; ++z) {
             for (int x = 0; x < nx; ++x) {
+                stop_if_asked();
                 const Vec3 by = Vec3(x, y, z).cwiseProduct(layout.step) +
                                 double(y % 2) * layout.stagger - middle;
                 const double hue = std::fmod(layout.hue_degrees * double(all.size()), 360.0);

@@ -1,5 +1,6 @@
 #include "geometry/mesh/merge.hpp"
 
+#include "geometry/base/stop.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/normals.hpp"
 
@@ -138,6 +139,7 @@ TriMesh merge(std::span<const TriMesh* const> meshes)
     TriMesh out;
     MeshTopology topology;
     for (const TriMesh* mesh : meshes) {
+        stop_if_asked();
         TriMesh with_normals;
         if (has.normals && mesh->normals.empty() && !mesh->triangles().empty()) {
             with_normals = *mesh;

@@ -1,6 +1,7 @@
 #include "geometry/mesh/mesh_edges.hpp"
 
 #include "geometry/base/no_index.hpp"
+#include "geometry/base/stop.hpp"
 
 #include <algorithm>
 
@@ -74,7 +75,9 @@ std::vector<EdgeUse> edge_uses(std::span<const Triangle> triangles, std::size_t 
     for (std::size_t v = 0; v < vertex_count; ++v) start[v + 1] += start[v];
     std::vector<EdgeUse> uses(start[vertex_count]);
     std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
+    StopCheck check;
     for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+        check();
         const Triangle& t = triangles[i];
         if (!proper(t, vertex_count)) continue;
         for (std::uint8_t s = 0; s < 3; ++s) {
@@ -84,6 +87,7 @@ std::vector<EdgeUse> edge_uses(std::span<const Triangle> triangles, std::size_t 
         }
     }
     for (std::size_t v = 0; v < vertex_count; ++v) {
+        check();
         std::sort(uses.begin() + start[v], uses.begin() + start[v + 1],
                   [](const EdgeUse& p, const EdgeUse& q) {
                       return p.b != q.b ? p.b < q.b : p.triangle < q.triangle;

@@ -87,6 +87,7 @@ void add_surface(Quads& out, int nu, int nv, bool closed_u, bool closed_v, const
         }
     }
     for (int j = 0; j <= nv; ++j) {
+        stop_if_asked();
         for (int i = 0; i <= nu; ++i) {
             out.topology.uvs.emplace_back(float(i) / float(nu), float(j) / float(nv));
         }
@@ -98,6 +99,7 @@ void add_surface(Quads& out, int nu, int nv, bool closed_u, bool closed_v, const
         return base_uv + static_cast<std::uint32_t>(i + j * (nu + 1));
     };
     for (int j = 0; j < nv; ++j) {
+        stop_if_asked();
         for (int i = 0; i < nu; ++i) {
             const std::array v{vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1),
                                vertex(i, j + 1)};

@@ -1,6 +1,7 @@
 #include "geometry/mesh/triangle_bvh.hpp"
 
 #include "geometry/base/parallel.hpp"
+#include "geometry/base/stop.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 
@@ -142,7 +143,9 @@ TriangleBvh::TriangleBvh(const TriMesh& mesh)
         boxes.push_back(box);
         kept.push_back(t);
     }
+    stop_if_asked();
     tree_ = build_box_tree(boxes);
+    stop_if_asked();
     triangle_.resize(kept.size());
     corners_.resize(kept.size());
     for (std::uint32_t i = 0; i < kept.size(); ++i) {
@@ -160,7 +163,9 @@ void TriangleBvh::find_normals(const TriMesh& mesh)
     const std::size_t n = triangle_.size();
     std::vector<Triangle> triangles(n);
     std::vector<Vec3> unit(n), at_vertex(mesh.positions.size(), Vec3::Zero());
+    StopCheck check;
     for (std::size_t i = 0; i < n; ++i) {
+        check();
         const std::array<Vec3, 3> p{corners_[i][0].cast<double>(), corners_[i][1].cast<double>(),
                                     corners_[i][2].cast<double>()};
         triangles[i] = mesh.triangles()[triangle_[i]];
@@ -172,6 +177,7 @@ void TriangleBvh::find_normals(const TriMesh& mesh)
     }
     normals_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
+        check();
         normals_[i].fill(unit[i].cast<float>());
         for (std::size_t k = 0; k < 3; ++k) {
             normals_[i][corner_a + k] = unit_or_zero(at_vertex[triangles[i][k]]).cast<float>();
@@ -179,6 +185,7 @@ void TriangleBvh::find_normals(const TriMesh& mesh)
     }
     const std::vector<EdgeUse> uses = edge_uses(triangles, mesh.positions.size());
     for (std::size_t begin = 0, end = 0; begin < uses.size(); begin = end) {
+        check();
         Vec3 sum = Vec3::Zero();
         for (; end < uses.size() && uses[end].a == uses[begin].a && uses[end].b == uses[begin].b;
              ++end) {

@@ -1,6 +1,7 @@
 #include "physics/body/make_part_shapes.hpp"
 
 #include "geometry/base/parallel.hpp"
+#include "geometry/base/stop.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/embed/bind.hpp"
 #include "geometry/mesh/mesh.hpp"
@@ -199,6 +200,7 @@ std::vector<Overlap> overlaps_at_rest(const PartShapes& shapes, const CornerBody
 
     // Surfaces that coincide have points that are in neither.
     const auto look = [&](std::uint32_t a, std::uint32_t b) {
+        geometry::stop_if_asked();
         for (const auto c : shapes.cubes[b]) {
             const Vec3 middle =
                 shapes.grid[b].origin +

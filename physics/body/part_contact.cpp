@@ -2,6 +2,7 @@
 
 #include "geometry/base/box_tree.hpp"
 #include "geometry/base/parallel.hpp"
+#include "geometry/base/stop.hpp"
 #include "geometry/cubes/trilinear.hpp"
 #include "physics/body/bent_cube.hpp"
 #include "physics/body/near_cubes.hpp"
@@ -464,6 +465,7 @@ std::vector<PlaneTouch> find_part_touches(const PartShapes& shapes,
     geometry::parallel_for(meetings.targets.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t t = begin; t < end; ++t) {
             if (meetings.regions[t].empty()) continue;
+            geometry::stop_if_asked();
             fill_target(scene, meetings.regions[t], meetings.targets[t]);
         }
     });

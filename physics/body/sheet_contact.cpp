@@ -2,7 +2,6 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/parallel.hpp"
-#include "geometry/base/stop.hpp"
 #include "physics/body/four_points.hpp"
 
 #include <algorithm>
@@ -379,7 +378,7 @@ std::vector<PlaneTouch> find_sheet_touches(const CornerBody& body, const SheetSt
             }
         }
     };
-    geometry::parallel_for(found.size(), 1, geometry::stoppable(search));
+    geometry::parallel_for(found.size(), 1, search);
     return put_in_order(found);
 }
 

@@ -3,6 +3,7 @@
 // Walks over the fronts of a dissection, with branches that are worth it on threads of their own.
 // What visits compute must not depend on the order of branches.
 
+#include "geometry/base/stop.hpp"
 #include "physics/bricks/dissection.hpp"
 
 #include <tbb/parallel_for.h>
@@ -18,8 +19,11 @@ void for_children(const std::vector<Front>& fronts, std::uint32_t f, const Child
 {
     const auto& children = fronts[f].children;
     if (children.size() > 1 && fronts[f].entries > branch_worth_a_thread) {
-        tbb::parallel_for(std::size_t{0}, children.size(),
-                          [&](std::size_t i) { child(children[i]); });
+        const std::stop_token* const stop = geometry::StopScope::current();
+        tbb::parallel_for(std::size_t{0}, children.size(), [&](std::size_t i) {
+            const geometry::StopScope scope(stop);
+            child(children[i]);
+        });
     } else {
         for (const auto c : children) child(c);
     }
@@ -30,6 +34,7 @@ template <class Visit>
 void children_first(const std::vector<Front>& fronts, std::uint32_t f, const Visit& visit)
 {
     for_children(fronts, f, [&](std::uint32_t c) { children_first(fronts, c, visit); });
+    geometry::stop_if_asked();
     visit(f);
 }
 
@@ -37,6 +42,7 @@ void children_first(const std::vector<Front>& fronts, std::uint32_t f, const Vis
 template <class Visit>
 void parents_first(const std::vector<Front>& fronts, std::uint32_t f, const Visit& visit)
 {
+    geometry::stop_if_asked();
     visit(f);
     for_children(fronts, f, [&](std::uint32_t c) { parents_first(fronts, c, visit); });
 }

@@ -1,6 +1,7 @@
 #include "physics/layers/layer_contact.hpp"
 
 #include "geometry/base/parallel.hpp"
+#include "geometry/base/stop.hpp"
 #include "physics/layers/deformed_layer.hpp"
 #include "physics/layers/drawn_samples.hpp"
 #include "physics/layers/layer_contact_rim.hpp"
@@ -187,7 +188,10 @@ Contacts find_contacts(std::span<const ContactBody> bodies)
     }
     std::vector<BatchContacts> found(batches.size());
     geometry::parallel_for(batches.size(), 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t b = begin; b < end; ++b) meet(bodies, batches[b], found[b]);
+        for (std::size_t b = begin; b < end; ++b) {
+            geometry::stop_if_asked();
+            meet(bodies, batches[b], found[b]);
+        }
     });
 
     Contacts result;
@@ -298,6 +302,7 @@ std::vector<double> local_volumes(std::span<const ContactBody> bodies, std::uint
     geometry::parallel_for(volumes.size(), 1, [&](std::size_t begin, std::size_t end) {
         std::vector<std::uint32_t> apart;
         for (auto s = static_cast<std::uint32_t>(begin); s < end; ++s) {
+            geometry::stop_if_asked();
             apart.clear();
             if (parts) {
                 geometry::candidates(*own.field, own.field->influence[s], apart);

@@ -1,6 +1,7 @@
 #include "physics/layers/sample_walk.hpp"
 
 #include "geometry/base/parallel.hpp"
+#include "geometry/base/stop.hpp"
 #include "geometry/fields/evaluate_block.hpp"
 #include "geometry/mesh/mesh.hpp"
 
@@ -226,6 +227,7 @@ SampleWalk walk(const Field& field, const SurfaceSamples& samples,
     std::vector<Slopes> found(slopes ? batches.size() : 0);
     geometry::parallel_for(batches.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t b = begin; b < end; ++b) {
+            geometry::stop_if_asked();
             walk_batch(field, samples, frames[samples.frame[batches[b].skeleton]], batches[b],
                        before, result, slopes ? &found[b] : nullptr);
         }

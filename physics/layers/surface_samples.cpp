@@ -1,5 +1,6 @@
 #include "physics/layers/surface_samples.hpp"
 
+#include "geometry/base/stop.hpp"
 #include "geometry/fields/polygonize.hpp"
 #include "geometry/fields/round_skeleton.hpp"
 #include "geometry/fields/skeleton_mesh.hpp"
@@ -91,7 +92,9 @@ void add_point_samples(const Vec3& centre, double thickness, double spacing,
     }
     const std::vector<Triangle> across = across_edges(sphere.faces);
     double total = 0;
+    geometry::StopCheck check;
     for (std::size_t f = 0; f < sphere.faces.size(); ++f) {
+        check();
         std::array<std::uint32_t, 6> near;
         std::array<Vec3, 6> points;
         for (std::size_t k = 0; k < 6; ++k) {

@@ -43,6 +43,14 @@ graph::Value output_of(
     return node.run();
 }
 
+graph::Value ball_of_cubes(const graph::Value& ball, std::int64_t resolution)
+{
+    return output_of("Voxelize", "mesh", ball, [&](NodeRun& voxelize) {
+        voxelize.param("method").is = std::string("solid");
+        voxelize.param("resolution").is = resolution;
+    });
+}
+
 // Twice as long as is promised: the machine may be busy with other tests. Sanitizers slow down.
 #if defined(ASPIC_ADDRESS_SANITIZER) || defined(ASPIC_THREAD_SANITIZER)
 constexpr double soon = 60;  // s
@@ -70,11 +78,7 @@ TEST(Stop, ReachesIntoBlueNoise)
 
 TEST(Stop, ReachesIntoSubstepsOfEveryMethod)
 {
-    const auto ball = output_of("Primitive", "", {});
-    const auto cubes = output_of("Voxelize", "mesh", ball, [](NodeRun& node) {
-        node.param("method").is = std::string("solid");
-        node.param("resolution").is = std::int64_t(8);
-    });
+    const auto cubes = ball_of_cubes(output_of("Primitive", "", {}), 8);
     for (const char* method : {"bricks", "springs", "lattice"}) {
         NodeRun sim("Simulate");
         sim.inputs["cubes"] = {cubes};
@@ -85,15 +89,41 @@ TEST(Stop, ReachesIntoSubstepsOfEveryMethod)
     }
 }
 
+TEST(Stop, ReachesIntoOneLongStep)
+{
+    NodeRun sim("Simulate");
+    sim.inputs["cubes"] = {ball_of_cubes(output_of("Primitive", "", {}), 56)};
+    sim.previous = {sim.run(1)};
+    EXPECT_LT(seconds_to_stop(sim, 0.2), soon);
+}
+
+TEST(Stop, ReachesIntoVoxelizeOfManyFaces)
+{
+    NodeRun node("Voxelize");
+    node.inputs["mesh"] = {output_of("Primitive", "", {}, [](NodeRun& sphere) {
+        sphere.param("shape").is = std::string("sphere");
+        sphere.param("sphere.subdivisions").is = std::int64_t(8);
+    })};
+    node.param("method").is = std::string("solid");
+    node.param("resolution").is = std::int64_t(120);
+    for (const double before : {0.1, 0.3}) EXPECT_LT(seconds_to_stop(node, before), soon) << before;
+}
+
+TEST(Stop, ReachesIntoTheMatricesAndTheFactorOfModes)
+{
+    const auto ball = output_of("Primitive", "", {});
+    NodeRun node("Modes");
+    node.inputs["mesh"] = {ball};
+    node.inputs["cubes"] = {ball_of_cubes(ball, 32)};
+    for (const double before : {0.1, 0.4}) EXPECT_LT(seconds_to_stop(node, before), soon) << before;
+}
+
 TEST(Stop, ReachesIntoModes)
 {
     const auto ball = output_of("Primitive", "", {});
     NodeRun node("Modes");
     node.inputs["mesh"] = {ball};
-    node.inputs["cubes"] = {output_of("Voxelize", "mesh", ball, [](NodeRun& voxelize) {
-        voxelize.param("method").is = std::string("solid");
-        voxelize.param("resolution").is = std::int64_t(12);
-    })};
+    node.inputs["cubes"] = {ball_of_cubes(ball, 12)};
     node.param("count").is = std::int64_t(300);
     EXPECT_LT(seconds_to_stop(node, 0.5), soon);
 }
