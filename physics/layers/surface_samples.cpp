@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <stdexcept>
 #include <tuple>
@@ -74,23 +75,19 @@ void add_faces(std::span<const Triangle> faces, std::span<const Triangle> across
     }
 }
 
-void add_point_samples(const Vec3& centre, double thickness, double spacing,
-                       SurfaceSamples& samples)
+// A sphere of 10 n^2 + 2 samples: made once for all points that take as many.
+struct SphereSamples {
+    GeodesicSphere sphere;
+    std::vector<Triangle> across;
+    std::vector<double> share;  // of the whole solid angle, of each sample
+};
+
+SphereSamples make_sphere(int n)
 {
-    // 10 n^2 + 2 samples, each with a hexagon of sqrt(3)/2 spacing^2.
-    const double samples_wanted =
-        4 * std::numbers::pi * thickness * thickness / (0.866 * spacing * spacing);
-    const int n = std::max(1, static_cast<int>(std::lround(std::sqrt(samples_wanted / 10))));
-    const GeodesicSphere sphere = geodesic_sphere(n);
-    const auto base = static_cast<std::uint32_t>(samples.count());
-    for (const Vec3& d : sphere.points) {
-        samples.origin.push_back(centre);
-        samples.direction.push_back(d);
-        samples.a0.push_back(0);
-        samples.a1.push_back(0);
-        samples.a2.push_back(0);
-    }
-    const std::vector<Triangle> across = across_edges(sphere.faces);
+    SphereSamples out{geodesic_sphere(n), {}, {}};
+    const GeodesicSphere& sphere = out.sphere;
+    out.across = across_edges(sphere.faces);
+    out.share.assign(sphere.points.size(), 0);
     double total = 0;
     geometry::StopCheck check;
     for (std::size_t f = 0; f < sphere.faces.size(); ++f) {
@@ -98,18 +95,40 @@ void add_point_samples(const Vec3& centre, double thickness, double spacing,
         std::array<std::uint32_t, 6> near;
         std::array<Vec3, 6> points;
         for (std::size_t k = 0; k < 6; ++k) {
-            near[k] = k < 3 ? sphere.faces[f][k] : across[f][k - 3];
+            near[k] = k < 3 ? sphere.faces[f][k] : out.across[f][k - 3];
             points[k] = sphere.points[near[k]];
         }
         const Eigen::Matrix<double, 6, 1> share = solid_angles(points);
         for (std::size_t k = 0; k < 6; ++k) {
-            samples.a2[base + near[k]] += share[static_cast<Eigen::Index>(k)];
+            out.share[near[k]] += share[static_cast<Eigen::Index>(k)];
         }
         total += share.sum();
     }
-    for (std::size_t i = base; i < samples.count(); ++i)
-        samples.a2[i] *= 4 * std::numbers::pi / total;
-    add_faces(sphere.faces, across, base, samples);
+    for (double& share : out.share) share *= 4 * std::numbers::pi / total;
+    return out;
+}
+
+using Spheres = std::map<int, SphereSamples>;  // by n
+
+void add_point_samples(const Vec3& centre, double thickness, double spacing, Spheres& spheres,
+                       SurfaceSamples& samples)
+{
+    // 10 n^2 + 2 samples, each with a hexagon of sqrt(3)/2 spacing^2.
+    const double samples_wanted =
+        4 * std::numbers::pi * thickness * thickness / (0.866 * spacing * spacing);
+    const int n = std::max(1, static_cast<int>(std::lround(std::sqrt(samples_wanted / 10))));
+    auto known = spheres.find(n);
+    if (known == spheres.end()) known = spheres.emplace(n, make_sphere(n)).first;
+    const SphereSamples& unit = known->second;
+    const auto base = static_cast<std::uint32_t>(samples.count());
+    for (std::size_t i = 0; i < unit.share.size(); ++i) {
+        samples.origin.push_back(centre);
+        samples.direction.push_back(unit.sphere.points[i]);
+        samples.a0.push_back(0);
+        samples.a1.push_back(0);
+        samples.a2.push_back(unit.share[i]);
+    }
+    add_faces(unit.sphere.faces, unit.across, base, samples);
 }
 
 // What the shares of edges, corners and faces of a convex skeleton add up to: sum of a0, a1, a2.
@@ -279,7 +298,9 @@ SurfaceSamples make_surface_samples(const ImplicitLayer& layer, double asked)
     SurfaceSamples samples;
     samples.frame = layer.frame;
     samples.first.push_back(0);
+    Spheres spheres;
     for (std::size_t i = 0; i < layer.skeletons.size(); ++i) {
+        geometry::stop_if_asked();
         const Skeleton& drawn = layer.skeletons[i];
         geometry::check(drawn);
         const Mat3& stretch = drawn.stretch;
@@ -303,7 +324,7 @@ SurfaceSamples make_surface_samples(const ImplicitLayer& layer, double asked)
             }
         }
         if (s.kind == SkeletonKind::point) {
-            add_point_samples(s.points[0], e, spacing, samples);
+            add_point_samples(s.points[0], e, spacing, spheres, samples);
         } else if (s.kind != SkeletonKind::plane) {
             add_surface_samples(drawn, s, layer.contributions[i], layer.isovalue, spacing, samples);
         }
