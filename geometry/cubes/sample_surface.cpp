@@ -16,8 +16,10 @@
 #include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
 
 namespace geometry {
@@ -133,30 +135,41 @@ public:
     // Adds p unless a point is nearer than the radius.
     bool add(const Vec3f& p)
     {
-        const Vec3 at = inverse_ * p.cast<double>();
-        const Vec3 cell = at.array().floor();
-        const Vec3 side = ((at - cell).array() < 0.5).select(Vec3::Constant(-1.0), Vec3::Ones());
-        for (int k = 0; k < 8; ++k) {
-            const Vec3 step((k & 1) ? side.x() : 0, (k & 2) ? side.y() : 0, (k & 4) ? side.z() : 0);
-            for (std::uint32_t i = first_[slot(cell + step)]; i != no_index; i = next_[i]) {
-                if ((points_[i] - p).squaredNorm() < radius_sq_) return false;
-            }
+        std::array<std::array<std::uint64_t, 2>, 3> cell;  // its own, and the one next to it
+        for (std::size_t d = 0; d < 3; ++d) {
+            const double at = inverse_ * double(p[Eigen::Index(d)]);
+            const auto cut = static_cast<std::int64_t>(at);
+            const std::int64_t n = cut - (at < double(cut) ? 1 : 0);
+            const std::int64_t next = at - double(n) < 0.5 ? n - 1 : n + 1;
+            cell[d] = {static_cast<std::uint64_t>(n), static_cast<std::uint64_t>(next)};
         }
-        std::uint32_t& first = first_[slot(cell)];
-        next_.push_back(first);
-        first = static_cast<std::uint32_t>(points_.size());
+        const std::size_t own = slot(cell[0][0], cell[1][0], cell[2][0]);
+        if (is_near(own, p)) return false;
+        for (unsigned k = 1; k < 8; ++k) {
+            if (is_near(slot(cell[0][k & 1], cell[1][k >> 1 & 1], cell[2][k >> 2]), p))
+                return false;
+        }
+        next_.push_back(first_[own]);
+        first_[own] = static_cast<std::uint32_t>(points_.size());
         points_.push_back(p);
         return true;
     }
 
 private:
+    bool is_near(std::size_t slot, const Vec3f& p) const
+    {
+        for (std::uint32_t i = first_[slot]; i != no_index; i = next_[i]) {
+            if ((points_[i] - p).squaredNorm() < radius_sq_) return true;
+        }
+        return false;
+    }
+
     // Cells that share a slot share a list: points of the other are merely tried in vain.
-    std::size_t slot(const Vec3& cell) const
+    std::size_t slot(std::uint64_t x, std::uint64_t y, std::uint64_t z) const
     {
         std::uint64_t h = 0;
-        for (int k = 0; k < 3; ++k) {
-            h = (h + static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[k]))) *
-                0x9e3779b97f4a7c15u;
+        for (const std::uint64_t n : {x, y, z}) {
+            h = (h + n) * 0x9e3779b97f4a7c15u;
             h ^= h >> 32;
         }
         return h & (first_.size() - 1);
@@ -168,20 +181,43 @@ private:
     std::vector<Vec3f> points_;
 };
 
-// The darts that stay, of those in `order`, up to `most` of them.
-std::vector<std::uint32_t> throw_darts(const Samples& darts,
-                                       const std::vector<std::uint32_t>& order, double radius,
+// The darts that stay, by their places in the order in which they are thrown, up to `most` of them.
+std::vector<std::uint32_t> throw_darts(const std::vector<Vec3f>& thrown, double radius,
                                        std::size_t most)
 {
     DartGrid grid(radius, most);
     std::vector<std::uint32_t> stay;
     StopCheck check;
-    for (const std::uint32_t i : order) {
+    for (std::uint32_t i = 0; i < thrown.size() && stay.size() < most; ++i) {
         check();
-        if (stay.size() == most) break;
-        if (grid.add(darts.positions[i])) stay.push_back(i);
+        if (grid.add(thrown[i])) stay.push_back(i);
     }
     return stay;
+}
+
+// 0 .. n - 1 in the order of random numbers. These are spread evenly: each of some equal ranges of
+// them has few, which are sorted by themselves.
+std::vector<std::uint32_t> random_order(std::size_t n, const Random& random)
+{
+    constexpr unsigned bits = 12;
+    using Key = std::pair<std::uint64_t, std::uint32_t>;
+    std::vector<std::uint32_t> first((1u << bits) + 1, 0);
+    for (std::size_t i = 0; i < n; ++i) ++first[(random.bits(i) >> (64 - bits)) + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<Key> keys(n);
+    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+    for (std::uint32_t i = 0; i < n; ++i) {
+        const std::uint64_t key = random.bits(i);
+        keys[next[key >> (64 - bits)]++] = {key, i};
+    }
+    std::vector<std::uint32_t> order(n);
+    parallel_for(next.size(), 64, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t range = begin; range < end; ++range) {
+            std::sort(keys.begin() + first[range], keys.begin() + first[range + 1]);
+            for (std::size_t k = first[range]; k < first[range + 1]; ++k) order[k] = keys[k].second;
+        }
+    });
+    return order;
 }
 
 }  // namespace
@@ -218,14 +254,11 @@ Samples sample_surface_blue(const TriMesh& mesh, const FaceMatter& matter, std::
     const std::vector<double> area = running_area(mesh);
     Samples darts;
     spread(mesh, area, darts_each * count, seed, darts);
-    const Random random(~seed);
-    std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(darts.positions.size());
-    for (std::uint32_t i = 0; i < keys.size(); ++i) keys[i] = {random.bits(i), i};
-    StopCheck check;
-    std::sort(keys.begin(), keys.end(),
-              [&](const auto& a, const auto& b) { return check(), a < b; });
-    std::vector<std::uint32_t> order(keys.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = keys[i].second;
+    const std::vector<std::uint32_t> order = random_order(darts.positions.size(), Random(~seed));
+    std::vector<Vec3f> thrown(order.size());
+    parallel_for(order.size(), samples_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) thrown[i] = darts.positions[order[i]];
+    });
 
     // The largest radius at which enough darts stay, to a hundredth: a few throws. Numbers go with
     // the inverse square of the radius, so each throw tells nearly where to try next.
@@ -233,7 +266,7 @@ Samples sample_surface_blue(const TriMesh& mesh, const FaceMatter& matter, std::
     double fits = 0, fails = std::numeric_limits<double>::infinity();
     std::vector<std::uint32_t> best;
     for (int round = 0; round < 40 && fits < 0.99 * fails; ++round) {
-        std::vector<std::uint32_t> stay = throw_darts(darts, order, radius, count);
+        std::vector<std::uint32_t> stay = throw_darts(thrown, radius, count);
         if (stay.size() == count) {
             fits = radius;
             best = std::move(stay);
@@ -244,6 +277,7 @@ Samples sample_surface_blue(const TriMesh& mesh, const FaceMatter& matter, std::
             radius = fits > 0 ? 0.5 * (fits + fails) : guess;
         }
     }
+    for (std::uint32_t& i : best) i = order[i];
     std::sort(best.begin(), best.end());
     Samples out;
     for (const std::uint32_t i : best) {
