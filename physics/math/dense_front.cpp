@@ -210,6 +210,7 @@ bool eliminate_front(std::size_t pivots, std::size_t border, double* columns, do
     for (std::size_t j = 0; j < pivots; j += block_columns) {
         const std::size_t n = std::min(block_columns, pivots - j), next = j + n;
         if (!factor_block(n, all - next, {a.of(j, j), all})) return false;
+        if (next == pivots) break;
         subtract_square(all - next, pivots - next, n, {a.of(next, j), all},
                         {a.of(next, next), all});
     }

@@ -1,6 +1,7 @@
 #include "physics/modal/eigenpairs.hpp"
 
 #include "geometry/base/random.hpp"
+#include "geometry/base/stop.hpp"
 
 #include <Eigen/Eigenvalues>
 
@@ -65,16 +66,17 @@ void multiply(EightColumns& x, const Eights& by)
 
 // Makes a block orthonormal by M, and orthogonal to the basis, of which it had `along`: before, the
 // block was V along + the block now times the matrix that is returned. Directions that are but
-// rounding become random ones.
+// rounding become random ones. The dots of the columns tell sizes down to 1e-8 of the largest:
+// what is smaller is enlarged by less than it needs, and told by the next pass.
 Eights make_orthonormal(Krylov& krylov, const ShiftInverse& inverse, EightColumns& x,
                         MatrixXd& along)
 {
     Eights before = Eights::Identity();
     along = MatrixXd::Zero(wide * Index(krylov.basis.size()), wide);
-    double scale = 0;
     inverse.weigh(x, krylov.weighed);
+    const double scale = transposed_times(x, krylov.weighed).trace();
+    constexpr int most_passes = 10;
     for (int pass = 0, passes = 2; pass < passes; ++pass) {
-        if (pass == 0) scale = transposed_times(x, krylov.weighed).trace();
         for (std::size_t k = 0; k < krylov.basis.size(); ++k) {
             const Eights part = transposed_times(krylov.basis[k], krylov.weighed);
             subtract_times(krylov.basis[k], part, x);
@@ -84,22 +86,27 @@ Eights make_orthonormal(Krylov& krylov, const ShiftInverse& inverse, EightColumn
         inverse.weigh(x, krylov.weighed);
         const Eights dots = transposed_times(x, krylov.weighed);
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 8, 8>> eigen(dots);
-        const double least = pass == 0 ? 1e-28 * scale : 0;
+        const double least = std::max(1e-15 * eigen.eigenvalues()[wide - 1], 1e-300);
         Eights unit = eigen.eigenvectors(), root = unit.transpose(), lost = Eights::Zero();
         for (Index i = 0; i < wide; ++i) {
-            const double size = std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
-            const bool is_lost = !(eigen.eigenvalues()[i] > least);
-            unit.col(i) *= is_lost ? 0 : 1 / size;
-            root.row(i) *= is_lost ? 0 : size;
-            lost(i, i) = is_lost ? 1 : 0;
+            const double size = std::sqrt(std::max(least, eigen.eigenvalues()[i]));
+            unit.col(i) /= size;
+            root.row(i) *= size;
+        }
+        before = root * before;
+        for (Index i = 0; i < wide; ++i) {
+            if (pass > 2 || before.row(i).squaredNorm() > 1e-28 * scale) continue;
+            unit.col(i).setZero(), before.row(i).setZero();
+            lost(i, i) = 1;
         }
         multiply(x, unit);
         multiply(krylov.weighed, unit);
-        before = root * before;
-        if (lost.trace() > 0 && pass < 8) {
+        if (lost.trace() > 0) {
             fill_randomly(krylov, lost, x);
             inverse.weigh(x, krylov.weighed);
             passes = pass + 3;
+        } else if ((dots - Eights::Identity()).cwiseAbs().maxCoeff() > 1e-8) {
+            passes = std::min(std::max(passes, pass + 2), most_passes);
         }
     }
     return before;
@@ -185,10 +192,11 @@ Eigenpairs largest(Index count, ShiftInverse& inverse, std::uint64_t seed)
         extend(krylov, inverse);
         const Index columns = krylov.columns();
         if (columns < ask_at && columns < room) continue;
+        geometry::stop_if_asked();
         ritz = ritz_pairs(krylov, tolerance);
         if (ritz.converged >= count || columns >= most) break;
         ask_at = columns + columns / 10;
-        if (columns >= room) {
+        if (columns >= room && step + 1 < most_steps) {
             restart(krylov, ritz, kept);
             ask_at = kept + wide;
         }
@@ -209,10 +217,10 @@ Eigenpairs largest(Index count, ShiftInverse& inverse, std::uint64_t seed)
 }
 
 // Whether an eigenvalue has as many copies as one block can find, so that there may be more.
-bool may_be_missing(const std::vector<double>& ascending)
+bool may_be_missing(const std::vector<double>& ascending, double shift)
 {
     for (std::size_t i = 0; i + eight <= ascending.size(); ++i) {
-        if (ascending[i + eight - 1] <= ascending[i] * (1 + 1e-6)) return true;
+        if (ascending[i + eight - 1] - shift <= (ascending[i] - shift) * (1 + 1e-6)) return true;
     }
     return false;
 }
@@ -248,10 +256,12 @@ Eigenpairs lanczos_eigenpairs(Index count, ShiftInverse& inverse)
         return pairs;
     }
     Index wanted = count;
-    for (std::uint64_t round = 0; round < 16 && wanted > 0; ++round) {
+    bool all = false;
+    for (std::uint64_t round = 0; round < 64 && !all && wanted > 0; ++round) {
         const Eigenpairs more = largest(wanted, inverse, round);
         pairs.converged = pairs.converged && more.converged;
-        const double highest = round == 0 ? 0 : pairs.value.back();
+        const std::size_t known = std::min(std::size_t(count), pairs.value.size());
+        const double highest = known > 0 ? pairs.value[known - 1] : 0;
         bool lower = false;
         for (std::size_t i = 0; i < more.value.size(); ++i) {
             if (round > 0 && more.value[i] >= highest * (1 - 1e-9)) continue;
@@ -262,9 +272,10 @@ Eigenpairs lanczos_eigenpairs(Index count, ShiftInverse& inverse)
         }
         sort_pairs(pairs);
         inverse.leave_out(pairs.vector);
-        if ((round > 0 && !lower) || !may_be_missing(pairs.value)) break;
+        all = (round > 0 && !lower) || !may_be_missing(pairs.value, inverse.shift);
         wanted = std::min<Index>({wide, count, inverse.dimensions() - 1});
     }
+    pairs.converged = pairs.converged && (all || wanted < 1);
     const Index kept = std::min(count, pairs.vector.cols());
     pairs.value.resize(std::size_t(kept));
     pairs.vector.conservativeResize(Eigen::NoChange, kept);

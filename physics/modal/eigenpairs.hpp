@@ -12,7 +12,13 @@ struct Eigenpairs {
     bool converged = true;
 };
 
-// The lowest `count` of all, each found: for small problems.
+// Whether a dense solver is the better one.
+inline bool few_unknowns(Eigen::Index rows, Eigen::Index count)
+{
+    return rows <= 120 || 3 * count + 30 > rows;
+}
+
+// The lowest `count` of all, each found.
 Eigenpairs dense_eigenpairs(const StiffnessAndMass& d, const std::vector<RigidMotions>& rigid,
                             Eigen::Index count);
 

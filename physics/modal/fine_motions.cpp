@@ -101,7 +101,10 @@ FineMotions fine_motions(const Cubes& cubes, int modes, Report& report)
     for (Index asked = count; asked <= std::min(8 * count, free); asked = count + hinges) {
         const Index before = hinges;
         inverse.leave_out(MatrixXd(body.matrices.rows(), 0));
-        pairs = lanczos_eigenpairs(asked, inverse);
+        // A few cubes have too few dimensions for blocks of eight.
+        pairs = few_unknowns(body.matrices.rows(), asked)
+                    ? dense_eigenpairs(body.matrices, body.rigid, asked)
+                    : lanczos_eigenpairs(asked, inverse);
         hinges = 0;
         for (const double value : pairs.value) hinges += value > no_stiffness ? 0 : 1;
         if (hinges == before || !pairs.converged) break;

@@ -72,8 +72,7 @@ Eigenpairs elastic_pairs(const StiffnessAndMass& d, const std::vector<RigidMotio
     Eigenpairs pairs;
     pairs.vector.resize(d.rows(), 0);
     if (count > 0) {
-        const bool small = d.rows() <= 120 || 3 * count + 30 > d.rows();
-        if (small) {
+        if (few_unknowns(d.rows(), count)) {
             pairs = dense_eigenpairs(d, rigid, count);
         } else {
             ShiftInverse inverse(d, rigid, of);

@@ -197,6 +197,28 @@ TEST(Modes, LeaveOutHingesAndSayIt)
     for (const double omega_sq : modes.omega_sq) EXPECT_GT(omega_sq, 1);
 }
 
+TEST(Modes, AreFoundBesideManyHinges)
+{
+    // Blocks that hang together by edges alone turn about them at no cost: 11 motions, beside which
+    // the others are 1e-8 as large in the search.
+    std::vector<geometry::Vec3i> cells;
+    for (int piece = 0; piece < 12; ++piece) {
+        for (int x = 0; x < 2; ++x) {
+            for (int y = 0; y < 2; ++y) cells.emplace_back(2 * piece + x, 2 * piece + y, 0);
+        }
+    }
+    const Cubes cubes = cubes_on(cells, 0.1);
+    const Modes few = lowest_modes(cubes, {}, lowest(20)),
+                many = lowest_modes(cubes, {}, lowest(190));
+    ASSERT_GT(few.report.iterations, 0);
+    ASSERT_EQ(many.report.iterations, 0);
+    EXPECT_TRUE(few.report.converged);
+    ASSERT_EQ(few.omega_sq.size(), 9u);
+    for (std::size_t i = 0; i < few.omega_sq.size(); ++i) {
+        EXPECT_NEAR(few.omega_sq[i], many.omega_sq[i], 1e-6 * many.omega_sq[i]) << i;
+    }
+}
+
 TEST(Modes, CarryTheMaterialsRayleighDamping)
 {
     // C = alpha M + beta K with one alpha and beta everywhere: phi^T C phi = alpha + beta omega^2.
