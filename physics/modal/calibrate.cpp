@@ -359,9 +359,9 @@ void calibrate(Body& body, const CalibrationSettings& settings, Cubes& all, Repo
     const FineStiffness stiffness(body.fine);
     std::vector<geometry::OwnElement> elements(body.cube.size());
     geometry::parallel_for(body.cube.size(), 8, [&](std::size_t begin, std::size_t end) {
-        geometry::stop_if_asked();
         for (std::size_t c = begin; c < end; ++c) {
             if (!is_partly(body, c)) continue;
+            geometry::stop_if_asked();
             Energies of = energies_of(body, places, stiffness, motions.of, c);
             // A little of the whole cube's, so that no corner of a sliver is without stiffness.
             constexpr double floor = 1e-4;

@@ -67,7 +67,8 @@ void multiply(EightColumns& x, const Eights& by)
 // Makes a block orthonormal by M, and orthogonal to the basis, of which it had `along`: before, the
 // block was V along + the block now times the matrix that is returned. Directions that are but
 // rounding become random ones. The dots of the columns tell sizes down to 1e-8 of the largest:
-// what is smaller is enlarged by less than it needs, and told by the next pass.
+// what is smaller is enlarged by less than it needs, and told by the next pass. After three passes
+// nothing is smaller than what can be told.
 Eights make_orthonormal(Krylov& krylov, const ShiftInverse& inverse, EightColumns& x,
                         MatrixXd& along)
 {
@@ -126,7 +127,7 @@ void extend(Krylov& krylov, ShiftInverse& inverse)
     krylov.basis.push_back(std::move(x));
 }
 
-// `columns` of V times the combinations, by blocks.
+// V times the combinations, by blocks of eight columns.
 std::vector<EightColumns> combined(const Krylov& krylov, const MatrixXd& combinations)
 {
     std::vector<EightColumns> out;
