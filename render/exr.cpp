@@ -1,5 +1,6 @@
 #include "render/exr.hpp"
 
+#include "geometry/base/stop.hpp"
 #include "geometry/base/whole_file.hpp"
 
 #include <ImfChannelList.h>
@@ -81,7 +82,11 @@ std::string encode_exr(const Image& image)
     {
         Imf::OutputFile file(written, header, 0);
         file.setFrameBuffer(buffer_of(image));
-        file.writePixels(image.height);
+        constexpr int rows = 128;  // at a time: whole blocks of 16, as ZIP keeps them
+        for (int row = 0; row < image.height; row += rows) {
+            geometry::stop_if_asked();
+            file.writePixels(std::min(rows, image.height - row));
+        }
     }
     return std::move(written.bytes);
 }

@@ -1,5 +1,7 @@
 #include "physics/bricks/dissection.hpp"
 
+#include "geometry/base/stop.hpp"
+
 #include <algorithm>
 #include <limits>
 
@@ -49,6 +51,7 @@ private:
     // The front of the last cut of `corners`; its children first.
     std::uint32_t cut(std::span<std::uint32_t> corners)
     {
+        geometry::stop_if_asked();
         const Plane plane = corners.size() > uncut_ ? thinnest_plane(corners) : Plane{};
         if (plane.axis < 0) return list_.add(corners, {});
         const Parted parted = part_at(plane, cubes_, corners);
@@ -122,7 +125,9 @@ Dissection with_borders(std::vector<Front> fronts, const std::vector<std::uint32
     Dissection out;
     out.fronts = std::move(fronts);
     // An element enters where the first of its corners is eliminated.
+    geometry::StopCheck stop;
     for (std::uint32_t c = 0; c < elements.size(); ++c) {
+        stop();
         std::uint32_t first = no_index;
         for (const auto k : elements[c]) first = std::min(first, front_of[k]);
         if (first != no_index) out.fronts[first].cubes.push_back(c);
@@ -131,6 +136,7 @@ Dissection with_borders(std::vector<Front> fronts, const std::vector<std::uint32
     // The border: what elements and children bring in that is eliminated later, in that order.
     std::vector<std::uint32_t> place(front_of.size(), no_index);  // in the front at hand
     for (std::uint32_t f = 0; f < out.fronts.size(); ++f) {
+        geometry::stop_if_asked();
         Front& front = out.fronts[f];
         std::uint32_t next = 0;
         for (const auto k : front.pivots) place[k] = next++;

@@ -1,5 +1,7 @@
 #include "physics/bricks/dissection.hpp"
 
+#include "geometry/base/stop.hpp"
+
 #include <algorithm>
 #include <numeric>
 
@@ -37,6 +39,7 @@ private:
     // The front of the last cut of `corners`; its children first.
     std::uint32_t cut(std::span<std::uint32_t> corners)
     {
+        geometry::stop_if_asked();
         if (corners.size() <= uncut_) return list_.add(corners, {});
         const auto low = halve(corners);
         for (const auto k : low) half_[k] = 1;
