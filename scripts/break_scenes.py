@@ -6,13 +6,13 @@
 A scene whose expectations hold although nothing moves tests nothing. This script copies graphs/ into
 a temporary folder, changes every document there, and runs `aspic check` on each scene:
 
-    frozen      no time passes in a frame: simulations stay in their initial states
+    frozen      nothing moves: no time passes in a frame, and keyframes keep their first value
     clock       time runs at 0.7 of its rate
     gravity     gravity x 1.5
     stiffness   Young's modulus, layers, substances and springs x 4
     friction    no friction
 
-Keyframes are counted in frames, so keyframed tools and pins move as before. A break that a document
+Keyframes are counted in frames: the other breaks leave keyframed tools and pins as they are. A break that a document
 does not contain (no gravity, say) is marked '.': there is nothing to notice. 'noticed' means that an
 expectation was missed or a node failed; 'GREEN' means that all expectations held.
 """
@@ -65,6 +65,17 @@ def times(value, factor):
     return value * factor if isinstance(value, (int, float)) else value
 
 
+def without_motion(value):
+    """The value, with the first of its keyframes alone."""
+    if isinstance(value, list):
+        return [without_motion(v) for v in value]
+    if isinstance(value, dict):
+        if isinstance(value.get("keys"), list):
+            value = {**value, "keys": value["keys"][:1]}
+        return {k: without_motion(v) for k, v in value.items()}
+    return value
+
+
 def multiply(params, path, default, factor):
     """Multiplies one parameter; returns whether its value changed."""
     *blocks, name = path.split(".")
@@ -103,6 +114,8 @@ def broken(path, documents, how):
         if "extends" not in document or (frames and "fps" in frames):
             frames = document.setdefault("frames", {})
             frames["fps"] = frames.get("fps", 24) / FACTOR[how]
+        if how == "frozen" and "nodes" in document:
+            document["nodes"] = without_motion(document["nodes"])
         changed = True
     for name, node in document.get("nodes", {}).items():
         if not node:
