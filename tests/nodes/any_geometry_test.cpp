@@ -44,6 +44,37 @@ TEST(AnyGeometry, PointsAreReadFromTextWithTheirColours)
     EXPECT_NE(told.find("expected x, y and z in line 2, found \"1 1\""), std::string::npos) << told;
 }
 
+TEST(AnyGeometry, RulesOfMaterialsForACloudAreToldToDoNothing)
+{
+    const files::Folder folder;
+    folder.write("a.xyz", "0 0 0\n1 0 0\n0 1 0\n");
+    const auto warnings = [&](const std::string& params) {
+        Scene scene(reading("a.xyz") + R"(, "sample": { "type": "Sample@2",
+            "inputs": { "mesh": "read.mesh" }, "params": {)" +
+                        params + "} }",
+                    folder.path);
+        scene.at<geometry::Samples>("sample");
+        return scene.warnings;
+    };
+    EXPECT_TRUE(warnings("").empty());
+    const auto told = warnings(R"("materials": [{ "match": "material", "name": "wood" }])");
+    ASSERT_EQ(told.size(), 1u);
+    EXPECT_NE(told[0].find("materials have no effect"), std::string::npos) << told[0];
+}
+
+TEST(AnyGeometry, NormalsOfFilesAreThoseThatAreAskedFor)
+{
+    const files::Folder folder;
+    folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nvn 0.6 0.8 0\n"
+                          "f 1//1 2//1 3//1 4//1\n");
+    const auto normal = [&](const std::string& which) {
+        Scene scene(reading("a.obj", R"(, "normals": ")" + which + "\""), folder.path);
+        return scene.at<TriMesh>("read")->normals.at(0);
+    };
+    EXPECT_LT((normal("file") - geometry::Vec3f(0.6f, 0.8f, 0)).norm(), 1e-6f);
+    EXPECT_LT((normal("computed") - geometry::Vec3f(0, -1, 0)).norm(), 1e-6f);
+}
+
 // 1000 points on a lattice of 0.1 m: one in each of 1000 cubes, which are full, by both ways.
 TEST(AnyGeometry, AScannedCloudBecomesABody)
 {

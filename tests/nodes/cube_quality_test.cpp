@@ -128,6 +128,7 @@ TEST(CubeQuality, ShortFormsOfTheSizeAreTheQuality)
         return scene.at<geometry::Cubes>("cubes")->size;
     };
     EXPECT_EQ(size_of(R"("size": "draft")"), size_of(R"("quality": "draft")"));
+    EXPECT_EQ(size_of(R"("quality": "good")"), size_of(R"("quality": "by_error", "error": 0.05)"));
     EXPECT_EQ(size_of(R"("size": {"auto": {"error": 0.3}})"),
               size_of(R"("quality": "by_error", "error": 0.3)"));
     EXPECT_EQ(size_of(R"("size": 0.1)"), 0.1);

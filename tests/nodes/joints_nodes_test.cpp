@@ -42,6 +42,18 @@ TEST(JointsNodes, ASliderGoesToItsLimit)
     EXPECT_NEAR(at->states[0].position[0].x(), 0.3, 1e-6);
 }
 
+// m v' = m g - d v: with m = 1 kg and d = 9.81 N s/m it comes to fall at 1 m/s.
+TEST(JointsNodes, ASliderFallsAsFastAsItsDampingLetsIt)
+{
+    std::string nodes =
+        ball_on(R"("kind": "slider", "point": [0.3, 1, 0], "axis": [0, -1, 0], "damping": 9.81)");
+    const std::string spacing = R"("seed_spacing": 0.08)";
+    nodes.replace(nodes.find(spacing), spacing.size(), spacing + R"(, "mass": 1)");
+    fixtures::Scene scene(nodes);
+    const auto at = scene.at<physics::LayeredScene>("bodies", 24);
+    EXPECT_NEAR(at->states[0].velocity[0].y(), -1, 2e-3);
+}
+
 TEST(JointsNodes, LimitsTheWrongWayRoundAreRefused)
 {
     fixtures::Scene scene(ball_on(R"("kind": "slider", "lowest": 1, "highest": 0)"));

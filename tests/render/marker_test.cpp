@@ -30,6 +30,16 @@ TEST(Marker, AnArrowRunsFromItsTailToItsTip)
     EXPECT_TRUE(render::arrow(from, from, 1).positions.empty());
 }
 
+TEST(Marker, PinsAreBallsOfTheRadiusThatIsAskedFor)
+{
+    physics::Pins pins;
+    pins.target = {{1, 2, 3}};
+    const auto balls = render::pin_marks(pins, 0.07);
+    EXPECT_EQ(balls.radius, 0.07f);
+    ASSERT_EQ(balls.centres.size(), 1u);
+    EXPECT_EQ(balls.centres[0], geometry::Vec3f(1, 2, 3));
+}
+
 TEST(Marker, ForcesPointWhereTheyPush)
 {
     physics::Force force;

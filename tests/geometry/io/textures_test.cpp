@@ -161,6 +161,13 @@ TEST(Textures, ALibraryMaySayWhatAssimpDoesNotUnderstand)
     EXPECT_TRUE(read.mesh.topology->materials.at(0).texture);
     EXPECT_EQ(read.mesh.topology->materials[0].roughness, 0.25f);
 
+    // Lines may be indented, as 3ds Max writes them.
+    folder.write("a.mtl", "newmtl wood\n\tKd 0.5 0.5 0.5\n\taniso 0.5\n\tmap_Kd red.png\n");
+    EXPECT_TRUE(read_mesh(folder.path / "a.obj").mesh.topology->materials.at(0).texture);
+    folder.write("a.mtl", "newmtl wood\n  d 1\n  map_Kd red.png\n");
+    EXPECT_EQ(read_mesh(folder.path / "a.obj").mesh.topology->materials.at(0).colour,
+              Vec3f(1, 1, 1));
+
     // One that has a picture and no colour is as bright as the picture.
     folder.write("a.mtl", "newmtl other\nmap_Kd red.png\nKd 0.5 0 0\n"
                           "newmtl wood\nd 1\nmap_Kd red.png\nnewmtl third\nd 1");

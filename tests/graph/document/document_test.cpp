@@ -177,6 +177,12 @@ TEST(Document, ASequenceOfFilesIsOneAFrame)
     const Loaded none = load_reading("q.####.txt");
     ASSERT_EQ(none.problems.size(), 1u);
     EXPECT_EQ(none.problems[0].message, "file not found: " + (folder.path / "q.####.txt").string());
+
+    folder.write("pantry/r.txt", "flour");
+    const Loaded pantry = load_reading("pantry");
+    ASSERT_EQ(pantry.problems.size(), 1u);
+    EXPECT_EQ(pantry.problems[0].expected, "a file");
+    EXPECT_EQ(pantry.problems[0].found, "the folder " + (folder.path / "pantry").string());
 }
 
 TEST(Document, FilesAreReadBesideTheDocumentAndInsideOfTheProject)

@@ -536,6 +536,15 @@ TEST(Suggest, NamesWhatIsNearestFirstOfALongList)
     EXPECT_EQ(graph::suggest("Plain", names).find("available: 'Ball', 'Carry'"), 0u);
 }
 
+// Two replaced letters are as far as a name of eight may be; a swap besides is too much.
+TEST(Mistakes, OfAnotherNameAltogetherAreNotTakenForASwap)
+{
+    const std::array<std::string_view, 1> known{"abcdefig"};
+    EXPECT_EQ(graph::nearest("abcdefgi", known), "abcdefig");
+    EXPECT_EQ(graph::nearest("zzcdefig", known), "abcdefig");
+    EXPECT_EQ(graph::nearest("zzcdefgi", known), "");
+}
+
 TEST(Mistakes, OfPathsNameTheWayOut)
 {
     const auto bake = [](const std::string& path) {

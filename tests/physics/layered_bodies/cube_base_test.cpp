@@ -302,6 +302,20 @@ TEST(CubeBase, CubesStartWithTheirPartsVelocityAndFeelDrag)
     EXPECT_NEAR(fastest(scene), left.norm(), 1e-10);
 }
 
+// About their middle, which stays: the column's, a metre aside.
+TEST(CubeBase, CubesStartWithTheirPartsSpin)
+{
+    LayeredPart part = part_of(coated_column({}, {}));
+    part.pose.translate(Vec3(1, 0, 0));
+    part.spin = {0, 0, 3};
+    const LayeredScene scene = start({part});
+    const Vec3 middle(1.05, 0.2, 0.05);
+    const auto& cubes = scene.states[0].cubes;
+    for (std::size_t k = 0; k < cubes.x.size(); ++k) {
+        EXPECT_LT((cubes.v[k] - part.spin.cross(cubes.x[k] - middle)).norm(), 1e-12);
+    }
+}
+
 // A layer that gives way like air: the column comes down to where its skeletons are stopped, a
 // tenth of their thickness above the floor by the samples nearest to it; corners of the box,
 // between samples, stand lower while it rocks, and out of the floor.

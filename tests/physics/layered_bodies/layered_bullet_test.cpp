@@ -235,6 +235,25 @@ TEST(LayeredBullet, AHingeHoldsAndStopsAtItsLimit)
     }
 }
 
+// The same beside another body, whose frames come first.
+TEST(LayeredBullet, AHingeJoinsTheLimbsOfItsOwnBody)
+{
+    LayeredScene scene = scene_of({two_limbs(-1, 1), ball({0, 3, 0}), two_limbs(-1, 1)});
+    for (const std::size_t b : {0u, 2u}) {
+        LayeredState& state = scene.states[b];
+        state.spin[1] = {0, 0, 2};
+        state.velocity[1] = Vec3(0, 0, 2).cross(state.position[1] - Vec3(0.45, 0, 0));
+    }
+    scene.states[2].position[0].z() += 1;
+    scene.states[2].position[1].z() += 1;
+    scene = follow(scene, floating, 1.0 / 120, 30, 4);
+    for (std::size_t f = 0; f < 2; ++f) {
+        const Vec3 apart = scene.states[2].position[f] - scene.states[0].position[f];
+        EXPECT_LT((apart - Vec3(0, 0, 1)).norm(), 1e-9) << f;
+    }
+    EXPECT_NEAR(scene.states[1].position[0].y(), 3, 1e-12);
+}
+
 // Limbs that mirror each other turn by a half of a small angle each, the centre staying where it
 // is:
 //   2 I/2 (a'/2)^2 + k a^2 / 2 = const:   w = sqrt(2 k / I), after a whole period where they were

@@ -1,3 +1,4 @@
+#include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "physics/layered_bodies/layered_mesh.hpp"
 
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace physics {
 namespace {
@@ -47,6 +49,10 @@ TEST(LayeredMesh, EachBodyIsAGroupThatEndsAtTheCommonSurface)
         ASSERT_EQ(mesh.normals.size(), mesh.positions.size());
         ASSERT_EQ(mesh.attributes.at(0).values.size(), mesh.positions.size());
         EXPECT_EQ(mesh.topology->materials[0].colour.x(), 1.f);
+        // k times the depth where they press each other most, and nothing on their far sides.
+        const auto& pressed = mesh.attributes[0].values;
+        EXPECT_NEAR(*std::max_element(pressed.begin(), pressed.end()), 10 * (0.1 - 0.09), 0.01);
+        EXPECT_NEAR(*std::min_element(pressed.begin(), pressed.end()), 0, 1e-5);
         for (std::size_t t = 0; t < mesh.triangles().size(); ++t) {
             for (const std::uint32_t v : mesh.triangles()[t]) {
                 const float side = mesh.topology->group[t] == 0 ? -1.f : 1.f;
@@ -66,6 +72,11 @@ TEST(LayeredMesh, ThePreviewOfASteppedSceneNeedsNoField)
     const geometry::TriMesh mesh =
         layered_mesh(scene, {.surface = LayeredMeshOptions::Surface::samples});
     ASSERT_EQ(mesh.attributes.at(0).values.size(), mesh.positions.size());
+    // It is closed all the same: each ball less the cap beyond the cut, of height 0.01 m, and the
+    // bulge of a twentieth of all.
+    const double ball = 4.0 / 3 * std::numbers::pi * 1e-3;
+    const double cap = std::numbers::pi * 1e-4 * (0.1 - 0.01 / 3);
+    EXPECT_NEAR(geometry::enclosed_volume(mesh), 2 * (ball - cap), 0.1 * ball);
     const LayeredMoment moment(scene);
     const std::array exact{deformed(moment.bodies, 0, moment.contacts),
                            deformed(moment.bodies, 1, moment.contacts)};

@@ -432,6 +432,7 @@ TEST(CommandLine, ProfileShowsEachNodeAndWritesATrace)
         run({"profile", file, "--out", (folder.path / "out").string(), "--trace", trace.string()});
     EXPECT_EQ(said.exit, exit_ok) << said.err;
     EXPECT_TRUE(has(said.out, "write (WriteNumber)")) << said.out;
+    EXPECT_TRUE(has(said.out, " of work in ")) << said.out;
     const auto events = nlohmann::json::parse(std::ifstream(trace));
     ASSERT_EQ(events.size(), 9u) << "three nodes at three frames";
     for (const auto& event : events) {
