@@ -238,7 +238,10 @@ TEST(LayeredBullet, AHingeHoldsAndStopsAtItsLimit)
 // The same beside another body, whose frames come first.
 TEST(LayeredBullet, AHingeJoinsTheLimbsOfItsOwnBody)
 {
-    LayeredScene scene = scene_of({two_limbs(-1, 1), ball({0, 3, 0}), two_limbs(-1, 1)});
+    LayeredBody limbs = two_limbs(-1, 1);
+    limbs.base.hinges.clear();
+    add_hinge(limbs.base, 1, 0, {0.45, 0, 0}, {0, 0, 1});
+    LayeredScene scene = scene_of({limbs, ball({0, 3, 0}), limbs});
     for (const std::size_t b : {0u, 2u}) {
         LayeredState& state = scene.states[b];
         state.spin[1] = {0, 0, 2};

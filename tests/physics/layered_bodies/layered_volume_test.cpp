@@ -87,17 +87,6 @@ TEST(LayeredVolume, TheVolumeAtRestIsThatOfTheUnionOfParts)
     EXPECT_NEAR(drawn(scene_of({body})) / sum, 1, 0.005);
 }
 
-TEST(LayeredVolume, AWeakControllerFollowsTooInTheEnd)
-{
-    LayeredBody body = ball({0, 0, 0});
-    body.control.proportional = 0.5;
-    LayeredScene scene = scene_of({body});
-    std::vector<LayeredPart> parts = scene.parts;
-    parts[0].inflation = 1.2;
-    for (int frame = 0; frame < 4; ++frame) scene = advance(scene, parts, weightless, 2, 2);
-    EXPECT_NEAR(scene.states[0].volume[0] / body.volume[0], 1.2, 0.01);
-}
-
 // The surface moves by half the thickness at most: a ball of 0.1 m has (1.5)^3 times its volume
 // then.
 TEST(LayeredVolume, AVolumeThatIsNotReachedIsTold)
