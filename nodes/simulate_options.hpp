@@ -3,6 +3,7 @@
 // The blocks of parameters of Simulate, as documents have them.
 
 #include "graph/types/node_builder.hpp"
+#include "nodes/simulate_contact_options.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "physics/bricks/springs.hpp"
 #include "physics/lattice/lattice.hpp"
@@ -60,44 +61,6 @@ inline void describe_shell(graph::ParamsOf<physics::ShellOptions>& p)
                "0.01 to 0.1. A pinned row of corners is a hinge. Two pinned rows are a clamp at "
                "the row next to the free corners.",
                {.min = 0, .max = 1e6});
-}
-
-inline void describe_part_contact(graph::ParamsOf<physics::PartContactOptions>& p)
-{
-    using physics::PartContactOptions;
-    p.param(
-         "on", &PartContactOptions::on,
-         "Whether parts of the model that no cubes link collide. Parts that overlap at rest do "
-         "not, and a warning says where. "
-         "With method = shell: whether the sheets of several `cubes` collide with each other. They "
-         "keep half of their thickness on either side of what is drawn, and what comes fast does "
-         "not pass through. Sheets that lie in one plane and meet rim to rim are not kept apart.")
-        .param(
-            "self", &PartContactOptions::self,
-            "Whether each part also collides with itself where it folds. Cubes less than three "
-            "cubes apart along the part do not. The search takes about 1 ms per 1,000 cubes "
-            "and step. With method = shell: whether each sheet collides with itself, and its "
-            "pieces with each other; places less than twice the thickness apart along the sheet "
-            "do not. Steps take up to 1.2 times as long where nothing touches, and many times as "
-            "long while a heap of folds comes to rest. Cells should be at most 20 thicknesses "
-            "wide.")
-        .param("friction", &PartContactOptions::friction,
-               "Coulomb coefficient of friction between them.", {.min = 0, .max = 100})
-        .param("bounce", &PartContactOptions::bounce,
-               "Share of the speed of an impact that they separate with (coefficient of "
-               "restitution). Slow impacts do not bounce.",
-               {.min = 0, .max = 1});
-}
-
-inline void describe_contact(graph::ParamsOf<physics::BodyContactOptions>& p)
-{
-    using physics::BodyContactOptions;
-    p.param("on", &BodyContactOptions::on, "Whether bodies that are not linked collide.")
-        .param("distance", &BodyContactOptions::distance,
-               "Distance between corners at which they touch, as balls; 0: the edge of a cube.",
-               {.min = 0, .unit = "m"})
-        .param("friction", &BodyContactOptions::friction,
-               "Coulomb coefficient of friction between them.", {.min = 0, .max = 100});
 }
 
 inline void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)

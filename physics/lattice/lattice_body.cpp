@@ -45,7 +45,7 @@ std::size_t bytes_of(const MatchedRegions& m)
 std::size_t LatticeBody::bytes() const
 {
     return sizeof *this - sizeof base + base.bytes() + bytes_of(whole) + membrane.bytes() +
-           bytes_in(side, pieces.of) + (torn ? torn->bytes() : 0);
+           bytes_in(side, pieces.of) + along.bytes() + (torn ? torn->bytes() : 0);
 }
 
 State rest_state(const LatticeBody& body)

@@ -7,6 +7,7 @@
 #include "physics/lattice/lattice_options.hpp"
 #include "physics/lattice/matched_regions.hpp"
 #include "physics/lattice/membrane.hpp"
+#include "physics/lattice/near_along.hpp"
 #include "physics/lattice/pinned_volume.hpp"
 #include "physics/regions/links.hpp"
 #include "physics/state/state.hpp"
@@ -31,6 +32,7 @@ struct LatticeBody {
     int flat_axis = -1;                 // of a plane
     Membrane membrane;                  // of a plane in space
     std::vector<std::uint32_t> side;    // particles that lack a neighbour: bodies meet there
+    NearAlong along;                    // of a body that touches itself
     LinkedPieces pieces;                // that no breaks part
     std::shared_ptr<TornRegions> torn;  // where links can break
     std::shared_ptr<PinnedVolume> pinned;  // of a solid that keeps its volume

@@ -241,7 +241,7 @@ std::vector<std::uint32_t> arrange(const NearPairs& near, PairPushes& out)
 
 void find_pair_pushes(const ContactScene& scene, const std::vector<std::uint32_t>& side,
                       const std::vector<std::uint32_t>& piece, double distance, double friction,
-                      PairPushes& out)
+                      PairPushes& out, const NearAlong* along)
 {
     const std::vector<Vec3>& v = scene.state.v;
     std::vector<BodyPoint> points(side.size());
@@ -252,7 +252,9 @@ void find_pair_pushes(const ContactScene& scene, const std::vector<std::uint32_t
                          scene.inverse_mass[k] == 0};
         }
     });
-    const NearPairs near = find_near_pairs(points, distance);
+    NearAlongBody near_along;
+    if (along) near_along = [along](std::uint32_t a, std::uint32_t b) { return along->has(a, b); };
+    const NearPairs near = find_near_pairs(points, distance, near_along);
     const std::vector<std::uint32_t> group_at = arrange(near, out);
     out.friction = float(friction);
     const auto add = [&](NearPairs::Pair pair, PairsAbreast& row) {

@@ -7,6 +7,7 @@
 
 #include "physics/body/collider_contact.hpp"
 #include "physics/body/corner_body.hpp"
+#include "physics/lattice/near_along.hpp"
 #include "physics/lattice/pair_pushes.hpp"
 #include "physics/lattice/torn_skin.hpp"
 #include "physics/regions/links.hpp"
@@ -61,10 +62,10 @@ std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,
                                        const std::vector<PosedCollider>& colliders);
 
 // Pairs of `side` of different `piece` (numbered from 0) that will be nearer than `distance`, into
-// `out`, whose room is used again.
+// `out`, whose room is used again. With `along` also of one piece, see find_near_pairs().
 void find_pair_pushes(const ContactScene& scene, const std::vector<std::uint32_t>& side,
                       const std::vector<std::uint32_t>& piece, double distance, double friction,
-                      PairPushes& out);
+                      PairPushes& out, const NearAlong* along = nullptr);
 
 std::vector<BallPush> find_ball_pushes(const ContactScene& scene,
                                        const std::vector<PosedCollider>& colliders);

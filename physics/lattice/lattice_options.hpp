@@ -19,11 +19,16 @@ struct PlasticOptions {
     double limit = 0.5;  // strain of the rest shape, at most
 };
 
-// Contact of bodies that are not linked with each other: particles as balls.
+// Contact of bodies that are not linked with each other, and of one with itself: particles as
+// balls.
 struct BodyContactOptions {
     bool on = false;
+    bool self = false;    // a body with itself too, where it folds
     double distance = 0;  // m, between particles; 0: the cubes' edge
     double friction = 0.3;
+
+    // m, in a body of cubes of that size (m).
+    double distance_in(double size) const { return distance > 0 ? distance : size; }
 };
 
 struct LatticeOptions {

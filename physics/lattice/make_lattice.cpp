@@ -13,6 +13,9 @@ namespace physics {
 
 namespace {
 
+// Particles further apart along a body than this touch each other.
+constexpr int links_that_fold = 5;
+
 // Cubes along the shortest of the pieces that bend rather than shear, which are more than twice as
 // long as thick, and of the others. 0: there is none.
 struct Lengths {
@@ -168,7 +171,14 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& opt
     body.slender = shortest.slender;
     body.compact = shortest.compact;
     if (!flat) calibrate(cubes, piece, lattice, matter, body);
-    if (options.contact.on) body.side = particles_at_the_side(lattice, body.flat_axis);
+    if (options.contact.on) {
+        body.side = particles_at_the_side(lattice, body.flat_axis);
+        if (options.contact.self) {
+            const double distance = options.contact.distance_in(cubes.size) / cubes.size;
+            // By rounding, what rests just so far apart may seem nearer.
+            body.along = NearAlong(lattice, body.side, links_that_fold, 0.999 * distance);
+        }
+    }
     if (options.tear > 0) {
         body.torn = std::make_shared<TornRegions>(std::move(lattice), std::move(matter), cubes.size,
                                                   plastic);

@@ -77,11 +77,12 @@ std::pair<const Entry*, const Entry*> row_at(const Rows& rows, int y, int z)
 // from their own row those behind, and all of four of the eight rows around. Two ends of what is
 // next to an entry move along each row with it.
 std::vector<NearPairs::Pair> pairs_of(const Rows& rows, std::size_t begin, std::size_t end,
-                                      double reach)
+                                      double reach, bool own)
 {
     std::vector<NearPairs::Pair> found;
     std::size_t count = 0;
     const double reach_sq = reach * reach;
+    const auto bodies_touch_themselves = unsigned(own);
     // Who is near is hard to foresee: without branches it takes a third of the time.
     const auto add = [&](const BodyPoint& mine, const Entry* from, const Entry* to) {
         const std::size_t most = count + std::size_t(to - from);
@@ -90,7 +91,7 @@ std::vector<NearPairs::Pair> pairs_of(const Rows& rows, std::size_t begin, std::
             const BodyPoint& other = e->point;
             found[count] = {mine.particle, other.particle};
             count += std::size_t(unsigned((mine.at - other.at).squaredNorm() < reach_sq) &
-                                 unsigned(mine.body != other.body) &
+                                 (bodies_touch_themselves | unsigned(mine.body != other.body)) &
                                  unsigned(!(mine.pinned & other.pinned)));
         }
     };
@@ -198,7 +199,8 @@ NearPairs grouped(const std::vector<NearPairs::Pair>& found, const std::vector<s
 
 }  // namespace
 
-NearPairs find_near_pairs(const std::vector<BodyPoint>& points, double reach)
+NearPairs find_near_pairs(const std::vector<BodyPoint>& points, double reach,
+                          const NearAlongBody& along)
 {
     constexpr std::size_t grain = 512;
     std::vector<Entry> places(points.size());
@@ -209,16 +211,21 @@ NearPairs find_near_pairs(const std::vector<BodyPoint>& points, double reach)
         }
     });
     const Rows rows = sort_into_rows(places);
-    std::vector<std::vector<NearPairs::Pair>> found((points.size() + grain - 1) / grain);
-    geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t g = begin; g < end; ++g) {
-            found[g] = pairs_of(rows, g * grain, std::min(points.size(), (g + 1) * grain), reach);
-        }
-    });
     std::uint32_t particles = 0;
     for (const BodyPoint& p : points) particles = std::max(particles, p.particle + 1);
     std::vector<std::uint32_t> body(particles, 0);
     for (const BodyPoint& p : points) body[p.particle] = p.body;
+    std::vector<std::vector<NearPairs::Pair>> found((points.size() + grain - 1) / grain);
+    geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t g = begin; g < end; ++g) {
+            found[g] = pairs_of(rows, g * grain, std::min(points.size(), (g + 1) * grain), reach,
+                                bool(along));
+            if (!along) continue;
+            std::erase_if(found[g], [&](const NearPairs::Pair& pair) {
+                return body[pair.a] == body[pair.b] && along(pair.a, pair.b);
+            });
+        }
+    });
     return grouped(joined(found), body);
 }
 

@@ -121,10 +121,10 @@ void collide(FrameState& step, double share)
     step.pushes.skin = find_skin_pushes(scene, colliders);
     step.pushes.balls = find_ball_pushes(scene, colliders);
     if (pairs) {
-        const double distance = step.options.contact.distance;
+        const BodyContactOptions& contact = step.options.contact;
         find_pair_pushes(scene, step.body.side, step.body.pieces.of,
-                         distance > 0 ? distance : step.body.base.h, step.options.contact.friction,
-                         step.pushes.pairs);
+                         contact.distance_in(step.body.base.h), contact.friction, step.pushes.pairs,
+                         step.body.options.contact.self ? &step.body.along : nullptr);
     }
     solve_pushes(scene, step.pushes, contact_rounds, step.state.v, step.state.balls);
     step.state.holds = holds_of(step.pushes.skin, step.state.v, step.dt);

@@ -1,12 +1,15 @@
 // Several bodies in one lattice, and rigid balls.
 
+#include "geometry/base/random.hpp"
 #include "geometry/mesh/primitive.hpp"
+#include "physics/lattice/near_pairs.hpp"
 #include "tests/physics/lattice/lattice_fixtures.hpp"
 
 #include <gtest/gtest.h>
 
 #include <map>
 #include <numbers>
+#include <set>
 
 using namespace physics;
 using fixtures::box;
@@ -37,7 +40,170 @@ Cubes with_copy(const Cubes& one, const Vec3i& by)
     return both;
 }
 
+// Two arms of n cubes along x, three apart, joined at x = 0; two wide.
+std::vector<Vec3i> horseshoe(int n)
+{
+    std::vector<Vec3i> cells;
+    for (int z = 0; z < 2; ++z) {
+        for (int x = 0; x < n; ++x) {
+            cells.emplace_back(x, 0, z);
+            cells.emplace_back(x, 4, z);
+        }
+        for (int y = 1; y < 4; ++y) cells.emplace_back(0, y, z);
+    }
+    return cells;
+}
+
+// Links from one particle to each other.
+std::vector<int> links_from(const Lattice& lattice, std::uint32_t start)
+{
+    std::vector<int> links(lattice.count(), 1 << 20);
+    links[start] = 0;
+    for (std::uint32_t round = 0; round < lattice.count(); ++round) {
+        for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+            for (const auto j : lattice.next[i]) {
+                if (j == none) continue;
+                links[i] = std::min(links[i], links[j] + 1);
+                links[j] = std::min(links[j], links[i] + 1);
+            }
+        }
+    }
+    return links;
+}
+
 }  // namespace
+
+TEST(LatticeBodies, KnowWhichOfTheirParticlesAreNearAlongThem)
+{
+    const Lattice lattice = corner_lattice(fixtures::cubes_on(horseshoe(6), 0.1));
+    std::vector<std::uint32_t> side;
+    for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+        if (i % 11 != 0) side.push_back(i);
+    }
+    for (const double distance : {0.0, 3.1}) {  // the arms are three apart
+        const NearAlong near(lattice, side, 5, distance);
+        int count = 0;
+        for (const auto a : side) {
+            const std::vector<int> links = links_from(lattice, a);
+            for (const auto b : side) {
+                if (a == b) continue;
+                const double apart = (lattice.at[a] - lattice.at[b]).cast<double>().norm();
+                EXPECT_EQ(near.has(a, b), links[b] <= 5 || apart < distance) << a << ' ' << b;
+                count += near.has(a, b);
+            }
+        }
+        EXPECT_GT(count, 100);
+    }
+}
+
+TEST(LatticeBodies, FindThePairsOfTheirOwnThatASearchOfAllFinds)
+{
+    const Lattice lattice = corner_lattice(fixtures::cubes_on(horseshoe(8), 0.1));
+    const geometry::Random random(3);
+    std::vector<std::uint32_t> side;
+    std::vector<BodyPoint> points;  // crushed
+    for (std::uint32_t i = 0; i < lattice.count(); ++i) {
+        side.push_back(i);
+        const Vec3 moved(random.unit(3 * i), random.unit(3 * i + 1), random.unit(3 * i + 2));
+        points.push_back(
+            {0.03 * lattice.at[i].cast<double>() + 0.05 * moved, i, i % 2, i % 7 == 0});
+    }
+    const NearAlong along(lattice, side, 5, 0);
+    std::set<std::pair<std::uint32_t, std::uint32_t>> expected, found;
+    int own = 0;
+    for (const BodyPoint& a : points) {
+        for (const BodyPoint& b : points) {
+            if (a.particle >= b.particle || (a.pinned && b.pinned)) continue;
+            if (!((a.at - b.at).norm() < 0.08)) continue;
+            if (a.body == b.body && along.has(a.particle, b.particle)) continue;
+            expected.insert({a.particle, b.particle});
+            own += a.body == b.body;
+        }
+    }
+    const NearPairs pairs = find_near_pairs(
+        points, 0.08, [&](std::uint32_t a, std::uint32_t b) { return along.has(a, b); });
+    for (const auto& [a, b] : pairs.pair) EXPECT_TRUE(found.insert(std::minmax(a, b)).second);
+    EXPECT_EQ(found, expected);
+    EXPECT_GT(own, 15);
+}
+
+// The upper arm sags by many times the gap, were it not for the lower one.
+TEST(LatticeBodies, LieOnThemselvesWhereTheyFold)
+{
+    const double h = 0.1;
+    const Cubes cubes = fixtures::cubes_on(
+        horseshoe(12), h,
+        {.young = 3e5, .poisson = 0, .mass_damping = 2, .stiffness_damping = 0.01});
+    Loads loads;
+    for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+        if (cubes.corner[k][1] > 1) continue;
+        loads.pins.corner.push_back(k);
+        loads.pins.target.push_back(cubes.corner_position(k));
+    }
+    loads.forces.push_back({});
+    const auto lowest_of_the_upper = [&](bool self, double& fastest) {
+        LatticeOptions options{.half_width = 1, .substeps = 12};
+        options.contact.on = true;
+        options.contact.self = self;
+        const LatticeBody body = make_lattice(cubes, options);
+        State state = rest_state(body);
+        for (int f = 0; f < 96; ++f) {
+            state = advance(body, std::move(state), loads, 1.0 / 24, options);
+        }
+        double lowest = 1, speed = 0;
+        for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+            if (cubes.corner[k][1] >= 4) lowest = std::min(lowest, state.x[k].y());
+            speed = std::max(speed, state.v[k].norm());
+        }
+        fastest = speed;
+        return lowest;
+    };
+    double fastest = 0;
+    EXPECT_LT(lowest_of_the_upper(false, fastest), -h);
+    // Its lower corners are a cube from the upper ones of the lower arm, which are at h; where they
+    // come to lie between those, a little less above.
+    const double lowest = lowest_of_the_upper(true, fastest);
+    EXPECT_GT(lowest, 1.8 * h);
+    EXPECT_LT(lowest, 2.2 * h);
+    EXPECT_LT(fastest, 0.02);
+}
+
+TEST(LatticeBodies, KeepTheirMomentaWhereTheyHitThemselves)
+{
+    const Cubes cubes = fixtures::cubes_on(horseshoe(8), 0.1, {.young = 1e6, .poisson = 0});
+    LatticeOptions options{.half_width = 1, .substeps = 8, .precision = Precision::full};
+    options.contact = {.on = true, .self = true, .friction = 0};
+    const LatticeBody body = make_lattice(cubes, options);
+    State state = rest_state(body);
+    for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+        state.v[k] = Vec3(0.3, cubes.corner[k][1] >= 4 ? -4 : 2, 0.1 * cubes.corner[k][0]);
+    }
+    const auto momenta = [&] {
+        std::pair<Vec3, Vec3> sum(Vec3::Zero(), Vec3::Zero());
+        for (std::size_t k = 0; k < state.x.size(); ++k) {
+            sum.first += body.base.mass[k] * state.v[k];
+            sum.second += body.base.mass[k] * state.x[k].cross(state.v[k]);
+        }
+        return sum;
+    };
+    const auto before = momenta();
+    double nearest = 1;
+    for (int f = 0; f < 12; ++f) {
+        state = advance(body, std::move(state), {}, 1.0 / 24, options);
+        for (std::uint32_t a = 0; a < cubes.corner_count(); ++a) {
+            for (std::uint32_t b = 0; b < cubes.corner_count(); ++b) {
+                if (cubes.corner[a][1] == 1 && cubes.corner[b][1] == 4) {
+                    nearest = std::min(nearest, (state.x[a] - state.x[b]).norm());
+                }
+            }
+        }
+    }
+    EXPECT_LT(nearest, 0.105) << "they meet";
+    EXPECT_GT(nearest, 0.09);
+    EXPECT_LT((momenta().first - before.first).norm(), 1e-9 * before.first.norm());
+    // Pushes act along the line between where two come to be, not where they are: 7e-4.
+    EXPECT_LT((momenta().second - before.second).norm(), 2e-3 * before.second.norm());
+}
 
 TEST(LatticeBodies, SeveralAreEachAsStiffAsAlone)
 {
