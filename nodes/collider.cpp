@@ -116,9 +116,10 @@ void add_to(graph::Registry& registry)
         .param("friction", &Inputs::friction, friction_text, {.min = 0, .max = 100})
         .param("bounce", &Inputs::bounce, bounce_text, {.min = 0, .max = 1})
         .param("thickness", &Inputs::thickness,
-               "Distance from the surface at which contact begins. The faces of a sheet are flat "
-               "between its corners: for cells of size h over a collider of radius R, use slightly "
-               "more than h^2 / (8 R), or the collider shows through.",
+               "Distance from the surface at which contact begins. A sheet keeps half of its own "
+               "thickness besides. Its faces are flat between its corners: for cells of size h "
+               "over a collider of radius R, both together should be slightly more than h^2 / (8 "
+               "R), or the collider shows through.",
                {.unit = "m"})
         .prepare("tree", &Inputs::tree, build_tree, {"mesh", "kind"})
         .prepare("open", &Inputs::open, is_open, {"mesh", "kind"})

@@ -79,13 +79,14 @@ Touch touch_mesh(const PosedCollider& c, const Vec3& p)
 
 }  // namespace
 
-PosedCollider pose_collider(const Collider& in, double share, double frame, double h, bool first)
+PosedCollider pose_collider(const Collider& in, double share, double frame, double h, bool first,
+                            double thickest)
 {
     PosedCollider out;
     out.kind = in.kind;
     out.half_size = in.half_size;
     out.radius = in.radius;
-    out.thickness = in.thickness;
+    out.thickness = in.thickness + thickest;
     out.friction = in.friction;
     out.bounce = in.bounce;
     out.frame = frame;
@@ -334,7 +335,8 @@ void add_touch(const Scene& scene, const PlaneTouch& point, std::size_t c, std::
         velocity += double(point.weight[a]) * at(scene.v, point.corners[a]);
     }
     const Grip* const held = find_grip(scene.held, point.point, point.other);
-    const Touch t = touch(collider, p, velocity, scene.dt, held);
+    Touch t = touch(collider, p, velocity, scene.dt, held);
+    t.gap += surface.thinner_by(c);
     const double h = scene.body.edge_at(point.corners[0]);
     if (!(t.gap < known_before * h)) return;
     PlaneTouch& touch = out.emplace_back(point);

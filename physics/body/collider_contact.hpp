@@ -36,11 +36,11 @@ struct PosedCollider {
     bool first = false;  // in this frame, but for what starts less than `reach` behind its front
 };
 
-// `share` 0..1 of the frame of `frame` seconds has gone by. `h` (m) is the scale of the body.
-// `first`: the frame is the first of a shot, where things that are to stand on a sheet may lie a
-// bit below.
+// `share` 0..1 of the frame of `frame` seconds has gone by. `h` (m) is the scale of the body, and
+// `thickest` (m) is how far it lies before its points at most (ContactSurface). `first`: the frame
+// is the first of a shot, where things that are to stand on a sheet may lie a bit below.
 PosedCollider pose_collider(const Collider& collider, double share, double frame, double h,
-                            bool first = false);
+                            bool first = false, double thickest = 0);
 
 // How far behind a face of a sheet a point may come that went over a crease, m; 0 for others. Its
 // side is kept for as long as it is no farther away.

@@ -100,6 +100,7 @@ void pack(const Packed& model, std::vector<LoosePatch>& patches, KnownPatches& k
           ContactSurface& out)
 {
     const Cubes& cubes = model.cubes;
+    const bool flat = geometry::flat_axis(cubes) >= 0;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         LoosePatch patch = std::exchange(patches[c], {});
         if (patch.points.empty() && patch.areas.empty() && patch.within.empty()) continue;
@@ -107,6 +108,11 @@ void pack(const Packed& model, std::vector<LoosePatch>& patches, KnownPatches& k
         out.stiffness.push_back(
             static_cast<float>(cubes.young[c] * std::clamp(cubes.fill[c], 0.05, 1.0)));
         out.mass.push_back(static_cast<float>(cubes.mass[c]));
+        if (flat) {
+            const float half = static_cast<float>(0.5 * cubes.fill[c] * cubes.size);
+            out.half_thickness.push_back(half);
+            out.thickest = std::max(out.thickest, double(half));
+        }
         // Vertices that no triangle uses (point clouds) share the faces of the cube.
         const auto spare = static_cast<float>(cubes.size * cubes.size) /
                            static_cast<float>(std::max<std::size_t>(1, patch.points.size()));
@@ -146,8 +152,8 @@ CornerRuns::Corners CornerRuns::operator[](std::size_t cube) const
 std::size_t ContactSurface::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
-    return corners.bytes() +
-           of(patch_of, stiffness, mass, first_point, patch, point, point_area, area, piece);
+    return corners.bytes() + of(patch_of, stiffness, mass, half_thickness, first_point, patch,
+                                point, point_area, area, piece);
 }
 
 ContactSurface make_contact_surface(const BodyModels& models,
@@ -167,6 +173,7 @@ ContactSurface make_contact_surface(const BodyModels& models,
     out.patch_of.shrink_to_fit();
     out.stiffness.shrink_to_fit();
     out.mass.shrink_to_fit();
+    out.half_thickness.shrink_to_fit();
     out.first_point.shrink_to_fit();
     return out;
 }

@@ -79,6 +79,9 @@ struct ContactSurface {
     std::vector<std::uint32_t> patch_of;  // S, into patch
     std::vector<float> stiffness;         // S, Pa, Young's modulus times fill
     std::vector<float> mass;              // S, kg, of the cube
+    // S, m: half of a sheet's thickness, by which it lies before its points; empty: of cubes.
+    std::vector<float> half_thickness;
+    double thickest = 0;  // m, the largest of these
     std::vector<std::uint32_t>
         first_point;  // S, its points are numbered from there: over all cubes
 
@@ -90,6 +93,11 @@ struct ContactSurface {
                                               // from 0 to 1, and the two sides that start there
 
     const SurfacePatch& on(std::size_t cube) const { return patch[patch_of[cube]]; }
+    // What a gap from `thickest` before a point is too small by.
+    double thinner_by(std::size_t cube) const
+    {
+        return half_thickness.empty() ? 0 : thickest - double(half_thickness[cube]);
+    }
     std::size_t bytes() const;
 };
 

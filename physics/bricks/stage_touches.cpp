@@ -184,8 +184,8 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     }
     stage.colliders.clear();
     for (const Collider& c : loads.colliders) {
-        stage.colliders.push_back(
-            pose_collider(c, share, frame.seconds, frame.body.greatest_edge, frame.first));
+        stage.colliders.push_back(pose_collider(c, share, frame.seconds, frame.body.greatest_edge,
+                                                frame.first, frame.body.skin.thickest));
     }
     stage.near.clear();
     stage.touches.clear();

@@ -49,6 +49,7 @@ struct SkinPlace {
     Vec3 at = Vec3::Zero(), v = Vec3::Zero();  // m, m/s
     double inverse = 0;                        // 1/kg
     bool stays = false;                        // it is let no deeper in, and not driven out
+    double thinner = 0;                        // m, ContactSurface::thinner_by()
     std::uint32_t point = none;                // of the skin
 };
 
@@ -105,6 +106,7 @@ void for_places(const ContactScene& scene, std::size_t c, const CornerRuns::Corn
     for (std::uint32_t i = patch.point; i < (open ? patch.points_end : patch.within); ++i) {
         SkinPlace place = parts ? place_of(scene, corners, i, *parts) : place_of(scene, corners, i);
         place.stays = i >= patch.within;
+        place.thinner = scene.body.skin.thinner_by(c);
         place.point = scene.body.skin.first_point[c] + (i - patch.point);
         touch(place);
     }
@@ -134,8 +136,8 @@ void push_out(const ContactScene& scene, const std::vector<PosedCollider>& colli
               std::vector<SkinPush>& out)
 {
     const Grip* const held = find_grip(scene.state.holds, place.point, collider);
-    const Touch t =
-        touch(colliders[collider], place.at + scene.dt * place.v, place.v, scene.dt, held);
+    Touch t = touch(colliders[collider], place.at + scene.dt * place.v, place.v, scene.dt, held);
+    t.gap += place.thinner;
     // Points before a sheet are to stay on their side of it, wherever others push them.
     const double near = crease_of(colliders[collider]);
     if (!(t.gap < near) || !(place.inverse > 0)) return;
@@ -301,7 +303,8 @@ void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush
     const auto push_out = [&](const CornerRuns::Corners& corners, const SkinPlace& place) {
         const Vec3 apart = centre - (place.at + dt * place.v);
         const double length = apart.norm();
-        if (!(length < ball.radius)) return;
+        const double touching = ball.radius + skin.thickest - place.thinner;
+        if (!(length < touching)) return;
         BallPush push;
         push.ball = b;
         push.corners = corners;
@@ -311,8 +314,7 @@ void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush
         push.mass = 1 / (place.inverse + 1 / ball.mass);
         push.arm = -ball.radius * push.normal;
         push.friction = ball.friction;
-        push.bias =
-            bias_of(length - ball.radius, (at.v - place.v).dot(push.normal), dt, place.stays);
+        push.bias = bias_of(length - touching, (at.v - place.v).dot(push.normal), dt, place.stays);
         out.push_back(push);
     };
     skin.corners.for_each(0, skin.corners.size(), [&](std::size_t c, const auto& corners) {
@@ -323,7 +325,8 @@ void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush
             size_sq =
                 std::max(size_sq, (scene.state.x[k] + dt * scene.state.v[k] - some).squaredNorm());
         }
-        const double reach = ball.radius + 2 * double(patch.reach) * std::sqrt(size_sq);
+        const double reach =
+            ball.radius + skin.thickest + 2 * double(patch.reach) * std::sqrt(size_sq);
         if (is_bounded(scene, c) && (some - centre).squaredNorm() > reach * reach) return;
         for_places(scene, c, corners, [&](const SkinPlace& place) { push_out(corners, place); });
     });
@@ -336,7 +339,8 @@ void touch_colliders(const ContactScene& scene, std::uint32_t b,
     const Ball& ball = scene.balls[b];
     const BallState& at = scene.state.balls[b];
     for (const PosedCollider& collider : colliders) {
-        const Touch t = touch(collider, at.x + scene.dt * at.v, at.v, scene.dt);
+        Touch t = touch(collider, at.x + scene.dt * at.v, at.v, scene.dt);
+        t.gap += scene.body.skin.thickest;  // the collider stands off for the sheet
         if (!(t.gap < ball.radius)) continue;
         BallPush push;
         push.ball = b;

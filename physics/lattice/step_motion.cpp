@@ -113,7 +113,8 @@ void collide(FrameState& step, double share)
     for (BallState& ball : step.state.balls) ball.v += step.dt * step.gravity;
     std::vector<PosedCollider> colliders;
     for (const Collider& c : step.loads.colliders) {
-        colliders.push_back(pose_collider(c, share, step.frame, step.body.base.h, first));
+        colliders.push_back(pose_collider(c, share, step.frame, step.body.base.h, first,
+                                          step.body.base.skin.thickest));
     }
     const ContactScene scene{step.body.base,    step.state,
                              step.inverse_mass, step.dt,

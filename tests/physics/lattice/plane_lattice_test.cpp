@@ -818,6 +818,31 @@ TEST(PlaneLattice, TakesLessThanTwoHundredBytesPerParticle)
     }
 }
 
+// A sheet 0.02 m thick on a floor and a ball upon it: half of it is below what is drawn, half
+// above.
+TEST(PlaneLattice, LiesOnAFloorAndBearsABallAtHalfOfItsThickness)
+{
+    const Cubes cubes = sheet(4, 4);
+    const LatticeBody body = make_lattice(cubes, {.half_width = 1, .substeps = 8});
+    Loads loads;
+    loads.forces.push_back({});
+    loads.colliders.push_back({});
+    State state = rest_state(body);
+    for (Vec3& x : state.x) x.y() = 0.05;
+    Ball ball;
+    ball.radius = 0.2;
+    ball.mass = 0.05;
+    ball.position = Vec3(0.15, 0.35, 0.15);  // over the middle of a cell
+    loads.balls = {ball};
+    LatticeOptions options = body.options;
+    for (int f = 0; f < 48; ++f) {
+        state = advance(body, std::move(state), loads, 1.0 / 24, options);
+    }
+    for (const Vec3& x : state.x) EXPECT_NEAR(x.y(), 0.01, 1e-4);
+    // It lies among the four corners of the cell, which are 0.05 sqrt(2) m from its axis.
+    EXPECT_NEAR(state.balls[0].x.y(), 0.01 + std::sqrt(0.21 * 0.21 - 0.005), 3e-4);
+}
+
 TEST(PlaneLattice, InPlaneMotionNeedsAPlane)
 {
     EXPECT_THROW(
