@@ -1,5 +1,7 @@
 #include "physics/body/overlaps.hpp"
 
+#include "physics/body/sheet_crossings.hpp"
+
 #include <fmt/format.h>
 
 #include <map>
@@ -26,10 +28,28 @@ struct Overlap {
     Vec3 place = Vec3::Zero();  // m
 };
 
+std::string named(const Vec3& place)
+{
+    return fmt::format("({:.3g}, {:.3g}, {:.3g})", place.x(), place.y(), place.z());
+}
+
+std::string told(const SheetCrossing& crossing, std::size_t of)
+{
+    const auto [a, b] = crossing.models;
+    const std::string place = named(crossing.place);
+    if (a != b) {
+        return fmt::format("Sheets {} and {} cross each other at rest near {}, and contact keeps "
+                           "them crossed. Move them apart.",
+                           a + 1, b + 1, place);
+    }
+    return fmt::format("{} crosses itself at rest near {}, and contact keeps it crossed. Mend the "
+                       "mesh.",
+                       of == 1 ? "The sheet" : fmt::format("Sheet {}", a + 1), place);
+}
+
 std::string told(std::pair<std::size_t, std::size_t> models, std::size_t of, const Overlap& overlap)
 {
-    const Vec3& p = overlap.place;
-    const std::string place = fmt::format("({:.3g}, {:.3g}, {:.3g})", p.x(), p.y(), p.z());
+    const std::string place = named(overlap.place);
     if (models.first != models.second) {
         return fmt::format("Bodies {} and {} overlap at rest near {}, so they pass through each "
                            "other. Move them apart. Where a surface is open, whole cubes count.",
@@ -48,6 +68,7 @@ std::string told(std::pair<std::size_t, std::size_t> models, std::size_t of, con
 std::vector<std::string> told_of_overlaps(ModelsOfState models, const CornerBody& body)
 {
     std::vector<std::string> out;
+    for (const SheetCrossing& c : sheet_crossings(body)) out.push_back(told(c, models.size()));
     if (!body.shapes || body.shapes->overlapping.empty()) return out;
     const std::vector<std::size_t> model = models_of_parts(models, body);
     std::map<std::pair<std::size_t, std::size_t>, Overlap> all;

@@ -2,7 +2,9 @@
 
 #include "geometry/mesh/primitive.hpp"
 #include "physics/body/external_forces.hpp"
+#include "physics/body/overlaps.hpp"
 #include "physics/body/press_on.hpp"
+#include "physics/body/sheet_crossings.hpp"
 #include "tests/physics/shell/triangle_fixtures.hpp"
 
 #include <gtest/gtest.h>
@@ -158,6 +160,51 @@ TEST(TriangleContact, TwoSheetsRestOnEachOther)
     for (std::size_t k = large.corner_count(); k < state.x.size(); ++k) {
         EXPECT_NEAR(state.x[k].y(), 1.5 * sheet_thickness, 0.2 * sheet_thickness);
         EXPECT_LT(state.v[k].norm(), 0.02);
+    }
+}
+
+// Grids that meet in their very corners, too.
+TEST(TriangleContact, SheetsThatCrossAtRestAreFoundWhereTheyDo)
+{
+    const auto level = squares({4, 4, 0.05}, [](double x, double z) { return Vec3(x, 0, z); });
+    const Cubes lying = sheet_of(level, sheet_thickness);
+    for (const double by : {-0.1, -0.11, -0.3, 0.02}) {
+        const auto upright = [&](double x, double y) { return Vec3(x, y + by, 0.1); };
+        const Cubes standing = sheet_of(squares({4, 4, 0.05}, upright), sheet_thickness);
+        const BodyModel models[] = {{&lying, nullptr}, {&standing, nullptr}};
+        const ShellBody body = make_shell(BodyModels(models, ModelKind::plane));
+        const auto found = sheet_crossings(body.base);
+        const bool cross = by > -0.2 && by < 0;
+        ASSERT_EQ(found.size(), cross ? 1u : 0u) << by;
+        if (!cross) continue;
+        EXPECT_EQ(found[0].models, std::pair(std::size_t{0}, std::size_t{1}));
+        EXPECT_NEAR(found[0].place.y(), 0, 1e-7);
+        EXPECT_NEAR(found[0].place.z(), 0.1, 1e-7);
+        const std::shared_ptr<const Cubes> both[] = {std::make_shared<const Cubes>(lying),
+                                                     std::make_shared<const Cubes>(standing)};
+        const auto told = told_of_overlaps(both, body.base);
+        ASSERT_EQ(told.size(), 1u);
+        EXPECT_EQ(told[0].find("Sheets 1 and 2 cross each other at rest near ("), 0u) << told[0];
+    }
+}
+
+// A strip that goes once round and through its own beginning.
+TEST(TriangleContact, ASheetThatCrossesItselfAtRestIsFound)
+{
+    for (const bool crosses : {true, false}) {
+        const auto winding = [&](double s, double z) {
+            const double angle = 2 * std::numbers::pi * s;  // s from 0 to 1.25
+            const double radius = 0.2 + (crosses ? 0.2 * (s - 0.55) * (s - 0.55) : 0.1 * s);
+            return Vec3(radius * std::cos(angle), radius * std::sin(angle), z);
+        };
+        const Cubes cubes = sheet_of(squares({50, 4, 0.025}, winding), sheet_thickness);
+        ShellOptions options;
+        const auto count = [&](bool self) {
+            options.contact.self = self;
+            return sheet_crossings(make_shell(cubes, options).base).size();
+        };
+        EXPECT_EQ(count(true), crosses ? 1u : 0u);
+        EXPECT_EQ(count(false), 0u);
     }
 }
 
