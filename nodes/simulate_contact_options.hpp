@@ -39,12 +39,11 @@ inline void describe_contact(graph::ParamsOf<physics::BodyContactOptions>& p)
 {
     using physics::BodyContactOptions;
     p.param("on", &BodyContactOptions::on, "Whether bodies that are not linked collide.")
-        .param(
-            "self", &BodyContactOptions::self,
-            "With `on`: whether each body also collides with itself where it folds, and with "
-            "what is torn off it. Corners at most five cubes apart along the body do not, nor "
-            "those that rest nearer to each other than `distance`. A step takes about 1.1 times as "
-            "long.")
+        .param("self", &BodyContactOptions::self,
+               "With `on`: whether each body also collides with itself where it folds, and with "
+               "what is torn off it. Corners at most five cubes apart along the body as it was "
+               "made do not, nor those that rest nearer to each other than `distance`. Where "
+               "nothing touches, a step takes 1.1 times as long.")
         .param("distance", &BodyContactOptions::distance,
                "Distance between corners at which they touch, as balls; 0: the edge of a cube.",
                {.min = 0, .unit = "m"})

@@ -79,7 +79,8 @@ struct ContactSurface {
     std::vector<std::uint32_t> patch_of;  // S, into patch
     std::vector<float> stiffness;         // S, Pa, Young's modulus times fill
     std::vector<float> mass;              // S, kg, of the cube
-    // S, m: half of a sheet's thickness, by which it lies before its points; empty: of cubes.
+    // S, m: half of a sheet's thickness, by which it lies before its points; empty: of cubes. A
+    // point has that of the cell that it is counted with.
     std::vector<float> half_thickness;
     double thickest = 0;  // m, the largest of these
     std::vector<std::uint32_t>
@@ -97,6 +98,12 @@ struct ContactSurface {
     double thinner_by(std::size_t cube) const
     {
         return half_thickness.empty() ? 0 : thickest - double(half_thickness[cube]);
+    }
+    // From here on a sheet is as thick as its points.
+    void leave_thickness()
+    {
+        half_thickness.clear();
+        thickest = 0;
     }
     std::size_t bytes() const;
 };

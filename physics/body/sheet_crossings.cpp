@@ -41,7 +41,7 @@ std::vector<SheetCrossing> sheet_crossings(const CornerBody& body)
     for (std::uint32_t own = 0; own < cells.cell.size(); ++own) {
         for (auto e = cells.edge_at[own]; e < cells.edge_at[own + 1]; ++e) {
             stop();
-            const auto [i, j] = cells.edge[e];
+            const std::uint32_t i = cells.edge[e][0], j = cells.edge[e][1];
             const Vec3 p = place(i), q = place(j);
             Box3f box;
             box.add(p.cast<float>());

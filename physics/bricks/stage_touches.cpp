@@ -114,6 +114,16 @@ std::vector<PlaneTouch> look_at_sheets(Stage& stage, const Aligned<double>& x,
     return found;
 }
 
+// A shot may begin with the middle of a sheet on a collider: it is not thrown out.
+void lay_sheets(Stage& stage)
+{
+    for (PlaneTouch& touch : stage.holds) {
+        if (find_grip(stage.held, touch.point, touch.other)) continue;
+        const double deep = -touch.gap(stage.x0.data());
+        touch.slack = std::clamp(deep, 0.0, stage.frame.body.skin.thickest);
+    }
+}
+
 // What starts within the thickness of a sheet is not thrown out, unless it slid there.
 void start_sheets(Stage& stage)
 {
@@ -200,6 +210,7 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     if (!stage.colliders.empty()) {
         stage.w.assign(frame.n, 0);
         stage.holds = find_holds(stage, x0);
+        if (frame.first) lay_sheets(stage);
     }
     aim_bounces(stage);
     stage.holds_at = x0;

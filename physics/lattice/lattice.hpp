@@ -73,7 +73,8 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& opt
 
 // The state `dt` seconds later. Throws std::invalid_argument when state or loads do not fit; any
 // finite state is accepted, and what goes wrong is told in the report. What shapes the body (half
-// width, weighting, plane, plastic.yield, tear, contact.on and contact.self) is as it was made.
+// width, weighting, plane, plastic.yield, tear, contact.on, contact.self and with it
+// contact.distance) is as it was made.
 State advance(const LatticeBody& body, State state, const Loads& loads, double dt,
               const LatticeOptions& options);
 // How many substeps a frame of `dt` seconds takes at least for the body to be as stiff as its

@@ -2,7 +2,8 @@
 
 // In this order: what one push wants (change_of, bias_of); points of the skin (place_of,
 // for_places, for_bare) and colliders (find_skin_pushes); pairs of particles of two bodies
-// (find_pair_pushes); rigid balls (find_ball_pushes); and all of them solved (solve_pushes).
+// or of one (find_pair_pushes); rigid balls (find_ball_pushes); and all of them solved
+// (solve_pushes).
 
 #include "geometry/base/parallel.hpp"
 #include "physics/lattice/near_pairs.hpp"
@@ -36,11 +37,11 @@ Vec3 change_of(Push& push, const Vec3& v)
 }
 
 // Push::bias of a gap that is expected when the point goes on at `speed` along the normal. What was
-// inside already comes out by a fifth a step, not with a jump; or `stays` as deep as it is.
-double bias_of(double gap, double speed, double dt, bool stays = false)
+// inside already comes out by `share` of it, not with a jump; 0: it stays as deep as it is.
+double bias_of(double gap, double speed, double dt, double share = 0.2)
 {
     const double inside = gap - dt * speed;
-    return (gap - (stays ? 1 : 0.8) * std::min(0.0, inside)) / dt - speed;
+    return (gap - (1 - share) * std::min(0.0, inside)) / dt - speed;
 }
 
 // Where a point of the skin is, how fast, and whom a push there moves.
@@ -48,7 +49,7 @@ struct SkinPlace {
     std::array<double, 8> weight;
     Vec3 at = Vec3::Zero(), v = Vec3::Zero();  // m, m/s
     double inverse = 0;                        // 1/kg
-    bool stays = false;                        // it is let no deeper in, and not driven out
+    double out = 0.2;                          // share of its depth that it comes out by in a step
     double thinner = 0;                        // m, ContactSurface::thinner_by()
     std::uint32_t point = none;                // of the skin
 };
@@ -94,6 +95,19 @@ SkinPlace place_of(const ContactScene& scene, const CornerRuns::Corners& corners
     return out;
 }
 
+// A shot may begin with the middle of a sheet on a collider, half of its thickness inside: it comes
+// out slowly, and not at all beside pins, where little of the point could be moved and would fly.
+double share_out(const ContactScene& scene, const CornerRuns::Corners& corners,
+                 const SkinPlace& place)
+{
+    constexpr double share = 0.2, least = 0.05;  // s
+    if (scene.body.skin.half_thickness.empty()) return share;
+    for (std::size_t a = 0; a < 8; ++a) {
+        if (place.weight[a] != 0 && scene.inverse_mass[corners[a]] == 0) return 0;
+    }
+    return std::min(share, scene.dt / least);
+}
+
 // Calls touch(place) with the points of cube c of the skin that lie open. What a tear laid open may
 // have been deep in a collider before: driven out, it would fly off.
 template <class Touch>
@@ -105,7 +119,7 @@ void for_places(const ContactScene& scene, std::size_t c, const CornerRuns::Corn
     const TornSkin::Parts* const parts = open ? scene.torn->parts_of(c) : nullptr;
     for (std::uint32_t i = patch.point; i < (open ? patch.points_end : patch.within); ++i) {
         SkinPlace place = parts ? place_of(scene, corners, i, *parts) : place_of(scene, corners, i);
-        place.stays = i >= patch.within;
+        place.out = i >= patch.within ? 0 : share_out(scene, corners, place);
         place.thinner = scene.body.skin.thinner_by(c);
         place.point = scene.body.skin.first_point[c] + (i - patch.point);
         touch(place);
@@ -120,7 +134,7 @@ template <class Touch> void for_bare(const ContactScene& scene, const Touch& tou
         CornerRuns::Corners corners;
         corners.fill(k);
         touch(corners,
-              SkinPlace{{1}, scene.state.x[k], scene.state.v[k], scene.inverse_mass[k], true});
+              SkinPlace{{1}, scene.state.x[k], scene.state.v[k], scene.inverse_mass[k], 0});
     }
 }
 
@@ -148,7 +162,7 @@ void push_out(const ContactScene& scene, const std::vector<PosedCollider>& colli
     push.mass = push.mass_across = 1 / place.inverse;
     push.normal = t.normal;
     push.surface_velocity = t.velocity;
-    push.bias = bias_of(t.gap, (place.v - t.velocity).dot(t.normal), scene.dt, place.stays);
+    push.bias = bias_of(t.gap, (place.v - t.velocity).dot(t.normal), scene.dt, place.out);
     push.friction = colliders[collider].friction;
     push.point = place.point;
     push.collider = collider;
@@ -314,7 +328,7 @@ void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush
         push.mass = 1 / (place.inverse + 1 / ball.mass);
         push.arm = -ball.radius * push.normal;
         push.friction = ball.friction;
-        push.bias = bias_of(length - touching, (at.v - place.v).dot(push.normal), dt, place.stays);
+        push.bias = bias_of(length - touching, (at.v - place.v).dot(push.normal), dt, place.out);
         out.push_back(push);
     };
     skin.corners.for_each(0, skin.corners.size(), [&](std::size_t c, const auto& corners) {

@@ -150,6 +150,8 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& opt
             "set plane to space");
     }
     body.base = make_corner_body(cubes, {}, surface, options.tear > 0);
+    // Its thickness lies across the plane, where nothing moves.
+    if (options.plane == PlaneMotion::in_plane) body.base.skin.leave_thickness();
     Lattice lattice = corner_lattice(cubes);
     const bool flat = body.flat_axis >= 0, plastic = options.plastic.yield > 0;
     auto matter = matter_of(cubes, body.base, options.weighting, flat);

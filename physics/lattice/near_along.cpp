@@ -79,9 +79,22 @@ NearAlong::NearAlong(const Lattice& lattice, const std::vector<std::uint32_t>& s
         }
     });
     if (distance > 0) {
-        for (const auto& [a, b] : find_near_pairs(points, distance).pair) {
+        const auto leave = [&](std::uint32_t a, std::uint32_t b) {
             near[a].push_back(b);
             near[b].push_back(a);
+        };
+        // Beside those that lie in one place over a slit, others rest just as far apart as they
+        // touch: they would catch in each other.
+        for (const auto& [a, b] : find_near_pairs(points, distance).pair) {
+            leave(a, b);
+            for (std::size_t d = 0; d < 3; ++d) {
+                for (const std::uint32_t j : {lattice.next[b][d], back[b][d]}) {
+                    if (j != none && is_side[j] && j != a) leave(a, j);
+                }
+                for (const std::uint32_t i : {lattice.next[a][d], back[a][d]}) {
+                    if (i != none && is_side[i] && i != b) leave(i, b);
+                }
+            }
         }
     }
     at_.assign(1, 0);

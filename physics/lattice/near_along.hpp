@@ -17,7 +17,8 @@ public:
     NearAlong() = default;
 
     // Of the particles `side`: those at most `links` links apart, and those that rest nearer to
-    // each other than `distance` (in cubes), as over a slit: they would push from the start.
+    // each other than `distance` (in cubes), as over a slit, with their neighbours: they
+    // would push from the start, or as soon as one lip slides along the other.
     NearAlong(const Lattice& lattice, const std::vector<std::uint32_t>& side, int links,
               double distance);
 

@@ -1,6 +1,7 @@
 #pragma once
 
-// Impulses between particles of different bodies, found for eight pairs at a time.
+// Impulses between particles that touch, of different bodies or of one, found for eight pairs at a
+// time.
 
 #include "geometry/base/vec.hpp"
 

@@ -2,6 +2,8 @@
 
 #include "geometry/base/random.hpp"
 #include "geometry/cubes/plane.hpp"
+#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/primitive.hpp"
 #include "physics/lattice/lattice.hpp"
 #include "tests/physics/every_target.hpp"
 #include "tests/physics/regions/direct_regions.hpp"
@@ -841,6 +843,35 @@ TEST(PlaneLattice, LiesOnAFloorAndBearsABallAtHalfOfItsThickness)
     for (const Vec3& x : state.x) EXPECT_NEAR(x.y(), 0.01, 1e-4);
     // It lies among the four corners of the cell, which are 0.05 sqrt(2) m from its axis.
     EXPECT_NEAR(state.balls[0].x.y(), 0.01 + std::sqrt(0.21 * 0.21 - 0.005), 3e-4);
+}
+
+// With its middle on the floor, half of it inside, it is lifted and not thrown, and beside its pins
+// not at all, where a bit of the surface is held by little that could move.
+TEST(PlaneLattice, StartsOnAFloorWithoutAHop)
+{
+    const Cubes cubes = sheet(4, 4);
+    geometry::TriMesh surface = geometry::grid(0.4, 0.4, 41, 41);
+    for (auto& p : surface.positions) p += geometry::Vec3f(0.2f, 0, 0.2f);
+    Loads loads;
+    loads.forces.push_back({});
+    loads.colliders.push_back({});
+    for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+        if (cubes.corner[k].x() > 0) continue;
+        loads.pins.corner.push_back(k);
+        loads.pins.target.push_back(cubes.corner_position(k));
+    }
+    for (const geometry::TriMesh* linked : {static_cast<const geometry::TriMesh*>(nullptr),
+                                            static_cast<const geometry::TriMesh*>(&surface)}) {
+        const LatticeBody body = make_lattice(cubes, {.half_width = 1, .substeps = 40}, linked);
+        State state = rest_state(body);
+        double highest = 0;
+        for (int f = 0; f < 24; ++f) {
+            state = advance(body, std::move(state), loads, 1.0 / 24, body.options);
+            for (const Vec3& x : state.x) highest = std::max(highest, x.y());
+        }
+        EXPECT_LT(highest, 0.012) << (linked != nullptr);
+        EXPECT_GT(highest, 0.009);
+    }
 }
 
 TEST(PlaneLattice, InPlaneMotionNeedsAPlane)

@@ -265,6 +265,23 @@ TEST(Shell, SlidesDownASlopeAsFrictionLets)
     }
 }
 
+// With its middle on the floor, half of it inside, a thick sheet is lifted and not thrown.
+TEST(Shell, StartsOnAFloorWithoutAHop)
+{
+    const ShellBody body = make_shell(sheet(4, 4, 0.1, 0.05));
+    Loads loads;
+    loads.forces = {weight({0, -9.81, 0})};
+    loads.colliders.resize(1);
+    State state = rest_state(body);
+    double highest = 0;
+    for (int i = 0; i < 24; ++i) {
+        state = advance(body, state, loads, 1.0 / 24, {.substeps = 8});
+        for (const Vec3& x : state.x) highest = std::max(highest, x.y());
+    }
+    EXPECT_LT(highest, 0.026);
+    for (const Vec3& x : state.x) EXPECT_NEAR(x.y(), 0.025, 5e-4);
+}
+
 TEST(Shell, LiesOnAFloorAtHalfOfItsThickness)
 {
     const Cubes thin = sheet(4, 4, 0.1, 0.004), thick = sheet(4, 4, 0.1, 0.03);
