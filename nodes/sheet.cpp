@@ -48,10 +48,12 @@ void add_to(graph::Registry& registry)
         .input("mesh", &Inputs::mesh,
                "The surface: any triangles, open or closed, of any shape. Its edges are as fine as "
                "the sheet can bend. Vertices at one place are one.")
-        .param("thickness", &Inputs::thickness,
-               "Thickness of the sheet. Mass and resistance to stretch grow with it, resistance to "
-               "bending with its cube.",
-               {1e-12, 1e6, "m"})
+        .param(
+            "thickness", &Inputs::thickness,
+            "Thickness of the sheet. Mass and resistance to stretch grow with it, resistance to "
+            "bending with its cube. Colliders, and other sheets, stay half of it away from what is "
+            "drawn.",
+            {1e-12, 1e6, "m"})
         .param("longest_side", &Inputs::longest_side,
                "Faces are cut until none has a longer side, so that a coarse mesh can bend within "
                "its faces; Embed carries the mesh as it is. 0: the faces of the mesh.",
