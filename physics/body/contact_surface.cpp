@@ -1,5 +1,6 @@
 #include "physics/body/contact_surface.hpp"
 
+#include "geometry/cubes/plane.hpp"
 #include "geometry/cubes/trilinear.hpp"
 #include "physics/body/surface_patches.hpp"
 
