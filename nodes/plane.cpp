@@ -2,6 +2,7 @@
 
 #include "graph/types/node_builder.hpp"
 #include "nodes/material_rules.hpp"
+#include "nodes/sheet_texts.hpp"
 #include "nodes/wire_types.hpp"
 
 #include <fmt/format.h>
@@ -183,12 +184,7 @@ void add_to(graph::Registry& registry)
                "Edge of a cell: the distance between particles. For a picture it is rounded so "
                "that whole cells fill the width.",
                {1e-9, 1e6, "m"})
-        .param(
-            "thickness", &Inputs::thickness,
-            "Thickness of the sheet. Mass and resistance to stretch grow with it, resistance to "
-            "bending with its cube. Colliders, and other sheets, stay half of it away from what is "
-            "drawn.",
-            {1e-12, 1e6, "m"})
+        .param("thickness", &Inputs::thickness, sheet_thickness_text, {1e-12, 1e6, "m"})
         .param("centre", &Inputs::centre,
                "Centre of the rectangle or picture. With outline = mesh the sheet stays at the "
                "mesh's footprint.",

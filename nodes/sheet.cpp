@@ -2,6 +2,7 @@
 
 #include "graph/types/node_builder.hpp"
 #include "nodes/material_rules.hpp"
+#include "nodes/sheet_texts.hpp"
 #include "nodes/wire_types.hpp"
 
 #include <fmt/format.h>
@@ -48,12 +49,7 @@ void add_to(graph::Registry& registry)
         .input("mesh", &Inputs::mesh,
                "The surface: any triangles, open or closed, of any shape. Its edges are as fine as "
                "the sheet can bend. Vertices at one place are one.")
-        .param(
-            "thickness", &Inputs::thickness,
-            "Thickness of the sheet. Mass and resistance to stretch grow with it, resistance to "
-            "bending with its cube. Colliders, and other sheets, stay half of it away from what is "
-            "drawn.",
-            {1e-12, 1e6, "m"})
+        .param("thickness", &Inputs::thickness, sheet_thickness_text, {1e-12, 1e6, "m"})
         .param("longest_side", &Inputs::longest_side,
                "Faces are cut until none has a longer side, so that a coarse mesh can bend within "
                "its faces; Embed carries the mesh as it is. 0: the faces of the mesh.",

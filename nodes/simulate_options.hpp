@@ -111,8 +111,9 @@ inline void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
                "Strain at which a link between neighbouring corners breaks: 1 is twice its length, "
                "0: never. Embed cuts meshes along the tear.",
                {.min = 0, .max = 1000})
-        .block<physics::BodyContactOptions>("contact", &LatticeOptions::contact, describe_contact,
-                                            "Contact between bodies that are not linked.")
+        .block<physics::BodyContactOptions>(
+            "contact", &LatticeOptions::contact, describe_contact,
+            "Contact between bodies that are not linked, and of a body with itself.")
         .choice("precision", &LatticeOptions::precision, {"single", "full"},
                 "Precision of the sums over regions. Motion is always in double precision.");
 }

@@ -21,6 +21,9 @@ namespace {
 // Pairs whose pushes one thread finds.
 constexpr std::size_t pairs_a_task = 512;
 
+// What was inside of another comes out by this share of its depth in a step, not with a jump.
+constexpr double usual_way_out = 0.2;
+
 // The impulse that `push` wants added, when its point moves at v seen from the surface.
 Vec3 change_of(Push& push, const Vec3& v)
 {
@@ -37,8 +40,8 @@ Vec3 change_of(Push& push, const Vec3& v)
 }
 
 // Push::bias of a gap that is expected when the point goes on at `speed` along the normal. What was
-// inside already comes out by `share` of it, not with a jump; 0: it stays as deep as it is.
-double bias_of(double gap, double speed, double dt, double share = 0.2)
+// inside already comes out by `share` of it; 0: it stays as deep as it is.
+double bias_of(double gap, double speed, double dt, double share = usual_way_out)
 {
     const double inside = gap - dt * speed;
     return (gap - (1 - share) * std::min(0.0, inside)) / dt - speed;
@@ -49,7 +52,7 @@ struct SkinPlace {
     std::array<double, 8> weight;
     Vec3 at = Vec3::Zero(), v = Vec3::Zero();  // m, m/s
     double inverse = 0;                        // 1/kg
-    double out = 0.2;                          // share of its depth that it comes out by in a step
+    double out = usual_way_out;                // share of its depth that it comes out by in a step
     double thinner = 0;                        // m, ContactSurface::thinner_by()
     std::uint32_t point = none;                // of the skin
 };
@@ -100,12 +103,12 @@ SkinPlace place_of(const ContactScene& scene, const CornerRuns::Corners& corners
 double share_out(const ContactScene& scene, const CornerRuns::Corners& corners,
                  const SkinPlace& place)
 {
-    constexpr double share = 0.2, least = 0.05;  // s
-    if (scene.body.skin.half_thickness.empty()) return share;
+    constexpr double slowly = 0.05;  // s
+    if (scene.body.skin.half_thickness.empty()) return usual_way_out;
     for (std::size_t a = 0; a < 8; ++a) {
         if (place.weight[a] != 0 && scene.inverse_mass[corners[a]] == 0) return 0;
     }
-    return std::min(share, scene.dt / least);
+    return std::min(usual_way_out, scene.dt / slowly);
 }
 
 // Calls touch(place) with the points of cube c of the skin that lie open. What a tear laid open may
