@@ -92,21 +92,26 @@ void rows_in_threes(std::size_t begin, std::size_t end, const SparseRows& a, con
 
 constexpr std::size_t group = 4;  // columns of a factor at a time
 
+// A row of W numbers, in as few vectors as the processor can.
+template <std::size_t W> using Row = hn::CappedTag<double, W>;
+
 // Columns n (up to four) of the factor from `l` on, which has `below` rows more; x from the first
 // of them on. Missing columns are counted as zeros.
+template <std::size_t W>
 void group_down(std::size_t n, std::size_t below, const double* l, std::size_t step, double* x)
 {
-    const Lanes d;
-    for (std::size_t part = 0; part < parts; ++part) {
-        double* own = x + part * lanes;
+    const Row<W> d;
+    using Vec = hn::Vec<Row<W>>;
+    for (std::size_t at = 0; at < W; at += hn::MaxLanes(d)) {
+        double* own = x + at;
         Vec y[group] = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
         for (std::size_t j = 0; j < n; ++j) {
-            y[j] = hn::LoadU(d, own + 8 * j);
+            y[j] = hn::LoadU(d, own + W * j);
             for (std::size_t k = 0; k < j; ++k) {
                 y[j] = hn::Sub(y[j], hn::Mul(hn::Set(d, l[step * k + j]), y[k]));
             }
             y[j] = hn::Div(y[j], hn::Set(d, l[step * j + j]));
-            hn::StoreU(y[j], d, own + 8 * j);
+            hn::StoreU(y[j], d, own + W * j);
         }
         const double* l0 = l + n;
         const double* l1 = n > 1 ? l0 + step : l0;
@@ -114,7 +119,7 @@ void group_down(std::size_t n, std::size_t below, const double* l, std::size_t s
         const double* l3 = n > 3 ? l0 + 3 * step : l0;
         const Vec y0 = y[0], y1 = y[1], y2 = y[2], y3 = y[3];
         for (std::size_t i = 0; i < below; ++i) {
-            double* to = own + 8 * (n + i);
+            double* to = own + W * (n + i);
             const Vec low = hn::Add(hn::Mul(hn::Set(d, l0[i]), y0), hn::Mul(hn::Set(d, l1[i]), y1));
             const Vec high =
                 hn::Add(hn::Mul(hn::Set(d, l2[i]), y2), hn::Mul(hn::Set(d, l3[i]), y3));
@@ -123,18 +128,20 @@ void group_down(std::size_t n, std::size_t below, const double* l, std::size_t s
     }
 }
 
+template <std::size_t W>
 void group_up(std::size_t n, std::size_t below, const double* l, std::size_t step, double* x)
 {
-    const Lanes d;
-    for (std::size_t part = 0; part < parts; ++part) {
-        double* own = x + part * lanes;
+    const Row<W> d;
+    using Vec = hn::Vec<Row<W>>;
+    for (std::size_t at = 0; at < W; at += hn::MaxLanes(d)) {
+        double* own = x + at;
         const double* l0 = l + n;
         const double* l1 = n > 1 ? l0 + step : l0;
         const double* l2 = n > 2 ? l0 + 2 * step : l0;
         const double* l3 = n > 3 ? l0 + 3 * step : l0;
         Vec s0 = hn::Zero(d), s1 = s0, s2 = s0, s3 = s0;
         for (std::size_t i = 0; i < below; ++i) {
-            const Vec xi = hn::LoadU(d, own + 8 * (n + i));
+            const Vec xi = hn::LoadU(d, own + W * (n + i));
             s0 = hn::Add(s0, hn::Mul(hn::Set(d, l0[i]), xi));
             s1 = hn::Add(s1, hn::Mul(hn::Set(d, l1[i]), xi));
             s2 = hn::Add(s2, hn::Mul(hn::Set(d, l2[i]), xi));
@@ -143,33 +150,55 @@ void group_up(std::size_t n, std::size_t below, const double* l, std::size_t ste
         const Vec sums[group] = {s0, s1, s2, s3};
         Vec y[group] = {s0, s1, s2, s3};
         for (std::size_t j = n; j-- > 0;) {
-            y[j] = hn::Sub(hn::LoadU(d, own + 8 * j), sums[j]);
+            y[j] = hn::Sub(hn::LoadU(d, own + W * j), sums[j]);
             for (std::size_t k = j + 1; k < n; ++k) {
                 y[j] = hn::Sub(y[j], hn::Mul(hn::Set(d, l[step * j + k]), y[k]));
             }
             y[j] = hn::Div(y[j], hn::Set(d, l[step * j + j]));
-            hn::StoreU(y[j], d, own + 8 * j);
+            hn::StoreU(y[j], d, own + W * j);
         }
     }
 }
 
-void down_all(std::size_t pivots, std::size_t border, const double* columns, double* x)
+template <std::size_t W>
+void down_any(std::size_t pivots, std::size_t border, const double* columns, double* x)
 {
     const std::size_t all = pivots + border;
     for (std::size_t j = 0; j < pivots; j += group) {
         const std::size_t n = std::min(group, pivots - j);
-        group_down(n, all - j - n, columns + j * all + j, all, x + 8 * j);
+        group_down<W>(n, all - j - n, columns + j * all + j, all, x + W * j);
     }
 }
 
-void up_all(std::size_t pivots, std::size_t border, const double* columns, double* x)
+template <std::size_t W>
+void up_any(std::size_t pivots, std::size_t border, const double* columns, double* x)
 {
     const std::size_t all = pivots + border;
     for (std::size_t end = pivots; end > 0;) {
         const std::size_t j = (end - 1) / group * group, n = end - j;
-        group_up(n, all - end, columns + j * all + j, all, x + 8 * j);
+        group_up<W>(n, all - end, columns + j * all + j, all, x + W * j);
         end = j;
     }
+}
+
+void down_eight(std::size_t pivots, std::size_t border, const double* columns, double* x)
+{
+    down_any<8>(pivots, border, columns, x);
+}
+
+void up_eight(std::size_t pivots, std::size_t border, const double* columns, double* x)
+{
+    up_any<8>(pivots, border, columns, x);
+}
+
+void down_four(std::size_t pivots, std::size_t border, const double* columns, double* x)
+{
+    down_any<4>(pivots, border, columns, x);
+}
+
+void up_four(std::size_t pivots, std::size_t border, const double* columns, double* x)
+{
+    up_any<4>(pivots, border, columns, x);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -182,8 +211,10 @@ namespace physics {
 HWY_EXPORT(add_transposed_times);
 HWY_EXPORT(subtract_rows);
 HWY_EXPORT(rows_in_threes);
-HWY_EXPORT(down_all);
-HWY_EXPORT(up_all);
+HWY_EXPORT(down_eight);
+HWY_EXPORT(up_eight);
+HWY_EXPORT(down_four);
+HWY_EXPORT(up_four);
 
 namespace {
 
@@ -227,12 +258,22 @@ void times_in_threes(std::size_t n, const SparseRows& a, const EightColumns& x, 
 
 void solve_down(std::size_t pivots, std::size_t border, const double* columns, double* x)
 {
-    HWY_DYNAMIC_DISPATCH(down_all)(pivots, border, columns, x);
+    HWY_DYNAMIC_DISPATCH(down_eight)(pivots, border, columns, x);
 }
 
 void solve_up(std::size_t pivots, std::size_t border, const double* columns, double* x)
 {
-    HWY_DYNAMIC_DISPATCH(up_all)(pivots, border, columns, x);
+    HWY_DYNAMIC_DISPATCH(up_eight)(pivots, border, columns, x);
+}
+
+void solve_four_down(std::size_t pivots, std::size_t border, const double* columns, double* x)
+{
+    HWY_DYNAMIC_DISPATCH(down_four)(pivots, border, columns, x);
+}
+
+void solve_four_up(std::size_t pivots, std::size_t border, const double* columns, double* x)
+{
+    HWY_DYNAMIC_DISPATCH(up_four)(pivots, border, columns, x);
 }
 
 }  // namespace physics

@@ -41,5 +41,8 @@ void times_in_threes(std::size_t n, const SparseRows& a, const EightColumns& x, 
 // going up, these are known, and L21^T x counts.
 void solve_down(std::size_t pivots, std::size_t border, const double* columns, double* x);
 void solve_up(std::size_t pivots, std::size_t border, const double* columns, double* x);
+// The same for rows of four.
+void solve_four_down(std::size_t pivots, std::size_t border, const double* columns, double* x);
+void solve_four_up(std::size_t pivots, std::size_t border, const double* columns, double* x);
 
 }  // namespace physics

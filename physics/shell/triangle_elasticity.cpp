@@ -65,7 +65,7 @@ std::shared_ptr<const SlopeFactor> TriangleElasticity::factor_for(double stiffne
         for (std::size_t t = 0; t < weight.size(); ++t) {
             weight[t] *= stiffness + damping * damping_of(t);
         }
-        return std::make_shared<const SlopeFactor>(shell_, weight);
+        return std::make_shared<const SlopeFactor>(shell_, body_.base.rest.data(), weight);
     });
 }
 
@@ -132,7 +132,7 @@ std::vector<TriangleElasticity::Pose> TriangleElasticity::poses_at(const double*
     };
     for_all([&](std::size_t t) { poses[t] = pose_without_slopes(t, x); });
     SideVectors slopes = pulls_at(poses);
-    at_rest_->solve(slopes);
+    at_rest_->solve(slopes, slope_work_);
     for_all([&](std::size_t t) { add_slopes(t, slopes, poses[t]); });
     return poses;
 }
@@ -313,7 +313,7 @@ template <class T> SideVectors TriangleElasticity::slopes_that_answer(const T* p
                 out.row(Index(s)) = sum.transpose();
             }
         });
-    (shell_.even ? at_rest_ : weighed_)->solve(out);
+    (shell_.even ? at_rest_ : weighed_)->solve(out, slope_work_);
     return out;
 }
 

@@ -75,6 +75,7 @@ private:
     std::vector<double> clamp_;          // T, how much stiffer pins make each to bend
     std::vector<std::uint32_t> clamps_;  // triangles that are, ascending
     std::shared_ptr<const SlopeFactor> at_rest_, weighed_;
+    mutable Aligned<double> slope_work_;
     double stiffness_weight_ = 1, damping_weight_ = 0;
     bool hessian_ = false;
     Aligned<double> at_;                     // m, where forces were asked for last; empty: nowhere

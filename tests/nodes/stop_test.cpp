@@ -181,7 +181,7 @@ const std::vector<Case>& cases()
              simulate(R"("method": "lattice", "step": { "substeps": 10000 })"),
          2},
         {"Simulate_sheet",
-         ball(5) + "," + node("v", "Sheet@1", of_ball) + "," + simulate(R"("method": "shell")"), 2},
+         ball(7) + "," + node("v", "Sheet@1", of_ball) + "," + simulate(R"("method": "shell")"), 2},
         {"Simulate_plane",
          node("v", "Plane@1", "", R"("size": 0.01)") + "," + simulate(R"("method": "shell")"), 2},
         {"Skeletons",

@@ -116,6 +116,32 @@ TEST(EightColumns, AreSolvedForWithTheColumnsOfAFront)
     }
 }
 
+TEST(EightColumns, RowsOfFourAreSolvedForAsTheFirstFourOfEight)
+{
+    for (const Index pivots : {1, 3, 4, 30, 49}) {
+        for (const Index border : {0, 1, 50}) {
+            const MatrixXd columns = some_front(pivots, border);
+            const auto p = std::size_t(pivots), b = std::size_t(border);
+            const EightColumns start = random_rows(p + b, 5);
+            EightColumns down = start, up = start, four_down, four_up;
+            for (std::size_t i = 0; i < p + b; ++i) {
+                const double* from = &start[eight * i];
+                four_down.insert(four_down.end(), from, from + 4);
+            }
+            four_up = four_down;
+            solve_down(p, b, columns.data(), down.data());
+            solve_up(p, b, columns.data(), up.data());
+            solve_four_down(p, b, columns.data(), four_down.data());
+            solve_four_up(p, b, columns.data(), four_up.data());
+            for (std::size_t i = 0; i < 4 * (p + b); ++i) {
+                const std::size_t at = eight * (i / 4) + i % 4;
+                ASSERT_EQ(four_down[i], down[at]) << i;
+                ASSERT_EQ(four_up[i], up[at]) << i;
+            }
+        }
+    }
+}
+
 // Every kernel's numbers, one after the other.
 std::vector<double> all_products()
 {
