@@ -113,6 +113,7 @@ double BrickElasticity::evaluate(const double* x, double* f, Measures measures)
     std::vector<double> energy(layout.pieces.size());
     Corotation at;
     if (!held_.empty()) at.held = held_.data();
+    if (!plastic_.empty()) at.plastic = plastic_.data();
     at.quaternion = quaternion_.data();
     at.rotation = rotation_.data();
     at.rotation_low = rotation_low_.data();
@@ -236,14 +237,16 @@ void BrickElasticity::multiply_any(const BrickCoefficients<T>& bricks,
 
 void BrickElasticity::multiply(const float* p, float* y) const
 {
-    const BrickCurvature<float> curvature{strained_low_.data(), share_low_.data(),
-                                          static_cast<float>(stiffness_weight_)};
+    BrickCurvature<float> curvature{strained_low_.data(), share_low_.data(),
+                                    static_cast<float>(stiffness_weight_)};
+    if (!plastic_low_.empty()) curvature.plastic = plastic_low_.data();
     multiply_any(weighted_low(), curvature, p, y);
 }
 
 void BrickElasticity::multiply(const double* p, double* y) const
 {
-    const BrickCurvature<double> curvature{strained_.data(), share_.data(), stiffness_weight_};
+    BrickCurvature<double> curvature{strained_.data(), share_.data(), stiffness_weight_};
+    if (!plastic_.empty()) curvature.plastic = plastic_.data();
     multiply_any(weighted(), curvature, p, y);
 }
 

@@ -56,6 +56,11 @@ public:
     // Four numbers a cube: the unit quaternion of its rotation. Others are not taken.
     void load_rotations(const std::vector<float>& from);
     std::vector<float> rotations() const override;
+
+    // Numbers a cube of State::plastic: those of plastic_rows, as strains. Others are not taken.
+    void load_plastic(const std::vector<float>& from);
+    std::vector<float> plastic() const;  // empty: nothing has flowed
+    bool flow(const double* x, double dt) override;
     // Cubes that keep these rotations from here on, whatever their corners do; none: all turn.
     void hold(const std::vector<HeldRotation>& rotations);
 
@@ -92,7 +97,9 @@ private:
     Aligned<double> excess_;     // B x 16, as coupled
     Aligned<float> excess_low_;  // the same in single precision
     bool hessian_ = false;
-    Aligned<double> strained_, share_;         // as BrickCurvature has them; empty until used
+    Aligned<double> plastic_;           // B x plastic_rows x 16, m; empty: nothing has flowed
+    Aligned<float> plastic_low_;        // the same in single precision
+    Aligned<double> strained_, share_;  // as BrickCurvature has them; empty until used
     Aligned<float> strained_low_, share_low_;  // the same in single precision
     FactorCache::Factor factor_;
     MultigridCache::Factor multigrid_;

@@ -119,7 +119,12 @@ HWY_INLINE BrickField<V> hessian_times(D d, const BrickCoefficients<T>& bricks,
     y.of[2].z = hn::Add(y.of[2].z, edge);
     auto dd = dy;
     add_turned(w, true, y, dd);
-    auto f = stiffness_times(d, bricks, block, lane, at.d);
+    auto elastic = at.d;
+    if (curvature.plastic) {
+        const T* rows = curvature.plastic + block * plastic_rows * block_lanes + lane;
+        elastic = without_plastic(d, rows, at.d);
+    }
+    auto f = stiffness_times(d, bricks, block, lane, elastic);
     auto df = stiffness_times(d, bricks, block, lane, dd);
     scale_field(share, f), scale_field(share, df);
     V t[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};

@@ -5,6 +5,7 @@
 //   R turns by     w,   (tr(S) I - S) w = sum_j e_j x dy_j
 //   d changes by   dd = dy - w x Y        and K d by dF = K dd
 //   q changes by   dq,  (tr(S) I - S) dq = sum_m (dd_m x F_m + d_m x dF_m) - (tr(dS) I - dS) q
+// (with d + p in place of d in the last, where the rest shape has flowed)
 //   the force changes by  -R (w x (F + E) + dF + dE),   dE_xj = e_j x dq,   dS = dd's linear part
 // It is symmetric. Under compression it has negative directions, that K turned with the cube
 // (R K R^T, add_stiffness_times) never has.
@@ -23,6 +24,7 @@ template <class T> struct BrickCurvature {
     const T* share = nullptr;     // [block][16]: s / m
     T stiffness = 0;              // s
     T edge = 0;                   // m, four times that of a cube: C_x[x] at rest
+    const T* plastic = nullptr;   // [block][plastic_rows][16], m; or null
 };
 
 // Adds (m R K R^T + s times the rest of the second derivative - N) p of blocks [begin, end) to q.

@@ -110,6 +110,31 @@ HWY_INLINE void store_field(D d, const BrickField<V>& f, CornerBuffer<T>& buffer
     }
 }
 
+// Less the p of plastic_rows, from the lane that `rows` begins with.
+template <class D, class T, class V = hn::Vec<D>>
+HWY_INLINE BrickField<V> without_plastic(D d, const T* rows, BrickField<V> c)
+{
+    const auto next = [&]() HWY_ATTR {
+        const V v = hn::LoadU(d, rows);
+        rows += block_lanes;
+        return v;
+    };
+    const auto less = [](V& from, V p) HWY_ATTR { from = hn::Sub(from, p); };
+    less(c.of[0].x, next());
+    const V xy = next(), xz = next();
+    less(c.of[0].y, xy), less(c.of[1].x, xy);
+    less(c.of[0].z, xz), less(c.of[2].x, xz);
+    less(c.of[1].y, next());
+    const V yz = next();
+    less(c.of[1].z, yz), less(c.of[2].y, yz);
+    less(c.of[2].z, next());
+    for (Monomials<V>& of : c.of) less(of.xy, next());
+    for (Monomials<V>& of : c.of) less(of.yz, next());
+    for (Monomials<V>& of : c.of) less(of.zx, next());
+    for (Monomials<V>& of : c.of) less(of.xyz, next());
+    return c;
+}
+
 template <class V> HWY_INLINE V dot3(V a0, V b0, V a1, V b1, V a2, V b2)
 {
     return hn::Add(hn::Add(hn::Mul(a0, b0), hn::Mul(a1, b1)), hn::Mul(a2, b2));

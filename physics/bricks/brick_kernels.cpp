@@ -71,8 +71,8 @@ template <class V> struct Turning {
     V q[3], inverse[6];
 };
 
-// Adds E to f. `y` holds R^T C, `c` the displacement from rest. A crushed or mirrored cube has no
-// definite turning: there E fades out, and what is returned is 0. It is where `held` is not null
+// Adds E to f. `y` holds R^T C, `c` the displacement from the cube. A crushed or mirrored cube has
+// no definite turning: there E fades out, and what is returned is 0. It is where `held` is not null
 // and 1: R does not turn.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE Turning<V> add_turning(D d, double edge, const double* held, const BrickField<V>& y,
@@ -231,11 +231,16 @@ HWY_INLINE V corotate_lanes(D d, const BrickCoefficients<double>& bricks, const 
     displacement.of[0].x = hn::Sub(y.of[0].x, rest);
     displacement.of[1].y = hn::Sub(y.of[1].y, rest);
     displacement.of[2].z = hn::Sub(y.of[2].z, rest);
-    auto f = stiffness_times(d, bricks, block, lane, displacement);
-    const V energy = field_dot(f, displacement);
+    auto elastic = displacement;
+    if (at.plastic) {
+        const double* rows = at.plastic + block * plastic_rows * block_lanes + lane;
+        elastic = without_plastic(d, rows, displacement);
+    }
+    auto f = stiffness_times(d, bricks, block, lane, elastic);
+    const V energy = field_dot(f, elastic);
     if (at.stress) {
         const V mu = hn::LoadU(d, at.material + block * 2 * block_lanes + lane);
-        const V stress = von_mises(d, at.h, displacement, mu);
+        const V stress = von_mises(d, at.h, elastic, mu);
         hn::StoreU(hn::DemoteTo(low, stress), low, at.stress + row);
     }
     if (at.volume) {

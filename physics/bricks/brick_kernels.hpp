@@ -80,10 +80,16 @@ void add_excess_times(const BrickCoefficients<double>& bricks, std::size_t begin
 // by component (21), (tr(S) I - S)^-1 (6) and q (3).
 inline constexpr std::size_t strained_rows = 30;
 
+// Where its rest shape has flowed (brick_flow.hpp), a brick has d = R^T x - X - p, with p in the
+// monomials x, y, z, of which it is symmetric (xx xy xz yy yz zz), xy, yz, zx and xyz (x, y and z
+// of each). What R turns is still all of R^T x: t = sum_m (d + p)_m x F_m.
+inline constexpr std::size_t plastic_rows = 18;
+
 // What corotate() reads and fills; null where not wanted. Rows of 16 lanes.
 struct Corotation {
     double h = 0;                      // m, edge of a cube
     const double* held = nullptr;      // [block][16], 1: keeps last time's rotation; or null
+    const double* plastic = nullptr;   // [block][plastic_rows][16], m, p; or null
     double* quaternion = nullptr;      // [block][4][16], in: last time's; out: this time's
     double* rotation = nullptr;        // [block][9][16]
     float* rotation_low = nullptr;     // [block][9][16], the same in single precision

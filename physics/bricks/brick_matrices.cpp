@@ -49,6 +49,9 @@ bool BrickElasticity::cube_matrices(std::vector<BrickMatrix>& out) const
                     curvature = {strained_.data() + block * strained_rows * block_lanes,
                                  share_.data() + block * block_lanes, stiffness_weight_,
                                  4 * body_.block_edge[block]};
+                    if (!plastic_.empty()) {
+                        curvature.plastic = plastic_.data() + block * plastic_rows * block_lanes;
+                    }
                 }
                 const std::uint32_t* cube = &body_.layout.cube[block * block_lanes];
                 for (std::size_t column = 0; column < 24; ++column) {

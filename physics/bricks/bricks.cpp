@@ -37,6 +37,7 @@ State advance(const BricksBody& body, State state, const Loads& loads, double dt
 {
     BrickElasticity elasticity(body);
     elasticity.load_rotations(state.rotation);
+    elasticity.load_plastic(state.plastic);
     check_pins(loads.pins, body.base.corners);
     if (!options.leaps) {  // an equilibrium is one of the body's own forces
         elasticity.hold(undo_knots(*body.rest, body.neighbours, state.rotation, loads.pins));
@@ -58,6 +59,7 @@ State advance(const BricksBody& body, State state, const Loads& loads, double dt
             std::size_t(inverted), volume.size(), speed * dt / options.substeps > body.base.h));
     }
     state.rotation = elasticity.rotations();
+    state.plastic = elasticity.plastic();
     return state;
 }
 

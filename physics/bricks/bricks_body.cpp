@@ -131,7 +131,9 @@ BricksBody make_bricks(const BodyModels& models, const BrickOptions& options)
 {
     const geometry::Cubes& cubes = models.all();
     geometry::need_thickness(cubes, "method bricks");
+    check_plastic(options.plastic);
     BricksBody body;
+    body.plastic = options.plastic;
     body.layout = lay_out_bricks(cubes, 1024, where_sizes_change(models));
     body.base = make_corner_body(models, body.layout.slot);
     body.base.shapes = shapes_that_touch(models, body.base, options.contact);

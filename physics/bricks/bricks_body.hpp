@@ -10,6 +10,7 @@
 #include "physics/bricks/own_bricks.hpp"
 #include "physics/bricks/rotation_knots.hpp"
 #include "physics/math/aligned_memory.hpp"
+#include "physics/state/plastic.hpp"
 #include "physics/state/state.hpp"
 
 #include <memory>
@@ -25,6 +26,7 @@ struct BrickOptions {
     BrickElement element = BrickElement::incompatible;
     Weighting weighting = Weighting::filled;
     PartContactOptions contact = {.on = false};
+    PlasticOptions plastic = {};
 };
 
 // All that depends on the cubes alone.
@@ -32,6 +34,7 @@ struct BricksBody {
     CornerBody base;
     BrickLayout layout;
     BrickElement element = BrickElement::incompatible;
+    PlasticOptions plastic;
     std::size_t cubes = 0;           // C
     std::vector<double> block_edge;  // B, m, edge of the cubes of each block
 

@@ -74,6 +74,10 @@ public:
         return nullptr;
     }
 
+    // The end of a step of dt seconds, at x: rest shapes give way. Returns whether one did; f is
+    // another one then.
+    virtual bool flow(const double*, double) { return false; }
+
     // Where what springs hold is to be, once a share of the frame has gone by; and whether that
     // changes within the frame.
     virtual void at_share(double) {}

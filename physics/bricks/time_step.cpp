@@ -178,6 +178,16 @@ void take_back(FrameStep& step, const Before& before)
 constexpr double deep_at_rest = 0.005;
 constexpr double deep_sheet_at_rest = 0.05;  // thicknesses
 
+// What a rest shape gives way by is no energy that the midpoint rule is to keep.
+void let_flow(FrameStep& step, double dt)
+{
+    if (step.frame.options.leaps || !step.stage.elasticity.flow(step.now.x.data(), dt)) return;
+    step.stage.linear_at.clear();
+    if (step.frame.options.integrator == Integrator::implicit_midpoint) {
+        step.account = open_account(step.stage, step.now.x, step.now.v);
+    }
+}
+
 // Goes on from the step that was taken last.
 void keep(FrameStep& step, const Before& before, double begin, double end)
 {
@@ -190,6 +200,7 @@ void keep(FrameStep& step, const Before& before, double begin, double end)
     at.late = (end - step.stage.share) * step.frame.seconds;
     at.near = 0.5 * known_before * step.frame.body.greatest_edge;
     step.stage.held = grips_of(step.stage.holds, at);
+    let_flow(step, at.dt);
 }
 
 // How often a step was cut already.

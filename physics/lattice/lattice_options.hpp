@@ -3,6 +3,7 @@
 // What shapes a lattice body and its steps: width of regions, stiffness, flow, tearing, contact.
 
 #include "physics/body/stiffness.hpp"
+#include "physics/state/plastic.hpp"
 
 namespace physics {
 
@@ -12,12 +13,6 @@ enum class PlaneMotion { space, in_plane };
 // What the rate from the material is right for: long waves of stretch, or a bend of the whole body.
 // (Regions resist bending on their own, so thin bodies that stretch rightly bend too stiffly.)
 enum class Calibration { bending, stretch };
-
-struct PlasticOptions {
-    double yield = 0;    // strain beyond which a region's rest shape gives way; 0: never
-    double flow = 10;    // 1/s, how fast
-    double limit = 0.5;  // strain of the rest shape, at most
-};
 
 // Contact of bodies that are not linked with each other, and of one with itself: particles as
 // balls.

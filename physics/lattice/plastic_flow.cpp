@@ -1,10 +1,5 @@
 #include "physics/lattice/plastic_flow.hpp"
 
-#include <Eigen/LU>
-
-#include <algorithm>
-#include <cmath>
-
 namespace physics {
 
 template <class T>
@@ -25,18 +20,10 @@ void flow(FrameState& step, std::size_t slot, const Eigen::Matrix<T, 3, 3>& m,
     for (Eigen::Index d = 0; d < 3; ++d) {
         if (inverse_b(d, d) == 0) shape.col(d) = s.col(d);
     }
-    Mat3 strain = shape * s.inverse();
-    strain = (0.5 * (strain + strain.transpose())).eval();
-    strain -= Mat3::Identity();
-    const double size = strain.norm();
-    if (!(size > options.yield) || !std::isfinite(size)) return;
-    // Within a step it gives way by no more than a fifth, whatever the step.
-    const double give = -std::expm1(-options.flow * step.dt) * (1 - options.yield / size);
-    const Mat3 grown = (Mat3::Identity() + std::min(1.0, 0.2 / (give * size)) * give * strain) * s;
-    Mat3 next = 0.5 * (grown + grown.transpose());
-    const double det = next.determinant();
-    if (!step.flat && det > 0) next /= std::cbrt(det);  // flow keeps the volume
-    Mat3 change = next - Mat3::Identity();
+    const Mat3 strain = strain_beyond(shape, s);
+    const double share = share_that_flows(options, strain.norm(), step.dt);
+    if (!(share > 0)) return;
+    Mat3 change = grown_rest(s, share, strain, !step.flat);
     const double total = change.norm();
     if (total > options.limit) change *= options.limit / total;
     float* const p = step.state.plastic.data() + 6 * slot;

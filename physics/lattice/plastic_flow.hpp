@@ -1,7 +1,6 @@
 #pragma once
 
-// Rest shapes that give way. Where a region's strain beyond its rotation, R^T A B^-1 S^-1 - I, is
-// above the yield strain, its rest shape S grows towards it (Mueller et al. 2005).
+// Rest shapes of regions that give way (state/plastic.hpp), with U = R^T A B^-1 of a region.
 
 #include "physics/lattice/step_state.hpp"
 
