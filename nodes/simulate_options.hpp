@@ -19,6 +19,19 @@ struct OneBody {
     Vec3 spin_degrees{0, 0, 0};
 };
 
+inline void describe_plastic(graph::ParamsOf<physics::PlasticOptions>& p)
+{
+    using physics::PlasticOptions;
+    p.param("yield", &PlasticOptions::yield,
+            "Strain above which the rest shape changes for good (it yields); 0: never.",
+            {.min = 0, .max = 10})
+        .param("flow", &PlasticOptions::flow,
+               "Rate at which the rest shape changes above the yield strain; 1e6: at once.",
+               {.min = 0, .max = 1e6, .unit = "1/s"})
+        .param("limit", &PlasticOptions::limit, "Largest change of the rest shape, as a strain.",
+               {.min = 0, .max = 0.95});
+}
+
 inline void describe_bricks(graph::ParamsOf<physics::BrickOptions>& p)
 {
     p.choice("element", &physics::BrickOptions::element, {"incompatible", "trilinear", "one_point"},
@@ -26,7 +39,10 @@ inline void describe_bricks(graph::ParamsOf<physics::BrickOptions>& p)
              "for comparison. one_point: finite differences with hourglass control and lumped "
              "mass; a quarter faster, but a plate one cube thick bends 26 % too far, of two 7 %.")
         .choice("weighting", &physics::BrickOptions::weighting, {"filled", "full"},
-                "filled: a partly filled cube has that share of the stiffness. full: all of it.");
+                "filled: a partly filled cube has that share of the stiffness. full: all of it.")
+        .block<physics::PlasticOptions>(
+            "plastic", &physics::BrickOptions::plastic, describe_plastic,
+            "Plastic deformation: a permanent change of each cube's rest shape, its bending too.");
 }
 
 inline void describe_springs(graph::ParamsOf<physics::SpringOptions>& p)
@@ -35,19 +51,6 @@ inline void describe_springs(graph::ParamsOf<physics::SpringOptions>& p)
             "Share of the stiffness along the axes that is carried by springs across two cubes, "
             "which resist bending.",
             {.min = 0, .max = 0.9});
-}
-
-inline void describe_plastic(graph::ParamsOf<physics::PlasticOptions>& p)
-{
-    using physics::PlasticOptions;
-    p.param("yield", &PlasticOptions::yield,
-            "Strain of a region above which its rest shape changes for good (it yields); 0: never.",
-            {.min = 0, .max = 10})
-        .param("flow", &PlasticOptions::flow,
-               "Rate at which the rest shape changes above the yield strain.",
-               {.min = 0, .max = 1e6, .unit = "1/s"})
-        .param("limit", &PlasticOptions::limit, "Largest change of the rest shape, as a strain.",
-               {.min = 0, .max = 0.95});
 }
 
 inline void describe_shell(graph::ParamsOf<physics::ShellOptions>& p)
@@ -60,7 +63,11 @@ inline void describe_shell(graph::ParamsOf<physics::ShellOptions>& p)
                "Bending stiffness: a multiple of what material and thickness give, for cloth often "
                "0.01 to 0.1. A pinned row of corners is a hinge. Two pinned rows are a clamp at "
                "the row next to the free corners.",
-               {.min = 0, .max = 1e6});
+               {.min = 0, .max = 1e6})
+        .block<physics::PlasticOptions>(
+            "plastic", &ShellOptions::plastic, describe_plastic,
+            "Plastic deformation: a permanent change of the rest shape, dents and creases. A Plane "
+            "is stepped as triangles then, which takes about five times as long.");
 }
 
 inline void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
@@ -106,7 +113,7 @@ inline void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
                 "moves within its plane only.")
         .block<physics::PlasticOptions>(
             "plastic", &LatticeOptions::plastic, describe_plastic,
-            "Plastic deformation: a permanent change of the rest shape.")
+            "Plastic deformation: a permanent change of each region's rest shape.")
         .param("tear", &LatticeOptions::tear,
                "Strain at which a link between neighbouring corners breaks: 1 is twice its length, "
                "0: never. Embed cuts meshes along the tear.",

@@ -15,7 +15,10 @@ State advance(const ShellBody& body, State state, const Loads& loads, double dt,
     require_corners(loads.pins, "method shell");
     if (body.triangles) {
         TriangleElasticity elasticity(body, loads.pins);
-        return advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
+        elasticity.load_plastic(state.plastic);
+        state = advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
+        state.plastic = elasticity.plastic();
+        return state;
     }
     ShellElasticity elasticity(body, loads.pins);
     return advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);

@@ -30,6 +30,7 @@ void check(const BodyModels& models, const ShellOptions& options)
             "method shell needs a plane or a sheet, found cubes with a thickness: make the cubes "
             "with Plane or Sheet, or use method bricks");
     }
+    check_plastic(options.plastic);
     const auto sound = [](double v) { return std::isfinite(v) && v >= 0; };
     if (sound(options.stretch) && options.stretch > 0 && sound(options.bend)) return;
     throw std::invalid_argument(
@@ -249,9 +250,11 @@ ShellBody make_shell(const BodyModels& models, const ShellOptions& options)
     body.base = make_corner_body(models, std::move(slot));
     body.base.sheets = sheets_that_touch(models, body.base, options.contact);
     body.dissections = std::make_shared<DissectionCache>();
-    bool any_sheet = false;
-    for (std::size_t m = 0; m < models.count(); ++m) any_sheet |= models.model(m).cubes->is_sheet();
-    if (any_sheet) {
+    bool by_triangles = options.plastic.yield > 0;  // cells do not flow
+    for (std::size_t m = 0; m < models.count(); ++m) {
+        by_triangles |= models.model(m).cubes->is_sheet();
+    }
+    if (by_triangles) {
         body.triangles = std::make_shared<const TriangleShell>(triangles_of(models, body));
         return body;
     }

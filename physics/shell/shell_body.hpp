@@ -28,6 +28,7 @@
 #include "physics/body/corner_body.hpp"
 #include "physics/shell/shell_cell.hpp"
 #include "physics/shell/triangle_shell.hpp"
+#include "physics/state/plastic.hpp"
 #include "physics/state/state.hpp"
 
 #include <memory>
@@ -42,6 +43,7 @@ struct ShellOptions {
     double stretch = 1;
     double bend = 1;
     PartContactOptions contact{};
+    PlasticOptions plastic{};  // of triangles
 };
 
 // A point and its neighbours; no_index where it has none.

@@ -24,15 +24,15 @@ template <class T> Vec3 corner_at(const T* field, std::uint32_t k)
 }
 
 // f1, f2 and 0, as a cell without twist.
-ShellVector stretch_at(const ShellTriangle& t, const double* x)
+ShellVector stretch_at(const ShellTriangle& t, const TriangleRest& rest, const double* x)
 {
     ShellVector out = ShellVector::Zero();
     // From its first corner: what is far away is told as exactly as what is near.
     const Vec3 first = corner_at(x, t.corner[0]);
     for (std::size_t i = 1; i < 3; ++i) {
         const Vec3 away = corner_at(x, t.corner[i]) - first;
-        out.head<3>() += t.gradient(0, Index(i)) * away;
-        out.segment<3>(3) += t.gradient(1, Index(i)) * away;
+        out.head<3>() += rest.gradient(0, Index(i)) * away;
+        out.segment<3>(3) += rest.gradient(1, Index(i)) * away;
     }
     return out;
 }
@@ -45,6 +45,7 @@ TriangleElasticity::TriangleElasticity(const ShellBody& body, const Pins& pins)
       matrix_(9 * shell_.column.size()), matrix_low_(9 * shell_.column.size())
 {
     constexpr double stiffer = 1e4;
+    load_plastic({});
     std::vector<char> pinned(body.base.corners, 0);
     for (const auto k : pins.corner) pinned[k] = 1;
     for (std::uint32_t t = 0; t < clamp_.size(); ++t) {
@@ -77,7 +78,8 @@ TriangleElasticity::Pose TriangleElasticity::pose_without_slopes(std::size_t t,
     const Vec3 a = corner_at(x, own.corner[1]) - first, b = corner_at(x, own.corner[2]) - first;
     Pose out{Vec3::Zero(), Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
     out.bends = a * own.by_place.col(1).transpose() + b * own.by_place.col(2).transpose();
-    if (own.curved.isZero(0)) return out;
+    const Eigen::Vector3d& curved = rest_[t].curved;
+    if (curved.isZero(0)) return out;
     // The normal moves by minus sum_i turn_i (normal . dx_i).
     constexpr double least = 1e-12;
     const Vec3 area = a.cross(b);
@@ -87,7 +89,7 @@ TriangleElasticity::Pose TriangleElasticity::pose_without_slopes(std::size_t t,
     out.turn.col(1) = b.cross(area) / size_sq;
     out.turn.col(2) = area.cross(a) / size_sq;
     out.turn.col(0) = -out.turn.col(1) - out.turn.col(2);
-    out.bends -= out.normal * own.curved.transpose();
+    out.bends -= out.normal * curved.transpose();
     return out;
 }
 
@@ -141,18 +143,19 @@ std::vector<TriangleElasticity::Pose> TriangleElasticity::poses_at(const double*
 void TriangleElasticity::evaluate_triangle(std::size_t t, const Pose& pose)
 {
     const ShellTriangle& own = shell_.triangle[t];
-    const CellEnergy cell = cell_energy(own.stretch, stretch_at(own, at_.data()),
+    const TriangleRest& rest = rest_[t];
+    const CellEnergy cell = cell_energy(own.stretch, stretch_at(own, rest, at_.data()),
                                         hessian_ ? Curvature::whole : Curvature::positive);
     const Eigen::Matrix3d plate = clamp_[t] * own.plate;
     const Eigen::Matrix3d moment = pose.bends * plate;  // a column each
     const Eigen::Matrix3d places = own.by_place.transpose() * plate * own.by_place;
-    const Eigen::Vector3d pulled = plate * own.curved;
+    const Eigen::Vector3d pulled = plate * rest.curved;
     const Eigen::Vector3d across = own.by_place.transpose() * pulled;
-    const double own_turn = own.curved.dot(pulled);
-    const bool curved = !own.curved.isZero(0);
-    const Vec3 turned = moment * own.curved;
+    const double own_turn = rest.curved.dot(pulled);
+    const bool curved = !rest.curved.isZero(0);
+    const Vec3 turned = moment * rest.curved;
     for (Index i = 0; i < 3; ++i) {
-        const double gu = own.gradient(0, i), gv = own.gradient(1, i);
+        const double gu = rest.gradient(0, i), gv = rest.gradient(1, i);
         Vec3& pull = pull_[t][std::size_t(i)];
         pull = -gu * cell.slope.head<3>() - gv * cell.slope.segment<3>(3) -
                moment * own.by_place.col(i);
@@ -162,7 +165,7 @@ void TriangleElasticity::evaluate_triangle(std::size_t t, const Pose& pose)
         for (Index j = 0; j < 3; ++j) {
             Eigen::Matrix3d& block = blocks_[t][std::size_t(3 * i + j)];
             block =
-                own.gradient(0, j) * row.leftCols<3>() + own.gradient(1, j) * row.rightCols<3>();
+                rest.gradient(0, j) * row.leftCols<3>() + rest.gradient(1, j) * row.rightCols<3>();
             block.diagonal().array() += places(i, j);
             if (!curved) continue;
             const auto &ci = pose.turn.col(i), &cj = pose.turn.col(j);
@@ -207,7 +210,8 @@ double TriangleElasticity::energy(const double* x)
             for (std::size_t t = begin; t < end; ++t) {
                 const ShellTriangle& own = shell_.triangle[t];
                 const Eigen::Matrix3d& e = poses[t].bends;
-                sum += cell_energy(own.stretch, stretch_at(own, x), Curvature::none).energy;
+                sum +=
+                    cell_energy(own.stretch, stretch_at(own, rest_[t], x), Curvature::none).energy;
                 sum += 0.5 * clamp_[t] * (e * own.plate).cwiseProduct(e).sum();
             }
             return sum;
@@ -304,9 +308,9 @@ template <class T> SideVectors TriangleElasticity::slopes_that_answer(const T* p
                     for (Index i = 0; i < 3; ++i) {
                         const Vec3 way = corner_at(p, own.corner[std::size_t(i)]);
                         pulled += own.joined(i, side) * way;
-                        if (own.turned[side] == 0) continue;
+                        if (rest_[t].turned[side] == 0) continue;
                         pulled +=
-                            own.turned[side] * pose_[t].normal.dot(way) * pose_[t].turn.col(i);
+                            rest_[t].turned[side] * pose_[t].normal.dot(way) * pose_[t].turn.col(i);
                     }
                     sum += clamp_[t] * weight_of(t) * pulled;
                 }
@@ -339,8 +343,8 @@ void TriangleElasticity::multiply_any(const Aligned<T>& matrix, const T* p, T* y
                 for (Index j = 0; j < 3; ++j) {
                     const Vec3 slope = slopes.row(Index(own.side[std::size_t(j)])).transpose();
                     pull += own.joined(i, j) * slope;
-                    if (own.turned[j] != 0)
-                        along += own.turned[j] * pose_[t].turn.col(i).dot(slope);
+                    if (rest_[t].turned[j] != 0)
+                        along += rest_[t].turned[j] * pose_[t].turn.col(i).dot(slope);
                 }
                 if (along != 0) pull += along * pose_[t].normal;
                 sum -= clamp_[t] * weight_of(t) * pull;
@@ -387,7 +391,7 @@ void TriangleElasticity::element_matrix(std::size_t t, BrickMatrix& to) const
     const double bend = weight * clamp_[t];
     const Eigen::Matrix3d slopes = bend * own.by_slope.transpose() * own.plate * own.by_slope;
     const Eigen::Matrix3d across = bend * own.joined;
-    const Vec3 turn = bend * own.turned;
+    const Vec3 turn = bend * rest_[t].turned;
     for (Index i = 0; i < 3; ++i) {
         for (Index j = 0; j < 3; ++j) {
             to.block<3, 3>(9 + 3 * i, 9 + 3 * j).diagonal().array() += slopes(i, j);

@@ -13,6 +13,7 @@
 #include "physics/math/aligned_memory.hpp"
 #include "physics/shell/shell_body.hpp"
 #include "physics/shell/slope_factor.hpp"
+#include "physics/shell/triangle_flow.hpp"
 #include "physics/state/loads.hpp"
 
 namespace physics {
@@ -37,6 +38,12 @@ public:
     void add_contact(const PointContact& contact, const geometry::Mat3& block,
                      std::vector<BrickMatrix>& to) const override;
     std::size_t cube_count() const override { return shell_.triangle.size(); }
+
+    // Numbers a triangle of State::plastic: those of TriangleStrain. Others are not taken.
+    void load_plastic(const std::vector<float>& from);
+    std::vector<float> plastic() const;  // empty: nothing has flowed
+    bool flow(const double* x, double dt) override;
+
     std::shared_ptr<const Dissection>
     dissection(const std::vector<std::uint32_t>& held) const override;
     std::shared_ptr<const Dissection> dissection_with(const std::vector<std::uint32_t>& held,
@@ -72,8 +79,10 @@ private:
 
     const ShellBody& body_;
     const TriangleShell& shell_;
-    std::vector<double> clamp_;          // T, how much stiffer pins make each to bend
-    std::vector<std::uint32_t> clamps_;  // triangles that are, ascending
+    std::vector<TriangleRest> rest_;       // T
+    std::vector<TriangleStrain> plastic_;  // T; empty: nothing has flowed
+    std::vector<double> clamp_;            // T, how much stiffer pins make each to bend
+    std::vector<std::uint32_t> clamps_;    // triangles that are, ascending
     std::shared_ptr<const SlopeFactor> at_rest_, weighed_;
     mutable Aligned<double> slope_work_;
     double stiffness_weight_ = 1, damping_weight_ = 0;

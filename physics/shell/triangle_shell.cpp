@@ -158,6 +158,7 @@ void add_matter(const TrianglePlan& plan, double area, double stretch, double be
     to.plate << 1, nu, 0, nu, 1, 0, 0, 0, (1 - nu) / 2;
     to.plate *= area * bend * plane * h * h * h / 12;
     to.damping = plan.damping;
+    to.thickness = h;
 }
 
 void add_rows(std::size_t corners, TriangleShell& shell)

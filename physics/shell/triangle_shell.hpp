@@ -57,7 +57,8 @@ struct ShellTriangle {
     // each other. N, N m.
     Eigen::Matrix3d joined;
     Eigen::Vector3d turned = Eigen::Vector3d::Zero();
-    double damping = 0;  // s, Rayleigh's with the stiffness
+    double damping = 0;    // s, Rayleigh's with the stiffness
+    double thickness = 0;  // m
 };
 
 struct TriangleShell {
