@@ -1,3 +1,4 @@
+#include "geometry/cubes/plane.hpp"
 #include "graph/document/document.hpp"
 #include "tests/nodes/one_node.hpp"
 #include "tests/physics/cube_fixtures.hpp"
@@ -48,6 +49,42 @@ TEST(Simulate, ABeamPinnedAtOneEndSagsAfterTheFirstFrame)
         EXPECT_DOUBLE_EQ(moved->time, 1.0 / 24);
         EXPECT_TRUE(simulate.warnings.empty());
     }
+}
+
+// How far the end of a cantilever is below its rest 3 s after it has hung for one.
+double sag_left(const Value& cubes, const std::string& method, double yield)
+{
+    const Value pins = pinned_below(cubes);
+    NodeRun simulate("Simulate");
+    simulate.param("method").is = method;
+    simulate.param("step.substeps").is = std::int64_t{4};
+    simulate.param(method + ".plastic.yield").is = yield;
+    simulate.param(method + ".plastic.flow").is = 1e6;
+    simulate.inputs["cubes"] = {cubes};
+    simulate.inputs["pins"] = {pins};
+    Value state = simulate.run();
+    for (int frame = 0; frame < 96; ++frame) {
+        if (frame == 24) simulate.param("gravity").is = std::array<double, 3>{};
+        simulate.previous = {state};
+        state = simulate.run();
+    }
+    const auto end = state.as<physics::State>();
+    return cubes.as<geometry::Cubes>()->corner_position(end->x.size() - 1).y() - end->x.back().y();
+}
+
+TEST(Simulate, ABeamThatYieldsStaysBent)
+{
+    constexpr fixtures::Stuff soft{.young = 2e5, .mass_damping = 4, .stiffness_damping = 0.01};
+    const Value cubes = Value::of(fixtures::box(6, 2, 2, 0.1, soft));
+    for (const char* method : {"bricks", "lattice"}) {
+        EXPECT_LT(std::abs(sag_left(cubes, method, 0)), 0.01) << method;
+        EXPECT_GT(sag_left(cubes, method, 0.003), 0.03) << method;
+    }
+    const geometry::Matter card{"card", 1000, 2e6, 0.3, 4, 0.01};
+    const Value plane = Value::of(
+        geometry::plane_cubes(geometry::rectangle_cells(8, 2), {1, 0.1, {0, 0, 0}}, 0.05, card));
+    EXPECT_LT(std::abs(sag_left(plane, "shell", 0)), 0.01);
+    EXPECT_GT(sag_left(plane, "shell", 0.003), 0.05);
 }
 
 TEST(Simulate, ABeamOneCubeThickSagsTheSameByFiniteDifferences)
