@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
@@ -132,8 +133,25 @@ public:
         next_.reserve(expected);
     }
 
+    // Whether no point is nearer to p than the radius.
+    bool is_free(const Vec3f& p) const { return free_slot(p) != no_slot; }
+
     // Adds p unless a point is nearer than the radius.
     bool add(const Vec3f& p)
+    {
+        const std::size_t own = free_slot(p);
+        if (own == no_slot) return false;
+        next_.push_back(first_[own]);
+        first_[own] = static_cast<std::uint32_t>(points_.size());
+        points_.push_back(p);
+        return true;
+    }
+
+private:
+    static constexpr std::size_t no_slot = std::numeric_limits<std::size_t>::max();
+
+    // That of p's cell; none where a point is near.
+    std::size_t free_slot(const Vec3f& p) const
     {
         std::array<std::array<std::uint64_t, 2>, 3> cell;  // its own, and the one next to it
         for (std::size_t d = 0; d < 3; ++d) {
@@ -143,19 +161,22 @@ public:
             const std::int64_t next = at - double(n) < 0.5 ? n - 1 : n + 1;
             cell[d] = {static_cast<std::uint64_t>(n), static_cast<std::uint64_t>(next)};
         }
-        const std::size_t own = slot(cell[0][0], cell[1][0], cell[2][0]);
-        if (is_near(own, p)) return false;
-        for (unsigned k = 1; k < 8; ++k) {
-            if (is_near(slot(cell[0][k & 1], cell[1][k >> 1 & 1], cell[2][k >> 2]), p))
-                return false;
+        // Cells that share a slot share a list: points of the other are merely tried in vain.
+        std::size_t own = no_slot;
+        for (const std::uint64_t x : cell[0]) {
+            const std::uint64_t of_x = mixed(0, x);
+            for (const std::uint64_t y : cell[1]) {
+                const std::uint64_t of_xy = mixed(of_x, y);
+                for (const std::uint64_t z : cell[2]) {
+                    const std::size_t slot = mixed(of_xy, z) & (first_.size() - 1);
+                    if (is_near(slot, p)) return no_slot;
+                    if (own == no_slot) own = slot;
+                }
+            }
         }
-        next_.push_back(first_[own]);
-        first_[own] = static_cast<std::uint32_t>(points_.size());
-        points_.push_back(p);
-        return true;
+        return own;
     }
 
-private:
     bool is_near(std::size_t slot, const Vec3f& p) const
     {
         for (std::uint32_t i = first_[slot]; i != no_index; i = next_[i]) {
@@ -164,15 +185,10 @@ private:
         return false;
     }
 
-    // Cells that share a slot share a list: points of the other are merely tried in vain.
-    std::size_t slot(std::uint64_t x, std::uint64_t y, std::uint64_t z) const
+    static std::uint64_t mixed(std::uint64_t hash, std::uint64_t n)
     {
-        std::uint64_t h = 0;
-        for (const std::uint64_t n : {x, y, z}) {
-            h = (h + n) * 0x9e3779b97f4a7c15u;
-            h ^= h >> 32;
-        }
-        return h & (first_.size() - 1);
+        hash = (hash + n) * 0x9e3779b97f4a7c15u;
+        return hash ^ hash >> 32;
     }
 
     float radius_sq_;
@@ -182,15 +198,25 @@ private:
 };
 
 // The darts that stay, by their places in the order in which they are thrown, up to `most` of them.
+// They come in flights: on all threads, those of a flight that those before it leave no room are
+// left out, which most are, and the others thrown one after the other.
 std::vector<std::uint32_t> throw_darts(const std::vector<Vec3f>& thrown, double radius,
                                        std::size_t most)
 {
+    constexpr std::size_t flight = 32768, darts_a_task = 2048;
     DartGrid grid(radius, most);
     std::vector<std::uint32_t> stay;
-    StopCheck check;
-    for (std::uint32_t i = 0; i < thrown.size() && stay.size() < most; ++i) {
-        check();
-        if (grid.add(thrown[i])) stay.push_back(i);
+    std::vector<char> free(std::min(flight, thrown.size()));
+    for (std::size_t begin = 0; begin < thrown.size() && stay.size() < most; begin += flight) {
+        stop_if_asked();
+        const std::size_t count = std::min(flight, thrown.size() - begin);
+        parallel_for(count, darts_a_task, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) free[i] = grid.is_free(thrown[begin + i]);
+        });
+        for (std::size_t i = 0; i < count && stay.size() < most; ++i) {
+            if (!free[i] || !grid.add(thrown[begin + i])) continue;
+            stay.push_back(static_cast<std::uint32_t>(begin + i));
+        }
     }
     return stay;
 }
@@ -262,7 +288,9 @@ Samples sample_surface_blue(const TriMesh& mesh, const FaceMatter& matter, std::
 
     // The largest radius at which enough darts stay, to a hundredth: a few throws. Numbers go with
     // the inverse square of the radius, so each throw tells nearly where to try next.
-    double radius = 2 * std::sqrt(0.5 * area.back() / (std::numbers::pi * double(count)));
+    // Measured: of eight darts each, those that stay cover 0.445 of a smooth surface. From a little
+    // more, two throws are enough.
+    double radius = 2 * std::sqrt(0.447 * area.back() / (std::numbers::pi * double(count)));
     double fits = 0, fails = std::numeric_limits<double>::infinity();
     std::vector<std::uint32_t> best;
     for (int round = 0; round < 40 && fits < 0.99 * fails; ++round) {
