@@ -351,7 +351,6 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
     }
     const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);
     state.brick_mass = bricks && bricks->has_brick_mass();
-    if (in.start && in.start->brick_mass != state.brick_mass) state.plastic.clear();
     if (in.method != Method::lattice) state.broken.clear();
     state.report = {};
     if (in.initial_shape == Shape::given) return state;

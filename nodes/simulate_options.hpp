@@ -25,9 +25,11 @@ inline void describe_plastic(graph::ParamsOf<physics::PlasticOptions>& p)
     p.param("yield", &PlasticOptions::yield,
             "Strain above which the rest shape changes for good (it yields); 0: never.",
             {.min = 0, .max = 10})
-        .param("flow", &PlasticOptions::flow,
-               "Rate at which the rest shape changes above the yield strain; 1e6: at once.",
-               {.min = 0, .max = 1e6, .unit = "1/s"})
+        .param(
+            "flow", &PlasticOptions::flow,
+            "Rate at which the rest shape changes above the yield strain. 1e6: in one step, by a "
+            "strain of 0.2 at most.",
+            {.min = 0, .max = 1e6, .unit = "1/s"})
         .param("limit", &PlasticOptions::limit, "Largest change of the rest shape, as a strain.",
                {.min = 0, .max = 0.95});
 }
@@ -42,7 +44,8 @@ inline void describe_bricks(graph::ParamsOf<physics::BrickOptions>& p)
                 "filled: a partly filled cube has that share of the stiffness. full: all of it.")
         .block<physics::PlasticOptions>(
             "plastic", &physics::BrickOptions::plastic, describe_plastic,
-            "Plastic deformation: a permanent change of each cube's rest shape, its bending too.");
+            "Plastic deformation: a permanent change of each cube's rest shape, its bending too. A "
+            "cube yields by its strain without the change of volume.");
 }
 
 inline void describe_springs(graph::ParamsOf<physics::SpringOptions>& p)

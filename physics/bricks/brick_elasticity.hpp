@@ -60,7 +60,7 @@ public:
     // Numbers a cube of State::plastic: those of plastic_rows, as strains. Others are not taken.
     void load_plastic(const std::vector<float>& from);
     std::vector<float> plastic() const;  // empty: nothing has flowed
-    bool flow(const double* x, double dt) override;
+    double flow(const double* x, double dt) override;
     // Cubes that keep these rotations from here on, whatever their corners do; none: all turn.
     void hold(const std::vector<HeldRotation>& rotations);
 
@@ -72,6 +72,7 @@ private:
     MultigridCache::Factor make_multigrid(double stiffness, double damping,
                                           const std::vector<double>& mass,
                                           const HeldCorners& held) const;
+    double flow_lane(std::size_t i, const double* x, double dt, double* plastic, float* low) const;
     // `held` must outlive them.
     CubeMatrices matrices_at_rest(double stiffness, double damping, const HeldCorners& held) const;
     std::vector<double> by_corner(const std::vector<double>& by_slot) const;

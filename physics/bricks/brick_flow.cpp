@@ -7,7 +7,7 @@
 
 #include <Eigen/LU>
 
-#include <atomic>
+#include <algorithm>
 #include <cmath>
 
 namespace physics {
@@ -94,46 +94,59 @@ BrickStrain flowed(const BrickStrain& rest, const BrickStrain& now, const Plasti
     constexpr double least = 0.05;  // of its volume: what is crushed or inside out has no shape
     const Mat3 stretch = Mat3::Identity() + now.mean, before = Mat3::Identity() + rest.mean;
     if (!(stretch.determinant() > least)) return rest;
-    const BrickStrain beyond{strain_beyond(stretch, before), now.bent - rest.bent};
+    BrickStrain beyond{strain_beyond(stretch, before), now.bent - rest.bent};
+    beyond.mean.diagonal().array() -= beyond.mean.trace() / 3;
     const double share = share_that_flows(options, size_of(beyond), dt);
     if (!(share > 0)) return rest;
     BrickStrain out{grown_rest(before, share, beyond.mean, true), rest.bent + share * beyond.bent};
     const double size = size_of(out);
     if (size > options.limit) {
-        out.mean *= options.limit / size;
-        out.bent *= options.limit / size;
+        const double by = options.limit / size;
+        out.mean = grown_rest(Mat3::Identity(), by, out.mean, true);
+        out.bent *= by;
     }
     return out;
 }
 
-bool BrickElasticity::flow(const double* x, double dt)
+// By which strain the rest shape of lane i of `plastic` flows. It is put there.
+double BrickElasticity::flow_lane(std::size_t i, const double* x, double dt, double* plastic,
+                                  float* low) const
 {
-    if (!(body_.plastic.yield > 0)) return false;
+    const std::size_t block = i / block_lanes, lane = i % block_lanes;
+    if (body_.layout.cube[i] == no_index || (!held_.empty() && held_[i] > 0)) return 0;
+    const double edge = body_.block_edge[block];
+    const BrickStrain now = strain_of(&body_.layout.gather[block * 8 * block_lanes + lane], x,
+                                      &rotation_[block * 9 * block_lanes + lane], edge);
+    const std::size_t at = block * plastic_rows * block_lanes + lane;
+    const BrickStrain rest = plastic ? load_rest(plastic + at, 1 / (4 * edge)) : BrickStrain{};
+    const BrickStrain next = flowed(rest, now, body_.plastic, dt);
+    const double flowed = size_of({next.mean - rest.mean, next.bent - rest.bent});
+    if (!(flowed > least_flow)) return 0;
+    if (plastic) store_rest(next, 4 * edge, plastic + at, low + at);
+    return flowed;
+}
+
+double BrickElasticity::flow(const double* x, double dt)
+{
+    if (!(body_.plastic.yield > 0)) return 0;
     evaluate(x, nullptr, {});  // the rotations there
-    const BrickLayout& layout = body_.layout;
-    Aligned<double> rows = plastic_;
-    if (rows.empty()) rows.assign(layout.blocks() * plastic_rows * block_lanes, 0);
-    Aligned<float> low(rows.size());
-    std::atomic<bool> any = false;
-    geometry::parallel_for(layout.blocks(), blocks_a_task, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin * block_lanes; i < end * block_lanes; ++i) {
-            if (layout.cube[i] == no_index) continue;
-            const std::size_t block = i / block_lanes, lane = i % block_lanes;
-            const double edge = body_.block_edge[block];
-            const BrickStrain now = strain_of(&layout.gather[block * 8 * block_lanes + lane], x,
-                                              &rotation_[block * 9 * block_lanes + lane], edge);
-            const std::size_t at = block * plastic_rows * block_lanes + lane;
-            const BrickStrain rest = load_rest(&rows[at], 1 / (4 * edge));
-            const bool turns = held_.empty() || held_[i] == 0;
-            const BrickStrain next = turns ? flowed(rest, now, body_.plastic, dt) : rest;
-            if (next.mean != rest.mean || next.bent != rest.bent) any = true;
-            store_rest(next, 4 * edge, &rows[at], &low[at]);
-        }
-    });
-    if (!any) return false;
-    plastic_.swap(rows);
-    plastic_low_.swap(low);
-    return true;
+    const std::size_t blocks = body_.layout.blocks();
+    const auto flow_all = [&](double* plastic, float* low) {
+        std::vector<double> most(blocks, 0);
+        geometry::parallel_for(blocks, blocks_a_task, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin * block_lanes; i < end * block_lanes; ++i) {
+                double& own = most[i / block_lanes];
+                own = std::max(own, flow_lane(i, x, dt, plastic, low));
+            }
+        });
+        return most.empty() ? 0 : *std::max_element(most.begin(), most.end());
+    };
+    if (plastic_.empty()) {
+        if (flow_all(nullptr, nullptr) == 0) return 0;
+        plastic_.assign(blocks * plastic_rows * block_lanes, 0);
+        plastic_low_.assign(plastic_.size(), 0);
+    }
+    return flow_all(plastic_.data(), plastic_low_.data());
 }
 
 void BrickElasticity::load_plastic(const std::vector<float>& from)

@@ -37,7 +37,7 @@ State advance(const BricksBody& body, State state, const Loads& loads, double dt
 {
     BrickElasticity elasticity(body);
     elasticity.load_rotations(state.rotation);
-    elasticity.load_plastic(state.plastic);
+    if (state.plastic_of == PlasticOf::bricks) elasticity.load_plastic(state.plastic);
     check_pins(loads.pins, body.base.corners);
     if (!options.leaps) {  // an equilibrium is one of the body's own forces
         elasticity.hold(undo_knots(*body.rest, body.neighbours, state.rotation, loads.pins));
@@ -60,6 +60,7 @@ State advance(const BricksBody& body, State state, const Loads& loads, double dt
     }
     state.rotation = elasticity.rotations();
     state.plastic = elasticity.plastic();
+    state.plastic_of = state.plastic.empty() ? PlasticOf::nothing : PlasticOf::bricks;
     return state;
 }
 

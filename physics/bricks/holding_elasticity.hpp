@@ -54,7 +54,7 @@ public:
     {
         method_.add_contact(contact, block, cubes);
     }
-    bool flow(const double* x, double dt) override { return method_.flow(x, dt); }
+    double flow(const double* x, double dt) override { return method_.flow(x, dt); }
     bool targets_move() const override { return moves_; }
     void at_share(double share) override;
 

@@ -39,6 +39,7 @@ struct FrameStep {
     StepRecord record;
     Motion now;
     EnergyAccount account;  // of the midpoint rule
+    double flowed = 0;      // strain, by which rest shapes gave way in a step at most
 };
 
 // Implicit Euler over tau seconds up to a share of the frame.
@@ -178,14 +179,18 @@ void take_back(FrameStep& step, const Before& before)
 constexpr double deep_at_rest = 0.005;
 constexpr double deep_sheet_at_rest = 0.05;  // thicknesses
 
-// What a rest shape gives way by is no energy that the midpoint rule is to keep.
+// What rest shapes give way by is no energy that the midpoint rule is to keep.
 void let_flow(FrameStep& step, double dt)
 {
-    if (step.frame.options.leaps || !step.stage.elasticity.flow(step.now.x.data(), dt)) return;
+    if (step.frame.options.leaps) return;
+    Elasticity& elasticity = step.stage.elasticity;
+    const double* const x = step.now.x.data();
+    const double before = step.account.known ? elasticity.energy(x) : 0;
+    const double flowed = elasticity.flow(x, dt);
+    if (flowed == 0) return;
+    step.flowed = std::max(step.flowed, flowed);
     step.stage.linear_at.clear();
-    if (step.frame.options.integrator == Integrator::implicit_midpoint) {
-        step.account = open_account(step.stage, step.now.x, step.now.v);
-    }
+    if (step.account.known) step.account.due += elasticity.energy(x) - before;
 }
 
 // Goes on from the step that was taken last.
@@ -370,7 +375,8 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
         frame.first = false;
     }
     store(body, step.now, state);
-    state.still_frames = is_still(body, frame.start, step.now.x) ? state.still_frames + 1 : 0;
+    const bool rests = step.flowed < still_rest && is_still(body, frame.start, step.now.x);
+    state.still_frames = rests ? state.still_frames + 1 : 0;
     keep_reactions(loads.pins, step.record, state);
     state.grips = std::move(step.stage.grips);
     state.holds = std::move(step.stage.held);

@@ -25,7 +25,10 @@ void make_room_in_state(FrameState& step)
     if (!step.has_before) state.rotation.assign(kept, 0.0f);
     step.plastic = step.body.options.plastic.yield > 0;
     const std::size_t plastic = step.plastic ? 6 * slots : 0;
-    if (state.plastic.size() != plastic) state.plastic.assign(plastic, 0.0f);
+    if (state.plastic.size() != plastic || state.plastic_of != PlasticOf::regions) {
+        state.plastic.assign(plastic, 0.0f);
+    }
+    state.plastic_of = step.plastic ? PlasticOf::regions : PlasticOf::nothing;
     if (!step.body.torn) state.broken.clear();
 }
 

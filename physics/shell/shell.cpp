@@ -15,13 +15,22 @@ State advance(const ShellBody& body, State state, const Loads& loads, double dt,
     require_corners(loads.pins, "method shell");
     if (body.triangles) {
         TriangleElasticity elasticity(body, loads.pins);
-        elasticity.load_plastic(state.plastic);
+        if (state.plastic_of == PlasticOf::triangles) elasticity.load_plastic(state.plastic);
         state = advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
         state.plastic = elasticity.plastic();
+        state.plastic_of = state.plastic.empty() ? PlasticOf::nothing : PlasticOf::triangles;
         return state;
     }
     ShellElasticity elasticity(body, loads.pins);
-    return advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
+    const bool flattens = state.plastic_of == PlasticOf::triangles;
+    state = advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
+    if (!flattens || state.report.slept) return state;
+    state.plastic.clear();
+    state.plastic_of = PlasticOf::nothing;
+    state.report.warnings.emplace_back(
+        "What the plane was bent and stretched by for good is lost: it keeps that only while "
+        "shell.plastic.yield is above 0. Set it to 10 where nothing more is to yield.");
+    return state;
 }
 
 }  // namespace physics

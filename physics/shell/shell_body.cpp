@@ -205,15 +205,17 @@ TriangleShell triangles_of(const BodyModels& models, const ShellBody& body)
         const geometry::Cubes& own = *models.model(m).cubes;
         const auto [along, across] = corners[m];
         const auto& k = cubes.corners[c];
-        const TrianglePlan plan{{k[0], k[along], k[along | across]},
-                                cubes.young[c],
-                                cubes.poisson[c],
-                                cubes.fill[c] * own.size,
-                                cubes.stiffness_damping[c]};
+        TrianglePlan plan{{k[0], k[along], k[along | across]},
+                          cubes.young[c],
+                          cubes.poisson[c],
+                          cubes.fill[c] * own.size,
+                          cubes.stiffness_damping[c]};
+        if (!own.is_sheet()) plan.fourth = k[across];
         plans.push_back(plan);
         if (own.is_sheet()) continue;
+        plan.corner = {k[0], k[along | across], k[across]};
+        plan.fourth = k[along];
         plans.push_back(plan);
-        plans.back().corner = {k[0], k[along | across], k[across]};
     }
     // Slopes are told by the energy of bending, and where it is 0 by nothing.
     constexpr double least_bend = 1e-9;

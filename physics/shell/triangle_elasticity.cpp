@@ -51,6 +51,8 @@ TriangleElasticity::TriangleElasticity(const ShellBody& body, const Pins& pins)
     for (std::uint32_t t = 0; t < clamp_.size(); ++t) {
         const auto& k = shell_.triangle[t].corner;
         if (!pinned[k[0]] || !pinned[k[1]] || !pinned[k[2]]) continue;
+        const std::uint32_t fourth = shell_.triangle[t].fourth;
+        if (fourth != no_index && !pinned[fourth]) continue;
         clamp_[t] = stiffer;
         clamps_.push_back(t);
     }

@@ -42,7 +42,7 @@ public:
     // Numbers a triangle of State::plastic: those of TriangleStrain. Others are not taken.
     void load_plastic(const std::vector<float>& from);
     std::vector<float> plastic() const;  // empty: nothing has flowed
-    bool flow(const double* x, double dt) override;
+    double flow(const double* x, double dt) override;
 
     std::shared_ptr<const Dissection>
     dissection(const std::vector<std::uint32_t>& held) const override;
@@ -67,6 +67,7 @@ private:
     void evaluate();
     void evaluate_triangle(std::size_t t, const Pose& pose);
     void assemble();
+    double flow_triangle(std::size_t t, const double* x, const Eigen::Matrix3d& bends, double dt);
     // Of the matrices of a triangle; 1 where the damping is even, and the weight is scale_.
     double weight_of(std::size_t t) const;
     double damping_of(std::size_t t) const;

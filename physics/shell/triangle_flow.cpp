@@ -6,7 +6,6 @@
 #include <Eigen/LU>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 namespace physics {
@@ -78,37 +77,45 @@ TriangleStrain flowed(const ShellTriangle& triangle, const TriangleStrain& rest,
     return out;
 }
 
-bool TriangleElasticity::flow(const double* x, double dt)
+double TriangleElasticity::flow(const double* x, double dt)
 {
     const PlasticOptions& options = body_.options.plastic;
-    if (!(options.yield > 0)) return false;
+    if (!(options.yield > 0)) return 0;
     const std::vector<Pose> poses = poses_at(x);
-    std::vector<TriangleStrain> next = plastic_;
-    next.resize(shell_.triangle.size());
-    std::atomic<bool> any = false;
-    geometry::parallel_for(
-        next.size(), triangles_that_flow, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t t = begin; t < end; ++t) {
-                const ShellTriangle& own = shell_.triangle[t];
-                Eigen::Matrix3d places;
-                for (std::size_t i = 0; i < 3; ++i) {
-                    places.col(Eigen::Index(i)) =
-                        Eigen::Map<const Vec3>(x + 4 * std::size_t{own.corner[i]});
-                }
-                const Vec3 a = places.col(1) - places.col(0), b = places.col(2) - places.col(0);
-                const Vec3 normal = a.cross(b).normalized();
-                const TriangleStrain before = next[t];
-                next[t] =
-                    flowed(own, before, places, poses[t].bends.transpose() * normal, options, dt);
-                if (next[t].stretch == before.stretch && next[t].curvature == before.curvature)
-                    continue;
-                rest_[t] = rest_of(own, next[t]);
-                any = true;
-            }
-        });
-    if (!any) return false;
-    plastic_.swap(next);
-    return true;
+    const bool first = plastic_.empty();
+    plastic_.resize(shell_.triangle.size());
+    std::vector<double> most(shell_.triangle.size(), 0);
+    geometry::parallel_for(most.size(), triangles_that_flow,
+                           [&](std::size_t begin, std::size_t end) {
+                               for (std::size_t t = begin; t < end; ++t) {
+                                   most[t] = flow_triangle(t, x, poses[t].bends, dt);
+                               }
+                           });
+    const double flowed = most.empty() ? 0 : *std::max_element(most.begin(), most.end());
+    if (first && flowed == 0) plastic_.clear();
+    return flowed;
+}
+
+// By which strain the rest shape of a triangle flows that bends by these columns.
+double TriangleElasticity::flow_triangle(std::size_t t, const double* x,
+                                         const Eigen::Matrix3d& bends, double dt)
+{
+    const ShellTriangle& own = shell_.triangle[t];
+    Eigen::Matrix3d places;
+    for (std::size_t i = 0; i < 3; ++i) {
+        places.col(Eigen::Index(i)) = Eigen::Map<const Vec3>(x + 4 * std::size_t{own.corner[i]});
+    }
+    const Vec3 a = places.col(1) - places.col(0), b = places.col(2) - places.col(0);
+    const Vec3 normal = a.cross(b).normalized();
+    TriangleStrain& rest = plastic_[t];
+    const TriangleStrain next =
+        flowed(own, rest, places, bends.transpose() * normal, body_.options.plastic, dt);
+    const double flowed =
+        size_of({next.stretch - rest.stretch, next.curvature - rest.curvature}, own.thickness);
+    if (!(flowed > least_flow)) return 0;
+    rest = next;
+    rest_[t] = rest_of(own, next);
+    return flowed;
 }
 
 void TriangleElasticity::load_plastic(const std::vector<float>& from)

@@ -159,6 +159,7 @@ void add_matter(const TrianglePlan& plan, double area, double stretch, double be
     to.plate *= area * bend * plane * h * h * h / 12;
     to.damping = plan.damping;
     to.thickness = h;
+    to.fourth = plan.fourth;
 }
 
 void add_rows(std::size_t corners, TriangleShell& shell)

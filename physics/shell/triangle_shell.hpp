@@ -27,9 +27,10 @@
 //   A D / 2 ((1 - nu) sum e_ab . e_ab + nu |e_11 + e_22|^2),  e_ab = h_ab - T^c_ab f_c - k_ab N
 // D = E h^3 / (12 (1 - nu^2)), by what it bends from there; f and N are those of now.
 //
-// Pins. A triangle that is pinned wholly clamps those beside it: it is made so stiff that they meet
-// it at its own slope. A side that is pinned at its ends alone is a hinge. So is, between others, a
-// side at which more than two triangles meet: the two that run on most straightly bend as one.
+// Pins. A triangle that is pinned wholly, of a plane a cell that is, clamps those beside it: it is
+// made so stiff that they meet it at its own slope. A side that is pinned at its ends alone is a
+// hinge. So is, between others, a side at which more than two triangles meet: the two that run on
+// most straightly bend as one.
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/vec.hpp"
@@ -57,8 +58,9 @@ struct ShellTriangle {
     // each other. N, N m.
     Eigen::Matrix3d joined;
     Eigen::Vector3d turned = Eigen::Vector3d::Zero();
-    double damping = 0;    // s, Rayleigh's with the stiffness
-    double thickness = 0;  // m
+    double damping = 0;                         // s, Rayleigh's with the stiffness
+    double thickness = 0;                       // m
+    std::uint32_t fourth = geometry::no_index;  // slot, of the cell that it is half of
 };
 
 struct TriangleShell {
@@ -84,6 +86,7 @@ struct TrianglePlan {
     std::array<std::uint32_t, 3> corner{};
     double young = 0, poisson = 0, thickness = 0;  // Pa, 1, m
     double damping = 0;                            // s
+    std::uint32_t fourth = geometry::no_index;     // of the cell that it is half of
 };
 
 // Of triangles with an area. `rest` has four numbers a slot; the stiffnesses to stretch and to bend

@@ -6,8 +6,9 @@
 // With S the stretch that the rest shape has come to and U that of now, both symmetric, the strain
 // is e = U S^-1 - I. Where its norm is above the yield strain, S grows towards U by
 //   S' = (I + (1 - exp(-flow dt)) (1 - yield / |e|) e) S
-// made symmetric, with the volume that it had, and no further from I than the limit. Mueller,
-// Heidelberger, Teschner, Gross. Meshless deformations based on shape matching. SIGGRAPH 2005.
+// made symmetric, where a method asks for it with the volume that it had, and no further from I
+// than the limit. Mueller, Heidelberger, Teschner, Gross. Meshless deformations based on shape
+// matching. SIGGRAPH 2005.
 
 #include "geometry/base/vec.hpp"
 
@@ -19,11 +20,14 @@ struct PlasticOptions {
     double limit = 0.5;  // strain of the rest shape, at most
 };
 
+// What flows by less does not flow: without end, strains come closer to the yield strain.
+inline constexpr double least_flow = 1e-9;
+
 // Throws std::invalid_argument where one is out of its range.
 void check_plastic(const PlasticOptions& options);
 
-// Which share of a strain of this size becomes the rest shape's in dt seconds; 0: none. In one step
-// the rest shape grows by no more than a fifth.
+// Which share of a strain of this size becomes the rest shape's in dt seconds; 0: none. It is no
+// more than a strain of a fifth in one step.
 double share_that_flows(const PlasticOptions& options, double size, double dt);
 
 // e, made symmetric.

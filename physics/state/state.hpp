@@ -56,6 +56,9 @@ struct StateModel {
     std::uint32_t cube = 0, cubes = 0;
 };
 
+// What has a rest shape that flows.
+enum class PlasticOf : std::uint8_t { nothing, regions, bricks, triangles };
+
 // A moment of a simulation. A value: copying it is a checkpoint.
 struct State {
     double time = 0;              // s since the first frame
@@ -63,7 +66,8 @@ struct State {
     std::vector<Vec3> v;          // K, m/s
     bool brick_mass = false;      // cubes have the mass of bricks (cube_mass.hpp), not lumped mass
     std::vector<float> rotation;  // what a method keeps to warm-start its rotations; may be empty
-    std::vector<float> plastic;   // what flowed for good, as the method keeps it; empty: nothing
+    std::vector<float> plastic;   // what flowed for good, as its method keeps it; empty: nothing
+    PlasticOf plastic_of = PlasticOf::nothing;
     std::vector<std::uint32_t> broken;  // links that broke, 3 * corner + axis, sorted
     std::vector<BallState> balls;       // those in Loads, in their order
     std::vector<Grip> grips;            // of parts; ascending by (point, other)

@@ -131,6 +131,7 @@ TEST(LatticePlasticity, APlasticBodyRestsUnderAnyRigidMotion)
             for (std::size_t s = 0; s < body.whole.regions.slots(); ++s) {
                 const float packed[6] = {0.25f, 0, 0.125f, 0, 0, -0.125f};
                 state.plastic.insert(state.plastic.end(), packed, packed + 6);
+                state.plastic_of = PlasticOf::regions;
             }
             for (Vec3& x : state.x) x = turn * shape * x + Vec3(0.2, 0, 0.3);
             const State after = advance(body, state, {}, 0.01, options);
@@ -174,6 +175,7 @@ TEST(LatticePlasticity, AMembraneCellFlowsByTheMeanOfItsCorners)
                 }
             }
             for (const float v : {e[0], 0.0f, e[1], 0.0f, 0.0f, e[2]}) state.plastic.push_back(v);
+            state.plastic_of = PlasticOf::regions;
         }
         return advance(body, state, {}, 1e-3, options);
     };

@@ -6,6 +6,7 @@
 #include "physics/shell/triangle_elasticity.hpp"
 #include "tests/physics/shell/triangle_fixtures.hpp"
 
+#include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -63,6 +64,69 @@ TEST(TriangleFlow, ForcesAreTheSlopeOfTheEnergyAndHaveNoNetTorque)
     EXPECT_LT(wrong, 1e-6 * most);
     EXPECT_LT(force.norm(), 1e-9 * most);
     EXPECT_LT(torque.norm(), 1e-9 * most);
+}
+
+TEST(TriangleFlow, TheMatrixIsTheSlopeOfTheForces)
+{
+    // Near where it rests with small curvatures: of Gauss and Newton, as far as it is curved.
+    FlowedSheet sheet;
+    std::vector<float> plastic = sheet.elasticity.plastic();
+    for (std::size_t i = 0; i < plastic.size(); ++i) plastic[i] *= i % 6 < 3 ? 0.02f : 0.05f;
+    sheet.elasticity.load_plastic(plastic);
+    sheet.x = sheet.body.base.rest;
+    sheet.elasticity.use_hessian(true);
+    const std::size_t n = sheet.body.base.corners;
+    Aligned<double> f(sheet.elasticity.room(), 0), p(f.size(), 0), y(f.size(), 0), up(f), down(f);
+    const geometry::Random random(6);
+    for (std::size_t i = 0; i < 4 * n; ++i) p[i] = i % 4 == 3 ? 0 : random.unit(i) - 0.5;
+    constexpr double step = 1e-6;
+    const auto forces_at = [&](double share, Aligned<double>& to) {
+        Aligned<double> x = sheet.x;
+        for (std::size_t i = 0; i < 4 * n; ++i) x[i] += share * p[i];
+        sheet.elasticity.forces(x.data(), to.data());
+    };
+    forces_at(step, up), forces_at(-step, down), forces_at(0, f);
+    sheet.elasticity.weigh(1, 0);
+    sheet.elasticity.multiply(p.data(), y.data());
+    double wrong = 0, most = 0, curved_wrong = 0;
+    for (std::size_t i = 0; i < 4 * n; ++i) {
+        const double slope = -(up[i] - down[i]) / (2 * step);
+        wrong = std::max(wrong, std::abs(y[i] - slope));
+        most = std::max(most, std::abs(slope));
+    }
+    EXPECT_LT(wrong, 2e-3 * most);
+    // With the sides' slopes eliminated, the triangles' own matrices make the same product.
+    std::vector<BrickMatrix> own;
+    ASSERT_TRUE(sheet.elasticity.cube_matrices(own));
+    const auto& triangles = sheet.body.triangles->triangle;
+    const std::size_t sides = sheet.body.triangles->side.size();
+    Eigen::MatrixXd whole = Eigen::MatrixXd::Zero(Index(3 * (n + sides)), Index(3 * (n + sides)));
+    for (std::size_t t = 0; t < own.size(); ++t) {
+        std::array<std::size_t, 6> at;
+        for (std::size_t i = 0; i < 3; ++i) {
+            at[i] = triangles[t].corner[i], at[3 + i] = n + triangles[t].side[i];
+        }
+        for (std::size_t i = 0; i < 6; ++i) {
+            for (std::size_t j = 0; j < 6; ++j) {
+                whole.block<3, 3>(Index(3 * at[i]), Index(3 * at[j])) +=
+                    own[t].block<3, 3>(Index(3 * i), Index(3 * j));
+            }
+        }
+    }
+    Eigen::VectorXd moved(Index(3 * n));
+    for (std::size_t k = 0; k < n; ++k) {
+        moved.segment<3>(Index(3 * k)) = Eigen::Map<const Vec3>(&p[4 * k]);
+    }
+    const Index c = Index(3 * n), s = Index(3 * sides);
+    const Eigen::VectorXd pulled = whole.bottomLeftCorner(s, c) * moved;
+    const Eigen::VectorXd product =
+        whole.topLeftCorner(c, c) * moved -
+        whole.topRightCorner(c, s) * whole.bottomRightCorner(s, s).llt().solve(pulled);
+    for (std::size_t k = 0; k < n; ++k) {
+        const Vec3 found = Eigen::Map<const Vec3>(&y[4 * k]);
+        curved_wrong = std::max(curved_wrong, (found - product.segment<3>(Index(3 * k))).norm());
+    }
+    EXPECT_LT(curved_wrong, 1e-9 * most);
 }
 
 TEST(TriangleFlow, TheRestShapeStopsAtTheYieldStrain)
@@ -174,6 +238,65 @@ TEST(TriangleFlow, AStripThatWasDrawnOutStaysLonger)
     const double elastic = yield / std::sqrt(1 + nu * nu);
     const double rest = 0.5, expected = length_of(kept.held) / (1 + elastic);
     EXPECT_NEAR(length_of(kept.after) - rest, expected - rest, 0.03 * (expected - rest));
+}
+
+// A plane that hung from one end for a second.
+State hung(const Cubes& plane, const ShellBody& body, State state, int frames)
+{
+    Loads loads;
+    loads.pins = held_where(plane, [](const Vec3i& at) { return at.x() <= 1; });
+    loads.forces.push_back({});
+    for (int i = 0; i < frames; ++i) state = advance(body, std::move(state), loads, 1.0 / 24);
+    return state;
+}
+
+TEST(TriangleFlow, AStateIsACheckpoint)
+{
+    const Cubes plane = sheet(6, 2, 0.1, 0.02);
+    const ShellOptions options{.plastic = {.yield = 0.001, .flow = 50}};
+    const ShellBody body = make_shell(plane, options), other = make_shell(plane, options);
+    const State state = hung(plane, body, rest_state(body), 12);
+    EXPECT_EQ(state.plastic.size(), 2 * triangle_plastic_rows * plane.count());
+    EXPECT_EQ(state.plastic_of, PlasticOf::triangles);
+    const State a = hung(plane, body, state, 1), b = hung(plane, other, state, 1);
+    EXPECT_EQ(a.x, b.x);
+    EXPECT_EQ(a.plastic, b.plastic);
+    EXPECT_NE(a.plastic, state.plastic);
+    // With a yield strain that nothing reaches, it stays as it is.
+    const ShellBody firm = make_shell(plane, {.plastic = {.yield = 10}});
+    EXPECT_EQ(hung(plane, firm, state, 3).plastic, state.plastic);
+}
+
+TEST(TriangleFlow, APlaneThatMayNotYieldSaysThatItsDentsAreLost)
+{
+    const Cubes plane = sheet(6, 2, 0.1, 0.02);
+    const ShellBody body = make_shell(plane, {.plastic = {.yield = 0.001, .flow = 50}});
+    const State dented = hung(plane, body, rest_state(body), 12);
+    const ShellBody elastic = make_shell(plane);
+    const State first = hung(plane, elastic, dented, 1);
+    ASSERT_EQ(first.report.warnings.size(), 1u);
+    EXPECT_NE(first.report.warnings[0].find("shell.plastic.yield"), std::string::npos);
+    EXPECT_TRUE(first.plastic.empty());
+    EXPECT_TRUE(hung(plane, elastic, first, 1).report.warnings.empty());
+}
+
+TEST(TriangleFlow, APinnedRimOfAPlaneIsAHingeAtAllItsCorners)
+{
+    // Its cells are cut along one diagonal. It sags as evenly as it is made.
+    const Cubes plane = sheet(8, 8, 0.1, 0.02);
+    const ShellBody body = make_shell(plane, {.plastic = {.yield = 10}});
+    Loads loads;
+    loads.pins = held_where(plane, [](const Vec3i& at) { return near_border(at, 8, 8, 1); });
+    loads.forces.push_back(weight(Vec3(0, -0.01, 0)));
+    const State state = settled(body, loads);
+    const auto sag = [&](int i, int j) {
+        for (std::uint32_t k = 0; k < plane.corner_count(); ++k) {
+            if (plane.corner[k].x() == i && plane.corner[k].z() == j) return state.x[k].y();
+        }
+        return 0.0;
+    };
+    EXPECT_LT(sag(4, 4), 0);
+    EXPECT_NEAR(sag(1, 1), sag(7, 1), 0.03 * std::abs(sag(1, 1)));
 }
 
 }  // namespace
