@@ -101,10 +101,10 @@ template <std::size_t W>
 void group_down(std::size_t n, std::size_t below, const double* l, std::size_t step, double* x)
 {
     const Row<W> d;
-    using Vec = hn::Vec<Row<W>>;
+    using V = hn::Vec<Row<W>>;
     for (std::size_t at = 0; at < W; at += hn::MaxLanes(d)) {
         double* own = x + at;
-        Vec y[group] = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+        V y[group] = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
         for (std::size_t j = 0; j < n; ++j) {
             y[j] = hn::LoadU(d, own + W * j);
             for (std::size_t k = 0; k < j; ++k) {
@@ -117,12 +117,11 @@ void group_down(std::size_t n, std::size_t below, const double* l, std::size_t s
         const double* l1 = n > 1 ? l0 + step : l0;
         const double* l2 = n > 2 ? l0 + 2 * step : l0;
         const double* l3 = n > 3 ? l0 + 3 * step : l0;
-        const Vec y0 = y[0], y1 = y[1], y2 = y[2], y3 = y[3];
+        const V y0 = y[0], y1 = y[1], y2 = y[2], y3 = y[3];
         for (std::size_t i = 0; i < below; ++i) {
             double* to = own + W * (n + i);
-            const Vec low = hn::Add(hn::Mul(hn::Set(d, l0[i]), y0), hn::Mul(hn::Set(d, l1[i]), y1));
-            const Vec high =
-                hn::Add(hn::Mul(hn::Set(d, l2[i]), y2), hn::Mul(hn::Set(d, l3[i]), y3));
+            const V low = hn::Add(hn::Mul(hn::Set(d, l0[i]), y0), hn::Mul(hn::Set(d, l1[i]), y1));
+            const V high = hn::Add(hn::Mul(hn::Set(d, l2[i]), y2), hn::Mul(hn::Set(d, l3[i]), y3));
             hn::StoreU(hn::Sub(hn::LoadU(d, to), hn::Add(low, high)), d, to);
         }
     }
@@ -132,23 +131,23 @@ template <std::size_t W>
 void group_up(std::size_t n, std::size_t below, const double* l, std::size_t step, double* x)
 {
     const Row<W> d;
-    using Vec = hn::Vec<Row<W>>;
+    using V = hn::Vec<Row<W>>;
     for (std::size_t at = 0; at < W; at += hn::MaxLanes(d)) {
         double* own = x + at;
         const double* l0 = l + n;
         const double* l1 = n > 1 ? l0 + step : l0;
         const double* l2 = n > 2 ? l0 + 2 * step : l0;
         const double* l3 = n > 3 ? l0 + 3 * step : l0;
-        Vec s0 = hn::Zero(d), s1 = s0, s2 = s0, s3 = s0;
+        V s0 = hn::Zero(d), s1 = s0, s2 = s0, s3 = s0;
         for (std::size_t i = 0; i < below; ++i) {
-            const Vec xi = hn::LoadU(d, own + W * (n + i));
+            const V xi = hn::LoadU(d, own + W * (n + i));
             s0 = hn::Add(s0, hn::Mul(hn::Set(d, l0[i]), xi));
             s1 = hn::Add(s1, hn::Mul(hn::Set(d, l1[i]), xi));
             s2 = hn::Add(s2, hn::Mul(hn::Set(d, l2[i]), xi));
             s3 = hn::Add(s3, hn::Mul(hn::Set(d, l3[i]), xi));
         }
-        const Vec sums[group] = {s0, s1, s2, s3};
-        Vec y[group] = {s0, s1, s2, s3};
+        const V sums[group] = {s0, s1, s2, s3};
+        V y[group] = {s0, s1, s2, s3};
         for (std::size_t j = n; j-- > 0;) {
             y[j] = hn::Sub(hn::LoadU(d, own + W * j), sums[j]);
             for (std::size_t k = j + 1; k < n; ++k) {
