@@ -70,7 +70,7 @@ inline void describe_shell(graph::ParamsOf<physics::ShellOptions>& p)
         .block<physics::PlasticOptions>(
             "plastic", &ShellOptions::plastic, describe_plastic,
             "Plastic deformation: a permanent change of the rest shape, dents and creases. A Plane "
-            "is stepped as triangles then, which takes about five times as long.");
+            "is stepped as triangles then, which takes 3 to 20 times as long.");
 }
 
 inline void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
