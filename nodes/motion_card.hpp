@@ -61,13 +61,9 @@ inline MotionFigures motion_figures(const graph::NodeType& type, const graph::Pa
     if (text("bricks.element") == "trilinear") options.element = physics::BrickElement::trilinear;
     if (text("bricks.element") == "one_point") options.element = physics::BrickElement::one_point;
     if (text("bricks.weighting") == "full") options.weighting = physics::Weighting::full;
-    // Where rest shapes have flowed, the state alone knows the energy.
-    double elastic = 0;
-    for (const float energy : state.energy) elastic += double(energy);
-    if (state.energy.empty()) {
-        elastic = physics::strain(physics::make_bricks(cubes, options), state.x).energy;
-    }
-    const double stored = elastic + physics::kinetic_energy(state, cubes);
+    const auto body = physics::make_bricks(cubes, options);
+    const double stored =
+        physics::strain(body, state).energy + physics::kinetic_energy(state, cubes);
     const auto pull = std::get<std::array<double, 3>>(param_of(type.params, params, "gravity").is);
     const auto mass = geometry::corner_masses(cubes);
     double lifted = 0;

@@ -60,7 +60,8 @@ public:
     // Numbers a cube of State::plastic: those of plastic_rows, as strains. Others are not taken.
     void load_plastic(const std::vector<float>& from);
     std::vector<float> plastic() const;  // empty: nothing has flowed
-    double flow(const double* x, double dt) override;
+    bool may_flow() const override { return body_.plastic.yield > 0; }
+    double flow(const double* x, double dt, Flow how) override;
     // Cubes that keep these rotations from here on, whatever their corners do; none: all turn.
     void hold(const std::vector<HeldRotation>& rotations);
 
@@ -72,7 +73,7 @@ private:
     MultigridCache::Factor make_multigrid(double stiffness, double damping,
                                           const std::vector<double>& mass,
                                           const HeldCorners& held) const;
-    double flow_lane(std::size_t i, const double* x, double dt, double* plastic, float* low) const;
+    double flow_lane(std::size_t i, const double* x, double dt, Flow how);
     // `held` must outlive them.
     CubeMatrices matrices_at_rest(double stiffness, double damping, const HeldCorners& held) const;
     std::vector<double> by_corner(const std::vector<double>& by_slot) const;

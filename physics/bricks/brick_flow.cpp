@@ -45,6 +45,14 @@ void store_rest(const BrickStrain& rest, double scale, double* rows, float* low)
     for (std::size_t i = 0; i < 12; ++i) store(6 + i, rest.bent.data()[i]);
 }
 
+// I plus a strain, made smaller or larger until its volume is 1, less I.
+Mat3 with_volume_1(const Mat3& strain)
+{
+    const Mat3 shape = Mat3::Identity() + strain;
+    const double det = shape.determinant();
+    return (det > 0 ? Mat3(shape / std::cbrt(det)) : shape) - Mat3::Identity();
+}
+
 // R^T C / (4 h) of a brick, less I of the mean, from its corners (4 numbers a slot) and its
 // rotation (rows of lanes).
 BrickStrain strain_of(const std::uint32_t* slots, const double* x, const double* rotation,
@@ -92,25 +100,24 @@ BrickStrain flowed(const BrickStrain& rest, const BrickStrain& now, const Plasti
                    double dt)
 {
     constexpr double least = 0.05;  // of its volume: what is crushed or inside out has no shape
-    const Mat3 stretch = Mat3::Identity() + now.mean, before = Mat3::Identity() + rest.mean;
-    if (!(stretch.determinant() > least)) return rest;
-    BrickStrain beyond{strain_beyond(stretch, before), now.bent - rest.bent};
+    if (!((Mat3::Identity() + now.mean).determinant() > least)) return rest;
+    BrickStrain beyond{now.mean - rest.mean, now.bent - rest.bent};
     beyond.mean.diagonal().array() -= beyond.mean.trace() / 3;
     const double share = share_that_flows(options, size_of(beyond), dt);
     if (!(share > 0)) return rest;
-    BrickStrain out{grown_rest(before, share, beyond.mean, true), rest.bent + share * beyond.bent};
+    BrickStrain out{with_volume_1(rest.mean + share * beyond.mean),
+                    rest.bent + share * beyond.bent};
     const double size = size_of(out);
     if (size > options.limit) {
         const double by = options.limit / size;
-        out.mean = grown_rest(Mat3::Identity(), by, out.mean, true);
+        out.mean = with_volume_1(by * out.mean);
         out.bent *= by;
     }
     return out;
 }
 
-// By which strain the rest shape of lane i of `plastic` flows. It is put there.
-double BrickElasticity::flow_lane(std::size_t i, const double* x, double dt, double* plastic,
-                                  float* low) const
+// By which strain the rest shape of lane i flows, or would.
+double BrickElasticity::flow_lane(std::size_t i, const double* x, double dt, Flow how)
 {
     const std::size_t block = i / block_lanes, lane = i % block_lanes;
     if (body_.layout.cube[i] == no_index || (!held_.empty() && held_[i] > 0)) return 0;
@@ -118,35 +125,37 @@ double BrickElasticity::flow_lane(std::size_t i, const double* x, double dt, dou
     const BrickStrain now = strain_of(&body_.layout.gather[block * 8 * block_lanes + lane], x,
                                       &rotation_[block * 9 * block_lanes + lane], edge);
     const std::size_t at = block * plastic_rows * block_lanes + lane;
-    const BrickStrain rest = plastic ? load_rest(plastic + at, 1 / (4 * edge)) : BrickStrain{};
+    const BrickStrain rest =
+        plastic_.empty() ? BrickStrain{} : load_rest(&plastic_[at], 1 / (4 * edge));
     const BrickStrain next = flowed(rest, now, body_.plastic, dt);
     const double flowed = size_of({next.mean - rest.mean, next.bent - rest.bent});
     if (!(flowed > least_flow)) return 0;
-    if (plastic) store_rest(next, 4 * edge, plastic + at, low + at);
+    if (how == Flow::taken) store_rest(next, 4 * edge, &plastic_[at], &plastic_low_[at]);
     return flowed;
 }
 
-double BrickElasticity::flow(const double* x, double dt)
+double BrickElasticity::flow(const double* x, double dt, Flow how)
 {
-    if (!(body_.plastic.yield > 0)) return 0;
+    if (!may_flow()) return 0;
     evaluate(x, nullptr, {});  // the rotations there
     const std::size_t blocks = body_.layout.blocks();
-    const auto flow_all = [&](double* plastic, float* low) {
+    const auto flow_all = [&](Flow as) {
         std::vector<double> most(blocks, 0);
         geometry::parallel_for(blocks, blocks_a_task, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin * block_lanes; i < end * block_lanes; ++i) {
                 double& own = most[i / block_lanes];
-                own = std::max(own, flow_lane(i, x, dt, plastic, low));
+                own = std::max(own, flow_lane(i, x, dt, as));
             }
         });
         return most.empty() ? 0 : *std::max_element(most.begin(), most.end());
     };
     if (plastic_.empty()) {
-        if (flow_all(nullptr, nullptr) == 0) return 0;
+        const double would = flow_all(Flow::told);
+        if (would == 0 || how == Flow::told) return would;
         plastic_.assign(blocks * plastic_rows * block_lanes, 0);
         plastic_low_.assign(plastic_.size(), 0);
     }
-    return flow_all(plastic_.data(), plastic_low_.data());
+    return flow_all(how);
 }
 
 void BrickElasticity::load_plastic(const std::vector<float>& from)

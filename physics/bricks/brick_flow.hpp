@@ -3,12 +3,13 @@
 // Rest shapes of bricks that give way (state/plastic.hpp).
 //
 // The mean of a brick has U = R^T F, with F its mean deformation gradient, and the rest shape S, of
-// the volume 1. It yields by what of its strain is no change of volume, as metals and clay do:
-// under pressure from all sides nothing flows. What else a brick does, its bending and twisting
-// (the monomials xy, yz, zx and xyz of brick_kernels.hpp, over 4 h), gives way by the same share: a
-// wall one cube thick that is bent over stays so. The strain that it yields by is the root of the
-// mean square in the brick, which of a monomial x is a third and of xy a ninth of its square; as
-// the incompatible element has it, x strains the plane across x alone.
+// the volume 1. Its forces are linear in U - S. It yields by what of that is no change of volume,
+// as metals and clay do, and S grows by a share of it: under pressure from all sides nothing flows.
+// What else a brick does, its bending and twisting (the monomials xy, yz, zx and xyz of
+// brick_kernels.hpp, over 4 h), gives way by the same share: a wall one cube thick that is bent
+// over stays so. The strain that it yields by is the root of the mean square in the brick, which of
+// a monomial x is a third and of xy a ninth of its square; as the incompatible element has it, x
+// strains the plane across x alone.
 //
 // The rest shape moves what the element's forces are linear about; its stiffness stays that of the
 // cube. So preconditioners and factors hold as they are.

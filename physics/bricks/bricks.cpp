@@ -66,11 +66,19 @@ State advance(const BricksBody& body, State state, const Loads& loads, double dt
 
 Strained strain(const BricksBody& body, const std::vector<Vec3>& x)
 {
+    State state;
+    state.x = x;
+    return strain(body, state);
+}
+
+Strained strain(const BricksBody& body, const State& state)
+{
     BrickElasticity elasticity(body);
+    if (state.plastic_of == PlasticOf::bricks) elasticity.load_plastic(state.plastic);
     Aligned<double> f(4 * body.layout.slots, 0);
     Aligned<float> stress(body.layout.cube.size());
     Strained out;
-    out.energy = elasticity.evaluate(by_slot(body.base, x).data(), f.data(), {stress.data()});
+    out.energy = elasticity.evaluate(by_slot(body.base, state.x).data(), f.data(), {stress.data()});
     for (std::size_t k = 0; k < body.base.corners; ++k) {
         out.force.emplace_back(f[4 * std::size_t{body.base.slot[k]}],
                                f[4 * std::size_t{body.base.slot[k]} + 1],

@@ -25,13 +25,14 @@ State advance(const BricksBody& body, State state, const Loads& loads, double dt
 std::unique_ptr<Elasticity> elasticity_of(const BricksBody& body,
                                           const std::vector<float>& rotation);
 
-// What a body at x holds: its elastic energy (J), the forces on its corners (N, K) and the von
-// Mises stress of its cubes (Pa, C).
+// What a body holds at a state's places, with its rest shapes: its elastic energy (J), the forces
+// on its corners (N, K) and the von Mises stress of its cubes (Pa, C).
 struct Strained {
     double energy = 0;
     std::vector<Vec3> force;
     std::vector<float> stress;
 };
+Strained strain(const BricksBody& body, const State& state);
 Strained strain(const BricksBody& body, const std::vector<Vec3>& x);
 
 }  // namespace physics

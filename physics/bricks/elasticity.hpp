@@ -74,9 +74,12 @@ public:
         return nullptr;
     }
 
-    // The end of a step of dt seconds, at x: rest shapes give way. Returns by which strain at most,
-    // 0: none did; else f is another one from here on.
-    virtual double flow(const double*, double) { return 0; }
+    // Whether rest shapes may give way at all.
+    virtual bool may_flow() const { return false; }
+    // The end of a step of dt seconds, at x: rest shapes give way, or would. Returns by which
+    // strain at most. Where any did, f is another one from here on.
+    enum class Flow { taken, told };
+    virtual double flow(const double*, double, Flow) { return 0; }
 
     // Where what springs hold is to be, once a share of the frame has gone by; and whether that
     // changes within the frame.

@@ -54,7 +54,8 @@ public:
     {
         method_.add_contact(contact, block, cubes);
     }
-    double flow(const double* x, double dt) override { return method_.flow(x, dt); }
+    bool may_flow() const override { return method_.may_flow(); }
+    double flow(const double* x, double dt, Flow how) override { return method_.flow(x, dt, how); }
     bool targets_move() const override { return moves_; }
     void at_share(double share) override;
 

@@ -2,10 +2,10 @@
 
 // Bodies at rest sleep: a frame in which nothing would move is not stepped.
 //
-// What rests for `frames_at_rest` frames, rest shapes too, and whose forces balance with all
-// velocities 0, keeps its state for another frame. That takes one evaluation of the forces, which
-// is also what wakes it: a load, a pin, a collider or a wind that changes leaves forces unbalanced.
-// Nothing else is kept, so that a shot goes on from any of its states.
+// What rests for `frames_at_rest` frames, whose rest shapes do not flow, and whose forces balance
+// with all velocities 0, keeps its state for another frame. That takes one evaluation of the
+// forces, which is also what wakes it: a load, a pin, a collider or a wind that changes leaves
+// forces unbalanced. Nothing else is kept, so that a shot goes on from any of its states.
 //
 // Either condition alone would stop what moves. Where a swing turns back, velocities are 0 for a
 // moment; a thin tail may hang from so heavy a body that its weight is below the tolerance.
@@ -17,7 +17,7 @@ namespace physics {
 // Frames in a row in which nothing moves by more than `still` before it sleeps.
 inline constexpr int frames_at_rest = 12;
 inline constexpr double still = 3e-5;       // cubes a frame
-inline constexpr double still_rest = 1e-7;  // strain a step, by which rest shapes may still flow
+inline constexpr double still_rest = 1e-7;  // strain a frame, by which rest shapes may still flow
 
 // Whether no corner moves by more than that on its way between two places (by slot, m).
 bool is_still(const CornerBody& body, const Aligned<double>& from, const Aligned<double>& to);

@@ -39,7 +39,6 @@ struct FrameStep {
     StepRecord record;
     Motion now;
     EnergyAccount account;  // of the midpoint rule
-    double flowed = 0;      // strain, by which rest shapes gave way in a step at most
 };
 
 // Implicit Euler over tau seconds up to a share of the frame.
@@ -182,13 +181,11 @@ constexpr double deep_sheet_at_rest = 0.05;  // thicknesses
 // What rest shapes give way by is no energy that the midpoint rule is to keep.
 void let_flow(FrameStep& step, double dt)
 {
-    if (step.frame.options.leaps) return;
     Elasticity& elasticity = step.stage.elasticity;
+    if (step.frame.options.leaps || !elasticity.may_flow()) return;
     const double* const x = step.now.x.data();
     const double before = step.account.known ? elasticity.energy(x) : 0;
-    const double flowed = elasticity.flow(x, dt);
-    if (flowed == 0) return;
-    step.flowed = std::max(step.flowed, flowed);
+    if (elasticity.flow(x, dt, Elasticity::Flow::taken) == 0) return;
     step.stage.linear_at.clear();
     if (step.account.known) step.account.due += elasticity.energy(x) - before;
 }
@@ -303,11 +300,19 @@ void store(const CornerBody& body, const Motion& motion, State& state)
     }
 }
 
+// Whether no rest shape would flow within the frame.
+bool keeps_shape(FrameStep& step)
+{
+    Elasticity& elasticity = step.stage.elasticity;
+    return !elasticity.may_flow() || elasticity.flow(step.now.x.data(), step.frame.seconds,
+                                                     Elasticity::Flow::told) < still_rest;
+}
+
 bool sleeps(FrameStep& step, const State& state)
 {
     const StepOptions& options = step.frame.options;
     return options.sleep && !options.leaps && state.still_frames >= frames_at_rest &&
-           state.report.converged && state.report.warnings.empty() &&
+           state.report.converged && state.report.warnings.empty() && keeps_shape(step) &&
            stays_at_rest(step.stage, step.solver, step.now.x, step.now.v, step.record);
 }
 
@@ -375,8 +380,7 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
         frame.first = false;
     }
     store(body, step.now, state);
-    const bool rests = step.flowed < still_rest && is_still(body, frame.start, step.now.x);
-    state.still_frames = rests ? state.still_frames + 1 : 0;
+    state.still_frames = is_still(body, frame.start, step.now.x) ? state.still_frames + 1 : 0;
     keep_reactions(loads.pins, step.record, state);
     state.grips = std::move(step.stage.grips);
     state.holds = std::move(step.stage.held);

@@ -22,15 +22,7 @@ State advance(const ShellBody& body, State state, const Loads& loads, double dt,
         return state;
     }
     ShellElasticity elasticity(body, loads.pins);
-    const bool flattens = state.plastic_of == PlasticOf::triangles;
-    state = advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
-    if (!flattens || state.report.slept) return state;
-    state.plastic.clear();
-    state.plastic_of = PlasticOf::nothing;
-    state.report.warnings.emplace_back(
-        "What the plane was bent and stretched by for good is lost: it keeps that only while "
-        "shell.plastic.yield is above 0. Set it to 10 where nothing more is to yield.");
-    return state;
+    return advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
 }
 
 }  // namespace physics

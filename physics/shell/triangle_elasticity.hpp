@@ -42,7 +42,8 @@ public:
     // Numbers a triangle of State::plastic: those of TriangleStrain. Others are not taken.
     void load_plastic(const std::vector<float>& from);
     std::vector<float> plastic() const;  // empty: nothing has flowed
-    double flow(const double* x, double dt) override;
+    bool may_flow() const override { return body_.options.plastic.yield > 0; }
+    double flow(const double* x, double dt, Flow how) override;
 
     std::shared_ptr<const Dissection>
     dissection(const std::vector<std::uint32_t>& held) const override;
@@ -67,7 +68,8 @@ private:
     void evaluate();
     void evaluate_triangle(std::size_t t, const Pose& pose);
     void assemble();
-    double flow_triangle(std::size_t t, const double* x, const Eigen::Matrix3d& bends, double dt);
+    double flow_triangle(std::size_t t, const double* x, const Eigen::Matrix3d& bends, double dt,
+                         Flow how);
     // Of the matrices of a triangle; 1 where the damping is even, and the weight is scale_.
     double weight_of(std::size_t t) const;
     double damping_of(std::size_t t) const;

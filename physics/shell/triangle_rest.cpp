@@ -12,10 +12,9 @@ constexpr std::size_t triangles_that_flow = 256;  // in a task
 
 }  // namespace
 
-double TriangleElasticity::flow(const double* x, double dt)
+double TriangleElasticity::flow(const double* x, double dt, Flow how)
 {
-    const PlasticOptions& options = body_.options.plastic;
-    if (!(options.yield > 0)) return 0;
+    if (!may_flow()) return 0;
     const std::vector<Pose> poses = poses_at(x);
     const bool first = plastic_.empty();
     plastic_.resize(shell_.triangle.size());
@@ -23,17 +22,17 @@ double TriangleElasticity::flow(const double* x, double dt)
     geometry::parallel_for(most.size(), triangles_that_flow,
                            [&](std::size_t begin, std::size_t end) {
                                for (std::size_t t = begin; t < end; ++t) {
-                                   most[t] = flow_triangle(t, x, poses[t].bends, dt);
+                                   most[t] = flow_triangle(t, x, poses[t].bends, dt, how);
                                }
                            });
     const double flowed = most.empty() ? 0 : *std::max_element(most.begin(), most.end());
-    if (first && flowed == 0) plastic_.clear();
+    if (first && (flowed == 0 || how == Flow::told)) plastic_.clear();
     return flowed;
 }
 
-// By which strain the rest shape of a triangle flows that bends by these columns.
+// By which strain the rest shape of a triangle flows, or would, that bends by these columns.
 double TriangleElasticity::flow_triangle(std::size_t t, const double* x,
-                                         const Eigen::Matrix3d& bends, double dt)
+                                         const Eigen::Matrix3d& bends, double dt, Flow how)
 {
     const ShellTriangle& own = shell_.triangle[t];
     Eigen::Matrix3d places;
@@ -48,6 +47,7 @@ double TriangleElasticity::flow_triangle(std::size_t t, const double* x,
     const double flowed =
         size_of({next.stretch - rest.stretch, next.curvature - rest.curvature}, own.thickness);
     if (!(flowed > least_flow)) return 0;
+    if (how == Flow::told) return flowed;
     rest = next;
     rest_[t] = rest_of(own, next);
     return flowed;

@@ -4,7 +4,8 @@
 // lattice, a brick, a triangle of a shell.
 //
 // With S the stretch that the rest shape has come to and U that of now, both symmetric, the strain
-// is e = U S^-1 - I. Where its norm is above the yield strain, S grows towards U by
+// of a region or a triangle is e = U S^-1 - I (that of a brick stands in brick_flow.hpp). Where its
+// norm is above the yield strain, S grows towards U by
 //   S' = (I + (1 - exp(-flow dt)) (1 - yield / |e|) e) S
 // made symmetric, where a method asks for it with the volume that it had, and no further from I
 // than the limit. Mueller, Heidelberger, Teschner, Gross. Meshless deformations based on shape
@@ -20,8 +21,9 @@ struct PlasticOptions {
     double limit = 0.5;  // strain of the rest shape, at most
 };
 
-// What flows by less does not flow: without end, strains come closer to the yield strain.
-inline constexpr double least_flow = 1e-9;
+// What bricks and triangles would flow by less in a step does not flow: without end, strains come
+// closer to the yield strain.
+inline constexpr double least_flow = 1e-12;
 
 // Throws std::invalid_argument where one is out of its range.
 void check_plastic(const PlasticOptions& options);

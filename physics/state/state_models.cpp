@@ -109,6 +109,12 @@ std::shared_ptr<const State> state_of(const std::shared_ptr<const State>& state,
     out.x = part_of(state->x, found->corner, found->corners);
     out.v = part_of(state->v, found->corner, found->corners);
     out.brick_mass = state->brick_mass;
+    if (state->plastic_of == PlasticOf::bricks) {
+        const StateModel& last = state->models.back();
+        const std::size_t rows = state->plastic.size() / (last.cube + last.cubes);
+        out.plastic = part_of(state->plastic, rows * found->cube, rows * found->cubes);
+        out.plastic_of = PlasticOf::bricks;
+    }
     out.stress = part_of(state->stress, found->cube, found->cubes);
     out.energy = part_of(state->energy, found->cube, found->cubes);
     out.reactions = part_of(state->reactions, *found);

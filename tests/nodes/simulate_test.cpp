@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace {
 
 using fixtures::NodeRun;
@@ -85,6 +87,52 @@ TEST(Simulate, ABeamThatYieldsStaysBent)
         geometry::plane_cubes(geometry::rectangle_cells(8, 2), {1, 0.1, {0, 0, 0}}, 0.05, card));
     EXPECT_LT(std::abs(sag_left(plane, "shell", 0)), 0.01);
     EXPECT_GT(sag_left(plane, "shell", 0.003), 0.05);
+}
+
+// The state of a node that goes on from `start` by another method, or by the same, after a frame.
+Value gone_on(const Value& cubes, const Value& start, const std::string& method, NodeRun& node)
+{
+    node.param("method").is = method;
+    node.inputs["cubes"] = {cubes};
+    node.inputs["start"] = {start};
+    node.previous = {node.run()};
+    return node.run();
+}
+
+TEST(Simulate, RestShapesThatAMethodDoesNotKeepAreToldOf)
+{
+    const Value cubes = Value::of(fixtures::box(3, 1, 1, 0.1, {.young = 1e5}));
+    physics::State dented;
+    dented.x = geometry::corner_positions(*cubes.as<geometry::Cubes>());
+    dented.v.resize(dented.x.size(), geometry::Vec3::Zero());
+    dented.plastic.assign(18 * 3, 0.01f);
+    dented.plastic_of = physics::PlasticOf::bricks;
+    const Value start = Value::of(dented);
+    NodeRun bricks("Simulate");
+    const Value kept = gone_on(cubes, start, "bricks", bricks);
+    EXPECT_EQ(kept.as<physics::State>()->plastic, dented.plastic);
+    EXPECT_TRUE(bricks.warnings.empty());
+    for (const char* method : {"springs", "lattice"}) {
+        NodeRun other("Simulate");
+        const Value lost = gone_on(cubes, start, method, other);
+        EXPECT_TRUE(lost.as<physics::State>()->plastic.empty()) << method;
+        const auto told = [](const std::string& w) {
+            return w.find("changed by for good is lost") != std::string::npos;
+        };
+        EXPECT_EQ(std::count_if(other.warnings.begin(), other.warnings.end(), told), 1) << method;
+    }
+    // A plane that was stepped as triangles, and is not any more.
+    const Value plane = Value::of(
+        geometry::plane_cubes(geometry::rectangle_cells(2, 1), {1, 0.1, {0, 0, 0}}, 0.01));
+    dented.x = geometry::corner_positions(*plane.as<geometry::Cubes>());
+    dented.v.assign(dented.x.size(), geometry::Vec3::Zero());
+    dented.plastic.assign(6 * 4, 0.01f);
+    dented.plastic_of = physics::PlasticOf::triangles;
+    NodeRun shell("Simulate");
+    EXPECT_TRUE(
+        gone_on(plane, Value::of(dented), "shell", shell).as<physics::State>()->plastic.empty());
+    ASSERT_FALSE(shell.warnings.empty());
+    EXPECT_NE(shell.warnings[0].find("plastic.yield is above 0"), std::string::npos);
 }
 
 TEST(Simulate, ABeamOneCubeThickSagsTheSameByFiniteDifferences)
