@@ -1,5 +1,6 @@
 #include "graph/types/node_builder.hpp"
 #include "nodes/simulate_options.hpp"
+#include "nodes/simulate_plastic.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/body/collider_contact.hpp"
 #include "physics/body/external_forces.hpp"
@@ -324,34 +325,6 @@ static void start_moving(const Inputs& in, physics::State& state)
     physics::add_first_motion(state, 0, all, in.initial_velocity, degree * in.initial_spin_degrees);
 }
 
-// What has rest shapes that this node lets flow, or keeps as they are.
-static physics::PlasticOf plastic_of(const Inputs& in)
-{
-    using physics::PlasticOf;
-    const auto* const shell = std::get_if<physics::ShellBody>(&in.body->is);
-    const auto* const lattice = std::get_if<physics::LatticeBody>(&in.body->is);
-    if (std::holds_alternative<physics::BricksBody>(in.body->is)) return PlasticOf::bricks;
-    if (shell && shell->triangles) return PlasticOf::triangles;
-    if (lattice && lattice->options.plastic.yield > 0) return PlasticOf::regions;
-    return PlasticOf::nothing;
-}
-
-// Rest shapes of another method go, and that is told.
-static void keep_own_plastic(const Inputs& in, const graph::Context& context, physics::State& state)
-{
-    using physics::PlasticOf;
-    if (state.plastic_of == PlasticOf::nothing || state.plastic_of == plastic_of(in)) return;
-    const bool same_method = state.plastic_of != PlasticOf::bricks && in.method != Method::bricks &&
-                             in.method != Method::springs;
-    context.warn(same_method ? "what the rest shape has changed by for good is lost: a lattice and "
-                               "a plane keep that while plastic.yield is above 0. Set it to 10 "
-                               "where nothing more is to yield"
-                             : "what the rest shape has changed by for good is lost: each method "
-                               "keeps that of its own alone. Set `method` as it was in `start`");
-    state.plastic.clear();
-    state.plastic_of = PlasticOf::nothing;
-}
-
 static physics::State first_state(const Inputs& in, const graph::Context& context,
                                   physics::Loads& loads)
 {
@@ -379,7 +352,7 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
     }
     const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);
     state.brick_mass = bricks && bricks->has_brick_mass();
-    keep_own_plastic(in, context, state);
+    keep_own_plastic(in.body->is, context, state);
     if (in.method != Method::lattice) state.broken.clear();
     state.report = {};
     if (in.initial_shape == Shape::given) return state;
@@ -425,7 +398,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     add_forces(in, context, loads);
     const double dt = in.dt > 0 ? in.dt : context.frame_seconds();
     auto last = *in.last;
-    keep_own_plastic(in, context, last);
+    keep_own_plastic(in.body->is, context, last);
     auto state = std::visit(
         [&](const auto& body) { return advance(body, std::move(last), loads, dt, in.step); },
         in.body->is);
