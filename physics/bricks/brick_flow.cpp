@@ -45,12 +45,10 @@ void store_rest(const BrickStrain& rest, double scale, double* rows, float* low)
     for (std::size_t i = 0; i < 12; ++i) store(6 + i, rest.bent.data()[i]);
 }
 
-// I plus a strain, made smaller or larger until its volume is 1, less I.
-Mat3 with_volume_1(const Mat3& strain)
+// The same rest shape with the volume 1.
+Mat3 as_large(const Mat3& strain)
 {
-    const Mat3 shape = Mat3::Identity() + strain;
-    const double det = shape.determinant();
-    return (det > 0 ? Mat3(shape / std::cbrt(det)) : shape) - Mat3::Identity();
+    return with_volume_1(Mat3::Identity() + strain) - Mat3::Identity();
 }
 
 // R^T C / (4 h) of a brick, less I of the mean, from its corners (4 numbers a slot) and its
@@ -105,12 +103,11 @@ BrickStrain flowed(const BrickStrain& rest, const BrickStrain& now, const Plasti
     beyond.mean.diagonal().array() -= beyond.mean.trace() / 3;
     const double share = share_that_flows(options, size_of(beyond), dt);
     if (!(share > 0)) return rest;
-    BrickStrain out{with_volume_1(rest.mean + share * beyond.mean),
-                    rest.bent + share * beyond.bent};
+    BrickStrain out{as_large(rest.mean + share * beyond.mean), rest.bent + share * beyond.bent};
     const double size = size_of(out);
     if (size > options.limit) {
         const double by = options.limit / size;
-        out.mean = with_volume_1(by * out.mean);
+        out.mean = as_large(by * out.mean);
         out.bent *= by;
     }
     return out;

@@ -72,13 +72,10 @@ void check(const LatticeOptions& options)
             "found substeps {}, rate {}, bend {} and damping {}",
             options.substeps, options.rate, options.bend, options.damping));
     }
-    if (!positive(options.plastic.yield) || !positive(options.plastic.flow) ||
-        !(options.plastic.limit >= 0 && options.plastic.limit < 1) || !positive(options.tear)) {
-        throw std::invalid_argument(fmt::format("expected a yield, flow and tear of at least 0 and "
-                                                "a limit from 0 to below 1, found yield "
-                                                "{}, flow {}, tear {} and limit {}",
-                                                options.plastic.yield, options.plastic.flow,
-                                                options.tear, options.plastic.limit));
+    check_plastic(options.plastic);
+    if (!positive(options.tear)) {
+        throw std::invalid_argument(
+            fmt::format("expected a tear of at least 0, found {}", options.tear));
     }
     if (!positive(options.contact.distance) || !positive(options.contact.friction)) {
         throw std::invalid_argument(

@@ -20,20 +20,13 @@ constexpr std::size_t row = 4;
 // The triangles join their sides as cubes do their corners.
 Dissection dissect_sides(const TriangleShell& shell, const double* rest)
 {
-    const auto place = [&](std::uint32_t k) {
-        return geometry::Vec3(Eigen::Map<const geometry::Vec3>(rest + 4 * std::size_t{k}));
-    };
-    std::vector<geometry::Vec3> middles;
-    for (const auto& uses : shell.side) {
-        const auto& k = shell.triangle[uses[0] / 3].corner;
-        middles.push_back((place(k[uses[0] % 3]) + place(k[(uses[0] % 3 + 1) % 3])) / 2);
-    }
     ElementCorners elements;
     for (const ShellTriangle& t : shell.triangle) {
         const auto [a, b, c] = t.side;
         elements.push_back({a, b, c, a, a, a, a, a});
     }
-    return dissect(elements, middles, {}, std::numeric_limits<double>::infinity());
+    return dissect(elements, middles_of_sides(shell, rest), {},
+                   std::numeric_limits<double>::infinity());
 }
 
 }  // namespace

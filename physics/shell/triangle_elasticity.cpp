@@ -456,10 +456,8 @@ TriangleElasticity::dissected(const std::vector<std::uint32_t>& held, const Elem
     for (const auto k : held) left_out[k] = 1;
     std::vector<Vec3> places;
     for (std::uint32_t k = 0; k < corners; ++k) places.push_back(corner_at(x, k));
-    for (const auto& uses : shell_.side) {
-        const auto& k = shell_.triangle[uses[0] / 3].corner;
-        places.push_back((places[k[uses[0] % 3]] + places[k[(uses[0] % 3 + 1) % 3]]) / 2);
-    }
+    const std::vector<Vec3> middles = middles_of_sides(shell_, x);
+    places.insert(places.end(), middles.begin(), middles.end());
     ElementCorners elements;
     const auto side_at = [&](std::uint32_t s) { return static_cast<std::uint32_t>(corners) + s; };
     for (const ShellTriangle& t : shell_.triangle) {

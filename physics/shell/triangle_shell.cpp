@@ -11,9 +11,9 @@ namespace {
 
 using geometry::no_index;
 
-Vec3 rest_place(const double* rest, std::uint32_t k)
+Vec3 place_of(const double* x, std::uint32_t k)
 {
-    return Eigen::Map<const Vec3>(rest + 4 * std::size_t{k});
+    return Eigen::Map<const Vec3>(x + 4 * std::size_t{k});
 }
 
 // A triangle at rest, in axes of its own.
@@ -32,7 +32,7 @@ struct AtRest {
 AtRest at_rest(const TrianglePlan& plan, const double* rest)
 {
     AtRest out;
-    for (std::size_t i = 0; i < 3; ++i) out.place[i] = rest_place(rest, plan.corner[i]);
+    for (std::size_t i = 0; i < 3; ++i) out.place[i] = place_of(rest, plan.corner[i]);
     const Vec3 twice = out.along(0).cross(-out.along(2));
     out.area = twice.norm() / 2;
     out.normal = twice.normalized();
@@ -230,6 +230,18 @@ TriangleShell make_triangle_shell(const std::vector<TrianglePlan>& triangles, co
     out.side = std::move(sides.of);
     add_around(corners, out);
     add_rows(corners, out);
+    return out;
+}
+
+std::vector<Vec3> middles_of_sides(const TriangleShell& shell, const double* x)
+{
+    std::vector<Vec3> out;
+    out.reserve(shell.side.size());
+    for (const auto& uses : shell.side) {
+        const auto& k = shell.triangle[uses[0] / 3].corner;
+        const std::size_t side = uses[0] % 3;
+        out.push_back((place_of(x, k[side]) + place_of(x, k[(side + 1) % 3])) / 2);
+    }
     return out;
 }
 

@@ -81,6 +81,9 @@ struct TriangleShell {
     std::size_t bytes() const;
 };
 
+// Of each side, S, m, where corners are at `x`, four numbers a slot.
+std::vector<Vec3> middles_of_sides(const TriangleShell& shell, const double* x);
+
 // Three corners (slots) of a triangle and what it is made of.
 struct TrianglePlan {
     std::array<std::uint32_t, 3> corner{};

@@ -37,13 +37,17 @@ Mat3 strain_beyond(const Mat3& stretch, const Mat3& rest)
     return 0.5 * (strain + strain.transpose()) - Mat3::Identity();
 }
 
+Mat3 with_volume_1(const Mat3& stretch)
+{
+    const double det = stretch.determinant();
+    return det > 0 ? Mat3(stretch / std::cbrt(det)) : stretch;
+}
+
 Mat3 grown_rest(const Mat3& rest, double share, const Mat3& strain, bool keeps_volume)
 {
     const Mat3 grown = (Mat3::Identity() + share * strain) * rest;
-    Mat3 next = 0.5 * (grown + grown.transpose());
-    const double det = next.determinant();
-    if (keeps_volume && det > 0) next /= std::cbrt(det);
-    return next - Mat3::Identity();
+    const Mat3 next = 0.5 * (grown + grown.transpose());
+    return (keeps_volume ? with_volume_1(next) : next) - Mat3::Identity();
 }
 
 }  // namespace physics

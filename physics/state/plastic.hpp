@@ -34,6 +34,8 @@ double share_that_flows(const PlasticOptions& options, double size, double dt);
 
 // e, made symmetric.
 geometry::Mat3 strain_beyond(const geometry::Mat3& stretch, const geometry::Mat3& rest);
+// A stretch made smaller or larger until its volume is 1; as it is where it has none.
+geometry::Mat3 with_volume_1(const geometry::Mat3& stretch);
 // S' less I, before the limit, of a share of a strain; the volume of S' is 1 where it is kept.
 geometry::Mat3 grown_rest(const geometry::Mat3& rest, double share, const geometry::Mat3& strain,
                           bool keeps_volume);

@@ -7,6 +7,7 @@
 #include "physics/bricks/brick_kernels.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "physics/state/choose_corners.hpp"
+#include "physics/state/measure.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 
 #include <Eigen/LU>
@@ -319,6 +320,40 @@ TEST(BrickFlow, AStateIsACheckpoint)
     EXPECT_EQ(a.x, b.x);
     EXPECT_EQ(a.plastic, b.plastic);
     EXPECT_NE(a.plastic, state.plastic);
+}
+
+// A free bar that was drawn out by a tenth of its length swings, a second.
+State swung(const Cubes& cubes, const BricksBody& body)
+{
+    State state = rest_state(body);
+    for (Vec3& x : state.x) x.x() *= 1.1;
+    for (int i = 0; i < 24; ++i) {
+        state = advance(body, std::move(state), {}, 1.0 / 24,
+                        {.integrator = Integrator::implicit_midpoint, .substeps = 4});
+    }
+    EXPECT_EQ(state.x.size(), cubes.corner_count());
+    return state;
+}
+
+TEST(BrickFlow, TheMidpointRuleGivesNothingBackOfWhatFlowed)
+{
+    const Cubes cubes = box(6, 1, 1, 0.1, {.young = 1e5});
+    const auto energy_of = [&](const BricksBody& body, const State& state) {
+        return strain(body, state).energy + kinetic_energy(state, cubes);
+    };
+    const BricksBody elastic = make_bricks(cubes);
+    State drawn = rest_state(elastic);
+    for (Vec3& x : drawn.x) x.x() *= 1.1;
+    const double start = energy_of(elastic, drawn);
+    EXPECT_NEAR(energy_of(elastic, swung(cubes, elastic)), start, 1e-3 * start);
+    const BricksBody yields = make_bricks(cubes, {.plastic = {.yield = 0.02, .flow = 1e6}});
+    const State end = swung(cubes, yields);
+    EXPECT_LT(energy_of(yields, end), 0.3 * start);
+    // What the state tells of its energy is that of its rest shapes.
+    double told = 0;
+    for (const float each : end.energy) told += double(each);
+    EXPECT_NEAR(strain(yields, end).energy, told, 1e-4 * start);
+    EXPECT_GT(strain(yields, end.x).energy, 2 * told);
 }
 
 TEST(BrickFlow, RefusesOptionsThatMeanNothing)
