@@ -311,6 +311,21 @@ TEST(BadInput, AScaleBeyondTheRangeOfCoordinatesIsRefused)
     EXPECT_TRUE(geometry::all_finite(*move.run().as<TriMesh>()));
 }
 
+TEST(BadInput, ANodeThatMakesAMeshOfInfinitePlacesFails)
+{
+    NodeRun shape("Primitive"), copies("Copies");
+    copies.inputs["mesh"] = {shape.run()};
+    copies.param("stagger").is = std::array<double, 3>{1e300, 0, 0};
+    copies.param("count_y").is = std::int64_t{3};
+    try {
+        copies.run();
+        FAIL() << "copies stand at infinity";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("is not finite: vertex"), std::string::npos)
+            << error.what();
+    }
+}
+
 TEST(BadInput, AModelTooFarAwayForItsCoordinatesIsNamed)
 {
     // At 1e7 m floats are 1 m apart: both ends of the cube of 0.8 m become 1e7.
