@@ -1,5 +1,8 @@
 #include "physics/layers/geodesic_sphere.hpp"
 
+#include "geometry/base/no_index.hpp"
+#include "geometry/base/stop.hpp"
+
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -25,8 +28,14 @@ GeodesicSphere geodesic_sphere(int n)
     // A point inside a face is its own; on edges and corners it is shared: named by the corners it
     // mixes and how much of each.
     std::map<std::array<int, 6>, std::uint32_t> shared;
+    const auto side = static_cast<std::size_t>(n) + 1;
+    std::vector<std::uint32_t> known;  // side x side, of a face, by a and b
+    geometry::StopCheck check;
     for (const auto& face : faces) {
+        known.assign(side * side, geometry::no_index);
         const auto point = [&](int a, int b) {
+            std::uint32_t& at = known[static_cast<std::size_t>(a) * side + std::size_t(b)];
+            if (at != geometry::no_index) return at;
             const int share[3] = {n - a - b, a, b};
             std::array<std::array<int, 2>, 3> parts;
             for (std::size_t i = 0; i < 3; ++i) {
@@ -35,19 +44,21 @@ GeodesicSphere geodesic_sphere(int n)
             std::sort(parts.begin(), parts.end());
             const std::array<int, 6> name{parts[0][0], parts[0][1], parts[1][0],
                                           parts[1][1], parts[2][0], parts[2][1]};
-            const auto [found, fresh] =
-                shared.emplace(name, static_cast<std::uint32_t>(sphere.points.size()));
-            if (fresh) {
-                Vec3 sum = Vec3::Zero();  // in the order of corners, the same from every face
-                for (const auto& [corner, times] : parts) {
-                    if (times > 0) sum += times * corners[static_cast<std::size_t>(corner)];
-                }
-                sphere.points.push_back(sum.normalized());
+            at = static_cast<std::uint32_t>(sphere.points.size());
+            if (parts[0][1] == 0) {
+                const auto [found, fresh] = shared.emplace(name, at);
+                if (!fresh) return at = found->second;
             }
-            return found->second;
+            Vec3 sum = Vec3::Zero();  // in the order of corners, the same from every face
+            for (const auto& [corner, times] : parts) {
+                if (times > 0) sum += times * corners[static_cast<std::size_t>(corner)];
+            }
+            sphere.points.push_back(sum.normalized());
+            return at;
         };
         for (int a = 0; a < n; ++a) {
             for (int b = 0; a + b < n; ++b) {
+                check();
                 sphere.faces.push_back({point(a, b), point(a + 1, b), point(a, b + 1)});
                 if (a + b + 1 < n) {
                     sphere.faces.push_back({point(a + 1, b), point(a + 1, b + 1), point(a, b + 1)});
