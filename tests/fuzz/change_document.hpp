@@ -90,6 +90,12 @@ private:
         const auto* whole = std::get_if<std::int64_t>(&param.fallback.is);
         const auto* real = std::get_if<double>(&param.fallback.is);
         const double usual = whole ? double(*whole) : real ? *real : 1;
+        const double any = any_number(param, usual);
+        return below(10) == 0 ? any : std::clamp(any, param.limits.min, param.limits.max);
+    }
+
+    double any_number(const graph::Param& param, double usual)
+    {
         switch (below(6)) {
         case 0:
             return std::isfinite(param.limits.min) ? param.limits.min : pick(numbers);
@@ -107,7 +113,7 @@ private:
     Json value(const graph::Param& param)
     {
         using graph::ParamKind;
-        if (below(20) == 0) return pick(expressions);
+        if (below(30) == 0) return pick(expressions);
         switch (param.kind) {
         case ParamKind::boolean:
             return below(2) == 0;
