@@ -132,7 +132,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         geometry::smooth_normals(mesh, *in.binding, *in.mesh, *in.cubes, state.x, torn);
     }
     geometry::add_carried_numbers(mesh, in.attributes, *in.mesh, *in.binding, *in.cubes,
-                                  {state.v, state.stress});
+                                  {state.v, state.stress, state.plastic_strain});
     return {torn_mesh(in, state, std::move(mesh), parted)};
 }
 
@@ -142,6 +142,9 @@ static void describe_attributes(graph::ParamsOf<Attributes>& p)
         .param("speed", &Attributes::speed, "How fast each vertex moves, m/s.")
         .param("stress", &Attributes::stress,
                "Von Mises stress of the cubes around, Pa; only from methods that compute it.")
+        .param("plastic_strain", &Attributes::plastic_strain,
+               "Strain that the rest shape of the cubes around has come to for good; only of "
+               "simulations with a yield strain (`plastic.yield`).")
         .param("component", &Attributes::component,
                "The number of the component that carries each vertex; only after "
                "ConnectedComponent.")

@@ -186,6 +186,13 @@ constexpr Quantity quantities[] = {
          for (const float s : of_cubes(in, state(in).stress, "stress")) most = std::max(most, s);
          return double(most);
      }},
+    {"plastic_strain_max",
+     {"state"},
+     [](const Inputs& in) {
+         float most = 0;
+         for (const float s : state(in).plastic_strain) most = std::max(most, s);
+         return double(most);
+     }},
     {"momentum",
      {"cubes", "state"},
      [](const Inputs& in) { return along(in, moments(in).momentum); }},
@@ -278,7 +285,8 @@ void add_to(graph::Registry& registry)
             "against `rest`: displacement_max, displacement_mean, displacement_at (m), stretch_max "
             "(largest edge length over its rest length). Of `cubes`: cubes (their number), "
             "components, mass (kg). Of `state`: speed_max (m/s), elastic_energy (J), stress_max "
-            "(Pa, von Mises), reaction_force (N, of pins on the body, along `direction`), "
+            "(Pa, von Mises), plastic_strain_max (that rest shapes have come to for good; 0 where "
+            "nothing has yielded), reaction_force (N, of pins on the body, along `direction`), "
             "reaction_torque (N m, of pins about the axis along `direction` through `point`), "
             "contact_depth (m, the deepest point of any body in what it touches), converged (1 or "
             "0), "

@@ -87,8 +87,10 @@ static void describe(graph::ParamsOf<ColourParams>& p)
         .colour("constant", &ColourParams::constant, "The one colour.", {"by", {"constant"}})
         .param(
             "attribute", &ColourParams::attribute,
-            "Name of the attribute: `displacement`, `speed`, `stress`, or any other that the mesh "
-            "carries. Displacement from `rest` needs no attribute. Cubes also know `fill`, "
+            "Name of the attribute: `displacement`, `speed`, `stress`, `plastic_strain`, or any "
+            "other "
+            "that the mesh carries. Displacement from `rest` needs no attribute. Cubes also know "
+            "`fill`, "
             "`young`, `density`, `component` and `matter`, and their own (LocalMatter, Voxelize).")
         .choice("map", &ColourParams::map, {"viridis", "diverging", "grey"},
                 "Colours of the scale: `diverging` is for values of both signs.")

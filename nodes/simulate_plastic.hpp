@@ -49,6 +49,7 @@ void keep_own_plastic(const std::variant<Bodies...>& body, const graph::Context&
                              : "what the rest shape has changed by for good is lost: each method "
                                "keeps that of its own alone. Set `method` as it was in `start`");
     state.plastic.clear();
+    state.plastic_strain.clear();
     state.plastic_of = PlasticOf::nothing;
 }
 

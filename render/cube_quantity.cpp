@@ -57,6 +57,12 @@ geometry::Attribute cube_quantity(const std::string& name, const geometry::Cubes
         need(state->stress.size() == cubes.count(), name, "the state does not have it");
         return of_cubes(state->stress, "Pa");
     }
+    if (name == "plastic_strain") {
+        if (!state || state->plastic_strain.empty()) {
+            return {name, "", spread(shell, [](auto, auto) { return 0.0; })};
+        }
+        return of_cubes(state->plastic_strain, "");
+    }
     const std::size_t corners = cubes.corner_count();
     if (name == "displacement") {
         if (!state) return {name, "m", spread(shell, [](auto, auto) { return 0.0; })};
@@ -76,8 +82,8 @@ geometry::Attribute cube_quantity(const std::string& name, const geometry::Cubes
         own += ", " + a.name;
     }
     throw std::invalid_argument("cubes cannot be coloured by `" + name +
-                                "`: expected displacement, speed, stress, fill, young, density, "
-                                "component, matter" +
+                                "`: expected displacement, speed, stress, plastic_strain, fill, "
+                                "young, density, component, matter" +
                                 (own.empty() ? "" : ", or one of their own:" + own.substr(1)));
 }
 

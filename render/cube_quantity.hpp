@@ -8,7 +8,8 @@
 namespace render {
 
 // One number for each of the 8 S vertices that solid_cubes() makes, by its name: displacement (m),
-// speed (m/s), stress (Pa), fill, young (Pa), density of a cube's mass (kg/m^3), component, matter,
+// speed (m/s), stress (Pa), plastic_strain, fill, young (Pa), density of a cube's mass (kg/m^3),
+// component, matter,
 // or an attribute of the cubes' own. `state` may be null: then the cubes are at rest. Throws
 // std::invalid_argument for another name, and when cubes or state do not have the numbers.
 geometry::Attribute cube_quantity(const std::string& name, const geometry::Cubes& cubes,

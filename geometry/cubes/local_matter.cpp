@@ -18,7 +18,7 @@ constexpr std::array properties{"young",        "density",           "poisson",
                                 "mass_damping", "stiffness_damping", "fill"};
 // What CubeMesh, Embed and Render call other quantities.
 constexpr std::array others{"thickness", "mass",         "matter", "component",
-                            "stress",    "displacement", "speed"};
+                            "stress",    "displacement", "speed",  "plastic_strain"};
 
 bool positive(LocalProperty property)
 {

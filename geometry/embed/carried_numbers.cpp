@@ -67,6 +67,10 @@ void add_carried_numbers(TriMesh& mesh, const CarriedNumbers& which, const TriMe
         put_attribute(mesh, "stress", "Pa",
                       interpolate(binding, cubes, at_corners(cubes, motion.stress)));
     }
+    if (which.plastic_strain && motion.plastic_strain.size() == cubes.count()) {
+        put_attribute(mesh, "plastic_strain", "",
+                      interpolate(binding, cubes, at_corners(cubes, motion.plastic_strain)));
+    }
     if (which.component && cubes.component.size() == cubes.count()) {
         put_attribute(mesh, "component", "", components(binding, cubes));
     }

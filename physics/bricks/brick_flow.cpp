@@ -192,4 +192,19 @@ std::vector<float> BrickElasticity::plastic() const
     return out;
 }
 
+std::vector<float> BrickElasticity::plastic_strain() const
+{
+    std::vector<float> out(may_flow() || !plastic_.empty() ? body_.cubes : 0, 0.0f);
+    if (plastic_.empty()) return out;
+    const BrickLayout& layout = body_.layout;
+    for (std::size_t i = 0; i < layout.cube.size(); ++i) {
+        if (layout.cube[i] == no_index) continue;
+        const std::size_t block = i / block_lanes;
+        const double* const rows = &plastic_[block * plastic_rows * block_lanes + i % block_lanes];
+        out[layout.cube[i]] =
+            static_cast<float>(size_of(load_rest(rows, 1 / (4 * body_.block_edge[block]))));
+    }
+    return out;
+}
+
 }  // namespace physics

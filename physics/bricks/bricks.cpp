@@ -60,6 +60,7 @@ State advance(const BricksBody& body, State state, const Loads& loads, double dt
     }
     state.rotation = elasticity.rotations();
     state.plastic = elasticity.plastic();
+    state.plastic_strain = elasticity.plastic_strain();
     state.plastic_of = state.plastic.empty() ? PlasticOf::nothing : PlasticOf::bricks;
     return state;
 }

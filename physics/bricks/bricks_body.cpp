@@ -199,6 +199,7 @@ State rest_state(const BricksBody& body)
 {
     State state = rest_state(body.base);
     state.brick_mass = body.has_brick_mass();
+    if (body.plastic.yield > 0) state.plastic_strain.assign(body.cubes, 0.0f);
     return state;
 }
 

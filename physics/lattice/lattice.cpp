@@ -105,6 +105,7 @@ void run_frame(const LatticeBody& body, State& state, const Loads& loads, double
         if (body.torn && options.tear > 0 && tear_links(step)) use_regions(step);
     }
     state.time += dt;
+    find_plastic_strain(step);
     report_frame(step, crossed);
 }
 

@@ -45,13 +45,14 @@ std::size_t bytes_of(const MatchedRegions& m)
 std::size_t LatticeBody::bytes() const
 {
     return sizeof *this - sizeof base + base.bytes() + bytes_of(whole) + membrane.bytes() +
-           bytes_in(side, pieces.of) + along.bytes() + (torn ? torn->bytes() : 0);
+           bytes_in(cubes, side, pieces.of) + along.bytes() + (torn ? torn->bytes() : 0);
 }
 
 State rest_state(const LatticeBody& body)
 {
     State state;
     state.v.assign(body.base.corners, Vec3::Zero());
+    state.plastic_strain.assign(body.cubes.size(), 0.0f);
     for (std::size_t k = 0; k < body.base.corners; ++k) {
         state.x.emplace_back(Eigen::Map<const Vec3>(body.base.rest.data() + 4 * k));
     }

@@ -24,17 +24,18 @@ struct LatticeBody {
     CornerBody base;         // slots are the corners themselves
     LatticeOptions options;  // as it was made
     MatchedRegions whole;
-    double damping = 0;                 // tau, s, the mean of the cubes' stiffness damping
-    int slender = 0;                    // cubes along the shortest slender piece; 0: none is
-    int compact = 0;                    // cubes along the shortest of the others; 0: none is
-    double soft_stretch = 1;            // times that a piece stretches too far, as it bends rightly
-    double poisson = 0;                 // the largest of a solid's cubes, of what is kept of it
-    int flat_axis = -1;                 // of a plane
-    Membrane membrane;                  // of a plane in space
-    std::vector<std::uint32_t> side;    // particles that lack a neighbour: bodies meet there
-    NearAlong along;                    // of a body that touches itself
-    LinkedPieces pieces;                // that no breaks part
-    std::shared_ptr<TornRegions> torn;  // where links can break
+    double damping = 0;       // tau, s, the mean of the cubes' stiffness damping
+    int slender = 0;          // cubes along the shortest slender piece; 0: none is
+    int compact = 0;          // cubes along the shortest of the others; 0: none is
+    double soft_stretch = 1;  // times that a piece stretches too far, as it bends rightly
+    double poisson = 0;       // the largest of a solid's cubes, of what is kept of it
+    int flat_axis = -1;       // of a plane
+    Membrane membrane;        // of a plane in space
+    std::vector<std::array<std::uint32_t, 8>> cubes;  // C, their corners; where rest shapes flow
+    std::vector<std::uint32_t> side;       // particles that lack a neighbour: bodies meet there
+    NearAlong along;                       // of a body that touches itself
+    LinkedPieces pieces;                   // that no breaks part
+    std::shared_ptr<TornRegions> torn;     // where links can break
     std::shared_ptr<PinnedVolume> pinned;  // of a solid that keeps its volume
 
     std::size_t bytes() const;

@@ -154,6 +154,7 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& opt
     if (options.plane == PlaneMotion::in_plane) body.base.skin.leave_thickness();
     Lattice lattice = corner_lattice(cubes);
     const bool flat = body.flat_axis >= 0, plastic = options.plastic.yield > 0;
+    if (plastic) body.cubes = cubes.corners;
     auto matter = matter_of(cubes, body.base, options.weighting, flat);
     body.whole = match_regions(find_regions(lattice, options.half_width, body.flat_axis), lattice,
                                matter, cubes.size, plastic);

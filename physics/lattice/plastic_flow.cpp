@@ -37,6 +37,24 @@ template void flow(FrameState&, std::size_t, const Eigen::Matrix<float, 3, 3>&,
 template void flow(FrameState&, std::size_t, const Eigen::Matrix<double, 3, 3>&,
                    const Eigen::Matrix<double, 3, 3>&);
 
+void find_plastic_strain(FrameState& step)
+{
+    step.state.plastic_strain.clear();
+    if (!step.plastic) return;
+    const LatticeRegions& regions = step.matched->regions;
+    std::vector<float> of_particle(step.n, 0);
+    for (std::size_t slot = 0; slot < regions.slots(); ++slot) {
+        if (regions.particle[slot] == none) continue;
+        const Mat3 strain = rest_shape<double>(step, slot) - Mat3::Identity();
+        of_particle[regions.particle[slot]] = float(strain.norm());
+    }
+    for (const auto& corners : step.body.cubes) {
+        float sum = 0;
+        for (const auto k : corners) sum += of_particle[k];
+        step.state.plastic_strain.push_back(sum / 8);
+    }
+}
+
 template <class T> std::span<const float> find_membrane_rest(StepState<T>& step)
 {
     using Mat = Eigen::Matrix<T, 3, 3>;

@@ -23,6 +23,9 @@ template <class T>
 void flow(FrameState& step, std::size_t slot, const Eigen::Matrix<T, 3, 3>& m,
           const Eigen::Matrix<T, 3, 3>& r);
 
+// Fills State::plastic_strain after the last step: of each cube the mean of its corners' regions.
+void find_plastic_strain(FrameState& step);
+
 // The inverse of what the rest shape of each membrane cell has flowed to: its corners' regions'
 // mean. Empty where nothing flows.
 template <class T> std::span<const float> find_membrane_rest(StepState<T>& step);

@@ -18,6 +18,7 @@ State advance(const ShellBody& body, State state, const Loads& loads, double dt,
         if (state.plastic_of == PlasticOf::triangles) elasticity.load_plastic(state.plastic);
         state = advance_implicitly(body.base, elasticity, std::move(state), loads, dt, options);
         state.plastic = elasticity.plastic();
+        state.plastic_strain = elasticity.plastic_strain();
         state.plastic_of = state.plastic.empty() ? PlasticOf::nothing : PlasticOf::triangles;
         return state;
     }

@@ -277,7 +277,13 @@ std::size_t ShellBody::bytes() const
 
 State rest_state(const ShellBody& body)
 {
-    return rest_state(body.base);
+    State state = rest_state(body.base);
+    if (!(body.options.plastic.yield > 0) || !body.triangles) return state;
+    const auto& triangles = body.triangles->triangle;
+    const auto halves = std::count_if(triangles.begin(), triangles.end(),
+                                      [](const ShellTriangle& t) { return t.fourth != no_index; });
+    state.plastic_strain.assign(triangles.size() - std::size_t(halves) / 2, 0.0f);
+    return state;
 }
 
 }  // namespace physics

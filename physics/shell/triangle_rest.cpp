@@ -79,4 +79,23 @@ std::vector<float> TriangleElasticity::plastic() const
     return out;
 }
 
+std::vector<float> TriangleElasticity::plastic_strain() const
+{
+    std::vector<float> out;
+    if (!may_flow() && plastic_.empty()) return out;
+    bool second = false;  // half of a cell
+    for (std::size_t t = 0; t < shell_.triangle.size(); ++t) {
+        const ShellTriangle& own = shell_.triangle[t];
+        const double strain = plastic_.empty() ? 0 : size_of(plastic_[t], own.thickness);
+        const auto size = static_cast<float>(strain);
+        if (second) {
+            out.back() = std::max(out.back(), size);
+        } else {
+            out.push_back(size);
+        }
+        second = own.fourth != geometry::no_index && !second;
+    }
+    return out;
+}
+
 }  // namespace physics

@@ -115,6 +115,7 @@ std::shared_ptr<const State> state_of(const std::shared_ptr<const State>& state,
         out.plastic = part_of(state->plastic, rows * found->cube, rows * found->cubes);
         out.plastic_of = PlasticOf::bricks;
     }
+    out.plastic_strain = part_of(state->plastic_strain, found->cube, found->cubes);
     out.stress = part_of(state->stress, found->cube, found->cubes);
     out.energy = part_of(state->energy, found->cube, found->cubes);
     out.reactions = part_of(state->reactions, *found);

@@ -89,6 +89,39 @@ TEST(Simulate, ABeamThatYieldsStaysBent)
     EXPECT_GT(sag_left(plane, "shell", 0.003), 0.05);
 }
 
+TEST(Simulate, WhatYieldedIsMeasuredAndCarriedToAMesh)
+{
+    constexpr fixtures::Stuff soft{.young = 2e5, .mass_damping = 4, .stiffness_damping = 0.01};
+    const Value cubes = Value::of(fixtures::box(6, 2, 2, 0.1, soft));
+    NodeRun simulate("Simulate"), measure("Measure"), shape("CubeMesh"), embed("Embed");
+    simulate.param("bricks.plastic.yield").is = 0.003;
+    simulate.param("step.substeps").is = std::int64_t{4};
+    simulate.inputs["cubes"] = {cubes};
+    simulate.inputs["pins"] = {pinned_below(cubes)};
+    measure.param("what").is = "plastic_strain_max";
+    Value state = simulate.run();
+    measure.inputs["state"] = {state};
+    EXPECT_EQ(*measure.run().as<double>(), 0);
+    for (int frame = 0; frame < 12; ++frame) {
+        simulate.previous = {state};
+        state = simulate.run();
+    }
+    measure.inputs["state"] = {state};
+    const double most = *measure.run().as<double>();
+    EXPECT_GT(most, 0.01);
+    shape.inputs["cubes"] = {cubes};
+    embed.inputs["mesh"] = {shape.run()};
+    embed.inputs["cubes"] = {cubes};
+    embed.inputs["state"] = {state};
+    const auto mesh = embed.run().as<geometry::TriMesh>();
+    const auto found = std::find_if(mesh->attributes.begin(), mesh->attributes.end(),
+                                    [](const auto& a) { return a.name == "plastic_strain"; });
+    ASSERT_NE(found, mesh->attributes.end());
+    const auto carried = double(*std::max_element(found->values.begin(), found->values.end()));
+    EXPECT_LE(carried, most * (1 + 1e-6));
+    EXPECT_GT(carried, 0.5 * most);
+}
+
 // The state of a node that goes on from `start` by another method, or by the same, after a frame.
 Value gone_on(const Value& cubes, const Value& start, const std::string& method, NodeRun& node)
 {

@@ -151,6 +151,10 @@ TEST(CubeQuantity, ReadsCubesAndState)
     all("displacement", &state, 0.25f);
     all("speed", &state, 5);
     all("stress", &state, 7);
+    all("plastic_strain", &state, 0);  // nothing has flowed
+    state.plastic_strain.assign(8, 0.125f);
+    all("plastic_strain", &state, 0.125f);
+    all("plastic_strain", nullptr, 0);
     all("fill", &state, 0.5f);
     all("displacement", nullptr, 0);
     const auto component = render::cube_quantity("component", cubes, shell, nullptr);

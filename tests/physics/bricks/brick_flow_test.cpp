@@ -362,4 +362,23 @@ TEST(BrickFlow, RefusesOptionsThatMeanNothing)
     EXPECT_THROW(make_bricks(box(1, 1, 1, 0.1), {.plastic = {.limit = 1}}), std::invalid_argument);
 }
 
+TEST(BrickFlow, TellsTheStrainOfEachRestShape)
+{
+    const Cubes cubes = box(3, 1, 1, 0.1);
+    EXPECT_TRUE(rest_state(make_bricks(cubes, {})).plastic_strain.empty());
+    const BricksBody body = make_bricks(cubes, {.plastic = {.yield = 0.01}});
+    EXPECT_EQ(rest_state(body).plastic_strain, std::vector<float>(3, 0.0f));
+    BrickElasticity elasticity(body);
+    EXPECT_EQ(elasticity.plastic_strain(), std::vector<float>(3, 0.0f));
+    std::vector<float> plastic(plastic_rows * cubes.count(), 0.0f);
+    plastic[0] = 0.3f, plastic[1] = 0.05f, plastic[3] = -0.1f;  // xx, xy and yx, yy
+    plastic[plastic_rows + 6 + 9] = 0.3f;                       // along x by the monomial xyz
+    elasticity.load_plastic(plastic);
+    const auto told = elasticity.plastic_strain();
+    ASSERT_EQ(told.size(), 3u);
+    EXPECT_NEAR(told[0], std::sqrt(0.3 * 0.3 + 2 * 0.05 * 0.05 + 0.1 * 0.1), 1e-6);
+    EXPECT_NEAR(told[1], 0.3 * std::sqrt(2.0) / 3, 1e-6);
+    EXPECT_EQ(told[2], 0);
+}
+
 }  // namespace

@@ -128,6 +128,7 @@ TEST(LatticePlasticity, APlasticBodyRestsUnderAnyRigidMotion)
             const Vec3 about = kind == 2 ? Vec3(Vec3::UnitY()) : Vec3(1, -2, 3).normalized();
             const Mat3 turn = Eigen::AngleAxisd(2, about).toRotationMatrix();
             State state = rest_state(body);
+            EXPECT_EQ(state.plastic_strain, std::vector<float>(cubes.count(), 0.0f));
             for (std::size_t s = 0; s < body.whole.regions.slots(); ++s) {
                 const float packed[6] = {0.25f, 0, 0.125f, 0, 0, -0.125f};
                 state.plastic.insert(state.plastic.end(), packed, packed + 6);
@@ -135,6 +136,10 @@ TEST(LatticePlasticity, APlasticBodyRestsUnderAnyRigidMotion)
             }
             for (Vec3& x : state.x) x = turn * shape * x + Vec3(0.2, 0, 0.3);
             const State after = advance(body, state, {}, 0.01, options);
+            ASSERT_EQ(after.plastic_strain.size(), cubes.count());
+            for (const float strain : after.plastic_strain) {
+                EXPECT_NEAR(strain, std::sqrt(0.25 * 0.25 + 3 * 0.125 * 0.125), 1e-6);
+            }
             for (std::size_t i = 0; i < state.x.size(); ++i) {
                 // Rounding of places below 1 m, in single precision a few times over. A membrane
                 // keeps the inverse of S in single precision in any case.

@@ -286,4 +286,34 @@ TEST(TriangleFlow, APinnedRimOfAPlaneIsAHingeAtAllItsCorners)
     EXPECT_NEAR(sag(1, 1), sag(7, 1), 0.03 * std::abs(sag(1, 1)));
 }
 
+TEST(TriangleFlow, TellsTheStrainOfEachCell)
+{
+    const double h = 0.02;
+    const ShellBody sheet = make_shell(sheet_of(squares({.ni = 1, .nj = 1}), h));
+    std::vector<float> plastic(2 * triangle_plastic_rows, 0.0f);
+    plastic[0] = 0.1f, plastic[2] = 0.05f;    // 11, 12
+    plastic[triangle_plastic_rows + 3] = 30;  // 11 of the curvature, 1/m
+    TriangleElasticity elasticity(sheet, {});
+    EXPECT_TRUE(elasticity.plastic_strain().empty());
+    elasticity.load_plastic(plastic);
+    const float stretched = std::sqrt(0.01f + 2 * 0.0025f);
+    const auto bent = static_cast<float>(30 * h / std::sqrt(12.0));
+    const auto told = elasticity.plastic_strain();
+    ASSERT_EQ(told.size(), 2u);
+    EXPECT_NEAR(told[0], stretched, 1e-6);
+    EXPECT_NEAR(told[1], bent, 1e-6);
+    // Two triangles make one cell of a plane.
+    const ShellBody plane =
+        make_shell(geometry::plane_cubes(geometry::rectangle_cells(2, 1), {1, 0.1, {0, 0, 0}}, h),
+                   {.plastic = {.yield = 0.01}});
+    plastic.resize(4 * triangle_plastic_rows, 0.0f);
+    TriangleElasticity halves(plane, {});
+    halves.load_plastic(plastic);
+    EXPECT_EQ(rest_state(plane).plastic_strain, std::vector<float>(2, 0.0f));
+    const auto of_cells = halves.plastic_strain();
+    ASSERT_EQ(of_cells.size(), 2u);
+    EXPECT_NEAR(of_cells[0], std::max(stretched, bent), 1e-6);
+    EXPECT_EQ(of_cells[1], 0);
+}
+
 }  // namespace
