@@ -88,10 +88,9 @@ static void describe(graph::ParamsOf<ColourParams>& p)
         .param(
             "attribute", &ColourParams::attribute,
             "Name of the attribute: `displacement`, `speed`, `stress`, `plastic_strain`, or any "
-            "other "
-            "that the mesh carries. Displacement from `rest` needs no attribute. Cubes also know "
-            "`fill`, "
-            "`young`, `density`, `component` and `matter`, and their own (LocalMatter, Voxelize).")
+            "other that a mesh carries; meshes without it keep their material. Displacement from "
+            "`rest` needs no attribute. Cubes also know `fill`, `young`, `density`, `component` "
+            "and `matter`, and their own (LocalMatter, Voxelize).")
         .choice("map", &ColourParams::map, {"viridis", "diverging", "grey"},
                 "Colours of the scale: `diverging` is for values of both signs.")
         .choice("range", &ColourParams::range, {"fit", "fixed"},
@@ -203,12 +202,30 @@ static ::render::Legend legend_for(const ColourParams& colour, const geometry::A
     return legend;
 }
 
+static bool has_attribute(const geometry::TriMesh& mesh, const std::string& name)
+{
+    return std::any_of(mesh.attributes.begin(), mesh.attributes.end(),
+                       [&](const auto& a) { return a.name == name; });
+}
+
+// What has not the attribute that the others are coloured by, as a floor beside a body, is drawn in
+// its material.
+static bool keeps_material(const Inputs& in, const geometry::TriMesh& mesh)
+{
+    const std::string& name = in.colour.attribute;
+    return in.colour.by == ::render::Paint::By::attribute && name != "displacement" &&
+           !has_attribute(mesh, name) &&
+           std::any_of(in.mesh.begin(), in.mesh.end(),
+                       [&](const auto& other) { return has_attribute(*other, name); });
+}
+
 static void add_meshes(::render::Scene& scene, const Inputs& in)
 {
     for (const auto& linked : in.mesh) {
         ::render::Surface surface;
         surface.layout = in.layout;
-        surface.paint.by = in.colour.by;
+        surface.paint.by =
+            keeps_material(in, *linked) ? ::render::Paint::By::material : in.colour.by;
         surface.paint.colour = in.colour.constant;
         surface.paint.attribute = in.colour.attribute;
         surface.mesh = linked;

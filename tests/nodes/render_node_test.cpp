@@ -62,6 +62,40 @@ TEST(RenderNode, WarnsOfWhatItsGroundHides)
     EXPECT_NE(hidden[0].find("it is at -1 m"), std::string::npos) << hidden[0];
 }
 
+TEST(RenderNode, AMeshWithoutTheAttributeOfTheOthersKeepsItsMaterial)
+{
+    const auto ball_at = [](float x) {
+        geometry::TriMesh mesh = geometry::icosphere(0.5, 2);
+        for (Vec3f& p : mesh.positions) p.x() += x;
+        return mesh;
+    };
+    geometry::TriMesh plain = ball_at(-0.6f), hot = ball_at(0.6f);
+    auto topology = *plain.topology;
+    topology.materials = {geometry::Material{"red", {0.9f, 0, 0}}};
+    plain.topology = std::make_shared<const geometry::MeshTopology>(topology);
+    hot.attributes.push_back({"heat", "", std::vector<float>(hot.positions.size(), 1.0f)});
+    NodeRun render("Render");
+    render.param("width").is = std::int64_t{32};
+    render.param("height").is = std::int64_t{32};
+    render.param("colour.by").is = std::string("attribute");
+    render.param("colour.attribute").is = std::string("heat");
+    render.param("legend").is = false;
+    const auto red_pixels = [&] {
+        const auto image = render.run().as<::render::Image>();
+        int count = 0;
+        for (std::size_t i = 0; i < image->rgba.size(); i += 4) {
+            count += int(image->rgba[i]) - int(image->rgba[i + 1]) > 80 ? 1 : 0;
+        }
+        return count;
+    };
+    render.inputs["mesh"] = {graph::Value::of(plain), graph::Value::of(hot)};
+    EXPECT_GT(red_pixels(), 20);
+    render.inputs["mesh"] = {graph::Value::of(hot)};
+    EXPECT_EQ(red_pixels(), 0);
+    render.inputs["mesh"] = {graph::Value::of(plain)};
+    EXPECT_THROW(render.run(), std::exception);  // nothing has it
+}
+
 // Two points of a cloud, one red and one blue, 1 m apart and 0.5 m wide, fill what balls of that
 // size do: at 9 m and 40 degrees, 64 pixels high, 0.5 m are 64 * 0.5 / (2 * 9 tan 20) = 4.9 pixels,
 // and a ball covers pi / 4 of its square, 19 pixels.
