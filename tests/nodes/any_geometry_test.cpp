@@ -161,4 +161,28 @@ TEST(AnyGeometry, LinesOfAThicknessBecomeABody)
               std::string::npos);
 }
 
+// The same corners as a strip (mode 3) and as a loop (mode 2), which closes by the diagonal.
+TEST(AnyGeometry, LinesOfGltfBecomeTubes)
+{
+    const files::Folder folder;
+    const auto volume = [&](int mode) {
+        folder.write("wire.gltf", R"({ "asset": { "version": "2.0" }, "scene": 0,
+            "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
+            "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "mode": )" +
+                                      std::to_string(mode) + R"( }] }],
+            "buffers": [{ "byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAACAPwAAgD8AAAAA" }],
+            "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+            "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                            "min": [0, 0, 0], "max": [1, 1, 0] }] })");
+        Scene scene(reading("wire.gltf", R"(, "line_thickness": 0.1)") + R"(,
+            "volume": { "type": "Measure@1", "inputs": { "mesh": "read.mesh" },
+                        "params": { "what": "volume" } })",
+                    folder.path);
+        return *scene.at<double>("volume");
+    };
+    const double section = std::numbers::pi / 4 * 0.01;
+    EXPECT_NEAR(volume(3), 2 * section, 1e-5 * section);
+    EXPECT_NEAR(volume(2), (2 + std::numbers::sqrt2) * section, 1e-5 * section);
+}
+
 }  // namespace
