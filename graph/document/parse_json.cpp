@@ -126,8 +126,8 @@ private:
     // The word of letters, or the single quote, that begins there.
     std::string_view word_at(std::size_t begin) const
     {
-        if (begin < text_.size() && text_[begin] == '\'')
-            return std::string_view(text_).substr(begin, 1);
+        if (begin >= text_.size()) return {};
+        if (text_[begin] == '\'') return std::string_view(text_).substr(begin, 1);
         std::size_t end = begin;
         while (end < text_.size() && std::isalpha(static_cast<unsigned char>(text_[end]))) ++end;
         return std::string_view(text_).substr(begin, std::min<std::size_t>(end - begin, 40));
@@ -149,7 +149,9 @@ private:
             } else if (c == '/' && at_ + 1 < text_.size()) {
                 const std::size_t begin = at_;
                 if (text_[at_ + 1] == '/') {
-                    at_ = std::min(text_.find_first_of("\r\n", at_), text_.size());
+                    constexpr std::string_view ends{"\r\n\0", 3};  // as the parser has it
+                    at_ = std::min(text_.find_first_of(ends, at_), text_.size());
+                    if (at_ < text_.size() && text_[at_] == '\0') ++at_;
                 } else {
                     const std::size_t stop = text_.find("*/", at_ + 2);
                     at_ = stop == std::string::npos ? text_.size() : stop + 2;

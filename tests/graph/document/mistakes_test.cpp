@@ -96,6 +96,19 @@ TEST(Mistakes, OfJsonItself)
     });
 }
 
+// The parser takes a NUL for the end of a comment.
+TEST(Mistakes, BehindACommentThatANulEndsAreFoundInTheirPlace)
+{
+    using namespace std::string_literals;
+    const auto known = load("// x\0{ \"aspic\": 1,\n \"nodes\": {}, \"node\": {} }"s);
+    ASSERT_EQ(known.problems.size(), 1u);
+    EXPECT_EQ(known.problems[0].place.line, 2);
+    EXPECT_EQ(known.problems[0].place.column, 15);
+    for (const std::string& cut : {"//\0{\0"s, "{ // a \0\0"s, "// a\0{ \"b"s, "//\0"s}) {
+        EXPECT_FALSE(load(cut).problems.empty());
+    }
+}
+
 TEST(Mistakes, OfTheDocumentAsAWhole)
 {
     expect_each({
