@@ -36,61 +36,99 @@ std::vector<CubePair> cube_pairs()
     return out;
 }
 
-// Springs between the same corners become one.
-void merge(std::vector<Spring>& springs)
+// Springs between the same corners become one. They stand in the order of their corners.
+void merge(std::vector<Spring>& springs, std::size_t corners)
 {
-    std::sort(springs.begin(), springs.end(), [](const Spring& p, const Spring& q) {
-        return std::pair(p.a, p.b) < std::pair(q.a, q.b);
+    constexpr std::size_t corners_a_task = 4096;
+    geometry::StopCheck check;
+    std::vector<std::size_t> first(corners + 1, 0);  // by the lower corner
+    for (const Spring& s : springs) check(), ++first[s.a + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<Spring> sorted(springs.size());
+    auto next = first;
+    for (const Spring& s : springs) check(), sorted[next[s.a]++] = s;
+    geometry::parallel_for(corners, corners_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+            std::sort(&sorted[0] + first[k], &sorted[0] + first[k + 1],
+                      [](const Spring& p, const Spring& q) { return p.b < q.b; });
+        }
     });
-    std::size_t kept = 0;
-    for (const Spring& s : springs) {
-        if (kept > 0 && springs[kept - 1].a == s.a && springs[kept - 1].b == s.b) {
-            springs[kept - 1].stiffness += s.stiffness;
-            springs[kept - 1].damping += s.damping;
+    springs.clear();
+    for (const Spring& s : sorted) {
+        check();
+        if (!springs.empty() && springs.back().a == s.a && springs.back().b == s.b) {
+            springs.back().stiffness += s.stiffness;
+            springs.back().damping += s.damping;
         } else {
-            springs[kept++] = s;
+            springs.push_back(s);
         }
     }
-    springs.resize(kept);
+}
+
+// Edges along one axis, by the corner that they start from.
+struct EdgesUp {
+    std::vector<std::uint32_t> from;        // of each, E
+    std::vector<std::uint32_t> to, spring;  // of each in the order of `from`
+    std::vector<std::uint32_t> first;       // of each corner, and the end
+};
+
+std::array<EdgesUp, 3> edges_up(const geometry::Cubes& cubes, const std::vector<Spring>& springs)
+{
+    std::array<EdgesUp, 3> out;
+    geometry::StopCheck check;
+    for (std::uint32_t s = 0; s < springs.size(); ++s) {
+        check();
+        const auto along = cubes.corner[springs[s].b] - cubes.corner[springs[s].a];
+        if (along.cwiseAbs().sum() != 1) continue;
+        Eigen::Index axis = 0;
+        along.cwiseAbs().maxCoeff(&axis);
+        const bool forward = along[axis] > 0;
+        EdgesUp& edges = out[static_cast<std::size_t>(axis)];
+        edges.from.push_back(forward ? springs[s].a : springs[s].b);
+        edges.to.push_back(forward ? springs[s].b : springs[s].a);
+        edges.spring.push_back(s);
+    }
+    for (EdgesUp& edges : out) {
+        edges.first.assign(cubes.corner_count() + 1, 0);
+        for (const auto k : edges.from) ++edges.first[k + 1];
+        std::partial_sum(edges.first.begin(), edges.first.end(), edges.first.begin());
+        auto next = edges.first;
+        const auto to = edges.to, spring = edges.spring;
+        for (std::size_t e = 0; e < to.size(); ++e) {
+            check();
+            const auto at = next[edges.from[e]]++;
+            edges.to[at] = to[e];
+            edges.spring[at] = spring[e];
+        }
+    }
+    return out;
 }
 
 // Springs over two edges in a row, along x, y and z; what they carry is taken off the edges, so
 // that a stretch of both meets the force it met before: (k - share/2) d + share/4 (2 d) = k d.
 void move_to_bending(const geometry::Cubes& cubes, double share, std::vector<Spring>& springs)
 {
-    struct Edge {
-        std::uint32_t to, spring;
-    };
-    std::array<std::vector<std::vector<Edge>>, 3> up;  // of each corner, along each axis
-    for (auto& axis : up) axis.resize(cubes.corner_count());
+    const auto up = edges_up(cubes, springs);
     const std::size_t edges = springs.size();
-    for (std::uint32_t s = 0; s < edges; ++s) {
-        const auto along = cubes.corner[springs[s].b] - cubes.corner[springs[s].a];
-        if (along.cwiseAbs().sum() != 1) continue;
-        Eigen::Index axis = 0;
-        along.cwiseAbs().maxCoeff(&axis);
-        const bool forward = along[axis] > 0;
-        const auto from = forward ? springs[s].a : springs[s].b;
-        const auto to = forward ? springs[s].b : springs[s].a;
-        up[static_cast<std::size_t>(axis)][from].push_back({to, s});
-    }
+    geometry::StopCheck check;
     std::vector<double> stiffness(edges), damping(edges);
     for (std::size_t s = 0; s < edges; ++s) {
         stiffness[s] = springs[s].stiffness;
         damping[s] = springs[s].damping;
     }
-    for (const auto& axis : up) {
-        for (std::uint32_t k = 0; k < axis.size(); ++k) {
-            for (const Edge& first : axis[k]) {
-                for (const Edge& second : axis[first.to]) {
-                    const double moved =
-                        share * std::min(stiffness[first.spring], stiffness[second.spring]);
-                    const double slowed =
-                        share * std::min(damping[first.spring], damping[second.spring]);
-                    springs.push_back({std::min(k, second.to), std::max(k, second.to),
-                                       springs[first.spring].length + springs[second.spring].length,
-                                       moved / 4, slowed / 4});
-                    for (const auto s : {first.spring, second.spring}) {
+    for (const EdgesUp& axis : up) {
+        for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+            check();
+            for (auto e = axis.first[k]; e < axis.first[k + 1]; ++e) {
+                const auto middle = axis.to[e], one = axis.spring[e];
+                for (auto f = axis.first[middle]; f < axis.first[middle + 1]; ++f) {
+                    const auto far = axis.to[f], two = axis.spring[f];
+                    const double moved = share * std::min(stiffness[one], stiffness[two]);
+                    const double slowed = share * std::min(damping[one], damping[two]);
+                    springs.push_back({std::min(k, far), std::max(k, far),
+                                       springs[one].length + springs[two].length, moved / 4,
+                                       slowed / 4});
+                    for (const auto s : {one, two}) {
                         springs[s].stiffness -= moved / 2;
                         springs[s].damping -= slowed / 2;
                     }
@@ -263,7 +301,9 @@ SpringsBody make_springs(const BodyModels& models, const SpringOptions& options)
     body.base = make_corner_body(models, {});
     body.base.shapes = shapes_that_touch(models, body.base, options.contact);
     const auto pairs = cube_pairs();
+    geometry::StopCheck check;
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        check();
         const double size = models.edge_of(c);
         const double k = 0.4 * cubes.young[c] * std::clamp(cubes.fill[c], 1e-3, 1.0) * size;
         for (const auto& [a, b, edge] : pairs) {
@@ -274,13 +314,14 @@ SpringsBody make_springs(const BodyModels& models, const SpringOptions& options)
         }
     }
     for (const auto& corners : cubes.corners) body.cubes.push_back(corners);
-    merge(body.springs);
+    merge(body.springs, body.base.corners);
     if (options.bending > 0) {
         move_to_bending(cubes, options.bending, body.springs);
-        merge(body.springs);
+        merge(body.springs, body.base.corners);
     }
     body.end_at.assign(body.base.corners + 1, 0);
     for (const Spring& s : body.springs) {
+        check();
         ++body.end_at[s.a + 1];
         ++body.end_at[s.b + 1];
     }
@@ -288,6 +329,7 @@ SpringsBody make_springs(const BodyModels& models, const SpringOptions& options)
     body.end.resize(2 * body.springs.size());
     auto next = body.end_at;
     for (std::uint32_t s = 0; s < body.springs.size(); ++s) {
+        check();
         body.end[next[body.springs[s].a]++] = 2 * s;
         body.end[next[body.springs[s].b]++] = 2 * s + 1;
     }
