@@ -1,6 +1,7 @@
 #include "graph/document/frame_path.hpp"
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
+#include "nodes/render_colour.hpp"
 #include "nodes/render_layers.hpp"
 #include "nodes/render_unseen.hpp"
 #include "nodes/render_upgrade.hpp"
@@ -202,39 +203,34 @@ static ::render::Legend legend_for(const ColourParams& colour, const geometry::A
     return legend;
 }
 
-static bool has_attribute(const geometry::TriMesh& mesh, const std::string& name)
+// Whether what is linked beside the meshes is coloured by the attribute.
+static bool others_have(const Inputs& in, const std::string& attribute)
 {
-    return std::any_of(mesh.attributes.begin(), mesh.attributes.end(),
-                       [&](const auto& a) { return a.name == name; });
-}
-
-// What has not the attribute that the others are coloured by, as a floor beside a body, is drawn in
-// its material.
-static bool keeps_material(const Inputs& in, const geometry::TriMesh& mesh)
-{
-    const std::string& name = in.colour.attribute;
-    return in.colour.by == ::render::Paint::By::attribute && name != "displacement" &&
-           !has_attribute(mesh, name) &&
-           std::any_of(in.mesh.begin(), in.mesh.end(),
-                       [&](const auto& other) { return has_attribute(*other, name); });
+    return (in.cubes && in.cube.draw == CubeParams::Draw::solid && in.cube.by_attribute) ||
+           (in.layers && attribute == layers_attribute);
 }
 
 static void add_meshes(::render::Scene& scene, const Inputs& in)
 {
-    for (const auto& linked : in.mesh) {
+    const std::string& attribute = in.colour.attribute;
+    const bool by_attribute = in.colour.by == ::render::Paint::By::attribute;
+    const bool moved = by_attribute && attribute == "displacement";
+    const Meshes meshes = moved ? with_displacements(in.mesh, in.rest.get()) : in.mesh;
+    // A floor beside a body that has the attribute is drawn in its material.
+    const bool some = by_attribute && (any_has(meshes, attribute) || others_have(in, attribute));
+    for (std::size_t m = 0; m < meshes.size(); ++m) {
+        const auto& linked = in.mesh[m];
         ::render::Surface surface;
         surface.layout = in.layout;
-        surface.paint.by =
-            keeps_material(in, *linked) ? ::render::Paint::By::material : in.colour.by;
+        surface.mesh = meshes[m];
+        surface.paint.by = some && !has_attribute(*meshes[m], attribute)
+                               ? ::render::Paint::By::material
+                               : in.colour.by;
         surface.paint.colour = in.colour.constant;
-        surface.paint.attribute = in.colour.attribute;
-        surface.mesh = linked;
-        if (in.colour.by == ::render::Paint::By::attribute) {
-            if (in.colour.attribute == "displacement") {
-                surface.mesh = ::render::with_displacement(linked, in.rest.get());
-            }
+        surface.paint.attribute = attribute;
+        if (by_attribute) {
             for (const auto& a : surface.mesh->attributes) {
-                if (a.name != in.colour.attribute) continue;
+                if (a.name != attribute) continue;
                 if (!scene.legend) scene.legend = legend_for(in.colour, a);
                 surface.paint.scale = scene.legend->scale;
             }

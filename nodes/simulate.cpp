@@ -353,7 +353,7 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
     const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);
     state.brick_mass = bricks && bricks->has_brick_mass();
     keep_own_plastic(in.body->is, context, state);
-    if (in.start && state.plastic_strain.empty()) {
+    if (in.start && state.plastic.empty()) {
         const auto at_rest = [](const auto& body) { return rest_state(body).plastic_strain; };
         state.plastic_strain = std::visit(at_rest, in.body->is);
     }

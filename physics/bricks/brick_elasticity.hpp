@@ -60,7 +60,7 @@ public:
     // Numbers a cube of State::plastic: those of plastic_rows, as strains. Others are not taken.
     void load_plastic(const std::vector<float>& from);
     std::vector<float> plastic() const;         // empty: nothing has flowed
-    std::vector<float> plastic_strain() const;  // C, of each rest shape; empty: none may flow
+    std::vector<float> plastic_strain() const;  // C, of each rest shape; empty: none may or did
     bool may_flow() const override { return body_.plastic.yield > 0; }
     double flow(const double* x, double dt, Flow how) override;
     // Cubes that keep these rotations from here on, whatever their corners do; none: all turn.

@@ -12,7 +12,9 @@
 #include "physics/regions/links.hpp"
 #include "physics/state/state.hpp"
 
+#include <array>
 #include <memory>
+#include <vector>
 
 namespace physics {
 

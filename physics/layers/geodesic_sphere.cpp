@@ -6,9 +6,11 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <vector>
 
 namespace physics {
 

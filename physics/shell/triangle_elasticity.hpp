@@ -42,7 +42,7 @@ public:
     // Numbers a triangle of State::plastic: those of TriangleStrain. Others are not taken.
     void load_plastic(const std::vector<float>& from);
     std::vector<float> plastic() const;  // empty: nothing has flowed
-    // Of each cell, the larger of its halves; empty: none may flow.
+    // Of each cell, the larger of its halves; empty: none may flow or did.
     std::vector<float> plastic_strain() const;
     bool may_flow() const override { return body_.options.plastic.yield > 0; }
     double flow(const double* x, double dt, Flow how) override;

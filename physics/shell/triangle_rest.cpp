@@ -1,5 +1,6 @@
 // How a shell of triangles comes to its rest shape, lets it flow and hands it on.
 
+#include "geometry/base/no_index.hpp"
 #include "geometry/base/parallel.hpp"
 #include "physics/shell/triangle_elasticity.hpp"
 

@@ -68,8 +68,8 @@ struct State {
     std::vector<float> rotation;  // what a method keeps to warm-start its rotations; may be empty
     std::vector<float> plastic;   // what flowed for good, as its method keeps it; empty: nothing
     PlasticOf plastic_of = PlasticOf::nothing;
-    // C, strain that the rest shape of each cube has come to, root of the mean square; empty where
-    // none may flow.
+    // C, strain that the rest shape of each cube has come to, root of the mean square in bricks and
+    // triangles, the mean of its regions' in a lattice; empty where none may flow.
     std::vector<float> plastic_strain;
     std::vector<std::uint32_t> broken;  // links that broke, 3 * corner + axis, sorted
     std::vector<BallState> balls;       // those in Loads, in their order

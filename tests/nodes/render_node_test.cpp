@@ -2,6 +2,7 @@
 
 #include "geometry/mesh/primitive.hpp"
 #include "tests/nodes/one_node.hpp"
+#include "tests/physics/cube_fixtures.hpp"
 
 #include <gtest/gtest.h>
 
@@ -94,6 +95,24 @@ TEST(RenderNode, AMeshWithoutTheAttributeOfTheOthersKeepsItsMaterial)
     EXPECT_EQ(red_pixels(), 0);
     render.inputs["mesh"] = {graph::Value::of(plain)};
     EXPECT_THROW(render.run(), std::exception);  // nothing has it
+    // The displacement is that of the mesh which is like `rest`.
+    render.param("colour.attribute").is = std::string("displacement");
+    geometry::TriMesh floor = geometry::grid(3, 3, 1, 1);
+    floor.topology = std::make_shared<const geometry::MeshTopology>([&] {
+        auto own = *floor.topology;
+        own.materials = topology.materials;
+        return own;
+    }());
+    render.inputs["rest"] = {graph::Value::of(hot)};
+    render.inputs["mesh"] = {graph::Value::of(hot), graph::Value::of(floor)};
+    EXPECT_GT(red_pixels(), 20);
+    // Nor does it matter whether cubes or a mesh have it.
+    render.param("colour.attribute").is = std::string("fill");
+    render.param("cube.draw").is = std::string("solid");
+    render.param("cube.by_attribute").is = true;
+    render.inputs["cubes"] = {graph::Value::of(fixtures::box(1, 1, 1, 0.1))};
+    render.inputs["mesh"] = {graph::Value::of(floor)};
+    EXPECT_GT(red_pixels(), 20);
 }
 
 // Two points of a cloud, one red and one blue, 1 m apart and 0.5 m wide, fill what balls of that

@@ -53,6 +53,21 @@ TEST(Simulate, ABeamPinnedAtOneEndSagsAfterTheFirstFrame)
     }
 }
 
+TEST(Simulate, WhatStartsFromAnotherKnowsWhatMayYield)
+{
+    const Value cubes = Value::of(fixtures::box(3, 1, 1, 0.1, {.young = 1e5}));
+    NodeRun first("Simulate"), yields("Simulate"), springs("Simulate");
+    first.inputs["cubes"] = yields.inputs["cubes"] = springs.inputs["cubes"] = {cubes};
+    yields.inputs["start"] = {first.run()};
+    yields.param("bricks.plastic.yield").is = 0.01;
+    const Value none = yields.run();
+    EXPECT_EQ(none.as<physics::State>()->plastic_strain, std::vector<float>(3, 0.0f));
+    // Nothing has flowed, and springs let nothing flow.
+    springs.inputs["start"] = {none};
+    springs.param("method").is = "springs";
+    EXPECT_TRUE(springs.run().as<physics::State>()->plastic_strain.empty());
+}
+
 // How far the end of a cantilever is below its rest 3 s after it has hung for one.
 double sag_left(const Value& cubes, const std::string& method, double yield)
 {
@@ -140,6 +155,7 @@ TEST(Simulate, RestShapesThatAMethodDoesNotKeepAreToldOf)
     dented.v.resize(dented.x.size(), geometry::Vec3::Zero());
     dented.plastic.assign(18 * 3, 0.01f);
     dented.plastic_of = physics::PlasticOf::bricks;
+    dented.plastic_strain = {0.01f, 0.02f, 0.03f};
     const Value start = Value::of(dented);
     NodeRun bricks("Simulate");
     const Value kept = gone_on(cubes, start, "bricks", bricks);
@@ -149,6 +165,7 @@ TEST(Simulate, RestShapesThatAMethodDoesNotKeepAreToldOf)
         NodeRun other("Simulate");
         const Value lost = gone_on(cubes, start, method, other);
         EXPECT_TRUE(lost.as<physics::State>()->plastic.empty()) << method;
+        EXPECT_TRUE(lost.as<physics::State>()->plastic_strain.empty()) << method;
         const auto told = [](const std::string& w) {
             return w.find("changed by for good is lost") != std::string::npos;
         };

@@ -272,7 +272,10 @@ TEST(StateModels, APartIsFoundByItsCubes)
         state->x.emplace_back(double(k), 0, 0);
         state->v.emplace_back(0, double(k), 0);
     }
-    for (std::size_t c = 0; c < a->count() + b->count(); ++c) state->stress.push_back(float(c));
+    for (std::size_t c = 0; c < a->count() + b->count(); ++c) {
+        state->stress.push_back(float(c));
+        state->plastic_strain.push_back(2 * float(c));
+    }
     state->models = number_models(models);
     const auto part = state_of(state, *b);
     ASSERT_EQ(part->x.size(), b->corner_count());
@@ -280,6 +283,8 @@ TEST(StateModels, APartIsFoundByItsCubes)
     EXPECT_EQ(part->v.back().y(), double(state->v.size() - 1));
     ASSERT_EQ(part->stress.size(), b->count());
     EXPECT_EQ(part->stress[0], float(a->count()));
+    ASSERT_EQ(part->plastic_strain.size(), b->count());
+    EXPECT_EQ(part->plastic_strain[0], 2 * float(a->count()));
     EXPECT_THROW(state_of(state, block(2, 0.1, Vec3(0, 0, 0.1))), std::invalid_argument);
 
     // Pins of the second model's corners.
