@@ -5,6 +5,7 @@
 #include "physics/body/external_forces.hpp"
 #include "physics/body/following_forces.hpp"
 #include "physics/lattice/match_shapes.hpp"
+#include "physics/lattice/plastic_flow.hpp"
 #include "physics/lattice/step_motion.hpp"
 #include "physics/lattice/step_pull.hpp"
 #include "physics/lattice/step_report.hpp"
