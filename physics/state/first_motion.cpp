@@ -28,6 +28,10 @@ void add_first_motion(State& state, std::size_t first, std::span<const double> m
     if (total > 0) centre /= total;
     for (std::size_t k = 0; k < mass.size(); ++k) {
         state.v[first + k] += velocity + spin.cross(state.x[first + k] - centre);
+        if (state.v[first + k].allFinite()) continue;
+        throw std::invalid_argument(
+            "the initial velocity and spin make a corner faster than numbers "
+            "go: use smaller ones");
     }
 }
 

@@ -10,7 +10,8 @@
 namespace physics {
 
 // Adds to a state's velocities: `velocity` (m/s) and a turn `spin` (rad/s) about the centre of mass
-// of the cubes. Throws std::invalid_argument when the state is of other cubes.
+// of the cubes. Throws std::invalid_argument when the state is of other cubes, and when a velocity
+// becomes too large for a number.
 void add_first_motion(State& state, const geometry::Cubes& cubes, const Vec3& velocity,
                       const Vec3& spin);
 

@@ -439,4 +439,13 @@ TEST(BricksMotion, WindPushesAPlateByItsFrontalArea)
     EXPECT_NEAR(fixtures::brick_motion(cubes, state).linear.x() / dt, 0.5 * 1.2 * 0.06 * 100, 1e-3);
 }
 
+TEST(BricksMotion, AVelocityBeyondNumbersIsRefused)
+{
+    const Cubes cubes = fixtures::box(2, 1, 1, 0.1);
+    State state = rest_state(make_bricks(cubes));
+    add_first_motion(state, cubes, Vec3(1.7e308, 0, 0), Vec3::Zero());
+    EXPECT_THROW(add_first_motion(state, cubes, Vec3(1.7e308, 0, 0), Vec3::Zero()),
+                 std::invalid_argument);
+}
+
 }  // namespace
