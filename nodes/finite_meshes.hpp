@@ -3,36 +3,31 @@
 // Meshes that nodes hand on lie at finite places: a node whose parameters or forces make one that
 // does not fails there, and not the node that writes it, many steps later.
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/measure.hpp"
 #include "graph/types/node_type.hpp"
 #include "nodes/wire_types.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
 namespace nodes {
 
-// The number of the first vertex at no finite place; none: as many as there are.
-inline std::size_t first_lost(const geometry::TriMesh& mesh)
+// The vertex of a value's mesh that is at no finite place; empty: it has none, or is no mesh.
+inline std::string lost_vertex(const graph::Value& value)
 {
-    const auto& places = mesh.positions;
-    const auto found =
-        std::find_if(places.begin(), places.end(), [](const auto& p) { return !p.allFinite(); });
-    return static_cast<std::size_t>(found - places.begin());
+    if (!value || value.type() != &graph::wire_type<geometry::TriMesh>()) return {};
+    return geometry::what_place_is_not_finite(*value.as<geometry::TriMesh>());
 }
 
 // What a node makes of a mesh that is not finite need not be so either.
-inline bool was_given_others(const graph::Call& call)
+inline bool was_given_lost_vertices(const graph::Call& call)
 {
     for (const auto& port : call.inputs) {
         for (const graph::Value& value : port) {
-            if (!value || value.type() != &graph::wire_type<geometry::TriMesh>()) continue;
-            const auto mesh = value.as<geometry::TriMesh>();
-            if (first_lost(*mesh) < mesh->positions.size()) return true;
+            if (!lost_vertex(value).empty()) return true;
         }
     }
     return false;
@@ -41,17 +36,12 @@ inline bool was_given_others(const graph::Call& call)
 inline void check_meshes(const graph::Call& call, const std::vector<graph::Value>& outputs)
 {
     for (const graph::Value& value : outputs) {
-        if (!value || value.type() != &graph::wire_type<geometry::TriMesh>()) continue;
-        const auto mesh = value.as<geometry::TriMesh>();
-        const std::size_t lost = first_lost(*mesh);
-        if (lost == mesh->positions.size() || was_given_others(call)) continue;
-        const auto& p = mesh->positions[lost];
-        throw std::invalid_argument(fmt::format(
-            "the mesh that it makes is not finite: vertex {} is at ({:g}, {:g}, {:g}), where "
-            "coordinates must stay below 3.4e38 m. Look for too large numbers in its parameters "
-            "and "
-            "in what is linked to it",
-            lost + 1, p.x(), p.y(), p.z()));
+        const std::string lost = lost_vertex(value);
+        if (lost.empty() || was_given_lost_vertices(call)) continue;
+        throw std::invalid_argument(
+            "the mesh that it makes is not finite: " + lost +
+            ", where coordinates must stay below 3.4e38 m. Look for too large numbers in its "
+            "parameters and in what is linked to it");
     }
 }
 

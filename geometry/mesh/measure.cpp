@@ -151,7 +151,7 @@ Spread attribute_spread(const TriMesh& mesh, const std::string& name)
         fmt::format("the mesh has no attribute '{}'; it has {}", name, has.empty() ? "none" : has));
 }
 
-std::string what_is_not_finite(const TriMesh& mesh)
+std::string what_place_is_not_finite(const TriMesh& mesh)
 {
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
         const Vec3f& p = mesh.positions[i];
@@ -159,6 +159,12 @@ std::string what_is_not_finite(const TriMesh& mesh)
             return fmt::format("vertex {} is at ({:g}, {:g}, {:g})", i + 1, p.x(), p.y(), p.z());
         }
     }
+    return {};
+}
+
+std::string what_is_not_finite(const TriMesh& mesh)
+{
+    if (std::string place = what_place_is_not_finite(mesh); !place.empty()) return place;
     for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
         if (!mesh.normals[i].allFinite()) return fmt::format("normal {} is not finite", i + 1);
     }

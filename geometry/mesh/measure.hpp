@@ -52,6 +52,9 @@ struct Spread {
 // are.
 Spread attribute_spread(const TriMesh& mesh, const std::string& name);
 
+// The first position that is not finite: "vertex 3 is at (inf, 0, 0)"; empty when all are.
+std::string what_place_is_not_finite(const TriMesh& mesh);
+
 // The first position, normal or attribute that is no finite number: "vertex 3 is at (inf, 0, 0)";
 // empty when all are finite.
 std::string what_is_not_finite(const TriMesh& mesh);

@@ -47,22 +47,24 @@ void merge(std::vector<Spring>& springs, std::size_t corners)
     std::vector<Spring> sorted(springs.size());
     auto next = first;
     for (const Spring& s : springs) check(), sorted[next[s.a]++] = s;
+    springs = {};  // which holds several times what is kept
     geometry::parallel_for(corners, corners_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k) {
             std::sort(&sorted[0] + first[k], &sorted[0] + first[k + 1],
                       [](const Spring& p, const Spring& q) { return p.b < q.b; });
         }
     });
-    springs.clear();
+    std::size_t kept = 0;
     for (const Spring& s : sorted) {
         check();
-        if (!springs.empty() && springs.back().a == s.a && springs.back().b == s.b) {
-            springs.back().stiffness += s.stiffness;
-            springs.back().damping += s.damping;
+        if (kept > 0 && sorted[kept - 1].a == s.a && sorted[kept - 1].b == s.b) {
+            sorted[kept - 1].stiffness += s.stiffness;
+            sorted[kept - 1].damping += s.damping;
         } else {
-            springs.push_back(s);
+            sorted[kept++] = s;
         }
     }
+    springs.assign(sorted.begin(), sorted.begin() + std::ptrdiff_t(kept));
 }
 
 // Edges along one axis, by the corner that they start from.
@@ -301,6 +303,7 @@ SpringsBody make_springs(const BodyModels& models, const SpringOptions& options)
     body.base = make_corner_body(models, {});
     body.base.shapes = shapes_that_touch(models, body.base, options.contact);
     const auto pairs = cube_pairs();
+    body.springs.reserve(pairs.size() * cubes.count());
     geometry::StopCheck check;
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
         check();

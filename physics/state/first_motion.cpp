@@ -30,8 +30,7 @@ void add_first_motion(State& state, std::size_t first, std::span<const double> m
         state.v[first + k] += velocity + spin.cross(state.x[first + k] - centre);
         if (state.v[first + k].allFinite()) continue;
         throw std::invalid_argument(
-            "the initial velocity and spin make a corner faster than numbers "
-            "go: use smaller ones");
+            "the initial velocity and spin make a corner faster than numbers go: use smaller ones");
     }
 }
 

@@ -176,8 +176,6 @@ const std::vector<Case>& cases()
          ball(4) + "," + solid("ball", 8) + "," +
              simulate(R"("method": "springs", "step": { "substeps": 10000 })"),
          2},
-        {"Simulate_many_springs",
-         ball(5) + "," + solid("ball", 90) + "," + simulate(R"("method": "springs")")},
         {"Simulate_lattice",
          ball(4) + "," + solid("ball", 8) + "," +
              simulate(R"("method": "lattice", "step": { "substeps": 10000 })"),
