@@ -36,7 +36,7 @@ double others(const Stage& stage, const Aligned<double>& x, const Aligned<double
 bool is_known(const Stage& stage)
 {
     const StepFrame& frame = stage.frame;
-    return !frame.windy && frame.loads.colliders.empty() && pins_stay(stage);
+    return !frame.windy && pins_stay(stage);
 }
 
 }  // namespace
@@ -64,23 +64,28 @@ void charge_damping(EnergyAccount& account, Stage& stage, double seconds)
     account.due -= seconds * power;
 }
 
-bool settle(const EnergyAccount& account, Stage& stage, const Aligned<double>& x,
-            Aligned<double>& v)
+bool settle(EnergyAccount& account, Stage& stage, const Aligned<double>& x, Aligned<double>& v)
 {
     if (!account.known) return true;
     const StepFrame& frame = stage.frame;
     const double stored = elastic(stage, x);
     const double excess = stored + others(stage, x, v) - account.due;
     const Aligned<double> u = deforming(stage, x, v);
-    const double moving = kinetic(stage, u);
+    const double moving = kinetic(stage, u), whole = kinetic(stage, v);
+    const double much = 0.1 * (stored + moving) + 1e-4 * whole;
+    if (!stage.contacts.empty()) {
+        double pressed = 0;
+        for (const PointContact& c : stage.contacts) pressed += c.energy;
+        account.due += excess;
+        return !(colliders_stay(frame) && excess > much + pressed);
+    }
     const double share_sq = 1 - excess / moving;
     if (share_sq >= 0.5 && share_sq <= 2) {
         const double change = std::sqrt(share_sq) - 1;
         for (std::size_t i = 0; i < frame.n; ++i) v[i] += change * u[i];
         return true;
     }
-    const double whole = kinetic(stage, v);
-    return !(excess > 0.1 * (stored + moving) + 1e-4 * whole);
+    return !(excess > much);
 }
 
 namespace {

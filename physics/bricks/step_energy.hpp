@@ -3,9 +3,13 @@
 // The energy that steps of the midpoint rule may have. That rule damps nothing and keeps both
 // momenta, but in stiff bodies that turn it gains energy without end (Simo, Tarnow. The discrete
 // energy-momentum method. ZAMP 1992). Where the energy is known, which is where nothing but
-// gravity, forces that do not change and pins that stay act, its error is therefore taken out of
-// the velocities with which parts deform, as v = rigid + share * (v - rigid). Momenta stay what
-// they are. A step that gained more than that can undo is not to be used.
+// gravity, forces that do not change, pins that stay and contact act, its error is therefore taken
+// out of the velocities with which parts deform, as v = rigid + share * (v - rigid). Momenta stay
+// what they are. A step that gained more than that can undo is not to be used.
+//
+// What is touched takes energy by friction, and gives back what was pressed together: after a step
+// in which something is, the energy due is what the body then has. Such a step, too, is not to be
+// used where it gained much more than that, unless a collider moves, which may give it any.
 
 #include "physics/bricks/stage.hpp"
 
@@ -22,10 +26,10 @@ EnergyAccount open_account(Stage& stage, const Aligned<double>& x, const Aligned
 // Takes off what damping takes over `seconds` at the velocities of the stage as it is solved.
 void charge_damping(EnergyAccount& account, Stage& stage, double seconds);
 
-// Gives v, at x, the energy due, as far as it can. False: more than a tenth of the energy of
-// deformation, and more than 1e-4 of that of motion, is too much and stays.
-bool settle(const EnergyAccount& account, Stage& stage, const Aligned<double>& x,
-            Aligned<double>& v);
+// Gives v, at x, the energy due, as far as it can, after a step that the stage took. False: more
+// than a tenth of the energy of deformation, and more than 1e-4 of that of motion, is too much and
+// stays.
+bool settle(EnergyAccount& account, Stage& stage, const Aligned<double>& x, Aligned<double>& v);
 
 // What parts that touch gained in a step from the energy of (x, v) to that of (after_x, after_v),
 // J: planes that stay as they were found push what turns on through them. 0 where no parts are

@@ -227,29 +227,58 @@ void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, do
     record.left = std::max(record.left, size / at_work);
 }
 
+// Solves the stage by all of the second derivative, from what start_rounds() left, as a body that
+// touches nothing. False, with nothing but its cost recorded, where something is touched then.
+bool go_untouched(Stage& stage, StepSolver& solver, StepRecord& record)
+{
+    const StepOptions& options = stage.frame.options;
+    const StepRecord before = record;
+    const bool struck = stage.struck;
+    if (options.leaps) leap(stage, solver, options.tolerance, record);
+    const Descent how{
+        .rounds = options.newton_iterations, .tolerance = options.tolerance, .hessian = true};
+    const bool arrived = descend(stage, solver, how, record) == Descended::arrived;
+    if (may_touch(stage)) {
+        place(stage);
+        find_touches(stage);
+        if (!touching(stage).empty() || stage.struck != struck) {
+            const auto iterations = record.report.iterations;
+            record = before;
+            record.report.iterations = iterations;
+            stage.struck = struck;
+            return false;
+        }
+    }
+    if (!arrived) record.unsettled = true;
+    return true;
+}
+
 }  // namespace
 
 void solve_stage(Stage& stage, StepSolver& solver, StepRecord& record)
 {
-    const StepOptions& options = stage.frame.options;
+    const bool whole = stage.frame.options.newton_iterations > 1 && !stage.frame.body.sheets;
+    struct {
+        Aligned<double> x0, v0, w, wind;
+    } began;
+    if (whole && may_touch(stage)) began = {stage.x0, stage.v0, stage.w, stage.wind};
     start_rounds(stage, solver);
+    if (whole && stage.contacts.empty()) {
+        if (go_untouched(stage, solver, record)) return;
+        stage.x0 = began.x0, stage.v0 = began.v0, stage.w = began.w, stage.wind = began.wind;
+        start_rounds(stage, solver);
+    }
+    record.touched |= may_touch(stage);
     const double size = norm(solver, stage.r);
     const AtWork at = at_work(stage);
-    if (options.newton_iterations == 1 || may_touch(stage)) {
-        // What contacts push back at first, far into what they touch, is no force at work. What
-        // they have to do is to stop the body.
-        Aligned<double> momentum;
-        times_mass(stage, stage.v0, momentum);
-        const double push = std::min(size, norm(solver, momentum));
-        go_rounds(stage, solver, size,
-                  std::max({push, norm(solver, at.outside), norm(solver, at.elastic)}),
-                  least_share(stage, solver, at), record);
-        return;
-    }
-    if (options.leaps) leap(stage, solver, options.tolerance, record);
-    const Descent how{
-        .rounds = options.newton_iterations, .tolerance = options.tolerance, .hessian = true};
-    if (descend(stage, solver, how, record) != Descended::arrived) record.unsettled = true;
+    // What contacts push back at first, far into what they touch, is no force at work. What they
+    // have to do is to stop the body.
+    Aligned<double> momentum;
+    times_mass(stage, stage.v0, momentum);
+    const double push = std::min(size, norm(solver, momentum));
+    go_rounds(stage, solver, size,
+              std::max({push, norm(solver, at.outside), norm(solver, at.elastic)}),
+              least_share(stage, solver, at), record);
 }
 
 void find_forces_at_start(Stage& stage)

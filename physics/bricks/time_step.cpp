@@ -48,7 +48,6 @@ void take_stage(FrameStep& step, double tau, double share, Balance balance)
     stage.span = balance == Balance::middle ? 2 * tau : tau;
     start_stage(stage, step.now.x, step.now.v, tau, share);
     stage.turns_start = balance == Balance::end;
-    step.record.touched |= may_touch(stage);
     solve_stage(stage, step.solver, step.record);
     balance_free_parts(stage, step.now.x, step.now.v, balance);
     find_leftover(stage, step.solver, step.record);
