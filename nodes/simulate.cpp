@@ -363,7 +363,7 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
     if (!bricks) throw std::invalid_argument(no_equilibrium);
     if (loads.pins.empty()) throw std::invalid_argument(no_pins);
     add_forces(in, context, loads);
-    state = physics::settle(*bricks, std::move(state), loads, in.step);
+    state = physics::settle(*bricks, std::move(state), loads, with_substeps(in.step));
     for (const auto& warning : state.report.warnings) context.warn(warning);
     return state;
 }
@@ -403,8 +403,9 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const double dt = in.dt > 0 ? in.dt : context.frame_seconds();
     auto last = *in.last;
     keep_own_plastic(in.body->is, context, last);
+    const auto step = in.method == Method::lattice ? in.step : with_substeps(in.step);
     auto state = std::visit(
-        [&](const auto& body) { return advance(body, std::move(last), loads, dt, in.step); },
+        [&](const auto& body) { return advance(body, std::move(last), loads, dt, step); },
         in.body->is);
     for (const auto& warning : state.report.warnings) context.warn(warning);
     state.models = in.body->models;

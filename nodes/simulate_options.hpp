@@ -9,6 +9,8 @@
 #include "physics/lattice/lattice.hpp"
 #include "physics/shell/shell.hpp"
 
+#include <algorithm>
+
 namespace nodes::simulate {
 
 using geometry::Vec3;
@@ -128,17 +130,27 @@ inline void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
                 "Precision of the sums over regions. Motion is always in double precision.");
 }
 
+// Of methods that know no number of substeps of their own.
+inline physics::StepOptions with_substeps(physics::StepOptions step)
+{
+    step.substeps = std::max(step.substeps, 1);
+    return step;
+}
+
 inline void describe_step(graph::ParamsOf<physics::StepOptions>& p)
 {
     p.choice("integrator", &physics::StepOptions::integrator,
              {"implicit_euler", "implicit_midpoint", "sdirk2"},
              "implicit_euler: the most robust; damps vibration that the steps cannot resolve. "
              "implicit_midpoint: no damping. sdirk2: accurate; damps only what the steps cannot "
-             "resolve, at twice the cost. A step in which the body hits something is one of "
+             "resolve, at twice the cost, and keeps the angular momentum of what spins only as far as "
+             "its steps are short. A step in which the body hits something is one of "
              "implicit_euler, whatever is chosen.")
         .param("substeps", &physics::StepOptions::substeps,
-               "Steps per frame. More steps resolve fast motion and vibration better.",
-               {.min = 1, .max = physics::most_substeps})
+               "Steps per frame. More steps resolve fast motion and vibration better. 0: with "
+               "method = lattice as many as its material needs to be as stiff as it is and to keep "
+               "its volume, with all others 1.",
+               {.min = 0, .max = physics::most_substeps})
         .param("tolerance", &physics::StepOptions::tolerance,
                "Tolerance: the share of the acting forces that may be left unbalanced at the end "
                "of a step.",

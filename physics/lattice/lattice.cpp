@@ -148,7 +148,10 @@ State advance(const LatticeBody& body, State state, const Loads& loads, double d
     return before;
 }
 
-int least_substeps(const LatticeBody& body, double dt)
+namespace {
+
+// What `of` says of a frame of one substep that begins at rest.
+int asked_at_rest(const LatticeBody& body, double dt, int (*of)(const FrameState&))
 {
     LatticeOptions options = body.options;
     options.substeps = 1;
@@ -157,14 +160,30 @@ int least_substeps(const LatticeBody& body, double dt)
     StepState<double> step(body, state, loads, dt, options);
     begin_frame(step);
     use_regions(step);
-    return least_substeps(step);
+    return of(step);
+}
+
+}  // namespace
+
+int least_substeps(const LatticeBody& body, double dt)
+{
+    return asked_at_rest(body, dt, least_substeps);
+}
+
+int enough_substeps(const LatticeBody& body, double dt)
+{
+    if (body.options.stiffness != Stiffness::material) return 1;
+    const int asked = asked_at_rest(body, dt, [](const FrameState& step) {
+        return std::max(least_substeps(step), substeps_for_volume(step));
+    });
+    return std::clamp(asked, 1, most_substeps);
 }
 
 State advance(const LatticeBody& body, State state, const Loads& loads, double dt,
               const StepOptions& step)
 {
     LatticeOptions options = body.options;
-    options.substeps = step.substeps;
+    options.substeps = step.substeps == 0 ? enough_substeps(body, dt) : step.substeps;
     return advance(body, std::move(state), loads, dt, options);
 }
 

@@ -83,12 +83,6 @@ void warn_of_stretch(FrameState& step)
         step.body.soft_stretch, narrower ? "a smaller half width, " : ""));
 }
 
-// Substeps from which on nothing is left out of the stiffness to volume.
-int substeps_for_volume(const FrameState& step)
-{
-    return int(std::min(1e9, std::ceil(step.options.substeps * step.resolved_volume)));
-}
-
 // Where links are broken the numbers change from frame to frame, and it was told before.
 void warn_of_poisson(FrameState& step)
 {
@@ -171,6 +165,11 @@ double cells_crossed(const FrameState& step)
 int least_substeps(const FrameState& step)
 {
     return int(std::min(1e9, std::ceil(step.options.substeps * step.resolved)));
+}
+
+int substeps_for_volume(const FrameState& step)
+{
+    return int(std::min(1e9, std::ceil(step.options.substeps * step.resolved_volume)));
 }
 
 void report_frame(FrameState& step, double crossed)

@@ -12,6 +12,8 @@ double cells_crossed(const FrameState& step);
 
 // How many substeps the frame takes at least for the body to be as stiff as its material.
 int least_substeps(const FrameState& step);
+// ... and from which on nothing is left out of its stiffness to volume.
+int substeps_for_volume(const FrameState& step);
 
 // Fills state.report after the last step; `crossed` is what cells_crossed() said before the first.
 void report_frame(FrameState& step, double crossed);

@@ -10,7 +10,7 @@ inline constexpr int most_substeps = 10'000;
 
 struct StepOptions {
     Integrator integrator = Integrator::implicit_euler;
-    int substeps = 1;              // a frame
+    int substeps = 1;              // a frame; of lattices 0: enough_substeps() (lattice.hpp)
     int newton_iterations = 1;     // linearisations a stage
     int contact_iterations = 30;   // solves a stage while what touches still changes
     double tolerance = 1e-4;       // of the residual, relative to the forces at work

@@ -62,7 +62,8 @@ std::optional<Dial> dial_of(const graph::Graph& graph, const graph::Node& node,
         if (dot == std::string::npos) {
             const auto number = number_of(node, value, where, graph.range.first);
             if (!number) return std::nullopt;
-            return Dial{node.name + "." + path, *number, found->kind == graph::ParamKind::integer};
+            const bool whole = found->kind == graph::ParamKind::integer;
+            return Dial{node.name + "." + path, whole ? std::max(*number, 1.0) : *number, whole};
         }
         values = std::get_if<graph::ParamValues>(&value.is);
         if (!values || found->kind != graph::ParamKind::block) return std::nullopt;

@@ -393,3 +393,26 @@ TEST(LatticeVolume, WarnsWhereStepsDoNotResolveIt)
     EXPECT_GT(advised, 6);
     EXPECT_EQ(warned(0.45, Stiffness::material, advised), "");
 }
+
+// 0 takes as many as the warning asks for, of the frame's own duration.
+TEST(LatticeVolume, NoSubstepsAreAsManyAsItsMaterialNeeds)
+{
+    const Cubes cubes = box(8, 8, 3, 0.1, {.young = 1e5, .poisson = 0.45});
+    const LatticeBody body = make_lattice(cubes, {.half_width = 1});
+    for (const double dt : {1.0 / 24, 1.0 / 240}) {
+        const State enough = advance(body, rest_state(body), {}, dt, StepOptions{.substeps = 0});
+        EXPECT_TRUE(enough.report.warnings.empty());
+        EXPECT_TRUE(enough.report.converged);
+        const auto taken = int(enough.report.steps);
+        EXPECT_EQ(taken, enough_substeps(body, dt));
+        EXPECT_GE(taken, least_substeps(body, dt));
+        const State same = advance(body, rest_state(body), {}, dt, StepOptions{.substeps = taken});
+        EXPECT_EQ(same.x, enough.x);
+        if (dt < 1.0 / 24) continue;
+        const State fewer =
+            advance(body, rest_state(body), {}, dt, StepOptions{.substeps = taken / 2});
+        EXPECT_FALSE(fewer.report.warnings.empty());
+    }
+    const LatticeBody rated = make_lattice(cubes, {.stiffness = Stiffness::rate});
+    EXPECT_EQ(enough_substeps(rated, 1.0 / 24), 1);
+}
