@@ -6,8 +6,8 @@
 #include "geometry/cells/cell_lines.hpp"
 #include "geometry/cells/inside_shares.hpp"
 #include "geometry/cells/surface_cells.hpp"
+#include "geometry/cubes/solid_matter.hpp"
 #include "geometry/mesh/mesh.hpp"
-#include "geometry/mesh/triangle_bvh.hpp"
 
 #include <fmt/format.h>
 
@@ -138,11 +138,8 @@ Samples sample_volume(const TriMesh& mesh, const FaceMatter& matter, Inside rule
     if (matter.matters.size() > 1) {
         std::vector<Vec3> points(count);
         for (std::size_t i = 0; i < count; ++i) points[i] = out.positions[i].cast<double>();
-        std::vector<TriangleBvh::Hit> nearest(count);
-        TriangleBvh(mesh).closest(points, std::numeric_limits<double>::infinity(), nearest);
-        for (std::size_t i = 0; i < count; ++i) {
-            if (nearest[i]) out.matter[i] = matter.of(nearest[i].triangle);
-        }
+        const LatticeMesh lattice = to_lattice(mesh, grid_over(mesh, size));
+        out.matter = matter_at({mesh, lattice, matter, rule, 0}, points);
     }
     out.mass.resize(count);
     for (std::size_t i = 0; i < count; ++i) {

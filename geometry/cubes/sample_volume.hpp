@@ -8,8 +8,9 @@
 namespace geometry {
 
 // `count` points spread evenly inside the mesh: one at random in each cell of a grid whose cells
-// have volume / count, those kept that are inside; see Inside for when a point is. Each is of the
-// face nearest to it. SampleMass: total, or density (mass = volume x density); a surface density
+// have volume / count, those kept that are inside; see Inside for when a point is. Each is of
+// the matter of the smallest closed part that it lies in, else of the face nearest to it (see
+// matter_at()). SampleMass: total, or density (mass = volume x density); a surface density
 // means nothing here and is an std::invalid_argument, as is a mesh without an inside.
 Samples sample_volume(const TriMesh& mesh, const FaceMatter& matter, Inside rule, std::size_t count,
                       std::uint64_t seed, const SampleMass& mass = {});

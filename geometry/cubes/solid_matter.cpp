@@ -1,6 +1,7 @@
 #include "geometry/cubes/solid_matter.hpp"
 
 #include "geometry/base/no_index.hpp"
+#include "geometry/base/stop.hpp"
 #include "geometry/cubes/closed_parts.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
@@ -82,6 +83,21 @@ void share_cube(Sharing& sharing, std::uint32_t cube, std::span<const FaceInCube
     }
 }
 
+// The faces of a closed part as a mesh; `source`: which of the solid's each of them is.
+TriMesh mesh_of(const Solid& solid, const ClosedPart& part, std::vector<std::uint32_t>& source)
+{
+    TriMesh out;
+    out.positions = solid.mesh.positions;
+    auto topology = std::make_shared<MeshTopology>();
+    source.clear();
+    for (const auto t : part.triangles) {
+        source.push_back(solid.lattice.source_of(t));
+        topology->triangles.push_back(solid.mesh.triangles()[source.back()]);
+    }
+    out.topology = std::move(topology);
+    return out;
+}
+
 void deposit_nearest(Sharing& sharing, const Cubes& cubes)
 {
     auto& wanted = sharing.wanted;
@@ -101,14 +117,7 @@ void deposit_nearest(Sharing& sharing, const Cubes& cubes)
         if (wanted[i].part == no_index) {
             TriangleBvh(sharing.solid.mesh).closest(centres, far, nearest);
         } else {
-            TriMesh part;
-            part.positions = sharing.solid.mesh.positions;
-            auto topology = std::make_shared<MeshTopology>();
-            for (const auto t : sharing.parts[wanted[i].part].triangles) {
-                source.push_back(sharing.solid.lattice.source_of(t));
-                topology->triangles.push_back(sharing.solid.mesh.triangles()[source.back()]);
-            }
-            part.topology = topology;
+            const TriMesh part = mesh_of(sharing.solid, sharing.parts[wanted[i].part], source);
             TriangleBvh(part).closest(centres, far, nearest);
         }
         for (std::size_t k = i; k < end; ++k) {
@@ -147,6 +156,33 @@ std::vector<Deposit> matter_of_solid(const Solid& solid, const Cubes& cubes,
     }
     deposit_nearest(sharing, cubes);
     return sharing.deposits;
+}
+
+std::vector<std::uint16_t> matter_at(const Solid& solid, std::span<const Vec3> points)
+{
+    const double far = std::numeric_limits<double>::infinity();
+    std::vector<TriangleBvh::Hit> nearest(points.size());
+    TriangleBvh(solid.mesh).closest(points, far, nearest);
+    std::vector<std::uint16_t> out(points.size(), 0);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        if (nearest[i]) out[i] = solid.matter.of(nearest[i].triangle);
+    }
+    // The largest part first: what lies in a smaller one is written over.
+    StopCheck check;
+    for (const ClosedPart& part : find_closed_parts(solid.lattice, solid.matter)) {
+        std::vector<std::uint32_t> source;
+        const TriMesh part_mesh = mesh_of(solid, part, source);
+        const TriangleBvh tree(part_mesh);
+        const Box box = triangle_bounds(part_mesh);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            check();
+            const Vec3& p = points[i];
+            if ((p.array() < box.lo.array()).any() || (p.array() > box.hi.array()).any()) continue;
+            if (!tree.inside(p)) continue;
+            out[i] = solid.matter.of(source[part.one_matter ? 0 : tree.closest(p).triangle]);
+        }
+    }
+    return out;
 }
 
 }  // namespace geometry

@@ -1,7 +1,7 @@
 #pragma once
 
-// What the cubes of a solid are made of, where there are several matters: of a cube's volume, the
-// parts that lie in it (closed_parts.hpp), else the faces in it, else the face nearest to it.
+// What the inside of a solid is made of, where there are several matters: that of the closed parts
+// (closed_parts.hpp) that a place lies in, else of the faces near it. For cubes and for points.
 
 #include "geometry/cells/inside.hpp"
 #include "geometry/cells/voxel_grid.hpp"
@@ -32,5 +32,9 @@ struct Solid {
 std::vector<Deposit> matter_of_solid(const Solid& solid, const Cubes& cubes,
                                      const std::vector<FaceInCube>& faces,
                                      std::span<const double> volume);
+
+// Of each point: the matter of the smallest closed part that it lies in; in a part of several
+// matters, of that part's face nearest to it; in no part, of the nearest of all faces.
+std::vector<std::uint16_t> matter_at(const Solid& solid, std::span<const Vec3> points);
 
 }  // namespace geometry
