@@ -6,6 +6,7 @@
 #include "geometry/mesh/mesh_edges.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/bricks/bending_error.hpp"
+#include "physics/state/measure.hpp"
 
 #include <fmt/format.h>
 
@@ -26,8 +27,21 @@ inline double count_cubes(const graph::Value& cubes)
     return static_cast<double>(cubes.as<geometry::Cubes>()->count());
 }
 
-// Of a mesh and the cubes that Voxelize made of it. The mass of the cubes lies on their corners, as
-// the solvers have it. Of an open mesh nothing is known.
+// kg/m^3; not a number where the cubes are not all of one density.
+inline double one_density(const geometry::Cubes& cubes)
+{
+    const double per_fill = std::pow(cubes.size, 3);
+    double least = std::numeric_limits<double>::infinity(), most = 0;
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        const double density = cubes.mass[c] / (cubes.fill[c] * per_fill);
+        least = std::min(least, density), most = std::max(most, density);
+    }
+    return most - least <= 1e-4 * most ? most : std::numeric_limits<double>::quiet_NaN();
+}
+
+// Of a mesh and the cubes that Voxelize made of it. Their mass is that of bricks
+// (physics/state/cube_mass.hpp); lattices and springs have it on the corners of the cubes, which
+// adds m h^2 / 3 less what bricks have. Of an open mesh nothing is known.
 inline std::vector<CardLine> body_card(const graph::Value& mesh_value,
                                        const graph::Value& cubes_value)
 {
@@ -35,10 +49,12 @@ inline std::vector<CardLine> body_card(const graph::Value& mesh_value,
     const geometry::Cubes& cubes = *cubes_value.as<geometry::Cubes>();
     const geometry::TriMesh& mesh = *mesh_value.as<geometry::TriMesh>();
     const bool closed = geometry::is_closed(mesh.triangles(), mesh.positions.size());
-    const geometry::MassProperties body = geometry::mass_properties(mesh),
-                                   model =
-                                       geometry::mass_properties(geometry::corner_positions(cubes),
-                                                                 geometry::corner_masses(cubes));
+    const geometry::MassProperties body = geometry::mass_properties(mesh);
+    physics::State at_rest;
+    at_rest.x = geometry::corner_positions(cubes);
+    at_rest.v.assign(at_rest.x.size(), geometry::Vec3::Zero());
+    at_rest.brick_mass = true;
+    const physics::MassMoments model = physics::mass_moments(at_rest, cubes);
     const auto exact = [&](double x) { return closed && body.mass > 0 ? x : unknown; };
     double volume = 0;
     for (const double fill : cubes.fill) volume += fill * std::pow(cubes.size, 3);
@@ -46,7 +62,7 @@ inline std::vector<CardLine> body_card(const graph::Value& mesh_value,
         {"cubes", {unknown, static_cast<double>(cubes.count())}},
         {"size of a cube, m", {unknown, cubes.size}},
         {"volume, m^3", {exact(body.mass), volume}},
-        {"mass, kg", {unknown, model.mass}},
+        {"mass, kg", {exact(one_density(cubes) * body.mass), model.mass}},
     };
     for (int k = 0; k < 3; ++k) {
         lines.push_back(
