@@ -66,7 +66,7 @@ template <class S> void describe_matter(graph::ParamsOf<S>& p)
         .param("poisson", &S::poisson,
                "Poisson's ratio: how much the material thins when stretched. Near 0.5 it keeps its "
                "volume.",
-               {0, 0.499, ""}, custom)
+               {0, 0.4999, ""}, custom)
         .param("mass_damping", &S::mass_damping,
                "Rayleigh damping proportional to mass: damps all motion, slow swaying most.",
                {0, 1e6, "1/s"}, custom)
