@@ -15,11 +15,12 @@ namespace fixtures {
 // writes.
 class Scene : public runtime::Observer {
 public:
-    explicit Scene(const std::string& nodes, const std::filesystem::path& folder = {})
-        : loaded_(graph::load_text(
-              R"({ "aspic": 1, "frames": { "first": 1, "last": 240, "fps": 24 }, "nodes": {)" +
-                  nodes + "} }",
-              folder / "scene.json", nodes::registry())),
+    explicit Scene(const std::string& nodes, const std::filesystem::path& folder = {},
+                   int last = 240)
+        : loaded_(graph::load_text(R"({ "aspic": 1, "frames": { "first": 1, "last": )" +
+                                       std::to_string(last) + R"(, "fps": 24 }, "nodes": {)" +
+                                       nodes + "} }",
+                                   folder / "scene.json", nodes::registry())),
           folder_(folder.empty() ? "." : folder)
     {
         for (const auto& problem : loaded_.problems) ADD_FAILURE() << problem.message;
