@@ -164,7 +164,8 @@ static void describe_matter(graph::ParamsOf<LayerMatter>& p)
 static void describe_substance(graph::ParamsOf<Substance>& p)
 {
     p.param("stiffness", &Substance::stiffness,
-            "Scale of the forces that hold particles at their rest distance.",
+            "Scale k of the forces that hold particles at their rest distance r0: "
+            "k ((r0/r)^8 - (r0/r)^4) W, W = (1 - (r / (reach r0))^2)^2.",
             {.min = 0, .unit = "N"})
         .param("rest_distance", &Substance::rest_distance,
                "Distance between particles at which the forces vanish.", {.min = 1e-9, .unit = "m"})
@@ -175,7 +176,8 @@ static void describe_substance(graph::ParamsOf<Substance>& p)
                "Range of the forces between particles, in rest distances.", {.min = 1, .max = 100})
         .param("fusion_threshold", &Substance::fusion_threshold,
                "Contact pressure above which parts fuse. Parts that have separated fuse in no "
-               "other way.",
+               "other way, where Skeletons has blend = smooth_groups and matter.self_contact is "
+               "on; with blend = sum they blend wherever they meet.",
                {.min = 0, .unit = "Pa"})
         .param("fusion_time", &Substance::fusion_time, "Time for two skeletons to blend fully.",
                {.min = 0, .unit = "s"});

@@ -20,8 +20,9 @@
 namespace physics {
 
 // How a soft substance's particles act on each other, r0 their distance at rest:
-//   attraction and repulsion  k_p ((r0/r)^8 - (r0/r)^4) along r, up to `reach` r0
-//   friction                  -gamma (1 - (r/(reach r0))^2)^2 (v_p - v_q)
+//   attraction and repulsion  k_p ((r0/r)^8 - (r0/r)^4) W(r) along r, r at least 0.3 r0 in it
+//   friction                  -gamma W(r) (v_p - v_q)
+//   W(r) = (1 - (r/(reach r0))^2)^2 up to `reach` r0, 0 beyond: nothing jumps there
 struct Substance {
     double stiffness = 10;           // k_p, N
     double rest_distance = 0.1;      // r0, m

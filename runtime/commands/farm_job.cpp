@@ -215,6 +215,7 @@ Words words_of(const FarmJob& job, const FarmTask& task)
         words.insert(words.end(), {"--root", fs::absolute(job.request.root).string()});
     }
     if (job.request.allow_outside) words.emplace_back("--allow-outside");
+    words.emplace_back("--keep-going");  // a frame that fails stops none that can be cooked
     words.insert(words.end(), {"--out", shot.folder.string(), "--cache", job.cache.string(),
                                "--cache-size", std::to_string(job.request.cache_budget)});
     if (job.request.threads > 0) {

@@ -188,6 +188,23 @@ TEST(Layered, ParticlesSettleAtTheirDistance)
     EXPECT_NEAR((scene.states[0].position[0] - scene.states[0].position[1]).norm(), 0.15, 1e-3);
 }
 
+// The change of velocity of two particles that are let go, over a short step: of the law in
+// base.hpp, with the mass that their layers have.
+TEST(Layered, ParticlesPullAndPushByTheirLaw)
+{
+    for (const double share : {0.5, 0.8, 1.0, 1.4, 2.2}) {
+        LayeredBody body = dough({{0, 0, 0}, {0.15 * share, 0, 0}});
+        body.base.substance.friction = 0;
+        const double dt = 1e-6, mass = body.base.mass[0];
+        const LayeredScene scene = advance(scene_of({body}), weightless, dt, 1);
+        const double q = std::pow(1 / share, 4), w = 1 - share * share / 6.25;
+        const double force = 20 * (q * q - q) * w * w;
+        EXPECT_NEAR(-scene.states[0].velocity[0].x() * mass / dt, force,
+                    1e-3 * std::abs(force) + 1e-6)
+            << share;
+    }
+}
+
 // With every rule of blending: those that only blend have no record of what came apart.
 TEST(Layered, PiecesAreChainsOfOverlappingInfluences)
 {
