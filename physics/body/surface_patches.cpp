@@ -53,27 +53,52 @@ std::array<Vec3f, 3> piece_in(const Cubes& cubes, std::uint32_t c, const std::ar
             ((p[2] - p[0]) / cubes.size).cast<float>()};
 }
 
-// One point for each sixty-fourth of the cube: the farthest from the cube's middle, with the area
-// of all.
+// The points of a sixty-fourth of a cube: how its faces look, and which point stands for all.
+struct Crowd {
+    Vec3f normal = Vec3f::Zero();  // m^2, sum
+    float area = 0;                // m^2, of the faces' normals, whichever way they look
+    std::optional<std::uint32_t> kept;
+    float out = 0;  // how far out that one lies
+
+    // Cubes: along the mean normal, so that corners and edges stay. On a flat face, or where faces
+    // look all ways, as far from the cube's middle as can be: a wide foot stands.
+    float how_far_out(const Vec3f& place) const
+    {
+        const float away = (place - Vec3f::Constant(0.5f)).norm();
+        const float size = normal.norm();
+        return size > 0.2f * area ? place.dot(normal) / size + 1e-3f * away : away;
+    }
+};
+
+// One point for each sixty-fourth of the cube: the farthest out, with the area of all.
 void thin_out(LoosePatch& patch)
 {
     constexpr int across = 4;
     if (patch.points.size() <= 8) return;
-    std::array<int, across * across * across> kept;
-    kept.fill(-1);
+    std::array<Crowd, across * across * across> crowds;
+    const auto crowd_of = [&](const PatchPoint& point) -> Crowd& {
+        const Vec3i at = (point.place * float(across)).cast<int>().cwiseMax(0).cwiseMin(across - 1);
+        return crowds[static_cast<std::size_t>(at.x() + across * (at.y() + across * at.z()))];
+    };
+    for (const PatchPoint& point : patch.points) {
+        Crowd& crowd = crowd_of(point);
+        crowd.normal += point.normal;
+        crowd.area += point.area;
+    }
     std::vector<PatchPoint> out;
     for (const PatchPoint& point : patch.points) {
-        const Vec3i at = (point.place * float(across)).cast<int>().cwiseMax(0).cwiseMin(across - 1);
-        int& index = kept[static_cast<std::size_t>(at.x() + across * (at.y() + across * at.z()))];
-        if (index < 0) {
-            index = static_cast<int>(out.size());
+        Crowd& crowd = crowd_of(point);
+        const float far = crowd.how_far_out(point.place);
+        if (!crowd.kept) {
+            crowd.kept = static_cast<std::uint32_t>(out.size());
+            crowd.out = far;
             out.push_back(point);
             continue;
         }
-        PatchPoint& best = out[static_cast<std::size_t>(index)];
+        PatchPoint& best = out[*crowd.kept];
         const float sum = best.area + point.area;
-        const Vec3f middle = Vec3f::Constant(0.5f);
-        if ((point.place - middle).squaredNorm() > (best.place - middle).squaredNorm()) {
+        if (far > crowd.out) {
+            crowd.out = far;
             best = point;
         }
         best.area = sum;
@@ -114,7 +139,7 @@ class FacePoints {
 public:
     FacePoints(const Cubes& cubes, const CubeFinder& finder) : cubes_(cubes), finder_(finder) {}
 
-    void add(const Vec3& at, float area)
+    void add(const Vec3& at, float area, const Vec3f& normal)
     {
         const Vec3 local = 4 / cubes_.size * (at - cubes_.origin);
         if (!local.allFinite() || local.cwiseAbs().maxCoeff() > 1e9) return;
@@ -122,15 +147,18 @@ public:
         const auto [found, fresh] = by_place_.emplace(place, std::uint32_t(positions.size()));
         if (!fresh) {
             areas[found->second] += area;
+            normals[found->second] += normal;
         } else if (cube_at(cubes_, finder_, at)) {
             positions.push_back(at.cast<float>());
             areas.push_back(area);
+            normals.push_back(normal);
         } else {
             by_place_.erase(found);
         }
     }
     std::vector<Vec3f> positions;
     std::vector<float> areas;
+    std::vector<Vec3f> normals;  // m^2, with the size of the area
 
 private:
     const Cubes& cubes_;
@@ -163,7 +191,8 @@ void share_out(const Cubes& cubes, const CubeFinder& finder, const Subdivided& r
         for (int k = 0; k <= i; ++k) {
             const int meeting = rows.meeting(i, k);
             if (meeting == 1) continue;  // a vertex
-            between.add(rows.at(i, k), static_cast<float>(meeting * share * area.norm() / 3));
+            between.add(rows.at(i, k), static_cast<float>(meeting * share * area.norm() / 3),
+                        (meeting * share / 3 * area).cast<float>());
         }
     }
     for (int i = 0; i < rows.cuts; ++i) {
@@ -181,19 +210,43 @@ void share_out(const Cubes& cubes, const CubeFinder& finder, const Subdivided& r
     }
 }
 
+// What belongs to each vertex of a surface.
+struct VertexFaces {
+    explicit VertexFaces(std::size_t count) : area(count, 0.0f), normal(count, Vec3f::Zero()) {}
+
+    std::vector<float> area;    // m^2
+    std::vector<Vec3f> normal;  // m^2, sum of the areas' normals
+};
+
+// 1, or -1 for a surface that is wound inwards: by the volume below its faces.
+float outward(const geometry::TriMesh& mesh)
+{
+    double volume = 0;
+    std::optional<Vec3> about;
+    for (const auto& t : mesh.triangles()) {
+        const auto v = sound_triangle(mesh, t);
+        if (!v) continue;
+        if (!about) about = (*v)[0];
+        volume += ((*v)[0] - *about).dot(area_of(*v));
+    }
+    return volume < 0 ? -1.0f : 1.0f;
+}
+
 // Points at the vertices, with their areas, and between them.
-void embed_points(const Cubes& cubes, const geometry::TriMesh& mesh, std::vector<float> area_at,
+void embed_points(const Cubes& cubes, const geometry::TriMesh& mesh, VertexFaces at,
                   const FacePoints& between, std::vector<LoosePatch>& patches)
 {
     geometry::TriMesh points;
     points.positions = mesh.positions;
     points.positions.insert(points.positions.end(), between.positions.begin(),
                             between.positions.end());
-    area_at.insert(area_at.end(), between.areas.begin(), between.areas.end());
+    at.area.insert(at.area.end(), between.areas.begin(), between.areas.end());
+    at.normal.insert(at.normal.end(), between.normals.begin(), between.normals.end());
+    const float sign = outward(mesh);
     const geometry::Binding binding = geometry::bind(points, cubes);
     for (std::uint32_t i = 0; i < points.positions.size(); ++i) {
         if (!points.positions[i].allFinite()) continue;
-        PatchPoint point{binding.local[i], {}, area_at[i]};
+        PatchPoint point{binding.local[i], {}, at.area[i], sign * at.normal[i]};
         const auto weight = geometry::weights(binding, i);
         for (std::size_t a = 0; a < 8; ++a) point.weight[a] = static_cast<float>(weight[a]);
         patches[binding.used[binding.cube[i]]].points.push_back(point);
@@ -217,7 +270,7 @@ std::vector<LoosePatch> patches_of_surface(const Cubes& cubes, const geometry::T
 {
     const CubeFinder finder(cubes);
     std::vector<LoosePatch> patches(cubes.count());
-    std::vector<float> area_at(mesh.positions.size(), 0.0f);
+    VertexFaces faces(mesh.positions.size());
     FacePoints between(cubes, finder);
     for (const auto& t : mesh.triangles()) {
         const auto v = sound_triangle(mesh, t);
@@ -226,12 +279,14 @@ std::vector<LoosePatch> patches_of_surface(const Cubes& cubes, const geometry::T
             {((*v)[1] - (*v)[0]).norm(), ((*v)[2] - (*v)[1]).norm(), ((*v)[0] - (*v)[2]).norm()});
         const Subdivided rows{
             *v, static_cast<int>(std::clamp(std::ceil(longest / cubes.size), 1.0, 64.0))};
+        const Vec3 area = area_of(*v);
         for (const auto i : t) {
-            area_at[i] += static_cast<float>(rows.share() * area_of(*v).norm() / 3);
+            faces.area[i] += static_cast<float>(rows.share() * area.norm() / 3);
+            faces.normal[i] += (rows.share() / 3 * area).cast<float>();
         }
         share_out(cubes, finder, rows, between, patches);
     }
-    embed_points(cubes, mesh, std::move(area_at), between, patches);
+    embed_points(cubes, mesh, std::move(faces), between, patches);
     const int flat = geometry::flat_axis(cubes);
     for (LoosePatch& patch : patches) {
         thin_out(patch);

@@ -17,7 +17,8 @@ using geometry::Vec3f;
 struct PatchPoint {
     Vec3f place;  // 0..1 in the cube, for strays outside
     std::array<float, 8> weight;
-    float area;
+    float area;                    // m^2
+    Vec3f normal = Vec3f::Zero();  // m^2, out of the surface, sum of its areas' normals
 };
 struct LoosePatch {
     std::vector<PatchPoint> points, within;

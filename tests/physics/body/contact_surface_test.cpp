@@ -142,6 +142,43 @@ TEST(ContactSurface, WideFacesAreTouchedAllOver)
     }
 }
 
+TEST(ContactSurface, OfCrowdedPointsTheCornersStay)
+{
+    // A box of 60 x 60 x 60 faces, wherever its corners lie in the cubes that hold them: each is a
+    // point, also where it looks towards the middle of its cube, and however the faces are wound.
+    const geometry::Cubes cubes = fixtures::box(6, 6, 6, 0.1);
+    for (const float shift : {0.0f, 0.035f, 0.08f}) {
+        for (const bool inward : {false, true}) {
+            auto surface = geometry::box(Vec3(0.42, 0.42, 0.42), geometry::Vec3i::Constant(60));
+            for (Vec3f& p : surface.positions) p += Vec3f::Constant(0.25f + shift);
+            if (inward) {
+                auto turned = std::make_shared<geometry::MeshTopology>(*surface.topology);
+                for (auto& t : turned->triangles) std::swap(t[1], t[2]);
+                surface.topology = turned;
+            }
+            const ContactSurface skin = make_contact_surface(cubes, {}, &surface);
+            std::array<double, 8> nearest;
+            nearest.fill(1);
+            for (std::size_t c = 0; c < skin.corners.size(); ++c) {
+                const SurfacePatch& patch = skin.on(c);
+                for (auto i = patch.point; i < patch.points_end; ++i) {
+                    Vec3 at = Vec3::Zero();
+                    for (std::size_t a = 0; a < 8; ++a) {
+                        at += double(skin.point[i][a]) * cubes.corner_position(skin.corners[c][a]);
+                    }
+                    for (std::size_t k = 0; k < 8; ++k) {
+                        const Vec3 corner =
+                            Vec3::Constant(0.04 + double(shift)) +
+                            0.42 * Vec3(double(k & 1), double(k >> 1 & 1), double(k >> 2 & 1));
+                        nearest[k] = std::min(nearest[k], (at - corner).norm());
+                    }
+                }
+            }
+            for (const double far : nearest) EXPECT_LT(far, 1e-6) << shift << inward;
+        }
+    }
+}
+
 TEST(ContactSurface, AMeshInAPlaneHangsOnTheCornersThatMove)
 {
     // A plane's cells have one layer of corners: what a point has of the upper four, they take.
