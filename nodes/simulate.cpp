@@ -188,9 +188,9 @@ constexpr const char* no_balls =
 
 constexpr const char* no_equilibrium =
     "an equilibrium needs method = bricks: change the method, or set initial_shape = given";
-constexpr const char* no_pins =
-    "an equilibrium needs pins, because a free body falls for ever: link a Pin node to the input "
-    "'pins', or set initial_shape = given";
+constexpr const char* no_support =
+    "an equilibrium needs pins or colliders, because a free body falls for ever: link a Pin node "
+    "to the input 'pins' or a Ground to 'colliders', or set initial_shape = given";
 
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
@@ -210,7 +210,9 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     }
     if (in.initial_shape == Shape::equilibrium) {
         if (in.method != Method::bricks) faults.push_back({"initial_shape", no_equilibrium});
-        if (!setting.links("pins")) faults.push_back({"initial_shape", no_pins});
+        if (!setting.links("pins") && !setting.links("colliders")) {
+            faults.push_back({"initial_shape", no_support});
+        }
     }
     return faults;
 }
@@ -361,7 +363,6 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
     state.report = {};
     if (in.initial_shape == Shape::given) return state;
     if (!bricks) throw std::invalid_argument(no_equilibrium);
-    if (loads.pins.empty()) throw std::invalid_argument(no_pins);
     add_forces(in, context, loads);
     state = physics::settle(*bricks, std::move(state), loads, with_substeps(in.step));
     for (const auto& warning : state.report.warnings) context.warn(warning);
@@ -473,9 +474,9 @@ void add_to(graph::Registry& registry)
                {.unit = "m/s^2"})
         .choice("initial_shape", &Inputs::initial_shape, {"given", "equilibrium"},
                 "Shape in the first frame. given: the model at rest, or that of `start`. "
-                "equilibrium: the shape in which the body hangs still under the forces, pins and "
-                "colliders of the first frame (method bricks; pins must hold each part along "
-                "all axes, unless there is a collider).")
+                "equilibrium: the shape in which the body is at rest under the forces, pins and "
+                "colliders of the first frame (method bricks). Parts without pins lie on "
+                "colliders then, or on each other.")
         .param("initial_velocity", &Inputs::initial_velocity,
                "Velocity that is added to the initial state.", {.unit = "m/s"})
         .param("initial_spin_degrees", &Inputs::initial_spin_degrees,

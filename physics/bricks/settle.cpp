@@ -15,18 +15,20 @@ namespace {
 
 constexpr double forever = 1e4;  // s
 
-// What slides along an axis may still be stopped by a collider.
+// What slides along an axis, or falls, may still be stopped by a collider.
 void check_held(const CornerBody& body, const Loads& loads)
 {
+    if (!loads.colliders.empty()) return;
     const std::vector<std::uint8_t> held = axes_of_parts(loads.pins, body);
     const auto free = std::count(held.begin(), held.end(), std::uint8_t{0});
     if (free > 0) {
-        throw std::invalid_argument(
-            fmt::format("{} of {} parts of the body have no pin: they would fall for ever, and "
-                        "have no equilibrium. Pin each part, or start from the given shape",
-                        free, body.parts));
+        throw std::invalid_argument(fmt::format(
+            "{} of {} parts of the body have no pin, and there is no collider to lie on: they "
+            "would "
+            "fall for ever, and have no equilibrium. Pin each part, link a ground or another "
+            "collider, or start from the given shape",
+            free, body.parts));
     }
-    if (!loads.colliders.empty()) return;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto slides = std::count_if(held.begin(), held.end(),
                                           [&](auto axes) { return (axes >> axis & 1) == 0; });
@@ -46,6 +48,61 @@ State step_from_rest(const BricksBody& body, State state, const Loads& loads, do
     return advance(body, std::move(state), loads, seconds, options);
 }
 
+// How far corners are from where they were, m.
+double farthest_moved(const State& from, const State& to)
+{
+    double moved = 0;
+    for (std::size_t k = 0; k < to.x.size(); ++k) {
+        moved = std::max(moved, (to.x[k] - from.x[k]).norm());
+    }
+    return moved;
+}
+
+// Where parts without pins come to lie: in steps that each begin at rest, so that nothing swings or
+// bounces, until none moves them.
+State lie_down(const BricksBody& body, State state, const Loads& loads, const StepOptions& options)
+{
+    constexpr int most = 300;
+    constexpr double still_enough = 1e-5;  // of a cube's edge, in a step
+    constexpr double longest = 0.25;       // s: what is in the air falls by 0.6 m
+    double moved = 0, seconds = 1.0 / 48;
+    int iterations = 0;
+    for (int i = 0; i < most; ++i) {
+        State next = step_from_rest(body, state, loads, seconds, options);
+        iterations += next.report.iterations;
+        moved = farthest_moved(state, next);
+        const bool longer = seconds < longest;
+        seconds = std::min(1.5 * seconds, longest);
+        state = std::move(next);
+        if (!longer && moved <= still_enough * body.base.h) break;
+    }
+    state.report.iterations = iterations;
+    state.report.warnings.clear();
+    if (moved <= still_enough * body.base.h) return state;
+    if (moved > body.base.h) {
+        throw std::invalid_argument(fmt::format(
+            "no equilibrium was found: parts without pins still move by {:.2g} m in a quarter of a "
+            "second. They fall beside the colliders, slide or roll. Put something below them, pin "
+            "them, or start from the given shape",
+            moved));
+    }
+    state.report.converged = false;
+    state.report.warnings = {fmt::format(
+        "No equilibrium was found: parts without pins still move by {:.2g} m in a quarter of a "
+        "second. They may slide, roll or tip over. Start from the given shape and let it come to "
+        "rest.",
+        moved)};
+    return state;
+}
+
+State at_its_start(State end, double time)
+{
+    std::fill(end.v.begin(), end.v.end(), Vec3::Zero());
+    end.time = time;
+    end.still_frames = 0;
+    return end;
+}
+
 }  // namespace
 
 State settle(const BricksBody& body, State state, const Loads& loads, const StepOptions& options)
@@ -59,6 +116,10 @@ State settle(const BricksBody& body, State state, const Loads& loads, const Step
     still.newton_iterations = std::max(options.newton_iterations, 50);
     still.contact_iterations = std::max(options.contact_iterations, 50);
     const double time = state.time;
+    const std::vector<std::uint8_t> held = axes_of_parts(loads.pins, body.base);
+    if (std::count(held.begin(), held.end(), std::uint8_t{0}) > 0) {
+        return at_its_start(lie_down(body, std::move(state), loads, still), time);
+    }
     State end = step_from_rest(body, state, loads, forever, still);
     auto iterations = end.report.iterations;
     const auto step = [&](const State& from, double seconds) {
@@ -80,19 +141,14 @@ State settle(const BricksBody& body, State state, const Loads& loads, const Step
         bool settled = false;
         for (int i = 0; i < most && !settled && end.report.converged; ++i) {
             const State before = std::exchange(end, step(end, forever));
-            moved = 0;
-            for (std::size_t k = 0; k < end.x.size(); ++k) {
-                moved = std::max(moved, (end.x[k] - before.x[k]).norm());
-            }
+            moved = farthest_moved(before, end);
             settled = moved <= still_enough * body.base.h;
         }
         flutters = end.report.converged && !settled;
         end.report.converged &= settled;
     }
     end.report.iterations = iterations;
-    std::fill(end.v.begin(), end.v.end(), Vec3::Zero());
-    end.time = time;
-    end.still_frames = 0;
+    end = at_its_start(std::move(end), time);
     if (flutters) {
         end.report.warnings = {fmt::format(
             "No equilibrium was found: the shape still moves by {:.2g} m under loads that follow "

@@ -232,7 +232,7 @@ TEST(Simulate, RefusesAnEquilibriumWithoutPinsAndSaysWhatToDo)
         simulate.run();
         FAIL();
     } catch (const std::invalid_argument& error) {
-        EXPECT_NE(std::string(error.what()).find("link a Pin node"), std::string::npos)
+        EXPECT_NE(std::string(error.what()).find("link a ground"), std::string::npos)
             << error.what();
     }
 }

@@ -10,6 +10,7 @@ namespace {
 
 using namespace physics;
 using geometry::Cubes;
+using geometry::Vec3i;
 
 struct Cantilever {
     Cubes cubes;
@@ -78,6 +79,67 @@ TEST(Settle, ABodyThatRestsOnAColliderStays)
     for (int i = 0; i < 24; ++i) {
         state = advance(beam.body, std::move(state), beam.loads, 1.0 / 24);
         ASSERT_NEAR(beam.sag(state), sag, 0.01) << i;
+    }
+}
+
+// Blocks of jelly in the air, one above the other: they come to lie on the ground and on each other
+// at once, as far pressed together as their weight says, and stay.
+TEST(Settle, WhatHasNoPinsComesToLieOnTheGround)
+{
+    constexpr double h = 0.1, young = 2e5;
+    std::vector<Vec3i> cells;
+    for (int i = 0; i < 4 * 4 * 4; ++i) cells.emplace_back(i % 4, 1 + i / 16, i / 4 % 4);
+    for (int i = 0; i < 2 * 2 * 2; ++i) cells.emplace_back(1 + i % 2, 6 + i / 4, 1 + i / 2 % 2);
+    const Cubes cubes =
+        fixtures::cubes_on(cells, h, {.young = young, .poisson = 0, .stiffness_damping = 0.01});
+    const BricksBody body = make_bricks(cubes, {.contact = {.friction = 0.5}});
+    Loads loads;
+    loads.forces.push_back({});
+    loads.colliders.push_back({});  // the ground
+    State state = settle(body, rest_state(body), loads, {});
+    EXPECT_TRUE(state.report.converged);
+    EXPECT_TRUE(state.report.warnings.empty());
+    EXPECT_EQ(state.time, 0);
+    const auto mean_height = [&](const State& of, int row) {
+        double sum = 0;
+        int count = 0;
+        for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) {
+            if (cubes.corner[k].y() == row) sum += of.x[k].y(), ++count;
+        }
+        return sum / count;
+    };
+    EXPECT_NEAR(mean_height(state, 1), 0, 0.01 * h);
+    // rho g H^2 / (2 E), and what the upper block does: its weight over the width of the lower one.
+    const double weight = 1000 * 9.81 / young, load = weight * 0.2 * 0.2 * 0.2;
+    const double lower = 0.4 - weight * 0.4 * 0.4 / 2 - load * 0.4 / (0.4 * 0.4);
+    EXPECT_NEAR(mean_height(state, 5), lower, 0.002);
+    EXPECT_GT(mean_height(state, 6), 0.35);
+    const State settled = state;
+    for (int i = 0; i < 48; ++i) state = advance(body, std::move(state), loads, 1.0 / 24);
+    double moved = 0;
+    for (std::size_t k = 0; k < state.x.size(); ++k) {
+        moved = std::max(moved, (state.x[k] - settled.x[k]).norm());
+    }
+    EXPECT_LT(moved, 0.005 * h);
+}
+
+TEST(Settle, WhatFindsNoPlaceToLieSaysSo)
+{
+    const Cubes cubes = fixtures::box(2, 2, 2, 0.1, {.young = 1e6});
+    const BricksBody body = make_bricks(cubes);
+    Loads loads;
+    loads.forces.push_back({});
+    Collider beside;
+    beside.kind = Collider::Kind::box;
+    beside.pose.translate(Vec3(3, 0, 0));
+    beside.before = beside.pose;
+    loads.colliders.push_back(beside);
+    try {
+        settle(body, rest_state(body), loads, {});
+        FAIL() << "it came to rest";
+    } catch (const std::invalid_argument& e) {
+        EXPECT_NE(std::string(e.what()).find("They fall beside the colliders"), std::string::npos)
+            << e.what();
     }
 }
 
