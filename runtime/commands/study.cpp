@@ -66,6 +66,23 @@ const graph::Value& at(const Series& series, int frame)
     return after == series.begin() ? none : std::prev(after)->second;
 }
 
+// What a measure is of, and how far two of its values are apart.
+struct Kind {
+    Distance distance;
+    bool number = false;
+};
+
+Kind kind_of(const graph::Graph& graph, const std::string& measure, const StudyOptions& options)
+{
+    const std::string& type = wire_of(graph, find_wire(graph, measure));
+    if (type == graph::wire_name<double>) return {number_distance, true};
+    const auto known = options.distances.find(type);
+    if (known != options.distances.end()) return {known->second};
+    throw std::invalid_argument(fmt::format(
+        "expected '{}' to be a number or a mesh, found type {}; add a Measure node after it",
+        measure, type));
+}
+
 class Study {
 public:
     Study(const std::filesystem::path& file, const graph::Registry& registry,
@@ -73,20 +90,11 @@ public:
         : file_(file), registry_(registry), options_(options)
     {
         const graph::Graph graph = load({});
-        const graph::Link wire = find_wire(graph, options.measure);
-        const std::string& type = wire_of(graph, wire);
-        const auto known = options.distances.find(type);
-        if (type == graph::wire_name<double>) {
-            distance_ = number_distance;
-            number_ = true;
-        } else if (known != options.distances.end()) {
-            distance_ = known->second;
-        } else {
-            throw std::invalid_argument(fmt::format("expected '{}' to be a number or a mesh, found "
-                                                    "type {}; add a Measure node after it",
-                                                    options.measure, type));
+        if (options.measures.empty()) throw std::invalid_argument("expected something to measure");
+        for (const std::string& measure : options.measures) {
+            kinds_.push_back(kind_of(graph, measure, options));
         }
-        if (options.exact && !number_) {
+        if (options.exact && !kinds_[0].number) {
             throw std::invalid_argument("a number as reference needs a number as measure");
         }
         if (!options.look.empty()) {
@@ -115,7 +123,10 @@ public:
 
         // The reference first: the others are compared with it frame by frame as they cook.
         if (options_.exact) {
-            for (const int f : frames_) reference_[f] = graph::Value::of(double(*options_.exact));
+            reference_.resize(kinds_.size());
+            for (const int f : frames_) {
+                reference_[0][f] = graph::Value::of(double(*options_.exact));
+            }
         } else if (options_.reference) {
             Trial outside;
             outside.settings = *options_.reference;
@@ -126,12 +137,15 @@ public:
             reference_ = cook(last);
             need(last);
             last.reference = true;
+            tell_measured(last, reference_);
             if (told) told(last);
         }
         scale_ = scale_of_reference();
         for (Trial& trial : trials) {
             if (trial.reference) continue;
-            compare(trial, cook(trial));
+            const std::vector<Series> series = cook(trial);
+            compare(trial, series[0]);
+            tell_measured(trial, series);
             if (told) told(trial);
         }
         mark_best(trials);
@@ -144,28 +158,40 @@ private:
         return load_with(file_, registry_, options_.load, settings);
     }
 
-    // Everything from a cold cache, so that times can be compared.
-    Series cook(Trial& trial) const
+    // What each measure gave. Everything from a cold cache, so that times can be compared.
+    std::vector<Series> cook(Trial& trial) const
     {
-        Series series;
+        std::vector<Series> series(kinds_.size());
         try {
             const graph::Graph graph = load(trial.settings);
-            const graph::Link wire = find_wire(graph, options_.measure);
+            std::vector<graph::Link> wires;
+            std::vector<std::uint32_t> nodes;
+            for (const std::string& measure : options_.measures) {
+                wires.push_back(find_wire(graph, measure));
+                nodes.push_back(wires.back().node);
+            }
+            std::sort(nodes.begin(), nodes.end());
+            nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
             std::vector<Want> wants;
-            for (const int f : frames_) wants.push_back({wire.node, f});
+            for (const int f : frames_) {
+                for (const std::uint32_t node : nodes) wants.push_back({node, f});
+            }
             std::optional<graph::Link> look;
             if (!options_.look.empty()) look = find_wire(graph, options_.look);
 
             Caches caches;
             Stopwatch watch(graph);
             Evaluator evaluator(graph, caches, options_.cook, &watch);
-            evaluator.keys().aim({wire.node}, frames_);
+            evaluator.keys().aim(nodes, frames_);
             for (const std::uint32_t n : evaluator.keys().reached()) {
                 watch.varies[n] = evaluator.keys().varies(n);
             }
             evaluator.cook(std::move(wants),
                            [&](const Want& want, std::span<const graph::Value> values) {
-                               series[want.frame] = values[wire.output];
+                               for (std::size_t m = 0; m < wires.size(); ++m) {
+                                   if (wires[m].node != want.node) continue;
+                                   series[m][want.frame] = values[wires[m].output];
+                               }
                            });
             trial.failure = watch.failure;
             trial.warnings = std::move(watch.warnings);
@@ -189,8 +215,8 @@ private:
     {
         double scale = 0;
         for (const int f : frames_) {
-            scale = std::max(scale, number_ ? std::abs(*at(reference_, f).as<double>())
-                                            : departure_of_reference(f));
+            scale = std::max(scale, kinds_[0].number ? std::abs(*at(reference_[0], f).as<double>())
+                                                     : departure_of_reference(f));
         }
         return scale;
     }
@@ -199,7 +225,7 @@ private:
     double departure_of_reference(int frame) const
     {
         try {
-            return distance_(at(reference_, frame), at(reference_, frames_[0]));
+            return kinds_[0].distance(at(reference_[0], frame), at(reference_[0], frames_[0]));
         } catch (const std::invalid_argument&) {
             return 0;
         }
@@ -215,7 +241,7 @@ private:
         for (const int f : frames_) {
             double d = 0;
             try {
-                d = distance_(at(series, f), at(reference_, f));
+                d = kinds_[0].distance(at(series, f), at(reference_[0], f));
             } catch (const std::invalid_argument& why) {
                 trial.incomparable = fmt::format("at frame {} {}", f, why.what());
                 trial.error = trial.worst = trial.relative = nan;
@@ -226,6 +252,35 @@ private:
         }
         trial.error = std::sqrt(sum_sq / static_cast<double>(frames_.size()));
         trial.relative = scale_ > 0 ? trial.error / scale_ : nan;
+    }
+
+    // Not a number where it can't be compared.
+    double error_of(std::size_t measure, const Series& series) const
+    {
+        double sum_sq = 0;
+        try {
+            for (const int f : frames_) {
+                if (!at(series, f) || !at(reference_[measure], f)) return nan;
+                const double d =
+                    kinds_[measure].distance(at(series, f), at(reference_[measure], f));
+                sum_sq += d * d;
+            }
+        } catch (const std::invalid_argument&) {
+            return nan;
+        }
+        return std::sqrt(sum_sq / static_cast<double>(frames_.size()));
+    }
+
+    void tell_measured(Trial& trial, const std::vector<Series>& series) const
+    {
+        if (!trial.failure.empty()) return;
+        for (std::size_t m = 0; m < kinds_.size(); ++m) {
+            Measured one{options_.measures[m]};
+            const graph::Value& last = at(series[m], frames_.back());
+            if (kinds_[m].number && last) one.value = *last.as<double>();
+            if (!trial.reference) one.error = m == 0 ? trial.error : error_of(m, series[m]);
+            trial.measured.push_back(std::move(one));
+        }
     }
 
     static void mark_best(std::vector<Trial>& trials)
@@ -243,10 +298,9 @@ private:
     const std::filesystem::path& file_;
     const graph::Registry& registry_;
     const StudyOptions& options_;
-    Distance distance_;
-    bool number_ = false;
+    std::vector<Kind> kinds_;  // of each measure
     std::vector<int> frames_;
-    Series reference_;
+    std::vector<Series> reference_;  // of each measure
     double scale_ = 0;
 };
 
@@ -294,6 +348,17 @@ std::string soonest(const std::vector<Trial>& trials, double wanted)
         1e3 * nearest->frame_seconds);
 }
 
+static std::vector<std::string> measured_in(const std::vector<Trial>& trials)
+{
+    std::vector<std::string> wires;
+    for (const Trial& t : trials) {
+        if (t.measured.size() <= wires.size()) continue;
+        wires.clear();
+        for (const Measured& one : t.measured) wires.push_back(one.wire);
+    }
+    return wires;
+}
+
 std::string to_csv(const std::vector<Trial>& trials)
 {
     std::string out;
@@ -301,15 +366,25 @@ std::string to_csv(const std::vector<Trial>& trials)
     for (const graph::Override& s : trials[0].settings)
         out.append(csv_quoted(s.target)).append(1, ',');
     out += "error_rms,error_max,error_relative,ms_per_frame,setup_ms,best,reference,failure,"
-           "warnings,first_warning\n";
+           "warnings,first_warning";
+    const std::vector<std::string> wires = measured_in(trials);
+    for (const std::string& wire : wires) {
+        out += fmt::format(",{},{}", csv_quoted(wire), csv_quoted(wire + " error_rms"));
+    }
+    out += '\n';
     for (const Trial& t : trials) {
         for (const graph::Override& s : t.settings) out.append(csv_quoted(s.value)).append(1, ',');
         const std::string why =
             t.incomparable.empty() ? t.failure : "not comparable: " + t.incomparable;
-        out += fmt::format("{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:d},{:d},{},{},{}\n", t.error,
+        out += fmt::format("{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:d},{:d},{},{},{}", t.error,
                            t.worst, t.relative, 1e3 * t.frame_seconds, 1e3 * t.setup_seconds,
                            t.best, t.reference, csv_quoted(why), t.warnings.size(),
                            csv_quoted(t.warnings.empty() ? "" : t.warnings.front()));
+        for (std::size_t m = 0; m < wires.size(); ++m) {
+            const Measured none, &one = m < t.measured.size() ? t.measured[m] : none;
+            out += fmt::format(",{:.9g},{:.9g}", one.value, one.error);
+        }
+        out += '\n';
     }
     return out;
 }

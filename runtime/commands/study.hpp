@@ -6,6 +6,7 @@
 #include "runtime/commands/vary.hpp"
 #include "runtime/cook/evaluator.hpp"
 
+#include <limits>
 #include <map>
 #include <optional>
 
@@ -17,14 +18,23 @@ using Distance = std::function<double(const graph::Value&, const graph::Value&)>
 
 struct StudyOptions {
     std::vector<Vary> varied;
-    std::string measure;  // "tip.value" or "shape.mesh": node.port of a type that has a distance
-    std::string look;     // node.port to keep of the last frame of each trial, or empty
-    std::vector<int> frames;            // ascending; empty: all of the graph
-    std::optional<double> exact;        // an analytic reference, for a number
+    // "tip.value" or "shape.mesh": node.port of a type that has a distance. The first decides what
+    // is nearest; the others are told beside it.
+    std::vector<std::string> measures;
+    std::string look;             // node.port to keep of the last frame of each trial, or empty
+    std::vector<int> frames;      // ascending; empty: all of the graph
+    std::optional<double> exact;  // an analytic reference, for a number
     std::optional<Settings> reference;  // a setting to compare with; neither: the last combination
     graph::LoadOptions load;
     Options cook;
     std::map<std::string, Distance> distances;  // by name of wire type; numbers need none
+};
+
+// One of the measures of a trial.
+struct Measured {
+    std::string wire;
+    double value = std::numeric_limits<double>::quiet_NaN();  // of a number, at the last frame
+    double error = std::numeric_limits<double>::quiet_NaN();  // root mean square over the frames
 };
 
 struct Trial {
@@ -41,6 +51,7 @@ struct Trial {
     double setup_seconds = 0;  // of what ran once
     std::string failure;       // why it could not be cooked; empty when it could
     std::string incomparable;  // why it could not be compared with the reference, likewise
+    std::vector<Measured> measured;     // each of the measures, where it could be cooked
     std::vector<std::string> warnings;  // what its nodes warned of, "'node': text"
     graph::Value look;
 };

@@ -29,16 +29,34 @@ double reference_number(const std::string& text)
         fmt::format("expected a number or node.parameter=value for --reference, found '{}'", text));
 }
 
+// "; tip.value 0.31, mass.value 2.1 (error 0.02)": of the numbers at the last frame, and the errors
+// of all but the first measure.
+std::string values_of(const Trial& t)
+{
+    std::string text;
+    for (std::size_t m = 0; m < t.measured.size(); ++m) {
+        const Measured& one = t.measured[m];
+        const bool known = !std::isnan(one.value), compared = m > 0 && !std::isnan(one.error);
+        if (!known && !compared) continue;
+        text += fmt::format("{}{}", text.empty() ? "; " : ", ", one.wire);
+        if (known) text += fmt::format(" {:.6g}", one.value);
+        if (compared) text += fmt::format(" (error {:.3g})", one.error);
+    }
+    return text;
+}
+
 std::string reading(const Trial& t)
 {
     if (!t.failure.empty()) return "failed: " + t.failure;
     if (!t.incomparable.empty()) return "not comparable: " + t.incomparable;
-    if (t.reference) return fmt::format("reference, {:.3g} ms per frame", 1e3 * t.frame_seconds);
+    if (t.reference) {
+        return fmt::format("reference, {:.3g} ms per frame{}", 1e3 * t.frame_seconds, values_of(t));
+    }
     const std::string share = std::isnan(t.relative)
                                   ? "no relative error: the reference is 0 or does not move"
                                   : fmt::format("{:.2g} %", 100 * t.relative);
-    return fmt::format("error {:.3g} ({}), {:.3g} ms per frame", t.error, share,
-                       1e3 * t.frame_seconds);
+    return fmt::format("error {:.3g} ({}), {:.3g} ms per frame{}", t.error, share,
+                       1e3 * t.frame_seconds, values_of(t));
 }
 
 StudyOptions options_of(const fs::path& file, const fs::path& folder, const CookRequest& request,
@@ -48,7 +66,7 @@ StudyOptions options_of(const fs::path& file, const fs::path& folder, const Cook
     StudyOptions options;
     for (const std::string& text : wanted.vary) options.varied.push_back(parse_vary(text));
     options.load = load_options(request);
-    options.measure = wanted.measure;
+    options.measures = wanted.measures;
     options.look = wanted.look;
     if (console.write_sheet && wanted.look.empty()) {
         options.look = first_picture(load_with(file, registry, options.load, {}));
@@ -119,8 +137,9 @@ void add_study_command(const CommandSet& set)
     add_repeatable(*study_app, "--vary", wanted->vary, "Parameter and its values; repeatable",
                    "NODE.PARAM=A,B,C")
         ->required();
-    study_app->add_option("--measure", wanted->measure, "Output to compare: a number or a mesh")
-        ->type_name("NODE.PORT")
+    add_repeatable(*study_app, "--measure", wanted->measures,
+                   "Output to compare: a number or a mesh; repeatable, the first one decides",
+                   "NODE.PORT")
         ->required();
     study_app
         ->add_option("--reference", wanted->reference,
@@ -150,7 +169,7 @@ int run_study(const CookRequest& request, const StudyRequest& wanted,
         console.err << describe(t.settings) << ": " << reading(t) << "\n";
         for (const std::string& w : t.warnings) console.err << "  warning: " << w << "\n";
     });
-    write_plot(trials, folder, file.stem().string() + ": " + wanted.measure, console);
+    write_plot(trials, folder, file.stem().string() + ": " + wanted.measures.front(), console);
     write_sheet(trials, folder / "study_sheet.png", console);
     console.out << "table: " << (folder / "study.csv").string() << "\n"
                 << soonest(trials, wanted.wanted_error) << "\n";

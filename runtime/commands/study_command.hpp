@@ -9,7 +9,8 @@ namespace runtime {
 
 struct StudyRequest {
     std::vector<std::string> vary;
-    std::string measure, look, reference;
+    std::vector<std::string> measures;
+    std::string look, reference;
     double wanted_error = 0.01;
 };
 

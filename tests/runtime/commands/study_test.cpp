@@ -5,6 +5,7 @@
 #include "graph/types/wire_type.hpp"
 #include "runtime/commands/command_line.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -69,7 +70,7 @@ protected:
     {
         StudyOptions o;
         o.varied = std::move(varied);
-        o.measure = "x.value";
+        o.measures = {"x.value"};
         return o;
     }
 
@@ -104,6 +105,44 @@ TEST_F(Study, WithoutAReferenceTheLastCombinationIsIt)
     }
     EXPECT_NEAR(trials[0].error, std::sqrt(sum_sq / 11), 1e-14);
     EXPECT_LT(trials[1].error, trials[0].error);
+}
+
+// The first measure decides; of the others the value and the error are told.
+TEST_F(Study, SeveralMeasuresAreToldWithTheirValues)
+{
+    std::ofstream(file_) << R"({ "aspic": 1, "frames": { "first": 0, "last": 10, "fps": 10 },
+        "nodes": { "x": { "type": "Decay@1" }, "y": { "type": "Decay@1",
+        "params": { "steps": 2 } } } })";
+    StudyOptions o = options({{"x.steps", {"1", "64"}}});
+    o.measures = {"y.value", "x.value"};
+    const std::vector<Trial> trials = study(file_, toys(), o);
+    const double y = std::pow(1 - 0.05, 20), coarse = std::pow(0.9, 10),
+                 fine = std::pow(1 - 0.1 / 64, 640);
+    double sum_sq = 0;
+    for (int f = 0; f <= 10; ++f) {
+        const double d = std::pow(1 - 0.1, f) - std::pow(1 - 0.1 / 64, 64 * f);
+        sum_sq += d * d;
+    }
+    for (const Trial& t : trials) {
+        ASSERT_EQ(t.measured.size(), 2u);
+        EXPECT_EQ(t.measured[0].wire, "y.value");
+        EXPECT_NEAR(t.measured[0].value, y, 1e-14);
+        EXPECT_NEAR(t.measured[1].value, t.reference ? fine : coarse, 1e-14);
+    }
+    EXPECT_EQ(trials[0].error, 0);
+    EXPECT_NEAR(trials[0].measured[1].error, std::sqrt(sum_sq / 11), 1e-14);
+    EXPECT_TRUE(std::isnan(trials[1].measured[1].error)) << "the reference itself";
+    const std::string csv = to_csv(trials);
+    EXPECT_NE(csv.find(",\"y.value\",\"y.value error_rms\",\"x.value\",\"x.value error_rms\"\n"),
+              std::string::npos)
+        << csv;
+    EXPECT_NE(csv.find(fmt::format(",{:.9g},0,{:.9g},{:.9g}\n", y, coarse, std::sqrt(sum_sq / 11))),
+              std::string::npos)
+        << csv;
+    o.exact = 0.5;
+    const std::vector<Trial> exact = study(file_, toys(), o);
+    EXPECT_NEAR(exact[1].measured[1].value, fine, 1e-14);
+    EXPECT_TRUE(std::isnan(exact[1].measured[1].error));
 }
 
 TEST_F(Study, AFailedTrialIsReportedAndTheOthersGoOn)
@@ -163,7 +202,7 @@ protected:
     std::vector<Trial> cook(std::vector<Vary> varied) const
     {
         StudyOptions o = options(std::move(varied));
-        o.measure = "x.row";
+        o.measures = {"x.row"};
         o.distances["row"] = [](const graph::Value& a, const graph::Value& b) {
             const auto &p = a.as<Row>()->x, &q = b.as<Row>()->x;
             if (p.size() != q.size()) throw std::invalid_argument("they are not as long");
@@ -204,7 +243,7 @@ TEST_F(StudyOfRows, AGrowingReferenceIsScaledByItsComparableFrames)
 TEST_F(Study, OptionsThatMakeNoSenseAreRefusedWithAReason)
 {
     StudyOptions o = options({{"x.steps", {"1"}}});
-    o.measure = "y.value";
+    o.measures = {"y.value"};
     EXPECT_THROW(study(file_, toys(), o), std::invalid_argument);
     o = options({{"x.stops", {"1", "2"}}});
     try {
@@ -268,6 +307,15 @@ TEST_F(StudyCommand, WhatCouldNotBeComparedIsAFailure)
     EXPECT_EQ(all.exit, exit_failed);
     EXPECT_TRUE(has(all.err, "no setting has an error above 0")) << all.err;
     EXPECT_FALSE(has(all.err, "gnuplot")) << all.err;
+}
+
+TEST_F(StudyCommand, TheValuesStandBesideTheErrors)
+{
+    const Asked said = run({"--vary", "x.steps=1,2", "--measure", "x.row"});
+    EXPECT_EQ(said.exit, exit_usage);  // the toys know no distance of rows
+    const Asked values = run({"--vary", "x.steps=1,2", "--measure", "x.value"});
+    EXPECT_TRUE(has(values.err, " ms per frame; x.value 0.348678, x.value 0.348678 (error "))
+        << values.err;
 }
 
 TEST_F(StudyCommand, AReferenceOfZeroGivesNoRelativeError)
