@@ -18,15 +18,10 @@ double round_up(double x)
     return 10 * power;
 }
 
-float text_height(int height)
-{
-    return std::max(7.0f, std::round(static_cast<float>(height) / 54));
-}
-
 // Where a legend goes, pixels.
 struct Place {
     Place(const Legend& legend, int width, int height)
-        : size(text_height(height)), bar_width(int(std::lround(1.4f * size))),
+        : size(letter_height(height)), bar_width(int(std::lround(1.4f * size))),
           bar_height(height * 45 / 100), right(width - int(std::lround(8 * size))),
           top(height * 25 / 100),
           title(legend.title + (legend.unit.empty() ? "" : " (" + legend.unit + ")"))
@@ -144,7 +139,7 @@ double width_of(const Legend& legend, int width, int height)
 void draw_label(Image& image, const std::string& label)
 {
     TextStyle style;
-    style.height = text_height(image.height);
+    style.height = letter_height(image.height);
     draw_text(image, label, {1.6f * style.height, float(image.height) - 1.6f * style.height},
               style);
 }

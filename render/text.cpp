@@ -208,6 +208,11 @@ float unit_of(float height)
 
 }  // namespace
 
+float letter_height(int picture_height)
+{
+    return std::max(7.0f, std::round(static_cast<float>(picture_height) / 54));
+}
+
 float text_width(std::string_view text, float height)
 {
     float units = 0;

@@ -20,6 +20,9 @@ struct TextStyle {
     float halo_opacity = 0.7f;
 };
 
+// Pixels, of capital letters in a picture so high.
+float letter_height(int picture_height);
+
 // Width of a line of text in pixels.
 float text_width(std::string_view text, float height);
 

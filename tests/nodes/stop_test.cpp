@@ -106,6 +106,9 @@ const std::vector<Case>& cases()
         {"BallMesh", node("b", "Ball@1", "") + "," +
                          t("BallMesh@1", R"("balls": ["b.ball"])", R"("segments": 1000)")},
         {"Collider", ball(8) + "," + t("Collider@1", of_ball, R"("kind": "mesh")")},
+        {"Compare",
+         picture(2560) + "," +
+             t("Compare@1", R"("a": "r.image", "b": "r.image")", R"("mode": "difference")")},
         {"ConnectedComponent",
          ball(5) + "," + solid("ball", 90) + "," + t("ConnectedComponent@1", of_cubes)},
         {"ContactSheet", picture(2048) + "," + t("ContactSheet@1", R"("image": "r.image")"), 9},
