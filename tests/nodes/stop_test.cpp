@@ -140,6 +140,7 @@ const std::vector<Case>& cases()
         {"Modes_search", ball(5) + "," + solid("ball", 12) + "," +
                              t("Modes@1", of_ball + "," + of_cubes, R"("count": 300)")},
         {"MotionBounds", ball(8) + "," + t("MotionBounds@1", of_ball)},
+        {"Onion", ball(8) + "," + t("Onion@1", of_ball)},
         {"Patch", ball(7) + "," +
                       node("moved", "Transform@1", of_ball, R"("translate": [1, 0, 0])") + "," +
                       node("v", "Plane@1", "", R"("size": 0.02)") + "," +
