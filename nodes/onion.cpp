@@ -100,8 +100,8 @@ void add_to(graph::Registry& registry)
                "between are evenly in between.",
                {0, 1})
         .param("opacity", &Inputs::opacity,
-               "Opacity of the earliest frame. Below 1, Render takes about twice the time at its "
-               "quality `standard`.",
+               "Opacity of the earliest frame. Below 1, pictures of quality `standard` take "
+               "about 1.7 times as long.",
                {0, 1})
         .check(check)
         .reads(graph::Variable::range)

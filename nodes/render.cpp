@@ -3,6 +3,7 @@
 #include "graph/types/node_builder.hpp"
 #include "nodes/render_colour.hpp"
 #include "nodes/render_layers.hpp"
+#include "nodes/render_shown.hpp"
 #include "nodes/render_unseen.hpp"
 #include "nodes/render_upgrade.hpp"
 #include "nodes/render_view.hpp"
@@ -24,24 +25,10 @@ namespace nodes::render {
 static constexpr double degrees = 3.141592653589793 / 180;
 static const Vec3f white{1, 1, 1};
 
-struct ColourParams {
-    ::render::Paint::By by = ::render::Paint::By::material;
-    Vec3f constant{0.6f, 0.6f, 0.6f};
-    std::string attribute = "displacement";
-    ::render::ColourMap map = ::render::ColourMap::viridis;
-    enum class Range { fit, fixed } range = Range::fit;
-    double low = 0, high = 1;
-};
-
 struct CubeParams {
     enum class Draw { none, wire, solid } draw = Draw::solid;
     bool by_attribute = false;
     double scale = 0.94;
-};
-
-struct ShowParams {
-    bool pins = true, forces = true, colliders = true, edges = false;
-    double point_size = 0;
 };
 
 // In the order of render::Antialias.
@@ -78,30 +65,6 @@ struct Outputs {
     ::render::Image image;
 };
 
-static void describe(graph::ParamsOf<ColourParams>& p)
-{
-    p.choice(
-         "by", &ColourParams::by, {"material", "constant", "vertex", "attribute"},
-         "What colours the meshes: their materials with their textures, one colour, their "
-         "vertices' own colours, or an attribute through a scale. The alpha of a texture always "
-         "takes effect.")
-        .colour("constant", &ColourParams::constant, "The one colour.", {"by", {"constant"}})
-        .param(
-            "attribute", &ColourParams::attribute,
-            "Name of the attribute: `displacement`, `speed`, `stress`, `plastic_strain`, or any "
-            "other that a mesh carries; meshes without it keep their material. Displacement from "
-            "`rest` needs no attribute. Cubes also know `fill`, `young`, `density`, `component` "
-            "and `matter`, and their own (LocalMatter, Voxelize).")
-        .choice("map", &ColourParams::map, {"viridis", "diverging", "grey"},
-                "Colours of the scale: `diverging` is for values of both signs.")
-        .choice("range", &ColourParams::range, {"fit", "fixed"},
-                "`fit` holds the values of each frame, widened to round numbers; `fixed` runs from "
-                "`low` to `high`, so that frames can be compared.")
-        .param("low", &ColourParams::low, "Value at the scale's low end.", {}, {"range", {"fixed"}})
-        .param("high", &ColourParams::high, "Value at the scale's high end.", {},
-               {"range", {"fixed"}});
-}
-
 static void describe(graph::ParamsOf<CubeParams>& p)
 {
     p.choice("draw", &CubeParams::draw, {"none", "wire", "solid"},
@@ -113,18 +76,6 @@ static void describe(graph::ParamsOf<CubeParams>& p)
                "Size at which a solid cube is drawn, as a share of its own, so that neighbours can "
                "be told apart.",
                {0.05, 1});
-}
-
-static void describe(graph::ParamsOf<ShowParams>& p)
-{
-    p.param("pins", &ShowParams::pins, "Whether linked pins are marked.")
-        .param("forces", &ShowParams::forces, "Whether linked forces are drawn as arrows.")
-        .param("colliders", &ShowParams::colliders, "Whether linked colliders are drawn.")
-        .param("edges", &ShowParams::edges, "Whether the edges of the meshes' faces are drawn.")
-        .param("point_size", &ShowParams::point_size,
-               "Diameter of linked points, and of those of meshes without faces; 0 chooses it by "
-               "the size of the stage.",
-               {0, 1e9, "m"});
 }
 
 static ::render::Look look_of(const Inputs& in)
@@ -186,21 +137,6 @@ static ::render::Camera camera_of(const Inputs& in, const ::render::Scene& scene
     if (c.hold == CameraParams::Hold::box || points.empty()) return fit(scene.stage);
     if (round) return fit(std::span<const Vec3f>(::render::turned_about(points)));
     return fit(points);
-}
-
-// The scale for `values`, and what its legend says.
-static ::render::Legend legend_for(const ColourParams& colour, const geometry::Attribute& values)
-{
-    ::render::Legend legend{values.name, values.unit, {colour.map, 0, 1}};
-    if (colour.range == ColourParams::Range::fit) {
-        const auto range = ::render::round_range(values.values);
-        legend.scale.low = range[0];
-        legend.scale.high = range[1];
-    } else {
-        legend.scale.low = static_cast<float>(colour.low);
-        legend.scale.high = static_cast<float>(colour.high);
-    }
-    return legend;
 }
 
 // Whether what is linked beside the meshes is coloured by the attribute.
@@ -322,41 +258,6 @@ static void add_points(::render::Scene& scene, const Inputs& in)
     scene.balls.push_back(std::move(balls));
 }
 
-// N: what an arrow of half the greatest length stands for.
-static double weight_of(const geometry::Cubes* cubes)
-{
-    if (!cubes) return 1;
-    double weight = 0;
-    for (const double m : cubes->mass) weight += 9.81 * m;
-    return weight;
-}
-
-// What acts on the body, sized for the stage.
-static void add_loads(::render::Scene& scene, const Inputs& in)
-{
-    if (in.show.pins) {
-        const double radius = in.cubes ? 0.16 * in.cubes->size : 0.004 * scene.stage.diagonal();
-        for (const auto& pins : in.pins) {
-            scene.balls.push_back(::render::pin_marks(*pins, radius));
-        }
-    }
-    if (in.show.forces) {
-        const double weight = weight_of(in.cubes.get());
-        for (const auto& force : in.forces) {
-            for (auto& mark : ::render::force_marks(*force, scene.stage, weight)) {
-                scene.surfaces.push_back(std::move(mark));
-            }
-        }
-    }
-    if (!in.show.colliders) return;
-    const bool floor_is_drawn = in.ground.kind == GroundParams::Kind::under;
-    for (const auto& collider : in.colliders) {
-        if (floor_is_drawn && ::render::is_level_plane(*collider)) continue;
-        auto mark = ::render::collider_mark(*collider, scene.stage);
-        if (mark) scene.surfaces.push_back(std::move(*mark));
-    }
-}
-
 static std::optional<double> ground_height(const GroundParams& ground, const geometry::Box& stage,
                                            const std::optional<double>& floor)
 {
@@ -397,7 +298,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const auto floor = ::render::solid_floor(in.colliders);
     scene.stage =
         ::render::stage_of(in.shot ? in.shot.get() : in.rest.get(), in.cubes.get(), drawn, floor);
-    add_loads(scene, in);
+    add_loads(scene, in.show, {in.pins, in.forces, in.colliders}, in.cubes.get(), in.ground.kind);
     scene.ground = ground_height(in.ground, scene.stage, floor);
     if (!in.legend) scene.legend.reset();
     scene.label = graph::frame_text(in.label, context.frame());
@@ -441,15 +342,8 @@ void add_to(graph::Registry& registry)
         .inputs("mesh", &Inputs::mesh,
                 "Meshes to draw. One without faces, a point cloud, is drawn as small balls.")
         .input("layers", &Inputs::layers, layers_told, graph::Need::optional)
-        .input("rest", &Inputs::rest,
-               "Mesh that sets the stage: the camera, the floor and the shadow are fitted to its "
-               "bounds. Link what does not move (the mesh at rest), so that they stand still; "
-               "without it they follow what is drawn.",
-               graph::Need::optional)
-        .input("shot", &Inputs::shot,
-               "Points that set the stage instead of `rest`: link those of MotionBounds, so that "
-               "the camera, the floor and the shadow hold the motion of all cooked frames.",
-               graph::Need::optional)
+        .input("rest", &Inputs::rest, rest_told, graph::Need::optional)
+        .input("shot", &Inputs::shot, shot_told, graph::Need::optional)
         .input("cubes", &Inputs::cubes, "Cubes to draw.", graph::Need::optional)
         .input("state", &Inputs::state,
                "State of the cubes at this frame; without it they are drawn at rest.",

@@ -1,16 +1,79 @@
 #pragma once
 
-// Which of several meshes are coloured by an attribute.
+// What colours the things that Render draws: the parameters, the scale of an attribute, and which
+// of several meshes have it.
 
 #include "geometry/mesh/mesh.hpp"
+#include "graph/types/param_builder.hpp"
 #include "graph/types/value.hpp"
+#include "render/legend.hpp"
 #include "render/mesh_surface.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <string>
 #include <vector>
 
 namespace nodes::render {
+
+struct ColourParams {
+    ::render::Paint::By by = ::render::Paint::By::material;
+    geometry::Vec3f constant{0.6f, 0.6f, 0.6f};
+    std::string attribute = "displacement";
+    ::render::ColourMap map = ::render::ColourMap::viridis;
+    enum class Range { fit, fixed, percentile } range = Range::fit;
+    double low = 0, high = 1, clip = 0.02;
+};
+
+inline void describe(graph::ParamsOf<ColourParams>& p)
+{
+    p.choice(
+         "by", &ColourParams::by, {"material", "constant", "vertex", "attribute"},
+         "What colours the meshes: their materials with their textures, one colour, their "
+         "vertices' own colours, or an attribute through a scale. The alpha of a texture always "
+         "takes effect.")
+        .colour("constant", &ColourParams::constant, "The one colour.", {"by", {"constant"}})
+        .param(
+            "attribute", &ColourParams::attribute,
+            "Name of the attribute: `displacement`, `speed`, `stress`, `plastic_strain`, or any "
+            "other that a mesh carries; meshes without it keep their material. Displacement from "
+            "`rest` needs no attribute. Cubes also know `fill`, `young`, `density`, `component` "
+            "and `matter`, and their own (LocalMatter, Voxelize).")
+        .choice("map", &ColourParams::map, {"viridis", "diverging", "grey"},
+                "Colours of the scale: `diverging` is for values of both signs.")
+        .choice("range", &ColourParams::range, {"fit", "fixed", "percentile"},
+                "`fit` holds the values of each frame, widened to round numbers; `fixed` runs from "
+                "`low` to `high`, so that frames can be compared; `percentile` holds the values of "
+                "each frame but the lowest and the highest, so that a few extremes do not take all "
+                "colours: these have the colours of its ends.")
+        .param("low", &ColourParams::low, "Value at the scale's low end.", {}, {"range", {"fixed"}})
+        .param("high", &ColourParams::high, "Value at the scale's high end.", {},
+               {"range", {"fixed"}})
+        .param("clip", &ColourParams::clip,
+               "Share of the values, one of each vertex, that lie beyond each end of the scale.",
+               {0, 0.49}, {"range", {"percentile"}});
+}
+
+// The scale for `values`, and what its legend says.
+inline ::render::Legend legend_for(const ColourParams& colour, const geometry::Attribute& values)
+{
+    ::render::Legend legend{values.name, values.unit, {colour.map, 0, 1}, {}};
+    if (colour.range == ColourParams::Range::fixed) {
+        legend.scale.low = static_cast<float>(colour.low);
+        legend.scale.high = static_cast<float>(colour.high);
+        return legend;
+    }
+    const bool clips = colour.range == ColourParams::Range::percentile;
+    const auto range = clips ? ::render::percentile_range(values.values, colour.clip)
+                             : ::render::round_range(values.values);
+    legend.scale.low = range[0];
+    legend.scale.high = range[1];
+    if (clips) {
+        legend.note = fmt::format("{:.3g} to {:.3g} %", 100 * colour.clip, 100 - 100 * colour.clip);
+    }
+    return legend;
+}
 
 using Meshes = std::vector<graph::Wire<geometry::TriMesh>>;
 

@@ -116,6 +116,13 @@ inline void describe(graph::ParamsOf<BackdropParams>& p)
                 "Colour of the backdrop at the horizon, into which the floor fades.");
 }
 
+inline constexpr const char* rest_told =
+    "Mesh that sets the stage: the camera, the floor and the shadow are fitted to its bounds. Link "
+    "what does not move (the mesh at rest), so that they stand still; without it they follow what "
+    "is drawn.";
+inline constexpr const char* shot_told =
+    "Points that set the stage instead of `rest`: link those of MotionBounds, so that the camera, "
+    "the floor and the shadow hold the motion of all cooked frames.";
 inline constexpr const char* quality_told =
     "draft: one sample per pixel, hard shadows, no shade in corners. preview: one sample, and a "
     "filter over the edges. standard: four samples per pixel where something changes; thin lines "

@@ -22,7 +22,7 @@ double round_up(double x)
 struct Place {
     Place(const Legend& legend, int width, int height)
         : size(letter_height(height)), bar_width(int(std::lround(1.4f * size))),
-          bar_height(height * 45 / 100), right(width - int(std::lround(8 * size))),
+          bar_height(height * 45 / 100), right(width - int(std::lround(7 * size))),
           top(height * 25 / 100),
           title(legend.title + (legend.unit.empty() ? "" : " (" + legend.unit + ")"))
     {
@@ -90,6 +90,22 @@ std::array<float, 2> round_range(const std::vector<float>& values)
     return {low < 0 ? float(-reach) : 0.0f, float(reach)};
 }
 
+std::array<float, 2> percentile_range(std::vector<float> values, double clip)
+{
+    std::erase_if(values, [](float v) { return !std::isfinite(v); });
+    if (values.empty()) return round_range(values);
+    const auto at = [&](double share) {
+        const auto place = std::ptrdiff_t(std::lround(share * double(values.size() - 1)));
+        std::nth_element(values.begin(), values.begin() + place, values.end());
+        return double(values[std::size_t(place)]);
+    };
+    const double low = at(clip), high = at(1 - clip), span = high - low;
+    if (!(span > 1e-6 * std::max(std::abs(low), std::abs(high)))) return round_range(values);
+    const double spacing = round_up(span / 50);
+    return {float(spacing * std::floor(low / spacing + 1e-6)),
+            float(spacing * std::ceil(high / spacing - 1e-6))};
+}
+
 void draw_legend(Image& image, const Legend& legend)
 {
     const Place place(legend, image.width, image.height);
@@ -110,7 +126,10 @@ void draw_legend(Image& image, const Legend& legend)
 
     TextStyle style;
     style.height = size;
-    draw_text(image, place.title, {place.title_left, float(top) - 1.2f * size}, style);
+    draw_text(image, place.title, {place.title_left, float(top) - 1.6f * size}, style);
+    const float note_left = std::min(float(right - bar_width), float(image.width) - 1.5f * size -
+                                                                   text_width(legend.note, size));
+    draw_text(image, legend.note, {note_left, float(top + bar_height) + 2.4f * size}, style);
 
     const double low = legend.scale.low, high = legend.scale.high;
     const std::vector<double> marks = ticks(low, high, 5);

@@ -5,6 +5,7 @@
 #include "render/image.hpp"
 #include "render/scene.hpp"
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,11 @@ std::string tick_text(double value, double spacing);
 // frame: 0 to 1, 2 or 5 times a power of ten; both sides of 0 alike when there are values below it.
 // Numbers that are not finite are passed over; without any others 0 to 1.
 std::array<float, 2> round_range(const std::vector<float>& values);
+
+// The interval of `values` without a share `clip` (below 0.5) of them at each end, widened outwards
+// by less than a twentieth of its length to a number of few digits. Numbers that are not finite are
+// passed over; an interval without length becomes that of round_range().
+std::array<float, 2> percentile_range(std::vector<float> values, double clip);
 
 // Draws the scale with its numbers at the right edge of the picture.
 void draw_legend(Image& image, const Legend& legend);

@@ -73,6 +73,7 @@ struct Balls {
 struct Legend {
     std::string title, unit;
     ColourScale scale;
+    std::string note = {};  // below it; empty: nothing
 };
 
 struct Scene {

@@ -31,7 +31,7 @@ constexpr std::array<Glyph, 95> glyphs = {{
     {4, "2824,0646"},                         // +
     {1, "1301"},                              // ,
     {3, "0636"},                              // -
-    {0, "0303"},                              // .
+    {1, "03130414,0314"},                     // .
     {4, "024c"},                              // /
     {4, "~2b4b43030b2b"},                     // 0
     {4, "092b23,0343"},                       // 1
@@ -210,7 +210,7 @@ float unit_of(float height)
 
 float letter_height(int picture_height)
 {
-    return std::max(7.0f, std::round(static_cast<float>(picture_height) / 54));
+    return std::max(8.0f, std::round(static_cast<float>(picture_height) / 34));
 }
 
 float text_width(std::string_view text, float height)

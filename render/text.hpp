@@ -17,10 +17,11 @@ struct TextStyle {
     float height = 10;              // pixels, of a capital letter
     Vec3f colour{1, 1, 1};          // sRGB
     Vec3f halo{0.1f, 0.1f, 0.12f};  // sRGB, around the letters, so that they stand off anything
-    float halo_opacity = 0.7f;
+    float halo_opacity = 0.85f;
 };
 
-// Pixels, of capital letters in a picture so high.
+// Pixels, of capital letters in a picture so high: of 540 they are read in tiles of a contact sheet
+// that is 1600 wide and has four columns.
 float letter_height(int picture_height);
 
 // Width of a line of text in pixels.

@@ -113,4 +113,63 @@ TEST(OnionNode, RefusesFramesThatAreNoNumbers)
         << loaded.problems[0].message;
 }
 
+// ---- Render
+// --------------------------------------------------------------------------------------
+
+// Small and bare, from the front: at 9 m and 40 degrees, 96 rows hold 2 * 9 tan 20 = 6.55 m, so
+// that a metre has 14.7 pixels.
+fixtures::NodeRun bare_picture()
+{
+    fixtures::NodeRun render("Render");
+    render.param("width").is = std::int64_t{96};
+    render.param("height").is = std::int64_t{96};
+    render.param("look").is = std::string("plain");
+    render.param("quality").is = std::string("draft");
+    render.param("ground.kind").is = std::string("none");
+    render.param("backdrop.top").is = std::array<double, 3>{1, 1, 1};
+    render.param("backdrop.horizon").is = std::array<double, 3>{1, 1, 1};
+    render.param("light.shadow").is = std::string("off");
+    render.param("camera.kind").is = std::string("look_at");
+    render.param("camera.eye").is = std::array<double, 3>{0, 0, 9};
+    render.param("camera.field_of_view").is = 40.0;
+    return render;
+}
+
+// The red, green and blue of a pixel, x m right of the middle and y m above it.
+std::array<int, 3> colour_at(const graph::Value& picture, double x, double y)
+{
+    const auto image = picture.as<::render::Image>();
+    const auto column = std::size_t(48 + 14.66 * x), row = std::size_t(48 - 14.66 * y);
+    const auto* const p = &image->rgba[4 * (96 * row + column)];
+    return {p[0], p[1], p[2]};
+}
+
+// A ramp of 0 to 99 and one wild value: by percentile the middle of the ramp has the middle of the
+// scale; fitted, all of it has the lowest colour.
+TEST(RenderTells, APercentileKeepsTheColoursForMostValues)
+{
+    fixtures::NodeRun render = bare_picture();
+    geometry::TriMesh grid = geometry::grid(4, 4, 9, 9);
+    std::vector<float> values;
+    for (auto& p : grid.positions) {
+        p = {p.x(), p.z(), 0};
+        values.push_back(float(values.size()));
+    }
+    values.back() = 1e6f;
+    grid.attributes = {{"heat", "K", values}};
+    grid.normals.clear();
+    render.inputs["mesh"] = {graph::Value::of(std::move(grid))};
+    render.param("colour.by").is = std::string("attribute");
+    render.param("colour.attribute").is = std::string("heat");
+    render.param("colour.map").is = std::string("grey");
+    render.param("legend").is = false;
+    const auto contrast = [&] {
+        const auto picture = render.run();
+        return std::abs(colour_at(picture, 0, 1.5)[1] - colour_at(picture, 0, -1.5)[1]);
+    };
+    EXPECT_LT(contrast(), 8);
+    render.param("colour.range").is = std::string("percentile");
+    EXPECT_GT(contrast(), 60);
+}
+
 }  // namespace

@@ -59,21 +59,67 @@ TEST(Legend, RangesAreRoundAndHoldAllThatIsFinite)
     EXPECT_TRUE(std::isfinite(render::round_range({3.3e38f})[1]));
 }
 
+// Of 0 to 999 and two wild values, 2 % at each end are 20: what is left runs from 19 to 980. A
+// fiftieth of that, rounded up, is 20.
+TEST(Legend, APercentileLeavesOutTheExtremes)
+{
+    std::vector<float> values{-1e9f, 1e12f, no_value, std::numeric_limits<float>::infinity()};
+    for (int i = 0; i < 1000; ++i) values.push_back(float(i * 7919 % 1000));
+    using Range = std::array<float, 2>;
+    EXPECT_EQ(render::percentile_range(values, 0.02), (Range{0, 980}));
+    EXPECT_EQ(render::percentile_range({5, 6, 7, 8, 9}, 0), (Range{5, 9}));
+    EXPECT_EQ(render::percentile_range({5, 6, 7, 8, 9}, 0.25), (Range{6, 8}));
+    // It neither starts at 0 nor is even about it, as a range of all does.
+    EXPECT_EQ(render::percentile_range({-30, -20, 40}, 0), (Range{-30, 40}));
+    // Without a length there is nothing to clip.
+    EXPECT_EQ(render::percentile_range({3, 3, 3}, 0.02), render::round_range({3}));
+    EXPECT_EQ(render::percentile_range({no_value}, 0.02), (Range{0, 1}));
+    EXPECT_EQ(render::percentile_range({}, 0.02), (Range{0, 1}));
+}
+
+// A tile of a sheet of four columns has 390 of 960 columns: letters of 6 pixels are read there.
+TEST(Legend, LettersGrowWithThePictureAndAreReadOnAContactSheet)
+{
+    EXPECT_GE(render::letter_height(540) * 390 / 960, 6);
+    EXPECT_EQ(render::letter_height(1080), 2 * render::letter_height(540));
+    EXPECT_GE(render::letter_height(1), 8);
+}
+
+// Below the scale: 2.4 letters of 16 pixels.
+TEST(Legend, SaysWhatItLeavesOut)
+{
+    Image image = black(960, 540);
+    const auto lit_below = [&] {
+        int sum = 0;
+        for (int y = 135 + 243 + 16; y < 135 + 243 + 48; ++y) {
+            for (int x = 0; x < 960; ++x) {
+                sum += image.rgba[std::size_t(4 * (y * 960 + x))] > 128 ? 1 : 0;
+            }
+        }
+        return sum;
+    };
+    render::draw_legend(image, {"stress", "Pa", {}});
+    EXPECT_EQ(lit_below(), 0);
+    render::draw_legend(image, {"stress", "Pa", {}, "2 to 98 %"});
+    EXPECT_GT(lit_below(), 100);
+}
+
 // The scale takes 45 % of the height from 25 % on, and is 1.4 letters wide: at 540 rows a letter
-// has 10 pixels. Its lowest row has the map's first colour, its highest the last.
+// has 16 pixels, and 7 of them are free on the right. Its lowest row has the map's first colour,
+// its highest the last.
 TEST(Legend, ShowsItsScaleBesideItsNumbers)
 {
     Image image = black(960, 540);
     render::draw_legend(image, {"stress", "Pa", {render::ColourMap::viridis, 0, 1}});
     const auto at = [&](int x, int y) { return &image.rgba[std::size_t(4 * (y * 960 + x))]; };
-    const int x = 960 - 80 - 7, top = 135, bottom = 135 + 243 - 1;
+    const int x = 960 - 112 - 11, top = 135, bottom = 135 + 243 - 1;
     EXPECT_NEAR(at(x, bottom)[0], 0.267 * 255, 2);
     EXPECT_NEAR(at(x, bottom)[2], 0.329 * 255, 2);
     EXPECT_NEAR(at(x, top)[0], 0.993 * 255, 2);
     EXPECT_NEAR(at(x, top)[2], 0.144 * 255, 2);
     // A tick stands right of the scale at every fifth of it.
     for (const double t : {0.0, 0.2, 0.4, 0.6, 0.8}) {
-        EXPECT_EQ(at(960 - 80 + 2, int(135 + (1 - t) * 243))[0], 255) << t;
+        EXPECT_EQ(at(960 - 112 + 2, int(135 + (1 - t) * 243))[0], 255) << t;
     }
 }
 

@@ -1,0 +1,80 @@
+#pragma once
+
+// What Render draws beside the body itself: what acts on it.
+
+#include "geometry/cubes/cubes.hpp"
+#include "graph/types/param_builder.hpp"
+#include "graph/types/value.hpp"
+#include "nodes/render_view.hpp"
+#include "render/marker.hpp"
+#include "render/stage.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace nodes::render {
+
+struct ShowParams {
+    bool pins = true, forces = true, colliders = true;
+    bool edges = false;
+    double point_size = 0;
+};
+
+inline void describe(graph::ParamsOf<ShowParams>& p)
+{
+    p.param("pins", &ShowParams::pins, "Whether linked pins are marked.")
+        .param("forces", &ShowParams::forces, "Whether linked forces are drawn as arrows.")
+        .param("colliders", &ShowParams::colliders, "Whether linked colliders are drawn.")
+        .param("edges", &ShowParams::edges, "Whether the edges of the meshes' faces are drawn.")
+        .param("point_size", &ShowParams::point_size,
+               "Diameter of linked points, and of those of meshes without faces; 0 chooses it by "
+               "the size of the stage.",
+               {0, 1e9, "m"});
+}
+
+// N: what an arrow of half the greatest length stands for.
+inline double weight_of(const geometry::Cubes* cubes)
+{
+    if (!cubes) return 1;
+    double weight = 0;
+    for (const double m : cubes->mass) weight += 9.81 * m;
+    return weight;
+}
+
+// What acts on a body.
+struct LinkedLoads {
+    const std::vector<graph::Wire<physics::Pins>>& pins;
+    const std::vector<graph::Wire<physics::Force>>& forces;
+    const std::vector<graph::Wire<physics::Collider>>& colliders;
+};
+
+// Sized for the stage, and for `cubes` where they are linked. A level plane is left to the ground
+// that is drawn under the stage.
+inline void add_loads(::render::Scene& scene, const ShowParams& show, const LinkedLoads& loads,
+                      const geometry::Cubes* cubes, GroundParams::Kind ground)
+{
+    if (show.pins) {
+        const double radius = cubes ? 0.16 * cubes->size : 0.004 * scene.stage.diagonal();
+        for (const auto& pins : loads.pins) {
+            scene.balls.push_back(::render::pin_marks(*pins, radius));
+        }
+    }
+    if (show.forces) {
+        const double weight = weight_of(cubes);
+        for (const auto& force : loads.forces) {
+            for (auto& mark : ::render::force_marks(*force, scene.stage, weight)) {
+                scene.surfaces.push_back(std::move(mark));
+            }
+        }
+    }
+    if (!show.colliders) return;
+    for (const auto& collider : loads.colliders) {
+        if (ground == GroundParams::Kind::under && ::render::is_level_plane(*collider)) continue;
+        auto mark = ::render::collider_mark(*collider, scene.stage);
+        if (!mark) continue;
+        scene.surfaces.push_back(std::move(*mark));
+    }
+}
+
+}  // namespace nodes::render
