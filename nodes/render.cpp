@@ -1,6 +1,7 @@
 #include "graph/document/frame_path.hpp"
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
+#include "nodes/render_burn_in.hpp"
 #include "nodes/render_colour.hpp"
 #include "nodes/render_layers.hpp"
 #include "nodes/render_shown.hpp"
@@ -45,6 +46,7 @@ struct Inputs {
     std::vector<graph::Wire<physics::Pins>> pins;
     std::vector<graph::Wire<physics::Force>> forces;
     std::vector<graph::Wire<physics::Collider>> colliders;
+    Numbers values;
     std::shared_ptr<const ::render::CubeShell> shell;
     std::shared_ptr<const ::render::SurfaceLayout> layout;
     int width = 960, height = 540;
@@ -60,6 +62,7 @@ struct Inputs {
     ShowParams show;
     bool legend = true;
     std::string label;
+    BurnInParams burn_in;
 };
 struct Outputs {
     ::render::Image image;
@@ -301,7 +304,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     add_loads(scene, in.show, {in.pins, in.forces, in.colliders}, in.cubes.get(), in.ground.kind);
     scene.ground = ground_height(in.ground, scene.stage, floor);
     if (!in.legend) scene.legend.reset();
-    scene.label = graph::frame_text(in.label, context.frame());
+    scene.label = burn_in_text(in.burn_in, in.values, context.frame(), context.time(),
+                               graph::frame_text(in.label, context.frame()));
 
     const auto camera = camera_of(in, scene, context.frame() - context.range().first);
     std::vector<std::string> warnings;
@@ -352,6 +356,7 @@ void add_to(graph::Registry& registry)
         .inputs("pins", &Inputs::pins, "Pinned corners to mark.")
         .inputs("forces", &Inputs::forces, "Forces to draw as arrows.")
         .inputs("colliders", &Inputs::colliders, "Colliders to draw; a level plane is the floor.")
+        .inputs("values", &Inputs::values, "Numbers to show in the picture, as Measure gives them.")
         .prepare("shell", &Inputs::shell, prepare_shell, {"cubes"})
         .prepare("layout", &Inputs::layout, prepare_layout, {"rest"})
         .prepare("extent", &Inputs::extent, prepare_extent, {"rest"})
@@ -378,6 +383,9 @@ void add_to(graph::Registry& registry)
         .param("legend", &Inputs::legend, "Whether the picture has a legend for its colour scale.")
         .param("label", &Inputs::label,
                "Text in the lower left corner; #### stands for the frame number.")
+        .block<BurnInParams>("burn_in", &Inputs::burn_in, describe,
+                             "What else is written there, above the label: a line for each number "
+                             "of `values`, and what is asked for here.")
         .reads(graph::Variable::frame | graph::Variable::range)
         .check(check)
         .output("image", &Outputs::image, "The picture.");

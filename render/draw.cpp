@@ -1,5 +1,6 @@
 #include "render/draw.hpp"
 
+#include "render/captions.hpp"
 #include "render/exr.hpp"
 #include "render/fill_in.hpp"
 #include "render/legend.hpp"

@@ -155,12 +155,4 @@ double width_of(const Legend& legend, int width, int height)
     return std::clamp(1 - (left - place.size) / width, 0.0, 1.0);
 }
 
-void draw_label(Image& image, const std::string& label)
-{
-    TextStyle style;
-    style.height = letter_height(image.height);
-    draw_text(image, label, {1.6f * style.height, float(image.height) - 1.6f * style.height},
-              style);
-}
-
 }  // namespace render

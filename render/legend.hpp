@@ -33,7 +33,4 @@ void draw_legend(Image& image, const Legend& legend);
 // The share of the picture's width that it takes; 0 where there is no room to draw it.
 double width_of(const Legend& legend, int width, int height);
 
-// Draws `label` in the lower left corner.
-void draw_label(Image& image, const std::string& label);
-
 }  // namespace render

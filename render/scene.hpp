@@ -86,7 +86,7 @@ struct Scene {
     Box stage;
     std::optional<double> ground;  // m, height of the floor
     std::optional<Legend> legend;
-    std::string label;  // in a corner of the picture
+    std::string label;  // in a corner of the picture; '\n' parts lines
 };
 
 // The box that holds every finite point of the surfaces, lines, balls and fields.

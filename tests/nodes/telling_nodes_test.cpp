@@ -1,6 +1,7 @@
 // What pictures tell beside what they show: comparisons, burn-in, ghosts, onion skins.
 
 #include "geometry/mesh/primitive.hpp"
+#include "nodes/render_burn_in.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/nodes/one_node.hpp"
 #include "tests/nodes/scene.hpp"
@@ -170,6 +171,53 @@ TEST(RenderTells, APercentileKeepsTheColoursForMostValues)
     EXPECT_LT(contrast(), 8);
     render.param("colour.range").is = std::string("percentile");
     EXPECT_GT(contrast(), 60);
+}
+
+TEST(RenderTells, BurnInWritesWhatIsAskedForAboveTheLabel)
+{
+    using nodes::render::burn_in_text;
+    const auto number = [](double x) { return std::make_shared<const double>(x); };
+    EXPECT_EQ(burn_in_text({}, {}, 7, 0.25, "label"), "label");
+    EXPECT_EQ(burn_in_text({}, {}, 7, 0.25, ""), "");
+    EXPECT_EQ(burn_in_text({"bridge", true, true, 1, ""}, {}, 7, 0.25, "label"),
+              "bridge\nframe 7   0.25 s\nlabel");
+    // Of ten times slow motion a quarter of a second has taken a fortieth.
+    EXPECT_EQ(burn_in_text({"", false, true, 10, ""}, {}, 7, 0.25, ""),
+              "0.0250 s   slow motion 10x");
+    EXPECT_EQ(burn_in_text({"", false, true, 0.5, ""}, {}, 7, 0.25, ""), "0.50 s   time lapse 2x");
+    EXPECT_EQ(burn_in_text({"", false, false, 1, "tip (m), force (N),stretch"},
+                           {number(0.0208), number(1200), number(1.5)}, 7, 0.25, "label"),
+              "tip   0.0208 m\nforce   1.2 kN\nstretch   1.5\nlabel");
+    EXPECT_EQ(burn_in_text({}, {number(3), number(4)}, 7, 0.25, ""), "value 1   3\nvalue 2   4");
+    try {
+        burn_in_text({"", false, false, 1, "tip"}, {number(3), number(4)}, 7, 0.25, "");
+        ADD_FAILURE() << "was taken";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_STREQ(error.what(), "burn_in.names must name each number that is linked to "
+                                   "`values`: it has 1 name, for 2 numbers");
+    }
+}
+
+TEST(RenderTells, NumbersOfMeasureGoIntoThePicture)
+{
+    const auto small = [](const std::string& more) {
+        return R"("params": { "width": 64, "height": 48, "quality": "draft", "burn_in": {)" + more +
+               "} }";
+    };
+    Scene scene(R"(
+        "ball": { "type": "Primitive@1", "params": { "shape": "sphere" } },
+        "volume": { "type": "Measure@1", "inputs": { "mesh": "ball.mesh" },
+                    "params": { "what": "volume" } },
+        "plain": { "type": "Render@2", "inputs": { "mesh": "ball.mesh" }, )" +
+                small("") + R"( },
+        "told": { "type": "Render@2", "inputs": { "mesh": "ball.mesh",
+                                                  "values": ["volume.value"] }, )" +
+                small(R"("names": "volume")") + R"( },
+        "wrong": { "type": "Render@2", "inputs": { "mesh": "ball.mesh" }, )" +
+                small(R"("names": "volume")") + " }");
+    EXPECT_NE(scene.at<::render::Image>("told")->rgba, scene.at<::render::Image>("plain")->rgba);
+    EXPECT_NE(scene.failure_at<::render::Image>("wrong").find("it has 1 name, for 0 numbers"),
+              std::string::npos);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "render/legend.hpp"
 
+#include "render/captions.hpp"
 #include "render/text.hpp"
 
 #include <gtest/gtest.h>

@@ -1,0 +1,114 @@
+#pragma once
+
+// What Render writes into a corner of its picture, so that one who sees it alone knows what it is.
+
+#include "graph/types/param_builder.hpp"
+#include "graph/types/value.hpp"
+#include "render/captions.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace nodes::render {
+
+struct BurnInParams {
+    std::string scene;
+    bool frame = false, seconds = false;
+    double slow_motion = 1;
+    std::string names;
+};
+
+inline void describe(graph::ParamsOf<BurnInParams>& p)
+{
+    p.param("scene", &BurnInParams::scene, "Name of the scene, or any text; empty: none.")
+        .param("frame", &BurnInParams::frame, "Whether the number of the frame is shown.")
+        .param("seconds", &BurnInParams::seconds,
+               "Whether the time since the first frame is shown, as it passes in the scene.")
+        .param("slow_motion", &BurnInParams::slow_motion,
+               "How many times slower than in the scene time passes in the video; 1 shows nothing, "
+               "below 1 it is a time lapse. Of a Simulate with `dt`, it is 1 / (dt * frames a "
+               "second).",
+               {1e-6, 1e6})
+        .param("names", &BurnInParams::names,
+               "Names of `values`, parted by commas, with their units in brackets: `tip (m), force "
+               "(N)`.");
+}
+
+struct NamedUnit {
+    std::string name, unit;
+};
+
+// "tip (m)" as its two parts.
+inline NamedUnit named_unit(std::string_view text)
+{
+    const auto trimmed = [](std::string_view t) {
+        while (!t.empty() && t.front() == ' ') t.remove_prefix(1);
+        while (!t.empty() && t.back() == ' ') t.remove_suffix(1);
+        return std::string(t);
+    };
+    const std::string whole = trimmed(text);
+    const auto open = whole.rfind('(');
+    if (open == std::string::npos || whole.back() != ')') return {whole, ""};
+    const std::string_view rest = whole;
+    return {trimmed(rest.substr(0, open)), trimmed(rest.substr(open + 1, whole.size() - open - 2))};
+}
+
+inline std::vector<NamedUnit> named_units(std::string_view names)
+{
+    std::vector<NamedUnit> out;
+    while (!names.empty()) {
+        const auto comma = names.find(',');
+        out.push_back(named_unit(names.substr(0, comma)));
+        names = comma == std::string_view::npos ? "" : names.substr(comma + 1);
+    }
+    return out;
+}
+
+using Numbers = std::vector<graph::Wire<double>>;
+
+// One line for each of `values`. Throws std::invalid_argument unless each has a name, or none has.
+inline std::vector<std::string> value_lines(const std::string& names, const Numbers& values)
+{
+    auto named = named_units(names);
+    if (!named.empty() && named.size() != values.size()) {
+        throw std::invalid_argument(
+            fmt::format("burn_in.names must name each number that is linked to `values`: it has {} "
+                        "{}, for {} {}",
+                        named.size(), named.size() == 1 ? "name" : "names", values.size(),
+                        values.size() == 1 ? "number" : "numbers"));
+    }
+    std::vector<std::string> lines;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        if (named.size() == i) named.push_back({fmt::format("value {}", i + 1), ""});
+        lines.push_back(named[i].name + "   " + ::render::quantity_text(*values[i], named[i].unit));
+    }
+    return lines;
+}
+
+// Lines of text, parted by '\n', the label last. `time` is that of the video, s.
+inline std::string burn_in_text(const BurnInParams& of, const Numbers& values, int frame,
+                                double time, const std::string& label)
+{
+    std::string line;
+    const auto add = [&](const std::string& part) { line += (line.empty() ? "" : "   ") + part; };
+    const double slow = of.slow_motion;
+    if (of.frame) add(fmt::format("frame {}", frame));
+    if (of.seconds)
+        add(slow > 1 ? fmt::format("{:.4f} s", time / slow) : fmt::format("{:.2f} s", time / slow));
+    if (slow > 1) add(fmt::format("slow motion {:.3g}x", slow));
+    if (slow < 1) add(fmt::format("time lapse {:.3g}x", 1 / slow));
+    std::vector<std::string> lines{of.scene, line};
+    for (std::string& text : value_lines(of.names, values)) lines.push_back(std::move(text));
+    lines.push_back(label);
+    std::string all;
+    for (const std::string& text : lines) {
+        if (!text.empty()) all += (all.empty() ? "" : "\n") + text;
+    }
+    return all;
+}
+
+}  // namespace nodes::render

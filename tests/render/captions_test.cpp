@@ -1,0 +1,72 @@
+#include "render/captions.hpp"
+
+#include "render/text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace {
+
+using render::Image;
+
+Image black_picture(int width, int height)
+{
+    return {width, height, std::vector<std::uint8_t>(std::size_t(4 * width * height), 0)};
+}
+
+// Of pixels that are lit: columns left and right, rows top and bottom. All -1: there are none.
+std::array<int, 4> lit_extent(const Image& image)
+{
+    std::array<int, 4> e{-1, -1, -1, -1};
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            if (image.rgba[std::size_t(4 * (y * image.width + x))] < 128) continue;
+            e = {e[0] < 0 ? x : std::min(e[0], x), std::max(e[1], x), e[2] < 0 ? y : e[2], y};
+        }
+    }
+    return e;
+}
+
+TEST(Captions, QuantitiesHaveThreeDigitsAndTheUsualPrefix)
+{
+    EXPECT_EQ(render::quantity_text(120, "N"), "120 N");
+    EXPECT_EQ(render::quantity_text(160000, "N"), "160 kN");
+    EXPECT_EQ(render::quantity_text(-3.21e6, "Pa"), "-3.21 MPa");
+    EXPECT_EQ(render::quantity_text(0.0042, "N"), "4.2 mN");
+    EXPECT_EQ(render::quantity_text(0.522, "N"), "0.522 N");
+    EXPECT_EQ(render::quantity_text(0, "N"), "0 N");
+    EXPECT_EQ(render::quantity_text(999.7, "N"), "1 kN");
+    EXPECT_EQ(render::quantity_text(999.4, "N"), "999 N");
+    EXPECT_EQ(render::quantity_text(0.0208, "m"), "0.0208 m");
+    EXPECT_EQ(render::quantity_text(9.81, "m/s^2"), "9.81 m/s^2");
+    EXPECT_EQ(render::quantity_text(12, ""), "12");
+    EXPECT_EQ(render::quantity_text(std::numeric_limits<double>::infinity(), "N"), "inf N");
+}
+
+// At 540 rows a letter has 16 pixels, a line 1.9 of them, and the last stands 1.6 above the edge.
+TEST(Captions, ALabelStacksItsLinesAboveTheLowerLeftCorner)
+{
+    Image one = black_picture(960, 540), three = one;
+    render::draw_label(one, "HHH");
+    render::draw_label(three, "HHH\nHHHHH\nH");
+    const auto a = lit_extent(one), b = lit_extent(three);
+    EXPECT_NEAR(a[0], 1.6 * 16, 2);
+    EXPECT_NEAR(a[3], 540 - 1.6 * 16, 2);
+    EXPECT_EQ(b[0], a[0]);
+    EXPECT_EQ(b[3], a[3]);
+    EXPECT_NEAR(a[2] - b[2], 2 * 1.9 * 16, 2);
+    EXPECT_GT(b[1], a[1]);
+}
+
+TEST(Captions, ALongLabelIsDrawnSmaller)
+{
+    Image image = black_picture(400, 400);
+    render::draw_label(image, std::string(50, 'H'));
+    const auto e = lit_extent(image);
+    EXPECT_GT(e[1], 350);
+    EXPECT_LT(e[1], 395);
+    EXPECT_LT(e[3] - e[2], render::letter_height(400));
+}
+
+}  // namespace
