@@ -278,8 +278,11 @@ constexpr const char* layers_told =
 constexpr const char* nothing_to_draw =
     "there is nothing to draw: link a mesh, layers, cubes, points, pins, forces or colliders";
 
-static graph::Faults check(const Inputs&, const graph::Setting& setting)
+static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
+    if (in.show.ghost > 0 && !setting.links("rest")) {
+        return {{"show.ghost", "the ghost is the mesh at rest: link that to `rest`"}};
+    }
     for (const char* input : {"mesh", "layers", "cubes", "points", "pins", "forces", "colliders"}) {
         if (setting.links(input)) return {};
     }
@@ -301,6 +304,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const auto floor = ::render::solid_floor(in.colliders);
     scene.stage =
         ::render::stage_of(in.shot ? in.shot.get() : in.rest.get(), in.cubes.get(), drawn, floor);
+    add_ghost(scene, in.show, in.rest, in.mesh, in.layout);
     add_loads(scene, in.show, {in.pins, in.forces, in.colliders}, in.cubes.get(), in.ground.kind);
     scene.ground = ground_height(in.ground, scene.stage, floor);
     if (!in.legend) scene.legend.reset();

@@ -49,7 +49,8 @@ struct Batch {
     bool mapped = false;                 // colour by value through `map`
     ColourMap map = ColourMap::viridis;
     bool shadow = true;
-    float size = 1;  // pixels: width of lines, least diameter of balls
+    bool body = false, ghost = false;  // see Surface::Kind
+    float size = 1;                    // pixels: width of lines, least diameter of balls
     Cover cover;
 };
 

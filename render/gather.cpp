@@ -211,6 +211,8 @@ Batch batch_of(Gathering& all, const SurfaceLayout::Part& part, const TriMesh& m
     batch.mapped = surface.paint.by == Paint::By::attribute;
     batch.map = surface.paint.scale.map;
     batch.shadow = surface.shadow;
+    batch.body = surface.kind == Surface::Kind::body;
+    batch.ghost = surface.kind == Surface::Kind::ghost;
     if (!part.textured) return batch;
     const geometry::Material& material = mesh.topology->materials[part.material];
     batch.cover.texture = number_of(all.list, material.texture, false);

@@ -5,8 +5,10 @@
 #include "geometry/mesh/transform.hpp"
 #include "physics/state/hold_matter.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 namespace render {
 
@@ -141,6 +143,15 @@ std::vector<Surface> force_marks(const physics::Force& force, const Box& stage, 
         out.back().shadow = false;
     }
     return out;
+}
+
+Surface ghost(std::shared_ptr<const TriMesh> mesh, float opacity)
+{
+    Surface surface = marker(std::move(mesh), {0.22f, 0.36f, 0.55f});
+    surface.opacity = opacity;
+    surface.shadow = false;
+    surface.kind = Surface::Kind::ghost;
+    return surface;
 }
 
 std::optional<Surface> collider_mark(const physics::Collider& collider, const Box& stage)

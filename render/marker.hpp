@@ -1,6 +1,7 @@
 #pragma once
 
 // Loads as things to draw: balls on pinned corners, arrows for forces, the surfaces of colliders.
+// And the body without them: its ghost.
 
 #include "physics/state/loads.hpp"
 #include "render/scene.hpp"
@@ -26,5 +27,8 @@ std::shared_ptr<const TriMesh> collider_surface(const physics::Collider& collide
 Balls pin_marks(const physics::Pins& pins, double radius);
 std::vector<Surface> force_marks(const physics::Force& force, const Box& stage, double weight);
 std::optional<Surface> collider_mark(const physics::Collider& collider, const Box& stage);
+
+// A mesh as a pale shell of that opacity, around bodies; it casts no shadow.
+Surface ghost(std::shared_ptr<const TriMesh> mesh, float opacity);
 
 }  // namespace render

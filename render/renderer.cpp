@@ -28,8 +28,9 @@ enum Unit : GLuint {
 
 constexpr int alike = 64;  // see shaders/uneven.frag
 
-// What the stencil says of a pixel.
-enum Stencil : GLint { is_backdrop, is_object, is_floor, is_uneven };
+// What the stencil says of a pixel. Of a body, which is an object, it says that ghosts spare it.
+enum Stencil : GLint { is_backdrop, is_object, is_floor, is_uneven, is_body = 0x80 | is_object };
+constexpr GLuint all_bits = 0xff, without_body = 0x7f;
 
 void bind(GLuint framebuffer, const Target& target)
 {
@@ -50,11 +51,11 @@ void fill_marked(GLuint mark, GLuint with_program)
     glEnable(GL_STENCIL_TEST);
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
-    glStencilFunc(GL_ALWAYS, is_uneven, 0xff);
+    glStencilFunc(GL_ALWAYS, is_uneven, all_bits);
     fill_screen(mark);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-    glStencilFunc(GL_EQUAL, is_uneven, 0xff);
+    glStencilFunc(GL_EQUAL, is_uneven, all_bits);
     fill_screen(with_program);
     glDisable(GL_STENCIL_TEST);
 }
@@ -175,10 +176,10 @@ void draw_batches(const GlObjects& gl, const DrawJob& job, int samples, int whic
     // What the pixels hold matters only where something was drawn.
     glClear(GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
     glEnable(GL_STENCIL_TEST);
-    glStencilFunc(GL_ALWAYS, is_object, 0xff);
     glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
     glBindTextureUnit(unit_maps, gl.maps.name);
     for (const Batch& batch : job.opaque) {
+        glStencilFunc(GL_ALWAYS, batch.body ? is_body : is_object, all_bits);
         GLenum mode = GL_TRIANGLES;
         if (batch.shape == Batch::Shape::balls) {
             mode = GL_POINTS;
@@ -200,6 +201,7 @@ void draw_batches(const GlObjects& gl, const DrawJob& job, int samples, int whic
         }
         glDrawElements(mode, GLsizei(batch.count), GL_UNSIGNED_INT, at_index(batch.first));
     }
+    glStencilFunc(GL_ALWAYS, is_object, all_bits);
     draw_traced(gl, job, samples, which, place);
     glDisable(GL_STENCIL_TEST);
 }
@@ -249,20 +251,20 @@ void draw_light(GlObjects& gl, const DrawJob& job, Linear linear)
         glUniform3fv(1, 4, piece.corners.data());
         glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
     };
-    glStencilFunc(GL_ALWAYS, is_floor, 0xff);
+    glStencilFunc(GL_ALWAYS, is_floor, all_bits);
     draw_floor(p.floor_shadowed, job.numbers.shadowed_floor);
-    glStencilFunc(GL_NOTEQUAL, is_floor, 0xff);  // depths of the two differ by rounding
+    glStencilFunc(GL_NOTEQUAL, is_floor, all_bits);  // depths of the two differ by rounding
     draw_floor(p.floor_lit, job.numbers.floor);
 
     glDisable(GL_DEPTH_TEST);
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-    glStencilFunc(GL_EQUAL, is_backdrop, 0xff);
+    glStencilFunc(GL_EQUAL, is_backdrop, all_bits);
     fill_screen(p.backdrop);
     // Depths are read while they are attached, though not written.
     glTextureBarrier();
     glBindTextureUnit(unit_first, gl.layer.pixels.name);
     glBindTextureUnit(unit_depths, gl.layer.depths.name);
-    glStencilFunc(GL_EQUAL, is_object, 0xff);
+    glStencilFunc(GL_EQUAL, is_object, without_body);
     fill_screen(p.object);
     glDisable(GL_STENCIL_TEST);
 }
@@ -296,7 +298,10 @@ void draw_clear(GlObjects& gl, const DrawJob& job)
     glDepthMask(GL_FALSE);
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+    glStencilFunc(GL_NOTEQUAL, is_body, all_bits);
     for (const Batch& batch : job.clear) {
+        (batch.ghost ? glEnable : glDisable)(GL_STENCIL_TEST);
         const bool textured = batch.cover.any();
         glUseProgram(textured ? p.clear_textured : p.clear);
         if (textured) use_cover(gl.textures, job, batch.cover, unit_texture, false);
@@ -305,6 +310,7 @@ void draw_clear(GlObjects& gl, const DrawJob& job)
         glUniform1f(4, (float(batch.map) + 0.5f) / map_count);
         glDrawElements(GL_TRIANGLES, GLsizei(batch.count), GL_UNSIGNED_INT, at_index(batch.first));
     }
+    glDisable(GL_STENCIL_TEST);
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
 }

@@ -7,6 +7,7 @@
 #include "geometry/mesh/mesh.hpp"
 #include "render/colour.hpp"
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -41,6 +42,8 @@ struct Surface {
     float opacity = 1;     // times that of the materials
     bool shadow = true;    // casts one; receives them always
     bool receives = true;  // false: shown in its own colour, unlit
+    // A clear ghost is not laid over the pixels of opaque bodies: these keep their colours.
+    enum class Kind : std::uint8_t { thing, body, ghost } kind = Kind::thing;
 };
 
 // The surface of a field, without triangles: found along the ray of each pixel.

@@ -136,6 +136,13 @@ fixtures::NodeRun bare_picture()
     return render;
 }
 
+geometry::TriMesh ball_at(float x)
+{
+    geometry::TriMesh mesh = geometry::icosphere(0.6, 3);
+    for (auto& p : mesh.positions) p.x() += x;
+    return mesh;
+}
+
 // The red, green and blue of a pixel, x m right of the middle and y m above it.
 std::array<int, 3> colour_at(const graph::Value& picture, double x, double y)
 {
@@ -143,6 +150,66 @@ std::array<int, 3> colour_at(const graph::Value& picture, double x, double y)
     const auto column = std::size_t(48 + 14.66 * x), row = std::size_t(48 - 14.66 * y);
     const auto* const p = &image->rgba[4 * (96 * row + column)];
     return {p[0], p[1], p[2]};
+}
+
+TEST(RenderTells, AGhostShowsWhereTheBodyWas)
+{
+    fixtures::NodeRun render = bare_picture();
+    render.inputs["rest"] = {graph::Value::of(ball_at(-1))};
+    render.inputs["mesh"] = {graph::Value::of(ball_at(1))};
+    const auto without = render.run();
+    render.param("show.ghost").is = 0.3;
+    const auto with = render.run();
+    EXPECT_GT(colour_at(without, -1, 0)[0], 230);  // the backdrop
+    EXPECT_LT(colour_at(with, -1, 0)[0], 220);
+    EXPECT_GT(colour_at(with, -1, 0)[0], 60);  // and is seen through it
+    EXPECT_EQ(colour_at(with, 1, 0), colour_at(without, 1, 0));
+    // Where it lies before the body, that keeps its colours.
+    render.inputs["mesh"] = {graph::Value::of(ball_at(-0.6f))};
+    const auto around = render.run();
+    render.param("show.ghost").is = 0.0;
+    const auto alone = render.run();
+    EXPECT_EQ(colour_at(around, -0.6, 0), colour_at(alone, -0.6, 0));
+    EXPECT_EQ(colour_at(around, -0.9, 0.3), colour_at(alone, -0.9, 0.3));
+    EXPECT_NE(colour_at(around, -1.4, 0), colour_at(alone, -1.4, 0));
+    render.param("show.ghost").is = 0.3;
+    // What has not moved has none.
+    render.inputs["mesh"] = {graph::Value::of(ball_at(-1))};
+    const auto still = render.run();
+    render.param("show.ghost").is = 0.0;
+    EXPECT_EQ(still.as<::render::Image>()->rgba, render.run().as<::render::Image>()->rgba);
+}
+
+TEST(RenderTells, AGhostWithoutARestShapeIsRefused)
+{
+    const auto loaded = graph::load_text(R"({ "aspic": 1, "nodes": {
+        "box": { "type": "Primitive@1" },
+        "p": { "type": "Render@2", "inputs": { "mesh": "box.mesh" },
+               "params": { "show": { "ghost": 0.2 } } } } })",
+                                         "scene.json", nodes::registry());
+    ASSERT_EQ(loaded.problems.size(), 1u);
+    EXPECT_NE(loaded.problems[0].message.find("link that to `rest`"), std::string::npos);
+}
+
+// A green wall before a ball: through half of its opacity the ball is seen.
+TEST(RenderTells, WhatLiesBehindAClearColliderIsSeen)
+{
+    fixtures::NodeRun render = bare_picture();
+    physics::Collider wall;
+    wall.kind = physics::Collider::Kind::box;
+    wall.half_size = {2, 2, 0.1};
+    wall.pose.translation() = geometry::Vec3(0, 0, 2);
+    render.inputs["mesh"] = {graph::Value::of(ball_at(0))};
+    render.inputs["colliders"] = {graph::Value::of(wall)};
+    const auto contrast = [&] {
+        const auto picture = render.run();
+        return std::abs(colour_at(picture, 0, 0)[0] - colour_at(picture, 1.4, 1.4)[0]);
+    };
+    EXPECT_LT(contrast(), 8);  // nothing but the wall
+    render.param("show.collider_opacity").is = 0.3;
+    EXPECT_GT(contrast(), 20);
+    render.param("show.collider_opacity").is = 0.0;
+    EXPECT_GT(colour_at(render.run(), 1.4, 1.4)[0], 230);  // not drawn at all
 }
 
 // A ramp of 0 to 99 and one wild value: by percentile the middle of the ramp has the middle of the

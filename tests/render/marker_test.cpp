@@ -65,6 +65,16 @@ TEST(Marker, ForcesPointWhereTheyPush)
     EXPECT_TRUE(render::force_arrows(force, unit_box(), 0).empty());
 }
 
+TEST(Marker, AGhostIsClearAndCastsNoShadow)
+{
+    const auto mesh = std::make_shared<const geometry::TriMesh>();
+    const render::Surface ghost = render::ghost(mesh, 0.2f);
+    EXPECT_EQ(ghost.mesh, mesh);
+    EXPECT_EQ(ghost.opacity, 0.2f);
+    EXPECT_FALSE(ghost.shadow);
+    EXPECT_EQ(ghost.kind, render::Surface::Kind::ghost);
+}
+
 TEST(Marker, CollidersStandWhereTheirPoseSays)
 {
     physics::Collider collider;
