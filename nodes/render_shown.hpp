@@ -16,7 +16,7 @@
 namespace nodes::render {
 
 struct ShowParams {
-    bool pins = true, forces = true, colliders = true;
+    bool pins = true, forces = true, force_values = false, colliders = true;
     double collider_opacity = 1, ghost = 0;
     bool edges = false;
     double point_size = 0;
@@ -26,6 +26,9 @@ inline void describe(graph::ParamsOf<ShowParams>& p)
 {
     p.param("pins", &ShowParams::pins, "Whether linked pins are marked.")
         .param("forces", &ShowParams::forces, "Whether linked forces are drawn as arrows.")
+        .param("force_values", &ShowParams::force_values,
+               "Whether the tips of these arrows have numbers: how strong a force, a wind or a "
+               "gravity is.")
         .param("colliders", &ShowParams::colliders, "Whether linked colliders are drawn.")
         .param("collider_opacity", &ShowParams::collider_opacity,
                "Opacity of linked colliders, so that what lies behind them is seen; below 1 they "
@@ -95,6 +98,9 @@ inline void add_loads(::render::Scene& scene, const ShowParams& show, const Link
             for (auto& mark : ::render::force_marks(*force, scene.stage, weight)) {
                 scene.surfaces.push_back(std::move(mark));
             }
+            if (!show.force_values) continue;
+            auto note = ::render::force_note(*force, scene.stage, weight);
+            if (note) scene.notes.push_back(std::move(*note));
         }
     }
     if (!show.colliders || show.collider_opacity == 0) return;

@@ -143,6 +143,15 @@ geometry::Mat3 camera_axes(const Camera& camera)
     return axes;
 }
 
+std::optional<Vec3> place_in_picture(const Camera& camera, const Vec3& point, double aspect)
+{
+    const Vec3 p = camera_axes(camera) * (point - camera.eye);
+    const double height =
+        2 * std::tan(camera.field_of_view / 2) * p.z();  // m, of the picture there
+    if (!(height > 0)) return std::nullopt;
+    return Vec3(0.5 + p.x() / (aspect * height), 0.5 - p.y() / height, 1 / height);
+}
+
 bool may_see(const Camera& camera, const Box& box, double aspect)
 {
     const geometry::Mat3 axes = camera_axes(camera);

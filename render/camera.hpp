@@ -4,6 +4,7 @@
 
 #include "geometry/base/vec.hpp"
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -50,6 +51,11 @@ inline constexpr double parallel_view = 0.002;
 // Where right, up and ahead are in the picture: rows of length 1, across each other. The camera
 // must not stand at its target; one that looks along `up` has some direction to its right.
 geometry::Mat3 camera_axes(const Camera& camera);
+
+// Where a point lies in the camera's picture of `aspect`: x and y from 0 at the upper left corner
+// to 1 at the lower right one, and z, how many of the picture's heights a metre is there. Nothing
+// of a point that is not before the camera.
+std::optional<Vec3> place_in_picture(const Camera& camera, const Vec3& point, double aspect);
 
 // Whether some of `box` may lie in the camera's picture of `aspect`: not where all of it is behind
 // the camera or beyond one and the same side of the picture.

@@ -29,6 +29,22 @@ std::vector<std::string> lines_of_label(const std::string& label)
     return lines;
 }
 
+// Where the text of a note starts: right of an upright arrow and above a level one, with `apart`
+// pixels between, inside the picture up to its column `right`.
+Vec2f beside_tip(const Vec2f& tip, const Vec2f& along, float apart, float width, float letter,
+                 float right, int height)
+{
+    Vec2f at(tip.x() + apart, tip.y() + 0.5f * letter);
+    if (std::abs(along.x()) > std::abs(along.y())) {
+        at = {tip.x() - 0.5f * width, tip.y() - apart};
+    } else if (at.x() + width > right - letter) {
+        at.x() = tip.x() - apart - width;
+    }
+    at.x() = std::clamp(at.x(), letter, std::max(letter, right - letter - width));
+    at.y() = std::clamp(at.y(), 2 * letter, std::max(2 * letter, float(height) - letter));
+    return at;
+}
+
 }  // namespace
 
 std::string quantity_text(double value, const std::string& unit)
@@ -66,6 +82,28 @@ void draw_label(Image& image, const std::string& label)
     for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
         draw_text(image, *line, {1.6f * style.height, y}, style);
         y -= 1.9f * style.height;
+    }
+}
+
+void draw_notes(Image& image, const Camera& camera, std::span<const Note> notes, double right_taken)
+{
+    const double aspect = double(image.width) / image.height;
+    const auto right = float((1 - right_taken) * image.width);
+    TextStyle style;
+    style.height = letter_height(image.height);
+    for (const Note& note : notes) {
+        const auto tip = place_in_picture(camera, note.tip, aspect);
+        const auto from = place_in_picture(camera, note.from, aspect);
+        if (!tip || tip->x() < 0 || tip->x() > 1 || tip->y() < 0 || tip->y() > 1) continue;
+        const auto in_pixels = [&](const Vec3& p) {
+            return Vec2f(float(p.x() * image.width), float(p.y() * image.height));
+        };
+        const Vec2f at = in_pixels(*tip);
+        const Vec2f along = from ? Vec2f(at - in_pixels(*from)) : Vec2f(0, 1);
+        const float apart = float(note.clear * tip->z() * image.height) + 0.8f * style.height;
+        const float width = text_width(note.text, style.height);
+        draw_text(image, note.text,
+                  beside_tip(at, along, apart, width, style.height, right, image.height), style);
     }
 }
 

@@ -1,9 +1,12 @@
 #pragma once
 
-// Words in a picture: in its corner.
+// Words in a picture: in its corner, and beside the arrows of forces.
 
+#include "render/camera.hpp"
 #include "render/image.hpp"
+#include "render/scene.hpp"
 
+#include <span>
 #include <string>
 
 namespace render {
@@ -14,5 +17,10 @@ std::string quantity_text(double value, const std::string& unit);
 
 // Draws `label` in the lower left corner; '\n' parts its lines, which are as large as fit.
 void draw_label(Image& image, const std::string& label);
+
+// Draws each note beside the tip of its arrow, where that lies in the camera's picture, and not on
+// the share `right_taken` of its width.
+void draw_notes(Image& image, const Camera& camera, std::span<const Note> notes,
+                double right_taken = 0);
 
 }  // namespace render

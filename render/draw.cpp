@@ -25,6 +25,8 @@ Image draw(const Scene& scene, const Camera& camera, const Look& look,
     }
     if (look.antialias == Antialias::fxaa) smooth_edges(image);
     for (std::size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = 255;
+    const double taken = scene.legend ? width_of(*scene.legend, image.width, image.height) : 0;
+    draw_notes(image, camera, scene.notes, taken);
     if (scene.legend) draw_legend(image, *scene.legend);
     if (!scene.label.empty()) draw_label(image, scene.label);
     return image;

@@ -5,7 +5,7 @@
 //
 //   make_draw_list   what is drawn, and in which order       this process
 //   fill_in          its pixels from OpenGL                   a process of its own
-//   smooth_edges, draw_legend, draw_label                     this process
+//   smooth_edges, draw_notes, draw_legend, draw_label         this process
 
 #include "render/camera.hpp"
 #include "render/image.hpp"

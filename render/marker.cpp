@@ -4,6 +4,7 @@
 #include "geometry/mesh/primitive.hpp"
 #include "geometry/mesh/transform.hpp"
 #include "physics/state/hold_matter.hpp"
+#include "render/captions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -52,47 +53,81 @@ TriMesh arrow(const Vec3& from, const Vec3& to, double width)
     return mesh;
 }
 
-std::vector<TriMesh> force_arrows(const physics::Force& force, const Box& stage, double weight)
+namespace {
+
+double arrow_width(const Box& stage)
 {
-    using Kind = physics::Force::Kind;
-    const double size = stage.diagonal(), width = 0.03 * size;
-    // 0 to 0.24 of the stage, half of it at `half`.
-    const auto length = [&](double amount, double half) {
-        return amount > 0 ? 0.24 * size * amount / (amount + half) : 0;
-    };
-    std::vector<TriMesh> out;
-    const auto add = [&](const Vec3& from, const Vec3& to) {
-        TriMesh made = arrow(from, to, width);
-        if (!made.positions.empty()) out.push_back(std::move(made));
-    };
-    if (force.kind == Kind::point) {
-        const double newtons = force.force.norm();
-        if (newtons > 0) {
-            const Vec3 towards = force.force / newtons;
-            add(force.position - length(newtons, std::max(weight, 1e-9)) * towards, force.position);
-        }
-    } else if (force.kind == Kind::wind) {
-        const double speed = force.velocity.norm();
-        if (speed > 0) {
-            const Vec3 towards = force.velocity / speed;
-            const Vec3 half = 0.5 * stage.size();
-            const Vec3 tip = stage.centre() -
-                             towards * (half.cwiseProduct(towards.cwiseAbs()).sum() + 0.03 * size);
-            Vec3 beside = Vec3(0, 1, 0).cross(towards);
-            beside = beside.norm() > 1e-6 ? Vec3(beside.normalized()) : Vec3(1, 0, 0);
-            for (const double k : {-1.0, 0.0, 1.0}) {
-                const Vec3 at = tip + 0.12 * k * size * beside;
-                add(at - length(speed, 5) * towards, at);
-            }
-        }
-    } else if (force.kind == Kind::gravity) {
-        const double acceleration = force.acceleration.norm();
-        if (acceleration > 0) {
-            const Vec3 from(stage.lo.x() - 0.04 * size, stage.hi.y() + 0.04 * size, stage.lo.z());
-            add(from, from + length(acceleration, 9.81) * force.acceleration / acceleration);
-        }
+    return 0.03 * stage.diagonal();
+}
+
+struct ForceArrow {
+    Vec3 from, tip;
+};
+
+// 0.06 of a stage of that size, so that it is seen, to 0.24 of it, half of that at `half`.
+double arrow_length(double size, double amount, double half)
+{
+    return amount > 0 ? size * std::max(0.06, 0.24 * amount / (amount + half)) : 0;
+}
+
+std::vector<ForceArrow> wind_arrows(const Vec3& velocity, const Box& stage)
+{
+    const double speed = velocity.norm(), size = stage.diagonal();
+    if (!(speed > 0)) return {};
+    const Vec3 towards = velocity / speed, half = 0.5 * stage.size();
+    const Vec3 tip =
+        stage.centre() - towards * (half.cwiseProduct(towards.cwiseAbs()).sum() + 0.03 * size);
+    Vec3 beside = Vec3(0, 1, 0).cross(towards);
+    beside = beside.norm() > 1e-6 ? Vec3(beside.normalized()) : Vec3(1, 0, 0);
+    std::vector<ForceArrow> out;
+    for (const double k : {-1.0, 0.0, 1.0}) {
+        const Vec3 at = tip + 0.12 * k * size * beside;
+        out.push_back({at - arrow_length(size, speed, 5) * towards, at});
     }
     return out;
+}
+
+std::vector<ForceArrow> arrows_of(const physics::Force& force, const Box& stage, double weight)
+{
+    using Kind = physics::Force::Kind;
+    const double size = stage.diagonal();
+    if (force.kind == Kind::wind) return wind_arrows(force.velocity, stage);
+    if (force.kind == Kind::point) {
+        const double newtons = force.force.norm();
+        const double length = arrow_length(size, newtons, std::max(weight, 1e-9));
+        if (newtons > 0) return {{force.position - length / newtons * force.force, force.position}};
+    }
+    if (force.kind == Kind::gravity) {
+        const double g = force.acceleration.norm(), length = arrow_length(size, g, 9.81);
+        const Vec3 from(stage.lo.x() - 0.04 * size, stage.hi.y() + 0.04 * size, stage.lo.z());
+        if (g > 0) return {{from, from + length / g * force.acceleration}};
+    }
+    return {};
+}
+
+}  // namespace
+
+std::vector<TriMesh> force_arrows(const physics::Force& force, const Box& stage, double weight)
+{
+    std::vector<TriMesh> out;
+    for (const ForceArrow& a : arrows_of(force, stage, weight)) {
+        TriMesh made = arrow(a.from, a.tip, arrow_width(stage));
+        if (!made.positions.empty()) out.push_back(std::move(made));
+    }
+    return out;
+}
+
+std::optional<Note> force_note(const physics::Force& force, const Box& stage, double weight)
+{
+    using Kind = physics::Force::Kind;
+    const auto arrows = arrows_of(force, stage, weight);
+    if (arrows.empty()) return std::nullopt;
+    const ForceArrow& middle = arrows[arrows.size() / 2];
+    const std::string text = force.kind == Kind::point ? quantity_text(force.force.norm(), "N")
+                             : force.kind == Kind::wind
+                                 ? quantity_text(force.velocity.norm(), "m/s")
+                                 : quantity_text(force.acceleration.norm(), "m/s^2");
+    return Note{middle.from, middle.tip, 0.5 * arrow_width(stage), text};
 }
 
 std::shared_ptr<const TriMesh> collider_surface(const physics::Collider& collider, const Box& stage)

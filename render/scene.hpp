@@ -79,6 +79,13 @@ struct Legend {
     std::string note = {};  // below it; empty: nothing
 };
 
+// A few words beside the tip of an arrow, over whatever lies before it.
+struct Note {
+    Vec3 from, tip;    // m, of the arrow
+    double clear = 0;  // m, half its width
+    std::string text;
+};
+
 struct Scene {
     std::vector<Surface> surfaces;
     std::vector<FieldSurface> fields;
@@ -89,6 +96,7 @@ struct Scene {
     Box stage;
     std::optional<double> ground;  // m, height of the floor
     std::optional<Legend> legend;
+    std::vector<Note> notes;
     std::string label;  // in a corner of the picture; '\n' parts lines
 };
 

@@ -212,6 +212,29 @@ TEST(RenderTells, WhatLiesBehindAClearColliderIsSeen)
     EXPECT_GT(colour_at(render.run(), 1.4, 1.4)[0], 230);  // not drawn at all
 }
 
+TEST(RenderTells, ForcesSayHowStrongTheyAreWhereTheirTipsAre)
+{
+    fixtures::NodeRun render = bare_picture();
+    physics::Force force;
+    force.kind = physics::Force::Kind::point;
+    force.force = {0, -120, 0};
+    render.inputs["mesh"] = {graph::Value::of(ball_at(0))};
+    render.inputs["forces"] = {graph::Value::of(force)};
+    const auto without = render.run().as<::render::Image>()->rgba;
+    render.param("show.force_values").is = true;
+    const auto with = render.run().as<::render::Image>()->rgba;
+    int right = 0, elsewhere = 0;
+    for (std::size_t i = 0; i < with.size(); i += 4) {
+        const std::size_t x = i / 4 % 96, y = i / 4 / 96;
+        const bool changed = with[i] != without[i];
+        (x > 48 && y > 36 && y < 60 ? right : elsewhere) += changed;
+    }
+    EXPECT_GT(right, 60);
+    EXPECT_EQ(elsewhere, 0);
+    render.param("show.forces").is = false;  // nor do these say anything
+    EXPECT_NE(render.run().as<::render::Image>()->rgba, with);
+}
+
 // A ramp of 0 to 99 and one wild value: by percentile the middle of the ramp has the middle of the
 // scale; fitted, all of it has the lowest colour.
 TEST(RenderTells, APercentileKeepsTheColoursForMostValues)

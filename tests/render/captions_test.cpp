@@ -8,6 +8,7 @@
 
 namespace {
 
+using geometry::Vec3;
 using render::Image;
 
 Image black_picture(int width, int height)
@@ -67,6 +68,61 @@ TEST(Captions, ALongLabelIsDrawnSmaller)
     EXPECT_GT(e[1], 350);
     EXPECT_LT(e[1], 395);
     EXPECT_LT(e[3] - e[2], render::letter_height(400));
+}
+
+// A camera at (0, 0, 10) that sees 2 * 10 * tan(45 / 2) = 8.28 m of height at the origin.
+render::Camera straight_camera()
+{
+    render::Camera camera;
+    camera.eye = {0, 0, 10};
+    camera.field_of_view = std::numbers::pi / 4;
+    return camera;
+}
+
+TEST(Captions, PlacesInThePictureAreThoseOfAPinhole)
+{
+    const render::Camera camera = straight_camera();
+    const double height = 20 * std::tan(std::numbers::pi / 8);
+    const auto middle = render::place_in_picture(camera, {0, 0, 0}, 2);
+    ASSERT_TRUE(middle);
+    EXPECT_LT((*middle - Vec3(0.5, 0.5, 1 / height)).norm(), 1e-12);
+    const auto corner = render::place_in_picture(camera, {height, 0.5 * height, 0}, 2);
+    ASSERT_TRUE(corner);
+    EXPECT_LT((*corner - Vec3(1, 0, 1 / height)).norm(), 1e-12);
+    // Half as far away it is twice as large.
+    EXPECT_NEAR(render::place_in_picture(camera, {0, 0, 5}, 2)->z(), 2 / height, 1e-12);
+    EXPECT_FALSE(render::place_in_picture(camera, {0, 0, 10}, 2));
+    EXPECT_FALSE(render::place_in_picture(camera, {0, 0, 11}, 2));
+}
+
+// An arrow that points down at the middle has its number on the right of the tip, as far as its
+// head is wide and most of a letter; one that points to the right has it above.
+TEST(Captions, NotesStandBesideTheTipsOfTheirArrows)
+{
+    const render::Camera camera = straight_camera();
+    const double metre = 540 / (20 * std::tan(std::numbers::pi / 8));  // pixels
+    const auto drawn = [&](const Vec3& from, const Vec3& tip) {
+        Image image = black_picture(960, 540);
+        const render::Note note{from, tip, 0.5, "120 N"};
+        render::draw_notes(image, camera, std::span(&note, 1));
+        return lit_extent(image);
+    };
+    const auto down = drawn({0, 2, 0}, {0, 0, 0});
+    EXPECT_NEAR(down[0], 480 + 0.5 * metre + 0.8 * 16, 4);
+    EXPECT_NEAR((down[2] + down[3]) / 2.0, 270, 3);
+    const auto right = drawn({-2, 0, 0}, {0, 0, 0});
+    EXPECT_NEAR((right[0] + right[1]) / 2.0, 480, 4);
+    EXPECT_NEAR(right[3], 270 - 0.5 * metre - 0.8 * 16, 3);
+    // At the right edge there is no room: on the left.
+    EXPECT_LT(drawn({6, 2, 0}, {6, 0, 0})[1], int(480 + 5.5 * metre));
+    // Nor is there where a legend stands.
+    Image legend = black_picture(960, 540);
+    const render::Note note{{0, 2, 0}, {0, 0, 0}, 0.5, "120 N"};
+    render::draw_notes(legend, camera, std::span(&note, 1), 0.45);
+    EXPECT_LT(lit_extent(legend)[1], 480);
+    // Whose tip is not seen says nothing.
+    EXPECT_EQ(drawn({0, 9, 0}, {0, 5, 0})[0], -1);
+    EXPECT_EQ(drawn({0, 0, 0}, {0, 0, 20})[0], -1);
 }
 
 }  // namespace

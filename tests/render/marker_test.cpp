@@ -53,6 +53,14 @@ TEST(Marker, ForcesPointWhereTheyPush)
     // Half of 0.24 of the stage's diagonal, as the force is the weight.
     EXPECT_NEAR(box.size().y(), 0.12 * std::sqrt(3), 1e-6);
 
+    // However weak, it is seen; without limit it is no longer than 0.24 of the diagonal.
+    const auto length = [&](double newtons) {
+        force.force = {0, -newtons, 0};
+        return geometry::bounds(render::force_arrows(force, unit_box(), 10)[0]).size().y();
+    };
+    EXPECT_NEAR(length(1e-3), 0.06 * std::sqrt(3), 1e-6);
+    EXPECT_NEAR(length(1e9), 0.24 * std::sqrt(3), 1e-6);
+
     force.kind = physics::Force::Kind::wind;
     force.velocity = {3, 0, 0};
     for (const auto& mesh : render::force_arrows(force, unit_box(), 10)) {
@@ -63,6 +71,29 @@ TEST(Marker, ForcesPointWhereTheyPush)
     force.kind = physics::Force::Kind::point;
     force.force = {0, 0, 0};
     EXPECT_TRUE(render::force_arrows(force, unit_box(), 0).empty());
+}
+
+TEST(Marker, NotesOfForcesSayHowStrongTheyAre)
+{
+    physics::Force force;
+    force.kind = physics::Force::Kind::point;
+    force.force = {0, -120, 0};
+    force.position = {0.2, 1, 0};
+    const auto note = render::force_note(force, unit_box(), 10);
+    ASSERT_TRUE(note);
+    EXPECT_EQ(note->text, "120 N");
+    EXPECT_EQ(note->tip, force.position);
+    EXPECT_GT(note->from.y(), note->tip.y());
+    EXPECT_DOUBLE_EQ(note->clear, 0.015 * std::sqrt(3));
+    force.kind = physics::Force::Kind::wind;
+    force.velocity = {3, 4, 0};
+    EXPECT_EQ(render::force_note(force, unit_box(), 10)->text, "5 m/s");
+    force.kind = physics::Force::Kind::gravity;
+    EXPECT_EQ(render::force_note(force, unit_box(), 10)->text, "9.81 m/s^2");
+    force.acceleration = {0, 0, 0};
+    EXPECT_FALSE(render::force_note(force, unit_box(), 10));
+    force.kind = physics::Force::Kind::torque;  // has no arrow
+    EXPECT_FALSE(render::force_note(force, unit_box(), 10));
 }
 
 TEST(Marker, AGhostIsClearAndCastsNoShadow)
