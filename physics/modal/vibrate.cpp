@@ -1,12 +1,17 @@
 #include "physics/modal/vibrate.hpp"
 
 #include "geometry/base/parallel.hpp"
+#include "geometry/base/stop.hpp"
 #include "geometry/embed/embed.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "physics/body/following_forces.hpp"
+#include "physics/modal/modal_wind.hpp"
 #include "physics/modal/oscillator.hpp"
 
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
 
 namespace physics {
 
@@ -81,6 +86,43 @@ void check(const ModalModel& model, const ModalState& state)
         model.count(), state.q.size()));
 }
 
+void step_modes(const ModalModel& model, std::span<const double> load, const ModalDamping& damping,
+                double dt, ModalState& state)
+{
+    for (std::size_t k = 0; k < model.count(); ++k) {
+        oscillator_step(model.omega_sq[k], damping_of(model, k, damping), dt)
+            .apply(state.q[k], state.q_dot[k], load[k]);
+    }
+}
+
+struct WindyStep {
+    std::span<const Force> forces;
+    const Vec3& base_velocity;        // m/s
+    const std::vector<double>& load;  // of all but the wind
+};
+
+// In parts so short that the air's drag, as it is at the start of each, cannot turn motion around.
+void step_in_wind(const ModalModel& model, const WindyStep& step, const ModalDamping& damping,
+                  double dt, ModalState& state)
+{
+    constexpr double most = 1000;   // parts
+    constexpr double share = 0.25;  // of the motion that a part may lose
+    for (double left = dt; left > 0;) {
+        geometry::stop_if_asked();
+        ModalWind wind = wind_on_modes(model, state, step.base_velocity, step.forces);
+        const double parts = std::max(1.0, std::ceil(left * wind.rate / share));
+        if (!(parts <= most)) {
+            throw std::invalid_argument(fmt::format(
+                "the wind moves so light a mesh within {:.1g} s, too fast for frames of {:.3g} s. "
+                "Check the density of the cubes, the wind's velocity and the air's density",
+                1 / wind.rate, dt));
+        }
+        for (std::size_t k = 0; k < model.count(); ++k) wind.load[k] += step.load[k];
+        step_modes(model, wind.load, damping, left / parts, state);
+        left = parts > 1 ? left - left / parts : 0;
+    }
+}
+
 }  // namespace
 
 ModalModel make_modal_model(const Modes& modes, const geometry::Cubes& cubes,
@@ -153,9 +195,7 @@ ModalState advance(const ModalModel& model, ModalState state, std::span<const Fo
         case Force::Kind::point:
             add_to_modes(model, f.position, f.radius, f.force, load);
             break;
-        case Force::Kind::wind:
-            throw std::invalid_argument("expected gravity or point forces on a vibrating mesh, "
-                                        "found wind. Use Simulate for wind");
+        case Force::Kind::wind:  // step_in_wind()
         case Force::Kind::torque:
         case Force::Kind::pressure:
             break;  // refused above
@@ -164,8 +204,13 @@ ModalState advance(const ModalModel& model, ModalState state, std::span<const Fo
     const Vec3 base_velocity = (base - state.base) / dt;
     for (std::size_t k = 0; k < model.count(); ++k) {
         state.q_dot[k] -= model.participation[k].dot(base_velocity - state.base_velocity);
-        oscillator_step(model.omega_sq[k], damping_of(model, k, damping), dt)
-            .apply(state.q[k], state.q_dot[k], load[k]);
+    }
+    const bool windy = std::any_of(forces.begin(), forces.end(),
+                                   [](const Force& f) { return f.kind == Force::Kind::wind; });
+    if (windy) {
+        step_in_wind(model, {forces, base_velocity, load}, damping, dt, state);
+    } else {
+        step_modes(model, load, damping, dt, state);
     }
     state.base = base;
     state.base_velocity = base_velocity;

@@ -60,8 +60,9 @@ struct ModalDamping {
 ModalState rest_state(const ModalModel& model);
 
 // The state `dt` seconds later: forces as they are for the whole step, the base at `base` at its
-// end. Throws std::invalid_argument for a state of another model, and for wind, which depends on
-// the motion in between.
+// end. Wind is of first order in time, on the faces as they are at rest (modal_wind.hpp). Throws
+// std::invalid_argument for a state of another model, and where wind moves a mesh of next to no
+// mass.
 ModalState advance(const ModalModel& model, ModalState state, std::span<const Force> forces,
                    const Vec3& base, const ModalDamping& damping, double dt);
 

@@ -146,12 +146,72 @@ TEST(Vibrate, AMeshOnCubesFollowsTheirCorners)
         *std::max_element(moved.attributes[0].values.begin(), moved.attributes[0].values.end()), 0);
 }
 
+// A sheet of 1 m^2 across x that moves as a whole along x, of `mass` kg on springs of `stiffness`
+// N/m.
+ModalModel sliding_sheet(double mass, double stiffness)
+{
+    TriMesh mesh;
+    mesh.positions = {{0, 0, 0}, {0, 1, 0}, {0, 1, 1}, {0, 0, 1}};
+    auto faces = std::make_shared<geometry::MeshTopology>();
+    faces->triangles = {{0, 1, 2}, {0, 2, 3}};
+    mesh.topology = faces;
+    ModalModel model;
+    model.rest = std::make_shared<const TriMesh>(mesh);
+    model.omega_sq = {stiffness / mass};
+    model.damping = {0};
+    model.participation = {Vec3(std::sqrt(mass), 0, 0)};
+    model.shape.emplace_back(4, Vec3f(float(1 / std::sqrt(mass)), 0, 0));
+    model.normal_change.emplace_back();
+    return model;
+}
+
+// Air of 1.2 kg/m^3 and drag 2 on one side's half: F = 0.6 u^2 N.
+std::vector<Force> wind_along_x(double speed)
+{
+    return {
+        {.kind = Force::Kind::wind, .velocity = Vec3(speed, 3, 0), .air_density = 1.2, .drag = 2}};
+}
+
+TEST(Vibrate, WindHoldsASheetAgainstItsSprings)
+{
+    const ModalModel model = sliding_sheet(2, 500);
+    ModalState state = rest_state(model);
+    const ModalDamping damping{.kind = ModalDamping::Kind::ratio, .ratio = 0.7};
+    for (int i = 0; i < 120; ++i) {
+        state = advance(model, state, wind_along_x(-10), Vec3::Zero(), damping, 1.0 / 24);
+    }
+    // K x = 0.6 u |u_x| along x.
+    EXPECT_NEAR(deformed(model, state).positions[0].x(), -0.6 * 100 / 500, 1e-4);
+}
+
+// Without springs, v' = -c v |v|: v = v0 / (1 + c v0 t), c = 0.6 / m.
+TEST(Vibrate, StillAirSlowsASheetByTheSquareOfItsSpeed)
+{
+    for (const double mass : {2.0, 0.02}) {
+        const ModalModel model = sliding_sheet(mass, 0);
+        ModalState state = rest_state(model);
+        state.q_dot[0] = 5 * std::sqrt(mass);
+        const std::vector<Force> still{
+            {.kind = Force::Kind::wind, .velocity = Vec3::Zero(), .air_density = 1.2, .drag = 2}};
+        for (int i = 0; i < 24; ++i) {
+            state = advance(model, state, still, Vec3::Zero(), {}, 1.0 / 24);
+            const double v = 5 / (1 + 0.6 / mass * 5 * (i + 1) / 24);
+            EXPECT_NEAR(state.q_dot[0] / std::sqrt(mass), v, (mass > 1 ? 0.03 : 0.1) * v) << i;
+        }
+    }
+    // What its base leaves behind stands still in the air.
+    const ModalModel model = sliding_sheet(2, 0);
+    const ModalState left =
+        advance(model, rest_state(model), wind_along_x(0), Vec3(0.5, 0, 0), {}, 0.1);
+    EXPECT_NEAR(left.q_dot[0], -5 * std::sqrt(2.0), 1e-6);
+}
+
 TEST(Vibrate, RefusesBadInputAndSaysWhatWasExpected)
 {
-    const ModalModel model = two_modes();
-    const std::vector<Force> wind{{.kind = Force::Kind::wind}};
-    EXPECT_THROW(advance(model, rest_state(model), wind, Vec3::Zero(), {}, 0.1),
+    const ModalModel feather = sliding_sheet(1e-9, 1);
+    EXPECT_THROW(advance(feather, rest_state(feather), wind_along_x(10), Vec3::Zero(), {}, 0.1),
                  std::invalid_argument);
+    const ModalModel model = two_modes();
     EXPECT_THROW(advance(model, {}, {}, Vec3::Zero(), {}, 0.1), std::invalid_argument);
     EXPECT_THROW(advance(model, rest_state(model), {}, Vec3::Zero(), {}, 0), std::invalid_argument);
     EXPECT_THROW(deformed(model, {}), std::invalid_argument);
