@@ -7,6 +7,7 @@
 #include "physics/body/bent_cube.hpp"
 #include "physics/body/near_cubes.hpp"
 #include "physics/body/part_gap.hpp"
+#include "physics/body/places_on_way.hpp"
 #include "physics/body/points_now.hpp"
 
 #include <algorithm>
@@ -257,7 +258,7 @@ std::optional<PlaneTouch> first_touch(const Scene& scene, const Moving& moving,
                                       std::vector<NearCube>& close)
 {
     constexpr double stride = 0.4;  // of a cube
-    constexpr int most = 64;        // places on the way
+    constexpr int most = 64;        // places on a short way
     const Vec3 way = scene.dt * (moving.v - target.velocity);
     const double h = scene.shapes.size_of(target.part);
     const double strides = std::ceil(way.norm() / (stride * h));
@@ -272,8 +273,14 @@ std::optional<PlaneTouch> first_touch(const Scene& scene, const Moving& moving,
     const Box3f span{about.lo.cast<float>(), about.hi.cast<float>()};
     near.meeting(span, close);
     if (close.empty()) return std::nullopt;
-    for (int place = first; place <= places; ++place) {
-        const Vec3 behind = (1 - double(place) / places) * way;
+    Places look{double(first), double(places), 1, double(places)};
+    if (first == 1 && strides > most) {
+        Box3f all;
+        for (const auto& [box, cube] : close) all.add(box);
+        look = places_within(all, moving.p, way, strides);
+    }
+    for (double place = look.from; place <= look.to; place += look.step) {
+        const Vec3 behind = (1 - place / look.of) * way;
         const Vec3f p = (moving.p - behind).cast<float>();
         for (const auto& [box, cube] : close) {
             if (!box.overlaps({p, p})) continue;
@@ -329,6 +336,7 @@ void look(const Scene& scene, const Job& job, const Target& target, std::vector<
     std::vector<NearCube> close;
     std::vector<std::uint32_t> unknown;
     for (std::size_t i = job.begin; i < job.end; ++i) {
+        geometry::stop_if_asked();
         const std::uint32_t holder = holders[i], cube = shapes.holder[holder];
         const Box reach = reach_of(scene, scene.now.holder[holder], target);
         if (!overlap(reach, target.box)) continue;
