@@ -21,7 +21,8 @@ void check_held(const CornerBody& body, const Loads& loads)
     if (!loads.colliders.empty()) return;
     const std::vector<std::uint8_t> held = axes_of_parts(loads.pins, body);
     const auto free = std::count(held.begin(), held.end(), std::uint8_t{0});
-    if (free > 0) {
+    // What is pinned may carry what is not.
+    if (free > 0 && (free == std::ptrdiff_t(body.parts) || !body.shapes)) {
         throw std::invalid_argument(fmt::format(
             "{} of {} parts of the body have no pin, and there is no collider to lie on: they "
             "would "
@@ -59,14 +60,18 @@ double farthest_moved(const State& from, const State& to)
 }
 
 // Where parts without pins come to lie: in steps that each begin at rest, so that nothing swings or
-// bounces, until none moves them.
+// bounces, until none moves them. Damping makes that slower.
 State lie_down(const BricksBody& body, State state, const Loads& loads, const StepOptions& options)
 {
     constexpr int most = 300;
     constexpr double still_enough = 1e-5;  // of a cube's edge, in a step
     constexpr double longest = 0.25;       // s: what is in the air falls by 0.6 m
+    const State start = state;
     double moved = 0, seconds = 1.0 / 48;
     int iterations = 0;
+    const auto rests = [&] {
+        return moved <= still_enough * body.base.h && state.report.converged;
+    };
     for (int i = 0; i < most; ++i) {
         State next = step_from_rest(body, state, loads, seconds, options);
         iterations += next.report.iterations;
@@ -74,24 +79,28 @@ State lie_down(const BricksBody& body, State state, const Loads& loads, const St
         const bool longer = seconds < longest;
         seconds = std::min(1.5 * seconds, longest);
         state = std::move(next);
-        if (!longer && moved <= still_enough * body.base.h) break;
+        if (!longer && rests()) break;
     }
     state.report.iterations = iterations;
-    state.report.warnings.clear();
-    if (moved <= still_enough * body.base.h) return state;
-    if (moved > body.base.h) {
+    if (rests()) return state;
+    const double far = farthest_moved(start, state);
+    if (moved > std::min(body.base.h, 0.1)) {
         throw std::invalid_argument(fmt::format(
-            "no equilibrium was found: parts without pins still move by {:.2g} m in a quarter of a "
-            "second. They fall beside the colliders, slide or roll. Put something below them, pin "
-            "them, or start from the given shape",
-            moved));
+            "no equilibrium was found: parts without pins are {:.2g} m from where they began, and "
+            "still move by {:.2g} m in a quarter of a second. They fall beside the colliders, or a "
+            "long way, or slide or roll. Put something below them, pin them, or start from the "
+            "given "
+            "shape",
+            far, moved));
     }
     state.report.converged = false;
-    state.report.warnings = {fmt::format(
-        "No equilibrium was found: parts without pins still move by {:.2g} m in a quarter of a "
-        "second. They may slide, roll or tip over. Start from the given shape and let it come to "
-        "rest.",
-        moved)};
+    state.report.warnings.insert(
+        state.report.warnings.begin(),
+        fmt::format(
+            "No equilibrium was found: parts without pins still move by {:.2g} m in a quarter "
+            "of a second. They may slide, roll or tip over, or be damped too much. Start from "
+            "the given shape and let it come to rest.",
+            moved));
     return state;
 }
 

@@ -93,7 +93,7 @@ struct StepRecord {
     // What stopped a solve before its tolerance was met.
     bool short_of_iterations = false, unsettled = false, violent = false;
     bool gained = false;         // steps of the midpoint rule were taken otherwise
-    bool touched = false;        // there was something that the body might touch
+    bool touched = false;        // a stage was solved with something that the body might touch
     std::vector<Vec3> reaction;  // N, of each pin, as the last stage left it
     double left = 0;  // share of the forces at work that rounds of contact left unbalanced
 };

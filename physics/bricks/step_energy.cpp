@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 namespace physics {
@@ -70,14 +71,15 @@ bool settle(EnergyAccount& account, Stage& stage, const Aligned<double>& x, Alig
     const StepFrame& frame = stage.frame;
     const double stored = elastic(stage, x);
     const double excess = stored + others(stage, x, v) - account.due;
+    // A part that touches something turns as freely as before: for this, nothing holds it.
+    std::vector<PointContact> contacts = std::exchange(stage.contacts, {});
     const Aligned<double> u = deforming(stage, x, v);
+    stage.contacts = std::move(contacts);
     const double moving = kinetic(stage, u), whole = kinetic(stage, v);
     const double much = 0.1 * (stored + moving) + 1e-4 * whole;
-    if (!stage.contacts.empty()) {
-        double pressed = 0;
-        for (const PointContact& c : stage.contacts) pressed += c.energy;
+    if (!stage.contacts.empty() && (excess <= 0 || !colliders_stay(frame))) {
         account.due += excess;
-        return !(colliders_stay(frame) && excess > much + pressed);
+        return true;
     }
     const double share_sq = 1 - excess / moving;
     if (share_sq >= 0.5 && share_sq <= 2) {

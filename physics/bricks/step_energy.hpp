@@ -7,9 +7,9 @@
 // out of the velocities with which parts deform, as v = rigid + share * (v - rigid). Momenta stay
 // what they are. A step that gained more than that can undo is not to be used.
 //
-// What is touched takes energy by friction, and gives back what was pressed together: after a step
-// in which something is, the energy due is what the body then has. Such a step, too, is not to be
-// used where it gained much more than that, unless a collider moves, which may give it any.
+// What is touched takes energy by friction and by what is pressed together: after a step in which
+// something is, what the body has less than was due is due no more. A collider that moves may give
+// it any.
 
 #include "physics/bricks/stage.hpp"
 

@@ -89,10 +89,17 @@ void start_rounds(Stage& stage, StepSolver& solver)
     prepare(solver, stage);
 }
 
+// The midpoint rule keeps what it is given: what one linearisation stretches parts by that turn and
+// touch something would come back as motion.
+bool one_round(const StepOptions& options)
+{
+    return options.newton_iterations == 1 && options.integrator != Integrator::implicit_midpoint;
+}
+
 // What stays as it is from round to round.
 struct Rounds {
     Rounds(const Stage& stage, double at_work, double its_share)
-        : one(stage.frame.options.newton_iterations == 1), touches(may_touch(stage)),
+        : one(one_round(stage.frame.options)), touches(may_touch(stage)),
           share(its_share), target(share * stage.frame.options.tolerance * at_work)
     {}
 
@@ -227,8 +234,8 @@ void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, do
     record.left = std::max(record.left, size / at_work);
 }
 
-// Solves the stage by all of the second derivative, from what start_rounds() left, as a body that
-// touches nothing. False, with nothing but its cost recorded, where something is touched then.
+// Solves the stage by all of the second derivative, from what start_rounds() left. False, with
+// nothing but its cost recorded, where something was touched on the way or is then.
 bool go_untouched(Stage& stage, StepSolver& solver, StepRecord& record)
 {
     const StepOptions& options = stage.frame.options;
@@ -241,7 +248,7 @@ bool go_untouched(Stage& stage, StepSolver& solver, StepRecord& record)
     if (may_touch(stage)) {
         place(stage);
         find_touches(stage);
-        if (!touching(stage).empty() || stage.struck != struck) {
+        if (!stage.contacts.empty() || !touching(stage).empty() || stage.struck != struck) {
             const auto iterations = record.report.iterations;
             record = before;
             record.report.iterations = iterations;

@@ -3,7 +3,9 @@
 // The rounds of Newton's method that solve a stage. A stage is linearised where it starts and
 // solved once (Baraff, Witkin. Large steps in cloth simulation. SIGGRAPH 1998); more rounds if
 // asked. Contact is solved with it by a semismooth Newton iteration over the points that touch: a
-// round for each time that those change.
+// round for each time that those change. Where more than one round is asked for, a stage that
+// touches nothing as it begins goes down by the whole second derivative first (step_descent.hpp),
+// and is solved again as below where it then touches something.
 //
 //   linearise at x0 -> solve A delta = r -> w += delta --.-- violent? -> step_descent
 //        ^                                               |
