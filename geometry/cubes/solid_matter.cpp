@@ -1,7 +1,7 @@
 #include "geometry/cubes/solid_matter.hpp"
 
 #include "geometry/base/no_index.hpp"
-#include "geometry/base/stop.hpp"
+#include "geometry/base/parallel.hpp"
 #include "geometry/cubes/closed_parts.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
@@ -87,12 +87,22 @@ void share_cube(Sharing& sharing, std::uint32_t cube, std::span<const FaceInCube
 TriMesh mesh_of(const Solid& solid, const ClosedPart& part, std::vector<std::uint32_t>& source)
 {
     TriMesh out;
-    out.positions = solid.mesh.positions;
     auto topology = std::make_shared<MeshTopology>();
     source.clear();
     for (const auto t : part.triangles) {
         source.push_back(solid.lattice.source_of(t));
         topology->triangles.push_back(solid.mesh.triangles()[source.back()]);
+    }
+    std::vector<std::uint32_t> used;  // vertices of a few triangles among many
+    for (const Triangle& t : topology->triangles) used.insert(used.end(), t.begin(), t.end());
+    std::sort(used.begin(), used.end());
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    for (const std::uint32_t v : used) out.positions.push_back(solid.mesh.positions[v]);
+    for (Triangle& t : topology->triangles) {
+        for (auto& v : t) {
+            v = static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), v) -
+                                           used.begin());
+        }
     }
     out.topology = std::move(topology);
     return out;
@@ -168,19 +178,21 @@ std::vector<std::uint16_t> matter_at(const Solid& solid, std::span<const Vec3> p
         if (nearest[i]) out[i] = solid.matter.of(nearest[i].triangle);
     }
     // The largest part first: what lies in a smaller one is written over.
-    StopCheck check;
     for (const ClosedPart& part : find_closed_parts(solid.lattice, solid.matter)) {
         std::vector<std::uint32_t> source;
         const TriMesh part_mesh = mesh_of(solid, part, source);
         const TriangleBvh tree(part_mesh);
         const Box box = triangle_bounds(part_mesh);
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            check();
-            const Vec3& p = points[i];
-            if ((p.array() < box.lo.array()).any() || (p.array() > box.hi.array()).any()) continue;
-            if (!tree.inside(p)) continue;
-            out[i] = solid.matter.of(source[part.one_matter ? 0 : tree.closest(p).triangle]);
-        }
+        parallel_for(points.size(), 1024, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const Vec3& p = points[i];
+                if ((p.array() < box.lo.array()).any() || (p.array() > box.hi.array()).any() ||
+                    !tree.inside(p)) {
+                    continue;
+                }
+                out[i] = solid.matter.of(source[part.one_matter ? 0 : tree.closest(p).triangle]);
+            }
+        });
     }
     return out;
 }
