@@ -139,17 +139,18 @@ inline physics::StepOptions with_substeps(physics::StepOptions step)
 
 inline void describe_step(graph::ParamsOf<physics::StepOptions>& p)
 {
-    p.choice("integrator", &physics::StepOptions::integrator,
-             {"implicit_euler", "implicit_midpoint", "sdirk2"},
-             "implicit_euler: the most robust; damps vibration that the steps cannot resolve. "
-             "implicit_midpoint: no damping. sdirk2: accurate; damps only what the steps cannot "
-             "resolve, at twice the cost, and keeps the angular momentum of what spins only as far as "
-             "its steps are short. A step in which the body hits something is one of "
-             "implicit_euler, whatever is chosen.")
+    p.choice(
+         "integrator", &physics::StepOptions::integrator,
+         {"implicit_euler", "implicit_midpoint", "sdirk2"},
+         "implicit_euler: the most robust; damps vibration that the steps cannot resolve. "
+         "implicit_midpoint: no damping. sdirk2: accurate; damps only what the steps cannot "
+         "resolve, at twice the cost, and keeps the angular momentum of what spins only as far as "
+         "its steps are short. A step in which the body hits something is one of "
+         "implicit_euler, whatever is chosen.")
         .param("substeps", &physics::StepOptions::substeps,
                "Steps per frame. More steps resolve fast motion and vibration better. 0: with "
                "method = lattice as many as its material needs to be as stiff as it is and to keep "
-               "its volume, with all others 1.",
+               "its volume, up to 1000 (1 with lattice.stiffness = rate); with other methods 1.",
                {.min = 0, .max = physics::most_substeps})
         .param("tolerance", &physics::StepOptions::tolerance,
                "Tolerance: the share of the acting forces that may be left unbalanced at the end "

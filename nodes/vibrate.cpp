@@ -85,7 +85,8 @@ void add_to(graph::Registry& registry)
     registry.add("Vibrate", 1, run)
         .summary("Vibrates a mesh in its modes, stepped exactly at any frame rate.")
         .input("model", &Inputs::model, "The modes, from Modes.")
-        .inputs("forces", &Inputs::forces, "Gravity, point forces and wind, constant within a frame.")
+        .inputs("forces", &Inputs::forces,
+                "Gravity, point forces and wind, constant within a frame.")
         .list("kicks", &Inputs::kicks, describe_kick, "Impulses that start vibrations.")
         .param("gravity", &Inputs::gravity,
                "Acceleration under which the model sags from the first frame on; zeros if the rest "

@@ -110,9 +110,9 @@ struct ContactSurface {
 
 // `slot` of each corner is what ContactSurface::corners holds; empty: the corner itself. Vertices
 // are embedded as geometry::bind does it. Of those crowded into one place, a quarter of a cube
-// wide, the one farthest out along their mean normal stands for all: corners and edges stay. A sheet
-// of triangles is touched at its own vertices, whatever its surface. A body that `tears` is touched
-// at its other corners too, where they come to lie open.
+// wide, the one farthest out along their mean normal stands for all: corners and edges stay. A
+// sheet of triangles is touched at its own vertices, whatever its surface. A body that `tears` is
+// touched at its other corners too, where they come to lie open.
 ContactSurface make_contact_surface(const BodyModels& models,
                                     const std::vector<std::uint32_t>& slot, bool tears = false);
 

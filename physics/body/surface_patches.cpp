@@ -5,6 +5,7 @@
 #include "geometry/cubes/sheet.hpp"
 #include "geometry/embed/embed.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/wound_out.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -117,6 +118,7 @@ Vec3 area_of(const std::array<Vec3, 3>& v)
 struct Subdivided {
     const std::array<Vec3, 3>& v;
     int cuts;
+    double side;  // 1, or -1 where it is wound inwards
 
     // Of the triangle, that each small one is.
     double share() const { return 1.0 / (cuts * cuts); }
@@ -192,7 +194,7 @@ void share_out(const Cubes& cubes, const CubeFinder& finder, const Subdivided& r
             const int meeting = rows.meeting(i, k);
             if (meeting == 1) continue;  // a vertex
             between.add(rows.at(i, k), static_cast<float>(meeting * share * area.norm() / 3),
-                        (meeting * share / 3 * area).cast<float>());
+                        (rows.side * meeting * share / 3 * area).cast<float>());
         }
     }
     for (int i = 0; i < rows.cuts; ++i) {
@@ -218,20 +220,6 @@ struct VertexFaces {
     std::vector<Vec3f> normal;  // m^2, sum of the areas' normals
 };
 
-// 1, or -1 for a surface that is wound inwards: by the volume below its faces.
-float outward(const geometry::TriMesh& mesh)
-{
-    double volume = 0;
-    std::optional<Vec3> about;
-    for (const auto& t : mesh.triangles()) {
-        const auto v = sound_triangle(mesh, t);
-        if (!v) continue;
-        if (!about) about = (*v)[0];
-        volume += ((*v)[0] - *about).dot(area_of(*v));
-    }
-    return volume < 0 ? -1.0f : 1.0f;
-}
-
 // Points at the vertices, with their areas, and between them.
 void embed_points(const Cubes& cubes, const geometry::TriMesh& mesh, VertexFaces at,
                   const FacePoints& between, std::vector<LoosePatch>& patches)
@@ -242,11 +230,10 @@ void embed_points(const Cubes& cubes, const geometry::TriMesh& mesh, VertexFaces
                             between.positions.end());
     at.area.insert(at.area.end(), between.areas.begin(), between.areas.end());
     at.normal.insert(at.normal.end(), between.normals.begin(), between.normals.end());
-    const float sign = outward(mesh);
     const geometry::Binding binding = geometry::bind(points, cubes);
     for (std::uint32_t i = 0; i < points.positions.size(); ++i) {
         if (!points.positions[i].allFinite()) continue;
-        PatchPoint point{binding.local[i], {}, at.area[i], sign * at.normal[i]};
+        PatchPoint point{binding.local[i], {}, at.area[i], at.normal[i]};
         const auto weight = geometry::weights(binding, i);
         for (std::size_t a = 0; a < 8; ++a) point.weight[a] = static_cast<float>(weight[a]);
         patches[binding.used[binding.cube[i]]].points.push_back(point);
@@ -272,17 +259,20 @@ std::vector<LoosePatch> patches_of_surface(const Cubes& cubes, const geometry::T
     std::vector<LoosePatch> patches(cubes.count());
     VertexFaces faces(mesh.positions.size());
     FacePoints between(cubes, finder);
-    for (const auto& t : mesh.triangles()) {
+    const std::vector<geometry::Triangle> out = geometry::wound_out(mesh).triangles;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        const geometry::Triangle& t = mesh.triangles()[i];
         const auto v = sound_triangle(mesh, t);
         if (!v) continue;
         const double longest = std::max(
             {((*v)[1] - (*v)[0]).norm(), ((*v)[2] - (*v)[1]).norm(), ((*v)[0] - (*v)[2]).norm()});
         const Subdivided rows{
-            *v, static_cast<int>(std::clamp(std::ceil(longest / cubes.size), 1.0, 64.0))};
+            *v, static_cast<int>(std::clamp(std::ceil(longest / cubes.size), 1.0, 64.0)),
+            out[i] == t ? 1.0 : -1.0};
         const Vec3 area = area_of(*v);
-        for (const auto i : t) {
-            faces.area[i] += static_cast<float>(rows.share() * area.norm() / 3);
-            faces.normal[i] += (rows.share() / 3 * area).cast<float>();
+        for (const auto corner : t) {
+            faces.area[corner] += static_cast<float>(rows.share() * area.norm() / 3);
+            faces.normal[corner] += (rows.side * rows.share() / 3 * area).cast<float>();
         }
         share_out(cubes, finder, rows, between, patches);
     }

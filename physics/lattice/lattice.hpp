@@ -80,7 +80,7 @@ State advance(const LatticeBody& body, State state, const Loads& loads, double d
 // How many substeps a frame of `dt` seconds takes at least for the body to be as stiff as its
 // material.
 int least_substeps(const LatticeBody& body, double dt);
-// ... and to keep its volume as its material does; `most_substeps` at most.
+// ... and to keep its volume as its material does; 1,000 at most.
 int enough_substeps(const LatticeBody& body, double dt);
 // With the body's own options and the step's number of substeps; where that is 0, with as many as
 // are enough.

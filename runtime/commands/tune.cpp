@@ -63,7 +63,8 @@ std::optional<Dial> dial_of(const graph::Graph& graph, const graph::Node& node,
             const auto number = number_of(node, value, where, graph.range.first);
             if (!number) return std::nullopt;
             const bool whole = found->kind == graph::ParamKind::integer;
-            return Dial{node.name + "." + path, whole ? std::max(*number, 1.0) : *number, whole};
+            if (whole && *number == 0) return std::nullopt;  // the node chooses a number itself
+            return Dial{node.name + "." + path, *number, whole};
         }
         values = std::get_if<graph::ParamValues>(&value.is);
         if (!values || found->kind != graph::ParamKind::block) return std::nullopt;

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 #include <map>
 #include <memory>
 
@@ -122,9 +123,11 @@ void comes_to_rest(Scene& scene, const Rests& how)
     double deepest_way = 0, deepest_rest = 0, fastest_rest = 0;
     for (int frame = 1; frame <= how.last; ++frame) {
         double& deepest = frame < how.from ? deepest_way : deepest_rest;
-        deepest = std::max(deepest, *scene.at<double>("depth", frame) / how.size);
-        if (frame < how.from) continue;
-        fastest_rest = std::max(fastest_rest, *scene.at<double>("speed", frame));
+        const double depth = *scene.at<double>("depth", frame),
+                     speed = *scene.at<double>("speed", frame);
+        ASSERT_TRUE(std::isfinite(depth) && std::isfinite(speed)) << frame;
+        deepest = std::max(deepest, depth / how.size);
+        if (frame >= how.from) fastest_rest = std::max(fastest_rest, speed);
     }
     EXPECT_LT(deepest_way, how.on_the_way);
     EXPECT_LT(deepest_rest, how.deep);

@@ -145,8 +145,9 @@ TEST(ContactSurface, WideFacesAreTouchedAllOver)
 TEST(ContactSurface, OfCrowdedPointsTheCornersStay)
 {
     // A box of 60 x 60 x 60 faces, wherever its corners lie in the cubes that hold them: each is a
-    // point, also where it looks towards the middle of its cube, and however the faces are wound.
-    const geometry::Cubes cubes = fixtures::box(6, 6, 6, 0.1);
+    // point, also where it looks towards the middle of its cube, and wound inwards beside a larger
+    // piece that is not.
+    const geometry::Cubes cubes = fixtures::box(13, 6, 6, 0.1);
     for (const float shift : {0.0f, 0.035f, 0.08f}) {
         for (const bool inward : {false, true}) {
             auto surface = geometry::box(Vec3(0.42, 0.42, 0.42), geometry::Vec3i::Constant(60));
@@ -155,6 +156,9 @@ TEST(ContactSurface, OfCrowdedPointsTheCornersStay)
                 auto turned = std::make_shared<geometry::MeshTopology>(*surface.topology);
                 for (auto& t : turned->triangles) std::swap(t[1], t[2]);
                 surface.topology = turned;
+                auto larger = geometry::box(Vec3(0.5, 0.5, 0.5), geometry::Vec3i::Ones());
+                for (Vec3f& p : larger.positions) p += Vec3f(0.95f, 0.3f, 0.3f);
+                surface = geometry::merge(std::vector{&surface, &larger});
             }
             const ContactSurface skin = make_contact_surface(cubes, {}, &surface);
             std::array<double, 8> nearest;
