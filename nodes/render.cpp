@@ -195,7 +195,11 @@ static void add_layers(::render::Scene& scene, const Inputs& in)
     const bool by_attribute = in.colour.by == ::render::Paint::By::attribute;
     if (by_attribute && in.colour.attribute == layers_attribute && !scene.legend) {
         // What is pressed most lies inside a contact: the colours of all frames are the same.
-        scene.legend = legend_for(in.colour, {layers_attribute, "1", {0, 1}});
+        ColourParams colour = in.colour;
+        if (colour.range == ColourParams::Range::percentile) {
+            colour.range = ColourParams::Range::fit;  // these ends are no sample
+        }
+        scene.legend = legend_for(colour, {layers_attribute, "1", {0, 1}});
     }
     for (::render::FieldSurface& surface : scene.fields) {
         surface.paint = {in.colour.by, in.colour.constant, in.colour.attribute, {}};

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -42,11 +43,14 @@ inline void describe(graph::ParamsOf<ColourParams>& p)
             "and `matter`, and their own (LocalMatter, Voxelize).")
         .choice("map", &ColourParams::map, {"viridis", "diverging", "grey"},
                 "Colours of the scale: `diverging` is for values of both signs.")
-        .choice("range", &ColourParams::range, {"fit", "fixed", "percentile"},
-                "`fit` holds the values of each frame, widened to round numbers; `fixed` runs from "
-                "`low` to `high`, so that frames can be compared; `percentile` holds the values of "
-                "each frame but the lowest and the highest, so that a few extremes do not take all "
-                "colours: these have the colours of its ends.")
+        .choice(
+            "range", &ColourParams::range, {"fit", "fixed", "percentile"},
+            "`fit` holds the values of each frame, widened to round numbers; `fixed` runs from "
+            "`low` to `high`, so that frames can be compared; `percentile` holds the values of "
+            "each frame but the lowest and the highest, so that a few extremes do not take all "
+            "colours: these have the colours of its ends. Where fewer than these differ at all, "
+            "it holds them all; of `layers` it is as `fit`. With values of both signs, the "
+            "scale of `diverging` reaches equally far to either side of 0.")
         .param("low", &ColourParams::low, "Value at the scale's low end.", {}, {"range", {"fixed"}})
         .param("high", &ColourParams::high, "Value at the scale's high end.", {},
                {"range", {"fixed"}})
@@ -55,22 +59,34 @@ inline void describe(graph::ParamsOf<ColourParams>& p)
                {0, 0.49}, {"range", {"percentile"}});
 }
 
+// "2 to 98 %", both with as many decimals as three digits of the first need.
+inline std::string percentiles_told(double clip)
+{
+    const double percent = 100 * clip;
+    int decimals = 0;
+    for (double scale = 1; decimals < 9; ++decimals, scale *= 10) {
+        if (std::abs(std::round(percent * scale) / scale - percent) <= 1e-3 * percent) break;
+    }
+    return fmt::format("{:.{}f} to {:.{}f} %", percent, decimals, 100 - percent, decimals);
+}
+
 // The scale for `values`, and what its legend says.
 inline ::render::Legend legend_for(const ColourParams& colour, const geometry::Attribute& values)
 {
     ::render::Legend legend{values.name, values.unit, {colour.map, 0, 1}, {}};
+    float &low = legend.scale.low, &high = legend.scale.high;
     if (colour.range == ColourParams::Range::fixed) {
-        legend.scale.low = static_cast<float>(colour.low);
-        legend.scale.high = static_cast<float>(colour.high);
-        return legend;
-    }
-    const bool clips = colour.range == ColourParams::Range::percentile;
-    const auto range = clips ? ::render::percentile_range(values.values, colour.clip)
-                             : ::render::round_range(values.values);
-    legend.scale.low = range[0];
-    legend.scale.high = range[1];
-    if (clips) {
-        legend.note = fmt::format("{:.3g} to {:.3g} %", 100 * colour.clip, 100 - 100 * colour.clip);
+        low = static_cast<float>(colour.low);
+        high = static_cast<float>(colour.high);
+    } else if (colour.range == ColourParams::Range::fit) {
+        const auto range = ::render::round_range(values.values);
+        low = range[0], high = range[1];
+    } else {
+        const auto range = ::render::percentile_range(values.values, colour.clip);
+        low = range.ends[0], high = range.ends[1];
+        const bool even = colour.map == ::render::ColourMap::diverging && low < 0 && high > 0;
+        if (even) high = std::max(-low, high), low = -high;
+        if (range.clips) legend.note = (even ? "at least " : "") + percentiles_told(colour.clip);
     }
     return legend;
 }

@@ -90,20 +90,24 @@ std::array<float, 2> round_range(const std::vector<float>& values)
     return {low < 0 ? float(-reach) : 0.0f, float(reach)};
 }
 
-std::array<float, 2> percentile_range(std::vector<float> values, double clip)
+ClippedRange percentile_range(std::vector<float> values, double clip)
 {
     std::erase_if(values, [](float v) { return !std::isfinite(v); });
-    if (values.empty()) return round_range(values);
+    if (values.empty()) return {round_range(values)};
     const auto at = [&](double share) {
         const auto place = std::ptrdiff_t(std::lround(share * double(values.size() - 1)));
         std::nth_element(values.begin(), values.begin() + place, values.end());
         return double(values[std::size_t(place)]);
     };
-    const double low = at(clip), high = at(1 - clip), span = high - low;
-    if (!(span > 1e-6 * std::max(std::abs(low), std::abs(high)))) return round_range(values);
-    const double spacing = round_up(span / 50);
-    return {float(spacing * std::floor(low / spacing + 1e-6)),
-            float(spacing * std::ceil(high / spacing - 1e-6))};
+    const auto differ = [](double low, double high) {
+        return high - low > 1e-6 * std::max(std::abs(low), std::abs(high));
+    };
+    // Half of what floats hold, so that they hold the length too.
+    const auto held = [](double v) { return float(std::clamp(v, -1.6e38, 1.6e38)); };
+    const double least = at(0), most = at(1), low = at(clip), high = at(1 - clip);
+    if (differ(low, high)) return {{held(low), held(high)}, least < low || most > high};
+    if (differ(least, most)) return {{held(least), held(most)}};
+    return {round_range(values)};
 }
 
 void draw_legend(Image& image, const Legend& legend)

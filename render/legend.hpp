@@ -23,10 +23,15 @@ std::string tick_text(double value, double spacing);
 // Numbers that are not finite are passed over; without any others 0 to 1.
 std::array<float, 2> round_range(const std::vector<float>& values);
 
-// The interval of `values` without a share `clip` (below 0.5) of them at each end, widened outwards
-// by less than a twentieth of its length to a number of few digits. Numbers that are not finite are
-// passed over; an interval without length becomes that of round_range().
-std::array<float, 2> percentile_range(std::vector<float> values, double clip);
+struct ClippedRange {
+    std::array<float, 2> ends;
+    bool clips = false;  // whether values lie beyond them
+};
+
+// The interval of `values` without a share `clip` (below 0.5) of them at each end, not rounded.
+// Where so few values differ that it has no length, it holds them all. Numbers that are not finite
+// are passed over; where all others are alike, it is that of round_range().
+ClippedRange percentile_range(std::vector<float> values, double clip);
 
 // Draws the scale with its numbers at the right edge of the picture.
 void draw_legend(Image& image, const Legend& legend);

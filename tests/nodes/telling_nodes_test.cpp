@@ -2,6 +2,7 @@
 
 #include "geometry/mesh/primitive.hpp"
 #include "nodes/render_burn_in.hpp"
+#include "nodes/render_colour.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/nodes/one_node.hpp"
 #include "tests/nodes/scene.hpp"
@@ -261,6 +262,28 @@ TEST(RenderTells, APercentileKeepsTheColoursForMostValues)
     EXPECT_LT(contrast(), 8);
     render.param("colour.range").is = std::string("percentile");
     EXPECT_GT(contrast(), 60);
+}
+
+TEST(RenderTells, ALegendSaysWhichShareItShows)
+{
+    using nodes::render::percentiles_told;
+    EXPECT_EQ(percentiles_told(0.02), "2 to 98 %");
+    EXPECT_EQ(percentiles_told(0.0123), "1.23 to 98.77 %");
+    EXPECT_EQ(percentiles_told(1e-5), "0.001 to 99.999 %");
+
+    nodes::render::ColourParams colour;
+    colour.range = nodes::render::ColourParams::Range::percentile;
+    geometry::Attribute attribute{"heat", "K", {}};
+    for (int i = -20; i <= 80; ++i) attribute.values.push_back(float(i));
+    EXPECT_EQ(nodes::render::legend_for(colour, attribute).note, "2 to 98 %");
+    EXPECT_EQ(nodes::render::legend_for(colour, attribute).scale.low, -18);
+    EXPECT_EQ(nodes::render::legend_for(colour, attribute).scale.high, 78);
+    colour.map = ::render::ColourMap::diverging;
+    EXPECT_EQ(nodes::render::legend_for(colour, attribute).note, "at least 2 to 98 %");
+    EXPECT_EQ(nodes::render::legend_for(colour, attribute).scale.low, -78);
+    attribute.values.assign(100, 1.0f);
+    attribute.values[7] = 2;
+    EXPECT_EQ(nodes::render::legend_for(colour, attribute).note, "");
 }
 
 TEST(RenderTells, BurnInWritesWhatIsAskedForAboveTheLabel)

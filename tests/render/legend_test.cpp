@@ -60,22 +60,43 @@ TEST(Legend, RangesAreRoundAndHoldAllThatIsFinite)
     EXPECT_TRUE(std::isfinite(render::round_range({3.3e38f})[1]));
 }
 
-// Of 0 to 999 and two wild values, 2 % at each end are 20: what is left runs from 19 to 980. A
-// fiftieth of that, rounded up, is 20.
+// Of 0 to 999 and two wild values, 2 % at each end are 20: what is left runs from 19 to 980.
 TEST(Legend, APercentileLeavesOutTheExtremes)
 {
     std::vector<float> values{-1e9f, 1e12f, no_value, std::numeric_limits<float>::infinity()};
     for (int i = 0; i < 1000; ++i) values.push_back(float(i * 7919 % 1000));
     using Range = std::array<float, 2>;
-    EXPECT_EQ(render::percentile_range(values, 0.02), (Range{0, 980}));
-    EXPECT_EQ(render::percentile_range({5, 6, 7, 8, 9}, 0), (Range{5, 9}));
-    EXPECT_EQ(render::percentile_range({5, 6, 7, 8, 9}, 0.25), (Range{6, 8}));
+    const auto clipped = render::percentile_range(values, 0.02);
+    EXPECT_EQ(clipped.ends, (Range{19, 980}));
+    EXPECT_TRUE(clipped.clips);
+    EXPECT_EQ(render::percentile_range({5, 6, 7, 8, 9}, 0).ends, (Range{5, 9}));
+    EXPECT_FALSE(render::percentile_range({5, 6, 7, 8, 9}, 0).clips);
+    EXPECT_EQ(render::percentile_range({5, 6, 7, 8, 9}, 0.25).ends, (Range{6, 8}));
     // It neither starts at 0 nor is even about it, as a range of all does.
-    EXPECT_EQ(render::percentile_range({-30, -20, 40}, 0), (Range{-30, 40}));
+    EXPECT_EQ(render::percentile_range({-30, -20, 40}, 0).ends, (Range{-30, 40}));
     // Without a length there is nothing to clip.
-    EXPECT_EQ(render::percentile_range({3, 3, 3}, 0.02), render::round_range({3}));
-    EXPECT_EQ(render::percentile_range({no_value}, 0.02), (Range{0, 1}));
-    EXPECT_EQ(render::percentile_range({}, 0.02), (Range{0, 1}));
+    EXPECT_EQ(render::percentile_range({3, 3, 3}, 0.02).ends, render::round_range({3}));
+    EXPECT_EQ(render::percentile_range({no_value}, 0.02).ends, (Range{0, 1}));
+    EXPECT_EQ(render::percentile_range({}, 0.02).ends, (Range{0, 1}));
+    EXPECT_FALSE(render::percentile_range({3, 3, 3}, 0.02).clips);
+}
+
+// Of 1000 values ten differ, fewer than 2 %: all are held.
+TEST(Legend, APercentileHoldsTheFewThatDiffer)
+{
+    std::vector<float> values(1000, 4.0f);
+    for (std::size_t i = 0; i < 10; ++i) values[i] = 5 + float(i);
+    using Range = std::array<float, 2>;
+    const auto held = render::percentile_range(values, 0.02);
+    EXPECT_EQ(held.ends, (Range{4, 14}));
+    EXPECT_FALSE(held.clips);
+}
+
+TEST(Legend, APercentileOfImmenseValuesHasALengthThatFloatsHold)
+{
+    constexpr float most = std::numeric_limits<float>::max();
+    const auto range = render::percentile_range({-most, 0, most}, 0.02);
+    EXPECT_TRUE(std::isfinite(range.ends[1] - range.ends[0]));
 }
 
 // A tile of a sheet of four columns has 390 of 960 columns: letters of 6 pixels are read there.
