@@ -287,6 +287,8 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     if (in.show.ghost > 0 && !setting.links("rest")) {
         return {{"show.ghost", "the ghost is the mesh at rest: link that to `rest`"}};
     }
+    const std::string wrong = wrong_names(in.burn_in.names, setting.links_of("values"));
+    if (!wrong.empty()) return {{"burn_in.names", wrong}};
     for (const char* input : {"mesh", "layers", "cubes", "points", "pins", "forces", "colliders"}) {
         if (setting.links(input)) return {};
     }

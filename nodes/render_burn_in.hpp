@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -70,17 +72,23 @@ inline std::vector<NamedUnit> named_units(std::string_view names)
 
 using Numbers = std::vector<graph::Wire<double>>;
 
+// Why `names` do not suit so many linked numbers; empty: each has a name, or none has.
+inline std::string wrong_names(std::string_view names, std::size_t numbers)
+{
+    const std::size_t named = named_units(names).size();
+    if (named == 0 || named == numbers) return {};
+    return fmt::format("burn_in.names must name each number that is linked to `values`: it has {} "
+                       "{}, for {} {}",
+                       named, named == 1 ? "name" : "names", numbers,
+                       numbers == 1 ? "number" : "numbers");
+}
+
 // One line for each of `values`. Throws std::invalid_argument unless each has a name, or none has.
 inline std::vector<std::string> value_lines(const std::string& names, const Numbers& values)
 {
     auto named = named_units(names);
-    if (!named.empty() && named.size() != values.size()) {
-        throw std::invalid_argument(
-            fmt::format("burn_in.names must name each number that is linked to `values`: it has {} "
-                        "{}, for {} {}",
-                        named.size(), named.size() == 1 ? "name" : "names", values.size(),
-                        values.size() == 1 ? "number" : "numbers"));
-    }
+    const std::string wrong = wrong_names(names, values.size());
+    if (!wrong.empty()) throw std::invalid_argument(wrong);
     std::vector<std::string> lines;
     for (std::size_t i = 0; i < values.size(); ++i) {
         if (named.size() == i) named.push_back({fmt::format("value {}", i + 1), ""});
@@ -96,11 +104,15 @@ inline std::string burn_in_text(const BurnInParams& of, const Numbers& values, i
     std::string line;
     const auto add = [&](const std::string& part) { line += (line.empty() ? "" : "   ") + part; };
     const double slow = of.slow_motion;
+    const bool as_it_is = std::abs(slow - 1) < 0.005;
     if (of.frame) add(fmt::format("frame {}", frame));
-    if (of.seconds)
-        add(slow > 1 ? fmt::format("{:.4f} s", time / slow) : fmt::format("{:.2f} s", time / slow));
-    if (slow > 1) add(fmt::format("slow motion {:.3g}x", slow));
-    if (slow < 1) add(fmt::format("time lapse {:.3g}x", 1 / slow));
+    if (of.seconds) {
+        const int more = static_cast<int>(std::ceil(std::log10(slow) - 1e-9));
+        const int decimals = as_it_is ? 2 : 2 + std::max(0, more);
+        add(fmt::format("{:.{}f} s", time / slow, decimals));
+    }
+    if (!as_it_is && slow > 1) add("slow motion " + ::render::number_text(slow) + "x");
+    if (!as_it_is && slow < 1) add("time lapse " + ::render::number_text(1 / slow) + "x");
     std::vector<std::string> lines{of.scene, line};
     for (std::string& text : value_lines(of.names, values)) lines.push_back(std::move(text));
     lines.push_back(label);

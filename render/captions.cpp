@@ -11,13 +11,6 @@
 namespace render {
 namespace {
 
-std::string three_digits(double value)
-{
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.3g", value);
-    return text.data();
-}
-
 std::vector<std::string> lines_of_label(const std::string& label)
 {
     std::vector<std::string> lines;
@@ -45,15 +38,44 @@ Vec2f beside_tip(const Vec2f& tip, const Vec2f& along, float apart, float width,
     return at;
 }
 
+// Letters no higher than 7 pixels are not read.
+constexpr float least_letter = 7;
+
+// How many letters high so many lines are, with what is free below and above them.
+float letters_high(std::size_t lines)
+{
+    return 1.1f + 1.9f * float(lines);
+}
+
+// Of the first lines as many as stand in the picture, and how many more there are.
+void leave_out_what_has_no_room(std::vector<std::string>& lines, float letter, int height)
+{
+    std::size_t room = 1;
+    while (room < lines.size() && letters_high(room + 1) * letter <= float(height)) ++room;
+    if (room == lines.size()) return;
+    const std::size_t more = lines.size() - (room - 1);
+    lines.resize(room);
+    lines.back() = "... " + std::to_string(more) + " more";
+}
+
 }  // namespace
+
+std::string number_text(double value)
+{
+    const double size = std::abs(value);
+    const bool whole = size >= 99.95 && size < 999999.5;
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), whole ? "%.0f" : "%.3g", value);
+    return text.data();
+}
 
 std::string quantity_text(double value, const std::string& unit)
 {
-    if (unit.empty()) return three_digits(value);
+    if (unit.empty()) return number_text(value);
     const double size = std::abs(value);
     constexpr std::array prefixed{"N", "Pa", "J", "W", "N m"};
     const bool usual = std::find(prefixed.begin(), prefixed.end(), unit) != prefixed.end();
-    if (!usual || !(size > 0) || !std::isfinite(size)) return three_digits(value) + " " + unit;
+    if (!usual || !(size > 0) || !std::isfinite(size)) return number_text(value) + " " + unit;
     struct Prefix {
         double factor;
         const char* text;
@@ -63,7 +85,7 @@ std::string quantity_text(double value, const std::string& unit)
         {{1e9, "G"}, {1e6, "M"}, {1e3, "k"}, {1, ""}, {1e-3, "m"}}};
     for (const Prefix& p : prefixes) {
         if (size >= (p.factor == 1 ? 0.1 : 0.9995) * p.factor || p.factor < 1) {
-            return three_digits(value / p.factor) + " " + p.text + unit;
+            return number_text(value / p.factor) + " " + p.text + unit;
         }
     }
     return {};
@@ -71,13 +93,16 @@ std::string quantity_text(double value, const std::string& unit)
 
 void draw_label(Image& image, const std::string& label)
 {
-    const auto lines = lines_of_label(label);
+    auto lines = lines_of_label(label);
     TextStyle style;
     style.height = letter_height(image.height);
     const float room = float(image.width) - 3.2f * style.height;
     float widest = 0;
     for (const std::string& line : lines) widest = std::max(widest, text_width(line, style.height));
-    if (widest > room && room > 0) style.height = std::max(7.0f, style.height * room / widest);
+    if (widest > room && room > 0) style.height *= room / widest;
+    style.height = std::min(style.height, float(image.height) / letters_high(lines.size()));
+    style.height = std::max(style.height, least_letter);
+    leave_out_what_has_no_room(lines, style.height, image.height);
     float y = float(image.height) - 1.6f * style.height;
     for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
         draw_text(image, *line, {1.6f * style.height, y}, style);

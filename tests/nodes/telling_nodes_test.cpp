@@ -296,7 +296,10 @@ TEST(RenderTells, BurnInWritesWhatIsAskedForAboveTheLabel)
               "bridge\nframe 7   0.25 s\nlabel");
     // Of ten times slow motion a quarter of a second has taken a fortieth.
     EXPECT_EQ(burn_in_text({"", false, true, 10, ""}, {}, 7, 0.25, ""),
-              "0.0250 s   slow motion 10x");
+              "0.025 s   slow motion 10x");
+    EXPECT_EQ(burn_in_text({"", false, true, 4170, ""}, {}, 7, 0.25, ""),
+              "0.000060 s   slow motion 4170x");
+    EXPECT_EQ(burn_in_text({"", false, true, 1.0001, ""}, {}, 7, 0.25, ""), "0.25 s");
     EXPECT_EQ(burn_in_text({"", false, true, 0.5, ""}, {}, 7, 0.25, ""), "0.50 s   time lapse 2x");
     EXPECT_EQ(burn_in_text({"", false, false, 1, "tip (m), force (N),stretch"},
                            {number(0.0208), number(1200), number(1.5)}, 7, 0.25, "label"),
@@ -325,12 +328,19 @@ TEST(RenderTells, NumbersOfMeasureGoIntoThePicture)
                 small("") + R"( },
         "told": { "type": "Render@2", "inputs": { "mesh": "ball.mesh",
                                                   "values": ["volume.value"] }, )" +
-                small(R"("names": "volume")") + R"( },
-        "wrong": { "type": "Render@2", "inputs": { "mesh": "ball.mesh" }, )" +
                 small(R"("names": "volume")") + " }");
     EXPECT_NE(scene.at<::render::Image>("told")->rgba, scene.at<::render::Image>("plain")->rgba);
-    EXPECT_NE(scene.failure_at<::render::Image>("wrong").find("it has 1 name, for 0 numbers"),
-              std::string::npos);
+}
+
+TEST(RenderTells, NamesWithoutNumbersAreRefused)
+{
+    const auto loaded = graph::load_text(R"({ "aspic": 1, "nodes": {
+        "box": { "type": "Primitive@1" },
+        "p": { "type": "Render@2", "inputs": { "mesh": "box.mesh" },
+               "params": { "burn_in": { "names": "volume" } } } } })",
+                                         "scene.json", nodes::registry());
+    ASSERT_EQ(loaded.problems.size(), 1u);
+    EXPECT_NE(loaded.problems[0].message.find("it has 1 name, for 0 numbers"), std::string::npos);
 }
 
 }  // namespace

@@ -42,6 +42,12 @@ TEST(Captions, QuantitiesHaveThreeDigitsAndTheUsualPrefix)
     EXPECT_EQ(render::quantity_text(0.0208, "m"), "0.0208 m");
     EXPECT_EQ(render::quantity_text(9.81, "m/s^2"), "9.81 m/s^2");
     EXPECT_EQ(render::quantity_text(12, ""), "12");
+    EXPECT_EQ(render::quantity_text(1500, "m"), "1500 m");
+    EXPECT_EQ(render::quantity_text(-7850, "kg/m^3"), "-7850 kg/m^3");
+    EXPECT_EQ(render::quantity_text(12345, ""), "12345");
+    EXPECT_EQ(render::quantity_text(0.0123, ""), "0.0123");
+    EXPECT_EQ(render::quantity_text(99.97, ""), "100");
+    EXPECT_EQ(render::quantity_text(2.5e6, ""), "2.5e+06");
     EXPECT_EQ(render::quantity_text(std::numeric_limits<double>::infinity(), "N"), "inf N");
 }
 
@@ -68,6 +74,26 @@ TEST(Captions, ALongLabelIsDrawnSmaller)
     EXPECT_GT(e[1], 350);
     EXPECT_LT(e[1], 395);
     EXPECT_LT(e[3] - e[2], render::letter_height(400));
+}
+
+// Twenty lines of 16 pixels need 16 * (1.1 + 1.9 * 20) = 626 rows. In 540 they are smaller; in 100,
+// where letters of 7 pixels leave room for 6, the last says how many are left out.
+TEST(Captions, ManyLinesAreDrawnSmallerAndThoseWithoutRoomAreCounted)
+{
+    const auto lines = [](int count) {
+        std::string text = "HHH";
+        for (int i = 1; i < count; ++i) text += "\nHHH";
+        return text;
+    };
+    Image high = black_picture(300, 540);
+    render::draw_label(high, lines(20));
+    EXPECT_NEAR(lit_extent(high)[2], 0.5 * 540 / 39.1, 3);
+
+    Image low = black_picture(300, 100), lower = low;
+    render::draw_label(low, lines(10));
+    render::draw_label(lower, lines(11));
+    EXPECT_NEAR(lit_extent(low)[2], 100 - 7 * (1.6 + 1.9 * 5 + 1), 2);
+    EXPECT_NE(low.rgba, lower.rgba);
 }
 
 // A camera at (0, 0, 10) that sees 2 * 10 * tan(45 / 2) = 8.28 m of height at the origin.
