@@ -300,10 +300,11 @@ void add_surface(Gathering& all, const Surface& surface, std::size_t number)
              " vertices are not finite or immensely far away: their faces are not drawn");
     }
     std::span<const Triangle> rest(layout->triangles);
+    // A ghost of opacity 1 too: only what is laid over a body spares it.
+    const bool clear = surface.opacity < 1 || surface.kind == Surface::Kind::ghost;
     for (const SurfaceLayout::Part& part : layout->parts) {
-        add_triangles(all, rest.first(part.count),
-                      part.clear ||
-                          surface.opacity<1, batch_of(all, part, *mesh, surface), offset, bad> 0);
+        const Batch batch = batch_of(all, part, *mesh, surface);
+        add_triangles(all, rest.first(part.count), part.clear || clear, batch, offset, bad > 0);
         rest = rest.subspan(part.count);
     }
 }

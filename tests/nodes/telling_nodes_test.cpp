@@ -173,6 +173,11 @@ TEST(RenderTells, AGhostShowsWhereTheBodyWas)
     EXPECT_EQ(colour_at(around, -0.6, 0), colour_at(alone, -0.6, 0));
     EXPECT_EQ(colour_at(around, -0.9, 0.3), colour_at(alone, -0.9, 0.3));
     EXPECT_NE(colour_at(around, -1.4, 0), colour_at(alone, -1.4, 0));
+    render.param("show.ghost").is = 1.0;  // nor does it hide the body where it hides all else
+    const auto whole = render.run();
+    EXPECT_EQ(colour_at(whole, -0.6, 0), colour_at(alone, -0.6, 0));
+    EXPECT_EQ(colour_at(whole, -0.9, 0.3), colour_at(alone, -0.9, 0.3));
+    EXPECT_NE(colour_at(whole, -1.4, 0), colour_at(alone, -1.4, 0));
     render.param("show.ghost").is = 0.3;
     // What has not moved has none.
     render.inputs["mesh"] = {graph::Value::of(ball_at(-1))};
