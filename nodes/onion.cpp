@@ -6,6 +6,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace nodes::onion {
 
@@ -26,6 +29,18 @@ static bool outside(int frame, const graph::FrameRange& range)
     return frame < range.first || frame > range.last;
 }
 
+constexpr int most_frames = 1000;
+
+// Empty where `every` takes no more of so many frames than can be merged.
+static std::string too_many(int every, int frames)
+{
+    if ((frames - 1) / every < most_frames) return {};
+    return fmt::format("every = {} takes {} of {} frames, and at most {} become one mesh: set "
+                       "`every` to {} or more",
+                       every, (frames - 1) / every + 1, frames, most_frames,
+                       (frames - 1) / most_frames + 1);
+}
+
 // In order, each once. Of a list, those that are cooked, or else the last.
 static std::vector<int> chosen_frames(const Inputs& in, const graph::FrameRange& range)
 {
@@ -34,6 +49,8 @@ static std::vector<int> chosen_frames(const Inputs& in, const graph::FrameRange&
         return ::render::spread_frames(range.first, range.last, in.count);
     }
     if (in.choose == Inputs::Choose::every) {
+        const std::string why = too_many(in.every, range.count());
+        if (!why.empty()) throw std::invalid_argument(why);
         // Back from the last one, which is the one that is not faded.
         for (int f = range.last; f >= range.first; f -= in.every) frames.push_back(f);
     } else {
@@ -46,8 +63,12 @@ static std::vector<int> chosen_frames(const Inputs& in, const graph::FrameRange&
     return frames;
 }
 
-static graph::Faults check(const Inputs& in, const graph::Setting&)
+static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
+    if (in.choose == Inputs::Choose::every) {
+        const std::string why = too_many(in.every, setting.frames);
+        if (!why.empty()) return {{"every", why}};
+    }
     if (in.choose != Inputs::Choose::list) return {};
     try {
         ::render::numbers_in(in.frames);
@@ -60,10 +81,16 @@ static graph::Faults check(const Inputs& in, const graph::Setting&)
 static void warn_of_others(const Inputs& in, const graph::Context& context)
 {
     const graph::FrameRange& range = context.range();
+    const std::vector<int>& held = context.gathered;
     for (const int frame : ::render::numbers_in(in.frames)) {
-        if (!outside(frame, range)) continue;
-        context.warn(fmt::format("frame {} of `frames` is left out: the graph has frames {} to {}",
-                                 frame, range.first, range.last));
+        if (outside(frame, range)) {
+            context.warn(
+                fmt::format("frame {} of `frames` is left out: the graph has frames {} to {}",
+                            frame, range.first, range.last));
+        } else if (std::find(held.begin(), held.end(), frame) == held.end()) {
+            context.warn(fmt::format(
+                "frame {} of `frames` is left out: it is not among those cooked now", frame));
+        }
     }
 }
 
@@ -91,7 +118,8 @@ void add_to(graph::Registry& registry)
                 "takes every n-th, back from the last; `list` takes those of `frames`.")
         .param("count", &Inputs::count, "Number of frames, including the first and the last.",
                {1, 1000}, {"choose", {"spread"}})
-        .param("every", &Inputs::every, "Number of frames from one to the next.", {1, 100000},
+        .param("every", &Inputs::every,
+               "Number of frames from one to the next; at most 1000 are taken.", {1, 100000},
                {"choose", {"every"}})
         .param("frames", &Inputs::frames, "The frames, parted by commas.", {}, {"choose", {"list"}})
         .colour("colour", &Inputs::colour, "Colour towards which earlier frames are faded.")
@@ -101,7 +129,7 @@ void add_to(graph::Registry& registry)
                {0, 1})
         .param("opacity", &Inputs::opacity,
                "Opacity of the earliest frame. Below 1, pictures of quality `standard` take "
-               "about 1.7 times as long.",
+               "up to 1.7 times as long.",
                {0, 1})
         .check(check)
         .reads(graph::Variable::range)

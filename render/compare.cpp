@@ -1,5 +1,6 @@
 #include "render/compare.hpp"
 
+#include "geometry/base/stop.hpp"
 #include "render/legend.hpp"
 #include "render/text.hpp"
 
@@ -112,7 +113,9 @@ Image differences(const Image& a, const Image& b, double gain)
 {
     Image out = empty(a.width, a.height);
     const Legend legend{"difference", "%", {ColourMap::viridis, 0, float(100 / gain)}};
+    const std::size_t row = 4 * std::size_t(a.width);
     for (std::size_t i = 0; i < a.rgba.size(); i += 4) {
+        if (i % row == 0) geometry::stop_if_asked();
         int most = 0;
         for (std::size_t k = i; k < i + 3; ++k) {
             most = std::max(most, std::abs(int(a.rgba[k]) - int(b.rgba[k])));
@@ -140,7 +143,7 @@ Image compare(const Image& a, const Image& b, const Comparison& how)
     }
     // Before they are cut, so that a line that wipes a picture wipes its label.
     const bool wipes = how.mode == CompareMode::wipe;
-    Image left = a, right = b;
+    Image left{a.width, a.height, a.rgba}, right{b.width, b.height, b.rgba};
     draw_heading(left, how.label_a, Side::left);
     draw_heading(right, how.label_b, wipes ? Side::right : Side::left);
     return wipes ? wiped(left, right, how.wipe) : beside(left, right);

@@ -1,5 +1,6 @@
 #include "render/fade.hpp"
 
+#include "geometry/base/stop.hpp"
 #include "geometry/mesh/merge.hpp"
 
 #include <charconv>
@@ -39,6 +40,7 @@ TriMesh onion_skin(std::span<const std::shared_ptr<const TriMesh>> meshes, const
 {
     std::vector<TriMesh> skins;
     for (std::size_t back = 0; back < meshes.size(); ++back) {
+        geometry::stop_if_asked();
         const auto& mesh = *meshes[meshes.size() - 1 - back];
         const double ago = meshes.size() > 1 ? double(back) / double(meshes.size() - 1) : 0;
         skins.push_back(faded(mesh, fade.colour, static_cast<float>(fade.share * ago),

@@ -102,6 +102,40 @@ TEST(OnionNode, HoldsTheChosenFramesTheLatestFirst)
     EXPECT_EQ(onion.warnings[0], "frame 14 of `frames` is left out: the graph has frames 1 to 10");
 }
 
+TEST(OnionNode, SaysWhichListedFramesAreNotCooked)
+{
+    fixtures::NodeRun onion("Onion");
+    onion.param("choose").is = std::string("list");
+    onion.param("frames").is = std::string("2, 5, 8");
+    onion.gathered = {4, 8};  // a cook of the frames 4, 6 and 8
+    const auto box = graph::Value::of(geometry::box({1, 1, 1}, {1, 1, 1}));
+    onion.inputs["mesh"] = {box, box};
+    onion.run();
+    ASSERT_EQ(onion.warnings.size(), 2u);
+    EXPECT_EQ(onion.warnings[1],
+              "frame 5 of `frames` is left out: it is not among those cooked now");
+}
+
+TEST(OnionNode, RefusesToTakeMoreThanAThousandFrames)
+{
+    fixtures::NodeRun onion("Onion");
+    onion.param("choose").is = std::string("every");
+    onion.param("every").is = std::int64_t{2};
+    onion.range.last = 2000;
+    EXPECT_EQ(onion.type.gather_frames(onion.params, onion.range).size(), 1000u);
+    onion.range.last = 2001;
+    EXPECT_THROW(onion.type.gather_frames(onion.params, onion.range), std::invalid_argument);
+
+    const auto loaded = graph::load_text(R"({ "aspic": 1, "frames": { "last": 2001 }, "nodes": {
+        "box": { "type": "Primitive@1" },
+        "o": { "type": "Onion@1", "inputs": { "mesh": "box.mesh" },
+               "params": { "choose": "every", "every": 2 } } } })",
+                                         "scene.json", nodes::registry());
+    ASSERT_EQ(loaded.problems.size(), 1u);
+    EXPECT_NE(loaded.problems[0].message.find("set `every` to 3 or more"), std::string::npos)
+        << loaded.problems[0].message;
+}
+
 TEST(OnionNode, RefusesFramesThatAreNoNumbers)
 {
     const auto loaded = graph::load_text(R"({ "aspic": 1, "frames": { "last": 3 }, "nodes": {

@@ -1,5 +1,6 @@
 #include "render/fade.hpp"
 
+#include "geometry/base/stop.hpp"
 #include "geometry/mesh/primitive.hpp"
 
 #include <gtest/gtest.h>
@@ -19,6 +20,18 @@ TriMesh red_box()
     topology.materials = {red};
     mesh.topology = std::make_shared<const geometry::MeshTopology>(topology);
     return mesh;
+}
+
+TEST(Fade, EndsWhenAsked)
+{
+    const auto box = std::make_shared<const TriMesh>(red_box());
+    const std::vector<std::shared_ptr<const TriMesh>> meshes{box, box};
+    std::stop_source source;
+    const std::stop_token token = source.get_token();
+    const geometry::StopScope scope(&token);
+    EXPECT_EQ(render::onion_skin(meshes, {}).positions.size(), 2 * box->positions.size());
+    source.request_stop();
+    EXPECT_THROW(render::onion_skin(meshes, {}), geometry::Stopped);
 }
 
 // Half way in display values: sRGB 0.5 is 0.2140 as light.
