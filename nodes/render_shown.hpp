@@ -36,7 +36,7 @@ inline void describe(graph::ParamsOf<ShowParams>& p)
                {0, 1})
         .param("ghost", &ShowParams::ghost,
                "Opacity of `rest`, drawn as a pale shell around the deformed meshes; 0 draws none. "
-               "At `standard`, anything clear makes pictures take about 1.7 times as long.",
+               "At `standard`, anything clear makes pictures take up to 1.7 times as long.",
                {0, 1})
         .param("edges", &ShowParams::edges, "Whether the edges of the meshes' faces are drawn.")
         .param("point_size", &ShowParams::point_size,
