@@ -99,8 +99,8 @@ bool one_round(const StepOptions& options)
 // What stays as it is from round to round.
 struct Rounds {
     Rounds(const Stage& stage, double at_work, double its_share)
-        : one(one_round(stage.frame.options)), touches(may_touch(stage)),
-          share(its_share), target(share * stage.frame.options.tolerance * at_work)
+        : one(one_round(stage.frame.options)), touches(may_touch(stage)), share(its_share),
+          target(share * stage.frame.options.tolerance * at_work)
     {}
 
     bool one;       // linear forces alone were asked for
