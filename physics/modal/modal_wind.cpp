@@ -8,14 +8,17 @@
 namespace physics {
 namespace {
 
-std::vector<Vec3> velocities(const ModalModel& model, const ModalState& state, const Vec3& base)
+using geometry::Vec3;
+using geometry::Vec3f;
+
+std::vector<Vec3> velocities(const MovingModes& modes)
 {
-    std::vector<Vec3> v(model.rest->positions.size(), base);
+    std::vector<Vec3> v(modes.rest.positions.size(), modes.base_velocity);
     geometry::parallel_for(v.size(), 1024, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t k = 0; k < model.count(); ++k) {
-            const Vec3f* const phi = model.shape[k].data();
+        for (std::size_t k = 0; k < modes.shape.size(); ++k) {
+            const Vec3f* const phi = modes.shape[k].data();
             for (std::size_t i = begin; i < end; ++i) {
-                v[i] += state.q_dot[k] * phi[i].cast<double>();
+                v[i] += modes.q_dot[k] * phi[i].cast<double>();
             }
         }
     });
@@ -49,20 +52,20 @@ void add_drag(const geometry::TriMesh& mesh, const std::vector<Vec3>& v, const F
 
 }  // namespace
 
-ModalWind wind_on_modes(const ModalModel& model, const ModalState& state, const Vec3& base_velocity,
-                        std::span<const Force> forces)
+ModalWind wind_on_modes(const MovingModes& modes, std::span<const Force> forces)
 {
-    ModalWind out{std::vector<double>(model.count(), 0)};
-    const std::vector<Vec3> v = velocities(model, state, base_velocity);
+    const std::size_t count = modes.shape.size();
+    ModalWind out{std::vector<double>(count, 0)};
+    const std::vector<Vec3> v = velocities(modes);
     Drag drag{std::vector<Vec3>(v.size(), Vec3::Zero()), std::vector<double>(v.size(), 0)};
     for (const Force& force : forces) {
-        if (force.kind == Force::Kind::wind) add_drag(*model.rest, v, force, drag);
+        if (force.kind == Force::Kind::wind) add_drag(modes.rest, v, force, drag);
     }
-    std::vector<double> rate(model.count(), 0);
-    geometry::parallel_for(model.count(), 1, [&](std::size_t begin, std::size_t end) {
+    std::vector<double> rate(count, 0);
+    geometry::parallel_for(count, 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k) {
             for (std::size_t i = 0; i < v.size(); ++i) {
-                const Vec3 phi = model.shape[k][i].cast<double>();
+                const Vec3 phi = modes.shape[k][i].cast<double>();
                 out.load[k] += phi.dot(drag.force[i]);
                 rate[k] += drag.drag[i] * phi.squaredNorm();
             }

@@ -109,7 +109,8 @@ void step_in_wind(const ModalModel& model, const WindyStep& step, const ModalDam
     constexpr double share = 0.25;  // of the motion that a part may lose
     for (double left = dt; left > 0;) {
         geometry::stop_if_asked();
-        ModalWind wind = wind_on_modes(model, state, step.base_velocity, step.forces);
+        ModalWind wind =
+            wind_on_modes({*model.rest, model.shape, state.q_dot, step.base_velocity}, step.forces);
         const double parts = std::max(1.0, std::ceil(left * wind.rate / share));
         if (!(parts <= most)) {
             throw std::invalid_argument(fmt::format(
