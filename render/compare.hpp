@@ -20,8 +20,8 @@ struct Comparison {
 };
 
 // Both sides of a picture keep their pixels, with a gap between them side by side. The scale of
-// differences is the same for all pictures of a gain, and stands beside them. Linear light and
-// depths are not compared: the result has none. Throws std::invalid_argument for pictures of
+// differences is the same for all pictures of a gain, and is drawn over their right. Linear light
+// and depths are not compared: the result has none. Throws std::invalid_argument for pictures of
 // different sizes, or without pixels.
 Image compare(const Image& a, const Image& b, const Comparison& how);
 

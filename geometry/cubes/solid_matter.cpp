@@ -170,13 +170,8 @@ std::vector<Deposit> matter_of_solid(const Solid& solid, const Cubes& cubes,
 
 std::vector<std::uint16_t> matter_at(const Solid& solid, std::span<const Vec3> points)
 {
-    const double far = std::numeric_limits<double>::infinity();
-    std::vector<TriangleBvh::Hit> nearest(points.size());
-    TriangleBvh(solid.mesh).closest(points, far, nearest);
     std::vector<std::uint16_t> out(points.size(), 0);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        if (nearest[i]) out[i] = solid.matter.of(nearest[i].triangle);
-    }
+    std::vector<std::uint8_t> found(points.size(), 0);
     // The largest part first: what lies in a smaller one is written over.
     for (const ClosedPart& part : find_closed_parts(solid.lattice, solid.matter)) {
         std::vector<std::uint32_t> source;
@@ -191,9 +186,18 @@ std::vector<std::uint16_t> matter_at(const Solid& solid, std::span<const Vec3> p
                     continue;
                 }
                 out[i] = solid.matter.of(source[part.one_matter ? 0 : tree.closest(p).triangle]);
+                found[i] = 1;
             }
         });
     }
+    if (std::find(found.begin(), found.end(), 0) == found.end()) return out;
+    const TriangleBvh all(solid.mesh);
+    parallel_for(points.size(), 1024, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            if (found[i] != 0) continue;
+            if (const auto hit = all.closest(points[i])) out[i] = solid.matter.of(hit.triangle);
+        }
+    });
     return out;
 }
 

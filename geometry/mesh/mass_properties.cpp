@@ -49,20 +49,4 @@ MassProperties mass_properties(const TriMesh& mesh)
     return about_centre(volume, first, second, apex);
 }
 
-MassProperties mass_properties(std::span<const Vec3> points, std::span<const double> masses)
-{
-    if (points.empty()) return {};
-    const Vec3& place = points[0];
-    double mass = 0;
-    Vec3 first = Vec3::Zero();
-    Mat3 second = Mat3::Zero();
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const Vec3 r = points[i] - place;
-        mass += masses[i];
-        first += masses[i] * r;
-        second += masses[i] * r * r.transpose();
-    }
-    return about_centre(mass, first, second, place);
-}
-
 }  // namespace geometry

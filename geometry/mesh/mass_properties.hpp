@@ -1,14 +1,12 @@
 #pragma once
 
-// Volume, centre and inertia of what a closed mesh encloses, and of points with mass.
+// Volume, centre and inertia of what a closed mesh encloses.
 
 #include "geometry/mesh/mesh_fwd.hpp"
 
-#include <span>
-
 namespace geometry {
 
-// Of a body of density 1 kg/m^3, or of points: `mass` is then the volume in m^3, or kg.
+// Of a body of density 1 kg/m^3: `mass` is then the volume in m^3.
 struct MassProperties {
     double mass = 0;
     Vec3 centre = Vec3::Zero();   // m
@@ -17,7 +15,5 @@ struct MassProperties {
 
 // Exact, for a closed mesh wound outwards; where it overlaps itself, volume counts as often.
 MassProperties mass_properties(const TriMesh& mesh);
-
-MassProperties mass_properties(std::span<const Vec3> points, std::span<const double> masses);
 
 }  // namespace geometry

@@ -224,49 +224,44 @@ double with_height(const Cubes& cubes, const State& state)
     return brick_motion(cubes, state).energy + height;
 }
 
-TEST(TrueSteps, TheMidpointRuleGainsNoEnergyOnTheGround)
+// A stiff box that begins with a spin and goes on by the midpoint rule, on or above a ground: for
+// ten seconds it has at most `share` more than the energy of its spin and of its fall to the
+// ground.
+void gains_nothing_on(const Collider& ground, const Vec3& spin, double share)
 {
-    // A stiff box that spins about a slant axis falls on its corner, tumbles and slides. Without a
-    // look at the energy of steps that touch, it is thrown up again faster than it came.
     const Cubes cubes = fixtures::box(4, 2, 2, 0.1, {.young = 1e6});
     const BricksBody body = make_bricks(cubes);
     Loads loads;
     loads.forces.push_back({});
-    Collider ground;
-    ground.friction = 0.3;
-    ground.pose.translation() = ground.before.translation() = Vec3(0, -0.3, 0);
     loads.colliders.push_back(ground);
     State state = rest_state(body);
-    add_first_motion(state, cubes, Vec3::Zero(), Vec3(1, 4, 2));
-    const double before = with_height(cubes, state),
-                 drop = 9.81 * geometry::total_mass(cubes) * 0.3;
+    add_first_motion(state, cubes, Vec3::Zero(), spin);
+    const double before = with_height(cubes, state);
+    const double fall =
+        9.81 * geometry::total_mass(cubes) * std::abs(ground.pose.translation().y());
+    const double most = before + share * (brick_motion(cubes, state).energy + fall);
     for (int i = 0; i < 240; ++i) {
         state =
             advance(body, state, loads, 1.0 / 24, {.integrator = Integrator::implicit_midpoint});
-        ASSERT_LT(with_height(cubes, state), before + 0.1 * drop) << i;
+        ASSERT_LT(with_height(cubes, state), most) << i;
     }
+}
+
+TEST(TrueSteps, TheMidpointRuleGainsNoEnergyOnTheGround)
+{
+    // It falls on its corner, tumbles and slides.
+    Collider ground;
+    ground.friction = 0.3;
+    ground.pose.translation() = ground.before.translation() = Vec3(0, -0.3, 0);
+    gains_nothing_on(ground, Vec3(1, 4, 2), 0.05);
 }
 
 TEST(TrueSteps, TheMidpointRuleGainsNoEnergyOnIce)
 {
-    // The box of above spins flat on the ground, which takes nothing off it. 75 times as much as is
-    // lost of the energy here would be gained in 40 frames if a step might gain a tenth of all
-    // motion.
-    const Cubes cubes = fixtures::box(4, 2, 2, 0.1, {.young = 1e6});
-    const BricksBody body = make_bricks(cubes);
-    Loads loads;
-    loads.forces.push_back({});
+    // It spins flat. With one linearisation a step, 3.7 J become 18 in a second.
     Collider ice;
     ice.friction = 0;
-    loads.colliders.push_back(ice);
-    State state = rest_state(body);
-    add_first_motion(state, cubes, Vec3::Zero(), Vec3(0, 300 * std::numbers::pi / 180, 0));
-    const double spin = brick_motion(cubes, state).energy, before = with_height(cubes, state);
-    for (int i = 0; i < 240; ++i) {
-        state =
-            advance(body, state, loads, 1.0 / 24, {.integrator = Integrator::implicit_midpoint});
-        ASSERT_LT(with_height(cubes, state), before + 0.05 * spin) << i;
-    }
+    gains_nothing_on(ice, Vec3(0, 300 * std::numbers::pi / 180, 0), 0.05);
 }
 
 TEST(TrueSteps, ABrickTumblesForThousandsOfStepsWithoutATrend)
