@@ -35,14 +35,19 @@ NodeCosts node_costs(const graph::Graph& graph, Keys& keys,
                      const Stored& stored, const SecondsOf& before, SecondsOf& usual)
 {
     NodeCosts costs{std::vector<double>(graph.nodes.size(), 0), false};
-    bool own = false;                        // something of this graph is known
+    bool own = false;                        // something that tells of this graph's simulations
     std::vector<std::uint32_t> in_the_dark;  // simulations
+    std::vector<char> simulated(graph.nodes.size(), 0);  // they and what depends on them
     for (const std::uint32_t n : keys.reached()) {
         const graph::Node& node = graph.nodes[n];
         const std::string type = fmt::format("{}@{}", node.type->name, node.type->version);
         std::optional<double> seconds = stored_seconds(n, keys, frames, stored);
         bool known = seconds.has_value();
-        own = own || (known && keys.varies(n));
+        simulated[n] = !node.type->previous.empty();
+        for (const auto& port : node.inputs) {
+            for (const graph::Link& link : port) simulated[n] |= simulated[link.node];
+        }
+        own = own || (known && simulated[n]);
         if (seconds) usual[type] = *seconds;
         if (const auto found = before.find(node.name); !seconds && found != before.end()) {
             seconds = found->second;

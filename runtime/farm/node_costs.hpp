@@ -36,9 +36,10 @@ using SecondsOf = std::map<std::string, double, std::less<>>;
 
 // Looks at some of `frames`. Where the cache knows nothing of a node, `before` does (by name, from
 // an earlier cook), then `usual` (by type), which takes up what is found. Nodes of which nothing is
-// known count as free if others of the graph are known: they are too quick to be stored. Where no
-// more than types are known, a simulation of another type counts as 1 s. An earlier cook that found
-// one of `targets` in the cache tells nothing of what that takes.
+// known count as free: they are too quick to be stored. But a simulation counts as 1 s where
+// neither an earlier cook nor a stored result of a simulation, or of what depends on one, tells
+// that this graph was cooked: a clock or a mesh may be another graph's too. An earlier cook that
+// found one of `targets` in the cache tells nothing of what that takes.
 NodeCosts node_costs(const graph::Graph& graph, Keys& keys,
                      const std::vector<std::uint32_t>& targets, const std::vector<int>& frames,
                      const Stored& stored, const SecondsOf& before, SecondsOf& usual);

@@ -186,6 +186,34 @@ TEST_F(Farm, AShotThatWasNeverCookedIsMeasuredByTheTypesOfOthers)
     EXPECT_LT(p["tasks"][1]["seconds"], 1);
 }
 
+TEST_F(Farm, WhatAnotherShotStoredTellsNothingOfASimulation)
+{
+    // Both shots take the same slow numbers; one of them simulates with these.
+    const std::string nodes = R"({ "aspic": 1, "frames": { "first": 1, "last": 12 },
+      "nodes": {
+        "clock": { "type": "Clock@1" },
+        "slow": { "type": "Slow@1", "inputs": { "value": "clock.value" },
+                  "params": { "seconds": 0.003 } },
+        "write": { "type": "WriteNumber@1", "inputs": { "value": ")";
+    const std::string other =
+        folder_.write("other/standing.json", nodes + R"(slow.first" } } } })").string();
+    const std::string never = folder_
+                                  .write("never.json", nodes + R"(sim.value" } },
+        "sim": { "type": "Accumulate@1", "inputs": { "value": "slow.first" } } } })")
+                                  .string();
+    const std::string out = (folder_.path / "out").string();
+    const std::string cache = (folder_.path / "cache").string();
+    ASSERT_EQ(run({"cook", other, "--out", out + "/standing", "--cache", cache}).exit, exit_ok);
+    const Said said = run({"farm", never, "--out", out, "--cache", cache, "--task-seconds", "0.001",
+                           "--plan", "--json"});
+    ASSERT_EQ(said.exit, exit_ok) << said.err;
+    const Json p = Json::parse(said.out);
+    double seconds = 0;
+    for (const Json& task : p["tasks"])
+        seconds += task["stage"] == "chain" ? double(task["seconds"]) : 0;
+    EXPECT_GE(seconds, 12) << "1 s a frame of the simulation: " << p["tasks"];
+}
+
 TEST_F(Farm, EachSettingIsACookOfItsOwn)
 {
     const Json p = plan({"--vary", "sum.bias=1,2,3", "--task-seconds", "4"});
