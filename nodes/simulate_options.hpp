@@ -42,6 +42,14 @@ inline void describe_bricks(graph::ParamsOf<physics::BrickOptions>& p)
              "incompatible: right in bending even one cube thick. trilinear: too stiff in bending; "
              "for comparison. one_point: finite differences with hourglass control and lumped "
              "mass; a quarter faster, but a plate one cube thick bends 26 % too far, of two 7 %.")
+        .choice(
+            "law", &physics::BrickOptions::law, {"corotated", "neo_hookean"},
+            "corotated: stress is proportional to the strain that turns with each cube; right "
+            "for strains below about a tenth. neo_hookean: rubber and flesh at large strains, "
+            "which keep their volume better and stiffen as they are squashed (stable "
+            "Neo-Hookean); each cube's mean deformation follows it, its bending stays "
+            "corotated. A step takes 2 to 4 times as long; set newton_iterations to 10 where it "
+            "stretches far within few frames.")
         .choice("weighting", &physics::BrickOptions::weighting, {"filled", "full"},
                 "filled: a partly filled cube has that share of the stiffness. full: all of it.")
         .block<physics::PlasticOptions>(

@@ -80,7 +80,7 @@ BrickElasticity::BrickElasticity(const BricksBody& body)
       rotation_(body.layout.blocks() * 9 * block_lanes),
       rotation_low_(body.layout.blocks() * 9 * block_lanes), weighted_(body.stiffness.size()),
       weighted_low_(body.stiffness.size()), excess_(body.excess.size()),
-      excess_low_(body.excess.size())
+      excess_low_(body.excess.size()), law_(body)
 {}
 
 double BrickElasticity::largest_rate(const double* w) const
@@ -131,6 +131,7 @@ double BrickElasticity::evaluate(const double* x, double* f, Measures measures)
         Corotation own = at;
         own.h = body_.block_edge[piece.first_block];
         energy[p] = corotate(bricks, own, piece.first_block, piece.last_block, x);
+        if (law_.on()) energy[p] += law_.evaluate(own, piece.first_block, piece.last_block, x);
     });
     if (f) add_copies(layout, f);
     double total = 0;
@@ -141,6 +142,7 @@ double BrickElasticity::evaluate(const double* x, double* f, Measures measures)
 bool BrickElasticity::use_hessian(bool on)
 {
     hessian_ = on;
+    if (on) law_.keep_whole();
     if (on && strained_.empty()) {
         const std::size_t lanes = body_.layout.blocks() * block_lanes;
         strained_.assign(lanes * strained_rows, 0);
@@ -231,6 +233,10 @@ void BrickElasticity::multiply_any(const BrickCoefficients<T>& bricks,
         } else {
             add_stiffness_times(bricks, piece.first_block, piece.last_block, p, y);
         }
+        if (law_.on() && stiffness_weight_ > 0) {
+            law_.add_times(part(), static_cast<T>(stiffness_weight_), piece.first_block,
+                           piece.last_block, p, y);
+        }
     });
     add_copies(layout, y);
 }
@@ -289,6 +295,7 @@ void BrickElasticity::add_diagonal(double* d) const
         }
         for (std::size_t i = 0; i < 3; ++i) d[4 * k + i] += value;
     }
+    if (law_.on()) law_.add_diagonal(part(), stiffness_weight_, d);
 }
 
 CubeMatrices BrickElasticity::matrices_at_rest(double stiffness, double damping,

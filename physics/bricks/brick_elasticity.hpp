@@ -7,6 +7,7 @@
 #include "physics/bricks/bricks_body.hpp"
 #include "physics/bricks/elasticity.hpp"
 #include "physics/bricks/factor_cache.hpp"
+#include "physics/bricks/mean_law.hpp"
 #include "physics/bricks/rotation_knots.hpp"
 
 namespace physics {
@@ -75,6 +76,10 @@ private:
                                           const std::vector<double>& mass,
                                           const HeldCorners& held) const;
     double flow_lane(std::size_t i, const double* x, double dt, Flow how);
+    MeanLaw::Part part() const
+    {
+        return uses_hessian() ? MeanLaw::Part::whole : MeanLaw::Part::positive;
+    }
     // `held` must outlive them.
     CubeMatrices matrices_at_rest(double stiffness, double damping, const HeldCorners& held) const;
     std::vector<double> by_corner(const std::vector<double>& by_slot) const;
@@ -100,6 +105,7 @@ private:
     Aligned<double> excess_;     // B x 16, as coupled
     Aligned<float> excess_low_;  // the same in single precision
     bool hessian_ = false;
+    MeanLaw law_;
     Aligned<double> plastic_;           // B x plastic_rows x 16, m; empty: nothing has flowed
     Aligned<float> plastic_low_;        // the same in single precision
     Aligned<double> strained_, share_;  // as BrickCurvature has them; empty until used

@@ -74,6 +74,7 @@ bool BrickElasticity::cube_matrices(std::vector<BrickMatrix>& out) const
                 }
             }
         });
+    if (law_.on()) law_.add_matrices(part(), stiffness_weight_, out);
     return true;
 }
 

@@ -11,6 +11,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace physics {
 
@@ -34,6 +35,21 @@ double largest_of_bricks(const geometry::Cubes& cubes, BrickElement element)
         most = std::max(most, eigen.eigenvalues()[23] / k(0, 0));
     }
     return most;
+}
+
+void check_law(const geometry::Cubes& cubes, const BrickOptions& options)
+{
+    if (options.law == BrickLaw::corotated) return;
+    if (options.plastic.yield > 0) {
+        throw std::invalid_argument(
+            "bricks: law = neo_hookean is elastic, and plastic.yield is above 0. Set plastic.yield "
+            "to 0, or law to corotated");
+    }
+    if (!cubes.own.empty()) {
+        throw std::invalid_argument(
+            "bricks: law = neo_hookean needs cubes of one material each, and some of these have a "
+            "stiffness matrix of their own. Set Voxelize stiffness to filled, or law to corotated");
+    }
 }
 
 // What the mass matrix of bricks lacks of the lumped one; that of one-point bricks is lumped.
@@ -132,7 +148,9 @@ BricksBody make_bricks(const BodyModels& models, const BrickOptions& options)
     const geometry::Cubes& cubes = models.all();
     geometry::need_thickness(cubes, "method bricks");
     check_plastic(options.plastic);
+    check_law(cubes, options);
     BricksBody body;
+    body.law = options.law;
     body.plastic = options.plastic;
     body.layout = lay_out_bricks(cubes, 1024, where_sizes_change(models));
     body.base = make_corner_body(models, body.layout.slot);

@@ -22,8 +22,13 @@ class FactorCache;
 class MultigridCache;
 class DissectionCache;
 
+// How a cube answers to its mean deformation: linearly in the strain that turns with it, or as
+// rubber does (mean_law.hpp).
+enum class BrickLaw { corotated, neo_hookean };
+
 struct BrickOptions {
     BrickElement element = BrickElement::incompatible;
+    BrickLaw law = BrickLaw::corotated;
     Weighting weighting = Weighting::filled;
     PartContactOptions contact = {.on = false};
     PlasticOptions plastic = {};
@@ -34,6 +39,7 @@ struct BricksBody {
     CornerBody base;
     BrickLayout layout;
     BrickElement element = BrickElement::incompatible;
+    BrickLaw law = BrickLaw::corotated;
     PlasticOptions plastic;
     std::size_t cubes = 0;           // C
     std::vector<double> block_edge;  // B, m, edge of the cubes of each block

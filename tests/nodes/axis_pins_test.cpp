@@ -1,5 +1,6 @@
 // Pins that hold some axes only: rollers, planes of symmetry, guides; against closed forms.
 
+#include "physics/bricks/neo_hookean.hpp"
 #include "tests/nodes/one_node.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 
@@ -49,15 +50,17 @@ double force_along(const Value& state, const Value& pins, const Vector& directio
 // A bar of 2 x 1 x 1 m, E = 1 MPa, nu = 0.3, stretched by 5 % between its ends. Forces are measured
 // where a frame has gone by in that shape.
 struct Stretched {
-    explicit Stretched(const std::string& end_axes)
+    explicit Stretched(const std::string& end_axes, double by = 0.1,
+                       const std::string& law = "corotated")
         : cubes(Value::of(fixtures::box(4, 2, 2, 0.5, {.young = 1e6, .poisson = 0.3})))
     {
         NodeRun pull = pin_at(cubes, "x", "high", end_axes);
-        pull.param("translate").is = Vector{0.1, 0, 0};
+        pull.param("translate").is = Vector{by, 0, 0};
         pulled = pull.run();
         sides = {pin_at(cubes, "y", "low", "y").run(), pin_at(cubes, "z", "low", "z").run()};
         NodeRun simulate = simulation(
             cubes, {pin_at(cubes, "x", "low", end_axes).run(), pulled, sides[0], sides[1]});
+        simulate.param("bricks.law").is = law;
         simulate.param("initial_shape").is = std::string("equilibrium");
         const Value start = simulate.run();
         simulate.previous = {start};
@@ -82,6 +85,28 @@ TEST(AxisPins, ABarBetweenRollersContractsFreelySideways)
     // Planes of symmetry take nothing along them, and here nothing across either.
     for (const Value& side : bar.sides) {
         EXPECT_NEAR(force_along(bar.state, side, {1, 1, 1}), 0, 5e4 * 1e-6);
+    }
+}
+
+TEST(AxisPins, ABarOfRubberPulledToTwiceItsLengthHasTheClosedFormsForceAndWidth)
+{
+    const Stretched bar("x", 2.0, "neo_hookean");
+    const physics::NeoHookean law(physics::lame(1e6, 0.3));
+    const auto stress = [&](double across) -> geometry::Mat3 {
+        return law.stress(Vec3(2, across, across).asDiagonal());
+    };
+    double low = 0.3, high = 1;  // no stress across
+    for (int i = 0; i < 100; ++i) {
+        const double across = 0.5 * (low + high);
+        (stress(across)(1, 1) > 0 ? high : low) = across;
+    }
+    const double force = stress(low)(0, 0);
+    EXPECT_NEAR(force_along(bar.state, bar.pulled, {1, 0, 0}), force, force * 1e-6);
+    const auto cubes = bar.cubes.as<geometry::Cubes>();
+    const auto state = bar.state.as<physics::State>();
+    for (std::uint32_t k = 0; k < cubes->corner_count(); ++k) {
+        const Vec3 goal = cubes->corner_position(k).cwiseProduct(Vec3(2, low, low));
+        EXPECT_LT((state->x[k] - goal).norm(), 1e-7) << k;
     }
 }
 
