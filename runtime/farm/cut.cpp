@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 #include <unordered_map>
+#include <utility>
 
 namespace runtime {
 
@@ -14,6 +15,7 @@ struct Joining {
     Cut cut;
     double task_seconds;
     std::unordered_map<Key, int, KeyHash> graphs;            // that have a still node, by its key
+    std::unordered_map<Key, int, KeyHash> chains;            // that have a step, by what it made
     std::unordered_map<Key, std::uint32_t, KeyHash> making;  // what is made once: its task
 };
 
@@ -115,6 +117,151 @@ void add_last(Joining& joining, std::uint32_t shot, const ShotPieces& pieces,
     add_task(joining, std::move(last));
 }
 
+// Of a chain that is shared: what is worth a task of its own.
+double worth_a_span(const Joining& joining)
+{
+    return joining.task_seconds / 3;
+}
+
+// The tasks that a piece is made by, and the last frame that each of them makes.
+using Spans = std::vector<std::pair<int, std::uint32_t>>;
+
+// Where the chain's task that begins at a step ends: where another chain ends or goes its own way,
+// if both sides are worth a task.
+std::size_t end_of_span(const Joining& joining, const Piece& piece, std::size_t begin)
+{
+    const auto& steps = piece.steps;
+    double left = 0, sum = 0;
+    for (std::size_t i = begin; i < steps.size(); ++i) left += steps[i].seconds;
+    for (std::size_t i = begin; i + 1 < steps.size(); ++i) {
+        sum += steps[i].seconds;
+        const bool parts = joining.chains.at(steps[i].made) > joining.chains.at(steps[i + 1].made);
+        const double worth = worth_a_span(joining);
+        if (parts && sum >= worth && left - sum >= worth) return i + 1;
+    }
+    return steps.size();
+}
+
+// As far as the tasks of other shots make this chain, or it is in the cache: how many steps. A task
+// that goes on for long after them is not worth waiting for what is made quickly.
+std::size_t made_by_others(const Joining& joining, const Piece& piece, Spans& spans)
+{
+    std::size_t at = 0, before = 0;  // `before`: where the last span began
+    double shared = 0;               // s, of the last span
+    for (; at < piece.steps.size(); ++at) {
+        const auto found = joining.making.find(piece.steps[at].made);
+        if (found == joining.making.end()) {
+            if (piece.steps[at].missing) break;
+            continue;
+        }
+        if (spans.empty() || spans.back().second != found->second) {
+            spans.push_back({0, found->second});
+            before = at, shared = 0;
+        }
+        spans.back().first = piece.frames[at];
+        shared += piece.steps[at].seconds;
+    }
+    if (spans.empty()) return at;
+    const bool ends_there =
+        joining.cut.tasks[spans.back().second].frames.back() == spans.back().first;
+    if (ends_there || shared >= worth_a_span(joining)) return at;
+    spans.pop_back();
+    return before;
+}
+
+// The tasks of a chain. `after`: what its first one waits for.
+Spans add_chain_tasks(Joining& joining, std::uint32_t shot, const Piece& piece,
+                      const std::vector<std::uint32_t>& after)
+{
+    Spans spans;
+    std::size_t begin = made_by_others(joining, piece, spans);
+    bool first = true;
+    while (begin < piece.steps.size()) {
+        const std::size_t end = end_of_span(joining, piece, begin);
+        const auto at = [&](std::size_t i) {
+            return piece.frames.begin() + static_cast<std::ptrdiff_t>(i);
+        };
+        FarmTask task;
+        task.name = fmt::format("{}.chain-{}", joining.cut.shots[shot].name, piece.nodes.front());
+        if (!spans.empty()) task.name += fmt::format("-from-{}", piece.frames[begin]);
+        task.stage = Stage::chain;
+        task.shot = shot;
+        task.nodes = piece.nodes;
+        task.frames.assign(at(begin), at(end));
+        for (std::size_t i = begin; i < end; ++i) task.seconds += piece.steps[i].seconds;
+        if (!spans.empty()) task.after.push_back(spans.back().second);
+        if (std::exchange(first, false)) {
+            task.after.insert(task.after.end(), after.begin(), after.end());
+        }
+        std::sort(task.after.begin(), task.after.end());
+        spans.push_back({task.frames.back(), add_task(joining, std::move(task))});
+        for (; begin < end; ++begin) {
+            joining.making.emplace(piece.steps[begin].made, spans.back().second);
+        }
+    }
+    return spans;
+}
+
+bool worth_sharing(const Joining& joining, const Piece& piece)
+{
+    double shared = 0;
+    for (const ChainStep& step : piece.steps) {
+        if (joining.chains.at(step.made) > 1) shared += step.seconds;
+    }
+    return shared > 0 && shared >= worth_a_span(joining);
+}
+
+// The one of the tasks that makes the frame; the last one, if none does.
+std::uint32_t making(const Spans& spans, int frame)
+{
+    for (const auto& [last, task] : spans) {
+        if (frame <= last) return task;
+    }
+    return spans.back().second;
+}
+
+// A task of the stage `frames`, or the one of another shot that makes the same.
+std::uint32_t add_frames_task(Joining& joining, FarmTask task, const Key& same)
+{
+    if (!same) return add_task(joining, std::move(task));
+    const auto [found, is_new] = joining.making.try_emplace(same, 0);
+    if (is_new) found->second = add_task(joining, std::move(task));
+    return found->second;
+}
+
+// A task for each piece, or several. Returns them all.
+std::vector<std::uint32_t> add_pieces(Joining& joining, std::uint32_t shot,
+                                      const std::vector<Piece>& all,
+                                      const std::optional<std::uint32_t>& shared)
+{
+    std::vector<std::uint32_t> mine;
+    std::vector<Spans> made_by;  // each piece
+    std::size_t count = 0;
+    for (const Piece& piece : all) {
+        std::vector<std::uint32_t> after;
+        for (const std::uint32_t p : piece.after) {
+            after.push_back(making(made_by[p], piece.frames.back()));
+        }
+        if (after.empty() && shared) after.push_back(*shared);
+        if (piece.stage == Stage::chain) {
+            made_by.push_back(add_chain_tasks(joining, shot, piece, after));
+        } else {
+            FarmTask task;
+            task.name = fmt::format("{}.frames-{}", joining.cut.shots[shot].name, ++count);
+            task.stage = piece.stage;
+            task.shot = shot;
+            task.nodes = piece.nodes;
+            task.frames = piece.frames;
+            task.after = std::move(after);
+            task.seconds = piece.seconds;
+            made_by.push_back(
+                {{piece.frames.back(), add_frames_task(joining, std::move(task), piece.same)}});
+        }
+        for (const auto& span : made_by.back()) mine.push_back(span.second);
+    }
+    return mine;
+}
+
 void add_shot(Joining& joining, const ShotPieces& pieces)
 {
     const auto shot = static_cast<std::uint32_t>(joining.cut.shots.size());
@@ -130,35 +277,18 @@ void add_shot(Joining& joining, const ShotPieces& pieces)
     std::optional<std::uint32_t> shared;
     if (needed) shared = add_shared(joining, shot, pieces, !whole && beginning > 1);
 
-    std::vector<std::uint32_t> mine;
-    if (shared) mine.push_back(*shared);
-    if (whole) return add_last(joining, shot, pieces, mine, work + (shared ? 0 : still));
-    std::vector<std::uint32_t> place;  // tasks of the pieces
-    std::size_t count = 0;
+    std::vector<Piece>
+        own;  // that are tasks; a shot of little work cooks the others in its last one
     for (const Piece& piece : all) {
-        const bool chain = piece.stage == Stage::chain;
-        if (chain) {
-            if (const auto found = joining.making.find(piece.same); found != joining.making.end()) {
-                place.push_back(found->second);
-                mine.push_back(found->second);
-                continue;
-            }
-        }
-        FarmTask task;
-        task.name = chain ? fmt::format("{}.chain-{}", pieces.shot.name, piece.nodes.front())
-                          : fmt::format("{}.frames-{}", pieces.shot.name, ++count);
-        task.stage = piece.stage;
-        task.shot = shot;
-        task.nodes = piece.nodes;
-        task.frames = piece.frames;
-        task.seconds = piece.seconds;
-        for (const std::uint32_t p : piece.after) task.after.push_back(place[p]);
-        if (task.after.empty() && shared) task.after.push_back(*shared);
-        place.push_back(add_task(joining, std::move(task)));
-        mine.push_back(place.back());
-        if (chain) joining.making.emplace(piece.same, place.back());
+        if (!whole || worth_sharing(joining, piece)) own.push_back(piece);
     }
-    add_last(joining, shot, pieces, mine, pieces.cut.last_seconds);
+    double last_seconds = whole ? work + (shared ? 0 : still) : pieces.cut.last_seconds;
+    if (whole) {
+        for (const Piece& piece : own) last_seconds -= piece.seconds;
+    }
+    std::vector<std::uint32_t> mine = add_pieces(joining, shot, own, shared);
+    if (shared) mine.push_back(*shared);
+    add_last(joining, shot, pieces, mine, last_seconds);
 }
 
 }  // namespace
@@ -180,9 +310,12 @@ const char* name_of(Stage stage)
 
 Cut join(const std::vector<ShotPieces>& shots, double task_seconds)
 {
-    Joining joining{{}, task_seconds, {}, {}};
+    Joining joining{{}, task_seconds, {}, {}, {}};
     for (const ShotPieces& pieces : shots) {
         for (const Still& still : pieces.cut.still) ++joining.graphs[still.key];
+        for (const Piece& piece : pieces.cut.pieces) {
+            for (const ChainStep& step : piece.steps) ++joining.chains[step.made];
+        }
     }
     for (const ShotPieces& pieces : shots) add_shot(joining, pieces);
     return std::move(joining.cut);

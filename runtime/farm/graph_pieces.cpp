@@ -194,14 +194,22 @@ std::optional<std::uint32_t> add_chain(Work& work, const Nodes& members, const N
     piece.nodes = names_of(work, members);
     piece.frames = work.frames;
     piece.after = before;
-    KeyBuilder same;
-    for (const std::uint32_t n : members) same.add(work.keys.at(n, work.frames.back()));
-    piece.same = same.add(work.frames.size()).key();
+    ChainStep step;
     bool missing = false;
-    for (int f = work.graph.range.first; f <= work.frames.back(); ++f) {
-        const Left left = left_at(work, members, f, true);
-        missing = missing || left.missing;
-        piece.seconds += work.costs.measured ? left.seconds : left.missing ? 1 : 0;
+    int f = work.graph.range.first;
+    for (const int asked : work.frames) {
+        KeyBuilder made;
+        made.add(step.made).add(asked);
+        for (const std::uint32_t n : members) made.add(work.keys.at(n, asked));
+        step = {made.key(), 0, false};
+        for (; f <= asked; ++f) {
+            const Left left = left_at(work, members, f, true);
+            step.missing = step.missing || left.missing;
+            step.seconds += work.costs.measured ? left.seconds : left.missing ? 1 : 0;
+        }
+        missing = missing || step.missing;
+        piece.seconds += step.seconds;
+        piece.steps.push_back(step);
     }
     // Quicker than a task is sent: each of those who need it makes it for itself.
     if (!missing || (work.costs.measured && piece.seconds < work.task_seconds / 30)) return {};
@@ -229,6 +237,13 @@ Nodes add_feeders(Work& work, const Nodes& members, GraphPieces& out)
     if (!work.costs.measured || sum < 2 * work.task_seconds) return {};
     const auto first = static_cast<std::uint32_t>(out.pieces.size());
     add_frame_pieces(work, feeders, frames, {}, out);
+    for (std::size_t p = first; p < out.pieces.size(); ++p) {
+        KeyBuilder same;
+        for (const int f : out.pieces[p].frames) {
+            for (const std::uint32_t n : feeders) same.add(work.keys.at(n, f));
+        }
+        out.pieces[p].same = same.key();
+    }
     Nodes pieces(out.pieces.size() - first);
     std::iota(pieces.begin(), pieces.end(), first);
     return pieces;

@@ -23,6 +23,13 @@ struct Asked {
     double task_seconds;  // a task of the stage `frames` is worth that much
 };
 
+// A frame of a chain.
+struct ChainStep {
+    Key made;              // chains with one `made` are the same up to this frame
+    double seconds = 0;    // what is left, frames since the last one that is asked for included
+    bool missing = false;  // something is
+};
+
 // A task of one graph, before it is known what graphs share.
 struct Piece {
     Stage stage = Stage::frames;
@@ -30,7 +37,8 @@ struct Piece {
     std::vector<int> frames;
     std::vector<std::uint32_t> after;  // pieces before it
     double seconds = 0;
-    Key same = {};  // pieces of one `same` make the same; zero: it is not known of another's
+    std::vector<ChainStep> steps;  // of a chain: by place in `frames`
+    Key same = {};  // other pieces of one `same` make the same; zero: that is not known
 };
 
 // A node that is the same at all frames.

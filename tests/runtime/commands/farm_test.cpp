@@ -262,6 +262,23 @@ TEST_F(Farm, EachResultIsMadeOnce)
     EXPECT_EQ(toys::take_runs("WriteNumber"), 0);
 }
 
+TEST_F(Farm, ALongerShotGoesOnFromWhatAShorterOneStored)
+{
+    std::string text = counting;
+    text.replace(text.find("\"last\": 12"), 10, "\"last\": 30");
+    const std::string longer = folder_.write("longer.json", text).string();
+    toys::take_runs("Accumulate");
+    const Said said = local({longer, "--task-seconds", "4"});
+    EXPECT_EQ(said.exit, exit_ok) << said.err;
+    EXPECT_TRUE(has(said.err, "longer.chain-sim-from-13 (frames 13-30)")) << said.err;
+    EXPECT_EQ(toys::take_runs("Accumulate"), 30) << "the first 12 frames once";
+    EXPECT_EQ(files("out/falling"), cooked());
+    ASSERT_EQ(run({"cook", longer, "--out", (folder_.path / "plain_longer").string()}).exit,
+              exit_ok);
+    EXPECT_EQ(files("out/longer"), files("plain_longer"));
+    EXPECT_EQ(files("out/longer").size(), 30u);
+}
+
 TEST_F(Farm, ATaskThatDiesStopsWhatDependsOnItAndNothingElse)
 {
     const Said said = local({"--task-seconds", "4"}, "frames-2");

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 using namespace runtime;
 
 namespace {
@@ -263,6 +265,122 @@ TEST(Cut, WhatShotsShareIsCookedOnceBeforeThem)
     for (std::uint32_t t = 0; t < cut.tasks.size(); ++t) {
         for (const std::uint32_t before : cut.tasks[t].after) EXPECT_LT(before, t);
     }
+}
+
+// A simulation of 1 s a frame and 1 s a frame of what is made from it, of so many frames.
+ShotPieces of_length(Cutting& c, int last, const std::string& name)
+{
+    toys::Wiring w(last);
+    const auto clock = w.add("Clock");
+    const auto sim = w.add("Accumulate", {{"value", {clock}}});
+    const auto slow = w.add("Slow", {{"value", {sim}}});
+    c.costs.seconds = {0, 1, 1};
+    return c.pieces(w.graph, {slow}, frames_to(last), name);
+}
+
+TEST(Cut, ALongerShotGoesOnFromTheLastFrameOfAShorterOne)
+{
+    // In any order of the shots, the frames 1-20, 21-30 and 31-40 are a task each.
+    for (const std::vector<int>& lengths : {std::vector<int>{20, 40, 30}, {40, 30, 20}}) {
+        Cutting c;
+        std::vector<ShotPieces> shots;
+        for (const int last : lengths) shots.push_back(of_length(c, last, std::to_string(last)));
+        const Cut cut = join(shots, c.task_seconds);
+        auto chains = of(cut, Stage::chain);
+        EXPECT_EQ(all_frames(chains), frames_to(40)) << "each frame once";
+        ASSERT_EQ(chains.size(), 3u);
+        std::sort(chains.begin(), chains.end(), [](const FarmTask* a, const FarmTask* b) {
+            return a->frames.front() < b->frames.front();
+        });
+        EXPECT_TRUE(chains[0]->after.empty());
+        std::set<std::string> names;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const int first[] = {1, 21, 31};
+            EXPECT_EQ(chains[i]->frames.front(), first[i]);
+            EXPECT_DOUBLE_EQ(chains[i]->seconds, i == 0 ? 20 : 10);
+            names.insert(chains[i]->name);
+            if (i == 0) continue;
+            ASSERT_EQ(chains[i]->after.size(), 1u);
+            EXPECT_EQ(&cut.tasks[chains[i]->after[0]], chains[i - 1]);
+        }
+        EXPECT_EQ(names.size(), 3u);
+        // What is made from them waits for no later ones.
+        for (const FarmTask* t : of(cut, Stage::frames)) {
+            ASSERT_EQ(t->after.size(), 1u);
+            const auto& waited_for = cut.tasks[t->after[0]].frames;
+            EXPECT_LE(t->frames.back(), waited_for.back());
+            EXPECT_GT(t->frames.back(), waited_for.front());
+        }
+    }
+}
+
+TEST(Cut, AFewMoreFramesAreNoTaskThatOthersWaitFor)
+{
+    Cutting c;
+    const Cut cut = join({of_length(c, 42, "long"), of_length(c, 40, "short")}, c.task_seconds);
+    const auto chains = of(cut, Stage::chain);
+    ASSERT_EQ(chains.size(), 1u) << "2 s of 42 are not cut off";
+    EXPECT_EQ(chains[0]->frames, frames_to(42));
+}
+
+TEST(Cut, WhatIsQuicklyMadeIsNotWaitedForUntilALongSimulationEnds)
+{
+    Cutting c;
+    // 3 s of the simulation are the same: less than a task is worth.
+    std::vector<ShotPieces> shots;
+    shots.push_back(of_length(c, 60, "long"));
+    shots.push_back(of_length(c, 3, "short"));
+    shots.push_back(of_length(c, 60, "other"));
+    for (std::size_t i = 3; i < 60; ++i) {
+        shots[2].cut.pieces[0].steps[i].made = {i, 7};  // it goes its own way after that
+    }
+    const Cut cut = join(shots, c.task_seconds);
+    const auto chains = of(cut, Stage::chain);
+    ASSERT_EQ(chains.size(), 2u) << "none for the short shot, which is one task";
+    EXPECT_EQ(chains[1]->frames, frames_to(60)) << "the first three too";
+    EXPECT_TRUE(chains[1]->after.empty());
+}
+
+TEST(Cut, ShotsOfLittleWorkThatShareASimulationDoNotSimulateEachForItself)
+{
+    Cutting c;
+    std::vector<ShotPieces> shots;
+    for (int i = 0; i < 3; ++i) {
+        toys::Wiring w(20);
+        const auto clock = w.add("Clock");
+        const auto sim = w.add("Accumulate", {{"value", {clock}}});
+        const auto sum = w.add("Sum", {{"values", {sim}}}, {{"bias", {double(i)}}});
+        c.costs.seconds = {0, 0.3, 0.1};
+        shots.push_back(c.pieces(w.graph, {sum}, frames_to(20), "shot" + std::to_string(i)));
+    }
+    const Cut cut = join(shots, c.task_seconds);
+    ASSERT_EQ(cut.tasks.size(), 4u) << "the simulation, 6 s, and a task of 2 s a shot";
+    EXPECT_EQ(cut.tasks[0].stage, Stage::chain);
+    EXPECT_NEAR(cut.tasks[0].seconds, 6, 1e-9);
+    for (std::size_t t = 1; t < 4; ++t) {
+        EXPECT_EQ(cut.tasks[t].stage, Stage::last);
+        EXPECT_EQ(cut.tasks[t].after, Indices{0});
+        EXPECT_NEAR(cut.tasks[t].seconds, 2, 1e-9);
+    }
+}
+
+TEST(Cut, WhatFeedsTheSimulationsOfSeveralShotsIsCookedOnce)
+{
+    Cutting c;
+    std::vector<ShotPieces> shots;
+    for (int i = 0; i < 2; ++i) {
+        toys::Wiring w(20);
+        const auto clock = w.add("Clock");
+        const auto dear = w.add("Slow", {{"value", {clock}}});
+        const auto sim = w.add("Accumulate", {{"value", {dear}}}, {{"start", {double(i)}}});
+        c.costs.seconds = {0, 5, 1};
+        shots.push_back(c.pieces(w.graph, {sim}, frames_to(20), "shot" + std::to_string(i)));
+    }
+    const Cut cut = join(shots, c.task_seconds);
+    EXPECT_EQ(all_frames(of(cut, Stage::frames)), frames_to(20)) << "each frame once";
+    const auto chains = of(cut, Stage::chain);
+    ASSERT_EQ(chains.size(), 2u);
+    EXPECT_EQ(chains[0]->after, chains[1]->after);
 }
 
 TEST(Cut, NothingIsCutFromNothing)
