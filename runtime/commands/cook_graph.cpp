@@ -12,7 +12,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <fcntl.h>
@@ -21,7 +20,6 @@
 #include <optional>
 #include <ostream>
 #include <sys/file.h>
-#include <sys/resource.h>
 #include <tuple>
 #include <unistd.h>
 
@@ -139,23 +137,6 @@ void begin_manifest(const CookRequest& request, const Console& console,
     m.sets = request.sets, m.variables = request.variables, m.only = request.nodes;
     m.root = request.root.empty() ? "" : fs::absolute(request.root).lexically_normal().string();
     m.allow_outside = request.allow_outside;
-}
-
-// What this process took, up to now.
-Manifest::Ran ran(const Cooked& cooked)
-{
-    std::array<char, 256> name{};
-    ::gethostname(name.data(), name.size() - 1);
-    rusage mine = {}, started = {};
-    ::getrusage(RUSAGE_SELF, &mine);
-    ::getrusage(RUSAGE_CHILDREN, &started);
-    const auto kilobytes = static_cast<std::uint64_t>(mine.ru_maxrss + started.ru_maxrss);
-    const auto seconds = [](const timeval& t) {
-        return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-    };
-    const double busy = seconds(mine.ru_utime) + seconds(mine.ru_stime) +
-                        seconds(started.ru_utime) + seconds(started.ru_stime);
-    return {name.data(), cooked.seconds, 1024 * kilobytes, busy / std::max(cooked.seconds, 1e-3)};
 }
 
 // Beside the files that it tells of, or where a part's is asked for. Its loss is no reason to fail
@@ -317,7 +298,7 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     manifest.complete = !cooked.cancelled && cooked.failures == 0;
     if (!nodes.empty()) {
         add_seconds(graph, cooked, manifest);
-        if (part) manifest.ran = ran(cooked);
+        manifest.ran = ran_here(cooked.seconds);
         write_manifest(part ? fs::path(request.part) : options.output_folder / manifest_name,
                        manifest, console);
     }

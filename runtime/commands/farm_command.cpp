@@ -31,6 +31,7 @@ int run_farm(const CookRequest& request, const FarmRequest& farm, const graph::R
     }
     FarmJob job = new_job(*cut, request, console);
     job.sbatch = farm.sbatch;
+    job.vary = farm.vary;
     if (farm.engine == "slurm") check_for_slurm(job);
     if (farm.engine == "openjd") check_for_openjd(job);
     begin_job(job);

@@ -192,6 +192,8 @@ const char* colour_of(Stage stage)
         return "#f3c98b";
     case Stage::frames:
         return "#a9cbea";
+    case Stage::sweep:
+        return "#e8b4c0";
     case Stage::last:
         break;
     }
@@ -204,7 +206,7 @@ constexpr const char* grey = "class=\"grey\"";
 std::string what(const FarmTask& task)
 {
     const std::size_t count = task.frames.size();
-    if (task.stage == Stage::shared) return "shared";
+    if (task.stage == Stage::shared || task.stage == Stage::sweep) return name_of(task.stage);
     const std::string frames = shortened(frames_text(task.frames), 24);
     std::string text = fmt::format("{} {}", count == 1 ? "frame" : "frames", frames);
     if (count > 1) text += fmt::format(" ({})", count);
@@ -351,7 +353,7 @@ std::string title(const Cut& cut)
                             shortened(names, 150)),
                 fmt::format("fill=\"{}\"", red));
     double x = 16;
-    for (const Stage stage : {Stage::shared, Stage::chain, Stage::frames, Stage::last}) {
+    for (const Stage stage : all_stages) {
         out += rectangle(
             x, head_height - 28, 12, 12,
             fmt::format(R"(fill="{}" stroke="#555555" stroke-width="0.7")", colour_of(stage)));

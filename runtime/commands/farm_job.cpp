@@ -74,6 +74,7 @@ std::map<std::string, Measured> measured_in(const fs::path& folder)
             // What ended at once spent its time on its start: that tells nothing of its work.
             const Measured m{ran->memory, ran->seconds < least_measured ? 0 : ran->cores};
             add(kind_of(cut, task), m);
+            if (task.stage == Stage::sweep) continue;
             // The whole cook holds at most what its parts held.
             add(cut.shots[task.shot].name + '.' + name_of(Stage::last), {m.memory, 0});
         }
@@ -92,6 +93,12 @@ std::string to_text(const std::map<std::string, Measured>& measured)
     return json.dump(1) + "\n";
 }
 
+// Where the folders of all settings are.
+fs::path sweep_folder(const FarmJob& job, const FarmTask& task)
+{
+    return job.cut.shots[task.shot].folder.parent_path();
+}
+
 struct Verifying {
     const FarmJob& job;
     Console& console;
@@ -104,25 +111,51 @@ struct Verifying {
     }
 };
 
+std::string machine_of(const Manifest& manifest)
+{
+    return manifest.ran ? manifest.ran->machine : "an unknown machine";
+}
+
+// "task shot.frames-2 (frames 5-8) on n0", by path: of files that a task other than the last one
+// made.
+std::map<std::string, std::string> makers_of(const Verifying& verifying, std::uint32_t s)
+{
+    std::map<std::string, std::string> makers;
+    for (const FarmTask& task : verifying.job.cut.tasks) {
+        if (task.shot != s || task.stage >= Stage::last) continue;
+        const Manifest part = read_manifest(verifying.job.part(task));
+        for (const auto& [path, digest] : files_of(part)) {
+            makers[path] = fmt::format("task {} (frames {}) on {}", task.name,
+                                       frames_text(task.frames), machine_of(part));
+        }
+    }
+    return makers;
+}
+
 void verify_shot(Verifying& verifying, std::uint32_t s)
 {
     const Shot& shot = verifying.job.cut.shots[s];
     const Manifest whole = read_manifest(shot.folder / manifest_name);
     if (!whole.complete) verifying.tell(shot.name + ": the last cook is not complete");
     FileDigests digests;
+    const auto makers = makers_of(verifying, s);
     for (const Manifest::Output& o : whole.outputs) {
         if (o.file.path.empty()) continue;
         ++verifying.files;
         const Key now = digests.of(shot.folder / o.file.path);
         if (to_hex(now) == o.file.digest) continue;
-        verifying.tell(fmt::format("{}, '{}', frame {}: {} {}", shot.name, o.node, o.frame,
-                                   o.file.path, now ? "is not what was cooked" : "is missing"));
+        const auto found = makers.find(o.file.path);
+        const std::string maker =
+            found != makers.end() ? found->second : "the last task on " + machine_of(whole);
+        verifying.tell(fmt::format("{}, '{}', frame {}: {} is {} cooked by {}", shot.name, o.node,
+                                   o.frame, (shot.folder / o.file.path).string(),
+                                   now ? "not what was" : "missing that was", maker));
     }
     const auto files = files_of(whole);
     for (const FarmTask& task : verifying.job.cut.tasks) {
-        if (task.shot != s || task.stage == Stage::last) continue;
+        if (task.shot != s || task.stage >= Stage::last) continue;
         const Manifest part = read_manifest(verifying.job.part(task));
-        const std::string machine = part.ran ? part.ran->machine : "an unknown machine";
+        const std::string machine = machine_of(part);
         if (part.program != whole.program) {
             verifying.tell(
                 fmt::format("task {} ran another build of the program on {}", task.name, machine));
@@ -133,6 +166,20 @@ void verify_shot(Verifying& verifying, std::uint32_t s)
             verifying.tell(fmt::format("task {} made another {} on {} than the last cook found",
                                        task.name, path, machine));
         }
+    }
+}
+
+// The table and the sheet of all settings.
+void verify_sweep(Verifying& verifying, const FarmTask& task)
+{
+    const Manifest part = read_manifest(verifying.job.part(task));
+    FileDigests digests;
+    for (const Manifest::Output& o : part.outputs) {
+        ++verifying.files;
+        const Key now = digests.of(sweep_folder(verifying.job, task) / o.file.path);
+        if (to_hex(now) == o.file.digest) continue;
+        verifying.tell(fmt::format("task {}: {} {}", task.name, o.file.path,
+                                   now ? "is not what was written" : "is missing"));
     }
 }
 
@@ -184,6 +231,7 @@ FarmJob new_job(Cut cut, const CookRequest& request, const Console& console)
             console.program,
             request,
             {},
+            {},
             {}};
 }
 
@@ -203,20 +251,23 @@ void begin_job(FarmJob& job)
 Words words_of(const FarmJob& job, const FarmTask& task)
 {
     const Shot& shot = job.cut.shots[task.shot];
-    const bool last = task.stage == Stage::last;
-    Words words{job.program.string(), "cook", shot.file};
+    const bool last = task.stage == Stage::last, sweep = task.stage == Stage::sweep;
+    Words words{job.program.string(), sweep ? "sweep" : "cook", shot.file};
+    if (sweep) add_each(words, "--vary", job.vary);
     add_each(words, "--node", last ? job.request.nodes : task.nodes);
-    if (!last || !job.request.frames.empty()) {
+    if (!(last || sweep) || !job.request.frames.empty()) {
         words.insert(words.end(), {"--frames", frames_text(task.frames)});
     }
-    add_each(words, "--set", shot.sets);
+    add_each(words, "--set", sweep ? job.request.sets : shot.sets);
     add_each(words, "--var", job.request.variables);
     if (!job.request.root.empty()) {
         words.insert(words.end(), {"--root", fs::absolute(job.request.root).string()});
     }
     if (job.request.allow_outside) words.emplace_back("--allow-outside");
-    words.emplace_back("--keep-going");  // a frame that fails stops none that can be cooked
-    words.insert(words.end(), {"--out", shot.folder.string(), "--cache", job.cache.string(),
+    // A frame that fails stops none that can be cooked.
+    if (!sweep) words.emplace_back("--keep-going");
+    const fs::path folder = sweep ? sweep_folder(job, task) : shot.folder;
+    words.insert(words.end(), {"--out", folder.string(), "--cache", job.cache.string(),
                                "--cache-size", std::to_string(job.request.cache_budget)});
     if (job.request.threads > 0) {
         words.insert(words.end(), {"--threads", std::to_string(job.request.threads)});
@@ -254,12 +305,21 @@ Words said_into(const fs::path& file, Words words)
 bool verify_job(const FarmJob& job, Console& console)
 {
     Verifying verifying{job, console};
-    for (std::uint32_t s = 0; s < job.cut.shots.size(); ++s) {
+    const auto attempt = [&](const auto& verify) {
         try {
-            verify_shot(verifying, s);
+            verify();
         } catch (const std::invalid_argument& e) {
             verifying.tell(e.what());
         }
+    };
+    for (std::uint32_t s = 0; s < job.cut.shots.size(); ++s) {
+        attempt([&] { verify_shot(verifying, s); });
+    }
+    for (const FarmTask& task : job.cut.tasks) {
+        if (task.stage == Stage::sweep) attempt([&] { verify_sweep(verifying, task); });
+    }
+    if (verifying.wrong > 0) {
+        console.err << "not what was cooked: the same farm command cooks what is wrong again\n";
     }
     if (verifying.wrong == 0 && !job.request.quiet) {
         console.out << fmt::format("verified: {} files of {} cook{} are what their manifests say\n",

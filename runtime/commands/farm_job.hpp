@@ -31,6 +31,7 @@ struct FarmJob {
     std::filesystem::path program;
     CookRequest request;
     std::vector<std::string> sbatch;           // options for Slurm
+    std::vector<std::string> vary;             // as --vary takes them
     std::map<std::string, Measured> measured;  // by shot and stage: "bridge.frames"
 
     Measured measured_of(const FarmTask& task) const;

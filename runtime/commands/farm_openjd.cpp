@@ -105,7 +105,7 @@ Json arguments(const FarmJob& job, const ArrayJob& array)
             args.push_back(given(words[i]));
         }
     }
-    args.push_back("--openjd");
+    if (words.at(1) == "cook") args.push_back("--openjd");
     return args;
 }
 

@@ -4,7 +4,7 @@
 
 #include "runtime/cache/quantities.hpp"
 #include "runtime/commands/manifest.hpp"
-#include "runtime/commands/vary.hpp"
+#include "runtime/commands/sweep.hpp"
 #include "runtime/cook/evaluator.hpp"
 #include "runtime/farm/schedule.hpp"
 
@@ -53,6 +53,7 @@ struct Planning {
     SecondsOf usual;
     std::vector<ShotPieces> shots;
     std::vector<Dark> dark;
+    bool to_sweep = true;  // each document makes numbers or pictures
 };
 
 ShotPieces pieces_of(Planning& planning, const graph::Graph& graph, const CookRequest& request,
@@ -91,6 +92,7 @@ bool add_shots(Planning& planning, const std::string& file, const std::vector<Se
         }
         auto graph = load(file, request, planning.registry, planning.console);
         if (!graph) return false;
+        planning.to_sweep = planning.to_sweep && makes_numbers_or_pictures(*graph);
         Shot shot;
         shot.name = fs::path(file).stem().string();
         shot.file = fs::absolute(file).lexically_normal().string();
@@ -133,6 +135,32 @@ void require_other_names(const std::vector<ShotPieces>& shots)
     }
 }
 
+// After all settings of each document, what `aspic sweep` makes of them.
+void add_sweeps(Cut& cut, std::size_t settings)
+{
+    std::vector<std::uint32_t> lasts;  // the task of each shot
+    for (std::uint32_t t = 0; t < cut.tasks.size(); ++t) {
+        if (cut.tasks[t].stage == Stage::last) lasts.push_back(t);
+    }
+    for (std::size_t first = 0; first < lasts.size(); first += settings) {
+        FarmTask sweep;
+        sweep.name = fs::path(cut.shots[first].file).stem().string() + ".sweep";
+        sweep.stage = Stage::sweep;
+        sweep.shot = static_cast<std::uint32_t>(first);
+        sweep.frames = {cut.tasks[lasts[first]].frames.back()};
+        sweep.after.assign(lasts.begin() + static_cast<std::ptrdiff_t>(first),
+                           lasts.begin() + static_cast<std::ptrdiff_t>(first + settings));
+        cut.tasks.push_back(std::move(sweep));
+    }
+}
+
+std::string nodes_text(const FarmTask& task)
+{
+    if (task.stage == Stage::sweep) return "table and sheet of all settings";
+    if (task.nodes.empty()) return "the whole cook";
+    return fmt::format("{}", fmt::join(task.nodes, ", "));
+}
+
 // Tasks of one shot, one stage and the same nodes are one line.
 struct PlanLine {
     const FarmTask* first = nullptr;
@@ -169,10 +197,7 @@ std::string shot_text(const Cut& cut, std::uint32_t s)
     for (const PlanLine& line : lines_of(cut, s)) {
         text += fmt::format("  {:<7} {:>6} {:>9} {:>9}  {:<14} {}\n", name_of(line.first->stage),
                             line.tasks, format_seconds(line.longest), format_seconds(line.seconds),
-                            shortened(frames_text(line.frames), 14),
-                            line.first->nodes.empty()
-                                ? "the whole cook"
-                                : fmt::format("{}", fmt::join(line.first->nodes, ", ")));
+                            shortened(frames_text(line.frames), 14), nodes_text(*line.first));
     }
     return text;
 }
@@ -196,7 +221,7 @@ std::optional<Cut> plan_farm(const CookRequest& request, const FarmRequest& farm
     caches.disk = open_cache(request, console);
     caches.side_files.remember_in(caches.disk.get());
     Planning planning{request, farm, registry, console, caches, Stored(caches.disk.get()),
-                      {},      {},   {}};
+                      {},      {},   {},       true};
     std::vector<Vary> varied;
     for (const std::string& text : farm.vary) varied.push_back(parse_vary(text));
     const std::vector<Settings> settings = combinations(varied);
@@ -207,7 +232,11 @@ std::optional<Cut> plan_farm(const CookRequest& request, const FarmRequest& farm
     if (!good) return std::nullopt;
     require_other_names(planning.shots);
     look_again(planning);
-    return join(planning.shots, farm.task_seconds);
+    Cut cut = join(planning.shots, farm.task_seconds);
+    if (settings.size() > 1 && request.nodes.empty() && planning.to_sweep) {
+        add_sweeps(cut, settings.size());
+    }
+    return cut;
 }
 
 std::string plan_text(const Cut& cut)
@@ -295,7 +324,7 @@ Cut cut_from(const std::string& text)
         FarmTask task;
         task.name = t.at("name").get<std::string>();
         const auto stage = t.at("stage").get<std::string>();
-        for (const Stage s : {Stage::shared, Stage::chain, Stage::frames, Stage::last}) {
+        for (const Stage s : all_stages) {
             if (stage == name_of(s)) task.stage = s;
         }
         task.shot = shots[t.at("shot").get<std::string>()];

@@ -131,7 +131,8 @@ std::string sbatch_script(const FarmJob& job, const ArrayJob& array)
     text += "#SBATCH --requeue\n#SBATCH --open-mode=append\n#SBATCH --output=" +
             (job.folder / "slurm.log").string() + "\n";
     text += fmt::format("# {}: {}, {} task{}, {} of work.\n", job.cut.shots[first.shot].name,
-                        first.nodes.empty()
+                        first.stage == Stage::sweep ? "table and sheet of all settings"
+                        : first.nodes.empty()
                             ? "the whole cook"
                             : fmt::format("of {} what is missing", fmt::join(first.nodes, ", ")),
                         array.tasks.size(), many ? "s" : "", format_seconds([&] {

@@ -5,8 +5,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <array>
 #include <fstream>
 #include <set>
+#include <sys/resource.h>
+#include <unistd.h>
 
 namespace runtime {
 
@@ -233,6 +237,22 @@ std::vector<std::string> changes(const Manifest::Node& was, const Manifest::Node
         }
     }
     return lines;
+}
+
+Manifest::Ran ran_here(double took)
+{
+    std::array<char, 256> name{};
+    ::gethostname(name.data(), name.size() - 1);
+    rusage mine = {}, started = {};
+    ::getrusage(RUSAGE_SELF, &mine);
+    ::getrusage(RUSAGE_CHILDREN, &started);
+    const auto kilobytes = static_cast<std::uint64_t>(mine.ru_maxrss + started.ru_maxrss);
+    const auto seconds = [](const timeval& t) {
+        return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    const double busy = seconds(mine.ru_utime) + seconds(mine.ru_stime) +
+                        seconds(started.ru_utime) + seconds(started.ru_stime);
+    return {name.data(), took, 1024 * kilobytes, busy / std::max(took, 1e-3)};
 }
 
 }  // namespace runtime

@@ -34,7 +34,7 @@ struct Manifest {
         File file;  // path is empty for a value
     };
 
-    // What the cook took, of a part of one.
+    // What the cook took.
     struct Ran {
         std::string machine;
         double seconds = 0;
@@ -62,6 +62,9 @@ void describe_graph(const graph::Graph& graph, Keys& keys, const std::vector<int
 std::string to_text(const Manifest& manifest);
 // Throws std::invalid_argument saying what is wrong with the file.
 Manifest read_manifest(const std::filesystem::path& path);
+
+// What this process took up to now, of a cook of so many seconds.
+Manifest::Ran ran_here(double seconds);
 
 // "1-48,60" of ascending frames.
 std::string frames_text(const std::vector<int>& frames);

@@ -166,6 +166,11 @@ bool cook_combination(const graph::Graph& graph, const Looked& looked, Options o
 
 }  // namespace
 
+bool makes_numbers_or_pictures(const graph::Graph& graph)
+{
+    return !first_picture(graph).empty() || !all_numbers(graph).empty();
+}
+
 Swept sweep(const std::filesystem::path& file, const graph::Registry& registry,
             const SweepOptions& options, Caches& caches,
             const std::function<void(const SweepRow&)>& told)

@@ -47,6 +47,9 @@ Swept sweep(const std::filesystem::path& file, const graph::Registry& registry,
             const SweepOptions& options, Caches& caches,
             const std::function<void(const SweepRow&)>& told = {});
 
+// Whether a sweep of the graph has something to show.
+bool makes_numbers_or_pictures(const graph::Graph& graph);
+
 // A line a row, a column a varied parameter and a measure; the header first.
 std::string to_csv(const Swept& swept);
 

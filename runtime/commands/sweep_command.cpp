@@ -1,8 +1,10 @@
 #include "runtime/commands/sweep_command.hpp"
 
 #include "runtime/cache/quantities.hpp"
+#include "runtime/commands/manifest.hpp"
 #include "runtime/commands/sweep.hpp"
 #include "runtime/commands/text_file.hpp"
+#include "runtime/cook/task.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -46,11 +48,47 @@ int columns_of(const SweepRequest& wanted, const std::vector<Vary>& varied, std:
     return static_cast<int>(std::clamp(std::ceil(std::sqrt(static_cast<double>(rows))), 1.0, 6.0));
 }
 
+// Returns whether there was a picture.
+bool write_sheet(const Swept& swept, const std::function<std::string(const SweepRow&)>& name_of,
+                 int columns, const fs::path& path, Console& console)
+{
+    std::vector<std::pair<graph::Value, std::string>> pictures;
+    for (const SweepRow& row : swept.rows) {
+        const std::string numbers = numbers_text(swept.measures, row);
+        pictures.emplace_back(row.picture, name_of(row) + (numbers.empty() ? "" : "   " + numbers));
+    }
+    const bool any = console.write_sheet && console.write_sheet(pictures, columns, path) > 0;
+    if (any) {
+        console.out << "sheet: " << path.string() << "\n";
+    } else {
+        console.err << "no sheet was made: there is no picture. Use --picture NODE.PORT.\n";
+    }
+    return any;
+}
+
+// What was written, for the farm that this sweep is a task of.
+void write_part(const CookRequest& request, const Console& console, const fs::path& folder,
+                const std::vector<std::string>& names, bool complete, double seconds)
+{
+    Manifest part;
+    part.version = console.version;
+    part.program = to_hex(console.salt);
+    part.documents = {{fs::absolute(request.files.at(0)).lexically_normal().string(), ""}};
+    part.complete = complete;
+    part.ran = ran_here(seconds);
+    FileDigests digests;
+    for (const std::string& name : names) {
+        part.outputs.push_back({"sweep", "", 0, {name, to_hex(digests.of(folder / name))}});
+    }
+    replace_text(request.part, to_text(part));
+}
+
 }  // namespace
 
 int run_sweep(const CookRequest& request, const SweepRequest& wanted,
               const graph::Registry& registry, Console& console)
 {
+    const Clock::time_point began = Clock::now();
     const fs::path file = request.files.at(0);
     SweepOptions options;
     for (const std::string& text : wanted.vary) options.varied.push_back(parse_vary(text));
@@ -90,18 +128,15 @@ int run_sweep(const CookRequest& request, const SweepRequest& wanted,
     });
     const fs::path csv = folder / "sweep.csv", png = folder / "sweep.png";
     replace_text(csv, to_csv(swept));
+    std::vector<std::string> written{csv.filename().string()};
     console.out << "table: " << csv.string() << "\n";
-    std::vector<std::pair<graph::Value, std::string>> pictures;
-    for (const SweepRow& row : swept.rows) {
-        const std::string numbers = numbers_text(swept.measures, row);
-        pictures.emplace_back(row.picture, name_of(row) + (numbers.empty() ? "" : "   " + numbers));
+    const int columns = columns_of(wanted, options.varied, frames, swept.rows.size());
+    if (write_sheet(swept, name_of, columns, png, console)) {
+        written.push_back(png.filename().string());
     }
-    if (console.write_sheet &&
-        console.write_sheet(pictures, columns_of(wanted, options.varied, frames, swept.rows.size()),
-                            png) > 0) {
-        console.out << "sheet: " << png.string() << "\n";
-    } else {
-        console.err << "no sheet was made: there is no picture. Use --picture NODE.PORT.\n";
+    if (!request.part.empty()) {
+        write_part(request, console, folder, written, !swept.cancelled && failed == 0,
+                   seconds_since(began));
     }
     return swept.cancelled ? exit_cancelled : failed > 0 ? exit_failed : exit_ok;
 }
@@ -126,6 +161,9 @@ void add_sweep_command(const CommandSet& set)
     sweep_app->add_option("--columns", swept->columns, "Pictures in a row of the sheet")
         ->type_name("N")
         ->check(CLI::Range(1, 100));
+    sweep_app
+        ->add_option("--part", set.request.part, "A manifest of the table and the sheet goes here")
+        ->type_name("FILE");
     add_out(*sweep_app, set.request);
     add_loading_options(*sweep_app, set.request);
     add_cooking_options(*sweep_app, set.request);

@@ -302,6 +302,8 @@ const char* name_of(Stage stage)
         return "chain";
     case Stage::frames:
         return "frames";
+    case Stage::sweep:
+        return "sweep";
     case Stage::last:
         break;
     }

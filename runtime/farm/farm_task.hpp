@@ -8,9 +8,11 @@
 //   frames   all other results that differ from frame to frame, a few frames a task
 //   last     the whole cook again: it finds the rest in the cache, gathers frames into videos and
 //            sheets, checks the expectations and writes the manifest
+//   sweep    the table and the sheet of all settings of a document
 
 #include "runtime/cache/key.hpp"
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -18,7 +20,10 @@
 
 namespace runtime {
 
-enum class Stage : std::uint8_t { shared, chain, frames, last };
+enum class Stage : std::uint8_t { shared, chain, frames, last, sweep };
+
+inline constexpr std::array all_stages{Stage::shared, Stage::chain, Stage::frames, Stage::last,
+                                       Stage::sweep};
 
 struct FarmTask {
     std::string name;  // "bridge.frames-3", each once

@@ -1,8 +1,10 @@
 #include "runtime/commands/manifest.hpp"
 #include "tests/runtime/said.hpp"
 
+#include <array>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 using namespace runtime;
 using toys::has;
@@ -64,6 +66,7 @@ protected:
             if (before_task) before_task(words[3]);
             Said said = run({words.begin() + 5, words.end()});
             std::ofstream(words[3]) << said.out << said.err;
+            if (after_task) after_task(words[3]);
             return said.exit;
         };
         const int exit = run_command_line(args, toys::registry(), console);
@@ -110,7 +113,7 @@ protected:
 
     toys::Folder folder_;
     std::string file_;
-    std::function<void(const std::string& log)> before_task;  // of the engine `local`
+    std::function<void(const std::string&log)> before_task, after_task;  // of the engine `local`
 };
 
 }  // namespace
@@ -327,6 +330,90 @@ TEST_F(Farm, AFileThatAnotherChangedIsFound)
     folder_.write("out/7number.txt", "damaged");
     EXPECT_EQ(local({}).exit, exit_ok);
     EXPECT_EQ(files("out"), cooked());
+}
+
+TEST_F(Farm, AFileThatIsNotWhatItsTaskMadeIsAFailureThatNamesFileFrameAndMachine)
+{
+    const std::filesystem::path out = folder_.path / "out";
+    const std::vector<std::string> status{"farm", "status", file_, "--out", out.string()};
+    std::array<char, 256> host{};
+    ::gethostname(host.data(), host.size() - 1);
+    const std::string maker = " by task falling.frames-2 (frames 5-8) on ";
+    const std::string place = "error: falling, 'write', frame 7: " + (out / "7number.txt").string();
+    const std::vector<std::pair<std::string, std::function<void()>>> breaks{
+        {"is not what was cooked", [&] { folder_.write("out/7number.txt", "damaged"); }},
+        {"is missing that was cooked", [&] { std::filesystem::remove(out / "7number.txt"); }},
+        {"is not what was cooked",
+         [&] {
+             std::filesystem::copy_file(out / "6number.txt", out / "7number.txt",
+                                        std::filesystem::copy_options::overwrite_existing);
+         }},
+    };
+    for (const auto& [what, break_it] : breaks) {
+        ASSERT_EQ(local({"--task-seconds", "4"}).exit, exit_ok);
+        break_it();
+        const Said said = run(status);
+        EXPECT_EQ(said.exit, exit_failed);
+        EXPECT_TRUE(has(said.err, place + ' ' + what + maker + host.data() + '\n')) << said.err;
+        EXPECT_TRUE(has(said.err, "the same farm command cooks what is wrong again")) << said.err;
+        EXPECT_FALSE(has(said.out, "verified")) << said.out;
+        // What it says that one should do does help.
+        EXPECT_EQ(local({"--task-seconds", "4"}).exit, exit_ok);
+        EXPECT_EQ(files("out"), cooked());
+        break_it();
+        const std::string again = run(status).err;
+        EXPECT_TRUE(has(again, std::string(" by the last task on ") + host.data())) << again;
+        std::filesystem::remove_all(folder_.path / "cache");
+        std::filesystem::remove_all(out);
+    }
+}
+
+TEST_F(Farm, AFileThatIsDamagedAfterTheLastTaskIsFoundBeforeSuccessIsSaid)
+{
+    after_task = [&](const std::string& log) {
+        if (has(log, "falling.last")) folder_.write("out/7number.txt", "damaged");
+    };
+    const Said said = local({"--task-seconds", "4"});
+    EXPECT_EQ(said.exit, exit_failed);
+    EXPECT_TRUE(has(said.err, "frame 7: ") && has(said.err, "falling.frames-2")) << said.err;
+    EXPECT_FALSE(has(said.out, "verified")) << said.out;
+}
+
+TEST_F(Farm, ASweepHasTheTableOfAPlainOne)
+{
+    const std::vector<std::string> varied{"--vary", "sum.bias=1,2,3", "--vary", "sim.start=0,5"};
+    std::vector<std::string> asked{"--task-seconds", "0.01"};
+    asked.insert(asked.end(), varied.begin(), varied.end());
+    toys::take_runs("Accumulate");
+    const Said said = local(asked);
+    EXPECT_EQ(said.exit, exit_missed) << "only the bias 10 meets the expectation: " << said.err;
+    EXPECT_EQ(toys::take_runs("Accumulate"), 24) << "two simulations, and none for the table";
+    EXPECT_TRUE(has(said.out, "verified: 73 files of 6 cooks")) << said.out;
+
+    std::vector<std::string> plain{"sweep", file_, "--out", (folder_.path / "plain").string()};
+    plain.insert(plain.end(), varied.begin(), varied.end());
+    ASSERT_EQ(run(plain).exit, exit_ok);
+    const auto without_seconds = [](std::string text) {
+        // "2","5",12,...,SECONDS,"",0,"": the fourth column from the end.
+        std::string out;
+        std::istringstream lines(text);
+        for (std::string line; std::getline(lines, line);) {
+            std::size_t end = line.size();
+            for (int i = 0; i < 3; ++i) end = line.rfind(',', end - 1);
+            const std::size_t begin = line.rfind(',', end - 1);
+            out += line.erase(begin, end - begin) + "\n";
+        }
+        return out;
+    };
+    const std::string table = toys::bytes_of(folder_.path / "out/sweep.csv");
+    EXPECT_EQ(without_seconds(table),
+              without_seconds(toys::bytes_of(folder_.path / "plain/sweep.csv")));
+    EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 7) << table;
+
+    folder_.write("out/sweep.csv", "damaged");
+    const Said status = run({"farm", "status", file_, "--out", (folder_.path / "out").string()});
+    EXPECT_EQ(status.exit, exit_failed);
+    EXPECT_TRUE(has(status.err, "falling.sweep: sweep.csv is not what was written")) << status.err;
 }
 
 TEST_F(Farm, AMissedExpectationIsToldAtTheEnd)
