@@ -127,9 +127,9 @@ protected:
                "mkdir -p $1\nmount --move /mnt $1\ncd $1\nexec slurmd -N $2 -f $1/slurm.conf\n";
     }
     // The files are in a folder of their own below the output folder.
-    static std::string document()
+    static std::string document(int last = 12, double cube = 0.0625)
     {
-        std::string text = toys::falling_block(12, 0.0625);
+        std::string text = toys::falling_block(last, cube);
         return text.replace(text.find("block.####"), 5, "mesh/block");
     }
     // A command where a node's mounts are.
@@ -170,11 +170,11 @@ protected:
     }
 
     // Sends the document to Slurm and waits for the end.
-    std::string farm(const std::string& more = "--wait") const
+    std::string farm(const std::string& more = "--wait", const std::string& seconds = "4") const
     {
         return "timeout 60 " ASPIC_PROGRAM
-               " farm block.json --engine slurm --out out --cache cache --task-seconds 4 " +
-               more;
+               " farm block.json --engine slurm --out out --cache cache --task-seconds " +
+               seconds + " " + more;
     }
     std::map<std::string, std::string> files(const std::string& folder) const
     {
@@ -219,6 +219,22 @@ protected:
 class WideSlurm : public Slurm {
 protected:
     WideSlurm() { cpus_ = 4; }
+    std::map<std::string, std::string> files_if_any(const std::string& folder) const
+    {
+        return fs::exists(in(folder) / "mesh") ? files(folder)
+                                               : std::map<std::string, std::string>();
+    }
+    // Results in the cache.
+    std::size_t stored() const
+    {
+        std::size_t count = 0;
+        if (!fs::exists(in("cache/4/records"))) return count;
+        for (auto f = fs::recursive_directory_iterator(in("cache/4/records")); f != fs::end(f);
+             ++f) {
+            count += f->is_regular_file();
+        }
+        return count;
+    }
     // All files by name, but for what tells of times.
     std::map<std::string, std::string> all_files(const std::string& folder) const
     {
@@ -319,9 +335,80 @@ TEST_F(Slurm, ANodeThatIsLostGivesItsTaskToAnother)
     EXPECT_TRUE(files("out") == cooked());
 }
 
+// What a disk does to the store while a task waits.
+TEST_F(WideSlurm, ACacheFileThatIsDamagedBetweenTasksIsMadeAgain)
+{
+    must(farm("") + " >log/farm 2>&1");
+    const std::string jobs = bytes_of(in("out/farm/jobs.txt"));
+    const std::string frames = "block.frames-1-to-3 ";
+    const std::size_t at = jobs.find(frames);
+    ASSERT_NE(at, std::string::npos) << jobs;
+    const std::string job =
+        jobs.substr(at + frames.size(), jobs.find('\n', at) - at - frames.size());
+    must("scontrol hold " + job);
+    wait_until("the simulation is there",
+               [&] { return fs::exists(in("out/farm/parts/block.chain-sim.json")); });
+    ASSERT_TRUE(files_if_any("out").empty()) << "no task of the frames has begun";
+    int damaged = 0;
+    for (const auto& f : fs::recursive_directory_iterator(in("cache/4/contents"))) {
+        if (!f.is_regular_file() || f.file_size() < 40) continue;
+        std::fstream file(f.path());
+        file.seekp(static_cast<std::streamoff>(f.file_size() - 9));
+        file << "damage";
+        ++damaged;
+    }
+    EXPECT_GE(damaged, 6) << "a state for most of the frames";
+    must("scontrol release " + job);
+    wait_until("none is in the queue", [&] { return said("squeue -h").empty(); });
+    const std::string text = said(ASPIC_PROGRAM " farm status block.json --out out");
+    EXPECT_NE(text.find("5 of 5 tasks are done"), std::string::npos) << text;
+    EXPECT_NE(text.find("verified: 12 files of 1 cook"), std::string::npos) << text;
+    EXPECT_TRUE(files("out") == cooked());
+    EXPECT_FALSE(fs::is_empty(in("cache/4/aside"))) << "the damaged files were read";
+}
+
+TEST_F(WideSlurm, ASimulationThatIsKilledGoesOnFromItsLastStoredFrame)
+{
+    folder_.write("block.json", document(80, 0.05));
+    const std::string asked = farm("--node sim", "0.2");
+    must(asked + " >log/farm 2>&1");
+    const pid_t task = process_of("block.chain-sim");
+    wait_until("it has stored some frames", [&] { return stored() > 20; });
+    ::kill(task, SIGKILL);
+    wait_until("none is in the queue", [&] { return said("squeue -h").empty(); });
+    const std::string text = said(ASPIC_PROGRAM " farm status block.json --out out");
+    EXPECT_NE(text.find("block.chain-sim (frames 1-80) failed on n"), std::string::npos) << text;
+    // A result is a record of the store, beside those of 4 still nodes.
+    const int frames = static_cast<int>(stored()) - 4;
+    ASSERT_LT(frames, 75) << "it ended before it was killed";
+
+    EXPECT_EQ(status(asked + " --wait >log/farm 2>&1"), 0) << bytes_of(in("log/farm"));
+    const std::string log = bytes_of(in("out/farm/logs/block.chain-sim.log"));
+    const std::size_t cooked = log.find(" cooked, ");
+    ASSERT_NE(cooked, std::string::npos) << log;
+    const int again = std::stoi(log.substr(log.rfind(' ', cooked - 1)));
+    EXPECT_LE(again, 80 - frames + 4) << frames << " frames were stored; " << log;
+    EXPECT_GT(again, 0) << log;
+}
+
+TEST_F(WideSlurm, ANodeWithoutRoomInItsCacheWritesTheSameBytes)
+{
+    fs::create_directories(in("cache"));
+    must_on("n0", "mount -t tmpfs -o size=64k tmpfs $PWD/cache");
+    EXPECT_EQ(status(farm() + " >log/farm 2>&1"), 0) << bytes_of(in("log/farm"));
+    EXPECT_TRUE(files("out") == cooked());
+    std::string logs;
+    for (const auto& f : fs::directory_iterator(in("out/farm/logs"))) logs += bytes_of(f.path());
+    EXPECT_NE(logs.find("No space left"), std::string::npos) << logs;
+}
+
 TEST_F(WideSlurm, ASweepOfEightGivesTheBytesOfPlainCooks)
 {
-    folder_.write("sweep.json", toys::falling_block(3, 0.125));
+    std::string text = toys::falling_block(3, 0.125);
+    text.insert(text.find("\"files\": {"),
+                R"("low": { "type": "Measure@1", "inputs": { "mesh": "shape.mesh" },
+                            "params": { "what": "lowest" } }, )");
+    folder_.write("sweep.json", text);
     std::string values;
     for (int i = 1; i <= 8; ++i) values += (i > 1 ? "," : "") + std::to_string(i * 100000);
     EXPECT_EQ(status("timeout 60 " ASPIC_PROGRAM
@@ -341,6 +428,13 @@ TEST_F(WideSlurm, ASweepOfEightGivesTheBytesOfPlainCooks)
         different.insert(files.rbegin()->second);
     }
     EXPECT_EQ(different.size(), 8u) << "each setting falls in its own way";
+
+    // The table is that of a plain sweep, but for the seconds: the fourth column.
+    must(ASPIC_PROGRAM " sweep sweep.json --no-disk-cache --quiet --vary cubes.matter.young=" +
+         values + " --out plain >log/sweep 2>&1");
+    const std::string cut = "cut -d, -f 1-3,5- ";
+    EXPECT_EQ(said("head -1 out/sweep.csv | cut -d, -f 3,4"), "\"low.value\",seconds\n");
+    EXPECT_EQ(said(cut + "out/sweep.csv"), said(cut + "plain/sweep.csv"));
 }
 
 // 9 s of work: .ci/run full asks for it.
