@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include <functional>
+#include <map>
 #include <regex>
 #include <set>
 
@@ -199,7 +200,8 @@ std::string counting_to(int last)
     return R"({ "aspic": 1, "frames": { "first": 1, "last": )" + std::to_string(last) + R"( },
   "nodes": {
     "clock": { "type": "Clock@1" },
-    "sim": { "type": "Accumulate@1", "inputs": { "value": "clock.value" } },
+    "sim": { "type": "Accumulate@1", "inputs": { "value": "clock.value" },
+             "params": { "seconds": 0.003 } },
     "write": { "type": "WriteNumber@1", "inputs": { "value": "sim.value" } } } })";
 }
 
@@ -232,6 +234,58 @@ protected:
 
 const std::vector<std::string> none_broken;
 
+// The text with what a task gives for its parameters.
+std::string filled(std::string text, const std::map<std::string, std::string>& parameters)
+{
+    for (const auto& [name, value] : parameters) {
+        const std::string reference = "{{Task.Param." + name + "}}";
+        for (std::size_t at = 0; (at = text.find(reference, at)) != std::string::npos;) {
+            text.replace(at, reference.size(), value);
+            at += value.size();
+        }
+    }
+    return text;
+}
+
+// What a worker does of a template, but for the name of the program: each task of each step. Of the
+// steps that may begin, the one that stands last goes first, and in it the last task: nothing but
+// the dependencies keeps an order. Returns the commands.
+std::vector<std::vector<std::string>> commands_of(const Json& job)
+{
+    std::vector<std::vector<std::string>> commands;
+    std::set<std::string> done;
+    const auto ready = [&](const Json& step) {
+        for (const Json& d : step.value("dependencies", Json::array())) {
+            if (!done.contains(d["dependsOn"])) return false;
+        }
+        return !done.contains(step["name"]);
+    };
+    for (auto next = job["steps"].rbegin(); next != job["steps"].rend();) {
+        if (!ready(*next)) {
+            ++next;
+            continue;
+        }
+        const Json& step = *next;
+        std::vector<std::map<std::string, std::string>> tasks(1);
+        if (step.contains("parameterSpace")) {
+            const Json& parameters = step["parameterSpace"]["taskParameterDefinitions"];
+            tasks.resize(parameters[0]["range"].size());
+            for (const Json& p : parameters) {
+                for (std::size_t t = 0; t < tasks.size(); ++t) tasks[t][p["name"]] = p["range"][t];
+            }
+        }
+        const Json& run = step["script"]["actions"]["onRun"];
+        for (auto task = tasks.rbegin(); task != tasks.rend(); ++task) {
+            commands.push_back({filled(run["command"], *task)});
+            for (const Json& arg : run["args"]) commands.back().push_back(filled(arg, *task));
+        }
+        done.insert(step["name"]);
+        next = job["steps"].rbegin();
+    }
+    EXPECT_EQ(done.size(), job["steps"].size());
+    return commands;
+}
+
 }  // namespace
 
 TEST_F(FarmOpenjd, ATemplateKeepsTheRulesOfTheSpecification)
@@ -246,6 +300,48 @@ TEST_F(FarmOpenjd, ATemplateKeepsTheRulesOfTheSpecification)
     const Json many = job("many.json", 2500, {"--task-seconds", "1"});
     EXPECT_EQ(Rules(many).broken, none_broken);
     EXPECT_EQ(many["steps"].size(), 5u) << "the simulation, 1,000 + 1,000 + 500 frames, the last";
+}
+
+TEST_F(FarmOpenjd, WhatATemplateRunsWritesTheBytesOfPlainCooks)
+{
+    for (const bool varied : {false, true}) {
+        std::vector<std::string> asked{"--task-seconds", "4"};
+        if (varied) asked.insert(asked.end(), {"--vary", "sim.start=1,2"});
+        const Json json = job("one.json", 12, asked);
+        const auto commands = commands_of(json);
+        EXPECT_EQ(commands.size(), varied ? 11u : 5u);
+        toys::take_runs("Accumulate");
+        toys::take_runs("WriteNumber");
+        for (const std::vector<std::string>& words : commands) {
+            EXPECT_EQ(words[0], "/opt/aspic");
+            const Said said = toys::run({words.begin() + 1, words.end()});
+            EXPECT_EQ(said.exit, exit_ok) << said.err;
+            EXPECT_EQ(has(said.out, "openjd_progress: 100"), words[1] == "cook") << said.out;
+        }
+        EXPECT_EQ(toys::take_runs("Accumulate"), varied ? 24 : 12) << "each result once";
+        EXPECT_EQ(toys::take_runs("WriteNumber"), varied ? 24 : 12);
+        const auto file = (folder_.path / "one.json").string();
+        for (int i = 0; i < (varied ? 2 : 1); ++i) {
+            const std::string number = std::to_string(i + 1);
+            const auto out = folder_.path / (varied ? "out/00" + number : "out");
+            const auto plain = folder_.path / ("plain" + number);
+            std::vector<std::string> cook{"cook", file, "--out", plain.string()};
+            if (varied) cook.insert(cook.end(), {"--set", "sim.start=" + number});
+            ASSERT_EQ(toys::run(cook).exit, exit_ok);
+            for (int f = 1; f <= 12; ++f) {
+                const std::string name = std::to_string(f) + "number.txt";
+                EXPECT_EQ(toys::bytes_of(out / name), toys::bytes_of(plain / name)) << out << name;
+            }
+        }
+        const Said status =
+            toys::run({"farm", "status", file, "--out", (folder_.path / "out").string()});
+        EXPECT_EQ(status.exit, exit_ok) << status.out << status.err;
+        EXPECT_TRUE(has(status.out,
+                        varied ? "verified: 25 files of 2 cooks" : "verified: 12 files of 1 cook"))
+            << status.out;
+        std::filesystem::remove_all(folder_.path / "out");
+        std::filesystem::remove_all(folder_.path / "cache");
+    }
 }
 
 TEST_F(FarmOpenjd, LongAndStrangeNamesKeepTheRulesToo)
