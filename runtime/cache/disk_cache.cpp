@@ -38,7 +38,7 @@ DiskCache::~DiskCache()
     writer_.request_stop();
     queue_changed_.notify_all();
     writer_.join();
-    if (written_ > 0) shrink(budget_);
+    tend();
 }
 
 fs::path DiskCache::default_folder()

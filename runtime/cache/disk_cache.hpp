@@ -8,6 +8,7 @@
 //   contents/cd/<name>     one value, named by the hash of its bytes: equal values are one file
 //   lists/ef/<key>         side files of a node, see side_files.hpp
 //   aside/                 files that did not check out, for people to look at
+//   size.txt               about how many bytes all of it is: see bytes_by_notes()
 //
 // All of it lies in a folder named by the version of this format, so that programs of two versions
 // share a folder without taking each other's files for damaged.
@@ -107,6 +108,13 @@ private:
         Decode decode = nullptr;  // says of which type it is
     };
 
+    // At the end: shrinks what may have outgrown the budget. To look at all files, as shrink()
+    // does, would cost each of a farm's tasks more, the more the others have stored.
+    void tend();
+    // What the last look found and what was written since; nothing when that is not known or a day
+    // old. Writers that come in each other's way lose a note or two, until the next look.
+    std::optional<std::uintmax_t> bytes_by_notes() const;
+    void note_size(std::uintmax_t bytes) const;  // after a look
     void write_jobs(const std::stop_token& stop);
     void enqueue(Job job);
     void write(const Job& job);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
 #include <unistd.h>
 
 namespace runtime {
@@ -233,16 +234,68 @@ std::uintmax_t DiskCache::shrink(std::uintmax_t budget, double grace)
         old.worth = (record->seconds + 1e-3) / (bytes * (age + 1));
         stock.records.push_back(std::move(old));
     });
+    const std::uintmax_t found = stock.total, gone_before = stock.gone;
     remove_unnamed(grace, stock);
     // A little more than asked for, so that the next write does not start over.
     if (stock.total > budget) remove_records(budget / 10 * 9, grace, stock);
     remove_second_names(folder_, stock);
+    note_size(found - std::min(found, stock.gone - gone_before));
     return stock.gone;
+}
+
+// ---- how much there is, without a look at all of it ---------------------------------------------
+
+namespace {
+
+// A line of bytes and seconds since 1970, when somebody looked; then one of bytes for each process
+// that wrote since then.
+constexpr const char* notes = "size.txt";
+
+std::int64_t seconds_now()
+{
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    return std::chrono::duration_cast<std::chrono::seconds>(now).count();
+}
+
+}  // namespace
+
+std::optional<std::uintmax_t> DiskCache::bytes_by_notes() const
+{
+    constexpr std::int64_t day = 24 * 3600;
+    std::ifstream in(folder_ / notes);
+    std::uintmax_t bytes = 0, more = 0;
+    std::int64_t then = 0;
+    if (!(in >> bytes >> then) || seconds_now() - then > day) return std::nullopt;
+    while (in >> more) bytes += more;
+    if (!in.eof()) return std::nullopt;
+    return bytes;
+}
+
+void DiskCache::note_size(std::uintmax_t bytes) const
+{
+    if (!fs::exists(folder_)) return;
+    const std::string text = std::to_string(bytes) + ' ' + std::to_string(seconds_now()) + '\n';
+    const std::string_view pieces[] = {text};
+    write_whole_file(folder_ / notes, pieces);  // without it the next process looks
+}
+
+void DiskCache::tend()
+{
+    if (written_ == 0) return;
+    const std::optional<std::uintmax_t> before = bytes_by_notes();
+    if (!before || *before + written_ > budget_) {
+        shrink(budget_);
+        return;
+    }
+    const std::string line = std::to_string(written_) + '\n';
+    std::ofstream(folder_ / notes, std::ios::app).write(line.data(), std::ssize(line));
 }
 
 void DiskCache::clear()
 {
     flush();
+    std::error_code error;
+    fs::remove(folder_ / notes, error);
     for (const char* folder : {"records", "same", "contents", "lists", "aside"}) {
         std::error_code ignored;
         fs::remove_all(folder_ / folder, ignored);

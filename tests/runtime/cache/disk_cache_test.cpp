@@ -50,11 +50,12 @@ std::vector<double> all_of(const SharedResult& result)
     return result->values[0].as<toys::Numbers>()->all;
 }
 
+// But for the notes on their size.
 std::vector<fs::path> files_in(const fs::path& folder)
 {
     std::vector<fs::path> files;
     for (const auto& f : fs::recursive_directory_iterator(folder)) {
-        if (f.is_regular_file()) files.push_back(f.path());
+        if (f.is_regular_file() && f.path().filename() != "size.txt") files.push_back(f.path());
     }
     std::sort(files.begin(), files.end());
     return files;
@@ -404,6 +405,51 @@ TEST(DiskCache, ShrinkingDropsNoMoreRecordsThanItHasTo)
         }
         EXPECT_EQ(cache.verify().bad, 0u);
     }
+}
+
+TEST(DiskCache, AProcessThatWritesALittleLooksAtNothingThatOthersStored)
+{
+    // A look at all files finds this one: it sets it aside.
+    const toys::Folder folder;
+    const auto damaged = [&] {
+        return fs::exists(folder.path / "4/aside") ? files_in(folder.path / "4/aside").size() : 0;
+    };
+    const auto store = [&](std::uint64_t key, std::uintmax_t budget) {
+        DiskCache(folder.path, budget, nullptr).store({key, 1}, numbers(1000, double(key)));
+    };
+    for (std::uint64_t key = 1; key <= 8; ++key) store(key, plenty);
+    flip_bit(files_in(folder.path / "4/records").front(), 300);
+    store(9, plenty);
+    EXPECT_EQ(damaged(), 0u);
+    std::uintmax_t bytes = DiskCache(folder.path, plenty, nullptr).use().bytes;
+    store(10, bytes * 2);
+    EXPECT_EQ(damaged(), 0u);
+    // There is more than this one allows.
+    store(11, bytes / 2);
+    EXPECT_EQ(damaged(), 1u);
+    EXPECT_LT(DiskCache(folder.path, plenty, nullptr).use().records, 10u);
+
+    // What is not known is looked at, and so is what was known a day ago.
+    for (const std::string note : {"", "100\n", "1000 1700000000\n", "1000 99999999999\nx\n"}) {
+        flip_bit(files_in(folder.path / "4/records").front(), 300);
+        const std::size_t before = damaged();
+        folder.write("4/size.txt", note);
+        store(12 + before, plenty);
+        EXPECT_EQ(damaged(), before + 1) << note;
+    }
+}
+
+TEST(DiskCache, ManyThatWriteALittleTogetherKeepToTheBudget)
+{
+    const toys::Folder folder;
+    constexpr std::uintmax_t budget = 400'000;
+    for (std::uint64_t key = 1; key <= 100; ++key) {
+        DiskCache(folder.path, budget, nullptr).store({key, 1}, numbers(1000, double(key)));
+    }
+    // Contents of a moment ago go later: the records tell.
+    const DiskUse use = DiskCache(folder.path, budget, nullptr).use();
+    EXPECT_LE(use.records * use.bytes / 100, budget);
+    EXPECT_GE(use.records * use.bytes / 100, budget / 2);
 }
 
 TEST(DiskCache, ASharedContentOutlivesOneOfItsRecords)
