@@ -8,6 +8,7 @@
 #include "runtime/commands/text_file.hpp"
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 #include <ostream>
 
@@ -21,6 +22,11 @@ int run_farm(const CookRequest& request, const FarmRequest& farm, const graph::R
     if (request.files.empty()) throw std::invalid_argument("farm: expected graph documents");
     if (!farm.plan && farm.engine.empty()) {
         throw std::invalid_argument("farm: expected --plan or --engine NAME");
+    }
+    if (!farm.plan && farm.engine != "slurm" && (farm.wait || !farm.sbatch.empty())) {
+        throw std::invalid_argument(fmt::format("farm: --wait and --sbatch are for --engine slurm, "
+                                                "found --engine {}: leave them out",
+                                                farm.engine));
     }
     const std::optional<Cut> cut = plan_farm(request, farm, registry, console);
     if (!cut) return exit_usage;
@@ -48,9 +54,13 @@ int run_farm(const CookRequest& request, const FarmRequest& farm, const graph::R
 
 int run_cancel(const FarmJob& job, Console& console)
 {
-    if (!cancel_slurm(job, console)) {
-        throw std::runtime_error("nothing was sent to Slurm from " + job.folder.string());
+    if (!std::filesystem::exists(job.folder / "jobs.txt")) {
+        throw std::runtime_error(fmt::format(
+            "nothing was sent to Slurm from {}: Ctrl-C ends a run of --engine local, and other "
+            "schedulers cancel their jobs themselves",
+            job.folder.string()));
     }
+    cancel_slurm(job, console);
     console.out << "cancelled; the same farm command goes on from the cache\n";
     return exit_ok;
 }

@@ -7,9 +7,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <cerrno>
 #include <map>
+#include <optional>
 #include <ostream>
 #include <set>
+#include <unistd.h>
 
 namespace runtime {
 
@@ -138,15 +141,16 @@ void verify_shot(Verifying& verifying, std::uint32_t s)
     const Manifest whole = read_manifest(shot.folder / manifest_name);
     if (!whole.complete) verifying.tell(shot.name + ": the last cook is not complete");
     FileDigests digests;
-    const auto makers = makers_of(verifying, s);
+    std::optional<std::map<std::string, std::string>> makers;  // where something is wrong
     for (const Manifest::Output& o : whole.outputs) {
         if (o.file.path.empty()) continue;
         ++verifying.files;
         const Key now = digests.of(shot.folder / o.file.path);
         if (to_hex(now) == o.file.digest) continue;
-        const auto found = makers.find(o.file.path);
+        if (!makers) makers = makers_of(verifying, s);
+        const auto found = makers->find(o.file.path);
         const std::string maker =
-            found != makers.end() ? found->second : "the last task on " + machine_of(whole);
+            found != makers->end() ? found->second : "the last task on " + machine_of(whole);
         verifying.tell(fmt::format("{}, '{}', frame {}: {} is {} cooked by {}", shot.name, o.node,
                                    o.frame, (shot.folder / o.file.path).string(),
                                    now ? "not what was" : "missing that was", maker));
@@ -183,6 +187,19 @@ void verify_sweep(Verifying& verifying, const FarmTask& task)
     }
 }
 
+// Without a cache, each task would cook for itself what those before it have cooked.
+void require_shared(const fs::path& cache)
+{
+    std::error_code error;
+    fs::create_directories(cache, error);
+    if (!error && ::access(cache.c_str(), W_OK) != 0) error = {errno, std::generic_category()};
+    if (!error) return;
+    throw std::invalid_argument(fmt::format(
+        "farm: the cache folder {} can't be written ({}), and tasks hand on their results through "
+        "it; use --cache DIR",
+        cache.string(), error.message()));
+}
+
 }  // namespace
 
 fs::path farm_folder(const CookRequest& request)
@@ -212,8 +229,10 @@ FarmJob read_job(const CookRequest& request)
     try {
         job.cut = cut_from(read_text(job.folder / "plan.json"));
     } catch (const Json::exception&) {
-        throw std::invalid_argument((job.folder / "plan.json").string() +
-                                    ": expected a plan that aspic farm wrote");
+        throw std::invalid_argument(
+            (job.folder / "plan.json").string() +
+            ": expected a plan that aspic farm wrote; the farm command that "
+            "sent the job writes it again");
     }
     return job;
 }
@@ -225,6 +244,7 @@ FarmJob new_job(Cut cut, const CookRequest& request, const Console& console)
     if (cache.empty()) {
         throw std::invalid_argument("farm: no cache folder: HOME is not set; use --cache DIR");
     }
+    require_shared(cache);
     return {std::move(cut),
             farm_folder(request),
             fs::absolute(cache).lexically_normal(),

@@ -198,8 +198,10 @@ void send_to_slurm(const FarmJob& job, Console& console)
     replace_text(script, submit_script(job, jobs));
     const Answer sent = ask(job, {"bash", script.string()}, console);
     if (sent.status != 0) {
-        throw std::runtime_error("the tasks could not be sent to Slurm by " + script.string() +
-                                 ": " + sent.text);
+        throw std::runtime_error(fmt::format(
+            "the tasks could not be sent to Slurm; mend what sbatch says below, or run {} where "
+            "sbatch works\n{}",
+            script.string(), sent.text.substr(0, sent.text.find_last_not_of('\n') + 1)));
     }
     console.out << fmt::format("sent: {} task{} in {} job{}, by {}\n", job.cut.tasks.size(),
                                job.cut.tasks.size() == 1 ? "" : "s", jobs.size(),
@@ -236,11 +238,14 @@ std::map<std::string, Queued> queued_tasks(const FarmJob& job, Console& console)
     return queued;
 }
 
-bool cancel_slurm(const FarmJob& job, Console& console)
+void cancel_slurm(const FarmJob& job, Console& console)
 {
     std::vector<std::string> words{"scancel"};
     for (const auto& sent : sent_jobs(job)) words.push_back(sent.first);
-    return words.size() > 1 && ask(job, words, console).status == 0;
+    if (words.size() == 1) return;
+    const Answer answer = ask(job, words, console);
+    if (answer.status == 0) return;
+    throw std::runtime_error("the tasks could not be cancelled; scancel says: " + answer.text);
 }
 
 }  // namespace runtime

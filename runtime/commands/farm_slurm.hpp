@@ -31,7 +31,7 @@ struct Queued {
 };
 std::map<std::string, Queued> queued_tasks(const FarmJob& job, Console& console);
 
-// Ends all that is in the queue. Returns whether that could be asked for.
-bool cancel_slurm(const FarmJob& job, Console& console);
+// Ends all that is in the queue. Throws std::runtime_error with what Slurm said against it.
+void cancel_slurm(const FarmJob& job, Console& console);
 
 }  // namespace runtime

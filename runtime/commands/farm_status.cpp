@@ -1,5 +1,6 @@
 #include "runtime/commands/farm_status.hpp"
 
+#include "graph/document/problem.hpp"
 #include "runtime/commands/farm_slurm.hpp"
 #include "runtime/commands/manifest.hpp"
 #include "runtime/commands/text_file.hpp"
@@ -57,15 +58,27 @@ Fates fates_of(const FarmJob& job, const std::map<std::string, Queued>& queued)
     return fates;
 }
 
-// "n0": what the task's log says of its machine.
+// " on n0": what the task's log says of its machine.
 std::string machine_in(const FarmJob& job, const FarmTask& task)
 {
     const std::string text = read_text(job.log(task));
     const std::string before = "task " + task.name + " on ";
     const std::size_t at = text.rfind(before);
-    if (at == std::string::npos) return "an unknown machine";
+    if (at == std::string::npos) return "";  // of the engine `local`
     const std::size_t begin = at + before.size();
-    return text.substr(begin, text.find_first_of(",\n", begin) - begin);
+    return " on " + text.substr(begin, text.find_first_of(",\n", begin) - begin);
+}
+
+// What to do about tasks that are not done, of which none is in the queue.
+std::string advice(const FarmJob& job, bool began)
+{
+    if (began) return "the same farm command cooks what is missing\n";
+    for (const char* const name : {"job.template.json", "submit.sh"}) {
+        if (!fs::exists(job.folder / name)) continue;
+        return fmt::format("nothing has run: give {} to the scheduler\n",
+                           (job.folder / name).string());
+    }
+    return "nothing has run: give the farm command again\n";
 }
 
 }  // namespace
@@ -103,15 +116,17 @@ int farm_status(const FarmJob& job, Console& console)
             console.out << fmt::format("  {} runs on {}\n", task.name,
                                        queued.at(task.name).machine);
         } else if (fates.of[t] == Fate::failed) {
-            console.out << fmt::format("  {} (frames {}) failed on {}; its log is {}\n{}",
-                                       task.name, frames_text(task.frames), machine_in(job, task),
+            console.out << fmt::format("  {} (frames {}) failed{}; its log is {}\n{}", task.name,
+                                       frames_text(task.frames), machine_in(job, task),
                                        job.log(task).string(), trouble_in(job, task));
         }
     }
     if (count(Fate::done) == job.cut.tasks.size()) {
         return verify_job(job, console) ? exit_ok : exit_failed;
     }
-    return queued.empty() ? exit_failed : exit_ok;
+    if (!queued.empty()) return exit_ok;
+    console.err << advice(job, count(Fate::done) + count(Fate::failed) > 0);
+    return exit_failed;
 }
 
 int wait_for_slurm(const FarmJob& job, Console& console)
@@ -128,6 +143,14 @@ int wait_for_slurm(const FarmJob& job, Console& console)
 
 int farm_logs(const FarmJob& job, const std::string& name, Console& console)
 {
+    const auto called = [&](const FarmTask& task) { return task.name == name; };
+    const auto& tasks = job.cut.tasks;
+    if (!name.empty() && std::none_of(tasks.begin(), tasks.end(), called)) {
+        std::vector<std::string_view> names;
+        for (const FarmTask& task : tasks) names.push_back(task.name);
+        throw std::invalid_argument(
+            fmt::format("no task is called '{}'; {}", name, graph::suggest(name, names)));
+    }
     const Fates fates = fates_of(job, queued_tasks(job, console));
     std::size_t shown = 0;
     for (std::size_t t = 0; t < job.cut.tasks.size(); ++t) {
@@ -140,7 +163,10 @@ int farm_logs(const FarmJob& job, const std::string& name, Console& console)
         ++shown;
         console.out << fmt::format("==> {} <==\n{}", task.name, read_text(job.log(task)));
     }
-    if (shown == 0) console.err << "there is nothing to show; use --task NAME\n";
+    if (shown == 0 && name.empty()) {
+        console.err << fmt::format(
+            "no task failed; --task NAME shows what any said, as --task {}\n", tasks.back().name);
+    }
     return shown > 0 ? exit_ok : exit_failed;
 }
 

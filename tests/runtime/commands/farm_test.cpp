@@ -537,6 +537,41 @@ TEST_F(Farm, StatusAndLogsTellOfALocalRunToo)
     EXPECT_TRUE(has(logs.out, "==> falling.frames-2 <==\ntask falling.frames-2 on n7")) << logs.out;
 }
 
+TEST_F(Farm, MessagesSayWhatToDo)
+{
+    const std::string out = (folder_.path / "out").string();
+    const auto ask = [&](const std::string& what, std::vector<std::string> more = {}) {
+        more.insert(more.begin(), {"farm", what, file_, "--out", out});
+        return run(more);
+    };
+    // Of the scheduler that it was not written for.
+    EXPECT_TRUE(has(farm({"--engine", "openjd", "--wait"}).err,
+                    "--wait and --sbatch are for --engine slurm, found --engine openjd"));
+    // Tasks that share no cache would each cook all.
+    folder_.write("file", "");
+    const Said no_cache = run({"farm", file_, "--engine", "openjd", "--out", out, "--cache",
+                               (folder_.path / "file/cache").string()});
+    EXPECT_EQ(no_cache.exit, exit_usage);
+    EXPECT_TRUE(has(no_cache.err, "file/cache can't be written (Not a directory), and tasks"))
+        << no_cache.err;
+
+    ASSERT_EQ(farm({"--engine", "openjd", "--task-seconds", "4"}).exit, exit_ok);
+    EXPECT_TRUE(has(ask("status").err, "nothing has run: give " + out + "/farm/job.template.json"))
+        << ask("status").err;
+    EXPECT_TRUE(has(ask("cancel").err, "other schedulers cancel their jobs themselves"));
+    EXPECT_TRUE(has(ask("logs").err, "no task failed; --task NAME shows what any said, as --task "
+                                     "falling.last\n"));
+    EXPECT_TRUE(has(ask("logs", {"--task", "falling.frames-4"}).err,
+                    "no task is called 'falling.frames-4'; did you mean 'falling.frames-"))
+        << ask("logs", {"--task", "falling.frames-4"}).err;
+    EXPECT_TRUE(has(ask("logs", {"--task", "falling.last"}).err, "falling.last did not run\n"));
+
+    ASSERT_EQ(local({"--task-seconds", "4"}, "frames-2").exit, exit_failed);
+    EXPECT_TRUE(has(ask("status").err, "the same farm command cooks what is missing"));
+    folder_.write("out/farm/plan.json", "{");
+    EXPECT_TRUE(has(ask("status").err, "the farm command that sent the job writes it again"));
+}
+
 TEST_F(Farm, ACacheFileThatIsDamagedBetweenTasksCostsTimeAndNothingElse)
 {
     std::atomic<bool> damaged{false};
