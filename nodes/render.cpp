@@ -1,6 +1,7 @@
 #include "graph/document/frame_path.hpp"
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
+#include "nodes/render_blur.hpp"
 #include "nodes/render_burn_in.hpp"
 #include "nodes/render_colour.hpp"
 #include "nodes/render_layers.hpp"
@@ -36,7 +37,7 @@ struct CubeParams {
 enum class Quality { draft, preview, standard, final };
 
 struct Inputs {
-    std::vector<graph::Wire<geometry::TriMesh>> mesh;
+    std::vector<graph::Wire<geometry::TriMesh>> mesh, before;
     graph::Wire<physics::LayeredScene> layers;
     graph::Wire<geometry::TriMesh> rest, shot;
     std::shared_ptr<const ::render::Extent> extent;
@@ -63,6 +64,7 @@ struct Inputs {
     bool legend = true;
     std::string label;
     BurnInParams burn_in;
+    BlurParams motion_blur;
 };
 struct Outputs {
     ::render::Image image;
@@ -109,6 +111,8 @@ static ::render::Look look_of(const Inputs& in)
     look.grid = in.ground.grid;
     look.backdrop_top = in.backdrop.top;
     look.backdrop_horizon = in.backdrop.horizon;
+    look.shutter = in.motion_blur.shutter;
+    look.exposures = in.motion_blur.samples;
     if (in.look == Style::diagram) look.floor = look.backdrop_top = look.backdrop_horizon = white;
     return look;
 }
@@ -159,9 +163,11 @@ static void add_meshes(::render::Scene& scene, const Inputs& in)
     const bool some = by_attribute && (any_has(meshes, attribute) || others_have(in, attribute));
     for (std::size_t m = 0; m < meshes.size(); ++m) {
         const auto& linked = in.mesh[m];
+        const auto before = mesh_before(in.motion_blur, in.mesh, in.before, m);
         ::render::Surface surface;
         surface.layout = in.layout;
         surface.mesh = meshes[m];
+        surface.before = before;
         surface.paint.by = some && !has_attribute(*meshes[m], attribute)
                                ? ::render::Paint::By::material
                                : in.colour.by;
@@ -181,9 +187,13 @@ static void add_meshes(::render::Scene& scene, const Inputs& in)
                     ? in.show.point_size / 2
                     : 0.0025 * geometry::bounds(in.rest ? *in.rest : *linked).diagonal());
             scene.balls.push_back(::render::cloud_balls(*surface.mesh, surface.paint, radius));
+            if (before) scene.balls.back().before = before->positions;
             continue;
         }
-        if (in.show.edges) scene.lines.push_back(::render::edge_lines(*linked));
+        if (in.show.edges) {
+            scene.lines.push_back(::render::edge_lines(*linked));
+            if (before) scene.lines.back().before = ::render::edge_lines(*before).ends;
+        }
         scene.surfaces.push_back(std::move(surface));
     }
 }
@@ -289,6 +299,9 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     }
     const std::string wrong = wrong_names(in.burn_in.names, setting.links_of("values"));
     if (!wrong.empty()) return {{"burn_in.names", wrong}};
+    const std::string still =
+        wrong_before(in.motion_blur, setting.links_of("mesh"), setting.links_of("before"));
+    if (!still.empty()) return {{"motion_blur.shutter", still}};
     for (const char* input : {"mesh", "layers", "cubes", "points", "pins", "forces", "colliders"}) {
         if (setting.links(input)) return {};
     }
@@ -366,6 +379,7 @@ void add_to(graph::Registry& registry)
         .inputs("pins", &Inputs::pins, "Pinned corners to mark.")
         .inputs("forces", &Inputs::forces, "Forces to draw as arrows.")
         .inputs("colliders", &Inputs::colliders, "Colliders to draw; a level plane is the floor.")
+        .inputs("before", &Inputs::before, before_told)
         .inputs("values", &Inputs::values, "Numbers to show in the picture, as Measure gives them.")
         .prepare("shell", &Inputs::shell, prepare_shell, {"cubes"})
         .prepare("layout", &Inputs::layout, prepare_layout, {"rest"})
@@ -396,6 +410,8 @@ void add_to(graph::Registry& registry)
         .block<BurnInParams>("burn_in", &Inputs::burn_in, describe,
                              "What else is written there, above the label: a line for each number "
                              "of `values`, and what is asked for here.")
+        .block<BlurParams>("motion_blur", &Inputs::motion_blur, describe,
+                           "Blur of what moves while the shutter is open.")
         .reads(graph::Variable::frame | graph::Variable::range)
         .check(check)
         .output("image", &Outputs::image, "The picture.");

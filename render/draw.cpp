@@ -5,26 +5,69 @@
 #include "render/fill_in.hpp"
 #include "render/legend.hpp"
 #include "render/make_draw_list.hpp"
+#include "render/motion_blur.hpp"
+#include "render/sample_places.hpp"
 #include "render/smooth_edges.hpp"
+
+#include <algorithm>
 
 namespace render {
 
-Image draw(const Scene& scene, const Camera& camera, const Look& look,
-           std::vector<std::string>* warnings, const std::function<void()>& check)
+namespace {
+
+// A picture without words; `linear` gets its light and depths, where the look asks for them.
+// `only`: see PictureNumbers.
+Image exposed(const Scene& scene, const Camera& camera, const Look& look, int only,
+              std::vector<float>& linear, std::vector<std::string>* warnings,
+              const std::function<void()>& check)
 {
     const DrawList list = make_draw_list(scene, camera, look);
     if (warnings) warnings->insert(warnings->end(), list.warnings.begin(), list.warnings.end());
     Image image{look.width, look.height, {}};
     image.rgba.resize(std::size_t(look.width) * std::size_t(look.height) * 4);
-    const DrawJob job = draw_job(list, look);
-    std::vector<float> linear(linear_floats(job.numbers));
+    DrawJob job = draw_job(list, look);
+    job.numbers.only = only;
+    if (only >= 0) job.numbers.pictures = 1;
+    linear.resize(linear_floats(job.numbers));
     fill_in(job, {image.rgba, linear}, check);
+    if (look.antialias == Antialias::fxaa) smooth_edges(image);
+    for (std::size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = 255;
+    return image;
+}
+
+// The mean of pictures from an open shutter until now; for the final quality each has its samples
+// in another place of their pixels.
+Image blurred(const Scene& scene, const Camera& camera, const Look& look,
+              std::vector<float>& linear, std::vector<std::string>* warnings,
+              const std::function<void()>& check)
+{
+    const bool lattice = look.antialias == Antialias::samples16;
+    const int count = std::max(look.exposures, lattice ? lattice_samples : 1);
+    Exposure sum;
+    for (int k = 0; k < count; ++k) {
+        const double ago = look.shutter * (k + 0.5) / count;
+        const int only = lattice ? k % lattice_samples : -1;
+        sum.add(exposed(moment_of(scene, ago), camera, look, only, linear,
+                        k == 0 ? warnings : nullptr, check),
+                linear);
+    }
+    linear = sum.mean_linear();
+    return sum.mean_picture();
+}
+
+}  // namespace
+
+Image draw(const Scene& scene, const Camera& camera, const Look& look,
+           std::vector<std::string>* warnings, const std::function<void()>& check)
+{
+    std::vector<float> linear;
+    Image image = look.shutter > 0 && moves(scene)
+                      ? blurred(scene, camera, look, linear, warnings, check)
+                      : exposed(scene, camera, look, -1, linear, warnings, check);
     if (!linear.empty()) {
         image.light = halves(std::span(linear).first(image.rgba.size()));
         image.depth.assign(linear.begin() + std::ptrdiff_t(image.rgba.size()), linear.end());
     }
-    if (look.antialias == Antialias::fxaa) smooth_edges(image);
-    for (std::size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = 255;
     const double taken = scene.legend ? width_of(*scene.legend, image.width, image.height) : 0;
     draw_notes(image, camera, scene.notes, taken);
     if (scene.legend) draw_legend(image, *scene.legend);

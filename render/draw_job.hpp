@@ -32,6 +32,7 @@ struct PictureNumbers {
     int width = 0, height = 0;
     bool samples4 = false;  // four samples a pixel where something changes
     int pictures = 1;       // to take the mean of, each with other samples
+    int only = -1;          // one of those sixteen by itself, where `pictures` is 1; -1: none
     Style style = Style::plain;
     Linear linear = Linear::none;
     bool soft = false;                        // soft shadows and shade in corners

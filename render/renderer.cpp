@@ -464,8 +464,10 @@ void Renderer::draw(const DrawJob& job, const Pixels& to)
     if (numbers.pictures > 1) {
         draw_mean(gl, job, numbers.pictures, to);
     } else {
-        draw_picture(gl, job, -1, {}, to.rgba);
-        if (!to.linear.empty()) add_linear(gl, job, -1, {}, 1, to.linear);
+        const int which = numbers.only;
+        const SamplePlace place = which < 0 ? SamplePlace{} : in_a_lattice(which);
+        draw_picture(gl, job, which, place, to.rgba);
+        if (!to.linear.empty()) add_linear(gl, job, which, place, 1, to.linear);
     }
     if (!to.linear.empty()) to_metres(numbers.frame, to.linear.last(to.linear.size() / 5));
     if (const GLenum error = glGetError(); error != GL_NO_ERROR) {

@@ -44,6 +44,8 @@ struct Surface {
     bool receives = true;  // false: shown in its own colour, unlit
     // A clear ghost is not laid over the pixels of opaque bodies: these keep their colours.
     enum class Kind : std::uint8_t { thing, body, ghost } kind = Kind::thing;
+    // A frame ago, for motion blur; null, or with other faces than `mesh`: it stands still.
+    std::shared_ptr<const TriMesh> before = nullptr;
 };
 
 // The surface of a field, without triangles: found along the ray of each pixel.
@@ -59,9 +61,10 @@ struct FieldSurface {
 };
 
 struct Lines {
-    std::vector<Vec3f> ends;  // 2L, both ends of each line
-    Vec3f colour{0, 0, 0};    // linear RGB
-    float width = 1;          // pixels
+    std::vector<Vec3f> ends;         // 2L, both ends of each line
+    Vec3f colour{0, 0, 0};           // linear RGB
+    float width = 1;                 // pixels
+    std::vector<Vec3f> before = {};  // 2L, the ends a frame ago, or 0: they stand still
 };
 
 struct Balls {
@@ -70,6 +73,7 @@ struct Balls {
     float radius = 0.01f;        // m
     float smallest = 1.5f;       // pixels: however far away, a ball is not drawn smaller
     bool shadow = true;
+    std::vector<Vec3f> before = {};  // N, the centres a frame ago, or 0: they stand still
 };
 
 // A scale of colours with its numbers.
