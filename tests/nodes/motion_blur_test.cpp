@@ -106,10 +106,12 @@ TEST(MotionBlur, LosesNoLight)
     NodeRun render = flight(-0.75f, 0.75f);
     const double still = darkness(*render.run().as<Image>());
     EXPECT_GT(still, 100);
+    const auto corner = render.run().as<Image>()->rgba[1];
     render.param("motion_blur.shutter").is = 1.0;
     for (const char* quality : {"draft", "preview", "standard", "final"}) {
         render.param("quality").is = std::string(quality);
         EXPECT_NEAR(darkness(*render.run().as<Image>()), still, 0.03 * still) << quality;
+        EXPECT_EQ(render.run().as<Image>()->rgba[1], corner) << quality;
     }
     // Nor does light for compositing: what covers pixels is as much as before.
     render.param("quality").is = std::string("draft");
