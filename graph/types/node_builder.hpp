@@ -92,16 +92,17 @@ public:
         return *this;
     }
 
-    // One link, its value at each of the frames that `frames` asks for.
+    // One link, its value at each of the frames that `frames` asks for. All inputs that gather do
+    // so at the same frames.
     template <Wireable T>
     NodeBuilder& gather(std::string name, std::vector<Wire<T>> In::*member,
-                        std::vector<int> (*frames)(const In&, const FrameRange&), std::string doc)
+                        std::vector<int> (*frames)(const In&, const FrameRange&), std::string doc,
+                        Need need = Need::required)
     {
         plan_.inputs.push_back(all_of(member));
         plan_.add_input(type_, name, wire_name<T>, doc);
-        type_.inputs.back().gather = true;
-        gather_ = frames;
-        return *this;
+        type_.inputs.back().gather = true, type_.inputs.back().optional = need == Need::optional;
+        return gather_ = frames, *this;
     }
 
     // Feeds this node's own `output`, as it was one frame ago, to `member`: null on the first
