@@ -1,21 +1,30 @@
 #include "geometry/io/export_mesh.hpp"
 #include "geometry/io/point_cache.hpp"
 #include "geometry/mesh/measure.hpp"
+#include "geometry/mesh/transform.hpp"
 #include "graph/document/frame_path.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 #include "nodes/written_path.hpp"
 
 #include <algorithm>
+#include <array>
+#include <stdexcept>
 
 namespace nodes::write_mesh {
 
 enum class Format { automatic, obj, ply, stl, glb, gltf, dae, fbx, x3d, pc2 };
 
+enum class Up { y, z };
+enum class Unit { metre, centimetre, millimetre, inch, foot, custom };
+
 struct Inputs {
     graph::Wire<geometry::TriMesh> mesh;
     std::filesystem::path path = "mesh.####.obj";
     Format format = Format::automatic;
+    Up up = Up::y;
+    Unit unit = Unit::metre;
+    double custom_unit = 1;
     bool assimp = false;
 };
 struct Outputs {
@@ -26,6 +35,14 @@ static bool is_cache(const Inputs& in)
 {
     return in.format == Format::pc2 ||
            (in.format == Format::automatic && in.path.extension() == ".pc2");
+}
+
+// Of one that is no cache. Throws std::invalid_argument for endings that are no format's.
+static geometry::MeshFormat format_of(const Inputs& in)
+{
+    return in.format == Format::automatic
+               ? geometry::mesh_format(in.path)
+               : static_cast<geometry::MeshFormat>(static_cast<int>(in.format) - 1);
 }
 
 // The frames as text: "2-8, 10-16, 18-24 and 21 more".
@@ -106,16 +123,48 @@ static Outputs run_cache(const Inputs& in, const graph::Context& context)
     return {{path.string(), {}, true}};
 }
 
-static Outputs run(const Inputs& in, const graph::Context& context)
+static double metres_of(const Inputs& in)
 {
+    constexpr std::array metres{1.0, 0.01, 0.001, 0.0254, 0.3048};
+    return in.unit == Unit::custom ? in.custom_unit : metres[static_cast<std::size_t>(in.unit)];
+}
+
+// Why the file's format leaves no choice of axis and unit; empty where it does.
+static std::string why_as_it_is(const Inputs& in)
+{
+    if (in.up == Up::y && in.unit == Unit::metre) return {};
+    if (is_cache(in)) return {};
+    using enum geometry::MeshFormat;
+    const auto format = format_of(in);
+    if (format == obj || format == ply || format == stl) return {};
+    return "files of this format are read as y up and in metres, whatever they hold: expected up = "
+           "y and unit = m. Choose those for obj, ply, stl and pc2 alone";
+}
+
+// In the file's axes and unit.
+static graph::Wire<geometry::TriMesh> turned_for_file(const Inputs& in)
+{
+    if (in.up == Up::y && in.unit == Unit::metre) return in.mesh;
+    auto mesh = std::make_shared<geometry::TriMesh>(*in.mesh);
+    geometry::Mat3 turn = geometry::Mat3::Identity();
+    if (in.up == Up::z) turn << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+    geometry::Transform T = geometry::Transform::Identity();
+    T.linear() = turn / metres_of(in);
+    geometry::move(*mesh, T);
+    return mesh;
+}
+
+static Outputs run(const Inputs& linked, const graph::Context& context)
+{
+    Inputs in = linked;
+    if (const std::string why = why_as_it_is(in); !why.empty()) throw std::invalid_argument(why);
+    in.mesh = turned_for_file(in);
     if (const std::string what = geometry::what_is_not_finite(*in.mesh); !what.empty()) {
         throw std::invalid_argument("the mesh can't be written, because " + what +
                                     ": look for the first node with huge numbers");
     }
     if (is_cache(in)) return run_cache(in, context);
-    const auto format = in.format == Format::automatic
-                            ? geometry::mesh_format(in.path)
-                            : static_cast<geometry::MeshFormat>(static_cast<int>(in.format) - 1);
+    const auto format = format_of(in);
     const auto path = graph::frame_file(in.path, context);
     const auto files =
         geometry::is_written_here(format) && !in.assimp
@@ -134,9 +183,15 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
         if (in.path.string().find('#') != std::string::npos) return {{"path", numbered_cache(in)}};
         return wrong_path(in.path, {}, 1);
     }
-    if (in.format != Format::automatic) return wrong_path(in.path, {}, setting.frames);
-    return wrong_path(in.path, {".obj", ".ply", ".stl", ".glb", ".gltf", ".dae", ".fbx", ".x3d"},
-                      setting.frames);
+    graph::Faults faults =
+        in.format != Format::automatic
+            ? wrong_path(in.path, {}, setting.frames)
+            : wrong_path(in.path, {".obj", ".ply", ".stl", ".glb", ".gltf", ".dae", ".fbx", ".x3d"},
+                         setting.frames);
+    if (!faults.empty()) return faults;
+    const std::string why = why_as_it_is(in);
+    if (!why.empty()) faults.push_back({in.up == Up::y ? "unit" : "up", why});
+    return faults;
 }
 
 void add_to(graph::Registry& registry)
@@ -159,6 +214,16 @@ void add_to(graph::Registry& registry)
                 "with a constant number of vertices. gltf, dae (COLLADA), fbx (in text form, "
                 "which Blender does not read) and "
                 "x3d are written by assimp.")
+        .choice("up", &Inputs::up, {"y", "z"},
+                "Axis of the file that points up; z for programs that take files as they are, as "
+                "CAD and Blender's import of PLY and STL do. Of obj, ply, stl and pc2; the other "
+                "formats are y up by what they are.",
+                {"format", {"auto", "obj", "ply", "stl", "pc2"}})
+        .choice("unit", &Inputs::unit, {"m", "cm", "mm", "inch", "foot", "custom"},
+                "Unit of length of the file, of the same formats. Attributes stay as they are.",
+                {"format", {"auto", "obj", "ply", "stl", "pc2"}})
+        .param("custom_unit", &Inputs::custom_unit, "Length of the file's unit.",
+               {.min = 1e-12, .max = 1e12, .unit = "m"}, {"unit", {"custom"}})
         .param("assimp", &Inputs::assimp,
                "Whether assimp writes obj, ply, stl and glb too. It welds vertices that coincide "
                "in a frame, drops attributes, and takes 6 to 50 times as long.",
