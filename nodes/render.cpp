@@ -14,12 +14,15 @@
 #include "render/cube_quantity.hpp"
 #include "render/draw.hpp"
 #include "render/extent.hpp"
+#include "render/four_views.hpp"
 #include "render/legend.hpp"
 #include "render/marker.hpp"
 #include "render/mesh_surface.hpp"
 #include "render/stage.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <span>
 
 namespace nodes::render {
@@ -117,12 +120,22 @@ static ::render::Look look_of(const Inputs& in)
     return look;
 }
 
+// The points of all frames, or else of the mesh at rest; with a floor below them, the stage goes
+// down to that.
+static std::span<const Vec3f> held_points(const Inputs& in)
+{
+    if (in.shot) return in.shot->positions;
+    if (in.extent) return in.extent->points;
+    return {};
+}
+
 // Beside the legend, where the camera fits what is drawn.
 static ::render::Camera camera_of(const Inputs& in, const ::render::Scene& scene, int turns)
 {
     const CameraParams& c = in.camera;
     if (c.kind == CameraParams::Kind::look_at) {
-        return {c.eye, c.target, {0, 1, 0}, c.field_of_view * degrees};
+        const ::render::Camera stands{c.eye, c.target, {0, 1, 0}, c.field_of_view * degrees};
+        return c.parallel ? ::render::parallel_from(stands) : stands;
     }
     const double turn = c.kind == CameraParams::Kind::turntable ? c.turn * turns : 0;
     double legend = scene.legend ? ::render::width_of(*scene.legend, in.width, in.height) : 0;
@@ -132,15 +145,8 @@ static ::render::Camera camera_of(const Inputs& in, const ::render::Scene& scene
                              c.parallel ? ::render::parallel_view : c.field_of_view * degrees,
                              double(in.width) / in.height, c.margin, legend);
     };
-    // The points of all frames, or else of the mesh at rest; with a floor below them, the stage
-    // goes down to that.
     const bool round = c.kind == CameraParams::Kind::turntable;
-    std::span<const Vec3f> points;
-    if (in.shot) {
-        points = in.shot->positions;
-    } else if (in.extent) {
-        points = in.extent->points;
-    }
+    const std::span<const Vec3f> points = held_points(in);
     if (c.hold == CameraParams::Hold::box || points.empty()) return fit(scene.stage);
     if (round) return fit(std::span<const Vec3f>(::render::turned_about(points)));
     return fit(points);
@@ -302,10 +308,28 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     const std::string still =
         wrong_before(in.motion_blur, setting.links_of("mesh"), setting.links_of("before"));
     if (!still.empty()) return {{"motion_blur.shutter", still}};
+    if (in.camera.views == CameraParams::Views::four && std::min(in.width, in.height) < 16) {
+        return {{"camera.views", "four views need a picture of at least 16 x 16 pixels"}};
+    }
     for (const char* input : {"mesh", "layers", "cubes", "points", "pins", "forces", "colliders"}) {
         if (setting.links(input)) return {};
     }
     return {{"", nothing_to_draw}};
+}
+
+static ::render::Image picture_of(const Inputs& in, const ::render::Scene& scene,
+                                  const ::render::Camera& camera,
+                                  std::vector<std::string>& warnings,
+                                  const std::function<void()>& check)
+{
+    const ::render::Look look = look_of(in);
+    if (in.camera.views == CameraParams::Views::one) {
+        return ::render::draw(scene, camera, look, &warnings, check);
+    }
+    geometry::Box box;
+    for (const Vec3f& p : held_points(in)) box.add(p.cast<double>());
+    if (box.empty() || in.camera.hold == CameraParams::Hold::box) box = scene.stage;
+    return ::render::four_views(scene, box, camera, in.camera.margin, look, &warnings, check);
 }
 
 static Outputs run(const Inputs& in, const graph::Context& context)
@@ -335,7 +359,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const auto check = [&] {
         if (context.stop.stop_requested()) throw graph::Cancelled();
     };
-    Outputs out{::render::draw(scene, camera, look_of(in), &warnings, check)};
+    Outputs out{picture_of(in, scene, camera, warnings, check)};
     for (const std::string& text : warnings) context.warn(text);
     warn_of_unseen(in.camera.kind, in.ground, double(in.width) / in.height, scene, camera, drawn,
                    floor.has_value(), context);

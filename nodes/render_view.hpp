@@ -18,6 +18,7 @@ struct CameraParams {
     double field_of_view = 28;
     bool parallel = false;
     enum class Hold { shape, box } hold = Hold::shape;
+    enum class Views { one, four } views = Views::one;
 };
 
 struct LightParams {
@@ -69,10 +70,15 @@ inline void describe(graph::ParamsOf<CameraParams>& p)
         .param("field_of_view", &CameraParams::field_of_view,
                "Angle that the picture's height spans; small flattens perspective.",
                {1, 150, "deg"})
-        .param("parallel", &CameraParams::parallel,
-               "Whether the projection is parallel (orthographic): then far things look as large "
-               "as near ones, and `field_of_view` has no effect.",
-               {}, {"kind", {"fit", "turntable"}});
+        .param(
+            "parallel", &CameraParams::parallel,
+            "Whether the projection is parallel (orthographic): then far things look as large "
+            "as near ones. A camera that fits needs no `field_of_view` then; one that looks at a "
+            "target shows as much as it would of a plane there.")
+        .choice("views", &CameraParams::views, {"one", "four"},
+                "four: the picture has four parts, at the left the top above the front, at the "
+                "right what the camera sees above the right side. The other three are parallel, in "
+                "line and of one scale, and hold the stage.");
 }
 
 inline void describe(graph::ParamsOf<LightParams>& p)
@@ -120,6 +126,20 @@ inline constexpr const char* rest_told =
     "Mesh that sets the stage: the camera, the floor and the shadow are fitted to its bounds. Link "
     "what does not move (the mesh at rest), so that they stand still; without it they follow what "
     "is drawn.";
+inline constexpr const char* view_told =
+    "Camera of a file, from ReadCamera: then nothing of `camera` has effect but `views`.";
+
+// The same camera with its target in the middle of the stage's depth, by which the floor's grid is
+// laid out.
+inline ::render::Camera aimed_at(::render::Camera camera, const geometry::Box& stage)
+{
+    if (stage.empty() || camera.field_of_view == ::render::parallel_view) return camera;
+    const Vec3 ahead = (camera.target - camera.eye).normalized();
+    const double depth = ahead.dot(stage.centre() - camera.eye);
+    camera.target = camera.eye + std::max(depth, 0.1 * stage.diagonal()) * ahead;
+    return camera;
+}
+
 inline constexpr const char* shot_told =
     "Points that set the stage instead of `rest`: link those of MotionBounds, so that the camera, "
     "the floor and the shadow hold the motion of all cooked frames.";

@@ -130,6 +130,15 @@ std::vector<Vec3f> turned_about(std::span<const Vec3f> points)
     return all;
 }
 
+Camera parallel_from(const Camera& camera)
+{
+    Camera parallel = camera;
+    const double farther = std::tan(camera.field_of_view / 2) / std::tan(parallel_view / 2);
+    parallel.eye = camera.target + farther * (camera.eye - camera.target);
+    parallel.field_of_view = parallel_view;
+    return parallel;
+}
+
 geometry::Mat3 camera_axes(const Camera& camera)
 {
     const Vec3 ahead = (camera.target - camera.eye).normalized();

@@ -48,6 +48,10 @@ std::vector<Vec3f> turned_about(std::span<const Vec3f> points);
 // Radians: so narrow that it stands for a parallel projection, to a third of a pixel of 540.
 inline constexpr double parallel_view = 0.002;
 
+// The camera that sees in parallel what `camera` sees of the plane through its target, from the
+// same direction. One that stands at its target stays there.
+Camera parallel_from(const Camera& camera);
+
 // Where right, up and ahead are in the picture: rows of length 1, across each other. The camera
 // must not stand at its target; one that looks along `up` has some direction to its right.
 geometry::Mat3 camera_axes(const Camera& camera);

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace {
 
 using fixtures::NodeRun;
@@ -144,6 +146,56 @@ TEST(RenderNode, ACloudIsDrawnAsBallsInItsColours)
     }
     EXPECT_NEAR(red, 19, 6);
     EXPECT_NEAR(blue, 1900, 600);
+}
+
+// Two balls 4 m apart along the view: in parallel both are as large, and a metre at the target has
+// as many pixels as in perspective, 96 / (2 * 9 tan 20) = 14.7.
+TEST(RenderNode, ACameraThatLooksAtATargetMayBeParallel)
+{
+    geometry::TriMesh near = geometry::icosphere(0.5, 3), far = near;
+    for (Vec3f& p : near.positions) p += Vec3f(-1, 0, 2);
+    for (Vec3f& p : far.positions) p += Vec3f(1, 0, -2);
+    NodeRun render("Render");
+    for (const char* side : {"width", "height"}) render.param(side).is = std::int64_t{96};
+    render.param("look").is = std::string("plain");
+    render.param("quality").is = std::string("draft");
+    render.param("ground.kind").is = std::string("none");
+    render.param("backdrop.top").is = std::array<double, 3>{0, 0, 1};
+    render.param("backdrop.horizon").is = std::array<double, 3>{0, 0, 1};
+    render.param("camera.kind").is = std::string("look_at");
+    render.param("camera.eye").is = std::array<double, 3>{0, 0, 9};
+    render.param("camera.target").is = std::array<double, 3>{0, 0, 0};
+    render.param("camera.field_of_view").is = 40.0;
+    render.inputs["mesh"] = {graph::Value::of(near), graph::Value::of(far)};
+    const auto widths = [&] {
+        const auto image = render.run().as<::render::Image>();
+        std::array<int, 2> found{};
+        for (std::size_t x = 0; x < 96; ++x) {
+            const auto* p = &image->rgba[4 * (96 * 48 + x)];
+            if (std::abs(int(p[0]) - int(p[2])) < 60) ++found[x < 48 ? 0 : 1];
+        }
+        return found;
+    };
+    const auto perspective = widths();
+    EXPECT_GT(perspective[0], perspective[1] + 4);
+    render.param("camera.parallel").is = true;
+    const auto parallel = widths();
+    EXPECT_NEAR(parallel[0], 14.7, 1.5);
+    EXPECT_NEAR(parallel[1], 14.7, 1.5);
+    // Beside three others, it is the upper right part.
+    render.param("camera.views").is = std::string("four");
+    render.param("width").is = std::int64_t{194};
+    render.param("height").is = std::int64_t{194};
+    const auto four = render.run().as<::render::Image>();
+    render.param("camera.views").is = std::string("one");
+    render.param("width").is = std::int64_t{96};
+    render.param("height").is = std::int64_t{96};
+    const auto one = render.run().as<::render::Image>();
+    for (std::size_t y = 0; y < 96; ++y) {
+        EXPECT_TRUE(std::equal(one->rgba.begin() + std::ptrdiff_t(4 * 96 * y),
+                               one->rgba.begin() + std::ptrdiff_t(4 * 96 * (y + 1)),
+                               four->rgba.begin() + std::ptrdiff_t(4 * (194 * y + 98))));
+    }
 }
 
 // A ball that flies 3 m in 10 frames: the camera that holds its motion keeps the margin free in all
