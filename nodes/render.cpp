@@ -174,6 +174,9 @@ static void add_meshes(::render::Scene& scene, const Inputs& in)
         surface.layout = in.layout;
         surface.mesh = meshes[m];
         surface.before = before;
+        if (in.colour.by == ::render::Paint::By::checker && !linked->triangles().empty()) {
+            surface.mesh = in_checkers(in.colour, surface.mesh, in.rest.get());
+        }
         surface.paint.by = some && !has_attribute(*meshes[m], attribute)
                                ? ::render::Paint::By::material
                                : in.colour.by;

@@ -6,6 +6,7 @@
 #include "geometry/mesh/mesh.hpp"
 #include "graph/types/param_builder.hpp"
 #include "graph/types/value.hpp"
+#include "render/checker.hpp"
 #include "render/legend.hpp"
 #include "render/mesh_surface.hpp"
 
@@ -25,15 +26,17 @@ struct ColourParams {
     ::render::ColourMap map = ::render::ColourMap::viridis;
     enum class Range { fit, fixed, percentile } range = Range::fit;
     double low = 0, high = 1, clip = 0.02;
+    double squares = 8, square = 0;
 };
 
 inline void describe(graph::ParamsOf<ColourParams>& p)
 {
     p.choice(
-         "by", &ColourParams::by, {"material", "constant", "vertex", "attribute"},
+         "by", &ColourParams::by, {"material", "constant", "vertex", "attribute", "checker"},
          "What colours the meshes: their materials with their textures, one colour, their "
-         "vertices' own colours, or an attribute through a scale. The alpha of a texture always "
-         "takes effect.")
+         "vertices' own colours, an attribute through a scale, or a checkered pattern, which shows "
+         "how surfaces stretch and how texture coordinates lie. The alpha of a texture always "
+         "takes effect, but in the pattern.")
         .colour("constant", &ColourParams::constant, "The one colour.", {"by", {"constant"}})
         .param(
             "attribute", &ColourParams::attribute,
@@ -56,7 +59,14 @@ inline void describe(graph::ParamsOf<ColourParams>& p)
                {"range", {"fixed"}})
         .param("clip", &ColourParams::clip,
                "Share of the values, one of each vertex, that lie beyond each end of the scale.",
-               {0, 0.49}, {"range", {"percentile"}});
+               {0, 0.49}, {"range", {"percentile"}})
+        .param("squares", &ColourParams::squares,
+               "Squares along one unit of texture coordinates, of meshes that have them.",
+               {0.01, 10'000}, {"by", {"checker"}})
+        .param("square", &ColourParams::square,
+               "Side of the squares on meshes without, where they lie in `rest` (without it they "
+               "swim upon what moves); 0: a sixteenth of its diagonal.",
+               {0, 1e9, "m"}, {"by", {"checker"}});
 }
 
 // "2 to 98 %", both with as many decimals as three digits of the first need.
@@ -89,6 +99,20 @@ inline ::render::Legend legend_for(const ColourParams& colour, const geometry::A
         if (range.clips) legend.note = (even ? "at least " : "") + percentiles_told(colour.clip);
     }
     return legend;
+}
+
+// `mesh` in the pattern, which sticks to it where `rest` (may be null) has as many vertices.
+inline std::shared_ptr<const geometry::TriMesh>
+in_checkers(const ColourParams& colour, const std::shared_ptr<const geometry::TriMesh>& mesh,
+            const geometry::TriMesh* rest)
+{
+    const bool sticks = rest && rest->positions.size() == mesh->positions.size();
+    const geometry::TriMesh& lies = sticks ? *rest : *mesh;
+    double square = colour.square;
+    if (square == 0) square = std::max(geometry::bounds(lies).diagonal() / 16, 1e-9);
+    auto out = std::make_shared<geometry::TriMesh>(*mesh);
+    out->topology = ::render::checkered(*mesh, lies, colour.squares, square);
+    return out;
 }
 
 using Meshes = std::vector<graph::Wire<geometry::TriMesh>>;

@@ -218,7 +218,8 @@ Batch batch_of(Gathering& all, const SurfaceLayout::Part& part, const TriMesh& m
     batch.cover.texture = number_of(all.list, material.texture, false);
     batch.cover.normals = number_of(all.list, material.normal_map, true);
     batch.cover.bump = material.bump;
-    batch.cover.colours = surface.paint.by == Paint::By::material;
+    const Paint::By by = surface.paint.by;
+    batch.cover.colours = by == Paint::By::material || by == Paint::By::checker;
     batch.cover.use = material.use;
     return batch;
 }

@@ -25,7 +25,8 @@ struct SurfaceLayout;
 // Where the colour of a surface comes from. A face's opacity, roughness and metallic always come
 // from its material.
 struct Paint {
-    enum class By { material, constant, vertex_colour, attribute };
+    // checker: as material, of what checkered() made.
+    enum class By { material, constant, vertex_colour, attribute, checker };
     By by = By::material;
     Vec3f colour{0.7f, 0.7f, 0.7f};  // constant: linear RGB
     std::string attribute;           // attribute: the name of one of the mesh's

@@ -148,6 +148,59 @@ TEST(RenderNode, ACloudIsDrawnAsBallsInItsColours)
     EXPECT_NEAR(blue, 1900, 600);
 }
 
+// A wall 4 m wide and high in squares of 1 m: pale and dark change places at each metre, and stay
+// on the wall as it moves. With texture coordinates from 0 to 1, four squares a unit are as large.
+TEST(RenderNode, CheckersAreSquaresThatStickToTheSurface)
+{
+    geometry::TriMesh wall;
+    wall.positions = {{-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, {-2, 2, 0}};
+    geometry::MeshTopology topology;
+    topology.triangles = {{0, 1, 2}, {0, 2, 3}};
+    wall.topology = std::make_shared<const geometry::MeshTopology>(topology);
+    NodeRun render("Render");
+    for (const char* side : {"width", "height"}) render.param(side).is = std::int64_t{100};
+    render.param("look").is = std::string("plain");
+    render.param("quality").is = std::string("draft");
+    render.param("ground.kind").is = std::string("none");
+    render.param("light.shadow").is = std::string("off");
+    render.param("camera.kind").is = std::string("look_at");
+    render.param("camera.parallel").is = true;
+    render.param("camera.eye").is = std::array<double, 3>{0, 0, 5};
+    render.param("camera.target").is = std::array<double, 3>{0, 0, 0};
+    // 5 m are seen: 20 pixels a metre.
+    render.param("camera.field_of_view").is = 2 * std::atan(0.5) * 180 / 3.141592653589793;
+    render.param("colour.by").is = std::string("checker");
+    render.param("colour.square").is = 1.0;
+    render.param("colour.squares").is = 4.0;
+    const auto pattern = [&](const geometry::TriMesh& mesh, float by) {
+        geometry::TriMesh moved = mesh;
+        for (Vec3f& p : moved.positions) p.x() += by;
+        render.inputs["rest"] = {graph::Value::of(geometry::TriMesh(mesh))};
+        render.inputs["mesh"] = {graph::Value::of(std::move(moved))};
+        const auto image = render.run().as<::render::Image>();
+        std::string rows;
+        for (const double y : {1.5, 0.5, -0.5, -1.5}) {
+            for (const double x : {-1.5, -0.5, 0.5, 1.5}) {
+                const auto column = std::size_t(50 + 20 * (x + double(by))),
+                           row = std::size_t(50 - 20 * y);
+                rows += image->rgba[4 * (100 * row + column)] > 130 ? '#' : '.';
+            }
+        }
+        return rows;
+    };
+    const std::string even = "#.#..#.##.#..#.#", odd = ".#.##.#..#.##.#.";
+    const std::string by_place = pattern(wall, 0);
+    EXPECT_TRUE(by_place == even || by_place == odd) << by_place;
+    EXPECT_EQ(pattern(wall, 0.3f), by_place);
+    topology.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    topology.uv_triangles = topology.triangles;
+    wall.topology = std::make_shared<const geometry::MeshTopology>(topology);
+    render.param("colour.square").is = 0.1;
+    const std::string by_uv = pattern(wall, 0);
+    EXPECT_TRUE(by_uv == even || by_uv == odd) << by_uv;
+    EXPECT_EQ(pattern(wall, 0.3f), by_uv);
+}
+
 // Two balls 4 m apart along the view: in parallel both are as large, and a metre at the target has
 // as many pixels as in perspective, 96 / (2 * 9 tan 20) = 14.7.
 TEST(RenderNode, ACameraThatLooksAtATargetMayBeParallel)
