@@ -44,6 +44,7 @@ struct Inputs {
     graph::Wire<physics::LayeredScene> layers;
     graph::Wire<geometry::TriMesh> rest, shot;
     std::shared_ptr<const ::render::Extent> extent;
+    graph::Wire<::render::Camera> view;
     graph::Wire<geometry::Cubes> cubes;
     graph::Wire<physics::State> state;
     graph::Wire<geometry::Samples> points;
@@ -133,6 +134,7 @@ static std::span<const Vec3f> held_points(const Inputs& in)
 static ::render::Camera camera_of(const Inputs& in, const ::render::Scene& scene, int turns)
 {
     const CameraParams& c = in.camera;
+    if (in.view) return aimed_at(*in.view, scene.stage);
     if (c.kind == CameraParams::Kind::look_at) {
         const ::render::Camera stands{c.eye, c.target, {0, 1, 0}, c.field_of_view * degrees};
         return c.parallel ? ::render::parallel_from(stands) : stands;
@@ -364,8 +366,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     };
     Outputs out{picture_of(in, scene, camera, warnings, check)};
     for (const std::string& text : warnings) context.warn(text);
-    warn_of_unseen(in.camera.kind, in.ground, double(in.width) / in.height, scene, camera, drawn,
-                   floor.has_value(), context);
+    warn_of_unseen(in.view ? CameraParams::Kind::look_at : in.camera.kind, in.ground,
+                   double(in.width) / in.height, scene, camera, drawn, floor.has_value(), context);
     return out;
 }
 
@@ -398,6 +400,7 @@ void add_to(graph::Registry& registry)
         .input("layers", &Inputs::layers, layers_told, graph::Need::optional)
         .input("rest", &Inputs::rest, rest_told, graph::Need::optional)
         .input("shot", &Inputs::shot, shot_told, graph::Need::optional)
+        .input("view", &Inputs::view, view_told, graph::Need::optional)
         .input("cubes", &Inputs::cubes, "Cubes to draw.", graph::Need::optional)
         .input("state", &Inputs::state,
                "State of the cubes at this frame; without it they are drawn at rest.",

@@ -4,7 +4,10 @@
 
 #include "geometry/base/vec.hpp"
 #include "graph/types/param_builder.hpp"
+#include "render/camera.hpp"
 #include "render/look.hpp"
+
+#include <algorithm>
 
 namespace nodes::render {
 

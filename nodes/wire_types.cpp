@@ -20,5 +20,6 @@ template const WireType& wire_type<physics::LayeredScene>();
 template const WireType& wire_type<physics::ModalModel>();
 template const WireType& wire_type<physics::ModalState>();
 template const WireType& wire_type<render::Image>();
+template const WireType& wire_type<render::Camera>();
 
 }  // namespace graph

@@ -16,6 +16,7 @@
 #include "physics/state/loads.hpp"
 #include "physics/state/pressed_surface.hpp"
 #include "physics/state/state.hpp"
+#include "render/camera.hpp"
 #include "render/image.hpp"
 
 namespace graph {
@@ -35,6 +36,7 @@ template <> inline constexpr const char* wire_name<physics::LayeredScene> = "lay
 template <> inline constexpr const char* wire_name<physics::ModalModel> = "modal_model";
 template <> inline constexpr const char* wire_name<physics::ModalState> = "modal_state";
 template <> inline constexpr const char* wire_name<render::Image> = "image";
+template <> inline constexpr const char* wire_name<render::Camera> = "camera";
 
 extern template const WireType& wire_type<geometry::TriMesh>();
 extern template const WireType& wire_type<geometry::Polylines>();
@@ -51,5 +53,6 @@ extern template const WireType& wire_type<physics::LayeredScene>();
 extern template const WireType& wire_type<physics::ModalModel>();
 extern template const WireType& wire_type<physics::ModalState>();
 extern template const WireType& wire_type<render::Image>();
+extern template const WireType& wire_type<render::Camera>();
 
 }  // namespace graph

@@ -9,6 +9,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/base/srgb.hpp"
 #include "geometry/base/stop.hpp"
+#include "geometry/io/file_axes.hpp"
 #include "geometry/io/line_tubes.hpp"
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/mesh.hpp"
@@ -21,52 +22,6 @@
 
 namespace geometry {
 namespace {
-
-double metres_of(LengthUnit unit, double custom, double said)
-{
-    switch (unit) {
-    case LengthUnit::automatic:
-        return said > 0 && std::isfinite(said) ? said : 1;
-    case LengthUnit::metre:
-        return 1;
-    case LengthUnit::centimetre:
-        return 0.01;
-    case LengthUnit::millimetre:
-        return 0.001;
-    case LengthUnit::inch:
-        return 0.0254;
-    case LengthUnit::foot:
-        return 0.3048;
-    case LengthUnit::custom:
-        if (!(custom > 0) || !std::isfinite(custom)) {
-            throw std::invalid_argument("custom unit: expected a positive number of metres");
-        }
-        return custom;
-    }
-    throw std::invalid_argument("no such unit");
-}
-
-Mat3 to_y_up(UpAxis up, const ImportedScene& scene)
-{
-    Mat3 M = Mat3::Identity();
-    switch (up) {
-    case UpAxis::automatic:
-        if (scene.has_axes) {
-            M = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
-                scene.to_y_up.data());
-        }
-        return M;
-    case UpAxis::y:
-        return M;
-    case UpAxis::z:
-        M << 1, 0, 0, 0, 0, 1, 0, -1, 0;
-        return M;
-    case UpAxis::x:
-        M << 0, -1, 0, 1, 0, 0, 0, 0, 1;
-        return M;
-    }
-    throw std::invalid_argument("no such axis");
-}
 
 Transform world_of(const ImportedNode& node, const Transform& file_to_world)
 {
@@ -466,8 +421,7 @@ ReadMesh assemble_mesh(const ImportedScene& given, const ReadOptions& options,
     const ImportedScene& scene = options.line_thickness > 0 ? thickened : given;
     Assembly assembly = begin_assembly(scene);
     Transform file_to_world = Transform::Identity();
-    file_to_world.linear() =
-        metres_of(options.unit, options.custom_unit, scene.unit) * to_y_up(options.up, scene);
+    file_to_world.linear() = to_metres(scene, options);
     for (const ImportedNode& node : scene.nodes) {
         if (node.mesh >= scene.meshes.size()) continue;
         add_instance(assembly, node, world_of(node, file_to_world));

@@ -29,6 +29,11 @@ template <class Archive> void pass(Archive& a, ImportedNode& n)
 {
     a(n.name), a(n.mesh), a(n.to_world);
 }
+template <class Archive> void pass(Archive& a, ImportedCamera& c)
+{
+    a(c.name), a(c.position), a(c.ahead), a(c.up), a(c.width_angle), a(c.half_width), a(c.aspect),
+        a(c.to_world);
+}
 template <class Archive> void pass(Archive& a, ImportedFile& f)
 {
     a(f.path), a(f.found);
@@ -39,11 +44,11 @@ template <class Archive> void pass(Archive& a, std::string& s)
 }
 template <class Archive> void pass(Archive& a, ImportedScene& s)
 {
-    std::uint64_t format = 0x3233'6369'7073'6120;  // another build's importer is not understood
+    std::uint64_t format = 0x3333'6369'7073'6120;  // another build's importer is not understood
     a(format);
-    if (format != 0x3233'6369'7073'6120) throw std::runtime_error("not a scene of this version");
-    a(s.meshes), a(s.materials), a(s.embedded), a(s.nodes), a(s.linear_colours), a(s.unit),
-        a(s.has_axes), a(s.to_y_up), a(s.files), a(s.textures), a(s.error);
+    if (format != 0x3333'6369'7073'6120) throw std::runtime_error("not a scene of this version");
+    a(s.meshes), a(s.materials), a(s.embedded), a(s.nodes), a(s.cameras), a(s.linear_colours),
+        a(s.unit), a(s.has_axes), a(s.to_y_up), a(s.files), a(s.textures), a(s.error);
 }
 
 template <class Archive> void pass(Archive& a, ExportedFile& f)

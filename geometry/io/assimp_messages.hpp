@@ -71,6 +71,19 @@ struct ImportedNode {
     std::array<double, 12> to_world{};  // rows of a 3 x 4 matrix
 };
 
+// Its vectors are those of the node that it hangs at.
+struct ImportedCamera {
+    static constexpr double samples_a_second = 120;
+
+    std::string name;
+    Vec3f position{0, 0, 0}, ahead{0, 0, -1}, up{0, 1, 0};
+    float width_angle = 0;  // rad, of the picture's width
+    float half_width = 0;   // in the file's unit, of a parallel one's picture; 0: it is none
+    float aspect = 0;       // width / height; 0: the file does not say
+    // Rows of 3 x 4 matrices: one, or a sample of its motion each 120th of a second.
+    std::vector<std::array<double, 12>> to_world;
+};
+
 struct ImportedFile {
     std::string path;
     bool found = false;
@@ -81,9 +94,10 @@ struct ImportedScene {
     std::vector<ImportedMaterial> materials;
     std::vector<EmbeddedPicture> embedded;
     std::vector<ImportedNode> nodes;
-    bool linear_colours = false;  // else they are display values, sRGB
-    double unit = 0;              // m, of one unit of length; 0 when the file does not say
-    bool has_axes = false;        // whether the file says which axis is up
+    std::vector<ImportedCamera> cameras;  // where these were asked for
+    bool linear_colours = false;          // else they are display values, sRGB
+    double unit = 0;                      // m, of one unit of length; 0 when the file does not say
+    bool has_axes = false;                // whether the file says which axis is up
     std::array<double, 9> to_y_up{1, 0, 0, 0, 1, 0, 0, 0, 1};  // rows, when it says so
     std::vector<ImportedFile> files;    // that were opened or looked for, the mesh file first
     std::vector<std::string> textures;  // named by materials, each once; "*0" is in the file

@@ -54,12 +54,14 @@ void want_mesh_file(const fs::path& path)
     if (fs::file_size(path, code) == 0) throw std::runtime_error(path.string() + " is empty");
 }
 
-ImportedScene import_scene(const fs::path& path, const ImportOptions& options)
+namespace {
+
+ImportedScene import_by(const char* job, const fs::path& path, const ImportOptions& options)
 {
     want_mesh_file(path);
     ImportedScene scene;
     const AssimpRun run =
-        run_assimp({"read", fs::absolute(path).string(),
+        run_assimp({job, fs::absolute(path).string(),
                     options.root.empty() ? "" : fs::absolute(options.root).string()},
                    {}, options.limits, options.check, [&](const char* bytes, std::size_t size) {
                        scene = unpack<ImportedScene>(bytes, size);
@@ -68,6 +70,18 @@ ImportedScene import_scene(const fs::path& path, const ImportOptions& options)
         throw std::runtime_error(path.string() + ": " + why);
     }
     return scene;
+}
+
+}  // namespace
+
+ImportedScene import_scene(const fs::path& path, const ImportOptions& options)
+{
+    return import_by("read", path, options);
+}
+
+ImportedScene import_cameras(const fs::path& path, const ImportOptions& options)
+{
+    return import_by("cameras", path, options);
 }
 
 }  // namespace geometry

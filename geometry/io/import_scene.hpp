@@ -23,6 +23,9 @@ struct ImportOptions {
 // aspic-assimp is missing (run_assimp).
 ImportedScene import_scene(const std::filesystem::path& path, const ImportOptions& options = {});
 
+// Its cameras alone, likewise.
+ImportedScene import_cameras(const std::filesystem::path& path, const ImportOptions& options = {});
+
 // Throws std::runtime_error unless `path` is a file that can be read and is not empty.
 void want_mesh_file(const std::filesystem::path& path);
 

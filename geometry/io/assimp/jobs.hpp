@@ -7,10 +7,18 @@
 
 #include <string>
 
+struct aiScene;
+
 namespace geometry::assimp {
 
+// Everything that a file holds but its cameras, or these alone.
+enum class Wanted { meshes, cameras };
+
 // The mesh file at `path`. Files beside it that it names must lie below `root`, unless empty.
-void read(const std::string& path, const std::string& root, ImportedScene& out);
+void read(const std::string& path, const std::string& root, Wanted wanted, ImportedScene& out);
+
+// The cameras of a scene, which may be one of a glTF file, into `out`.
+void read_cameras(const aiScene& scene, bool gltf, ImportedScene& out);
 
 // The binary glTF file that descriptor `input` holds, in the format that assimp calls `format`;
 // files beside it are called `name`.

@@ -73,7 +73,7 @@ template <class Made, class Job> std::string done(const Job& job)
 int main(int argc, char** argv)
 {
     const std::vector<std::string> words(argv, argv + argc);
-    if (argc != 6 || (words[1] != "read" && words[1] != "write")) {
+    if (argc != 6 || (words[1] != "read" && words[1] != "cameras" && words[1] != "write")) {
         std::fputs("aspic-assimp is run by aspic to read and write mesh files\n", stderr);
         return 2;
     }
@@ -84,15 +84,16 @@ int main(int argc, char** argv)
     limit(RLIMIT_CPU, std::ceil(std::atof(argv[5])));
     limit(RLIMIT_CORE, 0);
 
-    using geometry::assimp::read, geometry::assimp::write;
+    using geometry::assimp::read, geometry::assimp::write, geometry::assimp::Wanted;
     try {
         const std::string made =
-            words[1] == "read" ? done<geometry::ImportedScene>([&](geometry::ImportedScene& scene) {
-                read(words[2], words[3], scene);
-            })
-                               : done<geometry::ExportedFiles>([&](geometry::ExportedFiles& files) {
-                                     write(0, words[2], words[3], files);
-                                 });
+            words[1] != "write"
+                ? done<geometry::ImportedScene>([&](geometry::ImportedScene& scene) {
+                      read(words[2], words[3],
+                           words[1] == "cameras" ? Wanted::cameras : Wanted::meshes, scene);
+                  })
+                : done<geometry::ExportedFiles>(
+                      [&](geometry::ExportedFiles& files) { write(0, words[2], words[3], files); });
         if (!write_all(3, made)) {
             std::perror("handing over what was made");
             std::_Exit(1);

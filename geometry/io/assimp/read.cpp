@@ -433,7 +433,7 @@ void read_fbx_settings(const aiMetadata* data, ImportedScene& out)
 
 }  // namespace
 
-void read(const std::string& path, const std::string& root, ImportedScene& out)
+void read(const std::string& path, const std::string& root, Wanted wanted, ImportedScene& out)
 {
     // Never destroyed: the process ends when its work is done, and taking millions of faces apart
     // takes time.
@@ -461,6 +461,7 @@ void read(const std::string& path, const std::string& root, ImportedScene& out)
     } else if (extension == ".fbx") {
         read_fbx_settings(scene->mMetaData, out);
     }
+    if (wanted == Wanted::cameras) return read_cameras(*scene, out.linear_colours, out);
     for (unsigned i = 0; i < scene->mNumMeshes; ++i) {
         out.meshes.push_back(mesh_of(*scene, *scene->mMeshes[i]));
     }
