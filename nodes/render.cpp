@@ -115,6 +115,7 @@ static ::render::Look look_of(const Inputs& in)
     look.grid = in.ground.grid;
     look.backdrop_top = in.backdrop.top;
     look.backdrop_horizon = in.backdrop.horizon;
+    look.glass = in.show.glass;
     look.shutter = in.motion_blur.shutter;
     look.exposures = in.motion_blur.samples;
     if (in.look == Style::diagram) look.floor = look.backdrop_top = look.backdrop_horizon = white;

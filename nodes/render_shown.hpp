@@ -18,7 +18,7 @@ namespace nodes::render {
 struct ShowParams {
     bool pins = true, forces = true, force_values = false, colliders = true;
     double collider_opacity = 1, ghost = 0;
-    bool edges = false;
+    bool edges = false, glass = false;
     double point_size = 0;
 };
 
@@ -32,12 +32,17 @@ inline void describe(graph::ParamsOf<ShowParams>& p)
         .param("colliders", &ShowParams::colliders, "Whether linked colliders are drawn.")
         .param("collider_opacity", &ShowParams::collider_opacity,
                "Opacity of linked colliders, so that what lies behind them is seen; below 1 they "
-               "cast no shadow, and cost what a ghost costs.",
+               "cast no shadow (but as `glass`), and cost what a ghost costs.",
                {0, 1})
         .param("ghost", &ShowParams::ghost,
                "Opacity of `rest`, drawn as a pale shell around the deformed meshes; 0 draws none. "
                "At `standard`, anything clear makes pictures take up to 1.7 times as long.",
                {0, 1})
+        .param("glass", &ShowParams::glass,
+               "Whether clear things, by their materials or as colliders, look like glass: shadows "
+               "as light as they are clear, and a mirror image of sky, floor and key light, the "
+               "stronger the more obliquely they are seen. Their shadows are neither coloured nor "
+               "gathered to bright spots.")
         .param("edges", &ShowParams::edges, "Whether the edges of the meshes' faces are drawn.")
         .param("point_size", &ShowParams::point_size,
                "Diameter of linked points, and of those of meshes without faces; 0 chooses it by "
@@ -109,7 +114,7 @@ inline void add_loads(::render::Scene& scene, const ShowParams& show, const Link
         auto mark = ::render::collider_mark(*collider, scene.stage);
         if (!mark) continue;
         mark->opacity *= static_cast<float>(show.collider_opacity);
-        if (show.collider_opacity < 1) mark->shadow = false;
+        if (show.collider_opacity < 1 && !show.glass) mark->shadow = false;
         scene.surfaces.push_back(std::move(*mark));
     }
 }

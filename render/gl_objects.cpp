@@ -81,6 +81,9 @@ GlPrograms compile_programs()
     p.surface_textured = program(
         {"surface.vert"}, {"octahedral.glsl", "pack.glsl", "bent.glsl", "surface.frag"}, textured);
     p.shadow_textured = program({"shadow.vert"}, {"shadow.frag"}, textured);
+    const std::string clear = "#define CLEAR\n";
+    p.shadow_clear = program({"shadow.vert"}, {"shadow.frag"}, clear);
+    p.shadow_clear_textured = program({"shadow.vert"}, {"shadow.frag"}, clear + textured);
     p.balls = program({"balls.vert"}, {"octahedral.glsl", "pack.glsl", "balls.frag"});
     p.balls_shadow = program({"balls.vert"}, {"balls_shadow.frag"});
     p.traced = program(screen, lit_by("traced.frag"), lit_words(Style::plain, false, 2));

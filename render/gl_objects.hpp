@@ -69,7 +69,7 @@ struct SampleLayers {
 // One for each kind of pass that knows nothing of light.
 struct GlPrograms {
     GLuint surface, uneven, shadow, balls, balls_shadow, seen, soften;
-    GLuint surface_textured, shadow_textured;
+    GLuint surface_textured, shadow_textured, shadow_clear, shadow_clear_textured;
     GLuint traced, traced_shadow;
 };
 

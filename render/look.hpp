@@ -41,6 +41,8 @@ struct Look {
     Vec3f backdrop_top{0.10f, 0.12f, 0.15f}, backdrop_horizon{0.40f, 0.42f, 0.45f};
     Vec3f floor{0.34f, 0.34f, 0.34f};  // albedo
     bool grid = true;
+    // Clear things as glass: their shadows are as light as they are clear, and they mirror the sky.
+    bool glass = false;
 
     // Motion blur: the mean of `exposures` pictures, from `shutter` frames ago until now; 0: none.
     double shutter = 0;  // 0..1, of the way from where things were a frame ago

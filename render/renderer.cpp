@@ -127,6 +127,13 @@ void draw_traced_shadow(const GlObjects& gl, const DrawJob& job)
     fill_screen(gl.programs.traced_shadow);
 }
 
+GLuint shadow_program(const GlObjects& gl, bool cut, bool glass)
+{
+    const auto& p = gl.programs;
+    if (glass) return cut ? p.shadow_clear_textured : p.shadow_clear;
+    return cut ? p.shadow_textured : p.shadow;
+}
+
 void draw_shadow(GlObjects& gl, const DrawJob& job)
 {
     const int width = job.numbers.shadow_width, height = job.numbers.shadow_height;
@@ -145,15 +152,14 @@ void draw_shadow(GlObjects& gl, const DrawJob& job)
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(1.5f, 0);
     glEnable(GL_DEPTH_CLAMP);  // what lies before the map's box casts a shadow into it all the same
-    for (const auto& batches : {job.opaque, job.clear}) {
-        for (const Batch& batch : batches) {
+    for (const bool clear : {false, true}) {
+        const bool glass = clear && job.numbers.frame.backdrop_horizon[3] == 1;
+        for (const Batch& batch : clear ? job.clear : job.opaque) {
             if (!batch.shadow || batch.shape == Batch::Shape::lines) continue;
             const bool round = batch.shape == Batch::Shape::balls;
             const bool cut = batch.cover.texture >= 0 &&
                              batch.cover.use.alpha != geometry::TextureUse::Alpha::ignored;
-            glUseProgram(round ? gl.programs.balls_shadow
-                         : cut ? gl.programs.shadow_textured
-                               : gl.programs.shadow);
+            glUseProgram(round ? gl.programs.balls_shadow : shadow_program(gl, cut, glass));
             if (round) glUniform1i(1, 1);
             if (cut) use_cover(gl.textures, job, batch.cover, unit_texture, true);
             glDrawElements(round ? GL_POINTS : GL_TRIANGLES, GLsizei(batch.count), GL_UNSIGNED_INT,

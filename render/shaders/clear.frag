@@ -16,6 +16,18 @@ layout(binding = 9) uniform sampler2D picture;
 layout(location = 6) uniform vec4 laid;  // x 1: it colours too; y least alpha that is there; z 1: alpha blends
 #endif
 
+// A smooth pane over a body of `opacity`: what it reflects does not fade with the body. Schlick 1994.
+vec4 as_glass(vec3 body, vec3 n, vec3 v)
+{
+    float share = 0.04 + 0.96 * pow(1.0 - max(dot(n, v), 0.0), 5.0);
+    vec3 mirror = reflect(-v, n);
+    vec3 below = sky.w == 1.0 ? 0.8 * floor_colour.rgb * light.rgb * to_light.y : bounce.rgb;
+    vec3 around = mix(below, backdrop(mirror) * 1.5, smoothstep(-0.1, 0.1, mirror.y));
+    float sun = pow(max(dot(mirror, to_light.xyz), 0.0), 400.0);
+    vec3 reflected = share * around + sun * light.rgb;
+    return vec4((1.0 - share) * opacity * body + reflected, mix(opacity, 1.0, share));
+}
+
 void main()
 {
     vec3 v = normalize(eye.xyz - stage_point);
@@ -47,4 +59,7 @@ void main()
     }
     cover *= there;
     colour = vec4(sum * cover, cover);
+#if STYLE != DIAGRAM
+    if (backdrop_horizon.w == 1.0 && (steps & 2048) != 0) colour = there * as_glass(sum, n, v);
+#endif
 }

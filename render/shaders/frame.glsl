@@ -13,7 +13,7 @@ layout(std140, binding = 0) uniform Frame {
     vec4 sky;      // w 1 when there is a floor
     vec4 bounce;   // w height of the floor
     vec4 backdrop_top;      // w grid spacing; 0 none
-    vec4 backdrop_horizon;
+    vec4 backdrop_horizon;  // w 1: clear things are glass, with lighter shadows
     vec4 floor_colour;      // w samples along each side of a pixel
     vec4 shadow_size;       // xy texels, zw where the stage's centre is on the grid
     vec4 soft;     // x tangent of the key light's half width, y shadow depth per stage unit, z strength of occlusion, w its reach

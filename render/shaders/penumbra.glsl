@@ -35,6 +35,22 @@ Mapped mapped_to(vec3 p, vec3 n)
     return m;
 }
 
+// As lit_places(), of 16 places, each at another of the 4 x 4 texels over which shadow.frag spreads
+// what a clear thing covers: within its shadow their mean is exact.
+float lit_phases(Mapped m, float half_width, vec2 turn)
+{
+    vec2 wide = half_width / m.span, direction = turn;
+    float lit = 0.0;
+    for (int i = 0; i < 16; ++i) {
+        vec2 by = direction * away(i, 16) * wide;
+        direction = turned(direction);
+        vec2 texel = 4.0 * floor(0.25 * (m.at + by) * shadow_size.xy) + vec2(i & 3, i >> 2) + 0.5;
+        by = texel / shadow_size.xy - m.at;
+        lit += textureLod(shadow_smooth, vec3(m.at + by, min(m.ahead + dot(m.steep, by), 1.0)), 0.0);
+    }
+    return lit / 16.0;
+}
+
 // The share of `places` on a disc that is lit, `half_width` in stage units; 0 unless `wanted`.
 float lit_places(Mapped m, float half_width, vec2 turn, int places, bool wanted)
 {

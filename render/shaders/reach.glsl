@@ -39,13 +39,16 @@ vec2 light_reaching(vec2 at, float depth, vec3 p, vec3 n)
     // Where the four do not agree, a sharp shadow's edge runs between them, and where none is of this
     // place, they know nothing of its light: it is found right here.
     float edge = smoothstep(0.1, 0.3, high - low) * (1.0 - smoothstep(4.0, 8.0, sharpest));
+    bool glass = backdrop_horizon.w == 1.0;
+    if (glass) edge = 0.0;  // shadow.frag's squares of texels would show there
     if (low > high) edge = 1.0, sharpest = sharpest_near < WIDEST ? sharpest_near : 0.0;
     float half_width = max(sharpest * depth * length(down.xyz), 1.2 * light.w);
     bool wanted = edge > 0.0 && to_light.w > 0.0 && dot(n, to_light.xyz) > 0.0;
     Mapped on_map = mapped_to(p, n);
     // Beside the map is nothing that casts a shadow, as in seen.frag.
     wanted = wanted && all(greaterThanEqual(on_map.at, vec2(0.0))) && all(lessThanEqual(on_map.at, vec2(1.0)));
-    float lit = lit_places(on_map, half_width, vec2(1.0, 0.0), 16 / SAMPLES, wanted);
+    float lit = glass && wanted ? lit_phases(on_map, half_width, vec2(1.0, 0.0))
+                      : lit_places(on_map, half_width, vec2(1.0, 0.0), 16 / SAMPLES, wanted);
     if (wanted) reach.x = mix(reach.x, lit, edge);
 #endif
     return reach;

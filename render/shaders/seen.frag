@@ -18,7 +18,10 @@ float soft_key(vec3 p, vec3 n, vec2 turn, out float half_width)
     Mapped m = mapped_to(p, n);
     bool beside = any(lessThan(m.at, vec2(0.0))) || any(greaterThan(m.at, vec2(1.0)));
     float farthest = min(soft.x * m.ahead / soft.y, 0.06);
-    vec2 search = max(vec2(farthest), 1.5 * texel) / m.span;
+    // Of clear things, what covers a square of 4 x 4 texels is to be told.
+    bool glass = backdrop_horizon.w == 1.0;
+    float least = glass ? 4.0 * texel : 1.2 * texel;
+    vec2 search = max(vec2(farthest), glass ? 4.0 * texel : 1.5 * texel) / m.span;
     float found = 0.0, sum = 0.0;
     int tries = beside || nl <= 0.0 ? 0 : BLOCKERS;
     vec2 direction = turn;
@@ -33,8 +36,12 @@ float soft_key(vec3 p, vec3 n, vec2 turn, out float half_width)
             sum += between;
         }
     }
-    half_width = found > 0.0 ? clamp(soft.x * sum / found / soft.y, 1.2 * texel, 0.06) : 0.0;
+    half_width = found > 0.0 ? clamp(soft.x * sum / found / soft.y, least, 0.06) : 0.0;
     // What faces away is dark, as what lies beside it is.
+    if (glass && !beside && nl > 0.0) {
+        half_width = max(half_width, least);
+        return lit_phases(m, half_width, turn);
+    }
     float lit = lit_places(m, half_width, turn, SHADOWS, found > 0.0);
     return found > 0.0 || nl <= 0.0 ? lit : 1.0;
 }

@@ -3,9 +3,16 @@ layout(location = 0) in vec3 position;
 layout(location = 5) in vec2 uv;
 out vec2 at_picture;
 #endif
+#ifdef CLEAR
+layout(location = 3) in vec4 material;
+out float opacity;
+#endif
 
 void main()
 {
+#ifdef CLEAR
+    opacity = material.y;
+#endif
 #ifdef TEXTURED
     at_picture = vec2(uv.x, 1.0 - uv.y);
 #endif
