@@ -1,6 +1,7 @@
 #include "render/trail.hpp"
 
 #include "geometry/base/no_index.hpp"
+#include "geometry/base/stop.hpp"
 #include "geometry/mesh/pieces.hpp"
 
 #include <algorithm>
@@ -276,6 +277,7 @@ TriMesh trail_tubes(const TriMesh& points, const TrailLook& look)
     const std::size_t per_frame = places_in(points);
     Tubes tubes(look, diameter && !diameter->empty() ? diameter->back() : 0);
     for (std::size_t place = 0; place < per_frame; ++place) {
+        if (place % 256 == 0) geometry::stop_if_asked();
         tubes.add(path_of(points, place, per_frame));
     }
     return tubes.take();

@@ -192,6 +192,7 @@ const std::vector<Case>& cases()
          ball(7) + "," + t("Skeletons@1", of_ball, R"("skeletons": [{ "kind": "mesh" }])")},
         {"Skin", ball(7) + "," + scene() + "," +
                      t("Skin@1", of_ball + R"(, "part": "l.part", "scene": "s.scene")")},
+        {"Trail", ball(7) + "," + t("Trail@1", of_ball, R"("of": "vertices", "every": 1)")},
         {"Transform", ball(8) + "," + t("Transform@1", of_ball, R"("translate": [1, 0, 0])")},
         {"Vibrate",
          ball(7) + "," + ball(3, "coarse") + "," + solid("coarse", 10) + "," +
@@ -222,8 +223,9 @@ const std::vector<Case>& cases()
 
 // What the work of these is bound by is no size of a mesh, of cubes or of a picture.
 const std::set<std::string> small = {
-    "Ball",      "Carried", "Carry",     "Figure",  "Force",     "Ground",     "Pose",
-    "Pressure",  "Reach",   "ReadModes", "Springs", "ReadScene", "WriteModes", "WriteScene",
+    "Ball",      "Before",    "Carried",    "Carry",      "Figure",     "Force",
+    "Ground",    "Pose",      "Pressure",   "Reach",      "ReadCamera", "ReadModes",
+    "Springs",   "ReadScene", "WriteModes", "WriteScene",
     "WriteVideo"  // waits for ffmpeg, see RunProgram.*
 };
 
