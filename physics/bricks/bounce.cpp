@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace physics {
 namespace {
@@ -85,15 +84,6 @@ struct Impact {
     Vec3 velocity = Vec3::Zero();  // N s m/s, of the collider
 };
 
-// Who meets: part, whether the other is a part, and which.
-struct Meeting {
-    std::uint32_t part = 0;
-    bool parts = false;
-    std::uint32_t other = 0;
-
-    auto operator<=>(const Meeting&) const = default;
-};
-
 // Where the point of a touch is when corners are at x.
 Vec3 place_of(const PlaneTouch& touch, const Aligned<double>& x)
 {
@@ -147,9 +137,53 @@ Kick kick(const RigidPart& part, std::uint8_t held, const Vec3& p, const Vec3& n
     return out;
 }
 
+// How two part along n: what they are to, and do.
+struct Parting {
+    Vec3 n = Vec3::Zero(), p = Vec3::Zero();  // p: m, where they touch
+    double wanted = 0, has = 0;               // m/s
+};
+Parting parting(const Meeting& who, const Impact& impact, const std::vector<RigidPart>& before,
+                const std::vector<RigidPart>& after)
+{
+    Parting out;
+    const double length = impact.along.norm();
+    if (!(length > 0)) return out;
+    out.n = impact.along / length, out.p = impact.place / impact.impulse;
+    const auto speed = [&](const std::vector<RigidPart>& parts, const Vec3& at) {
+        Vec3 v = velocity_at(parts[who.part], at) - impact.velocity / impact.impulse;
+        if (who.parts) v -= velocity_at(parts[who.other], at);
+        return out.n.dot(v);
+    };
+    out.wanted = -impact.bounce / impact.impulse * speed(before, impact.began / impact.impulse);
+    out.has = speed(after, out.p);
+    return out;
+}
+
+// A part does not move itself.
+bool is_alone(const Meeting& who)
+{
+    return who.parts && who.other == who.part;
+}
+
 }  // namespace
 
-void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double>& before_v)
+Risen risen(const Stage& stage, const Aligned<double>& before_x, const Aligned<double>& before_v)
+{
+    Risen out;
+    const auto met = impacts(stage, before_x);
+    if (met.empty()) return out;
+    const auto before = rigid_parts(stage, before_x, before_v);
+    const auto after = rigid_parts(stage, stage.x, stage.w);
+    for (const auto& [who, impact] : met) {
+        const Parting part = parting(who, impact, before, after);
+        if (is_alone(who) || !(part.wanted > 0)) continue;
+        out[who] = std::clamp(3 * part.has / part.wanted, 0.0, 1.0);
+    }
+    return out;
+}
+
+void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double>& before_v,
+             const Risen& risen)
 {
     const CornerBody& body = stage.frame.body;
     const auto met = impacts(stage, before_x);
@@ -160,22 +194,11 @@ void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double
     auto after = found;
     for (const auto& meeting : met) {
         const Meeting& who = meeting.first;
-        const Impact& impact = meeting.second;
-        const double length = impact.along.norm();
-        if (!(length > 0) || held[who.part] == all_axes) continue;
-        // A part does not move itself.
-        if (who.parts && who.other == who.part) continue;
-        const Vec3 n = impact.along / length, p = impact.place / impact.impulse;
-        const Vec3 began = impact.began / impact.impulse;
+        const auto share = risen.find(who);
+        if (share == risen.end() || held[who.part] == all_axes || is_alone(who)) continue;
+        const auto [n, p, wanted, has] = parting(who, meeting.second, before, after);
+        if (!(has < wanted)) continue;
         const bool two = who.parts;
-        const auto speed = [&](const std::vector<RigidPart>& parts, const Vec3& at) {
-            Vec3 v = velocity_at(parts[who.part], at) - impact.velocity / impact.impulse;
-            if (two) v -= velocity_at(parts[who.other], at);
-            return n.dot(v);
-        };
-        const double wanted = -impact.bounce / impact.impulse * speed(before, began);
-        const double has = speed(after, p);
-        if (!(has > 0) || !(has < wanted)) continue;
         const Kick own = kick(after[who.part], held[who.part], p, n);
         Kick other;
         if (two) other = kick(after[who.other], held[who.other], p, n);
@@ -184,7 +207,7 @@ void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double
             (two ? n.dot(other.velocity + other.spin.cross(p - after[who.other].centre)) : 0);
         if (!(gives > 0)) continue;  // it is held against the push
         // The less it rises yet, the less it is a rigid body.
-        const double impulse = (wanted - has) * (has / wanted) / gives;
+        const double impulse = (wanted - has) * share->second / gives;
         after[who.part].velocity += impulse * own.velocity;
         after[who.part].spin += impulse * own.spin;
         if (!two) continue;

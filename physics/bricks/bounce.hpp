@@ -9,10 +9,14 @@
 // gives the velocity of the surface. The part behind it is squashed meanwhile, and what that takes
 // is lost to vibration where the stage is short: a part that rises again as a whole gets the rest
 // of its speed by an impulse on it as a rigid body. A soft part does not rise yet; it gets none,
-// and comes back by its elasticity. Slower than the threshold, twice the speed that the steady
+// and comes back by its elasticity. Which of them it is must not depend on when in a step the
+// impact falls: a stage that begins at an impact and is shorter than a whole step is asked again
+// with the length of one. Slower than the threshold, twice the speed that the steady
 // forces give within the stage, nothing bounces, so that things come to rest.
 
 #include "physics/bricks/stage.hpp"
+
+#include <map>
 
 namespace physics {
 
@@ -24,8 +28,25 @@ void aim_bounces(Stage& stage);
 // start.
 double first_hit(const Stage& stage);
 
+// Who meets: part, whether the other is a part, and which.
+struct Meeting {
+    std::uint32_t part = 0;
+    bool parts = false;
+    std::uint32_t other = 0;
+
+    auto operator<=>(const Meeting&) const = default;
+};
+// Of each that bounces, the share of the speed it is to leave with that it has at a stage's end:
+// 1 for a rigid body, 0 for what does not rise yet.
+using Risen = std::map<Meeting, double>;
+
+// Of a stage that began with these x and v.
+Risen risen(const Stage& stage, const Aligned<double>& before_x, const Aligned<double>& before_v);
+
 // Gives parts that rise again after a stage which began with these x and v the rest of the speed
-// that they are to leave with: w changes.
-void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double>& before_v);
+// that they are to leave with: w changes. `risen`: of a longer stage; what is not in it does not
+// rise.
+void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double>& before_v,
+             const Risen& risen);
 
 }  // namespace physics

@@ -42,7 +42,7 @@ struct FrameStep {
 };
 
 // Implicit Euler over tau seconds up to a share of the frame.
-void take_stage(FrameStep& step, double tau, double share, Balance balance)
+void solve_over(FrameStep& step, double tau, double share, Balance balance)
 {
     Stage& stage = step.stage;
     stage.span = balance == Balance::middle ? 2 * tau : tau;
@@ -51,7 +51,34 @@ void take_stage(FrameStep& step, double tau, double share, Balance balance)
     solve_stage(stage, step.solver, step.record);
     balance_free_parts(stage, step.now.x, step.now.v, balance);
     find_leftover(stage, step.solver, step.record);
-    if (stage.struck) make_up(stage, step.now.x, step.now.v);
+}
+
+// What rises after an impact where the stage that was solved is shorter than a whole step.
+Risen risen_in_a_step(FrameStep& step, double share, Balance balance)
+{
+    const double whole = step.frame.seconds / step.frame.options.substeps;
+    const double tau = step.stage.tau;
+    if (balance != Balance::end || tau > 0.9 * whole) {
+        return risen(step.stage, step.now.x, step.now.v);
+    }
+    const StepRecord record = step.record;
+    solve_over(step, whole, share, balance);
+    Risen out = risen(step.stage, step.now.x, step.now.v);
+    const auto iterations = step.record.report.iterations;
+    step.record = record;
+    step.record.report.iterations = iterations;
+    solve_over(step, tau, share, balance);
+    return out;
+}
+
+void take_stage(FrameStep& step, double tau, double share, Balance balance)
+{
+    Stage& stage = step.stage;
+    solve_over(step, tau, share, balance);
+    if (stage.struck) {
+        const Risen all = risen_in_a_step(step, share, balance);
+        make_up(stage, step.now.x, step.now.v, all);
+    }
     for (std::size_t i = 0; i < step.frame.n; ++i) {
         step.now.x[i] = stage.x0[i] + tau * stage.w[i];
     }
