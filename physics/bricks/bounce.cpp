@@ -169,6 +169,7 @@ bool is_alone(const Meeting& who)
 
 Risen risen(const Stage& stage, const Aligned<double>& before_x, const Aligned<double>& before_v)
 {
+    constexpr double rigid = 1.0 / 3;  // of that speed: what has as much by then gets all of it
     Risen out;
     const auto met = impacts(stage, before_x);
     if (met.empty()) return out;
@@ -177,7 +178,7 @@ Risen risen(const Stage& stage, const Aligned<double>& before_x, const Aligned<d
     for (const auto& [who, impact] : met) {
         const Parting part = parting(who, impact, before, after);
         if (is_alone(who) || !(part.wanted > 0)) continue;
-        out[who] = std::clamp(3 * part.has / part.wanted, 0.0, 1.0);
+        out[who] = part.has > 0 ? std::min(part.has / (rigid * part.wanted), 1.0) : 0;
     }
     return out;
 }

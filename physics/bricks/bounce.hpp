@@ -11,8 +11,10 @@
 // of its speed by an impulse on it as a rigid body. A soft part does not rise yet; it gets none,
 // and comes back by its elasticity. Which of them it is must not depend on when in a step the
 // impact falls: a stage that begins at an impact and is shorter than a whole step is asked again
-// with the length of one. Slower than the threshold, twice the speed that the steady
-// forces give within the stage, nothing bounces, so that things come to rest.
+// with the length of one. What takes longer than a
+// step to rise leaves with a share that depends on when it hits. Slower than the threshold, twice
+// the speed that the steady forces give within the stage, nothing bounces, so that things come to
+// rest.
 
 #include "physics/bricks/stage.hpp"
 
@@ -36,8 +38,8 @@ struct Meeting {
 
     auto operator<=>(const Meeting&) const = default;
 };
-// Of each that bounces, the share of the speed it is to leave with that it has at a stage's end:
-// 1 for a rigid body, 0 for what does not rise yet.
+// Of each that bounces, how much it is a rigid body by the end of a stage: 1 where it has a third
+// of the speed that it is to leave with by then, or more, 0 where it does not rise yet.
 using Risen = std::map<Meeting, double>;
 
 // Of a stage that began with these x and v.

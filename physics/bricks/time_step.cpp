@@ -39,6 +39,7 @@ struct FrameStep {
     StepRecord record;
     Motion now;
     EnergyAccount account;  // of the midpoint rule
+    Risen risen;            // of the last step that was not cut in halves
 };
 
 // Implicit Euler over tau seconds up to a share of the frame.
@@ -53,14 +54,25 @@ void solve_over(FrameStep& step, double tau, double share, Balance balance)
     find_leftover(stage, step.solver, step.record);
 }
 
-// What rises after an impact where the stage that was solved is shorter than a whole step.
+// What rises after an impact by the end of a whole step, where the stage that was solved is
+// shorter. In halves it is what was found before they were cut.
 Risen risen_in_a_step(FrameStep& step, double share, Balance balance)
 {
+    constexpr double nearly = 0.9;
     const double whole = step.frame.seconds / step.frame.options.substeps;
     const double tau = step.stage.tau;
-    if (balance != Balance::end || tau > 0.9 * whole) {
-        return risen(step.stage, step.now.x, step.now.v);
+    Risen own = risen(step.stage, step.now.x, step.now.v);
+    if (step.stage.halvings > 0) {
+        for (auto& [who, share_of_it] : own) {
+            if (const auto at = step.risen.find(who); at != step.risen.end()) {
+                share_of_it = std::max(share_of_it, at->second);
+            }
+        }
+        return own;
     }
+    const bool all =
+        std::all_of(own.begin(), own.end(), [](const auto& r) { return r.second == 1; });
+    if (all || balance != Balance::end || tau > nearly * whole) return own;
     const StepRecord record = step.record;
     solve_over(step, whole, share, balance);
     Risen out = risen(step.stage, step.now.x, step.now.v);
@@ -77,6 +89,7 @@ void take_stage(FrameStep& step, double tau, double share, Balance balance)
     solve_over(step, tau, share, balance);
     if (stage.struck) {
         const Risen all = risen_in_a_step(step, share, balance);
+        if (stage.halvings == 0) step.risen = all;
         make_up(stage, step.now.x, step.now.v, all);
     }
     for (std::size_t i = 0; i < step.frame.n; ++i) {
