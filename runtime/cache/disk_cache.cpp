@@ -38,7 +38,11 @@ DiskCache::~DiskCache()
     writer_.request_stop();
     queue_changed_.notify_all();
     writer_.join();
-    tend();
+    try {
+        tend();
+    } catch (const std::exception&) {
+        // A folder that fails now is looked at by the next process.
+    }
 }
 
 fs::path DiskCache::default_folder()

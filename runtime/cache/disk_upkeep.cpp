@@ -238,8 +238,10 @@ std::uintmax_t DiskCache::shrink(std::uintmax_t budget, double grace)
     remove_unnamed(grace, stock);
     // A little more than asked for, so that the next write does not start over.
     if (stock.total > budget) remove_records(budget / 10 * 9, grace, stock);
+    const std::uintmax_t gone =
+        stock.gone - gone_before;  // second names are none of what was found
     remove_second_names(folder_, stock);
-    note_size(found - std::min(found, stock.gone - gone_before));
+    note_size(found - std::min(found, gone));
     return stock.gone;
 }
 
@@ -261,11 +263,12 @@ std::int64_t seconds_now()
 
 std::optional<std::uintmax_t> DiskCache::bytes_by_notes() const
 {
-    constexpr std::int64_t day = 24 * 3600;
+    constexpr std::int64_t minute = 60, day = 24 * 3600;
     std::ifstream in(folder_ / notes);
     std::uintmax_t bytes = 0, more = 0;
     std::int64_t then = 0;
-    if (!(in >> bytes >> then) || seconds_now() - then > day) return std::nullopt;
+    const std::int64_t now = seconds_now();
+    if (!(in >> bytes >> then) || then < now - day || then > now + minute) return std::nullopt;
     while (in >> more) bytes += more;
     if (!in.eof()) return std::nullopt;
     return bytes;
@@ -273,7 +276,8 @@ std::optional<std::uintmax_t> DiskCache::bytes_by_notes() const
 
 void DiskCache::note_size(std::uintmax_t bytes) const
 {
-    if (!fs::exists(folder_)) return;
+    std::error_code error;
+    if (!fs::exists(folder_, error)) return;
     const std::string text = std::to_string(bytes) + ' ' + std::to_string(seconds_now()) + '\n';
     const std::string_view pieces[] = {text};
     write_whole_file(folder_ / notes, pieces);  // without it the next process looks

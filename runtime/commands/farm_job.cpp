@@ -126,7 +126,12 @@ std::map<std::string, std::string> makers_of(const Verifying& verifying, std::ui
     std::map<std::string, std::string> makers;
     for (const FarmTask& task : verifying.job.cut.tasks) {
         if (task.shot != s || task.stage >= Stage::last) continue;
-        const Manifest part = read_manifest(verifying.job.part(task));
+        Manifest part;
+        try {
+            part = read_manifest(verifying.job.part(task));
+        } catch (const std::exception&) {
+            continue;  // its files are told without who made them
+        }
         for (const auto& [path, digest] : files_of(part)) {
             makers[path] = fmt::format("task {} (frames {}) on {}", task.name,
                                        frames_text(task.frames), machine_of(part));
@@ -260,7 +265,8 @@ void begin_job(FarmJob& job)
     make_output_folder(job.folder);
     job.measured = measured_in(job.folder);
     replace_text(job.folder / "measured.json", to_text(job.measured));
-    for (const char* const name : {"jobs.txt", "slurm.log"}) fs::remove(job.folder / name);
+    for (const char* const name : {"jobs.txt", "slurm.log", "submit.sh", "job.template.json"})
+        fs::remove(job.folder / name);
     for (const char* const name : {"parts", "logs", "jobs"}) {
         fs::remove_all(job.folder / name);
         make_output_folder(job.folder / name);

@@ -277,10 +277,17 @@ void add_shot(Joining& joining, const ShotPieces& pieces)
     std::optional<std::uint32_t> shared;
     if (needed) shared = add_shared(joining, shot, pieces, !whole && beginning > 1);
 
-    std::vector<Piece>
-        own;  // that are tasks; a shot of little work cooks the others in its last one
-    for (const Piece& piece : all) {
-        if (!whole || worth_sharing(joining, piece)) own.push_back(piece);
+    // Those that are tasks: a shot of little work cooks the others in its last one.
+    std::vector<Piece> own;
+    std::vector<std::optional<std::uint32_t>> place(all.size());  // in `own`
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        if (whole && !worth_sharing(joining, all[i])) continue;
+        place[i] = static_cast<std::uint32_t>(own.size());
+        own.push_back(all[i]);
+        own.back().after.clear();
+        for (const std::uint32_t before : all[i].after) {
+            if (place[before]) own.back().after.push_back(*place[before]);
+        }
     }
     double last_seconds = whole ? work + (shared ? 0 : still) : pieces.cut.last_seconds;
     if (whole) {

@@ -393,7 +393,7 @@ TEST_F(Farm, ASweepHasTheTableOfAPlainOne)
     std::vector<std::string> plain{"sweep", file_, "--out", (folder_.path / "plain").string()};
     plain.insert(plain.end(), varied.begin(), varied.end());
     ASSERT_EQ(run(plain).exit, exit_ok);
-    const auto without_seconds = [](std::string text) {
+    const auto without_seconds = [](const std::string& text) {
         // "2","5",12,...,SECONDS,"",0,"": the fourth column from the end.
         std::string out;
         std::istringstream lines(text);
