@@ -367,8 +367,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     };
     Outputs out{picture_of(in, scene, camera, warnings, check)};
     for (const std::string& text : warnings) context.warn(text);
-    warn_of_unseen(in.view ? CameraParams::Kind::look_at : in.camera.kind, in.ground,
-                   double(in.width) / in.height, scene, camera, drawn, floor.has_value(), context);
+    warn_of_unseen(in.camera.kind, bool(in.view), in.ground, double(in.width) / in.height, scene,
+                   camera, drawn, floor.has_value(), context);
     return out;
 }
 

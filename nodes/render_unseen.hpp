@@ -20,9 +20,11 @@ inline bool floor_hides(const GroundParams& ground, const ::render::Scene& scene
 }
 
 // Warns of a picture that can show nothing of `drawn`, the bounds of what is linked, or not all.
-inline void warn_of_unseen(CameraParams::Kind kind, const GroundParams& ground, double aspect,
-                           const ::render::Scene& scene, const ::render::Camera& camera,
-                           geometry::Box drawn, bool by_collider, const graph::Context& context)
+// `file`: the camera is that of a file.
+inline void warn_of_unseen(CameraParams::Kind kind, bool file, const GroundParams& ground,
+                           double aspect, const ::render::Scene& scene,
+                           const ::render::Camera& camera, geometry::Box drawn, bool by_collider,
+                           const graph::Context& context)
 {
     for (const auto& balls : scene.balls) {
         drawn.lo.array() -= double(balls.radius);
@@ -30,7 +32,9 @@ inline void warn_of_unseen(CameraParams::Kind kind, const GroundParams& ground, 
     }
     if (drawn.empty()) return;
     if (!::render::may_see(camera, drawn, aspect)) {
-        context.warn(kind == CameraParams::Kind::look_at
+        context.warn(file ? "nothing that is linked lies in the picture: see that `unit`, `up` and "
+                            "`start` of ReadCamera are those of the file, or unlink `view`"
+                     : kind == CameraParams::Kind::look_at
                          ? "nothing that is linked lies in the picture: turn camera.target to it, "
                            "or let the camera fit it"
                          : "nothing that is linked lies in the picture any more: the camera fits "

@@ -155,8 +155,12 @@ std::vector<std::size_t> extremes_of(std::span<const double> values, std::size_t
 {
     std::vector<double> finite(values.begin(), values.end());
     std::vector<double> changes(finite.size(), 0);
+    const auto first =
+        std::find_if(finite.begin(), finite.end(), [](double v) { return std::isfinite(v); });
     for (std::size_t i = 0; i < finite.size(); ++i) {
-        if (!std::isfinite(finite[i])) finite[i] = i > 0 ? finite[i - 1] : 0;
+        if (!std::isfinite(finite[i])) {
+            finite[i] = i > 0 ? finite[i - 1] : first != finite.end() ? *first : 0;
+        }
         if (i > 0) changes[i] = std::abs(finite[i] - finite[i - 1]);
     }
     if (finite.empty()) return {};

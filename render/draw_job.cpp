@@ -45,7 +45,7 @@ FrameNumbers numbers_of(const DrawList& list, const Look& look)
     f.sky = with(look.sky, list.ground ? 1 : 0);
     f.bounce = with(look.bounce, list.ground.value_or(0));
     f.backdrop_top = with(look.backdrop_top, look.grid ? list.grid_spacing : 0);
-    f.backdrop_horizon = with(look.backdrop_horizon, look.glass ? 1 : 0);
+    f.backdrop_horizon = with(look.backdrop_horizon, look.glass && !list.clear.empty() ? 1 : 0);
     f.floor_colour = with(look.floor, 1);
     const double period = 10.0 * list.grid_spacing;
     const auto on_grid = [&](double centre) {

@@ -73,7 +73,11 @@ std::vector<bool> vertices_of(const TriMesh& mesh, const std::string& part)
             if (v < in.size()) in[v] = some = true;
         }
     }
-    if (!some) no_such_part(t, part);
+    // What has the name and no face now, because it is hidden or torn off, has no places.
+    const auto is_named = [&](const auto& material) { return material.name == part; };
+    const bool known = std::any_of(t.materials.begin(), t.materials.end(), is_named) ||
+                       std::find(t.groups.begin(), t.groups.end(), part) != t.groups.end();
+    if (!some && !known) no_such_part(t, part);
     return in;
 }
 
@@ -102,6 +106,7 @@ std::vector<PathPoint> path_of(const TriMesh& points, std::size_t place, std::si
 {
     const auto& ages = *values_of(points, "age");
     std::vector<PathPoint> path;
+    float arrived = 0;  // s, at the last of the path
     for (std::size_t end = points.positions.size(); end >= per_frame; end -= per_frame) {
         const std::size_t i = end - per_frame + place;
         const Vec3f& p = points.positions[i];
@@ -109,9 +114,13 @@ std::vector<PathPoint> path_of(const TriMesh& points, std::size_t place, std::si
         const Vec3 at = p.cast<double>();
         if (!path.empty()) {
             const double way = (at - path.back().at).norm();
-            if (!(way > 1e-6 * (1e-3 + at.norm()))) continue;
-            path.back().speed = float(way) / std::max(ages[i] - path.back().age, 1e-9f);
+            if (!(way > 1e-6 * (1e-3 + at.norm()))) {
+                arrived = ages[i];
+                continue;
+            }
+            path.back().speed = float(way) / std::max(ages[i] - arrived, 1e-9f);
         }
+        arrived = ages[i];
         path.push_back({at, ages[i], 0});
     }
     if (path.size() > 1) path.back().speed = path[path.size() - 2].speed;

@@ -194,7 +194,8 @@ Spans add_chain_tasks(Joining& joining, std::uint32_t shot, const Piece& piece,
             task.after.insert(task.after.end(), after.begin(), after.end());
         }
         std::sort(task.after.begin(), task.after.end());
-        spans.push_back({task.frames.back(), add_task(joining, std::move(task))});
+        const int last = task.frames.back();
+        spans.push_back({last, add_task(joining, std::move(task))});
         for (; begin < end; ++begin) {
             joining.making.emplace(piece.steps[begin].made, spans.back().second);
         }

@@ -82,6 +82,8 @@ TEST(ChosenFrames, LieWhereAValueTurns)
     EXPECT_EQ(render::extremes_of(std::vector<double>{0, 1, 2, 3, 4}, 3), (Places{0, 2, 4}));
     EXPECT_EQ(render::extremes_of(std::vector<double>(5, 7.0), 3), (Places{0, 2, 4}));
     EXPECT_EQ(render::extremes_of(std::vector<double>{NAN, 1, NAN, 5, 0}, 3), (Places{0, 3, 4}));
+    EXPECT_EQ(render::extremes_of(std::vector<double>{NAN, 100, 100, 101, 99, 100}, 4),
+              (Places{0, 3, 4, 5}));
     EXPECT_EQ(render::extremes_of(std::vector<double>{3}, 3), Places{0});
 }
 

@@ -165,6 +165,21 @@ TEST(Trail, KnowsPiecesVerticesAndParts)
     }
 }
 
+// A metre a frame for two frames, five frames of rest, and a metre again: 24 m/s throughout.
+TEST(Trail, ARestTakesNothingFromTheSpeedAroundIt)
+{
+    TriMesh points;
+    for (const float x : {0.0f, 1.0f, 2.0f, 2.0f, 2.0f, 2.0f, 2.0f, 2.0f, 3.0f}) {
+        const Vec3f place[] = {{x, 0, 0}};
+        const TriMesh before = points;
+        points = render::remember(before.positions.empty() ? nullptr : &before, place, 20, 1 / 24.0,
+                                  0.1f);
+    }
+    const TriMesh tubes = render::trail_tubes(points, {});
+    ASSERT_FALSE(tubes.positions.empty());
+    for (const float speed : attribute(tubes, "speed")) EXPECT_NEAR(speed, 24, 0.01);
+}
+
 TEST(Trail, OfWhatStandsStillOrChangesIsNotDrawn)
 {
     NodeRun trail("Trail");

@@ -126,6 +126,7 @@ ImportedCamera camera_of(const aiScene& scene, const aiCamera& in)
         steps.push_back(step_of(scene, *n));
         seconds = std::max(seconds, steps.back().seconds);
     }
+    if (steps.empty()) return out;  // no node holds it
     const auto samples = std::size_t(std::ceil(seconds * ImportedCamera::samples_a_second)) + 1;
     for (std::size_t i = 0; i < samples; ++i) {
         Matrix world = Matrix::Identity();
