@@ -253,7 +253,8 @@ std::string letters(const std::string& text)
             return x >= 0 && x < 20 && y >= 0 && y < 20 && z >= 0 && z < 8 &&
                    letter[std::size_t(4 - y / 4)][x / 4] == '1';
         };
-        const double row = double(i / 5), column = double(i % 5);
+        const std::size_t rows_before = i / 5;
+        const auto row = double(rows_before), column = double(i % 5);
         const Vec3 at(0.3 * (column - 2) + 0.04 * row - 0.125, 0.05 + 0.35 * row + 0.03 * column,
                       0.03 * double(i % 3) - 0.05);
         std::map<std::array<int, 3>, int> known;
