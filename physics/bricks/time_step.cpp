@@ -87,6 +87,7 @@ void take_stage(FrameStep& step, double tau, double share, Balance balance)
 {
     Stage& stage = step.stage;
     solve_over(step, tau, share, balance);
+    if (stage.halvings == 0) step.risen.clear();
     if (stage.struck) {
         const Risen all = risen_in_a_step(step, share, balance);
         if (stage.halvings == 0) step.risen = all;
