@@ -347,6 +347,7 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
     state.holds.clear();
     state.reactions.clear();
     state.still_frames = 0;
+    state.energy_owed = 0;
     for (auto& held : state.held_forces) held.force.setZero();
     if (in.start && in.method != Method::bricks) {  // which no other method knows
         state.stress.clear();

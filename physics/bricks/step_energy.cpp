@@ -42,10 +42,11 @@ bool is_known(const Stage& stage)
 
 }  // namespace
 
-EnergyAccount open_account(Stage& stage, const Aligned<double>& x, const Aligned<double>& v)
+EnergyAccount open_account(Stage& stage, const Aligned<double>& x, const Aligned<double>& v,
+                           double owed)
 {
     if (!is_known(stage)) return {};
-    return {true, elastic(stage, x) + others(stage, x, v)};
+    return {true, elastic(stage, x) + others(stage, x, v) - owed, owed};
 }
 
 void charge_damping(EnergyAccount& account, Stage& stage, double seconds)
@@ -77,6 +78,7 @@ bool settle(EnergyAccount& account, Stage& stage, const Aligned<double>& x, Alig
     stage.contacts = std::move(contacts);
     const double moving = kinetic(stage, u), whole = kinetic(stage, v);
     const double much = 0.1 * (stored + moving) + 1e-4 * whole;
+    account.owed = 0;
     if (!stage.contacts.empty() && (excess <= 0 || !colliders_stay(frame))) {
         account.due += excess;
         return true;
@@ -87,6 +89,7 @@ bool settle(EnergyAccount& account, Stage& stage, const Aligned<double>& x, Alig
         for (std::size_t i = 0; i < frame.n; ++i) v[i] += change * u[i];
         return true;
     }
+    account.owed = excess;
     return !(excess > much);
 }
 

@@ -17,18 +17,20 @@ namespace physics {
 
 struct EnergyAccount {
     bool known = false;
-    double due = 0;  // J
+    double due = 0;   // J
+    double owed = 0;  // J, more than was due after the last step: the next ones take it out
 };
 
-// Whether it is known in this frame, and what it is at x, v.
-EnergyAccount open_account(Stage& stage, const Aligned<double>& x, const Aligned<double>& v);
+// Whether it is known in this frame, and what it is at x, v, less what is owed from before.
+EnergyAccount open_account(Stage& stage, const Aligned<double>& x, const Aligned<double>& v,
+                           double owed = 0);
 
 // Takes off what damping takes over `seconds` at the velocities of the stage as it is solved.
 void charge_damping(EnergyAccount& account, Stage& stage, double seconds);
 
-// Gives v, at x, the energy due, as far as it can, after a step that the stage took. False: more
-// than a tenth of the energy of deformation, and more than 1e-4 of that of motion, is too much and
-// stays.
+// Gives v, at x, the energy due, as far as it can, after a step that the stage took: where little
+// deforms, what is left is owed. False: more than a tenth of the energy of deformation, and more
+// than 1e-4 of that of motion, is too much and stays.
 bool settle(EnergyAccount& account, Stage& stage, const Aligned<double>& x, Aligned<double>& v);
 
 // What parts that touch gained in a step from the energy of (x, v) to that of (after_x, after_v),

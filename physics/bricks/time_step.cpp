@@ -410,7 +410,7 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
         return slept_through(std::move(state), loads.pins, dt, step.record);
     }
     if (options.integrator == Integrator::implicit_midpoint) {
-        step.account = open_account(step.stage, step.now.x, step.now.v);
+        step.account = open_account(step.stage, step.now.x, step.now.v, state.energy_owed);
     }
     const double share = 1.0 / options.substeps;
     for (int i = 0; i < options.substeps; ++i) {
@@ -422,6 +422,7 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
     store(body, step.now, state);
     state.still_frames = is_still(body, frame.start, step.now.x) ? state.still_frames + 1 : 0;
     keep_reactions(loads.pins, step.record, state);
+    state.energy_owed = step.account.owed;
     state.grips = std::move(step.stage.grips);
     state.holds = std::move(step.stage.held);
     if (is_far(state)) {

@@ -83,7 +83,8 @@ struct State {
     std::vector<Vec3> held;
     std::vector<Reaction> held_forces;
     std::vector<StateModel> models;  // empty: one
-    int still_frames = 0;  // in a row in which no corner moved; of bricks, springs and shells
+    double energy_owed = 0;  // J, that steps of the midpoint rule have too much, still to take out
+    int still_frames = 0;    // in a row in which no corner moved; of bricks, springs and shells
     Report report;
 };
 
