@@ -86,9 +86,6 @@ constexpr const char* calibrated_solids =
 constexpr const char* calibrated_by_size =
     "quality chooses the size of cubes by their stiffness as filled, which stiffness = calibrated "
     "replaces: set quality = by_size and a size, or stiffness = filled";
-constexpr const char* calibrated_merged =
-    "stiffness = calibrated needs pieces = merge, found apart: set pieces = merge, or stiffness = "
-    "filled with smaller cubes";
 
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
@@ -100,7 +97,6 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     if (in.quality != Quality::by_size && samples) faults.push_back({"quality", no_quality});
     if (in.method != Method::solid || in.stiffness != Stiffness::calibrated) return faults;
     if (in.thickness > 0) faults.push_back({"thickness", calibrated_solids});
-    if (in.pieces != geometry::NearPieces::merge) faults.push_back({"pieces", calibrated_merged});
     if (in.quality != Quality::by_size) faults.push_back({"quality", calibrated_by_size});
     return faults;
 }
@@ -182,6 +178,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
             const geometry::VoxelGrid fine{grid.size / ratio, grid.origin, ratio * grid.cells};
             geometry::VoxelOptions all;
             all.min_fill = 1e-3;
+            all.pieces = in.pieces;
+            all.join = in.join;
             return cubes_of_mesh(in, matter, fine, all);
         };
         out.cubes =

@@ -1,6 +1,8 @@
 #include "physics/bricks/bending_error.hpp"
 
+#include "geometry/base/no_index.hpp"
 #include "geometry/base/parallel.hpp"
+#include "geometry/cubes/cube_finder.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/pieces.hpp"
 #include "geometry/mesh/wall_thickness.hpp"
@@ -17,6 +19,7 @@ namespace physics {
 namespace {
 
 using geometry::Cubes;
+using geometry::no_index;
 using geometry::Vec3;
 using geometry::Vec3i;
 
@@ -27,20 +30,35 @@ constexpr double considerable = 0.25;  // share of a part's surface
 constexpr double least_held = 0.05;    // cubes: more than min_fill makes of the thinnest wall
 constexpr std::size_t few = 12;        // samples that say too little of a part
 
-// The stiffness share of the cubes in a cell; negative where there is none.
-double share_in(const Cubes& cubes, const Vec3i& cell)
+bool share_corners(const Cubes& cubes, std::uint32_t a, std::uint32_t b)
+{
+    const auto& of_b = cubes.corners[b];
+    return std::any_of(cubes.corners[a].begin(), cubes.corners[a].end(), [&](std::uint32_t k) {
+        return std::find(of_b.begin(), of_b.end(), k) != of_b.end();
+    });
+}
+
+// What a cell has of stiffness.
+struct Held {
+    double share = -1;              // negative where it has no cube
+    std::uint32_t cube = no_index;  // one of its cubes
+};
+
+// Of the cubes in a cell; with `from`, of those that share corners with that cube.
+Held held_by(const Cubes& cubes, const Vec3i& cell, std::uint32_t from = no_index)
 {
     const auto before = [](const Vec3i& a, const Vec3i& b) {
         return std::tuple(a.z(), a.y(), a.x()) < std::tuple(b.z(), b.y(), b.x());
     };
-    const auto [first, last] = std::equal_range(cubes.cell.begin(), cubes.cell.end(), cell, before);
-    if (first == last) return -1;
-    double sum = 0;
-    for (auto c = first; c != last; ++c) {
-        sum += stiffness_share(cubes, static_cast<std::size_t>(c - cubes.cell.begin()),
-                               Weighting::filled);
+    const auto range = std::equal_range(cubes.cell.begin(), cubes.cell.end(), cell, before);
+    Held out;
+    for (auto at = range.first; at != range.second; ++at) {
+        const auto c = static_cast<std::uint32_t>(at - cubes.cell.begin());
+        if (from != no_index && !share_corners(cubes, from, c)) continue;
+        out.share = std::max(out.share, 0.0) + stiffness_share(cubes, c, Weighting::filled);
+        out.cube = c;
     }
-    return sum;
+    return out;
 }
 
 // The stiffness along a line across a wall; s = 0 in the middle of the wall, lengths in cubes.
@@ -57,12 +75,20 @@ struct Section {
     double variance() const { return s2 / s0 - s1 * s1 / (s0 * s0); }
 };
 
+// A line across a wall, in cubes.
+struct Across {
+    Vec3 middle, way;
+    std::uint32_t cube = no_index;  // that holds the middle, where pieces are apart
+};
+
 // Adds what lies from the middle in one direction, up to the reach or, beyond half the thickness,
-// the first cell without a cube.
-void add_half(const Cubes& cubes, const Vec3& middle, const Vec3& way, double sign, double half,
-              double reach, Section& section)
+// the first cell without a cube. Where pieces are apart, cubes count that hang together with the
+// one in the middle, from cell to cell.
+void add_half(const Cubes& cubes, const Across& line, double sign, double half, double reach,
+              Section& section)
 {
-    const Vec3 d = sign * way;
+    const Vec3 &middle = line.middle, d = sign * line.way;
+    std::uint32_t from = line.cube;
     Vec3i cell = middle.array().floor().cast<int>();
     Vec3 next;  // where the line passes the cell's far side along each axis
     for (int k = 0; k < 3; ++k) {
@@ -72,9 +98,10 @@ void add_half(const Cubes& cubes, const Vec3& middle, const Vec3& way, double si
     for (double s = 0; s < reach;) {
         int k = 0;
         const double end = std::min(next.minCoeff(&k), reach);
-        const double f = share_in(cubes, cell);
-        if (f < 0 && s >= half) return;
-        if (f > 0) section.add(f, sign * s, sign * end);
+        const Held held = held_by(cubes, cell, from);
+        if (held.share < 0 && s >= half) return;
+        if (held.share > 0) section.add(held.share, sign * s, sign * end);
+        if (from != no_index && held.cube != no_index) from = held.cube;
         s = end;
         cell[k] += d[k] > 0 ? 1 : -1;
         next[k] += 1 / std::abs(d[k]);
@@ -82,14 +109,16 @@ void add_half(const Cubes& cubes, const Vec3& middle, const Vec3& way, double si
 }
 
 // The stiffness along the line across a wall of thickness t (cubes), whose middle is at `middle`
-// (m).
-Section section_at(const Cubes& cubes, const Vec3& middle, const Vec3& way, double t)
+// (m). `finder` where pieces are apart.
+Section section_at(const Cubes& cubes, const geometry::CubeFinder* finder, const Vec3& middle,
+                   const Vec3& way, double t)
 {
     constexpr double smeared = 1.75;  // cubes: a cube's diagonal, and rounding
-    const Vec3 at = (middle - cubes.origin) / cubes.size;
+    Across line{(middle - cubes.origin) / cubes.size, way};
+    if (finder) line.cube = finder->find(line.middle);
     Section section;
     for (const double sign : {-1.0, 1.0}) {
-        add_half(cubes, at, way, sign, t / 2, t / 2 + smeared, section);
+        add_half(cubes, line, sign, t / 2, t / 2 + smeared, section);
     }
     return section;
 }
@@ -142,7 +171,7 @@ bool thick(const Cubes& cubes, const geometry::WallSample& sample)
         bool full = true;
         for (const double depth : {1.75, 2.6, 3.4, 4.25}) {
             const Vec3 p = at + sign * depth * sample.inward;
-            full = full && share_in(cubes, p.array().floor().cast<int>()) > 0.999;
+            full = full && held_by(cubes, p.array().floor().cast<int>()).share > 0.999;
         }
         if (full) return true;
     }
@@ -162,7 +191,8 @@ std::vector<geometry::WallSample> candidates(const geometry::TriMesh& mesh, cons
 }
 
 // The wall at one sample; its factor stays 0 where it is not thin.
-Wall wall_at(const Cubes& cubes, const geometry::WallSample& s, const WallOptions& options)
+Wall wall_at(const Cubes& cubes, const geometry::CubeFinder* finder, const geometry::WallSample& s,
+             const WallOptions& options)
 {
     Wall wall;
     const bool found = std::isfinite(s.thickness);
@@ -171,7 +201,7 @@ Wall wall_at(const Cubes& cubes, const geometry::WallSample& s, const WallOption
     wall.thickness = t / cubes.size;
     set_lie(s.inward, wall);
     const Vec3 middle = found ? Vec3(s.point + 0.5 * t * s.inward) : s.point;
-    const Section section = section_at(cubes, middle, s.inward, wall.thickness);
+    const Section section = section_at(cubes, finder, middle, s.inward, wall.thickness);
     if (!(section.s0 > 0)) return wall;
     wall.held = section.s0;
     wall.factor = 12 * section.variance() / (wall.thickness * wall.thickness);
@@ -187,13 +217,15 @@ std::vector<Wall> walls_of(const geometry::TriMesh& mesh, const geometry::Pieces
                                  samples);
     }
     const bool groups = by_group(mesh);
+    std::optional<geometry::CubeFinder> finder;
+    if (!cubes.part.empty()) finder.emplace(cubes);
     std::vector<Wall> walls(samples.size());
     geometry::parallel_for(samples.size(), 64, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const geometry::WallSample& s = samples[i];
             const std::uint32_t piece = pieces.of[s.triangle];
             const bool hollow = !options.solid && pieces.encloses[piece] != 0;
-            if (!hollow) walls[i] = wall_at(cubes, s, options);
+            if (!hollow) walls[i] = wall_at(cubes, finder ? &*finder : nullptr, s, options);
             walls[i].point = s.point;
             walls[i].part = groups ? mesh.topology->group[s.triangle] : piece;
         }

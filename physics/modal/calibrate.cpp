@@ -4,6 +4,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/base/stop.hpp"
 #include "geometry/base/union_find.hpp"
+#include "geometry/cubes/coarser_cubes.hpp"
 #include "geometry/cubes/trilinear.hpp"
 #include "physics/body/stiffness.hpp"
 #include "physics/bricks/direct_factor.hpp"
@@ -57,26 +58,11 @@ bool is_partly(const Body& body, std::size_t c)
     return body.coarse.fill[c] < full && !body.fine_of(c).empty();
 }
 
-int floor_div(int a, int b)
-{
-    return a >= 0 ? a / b : -((b - 1 - a) / b);
-}
-
 // The cube of `coarse` that each fine one lies in, or no_index: a face that lies on a border of
 // cubes but for rounding may have fine cubes on either side.
 std::vector<std::uint32_t> owners(const Cubes& coarse, const FineCubes& fine)
 {
-    const auto key = [](const Vec3i& c) { return std::array<int, 3>{c.z(), c.y(), c.x()}; };
-    const auto before = [&](const Vec3i& a, const Vec3i& b) { return key(a) < key(b); };
-    std::vector<std::uint32_t> out;
-    out.reserve(fine.cubes.count());
-    for (const Vec3i& cell : fine.cubes.cell) {
-        Vec3i in;
-        for (int i = 0; i < 3; ++i) in[i] = floor_div(cell[i], fine.ratio);
-        const auto at = std::lower_bound(coarse.cell.begin(), coarse.cell.end(), in, before);
-        const bool found = at != coarse.cell.end() && *at == in;
-        out.push_back(found ? static_cast<std::uint32_t>(at - coarse.cell.begin()) : no_index);
-    }
+    std::vector<std::uint32_t> out = geometry::coarser_cubes(coarse, fine.cubes, fine.ratio);
     double outside = 0;
     for (std::size_t f = 0; f < out.size(); ++f) {
         if (out[f] == no_index) outside += fine.cubes.mass[f];

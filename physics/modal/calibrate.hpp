@@ -39,9 +39,10 @@ struct CalibrationSettings {
 };
 
 // `coarse` with an element of its own for each cube that is not full, and the fill and the mass of
-// the fine cubes there. Both are made of the same geometry and matter; fine cells lie in cubes of
-// `coarse`, no two of which share a cell. The report says whether the fine solves converged. Throws
-// std::invalid_argument when more than a hundredth of the fine mass lies elsewhere.
+// the fine cubes there. Both are made of the same geometry and matter, with pieces apart in both
+// or in neither; fine cells lie in cells of `coarse`. The report says whether the fine solves
+// converged. Throws std::invalid_argument when more than a hundredth of the fine mass lies
+// elsewhere.
 geometry::Cubes calibrated(const geometry::Cubes& coarse, const FineCubes& fine,
                            const CalibrationSettings& settings, Report& report);
 

@@ -1,6 +1,7 @@
 // Voxelize with stiffness = calibrated: thin and tilted models in cubes as large as they are thick,
 // through nodes.
 
+#include "geometry/mesh/merge.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "geometry/mesh/transform.hpp"
 #include "tests/nodes/one_node.hpp"
@@ -123,6 +124,40 @@ TEST(CalibratedCubes, ATiltedStripSagsAsOneOfSmallCubesDoes)
     EXPECT_NEAR(sag(2, "calibrated") / fine, 1, 0.2);
 }
 
+// Two strips side by side, half a cube of two thicknesses apart.
+TriMesh two_strips()
+{
+    TriMesh upper = turned_strip();
+    const TriMesh lower = turned_strip();
+    const auto turn = geometry::placement({0, 0, 0}, {20, 20, 20}, {1, 1, 1}, {0, 0, 0});
+    const Vec3 up = turn.linear() * Vec3(0, 0, 2 * thick);
+    geometry::move(upper, geometry::placement(up, {0, 0, 0}, {1, 1, 1}, {0, 0, 0}));
+    const std::array<const TriMesh*, 2> both{&lower, &upper};
+    return geometry::merge(both);
+}
+
+TEST(CalibratedCubes, StripsHalfACubeApartVibrateAsOneAloneWherePiecesAreApart)
+{
+    const double alone =
+        lowest_frequency(turned_strip(), voxelize(turned_strip(), 2 * thick, "calibrated").run());
+    const TriMesh mesh = two_strips();
+    NodeRun apart = voxelize(mesh, 2 * thick, "calibrated"),
+            merged = voxelize(mesh, 2 * thick, "calibrated");
+    apart.param("pieces").is = std::string("apart");
+    EXPECT_NEAR(lowest_frequency(mesh, apart.run()), alone, 0.05 * alone);
+    EXPECT_GT(lowest_frequency(mesh, merged.run()), 1.3 * alone);
+}
+
+TEST(CalibratedCubes, ThinPiecesThatAreApartAreTold)
+{
+    NodeRun node = voxelize(two_strips(), 2 * thick, "filled");
+    node.param("pieces").is = std::string("apart");
+    node.run();
+    ASSERT_EQ(node.warnings.size(), 1u);
+    EXPECT_NE(node.warnings[0].find("is 0.5 cubes thick"), std::string::npos) << node.warnings[0];
+    EXPECT_NE(node.warnings[0].find("times too stiff in bending"), std::string::npos);
+}
+
 TEST(CalibratedCubes, WhatCannotBeCalibratedIsToldBefore)
 {
     const auto problems = [](const std::string& params) {
@@ -141,7 +176,7 @@ TEST(CalibratedCubes, WhatCannotBeCalibratedIsToldBefore)
     EXPECT_NE(problems(R"("thickness": 0.1)").find("set thickness = 0, or stiffness = filled"),
               std::string::npos);
     EXPECT_NE(problems(R"("quality": "good")").find("set quality = by_size"), std::string::npos);
-    EXPECT_NE(problems(R"("pieces": "apart")").find("set pieces = merge"), std::string::npos);
+    EXPECT_EQ(problems(R"("pieces": "apart")"), "");
 }
 
 TEST(CalibratedCubes, FiniteDifferencesSayThatTheyLumpTheMass)
