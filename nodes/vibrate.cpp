@@ -16,6 +16,7 @@ struct KickParams {
 struct Inputs {
     graph::Wire<physics::ModalModel> model;
     std::vector<graph::Wire<physics::Force>> forces;
+    std::vector<graph::Wire<physics::Collider>> colliders;
     std::vector<KickParams> kicks;
     Vec3 gravity{0, 0, 0};
     Vec3 base{0, 0, 0};
@@ -37,7 +38,9 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         for (const auto& force : in.forces) forces.push_back(*force);
         forces.push_back({physics::Force::Kind::gravity, in.gravity});
         const double dt = in.dt > 0 ? in.dt : context.frame_seconds();
-        state = advance(*in.model, *in.last, forces, in.base, in.damping, dt);
+        std::vector<physics::Collider> colliders;
+        for (const auto& collider : in.colliders) colliders.push_back(*collider);
+        state = advance(*in.model, *in.last, {forces, in.base, colliders}, in.damping, dt);
     } else {
         state = rest_state(*in.model);
         state.base = in.base;
@@ -87,6 +90,10 @@ void add_to(graph::Registry& registry)
         .input("model", &Inputs::model, "The modes, from Modes.")
         .inputs("forces", &Inputs::forces,
                 "Gravity, point forces and wind, constant within a frame.")
+        .inputs("colliders", &Inputs::colliders,
+                "Obstacles that stop the vertices of the mesh, without friction: what throws the "
+                "body back is its own elasticity. A frame takes a step for each radian of the "
+                "highest mode.")
         .list("kicks", &Inputs::kicks, describe_kick, "Impulses that start vibrations.")
         .param("gravity", &Inputs::gravity,
                "Acceleration under which the model sags from the first frame on; zeros if the rest "

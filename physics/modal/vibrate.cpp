@@ -5,6 +5,7 @@
 #include "geometry/embed/embed.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "physics/body/following_forces.hpp"
+#include "physics/modal/modal_contact.hpp"
 #include "physics/modal/modal_wind.hpp"
 #include "physics/modal/oscillator.hpp"
 
@@ -124,6 +125,60 @@ void step_in_wind(const ModalModel& model, const WindyStep& step, const ModalDam
     }
 }
 
+// Of all but the wind.
+std::vector<double> load_of(const ModalModel& model, std::span<const Force> forces)
+{
+    std::vector<double> load(model.count(), 0);
+    for (const Force& f : forces) {
+        switch (f.kind) {
+        case Force::Kind::gravity:
+            for (std::size_t k = 0; k < model.count(); ++k) {
+                load[k] += model.participation[k].dot(f.acceleration);
+            }
+            break;
+        case Force::Kind::point:
+            add_to_modes(model, f.position, f.radius, f.force, load);
+            break;
+        case Force::Kind::wind:  // step_in_wind()
+        case Force::Kind::torque:
+        case Force::Kind::pressure:
+            break;  // refused above
+        }
+    }
+    return load;
+}
+
+struct StoppedStep {
+    const ModalLoads& loads;
+    bool windy;
+    const Vec3& base_velocity;        // m/s
+    const std::vector<double>& load;  // of all but the wind
+};
+
+// In parts of equal length, in each of which the wind is as at its start.
+void step_between_colliders(const ModalModel& model, const StoppedStep& step,
+                            const ModalDamping& damping, double dt, ModalState& state)
+{
+    std::vector<double> rate;
+    for (std::size_t k = 0; k < model.count(); ++k) rate.push_back(damping_of(model, k, damping));
+    const int parts = contact_steps(model.omega_sq, dt);
+    for (int part = 1; part <= parts; ++part) {
+        geometry::stop_if_asked();
+        std::vector<double> load = step.load;
+        if (step.windy) {
+            const ModalWind wind = wind_on_modes(
+                {*model.rest, model.shape, state.q_dot, step.base_velocity}, step.loads.forces);
+            for (std::size_t k = 0; k < load.size(); ++k) load[k] += wind.load[k];
+        }
+        const double end = static_cast<double>(part) / parts;
+        const Vec3 base = step.loads.base - (1 - end) * dt * step.base_velocity;
+        step_on_colliders(
+            {*model.rest, model.shape, model.omega_sq, rate},
+            {step.loads.colliders, dt, end, base, load, dt / parts, !(state.time > 0)}, state.q,
+            state.q_dot);
+    }
+}
+
 }  // namespace
 
 ModalModel make_modal_model(const Modes& modes, const geometry::Cubes& cubes,
@@ -177,43 +232,29 @@ ModalState rest_state(const ModalModel& model)
     return state;
 }
 
-ModalState advance(const ModalModel& model, ModalState state, std::span<const Force> forces,
-                   const Vec3& base, const ModalDamping& damping, double dt)
+ModalState advance(const ModalModel& model, ModalState state, const ModalLoads& loads,
+                   const ModalDamping& damping, double dt)
 {
     check(model, state);
     if (!(dt > 0) || !std::isfinite(dt)) {
         throw std::invalid_argument(fmt::format("expected a step above 0 s, found {}", dt));
     }
-    require_no_following(forces, "Vibrate");
-    std::vector<double> load(model.count(), 0);
-    for (const Force& f : forces) {
-        switch (f.kind) {
-        case Force::Kind::gravity:
-            for (std::size_t k = 0; k < model.count(); ++k) {
-                load[k] += model.participation[k].dot(f.acceleration);
-            }
-            break;
-        case Force::Kind::point:
-            add_to_modes(model, f.position, f.radius, f.force, load);
-            break;
-        case Force::Kind::wind:  // step_in_wind()
-        case Force::Kind::torque:
-        case Force::Kind::pressure:
-            break;  // refused above
-        }
-    }
-    const Vec3 base_velocity = (base - state.base) / dt;
+    require_no_following(loads.forces, "Vibrate");
+    const std::vector<double> load = load_of(model, loads.forces);
+    const Vec3 base_velocity = (loads.base - state.base) / dt;
     for (std::size_t k = 0; k < model.count(); ++k) {
         state.q_dot[k] -= model.participation[k].dot(base_velocity - state.base_velocity);
     }
-    const bool windy = std::any_of(forces.begin(), forces.end(),
+    const bool windy = std::any_of(loads.forces.begin(), loads.forces.end(),
                                    [](const Force& f) { return f.kind == Force::Kind::wind; });
-    if (windy) {
-        step_in_wind(model, {forces, base_velocity, load}, damping, dt, state);
+    if (!loads.colliders.empty()) {
+        step_between_colliders(model, {loads, windy, base_velocity, load}, damping, dt, state);
+    } else if (windy) {
+        step_in_wind(model, {loads.forces, base_velocity, load}, damping, dt, state);
     } else {
         step_modes(model, load, damping, dt, state);
     }
-    state.base = base;
+    state.base = loads.base;
     state.base_velocity = base_velocity;
     state.time += dt;
     return state;

@@ -59,12 +59,24 @@ struct ModalDamping {
 // At rest at time 0.
 ModalState rest_state(const ModalModel& model);
 
+// What acts on the modes for a step.
+struct ModalLoads {
+    std::span<const Force> forces;
+    Vec3 base{0, 0, 0};  // m, at its end
+    std::span<const Collider> colliders = {};
+};
+
 // The state `dt` seconds later: forces as they are for the whole step, the base at `base` at its
-// end. Wind is of first order in time, on the faces as they are at rest (modal_wind.hpp). Throws
-// std::invalid_argument for a state of another model, and where wind moves a mesh of next to no
-// mass.
-ModalState advance(const ModalModel& model, ModalState state, std::span<const Force> forces,
-                   const Vec3& base, const ModalDamping& damping, double dt);
+// end. Colliders stop vertices (modal_contact.hpp). Wind is of first order in time, on the faces as
+// they are at rest (modal_wind.hpp). Throws std::invalid_argument for a state of another model, and
+// where wind moves a mesh of next to no mass.
+ModalState advance(const ModalModel& model, ModalState state, const ModalLoads& loads,
+                   const ModalDamping& damping, double dt);
+inline ModalState advance(const ModalModel& model, ModalState state, std::span<const Force> forces,
+                          const Vec3& base, const ModalDamping& damping, double dt)
+{
+    return advance(model, std::move(state), ModalLoads{forces, base}, damping, dt);
+}
 
 // The state just after a blow.
 ModalState struck(const ModalModel& model, ModalState state, const Kick& kick);
