@@ -23,6 +23,22 @@ struct Muscle {
     double inflation = 1;
 };
 
+// A frame whose mass and inertia are told.
+struct OwnMass {
+    int frame = 0;
+    double mass = 0;
+    Vec3 inertia{0, 0, 0};
+    Vec3 products{0, 0, 0};
+};
+
+// Frames that are held: one, or those within a sphere.
+struct PinParams {
+    int frame = -1;
+    Vec3 position{0, 0, 0};
+    double radius = 0.1;
+    Vec3 translate{0, 0, 0};
+};
+
 struct Inputs {
     graph::Wire<geometry::ImplicitLayer> layer;
     BaseKind base = BaseKind::rigid;
@@ -32,6 +48,8 @@ struct Inputs {
     LayerMatter matter;
     VolumeControl volume;
     Substance substance;
+    std::vector<OwnMass> own_masses;
+    std::vector<PinParams> pins;
     Vec3 translate{0, 0, 0};
     Vec3 rotate_degrees{0, 0, 0};
     Vec3 velocity{0, 0, 0};
@@ -45,16 +63,63 @@ struct Outputs {
     physics::LayeredPart part;
 };
 
+// Throws std::invalid_argument where a number is no frame's.
+static std::size_t checked_frame(int frame, const LayeredBody& body, const char* what)
+{
+    const auto f = static_cast<std::size_t>(frame);
+    if (f < body.base.frames.size()) return f;
+    throw std::invalid_argument(fmt::format("{} names frame {}, but the body has {} frames, "
+                                            "counted from 0: name one of those",
+                                            what, frame, body.base.frames.size()));
+}
+
+// The tensor of a frame, or throws where no rigid thing has it: each of its principal moments is at
+// most the sum of the others.
+static geometry::Mat3 inertia_of(const OwnMass& own)
+{
+    geometry::Mat3 I = own.inertia.asDiagonal();
+    I(0, 1) = I(1, 0) = own.products.x();
+    I(1, 2) = I(2, 1) = own.products.y();
+    I(2, 0) = I(0, 2) = own.products.z();
+    const Vec3 principal = Eigen::SelfAdjointEigenSolver<geometry::Mat3>(I).eigenvalues();
+    if (principal[0] > 0 && principal[2] <= (principal[0] + principal[1]) * (1 + 1e-9)) return I;
+    throw std::invalid_argument(fmt::format(
+        "own_masses: the inertia of frame {} has the principal moments {:.4g}, {:.4g} and {:.4g} "
+        "kg m^2; expected moments above 0 of which none is more than the sum of the other two",
+        own.frame, principal[0], principal[1], principal[2]));
+}
+
+static void set_own_masses(const Inputs& in, LayeredBody& body)
+{
+    for (const OwnMass& own : in.own_masses) {
+        const std::size_t f = checked_frame(own.frame, body, "an entry of own_masses");
+        if (own.mass > 0) {
+            body.base.inertia[f] *= own.mass / body.base.mass[f];
+            body.base.mass[f] = own.mass;
+        }
+        if (!own.inertia.isZero(0) || !own.products.isZero(0)) {
+            body.base.inertia[f] = inertia_of(own);
+        }
+    }
+}
+
 static LayeredBody build(const Inputs& in)
 {
-    LayeredBody body = physics::make_layered_body(*in.layer, in.base, in.density, in.seed_spacing);
+    geometry::ImplicitLayer layer = *in.layer;
+    LayerMatter matter = in.matter;
+    if (in.base == BaseKind::particles && in.substance.separates) {
+        physics::let_separate(layer, matter);
+    };
+    LayeredBody body =
+        physics::make_layered_body(std::move(layer), in.base, in.density, in.seed_spacing);
     double total = 0;
     for (const double mass : body.base.mass) total += mass;
     if (in.mass > 0 && total > 0) {
         for (double& mass : body.base.mass) mass *= in.mass / total;
         for (geometry::Mat3& inertia : body.base.inertia) inertia *= in.mass / total;
     }
-    body.matter = in.matter;
+    if (!physics::is_told(in.base)) set_own_masses(in, body);
+    body.matter = matter;
     body.control = in.volume;
     body.base.substance = in.substance;
     return body;
@@ -93,10 +158,41 @@ static void warn_of_restitution(const Inputs& in, const graph::Context& context)
     }
 }
 
+// Frames as they are drawn that the pins hold.
+static std::vector<physics::HeldFrame> held_frames(const Inputs& in, const graph::Context& context)
+{
+    std::vector<physics::HeldFrame> held;
+    if (in.pins.empty()) return held;
+    if (physics::is_told(in.base)) {
+        context.warn("pins have no effect, because base is still: the body moves by translate and "
+                     "rotate_degrees only. Set base to rigid or particles");
+        return held;
+    }
+    const auto& frames = in.body->base.frames;
+    for (const PinParams& pin : in.pins) {
+        const std::size_t before = held.size();
+        if (pin.frame >= 0) {
+            const std::size_t f = checked_frame(pin.frame, *in.body, "a pin");
+            held.push_back({static_cast<std::uint32_t>(f), pin.translate});
+            continue;
+        }
+        for (std::uint32_t f = 0; f < frames.size(); ++f) {
+            if ((frames[f].translation() - pin.position).norm() > pin.radius) continue;
+            held.push_back({f, pin.translate});
+        }
+        if (held.size() > before) continue;
+        context.warn(fmt::format("a pin holds nothing: no frame, as drawn, is within {:.3g} m of "
+                                 "({:.3g}, {:.3g}, {:.3g}). Raise its radius, or name a frame",
+                                 pin.radius, pin.position.x(), pin.position.y(), pin.position.z()));
+    }
+    return held;
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     physics::LayeredPart part;
     part.body = in.body;
+    part.held = held_frames(in, context);
     part.pose = geometry::placement(in.translate, in.rotate_degrees, Vec3::Ones(), Vec3::Zero());
     part.velocity = in.velocity;
     part.spin = in.spin_degrees * (std::numbers::pi / 180);
@@ -163,10 +259,20 @@ static void describe_matter(graph::ParamsOf<LayerMatter>& p)
 
 static void describe_substance(graph::ParamsOf<Substance>& p)
 {
-    p.param("stiffness", &Substance::stiffness,
-            "Scale k of the forces that hold particles at their rest distance r0: "
-            "k ((r0/r)^8 - (r0/r)^4) W, W = (1 - (r / (reach r0))^2)^2.",
-            {.min = 0, .unit = "N"})
+    p.param("name", &Substance::name,
+            "Name of the substance. Bodies of one Layered whose substances have one name are one "
+            "body there, the first one's, and fuse with each other by fusion_threshold; the index "
+            "of later bodies falls by one for each. They need the same matter, volume and "
+            "substance. Empty: a substance of its own.")
+        .param("separates", &Substance::separates,
+               "Whether pieces that come apart collide from then on, and blend again by fusion "
+               "only. If on, Skeletons' blend = sum acts as smooth_groups in which all skeletons "
+               "are of one part, and matter.self_contact is on. If off, both are as set: with "
+               "blend = sum, pieces blend wherever they meet.")
+        .param("stiffness", &Substance::stiffness,
+               "Scale k of the forces that hold particles at their rest distance r0: "
+               "k ((r0/r)^8 - (r0/r)^4) W, W = (1 - (r / (reach r0))^2)^2.",
+               {.min = 0, .unit = "N"})
         .param("rest_distance", &Substance::rest_distance,
                "Distance between particles at which the forces vanish.", {.min = 1e-9, .unit = "m"})
         .param("friction", &Substance::friction,
@@ -176,8 +282,7 @@ static void describe_substance(graph::ParamsOf<Substance>& p)
                "Range of the forces between particles, in rest distances.", {.min = 1, .max = 100})
         .param("fusion_threshold", &Substance::fusion_threshold,
                "Contact pressure above which parts fuse. Parts that have separated fuse in no "
-               "other way, where Skeletons has blend = smooth_groups and matter.self_contact is "
-               "on; with blend = sum they blend wherever they meet.",
+               "other way while `separates` is on.",
                {.min = 0, .unit = "Pa"})
         .param("fusion_time", &Substance::fusion_time, "Time for two skeletons to blend fully.",
                {.min = 0, .unit = "s"});
@@ -204,6 +309,46 @@ static void describe_muscle(graph::ParamsOf<Muscle>& p)
                {.min = 0.05, .max = 20});
 }
 
+static void describe_own_mass(graph::ParamsOf<OwnMass>& p)
+{
+    p.param("frame", &OwnMass::frame, "Index of the frame, counted from 0.", {.min = 0})
+        .param("mass", &OwnMass::mass, "Its mass; 0: as density or `mass` say.",
+               {.min = 0, .unit = "kg"})
+        .param("inertia", &OwnMass::inertia,
+               "Moments of inertia Ixx, Iyy and Izz about its centre of mass, along the axes of "
+               "the world as it is drawn. Zeros here and in `products`: those of its shape, as "
+               "heavy as its mass.",
+               {.min = 0, .unit = "kg m^2"})
+        .param("products", &OwnMass::products,
+               "Elements Ixy, Iyz and Izx of the tensor of inertia: Ixy = -(integral of x y dm).",
+               {.unit = "kg m^2"});
+}
+
+static void describe_pin(graph::ParamsOf<PinParams>& p)
+{
+    p.param("frame", &PinParams::frame,
+            "Index of the frame that is held, counted from 0; -1: by place.", {.min = -1})
+        .param("position", &PinParams::position,
+               "Centre of the sphere in which frames, as drawn, are held: a particle's centre, a "
+               "rigid body's centre of mass.",
+               {.unit = "m"})
+        .param("radius", &PinParams::radius, "Radius of that sphere.", {.min = 0, .unit = "m"})
+        .param("translate", &PinParams::translate,
+               "Translation of what is held from where the body's translate and rotate_degrees "
+               "have it; keyframe it to pull.",
+               {.unit = "m"});
+}
+
+// Version 2: what came apart blended again where Skeletons' blend was sum.
+static void keep_blending(graph::Json& node)
+{
+    graph::Json* const params = node.find("params");
+    const graph::Json* const base = params ? params->find("base") : nullptr;
+    if (!base || !base->text() || *base->text() != "particles") return;
+    graph::Json* const substance = graph::put_missing(*params, "substance", graph::Json::Object());
+    if (substance) graph::put_missing(*substance, "separates", false);
+}
+
 // Version 1: volume.derivative was 0 by default and had no upper limit.
 static void keep_derivative(graph::Json& node)
 {
@@ -214,14 +359,41 @@ static void keep_derivative(graph::Json& node)
     if (derivative && derivative->number() && *derivative->number() > 2) derivative->is = 2.0;
 }
 
+// Where the body begins, and what moves it.
+static void describe_motion(graph::NodeBuilder<Inputs, Outputs>& node)
+{
+    node.list("own_masses", &Inputs::own_masses, describe_own_mass,
+              "Frames with a mass and an inertia of their own, in place of those that density or "
+              "`mass` give them.",
+              {"base", {"rigid", "particles"}})
+        .list("pins", &Inputs::pins, describe_pin,
+              "Frames that are held, or moved as keyed: neither contact nor force moves them. A "
+              "rigid body turns with rotate_degrees only. Needs rigid_bodies = implicit in "
+              "Layered.",
+              {"base", {"rigid", "particles"}})
+        .param("translate", &Inputs::translate,
+               "Translation from where the body is drawn; keyframe it to move a still body.",
+               {.unit = "m"})
+        .param("rotate_degrees", &Inputs::rotate_degrees,
+               "Rotation about the world's origin: about x, then y, then z.", {.unit = "deg"})
+        .param("velocity", &Inputs::velocity, "Initial velocity.", {.unit = "m/s"})
+        .param("spin_degrees", &Inputs::spin_degrees,
+               "Initial spin of the whole body about its centre of mass, around x, y and z.",
+               {.unit = "deg/s"});
+}
+
 void add_to(graph::Registry& registry)
 {
-    registry.add("ImplicitLayer", 2, run)
-        .summary("Coats a base structure with an implicit layer: makes a body for Layered.")
+    auto node = registry.add("ImplicitLayer", 3, run);
+    node.summary("Coats a base structure with an implicit layer: makes a body for Layered.")
         .upgrade(1,
                  "the default of volume.derivative was 0, and it had no upper limit; it is at most "
                  "2 now",
                  keep_derivative)
+        .upgrade(2,
+                 "pieces of base = particles that came apart blended again where Skeletons' blend "
+                 "was sum: substance.separates is off in these documents",
+                 keep_blending)
         .input("layer", &Inputs::layer, "The skeletons of the layer, from Skeletons.")
         .choice("base", &Inputs::base, {"still", "rigid", "particles"},
                 "What carries the layer. still: the body moves only by translate and "
@@ -241,26 +413,18 @@ void add_to(graph::Registry& registry)
         .block("volume", &Inputs::volume, describe_volume,
                "Volume control: keeps the volume of each skeleton's territory.")
         .block("substance", &Inputs::substance, describe_substance, "Forces between particles.",
-               {"base", {"particles"}})
-        .param("translate", &Inputs::translate,
-               "Translation from where the body is drawn; keyframe it to move a still body.",
-               {.unit = "m"})
-        .param("rotate_degrees", &Inputs::rotate_degrees,
-               "Rotation about the world's origin: about x, then y, then z.", {.unit = "deg"})
-        .param("velocity", &Inputs::velocity, "Initial velocity.", {.unit = "m/s"})
-        .param("spin_degrees", &Inputs::spin_degrees,
-               "Initial spin of the whole body about its centre of mass, around x, y and z.",
-               {.unit = "deg/s"})
-        .param("inflation", &Inputs::inflation,
+               {"base", {"particles"}});
+    describe_motion(node);
+    node.param("inflation", &Inputs::inflation,
                "Target volume, as a multiple of the rest volume; keyframe it to breathe. The "
                "surface moves by at most half the layer's thickness.",
                {.min = 0.05, .max = 20})
         .list("muscles", &Inputs::muscles, describe_muscle,
               "Skeletons with a target volume of their own.")
         .colour("colour", &Inputs::colour, "Colour of the body in the mesh.")
-        .prepare(
-            "body", &Inputs::body, build,
-            {"layer", "base", "density", "mass", "seed_spacing", "matter", "volume", "substance"})
+        .prepare("body", &Inputs::body, build,
+                 {"layer", "base", "density", "mass", "seed_spacing", "matter", "volume",
+                  "substance", "own_masses"})
         .output("part", &Outputs::part, "The body, for Layered, Figure, Springs or Carry.");
 }
 

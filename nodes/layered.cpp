@@ -2,6 +2,7 @@
 
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
+#include "physics/layered_bodies/join_substances.hpp"
 #include "physics/layered_bodies/layered_body.hpp"
 #include "physics/layered_bodies/substance_parts.hpp"
 
@@ -29,6 +30,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 {
     std::vector<physics::LayeredPart> parts;
     for (const auto& part : in.parts) parts.push_back(*part);
+    parts = physics::join_substances(std::move(parts));
     for (const auto& collider : in.colliders) parts.push_back(physics::rigid_part(*collider));
     physics::check_rigid_bodies(parts, in.rigid_bodies);
     physics::LayeredWorld world{in.gravity, in.drag, in.rigid_bodies};

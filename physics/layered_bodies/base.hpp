@@ -15,6 +15,7 @@
 #include "physics/layered_bodies/joint.hpp"
 
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace physics {
@@ -30,6 +31,10 @@ struct Substance {
     double reach = 2;                // of r0
     double fusion_threshold = 1e30;  // Pa: parts that press harder than this fuse
     double fusion_time = 0.25;       // s for a pair of skeletons to blend fully
+    // Whether pieces that come apart collide from then on: see let_separate().
+    bool separates = true;
+    std::string name = {};  // bodies of one name are one body, see join_substances.hpp
+    bool operator==(const Substance&) const = default;
 };
 
 // A spring between two frames' origins.

@@ -49,6 +49,24 @@ std::vector<Transform> told_frames(const LayeredPart& part)
     return frames;
 }
 
+std::vector<Vec3> first_velocities(const LayeredPart& part, const std::vector<Transform>& at)
+{
+    if (!part.velocities.empty()) return part.velocities;
+    const Base& base = part.body->base;
+    std::vector<Vec3> all(at.size(), part.velocity);
+    if (part.spin.isZero(0) || is_told(base.kind)) return all;
+    double mass = 0;
+    Vec3 moment = Vec3::Zero();
+    for (std::size_t f = 0; f < at.size(); ++f) {
+        mass += base.mass[f];
+        moment += base.mass[f] * at[f].translation();
+    }
+    for (std::size_t f = 0; f < at.size(); ++f) {
+        all[f] += part.spin.cross(at[f].translation() - moment / mass);
+    }
+    return all;
+}
+
 std::vector<std::vector<std::uint32_t>> skeletons_on_frames(const LayeredBody& body)
 {
     std::vector<std::vector<std::uint32_t>> on_frame(body.base.frames.size());

@@ -81,14 +81,23 @@ struct LayeredState {
     std::size_t bytes() const;
 };
 
+// A frame of a rigid body or a particle that is held, or moved as it is told.
+struct HeldFrame {
+    std::uint32_t frame = 0;
+    Vec3 way = Vec3::Zero();  // m, from where the part's pose has it
+};
+
 // An object in a scene, as it is told to be at a moment.
 struct LayeredPart {
     std::shared_ptr<const LayeredBody> body;
     Transform pose = Transform::Identity();  // of a body as drawn: at the start; still, led: always
     Pins pins = {};                          // of its cubes
-    std::vector<Transform> frames = {};      // still, led: where each frame is; empty: by the pose
-    Vec3 velocity = Vec3::Zero();            // m/s, at the start
-    Vec3 spin = Vec3::Zero();                // rad/s, at the start, about the centre of mass
+    // Still, led: where each frame is; else where it starts; empty: by the pose.
+    std::vector<Transform> frames = {};
+    std::vector<HeldFrame> held = {};   // of rigid bodies and particles
+    Vec3 velocity = Vec3::Zero();       // m/s, at the start
+    Vec3 spin = Vec3::Zero();           // rad/s, at the start, about the centre of mass
+    std::vector<Vec3> velocities = {};  // B, m/s, at the start; empty: by the two above
     // Of the volume that it seeks at the end of the step; it goes there straight.
     double inflation = 1;
     std::vector<double> muscle = {};           // S, the same of each territory besides; empty: 1
@@ -106,7 +115,8 @@ struct LayeredPart {
     std::size_t bytes() const
     {
         return (body ? body->bytes() : 0) + frames.size() * sizeof(Transform) +
-               muscle.size() * sizeof(double);
+               muscle.size() * sizeof(double) + held.size() * sizeof(HeldFrame) +
+               velocities.size() * sizeof(Vec3);
     }
 };
 
@@ -143,6 +153,9 @@ struct LayeredWorld {
 
 // Where a part's frames are told to be: as it says, or as drawn at its pose.
 std::vector<Transform> told_frames(const LayeredPart& part);
+
+// m/s, of the frames of a part that is not on cubes: at the start, where its frames are at `at`.
+std::vector<Vec3> first_velocities(const LayeredPart& part, const std::vector<Transform>& at);
 
 // The skeletons that each frame carries.
 std::vector<std::vector<std::uint32_t>> skeletons_on_frames(const LayeredBody& body);

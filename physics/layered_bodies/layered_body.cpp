@@ -207,6 +207,15 @@ LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density
     return body;
 }
 
+void let_separate(ImplicitLayer& layer, LayerMatter& matter)
+{
+    matter.self_contact = true;
+    if (layer.blend.rule != geometry::BlendRule::sum) return;
+    layer.blend.rule = geometry::BlendRule::smooth_groups;
+    layer.blend.part.assign(layer.skeletons.size(), 0);
+    layer.blend.links.clear();
+}
+
 void set_on_cubes(LayeredBody& body, geometry::Cubes cubes, const BrickOptions& options)
 {
     if (body.base.kind != BaseKind::still) {

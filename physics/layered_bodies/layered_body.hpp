@@ -22,4 +22,8 @@ LayeredPart rigid_part(const Collider& collider);
 // Throws std::invalid_argument where it was not, or the cubes are no solid body.
 void set_on_cubes(LayeredBody& body, geometry::Cubes cubes, const BrickOptions& options = {});
 
+// Makes pieces of a soft substance that come apart collide from then on: parts of a layer collide,
+// and one whose skeletons all blend becomes one part.
+void let_separate(ImplicitLayer& layer, LayerMatter& matter);
+
 }  // namespace physics

@@ -235,15 +235,16 @@ Impacts find_impacts(const LayeredScene& scene, const LayeredMoment& moment,
     Impacts impacts;
     impacts.lag = times.lag;
     gather_impacts(scene, moment, system, impacts);
-    const auto free = [&](std::uint32_t body) {
-        return scene.parts[body].body->base.kind == BaseKind::rigid;
+    const auto free = [&](std::uint32_t body, std::size_t f) {
+        return scene.parts[body].body->base.kind == BaseKind::rigid &&
+               (system.kind[f] != BaseKind::still || system.held[f]);
     };
     std::vector<double> rate_sq(system.velocity.size(), 0);
     for (Impact& impact : impacts.all) {
         if (!(impact.force > 0) || impact.a == impact.b) continue;
         impact.along_a /= impact.force;
         impact.along_b /= impact.force;
-        const bool a = free(impact.body), b = free(impact.bounce.other);
+        const bool a = free(impact.body, impact.a), b = free(impact.bounce.other, impact.b);
         if (a) impact.gives_a = given(system, impact.a, impact.along_a);
         if (b) impact.gives_b = given(system, impact.b, impact.along_b);
         const double yields =
@@ -263,11 +264,12 @@ Impacts find_impacts(const LayeredScene& scene, const LayeredMoment& moment,
     for (Impact& impact : impacts.all) {
         if (!(impact.mass > 0)) continue;
         impact.rate = std::sqrt(std::max(rate_sq[impact.a], rate_sq[impact.b]));
-        const auto weight = [&](std::uint32_t body, const Vec6& along) {
-            return free(body) && !impacts.on_weight[body] ? along.head<3>().dot(gravity) : 0;
+        const auto weight = [&](std::uint32_t body, std::size_t f, const Vec6& along) {
+            const bool falls_on = free(body, f) && !impacts.on_weight[body];
+            return falls_on ? along.head<3>().dot(gravity) : 0;
         };
-        impact.weight =
-            weight(impact.body, impact.along_a) + weight(impact.bounce.other, impact.along_b);
+        impact.weight = weight(impact.body, impact.a, impact.along_a) +
+                        weight(impact.bounce.other, impact.b, impact.along_b);
         impact.speed += 0.5 * times.lag * impact.weight;
         judge(std::max(falls, pressing * thinnest(moment, impact)), impact);
     }

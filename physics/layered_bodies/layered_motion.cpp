@@ -79,16 +79,30 @@ void move(const LayeredBody& body, std::span<const Vec6> dv, double dt, LayeredS
 
 namespace {
 
-// Sends told frames straight, at constant spin, to where they are to be in `left` seconds.
+// Sends a frame straight, at constant spin, to where it is to be in `left` seconds.
+void drive_frame(const Transform& to, double left, std::size_t f, LayeredState& state)
+{
+    state.velocity[f] = (to.translation() - state.position[f]) / left;
+    const Eigen::Quaterniond now(state.rotation[f]);
+    const Eigen::AngleAxisd turn(Eigen::Quaterniond(to.linear()) * now.conjugate());
+    const double angle =
+        turn.angle() > std::numbers::pi ? turn.angle() - 2 * std::numbers::pi : turn.angle();
+    state.spin[f] = angle / left * turn.axis();
+}
+
 void drive(const std::vector<Transform>& motion, double left, LayeredState& state)
 {
-    for (std::size_t f = 0; f < state.position.size(); ++f) {
-        state.velocity[f] = (motion[f].translation() - state.position[f]) / left;
-        const Eigen::Quaterniond now(state.rotation[f]);
-        const Eigen::AngleAxisd turn(Eigen::Quaterniond(motion[f].linear()) * now.conjugate());
-        const double angle =
-            turn.angle() > std::numbers::pi ? turn.angle() - 2 * std::numbers::pi : turn.angle();
-        state.spin[f] = angle / left * turn.axis();
+    for (std::size_t f = 0; f < state.position.size(); ++f) drive_frame(motion[f], left, f, state);
+}
+
+void drive_held(const LayeredPart& part, double left, LayeredState& state)
+{
+    if (part.held.empty()) return;
+    const std::vector<Transform> told = told_frames(part);
+    for (const HeldFrame& held : part.held) {
+        Transform to = told[held.frame];
+        to.pretranslate(held.way);
+        drive_frame(to, left, held.frame, state);
     }
 }
 
@@ -109,6 +123,7 @@ void drive_all(double left, LayeredScene& now)
 {
     for (std::size_t b = 0; b < now.parts.size(); ++b) {
         drive_pins(now.parts[b], left, now.states[b]);
+        drive_held(now.parts[b], left, now.states[b]);
         if (!is_told(now.parts[b].body->base.kind)) continue;
         drive(told_frames(now.parts[b]), left, now.states[b]);
     }

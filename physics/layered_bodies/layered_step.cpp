@@ -23,31 +23,18 @@
 
 namespace physics {
 
-// Turns all that has mass about the middle of it.
-static void spin_up(const LayeredBody& body, const Vec3& spin, LayeredState& state)
+// Turns cubes about the middle of them.
+static void spin_up_cubes(const LayeredBody& body, const Vec3& spin, LayeredState& state)
 {
-    if (spin.isZero(0) || is_told(body.base.kind)) return;
-    if (body.base.cubes) {
-        const auto& cubes = body.base.cubes->source().cubes.corners;
-        Vec3 centre = Vec3::Zero();
-        for (const auto& corners : cubes) {
-            for (const std::uint32_t k : corners) centre += state.cubes.x[k];
-        }
-        centre /= static_cast<double>(8 * cubes.size());
-        for (std::size_t k = 0; k < state.cubes.x.size(); ++k) {
-            state.cubes.v[k] += spin.cross(state.cubes.x[k] - centre);
-        }
-        return;
+    if (spin.isZero(0)) return;
+    const auto& cubes = body.base.cubes->source().cubes.corners;
+    Vec3 centre = Vec3::Zero();
+    for (const auto& corners : cubes) {
+        for (const std::uint32_t k : corners) centre += state.cubes.x[k];
     }
-    double mass = 0;
-    Vec3 moment = Vec3::Zero();
-    for (std::size_t f = 0; f < state.position.size(); ++f) {
-        mass += body.base.mass[f];
-        moment += body.base.mass[f] * state.position[f];
-    }
-    for (std::size_t f = 0; f < state.position.size(); ++f) {
-        state.velocity[f] += spin.cross(state.position[f] - moment / mass);
-        if (body.base.kind == BaseKind::rigid) state.spin[f] = spin;
+    centre /= static_cast<double>(8 * cubes.size());
+    for (std::size_t k = 0; k < state.cubes.x.size(); ++k) {
+        state.cubes.v[k] += spin.cross(state.cubes.x[k] - centre);
     }
 }
 
@@ -55,19 +42,21 @@ static LayeredState start(const LayeredPart& part)
 {
     const LayeredBody& body = *part.body;
     LayeredState state;
-    for (const Transform& frame : told_frames(part)) {
+    const std::vector<Transform> at = told_frames(part);
+    for (const Transform& frame : at) {
         state.position.push_back(frame.translation());
         state.rotation.push_back(Eigen::Quaterniond(frame.linear()).coeffs());
     }
-    state.velocity.assign(body.base.frames.size(), part.velocity);
-    state.spin.assign(body.base.frames.size(), Vec3::Zero());
+    state.velocity = first_velocities(part, at);
+    const bool turns = body.base.kind == BaseKind::rigid;
+    state.spin.assign(body.base.frames.size(), turns ? part.spin : Vec3::Zero());
     if (body.base.cubes) {
         state.cubes = rest_state(body.base.cubes->bricks());
         for (Vec3& x : state.cubes.x) x = part.pose * x;
         state.cubes.v.assign(state.cubes.x.size(), part.velocity);
+        spin_up_cubes(body, part.spin, state);
+        follow_cubes(body, state);
     }
-    spin_up(body, part.spin, state);
-    if (body.base.cubes) follow_cubes(body, state);
     state.translation.assign(body.layer.skeletons.size(), 0);
     state.part = body.layer.blend.part;
     if (state.part.empty() && body.layer.blend.rule != geometry::BlendRule::sum) {
@@ -91,6 +80,12 @@ void check_rigid_bodies(std::span<const LayeredPart> parts, RigidBodies rigid_bo
 {
     if (rigid_bodies == RigidBodies::implicit) return;
     for (std::size_t b = 0; b < parts.size(); ++b) {
+        if (!parts[b].held.empty()) {
+            throw std::invalid_argument(fmt::format(
+                "rigid_bodies = bullet can't hold frames, but body {} has pins. Set rigid_bodies "
+                "to implicit, or hold the body by a joint with the world (Figure, a = -1).",
+                b));
+        }
         const BaseKind kind = parts[b].body->base.kind;
         if (kind == BaseKind::rigid || kind == BaseKind::still) continue;
         throw std::invalid_argument(fmt::format(
@@ -401,6 +396,17 @@ void keep_told(const std::vector<Transform>& at, LayeredState& state)
     }
 }
 
+void keep_held(const LayeredPart& part, LayeredState& state)
+{
+    if (part.held.empty()) return;
+    const std::vector<Transform> told = told_frames(part);
+    for (const HeldFrame& held : part.held) {
+        const Transform& at = told[held.frame];
+        state.position[held.frame] = at.translation() + held.way;
+        state.rotation[held.frame] = Eigen::Quaterniond(at.linear()).normalized().coeffs();
+    }
+}
+
 }  // namespace
 
 LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
@@ -453,8 +459,9 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
         }
     }
     now.parts = frame.told;
-    // Still frames end exactly where they were told to.
+    // Still frames end exactly where they were told to, and so do held ones.
     for (std::size_t b = 0; b < now.parts.size(); ++b) {
+        keep_held(now.parts[b], now.states[b]);
         if (now.parts[b].body->base.kind != BaseKind::still) continue;
         keep_told(told_frames(now.parts[b]), now.states[b]);
     }

@@ -157,6 +157,9 @@ LayeredSystem make_system(const LayeredScene& scene, const LayeredMoment& moment
             system.mass.push_back(mass);
             system.diagonal.push_back(body.base.cubes ? Mat6::Zero() : mass);
         }
+        for (const HeldFrame& held : scene.parts[b].held) {
+            system.kind[system.frame(b, held.frame)] = BaseKind::still;
+        }
     }
     system.right.assign(system.velocity.size(), Vec6::Zero());
     if (bullet)

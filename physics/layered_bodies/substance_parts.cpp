@@ -130,7 +130,7 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
     const Substance& substance = body.base.substance;
     const auto n = static_cast<std::uint32_t>(field.count());
 
-    // Separation.
+    // Separation. Springs hold together what they join.
     Bonds bonds{field,
                 substance,
                 chains(n,
@@ -138,6 +138,17 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
                            return state.part[i] == state.part[j] && in_reach(field, i, j);
                        }),
                 {}};
+
+    if (!body.base.springs.empty()) {
+        const auto on_frame = skeletons_on_frames(body);
+        for (const LayerSpring& spring : body.base.springs) {
+            for (const std::uint32_t i : on_frame[spring.a]) {
+                for (const std::uint32_t j : on_frame[spring.b]) {
+                    if (state.part[i] == state.part[j]) bonds.sets.join(i, j);
+                }
+            }
+        }
+    }
 
     // Fusion: links that still matter, grown; new ones where it presses hard enough.
     for (BlendLink link : state.links) {

@@ -30,6 +30,7 @@ struct LayerMatter {
     bool rigid = false;         // does not deform, others fit it; needs no samples
     double bounce = 0;          // of rigid ones against rigid ones: speed after a hit over before
     bool self_contact = false;  // skeletons that do not blend with each other collide
+    bool operator==(const LayerMatter&) const = default;
 };
 
 // A mesh that changes its shape: where its vertices were `seconds` ago.

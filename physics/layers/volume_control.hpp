@@ -27,6 +27,7 @@ namespace physics {
 struct VolumeControl {
     double proportional = 0;  // K_p, 1/s; 0: off
     double derivative = 1;    // K_d, 1
+    bool operator==(const VolumeControl&) const = default;
 };
 
 // What the controllers of a body go by, all one a skeleton.

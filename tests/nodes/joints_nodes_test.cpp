@@ -12,7 +12,7 @@ std::string ball_on(const std::string& joint)
     return R"("skeletons": { "type": "Skeletons@1", "params": { "skeletons": [
             { "position": [0.3, 1, 0], "contribution":
                 { "thickness": 0.1, "stiffness": 10, "radius": 0.25 } } ] } },
-        "layer": { "type": "ImplicitLayer@2", "inputs": { "layer": "skeletons.layer" },
+        "layer": { "type": "ImplicitLayer@3", "inputs": { "layer": "skeletons.layer" },
             "params": { "base": "rigid", "seed_spacing": 0.08 } },
         "figure": { "type": "Figure@1", "inputs": { "part": "layer.part" }, "params": {
             "joints": [ { "a": -1, "b": 0, )" +
@@ -66,7 +66,7 @@ TEST(JointsNodes, MassAndSpinAreWhatTheLayerSays)
     fixtures::Scene scene(R"("skeletons": { "type": "Skeletons@1", "params": { "skeletons": [
             { "position": [0.3, 1, 0], "contribution":
                 { "thickness": 0.1, "stiffness": 10, "radius": 0.25 } } ] } },
-        "layer": { "type": "ImplicitLayer@2", "inputs": { "layer": "skeletons.layer" },
+        "layer": { "type": "ImplicitLayer@3", "inputs": { "layer": "skeletons.layer" },
             "params": { "mass": 3, "spin_degrees": [0, 90, 0], "seed_spacing": 0.03 } },
         "bodies": { "type": "Layered@1", "inputs": { "parts": ["layer.part"] } })");
     const auto at = scene.at<physics::LayeredScene>("bodies");

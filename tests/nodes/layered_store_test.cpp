@@ -36,7 +36,7 @@ const char* const falling = R"({ "aspic": 1, "frames": { "first": 1, "last": 60,
     "skeleton": { "type": "Skeletons@1", "params": { "skeletons": [
       { "kind": "point", "position": [0, 0.3, 0],
         "contribution": { "thickness": 0.1, "stiffness": 10, "radius": 0.25 } } ] } },
-    "ball": { "type": "ImplicitLayer@2", "inputs": { "layer": "skeleton.layer" },
+    "ball": { "type": "ImplicitLayer@3", "inputs": { "layer": "skeleton.layer" },
       "params": { "seed_spacing": 0.01, "volume": { "proportional": 10 } } },
     "stone": { "type": "Primitive@1", "params": { "shape": "box" } },
     "hard": { "type": "Collider@1", "inputs": { "mesh": "stone.mesh" },

@@ -5,6 +5,7 @@
 #include "graph/document/document.hpp"
 #include "nodes/registry.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -64,10 +65,10 @@ TEST(OldFiles, AllLoadAndReportTheirUpgradesOnly)
     }
     EXPECT_EQ(notes.size(), 8u);
     EXPECT_EQ(notes["bridge"], 4u);                 // a Sample, an Embed twice, a Render
-    EXPECT_EQ(notes["two_soft_solids"], 6u);        // two layers, two meshes, two Renders
-    EXPECT_EQ(notes["blend_constant_volume"], 5u);  // two layers, two meshes, a Render
+    EXPECT_EQ(notes["two_soft_solids"], 8u);        // two layers twice, two meshes, two Renders
+    EXPECT_EQ(notes["blend_constant_volume"], 7u);  // two layers twice, two meshes, a Render
     EXPECT_EQ(notes["flag"], 3u);                   // an Embed, twice, a Render
-    EXPECT_EQ(notes["breathing"], 3u);              // a layer, a mesh, a Render
+    EXPECT_EQ(notes["breathing"], 4u);              // a layer twice, a mesh, a Render
 }
 
 TEST(OldFiles, APictureOfVersion1KeepsItsLook)
@@ -130,6 +131,22 @@ TEST(OldFiles, ImplicitLayerOneHasADerivativeOfZeroByDefault)
     EXPECT_EQ(derivative(R"("volume": { "proportional": 3 })"), 0);
     EXPECT_EQ(derivative(R"("volume": { "derivative": 0.5 })"), 0.5);
     EXPECT_EQ(derivative(R"("volume": { "derivative": 50 })"), 2);
+}
+
+TEST(OldFiles, ParticlesOfImplicitLayerTwoBlendWhereverTheyMeet)
+{
+    const auto separates = [](const char* type, const char* params) {
+        const graph::Loaded loaded = load(fmt::format(R"("bones": {{ "type": "Skeletons@1" }},
+                "layer": {{ "type": "{}", "inputs": {{ "layer": "bones.layer" }},
+                            "params": {{ {} }} }})",
+                                                      type, params));
+        return std::get<bool>(param(loaded.graph, "layer", "substance.separates").is);
+    };
+    EXPECT_FALSE(separates("ImplicitLayer@1", R"("base": "particles")"));
+    EXPECT_FALSE(separates("ImplicitLayer@2", R"("base": "particles")"));
+    EXPECT_FALSE(
+        separates("ImplicitLayer@2", R"("base": "particles", "substance": { "friction": 2 })"));
+    EXPECT_TRUE(separates("ImplicitLayer@3", R"("base": "particles")"));
 }
 
 TEST(OldFiles, EmbedOneAndTwoKeepTheirTreatmentOfTears)

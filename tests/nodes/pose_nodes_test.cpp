@@ -19,7 +19,7 @@ std::string arm(const std::string& end, const std::string& degrees,
             { "kind": "segment", "frame": 1, "points": [ { "at": [0.5, 0, 0] }, { "at": )" +
            end + R"( } ],
               "contribution": { "thickness": 0.1, "stiffness": 10, "radius": 0.22 } } ] } },
-        "layer": { "type": "ImplicitLayer@2", "inputs": { "layer": "skeletons.layer" },
+        "layer": { "type": "ImplicitLayer@3", "inputs": { "layer": "skeletons.layer" },
             "params": { "base": ")" +
            base + R"(", "seed_spacing": 0.05 } },
         "figure": { "type": "Figure@1", "inputs": { "part": "layer.part" }, "params": {

@@ -16,11 +16,11 @@ const std::string live = R"(
     "one": { "type": "Skeletons@1", "params": { "skeletons": [
       { "kind": "point", "position": [0, 0.11, 0],
         "contribution": { "thickness": 0.1, "stiffness": 10, "radius": 0.25 } } ] } },
-    "low": { "type": "ImplicitLayer@2", "inputs": { "layer": "one.layer" },
+    "low": { "type": "ImplicitLayer@3", "inputs": { "layer": "one.layer" },
       "params": { "seed_spacing": 0.06, "volume": { "proportional": 10 },
                   "colour": [0.8, 0.2, 0.1],
                   "matter": { "bulge_width": 0.04, "bulge_height": 0.5 } } },
-    "high": { "type": "ImplicitLayer@2", "inputs": { "layer": "one.layer" },
+    "high": { "type": "ImplicitLayer@3", "inputs": { "layer": "one.layer" },
       "params": { "seed_spacing": 0.06, "translate": [0.05, 0.17, 0],
                   "matter": { "bulge_width": 0.04, "bulge_height": 0.5 } } },
     "hard": { "type": "Ground@1", "params": { "height": 0 } },

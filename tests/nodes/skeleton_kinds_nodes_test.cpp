@@ -18,7 +18,7 @@ std::string nodes_of(const std::string& skeleton)
             "skeletons": [ {)" +
            skeleton +
            R"(, "contribution": { "thickness": 0.1, "stiffness": 10, "radius": 0.3 } } ] } },
-        "layer": { "type": "ImplicitLayer@2", "inputs": { "layer": "skeletons.layer" },
+        "layer": { "type": "ImplicitLayer@3", "inputs": { "layer": "skeletons.layer" },
             "params": { "base": "still", "seed_spacing": 0.05 } },
         "bodies": { "type": "Layered@1", "inputs": { "parts": ["layer.part"] } },
         "mesh": { "type": "Polygonize@2", "inputs": { "scene": "bodies.scene" },

@@ -74,7 +74,7 @@ const std::string two_points = R"("skeletons": [{ "kind": "point", "position": [
 std::string scene()
 {
     return node("k", "Skeletons@1", "", two_points) + "," +
-           node("l", "ImplicitLayer@2", R"("layer": "k.layer")", R"("base": "still")") + "," +
+           node("l", "ImplicitLayer@3", R"("layer": "k.layer")", R"("base": "still")") + "," +
            node("s", "Layered@1", R"("parts": ["l.part"])");
 }
 
@@ -119,12 +119,12 @@ const std::vector<Case>& cases()
                       node("sim", "Simulate@1", of_cubes) + "," +
                       t("Embed@3", of_ball + "," + of_cubes + R"(, "state": "sim.state")")},
         {"ImplicitLayer", node("k", "Skeletons@1", "", two_points) + "," +
-                              t("ImplicitLayer@2", R"("layer": "k.layer")",
+                              t("ImplicitLayer@3", R"("layer": "k.layer")",
                                 R"("base": "still", "seed_spacing": 0.002)")},
         {"Layered",
          ball(4) + "," + node("k", "Skeletons@1", of_ball, R"("skeletons": [{ "kind": "mesh" }])") +
              "," +
-             node("l", "ImplicitLayer@2", R"("layer": "k.layer")",
+             node("l", "ImplicitLayer@3", R"("layer": "k.layer")",
                   R"("density": 100, "seed_spacing": 0.03)") +
              "," + node("g", "Collider@1", "") + "," +
              t("Layered@1", R"("parts": ["l.part", "l.part"], "colliders": ["g.collider"])",
