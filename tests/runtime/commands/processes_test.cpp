@@ -29,7 +29,7 @@ const char* const layered = R"({ "aspic": 1, "frames": { "first": 1, "last": 20,
     "skeleton": { "type": "Skeletons@1", "params": { "skeletons": [
       { "kind": "point", "position": [0.02, 0.3, 0],
         "contribution": { "thickness": 0.1, "stiffness": 10, "radius": 0.25 } } ] } },
-    "ball": { "type": "ImplicitLayer@2", "inputs": { "layer": "skeleton.layer" },
+    "ball": { "type": "ImplicitLayer@3", "inputs": { "layer": "skeleton.layer" },
       "params": { "seed_spacing": 0.015, "volume": { "proportional": 10 } } },
     "stone": { "type": "Primitive@1", "params": { "shape": "sphere", "sphere": { "radius": 0.1 } } },
     "hard": { "type": "Collider@1", "inputs": { "mesh": "stone.mesh" },
