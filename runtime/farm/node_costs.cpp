@@ -11,19 +11,25 @@ namespace {
 
 constexpr std::size_t most_looked_at = 16;  // frames of one node
 
-// The mean of what is stored of the node, at frames evenly spread.
+// The mean of what is stored of the node, at frames evenly spread among those that are stored: the
+// first frame alone would tell of a start, too.
 std::optional<double> stored_seconds(std::uint32_t n, Keys& keys, const std::vector<int>& frames,
                                      const Stored& stored)
 {
+    if (stored.keys.empty()) return std::nullopt;
+    std::vector<Key> there;
+    const std::size_t all = keys.varies(n) ? frames.size() : 1;
+    for (std::size_t i = 0; i < all; ++i) {
+        const Key& key = keys.at(n, frames[i]);
+        if (stored.holds(key)) there.push_back(key);
+    }
     double sum = 0;
     int found = 0;
-    const auto look = [&](int frame) {
-        const Key& key = keys.at(n, frame);
-        if (!stored.holds(key)) return;
-        if (const auto record = stored.disk->record(key)) sum += record->seconds, ++found;
-    };
-    const std::size_t count = keys.varies(n) ? std::min(frames.size(), most_looked_at) : 1;
-    for (std::size_t i = 0; i < count; ++i) look(frames[i * frames.size() / count]);
+    const std::size_t count = std::min(there.size(), most_looked_at);
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto record = stored.disk->record(there[i * there.size() / count]);
+        if (record) sum += record->seconds, ++found;
+    }
     if (found == 0) return std::nullopt;
     return sum / found;
 }

@@ -197,7 +197,7 @@ TEST(Cut, FramesThatWereNeverMeasuredAreNotTakenForFreeWhereTheSimulationWas)
     EXPECT_EQ(of(cut, Stage::frames).size(), 4u) << "1 s a frame, in tasks of 10 s";
 }
 
-TEST(Cut, AFewTasksAreAnEvenNumber)
+TEST(Cut, TasksAreAnEvenNumber)
 {
     toys::Wiring w(15);
     const auto clock = w.add("Clock");
@@ -209,6 +209,14 @@ TEST(Cut, AFewTasksAreAnEvenNumber)
     const Cut cut = c.cut(w.graph, {slow}, frames_to(15));
     EXPECT_EQ(of(cut, Stage::frames).size(), 4u);
     EXPECT_LE(makespan(cut, 2), 16);
+    // 130 s would be thirteen: 70 s on two machines, in place of 65 s.
+    toys::Wiring many(130);
+    const auto counted = many.add("Clock");
+    const auto light = many.add("Slow", {{"value", {counted}}});
+    c.costs.seconds = {0, 1};
+    const Cut thirteen = c.cut(many.graph, {light}, frames_to(130));
+    EXPECT_EQ(of(thirteen, Stage::frames).size(), 14u);
+    EXPECT_LE(makespan(thirteen, 2), 66);
 }
 
 TEST(Cut, AShotOfLittleWorkIsOneTask)
