@@ -248,15 +248,18 @@ std::vector<std::uint32_t> add_pieces(Joining& joining, std::uint32_t shot,
             made_by.push_back(add_chain_tasks(joining, shot, piece, after));
         } else {
             FarmTask task;
-            task.name = fmt::format("{}.frames-{}", joining.cut.shots[shot].name, ++count);
+            // Names of one shot have no gaps, as those of an array count up from its first.
+            task.name = fmt::format("{}.frames-{}", joining.cut.shots[shot].name, count + 1);
             task.stage = piece.stage;
             task.shot = shot;
             task.nodes = piece.nodes;
             task.frames = piece.frames;
             task.after = std::move(after);
             task.seconds = piece.seconds;
+            const std::size_t before = joining.cut.tasks.size();
             made_by.push_back(
                 {{piece.frames.back(), add_frames_task(joining, std::move(task), piece.same)}});
+            count += joining.cut.tasks.size() - before;
         }
         for (const auto& span : made_by.back()) mine.push_back(span.second);
     }

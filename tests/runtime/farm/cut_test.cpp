@@ -391,6 +391,40 @@ TEST(Cut, WhatFeedsTheSimulationsOfSeveralShotsIsCookedOnce)
     EXPECT_EQ(chains[0]->after, chains[1]->after);
 }
 
+TEST(Cut, TasksThatAnotherShotMakesLeaveNoGapInTheNamesOfAnArray)
+{
+    // Of the second shot's five pieces of 10 s, the first shot makes the third.
+    const auto shot = [](const std::string& name) {
+        ShotPieces pieces{{name, name + ".json", {}, name, 0, 0, true}, frames_to(5), {}};
+        for (int f = 1; f <= 5; ++f) {
+            Piece piece;
+            piece.nodes = {"feed"};
+            piece.frames = {f};
+            piece.seconds = 10;
+            KeyBuilder same;
+            same.add(f).add(f == 3 ? std::string("both") : name);
+            piece.same = same.key();
+            pieces.cut.pieces.push_back(std::move(piece));
+        }
+        return pieces;
+    };
+    const Cut cut = join({shot("a"), shot("b")}, 10);
+    ASSERT_EQ(of(cut, Stage::frames).size(), 9u);
+    std::size_t arrays = 0;
+    for (const ArrayJob& array : array_jobs(cut, 1000)) {
+        if (array.tasks.size() < 2) continue;
+        ++arrays;
+        // As the script of an array counts them.
+        const std::string& first = cut.tasks[array.tasks.front()].name;
+        const std::string stem = first.substr(0, first.rfind('-') + 1);
+        for (std::size_t i = 0; i < array.tasks.size(); ++i) {
+            const int number = std::stoi(first.substr(stem.size())) + static_cast<int>(i);
+            EXPECT_EQ(cut.tasks[array.tasks[i]].name, stem + std::to_string(number));
+        }
+    }
+    EXPECT_EQ(arrays, 2u);
+}
+
 TEST(Cut, NothingIsCutFromNothing)
 {
     toys::Wiring w(5);
