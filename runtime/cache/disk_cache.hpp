@@ -112,9 +112,11 @@ private:
     // does, would cost each of a farm's tasks more, the more the others have stored.
     void tend();
     // What the last look found and what was written since; nothing when that is not known or a day
-    // old. Writers that come in each other's way lose a note or two, until the next look.
+    // old.
     std::optional<std::uintmax_t> bytes_by_notes() const;
-    void note_size(std::uintmax_t bytes) const;  // after a look
+    std::string told_since_a_look() const;  // by those that wrote: the lines
+    // After a look; `told_before`: what was told when it began.
+    void note_size(std::uintmax_t bytes, const std::string& told_before) const;
     void write_jobs(const std::stop_token& stop);
     void enqueue(Job job);
     void write(const Job& job);

@@ -216,6 +216,7 @@ void remove_second_names(const fs::path& folder, Stock& stock)
 std::uintmax_t DiskCache::shrink(std::uintmax_t budget, double grace)
 {
     written_ = 0;
+    const std::string told_before = told_since_a_look();
     Stock stock;
     remove_unfinished(folder_, grace, stock);
     find_contents(folder_, stock);
@@ -241,7 +242,7 @@ std::uintmax_t DiskCache::shrink(std::uintmax_t budget, double grace)
     const std::uintmax_t gone =
         stock.gone - gone_before;  // second names are none of what was found
     remove_second_names(folder_, stock);
-    note_size(found - std::min(found, gone));
+    note_size(found - std::min(found, gone), told_before);
     return stock.gone;
 }
 
@@ -274,11 +275,24 @@ std::optional<std::uintmax_t> DiskCache::bytes_by_notes() const
     return bytes;
 }
 
-void DiskCache::note_size(std::uintmax_t bytes) const
+std::string DiskCache::told_since_a_look() const
+{
+    std::ifstream in(folder_ / notes);
+    std::string look;
+    std::getline(in, look);
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+// What others told during the look may be counted twice, and is not lost: only what is told between
+// the last two lines here is.
+void DiskCache::note_size(std::uintmax_t bytes, const std::string& told_before) const
 {
     std::error_code error;
     if (!fs::exists(folder_, error)) return;
-    const std::string text = std::to_string(bytes) + ' ' + std::to_string(seconds_now()) + '\n';
+    std::string text = std::to_string(bytes) + ' ' + std::to_string(seconds_now()) + '\n';
+    const std::string told = told_since_a_look();
+    // Where it is not longer by what was told, another process has looked in between.
+    text += told.starts_with(told_before) ? told.substr(told_before.size()) : told;
     const std::string_view pieces[] = {text};
     write_whole_file(folder_ / notes, pieces);  // without it the next process looks
 }

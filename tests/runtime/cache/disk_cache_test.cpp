@@ -439,6 +439,24 @@ TEST(DiskCache, AProcessThatWritesALittleLooksAtNothingThatOthersStored)
     }
 }
 
+TEST(DiskCache, WhatOthersWriteDuringALookIsCounted)
+{
+    const toys::Folder folder;
+    const fs::path notes = folder.path / "4/size.txt";
+    const auto tell = [&](const char* line) { std::ofstream(notes, std::ios::app) << line; };
+    for (std::uint64_t key = 1; key <= 3; ++key) {
+        DiskCache(folder.path, plenty, nullptr).store({key, 1}, numbers(1000, double(key)));
+    }
+    tell("77\n");  // before the look, which finds what it tells of
+    // A look warns of this one, and another process writes at that moment.
+    flip_bit(files_in(folder.path / "4/records").front(), 300);
+    DiskCache cache(folder.path, plenty, [&](const std::string&) { tell("123456\n"); });
+    cache.shrink(plenty);
+    const std::string text = toys::bytes_of(notes);
+    EXPECT_TRUE(text.ends_with("\n123456\n")) << text;
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 2) << text;
+}
+
 TEST(DiskCache, ManyThatWriteALittleTogetherKeepToTheBudget)
 {
     const toys::Folder folder;
