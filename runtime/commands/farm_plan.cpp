@@ -53,7 +53,7 @@ struct Planning {
     SecondsOf usual;
     std::vector<ShotPieces> shots;
     std::vector<Dark> dark;
-    bool to_sweep = true;  // each document makes numbers or pictures
+    std::vector<char> to_sweep;  // by document: it makes numbers or pictures
 };
 
 ShotPieces pieces_of(Planning& planning, const graph::Graph& graph, const CookRequest& request,
@@ -85,6 +85,7 @@ ShotPieces pieces_of(Planning& planning, const graph::Graph& graph, const CookRe
 // One document at every combination of settings. False when it has errors.
 bool add_shots(Planning& planning, const std::string& file, const std::vector<Settings>& settings)
 {
+    planning.to_sweep.push_back(1);
     for (std::size_t i = 0; i < settings.size(); ++i) {
         CookRequest request = planning.request;
         for (const graph::Override& s : settings[i]) {
@@ -92,7 +93,7 @@ bool add_shots(Planning& planning, const std::string& file, const std::vector<Se
         }
         auto graph = load(file, request, planning.registry, planning.console);
         if (!graph) return false;
-        planning.to_sweep = planning.to_sweep && makes_numbers_or_pictures(*graph);
+        if (!makes_numbers_or_pictures(*graph)) planning.to_sweep.back() = 0;
         Shot shot;
         shot.name = fs::path(file).stem().string();
         shot.file = fs::absolute(file).lexically_normal().string();
@@ -135,14 +136,15 @@ void require_other_names(const std::vector<ShotPieces>& shots)
     }
 }
 
-// After all settings of each document, what `aspic sweep` makes of them.
-void add_sweeps(Cut& cut, std::size_t settings)
+// After all settings of each document that is to be swept, what `aspic sweep` makes of them.
+void add_sweeps(Cut& cut, std::size_t settings, const std::vector<char>& to_sweep)
 {
     std::vector<std::uint32_t> lasts;  // the task of each shot
     for (std::uint32_t t = 0; t < cut.tasks.size(); ++t) {
         if (cut.tasks[t].stage == Stage::last) lasts.push_back(t);
     }
     for (std::size_t first = 0; first < lasts.size(); first += settings) {
+        if (!to_sweep[first / settings]) continue;
         FarmTask sweep;
         sweep.name = fs::path(cut.shots[first].file).stem().string() + ".sweep";
         sweep.stage = Stage::sweep;
@@ -221,7 +223,7 @@ std::optional<Cut> plan_farm(const CookRequest& request, const FarmRequest& farm
     caches.disk = open_cache(request, console);
     caches.side_files.remember_in(caches.disk.get());
     Planning planning{request, farm, registry, console, caches, Stored(caches.disk.get()),
-                      {},      {},   {},       true};
+                      {},      {},   {},       {}};
     std::vector<Vary> varied;
     for (const std::string& text : farm.vary) varied.push_back(parse_vary(text));
     const std::vector<Settings> settings = combinations(varied);
@@ -233,8 +235,8 @@ std::optional<Cut> plan_farm(const CookRequest& request, const FarmRequest& farm
     require_other_names(planning.shots);
     look_again(planning);
     Cut cut = join(planning.shots, farm.task_seconds);
-    if (settings.size() > 1 && request.nodes.empty() && planning.to_sweep) {
-        add_sweeps(cut, settings.size());
+    if (settings.size() > 1 && request.nodes.empty()) {
+        add_sweeps(cut, settings.size(), planning.to_sweep);
     }
     return cut;
 }

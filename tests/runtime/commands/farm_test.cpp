@@ -116,6 +116,16 @@ protected:
     std::function<void(const std::string&log)> before_task, after_task;  // of the engine `local`
 };
 
+struct Mute {
+    struct Inputs {
+        std::int64_t size = 1;
+    };
+    struct Outputs {
+        toys::Numbers numbers;
+    };
+    static Outputs run(const Inputs&, const graph::Context&) { return {}; }
+};
+
 }  // namespace
 
 TEST_F(Farm, APlanNamesTasksAndWhatTheyWaitFor)
@@ -414,6 +424,41 @@ TEST_F(Farm, ASweepHasTheTableOfAPlainOne)
     const Said status = run({"farm", "status", file_, "--out", (folder_.path / "out").string()});
     EXPECT_EQ(status.exit, exit_failed);
     EXPECT_TRUE(has(status.err, "falling.sweep: sweep.csv is not what was written")) << status.err;
+}
+
+TEST_F(Farm, ADocumentWithoutNumbersAndPicturesTakesNoTableFromOthers)
+{
+    // Its output is neither a picture nor a number.
+    graph::Registry registry;
+    registry.add("Mute", 1, Mute::run)
+        .param("size", &Mute::Inputs::size, "How many.")
+        .output("numbers", &Mute::Outputs::numbers, "Zeros.");
+    registry.add("Slow", 1, toys::Slow::run)
+        .input("value", &toys::Slow::Inputs::value, "Repeated.", graph::Need::optional)
+        .param("size", &toys::Slow::Inputs::size, "How often.", {.min = 0})
+        .output("numbers", &toys::Slow::Outputs::numbers, "Copies.")
+        .output("first", &toys::Slow::Outputs::first, "The value.");
+    std::vector<std::string> args{"farm",
+                                  "--vary",
+                                  "all.size=1,2",
+                                  "--plan",
+                                  "--json",
+                                  "--cache",
+                                  (folder_.path / "cache").string()};
+    for (const std::string type : {"Mute", "Slow"}) {
+        const std::string text =
+            R"({ "aspic": 1, "nodes": { "all": { "type": ")" + type + R"(@1" } } })";
+        args.push_back(folder_.write(type + ".json", text).string());
+    }
+    std::ostringstream out, err;
+    Console console{out, err, false, {}, {}, "1.2.3"};
+    ASSERT_EQ(run_command_line(args, registry, console), exit_ok) << err.str();
+    std::vector<std::string> sweeps;
+    const Json both = Json::parse(out.str());
+    for (const Json& task : both["tasks"]) {
+        if (task["stage"] == "sweep") sweeps.push_back(task["name"]);
+    }
+    EXPECT_EQ(sweeps, std::vector<std::string>{"Slow.sweep"});
 }
 
 TEST_F(Farm, AMissedExpectationIsToldAtTheEnd)
