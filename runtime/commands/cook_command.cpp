@@ -38,6 +38,8 @@ void add_cook_commands(const CommandSet& set)
                      "Cooks a part of what others cook into the same folder: its manifest goes to "
                      "this file, and expectations are left to the whole cook")
         ->type_name("FILE");
+    cook_app->add_flag("--record-missed", set.request.record_missed,
+                       "Exit code 0 where an expectation is missed: the manifest tells it");
     cook_app->add_flag("--openjd", set.request.openjd,
                        "Writes lines for Open Job Description: progress, status, failure");
     cook_app->callback([&set] {

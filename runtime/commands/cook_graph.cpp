@@ -209,22 +209,42 @@ Options options_of(const graph::Graph& graph, const CookRequest& request, const 
     return options;
 }
 
-// Shows how each expectation came out. Returns whether one was missed.
-bool show_expectations(const Numbers& numbers, const Cooked& cooked, FrontEnd& front_end)
+// How the expectations came out. Where nodes failed, those that have no number are left out: the
+// failure was told.
+std::vector<ExpectationResult> checked(const Numbers& numbers, const Cooked& cooked)
 {
-    if (cooked.cancelled) return false;
-    bool missed = false;
-    std::size_t left_out = 0;
+    std::vector<ExpectationResult> checks;
+    if (cooked.cancelled) return checks;
     for (const ExpectationResult& check : numbers.checks()) {
-        if (!check.value && cooked.failures > 0) {  // the failure was told
-            ++left_out;
-            continue;
-        }
-        front_end.expectation(check);
-        missed = missed || !check.met;
+        if (check.value || cooked.failures == 0) checks.push_back(check);
     }
-    front_end.expectations_left_out(left_out);
-    return missed;
+    return checks;
+}
+
+int exit_of(const Cooked& cooked, bool missed)
+{
+    return cooked.cancelled      ? exit_cancelled
+           : cooked.failures > 0 ? exit_failed
+           : missed              ? exit_missed
+                                 : exit_ok;
+}
+
+void show_expectations(const std::vector<ExpectationResult>& checks, const Numbers& numbers,
+                       const Cooked& cooked, FrontEnd& front_end)
+{
+    if (cooked.cancelled) return;
+    for (const ExpectationResult& check : checks) front_end.expectation(check);
+    front_end.expectations_left_out(numbers.checks().size() - checks.size());
+}
+
+std::vector<std::string> missed_texts(const graph::Graph& graph,
+                                      const std::vector<ExpectationResult>& checks)
+{
+    std::vector<std::string> texts;
+    for (const ExpectationResult& check : checks) {
+        if (!check.met) texts.push_back(missed_text(graph, check));
+    }
+    return texts;
 }
 
 // A graph without a node that writes files, cooked for nothing that its user would see.
@@ -296,6 +316,8 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
         });
     outputs.finish(caches.files);
     manifest.complete = !cooked.cancelled && cooked.failures == 0;
+    const std::vector<ExpectationResult> checks = checked(numbers, cooked);
+    manifest.missed = missed_texts(graph, checks);
     if (!nodes.empty()) {
         add_seconds(graph, cooked, manifest);
         manifest.ran = ran_here(cooked.seconds);
@@ -303,11 +325,9 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
                        manifest, console);
     }
     front_end.numbers(numbers.asked());
-    const bool missed = show_expectations(numbers, cooked, front_end);
-    const int exit = cooked.cancelled      ? exit_cancelled
-                     : cooked.failures > 0 ? exit_failed
-                     : missed              ? exit_missed
-                                           : exit_ok;
+    show_expectations(checks, numbers, cooked, front_end);
+    const bool missed = !manifest.missed.empty() && !request.record_missed;
+    const int exit = exit_of(cooked, missed);
     front_end.finished(cooked, exit);
     write_profile(graph, request, cooked, recorder.runs, console);
     return exit;

@@ -32,7 +32,8 @@ struct CookRequest {
     std::size_t memory_limit = 0;  // bytes; 0: nearly all there is
     std::uintmax_t cache_budget = std::uintmax_t{20} << 30;
     bool keep_going = false, json = false, quiet = false;
-    bool openjd = false;  // tells a scheduler of Open Job Description how far it is
+    bool record_missed = false;  // a missed expectation is told and recorded, and no failure
+    bool openjd = false;         // tells a scheduler of Open Job Description how far it is
     bool expectations_only = false;
     bool writes = false;   // files of all the frames that are asked for
     bool profile = false;  // show where the time went

@@ -19,9 +19,12 @@ namespace {
 int run_farm(const CookRequest& request, const FarmRequest& farm, const graph::Registry& registry,
              Console& console)
 {
-    if (request.files.empty()) throw std::invalid_argument("farm: expected graph documents");
+    if (request.files.empty()) {
+        throw std::invalid_argument("farm: expected graph documents, as in aspic farm FILE --plan");
+    }
     if (!farm.plan && farm.engine.empty()) {
-        throw std::invalid_argument("farm: expected --plan or --engine NAME");
+        throw std::invalid_argument(
+            "farm: expected --plan, or --engine local, slurm or openjd; found neither");
     }
     if (!farm.plan && farm.engine != "slurm" && (farm.wait || !farm.sbatch.empty())) {
         throw std::invalid_argument(fmt::format("farm: --wait and --sbatch are for --engine slurm, "
@@ -54,7 +57,9 @@ int run_farm(const CookRequest& request, const FarmRequest& farm, const graph::R
 
 int run_cancel(const FarmJob& job, Console& console)
 {
-    if (!std::filesystem::exists(job.folder / "jobs.txt")) {
+    std::error_code error;  // without jobs.txt there is no size
+    const auto sent = std::filesystem::file_size(job.folder / "jobs.txt", error);
+    if (error || sent == 0) {  // empty: sbatch refused the first job
         throw std::runtime_error(fmt::format(
             "nothing was sent to Slurm from {}: Ctrl-C ends a run of --engine local, and other "
             "schedulers cancel their jobs themselves",

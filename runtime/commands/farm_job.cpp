@@ -102,10 +102,19 @@ fs::path sweep_folder(const FarmJob& job, const FarmTask& task)
     return job.cut.shots[task.shot].folder.parent_path();
 }
 
+// Whether the table of all settings is made of what this last task cooks.
+bool is_swept(const Cut& cut, const FarmTask& last)
+{
+    return std::any_of(cut.tasks.begin(), cut.tasks.end(), [&](const FarmTask& t) {
+        return t.stage == Stage::sweep && last.shot >= t.shot &&
+               last.shot < t.shot + t.after.size();
+    });
+}
+
 struct Verifying {
     const FarmJob& job;
     Console& console;
-    std::size_t files = 0, wrong = 0;
+    std::size_t files = 0, wrong = 0, missed = 0;
 
     void tell(const std::string& text)
     {
@@ -145,6 +154,17 @@ void verify_shot(Verifying& verifying, std::uint32_t s)
     const Shot& shot = verifying.job.cut.shots[s];
     const Manifest whole = read_manifest(shot.folder / manifest_name);
     if (!whole.complete) verifying.tell(shot.name + ": the last cook is not complete");
+    constexpr std::size_t most_told = 4;  // of a shot: one expectation may be missed at each frame
+    const std::size_t told = std::min(most_told, whole.missed.size());
+    for (std::size_t i = 0; i < told; ++i) {
+        verifying.console.err << fmt::format("missed: {}, {}\n", shot.name, whole.missed[i]);
+    }
+    if (whole.missed.size() > told) {
+        verifying.console.err << fmt::format("  and {} more, which {} lists\n",
+                                             whole.missed.size() - told,
+                                             (shot.folder / manifest_name).string());
+    }
+    verifying.missed += whole.missed.size();
     FileDigests digests;
     std::optional<std::map<std::string, std::string>> makers;  // where something is wrong
     for (const Manifest::Output& o : whole.outputs) {
@@ -292,6 +312,8 @@ Words words_of(const FarmJob& job, const FarmTask& task)
     if (job.request.allow_outside) words.emplace_back("--allow-outside");
     // A frame that fails stops none that can be cooked.
     if (!sweep) words.emplace_back("--keep-going");
+    // A scheduler would drop the table where a setting failed: the table's task tells it instead.
+    if (last && is_swept(job.cut, task)) words.emplace_back("--record-missed");
     const fs::path folder = sweep ? sweep_folder(job, task) : shot.folder;
     words.insert(words.end(), {"--out", folder.string(), "--cache", job.cache.string(),
                                "--cache-size", std::to_string(job.request.cache_budget)});
@@ -328,7 +350,7 @@ Words said_into(const fs::path& file, Words words)
     return words;
 }
 
-bool verify_job(const FarmJob& job, Console& console)
+int verify_job(const FarmJob& job, Console& console)
 {
     Verifying verifying{job, console};
     const auto attempt = [&](const auto& verify) {
@@ -352,7 +374,7 @@ bool verify_job(const FarmJob& job, Console& console)
                                    verifying.files, job.cut.shots.size(),
                                    job.cut.shots.size() == 1 ? "" : "s");
     }
-    return verifying.wrong == 0;
+    return verifying.wrong > 0 ? exit_failed : verifying.missed > 0 ? exit_missed : exit_ok;
 }
 
 }  // namespace runtime

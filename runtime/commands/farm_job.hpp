@@ -70,7 +70,7 @@ std::vector<std::string> said_into(const std::filesystem::path& file,
                                    std::vector<std::string> words);
 
 // Compares the files of each shot with its manifest, and what each task says that it made. What is
-// wrong is told, a line each. Returns whether nothing is.
-bool verify_job(const FarmJob& job, Console& console);
+// wrong is told, a line each, and so are missed expectations. Returns the exit code.
+int verify_job(const FarmJob& job, Console& console);
 
 }  // namespace runtime

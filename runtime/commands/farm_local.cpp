@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <mutex>
 #include <ostream>
 #include <thread>
@@ -48,7 +47,6 @@ public:
         const std::lock_guard lock(mutex_);
         // An expectation that was missed is told at the end: the files are there.
         const bool done = exit == exit_ok || exit == exit_missed;
-        if (exit == exit_missed) missed = true;
         if (console_.stop.stop_requested()) return done;
         if (!done) {
             console_.err << fmt::format("error: task {} ({}) {} on {}; its log is {}\n{}",
@@ -58,11 +56,8 @@ public:
             console_.err << fmt::format("{} of {}, {}: {} ({})\n", ++count_, job_.cut.tasks.size(),
                                         format_seconds(seconds), task.name, what(task));
         }
-        if (exit == exit_missed) console_.err << trouble_in(job_, task);
         return done;
     }
-
-    std::atomic<bool> missed{false};
 
 private:
     static std::string what(const FarmTask& task)
@@ -97,8 +92,7 @@ int run_local(const FarmJob& job, int at_once, Console& console)
             failed, ends.size(), blocked);
         return exit_failed;
     }
-    if (!verify_job(job, console)) return exit_failed;
-    return farm.missed ? exit_missed : exit_ok;
+    return verify_job(job, console);
 }
 
 }  // namespace runtime

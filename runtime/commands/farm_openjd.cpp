@@ -105,7 +105,7 @@ Json arguments(const FarmJob& job, const ArrayJob& array)
             args.push_back(given(words[i]));
         }
     }
-    if (words.at(1) == "cook") args.push_back("--openjd");
+    args.push_back("--openjd");
     return args;
 }
 

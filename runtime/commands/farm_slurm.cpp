@@ -176,10 +176,7 @@ std::string submit_script(const FarmJob& job, const std::vector<ArrayJob>& jobs)
         text += "send " + shell_line({jobs[j].name});
         std::string after;
         for (const std::uint32_t before : jobs[j].after) after += fmt::format(":$j{}", before + 1);
-        // A missed expectation is a failure to Slurm, and a number to the table of a sweep.
-        const bool sweep = job.cut.tasks[jobs[j].tasks.front()].stage == Stage::sweep;
-        if (!after.empty())
-            text += (sweep ? " --dependency=afterany" : " --dependency=afterok") + after;
+        if (!after.empty()) text += " --dependency=afterok" + after;
         text += fmt::format("; j{}=$id\n", j + 1);
     }
     return text;

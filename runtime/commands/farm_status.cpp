@@ -122,7 +122,7 @@ int farm_status(const FarmJob& job, Console& console)
         }
     }
     if (count(Fate::done) == job.cut.tasks.size()) {
-        return verify_job(job, console) ? exit_ok : exit_failed;
+        return verify_job(job, console);
     }
     if (!queued.empty()) return exit_ok;
     console.err << advice(job, count(Fate::done) + count(Fate::failed) > 0);

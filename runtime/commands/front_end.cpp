@@ -122,12 +122,7 @@ public:
         ++checked_;
         if (r.met) return;
         ++missed_;
-        const graph::Expectation& e = *r.expectation;
-        say(fmt::format("missed: {}{} at frame {}: expected {}, found {}{}",
-                        e.place.line > 0 ? graph::describe(e.place) + ": " : "",
-                        name_of(*graph_, e.value), r.frame, bounds(e),
-                        r.value ? number(*r.value) : "nothing",
-                        e.why.empty() ? "" : " (" + e.why + ")"));
+        say("missed: " + missed_text(*graph_, r));
     }
 
     void expectations_left_out(std::size_t count) override { left_out_ = count; }
@@ -373,6 +368,16 @@ std::vector<std::string> group_files(const std::vector<std::filesystem::path>& f
                             : fmt::format("{} ({} files)", pattern, members.size()));
     }
     return lines;
+}
+
+std::string missed_text(const graph::Graph& graph, const ExpectationResult& missed)
+{
+    const graph::Expectation& e = *missed.expectation;
+    return fmt::format("{}{} at frame {}: expected {}, found {}{}",
+                       e.place.line > 0 ? graph::describe(e.place) + ": " : "",
+                       name_of(graph, e.value), missed.frame, bounds(e),
+                       missed.value ? number(*missed.value) : "nothing",
+                       e.why.empty() ? "" : " (" + e.why + ")");
 }
 
 std::unique_ptr<FrontEnd> make_front_end(Style style, Console& console)

@@ -16,6 +16,9 @@ struct ExpectationResult {
     bool met = false;
 };
 
+// "bridge.json:12: sag.value at frame 7: expected at most 0.1, found 0.3 (the deck holds)"
+std::string missed_text(const graph::Graph& graph, const ExpectationResult& missed);
+
 // A number that was asked for by the node that it comes from.
 struct AskedNumber {
     graph::Link from;

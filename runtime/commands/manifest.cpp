@@ -134,6 +134,7 @@ std::string to_text(const Manifest& m)
     json["settings"] = {{"frames", m.frames}, {"set", m.sets},  {"var", m.variables},
                         {"node", m.only},     {"root", m.root}, {"allow_outside", m.allow_outside}};
     json["complete"] = m.complete;
+    if (!m.missed.empty()) json["missed"] = m.missed;
     if (m.ran) {
         json["ran"] = {{"machine", m.ran->machine},
                        {"seconds", m.ran->seconds},
@@ -172,6 +173,7 @@ Manifest read_manifest(const std::filesystem::path& path)
         m.root = settings.at("root").get<std::string>();
         m.allow_outside = settings.at("allow_outside").get<bool>();
         m.complete = json.at("complete").get<bool>();
+        m.missed = json.value("missed", m.missed);
         if (json.contains("ran")) {
             const Json& ran = json["ran"];
             m.ran = {ran.at("machine").get<std::string>(), ran.at("seconds").get<double>(),

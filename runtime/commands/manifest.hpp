@@ -51,6 +51,7 @@ struct Manifest {
     std::optional<Ran> ran;
     std::map<std::string, Node> nodes;  // those that were needed
     std::vector<Output> outputs;        // by node and frame
+    std::vector<std::string> missed;    // expectations, as missed_text() tells them
 };
 
 inline constexpr const char* manifest_name = "manifest.json";

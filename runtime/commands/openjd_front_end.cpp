@@ -46,7 +46,11 @@ public:
         people_->wrote(n, frame, w);
     }
     void ran(const Run& run) override { people_->ran(run); }
-    void expectation(const ExpectationResult& r) override { people_->expectation(r); }
+    void expectation(const ExpectationResult& r) override
+    {
+        people_->expectation(r);
+        if (!r.met) say("openjd_status: an expectation was missed");
+    }
     void expectations_left_out(std::size_t count) override
     {
         people_->expectations_left_out(count);

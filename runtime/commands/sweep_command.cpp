@@ -83,6 +83,46 @@ void write_part(const CookRequest& request, const Console& console, const fs::pa
     replace_text(request.part, to_text(part));
 }
 
+// Of the settings that the farm cooked, each in a folder of its own: those that missed an
+// expectation.
+std::vector<std::string> settings_that_missed(const fs::path& folder,
+                                              const std::vector<Settings>& all)
+{
+    std::vector<std::string> missed;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const fs::path manifest = folder / fmt::format("{:03}", i + 1) / manifest_name;
+        if (fs::exists(manifest) && !read_manifest(manifest).missed.empty()) {
+            missed.push_back(fmt::format("{:03} ({})", i + 1, describe(all[i])));
+        }
+    }
+    return missed;
+}
+
+// A line for a scheduler of Open Job Description.
+void say_openjd(const CookRequest& request, const Console& console, const std::string& line)
+{
+    if (request.openjd) console.out << "openjd_" << line << "\n" << std::flush;
+}
+
+// What stops this from being a success, told. Returns the exit code.
+int tell_end(const CookRequest& request, const Swept& swept, std::size_t failed,
+             const fs::path& folder, const std::vector<Settings>& settings, Console& console)
+{
+    if (swept.cancelled) return exit_cancelled;
+    if (failed > 0) {
+        say_openjd(request, console, fmt::format("fail: {} settings failed", failed));
+        return exit_failed;
+    }
+    if (request.part.empty()) return exit_ok;
+    const std::vector<std::string> missed = settings_that_missed(folder, settings);
+    if (missed.empty()) return exit_ok;
+    const std::string text = fmt::format("expectations were missed by the setting{} {}",
+                                         missed.size() == 1 ? "" : "s", fmt::join(missed, ", "));
+    console.err << "missed: " << text << "\n";
+    say_openjd(request, console, "fail: " + text);
+    return exit_missed;
+}
+
 }  // namespace
 
 int run_sweep(const CookRequest& request, const SweepRequest& wanted,
@@ -108,7 +148,8 @@ int run_sweep(const CookRequest& request, const SweepRequest& wanted,
     caches.disk = open_cache(request, console);
     caches.side_files.remember_in(caches.disk.get());
     const std::size_t frames = std::max<std::size_t>(options.frames.size(), 1);
-    const std::size_t all = combinations(options.varied).size() * frames;
+    const std::vector<Settings> settings = combinations(options.varied);
+    const std::size_t all = settings.size() * frames;
     const auto name_of = [&](const SweepRow& row) {
         return describe(row.settings) + (frames > 1 ? fmt::format(", frame {}", row.frame) : "");
     };
@@ -116,8 +157,11 @@ int run_sweep(const CookRequest& request, const SweepRequest& wanted,
     std::set<std::string> warned;
     const Swept swept = sweep(file, registry, options, caches, [&](const SweepRow& row) {
         failed += !row.failure.empty();
+        say_openjd(request, console,
+                   fmt::format("progress: {:.1f}",
+                               100 * static_cast<double>(++done) / static_cast<double>(all)));
         if (!request.quiet || !row.failure.empty()) {
-            console.err << fmt::format("{} of {}, {}: {}: {}{}\n", ++done, all,
+            console.err << fmt::format("{} of {}, {}: {}: {}{}\n", done, all,
                                        format_seconds(row.seconds), name_of(row),
                                        row.failure.empty() ? "done" : "failed: " + row.failure,
                                        warnings_text(row.warnings.size()));
@@ -138,7 +182,7 @@ int run_sweep(const CookRequest& request, const SweepRequest& wanted,
         write_part(request, console, folder, written, !swept.cancelled && failed == 0,
                    seconds_since(began));
     }
-    return swept.cancelled ? exit_cancelled : failed > 0 ? exit_failed : exit_ok;
+    return tell_end(request, swept, failed, folder, settings, console);
 }
 
 void add_sweep_command(const CommandSet& set)
@@ -162,8 +206,13 @@ void add_sweep_command(const CommandSet& set)
         ->type_name("N")
         ->check(CLI::Range(1, 100));
     sweep_app
-        ->add_option("--part", set.request.part, "A manifest of the table and the sheet goes here")
+        ->add_option(
+            "--part", set.request.part,
+            "A manifest of the table and the sheet goes here, and the exit code is 3 where "
+            "the cooks in the folders 001, 002 and so on missed an expectation")
         ->type_name("FILE");
+    sweep_app->add_flag("--openjd", set.request.openjd,
+                        "Writes lines for Open Job Description: progress, failure");
     add_out(*sweep_app, set.request);
     add_loading_options(*sweep_app, set.request);
     add_cooking_options(*sweep_app, set.request);

@@ -207,9 +207,9 @@ std::string counting_to(int last)
 
 class FarmOpenjd : public testing::Test {
 protected:
-    Said farm(const std::string& name, int last, std::vector<std::string> more)
+    Said farm(const std::string& name, const std::string& text, std::vector<std::string> more)
     {
-        const std::string file = folder_.write(name, counting_to(last)).string();
+        const std::string file = folder_.write(name, text).string();
         std::vector<std::string> args{"farm",   file,      "--engine",
                                       "openjd", "--cache", (folder_.path / "cache").string()};
         if (std::find(more.begin(), more.end(), "--out") == more.end()) {
@@ -222,11 +222,20 @@ protected:
         const int exit = run_command_line(args, toys::registry(), console);
         return {exit, out.str(), err.str()};
     }
-    Json job(const std::string& name, int last, const std::vector<std::string>& more)
+    Said farm(const std::string& name, int last, const std::vector<std::string>& more)
     {
-        const Said said = farm(name, last, more);
+        return farm(name, counting_to(last), more);
+    }
+    Json job_of(const std::string& name, const std::string& text,
+                const std::vector<std::string>& more)
+    {
+        const Said said = farm(name, text, more);
         EXPECT_EQ(said.exit, exit_ok) << said.err;
         return Json::parse(toys::bytes_of(folder_.path / "out/farm/job.template.json"));
+    }
+    Json job(const std::string& name, int last, const std::vector<std::string>& more)
+    {
+        return job_of(name, counting_to(last), more);
     }
 
     toys::Folder folder_;
@@ -316,7 +325,7 @@ TEST_F(FarmOpenjd, WhatATemplateRunsWritesTheBytesOfPlainCooks)
             EXPECT_EQ(words[0], "/opt/aspic");
             const Said said = toys::run({words.begin() + 1, words.end()});
             EXPECT_EQ(said.exit, exit_ok) << said.err;
-            EXPECT_EQ(has(said.out, "openjd_progress: 100"), words[1] == "cook") << said.out;
+            EXPECT_TRUE(has(said.out, "openjd_progress: 100")) << said.out;
         }
         EXPECT_EQ(toys::take_runs("Accumulate"), varied ? 24 : 12) << "each result once";
         EXPECT_EQ(toys::take_runs("WriteNumber"), varied ? 24 : 12);
@@ -342,6 +351,33 @@ TEST_F(FarmOpenjd, WhatATemplateRunsWritesTheBytesOfPlainCooks)
         std::filesystem::remove_all(folder_.path / "out");
         std::filesystem::remove_all(folder_.path / "cache");
     }
+}
+
+// A scheduler runs nothing that waits for what failed.
+TEST_F(FarmOpenjd, ASettingThatMissesAnExpectationFailsTheTableThatNamesItAndNoOtherTask)
+{
+    std::string text = counting_to(3);
+    text.insert(text.rfind('}'),
+                R"(, "expect": [ { "value": "sim.value", "frame": 3, "max": 135 } ])");
+    const auto commands = commands_of(
+        job_of("one.json", text, {"--task-seconds", "100", "--vary", "sim.start=1,2,9"}));
+    ASSERT_EQ(commands.size(), 4u);
+    for (const std::vector<std::string>& words : commands) {
+        const Said said = toys::run({words.begin() + 1, words.end()});
+        const bool table = words[1] == "sweep";
+        EXPECT_EQ(said.exit, table ? exit_missed : exit_ok) << said.out << said.err;
+        EXPECT_EQ(has(said.out, "openjd_fail: expectations were missed by the setting 003 ("),
+                  table)
+            << said.out;
+    }
+    const std::string table = toys::bytes_of(folder_.path / "out/sweep.csv");
+    EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 4) << table;
+    const Said status = toys::run({"farm", "status", (folder_.path / "one.json").string(), "--out",
+                                   (folder_.path / "out").string()});
+    EXPECT_EQ(status.exit, exit_missed) << status.out << status.err;
+    EXPECT_TRUE(has(status.out, "4 of 4 tasks are done")) << status.out;
+    EXPECT_TRUE(has(status.err, "missed: one-003, ")) << status.err;
+    EXPECT_FALSE(has(status.err, "missed: one-001, ")) << status.err;
 }
 
 TEST_F(FarmOpenjd, LongAndStrangeNamesKeepTheRulesToo)
