@@ -109,7 +109,7 @@ static LayeredBody build(const Inputs& in)
     LayerMatter matter = in.matter;
     if (in.base == BaseKind::particles && in.substance.separates) {
         physics::let_separate(layer, matter);
-    };
+    }
     LayeredBody body =
         physics::make_layered_body(std::move(layer), in.base, in.density, in.seed_spacing);
     double total = 0;
@@ -260,10 +260,10 @@ static void describe_matter(graph::ParamsOf<LayerMatter>& p)
 static void describe_substance(graph::ParamsOf<Substance>& p)
 {
     p.param("name", &Substance::name,
-            "Name of the substance. Bodies of one Layered whose substances have one name are one "
-            "body there, the first one's, and fuse with each other by fusion_threshold; the index "
-            "of later bodies falls by one for each. They need the same matter, volume and "
-            "substance. Empty: a substance of its own.")
+            "Name of the substance. Layered joins bodies whose substances have the same name into "
+            "one body, in the place of the first, and their pieces fuse by fusion_threshold. Each "
+            "joined body lowers the index of later bodies by one. They need the same matter, "
+            "volume and substance. Empty: a substance of its own.")
         .param("separates", &Substance::separates,
                "Whether pieces that come apart collide from then on, and blend again by fusion "
                "only. If on, Skeletons' blend = sum acts as smooth_groups in which all skeletons "
@@ -364,7 +364,7 @@ static void describe_motion(graph::NodeBuilder<Inputs, Outputs>& node)
 {
     node.list("own_masses", &Inputs::own_masses, describe_own_mass,
               "Frames with a mass and an inertia of their own, in place of those that density or "
-              "`mass` give them.",
+              "`mass` give them. Particles have no inertia.",
               {"base", {"rigid", "particles"}})
         .list("pins", &Inputs::pins, describe_pin,
               "Frames that are held, or moved as keyed: neither contact nor force moves them. A "

@@ -93,7 +93,8 @@ void add_to(graph::Registry& registry)
         .inputs("colliders", &Inputs::colliders,
                 "Obstacles that stop the vertices of the mesh, without friction: what throws the "
                 "body back is its own elasticity. A frame takes a step for each radian of the "
-                "highest mode.")
+                "highest mode, eight at least. With an `amplitude` above 1, what is drawn may "
+                "enter an obstacle.")
         .list("kicks", &Inputs::kicks, describe_kick, "Impulses that start vibrations.")
         .param("gravity", &Inputs::gravity,
                "Acceleration under which the model sags from the first frame on; zeros if the rest "

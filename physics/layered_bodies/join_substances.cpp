@@ -18,12 +18,12 @@ struct Member {
 // What keeps two bodies from being of one substance; null where nothing does.
 const char* difference(const LayeredBody& a, const LayeredBody& b)
 {
-    if (a.layer.isovalue != b.layer.isovalue) return "isovalues";
+    if (a.layer.isovalue != b.layer.isovalue) return "isovalue";
     if (a.layer.blend.rule != b.layer.blend.rule) return "Skeletons.blend";
     if (!(a.matter == b.matter)) return "matter";
     if (!(a.control == b.control)) return "volume";
     if (!(a.base.substance == b.base.substance)) {
-        return "substance (Springs sets its stiffness to 0)";
+        return "substance (Springs sets its stiffness and friction to 0)";
     }
     return nullptr;
 }
@@ -34,15 +34,16 @@ void check_one_substance(const Member& first, const Member& other)
     const char* const differs = difference(*first.part.body, *other.part.body);
     if (differs) {
         throw std::invalid_argument(fmt::format(
-            "bodies {} and {} are both of the substance '{}', but their {} differ: expected the "
-            "same. Make them equal, or name another substance",
+            "parts {} and {} of Layered, counted from 0, are of the substance '{}', but differ in "
+            "{}: bodies of one substance need the same. Make them equal, or give one another "
+            "substance.name",
             first.number, other.number, name, differs));
     }
     const LayeredBody& body = *other.part.body;
     if (body.layer.blend.rule == geometry::BlendRule::sum || !body.matter.self_contact) {
         throw std::invalid_argument(fmt::format(
-            "bodies {} and {} are both of the substance '{}', but their pieces blend wherever they "
-            "meet. Set substance.separates to true",
+            "parts {} and {} of Layered, counted from 0, are of the substance '{}', but their "
+            "pieces blend wherever they meet. Set substance.separates to true",
             first.number, other.number, name));
     }
 }
@@ -159,7 +160,7 @@ LayeredPart joined(const std::vector<Member>& members)
     part.colour = members[0].part.colour;
     LayeredBody body = without_content(*members[0].part.body);
     for (const Member& member : members) {
-        check_one_substance(members[0], member);
+        if (&member != &members[0]) check_one_substance(members[0], member);
         append_body(body, *member.part.body);
         append_part(part, member.part);
     }

@@ -54,7 +54,7 @@ std::vector<Vec3> first_velocities(const LayeredPart& part, const std::vector<Tr
     if (!part.velocities.empty()) return part.velocities;
     const Base& base = part.body->base;
     std::vector<Vec3> all(at.size(), part.velocity);
-    if (part.spin.isZero(0) || is_told(base.kind)) return all;
+    if (base.cubes || part.spin.isZero(0) || is_told(base.kind)) return all;
     double mass = 0;
     Vec3 moment = Vec3::Zero();
     for (std::size_t f = 0; f < at.size(); ++f) {

@@ -38,6 +38,17 @@ static void spin_up_cubes(const LayeredBody& body, const Vec3& spin, LayeredStat
     }
 }
 
+static void keep_held(const LayeredPart& part, LayeredState& state)
+{
+    if (part.held.empty()) return;
+    const std::vector<Transform> told = told_frames(part);
+    for (const HeldFrame& held : part.held) {
+        const Transform& at = told[held.frame];
+        state.position[held.frame] = at.translation() + held.way;
+        state.rotation[held.frame] = Eigen::Quaterniond(at.linear()).normalized().coeffs();
+    }
+}
+
 static LayeredState start(const LayeredPart& part)
 {
     const LayeredBody& body = *part.body;
@@ -57,6 +68,7 @@ static LayeredState start(const LayeredPart& part)
         spin_up_cubes(body, part.spin, state);
         follow_cubes(body, state);
     }
+    keep_held(part, state);
     state.translation.assign(body.layer.skeletons.size(), 0);
     state.part = body.layer.blend.part;
     if (state.part.empty() && body.layer.blend.rule != geometry::BlendRule::sum) {
@@ -393,17 +405,6 @@ void keep_told(const std::vector<Transform>& at, LayeredState& state)
     for (std::size_t f = 0; f < at.size(); ++f) {
         state.position[f] = at[f].translation();
         state.rotation[f] = Eigen::Quaterniond(at[f].linear()).normalized().coeffs();
-    }
-}
-
-void keep_held(const LayeredPart& part, LayeredState& state)
-{
-    if (part.held.empty()) return;
-    const std::vector<Transform> told = told_frames(part);
-    for (const HeldFrame& held : part.held) {
-        const Transform& at = told[held.frame];
-        state.position[held.frame] = at.translation() + held.way;
-        state.rotation[held.frame] = Eigen::Quaterniond(at.linear()).normalized().coeffs();
     }
 }
 

@@ -139,7 +139,7 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
                        }),
                 {}};
 
-    if (!body.base.springs.empty()) {
+    if (substance.separates && !body.base.springs.empty()) {
         const auto on_frame = skeletons_on_frames(body);
         for (const LayerSpring& spring : body.base.springs) {
             for (const std::uint32_t i : on_frame[spring.a]) {

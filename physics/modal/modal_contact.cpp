@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 namespace physics {
 namespace {
@@ -23,7 +24,7 @@ struct VertexStop {
     double impulse = 0;         // N s
 };
 
-Vec3 place_of(const StoppedModes& modes, const std::vector<double>& q, const Vec3& base,
+Vec3 place_of(const StoppedModes& modes, std::span<const double> q, const Vec3& base,
               std::uint32_t v)
 {
     Vec3 p = modes.rest.positions[v].cast<double>() + base;
@@ -33,7 +34,9 @@ Vec3 place_of(const StoppedModes& modes, const std::vector<double>& q, const Vec
 
 class Stops {
 public:
-    Stops(const StoppedModes& modes, const ModalContactStep& step) : modes_(modes), step_(step)
+    // `start`: q when the step begins.
+    Stops(const StoppedModes& modes, const ModalContactStep& step, std::span<const double> start)
+        : modes_(modes), step_(step), start_(start.begin(), start.end())
     {
         const geometry::Box box = geometry::bounds(modes.rest);
         for (const Collider& collider : step.colliders) {
@@ -49,9 +52,11 @@ public:
         std::vector<Touch> worst(n);
         geometry::parallel_for(n, 512, [&](std::size_t begin, std::size_t end) {
             for (std::size_t v = begin; v < end; ++v) {
-                const Vec3 p = place_of(modes_, q, step_.base, static_cast<std::uint32_t>(v));
+                const auto number = static_cast<std::uint32_t>(v);
+                const Vec3 p = place_of(modes_, q, step_.base, number);
+                const Vec3 from = place_of(modes_, start_, step_.base - step_.way, number);
                 for (const PosedCollider& collider : posed_) {
-                    const Touch at = touch(collider, p);
+                    const Touch at = touch(collider, p, (p - from) / step_.h, step_.h);
                     if (at.gap < worst[v].gap) worst[v] = at;
                 }
             }
@@ -116,6 +121,7 @@ private:
 
     const StoppedModes& modes_;
     const ModalContactStep& step_;
+    std::vector<double> start_;
     std::vector<PosedCollider> posed_;
     std::vector<VertexStop> all_;
 };
@@ -138,7 +144,7 @@ double step_on_colliders(const StoppedModes& modes, const ModalContactStep& step
     // Vertices that others push inside are taken up in the next round.
     constexpr int rounds = 3;
     constexpr double enough = 1e-7;  // m
-    Stops stops(modes, step);
+    Stops stops(modes, step, q);
     double deepest = stops.find(end);
     for (int round = 0; deepest > enough && round < rounds; ++round) {
         stops.solve(a, end, q_dot);
@@ -151,7 +157,8 @@ double step_on_colliders(const StoppedModes& modes, const ModalContactStep& step
 int contact_steps(std::span<const double> omega_sq, double dt)
 {
     constexpr double most = 2000;
-    const double fastest = omega_sq.empty() ? 0 : std::sqrt(omega_sq.back());
+    const double fastest =
+        omega_sq.empty() ? 0 : std::sqrt(*std::max_element(omega_sq.begin(), omega_sq.end()));
     const double steps = std::max(8.0, std::ceil(dt * fastest));
     if (steps <= most) return static_cast<int>(steps);
     throw std::invalid_argument(fmt::format(

@@ -13,7 +13,8 @@
 // friction in finite freedom dynamics. 1988, with gaps at the end of a step.)
 //
 // What is left out: friction and `bounce` of the colliders, and faces between vertices. Places are
-// linear in the modes: what turns far swells.
+// linear in the modes: what turns far swells. A vertex that begins inside a collider leaves it
+// within a step, and is fast then.
 
 #include "geometry/mesh/mesh_fwd.hpp"
 #include "physics/state/loads.hpp"
@@ -27,7 +28,7 @@ namespace physics {
 struct StoppedModes {
     const geometry::TriMesh& rest;
     std::span<const std::vector<geometry::Vec3f>> shape;  // k x V, kg^-1/2
-    std::span<const double> omega_sq;                     // k, rad^2/s^2, ascending
+    std::span<const double> omega_sq;                     // k, rad^2/s^2
     std::span<const double> damping;                      // k, 1/s
 };
 
@@ -37,6 +38,7 @@ struct ModalContactStep {
     double frame = 0;              // s, of which the colliders' motion is told
     double end = 1;                // share of it gone by when the step ends
     Vec3 base{0, 0, 0};            // m, at its end
+    Vec3 way{0, 0, 0};             // m, that the base moves in the step
     std::span<const double> load;  // k, N kg^-1/2
     double h = 0;                  // s
     bool first = false;            // the frame is the first of a shot

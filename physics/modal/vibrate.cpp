@@ -102,23 +102,28 @@ struct WindyStep {
     const std::vector<double>& load;  // of all but the wind
 };
 
-// In parts so short that the air's drag, as it is at the start of each, cannot turn motion around.
+// Into how many parts to cut `left` seconds, so short that the air's drag, as it is at the start of
+// each, can't turn motion around. Throws std::invalid_argument where they are too many.
+double parts_in_wind(const ModalWind& wind, double left, double dt)
+{
+    constexpr double most = 1000;
+    constexpr double share = 0.25;  // of the motion that a part may lose
+    const double parts = std::max(1.0, std::ceil(left * wind.rate / share));
+    if (parts <= most) return parts;
+    throw std::invalid_argument(fmt::format(
+        "the wind moves so light a mesh within {:.1g} s, too fast for frames of {:.3g} s. "
+        "Check the density of the cubes, the wind's velocity and the air's density",
+        1 / wind.rate, dt));
+}
+
 void step_in_wind(const ModalModel& model, const WindyStep& step, const ModalDamping& damping,
                   double dt, ModalState& state)
 {
-    constexpr double most = 1000;   // parts
-    constexpr double share = 0.25;  // of the motion that a part may lose
     for (double left = dt; left > 0;) {
         geometry::stop_if_asked();
         ModalWind wind =
             wind_on_modes({*model.rest, model.shape, state.q_dot, step.base_velocity}, step.forces);
-        const double parts = std::max(1.0, std::ceil(left * wind.rate / share));
-        if (!(parts <= most)) {
-            throw std::invalid_argument(fmt::format(
-                "the wind moves so light a mesh within {:.1g} s, too fast for frames of {:.3g} s. "
-                "Check the density of the cubes, the wind's velocity and the air's density",
-                1 / wind.rate, dt));
-        }
+        const double parts = parts_in_wind(wind, left, dt);
         for (std::size_t k = 0; k < model.count(); ++k) wind.load[k] += step.load[k];
         step_modes(model, wind.load, damping, left / parts, state);
         left = parts > 1 ? left - left / parts : 0;
@@ -155,27 +160,29 @@ struct StoppedStep {
     const std::vector<double>& load;  // of all but the wind
 };
 
-// In parts of equal length, in each of which the wind is as at its start.
+// In parts, in each of which the wind is as at its start.
 void step_between_colliders(const ModalModel& model, const StoppedStep& step,
                             const ModalDamping& damping, double dt, ModalState& state)
 {
     std::vector<double> rate;
     for (std::size_t k = 0; k < model.count(); ++k) rate.push_back(damping_of(model, k, damping));
-    const int parts = contact_steps(model.omega_sq, dt);
-    for (int part = 1; part <= parts; ++part) {
+    const double longest = dt / contact_steps(model.omega_sq, dt);
+    for (double left = dt; left > 0;) {
         geometry::stop_if_asked();
         std::vector<double> load = step.load;
+        double h = left > 1.001 * longest ? longest : left;
         if (step.windy) {
             const ModalWind wind = wind_on_modes(
                 {*model.rest, model.shape, state.q_dot, step.base_velocity}, step.loads.forces);
             for (std::size_t k = 0; k < load.size(); ++k) load[k] += wind.load[k];
+            h = std::min(h, left / parts_in_wind(wind, left, dt));
         }
-        const double end = static_cast<double>(part) / parts;
-        const Vec3 base = step.loads.base - (1 - end) * dt * step.base_velocity;
-        step_on_colliders(
-            {*model.rest, model.shape, model.omega_sq, rate},
-            {step.loads.colliders, dt, end, base, load, dt / parts, !(state.time > 0)}, state.q,
-            state.q_dot);
+        left = h < left ? left - h : 0;
+        step_on_colliders({*model.rest, model.shape, model.omega_sq, rate},
+                          {step.loads.colliders, dt, 1 - left / dt,
+                           step.loads.base - left * step.base_velocity, h * step.base_velocity,
+                           load, h, !(state.time > 0)},
+                          state.q, state.q_dot);
     }
 }
 

@@ -89,11 +89,27 @@ TEST(Substances, LayersOfOneNameAreOfOneMatter)
 {
     Scene scene(two_bodies(R"("name": "dough")", R"("volume": { "proportional": 3 }, )"));
     const std::string failure = scene.failure_at<LayeredScene>("bodies");
-    EXPECT_NE(failure.find("substance 'dough', but their volume differ"), std::string::npos)
+    EXPECT_NE(failure.find("parts 0 and 1 of Layered, counted from 0, are of the "
+                           "substance 'dough', but differ in volume"),
+              std::string::npos)
         << failure;
     Scene blends(two_bodies(R"("name": "dough", "separates": false)"));
-    EXPECT_NE(blends.failure_at<LayeredScene>("bodies").find("separates to true"),
-              std::string::npos);
+    const std::string merged = blends.failure_at<LayeredScene>("bodies");
+    EXPECT_NE(merged.find("separates to true"), std::string::npos) << merged;
+    EXPECT_NE(merged.find("parts 0 and 1"), std::string::npos) << merged;
+}
+
+TEST(Substances, AHeldParticleBeginsWhereItsPinHasIt)
+{
+    Scene scene(
+        skeletons("two", point(0, 0, 0) + "," + point(0.6, 0, 1)) +
+        layer("body", "two",
+              R"("base": "particles", "pins": [ { "frame": 1, "translate": [0.2, 0, 0] } ])") +
+        layered(R"("body.part")", ""));
+    for (const int frame : {1, 2}) {
+        const auto bodies = scene.at<LayeredScene>("bodies", frame);
+        EXPECT_NEAR(bodies->states[0].position[1].x(), 0.8, 1e-9) << frame;
+    }
 }
 
 // Two particles that are drawn as one, pulled apart by pins and pushed together again.

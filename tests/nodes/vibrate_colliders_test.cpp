@@ -124,4 +124,57 @@ TEST(VibrateColliders, ImpactsTakeEnergyAndMakeNone)
     EXPECT_GT(before, 0.01 * first) << "and came back";
 }
 
+// A box of 0.01 m, 0.05 m under the beam, which comes at many times that a step.
+TEST(VibrateColliders, AThinBoxStopsWhatCrossesItWithinAStep)
+{
+    Scene scene(cantilever("", "0"));
+    const auto model = scene.at<physics::ModalModel>("modes");
+    const double low = double(lowest(*model->rest));
+    physics::Collider plate;
+    plate.kind = physics::Collider::Kind::box;
+    plate.half_size = {2, 0.005, 2};
+    plate.pose.translate(physics::Vec3(0, low - 0.055, 0));
+    plate.before = plate.pose;
+    physics::ModalState state =
+        physics::struck(*model, physics::rest_state(*model), {{0.5, 0, 0}, {0, -400, 0}, 0.1});
+    const physics::ModalDamping none{physics::ModalDamping::Kind::ratio, 0};
+    for (int frame = 0; frame < 4; ++frame) {
+        state = physics::advance(*model, std::move(state), {{}, {0, 0, 0}, {&plate, 1}}, none,
+                                 1.0 / 24);
+        double deepest = 0;
+        for (std::size_t v = 0; v < model->rest->positions.size(); ++v) {
+            double y = double(model->rest->positions[v].y()) - low + 0.05;
+            for (std::size_t k = 0; k < model->count(); ++k) {
+                y += state.q[k] * double(model->shape[k][v].y());
+            }
+            deepest = std::min(deepest, y);
+        }
+        EXPECT_GT(deepest, -0.002) << frame;
+    }
+}
+
+// A floor out of reach leaves what the wind does, however light the beam.
+TEST(VibrateColliders, WindBesideAFarFloorIsAsWithout)
+{
+    Scene scene(cantilever("", "0"));
+    const auto model = scene.at<physics::ModalModel>("modes");
+    physics::Force wind;
+    wind.kind = physics::Force::Kind::wind;
+    wind.velocity = {0, 40, 0};
+    wind.air_density = 400;
+    physics::Collider floor;
+    floor.pose.translate(physics::Vec3(0, -100, 0));
+    floor.before = floor.pose;
+    const physics::ModalDamping some{physics::ModalDamping::Kind::ratio, 0.1};
+    physics::ModalState free = physics::rest_state(*model), beside = free;
+    for (int frame = 0; frame < 12; ++frame) {
+        free =
+            physics::advance(*model, std::move(free), {{&wind, 1}, {0, 0, 0}, {}}, some, 1.0 / 24);
+        beside = physics::advance(*model, std::move(beside), {{&wind, 1}, {0, 0, 0}, {&floor, 1}},
+                                  some, 1.0 / 24);
+    }
+    EXPECT_GT(std::abs(free.q[0]), 1e-3);
+    EXPECT_NEAR(beside.q[0] / free.q[0], 1, 0.05);
+}
+
 }  // namespace
