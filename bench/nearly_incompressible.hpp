@@ -8,12 +8,11 @@
 // Cook. Improved 2-D finite element. ASCE J. Struct. Div. 100, 1974; nearly incompressible: Simo,
 // Armero. Geometrically non-linear enhanced strain mixed methods. IJNME 33, 1992.
 
+#include "bench/calculix.hpp"
 #include "physics/modal/stiffness_matrix.hpp"
 
 #include <Eigen/SparseCholesky>
 #include <fmt/format.h>
-
-#include <sys/resource.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -260,14 +259,6 @@ inline void write_input(const Grid& g, const std::string& element,
         }
     }
     o << "*NODE PRINT,NSET=NALL\nU\n*END STEP\n";
-}
-
-// Of child processes that have ended.
-inline double child_seconds()
-{
-    rusage used{};
-    getrusage(RUSAGE_CHILDREN, &used);
-    return double(used.ru_utime.tv_sec) + 1e-6 * double(used.ru_utime.tv_usec);
 }
 
 // Displacement (m) of a node along an axis; not a number where CalculiX can't be run.

@@ -1,60 +1,35 @@
 // Speed against error: every method on the same reference cases, in one run, as a page with plots.
 //   speed_against_error_bench FOLDER    writes speed-against-error.md, and for each plot a table
 //                                       (.csv) and a gnuplot program (.gp) that draws an .svg
-//   speed_against_error_bench FOLDER incompressible    of the last two cases alone
+//   speed_against_error_bench FOLDER CASE    of one case alone
 // bench/speed_against_error builds it, runs it, draws the plots and puts all into docs/.
 //
 // Cases (the formulas are those of beam and plate theory):
-//   sag        cantilever, L/h = 20, square, tip load P: d = P L^3/(3EI) + P L/(kappa G A)
-//   vibration  the same let go: f = (1.875104)^2/(2 pi L^2) sqrt(EI/(rho A)), less a half of what
-//              shear adds to the deflection
+//   beam       sag: cantilever, L/h = 20, square, tip load P: d = P L^3/(3EI) + P L/(kappa G A)
+//              vibration: the same let go: f = (1.875104)^2/(2 pi L^2) sqrt(EI/(rho A)), less a
+//              half of what shear adds to the deflection
 //   plate      circular, clamped, load P in its middle: w = P a^2/(16 pi D), D = E t^3/(12(1-nu^2))
-//   membrane   Cook's membrane, and a thick cylinder under inner pressure, nearly incompressible
-//   cylinder   (nearly_incompressible.hpp): the equations of the elements alone
 //   swing      a soft beam falls from level and swings: distance from the finest bricks at all
 //              frames, over how far those went
+//   tumbling, torsion, elastica, tilted    solid_cases.hpp
+//   incompressible    Cook's membrane, and a thick cylinder under inner pressure
+//              (nearly_incompressible.hpp): the equations of the elements alone
 
 #include "bench/nearly_incompressible.hpp"
+#include "bench/solid_cases.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/mesh/mesh.hpp"
-#include "physics/bricks/bricks.hpp"
-#include "physics/bricks/springs.hpp"
-#include "physics/lattice/lattice.hpp"
-#include "physics/modal/modes.hpp"
-#include "physics/state/choose_corners.hpp"
+#include "physics/shell/shell.hpp"
 
-#include <fmt/format.h>
 #include <tbb/global_control.h>
 
 #include <BulletSoftBody/btSoftBody.h>
 
-#include <ctime>
-#include <filesystem>
-#include <fstream>
-#include <iostream>
 #include <limits>
-#include <numbers>
 
 namespace {
 
-using namespace physics;
-using geometry::Cubes;
-using geometry::Vec3i;
-
-constexpr double pi = std::numbers::pi;
-
-struct Result {
-    std::string kind;     // series of a plot
-    std::string setting;  // what is written beside its point
-    double error = 0;     // relative
-    double ms = 0;        // what it cost, see the case
-};
-
-// Of processor time: all runs on one thread, and what else the machine does must not count.
-double seconds()
-{
-    return double(std::clock()) / CLOCKS_PER_SEC;
-}
+using namespace bench;
 
 std::string processor()
 {
@@ -64,136 +39,6 @@ std::string processor()
         if (line.starts_with("model name") && colon != line.npos) return line.substr(colon + 2);
     }
     return "an unknown processor";
-}
-
-// A method on some cubes: how to begin, how to go on.
-struct Mover {
-    std::string kind, setting;
-    std::function<State()> begin;
-    std::function<State(State, const Loads&, double dt, int substeps)> step;
-    int substeps = 1;  // that its frame of 1/24 s takes
-};
-
-std::string name_of(BrickElement element)
-{
-    if (element == BrickElement::trilinear) return "bricks, trilinear";
-    return element == BrickElement::one_point ? "finite differences" : "bricks";
-}
-
-Mover bricks(const Cubes& cubes, const std::string& setting, int substeps,
-             Integrator integrator = Integrator::implicit_midpoint,
-             BrickElement element = BrickElement::incompatible)
-{
-    auto body = std::make_shared<BricksBody>(make_bricks(cubes, {element}));
-    return {name_of(element), setting, [=] { return rest_state(*body); },
-            [=](State s, const Loads& loads, double dt, int n) {
-                return advance(*body, std::move(s), loads, dt,
-                               {.integrator = integrator,
-                                .substeps = n,
-                                .newton_iterations = 2,
-                                .tolerance = 1e-7});
-            },
-            substeps};
-}
-
-Mover springs(const Cubes& cubes, const std::string& setting, int substeps)
-{
-    auto body = std::make_shared<SpringsBody>(make_springs(cubes));
-    return {"springs", setting, [=] { return rest_state(*body); },
-            [=](State s, const Loads& loads, double dt, int n) {
-                return advance(*body, std::move(s), loads, dt,
-                               {.integrator = Integrator::implicit_midpoint,
-                                .substeps = n,
-                                .newton_iterations = 3,
-                                .tolerance = 1e-7});
-            },
-            substeps};
-}
-
-// As few substeps as make it as stiff as its material, times `more`.
-Mover lattice(const Cubes& cubes, const std::string& setting, const LatticeOptions& options,
-              double more = 1)
-{
-    auto body = std::make_shared<LatticeBody>(make_lattice(cubes, options));
-    const int substeps = int(std::ceil(more * least_substeps(*body, 1.0 / 24)));
-    const bool flat = body->flat_axis >= 0;
-    return {flat                                        ? "plane lattice"
-            : options.calibrate == Calibration::stretch ? "lattice, calibrated by stretch"
-                                                        : "lattice",
-            setting, [=] { return rest_state(*body); },
-            [=](State s, const Loads& loads, double dt, int n) {
-                LatticeOptions o = options;
-                o.substeps = n;
-                return advance(*body, std::move(s), loads, dt, o);
-            },
-            substeps};
-}
-
-struct Beam {
-    double length, edge;
-    int across;  // cubes
-    geometry::Matter matter;
-
-    double size() const { return edge / across; }
-    Cubes cubes() const
-    {
-        const int along = int(std::lround(length / size()));
-        std::vector<Vec3i> cells;
-        for (int z = 0; z < across; ++z) {
-            for (int y = 0; y < across; ++y) {
-                for (int x = 0; x < along; ++x) cells.emplace_back(x, y, z);
-            }
-        }
-        return geometry::solid_cubes(std::move(cells), size(), matter);
-    }
-    double inertia() const { return std::pow(edge, 4) / 12; }
-    double shear_share() const  // of the deflection, beyond bending
-    {
-        const double nu = matter.poisson, kappa = 10 * (1 + nu) / (12 + 11 * nu);
-        const double g = matter.young / (2 * (1 + nu));
-        return 3 * matter.young * inertia() / (length * length * kappa * g * edge * edge);
-    }
-    double tip(double load) const
-    {
-        return load * std::pow(length, 3) / (3 * matter.young * inertia()) * (1 + shear_share());
-    }
-    double frequency() const
-    {
-        return std::pow(1.875104, 2) / (2 * pi * length * length) *
-               std::sqrt(matter.young * inertia() / (matter.density * edge * edge)) *
-               (1 - shear_share() / 2);
-    }
-};
-
-Loads held_root(const Cubes& cubes)
-{
-    Loads loads;
-    loads.pins =
-        pins_at(cubes, corners_at_end(cubes, 0, End::low, 0), geometry::Transform::Identity());
-    return loads;
-}
-
-std::vector<std::uint32_t> tip_corners(const Cubes& cubes)
-{
-    return corners_at_end(cubes, 0, End::high, 0);
-}
-
-double mean_y(const State& state, const std::vector<std::uint32_t>& corners)
-{
-    double sum = 0;
-    for (const auto k : corners) sum += state.x[k].y();
-    return sum / double(corners.size());
-}
-
-// A force on the whole end face: small point forces on its corners would dent it.
-void load_tip(Loads& loads, const Beam& beam, double load)
-{
-    Force f;
-    f.kind = Force::Kind::point;
-    f.force = Vec3(0, -load, 0);
-    f.position = Vec3(beam.length, beam.edge / 2, beam.edge / 2);
-    f.radius = 0.75 * beam.edge;
-    loads.forces.push_back(f);
 }
 
 // Deflection under the load, found by letting it settle; then the frequency of the free beam.
@@ -245,64 +90,6 @@ BeamFigures measure_beam(const Beam& beam, const Mover& settled, const Mover& fr
     if (crossings.size() == 3) out.frequency = 1 / (crossings[2] - crossings[0]);
     return out;
 }
-
-// How Bullet's soft body is set: it has no Young's modulus to give it.
-struct BulletTerms {
-    double pose = 0;       // how much its pose matching pulls
-    double stiffness = 1;  // of its springs, 0 to 1: 1 is as stiff as its solver makes them
-    double dt = 1.0 / 240;
-};
-
-// Bullet's soft body on the same lattice: springs along edges and diagonals, and pose matching.
-class BulletBody {
-public:
-    BulletBody(const Cubes& cubes, const std::vector<std::uint32_t>& held, const BulletTerms& terms,
-               double damping)
-    {
-        world_->m_gravity = btVector3(0, 0, 0);
-        btAlignedObjectArray<btVector3> points;
-        btAlignedObjectArray<btScalar> masses;
-        const auto mass = geometry::corner_masses(cubes);
-        for (std::size_t i = 0; i < cubes.corner_count(); ++i) {
-            const Vec3 p = cubes.corner_position(i);
-            points.push_back({btScalar(p[0]), btScalar(p[1]), btScalar(p[2])});
-            masses.push_back(btScalar(mass[i]));
-        }
-        for (const auto k : held) masses[int(k)] = 0;
-        body_ = std::make_unique<btSoftBody>(world_.get(), points.size(), &points[0], &masses[0]);
-        std::vector<std::pair<std::uint32_t, std::uint32_t>> links;
-        for (const auto& corners : cubes.corners) {
-            for (const auto a : corners) {
-                for (const auto b : corners) {
-                    if (a < b) links.emplace_back(a, b);
-                }
-            }
-        }
-        std::sort(links.begin(), links.end());
-        links.erase(std::unique(links.begin(), links.end()), links.end());
-        body_->m_materials[0]->m_kLST = btScalar(terms.stiffness);
-        for (const auto& [a, b] : links) body_->appendLink(int(a), int(b));
-        body_->m_cfg.kDP = btScalar(damping);
-        body_->m_cfg.piterations = 4;
-        if (terms.pose > 0) {
-            body_->m_cfg.kMT = btScalar(terms.pose);
-            body_->setPose(false, true);
-        }
-    }
-    void step(double dt)
-    {
-        body_->predictMotion(btScalar(dt));
-        body_->solveConstraints();
-        body_->integrateMotion();
-    }
-    btSoftBody& body() { return *body_; }
-    const btSoftBody::tNodeArray& nodes() const { return body_->m_nodes; }
-    void fall() { world_->m_gravity = btVector3(0, btScalar(-9.81), 0); }
-
-private:
-    std::unique_ptr<btSoftBodyWorldInfo> world_ = std::make_unique<btSoftBodyWorldInfo>();
-    std::unique_ptr<btSoftBody> body_;
-};
 
 double mean_height(const BulletBody& body, const std::vector<std::uint32_t>& corners)
 {
@@ -471,136 +258,6 @@ Mover modal_fall(const Cubes& cubes, const std::string& setting, int count)
             1};
 }
 
-std::string percent(double error)
-{
-    if (!std::isfinite(error)) return "does not swing";
-    return fmt::format("{:+.{}f} %", 100 * error, std::abs(error) < 0.01 ? 2 : 1);
-}
-
-std::string milliseconds(double ms)
-{
-    return ms >= 100 ? fmt::format("{:.0f}", ms) : fmt::format("{:.3g}", ms);
-}
-
-// How fine the grid of a setting is, "n=2 w=1" by its cubes across or "h=0.05 w=1" by 1 / edge, and
-// all else that it says.
-std::pair<double, std::string> grid_of(const Result& r)
-{
-    const std::size_t end = std::min(r.setting.find_first_of(" ,"), r.setting.size());
-    const std::string first = r.setting.substr(0, end);
-    if (first.starts_with("n=")) return {std::stod(first.substr(2)), r.setting.substr(end)};
-    if (first.starts_with("h=")) return {1 / std::stod(first.substr(2)), r.setting.substr(end)};
-    return {0, r.setting};
-}
-
-// The error that a setting can be trusted with: an error may cross zero as the grid is refined, so
-// the worst of this setting and of the finer grids of the same method, all else alike.
-double held_error(const Result& r, const std::vector<Result>& results)
-{
-    double worst = std::abs(r.error);
-    const auto [n, rest] = grid_of(r);
-    for (const Result& other : results) {
-        const auto [finer, same] = grid_of(other);
-        if (other.kind == r.kind && same == rest && finer > n) {
-            worst = std::max(worst, std::abs(other.error));
-        }
-    }
-    return worst;
-}
-
-// Whether nothing else is both quicker and nearer.
-bool is_best(const Result& r, const std::vector<Result>& results)
-{
-    return std::isfinite(r.error) &&
-           std::none_of(results.begin(), results.end(), [&](const Result& other) {
-               return other.ms < r.ms && held_error(other, results) < held_error(r, results);
-           });
-}
-
-// What meets some errors soonest, as a sentence.
-std::string soonest(const std::vector<Result>& results)
-{
-    std::string text;
-    for (const double wanted : {0.01, 0.05, 0.2}) {
-        const Result* found = nullptr;
-        for (const Result& r : results) {
-            if (!(held_error(r, results) <= wanted) || (found && found->ms <= r.ms)) continue;
-            found = &r;
-        }
-        if (!text.empty()) text += "; ";
-        text += fmt::format("within {:g} %: ", 100 * wanted);
-        text += found ? fmt::format("**{}, {}** ({} ms)", found->kind, found->setting,
-                                    milliseconds(found->ms))
-                      : "none";
-    }
-    return "Fastest " + text + ".";
-}
-
-struct Page {
-    std::filesystem::path folder;
-    std::string text;
-
-    // A table and a plot of it.
-    void plot(const std::string& name, const std::string& title, const std::string& cost,
-              const std::string& what, const std::vector<Result>& results)
-    {
-        std::vector<std::string> kinds;
-        for (const Result& r : results) {
-            if (std::find(kinds.begin(), kinds.end(), r.kind) == kinds.end()) {
-                kinds.push_back(r.kind);
-            }
-        }
-        text +=
-            fmt::format("## {}\n\n{}\n\n{}\n\n![{}](images/{}.svg)\n\n| method | setting | error | "
-                        "{} |\n|---|---|---:|---:|\n",
-                        title, what, soonest(results), title, name, cost);
-        std::ofstream csv(folder / (name + ".csv"));
-        std::vector<std::string> drawn;  // gnuplot breaks down on kinds that have no point
-        for (const std::string& kind : kinds) {
-            const bool has_points =
-                std::any_of(results.begin(), results.end(), [&](const Result& r) {
-                    return r.kind == kind && std::isfinite(r.error);
-                });
-            if (has_points && !drawn.empty()) csv << "\n\n";  // a block a kind, as gnuplot counts
-            if (has_points) drawn.push_back(kind);
-            for (const Result& r : results) {
-                if (r.kind != kind) continue;
-                if (std::isfinite(r.error)) {
-                    csv << fmt::format("\"{}\",{:.6g},{:.6g},{}\n", r.setting, r.ms,
-                                       std::max(1e-5, std::abs(r.error)),
-                                       is_best(r, results) ? "1" : "NaN");
-                }
-                const char* const mark = is_best(r, results) ? "**" : "";
-                text += fmt::format("| {} | {}{}{} | {} | {} |\n", r.kind, mark, r.setting, mark,
-                                    percent(r.error), milliseconds(r.ms));
-            }
-        }
-        text += "\n";
-        std::ofstream gp(folder / (name + ".gp"));
-        gp << fmt::format("set terminal svg size 820,520 font 'sans,11' background '#ffffff'\n"
-                          "set output '{}.svg'\nset datafile separator ','\n"
-                          "set xlabel '{}'\nset ylabel 'relative error'\nset logscale xy\n"
-                          "set format y '%g'\nset format x '%g'\nset grid lc rgb '#dddddd'\n"
-                          "set key outside right top Left reverse samplen 1\n",
-                          name, cost);
-        gp << "plot ";
-        const char* colours[] = {"#d0561f", "#2a6f97", "#5b8c2a", "#8a4fbf", "#c9a227",
-                                 "#777777", "#c2203a", "#20808d", "#d77fb0"};
-        for (std::size_t k = 0; k < drawn.size(); ++k) {
-            // Only the best are named: the others stand in the table.
-            gp << fmt::format("{}'{}.csv' index {} using 2:3 with points pt 7 ps 0.9 lc rgb '{}' "
-                              "title '{}', '' index {} using ($4*$2):3:1 with labels left offset "
-                              "1,0.5 font ',9' tc rgb '{}' notitle",
-                              k ? ", \\\n     " : "", name, k, colours[k % std::size(colours)],
-                              drawn[k], k, colours[k % std::size(colours)]);
-        }
-        // A ring around each that nothing beats in both.
-        gp << fmt::format(", \\\n     '{}.csv' using ($4*$2):3 with points pt 6 ps 1.8 lw 2 lc rgb "
-                          "'#111111' title 'best'\n",
-                          name);
-    }
-};
-
 geometry::Matter damped(geometry::Matter matter, double mass_damping)
 {
     matter.mass_damping = mass_damping;
@@ -705,6 +362,20 @@ Result modal_plate(const Cubes& cubes, double a, double load, double expected)
             1e3 * (seconds() - before)};
 }
 
+Mover shell(const Cubes& cubes, const std::string& setting, int substeps)
+{
+    auto body = std::make_shared<ShellBody>(make_shell(cubes));
+    return {"shell", setting, [=] { return rest_state(*body); },
+            [=](State s, const Loads& loads, double dt, int n) {
+                return advance(*body, std::move(s), loads, dt,
+                               {.integrator = Integrator::implicit_midpoint,
+                                .substeps = n,
+                                .newton_iterations = 2,
+                                .tolerance = 1e-7});
+            },
+            substeps};
+}
+
 void plate_case(Page& page)
 {
     const double a = 1, t = 0.05, nu = 0.3, young = 1e6, density = 1000, load = 0.02, wide = 0.2;
@@ -787,6 +458,10 @@ void plate_case(Page& page)
             const Mover mover = lattice(cubes, fmt::format("h={:g} w={}", h, w), {.half_width = w});
             measure(cubes, mover);
             measure(cubes, mover, wide);
+            if (w > 1) continue;
+            const Mover thin = shell(cubes, fmt::format("h={:g}", h), 1);
+            measure(cubes, thin);
+            measure(cubes, thin, wide);
         }
     }
     page.plot(
@@ -915,11 +590,11 @@ measure_plane(const incompressible::Problem& problem, const std::vector<double>&
     }
     for (const std::string element : {"C3D8", "C3D8I"}) {
         for (const int n : meshes) {
-            const double before = incompressible::child_seconds();
+            const double before = calculix::child_seconds();
             const double u = ccx(n, element);
             if (!std::isfinite(u)) continue;
             keep("CalculiX " + element, fmt::format("n={}", n), u,
-                 1e3 * (incompressible::child_seconds() - before));
+                 1e3 * (calculix::child_seconds() - before));
         }
     }
     return out;
@@ -974,11 +649,16 @@ int main(int argc, char** argv)
         "is called fastest, and is bold, by the worst error of its own and of all finer grids of "
         "the same method. `aspic study` makes such a plot of any scene.\n\n",
         processor());
-    const bool all = argc < 3 || argv[2] != std::string("incompressible");
-    if (all) beam_cases(page);
-    if (all) plate_case(page);
-    if (all) swing_case(page);
-    incompressible_cases(page);
+    const std::string only = argc > 2 ? argv[2] : "";
+    const std::pair<const char*, void (*)(Page&)> cases[] = {
+        {"beam", beam_cases},      {"plate", plate_case},
+        {"swing", swing_case},     {"tumbling", tumbling_case},
+        {"torsion", torsion_case}, {"elastica", elastica_case},
+        {"tilted", tilted_case},   {"incompressible", incompressible_cases},
+    };
+    for (const auto& [name, measure] : cases) {
+        if (only.empty() || only == name) measure(page);
+    }
     std::ofstream(page.folder / "speed-against-error.md") << page.text;
     std::cout << (page.folder / "speed-against-error.md").string() << "\n";
 }
