@@ -38,34 +38,35 @@ inline std::string name_of(BrickElement element)
     return element == BrickElement::one_point ? "finite differences" : "bricks";
 }
 
-inline Mover bricks(const Cubes& cubes, const std::string& setting, int substeps,
-                    Integrator integrator = Integrator::implicit_midpoint,
-                    BrickElement element = BrickElement::incompatible)
+// A body that is stepped implicitly, `rounds` of Newton's method a step.
+template <class Body>
+Mover stepped(const std::string& kind, Body made, const std::string& setting, int substeps,
+              Integrator integrator, int rounds)
 {
-    auto body = std::make_shared<BricksBody>(make_bricks(cubes, {element}));
-    return {name_of(element), setting, [=] { return rest_state(*body); },
+    auto body = std::make_shared<Body>(std::move(made));
+    return {kind, setting, [=] { return rest_state(*body); },
             [=](State s, const Loads& loads, double dt, int n) {
                 return advance(*body, std::move(s), loads, dt,
                                {.integrator = integrator,
                                 .substeps = n,
-                                .newton_iterations = 2,
+                                .newton_iterations = rounds,
                                 .tolerance = 1e-7});
             },
             substeps};
 }
 
+inline Mover bricks(const Cubes& cubes, const std::string& setting, int substeps,
+                    Integrator integrator = Integrator::implicit_midpoint,
+                    BrickElement element = BrickElement::incompatible)
+{
+    return stepped(name_of(element), make_bricks(cubes, {element}), setting, substeps, integrator,
+                   2);
+}
+
 inline Mover springs(const Cubes& cubes, const std::string& setting, int substeps)
 {
-    auto body = std::make_shared<SpringsBody>(make_springs(cubes));
-    return {"springs", setting, [=] { return rest_state(*body); },
-            [=](State s, const Loads& loads, double dt, int n) {
-                return advance(*body, std::move(s), loads, dt,
-                               {.integrator = Integrator::implicit_midpoint,
-                                .substeps = n,
-                                .newton_iterations = 3,
-                                .tolerance = 1e-7});
-            },
-            substeps};
+    return stepped("springs", make_springs(cubes), setting, substeps, Integrator::implicit_midpoint,
+                   3);
 }
 
 // As few substeps as make it as stiff as its material, times `more`.

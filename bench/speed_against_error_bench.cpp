@@ -362,20 +362,6 @@ Result modal_plate(const Cubes& cubes, double a, double load, double expected)
             1e3 * (seconds() - before)};
 }
 
-Mover shell(const Cubes& cubes, const std::string& setting, int substeps)
-{
-    auto body = std::make_shared<ShellBody>(make_shell(cubes));
-    return {"shell", setting, [=] { return rest_state(*body); },
-            [=](State s, const Loads& loads, double dt, int n) {
-                return advance(*body, std::move(s), loads, dt,
-                               {.integrator = Integrator::implicit_midpoint,
-                                .substeps = n,
-                                .newton_iterations = 2,
-                                .tolerance = 1e-7});
-            },
-            substeps};
-}
-
 void plate_case(Page& page)
 {
     const double a = 1, t = 0.05, nu = 0.3, young = 1e6, density = 1000, load = 0.02, wide = 0.2;
@@ -459,7 +445,8 @@ void plate_case(Page& page)
             measure(cubes, mover);
             measure(cubes, mover, wide);
             if (w > 1) continue;
-            const Mover thin = shell(cubes, fmt::format("h={:g}", h), 1);
+            const Mover thin = stepped("shell", make_shell(cubes), fmt::format("h={:g}", h), 1,
+                                       Integrator::implicit_midpoint, 2);
             measure(cubes, thin);
             measure(cubes, thin, wide);
         }
