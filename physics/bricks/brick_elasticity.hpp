@@ -44,6 +44,9 @@ public:
     std::size_t cube_count() const override { return body_.cubes; }
     std::shared_ptr<const Dissection>
     dissection(const std::vector<std::uint32_t>& held) const override;
+    // Of a collider: contacts between parts stand in no one matrix.
+    void add_contact(const PointContact& contact, const geometry::Mat3& block,
+                     std::vector<BrickMatrix>& to) const override;
 
     // Lanes of blocks to fill, where not null.
     struct Measures {
@@ -80,6 +83,7 @@ private:
     {
         return uses_hessian() ? MeanLaw::Part::whole : MeanLaw::Part::positive;
     }
+    std::uint32_t cube_with(const std::uint32_t* corners) const;
     // `held` must outlive them.
     CubeMatrices matrices_at_rest(double stiffness, double damping, const HeldCorners& held) const;
     std::vector<double> by_corner(const std::vector<double>& by_slot) const;
@@ -109,7 +113,9 @@ private:
     Aligned<double> plastic_;           // B x plastic_rows x 16, m; empty: nothing has flowed
     Aligned<float> plastic_low_;        // the same in single precision
     Aligned<double> strained_, share_;  // as BrickCurvature has them; empty until used
-    Aligned<float> strained_low_, share_low_;  // the same in single precision
+    Aligned<float> strained_low_, share_low_;      // the same in single precision
+    mutable std::vector<std::uint32_t> first_of_;  // K by slot, into by_first_; empty until used
+    mutable std::vector<std::uint32_t> by_first_;  // C, cubes by their first corner
     FactorCache::Factor factor_;
     MultigridCache::Factor multigrid_;
     Multigrid::Work multigrid_work_;

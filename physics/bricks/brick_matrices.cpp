@@ -2,6 +2,7 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/parallel.hpp"
+#include "physics/body/point_contact.hpp"
 #include "physics/bricks/brick_elasticity.hpp"
 #include "physics/bricks/brick_hessian.hpp"
 #include "physics/bricks/brick_kernels.hpp"
@@ -76,6 +77,43 @@ bool BrickElasticity::cube_matrices(std::vector<BrickMatrix>& out) const
         });
     if (law_.on()) law_.add_matrices(part(), stiffness_weight_, out);
     return true;
+}
+
+// The cube with these eight corners, by slot; no_index where there is none.
+std::uint32_t BrickElasticity::cube_with(const std::uint32_t* corners) const
+{
+    const auto& of = body_.rest->corners;
+    const auto slot = [&](std::uint32_t c, std::size_t a) {
+        return static_cast<std::uint32_t>(body_.base.slot_of(of[c][a]));
+    };
+    if (first_of_.empty()) {
+        first_of_.assign(body_.base.corners + 1, 0);
+        by_first_.resize(body_.cubes);
+        for (std::uint32_t c = 0; c < body_.cubes; ++c) ++first_of_[slot(c, 0) + 1];
+        std::partial_sum(first_of_.begin(), first_of_.end(), first_of_.begin());
+        std::vector<std::uint32_t> next(first_of_.begin(), first_of_.end() - 1);
+        for (std::uint32_t c = 0; c < body_.cubes; ++c) by_first_[next[slot(c, 0)]++] = c;
+    }
+    for (auto i = first_of_[corners[0]]; i < first_of_[corners[0] + 1]; ++i) {
+        std::size_t same = 1;
+        while (same < 8 && slot(by_first_[i], same) == corners[same]) ++same;
+        if (same == 8) return by_first_[i];
+    }
+    return geometry::no_index;
+}
+
+void BrickElasticity::add_contact(const PointContact& contact, const geometry::Mat3& block,
+                                  std::vector<BrickMatrix>& to) const
+{
+    if (contact.count != 8) return;
+    const std::uint32_t cube = cube_with(contact.corners.data());
+    if (cube == geometry::no_index) return;
+    for (std::size_t i = 0; i < 8; ++i) {
+        for (std::size_t j = 0; j < 8; ++j) {
+            to[cube].block<3, 3>(Eigen::Index(3 * i), Eigen::Index(3 * j)) +=
+                double(contact.weight[i]) * double(contact.weight[j]) * block;
+        }
+    }
 }
 
 std::shared_ptr<const Dissection>

@@ -50,7 +50,8 @@ void add_element(const PointContact& contact, const geometry::Mat3& block, Eleme
 // of 3 x 3 blocks where bodies are thin.
 void StepDirect::count(const Stage& stage)
 {
-    constexpr double block_product = 27 * 0.15, front = 2200, cube = 2000, entry = 9 * 0.8;
+    constexpr double block_product = 27 * 0.15, front = 2200, cube = 2000;
+    constexpr double in_cache = 3e5;                       // entries
     constexpr double multiplied_cube = 16, iteration = 2;  // products, without the factor
     if (tree) return;
     tree = stage.elasticity.dissection(stage.frame.held.whole);
@@ -58,6 +59,7 @@ void StepDirect::count(const Stage& stage)
     const auto cubes_there = static_cast<double>(stage.elasticity.cube_count());
     const double a_product = multiplied_cube * cubes_there * stage.elasticity.product_work();
     const double fronts = front * static_cast<double>(tree->fronts.size());
+    const double entry = 9 * (tree->entries < in_cache ? 0.8 : 2.2);
     work = (block_product * tree->products + fronts + cube * cubes_there) / a_product;
     work_an_iteration = iteration + entry * tree->entries / a_product;
 }

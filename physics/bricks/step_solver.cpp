@@ -232,6 +232,9 @@ Solved add_low(StepSolver& solver, Stage& stage, double goal, int iterations)
     return part;
 }
 
+// The share of a factor's time that another way gets before the factor is made after all.
+constexpr double patient_share = 0.5;
+
 // Goes on from delta with a factor of A: with one that is there as long as that takes less than a
 // new one. False: A has none.
 bool solve_directly(StepSolver& solver, Stage& stage, double target, Solved& out)
@@ -247,7 +250,8 @@ bool solve_directly(StepSolver& solver, Stage& stage, double target, Solved& out
     bool sound = true;
     out.converged = false;
     if (direct.serves(stage)) {
-        const double most = direct.work / direct.work_an_iteration;
+        // Contacts come and go between rounds: it may be too old to get there at all.
+        const double most = patient_share * direct.work / direct.work_an_iteration;
         solve_high(solver, stage, target, std::max(2.0, most), out);
     }
     if (!out.converged) {
@@ -279,9 +283,6 @@ void solve_low(StepSolver& solver, Stage& stage, double target, int most, Solved
     out.residual = size;
     out.converged = size <= target;
 }
-
-// The share of a factor's time that another way gets before the factor is made after all.
-constexpr double patient_share = 0.5;
 
 // solve_linear() where the elasticity is coupled.
 Solved solve_coupled(StepSolver& solver, Stage& stage, double target)

@@ -1,6 +1,8 @@
 #include "physics/bricks/direct_factor.hpp"
 
 #include "geometry/base/random.hpp"
+#include "geometry/cubes/trilinear.hpp"
+#include "physics/body/point_contact.hpp"
 #include "physics/bricks/brick_elasticity.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 
@@ -253,6 +255,48 @@ TEST(BrickMatrices, OfOnePointAddUpToTheProductOfTheKernels)
     EXPECT_LT(bent.error(), 1e-13);
     bent.elasticity.use_hessian(false);
     EXPECT_LT(bent.error(), 1e-13);
+}
+
+// What a point that touches a collider adds, W^T B W, stands in the matrix of its cube.
+TEST(BrickMatrices, ATouchedPointAddsToThatOfItsCubeAlone)
+{
+    Bent bent;
+    const geometry::Mat3 block = geometry::Vec3(1, 2, 3) * geometry::Vec3(1, 2, 3).transpose() +
+                                 0.5 * geometry::Mat3::Identity();
+    const auto weights = geometry::trilinear_weights({0.2, 0.7, 0.4});
+    const geometry::Random random(6);
+    for (const std::uint32_t c : {0u, 17u, 53u}) {
+        PointContact contact{};
+        for (std::size_t a = 0; a < 8; ++a) {
+            contact.corners[a] = bent.body.base.slot[bent.body.rest->corners[c][a]];
+            contact.weight[a] = static_cast<float>(weights[a]);
+        }
+        std::vector<BrickMatrix> before, after;
+        ASSERT_TRUE(bent.elasticity.cube_matrices(before));
+        after = before;
+        bent.elasticity.add_contact(contact, block, after);
+        BrickVector p, expected;
+        geometry::Vec3 moved = geometry::Vec3::Zero();
+        for (Eigen::Index i = 0; i < 24; ++i) p[i] = random.unit(std::uint64_t(i)) - 0.5;
+        for (Eigen::Index a = 0; a < 8; ++a) {
+            moved += double(contact.weight[std::size_t(a)]) * p.segment<3>(3 * a);
+        }
+        for (Eigen::Index a = 0; a < 8; ++a) {
+            expected.segment<3>(3 * a) = double(contact.weight[std::size_t(a)]) * (block * moved);
+        }
+        for (std::uint32_t k = 0; k < bent.body.cubes; ++k) {
+            const BrickVector added = (after[k] - before[k]) * p;
+            const double off = k == c ? (added - expected).norm() : added.norm();
+            EXPECT_LT(off, 1e-9 * expected.norm()) << c << ' ' << k;
+        }
+        // A point of a part that touches another one is in two cubes, and these are not one cube's.
+        contact.count = 16;
+        bent.elasticity.add_contact(contact, block, before);
+        contact.count = 8;
+        std::swap(contact.corners[0], contact.corners[7]);
+        bent.elasticity.add_contact(contact, block, before);
+        EXPECT_GT((after[c] - before[c]).norm(), 0.1);
+    }
 }
 
 TEST(BrickMatrices, TheirFactorAndDiagonalAreThoseOfTheKernels)
