@@ -1,5 +1,7 @@
 #include "geometry/base/box_tree.hpp"
 
+#include "geometry/base/stop.hpp"
+
 #include <algorithm>
 #include <numeric>
 
@@ -93,7 +95,9 @@ BoxTree build_box_tree(std::span<const Box3f> boxes, std::uint32_t leaf_size)
     tree.nodes.reserve(boxes.size());
     tree.nodes.emplace_back();
     std::vector<Range> todo{{0, 0, static_cast<std::uint32_t>(items.size()), 0}};
+    StopCheck check;
     while (!todo.empty()) {
+        check();
         const Range r = todo.back();
         todo.pop_back();
         Box3f box, centres;
