@@ -1,5 +1,6 @@
 #include "geometry/cubes/sheet.hpp"
 
+#include "geometry/base/numbering.hpp"
 #include "geometry/base/stop.hpp"
 #include "geometry/mesh/cut_sides.hpp"
 #include "geometry/mesh/mesh.hpp"
@@ -9,9 +10,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <map>
-#include <set>
 #include <stdexcept>
 
 namespace geometry {
@@ -40,13 +40,22 @@ bool has_area(const Vec3& a, const Vec3& b, const Vec3& c)
 // The first vertex at the same place as each.
 std::vector<std::uint32_t> first_at_place(const std::vector<Vec3f>& positions)
 {
-    std::map<std::array<float, 3>, std::uint32_t> first;
-    std::vector<std::uint32_t> out;
+    Numbering<3> places(positions.size());
+    std::vector<std::uint32_t> first, out;
+    out.reserve(positions.size());
+    StopCheck check;
     for (const Vec3f& p : positions) {
+        check();
         const auto number = static_cast<std::uint32_t>(out.size());
+        if (!p.allFinite()) {
+            out.push_back(number);
+            continue;
+        }
         // -0 is 0.
-        const std::array<float, 3> key{p.x() + 0.0f, p.y() + 0.0f, p.z() + 0.0f};
-        out.push_back(p.allFinite() ? first.emplace(key, number).first->second : number);
+        const auto word = [&](int i) { return std::bit_cast<std::uint32_t>(p[i] + 0.0f); };
+        const std::uint32_t place = places.add({word(0), word(1), word(2)});
+        if (place == first.size()) first.push_back(number);
+        out.push_back(first[place]);
     }
     return out;
 }
@@ -55,7 +64,7 @@ std::vector<std::uint32_t> first_at_place(const std::vector<Vec3f>& positions)
 std::vector<Triangle> sound_triangles(const TriMesh& mesh)
 {
     const std::vector<std::uint32_t> first = first_at_place(mesh.positions);
-    std::set<Triangle> known;
+    Numbering<3> known(mesh.triangles().size());
     std::vector<Triangle> out;
     StopCheck check;
     for (Triangle t : mesh.triangles()) {
@@ -63,9 +72,10 @@ std::vector<Triangle> sound_triangles(const TriMesh& mesh)
         if (std::any_of(t.begin(), t.end(), [&](auto v) { return v >= first.size(); })) continue;
         for (auto& v : t) v = first[v];
         const auto at = [&](std::size_t i) { return Vec3(mesh.positions[t[i]].cast<double>()); };
+        if (!has_area(at(0), at(1), at(2))) continue;
         Triangle sorted = t;
         std::sort(sorted.begin(), sorted.end());
-        if (has_area(at(0), at(1), at(2)) && known.insert(sorted).second) out.push_back(t);
+        if (known.add(sorted) == out.size()) out.push_back(t);
     }
     return out;
 }
@@ -74,7 +84,9 @@ std::size_t joints_of(const std::vector<Triangle>& triangles, std::size_t vertic
 {
     const std::vector<EdgeUse> uses = edge_uses(triangles, vertices);
     std::size_t out = 0;
+    StopCheck check;
     for (std::size_t i = 0; i + 2 < uses.size(); ++i) {
+        check();
         const auto same = [&](std::size_t j) {
             return uses[j].a == uses[i].a && uses[j].b == uses[i].b;
         };

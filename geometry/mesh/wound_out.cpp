@@ -1,17 +1,20 @@
 #include "geometry/mesh/wound_out.hpp"
 
+#include "geometry/base/no_index.hpp"
+#include "geometry/base/stop.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace geometry {
 namespace {
 
 // Two triangles that share an edge of no third; `agree`: they run it in opposite directions.
 struct Neighbour {
-    std::uint32_t triangle;
-    bool agree;
+    std::uint32_t triangle = no_index;
+    bool agree = false;
 };
 
 struct WoundPiece {
@@ -28,12 +31,14 @@ public:
           open_(triangles_.size(), 0), turned_(triangles_.size(), 0), seen_(triangles_.size(), 0)
     {
         const auto uses = edge_uses(triangles_, mesh.positions.size());
+        StopCheck check;
         for (std::size_t i = 0, end = 0; i < uses.size(); i = end) {
+            check();
             while (end < uses.size() && uses[end].a == uses[i].a && uses[end].b == uses[i].b) ++end;
             if (end - i == 2) {
                 const auto &p = uses[i], &q = uses[i + 1];
-                next_[p.triangle].push_back({q.triangle, p.forward != q.forward});
-                next_[q.triangle].push_back({p.triangle, p.forward != q.forward});
+                add_neighbour(p.triangle, {q.triangle, p.forward != q.forward});
+                add_neighbour(q.triangle, {p.triangle, p.forward != q.forward});
             } else {
                 for (std::size_t u = i; u < end; ++u) open_[uses[u].triangle] = 1;
             }
@@ -62,6 +67,13 @@ public:
     }
 
 private:
+    void add_neighbour(std::uint32_t triangle, const Neighbour& neighbour)
+    {
+        auto& next = next_[triangle];
+        *std::find_if(next.begin(), next.end(),
+                      [](const Neighbour& n) { return n.triangle == no_index; }) = neighbour;
+    }
+
     Vec3 at(std::uint32_t vertex) const { return mesh_.positions[vertex].cast<double>(); }
 
     bool is_sound(const Triangle& t) const
@@ -76,7 +88,9 @@ private:
         out.triangles = {first};
         seen_[first] = 1;
         double area[2] = {0, 0};
+        StopCheck check;
         for (std::size_t i = 0; i < out.triangles.size(); ++i) {
+            check();
             const auto t = out.triangles[i];
             out.closed &= open_[t] == 0;
             const Triangle& v = triangles_[t];
@@ -84,6 +98,7 @@ private:
                 area[turned_[t]] += (at(v[1]) - at(v[0])).cross(at(v[2]) - at(v[0])).norm();
             }
             for (const Neighbour& n : next_[t]) {
+                if (n.triangle == no_index) break;
                 const auto wanted = static_cast<std::uint8_t>(turned_[t] ^ (n.agree ? 0 : 1));
                 if (!seen_[n.triangle]) {
                     seen_[n.triangle] = 1;
@@ -116,7 +131,7 @@ private:
 
     const TriMesh& mesh_;
     const std::vector<Triangle>& triangles_;
-    std::vector<std::vector<Neighbour>> next_;
+    std::vector<std::array<Neighbour, 3>> next_;  // as many as there are, first
     std::vector<std::uint8_t> open_, turned_, seen_;
 };
 

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <ctime>
 #include <set>
 #include <thread>
 
@@ -16,8 +17,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// What is promised is 0.3 s. Twice as long here, once in four tries: the machine may be busy with
-// other tests. Sanitizers slow down.
+// What is promised is 0.3 s. Twice as long here, once in four tries: memory is shared with other
+// tests. Time is that of the cores that work on it where that is less, since other tests may make
+// it wait for a core. Sanitizers slow down.
 #if defined(ASPIC_ADDRESS_SANITIZER) || defined(ASPIC_THREAD_SANITIZER)
 constexpr double soon = 60;  // s
 #else
@@ -286,6 +288,7 @@ TEST_P(NodeStop, EndsSoon)
         std::stop_source source;
         options.stop = source.get_token();
         Clock::time_point asked;
+        std::clock_t used = 0;
         std::jthread other([&](const std::stop_token& over) {
             const auto until = Clock::now() + std::chrono::duration<double>(before);
             while (Clock::now() < until && !over.stop_requested()) {
@@ -293,15 +296,19 @@ TEST_P(NodeStop, EndsSoon)
             }
             if (over.stop_requested()) return;
             asked = Clock::now();
+            used = std::clock();
             source.request_stop();
         });
         runtime::Evaluator(loaded.graph, caches, options, this)
             .cook({want(loaded.graph, "t", now.frame)});
         const Clock::time_point ended = Clock::now();
+        const std::clock_t used_then = std::clock();
         other.request_stop();
         other.join();
         if (!source.stop_requested()) return -1.0;  // all was done before
-        return std::chrono::duration<double>(ended - asked).count();
+        const double took = std::chrono::duration<double>(ended - asked).count();
+        const double worked = double(used_then - used) / CLOCKS_PER_SEC;
+        return std::min(took, worked);
     };
     for (const double before : {0.05, 0.2, 0.5}) {
         double late = seconds_late(before);
