@@ -90,17 +90,16 @@ double hinge_angle(const Hinge& hinge, const Transform& a, const Transform& b)
 void add_spring_network(Base& base, double reach, double stiffness, double damping)
 {
     const std::size_t before = base.springs.size();
-    for (std::uint32_t a = 0; a < base.frames.size(); ++a) {
-        for (std::uint32_t b = a + 1; b < base.frames.size(); ++b) {
+    for (std::uint32_t a = 0; a < mass_count(base); ++a) {
+        for (std::uint32_t b = a + 1; b < mass_count(base); ++b) {
             const double rest =
                 (base.frames[a].translation() - base.frames[b].translation()).norm();
             if (rest < reach) base.springs.push_back({a, b, rest, stiffness, damping});
         }
     }
     if (base.springs.size() == before) {
-        throw std::invalid_argument(
-            fmt::format("no two of the {} frames are nearer than {} m: raise reach",
-                        base.frames.size(), reach));
+        throw std::invalid_argument(fmt::format(
+            "no two of the {} frames are nearer than {} m: raise reach", mass_count(base), reach));
     }
     base.substance.stiffness = base.substance.friction = 0;
 }
@@ -112,7 +111,7 @@ void add_spring_edges(Base& base, const geometry::TriMesh& mesh, double reach, d
     for (std::size_t v = 0; v < frame.size(); ++v) {
         const Vec3 at = mesh.positions[v].cast<double>();
         double nearest = reach;
-        for (std::uint32_t f = 0; f < base.frames.size(); ++f) {
+        for (std::uint32_t f = 0; f < mass_count(base); ++f) {
             const double distance = (base.frames[f].translation() - at).norm();
             if (distance < nearest) nearest = distance, frame[v] = f;
         }

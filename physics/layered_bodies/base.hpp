@@ -57,11 +57,17 @@ struct Hinge {
     double damping = 0;                                   // N m s/rad
 };
 
+// A segment or triangle of a net (net_base.hpp): the two or three masses that carry its frame.
+struct NetSpan {
+    std::vector<std::uint32_t> masses;
+};
+
 // What carries a layer: `still` frames move only as they are told, `rigid` ones turn and move,
 // `particles` only move. `led` ones move as they are told as far as their skeletons stay out of
-// other bodies: what leads them knows nothing of those. `cubes` carry frames that have no mass of
-// their own, and feel all that those do.
-enum class BaseKind : std::uint8_t { still, rigid, particles, led, cubes };
+// other bodies: what leads them knows nothing of those. `carried` ones have no mass of their own:
+// cubes carry them, and feel all that they do. The first frames of a `net` are masses that only
+// move, and carry the others.
+enum class BaseKind : std::uint8_t { still, rigid, particles, led, carried, net };
 
 struct Base {
     BaseKind kind = BaseKind::rigid;
@@ -71,9 +77,16 @@ struct Base {
     std::vector<LayerSpring> springs;
     std::vector<Hinge> hinges;
     std::vector<Joint> joints;
+    std::vector<NetSpan> spans;             // of a net, for its last frames
     Substance substance;                    // particles only
-    std::shared_ptr<const CubeBase> cubes;  // cubes only, else null
+    std::shared_ptr<const CubeBase> cubes;  // carried only, else null
 };
+
+// How many frames move by themselves: all but those of `spans`.
+inline std::size_t mass_count(const Base& base)
+{
+    return base.frames.size() - base.spans.size();
+}
 
 // Adds a hinge through `point` along `axis`, both as drawn; the angle as drawn is 0. Throws
 // std::invalid_argument for frames that are not there or not rigid, or an axis without direction.

@@ -1,8 +1,7 @@
 #include "physics/layered_bodies/carry_frames.hpp"
 
 #include "geometry/mesh/mesh.hpp"
-
-#include <Eigen/SVD>
+#include "physics/math/polar.hpp"
 
 namespace physics {
 
@@ -59,12 +58,7 @@ std::vector<Transform> carry(const CarriedFrames& carried, std::span<const Trans
                 (at(1 + 2 * k) - at(2 + 2 * k)) / (2 * carried.step);
         }
         Mat3 R = Mat3::Identity();
-        if (F.allFinite()) {
-            const Eigen::JacobiSVD<Mat3> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
-            Mat3 U = svd.matrixU();
-            if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) *= -1;
-            R = U * svd.matrixV().transpose();
-        }
+        if (F.allFinite()) R = polar_of(F).R;
         Transform t = Transform::Identity();
         t.translate(at(0)).rotate(R).translate(-carried.centre[f]);
         out.push_back(t * frames[f]);

@@ -1,8 +1,7 @@
 #include "physics/layered_bodies/cube_base.hpp"
 
 #include "physics/math/cross_matrix.hpp"
-
-#include <Eigen/SVD>
+#include "physics/math/polar.hpp"
 
 #include <map>
 
@@ -61,14 +60,7 @@ FrameHold CubeBase::hold(std::size_t f, const Transform& rest, std::span<const V
     FrameHold hold;
     hold.by.assign(carried.corner.size(), Eigen::Matrix<double, 6, 3>::Zero());
     if (!F.allFinite()) return hold;
-    const Eigen::JacobiSVD<Mat3> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Mat3 U = svd.matrixU();
-    Vec3 stretch = svd.singularValues();
-    if ((U * svd.matrixV().transpose()).determinant() < 0) {
-        U.col(2) *= -1;
-        stretch[2] *= -1;
-    }
-    const Mat3 R = U * svd.matrixV().transpose();
+    const auto [R, U, stretch] = polar_of(F);
     hold.moved.translate(place).rotate(R).translate(-carried.centre);
     // (tr(S) I - S)^-1 has the axes of S.
     const Vec3 turned =

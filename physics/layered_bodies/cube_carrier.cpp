@@ -2,31 +2,34 @@
 
 namespace physics {
 
-void take_along(std::span<const CubeCarrier> carriers, std::vector<Vec6>& x)
+void take_along(std::span<const CarriedFrame> carried, std::vector<Vec6>& x)
 {
-    for (const CubeCarrier& carrier : carriers) {
-        for (std::size_t f = 0; f < carrier.holds.size(); ++f) {
-            Vec6& twist = x[carrier.first_frame + f];
-            twist.setZero();
-            const auto corners = carrier.base->corners(f);
-            for (std::size_t a = 0; a < corners.size(); ++a) {
-                twist += carrier.holds[f].by[a] * x[carrier.first_corner + corners[a]].head<3>();
-            }
+    for (const CarriedFrame& one : carried) {
+        Vec6& twist = x[one.frame];
+        twist.setZero();
+        for (std::size_t a = 0; a < one.on.size(); ++a) {
+            twist += one.by[a] * x[one.on[a]].head<3>();
         }
     }
 }
 
-void hand_to_corners(std::span<const CubeCarrier> carriers, std::vector<Vec6>& y)
+void hand_on(std::span<const CarriedFrame> carried, std::vector<Vec6>& y)
 {
-    for (const CubeCarrier& carrier : carriers) {
-        for (std::size_t f = 0; f < carrier.holds.size(); ++f) {
-            Vec6& wrench = y[carrier.first_frame + f];
-            const auto corners = carrier.base->corners(f);
-            for (std::size_t a = 0; a < corners.size(); ++a) {
-                y[carrier.first_corner + corners[a]].head<3>() +=
-                    carrier.holds[f].by[a].transpose() * wrench;
-            }
-            wrench.setZero();
+    for (const CarriedFrame& one : carried) {
+        Vec6& wrench = y[one.frame];
+        for (std::size_t a = 0; a < one.on.size(); ++a) {
+            y[one.on[a]].head<3>() += one.by[a].transpose() * wrench;
+        }
+        wrench.setZero();
+    }
+}
+
+void hand_on_blocks(std::span<const CarriedFrame> carried, std::vector<Mat6>& blocks)
+{
+    for (const CarriedFrame& one : carried) {
+        for (std::size_t a = 0; a < one.on.size(); ++a) {
+            blocks[one.on[a]].topLeftCorner<3, 3>() +=
+                one.by[a].transpose() * blocks[one.frame] * one.by[a];
         }
     }
 }
@@ -34,14 +37,6 @@ void hand_to_corners(std::span<const CubeCarrier> carriers, std::vector<Vec6>& y
 void add_to_corner_blocks(std::span<const CubeCarrier> carriers, std::vector<Mat6>& blocks)
 {
     for (const CubeCarrier& carrier : carriers) {
-        for (std::size_t f = 0; f < carrier.holds.size(); ++f) {
-            const auto corners = carrier.base->corners(f);
-            for (std::size_t a = 0; a < corners.size(); ++a) {
-                const auto& by = carrier.holds[f].by[a];
-                blocks[carrier.first_corner + corners[a]].topLeftCorner<3, 3>() +=
-                    by.transpose() * blocks[carrier.first_frame + f] * by;
-            }
-        }
         const CornerBody& body = carrier.corner_body();
         for (std::size_t k = 0; k < body.corners; ++k) {
             for (int i = 0; i < 3; ++i) {

@@ -1,9 +1,10 @@
 #pragma once
 
-// Cubes inside a step's linear system: frames that they carry are no unknowns, they follow corners.
+// Frames inside a step's linear system that others carry: corners of cubes, or masses of a net.
+// They are no unknowns, they follow.
 //
-//   velocities   take_along():       corners --J--> carried frames
-//   forces       hand_to_corners():  corners <-J^T- carried frames        J: FrameHold::by
+//   velocities   take_along():  what carries --J--> carried frames
+//   forces       hand_on():     what carries <-J^T- carried frames        J: FrameHold::by
 //
 // `x`, `y` have one entry a frame and corner, as LayeredSystem numbers them.
 
@@ -15,11 +16,17 @@
 
 namespace physics {
 
-// The cubes of one body, which carry the frames from first_frame on.
+// A frame, what carries it, and how.
+struct CarriedFrame {
+    std::size_t frame = 0;
+    std::vector<std::size_t> on = {};
+    std::vector<Eigen::Matrix<double, 6, 3>> by = {};  // one for each that carries it
+};
+
+// The cubes of one body.
 struct CubeCarrier {
     const CubeBase* base = nullptr;
     std::size_t first_frame = 0, first_corner = 0;
-    std::vector<FrameHold> holds;  // one a frame
     std::unique_ptr<Elasticity> elasticity;
     Aligned<double> diagonal;  // by slot, about, of its terms
     Aligned<double> in, out;   // by slot, for add_elastic()
@@ -27,13 +34,16 @@ struct CubeCarrier {
     const CornerBody& corner_body() const { return base->bricks().base; }
 };
 
-// Every carried frame's part of x from its corners'.
-void take_along(std::span<const CubeCarrier> carriers, std::vector<Vec6>& x);
+// Every carried frame's part of x from that of what carries it.
+void take_along(std::span<const CarriedFrame> carried, std::vector<Vec6>& x);
 
-// What y has for carried frames goes to their corners.
-void hand_to_corners(std::span<const CubeCarrier> carriers, std::vector<Vec6>& y);
+// What y has for carried frames goes to what carries them.
+void hand_on(std::span<const CarriedFrame> carried, std::vector<Vec6>& y);
 
-// The same of the diagonal's blocks, as far as it stays on the diagonal, and the cubes' own.
+// The same of the diagonal's blocks, as far as it stays on the diagonal.
+void hand_on_blocks(std::span<const CarriedFrame> carried, std::vector<Mat6>& blocks);
+
+// The diagonal of cubes.
 void add_to_corner_blocks(std::span<const CubeCarrier> carriers, std::vector<Mat6>& blocks);
 
 // y += (dt C + dt^2 K) x of cubes. Uses their memory.

@@ -14,6 +14,8 @@ std::size_t LayeredBody::bytes() const
            layer.skeletons.size() *
                (sizeof(geometry::Skeleton) + sizeof(geometry::Contribution) + 32) +
            base.frames.size() * (sizeof(Transform) + sizeof(Mat3)) +
+           base.springs.size() * sizeof(LayerSpring) +
+           base.spans.size() * (sizeof(NetSpan) + 3 * sizeof(std::uint32_t)) +
            (base.cubes ? base.cubes->bytes() : 0);
 }
 

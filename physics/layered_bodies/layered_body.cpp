@@ -1,13 +1,17 @@
 #include "physics/layered_bodies/layered_body.hpp"
 
+#include "geometry/base/numbering.hpp"
 #include "geometry/fields/round_skeleton.hpp"
 #include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "physics/layers/layer_contact.hpp"
+#include "physics/layers/velocity_at.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -174,10 +178,14 @@ std::vector<double> rest_volumes(const Field& field, const SurfaceSamples& sampl
     return local_volumes({&body, 1}, 0, find_contacts({&body, 1}));
 }
 
-}  // namespace
+// What every body has as it is drawn, before its frames have places and masses.
+struct DrawnBody {
+    LayeredBody body;
+    SampleWalk walk;
+};
 
-LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density,
-                              double sample_spacing)
+DrawnBody draw_body(const ImplicitLayer& layer, BaseKind kind, double density,
+                    double sample_spacing)
 {
     if (!(density > 0) || !std::isfinite(density)) {
         throw std::invalid_argument(
@@ -187,24 +195,161 @@ LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density
     for (const std::uint32_t f : layer.frame) frames = std::max<std::size_t>(frames, f + 1);
     const std::vector<Transform> drawn(frames, Transform::Identity());
 
-    LayeredBody body;
+    DrawnBody out;
+    LayeredBody& body = out.body;
     const Field field = geometry::make_field(layer, drawn);
     body.samples = make_surface_samples(layer, sample_spacing);
     if (body.samples.count() > 0) body.sample_spacing = sample_spacing;
-    const SampleWalk walk = physics::walk(field, body.samples, drawn);
-    body.volume = rest_volumes(field, body.samples, walk, drawn, layer.frame);
+    out.walk = physics::walk(field, body.samples, drawn);
+    body.volume = rest_volumes(field, body.samples, out.walk, drawn, layer.frame);
     body.base.kind = kind;
     body.base.frames = drawn;
     body.base.mass.assign(frames, 0);
     body.base.inertia.assign(frames, Mat3::Identity());
     body.matter.rigid = false;
+    return out;
+}
+
+// Gives each skeleton of a net its frames: a number for every place of its points, and after those
+// one for each segment and triangle. Returns the places.
+std::vector<Vec3> set_net_frames(ImplicitLayer& layer, std::vector<NetSpan>& spans)
+{
+    geometry::Numbering<6> places;
+    std::vector<Vec3> at;
+    std::vector<std::uint32_t> span_of(layer.skeletons.size(), geometry::no_index);
+    for (std::size_t s = 0; s < layer.skeletons.size(); ++s) {
+        const Skeleton& skeleton = layer.skeletons[s];
+        const bool carried =
+            skeleton.kind == SkeletonKind::segment || skeleton.kind == SkeletonKind::triangle;
+        if (!carried && skeleton.kind != SkeletonKind::point) {
+            throw std::invalid_argument(fmt::format(
+                "a net carries points, segments and triangles only. Make skeleton {} (counted from "
+                "0) one of those, a line of several segments for example, or choose another base",
+                s));
+        }
+        NetSpan span;
+        for (const Vec3& p : skeleton.points) {
+            std::array<std::uint32_t, 6> key;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const auto bits =
+                    std::bit_cast<std::uint64_t>(p[static_cast<Eigen::Index>(k)] + 0.0);  // -0 is 0
+                key[2 * k] = static_cast<std::uint32_t>(bits);
+                key[2 * k + 1] = static_cast<std::uint32_t>(bits >> 32);
+            }
+            span.masses.push_back(places.add(key));
+            if (span.masses.back() == at.size()) at.push_back(p);
+        }
+        layer.frame[s] = span.masses[0];
+        if (!carried) continue;
+        span_of[s] = static_cast<std::uint32_t>(spans.size());
+        spans.push_back(std::move(span));
+    }
+    for (std::size_t s = 0; s < span_of.size(); ++s) {
+        if (span_of[s] == geometry::no_index) continue;
+        layer.frame[s] = static_cast<std::uint32_t>(at.size()) + span_of[s];
+    }
+    return at;
+}
+
+// Shares of a skeleton's masses in what starts at its point p: a point's is 1.
+Vec3 shares_at(const Skeleton& skeleton, const Vec3& p)
+{
+    const std::vector<Vec3>& at = skeleton.points;
+    if (at.size() == 1) return Vec3::UnitX();
+    if (at.size() == 3) return shares_on_triangle(at, p);
+    const Vec3 along = at[1] - at[0];
+    const double t = std::clamp(along.dot(p - at[0]) / along.squaredNorm(), 0.0, 1.0);
+    return {1 - t, t, 0};
+}
+
+void set_net_masses(const ImplicitLayer& layer, const DrawnBody& drawn, double density, Base& base)
+{
+    const SurfaceSamples& samples = drawn.body.samples;
+    const std::size_t masses = mass_count(base);
+    for (std::size_t s = 0; s < layer.skeletons.size(); ++s) {
+        const std::uint32_t f = layer.frame[s];
+        for (std::size_t i = samples.first[s]; i < samples.first[s + 1]; ++i) {
+            const double mass = density * samples.swept(i, drawn.walk.distance[i]);
+            const Vec3 share = shares_at(layer.skeletons[s], samples.origin[i]);
+            if (f < masses) {
+                base.mass[f] += mass;
+                continue;
+            }
+            const std::vector<std::uint32_t>& on = base.spans[f - masses].masses;
+            for (std::size_t k = 0; k < on.size(); ++k) {
+                base.mass[on[k]] += mass * share[static_cast<Eigen::Index>(k)];
+            }
+        }
+    }
+    for (std::size_t m = 0; m < masses; ++m) {
+        if (base.mass[m] > 0) continue;
+        const Vec3& at = base.frames[m].translation();
+        throw std::invalid_argument(fmt::format(
+            "the mass of the net at ({:.4g}, {:.4g}, {:.4g}) has no volume of its own: its "
+            "skeletons lie inside others there. Move them apart, or make their layer thinner",
+            at.x(), at.y(), at.z()));
+    }
+}
+
+// Of a segment or triangle that has no length or area.
+void check_spans(const ImplicitLayer& layer)
+{
+    for (std::size_t s = 0; s < layer.skeletons.size(); ++s) {
+        const std::vector<Vec3>& p = layer.skeletons[s].points;
+        if (p.size() < 2) continue;
+        const Vec3 side = p[1] - p[0];
+        double size = side.norm(), longest = size;
+        if (p.size() == 3) {
+            longest = std::max({longest, (p[2] - p[0]).norm(), (p[2] - p[1]).norm()});
+            size = longest > 0 ? side.cross(p[2] - p[0]).norm() / longest : 0;
+        }
+        if (size > 1e-6 * longest) continue;
+        throw std::invalid_argument(
+            fmt::format("skeleton {} (counted from 0) of the net has no {}: move its points apart",
+                        s, p.size() == 3 ? "area" : "length"));
+    }
+}
+
+}  // namespace
+
+LayeredBody make_net_body(ImplicitLayer layer, double density, double sample_spacing)
+{
+    for (const Skeleton& skeleton : layer.skeletons) geometry::check(skeleton);
+    layer.frame.assign(layer.skeletons.size(), 0);
+    std::vector<NetSpan> spans;
+    const std::vector<Vec3> places = set_net_frames(layer, spans);
+    check_spans(layer);
+    DrawnBody drawn = draw_body(layer, BaseKind::net, density, sample_spacing);
+    Base& base = drawn.body.base;
+    base.frames.resize(places.size() + spans.size(), Transform::Identity());
+    base.mass.resize(base.frames.size(), 0);
+    base.inertia.resize(base.frames.size(), Mat3::Identity());
+    base.spans = std::move(spans);
+    for (std::size_t m = 0; m < places.size(); ++m) base.frames[m].translation() = places[m];
+    for (std::size_t i = 0; i < base.spans.size(); ++i) {
+        Vec3 sum = Vec3::Zero();
+        for (const std::uint32_t m : base.spans[i].masses) sum += places[m];
+        base.frames[places.size() + i].translation() =
+            sum / static_cast<double>(base.spans[i].masses.size());
+    }
+    set_net_masses(layer, drawn, density, base);
+    move_into_frames(base, layer, drawn.body.samples);
+    drawn.body.layer = std::move(layer);
+    return std::move(drawn.body);
+}
+
+LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density,
+                              double sample_spacing)
+{
+    DrawnBody drawn = draw_body(layer, kind, density, sample_spacing);
+    LayeredBody& body = drawn.body;
     if (!is_told(kind)) {
-        set_masses(layer, body.samples, walk, density, body.base);
+        set_masses(layer, body.samples, drawn.walk, density, body.base);
         if (kind == BaseKind::particles) set_particles(layer, body.base);
         move_into_frames(body.base, layer, body.samples);
     }
     body.layer = std::move(layer);
-    return body;
+    return std::move(drawn.body);
 }
 
 void let_separate(ImplicitLayer& layer, LayerMatter& matter)
@@ -225,7 +370,7 @@ void set_on_cubes(LayeredBody& body, geometry::Cubes cubes, const BrickOptions& 
     CubeBase::Source source{std::move(cubes), options, {}};
     source.frames = bind_frames(body.base.frames, body.samples, source.cubes);
     body.base.cubes = std::make_shared<const CubeBase>(std::move(source));
-    body.base.kind = BaseKind::cubes;
+    body.base.kind = BaseKind::carried;
 }
 
 LayeredPart rigid_part(const Collider& collider)

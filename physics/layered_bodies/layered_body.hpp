@@ -14,6 +14,13 @@ namespace physics {
 LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density,
                               double sample_spacing);
 
+// A net (net_base.hpp) of point, segment and triangle skeletons, drawn in the world: points at one
+// place are one mass, and layer.frame is made anew. Masses weigh what the skeletons' territories
+// hold at `density` kg/m^3: a sample's share comes to them by its place on its skeleton. It has no
+// springs. Throws std::invalid_argument for other kinds of skeletons, for one of no length or area,
+// for a mass that no territory reaches, and as make_layered_body() does.
+LayeredBody make_net_body(ImplicitLayer layer, double density, double sample_spacing);
+
 // A rigid thing as a still part: the collider's shape, at its pose at the end of the frame, with
 // its friction; a mesh as it changes.
 LayeredPart rigid_part(const Collider& collider);

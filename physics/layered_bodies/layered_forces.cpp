@@ -321,7 +321,7 @@ void add_weight(const LayeredScene& scene, std::size_t b, const LayeredWorld& wo
 {
     const std::size_t corners = scene.states[b].cubes.x.size();
     const std::size_t begin = corners > 0 ? system.corner(b, 0) : system.frame(b, 0);
-    const std::size_t count = corners > 0 ? corners : scene.parts[b].body->base.frames.size();
+    const std::size_t count = corners > 0 ? corners : mass_count(scene.parts[b].body->base);
     for (std::size_t f = begin; f < begin + count; ++f) {
         if (system.held[f]) continue;
         add_force(system, f, system.mass[f](0, 0) * world.gravity);

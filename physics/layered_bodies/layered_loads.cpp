@@ -27,7 +27,7 @@ void add_gravity(const LayeredScene& scene, const Vec3& acceleration, LayeredSys
         if (is_told(scene.parts[b].body->base.kind)) continue;
         const std::size_t corners = scene.states[b].cubes.x.size();
         const std::size_t begin = corners > 0 ? system.corner(b, 0) : system.frame(b, 0);
-        const std::size_t count = corners > 0 ? corners : scene.states[b].position.size();
+        const std::size_t count = corners > 0 ? corners : mass_count(scene.parts[b].body->base);
         for (std::size_t f = begin; f < begin + count; ++f) {
             add_force(system, f, system.mass[f](0, 0) * acceleration);
         }

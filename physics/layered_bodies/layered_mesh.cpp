@@ -107,12 +107,11 @@ Piece piece_of(const LayeredMoment& moment, std::uint32_t b, const LayeredMeshOp
     return piece;
 }
 
-bool walked(const LayeredScene& scene)
+// Whether its samples are where its state left them: those of a net stretch.
+bool walked(const LayeredScene& scene, std::size_t b)
 {
-    for (std::size_t b = 0; b < scene.parts.size(); ++b) {
-        if (scene.states[b].pressed.size() != scene.parts[b].body->samples.count()) return false;
-    }
-    return true;
+    const LayeredBody& body = *scene.parts[b].body;
+    return body.base.spans.empty() && scene.states[b].pressed.size() == body.samples.count();
 }
 
 }  // namespace
@@ -126,15 +125,15 @@ TriMesh layered_mesh(const LayeredScene& scene, const LayeredMeshOptions& option
     }
     const bool preview = options.surface == LayeredMeshOptions::Surface::samples;
     if (preview && scene.presses) return layered_mesh(with_samples(scene), options);
-    const bool quick = preview && walked(scene);
     std::optional<LayeredMoment> moment;
-    if (!quick) moment.emplace(scene);
     TriMesh all;
     auto topology = std::make_shared<geometry::MeshTopology>();
     geometry::Attribute compression{"compression", "1", {}};
     for (std::uint32_t b = 0; b < scene.parts.size(); ++b) {
         if (options.body >= 0 && options.body != static_cast<int>(b)) continue;
         if (!has_surface(*scene.parts[b].body)) continue;
+        const bool quick = preview && walked(scene, b);
+        if (!quick && !moment) moment.emplace(scene);
         const Piece piece = quick ? preview_of(scene, b) : piece_of(*moment, b, options);
         const TriMesh& mesh = piece.mesh;
         const auto base = static_cast<std::uint32_t>(all.positions.size());

@@ -1,5 +1,7 @@
 #include "physics/layered_bodies/layered_moment.hpp"
 
+#include "physics/layered_bodies/net_base.hpp"
+
 #include <algorithm>
 
 namespace physics {
@@ -34,6 +36,7 @@ LayeredMoment::LayeredMoment(const LayeredScene& scene, double mesh_seconds, Dra
     const std::size_t n = scene.parts.size();
     fields.reserve(n);
     walks.reserve(n);
+    stretched.reserve(n);
     for (std::size_t b = 0; b < n; ++b) {
         const LayeredBody& body = *scene.parts[b].body;
         const LayeredState& state = scene.states[b];
@@ -48,13 +51,18 @@ LayeredMoment::LayeredMoment(const LayeredScene& scene, double mesh_seconds, Dra
         ImplicitLayer layer = body.layer;
         layer.blend.part = state.part;
         layer.blend.links = state.links;
+        const bool stretches = !body.base.spans.empty();
+        stretched.push_back(stretches ? body.samples : SurfaceSamples{});
+        if (stretches) stretch_net(body, state, layer, stretched.back());
         fields.push_back(geometry::make_field(layer, at, state.translation));
         SampleWalk before;
         before.distance = state.distance;
-        walks.push_back(scene.presses ? SampleWalk{}
-                                      : physics::walk(fields.back(), body.samples, at,
-                                                      state.distance.empty() ? nullptr : &before,
-                                                      body.control.proportional > 0));
+        walks.push_back(scene.presses
+                            ? SampleWalk{}
+                            : physics::walk(fields.back(),
+                                            stretches ? stretched.back() : body.samples, at,
+                                            state.distance.empty() ? nullptr : &before,
+                                            body.control.proportional > 0));
         frames.push_back(std::move(at));
         twists.push_back(std::move(moving));
     }
@@ -63,8 +71,10 @@ LayeredMoment::LayeredMoment(const LayeredScene& scene, double mesh_seconds, Dra
                           part.mesh_before, mesh_seconds});
     }
     for (std::size_t b = 0; b < n; ++b) {
-        const SurfaceSamples* const samples =
-            scene.presses ? nullptr : &scene.parts[b].body->samples;
+        const LayeredBody& body = *scene.parts[b].body;
+        const SurfaceSamples* const samples = scene.presses             ? nullptr
+                                              : body.base.spans.empty() ? &body.samples
+                                                                        : &stretched[b];
         bodies.push_back({&fields[b], samples, &walks[b], frames[b], twists[b],
                           scene.parts[b].body->layer.frame, scene.parts[b].body->matter,
                           meshes[b].before ? &meshes[b] : nullptr,

@@ -25,6 +25,7 @@ struct LayeredMoment {
     std::vector<std::vector<Transform>> frames;
     std::vector<std::vector<Twist>> twists;
     std::vector<Field> fields;
+    std::vector<SurfaceSamples> stretched;  // of nets; else empty
     std::vector<SampleWalk> walks;
     std::vector<MovingMesh> meshes;
     std::vector<ContactBody> bodies;

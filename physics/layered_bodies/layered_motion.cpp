@@ -2,6 +2,7 @@
 
 #include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "physics/layered_bodies/net_base.hpp"
 
 #include <algorithm>
 #include <numbers>
@@ -124,6 +125,7 @@ void drive_all(double left, LayeredScene& now)
     for (std::size_t b = 0; b < now.parts.size(); ++b) {
         drive_pins(now.parts[b], left, now.states[b]);
         drive_held(now.parts[b], left, now.states[b]);
+        follow_masses(*now.parts[b].body, now.states[b]);
         if (!is_told(now.parts[b].body->base.kind)) continue;
         drive(told_frames(now.parts[b]), left, now.states[b]);
     }

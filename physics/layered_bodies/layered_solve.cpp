@@ -14,10 +14,10 @@ Vec6 free_part(const LayeredSystem& system, std::size_t f, Vec6 v)
     return v;
 }
 
-// y = A x. Frames that cubes carry go along in x, whatever it has for them.
+// y = A x. Frames that are carried go along in x, whatever it has for them.
 void multiply(LayeredSystem& system, std::vector<Vec6>& x, std::vector<Vec6>& y)
 {
-    take_along(system.carriers, x);
+    take_along(system.carried, x);
     for (std::size_t f = 0; f < x.size(); ++f) y[f] = system.diagonal[f] * x[f];
     for (const SystemPair& pair : system.pairs) {
         y[pair.a] += pair.off * x[pair.b];
@@ -29,7 +29,7 @@ void multiply(LayeredSystem& system, std::vector<Vec6>& x, std::vector<Vec6>& y)
         y[stop.a] += pull * stop.along_a;
         y[stop.b] += pull * stop.along_b;
     }
-    hand_to_corners(system.carriers, y);
+    hand_on(system.carried, y);
     add_elastic(system.carriers, x, y);
     for (std::size_t f = 0; f < x.size(); ++f) y[f] = free_part(system, f, y[f]);
 }
@@ -48,7 +48,8 @@ std::vector<Vec6> solve_held(LayeredSystem& system, Report& report)
         right[stop.a] -= miss * stop.along_a;
         right[stop.b] -= miss * stop.along_b;
     }
-    hand_to_corners(system.carriers, right);
+    hand_on(system.carried, right);
+    hand_on_blocks(system.carried, blocks);
     add_to_corner_blocks(system.carriers, blocks);
     std::vector<Eigen::LDLT<Mat6>> own;
     for (std::size_t f = 0; f < n; ++f) {
@@ -57,7 +58,7 @@ std::vector<Vec6> solve_held(LayeredSystem& system, Report& report)
             blocks[f].bottomLeftCorner<3, 3>().setZero();
             blocks[f].bottomRightCorner<3, 3>().setIdentity();
         }
-        if (system.kind[f] == BaseKind::cubes) blocks[f].setIdentity();
+        if (system.kind[f] == BaseKind::carried) blocks[f].setIdentity();
         own.emplace_back(blocks[f]);
         right[f] = free_part(system, f, right[f]);
     }
@@ -132,7 +133,7 @@ double potential(LayeredSystem& system, const std::vector<Vec6>& dv)
 std::vector<Vec6> solve(LayeredSystem& system, Report& report)
 {
     merge_pairs(system);
-    hand_to_corners(system.carriers, system.right);
+    hand_on(system.carried, system.right);
     for (std::size_t f = 0; f < system.velocity.size(); ++f) {
         system.right[f] = free_part(system, f, system.right[f]);
         if (system.kind[f] == BaseKind::particles) system.right[f].tail<3>().setZero();

@@ -10,6 +10,7 @@
 #include "physics/layered_bodies/layered_motion.hpp"
 #include "physics/layered_bodies/layered_solve.hpp"
 #include "physics/layered_bodies/layered_volume.hpp"
+#include "physics/layered_bodies/net_base.hpp"
 #include "physics/layered_bodies/step_length.hpp"
 #include "physics/layered_bodies/substance_parts.hpp"
 #include "physics/state/pins.hpp"
@@ -69,6 +70,7 @@ static LayeredState start(const LayeredPart& part)
         follow_cubes(body, state);
     }
     keep_held(part, state);
+    follow_masses(body, state);
     state.translation.assign(body.layer.skeletons.size(), 0);
     state.part = body.layer.blend.part;
     if (state.part.empty() && body.layer.blend.rule != geometry::BlendRule::sum) {
@@ -103,7 +105,10 @@ void check_rigid_bodies(std::span<const LayeredPart> parts, RigidBodies rigid_bo
         throw std::invalid_argument(fmt::format(
             "rigid_bodies = bullet supports rigid and still bodies only; body {} is {}. Set "
             "rigid_bodies to implicit, or move that body in a Layered node of its own.",
-            b, kind == BaseKind::particles ? "made of particles" : "carried by cubes"));
+            b,
+            kind == BaseKind::particles ? "made of particles"
+            : kind == BaseKind::net     ? "a net"
+                                        : "carried by cubes"));
     }
 }
 
@@ -176,6 +181,7 @@ void move_all(const LayeredSystem& system, const std::vector<Vec6>& dv, const Re
         } else {
             move(body, std::span(dv).subspan(system.frame(b, 0), state.position.size()), system.dt,
                  state);
+            follow_masses(body, state);
         }
         state.report.iterations += report.iterations;
         state.report.converged &= report.converged;
@@ -286,9 +292,10 @@ private:
         const double share = 0.5 * (last_ / system.dt - 1);
         for (std::size_t b = 0; b < now_.parts.size(); ++b) {
             const BaseKind kind = now_.parts[b].body->base.kind;
-            const bool flies = kind == BaseKind::rigid || kind == BaseKind::particles;
+            const bool flies =
+                kind == BaseKind::rigid || kind == BaseKind::particles || kind == BaseKind::net;
             if (!flies || impacts.on_weight[b]) continue;
-            for (std::size_t f = 0; f < now_.states[b].position.size(); ++f) {
+            for (std::size_t f = 0; f < mass_count(now_.parts[b].body->base); ++f) {
                 const std::size_t at = system.frame(b, f);
                 add_force(system, at, share * system.mass[at](0, 0) * frame_.fall);
             }
@@ -463,6 +470,7 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
     // Still frames end exactly where they were told to, and so do held ones.
     for (std::size_t b = 0; b < now.parts.size(); ++b) {
         keep_held(now.parts[b], now.states[b]);
+        follow_masses(*now.parts[b].body, now.states[b]);
         if (now.parts[b].body->base.kind != BaseKind::still) continue;
         keep_told(told_frames(now.parts[b]), now.states[b]);
     }

@@ -1,5 +1,6 @@
 #include "physics/layered_bodies/layered_system.hpp"
 
+#include "physics/layered_bodies/net_base.hpp"
 #include "physics/math/cross_matrix.hpp"
 
 #include <algorithm>
@@ -25,6 +26,33 @@ double heaviest(const LayeredScene& scene)
     return most > 0 ? most : 1;
 }
 
+// kg, of what moves with carried frame f of a net at once.
+double mass_of_span(const Base& base, std::size_t f)
+{
+    const std::vector<std::uint32_t>& masses = base.spans[f - mass_count(base)].masses;
+    double easy = 0;
+    for (const std::uint32_t m : masses) easy += 1 / base.mass[m];
+    return static_cast<double>(masses.size() * masses.size()) / easy;
+}
+
+// Frames of a net that follow its masses.
+void add_spans(const LayeredScene& scene, const LayeredMoment& moment, std::size_t b,
+               LayeredSystem& system)
+{
+    const Base& base = scene.parts[b].body->base;
+    for (std::size_t f = mass_count(base); f < base.frames.size(); ++f) {
+        CarriedFrame carried{.frame = system.frame(b, f)};
+        for (const std::uint32_t m : base.spans[f - mass_count(base)].masses) {
+            carried.on.push_back(system.frame(b, m));
+        }
+        carried.by = net_hold(base, f, scene.states[b].position, moment.frames[b][f].linear()).by;
+        system.kind[carried.frame] = BaseKind::carried;
+        system.mass[carried.frame].topLeftCorner<3, 3>() = mass_of_span(base, f) * Mat3::Identity();
+        system.diagonal[carried.frame].setZero();
+        system.carried.push_back(std::move(carried));
+    }
+}
+
 // Corners as unknowns, with the forces of body b's cubes on them.
 void add_cubes(const LayeredScene& scene, std::size_t b, LayeredSystem& system)
 {
@@ -35,7 +63,12 @@ void add_cubes(const LayeredScene& scene, std::size_t b, LayeredSystem& system)
     carrier.first_frame = system.first_frame[b];
     carrier.first_corner = system.first_corner[b] = system.velocity.size();
     for (std::size_t f = 0; f < part.body->base.frames.size(); ++f) {
-        carrier.holds.push_back(carrier.base->hold(f, part.body->base.frames[f], state.x));
+        CarriedFrame carried{.frame = carrier.first_frame + f};
+        for (const std::uint32_t k : carrier.base->corners(f)) {
+            carried.on.push_back(carrier.first_corner + k);
+        }
+        carried.by = carrier.base->hold(f, part.body->base.frames[f], state.x).by;
+        system.carried.push_back(std::move(carried));
     }
     const CornerBody& body = carrier.corner_body();
     carrier.elasticity = elasticity_of(carrier.base->bricks(), state.rotation);
@@ -143,7 +176,9 @@ LayeredSystem make_system(const LayeredScene& scene, const LayeredMoment& moment
             system.velocity.push_back(v);
             const bool held = bullet && body.base.kind == BaseKind::rigid;
             system.held.push_back(held);
-            system.kind.push_back(held ? BaseKind::still : body.base.kind);
+            system.kind.push_back(held                              ? BaseKind::still
+                                  : body.base.kind == BaseKind::net ? BaseKind::particles
+                                                                    : body.base.kind);
             Mat6 mass = Mat6::Identity();
             if (body.base.kind != BaseKind::still) {
                 mass.topLeftCorner<3, 3>() *= body.base.kind == BaseKind::led ? led_mass
@@ -157,6 +192,7 @@ LayeredSystem make_system(const LayeredScene& scene, const LayeredMoment& moment
             system.mass.push_back(mass);
             system.diagonal.push_back(body.base.cubes ? Mat6::Zero() : mass);
         }
+        add_spans(scene, moment, b, system);
         for (const HeldFrame& held : scene.parts[b].held) {
             system.kind[system.frame(b, held.frame)] = BaseKind::still;
         }

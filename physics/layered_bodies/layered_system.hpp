@@ -1,8 +1,8 @@
 #pragma once
 
 // The linear system of one backward Euler step of layered bodies, frame by frame; frames are
-// numbered through all bodies, and after them the corners of cubes. Frames that cubes carry are no
-// unknowns: they follow corners, and what they feel is handed on to those (cube_carrier.hpp). A
+// numbered through all bodies, and after them the corners of cubes. Frames that corners or masses
+// carry are no unknowns: they follow, and what they feel is handed on (cube_carrier.hpp). A
 // pair term with 3x3 matrices C and K between points of two frames adds
 //   J^T (dt C + dt^2 K) J      J: velocities to the relative velocity of the points
 // to the left and its forces, with -dt K of that velocity, to the right.
@@ -46,6 +46,7 @@ struct LayeredSystem {
     std::vector<Mat6> held_stiffness, held_damping;  // sums of J^T K J, J^T C J
     std::vector<SystemPair> pairs;
     std::vector<SystemStop> stops;
+    std::vector<CarriedFrame> carried;
     std::vector<CubeCarrier> carriers;
     std::size_t merged = 0;  // how many pairs are merged already
 

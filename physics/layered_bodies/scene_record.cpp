@@ -166,6 +166,14 @@ void pass_skeleton(auto& file, auto& skeleton)
     }
 }
 
+void pass_base(auto& file, auto& base)
+{
+    file.choice(base.kind, BaseKind::net, "a kind of base");
+    if (base.kind != BaseKind::net) return;
+    file.count(base.spans, sizeof(std::uint64_t));
+    for (auto& span : base.spans) file.list(span.masses);
+}
+
 void pass_body(auto& file, auto& body)
 {
     auto& layer = body.layer;
@@ -184,7 +192,7 @@ void pass_body(auto& file, auto& body)
     }
     file.choice(matter.rigid, true, "0 or 1");
     file.choice(matter.self_contact, true, "0 or 1");
-    file.choice(body.base.kind, BaseKind::cubes, "a kind of base");
+    pass_base(file, body.base);
     file.count(body.base.frames, 16 * sizeof(double));
     for (auto& frame : body.base.frames) pass_place(file, frame);
     file.number(body.sample_spacing);
@@ -279,6 +287,26 @@ std::shared_ptr<const LayeredBody> read_body(std::string_view bytes,
     return body;
 }
 
+// Whether each span has as many masses as its skeleton has points, all of them there.
+void check_spans(const LayeredBody& body, std::size_t b)
+{
+    const std::size_t spans = body.base.spans.size(), frames = body.base.frames.size();
+    if (spans == 0) return;
+    bool good = spans <= frames;
+    std::vector<char> seen(spans, 0);
+    for (std::size_t s = 0; good && s < body.layer.skeletons.size(); ++s) {
+        const std::size_t f = body.layer.frame[s];
+        if (f < frames - spans || f >= frames) continue;
+        const auto& masses = body.base.spans[f - (frames - spans)].masses;
+        const auto& points = body.layer.skeletons[s].points;
+        good = masses.size() == points.size() && masses.size() >= 2 && masses.size() <= 3;
+        seen[f - (frames - spans)] = 1;
+        for (const std::uint32_t m : masses) good = good && m < frames - spans;
+    }
+    good = good && std::find(seen.begin(), seen.end(), 0) == seen.end();
+    if (!good) throw std::runtime_error(fmt::format("the masses of body {} do not match", b));
+}
+
 // Whether fields can be made of the scene: what a drawing takes for granted.
 void check(const LayeredScene& scene)
 {
@@ -287,9 +315,11 @@ void check(const LayeredScene& scene)
         const LayeredState& state = scene.states[b];
         const std::size_t frames = state.position.size(), skeletons = body.layer.skeletons.size();
         if (state.rotation.size() != frames || body.base.frames.size() != frames ||
+            body.layer.frame.size() != skeletons ||
             (!state.part.empty() && state.part.size() != skeletons)) {
             throw std::runtime_error(fmt::format("the arrays of body {} do not match", b));
         }
+        check_spans(body, b);
         if (body.layer.isovalue != scene.parts[0].body->layer.isovalue) {
             throw std::runtime_error(
                 fmt::format("body {} has another isovalue than those before it", b));

@@ -28,6 +28,22 @@ struct Mover {
     Box box;                     // m, that a ball's influence stays in
 };
 
+// The box in a frame's axes around the masses of a net that carry it, and in `stray` how much
+// farther than the frame one of them goes in dt.
+Box box_of_masses(const Base& base, const LayeredState& state, std::size_t f, double dt,
+                  double& stray)
+{
+    const Eigen::Quaterniond back = Eigen::Quaterniond(state.rotation[f]).conjugate();
+    Box box;
+    for (const std::uint32_t m : base.spans[f - mass_count(base)].masses) {
+        const Vec3 arm = state.position[m] - state.position[f];
+        const Vec3 speed = state.velocity[f] + state.spin[f].cross(arm);
+        stray = std::max(stray, dt * (state.velocity[m] - speed).norm());
+        box.add(back * arm);
+    }
+    return box;
+}
+
 // What these skeletons of a frame take up, in its axes; `plane`: one of them that has no end.
 Box box_of(const LayeredBody& body, std::span<const std::uint32_t> skeletons, double& reach,
            const Skeleton*& plane)
@@ -69,7 +85,10 @@ Mover mover_of(const LayeredPart& part, const LayeredState& state, std::size_t f
 {
     Mover mover;
     const Skeleton* plane = nullptr;
-    const Box box = box_of(*part.body, skeletons, mover.reach, plane);
+    Box box = box_of(*part.body, skeletons, mover.reach, plane);
+    const Base& base = part.body->base;
+    double change = 0;
+    if (f >= mass_count(base)) box = box_of_masses(base, state, f, dt, change);
     const Eigen::Quaterniond now(state.rotation[f]);
     const Vec3 arm = now * (plane ? Vec3(plane->place.translation()) : box.centre());
     mover.from = state.position[f] + arm;
@@ -86,7 +105,6 @@ Mover mover_of(const LayeredPart& part, const LayeredState& state, std::size_t f
     }
     mover.reach += 0.5 * box.diagonal();
     mover.stray = 0.5 * box.diagonal() * mover.turn;
-    double change = 0;
     for (const std::uint32_t s : skeletons) {
         if (part.change) change = std::max(change, largest_change(*part.change, s));
     }

@@ -26,9 +26,6 @@ Vec3 velocity_at(const MovingMesh& mesh, const Vec3& p)
     return moved / mesh.seconds;
 }
 
-namespace {
-
-// Shares of three corners at the point of their triangle nearest to p.
 // Ericson. Real-time collision detection. Morgan Kaufmann 2005, 5.1.5.
 Vec3 shares_on_triangle(const std::vector<Vec3>& corners, const Vec3& p)
 {
@@ -56,6 +53,8 @@ Vec3 shares_on_triangle(const std::vector<Vec3>& corners, const Vec3& p)
     }
     return best;
 }
+
+namespace {
 
 // Of skeletons that are drawn by points.
 Vec3 way_of_points(const Skeleton& now, const Skeleton& before, const Skeleton& after,

@@ -155,7 +155,7 @@ TEST(Carry, AcceptsOnlyTheInputsOfItsMover)
     EXPECT_THROW(carry.run(), std::invalid_argument) << "Layered says where the cubes are";
     carry.inputs.erase("state");
     const auto moved = carry.run().as<LayeredPart>();
-    EXPECT_EQ(moved->body->base.kind, BaseKind::cubes);
+    EXPECT_EQ(moved->body->base.kind, BaseKind::carried);
     EXPECT_EQ(moved->pins.corner, std::vector<std::uint32_t>{3});
 
     NodeRun carried("Carried");
