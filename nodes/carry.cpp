@@ -26,6 +26,10 @@ struct Outputs {
 static physics::LayeredBody build(const Inputs& in)
 {
     physics::LayeredBody body = *in.part->body;
+    if (body.base.kind == physics::BaseKind::net) {
+        throw std::invalid_argument(
+            "a layer on cubes must have base = still, found a net: the cubes move it");
+    }
     if (in.moved_by == Mover::layered) {
         physics::set_on_cubes(body, *in.cubes);
     } else {

@@ -39,9 +39,11 @@ struct PinParams {
     Vec3 translate{0, 0, 0};
 };
 
+enum class Carrier { still, rigid, particles, net };
+
 struct Inputs {
     graph::Wire<geometry::ImplicitLayer> layer;
-    BaseKind base = BaseKind::rigid;
+    Carrier base = Carrier::rigid;
     double density = 1000;
     double mass = 0;
     double seed_spacing = 0.02;
@@ -67,10 +69,11 @@ struct Outputs {
 static std::size_t checked_frame(int frame, const LayeredBody& body, const char* what)
 {
     const auto f = static_cast<std::size_t>(frame);
-    if (f < body.base.frames.size()) return f;
+    const std::size_t frames = physics::mass_count(body.base);
+    if (f < frames) return f;
     throw std::invalid_argument(fmt::format("{} names frame {}, but the body has {} frames, "
                                             "counted from 0: name one of those",
-                                            what, frame, body.base.frames.size()));
+                                            what, frame, frames));
 }
 
 // The tensor of a frame, or throws where no rigid thing has it: each of its principal moments is at
@@ -107,21 +110,25 @@ static LayeredBody build(const Inputs& in)
 {
     geometry::ImplicitLayer layer = *in.layer;
     LayerMatter matter = in.matter;
-    if (in.base == BaseKind::particles && in.substance.separates) {
+    if (in.base == Carrier::particles && in.substance.separates) {
         physics::let_separate(layer, matter);
     }
+    constexpr BaseKind kinds[] = {BaseKind::still, BaseKind::rigid, BaseKind::particles};
     LayeredBody body =
-        physics::make_layered_body(std::move(layer), in.base, in.density, in.seed_spacing);
+        in.base == Carrier::net
+            ? physics::make_net_body(std::move(layer), in.density, in.seed_spacing)
+            : physics::make_layered_body(std::move(layer), kinds[std::size_t(in.base)], in.density,
+                                         in.seed_spacing);
     double total = 0;
     for (const double mass : body.base.mass) total += mass;
     if (in.mass > 0 && total > 0) {
         for (double& mass : body.base.mass) mass *= in.mass / total;
         for (geometry::Mat3& inertia : body.base.inertia) inertia *= in.mass / total;
     }
-    if (!physics::is_told(in.base)) set_own_masses(in, body);
+    if (in.base != Carrier::still) set_own_masses(in, body);
     body.matter = matter;
     body.control = in.volume;
-    body.base.substance = in.substance;
+    if (in.base != Carrier::net) body.base.substance = in.substance;
     return body;
 }
 
@@ -151,10 +158,11 @@ static void warn_of_restitution(const Inputs& in, const graph::Context& context)
     if (in.matter.rigid) {
         context.warn("matter.restitution has no effect, because matter.rigid is true: set "
                      "matter.bounce instead");
-    } else if (in.base == BaseKind::particles) {
-        context.warn("matter.restitution has no effect, because base is particles: only layers "
-                     "with base = rigid or still bounce. Set base to rigid, or leave restitution "
-                     "at 1");
+    } else if (in.base == Carrier::particles || in.base == Carrier::net) {
+        context.warn(fmt::format(
+            "matter.restitution has no effect, because base is {}: only layers with base = rigid "
+            "or still bounce. Set base to rigid, or leave restitution at 1",
+            in.base == Carrier::net ? "net" : "particles"));
     }
 }
 
@@ -163,12 +171,12 @@ static std::vector<physics::HeldFrame> held_frames(const Inputs& in, const graph
 {
     std::vector<physics::HeldFrame> held;
     if (in.pins.empty()) return held;
-    if (physics::is_told(in.base)) {
+    if (in.base == Carrier::still) {
         context.warn("pins have no effect, because base is still: the body moves by translate and "
-                     "rotate_degrees only. Set base to rigid or particles");
+                     "rotate_degrees only. Set base to rigid, particles or net");
         return held;
     }
-    const auto& frames = in.body->base.frames;
+    const std::span frames(in.body->base.frames.data(), physics::mass_count(in.body->base));
     for (const PinParams& pin : in.pins) {
         const std::size_t before = held.size();
         if (pin.frame >= 0) {
@@ -364,13 +372,13 @@ static void describe_motion(graph::NodeBuilder<Inputs, Outputs>& node)
 {
     node.list("own_masses", &Inputs::own_masses, describe_own_mass,
               "Frames with a mass and an inertia of their own, in place of those that density or "
-              "`mass` give them. Particles have no inertia.",
-              {"base", {"rigid", "particles"}})
+              "`mass` give them. Particles and masses of a net have no inertia.",
+              {"base", {"rigid", "particles", "net"}})
         .list("pins", &Inputs::pins, describe_pin,
               "Frames that are held, or moved as keyed: neither contact nor force moves them. A "
               "rigid body turns with rotate_degrees only. Needs rigid_bodies = implicit in "
               "Layered.",
-              {"base", {"rigid", "particles"}})
+              {"base", {"rigid", "particles", "net"}})
         .param("translate", &Inputs::translate,
                "Translation from where the body is drawn; keyframe it to move a still body.",
                {.unit = "m"})
@@ -395,10 +403,13 @@ void add_to(graph::Registry& registry)
                  "was sum: substance.separates is off in these documents",
                  keep_blending)
         .input("layer", &Inputs::layer, "The skeletons of the layer, from Skeletons.")
-        .choice("base", &Inputs::base, {"still", "rigid", "particles"},
+        .choice("base", &Inputs::base, {"still", "rigid", "particles", "net"},
                 "What carries the layer. still: the body moves only by translate and "
                 "rotate_degrees. rigid: each frame is a rigid body. particles: each frame is a "
-                "particle of a soft substance.")
+                "particle of a soft substance. net: a mass-spring net. The points of point, "
+                "segment and triangle skeletons are masses, points at one place are one mass, and "
+                "skeletons stretch with their masses; Springs joins these. Its frames are the "
+                "masses, numbered as their places first come in the list of skeletons.")
         .param("density", &Inputs::density,
                "Density: mass per volume of the skeletons' territories.",
                {.min = 1e-9, .unit = "kg/m^3"})

@@ -6,6 +6,8 @@
 #include "physics/layered_bodies/layered_body.hpp"
 #include "physics/layered_bodies/substance_parts.hpp"
 
+#include <fmt/format.h>
+
 namespace nodes::layered {
 
 using geometry::Vec3;
@@ -26,6 +28,19 @@ struct Outputs {
     double particles = 0, pieces = 0;
 };
 
+static void warn_of_loose_nets(const std::vector<physics::LayeredPart>& parts,
+                               const graph::Context& context)
+{
+    for (std::size_t b = 0; b < parts.size(); ++b) {
+        const physics::Base& base = parts[b].body->base;
+        if (base.kind != physics::BaseKind::net || !base.springs.empty()) continue;
+        context.warn(fmt::format("body {} is a net without springs, so nothing holds its masses "
+                                 "together: link it through Springs, with along = skeletons for "
+                                 "example",
+                                 b));
+    }
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     std::vector<physics::LayeredPart> parts;
@@ -33,6 +48,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     parts = physics::join_substances(std::move(parts));
     for (const auto& collider : in.colliders) parts.push_back(physics::rigid_part(*collider));
     physics::check_rigid_bodies(parts, in.rigid_bodies);
+    warn_of_loose_nets(parts, context);
     physics::LayeredWorld world{in.gravity, in.drag, in.rigid_bodies};
     for (const auto& force : in.forces) world.forces.push_back(*force);
     Outputs out;

@@ -42,7 +42,8 @@ struct Inputs {
     graph::Wire<geometry::Polylines> lines;
     std::vector<Item> skeletons;
     Contribution each;
-    enum class LineKind { curve, polyline } line_kind = LineKind::curve;
+    enum class Faces { whole, triangles, edges } faces = Faces::whole;
+    enum class LineKind { curve, polyline, segments } line_kind = LineKind::curve;
     BlendRule blend = BlendRule::sum;
     std::vector<Link> links;
 };
@@ -53,6 +54,8 @@ struct Outputs {
 constexpr const char* needs_mesh =
     "a skeleton of kind = mesh or sheet needs the input 'mesh': link one";
 
+constexpr std::size_t many = 5000;  // skeletons
+
 static bool of_mesh(SkeletonKind kind)
 {
     return kind == SkeletonKind::mesh || kind == SkeletonKind::sheet;
@@ -60,6 +63,10 @@ static bool of_mesh(SkeletonKind kind)
 
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
+    if (in.faces != Inputs::Faces::whole && !setting.links("mesh")) {
+        return {{"faces", "faces become skeletons of the input 'mesh': link one, or set faces = "
+                          "whole"}};
+    }
     for (std::size_t i = 0; i < in.skeletons.size() && !setting.links("mesh"); ++i) {
         if (!of_mesh(in.skeletons[i].kind)) continue;
         return {{fmt::format("skeletons.{}.kind", i), needs_mesh}};
@@ -103,6 +110,52 @@ static void warn_of_open_mesh(const Inputs& in, const graph::Context& context)
     }
 }
 
+// A skeleton for each line, or for each piece of it.
+static std::vector<geometry::Skeleton> of_lines(const Inputs& in)
+{
+    std::vector<geometry::Skeleton> out;
+    if (!in.lines) return out;
+    for (const auto& line : in.lines->lines) {
+        if (in.line_kind != Inputs::LineKind::segments) {
+            const bool curved = in.line_kind == Inputs::LineKind::curve;
+            out.push_back(
+                {.kind = curved ? SkeletonKind::curve : SkeletonKind::polyline, .points = line});
+            continue;
+        }
+        for (std::size_t i = 0; i + 1 < line.size(); ++i) {
+            out.push_back({.kind = SkeletonKind::segment, .points = {line[i], line[i + 1]}});
+        }
+    }
+    return out;
+}
+
+// A skeleton for each face of the mesh, or for each edge.
+static std::vector<geometry::Skeleton> of_faces(const Inputs& in, const graph::Context& context)
+{
+    std::vector<geometry::Skeleton> out;
+    if (!in.mesh || in.faces == Inputs::Faces::whole) return out;
+    const auto at = [&](std::uint32_t v) { return Vec3(in.mesh->positions[v].cast<double>()); };
+    if (in.faces == Inputs::Faces::triangles) {
+        for (const geometry::Triangle& t : in.mesh->triangles()) {
+            out.push_back(
+                {.kind = SkeletonKind::triangle, .points = {at(t[0]), at(t[1]), at(t[2])}});
+        }
+    } else {
+        const auto uses = geometry::edge_uses(in.mesh->triangles(), in.mesh->positions.size());
+        for (std::size_t i = 0; i < uses.size(); ++i) {
+            if (i > 0 && uses[i - 1].a == uses[i].a && uses[i - 1].b == uses[i].b) continue;
+            out.push_back(
+                {.kind = SkeletonKind::segment, .points = {at(uses[i].a), at(uses[i].b)}});
+        }
+    }
+    if (out.size() > many) {
+        context.warn(fmt::format("the mesh becomes {} skeletons: Layered takes minutes and "
+                                 "gigabytes for so many. Link a coarser mesh",
+                                 out.size()));
+    }
+    return out;
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     warn_of_open_mesh(in, context);
@@ -124,7 +177,6 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         next_frame = std::max(next_frame, item.frame + 1);
     }
     if (in.points) {
-        constexpr std::size_t many = 5000;
         if (const std::size_t count = in.points->positions.size(); count > many) {
             context.warn(fmt::format(
                 "{} points become as many skeletons: Layered takes minutes and gigabytes for so "
@@ -136,16 +188,14 @@ static Outputs run(const Inputs& in, const graph::Context& context)
                 0);
         }
     }
-    if (in.lines) {
-        const SkeletonKind kind =
-            in.line_kind == Inputs::LineKind::curve ? SkeletonKind::curve : SkeletonKind::polyline;
-        for (const auto& line : in.lines->lines) {
-            add({.kind = kind, .points = line}, in.each, next_frame++, 0);
-        }
+    for (geometry::Skeleton& s : of_lines(in)) add(std::move(s), in.each, next_frame++, 0);
+    for (geometry::Skeleton& s : of_faces(in, context)) {
+        add(std::move(s), in.each, next_frame++, 0);
     }
     if (layer.skeletons.empty()) {
-        context.warn("there are no skeletons, so the layer is empty: list some under `skeletons`, "
-                     "or link the input 'points' or 'lines'");
+        context.warn(
+            "there are no skeletons, so the layer is empty: list some under `skeletons`, "
+            "link the input 'points' or 'lines', or a mesh with faces = edges or triangles");
     }
     layer.blend.rule = in.blend;
     if (any_part) layer.blend.part = std::move(parts);
@@ -241,7 +291,8 @@ void add_to(graph::Registry& registry)
                  "them blend.",
                  {"metaball", "implicit", "field"})
         .input("mesh", &Inputs::mesh,
-               "A mesh, for skeletons of kind = mesh (closed) or sheet (any).",
+               "A mesh, for skeletons of kind = mesh (closed) or sheet (any), or whose faces or "
+               "edges become skeletons by `faces`.",
                graph::Need::optional)
         .input("points", &Inputs::points,
                "Points. Each becomes a point skeleton on a frame of its own, all of one part.",
@@ -251,11 +302,18 @@ void add_to(graph::Registry& registry)
                "part; a line that ends where it begins is a closed one.",
                graph::Need::optional)
         .list("skeletons", &Inputs::skeletons, describe_item, "The skeletons.")
-        .block("each", &Inputs::each, describe_contribution,
-               "Contribution of each skeleton that is made from the inputs `points` and `lines`.")
-        .choice("line_kind", &Inputs::line_kind, {"curve", "polyline"},
+        .block(
+            "each", &Inputs::each, describe_contribution,
+            "Contribution of each skeleton that is made from the inputs `points` and `lines`, or "
+            "by `faces`.")
+        .choice("faces", &Inputs::faces, {"whole", "triangles", "edges"},
+                "What the faces of the mesh become. whole: no skeletons of their own. triangles, "
+                "edges: each triangle, or each edge of one (diagonals of quads too), a "
+                "skeleton on a frame of its own, all of one part; the skin of a net, for example "
+                "(ImplicitLayer, base = net).")
+        .choice("line_kind", &Inputs::line_kind, {"curve", "polyline", "segments"},
                 "What lines become. curve: smooth through their points. polyline: straight between "
-                "them.")
+                "them. segments: each piece a segment of its own.")
         .choice("blend", &Inputs::blend, {"sum", "largest_group", "smooth_groups", "gradient"},
                 "Which skeletons blend, and how. sum: all of them. largest_group: only those of "
                 "one part or linked by `links`, with creases. smooth_groups: the same without "

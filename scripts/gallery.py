@@ -24,7 +24,7 @@ most_bytes = 150_000
 scenes = {
     "bridge": 60, "cushion": 12, "pile": 22, "pouffe": 20, "torn_sheet": 14, "torn_ring": 60, "trampoline": 20, "flag": 60,
     "jelly_drop": 64, "many_jellies": 60, "squashed_buns": 30, "chair": 8, "chair_drop": 12,
-    "beam": 48, "plane_push": 22, "two_soft_solids": 16, "figure_falls": 24,
+    "beam": 48, "plane_push": 22, "two_soft_solids": 16, "safety_net": 13, "figure_falls": 24,
     "bounce_on_stairs": 20, "clover_on_stairs": 24, "blend_constant_volume": 48, "breathing": 18,
     "dough_and_pliers": 66, "kitchen": 48, "coated_cubes": 16, "felt_on_stone": 24,
     "reaching_puppet": 48, "starter": 12, "folding_ribbon": 19, "three_sheets": 14, "walk_by_keys": 40,

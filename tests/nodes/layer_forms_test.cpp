@@ -1,12 +1,14 @@
 // Layers through a graph against closed forms: how far bulges reach, rigid bodies that stand on
 // each other, the volume that is drawn.
 
+#include "geometry/base/union_find.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "physics/layered_bodies/layered.hpp"
 #include "tests/nodes/scene.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace {
 
@@ -68,6 +70,54 @@ TEST(LayerForms, RigidBodiesStandOnEachOtherAndCarryASoftOne)
     EXPECT_GT(height(2), 0.65);
     EXPECT_LT(height(2), 0.6999) << "its weight presses it";
     EXPECT_LT(at->states[2].velocity[0].norm(), 0.02);
+}
+
+// How many pieces a mesh has.
+std::size_t pieces_of(const TriMesh& mesh)
+{
+    geometry::UnionFind joined(mesh.positions.size());
+    for (const geometry::Triangle& t : mesh.triangles()) {
+        joined.join(t[0], t[1]);
+        joined.join(t[1], t[2]);
+    }
+    std::set<std::size_t> roots;
+    for (const geometry::Triangle& t : mesh.triangles()) roots.insert(joined.root(t[0]));
+    return roots.size();
+}
+
+// A net of nine masses, pinned at its corners, catches a ball: springs along its edges stretch, and
+// so do the segments that coat them: the skin stays one.
+TEST(LayerForms, ANetWearsOneSkinAndCatchesABall)
+{
+    Scene scene(R"("sheet": { "type": "Primitive@1", "params": { "shape": "grid", "grid": {
+            "size_x": 0.8, "size_z": 0.8, "divisions_x": 2, "divisions_z": 2 } } },
+        "cords": { "type": "Skeletons@1", "inputs": { "mesh": "sheet.mesh" }, "params": {
+            "faces": "edges", "blend": "gradient", "each":
+                { "thickness": 0.03, "stiffness": 33, "radius": 0.08 } } },
+        "net": { "type": "ImplicitLayer@3", "inputs": { "layer": "cords.layer" }, "params": {
+            "base": "net", "seed_spacing": 0.03, "density": 500, "matter": { "stiffness": 1e5 },
+            "pins": [ { "position": [-0.4, 0, -0.4] }, { "position": [0.4, 0, -0.4] },
+                { "position": [-0.4, 0, 0.4] }, { "position": [0.4, 0, 0.4] } ] } },
+        "sprung": { "type": "Springs@1", "inputs": { "part": "net.part" }, "params": {
+            "along": "skeletons", "stiffness": 1500, "damping": 20 } },
+        "one": { "type": "Skeletons@1", "params": { "skeletons": [ { "contribution":
+            { "thickness": 0.15, "stiffness": 6.7, "radius": 0.4 } } ] } },
+        "ball": { "type": "ImplicitLayer@3", "inputs": { "layer": "one.layer" }, "params": {
+            "seed_spacing": 0.03, "translate": [0.02, 0.4, 0.05], "density": 400,
+            "matter": { "stiffness": 1e5 } } },
+        "bodies": { "type": "Layered@1", "inputs": { "parts": ["sprung.part", "ball.part"] } },
+        "skin": { "type": "Polygonize@2", "inputs": { "scene": "bodies.scene" }, "params": {
+            "cell": 0.015, "body": 0 } })");
+    double lowest = 0;
+    for (const int frame : {1, 8, 16, 24}) {
+        const auto at = scene.at<LayeredScene>("bodies", frame);
+        EXPECT_EQ(pieces_of(*scene.at<TriMesh>("skin", frame)), 1u) << "frame " << frame;
+        EXPECT_EQ(physics::mass_count(at->parts[0].body->base), 9u);
+        EXPECT_EQ(at->states[0].position[0], at->parts[0].body->base.frames[0].translation());
+        EXPECT_GT(at->states[1].position[0].y(), -0.4) << "it fell through in frame " << frame;
+        for (const auto& p : at->states[0].position) lowest = std::min(lowest, p.y());
+    }
+    EXPECT_LT(lowest, -0.05) << "the ball stretches it";
 }
 
 // Two parts of one body that press each other, on a floor: with the bulges of both contacts, what
