@@ -1,7 +1,7 @@
 #pragma once
 
 // What travels between this program and aspic-assimp, the process that runs assimp (geometry/
-// run_assimp.hpp).
+// io/library_process.hpp).
 
 #include "geometry/base/vec.hpp"
 

@@ -36,9 +36,9 @@ const char* assimp_name(MeshFormat format)
 }
 
 // Why a run gave no files; empty when it did.
-std::string why_no_files(const AssimpRun& run, const ProcessLimits& limits)
+std::string why_no_files(const LibraryRun& run, const ProcessLimits& limits)
 {
-    using End = AssimpRun::End;
+    using End = LibraryRun::End;
     const std::string instead = ": write the mesh as OBJ, PLY or GLB, which need no assimp";
     switch (run.end) {
     case End::fine:
@@ -66,8 +66,8 @@ std::vector<fs::path> export_mesh(const fs::path& path, MeshFormat format, const
     const fs::path whole = path.extension() == ".mtl" ? path.filename() : path.stem();
     const std::string name =
         format == MeshFormat::obj ? whole.string() + ".obj" : path.stem().string();
-    const AssimpRun run = run_assimp(
-        {"write", assimp_name(format), name}, glb_bytes(mesh), limits, check,
+    const LibraryRun run = run_library(
+        assimp_program, {"write", assimp_name(format), name}, glb_bytes(mesh), limits, check,
         [&](const char* bytes, std::size_t size) { made = unpack<ExportedFiles>(bytes, size); });
     std::string why = why_no_files(run, limits);
     if (why.empty() && !made.error.empty()) why = "assimp refused the mesh: " + made.error;

@@ -4,7 +4,7 @@
 // the mesh as binary glTF, so it writes what that holds: positions, normals, texture coordinates,
 // colours, groups and materials, but no other attributes.
 
-#include "geometry/io/assimp_process.hpp"
+#include "geometry/io/library_process.hpp"
 #include "geometry/io/write_mesh.hpp"
 
 namespace geometry {

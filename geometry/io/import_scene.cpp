@@ -10,9 +10,9 @@ namespace {
 namespace fs = std::filesystem;
 
 // Why a run gave no scene; empty when it did.
-std::string why_no_scene(const AssimpRun& run, const ProcessLimits& limits)
+std::string why_no_scene(const LibraryRun& run, const ProcessLimits& limits)
 {
-    using End = AssimpRun::End;
+    using End = LibraryRun::End;
     const std::string damaged = ": raise the limit, unless the file is damaged";
     const std::string export_again =
         "; try to open the file in a modelling program and to export it again, or as OBJ";
@@ -60,12 +60,13 @@ ImportedScene import_by(const char* job, const fs::path& path, const ImportOptio
 {
     want_mesh_file(path);
     ImportedScene scene;
-    const AssimpRun run =
-        run_assimp({job, fs::absolute(path).string(),
-                    options.root.empty() ? "" : fs::absolute(options.root).string()},
-                   {}, options.limits, options.check, [&](const char* bytes, std::size_t size) {
-                       scene = unpack<ImportedScene>(bytes, size);
-                   });
+    const LibraryRun run =
+        run_library(assimp_program,
+                    {job, fs::absolute(path).string(),
+                     options.root.empty() ? "" : fs::absolute(options.root).string()},
+                    {}, options.limits, options.check, [&](const char* bytes, std::size_t size) {
+                        scene = unpack<ImportedScene>(bytes, size);
+                    });
     if (const std::string why = why_no_scene(run, options.limits); !why.empty()) {
         throw std::runtime_error(path.string() + ": " + why);
     }

@@ -3,7 +3,7 @@
 // A mesh file as assimp read it, before anything is made of it.
 
 #include "geometry/io/assimp_messages.hpp"
-#include "geometry/io/assimp_process.hpp"
+#include "geometry/io/library_process.hpp"
 
 #include <filesystem>
 #include <functional>
@@ -20,7 +20,7 @@ struct ImportOptions {
 
 // What `path` holds; ImportedScene::error when assimp refused it. Throws std::runtime_error when
 // the file cannot be opened, when assimp crashed on it or went beyond the limits, and when
-// aspic-assimp is missing (run_assimp).
+// aspic-assimp is missing (run_library).
 ImportedScene import_scene(const std::filesystem::path& path, const ImportOptions& options = {});
 
 // Its cameras alone, likewise.

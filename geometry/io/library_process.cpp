@@ -1,4 +1,4 @@
-#include "geometry/io/assimp_process.hpp"
+#include "geometry/io/library_process.hpp"
 
 #include "geometry/base/beside_program.hpp"
 #include "geometry/base/descriptor.hpp"
@@ -26,19 +26,20 @@ namespace fs = std::filesystem;
     throw std::runtime_error(what + ": " + std::strerror(code));
 }
 
-fs::path assimp_program()
+// Where it is, and else empty. What the variable names is taken as it is.
+fs::path place_of(const LibraryProgram& program)
 {
-    if (const char* named = std::getenv("ASPIC_ASSIMP"); named && *named) return named;
-    const fs::path program = beside_program("aspic-assimp");
-    if (!program.empty()) return program;
-    std::error_code none;
-    throw std::runtime_error(
-        "aspic-assimp, the program that reads and writes mesh files, is not in " +
-        fs::read_symlink("/proc/self/exe", none).parent_path().string() +
-        ": build it there, or set ASPIC_ASSIMP to its path");
+    if (const char* named = std::getenv(program.variable); named && *named) return named;
+    return beside_program(program.name);
 }
 
-// Our own environment, with large pages for what it allocates: assimp clears 16 MB for
+std::string missing(const LibraryProgram& program, const std::string& where)
+{
+    return std::string(program.name) + ", " + program.does + ", is not " + where + ": " +
+           program.missing;
+}
+
+// Our own environment, with large pages for what they allocate: assimp clears 16 MB for
 // any OBJ, and a file of one face then takes 6 ms, against 15 in pages of 4 KiB.
 std::vector<std::string> its_environment()
 {
@@ -64,12 +65,12 @@ std::string last_line(std::string text)
     return start == std::string::npos ? text : text.substr(start + 1);
 }
 
-// Exit status 3 says that memory ran out, see assimp/main.cpp.
+// Exit status 3 says that memory ran out, see library_main.hpp.
 constexpr int out_of_memory = 3;
 
-AssimpRun how_it_ended(int status, const std::string& said)
+LibraryRun how_it_ended(int status, const std::string& said)
 {
-    using End = AssimpRun::End;
+    using End = LibraryRun::End;
     const std::string why = last_line(said);
     if (WIFEXITED(status)) {
         if (WEXITSTATUS(status) == 0) return {End::fine, why};
@@ -81,14 +82,15 @@ AssimpRun how_it_ended(int status, const std::string& said)
 }
 
 // Hands on what lies in the memory file `fd`.
-void read_memory(int fd, const std::function<void(const char*, std::size_t)>& use)
+void read_memory(int fd, const std::string& maker,
+                 const std::function<void(const char*, std::size_t)>& use)
 {
     struct stat about;
-    if (::fstat(fd, &about) != 0) fail_at("could not look at the result of aspic-assimp", errno);
+    if (::fstat(fd, &about) != 0) fail_at("could not look at the result of " + maker, errno);
     const auto size = static_cast<std::size_t>(about.st_size);
     if (size == 0) throw std::runtime_error("it is empty");
     void* bytes = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE | MAP_POPULATE, fd, 0);
-    if (bytes == MAP_FAILED) fail_at("could not map the result of aspic-assimp", errno);
+    if (bytes == MAP_FAILED) fail_at("could not map the result of " + maker, errno);
     struct Unmap {
         void* bytes;
         std::size_t size;
@@ -98,17 +100,17 @@ void read_memory(int fd, const std::function<void(const char*, std::size_t)>& us
 }
 
 // A file in memory that holds `bytes`, to be read from its start.
-int memory_file(std::string_view bytes)
+int memory_file(std::string_view bytes, const std::string& reader)
 {
-    const int fd = ::memfd_create("aspic-assimp", MFD_CLOEXEC);
-    if (fd < 0) fail_at("could not make a file in memory for aspic-assimp", errno);
+    const int fd = ::memfd_create(reader.c_str(), MFD_CLOEXEC);
+    if (fd < 0) fail_at("could not make a file in memory for " + reader, errno);
     for (std::size_t done = 0; done < bytes.size();) {
         const ssize_t n = ::pwrite(fd, bytes.data() + done, bytes.size() - done, off_t(done));
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) {
             const int code = errno;
             ::close(fd);
-            fail_at("could not hand a mesh to aspic-assimp", code);
+            fail_at("could not hand anything to " + reader, code);
         }
         done += static_cast<std::size_t>(n);
     }
@@ -124,27 +126,42 @@ std::string shorter(double number)
     return text;
 }
 
-AssimpRun run_assimp(std::vector<std::string> words, std::string_view input,
-                     const ProcessLimits& limits, const std::function<void()>& check,
-                     const std::function<void(const char* bytes, std::size_t size)>& use)
+std::string why_missing(const LibraryProgram& program)
 {
-    const fs::path program = assimp_program();
-    const Descriptor given(memory_file(input)), made(memory_file({}));
-    words.insert(words.begin(), program.string());
+    const fs::path place = place_of(program);
+    std::error_code none;
+    if (place.empty()) {
+        const fs::path here = fs::read_symlink("/proc/self/exe", none).parent_path();
+        return missing(program, "in " + here.string());
+    }
+    const bool is_on_path = !place.has_parent_path();  // run_program() looks there
+    if (is_on_path || fs::exists(place, none)) return {};
+    return missing(program, "at " + place.string());
+}
+
+LibraryRun run_library(const LibraryProgram& program, std::vector<std::string> words,
+                       std::string_view input, const ProcessLimits& limits,
+                       const std::function<void()>& check,
+                       const std::function<void(const char* bytes, std::size_t size)>& use)
+{
+    if (const std::string why = why_missing(program); !why.empty()) throw std::runtime_error(why);
+    const fs::path place = place_of(program);
+    const Descriptor given(memory_file(input, program.name)), made(memory_file({}, program.name));
+    words.insert(words.begin(), place.string());
     words.push_back(std::to_string(limits.gigabytes));
     words.push_back(std::to_string(limits.seconds));
     const ProgramRun run = run_program(
         {std::move(words), its_environment(), given.fd, made.fd, limits.seconds}, check);
-    if (!run.found) fail_at("could not start " + program.string(), ENOENT);
-    if (!run.in_time) return {AssimpRun::End::out_of_time, last_line(run.said)};
-    AssimpRun ended = how_it_ended(run.status, run.said);
-    if (ended.end != AssimpRun::End::fine) return ended;
+    if (!run.found) fail_at("could not start " + place.string(), ENOENT);
+    if (!run.in_time) return {LibraryRun::End::out_of_time, last_line(run.said)};
+    LibraryRun ended = how_it_ended(run.status, run.said);
+    if (ended.end != LibraryRun::End::fine) return ended;
     try {
-        read_memory(made.fd, use);
+        read_memory(made.fd, program.name, use);
     } catch (const std::runtime_error& error) {
-        return {AssimpRun::End::not_understood, "the result of " + program.string() +
-                                                    " was not understood (" + error.what() +
-                                                    "): is it of the same build as this program?"};
+        return {LibraryRun::End::not_understood, "the result of " + place.string() +
+                                                     " was not understood (" + error.what() +
+                                                     "): is it of the same build as this program?"};
     }
     return ended;
 }
