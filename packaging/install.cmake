@@ -4,6 +4,9 @@ include(CMakePackageConfigHelpers)
 
 install(TARGETS aspic COMPONENT program)
 install(TARGETS aspic-assimp DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/aspic COMPONENT program)
+if(TARGET aspic-openvdb)
+  install(TARGETS aspic-openvdb DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/aspic COMPONENT program)
+endif()
 install(FILES packaging/aspic.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
 install(FILES packaging/aspic.bash-completion COMPONENT program RENAME aspic
   DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)

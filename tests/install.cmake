@@ -20,6 +20,9 @@ foreach(file bin/aspic libexec/aspic/aspic-assimp share/man/man1/aspic.1
     message(FATAL_ERROR "${file} was not installed")
   endif()
 endforeach()
+if(EXISTS ${BUILD}/aspic-openvdb AND NOT EXISTS ${WORK}/installed/libexec/aspic/aspic-openvdb)
+  message(FATAL_ERROR "aspic-openvdb was not installed")
+endif()
 run("cooking with the installed program" ${WORK}/installed/bin/aspic cook
   ${WORK}/installed/share/aspic/graphs/chair.json --frames 1 --no-disk-cache --out ${WORK}/out)
 file(GLOB pictures ${WORK}/out/frames/*.png)

@@ -1,5 +1,7 @@
 #include "geometry/io/assimp_messages.hpp"
 
+#include "geometry/io/imported_volume.hpp"
+
 #include <cstring>
 #include <stdexcept>
 
@@ -58,6 +60,14 @@ template <class Archive> void pass(Archive& a, ExportedFile& f)
 template <class Archive> void pass(Archive& a, ExportedFiles& f)
 {
     a(f.files), a(f.error);
+}
+
+template <class Archive> void pass(Archive& a, ImportedVolume& v)
+{
+    std::uint64_t format = 0x3130'6d75'6c6f'7620;  // as of scenes
+    a(format);
+    if (format != 0x3130'6d75'6c6f'7620) throw std::runtime_error("not a volume of this version");
+    a(v.grid), a(v.level_set), a(v.positions), a(v.triangles), a(v.points), a(v.values), a(v.error);
 }
 
 // What is sent as its bytes.
@@ -142,7 +152,9 @@ template <class T> T unpack(const char* bytes, std::size_t size)
 
 template std::string pack(const ImportedScene&);
 template std::string pack(const ExportedFiles&);
+template std::string pack(const ImportedVolume&);
 template ImportedScene unpack(const char*, std::size_t);
 template ExportedFiles unpack(const char*, std::size_t);
+template ImportedVolume unpack(const char*, std::size_t);
 
 }  // namespace geometry

@@ -86,19 +86,31 @@ void check_cache(const CookRequest& request, Checkup& all)
     }
 }
 
-void check_assimp(Checkup& all)
+// A program that Aspic runs to read files: where `variable` says, or installed with it. Empty where
+// it is not.
+fs::path reader(const char* name, const char* variable)
 {
     std::error_code error;
-    const char* const named = std::getenv("ASPIC_ASSIMP");
+    const char* const named = std::getenv(variable);
     const fs::path here = fs::read_symlink("/proc/self/exe", error).parent_path();
-    for (const fs::path& file :
-         {fs::path(named ? named : ""), here / "aspic-assimp", here / "../aspic-assimp"}) {
-        if (!file.empty() && ::access(file.c_str(), X_OK) == 0) {
-            return all.ok("aspic-assimp", file.string());
-        }
+    for (const fs::path& file : {fs::path(named ? named : ""), here / name, here / ".." / name,
+                                 here / "../libexec/aspic" / name}) {
+        if (!file.empty() && ::access(file.c_str(), X_OK) == 0) return file;
     }
-    all.fail("aspic-assimp", "not found beside the program, so ReadMesh fails; build it, or set "
-                             "ASPIC_ASSIMP to its path");
+    return {};
+}
+
+void check_readers(Checkup& all)
+{
+    const fs::path assimp = reader("aspic-assimp", "ASPIC_ASSIMP");
+    assimp.empty() ? all.fail("aspic-assimp", "not found beside the program, so ReadMesh fails; "
+                                              "build it, or set ASPIC_ASSIMP to its path")
+                   : all.ok("aspic-assimp", assimp.string());
+    const fs::path openvdb = reader("aspic-openvdb", "ASPIC_OPENVDB");
+    openvdb.empty()
+        ? all.warn("aspic-openvdb", "not found beside the program, so ReadVolume fails; install "
+                                    "libopenvdb-dev and libboost-iostreams-dev and build again")
+        : all.ok("aspic-openvdb", openvdb.string());
 }
 
 }  // namespace
@@ -120,7 +132,7 @@ int doctor(const CookRequest& request, Console& console)
             all.fail("OpenGL", e.what());
         }
     }
-    check_assimp(all);
+    check_readers(all);
     check_cache(request, all);
     const auto look_for = [&](const char* name, const char* package, const char* without) {
         const fs::path found = program(name);
