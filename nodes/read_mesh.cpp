@@ -49,7 +49,11 @@ constexpr const char* no_path = "expected the path of a mesh file, found none";
 
 static graph::Faults check(const Inputs& in, const graph::Setting&)
 {
-    return in.path.empty() ? graph::Faults{{"path", no_path}} : graph::Faults{};
+    if (in.path.empty()) return {{"path", no_path}};
+    if (in.path.extension() == ".vdb") {
+        return {{"path", "expected a mesh file, found a volume: read it with ReadVolume"}};
+    }
+    return {};
 }
 
 static Outputs run(const Inputs& in, const graph::Context& context)
