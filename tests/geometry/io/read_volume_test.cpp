@@ -276,20 +276,52 @@ TEST(ReadVolume, DamagedFilesEndInAnErrorOrAVolume)
     }
 }
 
+// Another program in place of aspic-openvdb, as long as this lives.
+class ProgramAt {
+public:
+    explicit ProgramAt(const files::fs::path& program)
+    {
+        if (const char* before = std::getenv("ASPIC_OPENVDB")) kept_ = before;
+        setenv("ASPIC_OPENVDB", program.c_str(), 1);
+    }
+    ProgramAt(const ProgramAt&) = delete;
+    ~ProgramAt()
+    {
+        if (kept_.empty()) {
+            unsetenv("ASPIC_OPENVDB");
+        } else {
+            setenv("ASPIC_OPENVDB", kept_.c_str(), 1);
+        }
+    }
+
+private:
+    std::string kept_;
+};
+
 TEST(ReadVolume, ABuildWithoutOpenVdbSaysHowToGetIt)
 {
-    const char* before = std::getenv("ASPIC_OPENVDB");
-    const std::string kept = before ? before : "";
-    setenv("ASPIC_OPENVDB", "/nowhere/aspic-openvdb", 1);
-    const std::string error = error_of_grid("surface"), why = why_no_volumes();
-    if (before) {
-        setenv("ASPIC_OPENVDB", kept.c_str(), 1);
-    } else {
-        unsetenv("ASPIC_OPENVDB");
-    }
+    const ProgramAt program("/nowhere/aspic-openvdb");
+    const std::string error = error_of_grid("surface");
     EXPECT_TELLS(error, "aspic-openvdb, the program that reads VDB files, is not at /nowhere");
     EXPECT_TELLS(error, "Install libopenvdb-dev and libboost-iostreams-dev");
-    EXPECT_EQ(error, why);
+    EXPECT_EQ(error, why_no_volumes());
+}
+
+TEST(ReadVolume, AProcessThatIsLostIsToldWithTheReason)
+{
+    const files::Folder folder;
+    const auto error_by = [&](const std::string& script) {
+        const auto file = folder.write("fake", "#!/bin/sh\n" + script);
+        files::fs::permissions(file, files::fs::perms::owner_all);
+        const ProgramAt program(file);
+        VolumeOptions options;
+        options.limits.seconds = 0.3;
+        return error_of_grid("surface", options);
+    };
+    EXPECT_TELLS(error_by("kill -SEGV $$"), "grids.vdb: OpenVDB crashed (Segmentation fault");
+    EXPECT_TELLS(error_by("exit 3"), "grids.vdb: reading it takes more than 8 GiB of memory");
+    EXPECT_TELLS(error_by("sleep 20"), "grids.vdb: reading it takes more than 0.3 s");
+    EXPECT_TELLS(error_by("echo nonsense >&3"), "grids.vdb: the result of ");
 }
 
 }  // namespace
