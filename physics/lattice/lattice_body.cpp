@@ -30,7 +30,7 @@ template <class... V> std::size_t bytes_in(const V&... v)
 std::size_t bytes_of(const MatchedRegions& m)
 {
     std::size_t sum = bytes_in(m.mass, m.held_by, m.rate_sq, m.bend_sq, m.inverse_spread, m.twist,
-                               m.poisson, m.volume_gain, m.volume, m.regions.particle);
+                               m.poisson, m.volume_gain, m.volume, m.stretch, m.regions.particle);
     for (const LatticeLines* along : {&m.regions.x, &m.regions.y, &m.regions.z}) {
         sum += bytes_in(along->lines, along->items, along->dead);
     }

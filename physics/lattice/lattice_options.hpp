@@ -11,8 +11,9 @@ enum class Precision { single, full };
 enum class Stiffness { material, rate };
 enum class PlaneMotion { space, in_plane };
 // What the rate from the material is right for: long waves of stretch, or a bend of the whole body.
-// (Regions resist bending on their own, so thin bodies that stretch rightly bend too stiffly.)
-enum class Calibration { bending, stretch };
+// (Regions resist bending on their own, so thin bodies that stretch rightly bend too stiffly.) Or
+// both, where bends within regions have a rate of their own (bend_ratio.hpp).
+enum class Calibration { bending, stretch, both };
 
 // Contact of bodies that are not linked with each other, and of one with itself: particles as
 // balls.

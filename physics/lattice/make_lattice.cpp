@@ -1,4 +1,5 @@
 #include "geometry/cubes/plane.hpp"
+#include "physics/lattice/bend_ratio.hpp"
 #include "physics/lattice/bending_excess.hpp"
 #include "physics/lattice/lattice.hpp"
 #include "physics/lattice/torn_regions.hpp"
@@ -61,8 +62,10 @@ std::vector<std::uint32_t> particles_at_the_side(const Lattice& lattice, int fla
 // Larger ratios act as this one.
 constexpr double most_poisson = 0.495;
 
+// The stiffness of cube c is divided by ratio[c], where there is one.
 std::vector<RegionMatter> matter_of(const geometry::Cubes& cubes, const CornerBody& base,
-                                    Weighting weighting, bool flat)
+                                    Weighting weighting, bool flat,
+                                    const std::vector<double>& ratio = {})
 {
     std::vector<RegionMatter> matter(cubes.corner_count(), {0, 0, 0, 0});
     const double volume = std::pow(cubes.size, 3);
@@ -70,7 +73,8 @@ std::vector<RegionMatter> matter_of(const geometry::Cubes& cubes, const CornerBo
         // A plane's fill is its thickness: nothing to round up.
         const double share = flat ? cubes.fill[c] : stiffness_share(cubes, c, weighting);
         for (const auto k : cubes.corners[c]) {
-            const double stiff = cubes.young[c] * share * volume / 8, nu = cubes.poisson[c];
+            const double less = ratio.empty() ? 1 : ratio[c], nu = cubes.poisson[c];
+            const double stiff = cubes.young[c] * share * volume / 8 / less;
             matter[k][0] += stiff;
             matter[k][2] += flat ? cubes.mass[c] / 8 * cubes.fill[c] * cubes.fill[c] / (1 - nu * nu)
                                  : stiff * std::clamp(nu, 0.0, most_poisson);
@@ -132,6 +136,23 @@ void calibrate(const geometry::Cubes& cubes, const std::vector<std::uint32_t>& p
     find_rates(body.whole, matter, cubes.size);
 }
 
+// Stretch by the material's E, and bends within regions by the E / n of bend_ratio.hpp.
+void set_bends_apart(const geometry::Cubes& cubes, const Lattice& lattice,
+                     std::vector<RegionMatter>& matter, LatticeBody& body)
+{
+    body.poisson =
+        std::min(*std::max_element(cubes.poisson.begin(), cubes.poisson.end()), most_poisson);
+    const std::vector<float> whole = body.whole.rate_sq;
+    const std::vector<double> ratio = bend_ratios(cubes, body.options.half_width);
+    matter = matter_of(cubes, body.base, body.options.weighting, false, ratio);
+    add_volume(body.whole, lattice, matter, cubes.size);
+    body.pinned = std::make_shared<PinnedVolume>();
+    body.whole.stretch.assign(whole.size(), 1.0f);
+    for (std::size_t s = 0; s < whole.size(); ++s) {
+        if (body.whole.rate_sq[s] > 0) body.whole.stretch[s] = whole[s] / body.whole.rate_sq[s];
+    }
+}
+
 }  // namespace
 
 LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& options,
@@ -173,7 +194,11 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& opt
     const Lengths shortest = shortest_lengths(lattice, piece);
     body.slender = shortest.slender;
     body.compact = shortest.compact;
-    if (!flat) calibrate(cubes, piece, lattice, matter, body);
+    if (!flat && options.calibrate == Calibration::both) {
+        set_bends_apart(cubes, lattice, matter, body);
+    } else if (!flat) {
+        calibrate(cubes, piece, lattice, matter, body);
+    }
     if (options.contact.on) {
         body.side = particles_at_the_side(lattice, body.flat_axis);
         if (options.contact.self) {

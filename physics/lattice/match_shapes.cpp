@@ -76,6 +76,9 @@ template <class T> void match_rigid(StepState<T>& step, std::size_t first, std::
         if (step.volume) {
             some.volume = step.volume[first].root.data();
             some.volume_share = step.volume_share.data() + first;
+            if (!step.stretch_share.empty()) {
+                some.stretch_share = step.stretch_share.data() + first;
+            }
         }
         match_slots(some);
     }
@@ -112,8 +115,11 @@ void match_shapes(StepState<T>& step, std::size_t begin, std::span<Quad<T>> slot
         }
         if (step.volume) {
             const T size = step.plastic ? r.determinant() : T(1);
-            r += step.volume_share[slot] *
-                 pull_to_volume(step.volume[slot], moment_matrix(step, s), h, size);
+            const Mat moments = moment_matrix(step, s);
+            if (!step.stretch_share.empty()) {
+                r += step.stretch_share[slot] * (r - linear_map(step.volume[slot], moments, h));
+            }
+            r += step.volume_share[slot] * pull_to_volume(step.volume[slot], moments, h, size);
         }
         const T weight = step.weight[slot], inverse = s[0][3] > 0 ? 1 / s[0][3] : T(0);
         const Vec centre = inverse * s[0].template head<3>().matrix();

@@ -122,15 +122,29 @@ HWY_INLINE void times_root(const V (&a)[9], const V (&volume)[2][4], V (&out)[9]
     }
 }
 
-// Adds `share` of pull_to_volume() to the rotations r.
-HWY_INLINE void keep_volume(D d, const V (&a)[9], const V (&volume)[2][4], V share, float h,
-                            V (&r)[9])
+// Leaves G of region_volume.hpp in g.
+HWY_INLINE void find_shape(D d, const V (&a)[9], const V (&volume)[2][4], float h, V (&g)[9])
 {
-    const V one = hn::Set(d, 1.0f);
-    V g[9], n[9], slope[9], c[3][3];
     times_root(a, volume, g);
     const V scale = hn::Mul(volume[1][2], hn::Set(d, 1 / h));
     for (V& v : g) v = hn::Mul(scale, v);
+}
+
+// Adds `share` of pull_to_rotation() to the rotations r.
+HWY_INLINE void resist_stretch(const V (&g)[9], const V (&volume)[2][4], V share, V (&r)[9])
+{
+    V f[9];
+    times_root(g, volume, f);
+    for (std::size_t i = 0; i < 9; ++i) {
+        r[i] = hn::Add(r[i], hn::Mul(share, hn::Sub(r[i], f[i])));
+    }
+}
+
+// Adds `share` of pull_to_volume() to the rotations r.
+HWY_INLINE void keep_volume(D d, const V (&g)[9], const V (&volume)[2][4], V share, V (&r)[9])
+{
+    const V one = hn::Set(d, 1.0f);
+    V n[9], slope[9], c[3][3];
     const V det = find_cofactors(g, n), size_sq = dot9(g, g);
     const V larger = hn::Mul(hn::Mul(size_sq, size_sq), hn::Set(d, 1.0f / 9));
     const V q = hn::Add(hn::Add(dot9(n, n), larger), hn::Set(d, 2.0f));
@@ -266,6 +280,7 @@ HWY_INLINE MatchedSlots slots_from(const MatchedSlots& of, std::size_t i)
     out.rotation += 4 * i;
     if (of.twist) out.twist += 3 * i;
     if (of.volume) out.volume += 8 * i, out.volume_share += i;
+    if (of.stretch_share) out.stretch_share += i;
     return out;
 }
 
@@ -286,9 +301,13 @@ template <bool flat> HWY_INLINE void match_groups(D d, const MatchedSlots& of)
         V r[9];
         quaternion_to_matrix(d, q[g], r);
         if (!flat && of.volume) {
-            V volume[2][4];
+            V volume[2][4], shape[9];
             load_slots(d, own.volume, volume);
-            keep_volume(d, a[g], volume, hn::LoadU(d, own.volume_share), of.h, r);
+            find_shape(d, a[g], volume, of.h, shape);
+            if (of.stretch_share) {
+                resist_stretch(shape, volume, hn::LoadU(d, own.stretch_share), r);
+            }
+            keep_volume(d, shape, volume, hn::LoadU(d, own.volume_share), r);
         }
         group[g].store(d, r, own.weight, of.axes, of.h, own.slots);
     }
@@ -308,6 +327,7 @@ template <bool flat> void match_all(const MatchedSlots& of)
     HWY_ALIGN float q[4 * most] = {};
     HWY_ALIGN float volume[8 * most] = {};
     HWY_ALIGN float share[most] = {};
+    HWY_ALIGN float stretch[most] = {};
     const std::size_t rest = of.count - i;
     const MatchedSlots last = slots_from(of, i);
     std::copy_n(last.slots, 16 * rest, some);
@@ -318,6 +338,7 @@ template <bool flat> void match_all(const MatchedSlots& of)
         std::copy_n(last.volume, 8 * rest, volume);
         std::copy_n(last.volume_share, rest, share);
     }
+    if (of.stretch_share) std::copy_n(last.stretch_share, rest, stretch);
     MatchedSlots few = of;
     few.count = rest;
     few.slots = some;
@@ -325,6 +346,7 @@ template <bool flat> void match_all(const MatchedSlots& of)
     few.rotation = q;
     if (of.twist) few.twist = shape;
     if (of.volume) few.volume = volume, few.volume_share = share;
+    if (of.stretch_share) few.stretch_share = stretch;
     match_groups<flat>(d, few);
     std::copy_n(some, 16 * rest, last.slots);
     std::copy_n(q, 4 * rest, last.rotation);

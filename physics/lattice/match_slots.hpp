@@ -18,7 +18,8 @@ struct MatchedSlots {
     float* rotation = nullptr;
     const float* twist = nullptr;   // of a plane, whose third axis is axes[2], a RegionTwist each
     const float* volume = nullptr;  // of a solid that keeps its volume, a RegionVolume each,
-    const float* volume_share = nullptr;  // and K / k
+    const float* volume_share = nullptr;   // and K / k
+    const float* stretch_share = nullptr;  // with volume: S / k, of what resists stretch apart
     std::array<int, 3> axes{};
     float h = 0;
 };

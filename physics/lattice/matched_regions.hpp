@@ -39,6 +39,7 @@ struct MatchedRegions {
     std::vector<float> poisson;             // slots, nu of a solid; empty where all are 0
     std::vector<float> volume_gain;         // likewise, g: E = k (1 + g nu), see region_volume.hpp
     std::vector<RegionVolume<float>> volume;  // likewise
+    std::vector<float> stretch;  // slots, E / k of a region that resists stretch apart; or empty
 };
 
 // Mean square and mean fourth power of the places -w .. w.

@@ -26,6 +26,11 @@
 // by nu to 0.02, and a cube of 4 cubes, pressed from all sides, has 0.8 of its stiffness with w = 1
 // and half with w = 2.
 //
+// Bends within a region need not cost what its stretch does (bend_ratio.hpp): with its stretch at
+// the rate S = E / (1 + nu) it is pulled by (S - k) (R_r - F) (X - C_r) more, the force of
+// (S - k) / 2 sum M |(F - R_r) (X - C_r)|^2. That has no force and no torque either, and K is that
+// of S. Steps bear the larger of k and S, and K.
+//
 // Steps bear k dt^2 + K dt^2 of 1. Where a material asks for more, nu is what they can bear, and k
 // is such that E is still right; in a bend E = k (x + phi nu) (make_lattice.cpp), k (1 + g nu) x.
 
@@ -38,6 +43,11 @@ namespace physics {
 template <class T>
 Eigen::Matrix<T, 3, 3> pull_to_volume(const RegionVolume<T>& volume,
                                       const Eigen::Matrix<T, 3, 3>& a, T h, T size);
+
+// F = A B^-1 of a region that has a volume, likewise.
+template <class T>
+Eigen::Matrix<T, 3, 3> linear_map(const RegionVolume<T>& volume, const Eigen::Matrix<T, 3, 3>& a,
+                                  T h);
 
 // From this q on, too large for single precision to go on with, nothing pulls.
 inline constexpr float most_stretched = 1e36f;

@@ -88,6 +88,7 @@ template <class T> struct StepState : FrameState {
     RegionSums<T> sums;
     std::vector<T> weight;                    // slots, alpha of `stiffness`
     std::vector<T> volume_share;              // slots, K / k; empty where no volume is kept
+    std::vector<T> stretch_share;             // slots, S / k; empty where regions have none
     std::vector<T> held_weight;               // N, their sums over the regions of each
     std::vector<float> with_pins;             // kg, M_i, as regions weigh it; where there are pins
     const RegionTwist<T>* twist = nullptr;    // slots, of a plane in space

@@ -67,6 +67,14 @@ double rate_sq_of(const FrameState& step, std::size_t s)
     return step.options.bend * (material ? double(step.matched->bend_sq[s]) : stretch);
 }
 
+// Of a region's bends within it and of its stretch the larger.
+double stiffest_rate_sq(const FrameState& step, std::size_t s)
+{
+    const bool apart =
+        !step.matched->stretch.empty() && step.options.stiffness == Stiffness::material;
+    return rate_sq_of(step, s) * (apart ? std::max(1.0, double(step.matched->stretch[s])) : 1.0);
+}
+
 // What of the membrane's stiffness steps this long can bear, dt^2 E V / h^2 of each cell, less
 // what regions resist too. Returns the largest share of a particle.
 template <class T> double share_membrane(StepState<T>& step)
@@ -225,9 +233,10 @@ template <class T> void sum_weights(StepState<T>& step)
     for_each_below(step.n, [&](std::size_t i) { step.held_weight[i] = g[i][0]; });
 }
 
-// How strongly a region pulls: alpha to its rotation, k, and of a solid to its volume, K.
+// How strongly a region pulls: alpha to its rotation, k, against stretch beside it, S, and of a
+// solid to its volume, K.
 struct Pull {
-    double rotation = 0, volume = 0;
+    double rotation = 0, stretch = 0, volume = 0;
     double poisson = 0, acts = 0;  // the material's, and what steps can bear of it
     double asked_sq = 0;           // of rate and volume, where all of it can be borne
 };
@@ -249,6 +258,17 @@ template <class T> Pull pull_of(const StepState<T>& step, std::size_t s)
     if (!step.volume || !(step.volume[s].scale > 0)) return out;
     const double nu = double(step.matched->poisson[s]), g = double(step.matched->volume_gain[s]);
     out.poisson = out.acts = nu;
+    if (!step.matched->stretch.empty()) {
+        const double stiff = e * double(step.matched->stretch[s]);  // of E
+        out.asked_sq = std::max(e, stiff / (1 - 2 * nu));
+        if (out.asked_sq > 1) {
+            out.acts = stiff < 1 ? std::min(nu, most_poisson_of(stiff, 1)) : 0;
+        }
+        const double straight = std::min(1.0, stiff / (1 + out.acts));
+        out.stretch = straight - out.rotation;
+        out.volume = straight * 3 * out.acts / (1 - 2 * out.acts);
+        return out;
+    }
     out.asked_sq = e / (1 + g * nu) * (1 + nu) / (1 - 2 * nu);
     if (out.asked_sq > 1) out.acts = e < 1 ? std::min(nu, most_poisson_of(e, g)) : 0;
     out.rotation = std::min(1.0, e / (1 + g * out.acts));
@@ -279,8 +299,8 @@ template <class T> Pulls all_pulls(const StepState<T>& step)
         for (std::size_t s = begin; s < end; ++s) {
             if (step.matched->regions.particle[s] == none) continue;
             const Pull pull = pull_of(step, s);
-            sum = sum + Pulls{rate_sq_of(step, s),
-                              pull.rotation + pull.volume,
+            sum = sum + Pulls{stiffest_rate_sq(step, s),
+                              pull.rotation + std::max(pull.stretch, 0.0) + pull.volume,
                               pull.volume,
                               pull.asked_sq,
                               pull.poisson,
@@ -298,12 +318,16 @@ template <class T> void weigh_regions(StepState<T>& step)
     const std::size_t slots = step.matched->regions.slots();
     step.weight.resize(slots);
     step.volume_share.resize(step.volume ? slots : 0);
+    step.stretch_share.resize(step.volume && !step.matched->stretch.empty() ? slots : 0);
     const double scale = step.stiffness > 0 ? 1 / step.stiffness : 0;
     for_each_below(slots, [&](std::size_t s) {
         const Pull pull = pull_of(step, s);
         step.weight[s] = T(pull.rotation * scale);
         if (step.volume) {
             step.volume_share[s] = pull.rotation > 0 ? T(pull.volume / pull.rotation) : T(0);
+        }
+        if (!step.stretch_share.empty()) {
+            step.stretch_share[s] = pull.rotation > 0 ? T(pull.stretch / pull.rotation) : T(0);
         }
     });
     for_each_below(step.membrane_share.size(),

@@ -66,6 +66,7 @@ MatchedRegions TornRegions::match(const MatchedRegions& whole, const MatchedRegi
     out.poisson = before.poisson;
     out.volume_gain = before.volume_gain;
     out.volume = before.volume;
+    out.stretch = before.stretch;  // of a piece as it was made
     const auto lost = torn.lost();
     std::vector<std::uint32_t> fresh;
     for (std::uint32_t i = 0; i < lost.size(); ++i) {

@@ -1,6 +1,7 @@
 #include "physics/lattice/region_volume.hpp"
 
 #include "geometry/base/random.hpp"
+#include "physics/lattice/bend_ratio.hpp"
 #include "physics/lattice/lattice.hpp"
 #include "physics/lattice/match_slots.hpp"
 #include "tests/physics/lattice/lattice_fixtures.hpp"
@@ -175,7 +176,7 @@ TEST(RegionVolume, ManyRegionsAtATimeArePulledAsOne)
     constexpr std::size_t count = 19;
     const float h = 0.3f;
     std::vector<float> slots(16 * count), weight(count, 1.0f), rotation(4 * count, 0.0f);
-    std::vector<float> share(count), plain;
+    std::vector<float> share(count), stretch(count), plain;
     std::vector<RegionVolume<float>> volume(count);
     std::vector<Region> region;
     std::vector<Mat3> moments;
@@ -186,6 +187,7 @@ TEST(RegionVolume, ManyRegionsAtATimeArePulledAsOne)
         for (std::size_t c = 0; c < 6; ++c) volume[i].root[c] = float(region[i].volume.root[c]);
         volume[i].scale = float(region[i].volume.scale);
         share[i] = 0.25f * float(i % 5);
+        stretch[i] = float(i % 4) - 0.5f;
         slots[16 * i + 3] = 1;  // mass, at the origin
         for (std::size_t d = 0; d < 3; ++d) {
             for (std::size_t c = 0; c < 3; ++c) {
@@ -201,18 +203,48 @@ TEST(RegionVolume, ManyRegionsAtATimeArePulledAsOne)
     of.h = h;
     of.volume = volume[0].root.data();
     of.volume_share = share.data();
+    of.stretch_share = stretch.data();
     match_slots(of);
     of.slots = plain.data();
     of.rotation = turned.data();
-    of.volume = of.volume_share = nullptr;
+    of.volume = of.volume_share = of.stretch_share = nullptr;
     match_slots(of);
     for (std::size_t i = 0; i < count; ++i) {
         const Mat3 pull = pull_to_volume(region[i].volume, moments[i], 0.3, 1.0);
+        const Mat3 map = linear_map(region[i].volume, moments[i], 0.3);
+        EXPECT_LT((0.3 * map * region[i].spread - moments[i]).norm(), 1e-12 * moments[i].norm());
         for (std::size_t e = 0; e < 9; ++e) {
             const std::size_t at = 16 * i + 4 * (e / 3 + 1) + e % 3;
-            const double expected = 0.3 * double(share[i]) * pull(Eigen::Index(e));
+            // With S more, by what the rotation is beyond the map.
+            const double expected =
+                0.3 * double(share[i]) * pull(Eigen::Index(e)) +
+                double(stretch[i]) * (double(plain[at]) - 0.3 * map(Eigen::Index(e)));
             EXPECT_NEAR(double(slots[at] - plain[at]), expected, 2e-6) << i << " " << e;
         }
+    }
+}
+
+// By hand, with w = 1: of a body one cube thick V = 2/3, Q = (2/3 - 4/9) / 4 and V' = 1/4, beta =
+// 12 (Q + V V') / V = 4; with w = 2, V = 2 and Q = (34/5 - 4) / 4, 12 (0.7 + 0.5) / 2.
+TEST(BendRatio, IsWhatABendWithinRegionsCosts)
+{
+    EXPECT_NEAR(bend_ratio(1, 40, 1), 4, 1e-12);
+    EXPECT_NEAR(bend_ratio(1, 40, 2), 7.2, 1e-12);
+    EXPECT_EQ(bend_ratio(2, 2, 2), 1);
+    // A thin post on the corner of a block, and the block: each by its own thickness and length.
+    std::vector<geometry::Vec3i> cells;
+    for (int y = 0; y < 12; ++y) cells.emplace_back(0, y, 0);
+    for (int z = 0; z < 4; ++z) {
+        for (int y = 12; y < 16; ++y) {
+            for (int x = 0; x < 4; ++x) cells.emplace_back(x, y, z);
+        }
+    }
+    const Cubes cubes = fixtures::cubes_on(cells, 0.1);
+    const std::vector<double> found = bend_ratios(cubes, 1);
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        const Vec3i at = cubes.cell[c];
+        const int length = at[0] == 0 && at[2] == 0 ? 16 : 4;
+        EXPECT_EQ(found[c], bend_ratio(at[1] < 12 ? 1 : 4, length, 1)) << at.transpose();
     }
 }
 
