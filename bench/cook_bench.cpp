@@ -33,7 +33,7 @@ const char* const shared_bridge = R"({ "aspic": 1,
       "params": { "where": "ends", "ends": { "axis": "x", "end": "both", "layers": 2 } } },
     "gusts": { "type": "Force@1", "params": { "kind": "wind", "wind": { "drag": 1.2, "velocity":
       { "keys": [[1, [0, 0, 0]], [12, [6, 0, 42]], [58, [0, 0, 50]], [110, [0, 0, 0]]] } } } },
-    "sim": { "type": "Simulate@1",
+    "sim": { "type": "Simulate@2",
       "inputs": { "cubes": "part.cubes", "pins": "ends.pins", "forces": "gusts.force" },
       "params": { "step": { "substeps": 2, "tolerance": 0.001 } } },
     "shape": { "type": "Embed@3",

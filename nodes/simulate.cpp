@@ -1,6 +1,7 @@
 #include "graph/types/node_builder.hpp"
 #include "nodes/simulate_options.hpp"
 #include "nodes/simulate_plastic.hpp"
+#include "nodes/simulate_upgrade.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/body/collider_contact.hpp"
 #include "physics/body/external_forces.hpp"
@@ -441,7 +442,8 @@ static void describe_methods(graph::NodeBuilder<Inputs, Outputs>& node)
 
 void add_to(graph::Registry& registry)
 {
-    auto node = registry.add("Simulate", 1, run);
+    auto node = registry.add("Simulate", 2, run);
+    node.upgrade(1, bends_before, keep_bending);
     node.summary("Simulates a model of cubes under forces, pins and contact, frame by frame.",
                  {"solver", "sim", "fem", "soft body", "softbody", "vellum", "physics", "jelly",
                   "deformable"})

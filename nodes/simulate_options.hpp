@@ -90,14 +90,16 @@ inline void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
             "Half width of a region, in cubes. A region is a group of cubes that keeps its shape: "
             "wider regions are stiffer and smoother, at the same cost. With stiffness = material "
             "it should be at most a tenth of a beam's length, or a sixteenth of a sheet's: at "
-            "twice that, the body bends a third too far.",
+            "twice that, a beam bends a tenth and a sheet a third too far.",
             {.min = 1, .max = 64})
         .choice("stiffness", &LatticeOptions::stiffness, {"material", "rate"},
                 "Source of the stiffness. material: Young's modulus and Poisson's ratio, as far as "
                 "regions and substeps can. rate: the parameter rate; Poisson's ratio acts as 0.")
-        .choice("calibrate", &LatticeOptions::calibrate, {"bending", "stretch"},
-                "What the stiffness from the material is calibrated for. bending: a bend of the "
-                "whole body. stretch: long waves of stretch. A thin body cannot match both.",
+        .choice("calibrate", &LatticeOptions::calibrate, {"bending", "stretch", "both"},
+                "What the stiffness from the material is right for. both: stretch and bends. "
+                "bending: a bend of the whole body; parts one cube thick then stretch 3 to 9 times "
+                "too far. stretch: long waves of stretch; such parts then bend a third as far as "
+                "they should, or less. docs/lattice-error.md has the errors of 24 shapes.",
                 {"stiffness", {"material"}})
         .param("rate", &LatticeOptions::rate,
                "Rate at which a region pulls its cubes back, whatever the time step. 0: not at "

@@ -31,7 +31,7 @@ struct LatticeOptions {
     int half_width = 2;  // w, of regions, in cubes
     Weighting weighting = Weighting::filled;
     Stiffness stiffness = Stiffness::material;  // s from the material, or `rate` everywhere
-    Calibration calibrate = Calibration::bending;
+    Calibration calibrate = Calibration::both;
     double rate = 100;   // s, 1/s; infinite: as stiff as the regions allow
     double bend = 1;     // of a plane: b^2 over what its thickness gives, or over rate^2
     double damping = 0;  // tau, s, on top of the material's own stiffness damping

@@ -64,10 +64,10 @@ TEST(OldFiles, AllLoadAndReportTheirUpgradesOnly)
         notes[entry.path().stem()] = loaded.problems.size();
     }
     EXPECT_EQ(notes.size(), 8u);
-    EXPECT_EQ(notes["bridge"], 4u);                 // a Sample, an Embed twice, a Render
-    EXPECT_EQ(notes["two_soft_solids"], 8u);        // two layers twice, two meshes, two Renders
+    EXPECT_EQ(notes["bridge"], 5u);           // a Sample, a Simulate, an Embed twice, a Render
+    EXPECT_EQ(notes["two_soft_solids"], 8u);  // two layers twice, two meshes, two Renders
     EXPECT_EQ(notes["blend_constant_volume"], 7u);  // two layers twice, two meshes, a Render
-    EXPECT_EQ(notes["flag"], 3u);                   // an Embed, twice, a Render
+    EXPECT_EQ(notes["flag"], 4u);                   // a Simulate, an Embed twice, a Render
     EXPECT_EQ(notes["breathing"], 4u);              // a layer twice, a mesh, a Render
 }
 
@@ -155,7 +155,7 @@ TEST(OldFiles, EmbedOneAndTwoKeepTheirTreatmentOfTears)
         const graph::Loaded loaded =
             load(std::string(R"("cubes": { "type": "Voxelize@1", "inputs": { "mesh": "ball.mesh" },
                            "params": { "method": "solid" } },
-                "sim": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" } },
+                "sim": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes" } },
                 "shape": { "type": ")") +
                  type + R"(", "inputs": { "mesh": "ball.mesh", "cubes": "cubes.cubes",
                 "state": "sim.state" })" +
@@ -171,6 +171,30 @@ TEST(OldFiles, EmbedOneAndTwoKeepTheirTreatmentOfTears)
     EXPECT_EQ(torn("Embed@2", R"(, "params": { "torn": "cut" })"), "cut open");
     EXPECT_EQ(torn("Embed@2", R"(, "params": { "torn": "hide" })"), "hide material");
     EXPECT_EQ(torn("Embed@3", ""), "cut material");
+}
+
+TEST(OldFiles, LatticesOfSimulateOneAreCalibratedForBends)
+{
+    const graph::Loaded loaded = load(R"(
+        "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "ball.mesh" },
+                   "params": { "method": "solid" } },
+        "plain": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" },
+                   "params": { "method": "lattice" } },
+        "told": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" }, "params": {
+                  "method": "lattice", "lattice": { "calibrate": "stretch", "half_width": 1 } } },
+        "rated": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" }, "params": {
+                   "method": "lattice", "lattice": { "stiffness": "rate" } } },
+        "bricks": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" } },
+        "now": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes" },
+                 "params": { "method": "lattice" } })");
+    ASSERT_TRUE(loaded.ok());
+    const auto of = [&](const char* node) {
+        return std::get<std::string>(param(loaded.graph, node, "lattice.calibrate").is);
+    };
+    EXPECT_EQ(of("plain"), "bending");
+    EXPECT_EQ(of("told"), "stretch");
+    EXPECT_EQ(of("now"), "both");
+    EXPECT_EQ(loaded.problems.size(), 4u);  // notes of the upgrades, and nothing else
 }
 
 TEST(OldFiles, UpgradesAcceptMalformedNodes)

@@ -29,7 +29,7 @@ std::string falls(double size, double young, const std::string& more = {})
                     "method": "solid", "size": {}, "align": "origin", "pieces": "apart",
                     "matter": {{ "young": {}, "stiffness_damping": 0.004 }} }} }},
         "ground": {{ "type": "Ground@1" }},
-        "sim": {{ "type": "Simulate@1", "inputs": {{ "cubes": "cubes.cubes",
+        "sim": {{ "type": "Simulate@2", "inputs": {{ "cubes": "cubes.cubes",
                   "surface": "mesh.mesh", "colliders": ["ground.collider"]{} }} }},
         "shape": {{ "type": "Embed@3", "inputs": {{ "mesh": "mesh.mesh", "cubes": "cubes.cubes",
                     "state": "sim.state" }} }},

@@ -30,7 +30,7 @@ std::string beam(double degrees)
         "matter": {{ "density": {}, "young": {}, "poisson": 0 }} }} }},
     "wall": {{ "type": "Pin@1", "inputs": {{ "cubes": "cubes.cubes" }},
         "params": {{ "where": "ends", "ends": {{ "axis": "x", "end": "low", "layers": 0 }} }} }},
-    "sim": {{ "type": "Simulate@1", "inputs": {{ "cubes": "cubes.cubes", "pins": ["wall.pins"] }},
+    "sim": {{ "type": "Simulate@2", "inputs": {{ "cubes": "cubes.cubes", "pins": ["wall.pins"] }},
         "params": {{ "initial_shape": "equilibrium" }} }},
     "shape": {{ "type": "Embed@3", "inputs": {{ "mesh": "turned.mesh", "cubes": "cubes.cubes",
         "state": "sim.state" }} }},

@@ -366,7 +366,7 @@ TEST(Lattice, ABlockRestsOnTheGround)
     Loads loads;
     loads.forces.push_back({});
     loads.colliders.push_back({});
-    LatticeOptions options{.damping = 0.03, .substeps = 10};
+    LatticeOptions options{.damping = 0.03, .substeps = 20};
     for (int frame = 0; frame < 96; ++frame) {
         state = advance(body, state, loads, 1.0 / 24, options);
         for (const Vec3& x : state.x) ASSERT_GT(x[1], -2e-3);
@@ -542,7 +542,7 @@ TEST(Lattice, WarnsOfRegionsTooWideForASlenderBody)
     EXPECT_EQ(warned(rod, 4, Stiffness::rate), "");
     EXPECT_EQ(warned(block, 4, Stiffness::material),
               "A half width of 4 is too large for a body 8 cubes long: it shears less than its "
-              "material, by a third or more. Use a half width of 2, or smaller cubes.\n");
+              "material. Use a half width of 2, or smaller cubes.\n");
     EXPECT_EQ(warned(block, 2, Stiffness::material), "");
     EXPECT_EQ(warned(sheet, 3, Stiffness::material), says(3, 32, 2));
     EXPECT_EQ(warned(sheet, 2, Stiffness::material), "");
@@ -555,7 +555,8 @@ TEST(Lattice, TellsHowMuchTooFarAThinBodyStretches)
     for (const auto& [half_width, nu] : {std::pair{1, 0.0}, {2, 0.0}, {1, 0.45}, {2, 0.45}}) {
         const Cubes bar = box(
             10, 1, 1, 0.1, {.density = density, .young = young, .poisson = nu, .mass_damping = 6});
-        const LatticeOptions options{.half_width = half_width, .substeps = 600};
+        const LatticeOptions options{
+            .half_width = half_width, .calibrate = Calibration::bending, .substeps = 600};
         const LatticeBody body = make_lattice(bar, options);
         Loads loads;
         loads.forces.push_back({.kind = Force::Kind::gravity, .acceleration = {g, 0, 0}});
