@@ -4,10 +4,13 @@
 #include "geometry/cubes/plane.hpp"
 #include "physics/state/state_models.hpp"
 #include "tests/nodes/one_node.hpp"
+#include "tests/nodes/scene.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace {
 
@@ -62,7 +65,134 @@ double sag(const Cubes& cubes, double bend)
     return -lowest;
 }
 
+// A flat sheet of 1 cm, E = 1 MPa, nu = 0.3 and density 1000, in the middle of the world, and what
+// holds it. Frames after the first are at rest; the weight is small.
+struct Flat {
+    double along, across;  // m
+    int cells;             // along
+    bool triangles;        // of Sheet; if not, squares of Plane
+
+    std::string nodes() const
+    {
+        const double size = along / cells;
+        const std::string matter = R"("matter": { "density": 1000, "young": 1e6, "poisson": 0.3 })";
+        if (!triangles) {
+            return fmt::format(R"("flat": {{ "type": "Plane@1", "params": {{ "thickness": 0.01,
+                "sides": {{ "u": {}, "v": {} }}, "size": {}, {} }} }})",
+                               along, across, size, matter);
+        }
+        return fmt::format(R"(
+            "grid": {{ "type": "Primitive@1", "params": {{ "shape": "grid", "grid": {{
+                "size_x": {}, "size_z": {}, "divisions_x": {}, "divisions_z": {} }} }} }},
+            "flat": {{ "type": "Sheet@1", "inputs": {{ "mesh": "grid.mesh" }},
+                "params": {{ "thickness": 0.01, {} }} }})",
+                           along, across, cells, std::lround(across / size), matter);
+    }
+};
+
+// Of `pins`, nodes by the names in `held`.
+std::string at_rest(const Flat& flat, const std::string& pins, const std::string& held,
+                    double gravity)
+{
+    return flat.nodes() + ", " + pins +
+           fmt::format(R"(,
+        "sim": {{ "type": "Simulate@2", "inputs": {{ "cubes": "flat.cubes", "pins": [{}] }},
+            "params": {{ "method": "shell", "gravity": [0, {}, 0], "dt": 10000,
+                "step": {{ "tolerance": 1e-9, "newton_iterations": 20 }} }} }})",
+                       held, gravity);
+}
+
+double lowest_at(fixtures::Scene& scene, int frame)
+{
+    const auto state = scene.at<physics::State>("sim", frame);
+    EXPECT_TRUE(state->report.converged) << state->report.residual;
+    double lowest = 0;
+    for (const Vec3& x : state->x) lowest = std::min(lowest, x.y());
+    return -lowest;
+}
+
+constexpr double flat_weight = 1000 * 0.01 * 1e-4;  // N/m^2 where g is 1e-4
+constexpr double flat_bend = 1e6 * 1e-6 / 12;       // E h^3 / 12, N m
+
 }  // namespace
+
+// w = 0.00406 q a^4 / D where its rim is a hinge, 0.00126 clamped (Timoshenko, Woinowsky-Krieger.
+// Theory of plates and shells. 1959, tables 8 and 35), D = E h^3 / (12 (1 - nu^2)).
+TEST(ShellNode, APlateWithFourEdgesHeldSagsAsPlateTheorySays)
+{
+    for (const bool triangles : {false, true}) {
+        const Flat flat{1, 1, 16, triangles};
+        fixtures::Scene scene(at_rest(flat, R"("rim": { "type": "Pin@1",
+            "inputs": { "cubes": "flat.cubes" }, "params": { "where": "rim" } })",
+                                      R"("rim.pins")", -1e-4));
+        const double expected = 0.00406 * flat_weight / flat_bend * (1 - 0.3 * 0.3);
+        EXPECT_NEAR(lowest_at(scene, 2) / expected, 1, 0.03) << triangles;
+    }
+}
+
+TEST(ShellNode, AClampedPlateSagsAsPlateTheorySays)
+{
+    // Clamped at two rows: the plate between is 1 m.
+    const Flat flat{1 + 2.0 / 24, 1 + 2.0 / 24, 26, false};
+    const auto wall = [](const char* name, const char* axis) {
+        return fmt::format(R"("{}": {{ "type": "Pin@1", "inputs": {{ "cubes": "flat.cubes" }},
+            "params": {{ "where": "ends", "ends": {{ "axis": "{}" }} }} }})",
+                           name, axis);
+    };
+    fixtures::Scene scene(at_rest(flat, wall("two", "x") + ", " + wall("others", "z"),
+                                  R"("two.pins", "others.pins")", -1e-4));
+    const double expected = 0.001265 * flat_weight / flat_bend * (1 - 0.3 * 0.3);
+    EXPECT_NEAR(lowest_at(scene, 2) / expected, 1, 0.03);
+}
+
+// q L^4 / (8 E I) for each width, from the clamp on: the strip is free to curve across.
+TEST(ShellNode, APlateWithOneEdgeHeldSagsAsABeam)
+{
+    for (const bool triangles : {false, true}) {
+        const Flat flat{1 + 1.0 / 20, 0.2 + 0.01, 21, triangles};
+        fixtures::Scene scene(at_rest(flat, R"("wall": { "type": "Pin@1",
+            "inputs": { "cubes": "flat.cubes" }, "params": { "where": "ends",
+            "ends": { "axis": "x", "end": "low" } } })",
+                                      R"("wall.pins")", -1e-4));
+        EXPECT_NEAR(lowest_at(scene, 2) / (flat_weight / (8 * flat_bend)), 1, 0.03) << triangles;
+    }
+}
+
+// A strip between hinges is pressed together while a small weight bends it. With u = pi / 2
+// sqrt(P / P_cr) its sag is that without P times 12 (2 / cos u - 2 - u^2) / (5 u^4) (Timoshenko,
+// Gere. Theory of elastic stability. 1961, section 1.3). The P_cr of the sag at 0.8 of Euler's
+// load, by the force on the hinge, is Euler's pi^2 E I / L^2.
+TEST(ShellNode, AStripBucklesAtEulersLoad)
+{
+    const double across = 0.1, euler = std::pow(std::numbers::pi, 2) * flat_bend * across;
+    const double strain = 0.8 * euler / (1e6 * 0.01 * across);
+    for (const bool triangles : {false, true}) {
+        const Flat flat{1, across, 20, triangles};
+        const auto hinge = [](const char* name, const char* end, const std::string& move) {
+            return fmt::format(R"("{}": {{ "type": "Pin@1", "inputs": {{ "cubes": "flat.cubes" }},
+                "params": {{ "where": "ends", "ends": {{ "axis": "x", "end": "{}", "layers": 0 }},
+                "translate": {} }} }})",
+                               name, end, move);
+        };
+        const std::string press = fmt::format(R"(["=frame > 2 ? {} : 0", 0, 0])", -strain);
+        fixtures::Scene scene(
+            at_rest(flat, hinge("left", "low", "[0, 0, 0]") + ", " + hinge("right", "high", press),
+                    R"("left.pins", "right.pins")", -1e-8) +
+            R"(, "force": { "type": "Measure@1", "inputs": { "state": "sim.state",
+                "pins": "left.pins" }, "params": { "what": "reaction_force",
+                "direction": [1, 0, 0] } })");
+        const double times = lowest_at(scene, 3) / lowest_at(scene, 2);
+        const double pressed = *scene.at<double>("force", 3);
+        double low = 0, high = std::numbers::pi / 2;
+        for (int i = 0; i < 40; ++i) {
+            const double u = (low + high) / 2;
+            const double more = 12 * (2 / std::cos(u) - 2 - u * u) / (5 * std::pow(u, 4));
+            (more < times ? low : high) = u;
+        }
+        const double critical = pressed * std::pow(std::numbers::pi / 2 / low, 2);
+        EXPECT_NEAR(critical / euler, 1, 0.03) << triangles << " " << pressed << " " << times;
+    }
+}
 
 TEST(ShellNode, AStripHeldAtOneEndSagsByItsWeightAndThickness)
 {
