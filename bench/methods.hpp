@@ -69,6 +69,12 @@ inline Mover springs(const Cubes& cubes, const std::string& setting, int substep
                    3);
 }
 
+// Solids are calibrated for bends, which most cases are.
+inline LatticeOptions for_bends(int half_width)
+{
+    return {.half_width = half_width, .calibrate = Calibration::bending};
+}
+
 // As few substeps as make it as stiff as its material, times `more`.
 inline Mover lattice(const Cubes& cubes, const std::string& setting, const LatticeOptions& options,
                      double more = 1)

@@ -102,7 +102,7 @@ inline void tumbling_case(Page& page)
         measure(net);
     }
     for (const int w : {1, 2}) {
-        Mover mover = lattice(cubes, "", {.half_width = w});
+        Mover mover = lattice(cubes, "", for_bends(w));
         mover.setting = fmt::format("w={} {} steps", w, mover.substeps);
         measure(mover);
     }
