@@ -1,9 +1,9 @@
 #pragma once
 
 // Libraries that read and write files of many formats run in processes of their own, under limits
-// of memory and time: assimp in aspic-assimp. Some damaged files make them abort, crash, allocate
-// or loop without end, and then only that process is lost. And this program starts without loading
-// them.
+// of memory and time: assimp in aspic-assimp, OpenVDB in aspic-openvdb. Some damaged files make
+// them abort, crash, allocate or loop without end, and then only that process is lost. And this
+// program starts without loading them.
 
 #include <functional>
 #include <string>
@@ -18,7 +18,7 @@ struct ProcessLimits {
 };
 
 // A program that runs a library. It is looked for where the environment variable says, beside the
-// running program, and one folder above it.
+// running program, one folder above it, and in ../libexec/aspic.
 struct LibraryProgram {
     const char* name;
     const char* variable;

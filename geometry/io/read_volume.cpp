@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -20,8 +21,8 @@ namespace fs = std::filesystem;
 
 constexpr LibraryProgram openvdb_program{
     "aspic-openvdb", "ASPIC_OPENVDB", "the program that reads VDB files",
-    "this build is without it, because OpenVDB was not found. Install libopenvdb-dev and "
-    "libboost-iostreams-dev, then configure and build again"};
+    "builds that do not find OpenVDB have none. Install libopenvdb-dev and libboost-iostreams-dev, "
+    "then configure and build again, or set ASPIC_OPENVDB to its path"};
 
 // Why a run gave no volume; empty when it did.
 std::string why_no_volume(const LibraryRun& run, const ProcessLimits& limits)
@@ -37,6 +38,7 @@ std::string why_no_volume(const LibraryRun& run, const ProcessLimits& limits)
     case End::out_of_time:
         return fmt::format("reading it takes more than {} s{}", shorter(limits.seconds), damaged);
     case End::gave_up:
+        return "the reader failed: " + run.said;
     case End::crashed:
         return fmt::format("OpenVDB crashed ({}): the file is damaged. Write it again", run.said);
     case End::not_understood:
@@ -64,6 +66,22 @@ ImportedVolume import_volume(const fs::path& path, const VolumeOptions& options,
     return volume;
 }
 
+// Throws where what was handed over is not whole: a damaged file may have damaged the reader.
+void require_whole(const fs::path& path, const ImportedVolume& volume)
+{
+    bool whole = volume.values.size() == volume.points.size();
+    for (const Triangle& t : volume.triangles) {
+        whole &= std::max({t[0], t[1], t[2]}) < volume.positions.size();
+    }
+    const auto finite = [](const Vec3f& p) { return p.allFinite(); };
+    whole = whole && std::all_of(volume.positions.begin(), volume.positions.end(), finite) &&
+            std::all_of(volume.points.begin(), volume.points.end(), finite);
+    if (whole) return;
+    throw std::runtime_error(path.string() +
+                             ": its voxels have places that are not finite, or are not whole: the "
+                             "file is damaged. Write it again");
+}
+
 void place(std::vector<Vec3f>& points, const Mat3& to_metres)
 {
     parallel_for(points.size(), 65536, [&](std::size_t begin, std::size_t end) {
@@ -83,6 +101,7 @@ ReadVolume read_volume(const fs::path& path, const VolumeOptions& options)
     axes.up = options.up;
     const double metres = metres_of(axes.unit, axes.custom_unit, 0);
     ImportedVolume volume = import_volume(path, options, metres);
+    require_whole(path, volume);
     const Mat3 M = to_metres({}, axes);
     ReadVolume out;
     auto topology = std::make_shared<MeshTopology>();

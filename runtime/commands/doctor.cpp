@@ -91,11 +91,13 @@ void check_cache(const CookRequest& request, Checkup& all)
 fs::path reader(const char* name, const char* variable)
 {
     std::error_code error;
-    const char* const named = std::getenv(variable);
+    if (const char* const named = std::getenv(variable); named && *named) {
+        return ::access(named, X_OK) == 0 ? named : "";
+    }
     const fs::path here = fs::read_symlink("/proc/self/exe", error).parent_path();
-    for (const fs::path& file : {fs::path(named ? named : ""), here / name, here / ".." / name,
-                                 here / "../libexec/aspic" / name}) {
-        if (!file.empty() && ::access(file.c_str(), X_OK) == 0) return file;
+    for (const fs::path& file :
+         {here / name, here / ".." / name, here / "../libexec/aspic" / name}) {
+        if (::access(file.c_str(), X_OK) == 0) return file;
     }
     return {};
 }

@@ -8,6 +8,7 @@
 
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/VolumeToMesh.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <fstream>
@@ -300,6 +301,8 @@ int main(int argc, char** argv)
                         make != "points",
                         make != "mesh",
                         std::strtoull(argv[6], nullptr, 10)};
+    // On one thread: the limit of seconds is of all together.
+    const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
     geometry::limit_process(std::atof(argv[7]), std::atof(argv[8]));
     geometry::hand_over([&] {
         return geometry::made_by<ImportedVolume>([&](ImportedVolume& made) { read(wanted, made); });
