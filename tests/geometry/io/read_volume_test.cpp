@@ -1,12 +1,15 @@
 // VDB files, written by tests/geometry/volumes/write_by_openvdb.cpp.
 
 #include "geometry/io/read_volume.hpp"
+
+#include "geometry/io/imported_volume.hpp"
 #include "geometry/mesh/mass_properties.hpp"
 #include "tests/geometry/files.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <map>
 #include <numbers>
 
@@ -297,6 +300,34 @@ public:
 private:
     std::string kept_;
 };
+
+// A reader that a damaged file damaged hands over what is no mesh.
+TEST(ReadVolume, WhatIsHandedOverIsCheckedBeforeItIsUsed)
+{
+    const ImportedVolume good{.grid = "density",
+                              .positions = {Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(0, 1, 0)},
+                              .triangles = {{0, 1, 2}},
+                              .points = {Vec3f(0, 0, 0)},
+                              .values = {1},
+                              .error = {}};
+    ImportedVolume no_vertex = good, no_value = good, no_place = good;
+    no_vertex.triangles[0][2] = 3;
+    no_value.values.clear();
+    no_place.points[0].x() = std::numeric_limits<float>::infinity();
+    const files::Folder folder;
+    const auto error_with = [&](const ImportedVolume& volume) {
+        const auto handed = folder.write("handed", pack(volume));
+        const auto script = folder.write("fake", "#!/bin/sh\ncat '" + handed.string() + "' >&3\n");
+        files::fs::permissions(script, files::fs::perms::owner_all);
+        const ProgramAt program(script);
+        return error_of_grid("density");
+    };
+    EXPECT_EQ(error_with(good), "read without an error");
+    for (const ImportedVolume& volume : {no_vertex, no_value, no_place}) {
+        expect_tells(error_with(volume), "its voxels have places that are not finite, or are not "
+                                         "whole: the file is damaged. Write it again");
+    }
+}
 
 TEST(ReadVolume, ABuildWithoutOpenVdbSaysHowToGetIt)
 {
