@@ -1,6 +1,7 @@
 #include "geometry/io/read_mesh.hpp"
 
 #include "graph/types/node_builder.hpp"
+#include "nodes/import_limits.hpp"
 #include "nodes/wire_types.hpp"
 
 #include <numbers>
@@ -65,15 +66,6 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     return {std::move(read.mesh), std::move(read.lines)};
 }
 
-static void describe_limits(graph::ParamsOf<geometry::ProcessLimits>& params)
-{
-    params
-        .param("seconds", &geometry::ProcessLimits::seconds, "Time limit.",
-               {.min = 0.1, .max = 86400, .unit = "s"})
-        .param("gigabytes", &geometry::ProcessLimits::gigabytes, "Memory limit of the importer.",
-               {.min = 0.1, .max = 1024, .unit = "GiB"});
-}
-
 void add_to(graph::Registry& registry)
 {
     registry.add("ReadMesh", 1, run)
@@ -116,7 +108,7 @@ void add_to(graph::Registry& registry)
             {.min = 0, .max = 180, .unit = "deg"}, {"normals", {"file", "computed"}})
         .choice("colours", &Inputs::colours, {"auto", "srgb", "linear"},
                 "Colour space of the file's colours. auto: linear for glTF, sRGB for all others.")
-        .block("limits", &Inputs::limits, describe_limits,
+        .block("limits", &Inputs::limits, describe_import_limits,
                "Limits on reading a file. A file that exceeds one is reported as damaged.")
         .check(check)
         .output("mesh", &Outputs::mesh,

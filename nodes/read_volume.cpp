@@ -1,6 +1,7 @@
 #include "geometry/io/read_volume.hpp"
 
 #include "graph/types/node_builder.hpp"
+#include "nodes/import_limits.hpp"
 #include "nodes/wire_types.hpp"
 
 #include <memory>
@@ -93,15 +94,6 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     return out;
 }
 
-static void describe_limits(graph::ParamsOf<geometry::ProcessLimits>& params)
-{
-    params
-        .param("seconds", &geometry::ProcessLimits::seconds, "Time limit.",
-               {.min = 0.1, .max = 86400, .unit = "s"})
-        .param("gigabytes", &geometry::ProcessLimits::gigabytes, "Memory limit of the importer.",
-               {.min = 0.1, .max = 1024, .unit = "GiB"});
-}
-
 static void add_parameters(graph::NodeBuilder<Inputs, Outputs>& node)
 {
     node.path_in("path", &Inputs::path,
@@ -134,7 +126,7 @@ static void add_parameters(graph::NodeBuilder<Inputs, Outputs>& node)
                "Most voxels that a grid may have: active ones, and for `points` inner ones. A "
                "grid with more is refused before it fills the memory.",
                {.min = 1, .max = 2e9, .unit = "voxels"})
-        .block("limits", &Inputs::limits, describe_limits,
+        .block("limits", &Inputs::limits, describe_import_limits,
                "Limits on reading a file. A file that exceeds one is reported as damaged.");
 }
 
