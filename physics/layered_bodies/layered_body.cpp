@@ -251,17 +251,6 @@ std::vector<Vec3> set_net_frames(ImplicitLayer& layer, std::vector<NetSpan>& spa
     return at;
 }
 
-// Shares of a skeleton's masses in what starts at its point p: a point's is 1.
-Vec3 shares_at(const Skeleton& skeleton, const Vec3& p)
-{
-    const std::vector<Vec3>& at = skeleton.points;
-    if (at.size() == 1) return Vec3::UnitX();
-    if (at.size() == 3) return shares_on_triangle(at, p);
-    const Vec3 along = at[1] - at[0];
-    const double t = std::clamp(along.dot(p - at[0]) / along.squaredNorm(), 0.0, 1.0);
-    return {1 - t, t, 0};
-}
-
 void set_net_masses(const ImplicitLayer& layer, const DrawnBody& drawn, double density, Base& base)
 {
     const SurfaceSamples& samples = drawn.body.samples;
@@ -270,7 +259,7 @@ void set_net_masses(const ImplicitLayer& layer, const DrawnBody& drawn, double d
         const std::uint32_t f = layer.frame[s];
         for (std::size_t i = samples.first[s]; i < samples.first[s + 1]; ++i) {
             const double mass = density * samples.swept(i, drawn.walk.distance[i]);
-            const Vec3 share = shares_at(layer.skeletons[s], samples.origin[i]);
+            const Vec3 share = shares_at(layer.skeletons[s].points, samples.origin[i]);
             if (f < masses) {
                 base.mass[f] += mass;
                 continue;

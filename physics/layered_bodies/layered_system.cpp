@@ -29,7 +29,7 @@ double heaviest(const LayeredScene& scene)
 // kg, of what moves with carried frame f of a net at once.
 double mass_of_span(const Base& base, std::size_t f)
 {
-    const std::vector<std::uint32_t>& masses = base.spans[f - mass_count(base)].masses;
+    const std::span<const std::uint32_t> masses = masses_of(base, f);
     double easy = 0;
     for (const std::uint32_t m : masses) easy += 1 / base.mass[m];
     return static_cast<double>(masses.size() * masses.size()) / easy;
@@ -42,7 +42,7 @@ void add_spans(const LayeredScene& scene, const LayeredMoment& moment, std::size
     const Base& base = scene.parts[b].body->base;
     for (std::size_t f = mass_count(base); f < base.frames.size(); ++f) {
         CarriedFrame carried{.frame = system.frame(b, f)};
-        for (const std::uint32_t m : base.spans[f - mass_count(base)].masses) {
+        for (const std::uint32_t m : masses_of(base, f)) {
             carried.on.push_back(system.frame(b, m));
         }
         carried.by = net_hold(base, f, scene.states[b].position, moment.frames[b][f].linear()).by;

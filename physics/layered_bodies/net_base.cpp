@@ -17,11 +17,6 @@ using geometry::Skeleton;
 // What of a carried frame's turning at rest it keeps when its masses fall together.
 constexpr double least_turned = 0.01;
 
-std::span<const std::uint32_t> masses_of(const Base& base, std::size_t f)
-{
-    return base.spans[f - mass_count(base)].masses;
-}
-
 // Where mass i of frame f is drawn in it.
 Vec3 drawn_in_frame(const Base& base, std::size_t f, std::uint32_t mass)
 {
@@ -65,7 +60,7 @@ public:
 
     void stretch(std::size_t i)
     {
-        const Vec3 share = shares(samples_.origin[i]);
+        const Vec3 share = shares_at(rest_, samples_.origin[i]);
         Vec3 origin = Vec3::Zero();
         for (std::size_t k = 0; k < now_.size(); ++k) {
             origin += share[static_cast<Eigen::Index>(k)] * now_[k];
@@ -87,20 +82,17 @@ public:
     }
 
 private:
-    Vec3 shares(const Vec3& p) const
-    {
-        if (rest_.size() == 3) return shares_on_triangle(rest_, p);
-        const Vec3 along = rest_[1] - rest_[0];
-        const double t = along.dot(p - rest_[0]) / along.squaredNorm();
-        return {1 - t, t, 0};
-    }
-
     const std::vector<Vec3>&rest_, &now_;
     SurfaceSamples& samples_;
     double area_ = 1;
 };
 
 }  // namespace
+
+std::span<const std::uint32_t> masses_of(const Base& base, std::size_t f)
+{
+    return base.spans[f - mass_count(base)].masses;
+}
 
 void add_spring_skeletons(Base& base, double stiffness, double damping)
 {

@@ -29,6 +29,9 @@ namespace physics {
 // Throws std::invalid_argument where the base is no net.
 void add_spring_skeletons(Base& base, double stiffness, double damping);
 
+// The masses that carry frame f of a net, one of its last.
+std::span<const std::uint32_t> masses_of(const Base& base, std::size_t f);
+
 // How masses at `position` carry frame f of a net, which stood as `before` turns it.
 struct NetHold {
     Vec3 middle = Vec3::Zero();

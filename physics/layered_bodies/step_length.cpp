@@ -2,6 +2,7 @@
 
 #include "geometry/fields/round_skeleton.hpp"
 #include "geometry/fields/skeleton_mesh.hpp"
+#include "physics/layered_bodies/net_base.hpp"
 
 #include <fmt/format.h>
 
@@ -35,7 +36,7 @@ Box box_of_masses(const Base& base, const LayeredState& state, std::size_t f, do
 {
     const Eigen::Quaterniond back = Eigen::Quaterniond(state.rotation[f]).conjugate();
     Box box;
-    for (const std::uint32_t m : base.spans[f - mass_count(base)].masses) {
+    for (const std::uint32_t m : masses_of(base, f)) {
         const Vec3 arm = state.position[m] - state.position[f];
         const Vec3 speed = state.velocity[f] + state.spin[f].cross(arm);
         stray = std::max(stray, dt * (state.velocity[m] - speed).norm());

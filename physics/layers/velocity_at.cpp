@@ -26,6 +26,9 @@ Vec3 velocity_at(const MovingMesh& mesh, const Vec3& p)
     return moved / mesh.seconds;
 }
 
+namespace {
+
+// Shares of three corners at the point of their triangle nearest to p.
 // Ericson. Real-time collision detection. Morgan Kaufmann 2005, 5.1.5.
 Vec3 shares_on_triangle(const std::vector<Vec3>& corners, const Vec3& p)
 {
@@ -52,6 +55,18 @@ Vec3 shares_on_triangle(const std::vector<Vec3>& corners, const Vec3& p)
         best[(k + 1) % 3] = t;
     }
     return best;
+}
+
+}  // namespace
+
+Vec3 shares_at(const std::vector<Vec3>& points, const Vec3& p)
+{
+    if (points.size() == 1) return Vec3::UnitX();
+    if (points.size() == 3) return shares_on_triangle(points, p);
+    const Vec3 along = points[1] - points[0];
+    const double length_sq = along.squaredNorm();
+    const double t = length_sq > 0 ? std::clamp(along.dot(p - points[0]) / length_sq, 0.0, 1.0) : 0;
+    return {1 - t, t, 0};
 }
 
 namespace {

@@ -18,8 +18,9 @@ Vec3 velocity_at(const MovingMesh& mesh, const Vec3& p);
 Vec3 way_of(const geometry::Skeleton& now, const geometry::Skeleton& before,
             const geometry::Skeleton& after, const Vec3& p);
 
-// Shares of the three corners at the point of their triangle nearest to p.
-Vec3 shares_on_triangle(const std::vector<Vec3>& corners, const Vec3& p);
+// Shares of one to three points at the point of what they span that is nearest to p: themselves, a
+// segment or a triangle.
+Vec3 shares_at(const std::vector<Vec3>& points, const Vec3& p);
 
 // Of the body's skeleton by its change of shape alone; 0 where it keeps its shape.
 Vec3 change_at(const ContactBody& body, std::uint32_t skeleton, const Vec3& p);
