@@ -53,10 +53,10 @@ std::string kind_of(const Cut& cut, const FarmTask& task)
 constexpr double least_measured = 0.5;  // s
 
 // What the tasks of the job in this folder took, and those before it.
-std::map<std::string, Measured> measured_in(const fs::path& folder)
+std::map<std::string, UsedResources> measured_in(const fs::path& folder)
 {
-    std::map<std::string, Measured> all;
-    const auto add = [&](const std::string& kind, const Measured& m) {
+    std::map<std::string, UsedResources> all;
+    const auto add = [&](const std::string& kind, const UsedResources& m) {
         all[kind].memory = std::max(all[kind].memory, m.memory);
         all[kind].cores = std::max(all[kind].cores, m.cores);
     };
@@ -75,7 +75,7 @@ std::map<std::string, Measured> measured_in(const fs::path& folder)
             const auto ran = read_manifest(part).ran;
             if (!ran || ran->seconds <= 0) continue;
             // What ended at once spent its time on its start: that tells nothing of its work.
-            const Measured m{ran->memory, ran->seconds < least_measured ? 0 : ran->cores};
+            const UsedResources m{ran->memory, ran->seconds < least_measured ? 0 : ran->cores};
             add(kind_of(cut, task), m);
             if (task.stage == Stage::sweep) continue;
             // The whole cook holds at most what its parts held.
@@ -87,7 +87,7 @@ std::map<std::string, Measured> measured_in(const fs::path& folder)
     return all;
 }
 
-std::string to_text(const std::map<std::string, Measured>& measured)
+std::string to_text(const std::map<std::string, UsedResources>& measured)
 {
     Json json = Json::object();
     for (const auto& [kind, m] : measured) {
@@ -236,10 +236,10 @@ fs::path farm_folder(const CookRequest& request)
     return fs::absolute(folder / "farm").lexically_normal();
 }
 
-Measured FarmJob::measured_of(const FarmTask& task) const
+UsedResources FarmJob::measured_of(const FarmTask& task) const
 {
     const auto found = measured.find(kind_of(cut, task));
-    return found == measured.end() ? Measured{} : found->second;
+    return found == measured.end() ? UsedResources{} : found->second;
 }
 
 FarmJob read_job(const CookRequest& request)

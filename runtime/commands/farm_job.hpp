@@ -15,7 +15,7 @@
 namespace runtime {
 
 // The most that tasks of one kind took.
-struct Measured {
+struct UsedResources {
     std::uint64_t memory = 0;  // bytes; 0: not measured
     double cores = 0;          // on average; 0: not measured
 
@@ -30,11 +30,11 @@ struct FarmJob {
     std::filesystem::path cache;   // absolute
     std::filesystem::path program;
     CookRequest request;
-    std::vector<std::string> sbatch;           // options for Slurm
-    std::vector<std::string> vary;             // as --vary takes them
-    std::map<std::string, Measured> measured;  // by shot and stage: "bridge.frames"
+    std::vector<std::string> sbatch;                // options for Slurm
+    std::vector<std::string> vary;                  // as --vary takes them
+    std::map<std::string, UsedResources> measured;  // by shot and stage: "bridge.frames"
 
-    Measured measured_of(const FarmTask& task) const;
+    UsedResources measured_of(const FarmTask& task) const;
     std::filesystem::path part(const FarmTask& task) const
     {
         return folder / "parts" / (task.name + ".json");

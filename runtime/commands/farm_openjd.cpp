@@ -125,7 +125,7 @@ Json parameter_space(const FarmJob& job, const ArrayJob& array)
 // What a task was measured to take, twice as much of memory.
 Json requirements(const FarmJob& job, const ArrayJob& array)
 {
-    const Measured measured = job.measured_of(job.cut.tasks[array.tasks.front()]);
+    const UsedResources measured = job.measured_of(job.cut.tasks[array.tasks.front()]);
     Json amounts = Json::array();
     const int threads = job.request.threads > 0 ? job.request.threads : measured.threads();
     if (threads > 0) amounts.push_back({{"name", "amount.worker.vcpu"}, {"min", threads}});

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 std::string resources(const FarmJob& job, const ArrayJob& array)
 {
     const FarmTask& first = job.cut.tasks[array.tasks.front()];
-    const Measured measured = job.measured_of(first);
+    const UsedResources measured = job.measured_of(first);
     const int threads = job.request.threads > 0 ? job.request.threads : measured.threads();
     std::string text = fmt::format("#SBATCH --cpus-per-task={}\n", std::max(threads, 1));
     if (measured.memory > 0) {
