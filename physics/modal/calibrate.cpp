@@ -312,20 +312,87 @@ std::array<float, 36> mass_of(const CubeMass& sum)
     return out;
 }
 
-// What brings the lowest modes of a body to those of its fine cubes (squares of frequencies): they
-// are a little too low, as K' lets a cube follow other motions than phi more cheaply. The mean of
-// the logarithms of the first six.
-double common_factor(const Cubes& cubes, const std::vector<double>& fine)
+// A partly filled cube: its K and K', with their floors, for E = 1 and a cube of 1 m, and its mass.
+struct OwnCube {
+    std::uint32_t cube = 0;
+    BrickMatrix usual = BrickMatrix::Zero(), own = BrickMatrix::Zero();
+    std::array<float, 36> mass{};
+};
+
+std::vector<OwnCube> own_cubes(const Body& body, const FineMotions& motions)
+{
+    std::vector<OwnCube> out;
+    for (std::uint32_t c = 0; c < body.cube.size(); ++c) {
+        if (is_partly(body, c)) out.push_back({c});
+    }
+    const Places places(body.ratio);
+    const MatrixXd q = followed(body, places, motions.of);
+    const FineStiffness stiffness(body.fine);
+    geometry::parallel_for(out.size(), 8, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            geometry::stop_if_asked();
+            const std::size_t c = out[i].cube;
+            const Energies of = energies_of(body, places, stiffness, motions.of, c);
+            // A little of the whole cube's, so that no corner of a sliver is without stiffness.
+            constexpr double floor = 1e-4;
+            const double young = body.coarse.young[c], edge = body.coarse.size;
+            const BrickMatrix least = floor * body.coarse.fill[c] *
+                                      brick_stiffness(edge, lame(young, body.coarse.poisson[c]),
+                                                      BrickElement::incompatible);
+            const BrickMatrix k = of.quadrature + least;
+            out[i].usual = (least + k) / (young * edge);
+            out[i].own = (least + with_energy(k, of.fine, at_corners(q, body.coarse.corners[c]))) /
+                         (young * edge);
+            out[i].mass = mass_of(of.mass);
+        }
+    });
+    return out;
+}
+
+// Gives the cubes of a body their elements: K' and a share of K, times a factor.
+void set_elements(const std::vector<OwnCube>& cubes, double share, double factor, Cubes& of)
+{
+    of.elements.clear();
+    for (const OwnCube& c : cubes) {
+        of.own[c.cube] = static_cast<std::uint32_t>(of.elements.size());
+        of.elements.push_back(
+            {lower_triangle(factor * ((1 - share) * c.own + share * c.usual)), c.mass});
+    }
+}
+
+// What K' is mixed with and multiplied by.
+struct Mixture {
+    double share = 0, factor = 1;
+};
+
+// What brings the lowest modes of a body to those of its fine cubes (squares of frequencies). With
+// K' alone they are too low, as it lets a cube follow other motions than phi more cheaply, and some
+// may be much lower than others; a share of K makes those dear. Of a few shares the one with which
+// the first six frequencies are off by the most equal ratio, and the factor that this is.
+Mixture best_mixture(const std::vector<OwnCube>& own, const std::vector<double>& fine, Cubes& cubes)
 {
     constexpr std::size_t few = 6;
     constexpr double most = 1.5;
     ModeSettings settings;
     settings.count = static_cast<int>(std::min(few, fine.size()));
-    if (settings.count == 0 || cubes.count() < few) return 1;
-    const std::vector<double> coarse = lowest_modes(cubes, {}, settings).omega_sq;
-    double sum = 0;
-    for (std::size_t k = 0; k < coarse.size(); ++k) sum += std::log(fine[k] / coarse[k]);
-    return coarse.empty() ? 1 : std::clamp(std::exp(sum / double(coarse.size())), 1.0, most);
+    Mixture best;
+    if (settings.count == 0 || cubes.count() < few) return best;
+    double least = std::numeric_limits<double>::infinity();
+    for (const double share : {0.0, 0.01, 0.02, 0.05, 0.1, 0.2}) {
+        set_elements(own, share, 1, cubes);
+        const std::vector<double> coarse = lowest_modes(cubes, {}, settings).omega_sq;
+        double sum = 0, squares = 0;
+        for (std::size_t k = 0; k < coarse.size(); ++k) {
+            const double ratio = std::log(fine[k] / coarse[k]);
+            sum += ratio, squares += ratio * ratio;
+        }
+        if (coarse.empty()) continue;
+        const double n = double(coarse.size()), spread = squares / n - sum * sum / (n * n);
+        if (!(spread < least)) continue;
+        least = spread;
+        best = {share, std::clamp(std::exp(sum / n), 1 / most, most)};
+    }
+    return best;
 }
 
 void calibrate(Body& body, const CalibrationSettings& settings, Cubes& all, Report& report)
@@ -340,39 +407,14 @@ void calibrate(Body& body, const CalibrationSettings& settings, Cubes& all, Repo
     for (Index m = 0; m < motions.of.cols(); ++m) {
         motions.of.col(m) /= std::sqrt(motions.energy[std::size_t(m)]);
     }
-    const Places places(body.ratio);
-    const MatrixXd q = followed(body, places, motions.of);
-    const FineStiffness stiffness(body.fine);
-    std::vector<geometry::OwnElement> elements(body.cube.size());
-    geometry::parallel_for(body.cube.size(), 8, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t c = begin; c < end; ++c) {
-            if (!is_partly(body, c)) continue;
-            geometry::stop_if_asked();
-            Energies of = energies_of(body, places, stiffness, motions.of, c);
-            // A little of the whole cube's, so that no corner of a sliver is without stiffness.
-            constexpr double floor = 1e-4;
-            const double young = body.coarse.young[c], edge = body.coarse.size;
-            const BrickMatrix least = floor * body.coarse.fill[c] *
-                                      brick_stiffness(edge, lame(young, body.coarse.poisson[c]),
-                                                      BrickElement::incompatible);
-            const BrickMatrix k = least + with_energy(of.quadrature + least, of.fine,
-                                                      at_corners(q, body.coarse.corners[c]));
-            elements[c] = {lower_triangle(k / (young * edge)), mass_of(of.mass)};
-        }
-    });
-    for (std::size_t c = 0; c < body.cube.size(); ++c) {
-        if (!is_partly(body, c)) continue;
-        body.coarse.own[c] = static_cast<std::uint32_t>(body.coarse.elements.size());
-        body.coarse.elements.push_back(elements[c]);
-    }
-    const auto factor = static_cast<float>(common_factor(body.coarse, lowest));
-    for (std::size_t c = 0; c < body.cube.size(); ++c) {
-        if (!body.coarse.is_own(c)) continue;
-        for (float& k : elements[c].stiffness) k *= factor;
-        all.own[body.cube[c]] = static_cast<std::uint32_t>(all.elements.size());
-        all.elements.push_back(elements[c]);
-        all.mass[body.cube[c]] = body.coarse.mass[c];
-        all.fill[body.cube[c]] = body.coarse.fill[c];
+    const std::vector<OwnCube> own = own_cubes(body, motions);
+    const Mixture mixture = best_mixture(own, lowest, body.coarse);
+    set_elements(own, mixture.share, mixture.factor, body.coarse);
+    for (const OwnCube& c : own) {
+        all.own[body.cube[c.cube]] = static_cast<std::uint32_t>(all.elements.size());
+        all.elements.push_back(body.coarse.elements[body.coarse.own[c.cube]]);
+        all.mass[body.cube[c.cube]] = body.coarse.mass[c.cube];
+        all.fill[body.cube[c.cube]] = body.coarse.fill[c.cube];
     }
 }
 

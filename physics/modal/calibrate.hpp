@@ -15,8 +15,10 @@
 //   E = phi^T K_fine phi,  Q = [q],   T with T^T Q^T K Q T = 1
 //   K' = K - Y Y^T + Y (T^T E T) Y^T,   Y = K Q T
 // K' is positive, symmetric, resists no rigid motion, and has the energy E in the motions Q: as
-// K Q = Y T^-1,  Q^T K' Q = T^-T (T^T E T) T^-1 = E. Full cubes keep their own. One factor for the
-// K' of a body brings its lowest six modes to those of its fine cubes.
+// K Q = Y T^-1,  Q^T K' Q = T^-T (T^T E T) T^-1 = E. Full cubes keep their own. A body's cubes get
+//   factor ((1 - share) K' + share K)
+// where share and factor bring its lowest six modes to those of its fine cubes: K' alone is soft in
+// motions that are not among the phi, in some bodies more so in one direction than in another.
 //
 // In the spirit of Kharevych, Mullen, Owhadi, Desbrun. Numerical coarsening of inhomogeneous
 // elastic materials. SIGGRAPH 2009; Chen, Levin, Sueda, Matusik. Data-driven finite elements for
