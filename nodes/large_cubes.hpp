@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <vector>
 
 namespace nodes {
 
@@ -35,11 +36,12 @@ inline std::string thin_text(const physics::ThinPart& part, double size)
         part.thickness / size, part.thickness, place_text(part.where));
 }
 
-inline void warn_of_thin_walls(const geometry::TriMesh& mesh, const geometry::Cubes& cubes,
-                               const physics::WallOptions& walls, const graph::Context& context)
+// Of the parts as physics::thin_parts() gives them.
+inline void warn_of_thin_walls(const std::vector<physics::ThinPart>& parts,
+                               const geometry::Cubes& cubes, const physics::WallOptions& walls,
+                               const graph::Context& context)
 {
     constexpr double worth_telling = 1.5;
-    const auto parts = physics::thin_parts(mesh, cubes, walls);
     std::size_t more = 0;
     for (const physics::ThinPart& p : parts) more += p.factor >= worth_telling ? 1 : 0;
     if (more == 0) return;

@@ -1,7 +1,9 @@
 #include "graph/types/node_builder.hpp"
+#include "nodes/simulate_faults.hpp"
 #include "nodes/simulate_options.hpp"
 #include "nodes/simulate_plastic.hpp"
 #include "nodes/simulate_upgrade.hpp"
+#include "nodes/simulation_figures.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/body/collider_contact.hpp"
 #include "physics/body/external_forces.hpp"
@@ -71,26 +73,6 @@ struct Inputs {
 struct Outputs {
     physics::State state;
 };
-
-constexpr const char* no_cubes =
-    "expected a link to cubes, found none: link the cubes from Voxelize, Plane or Sheet";
-constexpr const char* lattice_of_several =
-    "method lattice moves one model of cubes: link one, or set method = bricks "
-    "(shell for planes and sheets)";
-
-static std::string wrong_surfaces(std::size_t found, std::size_t models)
-{
-    return fmt::format("`surface` has {} links, expected {}, one for each of `cubes` in the same "
-                       "order: link the mesh of each, or none",
-                       found, models);
-}
-
-static std::string wrong_bodies(std::size_t found, std::size_t models)
-{
-    return fmt::format("`bodies` has {} entries for {} links of `cubes`: remove those beyond, as "
-                       "entry i is about link i",
-                       found, models);
-}
 
 // The models of the body: cubes, each with its surface.
 static physics::BodyModels models_of(const Inputs& in)
@@ -183,15 +165,6 @@ static void warn_of_idle(const Inputs& in, const graph::Context& context)
                         i + 1, in.forces.size()));
     }
 }
-
-constexpr const char* no_balls =
-    "rigid balls need method = lattice: change the method, or unlink the input 'balls'";
-
-constexpr const char* no_equilibrium =
-    "an equilibrium needs method = bricks: change the method, or set initial_shape = given";
-constexpr const char* no_support =
-    "an equilibrium needs pins or colliders, because a free body falls for ever: link a Pin node "
-    "to the input 'pins' or a Ground to 'colliders', or set initial_shape = given";
 
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
@@ -371,6 +344,13 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
     return state;
 }
 
+static void tell(const Inputs& in, const physics::State& state, const graph::Context& context)
+{
+    const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);
+    const Energies energy = bricks ? energies(*bricks, state, in.gravity) : Energies{};
+    context.tell(simulation_figures(state, in.method != Method::lattice, energy));
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     if (in.cubes.empty()) throw std::invalid_argument(no_cubes);
@@ -393,6 +373,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         start_moving(in, state);
         state.models = in.body->models;
         state.balls = physics::place_balls(balls);
+        tell(in, state, context);
         return {std::move(state)};
     }
     if (in.last->x.size() != corner_count(in)) {
@@ -412,6 +393,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         in.body->is);
     for (const auto& warning : state.report.warnings) context.warn(warning);
     state.models = in.body->models;
+    tell(in, state, context);
     return {std::move(state)};
 }
 

@@ -4,6 +4,7 @@
 
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
+#include "nodes/body_figures.hpp"
 #include "nodes/calibrated_cubes.hpp"
 #include "nodes/cube_quality.hpp"
 #include "nodes/large_cubes.hpp"
@@ -145,7 +146,9 @@ static Outputs of_cloud(const Inputs& in, const geometry::VoxelOptions& options,
     geometry::Samples points = geometry::sample_points(*in.mesh, matter_of(in.matter), {});
     geometry::add_attributes(points, *in.mesh,
                              geometry::chosen_attributes(in.attributes, in.mesh->attributes));
-    return {geometry::voxelize_samples(points, grid_for(in), options)};
+    Outputs out{geometry::voxelize_samples(points, grid_for(in), options)};
+    context.tell(body_figures(*in.mesh, out.cubes, false, graph::Figure::unknown));
+    return out;
 }
 
 static Outputs run(const Inputs& in, const graph::Context& context)
@@ -171,6 +174,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
                                          : grid_of_quality(in, matter, options, context);
     const auto attributes = geometry::chosen_attributes(in.attributes, in.mesh->attributes);
     Outputs out{cubes_of_mesh(in, matter, grid, options)};
+    double bending = graph::Figure::unknown;
     out.cubes = solid ? geometry::with_means_of_solid(std::move(out.cubes), *in.mesh, attributes)
                       : geometry::with_means_of_surface(std::move(out.cubes), *in.mesh, attributes);
     if (solid && in.stiffness == Stiffness::calibrated) {
@@ -185,10 +189,14 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         out.cubes =
             with_calibrated_stiffness(*in.mesh, out.cubes, in.calibration, fine_of, context);
     } else {
-        warn_of_thin_walls(*in.mesh, out.cubes, {solid, in.thickness}, context);
+        const physics::WallOptions walls{solid, in.thickness};
+        const auto parts = physics::thin_parts(*in.mesh, out.cubes, walls);
+        warn_of_thin_walls(parts, out.cubes, walls, context);
+        bending = parts.empty() ? 1 : parts.front().factor;
     }
     warn_of_glued_pieces(*in.mesh, out.cubes, in.pieces == geometry::NearPieces::apart, in.join,
                          context);
+    context.tell(body_figures(*in.mesh, out.cubes, solid, bending));
     return out;
 }
 

@@ -1,10 +1,9 @@
 // aspic: the one place where the runtime meets the nodes.
 
-#include "nodes/body_card.hpp"
+#include "nodes/body_figures.hpp"
 #include "nodes/distances.hpp"
 #include "nodes/machine.hpp"
 #include "nodes/mesh_info.hpp"
-#include "nodes/motion_card.hpp"
 #include "nodes/registry.hpp"
 #include "runtime/commands/command_line.hpp"
 #include "runtime/cook/interrupt.hpp"
@@ -21,8 +20,6 @@ int main(int argc, char** argv)
                              interrupt.token(), {},        ASPIC_VERSION};
     console.salt = runtime::program_identity(nodes::late_libraries);
     console.distances = nodes::distances();
-    console.body_card = nodes::body_card;
-    console.motion_figures = nodes::motion_figures;
     console.count_cubes = nodes::count_cubes;
     console.mesh_info = nodes::describe_mesh;
     console.write_sheet = nodes::write_sheet;

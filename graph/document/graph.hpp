@@ -7,7 +7,9 @@
 #include "graph/document/problem.hpp"
 #include "graph/types/node_type.hpp"
 
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace graph {
@@ -37,6 +39,15 @@ struct Node {
     std::vector<Animated> animated;
     Place place;
 };
+
+// What an input of the node is linked to.
+inline std::span<const Link> links_to(const Node& node, std::string_view input)
+{
+    for (std::size_t i = 0; i < node.type->inputs.size(); ++i) {
+        if (node.type->inputs[i].name == input) return node.inputs[i];
+    }
+    return {};
+}
 
 // What a scene promises of a number on a wire; see docs/file-format.md, "expect".
 struct Expectation {

@@ -3,6 +3,8 @@
 // What a node may ask of the run beyond its inputs and parameters: the frame, where output goes,
 // when to stop.
 
+#include "graph/types/figure.hpp"
+
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -92,6 +94,9 @@ public:
 
     // A sentence for the person who cooks; once a result, kept with it. Null in tests.
     std::function<void(const std::string&)> warn = [](const std::string&) {};
+
+    // How accurate the result is; at most once. Kept with the result. Null in tests.
+    std::function<void(Figures)> tell = [](Figures) {};
 
     // A file read beside those named in path_in parameters (a material library, a texture): its
     // bytes, or its absence, become part of the result's key.

@@ -1,8 +1,8 @@
 #pragma once
 
 // What the disk cache holds of one result beside its values: which contents they are, what it cost,
-// its warnings and the files that it wrote. It is stored field by field, so a change here needs
-// another version of the cache's format (disk_cache.cpp).
+// its warnings, its figures and the files that it wrote. It is stored field by field, so a change
+// here needs another version of the cache's format (disk_cache.cpp).
 
 #include "runtime/cache/result.hpp"
 
@@ -28,8 +28,16 @@ struct CacheRecord {
         int frame = 0;
         std::string text;
     };
+    struct Told {
+        graph::ContentName from{};
+        int frame = 0;
+        std::string node, type;
+        graph::Figures figures;
+    };
     std::vector<std::string> warnings;
     std::vector<Heard> heard;
+    graph::Figures figures;
+    std::vector<Told> told;
     std::vector<WrittenFile> files;
     double seconds = 0;
     std::uint64_t bytes = 0;

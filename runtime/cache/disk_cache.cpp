@@ -16,7 +16,7 @@ using graph::ContentName;
 
 namespace {
 
-constexpr const char* version = "4";
+constexpr const char* version = "5";
 constexpr std::size_t most_queued = std::size_t{512} << 20;
 
 void touch(const fs::path& path)

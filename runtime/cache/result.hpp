@@ -3,6 +3,7 @@
 // What running a node gives: its values, its warnings, the files that it wrote, and what it cost.
 // Both caches keep results and hand them out as they were made: nobody changes one any more.
 
+#include "graph/types/figure.hpp"
 #include "runtime/cache/content_names.hpp"
 #include "runtime/cache/key.hpp"
 
@@ -28,16 +29,28 @@ struct Heard {
     bool operator==(const Heard&) const = default;
 };
 
+// What a node told of the accuracy of its result.
+struct Told {
+    Key from;  // that result's
+    int frame = 0;
+    std::string node, type;  // that made it, as it was called then
+    graph::Figures figures;
+};
+
 // What running a node, or one of its preparations, gave.
 struct Made {
     std::vector<graph::Value> values;      // a node's, one an output port
     std::shared_ptr<const void> prepared;  // a preparation's
     std::vector<std::string> warnings;     // its own
     std::vector<Heard> heard;              // earliest first
-    std::vector<Written> files;            // a sink's
-    double seconds = 0;                    // it took
-    double since_stored = 0;  // s of a simulation since its last frame on disk, this included
-    std::size_t bytes = 0;    // it holds
+    graph::Figures figures;                // its own; empty: none
+    // Its own figures and those of what it is made from, but for the frames before of a simulation;
+    // by node and frame.
+    std::vector<std::shared_ptr<const Told>> told;
+    std::vector<Written> files;  // a sink's
+    double seconds = 0;          // it took
+    double since_stored = 0;     // s of a simulation since its last frame on disk, this included
+    std::size_t bytes = 0;       // it holds
 };
 
 struct Result : Made {

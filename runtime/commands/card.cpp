@@ -1,6 +1,7 @@
 #include "runtime/commands/card.hpp"
 
-#include "runtime/commands/motion_card.hpp"
+#include "runtime/commands/accuracy_card.hpp"
+#include "runtime/commands/command_options.hpp"
 #include "runtime/cook/evaluator.hpp"
 
 #include <CLI/CLI.hpp>
@@ -13,59 +14,14 @@
 namespace runtime {
 namespace {
 
-using Lines = std::vector<std::pair<std::string, std::array<double, 2>>>;
-
-// A node that makes cubes of a mesh.
-struct Body {
-    std::uint32_t node = 0;
-    graph::Link mesh;
-    std::uint32_t cubes = 0;  // output
-};
-
-std::vector<Body> bodies_of(const graph::Graph& graph)
+// The nodes of a type that have a link at an input.
+std::vector<std::uint32_t> nodes_with(const graph::Graph& graph, const char* type,
+                                      const char* input)
 {
-    std::vector<Body> bodies;
+    std::vector<std::uint32_t> all;
     for (std::uint32_t n = 0; n < graph.nodes.size(); ++n) {
         const graph::Node& node = graph.nodes[n];
-        if (node.type->name != "Voxelize") continue;
-        for (std::size_t i = 0; i < node.type->inputs.size(); ++i) {
-            if (node.type->inputs[i].name != "mesh" || node.inputs[i].empty()) continue;
-            bodies.push_back({n, node.inputs[i].front(), 0});
-        }
-    }
-    return bodies;
-}
-
-std::string number_text(double x)
-{
-    return std::isnan(x) ? "-" : fmt::format("{:.6g}", x);
-}
-
-// "0.12 %", of what is known and not 0.
-std::string error_text(const std::array<double, 2>& pair)
-{
-    const double error = pair[1] / pair[0] - 1;
-    return std::isfinite(error) ? fmt::format("{:+.2g} %", 100 * error) : "";
-}
-
-void write_text(const std::string& name, const Lines& lines, std::ostream& out)
-{
-    out << fmt::format("{:<42} {:>12} {:>12}  {}\n", name, "mesh", "cubes", "error");
-    for (const auto& [quantity, pair] : lines) {
-        out << fmt::format("  {:<40} {:>12} {:>12}  {}\n", quantity, number_text(pair[0]),
-                           number_text(pair[1]),
-                           quantity.starts_with("centre") ? "" : error_text(pair));
-    }
-}
-
-nlohmann::ordered_json to_json(const std::string& name, const Lines& lines)
-{
-    const auto number = [](double x) {
-        return std::isfinite(x) ? nlohmann::ordered_json(x) : nlohmann::ordered_json();
-    };
-    nlohmann::ordered_json all{{"body", name}};
-    for (const auto& [quantity, pair] : lines) {
-        all["card"][quantity] = {{"mesh", number(pair[0])}, {"cubes", number(pair[1])}};
+        if (node.type->name == type && !graph::links_to(node, input).empty()) all.push_back(n);
     }
     return all;
 }
@@ -81,61 +37,22 @@ struct Telling : Observer {
     {
         if (failure.empty()) failure = describe(graph, f);
     }
+    void told(const Told& t) override { figures.add(t); }
     const graph::Graph& graph;
     std::ostream& err;
     std::string failure;
+    AccuracyFigures figures;
 };
 
-void write_card(const std::string& name, const Lines& lines, bool json, std::ostream& out)
+// Bodies first, so that a simulation stands below what it moves.
+void write_cards(const std::vector<AccuracyCard>& cards, bool json, std::ostream& out)
 {
-    if (json) {
-        out << to_json(name, lines).dump() << "\n";
-    } else {
-        write_text(name, lines, out);
-    }
-}
-
-void write_motion(const MotionCard& card, bool json, std::ostream& out)
-{
-    if (json) {
-        nlohmann::ordered_json all{{"simulation", card.name}, {"frames", card.frames}};
-        for (const auto& [quantity, x] : card.lines) {
-            all["card"][quantity] =
-                std::isfinite(x) ? nlohmann::ordered_json(x) : nlohmann::ordered_json();
+    for (const bool body : {true, false}) {
+        for (const AccuracyCard& card : cards) {
+            if ((card.kind == "body") != body) continue;
+            out << (json ? card_json(card).dump() + "\n" : card_table(card));
         }
-        out << all.dump() << "\n";
-        return;
     }
-    out << fmt::format("{:<42} {:>12}\n", card.name, fmt::format("{} frames", card.frames));
-    for (const auto& [quantity, x] : card.lines) {
-        out << fmt::format("  {:<40} {:>12}\n", quantity, number_text(x));
-    }
-}
-
-// Cooks the simulations, and says how well they were solved.
-int run_motion_card(Evaluator& evaluator, const CookRequest& request, Console& console,
-                    const Telling& telling)
-{
-    Cooked cooked;
-    std::vector<MotionCard> cards;
-    try {
-        cards = motion_cards(evaluator, request, console, cooked);
-    } catch (const std::exception& e) {
-        console.err << "aspic: " << e.what() << "\n";
-        return exit_failed;
-    }
-    if (cooked.cancelled) return exit_cancelled;
-    if (!telling.failure.empty()) {
-        console.err << "aspic: " << telling.failure << "\n";
-        return exit_failed;
-    }
-    if (cards.empty()) {
-        console.err << fmt::format("{} simulates no cubes: --motion needs Simulate\n",
-                                   evaluator.graph().file);
-        return exit_failed;
-    }
-    for (const MotionCard& card : cards) write_motion(card, request.json, console.out);
-    return exit_ok;
 }
 
 }  // namespace
@@ -144,10 +61,16 @@ int run_card(const CookRequest& request, const graph::Registry& registry, Consol
 {
     const auto graph = load(request.files.at(0), request, registry, console);
     if (!graph) return exit_usage;
-    const std::vector<Body> bodies = bodies_of(*graph);
-    if ((bodies.empty() && !request.motion) || !console.body_card) {
+    const auto bodies = nodes_with(*graph, "Voxelize", "mesh");
+    const auto simulations =
+        request.motion ? nodes_with(*graph, "Simulate", "cubes") : std::vector<std::uint32_t>();
+    if (bodies.empty() && !request.motion) {
         console.err << fmt::format(
             "{} makes no cubes of a mesh: a card needs Voxelize with a mesh\n", graph->file);
+        return exit_failed;
+    }
+    if (simulations.empty() && request.motion) {
+        console.err << fmt::format("{} simulates no cubes: --motion needs Simulate\n", graph->file);
         return exit_failed;
     }
     Caches caches;
@@ -160,24 +83,18 @@ int run_card(const CookRequest& request, const graph::Registry& registry, Consol
     options.salt = console.salt;
     Telling telling(*graph, console.err);
     Evaluator evaluator(*graph, caches, options, &telling);
-    const int frame = graph->range.first;
-    for (const Body& body : bodies) {
-        graph::Value mesh, cubes;
-        const Cooked cooked =
-            evaluator.cook({{body.node, frame}, {body.mesh.node, frame}},
-                           [&](const Want& want, std::span<const graph::Value> values) {
-                               if (want.node == body.node) cubes = values[body.cubes];
-                               if (want.node == body.mesh.node) mesh = values[body.mesh.output];
-                           });
-        if (cooked.cancelled) return exit_cancelled;
-        if (!mesh || !cubes) {
-            console.err << "aspic: " << telling.failure << "\n";
-            return exit_failed;
-        }
-        write_card(graph->nodes[body.node].name, console.body_card(mesh, cubes), request.json,
-                   console.out);
+    std::vector<Want> wants;
+    for (const std::uint32_t n : bodies) wants.push_back({n, graph->range.first});
+    for (const int frame : chosen_frames(*graph, request)) {
+        for (const std::uint32_t n : simulations) wants.push_back({n, frame});
     }
-    if (request.motion) return run_motion_card(evaluator, request, console, telling);
+    const Cooked cooked = evaluator.cook(wants);
+    if (cooked.cancelled) return exit_cancelled;
+    if (cooked.failures > 0) {
+        console.err << "aspic: " << telling.failure << "\n";
+        return exit_failed;
+    }
+    write_cards(telling.figures.cards(*graph, evaluator.keys()), request.json, console.out);
     return exit_ok;
 }
 

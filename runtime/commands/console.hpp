@@ -2,11 +2,9 @@
 
 // What commands are given by the program, and the exit codes that they give back.
 
-#include "graph/types/param.hpp"
 #include "graph/types/value.hpp"
 #include "runtime/cache/key.hpp"
 
-#include <array>
 #include <filesystem>
 #include <functional>
 #include <iosfwd>
@@ -15,10 +13,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-namespace graph {
-struct NodeType;
-}  // namespace graph
 
 namespace runtime {
 
@@ -42,11 +36,6 @@ struct Console {
     std::map<std::string, std::function<double(const graph::Value&, const graph::Value&)>>
         distances = {};
 
-    // For `card`: quantities of a mesh and of the cubes made of it, each as {mesh, cubes}; not a
-    // number where that is not known.
-    std::function<std::vector<std::pair<std::string, std::array<double, 2>>>(
-        const graph::Value& mesh, const graph::Value& cubes)>
-        body_card = {};
     // For `tune`: how many cubes a value of a wire of cubes is.
     std::function<double(const graph::Value& cubes)> count_cubes = {};
     // For `info`: a mesh file whose lengths are in `unit`, in words or as a line of JSON. Throws
@@ -71,12 +60,6 @@ struct Console {
     std::function<std::string()> opengl = {};
     // For `new`: a graph that a newcomer can change.
     std::string starter = {};
-    // For `card`: what a state says of a node of type Simulate with these parameters, on the cubes
-    // that it moves: the share of the forces at work that is left over, the depth of contact (m),
-    // the energy of motion and deformation, and that in gravity (J); not a number where not known.
-    std::function<std::array<double, 4>(const graph::NodeType&, const graph::ParamValues&,
-                                        const graph::Value& cubes, const graph::Value& state)>
-        motion_figures = {};
 };
 
 }  // namespace runtime

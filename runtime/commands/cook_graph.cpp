@@ -84,7 +84,7 @@ private:
     std::map<std::tuple<std::uint32_t, std::size_t, std::optional<int>>, AskedNumber> asked_;
 };
 
-// Keeps which files were written, for the manifest.
+// Keeps which files were written, and how accurate results are, for the manifest.
 class Outputs : public Relay {
 public:
     Outputs(Observer& next, const graph::Graph& graph, fs::path folder, Manifest& manifest)
@@ -99,6 +99,8 @@ public:
              {w.path.lexically_proximate(folder_).generic_string(), to_hex(w.digest)}});
         Relay::wrote(n, frame, w);
     }
+    void told(const Told& t) override { figures_.add(t); }
+    std::vector<AccuracyCard> cards(Keys& keys) const { return figures_.cards(graph_, keys); }
     // Files that frames share are now what they will be.
     void finish(FileDigests& digests)
     {
@@ -126,6 +128,7 @@ private:
     const fs::path folder_;
     Manifest& manifest_;
     std::vector<std::pair<std::size_t, fs::path>> shared_;  // places in manifest_.outputs
+    AccuracyFigures figures_;
 };
 
 void begin_manifest(const CookRequest& request, const Console& console,
@@ -318,12 +321,14 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     manifest.complete = !cooked.cancelled && cooked.failures == 0;
     const std::vector<ExpectationResult> checks = checked(numbers, cooked);
     manifest.missed = missed_texts(graph, checks);
+    manifest.cards = outputs.cards(evaluator.keys());
     if (!nodes.empty()) {
         add_seconds(graph, cooked, manifest);
         manifest.ran = ran_here(cooked.seconds);
         write_manifest(part ? fs::path(request.part) : options.output_folder / manifest_name,
                        manifest, console);
     }
+    if (request.writes) front_end.accuracy(manifest.cards);
     front_end.numbers(numbers.asked());
     show_expectations(checks, numbers, cooked, front_end);
     const bool missed = !manifest.missed.empty() && !request.record_missed;

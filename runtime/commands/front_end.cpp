@@ -127,6 +127,19 @@ public:
 
     void expectations_left_out(std::size_t count) override { left_out_ = count; }
 
+    void accuracy(const std::vector<AccuracyCard>& cards) override
+    {
+        constexpr std::size_t most = 6;  // lines that a person reads
+        const std::lock_guard lock(mutex_);
+        if (style_ == Style::quiet) return;
+        for (std::size_t i = 0; i < std::min(cards.size(), most); ++i) {
+            say("accuracy: " + card_summary(cards[i]));
+        }
+        if (cards.size() > most) {
+            say(fmt::format("accuracy: {} more in the manifest", cards.size() - most));
+        }
+    }
+
     void numbers(const std::vector<AskedNumber>& asked) override
     {
         const std::lock_guard lock(mutex_);
@@ -291,6 +304,14 @@ public:
     void expectations_left_out(std::size_t count) override
     {
         if (count > 0) say({{"event", "expectations_left_out"}, {"count", count}});
+    }
+    void accuracy(const std::vector<AccuracyCard>& cards) override
+    {
+        for (const AccuracyCard& card : cards) {
+            Json line{{"event", "accuracy"}};
+            line.update(card_json(card));
+            say(line);
+        }
     }
     void numbers(const std::vector<AskedNumber>& asked) override
     {

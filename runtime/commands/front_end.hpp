@@ -4,6 +4,7 @@
 // for a program.
 
 #include "graph/document/graph.hpp"
+#include "runtime/commands/accuracy_card.hpp"
 #include "runtime/commands/console.hpp"
 #include "runtime/cook/evaluator.hpp"
 
@@ -35,6 +36,7 @@ public:
     virtual void expectation(const ExpectationResult& result) = 0;
     // So many had no number to look at, as nodes failed.
     virtual void expectations_left_out(std::size_t count) = 0;
+    virtual void accuracy(const std::vector<AccuracyCard>& cards) = 0;
     // In the order of nodes, outputs and frames.
     virtual void numbers(const std::vector<AskedNumber>& asked) = 0;
     virtual void finished(const Cooked& cooked, int exit) = 0;

@@ -141,6 +141,7 @@ std::string to_text(const Manifest& m)
                        {"memory", m.ran->memory},
                        {"cores", m.ran->cores}};
     }
+    for (const AccuracyCard& card : m.cards) json["accuracy"].push_back(card_json(card));
     json["nodes"] = Json::object();
     for (const auto& [name, node] : m.nodes) json["nodes"][name] = to_json(node);
     json["outputs"] = Json::array();

@@ -5,6 +5,7 @@
 // digest of every output. `aspic explain` compares a graph with it, `aspic verify` cooks it again.
 
 #include "graph/document/graph.hpp"
+#include "runtime/commands/accuracy_card.hpp"
 #include "runtime/cook/evaluator.hpp"
 
 #include <map>
@@ -52,6 +53,7 @@ struct Manifest {
     std::map<std::string, Node> nodes;  // those that were needed
     std::vector<Output> outputs;        // by node and frame
     std::vector<std::string> missed;    // expectations, as missed_text() tells them
+    std::vector<AccuracyCard> cards;    // written, and not read back
 };
 
 inline constexpr const char* manifest_name = "manifest.json";

@@ -55,6 +55,7 @@ public:
     {
         people_->expectations_left_out(count);
     }
+    void accuracy(const std::vector<AccuracyCard>& cards) override { people_->accuracy(cards); }
     void numbers(const std::vector<AskedNumber>& asked) override { people_->numbers(asked); }
     void finished(const Cooked& cooked, int exit) override
     {

@@ -27,6 +27,10 @@ void tell(CookState& cook, const WroteEvent& e)
 {
     if (cook.observer) cook.observer->wrote(e.node, e.frame, e.file);
 }
+void tell(CookState& cook, const ToldEvent& e)
+{
+    if (cook.observer) cook.observer->told(*e);
+}
 void tell(CookState& cook, const Warning& w)
 {
     if (cook.observer) cook.observer->warned(w);

@@ -42,7 +42,8 @@ struct WroteEvent {
     int frame;
     Written file;
 };
-using CookEvent = std::variant<ArrivedEvent, WroteEvent, Warning, Failure, Run>;
+using ToldEvent = std::shared_ptr<const Told>;
+using CookEvent = std::variant<ArrivedEvent, WroteEvent, ToldEvent, Warning, Failure, Run>;
 
 // What a cook works with and does not own.
 struct CookTools {
@@ -88,7 +89,8 @@ struct CookState : CookTools {
     std::exception_ptr fatal;
 
     Warners warners;
-    std::vector<CookEvent> events;  // not told yet
+    std::unordered_set<Key, KeyHash> told;  // by the results that it is told of
+    std::vector<CookEvent> events;          // not told yet
     Cooked cooked;
     tbb::task_group group;
 

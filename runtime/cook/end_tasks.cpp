@@ -99,6 +99,10 @@ void deliver(CookState& cook, std::uint32_t want, const SharedResult& result)
     --cook.in_flight;
     ++cook.cooked.done;
     cook.events.emplace_back(ArrivedEvent{want, result, cook.cooked.done});
+    if (!cook.observer) return;
+    for (const ToldEvent& told : result->told) {
+        if (cook.told.insert(told->from).second) cook.events.emplace_back(told);
+    }
 }
 
 void fail(CookState& cook, Task& task, std::string what)

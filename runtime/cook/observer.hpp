@@ -42,6 +42,7 @@ public:
     virtual void progressed(const Progress&) {}
     virtual void failed(const Failure&) {}
     virtual void warned(const Warning&) {}  // once for each distinct text of a node
+    virtual void told(const Told&) {}       // once for each result that tells of its accuracy
     virtual void wrote(std::uint32_t /*node*/, int /*frame*/, const Written&) {}
     virtual void ran(const Run&) {}
 };
@@ -53,6 +54,7 @@ public:
     void progressed(const Progress& p) override { next_.progressed(p); }
     void failed(const Failure& f) override { next_.failed(f); }
     void warned(const Warning& w) override { next_.warned(w); }
+    void told(const Told& t) override { next_.told(t); }
     void wrote(std::uint32_t n, int frame, const Written& w) override { next_.wrote(n, frame, w); }
     void ran(const Run& run) override { next_.ran(run); }
 

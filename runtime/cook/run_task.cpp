@@ -104,6 +104,10 @@ graph::Context context_of(CookState& cook, const Task& task, Result& result, Out
         auto& all = result.warnings;
         if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(text);
     };
+    context.tell = [&talking, &result](graph::Figures figures) {
+        const std::lock_guard lock(talking);
+        result.figures = std::move(figures);
+    };
     context.opened = [&cook, &task, &talking, &outcome](const std::filesystem::path& path) {
         if (!cook.keys.opens(task.node)) {
             throw std::logic_error("this node opens files but has no path_in parameter");
@@ -259,7 +263,10 @@ Outcome run_task(CookState& cook, Task& task, Scratch& scratch)
     if (made) {
         made->seconds = outcome.run.seconds;
         outcome.run.bytes = made->bytes;
-        if (task.preparation < 0) made->heard = warnings_before(cook, task);
+        if (task.preparation < 0) {
+            made->heard = warnings_before(cook, task);
+            made->told = told_with(cook, task, made->figures);
+        }
         outcome.store = worth_storing(cook, task, *made);
         made->since_stored = outcome.store ? 0 : since_stored(task) + made->seconds;
         outcome.result = std::move(made);

@@ -23,10 +23,13 @@ SharedResult find_same(CookState& cook, const Task& task, const Key& same)
     }
     if (!found || !still_there(*found, cook.caches.files)) return nullptr;
     if (task.preparation >= 0) return found;
-    // Inputs of equal bytes may have come with other warnings.
-    if (std::vector<Heard> now = warnings_before(cook, task); now != found->heard) {
+    // Inputs of equal bytes may have come with other warnings and figures.
+    auto heard = warnings_before(cook, task);
+    auto told = told_with(cook, task, found->figures);
+    if (heard != found->heard || !tell_the_same(told, found->told)) {
         auto copy = std::make_shared<Result>(*found);
-        copy->heard = std::move(now);
+        copy->heard = std::move(heard);
+        copy->told = std::move(told);
         found = std::move(copy);
         if (worth_storing(cook, task, *found)) cook.caches.disk->store(task.key, found);
     } else if (on_disk) {

@@ -69,4 +69,33 @@ std::vector<Heard> warnings_before(CookState& cook, const Task& task)
     return heap.take();
 }
 
+std::vector<std::shared_ptr<const Told>> told_with(const CookState& cook, const Task& task,
+                                                   const graph::Figures& own)
+{
+    std::vector<std::shared_ptr<const Told>> all;
+    for (const Task* input : task.inputs) {
+        all.insert(all.end(), input->result->told.begin(), input->result->told.end());
+    }
+    if (!own.all.empty()) {
+        const graph::Node& node = cook.graph.nodes[task.node];
+        all.push_back(
+            std::make_shared<Told>(Told{task.key, task.frame, node.name, node.type->name, own}));
+    }
+    if (all.size() < 2) return all;
+    std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+        return std::tie(a->node, a->frame, a->from) < std::tie(b->node, b->frame, b->from);
+    });
+    const auto same = [](const auto& a, const auto& b) { return a->from == b->from; };
+    all.erase(std::unique(all.begin(), all.end(), same), all.end());
+    return all;
+}
+
+bool tell_the_same(const std::vector<std::shared_ptr<const Told>>& a,
+                   const std::vector<std::shared_ptr<const Told>>& b)
+{
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
+        return x->frame == y->frame && x->node == y->node && x->figures == y->figures;
+    });
+}
+
 }  // namespace runtime

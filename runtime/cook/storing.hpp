@@ -26,4 +26,12 @@ bool worth_storing(const CookState& cook, const Task& task, const Result& result
 // What the results that the task runs on warned of, and what they had heard. Takes the lock.
 std::vector<Heard> warnings_before(CookState& cook, const Task& task);
 
+// What the results that the task runs on told of their accuracy, and what its own result does.
+std::vector<std::shared_ptr<const Told>> told_with(const CookState& cook, const Task& task,
+                                                   const graph::Figures& own);
+
+// Whether two lists tell the same, of results by whatever keys.
+bool tell_the_same(const std::vector<std::shared_ptr<const Told>>& a,
+                   const std::vector<std::shared_ptr<const Told>>& b);
+
 }  // namespace runtime

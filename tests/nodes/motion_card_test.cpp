@@ -1,8 +1,5 @@
 // What `aspic card --motion` says of a simulation, by numbers that are known beforehand.
 
-#include "nodes/motion_card.hpp"
-
-#include "nodes/body_card.hpp"
 #include "runtime/commands/command_line.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/nodes/one_node.hpp"
@@ -39,8 +36,6 @@ MotionSaid card_of(const std::string& text, std::vector<std::string> more)
     const files::Folder folder;
     std::ostringstream o, e;
     runtime::Console console{o, e, false, {}, {}, "test"};
-    console.body_card = nodes::body_card;
-    console.motion_figures = nodes::motion_figures;
     std::vector<std::string> args{"card", folder.write("sim.json", text).string(),
                                   "--no-disk-cache"};
     args.insert(args.end(), more.begin(), more.end());

@@ -22,6 +22,7 @@ struct NodeRun {
     std::shared_ptr<graph::Cook> cook;
     std::stop_token stop;
     std::vector<std::string> warnings;
+    graph::Figures told;
 
     explicit NodeRun(const std::string& name)
         : type(*nodes::registry().find(name)), previous(type.previous.size())
@@ -48,6 +49,7 @@ struct NodeRun {
             context.gathered = type.gather_frames(params, range);
         }
         context.warn = [this](const std::string& text) { warnings.push_back(text); };
+        context.tell = [this](graph::Figures figures) { told = std::move(figures); };
         std::vector<std::shared_ptr<const void>> prepared;
         for (const auto& p : type.preparations) {
             prepared.push_back(p.build({by_port, params, {}, {}, context}));

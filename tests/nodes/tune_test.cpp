@@ -1,6 +1,6 @@
 // `aspic tune` on beams whose sag is known.
 
-#include "nodes/body_card.hpp"
+#include "nodes/body_figures.hpp"
 #include "runtime/commands/command_line.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/nodes/one_node.hpp"

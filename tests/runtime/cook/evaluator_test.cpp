@@ -54,13 +54,13 @@ struct Notes : Observer {
     void progressed(const Progress& p) override { steps.push_back(p); }
 };
 
-using Told = std::set<std::tuple<std::uint32_t, int, std::string>>;  // node, frame, text
+using Events = std::set<std::tuple<std::uint32_t, int, std::string>>;  // node, frame, text
 
-Told warnings_of(const graph::Graph& graph, Kitchen& kitchen, Want want)
+Events warnings_of(const graph::Graph& graph, Kitchen& kitchen, Want want)
 {
     Notes notes;
     Evaluator(graph, kitchen.caches, kitchen.options, &notes).cook({want});
-    Told told;
+    Events told;
     for (const Warning& w : notes.warnings) {
         EXPECT_TRUE(told.insert({w.node, w.frame, w.text}).second) << "told twice: " << w.text;
     }
@@ -499,10 +499,10 @@ TEST(Evaluator, ACachedResultRepeatsTheWarningsOfItsInputs)
     const auto last = w.add("Sum", {{"values", {both}}});
     Kitchen kitchen;
     EXPECT_EQ(warnings_of(w.graph, kitchen, {last, 1}),
-              (Told{{thin, 1, "a bit thin"}, {flat, 1, "flat"}}));
+              (Events{{thin, 1, "a bit thin"}, {flat, 1, "flat"}}));
     take_runs("Sum");
     EXPECT_EQ(warnings_of(w.graph, kitchen, {last, 1}),
-              (Told{{thin, 1, "a bit thin"}, {flat, 1, "flat"}}));
+              (Events{{thin, 1, "a bit thin"}, {flat, 1, "flat"}}));
     EXPECT_EQ(take_runs("Sum"), 0);
 
     // Another graph, in which they stand elsewhere.
@@ -512,7 +512,7 @@ TEST(Evaluator, ACachedResultRepeatsTheWarningsOfItsInputs)
     const auto thin_too = other.add("Warns");
     const auto both_too = other.add("Sum", {{"values", {flat_too, thin_too}}});
     EXPECT_EQ(warnings_of(other.graph, kitchen, {both_too, 1}),
-              (Told{{flat_too, 1, "flat"}, {thin_too, 1, "a bit thin"}}));
+              (Events{{flat_too, 1, "flat"}, {thin_too, 1, "a bit thin"}}));
     EXPECT_EQ(take_runs("Sum"), 0);
 }
 
@@ -523,7 +523,7 @@ TEST(Evaluator, TwoNodesWithTheSameWarningAreBothReported)
     const auto two = w.add("Warns", {}, {{"above", {0.25}}});
     const auto sum = w.add("Sum", {{"values", {one, two}}});
     Kitchen kitchen;
-    const Told expected{{one, 1, "a bit thin"}, {two, 1, "a bit thin"}};
+    const Events expected{{one, 1, "a bit thin"}, {two, 1, "a bit thin"}};
     EXPECT_EQ(warnings_of(w.graph, kitchen, {sum, 1}), expected);
     EXPECT_EQ(warnings_of(w.graph, kitchen, {sum, 1}), expected);
 }
@@ -535,14 +535,14 @@ TEST(Evaluator, ACachedFrameOfASimulationNamesTheFirstFrameThatWarned)
     const auto thin = w.add("Warns", {{"value", {clock}}}, {{"above", {100.0}}});
     const auto all = w.add("Accumulate", {{"value", {thin}}});
     Kitchen kitchen(1);
-    EXPECT_EQ(warnings_of(w.graph, kitchen, {all, 9}), (Told{{thin, 4, "a bit thin"}}));
-    EXPECT_EQ(warnings_of(w.graph, kitchen, {all, 9}), (Told{{thin, 4, "a bit thin"}}));
-    EXPECT_EQ(warnings_of(w.graph, kitchen, {all, 3}), Told());
-    EXPECT_EQ(warnings_of(w.graph, kitchen, {all, 5}), (Told{{thin, 4, "a bit thin"}}));
+    EXPECT_EQ(warnings_of(w.graph, kitchen, {all, 9}), (Events{{thin, 4, "a bit thin"}}));
+    EXPECT_EQ(warnings_of(w.graph, kitchen, {all, 9}), (Events{{thin, 4, "a bit thin"}}));
+    EXPECT_EQ(warnings_of(w.graph, kitchen, {all, 3}), Events());
+    EXPECT_EQ(warnings_of(w.graph, kitchen, {all, 5}), (Events{{thin, 4, "a bit thin"}}));
     const auto both = w.add("Sum", {{"values", {thin, all}}});
     warnings_of(w.graph, kitchen, {both, 9});
     take_runs("Sum");
-    EXPECT_EQ(warnings_of(w.graph, kitchen, {both, 9}), (Told{{thin, 4, "a bit thin"}}));
+    EXPECT_EQ(warnings_of(w.graph, kitchen, {both, 9}), (Events{{thin, 4, "a bit thin"}}));
     EXPECT_EQ(take_runs("Sum"), 0);
 }
 
@@ -558,7 +558,7 @@ TEST(Evaluator, AnEditThatYieldsEqualBytesRepeatsNoOldWarnings)
             kitchen.caches.disk =
                 std::make_unique<DiskCache>(folder.path, std::uintmax_t{1} << 30, nullptr);
         }
-        Told told = warnings_of(w.graph, kitchen, {slow, 1});
+        Events told = warnings_of(w.graph, kitchen, {slow, 1});
         kitchen.caches.disk->flush();
         return told;
     };
@@ -566,7 +566,7 @@ TEST(Evaluator, AnEditThatYieldsEqualBytesRepeatsNoOldWarnings)
         w.graph.nodes[thin].params[Wiring::param(*w.graph.nodes[thin].type, "text")] = {text};
         const double quiet = text.empty() ? 2 : 0;
         w.graph.nodes[thin].params[Wiring::param(*w.graph.nodes[thin].type, "above")] = {quiet};
-        const Told expected = text.empty() ? Told() : Told{{thin, 1, text}};
+        const Events expected = text.empty() ? Events() : Events{{thin, 1, text}};
         Kitchen kitchen;
         EXPECT_EQ(cook(kitchen), expected) << "taken over from disk";
         EXPECT_EQ(cook(kitchen), expected) << "found in memory";
@@ -583,7 +583,7 @@ TEST(Evaluator, AnEditThatYieldsEqualBytesRepeatsNoOldWarnings)
     cook(kitchen);
     w.graph.nodes[thin].params[Wiring::param(*w.graph.nodes[thin].type, "text")] = {
         std::string("thinner")};
-    EXPECT_EQ(cook(kitchen), (Told{{thin, 1, "thinner"}})) << "taken over from memory";
+    EXPECT_EQ(cook(kitchen), (Events{{thin, 1, "thinner"}})) << "taken over from memory";
     EXPECT_EQ(take_runs("Slow"), 0);
 }
 

@@ -1,0 +1,46 @@
+#pragma once
+
+// Numbers by which a node tells how accurate its result is: what a body weighs beside its mesh, how
+// well a simulation's equations were solved. They are kept with the result and come to everybody
+// who cooks something made from it, from the caches too. `aspic cook` writes them as the accuracy
+// card.
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace graph {
+
+// What a figure is of all frames.
+enum class Over {
+    once,     // the same at all: that of the first frame
+    largest,  // its largest value
+    balance,  // a quantity that only errors raise: the sums of its rises and of its falls
+};
+
+struct Figure {
+    static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+    std::string name;        // with its unit: "volume, m^3"
+    double value = unknown;  // not a number where it is not known
+    // What a figure told once should be. What rises and falls of a balance are shares of: its
+    // largest value.
+    double of = unknown;
+    Over over = Over::once;
+
+    // Unknown values are equal.
+    bool operator==(const Figure& b) const
+    {
+        const auto same = [](double x, double y) { return x == y || (x != x && y != y); };
+        return name == b.name && same(value, b.value) && same(of, b.of) && over == b.over;
+    }
+};
+
+// All that a node tells of a result.
+struct Figures {
+    std::string kind;  // "body", "simulation"
+    std::vector<Figure> all;
+    bool operator==(const Figures&) const = default;
+};
+
+}  // namespace graph

@@ -1,0 +1,81 @@
+#pragma once
+
+// What Voxelize tells of a body: how far its cubes are from the mesh that they stand for.
+
+#include "geometry/mesh/mass_properties.hpp"
+#include "geometry/mesh/mesh_edges.hpp"
+#include "graph/types/figure.hpp"
+#include "nodes/wire_types.hpp"
+#include "physics/state/measure.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace nodes {
+
+inline double count_cubes(const graph::Value& cubes)
+{
+    return static_cast<double>(cubes.as<geometry::Cubes>()->count());
+}
+
+// kg/m^3; not a number where the cubes are not all of one density.
+inline double one_density(const geometry::Cubes& cubes)
+{
+    const double per_fill = std::pow(cubes.size, 3);
+    double least = std::numeric_limits<double>::infinity(), most = 0;
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        const double density = cubes.mass[c] / (cubes.fill[c] * per_fill);
+        least = std::min(least, density), most = std::max(most, density);
+    }
+    return most - least <= 1e-4 * most ? most : graph::Figure::unknown;
+}
+
+// The mass moments of cubes at rest, with the mass of bricks.
+inline physics::MassMoments moments_at_rest(const geometry::Cubes& cubes)
+{
+    physics::State at_rest;
+    at_rest.x = geometry::corner_positions(cubes);
+    at_rest.v.assign(at_rest.x.size(), geometry::Vec3::Zero());
+    at_rest.brick_mass = true;
+    return physics::mass_moments(at_rest, cubes);
+}
+
+// Of a mesh and the cubes that Voxelize made of it, `solid` or of its surface. Their mass is that
+// of bricks (physics/state/cube_mass.hpp); lattices and springs have it on the corners of the
+// cubes, which adds m h^2 / 3 to each moment of inertia, where bricks add 0.013 m h^2. `bending`:
+// the stiffness in bending of the part that is most wrong, times the true one; not a number where
+// it is not known. Of an open mesh and of surfaces nothing is known to compare with.
+inline graph::Figures body_figures(const geometry::TriMesh& mesh, const geometry::Cubes& cubes,
+                                   bool solid, double bending)
+{
+    constexpr double unknown = graph::Figure::unknown;
+    const bool known = solid && geometry::is_closed(mesh.triangles(), mesh.positions.size());
+    geometry::MassProperties body;
+    if (known) body = geometry::mass_properties(mesh);
+    const physics::MassMoments model = moments_at_rest(cubes);
+    const auto exact = [&](double x) { return known && body.mass > 0 ? x : unknown; };
+    double volume = 0;
+    for (const double fill : cubes.fill) volume += fill * std::pow(cubes.size, 3);
+    graph::Figures out{"body",
+                       {{"cubes", static_cast<double>(cubes.count())},
+                        {"size of a cube, m", cubes.size},
+                        {"volume, m^3", volume, exact(body.mass)},
+                        {"mass, kg", model.mass, exact(one_density(cubes) * body.mass)}}};
+    for (int k = 0; k < 3; ++k) {
+        out.all.push_back(
+            {fmt::format("centre {}, m", "xyz"[k]), model.centre[k], exact(body.centre[k])});
+    }
+    for (int k = 0; k < 3; ++k) {
+        out.all.push_back({fmt::format("inertia about {} per mass, m^2", "xyz"[k]),
+                           model.inertia(k, k) / model.mass,
+                           exact(body.inertia(k, k) / body.mass)});
+    }
+    out.all.push_back({"stiffness in bending, of the true one", exact(bending), exact(1)});
+    return out;
+}
+
+}  // namespace nodes

@@ -1,0 +1,49 @@
+#pragma once
+
+// What Simulate tells of a state: how well its equations were solved, how deep the body is in what
+// it touches, and the energy that it has.
+
+#include "geometry/cubes/cubes.hpp"
+#include "graph/types/figure.hpp"
+#include "physics/body/plane_touch.hpp"
+#include "physics/bricks/bricks_body.hpp"
+#include "physics/bricks/elastic_energy.hpp"
+#include "physics/state/measure.hpp"
+
+#include <algorithm>
+#include <vector>
+
+namespace nodes {
+
+struct Energies {
+    double own = graph::Figure::unknown;     // J, of motion and deformation
+    double lifted = graph::Figure::unknown;  // J, in gravity
+};
+
+// Of all models of the body together.
+inline Energies energies(const physics::BricksBody& body, const physics::State& state,
+                         const physics::Vec3& gravity)
+{
+    Energies out{physics::elastic_energy(body, state), 0};
+    out.own += physics::kinetic_energy(state, *body.rest);
+    const std::vector<double> mass = geometry::corner_masses(*body.rest);
+    for (std::size_t k = 0; k < mass.size(); ++k) out.lifted -= mass[k] * gravity.dot(state.x[k]);
+    return out;
+}
+
+// `solved` by equations that leave a residual, and with contacts that are known: by all methods but
+// the lattice. The balance of energy says something where only gravity does work.
+inline graph::Figures simulation_figures(const physics::State& state, bool solved,
+                                         const Energies& energy)
+{
+    constexpr double unknown = graph::Figure::unknown;
+    const double depth =
+        std::max(physics::deepest_of(state.holds), physics::deepest_of(state.grips));
+    return {"simulation",
+            {{"solver residual, of the forces at work", solved ? state.report.residual : unknown,
+              unknown, graph::Over::largest},
+             {"energy", energy.own + energy.lifted, energy.own, graph::Over::balance},
+             {"contact depth, m", solved ? depth : unknown, unknown, graph::Over::largest}}};
+}
+
+}  // namespace nodes

@@ -1,0 +1,14 @@
+#include "physics/bricks/elastic_energy.hpp"
+
+#include "physics/bricks/brick_elasticity.hpp"
+
+namespace physics {
+
+double elastic_energy(const BricksBody& body, const State& state)
+{
+    BrickElasticity elasticity(body);
+    if (state.plastic_of == PlasticOf::bricks) elasticity.load_plastic(state.plastic);
+    return elasticity.energy(by_slot(body.base, state.x).data());
+}
+
+}  // namespace physics

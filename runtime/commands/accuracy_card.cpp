@@ -1,0 +1,243 @@
+#include "runtime/commands/accuracy_card.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+namespace runtime {
+namespace {
+
+using graph::Figure;
+using graph::Over;
+
+// What one node told, by frame.
+using ByFrame = std::map<int, graph::Figures>;
+
+// Whether a node, or one that it depends on, is another one at another frame.
+bool changes(const graph::Graph& graph, std::uint32_t n)
+{
+    const graph::Node& node = graph.nodes[n];
+    if (!node.animated.empty() || node.type->reads != 0) return true;
+    for (const auto& links : node.inputs) {
+        for (const graph::Link& link : links) {
+            if (changes(graph, link.node)) return true;
+        }
+    }
+    return false;
+}
+
+// Whether nothing but gravity does work on the body: what holds it stays, and so does what it
+// touches.
+bool is_left_alone(const graph::Graph& graph, const graph::Node& node)
+{
+    if (!node.animated.empty() || !graph::links_to(node, "forces").empty()) return false;
+    for (const char* input : {"pins", "colliders"}) {
+        for (const graph::Link& link : graph::links_to(node, input)) {
+            if (changes(graph, link.node)) return false;
+        }
+    }
+    return true;
+}
+
+CardLine largest(const ByFrame& told, std::size_t which)
+{
+    CardLine most{told.begin()->second.all[which], told.begin()->first};
+    for (const auto& [frame, figures] : told) {
+        const double value = figures.all[which].value;
+        if (!(value <= most.value)) most.value = value, most.frame = frame;  // not a number stays
+    }
+    return most;
+}
+
+// What rose in the frames in which it rose, and fell in the others, as shares of the largest value
+// of what it is a balance of. Unknown where a frame is left out.
+std::array<double, 2> balance(const ByFrame& told, std::size_t which)
+{
+    constexpr std::array<double, 2> unknown{Figure::unknown, Figure::unknown};
+    double gained = 0, lost = 0, most = 0, before = Figure::unknown;
+    int last = told.begin()->first - 1;
+    for (const auto& [frame, figures] : told) {
+        const Figure& now = figures.all[which];
+        if (frame != std::exchange(last, frame) + 1 || std::isnan(now.value)) return unknown;
+        const double step = now.value - std::exchange(before, now.value);
+        most = std::max(most, now.of);
+        if (step > 0) gained += step;
+        if (step < 0) lost -= step;
+    }
+    return most > 0 ? std::array{gained / most, lost / most} : std::array{0.0, 0.0};
+}
+
+AccuracyCard card_of(const graph::Graph& graph, const graph::Node* node, const std::string& name,
+                     const ByFrame& told)
+{
+    const graph::Figures& first = told.begin()->second;
+    AccuracyCard card{name, first.kind, told.size(), {}};
+    for (std::size_t i = 0; i < first.all.size(); ++i) {
+        const Figure& figure = first.all[i];
+        if (figure.over == Over::once) card.lines.push_back({figure});
+        if (figure.over == Over::largest) card.lines.push_back(largest(told, i));
+        if (figure.over != Over::balance) continue;
+        auto [gained, lost] = balance(told, i);
+        if (!node || !is_left_alone(graph, *node)) gained = lost = Figure::unknown;
+        const std::string of = ", of the most there was";
+        card.lines.push_back(
+            {{figure.name + " gained" + of, gained, Figure::unknown, Over::balance}});
+        card.lines.push_back({{figure.name + " lost" + of, lost, Figure::unknown, Over::balance}});
+    }
+    return card;
+}
+
+// The node of the graph whose result that is, else the one of that name and type.
+std::optional<std::uint32_t> node_of(const Told& told, const graph::Graph& graph, Keys& keys)
+{
+    std::optional<std::uint32_t> named;
+    for (const std::uint32_t n : keys.reached()) {
+        const graph::Node& node = graph.nodes[n];
+        if (node.type->name != told.type) continue;
+        if (told.frame >= graph.range.first && keys.at(n, told.frame) == told.from) return n;
+        if (node.name == told.node) named = n;
+    }
+    return named;
+}
+
+std::string number_text(double x)
+{
+    return std::isnan(x) ? "-" : fmt::format("{:.6g}", x);
+}
+
+// "0.12 %", "130 %"; a millionth counts as nothing.
+std::string percent_text(double share, bool sign)
+{
+    const double percent = std::abs(share) < 1e-6 ? 0 : 100 * share;
+    const std::string text =
+        std::abs(percent) < 100 ? fmt::format("{:.2g}", percent) : fmt::format("{:.0f}", percent);
+    return (sign && percent > 0 ? "+" : "") + text + " %";
+}
+
+// "+0.12 %" of what is known and not 0. The place of a centre is no share of anything.
+std::string error_text(const Figure& line)
+{
+    const double error = line.value / line.of - 1;
+    const bool place = line.name.starts_with("centre");
+    return std::isfinite(error) && !place ? percent_text(error, true) : "";
+}
+
+// Before its unit, or what it is a share of.
+std::string short_name(const std::string& name)
+{
+    return name.substr(0, std::min(name.find(','), name.find(" about ")));
+}
+
+nlohmann::ordered_json number_json(double x)
+{
+    return std::isfinite(x) ? nlohmann::ordered_json(x) : nlohmann::ordered_json();
+}
+
+// What a summary says of a line; nothing of what is not known.
+std::string said_of(const AccuracyCard& card, const CardLine& line)
+{
+    if (card.kind == "body") {
+        const std::string error = error_text(line);
+        return error.empty() ? "" : short_name(line.name) + " " + error;
+    }
+    if (std::isnan(line.value)) return "";
+    if (line.over == Over::balance) {
+        return short_name(line.name) + " " + percent_text(line.value, false);
+    }
+    const bool metres = line.name.ends_with(", m");
+    const std::string at = line.value > 0 ? fmt::format(" (frame {})", line.frame) : "";
+    return fmt::format("{} {:.2g}{}{}", short_name(line.name), line.value, metres ? " m" : "", at);
+}
+
+}  // namespace
+
+std::vector<AccuracyCard> AccuracyFigures::cards(const graph::Graph& graph, Keys& keys) const
+{
+    std::map<std::uint32_t, ByFrame> by_node;
+    std::map<std::string, ByFrame> others;
+    for (const Told& told : all_) {
+        const auto n = node_of(told, graph, keys);
+        ByFrame& frames = n ? by_node[*n] : others[told.node];
+        const auto at = frames.try_emplace(told.frame, told.figures).first;
+        // Frames of one node tell of the same quantities.
+        if (at->second.all.size() != frames.begin()->second.all.size()) frames.erase(at);
+    }
+    std::vector<AccuracyCard> cards;
+    for (const auto& [n, told] : by_node) {
+        cards.push_back(card_of(graph, &graph.nodes[n], graph.nodes[n].name, told));
+    }
+    for (const auto& [name, told] : others) cards.push_back(card_of(graph, nullptr, name, told));
+    return cards;
+}
+
+std::string card_table(const AccuracyCard& card)
+{
+    if (card.kind != "body") {
+        std::string text =
+            fmt::format("{:<42} {:>12}\n", card.node, fmt::format("{} frames", card.frames));
+        for (const CardLine& line : card.lines) {
+            const bool at = line.over == Over::largest && line.value > 0;
+            text += fmt::format("  {:<40} {:>12}{}\n", line.name, number_text(line.value),
+                                at ? fmt::format("  frame {}", line.frame) : "");
+        }
+        return text;
+    }
+    std::string text =
+        fmt::format("{:<42} {:>12} {:>12}  {}\n", card.node, "mesh", "cubes", "error");
+    for (const CardLine& line : card.lines) {
+        text += fmt::format("  {:<40} {:>12} {:>12}  {}\n", line.name, number_text(line.of),
+                            number_text(line.value), error_text(line));
+    }
+    return text;
+}
+
+std::string card_summary(const AccuracyCard& card)
+{
+    // Of lines of one name, as of inertia about three axes, the one that is most wrong.
+    std::vector<std::pair<std::string, const CardLine*>> told;
+    for (const CardLine& line : card.lines) {
+        const std::string name = short_name(line.name);
+        const auto error = [](const Figure& f) { return std::abs(f.value / f.of - 1); };
+        if (!told.empty() && told.back().first == name) {
+            if (error(line) > error(*told.back().second)) told.back().second = &line;
+        } else {
+            told.emplace_back(name, &line);
+        }
+    }
+    std::string parts;
+    for (const auto& [name, line] : told) {
+        const std::string said = said_of(card, *line);
+        if (!said.empty()) parts += (parts.empty() ? "" : ", ") + said;
+    }
+    std::string text = "'" + card.node + "': ";
+    if (card.kind == "body") {
+        text += fmt::format("{:.0f} cubes", card.lines.front().value);
+        return parts.empty() ? text : text + "; against the mesh: " + parts;
+    }
+    text += fmt::format("{} frame{}", card.frames, card.frames == 1 ? "" : "s");
+    return parts.empty() ? text : text + ": " + parts;
+}
+
+nlohmann::ordered_json card_json(const AccuracyCard& card)
+{
+    nlohmann::ordered_json all{{card.kind, card.node}};
+    const bool body = card.kind == "body";
+    if (!body) all["frames"] = card.frames;
+    for (const CardLine& line : card.lines) {
+        if (body) {
+            all["card"][line.name] = {{"mesh", number_json(line.of)},
+                                      {"cubes", number_json(line.value)}};
+        } else {
+            all["card"][line.name] = number_json(line.value);
+        }
+    }
+    return all;
+}
+
+}  // namespace runtime

@@ -1,0 +1,141 @@
+// The accuracy card that every cook writes: what Voxelize and Simulate tell, whether they ran or
+// came out of the cache.
+
+#include "nodes/registry.hpp"
+#include "runtime/commands/command_line.hpp"
+#include "tests/geometry/files.hpp"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <sstream>
+
+namespace {
+
+// A box of 1,000 kg/m^3 in one cube and a half, which falls for four frames.
+std::string falling(const std::string& body = "body", const std::string& more = R"("size": 0.1)",
+                    const std::string& height = "0.15")
+{
+    return R"({ "aspic": 1, "frames": { "last": 4, "fps": 24 }, "nodes": {
+    "box": { "type": "Primitive@1", "params": {
+        "shape": "box", "box": { "size": [0.1, )" +
+           height + R"(, 0.1] } } },
+    ")" + body +
+           R"(": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" }, "params": {
+        "method": "solid", "matter": { "density": 1000, "young": 1e5 }, )" +
+           more + R"( } },
+    "sim": { "type": "Simulate@2", "inputs": { "cubes": ")" +
+           body + R"(.cubes" }, "params": {
+        "step": { "integrator": "implicit_midpoint", "tolerance": 1e-8 } } },
+    "shape": { "type": "Embed@1", "inputs": {
+        "mesh": "box.mesh", "cubes": ")" +
+           body + R"(.cubes", "state": "sim.state" } },
+    "write": { "type": "WriteMesh@1", "inputs": { "mesh": "shape.mesh" }, "params": {
+        "path": "box.####.obj" } } } })";
+}
+
+struct Cooked {
+    std::string err;
+    nlohmann::json accuracy;  // of the manifest
+};
+
+// With a cache of its own, kept between cooks.
+class AccuracyOfCooks : public ::testing::Test {
+protected:
+    Cooked cook(const std::string& text, const char* out, std::vector<std::string> more = {})
+    {
+        std::ostringstream o, e;
+        runtime::Console console{o, e, false, {}, {}, "test"};
+        const auto folder = folder_.path / out;
+        std::vector<std::string> args{"cook",    folder_.write("box.json", text).string(),
+                                      "--cache", (folder_.path / "cache").string(),
+                                      "--out",   folder.string()};
+        args.insert(args.end(), more.begin(), more.end());
+        EXPECT_EQ(runtime::run_command_line(args, nodes::registry(), console), runtime::exit_ok)
+            << e.str();
+        said_ = e.str() + o.str();
+        const auto manifest = nlohmann::json::parse(files::bytes_of(folder / "manifest.json"));
+        return {said_, manifest.value("accuracy", nlohmann::json())};
+    }
+
+    const files::Folder folder_;
+    std::string said_;
+};
+
+TEST_F(AccuracyOfCooks, ACookWritesWhatItsNodesTell)
+{
+    const Cooked made = cook(falling(), "a");
+    ASSERT_EQ(made.accuracy.size(), 2u) << made.accuracy;
+    const auto& body = made.accuracy[0];
+    EXPECT_EQ(body["body"], "body");
+    EXPECT_NEAR(body["card"]["volume, m^3"]["mesh"].get<double>(), 1.5e-3, 1e-9);
+    EXPECT_NEAR(body["card"]["mass, kg"]["cubes"].get<double>(), 1.5, 1e-6);
+    const auto& sim = made.accuracy[1];
+    EXPECT_EQ(sim["simulation"], "sim");
+    EXPECT_EQ(sim["frames"], 4);
+    EXPECT_LT(sim["card"]["solver residual, of the forces at work"].get<double>(), 1e-6);
+    EXPECT_LT(sim["card"]["energy gained, of the most there was"].get<double>(), 1e-9);
+    EXPECT_NE(made.err.find("accuracy: 'body': 2 cubes; against the mesh: "), std::string::npos)
+        << made.err;
+    EXPECT_NE(made.err.find("accuracy: 'sim': 4 frames: solver residual "), std::string::npos)
+        << made.err;
+}
+
+TEST_F(AccuracyOfCooks, TheCacheTellsTheSame)
+{
+    const Cooked made = cook(falling(), "a");
+    EXPECT_EQ(cook(falling(), "a").accuracy, made.accuracy);
+    EXPECT_NE(said_.find(" 0 cooked"), std::string::npos) << said_;
+    EXPECT_EQ(cook(falling(), "b").accuracy, made.accuracy);
+    const Cooked json = cook(falling(), "c", {"--json"});
+    EXPECT_NE(json.err.find(R"({"event":"accuracy","simulation":"sim","frames":4,)"),
+              std::string::npos)
+        << json.err;
+}
+
+TEST_F(AccuracyOfCooks, FiguresGoToTheNodeThatWouldMakeTheResult)
+{
+    cook(falling("body"), "a");
+    const Cooked renamed = cook(falling("crate"), "a");
+    ASSERT_EQ(renamed.accuracy.size(), 2u) << renamed.accuracy;
+    EXPECT_EQ(renamed.accuracy[0]["body"], "crate");
+}
+
+TEST_F(AccuracyOfCooks, AnEditThatLeavesTheCubesAsTheyAreTellsOfThemOnce)
+{
+    const Cooked made = cook(falling(), "a");
+    EXPECT_EQ(cook(falling("body", R"("size": 0.1, "max_cubes": 77)"), "a").accuracy,
+              made.accuracy);
+}
+
+TEST_F(AccuracyOfCooks, AnEditThatMakesOtherCubesTellsOfThose)
+{
+    cook(falling(), "a");
+    const Cooked taller = cook(falling("body", R"("size": 0.1)", "0.16"), "a");
+    ASSERT_EQ(taller.accuracy.size(), 2u) << taller.accuracy;
+    const auto& volume = taller.accuracy[0]["card"]["volume, m^3"];
+    EXPECT_NEAR(volume["mesh"].get<double>(), 1.6e-3, 1e-9);
+}
+
+TEST_F(AccuracyOfCooks, WhatGathersFramesTellsOfAll)
+{
+    std::string text = falling();
+    const std::string write = R"("write": {)";
+    text.replace(text.find(write), write.size(), R"("bounds": { "type": "MotionBounds@1",
+        "inputs": { "mesh": "shape.mesh" } }, "write": {)");
+    const Cooked made = cook(text, "a", {"--node", "bounds"});
+    ASSERT_EQ(made.accuracy.size(), 2u) << made.accuracy;
+    EXPECT_EQ(made.accuracy[1]["frames"], 4);
+    EXPECT_EQ(cook(text, "a", {"--node", "bounds"}).accuracy, made.accuracy);
+}
+
+TEST_F(AccuracyOfCooks, WhatIsWorstIsTold)
+{
+    // Half a cube thick: (0.2 / 0.1)^2 times too stiff.
+    const Cooked thin = cook(falling("body", R"("size": 0.2)", "0.1"), "a");
+    const auto& bending = thin.accuracy[0]["card"]["stiffness in bending, of the true one"];
+    EXPECT_NEAR(bending["cubes"].get<double>(), 4, 0.5);
+    EXPECT_NE(thin.err.find("stiffness in bending +"), std::string::npos) << thin.err;
+}
+
+}  // namespace
