@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace physics {
 namespace {
@@ -145,6 +146,23 @@ void apply_inverse(Elasticity& elasticity, const StepFrame& frame, const float* 
     for (const auto i : frame.held_along) z[i] = 0;
 }
 
+// Adds the contacts to the inverse at rest, where the last solve took longer than that.
+void add_responses(StepSolver& solver, const Stage& stage)
+{
+    constexpr std::size_t most = 200;  // contacts
+    const auto& contacts = solver.low.contacts;
+    if (contacts.empty() || contacts.size() > most) return;
+    solver.responses.start(stage.tau, stage.linear_at);
+    const std::size_t missing = solver.responses.missing(contacts);
+    if (missing > 2 * static_cast<std::size_t>(solver.took)) return;
+    auto& precondition = solver.low.linear.precondition;
+    solver.responses.make(contacts, stage.frame.fixed, stage.elasticity.room(), precondition);
+    precondition = [&solver, inverse = std::move(precondition)](const float* r, float* z) {
+        inverse(r, z);
+        solver.responses.take_contacts(z);
+    };
+}
+
 // The inverse at rest, multigrid, or the diagonal, by the work that each should take. The diagonal
 // takes iterations by the square root of the condition. The other two take a few and up to 25 for
 // each contact, of which the inverse and the coarse grids know nothing. What they prepare is kept
@@ -177,6 +195,7 @@ Plan choose_preconditioner(StepSolver& solver, const Stage& stage)
         solver.low.linear.precondition = [&elasticity, &solver, &frame](const float* r, float* z) {
             apply_inverse(elasticity, frame, r, z, solver.loose);
         };
+        add_responses(solver, stage);
         return {cost * with_inverse, cost + 1};
     }
     return plan_multigrid(solver, stage, mass, with_diagonal);
@@ -271,6 +290,7 @@ void solve_low(StepSolver& solver, Stage& stage, double target, int most, Solved
         const double goal = std::max(target, 1e-5 * size);
         const Solved part = add_low(solver, stage, goal, most - out.iterations);
         out.iterations += part.iterations;
+        solver.took = part.iterations;
         if (!refined && goal >= 1e-4 * size && part.converged) {
             size = part.residual;
             break;

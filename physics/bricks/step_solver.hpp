@@ -7,46 +7,23 @@
 // it is not enough, and in double where single gets nowhere. The preconditioner is the inverse of
 // A's diagonal, with a 3 x 3 block at each corner that touches something:
 //   |r| = sqrt(r . P r),   P = that inverse
-// In stiff bodies A at rest, factored once, takes its place (corner_factor.hpp), in large ones
-// multigrid (step_multigrid.hpp). Where these should take longer than to factor A as it is, or have
+// In stiff bodies A at rest, factored once, takes its place (corner_factor.hpp), where it takes
+// many iterations with the contacts added (step_responses.hpp); in large ones multigrid
+// (step_multigrid.hpp). Where these should take longer than to factor A as it is, or have
 // taken half as long and not got there, A is factored (step_direct.hpp). What should take how long
 // is counted from the matrix's structure, in products with A: no result depends on a clock.
 
+#include "physics/bricks/contact_block.hpp"
 #include "physics/bricks/stage.hpp"
 #include "physics/bricks/step_direct.hpp"
 #include "physics/bricks/step_multigrid.hpp"
+#include "physics/bricks/step_responses.hpp"
 #include "physics/math/conjugate_gradients.hpp"
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 namespace physics {
-
-// A contact as the linear solver sees it: W^T matrix W, W the weights of its corners.
-template <class T> struct ContactBlock {
-    std::array<std::uint32_t, PointContact::most> corners;  // whose weights are not 0
-    std::array<T, PointContact::most> weight;
-    std::uint32_t count;      // of these
-    std::array<T, 6> matrix;  // xx xy xz yy yz zz
-
-    // y += W^T matrix W p
-    void add_times(const T* p, T* y) const
-    {
-        T u[4] = {0, 0, 0, 0};  // with the fourth, compilers take all at a time
-        for (std::size_t a = 0; a < count; ++a) {
-            const T* from = p + 4 * std::size_t{corners[a]};
-            for (std::size_t i = 0; i < 4; ++i) u[i] += weight[a] * from[i];
-        }
-        const T f[4] = {matrix[0] * u[0] + matrix[1] * u[1] + matrix[2] * u[2],
-                        matrix[1] * u[0] + matrix[3] * u[1] + matrix[4] * u[2],
-                        matrix[2] * u[0] + matrix[4] * u[1] + matrix[5] * u[2], 0};
-        for (std::size_t a = 0; a < count; ++a) {
-            T* to = y + 4 * std::size_t{corners[a]};
-            for (std::size_t i = 0; i < 4; ++i) to[i] += weight[a] * f[i];
-        }
-    }
-};
 
 // A in one precision, and the vectors that its solves work in.
 template <class T> struct StepSystem {
@@ -63,6 +40,8 @@ struct StepSolver {
     StepSystem<double> high;
     StepMultigrid multigrid;
     StepDirect direct;
+    StepResponses responses;
+    int took = 0;                         // iterations of the last solve in single precision
     Aligned<float> loose;                 // a residual without what is held along an axis
     Aligned<double> rest;                 // N s, r - A delta
     std::vector<std::uint32_t> block_of;  // of each slot while blocks are added up
