@@ -29,8 +29,8 @@ struct Cache {
         result->values = {graph::Value::of(std::move(numbers)), graph::Value::of(1.0)};
         cache.store({1, 1}, result);
         cache.flush();
-        list("4/records", records);
-        list("4/contents", contents);
+        list("5/records", records);
+        list("5/contents", contents);
     }
     void list(const char* name, std::vector<fs::path>& files)
     {

@@ -203,7 +203,7 @@ TEST(DiskCache, AFileCutShortOrGrownIsSetAside)
         DiskCache cache(folder.path, plenty, nullptr);
         cache.store({1, 1}, numbers(3000));
         cache.flush();
-        for (const fs::path& file : files_in(folder.path / "4/contents")) {
+        for (const fs::path& file : files_in(folder.path / "5/contents")) {
             fs::resize_file(file, fs::file_size(file) + static_cast<std::uintmax_t>(change));
         }
         EXPECT_EQ(cache.load({1, 1}, slow()), nullptr);
@@ -218,7 +218,7 @@ TEST(DiskCache, VerifyFindsAFileUnderAWrongName)
     cache.store({1, 1}, numbers(10));
     cache.flush();
     EXPECT_EQ(cache.verify().good, 3u);
-    const fs::path file = files_in(folder.path / "4/contents")[0];
+    const fs::path file = files_in(folder.path / "5/contents")[0];
     fs::rename(file, file.string().substr(0, file.string().size() - 4) + "0000");
     const DiskCheck check = cache.verify();
     EXPECT_EQ(check.bad, 1u);
@@ -365,7 +365,7 @@ TEST(DiskCache, TheSizeIsThatOnDisk)
     for (std::uint64_t k = 1; k <= 20; ++k) cache.store({k, 0}, numbers(1, double(k)));
     cache.flush();
     std::uintmax_t blocks = 0;
-    for (const char* part : {"4/records", "4/contents"}) {
+    for (const char* part : {"5/records", "5/contents"}) {
         for (const fs::path& file : files_in(folder.path / part)) {
             struct stat info = {};
             ASSERT_EQ(::stat(file.c_str(), &info), 0);
@@ -391,7 +391,7 @@ TEST(DiskCache, ShrinkingDropsNoMoreRecordsThanItHasTo)
         }
         cache.flush();
         const std::uintmax_t before = cache.use().bytes;
-        for (const fs::path& file : files_in(folder.path / "4/contents")) {
+        for (const fs::path& file : files_in(folder.path / "5/contents")) {
             fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::seconds(age));
         }
         for (int again = 0; again < 3; ++again) {
@@ -412,13 +412,13 @@ TEST(DiskCache, AProcessThatWritesALittleLooksAtNothingThatOthersStored)
     // A look at all files finds this one: it sets it aside.
     const toys::Folder folder;
     const auto damaged = [&] {
-        return fs::exists(folder.path / "4/aside") ? files_in(folder.path / "4/aside").size() : 0;
+        return fs::exists(folder.path / "5/aside") ? files_in(folder.path / "5/aside").size() : 0;
     };
     const auto store = [&](std::uint64_t key, std::uintmax_t budget) {
         DiskCache(folder.path, budget, nullptr).store({key, 1}, numbers(1000, double(key)));
     };
     for (std::uint64_t key = 1; key <= 8; ++key) store(key, plenty);
-    flip_bit(files_in(folder.path / "4/records").front(), 300);
+    flip_bit(files_in(folder.path / "5/records").front(), 300);
     store(9, plenty);
     EXPECT_EQ(damaged(), 0u);
     std::uintmax_t bytes = DiskCache(folder.path, plenty, nullptr).use().bytes;
@@ -431,9 +431,9 @@ TEST(DiskCache, AProcessThatWritesALittleLooksAtNothingThatOthersStored)
 
     // What is not known is looked at, and so is what was known a day ago.
     for (const std::string note : {"", "100\n", "1000 1700000000\n", "1000 99999999999\nx\n"}) {
-        flip_bit(files_in(folder.path / "4/records").front(), 300);
+        flip_bit(files_in(folder.path / "5/records").front(), 300);
         const std::size_t before = damaged();
-        folder.write("4/size.txt", note);
+        folder.write("5/size.txt", note);
         store(12 + before, plenty);
         EXPECT_EQ(damaged(), before + 1) << note;
     }
@@ -442,14 +442,14 @@ TEST(DiskCache, AProcessThatWritesALittleLooksAtNothingThatOthersStored)
 TEST(DiskCache, WhatOthersWriteDuringALookIsCounted)
 {
     const toys::Folder folder;
-    const fs::path notes = folder.path / "4/size.txt";
+    const fs::path notes = folder.path / "5/size.txt";
     const auto tell = [&](const char* line) { std::ofstream(notes, std::ios::app) << line; };
     for (std::uint64_t key = 1; key <= 3; ++key) {
         DiskCache(folder.path, plenty, nullptr).store({key, 1}, numbers(1000, double(key)));
     }
     tell("77\n");  // before the look, which finds what it tells of
     // A look warns of this one, and another process writes at that moment.
-    flip_bit(files_in(folder.path / "4/records").front(), 300);
+    flip_bit(files_in(folder.path / "5/records").front(), 300);
     DiskCache cache(folder.path, plenty, [&](const std::string&) { tell("123456\n"); });
     cache.shrink(plenty);
     const std::string text = toys::bytes_of(notes);
@@ -543,7 +543,7 @@ TEST(DiskCache, AnEditThatYieldsEqualBytesRecomputesNothingInTheNextProcess)
     EXPECT_EQ(cache.verify().bad, 0u);
     cache.shrink(0, 0);
     EXPECT_EQ(cache.use().records, 0u);
-    EXPECT_TRUE(files_in(folder.path / "4/same").empty());
+    EXPECT_TRUE(files_in(folder.path / "5/same").empty());
 }
 
 // Each writes it before it hears of the other's, and tidies up when it ends.

@@ -351,11 +351,11 @@ TEST(CommandLine, ACacheThatMayNotBeReadIsNotSound)
     EXPECT_EQ(run({"cook", file, "--out", (folder.path / "out").string(), "--cache", cache}).exit,
               exit_ok);
     std::filesystem::permissions(folder.path, std::filesystem::perms::all);
-    std::filesystem::permissions(folder.path / "cache/4/records", std::filesystem::perms::none);
+    std::filesystem::permissions(folder.path / "cache/5/records", std::filesystem::perms::none);
     const int before = ::setfsuid(65534);
     const Said said = run({"cache", "verify", "--cache", cache});
     ::setfsuid(static_cast<uid_t>(before));
-    std::filesystem::permissions(folder.path / "cache/4/records",
+    std::filesystem::permissions(folder.path / "cache/5/records",
                                  std::filesystem::perms::owner_all);
     EXPECT_EQ(said.exit, exit_failed) << said.out;
     EXPECT_TRUE(has(said.out, "1 files or folders could not be read")) << said.out;

@@ -643,7 +643,7 @@ TEST_F(Farm, ACacheFileThatIsDamagedBetweenTasksCostsTimeAndNothingElse)
     EXPECT_EQ(said.exit, exit_ok) << said.err;
     EXPECT_TRUE(damaged);
     EXPECT_EQ(files("out"), cooked());
-    EXPECT_FALSE(std::filesystem::is_empty(folder_.path / "cache/4/aside")) << "they were read";
+    EXPECT_FALSE(std::filesystem::is_empty(folder_.path / "cache/5/aside")) << "they were read";
 }
 
 TEST_F(Farm, ATemplateForOpenJobDescriptionHasAStepAJob)

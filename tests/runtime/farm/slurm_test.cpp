@@ -228,8 +228,8 @@ protected:
     std::size_t stored() const
     {
         std::size_t count = 0;
-        if (!fs::exists(in("cache/4/records"))) return count;
-        for (auto f = fs::recursive_directory_iterator(in("cache/4/records")); f != fs::end(f);
+        if (!fs::exists(in("cache/5/records"))) return count;
+        for (auto f = fs::recursive_directory_iterator(in("cache/5/records")); f != fs::end(f);
              ++f) {
             count += f->is_regular_file();
         }
@@ -353,7 +353,7 @@ TEST_F(WideSlurm, ACacheFileThatIsDamagedBetweenTasksIsMadeAgain)
                [&] { return fs::exists(in("out/farm/parts/block.chain-sim.json")); });
     ASSERT_TRUE(files_if_any("out").empty()) << "no task of the frames has begun";
     int damaged = 0;
-    for (const auto& f : fs::recursive_directory_iterator(in("cache/4/contents"))) {
+    for (const auto& f : fs::recursive_directory_iterator(in("cache/5/contents"))) {
         if (!f.is_regular_file() || f.file_size() < 40) continue;
         std::fstream file(f.path());
         file.seekp(static_cast<std::streamoff>(f.file_size() - 9));
@@ -367,7 +367,7 @@ TEST_F(WideSlurm, ACacheFileThatIsDamagedBetweenTasksIsMadeAgain)
     EXPECT_NE(text.find("5 of 5 tasks are done"), std::string::npos) << text;
     EXPECT_NE(text.find("verified: 12 files of 1 cook"), std::string::npos) << text;
     EXPECT_TRUE(files("out") == cooked());
-    EXPECT_FALSE(fs::is_empty(in("cache/4/aside"))) << "the damaged files were read";
+    EXPECT_FALSE(fs::is_empty(in("cache/5/aside"))) << "the damaged files were read";
 }
 
 TEST_F(WideSlurm, ASimulationThatIsKilledGoesOnFromItsLastStoredFrame)
