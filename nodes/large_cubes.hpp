@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -36,6 +37,13 @@ inline std::string thin_text(const physics::ThinPart& part, double size)
         part.thickness / size, part.thickness, place_text(part.where));
 }
 
+// m, two digits: cubes that bend rightly in a wall, and are smaller than those that do not.
+inline double better_size(double thickness, double size)
+{
+    constexpr double smaller = 0.75, cubes_a_wall = 2.5;
+    return physics::size_for_wall(std::min(thickness, cubes_a_wall * smaller * size));
+}
+
 // Of the parts as physics::thin_parts() gives them.
 inline void warn_of_thin_walls(const std::vector<physics::ThinPart>& parts,
                                const geometry::Cubes& cubes, const physics::WallOptions& walls,
@@ -48,7 +56,7 @@ inline void warn_of_thin_walls(const std::vector<physics::ThinPart>& parts,
     const physics::ThinPart& worst = parts.front();
     std::string text = fmt::format("{}: about {} times too stiff in bending; use cubes of {:.2g} m",
                                    thin_text(worst, cubes.size), times_text(worst.factor),
-                                   physics::size_for_wall(worst.thickness));
+                                   better_size(worst.thickness, cubes.size));
     if (walls.solid && !(walls.thickness > 0)) text += ", or stiffness = calibrated";
     if (more > 1) {
         text += fmt::format(" ({} part{} more {} too thin for these cubes)", more - 1,

@@ -1,4 +1,5 @@
 #include "geometry/mesh/measure.hpp"
+#include "geometry/cubes/components.hpp"
 #include "geometry/cubes/local_matter.hpp"
 
 #include "graph/types/node_builder.hpp"
@@ -166,7 +167,12 @@ constexpr Quantity quantities[] = {
     {"cubes", {"cubes"}, [](const Inputs& in) { return double(cubes(in).count()); }},
     {"components",
      {"cubes"},
-     [](const Inputs& in) { return double(geometry::component_count(cubes(in))); }},
+     [](const Inputs& in) {
+         if (!cubes(in).component.empty()) return double(geometry::component_count(cubes(in)));
+         const auto found = geometry::find_components(cubes(in), geometry::Connectivity::face,
+                                                      geometry::Largest::by_count);
+         return double(found.count());
+     }},
     {"mass", {"cubes"}, [](const Inputs& in) { return geometry::total_mass(cubes(in)); }},
     {"speed_max", {"state"}, [](const Inputs& in) { return physics::largest_speed(state(in)); }},
     {"kinetic_energy",
@@ -284,7 +290,8 @@ void add_to(graph::Registry& registry)
             "lowest and highest (coordinate along `direction`, m), mesh_finite (1 or 0). Of `mesh` "
             "against `rest`: displacement_max, displacement_mean, displacement_at (m), stretch_max "
             "(largest edge length over its rest length). Of `cubes`: cubes (their number), "
-            "components, mass (kg). Of `state`: speed_max (m/s), elastic_energy (J), stress_max "
+            "components (sets of cubes that hang together, by faces or as ConnectedComponent found "
+            "them), mass (kg). Of `state`: speed_max (m/s), elastic_energy (J), stress_max "
             "(Pa, von Mises), plastic_strain_max (that rest shapes have come to for good; 0 where "
             "nothing has yielded), reaction_force (N, of pins on the body, along `direction`), "
             "reaction_torque (N m, of pins about the axis along `direction` through `point`), "

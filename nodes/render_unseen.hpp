@@ -32,12 +32,12 @@ inline void warn_of_unseen(CameraParams::Kind kind, bool file, const GroundParam
     }
     if (drawn.empty()) return;
     if (!::render::may_see(camera, drawn, aspect)) {
-        context.warn(file ? "nothing that is linked lies in the picture: see that `unit`, `up` and "
+        context.warn(file ? "no linked mesh lies in the picture: see that `unit`, `up` and "
                             "`start` of ReadCamera are those of the file, or unlink `view`"
                      : kind == CameraParams::Kind::look_at
-                         ? "nothing that is linked lies in the picture: turn camera.target to it, "
+                         ? "no linked mesh lies in the picture: turn camera.target to it, "
                            "or let the camera fit it"
-                         : "nothing that is linked lies in the picture any more: the camera fits "
+                         : "no linked mesh lies in the picture any more: the camera fits "
                            "where it is at rest; link its MotionBounds to `shot`, or choose "
                            "look_at for camera.kind");
     } else if (floor_hides(ground, scene, drawn, by_collider)) {

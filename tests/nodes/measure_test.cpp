@@ -131,6 +131,23 @@ TEST(Measure, KnowsBodiesAndSimulationsApart)
               std::string::npos);
 }
 
+TEST(Measure, CountsComponentsThatNobodySought)
+{
+    Scene scene(R"("box": { "type": "Primitive@1", "params": { "shape": "box",
+                            "box": { "size": [0.2, 0.2, 0.2] } } },
+        "row": { "type": "Copies@1", "inputs": { "mesh": "box.mesh" }, "params": {
+                 "count_x": 3, "step": [1, 0, 0] } },
+        "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "row.mesh" }, "params": {
+                   "method": "solid", "size": 0.1 } },
+        "largest": { "type": "ConnectedComponent@1", "inputs": { "cubes": "cubes.cubes" } },
+        "all": { "type": "Measure@1", "inputs": { "cubes": "cubes.cubes" }, "params": {
+                 "what": "components" } },
+        "one": { "type": "Measure@1", "inputs": { "cubes": "largest.cubes" }, "params": {
+                 "what": "components" } })");
+    EXPECT_EQ(*scene.at<double>("all"), 3);
+    EXPECT_EQ(*scene.at<double>("one"), 1);
+}
+
 TEST(Measure, SaysWhatIsMissing)
 {
     Scene scene(body("[0.4, 0.2, 0.2]", R"("young": 1e6)") + R"(,

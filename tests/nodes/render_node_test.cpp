@@ -41,7 +41,7 @@ TEST(RenderNode, WarnsOfAnEmptyPicture)
         EXPECT_TRUE(warnings({0, 0, 0}, camera).empty()) << camera;
         const auto gone = warnings({0, -40, 0}, camera);
         ASSERT_EQ(gone.size(), 1u) << camera;
-        EXPECT_NE(gone[0].find("nothing that is linked lies in the picture"), std::string::npos);
+        EXPECT_NE(gone[0].find("no linked mesh lies in the picture"), std::string::npos);
     }
     EXPECT_NE(warnings({0, -40, 0}, "look_at")[0].find("camera.target"), std::string::npos);
 }

@@ -4,6 +4,7 @@
 #include "geometry/mesh/merge.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "geometry/mesh/transform.hpp"
+#include "nodes/large_cubes.hpp"
 #include "tests/nodes/one_node.hpp"
 
 #include <fmt/format.h>
@@ -99,6 +100,13 @@ TEST(ThinWalls, ThePredictedStiffnessIsWithinAFactorOfTheTrueOne)
         EXPECT_LT(v.factor() / truth, 1.5) << c.degrees.transpose() << ", " << c.cubes;
         EXPECT_GT(v.factor() / truth, 1 / 1.5) << c.degrees.transpose() << ", " << c.cubes;
     }
+}
+
+TEST(ThinWalls, TheSuggestedCubesAreSmallerThanThoseThatAreTooLarge)
+{
+    EXPECT_NEAR(nodes::better_size(0.02, 0.05), 0.008, 1e-12);
+    // Three cubes thick, and too stiff as its cubes hold something else, too.
+    EXPECT_NEAR(nodes::better_size(0.3, 0.1), 0.075, 1e-12);
 }
 
 TEST(ThinWalls, WithCubesOfTheSuggestedSizeNothingIsSaid)
