@@ -10,6 +10,7 @@
 #include "geometry/embed/part_motion.hpp"
 #include "geometry/embed/torn_faces.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/polygons.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -237,6 +238,7 @@ void add_faces(Growing& growing, const CutFaces& cut, const std::vector<Triangle
         topology.triangles.push_back(entries(0));
         if (growing.lists.has_normals) topology.normal_triangles.push_back(entries(1));
         if (growing.lists.has_uvs) topology.uv_triangles.push_back(entries(2));
+        if (!topology.polygon.empty()) add_polygon(topology.polygon, 1);
         const bool is_inside = corners[face[0]].closes();
         if (!topology.material.empty()) {
             const std::uint16_t outside =

@@ -4,6 +4,7 @@
 #include "geometry/cells/clip_to_cells.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/polygons.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -172,6 +173,7 @@ TriMesh without_faces(TriMesh mesh, const std::vector<std::uint8_t>& gone)
     keep(topology->uv_triangles);
     keep(topology->material);
     keep(topology->group);
+    topology->polygon = polygons_left(mesh.topology->polygon, gone);
     mesh.topology = std::move(topology);
     return mesh;
 }

@@ -14,6 +14,7 @@
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/normals.hpp"
+#include "geometry/mesh/polygons.hpp"
 #include "geometry/mesh/transform.hpp"
 
 #include <cmath>
@@ -75,7 +76,7 @@ struct Assembly {
     const ImportedScene* scene = nullptr;
     Dropped dropped;
     std::size_t vertices = 0, faces = 0;
-    bool has_normals = false, has_uvs = false, has_colours = false;
+    bool has_normals = false, has_uvs = false, has_colours = false, has_polygons = false;
 
     Numbering<3> place_of;   // position bits -> vertex
     Numbering<4> normal_of;  // vertex and normal bits -> normal
@@ -104,6 +105,7 @@ Assembly begin_assembly(const ImportedScene& scene)
         a.has_normals = a.has_normals || !mesh.normals.empty();
         a.has_uvs = a.has_uvs || !mesh.uvs.empty();
         a.has_colours = a.has_colours || !mesh.colours.empty();
+        a.has_polygons = a.has_polygons || !mesh.polygon.empty();
         for (const ImportedAttribute& own : mesh.attributes) {
             const auto same = [&](const Attribute& b) { return b.name == own.name; };
             if (std::none_of(a.attributes.begin(), a.attributes.end(), same)) {
@@ -161,28 +163,44 @@ void add_points(Assembly& a, const ImportedMesh& in, const Transform& T)
     }
 }
 
+// Whether a face is worth keeping; counted where it is not.
+bool is_usable(Assembly& a, const Triangle& t)
+{
+    if (std::max({t[0], t[1], t[2]}) >= a.position.size()) {
+        ++a.dropped.not_there;
+        return false;
+    }
+    const Vec3f &p = a.position[t[0]], &q = a.position[t[1]], &r = a.position[t[2]];
+    if (!p.allFinite() || !q.allFinite() || !r.allFinite()) {
+        ++a.dropped.not_finite;
+        return false;
+    }
+    if (p == q || q == r || r == p) {
+        ++a.dropped.repeated;
+        return false;
+    }
+    return true;
+}
+
 // a.kept: the faces worth keeping, as corners in the imported mesh.
 void choose_faces(Assembly& a, const ImportedMesh& in, bool mirrored)
 {
     a.kept.clear();
     a.kept.reserve(in.triangles.size());
+    std::vector<std::uint8_t> gone;  // needed where there are polygons
     StopCheck check;
     for (Triangle t : in.triangles) {
         check();
-        if (std::max({t[0], t[1], t[2]}) >= a.position.size()) {
-            ++a.dropped.not_there;
-            continue;
-        }
-        const Vec3f &p = a.position[t[0]], &q = a.position[t[1]], &r = a.position[t[2]];
-        if (!p.allFinite() || !q.allFinite() || !r.allFinite()) {
-            ++a.dropped.not_finite;
-        } else if (p == q || q == r || r == p) {
-            ++a.dropped.repeated;
-        } else {
-            if (mirrored) std::swap(t[1], t[2]);
-            a.kept.push_back(t);
-        }
+        const bool usable = is_usable(a, t);
+        if (mirrored) std::swap(t[1], t[2]);
+        if (usable) a.kept.push_back(t);
+        if (a.has_polygons) gone.push_back(usable ? 0 : 1);
     }
+    if (!a.has_polygons) return;
+    const std::vector<std::uint32_t> left = polygons_left(in.polygon, gone);
+    const std::uint32_t first = a.topology.polygon.empty() ? 0 : a.topology.polygon.back() + 1;
+    for (const std::uint32_t number : left) a.topology.polygon.push_back(first + number);
+    for (std::size_t f = left.size(); f < a.kept.size(); ++f) add_polygon(a.topology.polygon, 1);
 }
 
 // a.vertex: the welded vertex of each that a kept face uses, in the file's order of vertices.
@@ -302,6 +320,7 @@ TriMesh finish(Assembly& a, const ReadOptions& options, const FoundTextures& tex
         a.topology.uvs.emplace_back(std::bit_cast<float>(key[0]), std::bit_cast<float>(key[1]));
     }
     a.topology.groups = std::move(a.groups.order);
+    if (has_triangles_only(a.topology.polygon)) a.topology.polygon.clear();
     for (const auto m : a.materials.order) {
         const ImportedMaterial in =
             m < a.scene->materials.size() ? a.scene->materials[m] : ImportedMaterial{};

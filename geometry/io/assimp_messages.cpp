@@ -12,7 +12,7 @@ namespace {
 template <class Archive> void pass(Archive& a, ImportedMesh& m)
 {
     a(m.name), a(m.material), a(m.positions), a(m.normals), a(m.colours), a(m.uvs), a(m.triangles),
-        a(m.points), a(m.lines), a(m.segments);
+        a(m.points), a(m.lines), a(m.segments), a(m.polygon);
 }
 template <class Archive> void pass(Archive& a, ImportedMaterial& m)
 {
@@ -46,9 +46,9 @@ template <class Archive> void pass(Archive& a, std::string& s)
 }
 template <class Archive> void pass(Archive& a, ImportedScene& s)
 {
-    std::uint64_t format = 0x3333'6369'7073'6120;  // another build's importer is not understood
+    std::uint64_t format = 0x3433'6369'7073'6120;  // another build's importer is not understood
     a(format);
-    if (format != 0x3333'6369'7073'6120) throw std::runtime_error("not a scene of this version");
+    if (format != 0x3433'6369'7073'6120) throw std::runtime_error("not a scene of this version");
     a(s.meshes), a(s.materials), a(s.embedded), a(s.nodes), a(s.cameras), a(s.linear_colours),
         a(s.unit), a(s.has_axes), a(s.to_y_up), a(s.files), a(s.textures), a(s.error);
 }

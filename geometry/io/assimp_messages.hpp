@@ -29,6 +29,7 @@ struct ImportedMesh {
     std::vector<std::uint32_t> points;  // vertices that the file calls points
     std::uint64_t lines = 0;            // line segments left out
     std::vector<std::array<std::uint32_t, 2>> segments = {};  // those of them with both ends known
+    std::vector<std::uint32_t> polygon = {};  // of triangles, as MeshTopology has it
     // Each name once; not sent, as only readers of our own have any.
     std::vector<ImportedAttribute> attributes = {};
 };

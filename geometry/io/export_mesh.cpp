@@ -35,6 +35,11 @@ const char* assimp_name(MeshFormat format)
     throw std::invalid_argument("no such mesh format");
 }
 
+bool holds_polygons(MeshFormat format)
+{
+    return format != MeshFormat::stl && format != MeshFormat::glb && format != MeshFormat::gltf;
+}
+
 // Why a run gave no files; empty when it did.
 std::string why_no_files(const LibraryRun& run, const ProcessLimits& limits)
 {
@@ -66,8 +71,10 @@ std::vector<fs::path> export_mesh(const fs::path& path, MeshFormat format, const
     const fs::path whole = path.extension() == ".mtl" ? path.filename() : path.stem();
     const std::string name =
         format == MeshFormat::obj ? whole.string() + ".obj" : path.stem().string();
+    std::string given = glb_bytes(mesh);
+    if (holds_polygons(format)) given += glb_polygons(mesh);
     const LibraryRun run = run_library(
-        assimp_program, {"write", assimp_name(format), name}, glb_bytes(mesh), limits, check,
+        assimp_program, {"write", assimp_name(format), name}, given, limits, check,
         [&](const char* bytes, std::size_t size) { made = unpack<ExportedFiles>(bytes, size); });
     std::string why = why_no_files(run, limits);
     if (why.empty() && !made.error.empty()) why = "assimp refused the mesh: " + made.error;

@@ -2,7 +2,8 @@
 
 // Meshes as files of the formats that assimp writes. It runs in a process of its own and is given
 // the mesh as binary glTF, so it writes what that holds: positions, normals, texture coordinates,
-// colours, groups and materials, but no other attributes.
+// colours, groups and materials, but no other attributes; and its polygons, where the format has
+// any.
 
 #include "geometry/io/library_process.hpp"
 #include "geometry/io/write_mesh.hpp"

@@ -2,6 +2,7 @@
 
 #include "geometry/base/numbering.hpp"
 #include "geometry/base/stop.hpp"
+#include "geometry/mesh/polygons.hpp"
 #include "geometry/mesh/triangulate.hpp"
 
 #include <fmt/format.h>
@@ -388,7 +389,9 @@ void add_face(Lists& lists, ImportedMesh& mesh)
         corner.push_back(has_coordinates ? at.corner(v, k, mesh) : v);
     }
     if (corner.size() == 2) ++mesh.lines;
+    const std::size_t before = mesh.triangles.size();
     triangulate(corner, mesh.positions, mesh.triangles);
+    add_polygon(mesh.polygon, mesh.triangles.size() - before);
 }
 
 // Strips of triangles, every other one turned over; -1 begins a new strip.
@@ -401,6 +404,7 @@ void add_strips(const std::vector<std::int64_t>& list, ImportedMesh& mesh)
         } else if (i >= begin + 2) {
             const bool turned = (i - begin) % 2 == 1;
             const auto at = [&](std::size_t k) { return static_cast<std::uint32_t>(list[k]); };
+            add_polygon(mesh.polygon, 1);
             mesh.triangles.push_back(turned ? Triangle{at(i - 1), at(i - 2), at(i)}
                                             : Triangle{at(i - 2), at(i - 1), at(i)});
         }
@@ -470,6 +474,7 @@ ImportedScene read_ply(std::string_view bytes)
             "{} of its words {} no number, the first is \"{}\" in {}: write numbers like 1.5.",
             numbers.unread, numbers.unread == 1 ? "is" : "are", numbers.first_unread, unread_in));
     }
+    if (has_triangles_only(mesh.polygon)) mesh.polygon.clear();
     scene.meshes.push_back(std::move(mesh));
     if (!header.texture.empty()) {
         scene.materials.emplace_back().colour.setOnes();

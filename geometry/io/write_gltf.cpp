@@ -6,6 +6,7 @@
 #include "geometry/io/file_bytes.hpp"
 #include "geometry/io/write_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/polygons.hpp"
 #include "geometry/mesh/texture.hpp"
 
 #include <nlohmann/json.hpp>
@@ -225,6 +226,34 @@ std::string glb_bytes(const TriMesh& mesh)
     put_bytes(out, static_cast<std::uint32_t>(gltf.bin.size()));
     put_bytes(out, std::uint32_t{0x004E4942});
     return out + gltf.bin;
+}
+
+std::string glb_polygons(const TriMesh& mesh)
+{
+    const MeshTopology& t = *mesh.topology;
+    std::string out;
+    if (t.polygon.size() != t.triangles.size()) return out;
+    const Outlines faces = outlines(t);
+    std::vector<std::size_t> outline_at(t.triangles.size(), faces.count());  // of first triangles
+    for (std::size_t p = 0; p < faces.count(); ++p) outline_at[faces.first_triangle(p)] = p;
+    const auto put = [](std::string& to, std::size_t number) {
+        put_bytes(to, static_cast<std::uint32_t>(number));
+    };
+    for (const auto& look : faces_by_look(t)) {
+        std::string list;
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < look.second.size(); ++i) {
+            const std::size_t f = look.second[i], p = outline_at[f];
+            if (p == faces.count()) continue;
+            ++count;
+            put(list, faces[p].size());
+            // The triangles of a polygon follow each other in the primitive too.
+            for (const std::uint32_t corner : faces[p]) put(list, corner - 3 * f + 3 * i);
+        }
+        put(out, count);
+        out += list;
+    }
+    return out;
 }
 
 }  // namespace geometry

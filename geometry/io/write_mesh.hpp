@@ -35,6 +35,11 @@ std::string stl_bytes(const TriMesh& mesh);
 // Binary glTF 2.0: a node a group, a primitive a material; or points. Textures lie in it.
 std::string glb_bytes(const TriMesh& mesh);
 
+// What that can't hold, for export_mesh(): the polygons of each primitive in its order. Numbers of
+// four bytes: the number of faces; of each, the number of its corners and these, of which 3 f + k
+// is corner k of the primitive's triangle f. Empty where all faces are triangles.
+std::string glb_polygons(const TriMesh& mesh);
+
 enum class MeshFormat { obj, ply, stl, glb, gltf, dae, fbx, x3d };
 
 // Whether write_mesh() writes it; the others are for export_mesh().

@@ -6,6 +6,7 @@
 #include "geometry/io/texture_files.hpp"
 #include "geometry/io/write_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/polygons.hpp"
 
 #include <charconv>
 #include <map>
@@ -95,7 +96,9 @@ std::string obj_text(const TriMesh& mesh, const std::string& library)
 
     // A face's line, after the lines that change the group or the material.
     const std::vector<std::string> names = material_names(t);
-    put_all(out, t.triangles.size(), [&](std::string& line, std::size_t f) {
+    const Outlines faces = outlines(t);
+    put_all(out, faces.count(), [&](std::string& line, std::size_t p) {
+        const std::size_t f = faces.first_triangle(p);
         if (!t.group.empty() && (f == 0 || t.group[f] != t.group[f - 1])) {
             line += "o " + one_line(t.groups[t.group[f]], "default") + "\n";
         }
@@ -104,15 +107,16 @@ std::string obj_text(const TriMesh& mesh, const std::string& library)
             line += "usemtl " + names[t.material.empty() ? 0 : t.material[f]] + "\n";
         }
         line += 'f';
-        for (std::size_t k = 0; k < 3; ++k) {
+        for (const std::uint32_t corner : faces[p]) {
+            const std::uint32_t of = corner / 3, k = corner % 3;
             line += ' ';
-            put(line, t.triangles[f][k] + 1);
+            put(line, t.triangles[of][k] + 1);
             if (t.normal_triangles.empty() && t.uv_triangles.empty()) continue;
             line += '/';
-            if (!t.uv_triangles.empty()) put(line, t.uv_triangles[f][k] + 1);
+            if (!t.uv_triangles.empty()) put(line, t.uv_triangles[of][k] + 1);
             if (t.normal_triangles.empty()) continue;
             line += '/';
-            put(line, t.normal_triangles[f][k] + 1);
+            put(line, t.normal_triangles[of][k] + 1);
         }
         line += '\n';
     });

@@ -7,6 +7,7 @@
 #include "geometry/io/texture_files.hpp"
 #include "geometry/io/write_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/polygons.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,6 +18,15 @@ namespace {
 std::uint8_t byte_of(float x)
 {
     return static_cast<std::uint8_t>(std::lround(255 * std::clamp(x, 0.f, 1.f)));
+}
+
+void put_count(std::string& out, std::size_t count, bool is_long)
+{
+    if (is_long) {
+        put_bytes(out, static_cast<std::uint32_t>(count));
+    } else {
+        put_bytes(out, static_cast<std::uint8_t>(count));
+    }
 }
 
 // The one entry of each vertex, of its normals or texture coordinates; empty when some vertex has
@@ -61,6 +71,32 @@ const Material& material_of(const MeshTopology& t, std::size_t face)
     return t.materials[t.material.empty() ? 0 : t.material[face]];
 }
 
+struct PlyFaces {
+    bool long_lists, long_coordinates;  // their counts take more than a byte
+    bool seams, colours;
+};
+
+void put_faces(std::string& out, const MeshTopology& t, const Outlines& faces, const PlyFaces& has)
+{
+    for (std::size_t p = 0; p < faces.count(); ++p) {
+        put_count(out, faces[p].size(), has.long_lists);
+        for (const std::uint32_t corner : faces[p]) {
+            put_bytes(out, t.triangles[corner / 3][corner % 3]);
+        }
+        if (has.seams) {
+            put_count(out, 2 * faces[p].size(), has.long_coordinates);
+            for (const std::uint32_t corner : faces[p]) {
+                const Vec2f& uv = t.uvs[t.uv_triangles[corner / 3][corner % 3]];
+                put_bytes(out, std::array{uv.x(), uv.y()});
+            }
+        }
+        if (has.colours) {
+            const Vec3f c = srgb_from_linear(material_of(t, faces.first_triangle(p)).colour);
+            for (int d = 0; d < 3; ++d) put_bytes(out, byte_of(c[d]));
+        }
+    }
+}
+
 }  // namespace
 
 std::string ply_bytes(const TriMesh& mesh)
@@ -87,9 +123,16 @@ std::string ply_bytes(const TriMesh& mesh)
     for (const std::string& name : property_names(mesh.attributes)) {
         out += "property float " + name + "\n";
     }
-    out += "element face " + std::to_string(t.triangles.size()) + "\n";
-    out += "property list uchar uint vertex_indices\n";
-    if (seams) out += "property list uchar float texcoord\n";
+    const Outlines faces = outlines(t);
+    out += "element face " + std::to_string(faces.count()) + "\n";
+    // All readers know counts of one byte.
+    const std::size_t most = faces.most_corners();
+    const PlyFaces lists{most > 255, 2 * most > 255, seams, face_colours};
+    const auto list = [](bool is_long) {
+        return std::string("property list ") + (is_long ? "uint" : "uchar");
+    };
+    out += list(lists.long_lists) + " uint vertex_indices\n";
+    if (seams) out += list(lists.long_coordinates) + " float texcoord\n";
     if (face_colours) out += rgb;
     out += "end_header\n";
 
@@ -104,20 +147,7 @@ std::string ply_bytes(const TriMesh& mesh)
         }
         for (const Attribute& a : mesh.attributes) put_bytes(out, a.values[v]);
     }
-    for (std::size_t f = 0; f < t.triangles.size(); ++f) {
-        put_bytes(out, std::uint8_t(3));
-        put_bytes(out, t.triangles[f]);
-        if (seams) {
-            put_bytes(out, std::uint8_t(6));
-            for (const auto i : t.uv_triangles[f]) {
-                put_bytes(out, std::array{t.uvs[i].x(), t.uvs[i].y()});
-            }
-        }
-        if (face_colours) {
-            const Vec3f c = srgb_from_linear(material_of(t, f).colour);
-            for (int d = 0; d < 3; ++d) put_bytes(out, byte_of(c[d]));
-        }
-    }
+    put_faces(out, t, faces, lists);
     return out;
 }
 

@@ -3,6 +3,7 @@
 #include "geometry/base/stop.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/normals.hpp"
+#include "geometry/mesh/polygons.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -64,7 +65,7 @@ void append_attributes(TriMesh& to, const TriMesh& from)
 
 // What some of the meshes have, and the others get.
 struct Has {
-    bool normals, colours, uvs, materials, groups;
+    bool normals, colours, uvs, materials, groups, polygons;
 };
 
 Has what_some_have(std::span<const TriMesh* const> meshes)
@@ -76,7 +77,8 @@ Has what_some_have(std::span<const TriMesh* const> meshes)
             any([](const TriMesh* m) { return !m->colours.empty(); }),
             any([](const TriMesh* m) { return !m->topology->uv_triangles.empty(); }),
             any([](const TriMesh* m) { return !m->topology->materials.empty(); }),
-            any([](const TriMesh* m) { return !m->topology->groups.empty(); })};
+            any([](const TriMesh* m) { return !m->topology->groups.empty(); }),
+            any([](const TriMesh* m) { return !m->topology->polygon.empty(); })};
 }
 
 void append_uvs(MeshTopology& to, const MeshTopology& from)
@@ -110,6 +112,14 @@ void append_groups(MeshTopology& to, const MeshTopology& from)
     append_renamed(to.group, from.group, from.triangles.size(), places);
 }
 
+void append_polygons(MeshTopology& to, const MeshTopology& from)
+{
+    const std::uint32_t before = to.polygon.empty() ? 0 : to.polygon.back() + 1;
+    for (const std::uint32_t number : from.polygon) to.polygon.push_back(before + number);
+    if (!from.polygon.empty()) return;
+    for (std::size_t f = 0; f < from.triangles.size(); ++f) add_polygon(to.polygon, 1);
+}
+
 // Adds a mesh, and what the others have and it has not.
 void append_mesh(TriMesh& to, MeshTopology& topology, const TriMesh& mesh, const Has& has)
 {
@@ -129,6 +139,7 @@ void append_mesh(TriMesh& to, MeshTopology& topology, const TriMesh& mesh, const
     if (has.uvs) append_uvs(topology, t);
     if (has.materials) append_materials(topology, t);
     if (has.groups) append_groups(topology, t);
+    if (has.polygons) append_polygons(topology, t);
 }
 
 }  // namespace

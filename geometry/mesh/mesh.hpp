@@ -44,6 +44,8 @@ struct MeshTopology {
     std::vector<std::uint16_t> material;     // F or 0 (then all faces are materials[0] or default)
     std::vector<std::string> groups;         // names of nodes, objects or groups in the file
     std::vector<std::uint16_t> group;        // F or 0
+    // F, or 0 where all are triangles: which polygon of the file each is part of (polygons.hpp).
+    std::vector<std::uint32_t> polygon;
 };
 
 // A triangle mesh, or a point cloud when there are no triangles. Vertices are welded by position:

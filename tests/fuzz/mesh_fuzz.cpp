@@ -3,6 +3,7 @@
 
 #include "geometry/io/assemble_mesh.hpp"
 #include "geometry/io/read_ply.hpp"
+#include "geometry/mesh/polygons.hpp"
 
 #include <cstdlib>
 
@@ -19,6 +20,16 @@ void check(const geometry::ImportedScene& scene)
     for (const auto& p : mesh.positions) {
         if (!p.allFinite()) std::abort();
     }
+    const geometry::Outlines faces = geometry::outlines(*mesh.topology);
+    std::size_t triangles = 0;
+    for (std::size_t p = 0; p < faces.count(); ++p) {
+        if (faces[p].size() < 3 || faces.first_triangle(p) != triangles) std::abort();
+        triangles += faces[p].size() - 2;
+        for (const std::uint32_t corner : faces[p]) {
+            if (corner / 3 >= mesh.triangles().size()) std::abort();
+        }
+    }
+    if (triangles != mesh.triangles().size()) std::abort();
 }
 
 }  // namespace

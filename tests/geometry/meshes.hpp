@@ -86,9 +86,13 @@ inline void expect_consistent(const TriMesh& mesh)
     EXPECT_TRUE(within(t.triangles, mesh.positions.size()));
     EXPECT_TRUE(within(t.normal_triangles, mesh.normals.size()));
     EXPECT_TRUE(within(t.uv_triangles, t.uvs.size()));
-    for (const std::size_t size :
-         {t.normal_triangles.size(), t.uv_triangles.size(), t.material.size(), t.group.size()}) {
+    for (const std::size_t size : {t.normal_triangles.size(), t.uv_triangles.size(),
+                                   t.material.size(), t.group.size(), t.polygon.size()}) {
         EXPECT_TRUE(size == 0 || size == faces);
+    }
+    for (std::size_t f = 0; f < t.polygon.size(); ++f) {
+        const std::uint32_t next = f == 0 ? 0 : t.polygon[f - 1] + 1;
+        ASSERT_TRUE(t.polygon[f] == next || (f > 0 && t.polygon[f] + 1 == next)) << f;
     }
     for (const auto m : t.material) ASSERT_LT(m, t.materials.size());
     for (const auto g : t.group) ASSERT_LT(g, t.groups.size());

@@ -20,7 +20,8 @@ void read(const std::string& path, const std::string& root, Wanted wanted, Impor
 // The cameras of a scene, which may be one of a glTF file, into `out`.
 void read_cameras(const aiScene& scene, bool gltf, ImportedScene& out);
 
-// The binary glTF file that descriptor `input` holds, in the format that assimp calls `format`;
+// The binary glTF file that descriptor `input` holds, with glb_polygons() after it or nothing, in
+// the format that assimp calls `format`;
 // files beside it are called `name`.
 void write(int input, const std::string& format, const std::string& name, ExportedFiles& out);
 

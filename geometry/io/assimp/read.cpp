@@ -1,4 +1,5 @@
 #include "geometry/io/assimp/jobs.hpp"
+#include "geometry/mesh/polygons.hpp"
 #include "geometry/mesh/triangulate.hpp"
 
 #include <assimp/DefaultIOSystem.h>
@@ -276,7 +277,9 @@ ImportedMesh mesh_of(const aiScene& scene, const aiMesh& in)
     for (std::size_t f = 0; f < in.mNumFaces; ++f) {
         const aiFace& face = in.mFaces[f];
         if (face.mNumIndices >= 3) {
+            const std::size_t before = out.triangles.size();
             triangulate({face.mIndices, face.mNumIndices}, out.positions, out.triangles);
+            add_polygon(out.polygon, out.triangles.size() - before);
         } else if (face.mNumIndices == 1) {
             out.points.push_back(face.mIndices[0]);
         } else if (face.mNumIndices == 2) {
@@ -284,6 +287,7 @@ ImportedMesh mesh_of(const aiScene& scene, const aiMesh& in)
             out.segments.push_back({face.mIndices[0], face.mIndices[1]});
         }
     }
+    if (has_triangles_only(out.polygon)) out.polygon.clear();
     return out;
 }
 

@@ -7,8 +7,11 @@
 #include <assimp/scene.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstring>
 #include <new>
 #include <stdexcept>
+#include <string_view>
 
 namespace geometry::assimp {
 namespace {
@@ -53,17 +56,78 @@ void show_colours(aiScene& scene)
     }
 }
 
+// Numbers of four bytes, as long as there are any.
+class Words {
+public:
+    explicit Words(std::string_view bytes) : bytes_(bytes) {}
+
+    bool is_at_end() const { return bytes_.empty(); }
+    std::uint32_t next()
+    {
+        std::uint32_t word = 0;
+        if (bytes_.size() < sizeof word) throw std::runtime_error("its polygons are cut short");
+        std::memcpy(&word, bytes_.data(), sizeof word);
+        bytes_.remove_prefix(sizeof word);
+        return word;
+    }
+
+private:
+    std::string_view bytes_;
+};
+
+// Its polygons in place of the triangles of a mesh.
+void join_triangles(aiMesh& mesh, Words& words)
+{
+    const std::uint32_t count = words.next();
+    if (count == 0 || count > mesh.mNumFaces) throw std::runtime_error("its polygons are others");
+    auto* const faces = new aiFace[count];
+    mesh.mPrimitiveTypes = 0;
+    for (std::uint32_t p = 0; p < count; ++p) {
+        const std::uint32_t corners = words.next();
+        if (corners < 3 || corners > 3 * mesh.mNumFaces) {
+            throw std::runtime_error("one of its polygons has a wrong number of corners");
+        }
+        faces[p].mNumIndices = corners;
+        faces[p].mIndices = new unsigned[corners];
+        for (std::uint32_t k = 0; k < corners; ++k) {
+            const std::uint32_t corner = words.next();
+            if (corner / 3 >= mesh.mNumFaces || mesh.mFaces[corner / 3].mNumIndices != 3) {
+                throw std::runtime_error("its polygons are of other triangles");
+            }
+            faces[p].mIndices[k] = mesh.mFaces[corner / 3].mIndices[corner % 3];
+        }
+        mesh.mPrimitiveTypes |= static_cast<unsigned>(corners == 3 ? aiPrimitiveType_TRIANGLE
+                                                                   : aiPrimitiveType_POLYGON);
+    }
+    delete[] mesh.mFaces;
+    mesh.mFaces = faces;
+    mesh.mNumFaces = count;
+}
+
+// The size of a binary glTF file, as its third number says.
+std::size_t glb_size(const std::string& bytes)
+{
+    std::uint32_t size = 0;
+    if (bytes.size() >= 12) std::memcpy(&size, bytes.data() + 8, sizeof size);
+    return std::min<std::size_t>(size, bytes.size());
+}
+
 }  // namespace
 
 void write(int input, const std::string& format, const std::string& name, ExportedFiles& out)
 {
-    const std::string glb = all_of(input);
+    const std::string given = all_of(input);
+    const std::string_view glb = std::string_view(given).substr(0, glb_size(given));
     // Never destroyed: the process ends when its work is done.
     auto* importer = new Assimp::Importer;
     if (!importer->ReadFileFromMemory(glb.data(), glb.size(), 0, "glb")) {
         throw std::runtime_error(importer->GetErrorString());
     }
     aiScene& scene = *importer->GetOrphanedScene();
+    Words polygons(std::string_view(given).substr(glb.size()));
+    for (unsigned m = 0; m < scene.mNumMeshes && !polygons.is_at_end(); ++m) {
+        join_triangles(*scene.mMeshes[m], polygons);
+    }
     if (format != "gltf2" && format != "glb2") show_colours(scene);
     if (format.starts_with("fbx")) {
         // A unit of FBX is a centimetre unless it says otherwise.

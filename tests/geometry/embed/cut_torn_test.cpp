@@ -5,6 +5,7 @@
 #include "geometry/embed/torn_faces.hpp"
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/normals.hpp"
+#include "geometry/mesh/polygons.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "tests/geometry/embed/torn_blocks.hpp"
 #include "tests/geometry/meshes.hpp"
@@ -292,6 +293,30 @@ TEST(CutTorn, KeepsWhatBelongsToFacesAndVertices)
     for (std::size_t v = 0; v < rest.positions.size(); ++v) {
         EXPECT_LT((out.positions[v] - rest.positions[v]).norm(), 1e-6f);
     }
+}
+
+// One quad lies in a whole cube, one across the tear.
+TEST(CutTorn, QuadsThatAreNotCutStayQuads)
+{
+    const Cubes cubes = block({4, 1, 1}, 1, Vec3::Zero());
+    TriMesh rest = meshes::soup({{0.1f, 0.2f, 0.2f},
+                                 {0.8f, 0.2f, 0.2f},
+                                 {0.8f, 0.2f, 0.8f},
+                                 {0.1f, 0.2f, 0.8f},
+                                 {3.8f, 0.2f, 0.2f},
+                                 {3.8f, 0.2f, 0.8f}},
+                                {{1, 4, 5}, {1, 5, 2}, {0, 1, 2}, {0, 2, 3}});
+    auto topology = std::make_shared<MeshTopology>(*rest.topology);
+    topology->polygon = {0, 0, 1, 1};
+    rest.topology = topology;
+    const TriMesh out = torn(rest, cubes, corner_positions(cubes), links_across(cubes, 0, 1));
+    meshes::expect_consistent(out);
+    EXPECT_NEAR(surface_area(out), surface_area(rest), 1e-6);
+    const Outlines faces = outlines(*out.topology);
+    EXPECT_EQ(faces.count(), out.triangles().size() - 1);
+    ASSERT_EQ(faces[0].size(), 4u);  // what is not cut comes first
+    EXPECT_EQ(faces.most_corners(), 4u);
+    for (const std::uint32_t c : faces[0]) EXPECT_LT(out.triangles()[c / 3][c % 3], 4u);
 }
 
 // Outside of all cubes, a piece goes with one part; what sticks out goes on as its cube does,
