@@ -5,6 +5,7 @@
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/pieces.hpp"
+#include "geometry/mesh/polygons.hpp"
 #include "graph/types/context.hpp"
 #include "nodes/large_cubes.hpp"
 #include "physics/bricks/bending_error.hpp"
@@ -123,6 +124,28 @@ bool is_there(const std::filesystem::path& model, const std::string& name)
     });
 }
 
+std::array<std::size_t, 3> count_polygons(const geometry::MeshTopology& topology)
+{
+    std::array<std::size_t, 3> count{};
+    const geometry::Outlines faces = geometry::outlines(topology);
+    for (std::size_t p = 0; p < faces.count(); ++p) {
+        ++count[std::min<std::size_t>(faces[p].size(), 5) - 3];
+    }
+    return count;
+}
+
+std::string polygons_text(const std::array<std::size_t, 3>& count)
+{
+    constexpr std::array names{"triangle", "quad", "larger polygon"};
+    std::string text;
+    for (std::size_t i : {1u, 2u, 0u}) {
+        if (count[i] == 0) continue;
+        text += fmt::format("{}{} {}{}", text.empty() ? "" : ", ", count[i], names[i],
+                            count[i] == 1 ? "" : "s");
+    }
+    return text;
+}
+
 std::string length_text(double metres)
 {
     return fmt::format("{:.4g} m", metres);
@@ -233,6 +256,7 @@ MeshInfo mesh_info(const std::filesystem::path& file, const geometry::ReadOption
                               : guess_unit(info.box.size().maxCoeff() / info.read_unit);
     info.vertices = read.mesh.positions.size();
     info.triangles = read.mesh.triangles().size();
+    info.polygons = count_polygons(*read.mesh.topology);
     measure_surface(read.mesh, info);
     for (const auto& m : read.mesh.topology->materials) info.materials.push_back(m.name);
     info.groups = read.mesh.topology->groups;
@@ -256,6 +280,7 @@ std::string info_text(const std::string& file, const MeshInfo& info)
     line("unit", unit_text(info));
     line("vertices", std::to_string(info.vertices));
     line("triangles", std::to_string(info.triangles));
+    if (info.polygons[0] < info.triangles) line("polygons", polygons_text(info.polygons));
     line("surface", surface_text(info));
     line("pieces", std::to_string(info.pieces));
     line("groups", joined(info.groups, "none"));
@@ -305,6 +330,10 @@ std::string info_json(const std::string& file, const MeshInfo& info)
           {"read_as", info.read_unit}}},
         {"vertices", info.vertices},
         {"triangles", info.triangles},
+        {"polygons",
+         {{"triangles", info.polygons[0]},
+          {"quads", info.polygons[1]},
+          {"larger", info.polygons[2]}}},
         {"closed", info.closed},
         {"holes", info.holes},
         {"longest_rim", info.longest_rim},

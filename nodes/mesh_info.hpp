@@ -5,6 +5,7 @@
 #include "geometry/io/read_options.hpp"
 #include "geometry/mesh/mass_properties.hpp"
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <stop_token>
@@ -35,6 +36,8 @@ struct MeshInfo {
     FileUnit unit;           // stated, or guessed from the size
     double read_unit = 1;    // m, of the file's unit, as the lengths here take it
     std::size_t vertices = 0, triangles = 0;
+    // Faces of the file that WriteMesh writes as such, by their corners: 3, 4, more.
+    std::array<std::size_t, 3> polygons{};
     bool closed = false;          // with triangles; then `body` is known
     std::size_t holes = 0;        // rims
     double longest_rim = 0;       // m

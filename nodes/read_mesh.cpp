@@ -111,14 +111,16 @@ void add_to(graph::Registry& registry)
         .block("limits", &Inputs::limits, describe_import_limits,
                "Limits on reading a file. A file that exceeds one is reported as damaged.")
         .check(check)
-        .output("mesh", &Outputs::mesh,
-                "The mesh in metres, y up, welded by position, with the materials and their "
-                "textures, groups, normals, texture coordinates and vertex colours that the file "
-                "has. Two faces that meet at a seam of the texture share their vertices. Further "
-                "numbers of vertices are attributes, in single precision and not scaled: those of "
-                "PLY by their names; columns of text by the names in a first line, or column4, "
-                "column5 and so on. Attributes of other formats, such as _NAME of glTF, are not "
-                "read: assimp does not hand them on.")
+        .output(
+            "mesh", &Outputs::mesh,
+            "The mesh in metres, y up, welded by position, with the materials and their "
+            "textures, groups, normals, texture coordinates and vertex colours that the file "
+            "has. Polygons are cut into triangles, and WriteMesh writes them as polygons again. "
+            "Two faces that meet at a seam of the texture share their vertices. Further "
+            "numbers of vertices are attributes, in single precision and not scaled: those of "
+            "PLY by their names; columns of text by the names in a first line, or column4, "
+            "column5 and so on. Attributes of other formats, such as _NAME of glTF, are not "
+            "read: assimp does not hand them on.")
         .output("lines", &Outputs::lines,
                 "Lines of the file (OBJ, glTF), for Skeletons: moved and scaled with the mesh.");
 }

@@ -207,7 +207,10 @@ void add_to(graph::Registry& registry)
             "least as many digits. A pc2 takes none; all other formats require it if several "
             "frames are cooked. The materials of an OBJ are written beside it: mesh.0001.mtl. "
             "So are textures and normal maps, once for all frames; glb, gltf and fbx contain them. "
-            "A ply names one texture at most and no normal map, stl and x3d none.")
+            "A ply names one texture at most and no normal map, stl and x3d none. Quads and other "
+            "polygons of the file that ReadMesh read are written as polygons; stl, glb and gltf "
+            "hold triangles only. A polygon that is cut, or lacks one of its triangles, is written "
+            "as triangles.")
         .choice("format", &Inputs::format,
                 {"auto", "obj", "ply", "stl", "glb", "gltf", "dae", "fbx", "x3d", "pc2"},
                 "File format. auto: from the ending of the path. pc2: one file for all frames, "

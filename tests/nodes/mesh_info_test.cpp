@@ -78,6 +78,7 @@ TEST(MeshInfo, SaysWhatAClosedSlabIs)
     EXPECT_FALSE(all["unit"]["stated"].get<bool>());
     EXPECT_EQ(all["unit"]["name"], "m");
     EXPECT_EQ(all["vertices"], 8);
+    EXPECT_EQ(all["polygons"], (nlohmann::json{{"triangles", 0}, {"quads", 6}, {"larger", 0}}));
     EXPECT_EQ(all["triangles"], 12);
     EXPECT_TRUE(all["closed"].get<bool>());
     EXPECT_EQ(all["holes"], 0);
@@ -103,8 +104,9 @@ TEST(MeshInfo, TheTextNamesMaterialsAndMissingTextures)
     ASSERT_EQ(said.exit, runtime::exit_ok) << said.err;
     for (const char* part :
          {"slab.obj\n", "2 x 0.5 x 0.1 m", "not stated by the file; read here as m\n",
-          "surface       closed\n", "volume        0.1 m^3", "2: wood, paint",
-          "2: grain.png, gone.png (not found)", "thinnest wall 0.1 m"}) {
+          "triangles     12\n", "polygons      6 quads\n", "surface       closed\n",
+          "volume        0.1 m^3", "2: wood, paint", "2: grain.png, gone.png (not found)",
+          "thinnest wall 0.1 m"}) {
         EXPECT_NE(said.out.find(part), std::string::npos) << part << "\n" << said.out;
     }
 }
