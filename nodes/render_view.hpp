@@ -51,8 +51,7 @@ inline void describe(graph::ParamsOf<CameraParams>& p)
             "hold", &CameraParams::hold, {"shape", "box"},
             "What is held: the points of `shot`, or else of `rest`, so that `margin` is what is "
             "free around them, or the corners of their box. Without either it is the box of "
-            "what is drawn.",
-            {"kind", {"fit", "turntable"}})
+            "what is drawn. A camera at `eye` holds nothing; the parallel ones of four views do.")
         .param("azimuth", &CameraParams::azimuth,
                "Where the camera stands, seen from above: 0 towards +z, 90 towards +x.",
                {.unit = "deg"}, {"kind", {"fit", "turntable"}})
@@ -64,8 +63,9 @@ inline void describe(graph::ParamsOf<CameraParams>& p)
         .param(
             "margin", &CameraParams::margin,
             "Share of the picture's width and height left free on each side; on the right as much "
-            "as a legend takes, where that is more.",
-            {0, 0.45}, {"kind", {"fit", "turntable"}})
+            "as a legend takes, where that is more. Of a camera at `eye`, it is that of the "
+            "parallel ones of four views.",
+            {0, 0.45})
         .param("eye", &CameraParams::eye, "Where the camera stands.", {.unit = "m"},
                {"kind", {"look_at"}})
         .param("target", &CameraParams::target, "What the camera looks at.", {.unit = "m"},
@@ -129,8 +129,9 @@ inline constexpr const char* rest_told =
     "Mesh that sets the stage: the camera, the floor and the shadow are fitted to its bounds. Link "
     "what does not move (the mesh at rest), so that they stand still; without it they follow what "
     "is drawn.";
-inline constexpr const char* view_told =
-    "Camera of a file, from ReadCamera: then nothing of `camera` has effect but `views`.";
+inline constexpr const char* view_told = "Camera of a file, from ReadCamera: then nothing of "
+                                         "`camera` has effect but `views`, and `margin` "
+                                         "and `hold` of the parallel ones of four.";
 
 // The same camera with its target in the middle of the stage's depth, by which the floor's grid is
 // laid out.
