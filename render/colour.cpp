@@ -65,6 +65,24 @@ Vec3f colour_at(ColourMap map, float t)
     return Vec3f::Constant(0.1f + 0.85f * t);
 }
 
+const std::array<float, 256>& light_of_steps()
+{
+    static const std::array<float, 256> table = [] {
+        std::array<float, 256> light{};
+        for (std::size_t i = 0; i < light.size(); ++i) {
+            light[i] = linear_from_srgb(float(i) / 255);
+        }
+        return light;
+    }();
+    return table;
+}
+
+std::uint8_t step_of_light(float light)
+{
+    const float shown = srgb_from_linear(light);
+    return static_cast<std::uint8_t>(std::lround(255 * std::clamp(shown, 0.0f, 1.0f)));
+}
+
 // Hues a golden angle apart: any run of numbers is spread evenly round the circle.
 Vec3f category_colour(std::uint32_t i)
 {

@@ -30,6 +30,12 @@ struct ColourScale {
     float place(float value) const { return high > low ? (value - low) / (high - low) : 0; }
 };
 
+// Of the 256 steps of a picture's colours, as light.
+const std::array<float, 256>& light_of_steps();
+
+// And back: the nearest step.
+std::uint8_t step_of_light(float light);
+
 // A colour for category `i`: neighbours in number look unlike each other. sRGB.
 Vec3f category_colour(std::uint32_t i);
 

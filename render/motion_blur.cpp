@@ -53,19 +53,6 @@ std::shared_ptr<const TriMesh> mesh_at(const Surface& surface, float ago)
     return mesh;
 }
 
-// Of the 256 steps of a picture's colours, as light.
-const std::array<float, 256>& light_of_bytes()
-{
-    static const std::array<float, 256> table = [] {
-        std::array<float, 256> light{};
-        for (std::size_t i = 0; i < light.size(); ++i) {
-            light[i] = linear_from_srgb(Vec3f(Vec3f::Constant(float(i) / 255)))[0];
-        }
-        return light;
-    }();
-    return table;
-}
-
 }  // namespace
 
 bool moves(const Scene& scene)
@@ -105,7 +92,7 @@ void Exposure::add(const Image& picture, const std::vector<float>& linear)
                   nothing_there);
     }
     ++count_;
-    const auto& light = light_of_bytes();
+    const auto& light = light_of_steps();
     for (std::size_t i = 0; i < pixels; ++i) {
         for (std::size_t c = 0; c < 3; ++c) light_[3 * i + c] += light[picture.rgba[4 * i + c]];
     }
@@ -122,11 +109,8 @@ Image Exposure::mean_picture() const
     const auto share = 1 / static_cast<float>(count_);
     geometry::parallel_for(light_.size() / 3, blur_grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            const Vec3f mean = share * Vec3f(&light_[3 * i]);
-            const Vec3f shown = srgb_from_linear(mean);
             for (std::size_t c = 0; c < 3; ++c) {
-                const float step = 255 * std::clamp(shown[Eigen::Index(c)], 0.0f, 1.0f);
-                image.rgba[4 * i + c] = static_cast<std::uint8_t>(std::lround(step));
+                image.rgba[4 * i + c] = step_of_light(share * light_[3 * i + c]);
             }
         }
     });

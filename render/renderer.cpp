@@ -1,10 +1,12 @@
 #include "render/renderer.hpp"
 
+#include "render/colour.hpp"
 #include "render/gl_objects.hpp"
 #include "render/image.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -437,21 +439,27 @@ void to_metres(const FrameNumbers& f, std::span<float> depths)
     }
 }
 
-// The mean of several pictures.
+// The mean of several pictures: of their light, and of the brightness in their alpha.
 void draw_mean(GlObjects& gl, const DrawJob& job, int pictures, const Pixels& to)
 {
     const std::size_t bytes = 4 * std::size_t(job.numbers.width) * std::size_t(job.numbers.height);
     const std::span<std::uint8_t> rgba = to.rgba;
-    std::vector<std::uint16_t> sum(bytes);
+    const auto& light = light_of_steps();
+    std::vector<float> sum(bytes);
     for (int k = 0; k < pictures; ++k) {
         draw_picture(gl, job, k, in_a_lattice(k), rgba);
         if (!to.linear.empty()) {
             add_linear(gl, job, k, in_a_lattice(k), 1 / float(pictures), to.linear);
         }
-        for (std::size_t i = 0; i < bytes; ++i) sum[i] = std::uint16_t(sum[i] + rgba[i]);
+        for (std::size_t i = 0; i < bytes; i += 4) {
+            for (std::size_t c = i; c < i + 3; ++c) sum[c] += light[rgba[c]];
+            sum[i + 3] += float(rgba[i + 3]);
+        }
     }
-    for (std::size_t i = 0; i < bytes; ++i) {
-        rgba[i] = std::uint8_t((sum[i] + pictures / 2) / pictures);
+    const float share = 1 / float(pictures);
+    for (std::size_t i = 0; i < bytes; i += 4) {
+        for (std::size_t c = i; c < i + 3; ++c) rgba[c] = step_of_light(share * sum[c]);
+        rgba[i + 3] = static_cast<std::uint8_t>(std::lround(share * sum[i + 3]));
     }
 }
 

@@ -18,7 +18,8 @@ std::size_t bytes_to_draw(const DrawJob& job)
     for (const JobTexture& t : job.textures) textures += 3 * t.bytes();  // with its smaller levels
     // Light: of four samples where something is transparent, in OpenGL and read back.
     const std::size_t linear = n.linear == Linear::none ? 0 : 4 * (8 + 20) + 20;
-    return compiler + textures + area(n.width, n.height) * (a_pixel + a_sample + linear) +
+    const std::size_t sum = n.pictures > 1 ? 16 : 0;  // of their light
+    return compiler + textures + area(n.width, n.height) * (a_pixel + a_sample + linear + sum) +
            4 * area(n.shadow_width, n.shadow_height) +
            2 * (job.traced.size_bytes() + job.traced_samples.size_bytes() +
                 job.traced_shadow.size_bytes() + job.vertices.size_bytes() + job.uvs.size_bytes() +
