@@ -8,7 +8,8 @@ a texture with holes; cloth: a texture that repeats, and vertex colours; two_par
 plain colour) and writes them as GLB and OBJ. Aspic reads these and the files that are named, and
 writes each in all formats. Blender reads both: the table says, of every written file, how much of
 the surface has the colour of the original, texture times colour, within 2 of 255 at a place inside
-each face, and whether normal maps, holes and vertex colours are there. X3D is left out: Debian's
+each face, and whether normal maps, holes, vertex colours and faces of four corners or more are
+there: glTF has triangles only. X3D is left out: Debian's
 Blender cannot open any (its importer asks Python 3.11 for a mode of open() that is gone).
 """
 import argparse
@@ -168,7 +169,8 @@ class Look:
 def surface(bpy, kind):
     """All triangles in the world, z up, with what colours them; and which things there are."""
     from mathutils import Vector
-    triangles, has = [], {'uv': False, 'picture': False, 'normals': False, 'holes': False, 'vertex': False}
+    triangles, has = [], {'uv': False, 'picture': False, 'normals': False, 'holes': False, 'vertex': False,
+                          'quads': False}
     for thing in bpy.context.scene.objects:
         if thing.type != 'MESH':
             continue
@@ -179,6 +181,7 @@ def surface(bpy, kind):
         colours = mesh.color_attributes[0] if len(mesh.color_attributes) else None
         has['uv'] |= uvs is not None
         has['vertex'] |= colours is not None
+        has['quads'] |= any(len(polygon.vertices) > 3 for polygon in mesh.polygons)
         for look in looks:
             has['picture'] |= look.pixels is not None
             has['normals'] |= look.normals
@@ -298,7 +301,7 @@ def main():
     blender({'do': 'make', 'folder': made})
     models = [os.path.join(made, f'{n}.{k}') for n in ('monkey', 'leaves', 'cloth', 'two_parts')
               for k in ('glb', 'obj')] + options.models
-    print('| model | format | colour | vertex colour | uv | picture | normal map | holes |\n' + '|---' * 8 + '|')
+    print('| model | format | colour | vertex colour | uv | picture | normal map | holes | quads |\n' + '|---' * 9 + '|')
     for model in models:
         name = os.path.basename(model)
         folder = os.path.join(top, name.replace('.', '_'))
@@ -321,7 +324,7 @@ def main():
             place = '' if t['off'] < 1e-3 else f' (moved by {t["off"]:.3f})'
             vertex = f'{100 * t["vertex"]:.1f} %' if had['vertex'] else '-'
             print(f'| {name} | {kind} | {100 * t["same"]:.1f} %{place} | {vertex} | ' +
-                  ' | '.join(mark(has[k], had[k]) for k in ('uv', 'picture', 'normals', 'holes')) + ' |')
+                  ' | '.join(mark(has[k], had[k]) for k in ('uv', 'picture', 'normals', 'holes', 'quads')) + ' |')
         for line in said:
             print('    ' + line)
 
