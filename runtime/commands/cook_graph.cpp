@@ -331,8 +331,7 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     if (request.writes) front_end.accuracy(manifest.cards);
     front_end.numbers(numbers.asked());
     show_expectations(checks, numbers, cooked, front_end);
-    const bool missed = !manifest.missed.empty() && !request.record_missed;
-    const int exit = exit_of(cooked, missed);
+    const int exit = exit_of(cooked, !manifest.missed.empty() && !request.record_missed);
     front_end.finished(cooked, exit);
     write_profile(graph, request, cooked, recorder.runs, console);
     return exit;
