@@ -149,12 +149,15 @@ void apply_inverse(Elasticity& elasticity, const StepFrame& frame, const float* 
 // Adds the contacts to the inverse at rest, where the last solve took longer than that.
 void add_responses(StepSolver& solver, const Stage& stage)
 {
-    constexpr std::size_t most = 200;  // contacts
+    constexpr std::size_t most = 200;  // contacts: of more, the matrix between them takes longer
     const auto& contacts = solver.low.contacts;
     if (contacts.empty() || contacts.size() > most) return;
     solver.responses.start(stage.tau, stage.linear_at);
     const std::size_t missing = solver.responses.missing(contacts);
     if (missing > 2 * static_cast<std::size_t>(solver.took)) return;
+    constexpr std::size_t most_numbers = 30'000'000;  // of all responses, 120 MB
+    const std::size_t responses = 3 * solver.responses.known.size() + missing;
+    if (responses * stage.elasticity.room() > most_numbers) return;
     auto& precondition = solver.low.linear.precondition;
     solver.responses.make(contacts, stage.frame.fixed, stage.elasticity.room(), precondition);
     precondition = [&solver, inverse = std::move(precondition)](const float* r, float* z) {
