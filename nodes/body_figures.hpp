@@ -48,14 +48,15 @@ inline physics::MassMoments moments_at_rest(const geometry::Cubes& cubes)
 // of bricks (physics/state/cube_mass.hpp); lattices and springs have it on the corners of the
 // cubes, which adds m h^2 / 3 to each moment of inertia, where bricks add 0.013 m h^2. `bending`:
 // the stiffness in bending of the part that is most wrong, times the true one; not a number where
-// it is not known. Of an open mesh and of surfaces nothing is known to compare with.
-inline graph::Figures body_figures(const geometry::TriMesh& mesh, const geometry::Cubes& cubes,
+// it is not known. Of open meshes, of surfaces and without a mesh nothing is known to compare with.
+inline graph::Figures body_figures(const geometry::TriMesh* mesh, const geometry::Cubes& cubes,
                                    bool solid, double bending)
 {
     constexpr double unknown = graph::Figure::unknown;
-    const bool known = solid && geometry::is_closed(mesh.triangles(), mesh.positions.size());
+    const bool known =
+        mesh && solid && geometry::is_closed(mesh->triangles(), mesh->positions.size());
     geometry::MassProperties body;
-    if (known) body = geometry::mass_properties(mesh);
+    if (known) body = geometry::mass_properties(*mesh);
     const physics::MassMoments model = moments_at_rest(cubes);
     const auto exact = [&](double x) { return known && body.mass > 0 ? x : unknown; };
     double volume = 0;

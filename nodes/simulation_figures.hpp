@@ -20,10 +20,11 @@ struct Energies {
     double lifted = graph::Figure::unknown;  // J, in gravity
 };
 
-// Of all models of the body together.
+// Of all models of the body together. What contacts store is left out.
 inline Energies energies(const physics::BricksBody& body, const physics::State& state,
                          const physics::Vec3& gravity)
 {
+    if (!state.held.empty()) return {};  // springs that hold points have some
     Energies out{physics::elastic_energy(body, state), 0};
     out.own += physics::kinetic_energy(state, *body.rest);
     const std::vector<double> mass = geometry::corner_masses(*body.rest);

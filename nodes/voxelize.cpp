@@ -147,7 +147,7 @@ static Outputs of_cloud(const Inputs& in, const geometry::VoxelOptions& options,
     geometry::add_attributes(points, *in.mesh,
                              geometry::chosen_attributes(in.attributes, in.mesh->attributes));
     Outputs out{geometry::voxelize_samples(points, grid_for(in), options)};
-    context.tell(body_figures(*in.mesh, out.cubes, false, graph::Figure::unknown));
+    context.tell(body_figures(nullptr, out.cubes, false, graph::Figure::unknown));
     return out;
 }
 
@@ -159,7 +159,9 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         if (in.points.empty()) throw std::invalid_argument(needs_points);
         std::vector<const geometry::Samples*> sets;
         for (const auto& set : in.points) sets.push_back(set.get());
-        return {geometry::voxelize_samples(sets, grid_for(in), options)};
+        Outputs out{geometry::voxelize_samples(sets, grid_for(in), options)};
+        context.tell(body_figures(nullptr, out.cubes, false, graph::Figure::unknown));
+        return out;
     }
     if (!in.mesh) throw std::invalid_argument(needs_mesh);
     if (in.mesh->triangles().empty() && !in.mesh->positions.empty()) {
@@ -196,7 +198,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     }
     warn_of_glued_pieces(*in.mesh, out.cubes, in.pieces == geometry::NearPieces::apart, in.join,
                          context);
-    context.tell(body_figures(*in.mesh, out.cubes, solid, bending));
+    context.tell(body_figures(in.mesh.get(), out.cubes, solid, bending));
     return out;
 }
 

@@ -7,6 +7,7 @@ namespace physics {
 double elastic_energy(const BricksBody& body, const State& state)
 {
     BrickElasticity elasticity(body);
+    elasticity.load_rotations(state.rotation);
     if (state.plastic_of == PlasticOf::bricks) elasticity.load_plastic(state.plastic);
     return elasticity.energy(by_slot(body.base, state.x).data());
 }

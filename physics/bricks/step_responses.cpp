@@ -4,7 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include <algorithm>
+#include <set>
 
 namespace physics {
 namespace {
@@ -58,6 +58,13 @@ std::size_t StepResponses::missing(const std::vector<ContactBlock<float>>& conta
     std::size_t sum = 0;
     for (const auto& contact : contacts) sum += known.count(weights_of(contact)) > 0 ? 0 : 3;
     return sum;
+}
+
+void StepResponses::keep(const std::vector<ContactBlock<float>>& contacts)
+{
+    std::set<Weights> wanted;
+    for (const auto& contact : contacts) wanted.insert(weights_of(contact));
+    std::erase_if(known, [&](const auto& one) { return wanted.count(one.first) == 0; });
 }
 
 void StepResponses::make(const std::vector<ContactBlock<float>>& contacts,

@@ -31,8 +31,11 @@ struct StepResponses {
     void start(double step, const Aligned<double>& place);
     // How many applications of M it takes to know the contacts of a round.
     std::size_t missing(const std::vector<ContactBlock<float>>& contacts) const;
-    // Makes those, and what take_contacts() needs of the contacts, which have to stay until then.
-    // `inverse` is M, for vectors with `room`; `fixed` is not 0 of numbers that are held.
+    // Forgets all but these.
+    void keep(const std::vector<ContactBlock<float>>& contacts);
+    // Makes those that are missing, and what take_contacts() needs of the contacts, which have to
+    // stay until then. `inverse` is M, for vectors with `room`; `fixed` is not 0 of numbers that
+    // are held.
     void make(const std::vector<ContactBlock<float>>& contacts, const Aligned<double>& fixed,
               std::size_t room, const Apply& inverse);
     // z = M r becomes what it is with the contacts that were made last.

@@ -156,8 +156,11 @@ void add_responses(StepSolver& solver, const Stage& stage)
     const std::size_t missing = solver.responses.missing(contacts);
     if (missing > 2 * static_cast<std::size_t>(solver.took)) return;
     constexpr std::size_t most_numbers = 30'000'000;  // of all responses, 120 MB
-    const std::size_t responses = 3 * solver.responses.known.size() + missing;
-    if (responses * stage.elasticity.room() > most_numbers) return;
+    const auto numbers = [&] {
+        return (3 * solver.responses.known.size() + missing) * stage.elasticity.room();
+    };
+    if (numbers() > most_numbers) solver.responses.keep(contacts);
+    if (numbers() > most_numbers) return;
     auto& precondition = solver.low.linear.precondition;
     solver.responses.make(contacts, stage.frame.fixed, stage.elasticity.room(), precondition);
     precondition = [&solver, inverse = std::move(precondition)](const float* r, float* z) {
@@ -293,7 +296,6 @@ void solve_low(StepSolver& solver, Stage& stage, double target, int most, Solved
         const double goal = std::max(target, 1e-5 * size);
         const Solved part = add_low(solver, stage, goal, most - out.iterations);
         out.iterations += part.iterations;
-        solver.took = part.iterations;
         if (!refined && goal >= 1e-4 * size && part.converged) {
             size = part.residual;
             break;
@@ -305,6 +307,7 @@ void solve_low(StepSolver& solver, Stage& stage, double target, int most, Solved
     }
     out.residual = size;
     out.converged = size <= target;
+    solver.took = out.iterations;
 }
 
 // solve_linear() where the elasticity is coupled.

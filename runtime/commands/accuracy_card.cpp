@@ -19,27 +19,29 @@ using graph::Over;
 // What one node told, by frame.
 using ByFrame = std::map<int, graph::Figures>;
 
-// Whether a node, or one that it depends on, is another one at another frame.
-bool changes(const graph::Graph& graph, std::uint32_t n)
+// Of each node, whether it, or one that it depends on, is another one at another frame.
+std::vector<std::uint8_t> changing(const graph::Graph& graph)
 {
-    const graph::Node& node = graph.nodes[n];
-    if (!node.animated.empty() || node.type->reads != 0) return true;
-    for (const auto& links : node.inputs) {
-        for (const graph::Link& link : links) {
-            if (changes(graph, link.node)) return true;
+    std::vector<std::uint8_t> out(graph.nodes.size(), 0);
+    for (std::size_t n = 0; n < out.size(); ++n) {  // each stands after those it depends on
+        const graph::Node& node = graph.nodes[n];
+        bool changes = !node.animated.empty() || node.type->reads != 0;
+        for (const auto& links : node.inputs) {
+            for (const graph::Link& link : links) changes = changes || out[link.node] != 0;
         }
+        out[n] = changes ? 1 : 0;
     }
-    return false;
+    return out;
 }
 
 // Whether nothing but gravity does work on the body: what holds it stays, and so does what it
 // touches.
-bool is_left_alone(const graph::Graph& graph, const graph::Node& node)
+bool is_left_alone(const graph::Node& node, const std::vector<std::uint8_t>& changes)
 {
     if (!node.animated.empty() || !graph::links_to(node, "forces").empty()) return false;
     for (const char* input : {"pins", "colliders"}) {
         for (const graph::Link& link : graph::links_to(node, input)) {
-            if (changes(graph, link.node)) return false;
+            if (changes[link.node] != 0) return false;
         }
     }
     return true;
@@ -50,16 +52,18 @@ CardLine largest(const ByFrame& told, std::size_t which)
     CardLine most{told.begin()->second.all[which], told.begin()->first};
     for (const auto& [frame, figures] : told) {
         const double value = figures.all[which].value;
-        if (!(value <= most.value)) most.value = value, most.frame = frame;  // not a number stays
+        if (!(value <= most.value)) most.value = value, most.frame = frame;
+        if (std::isnan(value)) break;  // that is the largest
     }
     return most;
 }
 
 // What rose in the frames in which it rose, and fell in the others, as shares of the largest value
-// of what it is a balance of. Unknown where a frame is left out.
+// of what it is a balance of. Unknown of one frame, and where one is left out.
 std::array<double, 2> balance(const ByFrame& told, std::size_t which)
 {
     constexpr std::array<double, 2> unknown{Figure::unknown, Figure::unknown};
+    if (told.size() < 2) return unknown;
     double gained = 0, lost = 0, most = 0, before = Figure::unknown;
     int last = told.begin()->first - 1;
     for (const auto& [frame, figures] : told) {
@@ -73,8 +77,8 @@ std::array<double, 2> balance(const ByFrame& told, std::size_t which)
     return most > 0 ? std::array{gained / most, lost / most} : std::array{0.0, 0.0};
 }
 
-AccuracyCard card_of(const graph::Graph& graph, const graph::Node* node, const std::string& name,
-                     const ByFrame& told)
+// `left_alone`: balances are known.
+AccuracyCard card_of(const std::string& name, const ByFrame& told, bool left_alone)
 {
     const graph::Figures& first = told.begin()->second;
     AccuracyCard card{name, first.kind, told.size(), {}};
@@ -84,7 +88,7 @@ AccuracyCard card_of(const graph::Graph& graph, const graph::Node* node, const s
         if (figure.over == Over::largest) card.lines.push_back(largest(told, i));
         if (figure.over != Over::balance) continue;
         auto [gained, lost] = balance(told, i);
-        if (!node || !is_left_alone(graph, *node)) gained = lost = Figure::unknown;
+        if (!left_alone) gained = lost = Figure::unknown;
         const std::string of = ", of the most there was";
         card.lines.push_back(
             {{figure.name + " gained" + of, gained, Figure::unknown, Over::balance}});
@@ -93,15 +97,21 @@ AccuracyCard card_of(const graph::Graph& graph, const graph::Node* node, const s
     return card;
 }
 
-// The node of the graph whose result that is, else the one of that name and type.
-std::optional<std::uint32_t> node_of(const Told& told, const graph::Graph& graph, Keys& keys)
+// Which node of the graph made a result.
+struct Maker {
+    std::optional<std::uint32_t> node;  // none: the graph has none of that name and type
+    bool exact = false;                 // the graph would make this result again
+};
+
+Maker maker_of(const Told& told, const graph::Graph& graph, Keys& keys)
 {
-    std::optional<std::uint32_t> named;
+    Maker named;
     for (const std::uint32_t n : keys.reached()) {
         const graph::Node& node = graph.nodes[n];
         if (node.type->name != told.type) continue;
-        if (told.frame >= graph.range.first && keys.at(n, told.frame) == told.from) return n;
-        if (node.name == told.node) named = n;
+        if (told.frame >= graph.range.first && keys.at(n, told.frame) == told.from)
+            return {n, true};
+        if (node.name == told.node) named.node = n;
     }
     return named;
 }
@@ -116,7 +126,7 @@ std::string percent_text(double share, bool sign)
 {
     const double percent = std::abs(share) < 1e-6 ? 0 : 100 * share;
     const std::string text =
-        std::abs(percent) < 100 ? fmt::format("{:.2g}", percent) : fmt::format("{:.0f}", percent);
+        std::abs(percent) < 99.5 ? fmt::format("{:.2g}", percent) : fmt::format("{:.0f}", percent);
     return (sign && percent > 0 ? "+" : "") + text + " %";
 }
 
@@ -161,18 +171,23 @@ std::vector<AccuracyCard> AccuracyFigures::cards(const graph::Graph& graph, Keys
 {
     std::map<std::uint32_t, ByFrame> by_node;
     std::map<std::string, ByFrame> others;
-    for (const Told& told : all_) {
-        const auto n = node_of(told, graph, keys);
-        ByFrame& frames = n ? by_node[*n] : others[told.node];
-        const auto at = frames.try_emplace(told.frame, told.figures).first;
+    std::vector<std::pair<Maker, const Told*>> all;
+    for (const Told& told : all_) all.emplace_back(maker_of(told, graph, keys), &told);
+    // What the graph would make comes first: names may have gone to other nodes since.
+    std::stable_partition(all.begin(), all.end(), [](const auto& a) { return a.first.exact; });
+    for (const auto& [maker, told] : all) {
+        ByFrame& frames = maker.node ? by_node[*maker.node] : others[told->node];
+        const auto at = frames.try_emplace(told->frame, told->figures).first;
         // Frames of one node tell of the same quantities.
         if (at->second.all.size() != frames.begin()->second.all.size()) frames.erase(at);
     }
+    const std::vector<std::uint8_t> changes = changing(graph);
     std::vector<AccuracyCard> cards;
     for (const auto& [n, told] : by_node) {
-        cards.push_back(card_of(graph, &graph.nodes[n], graph.nodes[n].name, told));
+        const graph::Node& node = graph.nodes[n];
+        cards.push_back(card_of(node.name, told, is_left_alone(node, changes)));
     }
-    for (const auto& [name, told] : others) cards.push_back(card_of(graph, nullptr, name, told));
+    for (const auto& [name, told] : others) cards.push_back(card_of(name, told, false));
     return cards;
 }
 

@@ -136,7 +136,7 @@ public:
             say("accuracy: " + card_summary(cards[i]));
         }
         if (cards.size() > most) {
-            say(fmt::format("accuracy: {} more in the manifest", cards.size() - most));
+            say(fmt::format("accuracy: {} more, told by aspic card --motion", cards.size() - most));
         }
     }
 

@@ -73,7 +73,10 @@ std::vector<std::shared_ptr<const Told>> told_with(const CookState& cook, const 
                                                    const graph::Figures& own)
 {
     std::vector<std::shared_ptr<const Told>> all;
+    const bool varies = cook.keys.varies(task.node);
     for (const Task* input : task.inputs) {
+        // What gathered all frames is told by them, and would be told again in each of these.
+        if (varies && cook.graph.nodes[input->node].type->gather_frames) continue;
         all.insert(all.end(), input->result->told.begin(), input->result->told.end());
     }
     if (!own.all.empty()) {
@@ -94,7 +97,7 @@ bool tell_the_same(const std::vector<std::shared_ptr<const Told>>& a,
                    const std::vector<std::shared_ptr<const Told>>& b)
 {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
-        return x->frame == y->frame && x->node == y->node && x->figures == y->figures;
+        return x->from == y->from && x->frame == y->frame && x->figures == y->figures;
     });
 }
 

@@ -30,7 +30,7 @@ std::vector<Heard> warnings_before(CookState& cook, const Task& task);
 std::vector<std::shared_ptr<const Told>> told_with(const CookState& cook, const Task& task,
                                                    const graph::Figures& own);
 
-// Whether two lists tell the same, of results by whatever keys.
+// Whether two lists tell the same, of the same results.
 bool tell_the_same(const std::vector<std::shared_ptr<const Told>>& a,
                    const std::vector<std::shared_ptr<const Told>>& b);
 

@@ -129,6 +129,47 @@ TEST_F(AccuracyOfCooks, WhatGathersFramesTellsOfAll)
     EXPECT_EQ(cook(text, "a", {"--node", "bounds"}).accuracy, made.accuracy);
 }
 
+TEST_F(AccuracyOfCooks, ANameThatWentToAnotherNodeTellsOfThatOne)
+{
+    cook(falling(), "a");
+    cook(falling("body", R"("size": 0.1, "max_cubes": 77)"), "a");
+    // The cubes that "body" made are those of "crate" now.
+    std::string text = falling("crate", R"("size": 0.1, "max_cubes": 77)");
+    const std::string write = R"("write": {)";
+    text.replace(text.find(write), write.size(), R"("body": { "type": "Voxelize@1",
+        "inputs": { "mesh": "box.mesh" }, "params": { "method": "solid", "size": 0.05 } },
+    "count": { "type": "Measure@1", "inputs": { "cubes": "body.cubes" }, "params": {
+        "what": "cubes" } }, "write": {)");
+    const Cooked both = cook(text, "a", {"--node", "write", "--node", "count"});
+    ASSERT_EQ(both.accuracy.size(), 3u) << both.accuracy;
+    for (const auto& card : both.accuracy) {
+        if (!card.contains("body")) continue;
+        const int cubes = card["body"] == "crate" ? 2 : 12;
+        EXPECT_EQ(card["card"]["cubes"]["cubes"], cubes) << card;
+    }
+}
+
+TEST_F(AccuracyOfCooks, OfOneFrameNoBalanceIsKnown)
+{
+    const Cooked one = cook(falling(), "a", {"--frames", "3"});
+    ASSERT_EQ(one.accuracy.size(), 2u) << one.accuracy;
+    EXPECT_TRUE(one.accuracy[1]["card"]["energy gained, of the most there was"].is_null());
+    EXPECT_EQ(one.err.find("energy gained"), std::string::npos) << one.err;
+}
+
+TEST_F(AccuracyOfCooks, APictureOfAWholeShotTellsOfItsFrames)
+{
+    std::string text = falling();
+    const std::string write = R"("write": {)";
+    text.replace(text.find(write), write.size(), R"("bounds": { "type": "MotionBounds@1",
+        "inputs": { "mesh": "shape.mesh" } }, "picture": { "type": "Render@2", "inputs": {
+        "mesh": ["shape.mesh"], "shot": "bounds.points" }, "params": {
+        "width": 32, "height": 32 } }, "write": {)");
+    const Cooked made = cook(text, "a", {"--node", "picture", "--frames", "1-2"});
+    ASSERT_EQ(made.accuracy.size(), 2u) << made.accuracy;
+    EXPECT_EQ(made.accuracy[1]["frames"], 2);
+}
+
 TEST_F(AccuracyOfCooks, WhatIsWorstIsTold)
 {
     // Half a cube thick: (0.2 / 0.1)^2 times too stiff.
