@@ -96,7 +96,7 @@ public:
     std::function<void(const std::string&)> warn = [](const std::string&) {};
 
     // How accurate the result is; at most once. Kept with the result. Null in tests.
-    std::function<void(Figures)> tell = [](Figures) {};
+    std::function<void(Figures)> tell = [](const Figures&) {};
 
     // A file read beside those named in path_in parameters (a material library, a texture): its
     // bytes, or its absence, become part of the result's key.
