@@ -1,4 +1,5 @@
 #include "runtime/cook/evaluator.hpp"
+#include "runtime/cook/storing.hpp"
 
 #include "tests/runtime/toys.hpp"
 
@@ -1080,4 +1081,18 @@ TEST(Evaluator, AnyNumberOfThreadsGivesTheSameBytes)
             EXPECT_EQ(values, first);
         }
     }
+}
+
+// Figures of a result by another key belong to another result, whatever they say.
+TEST(ToldFigures, AreTheSameOfTheSameResultsOnly)
+{
+    const auto told = [](std::uint64_t key, double value) {
+        Told out{{key, 1}, 3, "body", "Voxelize", {"body", {{"cubes", value}}}};
+        return std::vector<std::shared_ptr<const Told>>{std::make_shared<Told>(std::move(out))};
+    };
+    const double unknown = graph::Figure::unknown;
+    EXPECT_TRUE(tell_the_same(told(1, unknown), told(1, unknown)));
+    EXPECT_FALSE(tell_the_same(told(1, 8), told(2, 8)));
+    EXPECT_FALSE(tell_the_same(told(1, 8), told(1, 9)));
+    EXPECT_FALSE(tell_the_same(told(1, 8), {}));
 }
