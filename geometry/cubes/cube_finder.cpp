@@ -30,25 +30,13 @@ Vec3i step_to(int n)
     return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
 }
 
-// Squared, from a place to quarters of a cell at the origin.
-double distance_sq(SubCells part, const Vec3& at)
-{
-    double best = std::numeric_limits<double>::infinity();
-    for (; part != 0; part &= part - 1) {
-        const Vec3 lo = lower_corner(static_cast<unsigned>(std::countr_zero(part)));
-        const Vec3 off = (lo - at).cwiseMax(at - lo - Vec3::Constant(quarter)).cwiseMax(0.0);
-        best = std::min(best, off.squaredNorm());
-    }
-    return best;
-}
-
 }  // namespace
 
 void CubeFinder::look_in(const Vec3i& cell, const Vec3& at, Nearest& best) const
 {
     const auto found = index_.find(cell);
     for (std::uint32_t c = found.begin; c < found.end; ++c) {
-        const double d_sq = distance_sq(cubes_->part[c], at - cell.cast<double>());
+        const double d_sq = quarters_distance_sq(cubes_->part[c], at - cell.cast<double>());
         if (d_sq < best.distance_sq) best = {c, d_sq};
     }
 }
@@ -96,6 +84,17 @@ std::uint32_t CubeFinder::find_near(const Vec3& at) const
         }
     }
     return best.cube;
+}
+
+double quarters_distance_sq(SubCells part, const Vec3& at)
+{
+    double best = std::numeric_limits<double>::infinity();
+    for (; part != 0; part &= part - 1) {
+        const Vec3 lo = lower_corner(static_cast<unsigned>(std::countr_zero(part)));
+        const Vec3 off = (lo - at).cwiseMax(at - lo - Vec3::Constant(quarter)).cwiseMax(0.0);
+        best = std::min(best, off.squaredNorm());
+    }
+    return best;
 }
 
 bool quarters_hold(std::uint64_t part, const Vec3& at)

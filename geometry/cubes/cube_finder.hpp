@@ -36,6 +36,9 @@ private:
     CellIndex index_;
 };
 
+// From a place to the quarters `part` (Cubes::part) of a cell at the origin, squared, in cubes.
+double quarters_distance_sq(std::uint64_t part, const Vec3& at);
+
 // Whether the quarters `part` (Cubes::part) of a cell hold the place `at`, 0..1 in the cell; where
 // it is outside, the place in the cell that is nearest to it.
 bool quarters_hold(std::uint64_t part, const Vec3& at);

@@ -3,7 +3,7 @@
 #include "geometry/base/box_tree.hpp"
 #include "geometry/base/parallel.hpp"
 #include "geometry/base/union_find.hpp"
-#include "geometry/cubes/cube_finder.hpp"
+#include "geometry/cubes/body_finder.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/cubes/sheet.hpp"
 #include "geometry/mesh/mesh.hpp"
@@ -134,7 +134,8 @@ void bind_to_sheet(const TriMesh& mesh, const Cubes& sheet, Binding& binding)
 void bind_to_lattice(const TriMesh& mesh, const Cubes& cubes, Binding& binding)
 {
     const std::size_t n = mesh.positions.size();
-    const CubeFinder finder(cubes);
+    const BodyFinder finder(cubes);
+    const std::vector<std::uint32_t> body = finder.bodies_of(mesh);
     const int flat = flat_axis(cubes);
     std::vector<Vec3> at(n);
     parallel_for(n, bound_a_task, [&](std::size_t begin, std::size_t end) {
@@ -146,7 +147,8 @@ void bind_to_lattice(const TriMesh& mesh, const Cubes& cubes, Binding& binding)
                 continue;
             }
             at[v] = (p.cast<double>() - cubes.origin) / cubes.size;
-            binding.cube[v] = finder.find(flattened(at[v], cubes, flat));
+            binding.cube[v] =
+                finder.find(flattened(at[v], cubes, flat), body.empty() ? no_index : body[v]);
             if (binding.cube[v] == no_index) continue;
             const Vec3 cell = cubes.cell[binding.cube[v]].cast<double>();
             binding.local[v] = (at[v] - cell).cast<float>();

@@ -11,7 +11,8 @@
 // Where a whole piece of the mesh is in no cube, q is the centre of one cube for all of it, so that
 // it stays in one piece, and turns and shears as that cube does. On a plane (cubes/plane.hpp) who
 // lies over or under a cell is in it, however far. Of several cubes in one cell, a vertex goes with
-// the piece of material that it is nearest to (Cubes::part).
+// the piece of material that it is nearest to (Cubes::part), and where bodies meet with the body
+// that its piece of the mesh goes with (cubes/body_finder.hpp).
 //
 // On a sheet (cubes/sheet.hpp) a vertex goes with the nearest triangle, at that one's nearest
 // place: none is a stray, and none lies across.

@@ -1,0 +1,22 @@
+#pragma once
+
+// One mesh as several.
+
+#include "geometry/mesh/mesh.hpp"
+
+#include <span>
+
+namespace geometry {
+
+// Some faces of a mesh, as a mesh of their own.
+struct SplitMesh {
+    TriMesh mesh;                      // has no normals, texture coordinates and polygons
+    std::vector<std::uint32_t> faces;  // F, of the whole, ascending
+};
+
+// A mesh for each of `count` numbers, of the faces f with of[f] equal to it, and of the vertices
+// that they use, in their order. Faces with other numbers are left out.
+std::vector<SplitMesh> split(const TriMesh& mesh, std::span<const std::uint32_t> of,
+                             std::size_t count);
+
+}  // namespace geometry
