@@ -176,6 +176,11 @@ std::vector<double> closed_area(const TriMesh& mesh, const std::vector<std::uint
         for (std::size_t i = first; i < area.size(); ++i) area[i] *= -1;
     }
     std::vector<double> out(of.size(), 0);
+    geometry::MeshTopology joined;  // all go with one body of the cubes
+    for (std::uint32_t i = 1; i < area.size(); ++i) joined.triangles.push_back({i - 1, i, i});
+    if (!cubes.part.empty()) {
+        middles.topology = std::make_shared<const geometry::MeshTopology>(std::move(joined));
+    }
     const geometry::Binding binding = geometry::bind(middles, cubes);
     for (std::size_t i = 0; i < area.size(); ++i) {
         const std::uint32_t cube = binding.used[binding.cube[i]];

@@ -124,6 +124,13 @@ void keep_points(const ShapedModel& model, const std::vector<LoosePoint>& loose,
     TriMesh mesh;
     for (const LoosePoint& point : loose) mesh.positions.push_back(point.place.cast<float>());
     if (mesh.positions.empty()) return;
+    if (!cubes.part.empty()) {  // those of a part are joined, as they go with one body
+        geometry::MeshTopology joined;
+        for (std::uint32_t i = 1; i < loose.size(); ++i) {
+            if (part_of_point[i] == part_of_point[i - 1]) joined.triangles.push_back({i - 1, i, i});
+        }
+        mesh.topology = std::make_shared<const geometry::MeshTopology>(std::move(joined));
+    }
     const geometry::Binding binding = geometry::bind(mesh, cubes);
     for (std::size_t i = 0; i < loose.size(); ++i) {
         const std::uint32_t cube = binding.used[binding.cube[i]];

@@ -1,6 +1,6 @@
 #include "physics/body/surface_patches.hpp"
 
-#include "geometry/cubes/cube_finder.hpp"
+#include "geometry/cubes/body_finder.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/cubes/sheet.hpp"
 #include "geometry/embed/embed.hpp"
@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <memory>
 #include <optional>
 #include <unordered_map>
 #include <utility>
@@ -19,7 +21,6 @@
 namespace physics {
 namespace {
 
-using geometry::CubeFinder;
 using geometry::Cubes;
 using geometry::Vec3;
 using geometry::Vec3i;
@@ -37,12 +38,35 @@ struct CellHash {
 };
 using CellMap = std::unordered_map<Vec3i, std::uint32_t, CellHash>;
 
-// The cube that holds p (m), or the nearest of its neighbours.
-std::optional<std::uint32_t> cube_at(const Cubes& cubes, const CubeFinder& finder, const Vec3& p)
+// The cubes of a model, and the body that each vertex of its surface goes with.
+struct BodiesOfSurface {
+    BodiesOfSurface(const Cubes& model, const geometry::TriMesh& mesh)
+        : cubes(model), finder(model), body(finder.bodies_of(mesh))
+    {}
+
+    std::uint32_t body_of(std::uint32_t vertex) const
+    {
+        return body.empty() ? geometry::no_index : body[vertex];
+    }
+
+    const Cubes& cubes;
+    geometry::BodyFinder finder;
+    std::vector<std::uint32_t> body;
+};
+
+// A place on the surface, m, of the piece that has a vertex.
+struct SurfacePlace {
+    Vec3 at;
+    std::uint32_t vertex;
+};
+
+// The cube that holds it, or the nearest of its neighbours.
+std::optional<std::uint32_t> cube_at(const BodiesOfSurface& bodies, const SurfacePlace& p)
 {
-    const Vec3 local = (p - cubes.origin) / cubes.size;
+    const Cubes& cubes = bodies.cubes;
+    const Vec3 local = (p.at - cubes.origin) / cubes.size;
     if (!local.allFinite() || local.cwiseAbs().maxCoeff() > 1e9) return std::nullopt;
-    const std::uint32_t found = finder.find_near(local);
+    const std::uint32_t found = bodies.finder.find_near(local, bodies.body_of(p.vertex));
     if (found == geometry::no_index) return std::nullopt;
     return found;
 }
@@ -118,7 +142,8 @@ Vec3 area_of(const std::array<Vec3, 3>& v)
 struct Subdivided {
     const std::array<Vec3, 3>& v;
     int cuts;
-    double side;  // 1, or -1 where it is wound inwards
+    double side;           // 1, or -1 where it is wound inwards
+    std::uint32_t vertex;  // one of its own
 
     // Of the triangle, that each small one is.
     double share() const { return 1.0 / (cuts * cuts); }
@@ -139,33 +164,35 @@ struct Subdivided {
 // cube.
 class FacePoints {
 public:
-    FacePoints(const Cubes& cubes, const CubeFinder& finder) : cubes_(cubes), finder_(finder) {}
+    explicit FacePoints(const BodiesOfSurface& bodies) : bodies_(bodies) {}
 
-    void add(const Vec3& at, float area, const Vec3f& normal)
+    void add(const SurfacePlace& p, float area, const Vec3f& normal)
     {
-        const Vec3 local = 4 / cubes_.size * (at - cubes_.origin);
+        const Vec3 local = 4 / bodies_.cubes.size * (p.at - bodies_.cubes.origin);
         if (!local.allFinite() || local.cwiseAbs().maxCoeff() > 1e9) return;
         const Vec3i place = local.array().floor().cast<int>();
-        const auto [found, fresh] = by_place_.emplace(place, std::uint32_t(positions.size()));
+        CellMap& by_place = by_place_[bodies_.body_of(p.vertex)];
+        const auto [found, fresh] = by_place.emplace(place, std::uint32_t(positions.size()));
         if (!fresh) {
             areas[found->second] += area;
             normals[found->second] += normal;
-        } else if (cube_at(cubes_, finder_, at)) {
-            positions.push_back(at.cast<float>());
+        } else if (cube_at(bodies_, p)) {
+            positions.push_back(p.at.cast<float>());
+            vertices.push_back(p.vertex);
             areas.push_back(area);
             normals.push_back(normal);
         } else {
-            by_place_.erase(found);
+            by_place.erase(found);
         }
     }
     std::vector<Vec3f> positions;
+    std::vector<std::uint32_t> vertices;  // a vertex of the piece that each is on
     std::vector<float> areas;
     std::vector<Vec3f> normals;  // m^2, with the size of the area
 
 private:
-    const Cubes& cubes_;
-    const CubeFinder& finder_;
-    CellMap by_place_;
+    const BodiesOfSurface& bodies_;
+    std::map<std::uint32_t, CellMap> by_place_;  // of each body
 };
 
 // The corners of a triangle, where they are sound and span an area.
@@ -184,8 +211,8 @@ std::optional<std::array<Vec3, 3>> sound_triangle(const geometry::TriMesh& mesh,
 
 // Shares a triangle out by pieces a cube wide: their areas to the patches of the cubes that they
 // lie in, and points where they meet.
-void share_out(const Cubes& cubes, const CubeFinder& finder, const Subdivided& rows,
-               FacePoints& between, std::vector<LoosePatch>& patches)
+void share_out(const BodiesOfSurface& bodies, const Subdivided& rows, FacePoints& between,
+               std::vector<LoosePatch>& patches)
 {
     const Vec3 area = area_of(rows.v);
     const double share = rows.share();
@@ -193,7 +220,8 @@ void share_out(const Cubes& cubes, const CubeFinder& finder, const Subdivided& r
         for (int k = 0; k <= i; ++k) {
             const int meeting = rows.meeting(i, k);
             if (meeting == 1) continue;  // a vertex
-            between.add(rows.at(i, k), static_cast<float>(meeting * share * area.norm() / 3),
+            between.add({rows.at(i, k), rows.vertex},
+                        static_cast<float>(meeting * share * area.norm() / 3),
                         (rows.side * meeting * share / 3 * area).cast<float>());
         }
     }
@@ -204,10 +232,10 @@ void share_out(const Cubes& cubes, const CubeFinder& finder, const Subdivided& r
             const int k = j / 2;
             const std::array<Vec3, 3> small{rows.at(i, k), rows.at(i + 1, j % 2 ? k + 1 : k),
                                             j % 2 ? rows.at(i, k + 1) : rows.at(i + 1, k + 1)};
-            const auto c = cube_at(cubes, finder, (small[0] + small[1] + small[2]) / 3);
+            const auto c = cube_at(bodies, {(small[0] + small[1] + small[2]) / 3, rows.vertex});
             if (!c) continue;
             patches[*c].areas.push_back((share * area).cast<float>());
-            patches[*c].pieces.push_back(piece_in(cubes, *c, small));
+            patches[*c].pieces.push_back(piece_in(bodies.cubes, *c, small));
         }
     }
 }
@@ -221,7 +249,7 @@ struct VertexFaces {
 };
 
 // Points at the vertices, with their areas, and between them.
-void embed_points(const Cubes& cubes, const geometry::TriMesh& mesh, VertexFaces at,
+void embed_points(const BodiesOfSurface& bodies, const geometry::TriMesh& mesh, VertexFaces at,
                   const FacePoints& between, std::vector<LoosePatch>& patches)
 {
     geometry::TriMesh points;
@@ -230,7 +258,16 @@ void embed_points(const Cubes& cubes, const geometry::TriMesh& mesh, VertexFaces
                             between.positions.end());
     at.area.insert(at.area.end(), between.areas.begin(), between.areas.end());
     at.normal.insert(at.normal.end(), between.normals.begin(), between.normals.end());
-    const geometry::Binding binding = geometry::bind(points, cubes);
+    if (!bodies.body.empty()) {  // each goes with the body of its piece
+        geometry::MeshTopology joined;
+        joined.triangles = mesh.triangles();
+        for (std::uint32_t i = 0; i < between.positions.size(); ++i) {
+            const auto own = static_cast<std::uint32_t>(mesh.positions.size() + i);
+            joined.triangles.push_back({between.vertices[i], own, own});
+        }
+        points.topology = std::make_shared<const geometry::MeshTopology>(std::move(joined));
+    }
+    const geometry::Binding binding = geometry::bind(points, bodies.cubes);
     for (std::uint32_t i = 0; i < points.positions.size(); ++i) {
         if (!points.positions[i].allFinite()) continue;
         PatchPoint point{binding.local[i], {}, at.area[i], at.normal[i]};
@@ -255,10 +292,10 @@ void flatten(LoosePatch& patch, int flat)
 
 std::vector<LoosePatch> patches_of_surface(const Cubes& cubes, const geometry::TriMesh& mesh)
 {
-    const CubeFinder finder(cubes);
+    const BodiesOfSurface bodies(cubes, mesh);
     std::vector<LoosePatch> patches(cubes.count());
     VertexFaces faces(mesh.positions.size());
-    FacePoints between(cubes, finder);
+    FacePoints between(bodies);
     const std::vector<geometry::Triangle> out = geometry::wound_out(mesh).triangles;
     for (std::size_t i = 0; i < out.size(); ++i) {
         const geometry::Triangle& t = mesh.triangles()[i];
@@ -268,15 +305,15 @@ std::vector<LoosePatch> patches_of_surface(const Cubes& cubes, const geometry::T
             {((*v)[1] - (*v)[0]).norm(), ((*v)[2] - (*v)[1]).norm(), ((*v)[0] - (*v)[2]).norm()});
         const Subdivided rows{
             *v, static_cast<int>(std::clamp(std::ceil(longest / cubes.size), 1.0, 64.0)),
-            out[i] == t ? 1.0 : -1.0};
+            out[i] == t ? 1.0 : -1.0, t[0]};
         const Vec3 area = area_of(*v);
         for (const auto corner : t) {
             faces.area[corner] += static_cast<float>(rows.share() * area.norm() / 3);
             faces.normal[corner] += (rows.side * rows.share() / 3 * area).cast<float>();
         }
-        share_out(cubes, finder, rows, between, patches);
+        share_out(bodies, rows, between, patches);
     }
-    embed_points(cubes, mesh, std::move(faces), between, patches);
+    embed_points(bodies, mesh, std::move(faces), between, patches);
     const int flat = geometry::flat_axis(cubes);
     for (LoosePatch& patch : patches) {
         thin_out(patch);
@@ -306,7 +343,7 @@ std::array<std::uint32_t, 4> face_corners(const Cubes& cubes, std::uint32_t c, i
 
 // Which faces of which cubes others cover, as bits 2 axis + side: with any cube in the next cell,
 // or of pieces with one that has the same corners.
-std::vector<std::uint8_t> covered_faces(const Cubes& cubes, const CubeFinder& finder)
+std::vector<std::uint8_t> covered_faces(const Cubes& cubes, const geometry::CubeFinder& finder)
 {
     std::vector<std::uint8_t> out(cubes.count(), 0);
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
@@ -330,7 +367,7 @@ std::vector<std::uint8_t> covered_faces(const Cubes& cubes, const CubeFinder& fi
 
 std::vector<LoosePatch> patches_of_cubes(const Cubes& cubes)
 {
-    const CubeFinder finder(cubes);
+    const geometry::CubeFinder finder(cubes);
     std::vector<LoosePatch> patches(cubes.count());
     const auto face = static_cast<float>(cubes.size * cubes.size);
     std::vector<float> area_at(cubes.corner_count(), 0.0f);
