@@ -11,6 +11,7 @@ struct Inputs {
     geometry::Vec3 step{1, 1, 1};
     geometry::Vec3 stagger{0, 0, 0};
     double hue_degrees = 0;
+    bool number_groups = false;
 };
 struct Outputs {
     geometry::TriMesh mesh;
@@ -18,8 +19,11 @@ struct Outputs {
 
 static Outputs run(const Inputs& in, const graph::Context&)
 {
-    return {geometry::copies(
-        *in.mesh, {{in.count_x, in.count_y, in.count_z}, in.step, in.stagger, in.hue_degrees})};
+    return {geometry::copies(*in.mesh, {{in.count_x, in.count_y, in.count_z},
+                                        in.step,
+                                        in.stagger,
+                                        in.hue_degrees,
+                                        in.number_groups})};
 }
 
 void add_to(graph::Registry& registry)
@@ -40,6 +44,10 @@ void add_to(graph::Registry& registry)
         .param("hue_degrees", &Inputs::hue_degrees,
                "Rotation of the hue from each copy to the next: 72 gives five colours.",
                {.unit = "deg"})
+        .param("number_groups", &Inputs::number_groups,
+               "Whether each copy has groups of its own, with its number after their names: those "
+               "of leg are \"leg 1\", \"leg 2\". Voxelize (pieces = groups) and rules for "
+               "materials then tell copies apart.")
         .output("mesh", &Outputs::mesh, "All copies as one mesh.");
 }
 

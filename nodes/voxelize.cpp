@@ -1,6 +1,8 @@
 #include "geometry/cubes/voxelize.hpp"
+#include "geometry/cubes/bodies.hpp"
 #include "geometry/cubes/mean_attributes.hpp"
 #include "geometry/cubes/sample_points.hpp"
+#include "geometry/mesh/split.hpp"
 
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
@@ -14,12 +16,14 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 namespace nodes::voxelize {
 
 enum class Method { samples, surface, solid };
 enum class Align { fit, origin };
 enum class Stiffness { filled, calibrated };
+enum class Pieces { merge, apart, each, groups };
 
 struct Inputs {
     std::vector<graph::Wire<geometry::Samples>> points;
@@ -32,7 +36,7 @@ struct Inputs {
     Align align = Align::fit;
     geometry::Vec3 origin{0, 0, 0};
     geometry::Inside inside = geometry::Inside::winding;
-    geometry::NearPieces pieces = geometry::NearPieces::merge;
+    Pieces pieces = Pieces::merge;
     double join = 0;
     double thickness = 0;
     Stiffness stiffness = Stiffness::filled;
@@ -102,13 +106,110 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     return faults;
 }
 
-static geometry::Cubes cubes_of_mesh(const Inputs& in, const geometry::FaceMatter& matter,
-                                     const geometry::VoxelGrid& grid,
-                                     const geometry::VoxelOptions& options)
+// A mesh, or one body of it, and what its faces are made of.
+struct Solid {
+    const geometry::TriMesh& mesh;
+    const geometry::FaceMatter& matter;
+};
+
+// What becomes of it.
+struct Body {
+    geometry::Cubes cubes;
+    std::vector<physics::ThinPart> thin;
+};
+
+static geometry::Cubes cubes_of(const Inputs& in, const Solid& of, const geometry::VoxelGrid& grid,
+                                const geometry::VoxelOptions& options)
 {
     return in.method == Method::surface
-               ? geometry::voxelize_surface(*in.mesh, matter, in.thickness, grid, options)
-               : geometry::voxelize_solid(*in.mesh, matter, in.inside, in.thickness, grid, options);
+               ? geometry::voxelize_surface(of.mesh, of.matter, in.thickness, grid, options)
+               : geometry::voxelize_solid(of.mesh, of.matter, in.inside, in.thickness, grid,
+                                          options);
+}
+
+static geometry::NearPieces near_pieces_of(const Inputs& in)
+{
+    return in.pieces == Pieces::apart ? geometry::NearPieces::apart : geometry::NearPieces::merge;
+}
+
+// Cubes with attributes, and calibrated where that is asked for.
+static Body body_of(const Inputs& in, const Solid& of, const geometry::VoxelGrid& grid,
+                    const geometry::VoxelOptions& options, const graph::Context& context)
+{
+    const bool solid = in.method == Method::solid;
+    const auto attributes = geometry::chosen_attributes(in.attributes, of.mesh.attributes);
+    Body out{cubes_of(in, of, grid, options), {}};
+    out.cubes = solid ? geometry::with_means_of_solid(std::move(out.cubes), of.mesh, attributes)
+                      : geometry::with_means_of_surface(std::move(out.cubes), of.mesh, attributes);
+    if (!solid || in.stiffness != Stiffness::calibrated) {
+        out.thin = physics::thin_parts(of.mesh, out.cubes, {solid, in.thickness});
+        return out;
+    }
+    const auto fine_of = [&](int ratio) {
+        const geometry::VoxelGrid fine{grid.size / ratio, grid.origin, ratio * grid.cells};
+        geometry::VoxelOptions all;
+        all.min_fill = 1e-3;
+        all.pieces = options.pieces;
+        all.join = in.join;
+        return cubes_of(in, of, fine, all);
+    };
+    out.cubes = with_calibrated_stiffness(of.mesh, out.cubes, in.calibration, fine_of, context);
+    return out;
+}
+
+static geometry::FaceMatter matter_of_some(const geometry::FaceMatter& all,
+                                           std::span<const std::uint32_t> faces)
+{
+    geometry::FaceMatter out{{}, all.matters, {}};
+    for (const auto f : faces) {
+        if (!all.face.empty()) out.face.push_back(all.face[f]);
+    }
+    return out;
+}
+
+static void scale_mass(geometry::Cubes& cubes, double total)
+{
+    const double scale = total / geometry::total_mass(cubes);
+    for (double& mass : cubes.mass) mass *= scale;
+}
+
+// The whole mesh, or each of its bodies by `make`, side by side.
+template <class Make>
+static Body by_bodies(const Inputs& in, const geometry::FaceMatter& matter,
+                      geometry::VoxelOptions options, const Make& make)
+{
+    if (in.pieces != Pieces::each && in.pieces != Pieces::groups) {
+        return make(Solid{*in.mesh, matter}, options);
+    }
+    const geometry::FaceBodies bodies = in.pieces == Pieces::each
+                                            ? geometry::bodies_of_pieces(*in.mesh)
+                                            : geometry::bodies_of_groups(*in.mesh);
+    if (bodies.count < 2) return make(Solid{*in.mesh, matter}, options);
+    const double total = std::exchange(options.total_mass, 0);
+    Body out;
+    std::vector<geometry::Cubes> all;
+    std::size_t cubes = 0;
+    for (const geometry::SplitMesh& part : geometry::split(*in.mesh, bodies.of, bodies.count)) {
+        const geometry::FaceMatter own = matter_of_some(matter, part.faces);
+        Body body = make(Solid{part.mesh, own}, options);
+        cubes += body.cubes.count();
+        if (cubes > options.max_cubes) {
+            throw std::invalid_argument(
+                fmt::format("the first {} of {} bodies have {} cubes, which exceeds max_cubes = "
+                            "{}: use larger cubes, or raise max_cubes",
+                            all.size() + 1, bodies.count, cubes, options.max_cubes));
+        }
+        for (physics::ThinPart& thin : body.thin) {
+            if (thin.name.empty()) thin.name = fmt::format("body {}", all.size() + 1);
+            out.thin.push_back(std::move(thin));
+        }
+        all.push_back(std::move(body.cubes));
+    }
+    std::stable_sort(out.thin.begin(), out.thin.end(),
+                     [](const auto& a, const auto& b) { return a.factor > b.factor; });
+    out.cubes = geometry::side_by_side(all);
+    if (total > 0) scale_mass(out.cubes, total);
+    return out;
 }
 
 // The coarsest cubes that are within the error, and what is said of them.
@@ -121,12 +222,15 @@ static geometry::VoxelGrid grid_of_quality(const Inputs& in, const geometry::Fac
     }
     const geometry::Box box = geometry::triangle_bounds(*in.mesh);
     if (box.empty()) return grid_for(in);
-    const auto cubes_of = [&](double size) {
-        return cubes_of_mesh(in, matter, grid_of_size(in, box, size), options);
+    const auto cubes_by = [&](double size) {
+        const auto make = [&](const Solid& of, const geometry::VoxelOptions& its) {
+            return Body{cubes_of(in, of, grid_of_size(in, box, size), its), {}};
+        };
+        return by_bodies(in, matter, options, make).cubes;
     };
     return grid_of_size(in, box,
                         size_of_quality(*in.mesh, in.method == Method::solid,
-                                        {in.quality, in.error, options.max_cubes}, cubes_of,
+                                        {in.quality, in.error, options.max_cubes}, cubes_by,
                                         context));
 }
 
@@ -139,7 +243,7 @@ static Outputs of_cloud(const Inputs& in, const geometry::VoxelOptions& options,
                                     "anything; use method = surface, which makes a cube wherever a "
                                     "point lies");
     }
-    if (!in.materials.empty() || in.thickness > 0 || in.pieces != geometry::NearPieces::merge) {
+    if (!in.materials.empty() || in.thickness > 0 || in.pieces != Pieces::merge) {
         context.warn("materials, thickness and pieces have no effect, because the mesh is a point "
                      "cloud: it has no faces");
     }
@@ -154,7 +258,7 @@ static Outputs of_cloud(const Inputs& in, const geometry::VoxelOptions& options,
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     const geometry::VoxelOptions options{static_cast<std::size_t>(in.max_cubes), in.min_fill,
-                                         in.total_mass, in.pieces, in.join};
+                                         in.total_mass, near_pieces_of(in), in.join};
     if (in.method == Method::samples) {
         if (in.points.empty()) throw std::invalid_argument(needs_points);
         std::vector<const geometry::Samples*> sets;
@@ -174,30 +278,19 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const geometry::VoxelGrid grid = in.quality == Quality::by_size
                                          ? grid_for(in)
                                          : grid_of_quality(in, matter, options, context);
-    const auto attributes = geometry::chosen_attributes(in.attributes, in.mesh->attributes);
-    Outputs out{cubes_of_mesh(in, matter, grid, options)};
+    const auto make = [&](const Solid& of, const geometry::VoxelOptions& its) {
+        return body_of(in, of, grid, its, context);
+    };
+    Body body = by_bodies(in, matter, options, make);
     double bending = graph::Figure::unknown;
-    out.cubes = solid ? geometry::with_means_of_solid(std::move(out.cubes), *in.mesh, attributes)
-                      : geometry::with_means_of_surface(std::move(out.cubes), *in.mesh, attributes);
-    if (solid && in.stiffness == Stiffness::calibrated) {
-        const auto fine_of = [&](int ratio) {
-            const geometry::VoxelGrid fine{grid.size / ratio, grid.origin, ratio * grid.cells};
-            geometry::VoxelOptions all;
-            all.min_fill = 1e-3;
-            all.pieces = in.pieces;
-            all.join = in.join;
-            return cubes_of_mesh(in, matter, fine, all);
-        };
-        out.cubes =
-            with_calibrated_stiffness(*in.mesh, out.cubes, in.calibration, fine_of, context);
-    } else {
-        const physics::WallOptions walls{solid, in.thickness};
-        const auto parts = physics::thin_parts(*in.mesh, out.cubes, walls);
-        warn_of_thin_walls(parts, out.cubes, walls, context);
-        bending = parts.empty() ? 1 : parts.front().factor;
+    if (!solid || in.stiffness != Stiffness::calibrated) {
+        warn_of_thin_walls(body.thin, body.cubes, {solid, in.thickness}, context);
+        bending = body.thin.empty() ? 1 : body.thin.front().factor;
     }
-    warn_of_glued_pieces(*in.mesh, out.cubes, in.pieces == geometry::NearPieces::apart, in.join,
-                         context);
+    if (in.pieces == Pieces::merge || in.pieces == Pieces::apart) {
+        warn_of_glued_pieces(*in.mesh, body.cubes, in.pieces == Pieces::apart, in.join, context);
+    }
+    Outputs out{std::move(body.cubes)};
     context.tell(body_figures(in.mesh.get(), out.cubes, solid, bending));
     return out;
 }
@@ -209,7 +302,8 @@ static void write_out_size(graph::Json& node)
     graph::Json* const params = node.find("params");
     graph::Json* const size = params ? params->find("size") : nullptr;
     if (!size || params->find("quality")) return;
-    if (size->text() && !size->text()->starts_with('=')) {  // a wrong word is told as a quality
+    // A wrong word is told as a quality, and "2 cm" as a size.
+    if (size->text() && size->text()->find_first_of("=0123456789") == std::string::npos) {
         graph::rename(*params, "size", "quality");
         return;
     }
@@ -237,7 +331,13 @@ constexpr const char* near_pieces =
     "How parts are treated that are nearer to each other than a cube, such as the teeth of a comb. "
     "merge: one cube joins all parts in it, and narrow gaps are mended. apart: each part in a cube "
     "gets a cube of its own, and cubes are joined only where material crosses their common face. A "
-    "gap of half a cube stays open at any angle. Parts that do not touch are not joined.";
+    "gap of half a cube stays open at any angle. Parts that do not touch are not joined. each: "
+    "each "
+    "piece, which is what triangles with common vertices are, is a body with cubes of its own, "
+    "even "
+    "where it touches or overlaps others: the stones of a wall, boxes in a stack. Cavities belong "
+    "to what is around them. groups: the same for the pieces of each group together: chairs of "
+    "many pieces, one group each (Copies, number_groups). Simulate keeps bodies apart by contact.";
 constexpr const char* join_gap =
     "Largest gap across which parts are joined. Gaps are measured in quarters of a cube: wider "
     "ones "
@@ -333,7 +433,8 @@ void add_to(graph::Registry& registry)
         .param("origin", &Inputs::origin, "Lowest corner of cube 0.", {.unit = "m"},
                {"align", {"origin"}})
         .choice("inside", &Inputs::inside, {"winding", "parity"}, how_inside, {"method", {"solid"}})
-        .choice("pieces", &Inputs::pieces, {"merge", "apart"}, near_pieces, of_mesh)
+        .choice("pieces", &Inputs::pieces, {"merge", "apart", "each", "groups"}, near_pieces,
+                of_mesh)
         .param("join", &Inputs::join, join_gap, {0, 1e6, "m"}, {"pieces", {"apart"}})
         .param("thickness", &Inputs::thickness, about_thickness, {0, 1e6, "m"}, of_mesh)
         .choice("stiffness", &Inputs::stiffness, {"filled", "calibrated"}, about_stiffness,

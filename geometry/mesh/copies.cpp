@@ -30,6 +30,20 @@ Vec3f turn_hue(const Vec3f& colour, double degrees)
     return linear_from_srgb(out);
 }
 
+namespace {
+
+// The names of the groups of copy `number`, counted from 1.
+std::vector<std::string> numbered(std::vector<std::string> groups, std::size_t number)
+{
+    if (groups.empty()) groups.emplace_back();
+    for (std::string& g : groups) {
+        g = g.empty() ? fmt::format("{}", number) : fmt::format("{} {}", g, number);
+    }
+    return groups;
+}
+
+}  // namespace
+
 TriMesh copies(const TriMesh& mesh, const CopiesLayout& layout)
 {
     double total = 1;
@@ -60,10 +74,13 @@ TriMesh copies(const TriMesh& mesh, const CopiesLayout& layout)
                 const double hue = std::fmod(layout.hue_degrees * double(all.size()), 360.0);
                 TriMesh& copy = all.emplace_back(mesh);
                 for (Vec3f& p : copy.positions) p = (p.cast<double>() + by).cast<float>();
-                if (hue == 0) continue;
+                if (hue == 0 && !layout.number_groups) continue;
                 MeshTopology topology = *mesh.topology;
-                for (Material& m : topology.materials) m.colour = turn_hue(m.colour, hue);
-                for (Vec3f& c : copy.colours) c = turn_hue(c, hue);
+                if (layout.number_groups) topology.groups = numbered(topology.groups, all.size());
+                if (hue != 0) {
+                    for (Material& m : topology.materials) m.colour = turn_hue(m.colour, hue);
+                    for (Vec3f& c : copy.colours) c = turn_hue(c, hue);
+                }
                 copy.topology = std::make_shared<const MeshTopology>(std::move(topology));
             }
         }

@@ -33,6 +33,20 @@ TEST(Copies, OfOneIsTheMeshItself)
     EXPECT_TRUE(copies({}, {}).positions.empty());
 }
 
+TEST(Copies, MayHaveGroupsOfTheirOwn)
+{
+    const TriMesh leg = meshes::with_material(box({1, 1, 1}, {1, 1, 1}), {}, "leg");
+    CopiesLayout layout{{2, 1, 1}, {2, 2, 2}, {0, 0, 0}, 0, true};
+    const TriMesh legs = copies(leg, layout);
+    EXPECT_EQ(legs.topology->groups, (std::vector<std::string>{"leg 1", "leg 2"}));
+    EXPECT_EQ(legs.topology->group.front(), 0);
+    EXPECT_EQ(legs.topology->group.back(), 1);
+    const TriMesh bare = copies(icosphere(1, 1), layout);
+    EXPECT_EQ(bare.topology->groups, (std::vector<std::string>{"1", "2"}));
+    layout.number_groups = false;
+    EXPECT_EQ(copies(leg, layout).topology->groups, std::vector<std::string>{"leg"});
+}
+
 TEST(Copies, HuesThatComeRoundAgainAreOneMaterial)
 {
     const Material red{"red", linear_from_srgb(Vec3f(0.8f, 0.2f, 0.2f))};
