@@ -198,10 +198,22 @@ std::vector<std::uint8_t> held_parts(const Stage& stage)
     std::vector<std::uint8_t> held = axes_of_parts(stage.frame.loads.pins, body);
     held.resize(body.parts);
     for (const PointContact& c : stage.contacts) {
-        for (std::size_t a = 0; a < c.count; a += 8) held[body.part_of(c.corners[a])] = 1;
+        for (std::size_t a = 0; a < c.count; a += 8) held[body.part_of(c.corners[a])] = all_axes;
     }
     return held;
 }
+
+namespace {
+
+// Where corners start, but for lifting.
+Aligned<double> unlifted(const Stage& stage)
+{
+    Aligned<double> out = stage.x0;
+    for (std::size_t i = 0; i < stage.lifted.size(); ++i) out[i] -= stage.lifted[i];
+    return out;
+}
+
+}  // namespace
 
 void turn_free_parts(Stage& stage)
 {
@@ -284,18 +296,19 @@ void turn_groups(Stage& stage, const SheetGroups& groups, const Aligned<double>&
 {
     const StepFrame& frame = stage.frame;
     const CornerBody& body = frame.body;
+    const Aligned<double> arms = unlifted(stage);
     std::vector<RigidPart> all(body.parts);
     for (std::size_t k = 0; k < body.corners; ++k) {
         RigidPart& group = all[groups.of[body.part_of(k)]];
         group.mass += body.mass[k];
-        group.centre += body.mass[k] * at(stage.x0, k);
+        group.centre += body.mass[k] * at(arms, k);
     }
     for (RigidPart& group : all) {
         if (group.mass > 0) group.centre /= group.mass;
     }
     for (std::size_t k = 0; k < body.corners; ++k) {
         RigidPart& group = all[groups.of[body.part_of(k)]];
-        const Vec3 arm = at(stage.x0, k) - group.centre;
+        const Vec3 arm = at(arms, k) - group.centre;
         Vec3 due = -body.mass[k] * at(stage.w, k);  // N s
         for (std::size_t a = 0, i = 4 * k; a < 3; ++a, ++i) {
             const double drag = frame.damping[i] + stage.drag[i];
@@ -310,7 +323,7 @@ void turn_groups(Stage& stage, const SheetGroups& groups, const Aligned<double>&
     for (std::size_t k = 0; k < body.corners; ++k) {
         const std::uint32_t g = groups.of[body.part_of(k)];
         if (groups.held[g] != 0 || groups.touches[g] == 0) continue;
-        const Vec3 change = all[g].spin.cross(at(stage.x0, k) - all[g].centre);
+        const Vec3 change = all[g].spin.cross(at(arms, k) - all[g].centre);
         for (std::size_t a = 0; a < 3; ++a) {
             stage.w[4 * k + a] += change[static_cast<Eigen::Index>(a)];
         }
@@ -336,7 +349,7 @@ void balance_free_parts(Stage& stage, const Aligned<double>& before_x,
         balance_linear(stage, own, held);
     }
     if (balance == Balance::linear) return;
-    Aligned<double> arms = stage.x0;
+    Aligned<double> arms = unlifted(stage);
     if (balance == Balance::middle) {
         for (std::size_t i = 0; i < stage.frame.n; ++i) arms[i] += stage.tau * stage.v0[i];
     }

@@ -40,7 +40,8 @@ std::vector<RigidPart> rigid_parts(const Stage& stage, const Aligned<double>& x,
 // b with inertia b = l, as far as it turns anything: a part on a line has no inertia about it.
 Vec3 spin_of(const geometry::Mat3& inertia, const Vec3& l);
 
-// Whether a part is held by a pin, or touches something in the stage as it is: 0 or 1 of each.
+// The axes along which pins hold each part, as bits; all of them where it touches something in the
+// stage as it is. 0: it is free.
 std::vector<std::uint8_t> held_parts(const Stage& stage);
 
 // Lets a stage that touches stage.contacts start from x^, w^ of the parts that are not
@@ -51,7 +52,7 @@ void turn_free_parts(Stage& stage);
 // What a part's angular momentum is told by: sum m (x_at x w), right where it is what it was
 // before, and the torque of the forces from outside.
 enum class Balance {
-    end,     // x_at = x0 of the stage: that at its end
+    end,     // x_at = x0 of the stage, but for lifting: that at its end
     middle,  // x_at = x0 + tau v0: that of a step twice as long, whose middle is the stage's end
     linear   // only the linear one
 };

@@ -65,6 +65,7 @@ struct Stage {
     Aligned<double> began;           // m: where it starts from
     Aligned<double> x0, v0;          // the same and how fast, as its equations have them
     bool turns_start = false;        // x0 and v0 are moved on (free_parts.hpp)
+    Aligned<double> lifted;          // m: by which x0 is moved of what falls (free_fall.hpp); empty: 0
     Aligned<double> base;            // m/s: b; empty: 0
     Aligned<double> w, x;            // at its end, as guessed
     Aligned<double> wind, drag;      // N, N s/m: f_wind, drag

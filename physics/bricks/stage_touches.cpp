@@ -186,6 +186,7 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
         stage.linear_at.clear();
     }
     stage.base.clear();
+    stage.lifted.clear();
     stage.struck = false;
     std::fill(stage.wind.begin(), stage.wind.end(), 0);
     std::fill(stage.drag.begin(), stage.drag.end(), 0);
@@ -251,6 +252,26 @@ std::vector<PointContact> touching(const Stage& stage)
     if (stage.touches.empty()) return out;
     const auto parts = press(stage.touches, stage.x.data(), stage.w.data(), stage.tau, tangent);
     out.insert(out.end(), parts.begin(), parts.end());
+    return out;
+}
+
+std::vector<PointContact> contacts_ahead(Stage& stage, const Aligned<double>& w)
+{
+    const auto touches = stage.touches, holds = stage.holds;
+    const auto looked_at = stage.looked_at;
+    const auto looked = stage.looked;
+    const Aligned<double> before_w = stage.w, before_x = stage.x, sheets_at = stage.sheets_at,
+                          holds_at = stage.holds_at;
+    const bool struck = stage.struck;
+    stage.w = w;
+    place(stage);
+    find_touches(stage);
+    std::vector<PointContact> out = touching(stage);
+    stage.touches = touches, stage.holds = holds;
+    stage.looked_at = looked_at, stage.looked = looked;
+    stage.w = before_w, stage.x = before_x;
+    stage.sheets_at = sheets_at, stage.holds_at = holds_at;
+    stage.struck = struck;
     return out;
 }
 

@@ -23,6 +23,8 @@ bool find_touches(Stage& stage, Known known = Known::renewed);
 bool firm_up(Stage& stage, const Aligned<double>& before);
 // The contacts of x, w, of what find_touches() found.
 std::vector<PointContact> touching(const Stage& stage);
+// The contacts that w would lead to. The stage stays as it is.
+std::vector<PointContact> contacts_ahead(Stage& stage, const Aligned<double>& w);
 // Friction of all that touches yields from now on by the push at x.
 void hold_loads(Stage& stage);
 

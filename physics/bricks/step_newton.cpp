@@ -1,5 +1,6 @@
 #include "physics/bricks/step_newton.hpp"
 
+#include "physics/bricks/free_fall.hpp"
 #include "physics/bricks/free_parts.hpp"
 #include "physics/bricks/stage_touches.hpp"
 #include "physics/bricks/step_descent.hpp"
@@ -69,6 +70,7 @@ void start_rounds(Stage& stage, StepSolver& solver)
     stage.contacts = touching(stage);
     turn_free_parts(stage);
     add_following(stage);
+    lift_free_parts(stage);
     if (stage.base.empty()) {
         linearise(stage, stage.x0);
     } else {

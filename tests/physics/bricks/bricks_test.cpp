@@ -218,9 +218,9 @@ TEST(Bricks, StressOfAStretchedBarIsYoungsModulusTimesStrain)
     for (const float stress : strain(body, x).stress) EXPECT_NEAR(stress, 1e4, 1e-2);
 }
 
-TEST(Bricks, FreeFallFollowsTheSteps)
+TEST(Bricks, FreeFallIsAParabola)
 {
-    // Implicit Euler under constant g: v = n g dt, x = g dt^2 n (n + 1) / 2.
+    // As gravity has it, however long the steps: v = g t, x = g t^2 / 2.
     const Cubes cubes = fixtures::blob(4, 50, 0.1);
     const BricksBody body = make_bricks(cubes);
     Loads loads;
@@ -228,7 +228,7 @@ TEST(Bricks, FreeFallFollowsTheSteps)
     State state = rest_state(body);
     const State start = state;
     for (int i = 0; i < 20; ++i) state = advance(body, state, loads, 0.05);
-    const double fall = 9.81 * 0.05 * 0.05 * 20 * 21 / 2;
+    const double fall = 9.81 / 2;
     for (std::size_t k = 0; k < state.x.size(); ++k) {
         EXPECT_NEAR(state.x[k].y(), start.x[k].y() - fall, 1e-6 * fall);
         EXPECT_NEAR(state.v[k].y(), -9.81, 1e-6);
