@@ -3,7 +3,10 @@
 #include "graph/document/evaluate.hpp"
 #include "graph/document/read_constants.hpp"
 
+#include <charconv>
 #include <cmath>
+#include <numbers>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -54,6 +57,37 @@ std::optional<double> check(const ParamReading& reading, const Param& param, dou
 
 namespace {
 
+struct UnitName {
+    std::string_view name, of;  // how it is written, and the unit that parameters have
+    double size;                // in that unit
+};
+constexpr UnitName known_units[] = {
+    {"m", "m", 1},       {"mm", "m", 1e-3},  {"cm", "m", 1e-2},
+    {"dm", "m", 0.1},    {"km", "m", 1e3},   {"in", "m", 0.0254},
+    {"ft", "m", 0.3048}, {"pa", "Pa", 1},    {"kpa", "Pa", 1e3},
+    {"mpa", "Pa", 1e6},  {"gpa", "Pa", 1e9}, {"s", "s", 1},
+    {"ms", "s", 1e-3},   {"kg", "kg", 1},    {"g", "kg", 1e-3},
+    {"t", "kg", 1e3},    {"deg", "deg", 1},  {"rad", "deg", 180 / std::numbers::pi},
+    {"n", "N", 1},       {"kn", "N", 1e3},
+};
+
+// A number with a unit after it: the number that the parameter would take.
+std::string if_it_has_a_unit(const std::string& text, const std::string& unit)
+{
+    double number = 0;
+    const char* const end = text.data() + text.size();
+    const auto [rest, error] = std::from_chars(text.data(), end, number);
+    if (error != std::errc()) return {};
+    std::string name(rest, end);
+    std::erase(name, ' ');
+    for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    for (const UnitName& known : known_units) {
+        if (known.of != unit || known.name != name) continue;
+        return fmt::format("write {}, as this is in {}", number_text(number * known.size), unit);
+    }
+    return {};
+}
+
 // A text where a number belongs: perhaps its '=' was forgotten, or a number was put in quotes.
 std::string if_it_is_an_expression(const Json& text)
 {
@@ -77,7 +111,10 @@ std::optional<double> read_plain(const ParamReading& reading, const Param& param
     std::optional<double> x = read_constant(json, p);
     if (!x) {
         if (p.message.empty()) p.expected = expectation_of(param);
-        if (json.text() && !computed) p.suggestion = if_it_is_an_expression(json);
+        if (json.text() && !computed) {
+            p.suggestion = if_it_has_a_unit(*json.text(), param.limits.unit);
+            if (p.suggestion.empty()) p.suggestion = if_it_is_an_expression(json);
+        }
         reading.context.problems.add(std::move(p));
         return {};
     }

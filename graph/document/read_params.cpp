@@ -71,6 +71,19 @@ std::vector<std::string> within_blocks(const std::vector<Param>& params, const s
     return found;
 }
 
+// The same of what other tools call `name`.
+std::vector<std::string> by_other_name(const std::vector<Param>& params, const std::string& name)
+{
+    for (const Param& block : params) {
+        if (block.kind != ParamKind::block) continue;
+        std::vector<std::string_view> names;
+        for (const Param& p : block.children) names.emplace_back(p.name);
+        const std::string_view own = own_name(name, names);
+        if (!own.empty()) return {fmt::format("{}.{}", block.name, own)};
+    }
+    return {};
+}
+
 void unknown(const ParamReading& reading, const std::vector<Param>& params, const Member& member)
 {
     std::vector<std::string_view> names;
@@ -83,7 +96,10 @@ void unknown(const ParamReading& reading, const std::vector<Param>& params, cons
                     ? fmt::format("{} has no such parameter", reading.node.type->name)
                     : fmt::format("'{}' has no such parameter", path_of(reading));
     p.suggestion = suggest(member.key, names);
-    const std::vector<std::string> inside = within_blocks(params, member.key);
+    std::vector<std::string> inside = within_blocks(params, member.key);
+    if (inside.empty() && own_name(member.key, names).empty()) {
+        inside = by_other_name(params, member.key);
+    }
     if (!inside.empty()) {
         p.suggestion = fmt::format("did you mean '{}'?", fmt::join(inside, "' or '"));
     }

@@ -76,8 +76,18 @@ std::vector<int> chosen_frames(const graph::Graph& graph, const CookRequest& req
         return all;
     }
     const std::vector<int> frames = parse_frames(request.frames);
-    for (const int f : frames) require_frame(graph, f);
-    return frames;
+    std::vector<int> outside;
+    for (const int f : frames) {
+        if (f < graph.range.first || f > graph.range.last) outside.push_back(f);
+    }
+    if (outside.size() < 2) {
+        for (const int f : frames) require_frame(graph, f);
+        return frames;
+    }
+    const auto [least, most] = std::minmax_element(outside.begin(), outside.end());
+    throw std::invalid_argument(fmt::format(
+        "{} has frames {} to {}; {} of the frames that were asked for, {} to {}, are outside",
+        graph.file, graph.range.first, graph.range.last, outside.size(), *least, *most));
 }
 
 void require_frame(const graph::Graph& graph, int frame)

@@ -344,6 +344,11 @@ TEST(Mistakes, OfExpressions)
         {mill("\"weight\": ^\"1.5\""),
          "error: node 'm', parameter 'weight': expected a number from 0 to 100 kg, found \"1.5\"; "
          "write 1.5 without quotes"},
+        {mill("\"weight\": ^\"500 g\""), "error: node 'm', parameter 'weight': expected a number "
+                                         "from 0 to 100 kg, found \"500 g\"; "
+                                         "write 0.5, as this is in kg"},
+        {mill("\"weight\": ^\"2 cm\""), "error: node 'm', parameter 'weight': expected a number "
+                                        "from 0 to 100 kg, found \"2 cm\""},
         {mill("\"weight\": ^\"heavy\""), "error: node 'm', parameter 'weight': expected a number "
                                          "from 0 to 100 kg, found \"heavy\""},
         {mill("\"weight\": \"=1 ^§ 2\""),
@@ -534,6 +539,15 @@ TEST(Mistakes, OfAWholeFileAreToldTogetherInOrderOfPlace)
     EXPECT_EQ(loaded.problems[4].place.line, 5);
     EXPECT_FALSE(loaded.ok());
     EXPECT_TRUE(loaded.graph.nodes.empty());
+}
+
+TEST(Mistakes, NamesOfOtherToolsAreKnown)
+{
+    const std::array<std::string_view, 3> names{"bounce", "friction", "thickness"};
+    EXPECT_EQ(graph::suggest("restitution", names), "did you mean 'bounce'?");
+    const std::array<std::string_view, 1> young{"young"};
+    EXPECT_EQ(graph::suggest("youngs_modulus", young), "did you mean 'young'?");
+    EXPECT_NE(graph::suggest("restitution", young), "did you mean 'bounce'?");
 }
 
 TEST(Suggest, NamesWhatIsNearestFirstOfALongList)

@@ -180,6 +180,14 @@ TEST_F(Explained, AFrameOutsideTheRangeIsRefused)
     EXPECT_EQ(with("explain", {}).exit, exit_usage) << "which frame?";
 }
 
+TEST_F(Explained, FramesOutsideTheRangeAreToldTogether)
+{
+    const Said said = with("cook", {"--frames", "3-9"});
+    EXPECT_EQ(said.exit, exit_usage);
+    EXPECT_TRUE(has(said.err, "frames 1 to 4; 5 of the frames that were asked for, 5 to 9, are"))
+        << said.err;
+}
+
 // Of what gathers all frames, a contact sheet say, only this one is looked at.
 TEST_F(Explained, TheFrameThatIsGatheredIsLookedAt)
 {
