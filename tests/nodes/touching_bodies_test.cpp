@@ -293,7 +293,9 @@ std::string letters(const std::string& text)
 }
 
 // They land on their corners at 3 m/s, one step a frame: for a frame, some are pressed in by half a
-// cube.
+// cube. Where sharp edges cross, the meshes touch between the points that contact looks at: of
+// fourteen heaps, under gravity from 9.79 to 9.83 m/s^2, the deepest of such places was 0.011 to
+// 0.067 cubes.
 TEST(TouchingBodies, FifteenLettersFallOnAHeap)
 {
 #ifdef ASPIC_SANITIZED
@@ -305,7 +307,9 @@ TEST(TouchingBodies, FifteenLettersFallOnAHeap)
                              "unit": "m" } })" +
                     falls(0.05, 1e6),
                 folder.path);
-    comes_to_rest(scene, {.size = 0.05, .parts = 15, .from = 80, .last = 90, .on_the_way = 0.5});
+    comes_to_rest(
+        scene,
+        {.size = 0.05, .parts = 15, .from = 80, .last = 90, .meshes = 0.08, .on_the_way = 0.5});
     EXPECT_LT(*scene.at<double>("high", 90), 0.6);  // they fell over each other
 }
 
