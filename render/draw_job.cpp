@@ -6,7 +6,7 @@
 namespace render {
 namespace {
 
-constexpr float occlusion_reach = 0.4f;  // stage units, of what may keep light from a corner
+constexpr float occlusion_reach = 0.8f;  // stage units, of what may keep light from a place
 
 FrameNumbers::Vec4 with(const Vec3f& v, float fourth)
 {

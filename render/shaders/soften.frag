@@ -1,6 +1,7 @@
-// The mean of four neighbours in a row or a column of what seen.frag found, without those that lie
-// at another depth or face elsewhere: at its foot, a thing is as far away as the floor. 1 / depth
-// runs evenly over a plane, so a floor seen at a slant stays together.
+// The mean of four neighbours in a row or a column of what seen.frag found of the key light, and of
+// eight of the light from all around, without those that lie at another depth or face elsewhere: at
+// its foot, a thing is as far away as the floor. 1 / depth runs evenly over a plane, so a floor seen
+// at a slant stays together.
 layout(binding = 4) uniform sampler2D seen;
 layout(location = 1) uniform ivec2 along;  // (1, 0) or (0, 1)
 
@@ -56,6 +57,11 @@ void main()
         }
         looks = all(found) ? 1 : 2;
         steps -= 4 * sign(steps);
+    }
+    const ivec4 farther = ivec4(-3, -2, 3, 4);
+    for (int k = 0; k < 4; ++k) {
+        vec4 there = at(farther[k]);
+        if (is_of(middle, face, there, float(abs(farther[k])) * slope)) sum.yw += vec2(there.y, 1.0);
     }
     seen_here = vec4(sum.xy / sum.zw, middle.zw);
 }
