@@ -1,5 +1,6 @@
 #include "render/captions.hpp"
 
+#include "render/legend.hpp"
 #include "render/text.hpp"
 
 #include <algorithm>
@@ -38,9 +39,6 @@ Vec2f beside_tip(const Vec2f& tip, const Vec2f& along, float apart, float width,
     return at;
 }
 
-// Letters no higher than 7 pixels are not read.
-constexpr float least_letter = 7;
-
 // How many letters high so many lines are, with what is free below and above them.
 float letters_high(std::size_t lines)
 {
@@ -56,6 +54,38 @@ void leave_out_what_has_no_room(std::vector<std::string>& lines, float letter, i
     const std::size_t more = lines.size() - (room - 1);
     lines.resize(room);
     lines.back() = "... " + std::to_string(more) + " more";
+}
+
+// Where the lines go that have letters so high, the last one above the lower edge.
+std::vector<PlacedText> stacked(const std::vector<std::string>& lines, float letter, int height)
+{
+    std::vector<PlacedText> out;
+    float y = float(height) - 1.6f * letter - 1.9f * letter * float(lines.size() - 1);
+    for (const std::string& line : lines) {
+        out.push_back({line, {1.6f * letter, y}, letter});
+        y += 1.9f * letter;
+    }
+    return out;
+}
+
+bool is_clear(const PlacedText& text, std::span<const Area> taken)
+{
+    const Area area = area_of(text);
+    return std::none_of(taken.begin(), taken.end(), [&](const Area& a) { return meet(area, a); });
+}
+
+// To where nothing is taken: where it is, else a line above, a line below, two above and so on.
+// Whether there is such a place.
+bool move_clear(PlacedText& text, std::span<const Area> taken, int height)
+{
+    const float letter = text.height, first = text.at.y();
+    for (int k = 0; k <= 10; ++k) {
+        const float lines = float((k + 1) / 2) * (k % 2 == 0 ? 1.0f : -1.0f);
+        text.at.y() = first + 1.9f * letter * lines;
+        const bool inside = text.at.y() >= 2 * letter && text.at.y() <= float(height) - letter;
+        if ((k == 0 || inside) && is_clear(text, taken)) return true;
+    }
+    return false;
 }
 
 }  // namespace
@@ -91,45 +121,75 @@ std::string quantity_text(double value, const std::string& unit)
     return {};
 }
 
-void draw_label(Image& image, const std::string& label)
+std::vector<PlacedText> place_label(const std::string& label, int width, int height,
+                                    std::span<const Area> taken)
 {
     auto lines = lines_of_label(label);
-    TextStyle style;
-    style.height = letter_height(image.height);
-    const float room = float(image.width) - 3.2f * style.height;
-    float widest = 0;
-    for (const std::string& line : lines) widest = std::max(widest, text_width(line, style.height));
-    if (widest > room && room > 0) style.height *= room / widest;
-    style.height = std::min(style.height, float(image.height) / letters_high(lines.size()));
-    style.height = std::max(style.height, least_letter);
-    leave_out_what_has_no_room(lines, style.height, image.height);
-    float y = float(image.height) - 1.6f * style.height;
-    for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
-        draw_text(image, *line, {1.6f * style.height, y}, style);
-        y -= 1.9f * style.height;
+    float letter = letter_height(width, height);
+    // Of smaller letters the lines lie lower, where less may be taken: a few times.
+    for (int again = 0; again < 8 && letter > least_letter; ++again) {
+        float fits = 1;
+        for (const PlacedText& line : stacked(lines, letter, height)) {
+            const float wide = text_width(line.text, letter);
+            if (wide > 0) fits = std::min(fits, room_of(line, width, taken) / wide);
+        }
+        if (fits >= 1) break;
+        letter = std::max(least_letter, letter * std::max(fits, 0.5f));
     }
+    letter = std::min(letter, float(height) / letters_high(lines.size()));
+    letter = std::max(letter, least_letter);
+    leave_out_what_has_no_room(lines, letter, height);
+    std::vector<PlacedText> out = stacked(lines, letter, height);
+    for (PlacedText& line : out) {
+        line.text = cut_to(line.text, letter, room_of(line, width, taken));
+    }
+    std::erase_if(out, [](const PlacedText& line) { return line.text.empty(); });
+    return out;
 }
 
-void draw_notes(Image& image, const Camera& camera, std::span<const Note> notes, double right_taken)
+std::vector<PlacedText> place_notes(const Camera& camera, std::span<const Note> notes, int width,
+                                    int height, double right_taken, std::span<const Area> taken)
 {
-    const double aspect = double(image.width) / image.height;
-    const auto right = float((1 - right_taken) * image.width);
-    TextStyle style;
-    style.height = letter_height(image.height);
+    const double aspect = double(width) / height;
+    const auto right = float((1 - right_taken) * width);
+    const float letter = letter_height(width, height);
+    std::vector<PlacedText> out;
+    std::vector<Area> all(taken.begin(), taken.end());
     for (const Note& note : notes) {
         const auto tip = place_in_picture(camera, note.tip, aspect);
         const auto from = place_in_picture(camera, note.from, aspect);
         if (!tip || tip->x() < 0 || tip->x() > 1 || tip->y() < 0 || tip->y() > 1) continue;
         const auto in_pixels = [&](const Vec3& p) {
-            return Vec2f(float(p.x() * image.width), float(p.y() * image.height));
+            return Vec2f(float(p.x() * width), float(p.y() * height));
         };
         const Vec2f at = in_pixels(*tip);
         const Vec2f along = from ? Vec2f(at - in_pixels(*from)) : Vec2f(0, 1);
-        const float apart = float(note.clear * tip->z() * image.height) + 0.8f * style.height;
-        const float width = text_width(note.text, style.height);
-        draw_text(image, note.text,
-                  beside_tip(at, along, apart, width, style.height, right, image.height), style);
+        const float apart = float(note.clear * tip->z() * height) + 0.8f * letter;
+        const float wide = text_width(note.text, letter);
+        PlacedText placed{note.text, beside_tip(at, along, apart, wide, letter, right, height),
+                          letter};
+        if (!move_clear(placed, all, height)) continue;
+        all.push_back(area_of(placed));
+        out.push_back(placed);
     }
+    return out;
+}
+
+void draw_captions(Image& image, const Camera& camera, const Scene& scene)
+{
+    const int width = image.width, height = image.height;
+    std::vector<Area> taken;
+    double right_taken = 0;
+    if (scene.legend) {
+        taken = areas_of(*scene.legend, width, height);
+        right_taken = width_of(*scene.legend, width, height);
+    }
+    std::vector<PlacedText> label;
+    if (!scene.label.empty()) label = place_label(scene.label, width, height, taken);
+    for (const PlacedText& line : label) taken.push_back(area_of(line));
+    draw_texts(image, place_notes(camera, scene.notes, width, height, right_taken, taken));
+    if (scene.legend) draw_legend(image, *scene.legend);
+    draw_texts(image, label);
 }
 
 }  // namespace render

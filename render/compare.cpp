@@ -64,18 +64,23 @@ void fill_columns(Image& image, int from, int to, std::uint8_t grey)
 
 enum class Side { left, right };
 
-// At the top, in letters that fit into its width.
-void draw_heading(Image& image, const std::string& label, Side side)
+// At the top, in letters that fit into its width beside what is `taken`, or cut.
+void draw_heading(Image& image, const std::string& label, Side side,
+                  std::span<const Area> taken = {})
 {
-    if (label.empty()) return;
-    TextStyle style;
-    style.height = letter_height(image.height);
-    const float inset = 1.6f * style.height, room = float(image.width) - 2 * inset;
-    const float width = text_width(label, style.height);
-    if (width > room && room > 0) style.height *= room / width;
-    const float left =
-        side == Side::left ? inset : float(image.width) - inset - text_width(label, style.height);
-    draw_text(image, label, {left, 2.4f * style.height}, style);
+    const auto placed = [&](float letter) {
+        return PlacedText{label, {1.6f * letter, 2.4f * letter}, letter};
+    };
+    PlacedText heading = placed(letter_height(image.width, image.height));
+    const float width = text_width(label, heading.height);
+    const float room = room_of(heading, image.width, taken);
+    if (width > room) heading = placed(std::max(least_letter, heading.height * room / width));
+    heading.text = cut_to(label, heading.height, room_of(heading, image.width, taken));
+    if (side == Side::right) {
+        const float wide = text_width(heading.text, heading.height);
+        heading.at.x() = float(image.width) - heading.at.x() - wide;
+    }
+    draw_texts(image, std::span(&heading, 1));
 }
 
 // Of an even width, as videos need it.
@@ -109,7 +114,7 @@ Image wiped(const Image& a, const Image& b, double place)
 }
 
 // By the channel that differs most, as a share of black to white.
-Image differences(const Image& a, const Image& b, double gain)
+Image differences(const Image& a, const Image& b, const std::string& heading, double gain)
 {
     Image out = empty(a.width, a.height);
     const Legend legend{"difference", "%", {ColourMap::viridis, 0, float(100 / gain)}};
@@ -127,6 +132,7 @@ Image differences(const Image& a, const Image& b, double gain)
         }
     }
     draw_legend(out, legend);
+    draw_heading(out, heading, Side::left, areas_of(legend, a.width, a.height));
     return out;
 }
 
@@ -136,10 +142,8 @@ Image compare(const Image& a, const Image& b, const Comparison& how)
 {
     check_alike(a, b);
     if (how.mode == CompareMode::difference) {
-        Image out = differences(a, b, how.gain);
         const std::string between = how.label_a.empty() || how.label_b.empty() ? "" : " - ";
-        draw_heading(out, how.label_a + between + how.label_b, Side::left);
-        return out;
+        return differences(a, b, how.label_a + between + how.label_b, how.gain);
     }
     // Before they are cut, so that a line that wipes a picture wipes its label.
     const bool wipes = how.mode == CompareMode::wipe;

@@ -3,7 +3,6 @@
 #include "render/captions.hpp"
 #include "render/exr.hpp"
 #include "render/fill_in.hpp"
-#include "render/legend.hpp"
 #include "render/make_draw_list.hpp"
 #include "render/motion_blur.hpp"
 #include "render/sample_places.hpp"
@@ -68,10 +67,7 @@ Image draw(const Scene& scene, const Camera& camera, const Look& look,
         image.light = halves(std::span(linear).first(image.rgba.size()));
         image.depth.assign(linear.begin() + std::ptrdiff_t(image.rgba.size()), linear.end());
     }
-    const double taken = scene.legend ? width_of(*scene.legend, image.width, image.height) : 0;
-    draw_notes(image, camera, scene.notes, taken);
-    if (scene.legend) draw_legend(image, *scene.legend);
-    if (!scene.label.empty()) draw_label(image, scene.label);
+    draw_captions(image, camera, scene);
     return image;
 }
 

@@ -6,7 +6,7 @@
 //   make_draw_list   what is drawn, and in which order       this process
 //   fill_in          its pixels from OpenGL                   a process of its own
 //   motion_blur      the mean of several of these, where the look asks   this process
-//   smooth_edges, draw_notes, draw_legend, draw_label         this process
+//   smooth_edges, draw_captions                                this process
 
 #include "render/camera.hpp"
 #include "render/image.hpp"

@@ -21,22 +21,48 @@ double round_up(double x)
 // Where a legend goes, pixels.
 struct Place {
     Place(const Legend& legend, int width, int height)
-        : size(letter_height(height)), bar_width(int(std::lround(1.4f * size))),
-          bar_height(height * 45 / 100), right(width - int(std::lround(7 * size))),
-          top(height * 25 / 100),
-          title(legend.title + (legend.unit.empty() ? "" : " (" + legend.unit + ")"))
+        : size(letter_height(width, height)), bar_width(int(std::lround(1.4f * size))),
+          bar_height(height * 45 / 100), top(height * 25 / 100)
     {
-        const float room = float(width) - 1.5f * size;
-        const float left = std::min(float(right - bar_width), room - text_width(title, size));
-        title_left = std::max(2.0f, left);
+        const ColourScale& scale = legend.scale;
+        marks =
+            ticks(scale.low, scale.high, std::clamp(int(float(bar_height) / (2.2f * size)), 1, 5));
+        const double spacing = marks.size() > 1 ? marks[1] - marks[0] : 1;
+        float widest = 0;
+        for (const double mark : marks) {
+            mark_texts.push_back(tick_text(mark, spacing));
+            widest = std::max(widest, text_width(mark_texts.back(), size));
+        }
+        // In a narrow picture numbers get no more room than they need.
+        const float beside =
+            float(width) < 40 * size ? std::min(7 * size, widest + 2.4f * size) : 7 * size;
+        right = width - int(std::lround(beside));
+        const std::string named =
+            legend.title + (legend.unit.empty() ? "" : " (" + legend.unit + ")");
+        title = right_aligned(named, float(top) - 1.6f * size, width);
+        note = right_aligned(legend.note, float(top + bar_height) + 2.4f * size, width);
     }
 
-    bool is_there() const { return right >= 2 && bar_height >= 2; }
+    // From the bar on, or as far left as it needs; in smaller letters, or cut, where it is wider
+    // than the picture.
+    PlacedText right_aligned(const std::string& text, float y, int width) const
+    {
+        const float room = float(width) - 1.5f * size - 2;
+        const float wide = text_width(text, size);
+        const float letters = wide > room ? std::max(least_letter, size * room / wide) : size;
+        const std::string cut = cut_to(text, letters, room);
+        const float left = float(width) - 1.5f * size - text_width(cut, letters);
+        return {cut, {std::max(2.0f, std::min(float(right - bar_width), left)), y}, letters};
+    }
+
+    // With its title inside the picture.
+    bool is_there() const { return right - bar_width >= 2 && float(top) >= 2.6f * size; }
 
     float size;
-    int bar_width, bar_height, right, top;  // of the bar
-    std::string title;
-    float title_left;
+    int bar_width, bar_height, top, right = 0;  // of the bar
+    PlacedText title, note;
+    std::vector<double> marks;
+    std::vector<std::string> mark_texts;
 };
 
 std::uint8_t* pixel_at(Image& image, int x, int y)
@@ -128,34 +154,40 @@ void draw_legend(Image& image, const Legend& legend)
         }
     }
 
-    TextStyle style;
-    style.height = size;
-    draw_text(image, place.title, {place.title_left, float(top) - 1.6f * size}, style);
-    const float note_left = std::min(float(right - bar_width), float(image.width) - 1.5f * size -
-                                                                   text_width(legend.note, size));
-    draw_text(image, legend.note, {note_left, float(top + bar_height) + 2.4f * size}, style);
-
+    draw_texts(image, std::array{place.title, place.note});
     const double low = legend.scale.low, high = legend.scale.high;
-    const std::vector<double> marks = ticks(low, high, 5);
-    const double spacing = marks.size() > 1 ? marks[1] - marks[0] : 1;
-    for (const double mark : marks) {
-        const float t = static_cast<float>((mark - low) / (high - low));
+    for (std::size_t i = 0; i < place.marks.size(); ++i) {
+        const float t = static_cast<float>((place.marks[i] - low) / (high - low));
         const float y = float(top) + (1 - t) * float(bar_height);
         const int row = std::clamp(int(y), 0, image.height - 1);
         for (int x = right; x < std::min(image.width, right + int(size / 2)); ++x) {
             std::uint8_t* p = pixel_at(image, x, row);
             p[0] = p[1] = p[2] = 255;
         }
-        draw_text(image, tick_text(mark, spacing), {float(right) + 0.9f * size, y + 0.5f * size},
-                  style);
+        const PlacedText number{
+            place.mark_texts[i], {float(right) + 0.9f * size, y + 0.5f * size}, size};
+        draw_texts(image, std::span(&number, 1));
     }
+}
+
+std::vector<Area> areas_of(const Legend& legend, int width, int height)
+{
+    const Place place(legend, width, height);
+    if (!place.is_there()) return {};
+    const float over = 0.5f * place.size + 1;  // of a number beside an end of the bar
+    std::vector<Area> areas{{float(place.right - place.bar_width), float(place.top) - over,
+                             float(width), float(place.top + place.bar_height) + over}};
+    for (const PlacedText& text : {place.title, place.note}) {
+        if (!text.text.empty()) areas.push_back(area_of(text));
+    }
+    return areas;
 }
 
 double width_of(const Legend& legend, int width, int height)
 {
     const Place place(legend, width, height);
     if (!place.is_there()) return 0;
-    const double left = std::min(double(place.right - place.bar_width), double(place.title_left));
+    const double left = std::min(double(place.right - place.bar_width), double(place.title.at.x()));
     return std::clamp(1 - (left - place.size) / width, 0.0, 1.0);
 }
 

@@ -3,6 +3,7 @@
 // The colour bar beside a picture: which numbers stand on it, and how it is drawn.
 
 #include "render/image.hpp"
+#include "render/placed_text.hpp"
 #include "render/scene.hpp"
 
 #include <array>
@@ -35,6 +36,8 @@ ClippedRange percentile_range(std::vector<float> values, double clip);
 
 // Draws the scale with its numbers at the right edge of the picture.
 void draw_legend(Image& image, const Legend& legend);
+// What its title, its scale and its note take, as far as they are drawn.
+std::vector<Area> areas_of(const Legend& legend, int width, int height);
 // The share of the picture's width that it takes; 0 where there is no room to draw it.
 double width_of(const Legend& legend, int width, int height);
 

@@ -208,9 +208,10 @@ float unit_of(float height)
 
 }  // namespace
 
-float letter_height(int picture_height)
+float letter_height(int width, int height)
 {
-    return std::max(8.0f, std::round(static_cast<float>(picture_height) / 34));
+    const float fitting = std::min(static_cast<float>(height) / 34, static_cast<float>(width) / 40);
+    return std::max(least_letter, std::round(fitting));
 }
 
 float text_width(std::string_view text, float height)

@@ -20,9 +20,12 @@ struct TextStyle {
     float halo_opacity = 0.85f;
 };
 
-// Pixels, of capital letters in a picture so high: of 540 they are read in tiles of a contact sheet
-// that is 1600 wide and has four columns.
-float letter_height(int picture_height);
+// Pixels, of capital letters in a picture of this size: of 960 x 540 they are read in tiles of a
+// contact sheet that is 1600 wide and has four columns.
+float letter_height(int width, int height);
+
+// Pixels: lower letters are not read.
+inline constexpr float least_letter = 7;
 
 // Width of a line of text in pixels.
 float text_width(std::string_view text, float height);

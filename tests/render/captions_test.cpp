@@ -1,9 +1,11 @@
 #include "render/captions.hpp"
 
+#include "render/legend.hpp"
 #include "render/text.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
 
 namespace {
@@ -14,6 +16,11 @@ using render::Image;
 Image black_picture(int width, int height)
 {
     return {width, height, std::vector<std::uint8_t>(std::size_t(4 * width * height), 0)};
+}
+
+void draw_label(Image& image, const std::string& label)
+{
+    render::draw_texts(image, render::place_label(label, image.width, image.height));
 }
 
 // Of pixels that are lit: columns left and right, rows top and bottom. All -1: there are none.
@@ -55,8 +62,8 @@ TEST(Captions, QuantitiesHaveThreeDigitsAndTheUsualPrefix)
 TEST(Captions, ALabelStacksItsLinesAboveTheLowerLeftCorner)
 {
     Image one = black_picture(960, 540), three = one;
-    render::draw_label(one, "HHH");
-    render::draw_label(three, "HHH\nHHHHH\nH");
+    draw_label(one, "HHH");
+    draw_label(three, "HHH\nHHHHH\nH");
     const auto a = lit_extent(one), b = lit_extent(three);
     EXPECT_NEAR(a[0], 1.6 * 16, 2);
     EXPECT_NEAR(a[3], 540 - 1.6 * 16, 2);
@@ -69,11 +76,11 @@ TEST(Captions, ALabelStacksItsLinesAboveTheLowerLeftCorner)
 TEST(Captions, ALongLabelIsDrawnSmaller)
 {
     Image image = black_picture(400, 400);
-    render::draw_label(image, std::string(50, 'H'));
+    draw_label(image, std::string(50, 'H'));
     const auto e = lit_extent(image);
     EXPECT_GT(e[1], 350);
     EXPECT_LT(e[1], 395);
-    EXPECT_LT(e[3] - e[2], render::letter_height(400));
+    EXPECT_LT(e[3] - e[2], render::letter_height(400, 400));
 }
 
 // Twenty lines of 16 pixels need 16 * (1.1 + 1.9 * 20) = 626 rows. In 540 they are smaller; in 100,
@@ -85,13 +92,13 @@ TEST(Captions, ManyLinesAreDrawnSmallerAndThoseWithoutRoomAreCounted)
         for (int i = 1; i < count; ++i) text += "\nHHH";
         return text;
     };
-    Image high = black_picture(300, 540);
-    render::draw_label(high, lines(20));
+    Image high = black_picture(900, 540);
+    draw_label(high, lines(20));
     EXPECT_NEAR(lit_extent(high)[2], 0.5 * 540 / 39.1, 3);
 
     Image low = black_picture(300, 100), lower = low;
-    render::draw_label(low, lines(10));
-    render::draw_label(lower, lines(11));
+    draw_label(low, lines(10));
+    draw_label(lower, lines(11));
     EXPECT_NEAR(lit_extent(low)[2], 100 - 7 * (1.6 + 1.9 * 5 + 1), 2);
     EXPECT_NE(low.rgba, lower.rgba);
 }
@@ -130,7 +137,7 @@ TEST(Captions, NotesStandBesideTheTipsOfTheirArrows)
     const auto drawn = [&](const Vec3& from, const Vec3& tip) {
         Image image = black_picture(960, 540);
         const render::Note note{from, tip, 0.5, "120 N"};
-        render::draw_notes(image, camera, std::span(&note, 1));
+        render::draw_texts(image, render::place_notes(camera, std::span(&note, 1), 960, 540));
         return lit_extent(image);
     };
     const auto down = drawn({0, 2, 0}, {0, 0, 0});
@@ -144,11 +151,86 @@ TEST(Captions, NotesStandBesideTheTipsOfTheirArrows)
     // Nor is there where a legend stands.
     Image legend = black_picture(960, 540);
     const render::Note note{{0, 2, 0}, {0, 0, 0}, 0.5, "120 N"};
-    render::draw_notes(legend, camera, std::span(&note, 1), 0.45);
+    render::draw_texts(legend, render::place_notes(camera, std::span(&note, 1), 960, 540, 0.45));
     EXPECT_LT(lit_extent(legend)[1], 480);
     // Whose tip is not seen says nothing.
     EXPECT_EQ(drawn({0, 9, 0}, {0, 5, 0})[0], -1);
     EXPECT_EQ(drawn({0, 0, 0}, {0, 0, 20})[0], -1);
+}
+
+// A scene with all that is written into pictures: a scale, lines of a label, numbers of forces.
+render::Scene told_scene(const std::string& title, const std::string& label, int notes)
+{
+    render::Scene scene;
+    scene.legend = {title, "MPa", {render::ColourMap::viridis, -1.2e6f, 3.4e6f}, "2 to 98 %"};
+    scene.label = label;
+    for (int i = 0; i < notes; ++i) {
+        const Vec3 tip(0.4 * i - 2, 0.05 * i - 2.5, 0);
+        scene.notes.push_back({tip + Vec3(0, 1, 0), tip, 0.1, "160 kN"});
+    }
+    return scene;
+}
+
+// Pixels that letters or the scale brighten or colour, of one part at a time.
+std::vector<bool> drawn(render::Scene scene, int part, int width, int height)
+{
+    Image image = black_picture(width, height);
+    if (part == 0) render::draw_legend(image, *scene.legend);
+    std::vector<render::Area> taken = render::areas_of(*scene.legend, width, height);
+    const auto label = render::place_label(scene.label, width, height, taken);
+    if (part == 1) render::draw_texts(image, label);
+    for (const auto& line : label) taken.push_back(render::area_of(line));
+    const double right = render::width_of(*scene.legend, width, height);
+    const auto notes =
+        render::place_notes(straight_camera(), scene.notes, width, height, right, taken);
+    if (part >= 2 && std::size_t(part - 2) < notes.size()) {
+        render::draw_texts(image, std::span(&notes[std::size_t(part - 2)], 1));
+    }
+    std::vector<bool> out;
+    for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
+        out.push_back(std::max({image.rgba[i], image.rgba[i + 1], image.rgba[i + 2]}) > 60);
+    }
+    return out;
+}
+
+TEST(Captions, NothingLiesOnAnythingElseInAPictureOfAnySize)
+{
+    const std::array<std::array<int, 2>, 6> sizes{
+        {{160, 90}, {90, 160}, {240, 135}, {320, 180}, {480, 270}, {960, 540}}};
+    for (const auto& [width, height] : sizes) {
+        for (const char* title : {"stress", "largest von Mises stress of the last frame"}) {
+            for (const char* label :
+                 {"a bridge in a storm\nframe 60   2.46 s   slow motion 12.5x\ntip   0.0208 m",
+                  "1\n2\n3\n4\n5 of many lines that are rather long as well\n6\n7\n8\n9"}) {
+                const render::Scene scene = told_scene(title, label, 6);
+                std::vector<int> by(std::size_t(width * height), -1);
+                for (int part = 0; part < 8; ++part) {
+                    const auto lit = drawn(scene, part, width, height);
+                    EXPECT_TRUE(part > 1 || std::count(lit.begin(), lit.end(), true) > 20);
+                    int twice = 0;
+                    for (std::size_t i = 0; i < by.size(); ++i) {
+                        if (lit[i] && by[i] >= 0) ++twice;
+                        if (lit[i]) by[i] = part;
+                    }
+                    EXPECT_EQ(twice, 0) << part << " at " << width << " x " << height << title;
+                }
+            }
+        }
+    }
+}
+
+// At 160 x 90 a line beside the note of the scale has 160 - 11 pixels less what is on the right.
+TEST(Captions, AWideLineBesideTheScaleIsCutAndSaysSo)
+{
+    const render::Scene scene = told_scene("stress", "", 0);
+    const auto taken = render::areas_of(*scene.legend, 160, 90);
+    const std::string text = "the bridge of the second storm";
+    const auto cut = render::place_label(text, 160, 90, taken);
+    ASSERT_EQ(cut.size(), 1u);
+    EXPECT_TRUE(cut[0].text.ends_with("...")) << cut[0].text;
+    EXPECT_EQ(cut[0].height, render::least_letter);
+    EXPECT_EQ(render::place_label(text, 960, 540, taken)[0].text, text);
+    EXPECT_EQ(render::cut_to("abc", 7, 1), "");
 }
 
 }  // namespace

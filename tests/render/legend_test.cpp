@@ -102,9 +102,10 @@ TEST(Legend, APercentileOfImmenseValuesHasALengthThatFloatsHold)
 // A tile of a sheet of four columns has 390 of 960 columns: letters of 6 pixels are read there.
 TEST(Legend, LettersGrowWithThePictureAndAreReadOnAContactSheet)
 {
-    EXPECT_GE(render::letter_height(540) * 390 / 960, 6);
-    EXPECT_EQ(render::letter_height(1080), 2 * render::letter_height(540));
-    EXPECT_GE(render::letter_height(1), 8);
+    EXPECT_GE(render::letter_height(960, 540) * 390 / 960, 6);
+    EXPECT_EQ(render::letter_height(1920, 1080), 2 * render::letter_height(960, 540));
+    EXPECT_EQ(render::letter_height(1, 1), render::least_letter);
+    EXPECT_EQ(render::letter_height(400, 800), 10);  // a fortieth of the width of a narrow one
 }
 
 // Below the scale: 2.4 letters of 16 pixels.
@@ -150,7 +151,7 @@ TEST(Legend, ASmallPictureIsNoTrouble)
     for (const int size : {1, 2, 7, 30}) {
         Image image = black(size, size);
         render::draw_legend(image, {"a long title", "m", {}});
-        render::draw_label(image, "and a long label");
+        render::draw_texts(image, render::place_label("and a long label", size, size));
     }
     EXPECT_EQ(render::width_of({"a long title", "m", {}}, 30, 30), 0);
 }
