@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace {
 
 using namespace tests;
@@ -27,15 +29,20 @@ Look soft_look(int size)
     return look;
 }
 
-// Linear brightness of the floor point (x, 0, z), 0 .. 1.
-double brightness_at(const Image& image, const Camera& camera, double x, double z)
+// Where a square picture shows the floor point (x, 0, z).
+std::array<double, 2> floor_pixel(const Image& image, const Camera& camera, double x, double z)
 {
     const geometry::Mat3 axes = render::camera_axes(camera);
     const Vec3 q = axes * (Vec3(x, 0, z) - camera.eye);
     const double half = image.height / 2.0, tan_y = std::tan(camera.field_of_view / 2);
-    const int px = int(half + half * q[0] / (q[2] * tan_y));
-    const int py = int(half - half * q[1] / (q[2] * tan_y));
-    return render::linear_from_srgb(float(pixel(image, px, py)[1]) / 255);
+    return {half + half * q[0] / (q[2] * tan_y), half - half * q[1] / (q[2] * tan_y)};
+}
+
+// Linear brightness of the floor point (x, 0, z), 0 .. 1.
+double brightness_at(const Image& image, const Camera& camera, double x, double z)
+{
+    const std::array<double, 2> at = floor_pixel(image, camera, x, z);
+    return render::linear_from_srgb(float(pixel(image, int(at[0]), int(at[1]))[1]) / 255);
 }
 
 // A card held level over the floor at `height`, lit from straight above by a light that spans 10
@@ -129,6 +136,57 @@ TEST(SoftLight, TheShadeUnderABallFollowsItsFormFactor)
     const double farther = 1 - std::pow(0.5 / std::hypot(0.5, 1.0, 1.0), 3);
     EXPECT_NEAR(brightness_at(with, camera, 1.0, 1.0),
                 farther * brightness_at(without, camera, 1.0, 1.0), 0.006);
+}
+
+// Four legs, as of a chair, are thinner than what parts the places that shade is found by. The
+// shade of a place on the floor changes evenly as the camera goes around them: of 3 x 3 pixels, it
+// hardly differs from the mean of the pictures before and after.
+TEST(SoftLight, TheShadeOfThinLegsDoesNotFlicker)
+{
+    Scene scene;
+    for (const float x : {-0.4f, 0.4f}) {
+        for (const float z : {-0.4f, 0.4f}) {
+            TriMesh leg = geometry::box({0.07, 1, 0.07}, {1, 1, 1});
+            for (Vec3f& p : leg.positions) p += Vec3f(x, 0.5f, z);
+            scene.surfaces.push_back(surface(std::move(leg)));
+        }
+    }
+    scene.ground = 0;
+    scene.stage = box_about_origin(0.8);
+    Look look = soft_look(240);
+    look.light = Vec3f::Zero();
+    look.sky = look.bounce = Vec3f::Constant(0.9f);
+    std::vector<std::vector<double>> levels;
+    for (int frame = 0; frame < 5; ++frame) {
+        const double turn = 0.3 + 0.006 * frame;
+        const Camera camera{
+            {4 * std::sin(turn), 2.4, 4 * std::cos(turn)}, {0, 0.2, 0}, {0, 1, 0}, 0.5};
+        const Image image = render::draw(scene, camera, look);
+        std::vector<double> of_frame;
+        for (double x = -0.9; x < 0.95; x += 0.1) {
+            for (double z = -0.25; z < 0.95; z += 0.1) {
+                const std::array<double, 2> at = floor_pixel(image, camera, x, z);
+                double sum = 0;
+                for (int k = 0; k < 9; ++k) {
+                    sum += pixel(image, int(at[0]) + k % 3 - 1, int(at[1]) + k / 3 - 1)[1];
+                }
+                of_frame.push_back(sum / 9);
+            }
+        }
+        levels.push_back(std::move(of_frame));
+    }
+    std::vector<double> off;
+    for (std::size_t k = 1; k + 1 < levels.size(); ++k) {
+        for (std::size_t i = 0; i < levels[k].size(); ++i) {
+            const double even = 0.5 * (levels[k - 1][i] + levels[k + 1][i]);
+            off.push_back(std::abs(levels[k][i] - even));
+        }
+    }
+    std::sort(off.begin(), off.end());
+    // The rest lies beside the legs, which pass over it.
+    EXPECT_LT(off[off.size() * 9 / 10], 0.75);  // 0.6
+    const auto [darkest, lightest] = std::minmax_element(levels[0].begin(), levels[0].end());
+    EXPECT_GT(*lightest - *darkest, 10);
 }
 
 // A column on the floor, lit from the right by a light of half a degree, which hides from the floor
