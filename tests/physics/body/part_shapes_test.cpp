@@ -1,14 +1,19 @@
 // The shapes by which parts touch: of meshes that are open in parts, whose pieces lie in each
 // other, and of parts that overlap at rest.
 
+#include "geometry/cubes/bodies.hpp"
+#include "geometry/cubes/components.hpp"
+#include "geometry/cubes/voxelize.hpp"
 #include "geometry/mesh/merge.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 #include "physics/body/closed_shape.hpp"
+#include "physics/body/make_part_shapes.hpp"
 #include "physics/body/outer_faces.hpp"
 #include "physics/body/overlaps.hpp"
+#include "physics/body/surface_patches.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 
@@ -160,6 +165,62 @@ TEST(Overlaps, PartsThatOverlapAtRestAreTold)
     ASSERT_EQ(told.size(), 1u);
     EXPECT_TRUE(told[0].find("Bodies 1 and 2 overlap at rest near (0.108, 0.3, 0.108)") == 0)
         << told[0];
+}
+
+// Two boxes that meet within a layer of cubes, which both have cubes in.
+struct Stacked {
+    geometry::TriMesh mesh;
+    geometry::Cubes cubes;
+    std::vector<std::uint32_t> label;  // C, of its box
+
+    Stacked()
+    {
+        const geometry::TriMesh low = box_at({0, 0, 0}, {0.3, 0.24, 0.3}),
+                                high = box_at({0, 0.24, 0}, {0.3, 0.48, 0.3});
+        mesh = geometry::merge(std::array{&low, &high});
+        const geometry::VoxelGrid grid{0.1, Vec3::Zero(), geometry::Vec3i::Zero()};
+        const std::array bodies{
+            voxelize_solid(low, {{}, {{}}, {}}, geometry::Inside::winding, 0, grid, {}),
+            voxelize_solid(high, {{}, {{}}, {}}, geometry::Inside::winding, 0, grid, {})};
+        cubes = geometry::side_by_side(bodies);
+        label = find_components(cubes, geometry::Connectivity::corner).label;
+    }
+
+    static geometry::TriMesh box_at(const Vec3& lo, const Vec3& hi)
+    {
+        geometry::TriMesh out = geometry::box(hi - lo, {1, 1, 1});
+        for (auto& p : out.positions) p += (0.5 * (lo + hi)).cast<float>();
+        return out;
+    }
+};
+constexpr double area_of_each = 2 * (0.3 * 0.3 + 2 * 0.3 * 0.24);  // m^2
+
+TEST(PartShapes, BodiesThatTouchHaveTheWholeOfTheirSurfaces)
+{
+    const Stacked boxes;
+    const CornerBody body = make_corner_body(boxes.cubes, {}, &boxes.mesh);
+    const PartShapes shapes = make_part_shapes({boxes.cubes, &boxes.mesh}, body, {});
+    ASSERT_EQ(shapes.parts(), 2u);
+    std::array<double, 2> area{};
+    for (std::size_t h = 0; h < shapes.holder.size(); ++h) {
+        for (auto i = shapes.point_at[h]; i < shapes.point_at[h + 1]; ++i) {
+            area[boxes.label[shapes.holder[h]]] += double(shapes.point[i].area);
+        }
+    }
+    for (const double a : area) EXPECT_NEAR(a, area_of_each, 1e-5);
+}
+
+TEST(PartShapes, SurfacesThatTouchLieInTheCubesOfTheirOwn)
+{
+    const Stacked boxes;
+    const auto patches = patches_of_surface(boxes.cubes, boxes.mesh);
+    std::array<double, 2> area{}, points{};
+    for (std::size_t c = 0; c < patches.size(); ++c) {
+        for (const auto& a : patches[c].areas) area[boxes.label[c]] += double(a.norm());
+        for (const auto& p : patches[c].points) points[boxes.label[c]] += double(p.area);
+    }
+    for (const double a : area) EXPECT_NEAR(a, area_of_each, 1e-5);
+    for (const double a : points) EXPECT_NEAR(a, area_of_each, 1e-5);
 }
 
 }  // namespace

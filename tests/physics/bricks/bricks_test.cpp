@@ -237,6 +237,42 @@ TEST(Bricks, FreeFallIsAParabola)
     EXPECT_TRUE(state.report.converged);
 }
 
+TEST(Bricks, WhatIsDampedFallsAtTheSpeedThatItKeeps)
+{
+    // m v' = m g - d m v: it comes to fall at g / d, and goes g dt / d in a step.
+    const Cubes cubes = fixtures::box(2, 2, 2, 0.1, {.young = 1e5, .mass_damping = 10});
+    const BricksBody body = make_bricks(cubes);
+    Loads loads;
+    loads.forces.push_back({});
+    State state = rest_state(body), before;
+    for (int i = 0; i < 60; ++i) {
+        before = state;
+        state = advance(body, state, loads, 0.05);
+    }
+    EXPECT_NEAR(before.x[0].y() - state.x[0].y(), 0.981 * 0.05, 1e-6);
+}
+
+TEST(Bricks, WhatLandsWithinAStepComesNoFasterThanItsWay)
+{
+    // 2 mm above a floor, on which it would be 15 mm deep after a step; another one falls freely.
+    const Cubes cubes = fixtures::cubes_on({{0, 0, 0}, {1, 0, 0}, {0, 5, 0}, {1, 5, 0}}, 0.1);
+    const BricksBody body = make_bricks(cubes);
+    Loads loads;
+    loads.forces.push_back({});
+    loads.colliders.resize(1);
+    loads.colliders[0].pose.translation().y() = -0.002;
+    loads.colliders[0].before = loads.colliders[0].pose;
+    const double dt = 1.0 / 24, fall = 9.81 * dt * dt / 2;
+    const State state = advance(body, rest_state(body), loads, dt);
+    for (std::size_t k = 0; k < state.x.size(); ++k) {
+        if (cubes.corner[k].y() < 3) {
+            EXPECT_NEAR(state.v[k].y(), -0.002 / dt, 0.02);
+        } else {
+            EXPECT_NEAR(state.x[k].y(), cubes.corner_position(k).y() - fall, 1e-6);
+        }
+    }
+}
+
 // The tip's deflection over Timoshenko's for an L x 1 x 1 cantilever of n cubes across.
 double cantilever_ratio(int length, int n, BrickElement element)
 {
