@@ -4,6 +4,7 @@
 #include "render/draw_messages.hpp"
 #include "render/renderer.hpp"
 
+#include <malloc.h>
 #include <poll.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -44,6 +45,16 @@ void lift_limits()
     }
     limit = {0, 0};
     ::setrlimit(RLIMIT_CORE, &limit);
+}
+
+// Mesa frees what it takes for a picture piece by piece and takes it again for the next pass: it
+// stays here, and no page of it is made anew. What is too much for the next picture ends with the
+// process, see fill_in.cpp.
+void keep_memory()
+{
+    ::mallopt(M_TRIM_THRESHOLD, 256 << 20);
+    ::mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the most that glibc takes
+    ::mallopt(M_TOP_PAD, 16 << 20);
 }
 
 // Ends this process with the one that started it, in the middle of a picture too. PR_SET_PDEATHSIG
@@ -126,6 +137,7 @@ int main()
         return 2;
     }
     lift_limits();
+    keep_memory();
     end_with_parent();
     for (;;) {
         pollfd asked{render::draw_socket, POLLIN, 0};
