@@ -56,15 +56,22 @@ std::vector<std::string> lit_by(std::string file)
 
 // What the shaders of light are to know before they are compiled.
 // `samples`: of how many in a pixel a shader takes the mean.
-std::string lit_words(Style style, bool soft, int reads, int samples = 1)
+std::string lit_words(const LitKind& kind, int reads, int samples = 1)
 {
     std::string text;
     for (const char* name : {"STUDIO 0", "CLAY 1", "DIAGRAM 2", "MATCAP 3", "PLAIN 4"}) {
         text += std::string("#define ") + name + '\n';
     }
-    return text + "#define STYLE " + std::to_string(int(style)) + "\n#define SOFT " +
-           (soft ? "1" : "0") + "\n#define READS " + std::to_string(reads) + '\n' +
-           "#define SAMPLES " + std::to_string(samples) + '\n';
+    const auto define = [&](const char* name, int value) {
+        text += std::string("#define ") + name + ' ' + std::to_string(value) + '\n';
+    };
+    define("STYLE", int(kind.style));
+    define("SOFT", kind.soft);
+    define("GLASS", kind.glass);
+    define("GRID", kind.grid);
+    define("READS", reads);
+    define("SAMPLES", samples);
+    return text;
 }
 
 constexpr const char* textured = "#define TEXTURED\n";
@@ -75,7 +82,6 @@ GlPrograms compile_programs()
     const std::vector<std::string> screen{"screen.vert"};
     p.surface = program({"surface.vert"}, {"octahedral.glsl", "pack.glsl", "surface.frag"});
     p.uneven = program(screen, {"uneven.frag"});
-    p.seen = program(screen, lit_by("seen.frag"), lit_words(Style::plain, false, 2));
     p.soften = program(screen, {"seen_code.glsl", "soften.frag"});
     p.shadow = program({"shadow.vert"}, {"shadow.frag"});
     p.surface_textured = program(
@@ -86,7 +92,7 @@ GlPrograms compile_programs()
     p.shadow_clear_textured = program({"shadow.vert"}, {"shadow.frag"}, clear + textured);
     p.balls = program({"balls.vert"}, {"octahedral.glsl", "pack.glsl", "balls.frag"});
     p.balls_shadow = program({"balls.vert"}, {"balls_shadow.frag"});
-    p.traced = program(screen, lit_by("traced.frag"), lit_words(Style::plain, false, 2));
+    p.traced = program(screen, lit_by("traced.frag"), lit_words({}, 2));
     p.traced_shadow = program(screen, {"traced_shadow.frag"});
     return p;
 }
@@ -196,24 +202,30 @@ void SampleLayers::fit(int w, int h)
     height = h;
 }
 
-const LitPrograms& lit_programs(GlObjects& gl, Style style, bool soft)
+const LitPrograms& lit_programs(GlObjects& gl, const PictureNumbers& numbers)
 {
-    LitPrograms& p = gl.lit[2 * std::size_t(style) + (soft ? 1 : 0)];
+    const bool glass = numbers.frame.backdrop_horizon[3] == 1;
+    const LitKind kind{numbers.style, numbers.soft, glass, numbers.frame.backdrop_top[3] > 0};
+    LitPrograms& p = gl.lit[8 * std::size_t(kind.style) + (kind.soft ? 4 : 0) +
+                            (kind.glass ? 2 : 0) + (kind.grid ? 1 : 0)];
     if (p.object) return p;
     const std::vector<std::string> screen{"screen.vert"};
-    const std::string in_shadow = "#define IN_SHADOW 1\n", floor_words = lit_words(style, soft, 3);
-    const std::string words = lit_words(style, soft, 2) + in_shadow;
+    const std::string in_shadow = "#define IN_SHADOW 1\n", floor_words = lit_words(kind, 3);
+    const std::string words = lit_words(kind, 2) + in_shadow;
     p.floor_lit =
         program({"floor.vert"}, lit_by("floor.frag"), floor_words + "#define IN_SHADOW 0\n");
     p.floor_shadowed = program({"floor.vert"}, lit_by("floor.frag"), floor_words + in_shadow);
     p.backdrop = program(screen, lit_by("backdrop.frag"), words);
-    p.edges = program(screen, lit_by("edges.frag"), lit_words(style, soft, 2, 4) + in_shadow);
+    p.edges = program(screen, lit_by("edges.frag"), lit_words(kind, 2, 4) + in_shadow);
     p.clear = program({"surface.vert"}, lit_by("clear.frag"), words);
     p.clear_textured = program({"surface.vert"},
                                {"shade.glsl", "octahedral.glsl", "seen_code.glsl", "penumbra.glsl",
                                 "reach.glsl", "stored.glsl", "bent.glsl", "clear.frag"},
                                words + textured);
     p.finish = program(screen, lit_by("finish.frag"), words);
+    if (kind.soft) {
+        p.seen = program(screen, lit_by("seen.frag"), lit_words({.glass = kind.glass}, 2));
+    }
     p.object = program(screen, lit_by("object.frag"), words);
     return p;
 }

@@ -68,7 +68,7 @@ struct SampleLayers {
 
 // One for each kind of pass that knows nothing of light.
 struct GlPrograms {
-    GLuint surface, uneven, shadow, balls, balls_shadow, seen, soften;
+    GLuint surface, uneven, shadow, balls, balls_shadow, soften;
     GLuint surface_textured, shadow_textured, shadow_clear, shadow_clear_textured;
     GLuint traced, traced_shadow;
 };
@@ -76,12 +76,18 @@ struct GlPrograms {
 // Those that light what is seen, in one style.
 struct LitPrograms {
     GLuint object = 0, floor_lit = 0, floor_shadowed = 0, backdrop = 0, edges = 0, clear = 0,
-           clear_textured = 0, finish = 0;
+           clear_textured = 0, finish = 0, seen = 0;
+};
+
+// What they are compiled for.
+struct LitKind {
+    Style style = Style::plain;
+    bool soft = false, glass = false, grid = false;
 };
 
 struct GlObjects {
     GlPrograms programs;
-    std::array<LitPrograms, 2 * style_count> lit;  // compiled when first used
+    std::array<LitPrograms, 8 * style_count> lit;  // compiled when first used
     GLuint plain_depths, smooth_depths;            // samplers of the shadow map
     std::array<GLuint, 2> seen_pass;
     std::array<Target, 2> seen{Target{GL_RGBA32F}, Target{GL_RGBA32F}};  // half as wide and high
@@ -100,6 +106,6 @@ struct GlObjects {
 GlObjects make_gl_objects();
 
 // Compiles them where they are not yet. Throws as make_gl_objects does.
-const LitPrograms& lit_programs(GlObjects& gl, Style style, bool soft);
+const LitPrograms& lit_programs(GlObjects& gl, const PictureNumbers& numbers);
 
 }  // namespace render

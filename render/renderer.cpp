@@ -230,7 +230,7 @@ void draw_seen(GlObjects& gl, const DrawJob& job)
         glBindSampler(unit, unit == unit_plain_depths ? gl.plain_depths : gl.smooth_depths);
     }
     bind(gl.seen_pass[0], gl.seen[0]);
-    fill_screen(gl.programs.seen);
+    fill_screen(lit_programs(gl, job.numbers).seen);
     for (std::size_t k = 0; k < 2; ++k) {
         bind(gl.seen_pass[1 - k], gl.seen[1 - k]);
         glBindTextureUnit(unit_seen, gl.seen[k].name);
@@ -245,7 +245,7 @@ void draw_seen(GlObjects& gl, const DrawJob& job)
 // needed.
 void draw_light(GlObjects& gl, const DrawJob& job, Linear linear)
 {
-    const LitPrograms& p = lit_programs(gl, job.numbers.style, job.numbers.soft);
+    const LitPrograms& p = lit_programs(gl, job.numbers);
     for (const GLuint program : {p.object, p.floor_lit, p.floor_shadowed, p.backdrop}) {
         glProgramUniform1i(program, 0, int(linear));
     }
@@ -293,14 +293,14 @@ void draw_edges(GlObjects& gl, const DrawJob& job, GLuint pass, const Target& to
     glBindTextureUnit(unit_fine, gl.fine.pixels);
     glBindTextureUnit(unit_fine_depths, gl.fine.depths);
     glProgramUniform1i(gl.programs.uneven, 1, job.textures.empty() ? 0 : alike);
-    const GLuint edges = lit_programs(gl, job.numbers.style, job.numbers.soft).edges;
+    const GLuint edges = lit_programs(gl, job.numbers).edges;
     glProgramUniform1i(edges, 0, int(linear));
     fill_marked(gl.programs.uneven, edges);
 }
 
 void draw_clear(GlObjects& gl, const DrawJob& job)
 {
-    const LitPrograms& p = lit_programs(gl, job.numbers.style, job.numbers.soft);
+    const LitPrograms& p = lit_programs(gl, job.numbers);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GREATER);
     glDepthMask(GL_FALSE);
@@ -364,7 +364,7 @@ void finish_clear(GlObjects& gl, const DrawJob& job)
     bind(gl.finish_pass, gl.picture);
     glBindTextureUnit(unit_first, gl.light.name);
     glDisable(GL_DEPTH_TEST);
-    fill_screen(lit_programs(gl, job.numbers.style, job.numbers.soft).finish);
+    fill_screen(lit_programs(gl, job.numbers).finish);
 }
 
 }  // namespace

@@ -60,6 +60,6 @@ void main()
     cover *= there;
     colour = vec4(sum * cover, cover);
 #if STYLE != DIAGRAM
-    if (backdrop_horizon.w == 1.0 && (steps & 2048) != 0) colour = there * as_glass(sum, n, v);
+    if (GLASS == 1 && (steps & 2048) != 0) colour = there * as_glass(sum, n, v);
 #endif
 }

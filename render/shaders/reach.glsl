@@ -39,7 +39,7 @@ vec2 light_reaching(vec2 at, float depth, vec3 p, vec3 n)
     // Where the four do not agree, a sharp shadow's edge runs between them, and where none is of this
     // place, they know nothing of its light: it is found right here.
     float edge = smoothstep(0.1, 0.3, high - low) * (1.0 - smoothstep(4.0, 8.0, sharpest));
-    bool glass = backdrop_horizon.w == 1.0;
+    const bool glass = GLASS == 1;
     if (glass) edge = 0.0;  // shadow.frag's squares of texels would show there
     if (low > high) edge = 1.0, sharpest = sharpest_near < WIDEST ? sharpest_near : 0.0;
     float half_width = max(sharpest * depth * length(down.xyz), 1.2 * light.w);

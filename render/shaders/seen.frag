@@ -27,7 +27,7 @@ float soft_key(vec3 p, vec3 n, vec2 turn, out float half_width)
     bool beside = any(lessThan(m.at, vec2(0.0))) || any(greaterThan(m.at, vec2(1.0)));
     float farthest = min(soft.x * m.ahead / soft.y, 0.06);
     // Of clear things, what covers a square of 4 x 4 texels is to be told.
-    bool glass = backdrop_horizon.w == 1.0;
+    const bool glass = GLASS == 1;
     float least = glass ? 4.0 * texel : 1.2 * texel;
     vec2 search = max(vec2(farthest), glass ? 4.0 * texel : 1.5 * texel) / m.span;
     float found = 0.0, sum = 0.0;

@@ -7,7 +7,8 @@
 //   by Karis 2014 (how much of the surroundings a rough surface reflects);
 //   Jimenez et al., Practical real-time strategies for accurate indirect occlusion, SIGGRAPH
 //   courses 2016 (light that bounces about in a corner keeps the corner's colour).
-// STYLE is a Style of look.hpp.
+// STYLE is a Style of look.hpp; GRID and GLASS are 1 where the floor has lines and where clear things
+// are glass. This OpenGL goes both ways of an if, also where all pixels would go the same one.
 layout(binding = 2) uniform sampler2DShadow shadow_map;
 
 struct Material {
@@ -136,16 +137,16 @@ vec3 floor_light(vec3 ray, float t, vec2 reach, out float stays)
     vec3 p = eye.xyz + t * ray;
     stays = 1.0 - smoothstep(2.0, FLOOR_REACH, length(p.xz));
     vec3 colour = floor_colour.rgb;
-    if (backdrop_top.w > 0.0) {
-        // How far the floor point moves from one pixel to the next.
-        vec3 dx = t * (across.xyz - ray * (across.y / ray.y));
-        vec3 dy = t * (down.xyz - ray * (down.y / ray.y));
-        vec2 footprint = (abs(dx.xz) + abs(dy.xz)) / backdrop_top.w;
-        vec2 at = (p.xz + shadow_size.zw) / backdrop_top.w;
-        float fine = grid_cover(at, footprint, 0.02) * 0.35;
-        float coarse = grid_cover(at * 0.1, footprint * 0.1, 0.004) * 0.55;
-        colour *= 1.0 - max(fine, coarse) * stays;
-    }
+#if GRID == 1
+    // How far the floor point moves from one pixel to the next.
+    vec3 dx = t * (across.xyz - ray * (across.y / ray.y));
+    vec3 dy = t * (down.xyz - ray * (down.y / ray.y));
+    vec2 footprint = (abs(dx.xz) + abs(dy.xz)) / backdrop_top.w;
+    vec2 at = (p.xz + shadow_size.zw) / backdrop_top.w;
+    float fine = grid_cover(at, footprint, 0.02) * 0.35;
+    float coarse = grid_cover(at * 0.1, footprint * 0.1, 0.004) * 0.55;
+    colour *= 1.0 - max(fine, coarse) * stays;
+#endif
 #if STYLE == DIAGRAM
     vec3 lit = colour * (1.0 - 0.22 * (1.0 - key)) * mix(0.85, 1.0, reach.y);
 #else
