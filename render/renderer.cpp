@@ -1,6 +1,7 @@
 #include "render/renderer.hpp"
 
 #include "render/colour.hpp"
+#include "render/drawn_part.hpp"
 #include "render/gl_objects.hpp"
 #include "render/image.hpp"
 
@@ -46,9 +47,11 @@ void fill_screen(GLuint with_program)
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-// Runs `with_program` on those pixels only that `mark` does not discard.
-void fill_marked(GLuint mark, GLuint with_program)
+// Runs `with_program` on those pixels of a part only that `mark` does not discard.
+void fill_marked(GLuint mark, GLuint with_program, const DrawnPart& part)
 {
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(part.x, part.y, part.width, part.height);
     glDisable(GL_DEPTH_TEST);
     glEnable(GL_STENCIL_TEST);
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
@@ -60,6 +63,7 @@ void fill_marked(GLuint mark, GLuint with_program)
     glStencilFunc(GL_EQUAL, is_uneven, all_bits);
     fill_screen(with_program);
     glDisable(GL_STENCIL_TEST);
+    glDisable(GL_SCISSOR_TEST);
 }
 
 const void* at_index(std::uint32_t i)
@@ -295,7 +299,7 @@ void draw_edges(GlObjects& gl, const DrawJob& job, GLuint pass, const Target& to
     glProgramUniform1i(gl.programs.uneven, 1, job.textures.empty() ? 0 : alike);
     const GLuint edges = lit_programs(gl, job.numbers).edges;
     glProgramUniform1i(edges, 0, int(linear));
-    fill_marked(gl.programs.uneven, edges);
+    fill_marked(gl.programs.uneven, edges, drawn_part(job));
 }
 
 void draw_clear(GlObjects& gl, const DrawJob& job)
