@@ -108,6 +108,20 @@ std::vector<std::uint8_t> pressed_parts(const Stage& stage)
     return out;
 }
 
+// Whether a body of cubes is pressed by a collider where the stage ends.
+bool presses_colliders(const Stage& stage)
+{
+    if (stage.frame.body.sheets) return false;
+    return std::any_of(stage.holds.begin(), stage.holds.end(),
+                       [&](const PlaneTouch& touch) { return touch.depth(stage.x.data()) > 0; });
+}
+
+bool presses_parts(const Stage& stage)
+{
+    const auto pressed = pressed_parts(stage);
+    return std::any_of(pressed.begin(), pressed.end(), [](auto p) { return p != 0; });
+}
+
 }  // namespace
 
 double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<double>& v,
@@ -116,10 +130,9 @@ double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<
     constexpr double little = 0.02;
     constexpr double slow = 0.005;  // m/s
     const StepFrame& frame = stage.frame;
-    if (stage.touches.empty() || frame.windy || !pins_stay(stage)) return 0;
-    if (!colliders_stay(frame)) return 0;
-    const auto pressed = pressed_parts(stage);
-    if (std::none_of(pressed.begin(), pressed.end(), [](auto p) { return p != 0; })) return 0;
+    if ((stage.touches.empty() && stage.holds.empty()) || frame.windy) return 0;
+    if (!pins_stay(stage) || !colliders_stay(frame)) return 0;
+    if (!presses_parts(stage) && !presses_colliders(stage)) return 0;
     const double stored = elastic(stage, x), moving = kinetic(stage, v);
     const double gain =
         elastic(stage, after_x) + others(stage, after_x, after_v) - (stored + others(stage, x, v));
@@ -129,10 +142,11 @@ double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<
     return gain > std::max(least, little * (stored + moving)) ? gain : 0;
 }
 
-void take_off(const Stage& stage, double gained, Aligned<double>& v)
+bool take_off(const Stage& stage, double gained, Aligned<double>& v)
 {
     const CornerBody& body = stage.frame.body;
     const auto pressed = pressed_parts(stage);
+    if (std::none_of(pressed.begin(), pressed.end(), [](auto p) { return p != 0; })) return false;
     const auto for_each = [&](const auto& with) {
         for (std::size_t k = 0; k < body.corners; ++k) {
             if (pressed[body.part_of(k)] != 0) with(k, body.mass[k]);
@@ -144,9 +158,10 @@ void take_off(const Stage& stage, double gained, Aligned<double>& v)
     for_each([&](std::size_t k, double m) { mass += m, mean += m * at(k); });
     mean /= mass;
     for_each([&](std::size_t k, double m) { moving += 0.5 * m * (at(k) - mean).squaredNorm(); });
-    if (!(moving > 0)) return;
+    if (!(moving > 0)) return true;
     const double share = std::sqrt(std::max(0.0, 1 - gained / moving));
     for_each([&](std::size_t k, double) { at(k) = mean + share * (at(k) - mean); });
+    return true;
 }
 
 }  // namespace physics

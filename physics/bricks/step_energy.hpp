@@ -33,14 +33,16 @@ void charge_damping(EnergyAccount& account, Stage& stage, double seconds);
 // than 1e-4 of that of motion, is too much and stays.
 bool settle(EnergyAccount& account, Stage& stage, const Aligned<double>& x, Aligned<double>& v);
 
-// What parts that touch gained in a step from the energy of (x, v) to that of (after_x, after_v),
-// J: planes that stay as they were found push what turns on through them. 0 where no parts are
-// pressed, where the gain is within a fiftieth of the energy, and where it is not known, as where a
-// collider or a pin moves.
+// What parts that touch each other, or colliders, gained in a step from the energy of (x, v) to
+// that of (after_x, after_v), J: planes that stay as they were found push what turns on through
+// them, and forces that are linear about where the step began stretch what turns. 0 where nothing
+// is pressed (of sheets, by another part), where the gain is within a fiftieth of the energy, and
+// where it is not known, as where a collider or a pin moves.
 double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<double>& v,
                           const Aligned<double>& after_x, const Aligned<double>& after_v);
 
-// Takes it off the motion of the parts that are pressed, about their common centre of mass.
-void take_off(const Stage& stage, double gained, Aligned<double>& v);
+// Takes it off the motion of the parts that press each other, about their common centre of mass.
+// False: none do.
+bool take_off(const Stage& stage, double gained, Aligned<double>& v);
 
 }  // namespace physics

@@ -261,16 +261,16 @@ double share_of_hit(const FrameStep& step, double begin, double end, Cuts cuts)
     return hit > near && hit < 1 - near ? begin + hit * (end - begin) : end;
 }
 
-// Whether parts that touch gained nothing in the step that was taken last. In the least of halves,
-// what they gained is taken off.
+// Whether what touches gained nothing in the step that was taken last. In the least of halves, what
+// parts gained of each other is taken off.
 bool keeps_energy(FrameStep& step, const Motion& before, int halvings)
 {
-    constexpr int most = 2;
+    constexpr int most = 4;
     Motion& now = step.now;
     const double gained = gained_by_touching(step.stage, before.x, before.v, now.x, now.v);
     if (!(gained > 0)) return true;
     if (halvings < most) return false;
-    take_off(step.stage, gained, now.v);
+    if (!take_off(step.stage, gained, now.v)) step.record.violent = true;
     return true;
 }
 
