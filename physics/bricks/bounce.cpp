@@ -231,8 +231,8 @@ double first_hit(const Stage& stage)
         for (const PlaneTouch& touch : *touches) {
             if (!(touch.rebound > 0)) continue;
             const auto [gap, speed, acceleration] = coming(stage, touch);
-            // gap = t (speed + acceleration t), as implicit Euler goes
-            const double root = std::sqrt(std::max(0.0, speed * speed + 4 * acceleration * gap));
+            // gap = t (speed + acceleration t / 2): what hits was free before
+            const double root = std::sqrt(std::max(0.0, speed * speed + 2 * acceleration * gap));
             const double hit = 2 * std::max(gap, 0.0) / (speed + root);
             first = std::min(first, just_before * hit);
         }

@@ -1,6 +1,7 @@
 #include "physics/bricks/free_fall.hpp"
 
-#include "physics/bricks/free_parts.hpp"
+#include "geometry/base/union_find.hpp"
+#include "physics/bricks/held_corners.hpp"
 #include "physics/bricks/stage_touches.hpp"
 
 #include <algorithm>
@@ -9,51 +10,93 @@
 namespace physics {
 namespace {
 
-// What each part would gain of velocity as a whole in the stage; 0 along axes that hold it.
-std::vector<Vec3> gained_by_parts(const Stage& stage, const std::vector<std::uint8_t>& held)
-{
-    const StepFrame& frame = stage.frame;
-    const CornerBody& body = frame.body;
-    std::vector<Vec3> out(body.parts, Vec3::Zero());
-    std::vector<Vec3> inertia(body.parts, Vec3::Zero());  // kg
-    for (std::size_t k = 0; k < body.corners; ++k) {
-        const std::size_t part = body.part_of(k);
-        for (std::size_t i = 4 * k, a = 0; a < 3; ++i, ++a) {
-            const double drag = frame.damping[i] + stage.drag[i];
-            const auto axis = static_cast<Eigen::Index>(a);
-            out[part][axis] += stage.tau * (frame.steady[i] + stage.wind[i] - drag * stage.v0[i]);
-            inertia[part][axis] += frame.mass[i] + stage.tau * drag;
+// Parts that touch each other, in the stage as it is or as it will be, move as one.
+struct Groups {
+    explicit Groups(const Stage& stage)
+        : held(axes_of_parts(stage.frame.loads.pins, stage.frame.body)), sets(held.size())
+    {
+        add(stage, stage.contacts);
+    }
+
+    void add(const Stage& stage, const std::vector<PointContact>& contacts)
+    {
+        const CornerBody& body = stage.frame.body;
+        for (const PointContact& c : contacts) {
+            const std::uint32_t part = body.part_of(c.corners[0]);
+            if (c.count > 8)
+                sets.join(part, body.part_of(c.corners[8]));
+            else
+                held[part] = all_axes;
         }
     }
-    for (std::size_t p = 0; p < body.parts; ++p) {
+
+    // Of each part: the axes along which its group is held, as bits.
+    std::vector<std::uint8_t> held_with_all()
+    {
+        std::vector<std::uint8_t> out(held.size(), 0);
+        for (std::uint32_t p = 0; p < held.size(); ++p) out[sets.root(p)] |= held[p];
+        for (std::uint32_t p = 0; p < held.size(); ++p) out[p] = out[sets.root(p)];
+        return out;
+    }
+
+    std::vector<std::uint8_t> held;  // of each part, by pins and colliders
+    geometry::UnionFind sets;
+};
+
+// A group as a whole, along each axis.
+struct Whole {
+    Vec3 impulse = Vec3::Zero();  // N s
+    Vec3 mass = Vec3::Zero();     // kg
+    Vec3 drag = Vec3::Zero();     // kg/s
+};
+
+// What each part gains of velocity with its group in the stage, m/s; 0 along axes that hold it.
+// `lifts`: the share of the way that implicit Euler goes too far, which drag takes from it: what
+// its drag stops within a step ends where it should.
+std::vector<Vec3> gained_by_parts(const Stage& stage, Groups& groups, bool lifts)
+{
+    constexpr double much = 0.25;  // of the velocity, that drag takes in the stage
+    const StepFrame& frame = stage.frame;
+    const CornerBody& body = frame.body;
+    std::vector<Whole> all(groups.held.size());
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        Whole& whole = all[groups.sets.root(body.part_of(k))];
+        for (std::size_t i = 4 * k, a = 0; a < 3; ++i, ++a) {
+            const auto axis = static_cast<Eigen::Index>(a);
+            const double drag = frame.damping[i] + stage.drag[i];
+            whole.impulse[axis] +=
+                stage.tau * (frame.steady[i] + stage.wind[i] - drag * stage.v0[i]);
+            whole.mass[axis] += frame.mass[i];
+            whole.drag[axis] += drag;
+        }
+    }
+    const auto held = groups.held_with_all();
+    std::vector<Vec3> out(groups.held.size(), Vec3::Zero());
+    for (std::uint32_t p = 0; p < out.size(); ++p) {
+        const Whole& whole = all[groups.sets.root(p)];
         for (Eigen::Index a = 0; a < 3; ++a) {
-            const double gained = out[p][a] / inertia[p][a];
-            out[p][a] = (held[p] >> a & 1) == 0 && std::isfinite(gained) ? gained : 0;
+            const double taken = stage.tau * whole.drag[a] / whole.mass[a];
+            const double share = lifts ? std::clamp(1 - taken / much, 0.0, 1.0) : 1;
+            const double gained =
+                share * whole.impulse[a] / (whole.mass[a] + stage.tau * whole.drag[a]);
+            if ((held[p] >> a & 1) == 0 && std::isfinite(gained)) out[p][a] = gained;
         }
     }
     return out;
 }
 
-// Parts that would touch something where these velocities lead.
-std::vector<std::uint8_t> met_by(Stage& stage, const std::vector<Vec3>& gained)
+// Whether any part that gains velocity may touch something.
+bool may_meet(const Stage& stage, const std::vector<Vec3>& gained)
 {
-    const CornerBody& body = stage.frame.body;
-    std::vector<std::uint8_t> out(body.parts, 0);
-    const auto falls = [&](const PartPair& pair) {
-        return !gained[pair.a].isZero(0) || !gained[pair.b].isZero(0);
-    };
-    if (!body.sheets && stage.colliders.empty() &&
-        std::none_of(stage.near.begin(), stage.near.end(), falls)) {
-        return out;
-    }
-    Aligned<double> w = stage.w;
-    for (std::size_t k = 0; k < body.corners; ++k) {
-        Eigen::Map<Vec3>(&w[4 * k]) += gained[body.part_of(k)];
-    }
-    for (const PointContact& c : contacts_ahead(stage, w)) {
-        for (std::size_t a = 0; a < c.count; a += 8) out[body.part_of(c.corners[a])] = 1;
-    }
-    return out;
+    return stage.frame.body.sheets || !stage.colliders.empty() ||
+           std::any_of(stage.near.begin(), stage.near.end(), [&](const PartPair& pair) {
+               return !gained[pair.a].isZero(0) || !gained[pair.b].isZero(0);
+           });
+}
+
+bool all_zero(const std::vector<Vec3>& gained)
+{
+    return std::all_of(gained.begin(), gained.end(), [](const Vec3& v) { return v.isZero(0); });
 }
 
 }  // namespace
@@ -61,19 +104,23 @@ std::vector<std::uint8_t> met_by(Stage& stage, const std::vector<Vec3>& gained)
 void lift_free_parts(Stage& stage)
 {
     stage.lifted.clear();
-    if (!stage.turns_start) return;
+    if (!stage.turns_start || stage.frame.options.leaps) return;
     const CornerBody& body = stage.frame.body;
-    const std::vector<Vec3> gained = gained_by_parts(stage, held_parts(stage));
-    if (std::all_of(gained.begin(), gained.end(), [](const Vec3& v) { return v.isZero(0); })) {
-        return;
+    Groups groups(stage);
+    const std::vector<Vec3> ahead = gained_by_parts(stage, groups, false);
+    if (all_zero(ahead)) return;
+    if (may_meet(stage, ahead)) {
+        Aligned<double> w = stage.w;
+        for (std::size_t k = 0; k < body.corners; ++k) {
+            Eigen::Map<Vec3>(&w[4 * k]) += ahead[body.part_of(k)];
+        }
+        groups.add(stage, contacts_ahead(stage, w));
     }
-    const std::vector<std::uint8_t> meets = met_by(stage, gained);
-    if (std::all_of(meets.begin(), meets.end(), [](auto m) { return m != 0; })) return;
+    const std::vector<Vec3> gained = gained_by_parts(stage, groups, true);
+    if (all_zero(gained)) return;
     stage.lifted.assign(stage.frame.n, 0);
     for (std::size_t k = 0; k < body.corners; ++k) {
-        const std::size_t part = body.part_of(k);
-        if (meets[part] != 0) continue;
-        const Vec3 by = -0.5 * stage.tau * gained[part];
+        const Vec3 by = -0.5 * stage.tau * gained[body.part_of(k)];
         Eigen::Map<Vec3>(&stage.lifted[4 * k]) = by;
         Eigen::Map<Vec3>(&stage.x0[4 * k]) += by;
     }
