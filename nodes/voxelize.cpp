@@ -132,9 +132,11 @@ static geometry::NearPieces near_pieces_of(const Inputs& in)
     return in.pieces == Pieces::apart ? geometry::NearPieces::apart : geometry::NearPieces::merge;
 }
 
-// Cubes with attributes, and calibrated where that is asked for.
+// Cubes with attributes, and calibrated where that is asked for. `walls`: whether thin ones are
+// looked for.
 static Body body_of(const Inputs& in, const Solid& of, const geometry::VoxelGrid& grid,
-                    const geometry::VoxelOptions& options, const graph::Context& context)
+                    const geometry::VoxelOptions& options, bool walls,
+                    const graph::Context& context)
 {
     const bool solid = in.method == Method::solid;
     const auto attributes = geometry::chosen_attributes(in.attributes, of.mesh.attributes);
@@ -142,7 +144,7 @@ static Body body_of(const Inputs& in, const Solid& of, const geometry::VoxelGrid
     out.cubes = solid ? geometry::with_means_of_solid(std::move(out.cubes), of.mesh, attributes)
                       : geometry::with_means_of_surface(std::move(out.cubes), of.mesh, attributes);
     if (!solid || in.stiffness != Stiffness::calibrated) {
-        out.thin = physics::thin_parts(of.mesh, out.cubes, {solid, in.thickness});
+        if (walls) out.thin = physics::thin_parts(of.mesh, out.cubes, {solid, in.thickness});
         return out;
     }
     const auto fine_of = [&](int ratio) {
@@ -173,10 +175,25 @@ static void scale_mass(geometry::Cubes& cubes, double total)
     for (double& mass : cubes.mass) mass *= scale;
 }
 
+static void warn_of_joined_groups(const geometry::TriMesh& mesh, std::size_t bodies,
+                                  const graph::Context& context)
+{
+    std::vector<std::uint16_t> used = mesh.topology->group;
+    std::sort(used.begin(), used.end());
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    if (bodies >= used.size()) return;
+    context.warn(fmt::format(
+        "{} groups make {} bodies: groups that share vertices are one body, as those of one file "
+        "do "
+        "where they meet. Move them apart by a hair, or make them by Copies with number_groups",
+        used.size(), bodies));
+}
+
 // The whole mesh, or each of its bodies by `make`, side by side.
 template <class Make>
 static Body by_bodies(const Inputs& in, const geometry::FaceMatter& matter,
-                      geometry::VoxelOptions options, const Make& make)
+                      geometry::VoxelOptions options, const graph::Context& context,
+                      const Make& make)
 {
     if (in.pieces != Pieces::each && in.pieces != Pieces::groups) {
         return make(Solid{*in.mesh, matter}, options);
@@ -184,6 +201,7 @@ static Body by_bodies(const Inputs& in, const geometry::FaceMatter& matter,
     const geometry::FaceBodies bodies = in.pieces == Pieces::each
                                             ? geometry::bodies_of_pieces(*in.mesh)
                                             : geometry::bodies_of_groups(*in.mesh);
+    if (in.pieces == Pieces::groups) warn_of_joined_groups(*in.mesh, bodies.count, context);
     if (bodies.count < 2) return make(Solid{*in.mesh, matter}, options);
     const double total = std::exchange(options.total_mass, 0);
     Body out;
@@ -226,7 +244,7 @@ static geometry::VoxelGrid grid_of_quality(const Inputs& in, const geometry::Fac
         const auto make = [&](const Solid& of, const geometry::VoxelOptions& its) {
             return Body{cubes_of(in, of, grid_of_size(in, box, size), its), {}};
         };
-        return by_bodies(in, matter, options, make).cubes;
+        return by_bodies(in, matter, options, context, make).cubes;
     };
     return grid_of_size(in, box,
                         size_of_quality(*in.mesh, in.method == Method::solid,
@@ -278,10 +296,12 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const geometry::VoxelGrid grid = in.quality == Quality::by_size
                                          ? grid_for(in)
                                          : grid_of_quality(in, matter, options, context);
+    constexpr std::size_t looked_at = 256;  // of very many bodies: it takes a millisecond each
+    std::size_t made = 0;
     const auto make = [&](const Solid& of, const geometry::VoxelOptions& its) {
-        return body_of(in, of, grid, its, context);
+        return body_of(in, of, grid, its, made++ < looked_at, context);
     };
-    Body body = by_bodies(in, matter, options, make);
+    Body body = by_bodies(in, matter, options, context, make);
     double bending = graph::Figure::unknown;
     if (!solid || in.stiffness != Stiffness::calibrated) {
         warn_of_thin_walls(body.thin, body.cubes, {solid, in.thickness}, context);
@@ -335,9 +355,14 @@ constexpr const char* near_pieces =
     "each "
     "piece, which is what triangles with common vertices are, is a body with cubes of its own, "
     "even "
-    "where it touches or overlaps others: the stones of a wall, boxes in a stack. Cavities belong "
-    "to what is around them. groups: the same for the pieces of each group together: chairs of "
-    "many pieces, one group each (Copies, number_groups). Simulate keeps bodies apart by contact.";
+    "where it touches or overlaps others: the stones of a wall, boxes in a stack. Faces of one "
+    "file "
+    "that meet have common vertices, those of Copies and Merge have not. Cavities belong to what "
+    "is "
+    "around them. groups: the same for the pieces of each group of the mesh together; a chair "
+    "whose "
+    "legs and seat are groups of their own falls into these. Simulate keeps bodies apart by "
+    "contact. Where bodies share a cell, a tear (lattice.tear) cuts the mesh of the first alone.";
 constexpr const char* join_gap =
     "Largest gap across which parts are joined. Gaps are measured in quarters of a cube: wider "
     "ones "

@@ -1,11 +1,15 @@
 #include "geometry/cubes/bodies.hpp"
 
 #include "geometry/base/no_index.hpp"
+#include "geometry/base/stop.hpp"
 #include "geometry/base/union_find.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/pieces.hpp"
+#include "geometry/mesh/split.hpp"
+#include "geometry/mesh/triangle_bvh.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <numeric>
 #include <tuple>
 
@@ -29,6 +33,34 @@ double volume(const Box& box)
     return (box.hi - box.lo).prod();
 }
 
+bool holds(const Box& outer, const Box& inner)
+{
+    return (outer.lo.array() <= inner.lo.array()).all() &&
+           (inner.hi.array() <= outer.hi.array()).all();
+}
+
+// Looks up which closed pieces hold a place, by trees that are made when they are asked for.
+class Insides {
+public:
+    Insides(const TriMesh& mesh, const Pieces& pieces) : mesh_(mesh), pieces_(pieces) {}
+
+    bool inside(std::uint32_t piece, const Vec3& place)
+    {
+        if (parts_.empty()) {
+            parts_ = split(mesh_, pieces_.of, pieces_.count());
+            trees_.resize(parts_.size());
+        }
+        if (!trees_[piece]) trees_[piece] = std::make_unique<TriangleBvh>(parts_[piece].mesh);
+        return trees_[piece]->inside(place);
+    }
+
+private:
+    const TriMesh& mesh_;
+    const Pieces& pieces_;
+    std::vector<SplitMesh> parts_;
+    std::vector<std::unique_ptr<TriangleBvh>> trees_;
+};
+
 // Joins cavities to what they are in. Only pieces that enclose something can hold one.
 void join_cavities(const TriMesh& mesh, const Pieces& pieces, UnionFind& sets)
 {
@@ -39,17 +71,18 @@ void join_cavities(const TriMesh& mesh, const Pieces& pieces, UnionFind& sets)
     }
     if (cavities.empty() || solids.empty()) return;
     const std::vector<Box> boxes = boxes_of(mesh, pieces);
+    std::stable_sort(solids.begin(), solids.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return volume(boxes[a]) < volume(boxes[b]);
+    });
+    Insides insides(mesh, pieces);
     for (const auto cavity : cavities) {
-        const Box& inner = boxes[cavity];
-        std::uint32_t around = no_index;
-        for (const auto solid : solids) {
-            const Box& outer = boxes[solid];
-            const bool holds = (outer.lo.array() <= inner.lo.array()).all() &&
-                               (inner.hi.array() <= outer.hi.array()).all();
-            if (!holds || (around != no_index && volume(outer) >= volume(boxes[around]))) continue;
-            around = solid;
-        }
-        if (around != no_index) sets.join(cavity, around);
+        stop_if_asked();
+        const std::uint32_t v = mesh.triangles()[pieces.first[cavity]][0];
+        const Vec3 place = mesh.positions[v].cast<double>();
+        const auto around = std::find_if(solids.begin(), solids.end(), [&](std::uint32_t solid) {
+            return holds(boxes[solid], boxes[cavity]) && insides.inside(solid, place);
+        });
+        if (around != solids.end()) sets.join(cavity, *around);
     }
 }
 

@@ -16,7 +16,7 @@ struct FaceBodies {
 };
 
 // Each piece of the mesh (mesh/pieces.hpp) is a body. A closed piece whose faces look inward is a
-// cavity: of the body of the smallest closed piece, by its box, whose box holds its own.
+// cavity: of the body of the smallest closed piece, by its box, that it is in.
 FaceBodies bodies_of_pieces(const TriMesh& mesh);
 
 // The same, where pieces that have faces of one group are one body.

@@ -2,43 +2,75 @@
 
 #include "geometry/base/parallel.hpp"
 #include "geometry/base/union_find.hpp"
-#include "geometry/cells/voxel_grid.hpp"
 #include "geometry/cubes/components.hpp"
 #include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
-#include <map>
 #include <tuple>
+#include <utility>
 
 namespace geometry {
 namespace {
 
-// A piece's vertices in a body.
+// One point of a piece that a body holds: the piece's first vertex, and the body.
+using Vote = std::pair<std::uint32_t, std::uint32_t>;
+
+// How many points of a piece a body holds.
 struct Held {
-    std::uint32_t body;
-    std::size_t vertices;
+    std::uint32_t piece, body;
+    std::size_t points;
 };
 
+// Piece by piece.
+std::vector<Held> counted(std::vector<Vote>& votes)
+{
+    std::sort(votes.begin(), votes.end());
+    std::vector<Held> out;
+    for (const auto& [piece, body] : votes) {
+        if (out.empty() || out.back().piece != piece || out.back().body != body) {
+            out.push_back({piece, body, 0});
+        }
+        ++out.back().points;
+    }
+    return out;
+}
+
+// The first vertex of each vertex's piece; no_index where no triangle uses it.
 std::vector<std::uint32_t> piece_roots(const TriMesh& mesh)
 {
     UnionFind sets(mesh.positions.size());
+    std::vector<std::uint8_t> used(mesh.positions.size(), 0);
     for (const auto& [a, b, c] : mesh.triangles()) {
         if (std::max({a, b, c}) >= mesh.positions.size()) continue;
         sets.join(a, b);
         sets.join(a, c);
+        used[a] = used[b] = used[c] = 1;
     }
-    return sets.roots();
+    std::vector<std::uint32_t> out = sets.roots();
+    for (std::size_t v = 0; v < out.size(); ++v) {
+        if (used[v] == 0) out[v] = no_index;
+    }
+    return out;
 }
 
-void count_one(std::vector<Held>& held, std::uint32_t body)
+// Calls visit(p) for points of a triangle at most a cube apart, but for very large ones, without
+// its vertices. Points are in cubes.
+template <class Visit> void visit_points(const std::array<Vec3, 3>& t, const Visit& visit)
 {
-    const auto at =
-        std::find_if(held.begin(), held.end(), [&](const Held& h) { return h.body == body; });
-    if (at == held.end())
-        held.push_back({body, 1});
-    else
-        ++at->vertices;
+    constexpr double most = 16;
+    const double longest =
+        std::max({(t[1] - t[0]).norm(), (t[2] - t[1]).norm(), (t[0] - t[2]).norm()});
+    if (!(longest > 1)) return;
+    const auto n = static_cast<int>(std::min(std::ceil(longest), most));
+    for (int i = 0; i <= n; ++i) {
+        for (int k = 0; k <= n - i; ++k) {
+            if (i == n || k == n || i + k == 0) continue;
+            visit(Vec3(t[0] + (i * (t[1] - t[0]) + k * (t[2] - t[0])) / n));
+        }
+    }
 }
 
 }  // namespace
@@ -76,40 +108,57 @@ template <class Visit> void BodyFinder::visit_holders(const Vec3& at, const Visi
 std::vector<std::uint32_t> BodyFinder::bodies_of(const TriMesh& mesh) const
 {
     if (body_.empty()) return {};
-    const std::size_t n = mesh.positions.size();
-    std::vector<std::vector<std::uint32_t>> holders(n);
-    parallel_for(n, 4096, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t v = begin; v < end; ++v) {
-            const Vec3 at = (mesh.positions[v].cast<double>() - cubes_->origin) / cubes_->size;
-            visit_holders(at, [&](std::uint32_t c, double) {
-                if (std::find(holders[v].begin(), holders[v].end(), body_[c]) == holders[v].end()) {
-                    holders[v].push_back(body_[c]);
-                }
-            });
+    constexpr std::size_t a_task = 4096;
+    const std::vector<std::uint32_t> piece = piece_roots(mesh);
+    const std::size_t n = piece.size(), triangles = mesh.triangles().size();
+    const auto place = [&](std::uint32_t v) {
+        return Vec3((mesh.positions[v].cast<double>() - cubes_->origin) / cubes_->size);
+    };
+    std::vector<std::vector<Vote>> found((std::max(n, triangles) + a_task - 1) / a_task);
+    parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::uint32_t> bodies;
+        for (std::size_t task = begin; task < end; ++task) {
+            const auto vote = [&](std::uint32_t root, const Vec3& at) {
+                bodies.clear();
+                visit_holders(at, [&](std::uint32_t c, double) { bodies.push_back(body_[c]); });
+                std::sort(bodies.begin(), bodies.end());
+                bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
+                for (const auto b : bodies) found[task].emplace_back(root, b);
+            };
+            const std::size_t first = task * a_task, last = first + a_task;
+            for (std::size_t v = first; v < std::min(last, n); ++v) {
+                if (piece[v] != no_index) vote(piece[v], place(std::uint32_t(v)));
+            }
+            for (std::size_t t = first; t < std::min(last, triangles); ++t) {
+                const auto& [a, b, c] = mesh.triangles()[t];
+                if (std::max({a, b, c}) >= n) continue;
+                const auto root = piece[a];
+                visit_points({place(a), place(b), place(c)},
+                             [&](const Vec3& at) { vote(root, at); });
+            }
         }
     });
-    const std::vector<std::uint32_t> piece = piece_roots(mesh);
-    std::map<std::uint32_t, std::vector<Held>> held;
-    for (std::size_t v = 0; v < n; ++v) {
-        std::vector<Held>& of_piece = held[piece[v]];
-        for (const auto body : holders[v]) count_one(of_piece, body);
-    }
+    std::vector<Vote> votes;
+    for (const auto& some : found) votes.insert(votes.end(), some.begin(), some.end());
     std::vector<std::size_t> taken(size_.size(), 0);
-    std::map<std::uint32_t, std::uint32_t> body_of;
-    for (const auto& [root, bodies] : held) {
-        std::uint32_t best = no_index;
+    std::vector<std::uint32_t> body_of(n, no_index);  // of the first vertex of each piece
+    const std::vector<Held> held = counted(votes);
+    for (std::size_t i = 0, end = 0; i < held.size(); i = end) {
+        while (end < held.size() && held[end].piece == held[i].piece) ++end;
         const auto rank = [&](const Held& h) {
-            return std::tuple(std::numeric_limits<std::size_t>::max() - h.vertices, size_[h.body],
+            return std::tuple(std::numeric_limits<std::size_t>::max() - h.points, size_[h.body],
                               taken[h.body], h.body);
         };
-        const auto first =
-            std::min_element(bodies.begin(), bodies.end(),
+        const auto best =
+            std::min_element(held.begin() + std::ptrdiff_t(i), held.begin() + std::ptrdiff_t(end),
                              [&](const Held& a, const Held& b) { return rank(a) < rank(b); });
-        if (first != bodies.end()) best = first->body, ++taken[best];
-        body_of[root] = best;
+        body_of[best->piece] = best->body;
+        ++taken[best->body];
     }
-    std::vector<std::uint32_t> out(n);
-    for (std::size_t v = 0; v < n; ++v) out[v] = body_of[piece[v]];
+    std::vector<std::uint32_t> out(n, no_index);
+    for (std::size_t v = 0; v < n; ++v) {
+        if (piece[v] != no_index) out[v] = body_of[piece[v]];
+    }
     return out;
 }
 
@@ -119,11 +168,11 @@ std::uint32_t BodyFinder::holder(const Vec3& at, std::uint32_t body) const
     using Rank = std::tuple<double, bool, bool>;
     Rank best_rank{std::numeric_limits<double>::infinity(), true, true};
     std::uint32_t best = no_index;
-    const Vec3i cell = cell_of(at);
     visit_holders(at, [&](std::uint32_t c, double d_sq) {
         if (body_[c] != body) return;
         const Vec3 in = at - cubes_->cell[c].cast<double>();
-        const Rank rank{d_sq, cubes_->cell[c] != cell, !quarters_hold(cubes_->part[c], in)};
+        const bool own = in.minCoeff() >= 0 && in.maxCoeff() < 1;
+        const Rank rank{d_sq, !own, !quarters_hold(cubes_->part[c], in)};
         if (rank < best_rank) best = c, best_rank = rank;
     });
     return best;

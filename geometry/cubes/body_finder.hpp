@@ -3,7 +3,8 @@
 // Which cube holds a place of a mesh, where cubes of several bodies may lie in one cell.
 //
 // Where bodies touch or overlap, a place is in cubes of several. Each piece of the mesh goes with
-// the body that holds most of its vertices: its own holds them all. Of bodies that hold as many, it
+// the body that holds most points of it, its vertices and others up to a cube apart: its own holds
+// them all. Of bodies that hold as many, it
 // is the one of fewest cubes (a ball in a box), then the one that fewest pieces have so far (cards
 // in one layer of cubes), then the first.
 
@@ -19,9 +20,9 @@ public:
     // The cubes must outlive the finder.
     explicit BodyFinder(const Cubes& cubes);
 
-    // The body of each vertex, V; no_index where no body holds one of its piece. Triangles that
-    // share a vertex are of one piece, and a vertex without triangles is one. Empty where bodies
-    // cannot meet: no cubes have a `part` (Cubes), or all are one body.
+    // The body of each vertex, V; no_index where no body holds a point of its piece, or no triangle
+    // uses it. Triangles that share a vertex are of one piece. Empty where bodies cannot meet: no
+    // cubes have a `part` (Cubes), or all are one body. The same for any number of threads.
     std::vector<std::uint32_t> bodies_of(const TriMesh& mesh) const;
 
     // As CubeFinder::find() and find_near() of the body's cubes alone, and of all where none of

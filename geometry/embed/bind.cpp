@@ -131,11 +131,12 @@ void bind_to_sheet(const TriMesh& mesh, const Cubes& sheet, Binding& binding)
 }
 
 // cube[] and local[] where the cubes lie on a lattice, and strays.
-void bind_to_lattice(const TriMesh& mesh, const Cubes& cubes, Binding& binding)
+void bind_to_lattice(const TriMesh& mesh, const Cubes& cubes, bool by_pieces, Binding& binding)
 {
     const std::size_t n = mesh.positions.size();
     const BodyFinder finder(cubes);
-    const std::vector<std::uint32_t> body = finder.bodies_of(mesh);
+    const std::vector<std::uint32_t> body =
+        by_pieces ? finder.bodies_of(mesh) : std::vector<std::uint32_t>{};
     const int flat = flat_axis(cubes);
     std::vector<Vec3> at(n);
     parallel_for(n, bound_a_task, [&](std::size_t begin, std::size_t end) {
@@ -204,7 +205,7 @@ const Binding::Stray* find_stray(const Binding& binding, std::uint32_t vertex)
     return at != binding.strays.end() && at->vertex == vertex ? &*at : nullptr;
 }
 
-Binding bind(const TriMesh& mesh, const Cubes& cubes)
+Binding bind(const TriMesh& mesh, const Cubes& cubes, bool by_pieces)
 {
     Binding binding;
     const std::size_t n = mesh.positions.size();
@@ -216,7 +217,7 @@ Binding bind(const TriMesh& mesh, const Cubes& cubes)
     if (cubes.is_sheet()) {
         bind_to_sheet(mesh, cubes, binding);
     } else {
-        bind_to_lattice(mesh, cubes, binding);
+        bind_to_lattice(mesh, cubes, by_pieces, binding);
     }
     number_used(cubes.count(), binding);
     binding.normal_vertex = vertex_of_normals(mesh);

@@ -43,8 +43,9 @@ struct Binding {
 
 // Where each vertex of the rest mesh lies in the rest cubes. A vertex within a thousandth of a cube
 // counts as inside; one that is not finite is bound to the first cube's origin.
+// Without `by_pieces`, each vertex goes with the nearest material, whatever its piece goes with.
 // Throws std::invalid_argument when there are vertices but no cubes.
-Binding bind(const TriMesh& mesh, const Cubes& cubes);
+Binding bind(const TriMesh& mesh, const Cubes& cubes, bool by_pieces = true);
 
 // The vertex's entry in binding.strays; null when it lies in a cube.
 const Binding::Stray* find_stray(const Binding& binding, std::uint32_t vertex);

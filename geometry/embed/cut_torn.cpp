@@ -75,7 +75,7 @@ TriMesh carried_corners(const FaceLists& lists, const Cubes& cubes, std::span<co
         joined.triangles.push_back({i - 1, i, i});
     }
     points.topology = std::make_shared<MeshTopology>(std::move(joined));
-    const Binding binding = bind(points, cubes);
+    const Binding binding = bind(points, cubes, false);
     TriMesh out = embed(binding, points, cubes, x, torn);
     CarriedByParts carried;
     for (std::uint32_t i = 0; i < corners.size(); ++i) {

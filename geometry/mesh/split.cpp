@@ -19,6 +19,24 @@ std::vector<T> taken(const std::vector<T>& values, std::span<const std::uint32_t
     return out;
 }
 
+// Those of `all` that faces use, and the faces' numbers into these; all where faces have no
+// numbers.
+template <class T>
+std::vector<T> those_used(const std::vector<T>& all, std::vector<std::uint16_t>& of_face)
+{
+    if (of_face.empty()) return all;
+    std::vector<std::uint16_t> used = of_face;
+    std::sort(used.begin(), used.end());
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    std::vector<T> out;
+    for (const auto i : used) out.push_back(i < all.size() ? all[i] : T{});
+    for (auto& i : of_face) {
+        i = static_cast<std::uint16_t>(std::lower_bound(used.begin(), used.end(), i) -
+                                       used.begin());
+    }
+    return out;
+}
+
 // The vertices that some faces use, ascending.
 std::vector<std::uint32_t> vertices_of(const TriMesh& mesh, std::span<const std::uint32_t> faces)
 {
@@ -40,10 +58,10 @@ TriMesh mesh_of(const TriMesh& whole, std::span<const std::uint32_t> faces,
     const std::vector<std::uint32_t> vertices = vertices_of(whole, faces);
     for (std::uint32_t i = 0; i < vertices.size(); ++i) number[vertices[i]] = i;
     MeshTopology topology;
-    topology.materials = whole.topology->materials;
-    topology.groups = whole.topology->groups;
     topology.material = taken(whole.topology->material, faces);
     topology.group = taken(whole.topology->group, faces);
+    topology.materials = those_used(whole.topology->materials, topology.material);
+    topology.groups = those_used(whole.topology->groups, topology.group);
     topology.triangles.reserve(faces.size());
     for (const auto f : faces) {
         const auto& [a, b, c] = whole.triangles()[f];

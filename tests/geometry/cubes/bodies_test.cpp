@@ -160,6 +160,20 @@ TEST(Bodies, ACavityIsOfWhatIsAroundIt)
     EXPECT_NEAR(total_mass(cubes_of(hollow, bodies)), 1000 * (64 + 64 - 8), 1e-6);
 }
 
+TEST(Bodies, WhatFacesInwardBesideASolidIsABodyOfItsOwn)
+{
+    // In the notch of an L, within its box.
+    const TriMesh wall = box_at({0, 0, 0}, {1, 4, 4}), foot = box_at({0, 0, 0}, {4, 1, 4});
+    TriMesh both = merged({wall, foot});
+    geometry::MeshTopology joined = *both.topology;
+    joined.triangles.push_back({0, std::uint32_t(wall.positions.size()), 0});  // one piece
+    joined.normal_triangles.clear();
+    both.normals.clear();
+    both.topology = std::make_shared<const geometry::MeshTopology>(std::move(joined));
+    const TriMesh mesh = merged({both, turned_inside_out(box_at({2, 2, 1}, {3, 3, 2}))});
+    EXPECT_EQ(bodies_of_pieces(mesh).count, 2u);
+}
+
 TEST(Bodies, PiecesOfOneGroupAreOneBody)
 {
     const TriMesh legs = merged({box_at({0, 0, 0}, {1, 3, 1}), box_at({3, 0, 0}, {4, 3, 1})});
@@ -193,6 +207,16 @@ TEST(Bodies, EmbeddedPiecesFollowTheirOwn)
     expect_each_piece_follows_its_body({box_at({0, 0.1, 0}, {3, 0.2, 3}),
                                         box_at({0, 0.2, 0}, {3, 0.3, 3}),
                                         box_at({0, 0.3, 0}, {3, 0.4, 3})});
+    // A slab whose vertices all lie in cubes of the ring that it rests on.
+    const TriMesh low = box_at({0, 0, 0}, {9, 1.2, 1.5}), high = box_at({0, 0, 7.5}, {9, 1.2, 9});
+    const TriMesh left = box_at({0, 0, 0}, {1.5, 1.2, 9}), right = box_at({7.5, 0, 0}, {9, 1.2, 9});
+    const TriMesh slab = box_at({0.2, 1.2, 0.2}, {8.8, 1.6, 8.8});
+    const TriMesh ring_and_slab = merged({low, high, left, right, slab});
+    const std::array bodies{solid(merged({low, high, left, right})), solid(slab)};
+    const Cubes together = geometry::side_by_side(bodies);
+    const auto label = find_components(together, Connectivity::corner).label;
+    const geometry::Binding binding = bind(ring_and_slab, together);
+    EXPECT_NE(label[binding.used[binding.cube.front()]], label[binding.used[binding.cube.back()]]);
     // A ball in a box that it overlaps everywhere.
     expect_each_piece_follows_its_body(
         {box_at({0, 0, 0}, {5, 5, 5}),
