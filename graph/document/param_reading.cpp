@@ -64,11 +64,11 @@ struct UnitName {
 constexpr UnitName known_units[] = {
     {"m", "m", 1},       {"mm", "m", 1e-3},  {"cm", "m", 1e-2},
     {"dm", "m", 0.1},    {"km", "m", 1e3},   {"in", "m", 0.0254},
-    {"ft", "m", 0.3048}, {"pa", "Pa", 1},    {"kpa", "Pa", 1e3},
-    {"mpa", "Pa", 1e6},  {"gpa", "Pa", 1e9}, {"s", "s", 1},
+    {"ft", "m", 0.3048}, {"Pa", "Pa", 1},    {"kPa", "Pa", 1e3},
+    {"MPa", "Pa", 1e6},  {"GPa", "Pa", 1e9}, {"s", "s", 1},
     {"ms", "s", 1e-3},   {"kg", "kg", 1},    {"g", "kg", 1e-3},
     {"t", "kg", 1e3},    {"deg", "deg", 1},  {"rad", "deg", 180 / std::numbers::pi},
-    {"n", "N", 1},       {"kn", "N", 1e3},
+    {"N", "N", 1},       {"kN", "N", 1e3},
 };
 
 // A number with a unit after it: the number that the parameter would take.
@@ -77,10 +77,9 @@ std::string if_it_has_a_unit(const std::string& text, const std::string& unit)
     double number = 0;
     const char* const end = text.data() + text.size();
     const auto [rest, error] = std::from_chars(text.data(), end, number);
-    if (error != std::errc()) return {};
+    if (error != std::errc() || !std::isfinite(number)) return {};
     std::string name(rest, end);
     std::erase(name, ' ');
-    for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
     for (const UnitName& known : known_units) {
         if (known.of != unit || known.name != name) continue;
         return fmt::format("write {}, as this is in {}", number_text(number * known.size), unit);
