@@ -80,7 +80,8 @@ bool move_clear(PlacedText& text, std::span<const Area> taken, int height)
 {
     const float letter = text.height, first = text.at.y();
     for (int k = 0; k <= 10; ++k) {
-        const float lines = float((k + 1) / 2) * (k % 2 == 0 ? 1.0f : -1.0f);
+        const int away = (k + 1) / 2;
+        const float lines = k % 2 == 0 ? float(away) : -float(away);
         text.at.y() = first + 1.9f * letter * lines;
         const bool inside = text.at.y() >= 2 * letter && text.at.y() <= float(height) - letter;
         if ((k == 0 || inside) && is_clear(text, taken)) return true;
