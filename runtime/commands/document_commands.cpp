@@ -19,7 +19,8 @@ int show_nodes(const std::string& name, bool markdown, const graph::Registry& re
                Console& console)
 {
     if (!name.empty()) {
-        const graph::NodeType* type = registry.find(name);
+        // As documents write it, with its version, too.
+        const graph::NodeType* type = registry.find(name.substr(0, name.find('@')));
         if (!type) {
             const std::string found = graph::reference_list(registry, name);
             if (!found.empty()) return console.out << found, exit_ok;

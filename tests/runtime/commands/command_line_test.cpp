@@ -361,6 +361,13 @@ TEST(CommandLine, ACacheThatMayNotBeReadIsNotSound)
     EXPECT_TRUE(has(said.out, "1 files or folders could not be read")) << said.out;
 }
 
+TEST(CommandLine, ANodeIsDescribedByItsNameWithOrWithoutAVersion)
+{
+    const Said plain = run({"nodes", "Sum"}), numbered = run({"nodes", "Sum@1"});
+    EXPECT_EQ(numbered.exit, exit_ok) << numbered.err;
+    EXPECT_EQ(numbered.out, plain.out);
+}
+
 // A stream that takes nothing, as /dev/full.
 TEST(CommandLine, OutputThatCantBeWrittenIsAFailure)
 {
