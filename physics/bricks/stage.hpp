@@ -62,13 +62,13 @@ struct Stage {
     double share = 0;  // of the frame that has gone by at the end of the stage
     int halvings = 0;  // of the step that was asked for
 
-    Aligned<double> began;           // m: where it starts from
-    Aligned<double> x0, v0;          // the same and how fast, as its equations have them
-    bool turns_start = false;        // x0 and v0 are moved on (free_parts.hpp)
-    Aligned<double> lifted;          // m: by which x0 is moved of what falls (free_fall.hpp); empty: 0
-    Aligned<double> base;            // m/s: b; empty: 0
-    Aligned<double> w, x;            // at its end, as guessed
-    Aligned<double> wind, drag;      // N, N s/m: f_wind, drag
+    Aligned<double> began;       // m: where it starts from
+    Aligned<double> x0, v0;      // the same and how fast, as its equations have them
+    bool turns_start = false;    // x0 and v0 are moved on (free_parts.hpp)
+    Aligned<double> lifted;      // m: by which x0 is moved of what falls (free_fall.hpp); empty: 0
+    Aligned<double> base;        // m/s: b; empty: 0
+    Aligned<double> w, x;        // at its end, as guessed
+    Aligned<double> wind, drag;  // N, N s/m: f_wind, drag
     Aligned<double> force, product;  // N: f as last linearised; room for products with K
     Aligned<double> jump, momentum;  // m/s, N s: v0 - w, and M of it
     Aligned<double> r, delta;        // N s, m/s: the residual, and the change of w that answers it
