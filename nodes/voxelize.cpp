@@ -116,6 +116,7 @@ struct Solid {
 struct Body {
     geometry::Cubes cubes;
     std::vector<physics::ThinPart> thin;
+    std::size_t bodies = 1;
 };
 
 static geometry::Cubes cubes_of(const Inputs& in, const Solid& of, const geometry::VoxelGrid& grid,
@@ -140,7 +141,7 @@ static Body body_of(const Inputs& in, const Solid& of, const geometry::VoxelGrid
 {
     const bool solid = in.method == Method::solid;
     const auto attributes = geometry::chosen_attributes(in.attributes, of.mesh.attributes);
-    Body out{cubes_of(in, of, grid, options), {}};
+    Body out{cubes_of(in, of, grid, options), {}, 1};
     out.cubes = solid ? geometry::with_means_of_solid(std::move(out.cubes), of.mesh, attributes)
                       : geometry::with_means_of_surface(std::move(out.cubes), of.mesh, attributes);
     if (!solid || in.stiffness != Stiffness::calibrated) {
@@ -183,17 +184,16 @@ static void warn_of_joined_groups(const geometry::TriMesh& mesh, std::size_t bod
     used.erase(std::unique(used.begin(), used.end()), used.end());
     if (bodies >= used.size()) return;
     context.warn(fmt::format(
-        "{} groups make {} bodies: groups that share vertices are one body, as those of one file "
-        "do "
-        "where they meet. Move them apart by a hair, or make them by Copies with number_groups",
+        "{} groups make {} bodies: groups that share vertices are one body, as those of one "
+        "file do where they meet. Move them apart by a hair, or make them by Copies with "
+        "number_groups",
         used.size(), bodies));
 }
 
 // The whole mesh, or each of its bodies by `make`, side by side.
 template <class Make>
 static Body by_bodies(const Inputs& in, const geometry::FaceMatter& matter,
-                      geometry::VoxelOptions options, const graph::Context& context,
-                      const Make& make)
+                      geometry::VoxelOptions options, const Make& make)
 {
     if (in.pieces != Pieces::each && in.pieces != Pieces::groups) {
         return make(Solid{*in.mesh, matter}, options);
@@ -201,10 +201,9 @@ static Body by_bodies(const Inputs& in, const geometry::FaceMatter& matter,
     const geometry::FaceBodies bodies = in.pieces == Pieces::each
                                             ? geometry::bodies_of_pieces(*in.mesh)
                                             : geometry::bodies_of_groups(*in.mesh);
-    if (in.pieces == Pieces::groups) warn_of_joined_groups(*in.mesh, bodies.count, context);
     if (bodies.count < 2) return make(Solid{*in.mesh, matter}, options);
     const double total = std::exchange(options.total_mass, 0);
-    Body out;
+    Body out{{}, {}, bodies.count};
     std::vector<geometry::Cubes> all;
     std::size_t cubes = 0;
     for (const geometry::SplitMesh& part : geometry::split(*in.mesh, bodies.of, bodies.count)) {
@@ -242,9 +241,9 @@ static geometry::VoxelGrid grid_of_quality(const Inputs& in, const geometry::Fac
     if (box.empty()) return grid_for(in);
     const auto cubes_by = [&](double size) {
         const auto make = [&](const Solid& of, const geometry::VoxelOptions& its) {
-            return Body{cubes_of(in, of, grid_of_size(in, box, size), its), {}};
+            return Body{cubes_of(in, of, grid_of_size(in, box, size), its), {}, 1};
         };
-        return by_bodies(in, matter, options, context, make).cubes;
+        return by_bodies(in, matter, options, make).cubes;
     };
     return grid_of_size(in, box,
                         size_of_quality(*in.mesh, in.method == Method::solid,
@@ -301,7 +300,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const auto make = [&](const Solid& of, const geometry::VoxelOptions& its) {
         return body_of(in, of, grid, its, made++ < looked_at, context);
     };
-    Body body = by_bodies(in, matter, options, context, make);
+    Body body = by_bodies(in, matter, options, make);
+    if (in.pieces == Pieces::groups) warn_of_joined_groups(*in.mesh, body.bodies, context);
     double bending = graph::Figure::unknown;
     if (!solid || in.stiffness != Stiffness::calibrated) {
         warn_of_thin_walls(body.thin, body.cubes, {solid, in.thickness}, context);
@@ -352,17 +352,13 @@ constexpr const char* near_pieces =
     "merge: one cube joins all parts in it, and narrow gaps are mended. apart: each part in a cube "
     "gets a cube of its own, and cubes are joined only where material crosses their common face. A "
     "gap of half a cube stays open at any angle. Parts that do not touch are not joined. each: "
-    "each "
-    "piece, which is what triangles with common vertices are, is a body with cubes of its own, "
-    "even "
-    "where it touches or overlaps others: the stones of a wall, boxes in a stack. Faces of one "
-    "file "
-    "that meet have common vertices, those of Copies and Merge have not. Cavities belong to what "
-    "is "
-    "around them. groups: the same for the pieces of each group of the mesh together; a chair "
-    "whose "
-    "legs and seat are groups of their own falls into these. Simulate keeps bodies apart by "
-    "contact. Where bodies share a cell, a tear (lattice.tear) cuts the mesh of the first alone.";
+    "each piece, which is what triangles with common vertices are, is a body with cubes of its "
+    "own, even where it touches or overlaps others: the stones of a wall, boxes in a stack. Faces "
+    "of one file that meet have common vertices, those of Copies and Merge have not. Cavities "
+    "belong to what is around them. groups: the same for the pieces of each group of the mesh "
+    "together; a chair whose legs and seat are groups of their own falls into these. Simulate "
+    "keeps bodies apart by contact. Where bodies share a cell, a tear (lattice.tear) cuts the mesh "
+    "of the first alone.";
 constexpr const char* join_gap =
     "Largest gap across which parts are joined. Gaps are measured in quarters of a cube: wider "
     "ones "

@@ -211,7 +211,8 @@ float unit_of(float height)
 float letter_height(int width, int height)
 {
     const float fitting = std::min(static_cast<float>(height) / 34, static_cast<float>(width) / 40);
-    return std::max(least_letter, std::round(fitting));
+    constexpr float least = 8;  // read at once
+    return std::max(least, std::round(fitting));
 }
 
 float text_width(std::string_view text, float height)

@@ -24,7 +24,7 @@ struct TextStyle {
 // contact sheet that is 1600 wide and has four columns.
 float letter_height(int width, int height);
 
-// Pixels: lower letters are not read.
+// Pixels: what makes room for others gets no lower.
 inline constexpr float least_letter = 7;
 
 // Width of a line of text in pixels.

@@ -1,9 +1,10 @@
 #include "geometry/cubes/body_finder.hpp"
 
+#include "geometry/base/no_index.hpp"
 #include "geometry/base/parallel.hpp"
-#include "geometry/base/union_find.hpp"
 #include "geometry/cubes/components.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/pieces.hpp"
 
 #include <algorithm>
 #include <array>
@@ -41,15 +42,11 @@ std::vector<Held> counted(std::vector<Vote>& votes)
 // The first vertex of each vertex's piece; no_index where no triangle uses it.
 std::vector<std::uint32_t> piece_roots(const TriMesh& mesh)
 {
-    UnionFind sets(mesh.positions.size());
     std::vector<std::uint8_t> used(mesh.positions.size(), 0);
     for (const auto& [a, b, c] : mesh.triangles()) {
-        if (std::max({a, b, c}) >= mesh.positions.size()) continue;
-        sets.join(a, b);
-        sets.join(a, c);
-        used[a] = used[b] = used[c] = 1;
+        if (std::max({a, b, c}) < used.size()) used[a] = used[b] = used[c] = 1;
     }
-    std::vector<std::uint32_t> out = sets.roots();
+    std::vector<std::uint32_t> out = first_vertices(mesh);
     for (std::size_t v = 0; v < out.size(); ++v) {
         if (used[v] == 0) out[v] = no_index;
     }

@@ -2,11 +2,11 @@
 
 #include "geometry/base/box_tree.hpp"
 #include "geometry/base/parallel.hpp"
-#include "geometry/base/union_find.hpp"
 #include "geometry/cubes/body_finder.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/cubes/sheet.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/pieces.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 
 #include <algorithm>
@@ -19,18 +19,6 @@ namespace {
 
 constexpr double inside_slack = 1e-3;  // of a cube
 constexpr std::size_t bound_a_task = 8192;
-
-// A mesh's pieces, joined by triangles: the first vertex of each vertex's piece.
-std::vector<std::uint32_t> pieces(const TriMesh& mesh)
-{
-    UnionFind sets(mesh.positions.size());
-    for (const auto& [a, b, c] : mesh.triangles()) {
-        if (std::max({a, b, c}) >= mesh.positions.size()) continue;
-        sets.join(a, b);
-        sets.join(a, c);
-    }
-    return sets.roots();
-}
 
 // Finds the cube nearest to a place in lattice coordinates.
 class NearestCubes {
@@ -84,7 +72,7 @@ void bind_strays(const TriMesh& mesh, const Cubes& cubes, int flat, const std::v
             found[i] = nearest.find(flattened(at[outside[i]], cubes, flat));
         }
     });
-    const std::vector<std::uint32_t> piece = pieces(mesh);
+    const std::vector<std::uint32_t> piece = first_vertices(mesh);
     // A piece all outside goes with the cube nearest to any of its vertices.
     std::vector<std::uint8_t> touches(mesh.positions.size(), 0);
     for (std::uint32_t v = 0; v < piece.size(); ++v) {

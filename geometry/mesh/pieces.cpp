@@ -71,4 +71,15 @@ Pieces find_pieces(const TriMesh& mesh)
     return pieces;
 }
 
+std::vector<std::uint32_t> first_vertices(const TriMesh& mesh)
+{
+    UnionFind sets(mesh.positions.size());
+    for (const auto& [a, b, c] : mesh.triangles()) {
+        if (std::max({a, b, c}) >= mesh.positions.size()) continue;
+        sets.join(a, b);
+        sets.join(a, c);
+    }
+    return sets.roots();
+}
+
 }  // namespace geometry

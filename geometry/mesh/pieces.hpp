@@ -22,4 +22,7 @@ bool is_finite(const TriMesh& mesh, const Triangle& t);
 // Triangles that are not finite have no_index.
 Pieces find_pieces(const TriMesh& mesh);
 
+// The first vertex of each vertex's piece, V: itself where no triangle uses it.
+std::vector<std::uint32_t> first_vertices(const TriMesh& mesh);
+
 }  // namespace geometry

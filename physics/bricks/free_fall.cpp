@@ -51,8 +51,7 @@ struct Whole {
 };
 
 // What each part gains of velocity with its group in the stage, m/s; 0 along axes that hold it.
-// `lifts`: the share of the way that implicit Euler goes too far, which drag takes from it: what
-// its drag stops within a step ends where it should.
+// With `lifts`, less by the share that drag leaves of the lift (free_fall.hpp).
 std::vector<Vec3> gained_by_parts(const Stage& stage, Groups& groups, bool lifts)
 {
     constexpr double much = 0.25;  // of the velocity, that drag takes in the stage
