@@ -407,7 +407,9 @@ TEST_F(WideSlurm, ANodeWithoutRoomInItsCacheWritesTheSameBytes)
 
 TEST_F(WideSlurm, ASweepOfEightGivesTheBytesOfPlainCooks)
 {
+    // What falls freely is the same at any stiffness: the block stands on the floor.
     std::string text = toys::falling_block(3, 0.125);
+    text.replace(text.find("[0, 0.8, 0]"), 11, "[0, 0.5, 0]");
     text.insert(text.find("\"files\": {"),
                 R"("low": { "type": "Measure@1", "inputs": { "mesh": "shape.mesh" },
                             "params": { "what": "lowest" } }, )");
@@ -430,7 +432,7 @@ TEST_F(WideSlurm, ASweepOfEightGivesTheBytesOfPlainCooks)
         EXPECT_TRUE(files == all_files("plain" + number)) << number;
         different.insert(files.rbegin()->second);
     }
-    EXPECT_EQ(different.size(), 8u) << "each setting falls in its own way";
+    EXPECT_EQ(different.size(), 8u) << "each stiffness settles in its own way";
 
     // The table is that of a plain sweep, but for the seconds: the fourth column.
     must(ASPIC_PROGRAM " sweep sweep.json --no-disk-cache --quiet --vary cubes.matter.young=" +
