@@ -2,11 +2,9 @@
 
 #include "graph/document/evaluate.hpp"
 #include "graph/document/read_constants.hpp"
+#include "graph/document/units.hpp"
 
-#include <charconv>
 #include <cmath>
-#include <numbers>
-#include <string_view>
 
 #include <fmt/format.h>
 
@@ -57,34 +55,15 @@ std::optional<double> check(const ParamReading& reading, const Param& param, dou
 
 namespace {
 
-struct UnitName {
-    std::string_view name, of;  // how it is written, and the unit that parameters have
-    double size;                // in that unit
-};
-constexpr UnitName known_units[] = {
-    {"m", "m", 1},       {"mm", "m", 1e-3},  {"cm", "m", 1e-2},
-    {"dm", "m", 0.1},    {"km", "m", 1e3},   {"in", "m", 0.0254},
-    {"ft", "m", 0.3048}, {"Pa", "Pa", 1},    {"kPa", "Pa", 1e3},
-    {"MPa", "Pa", 1e6},  {"GPa", "Pa", 1e9}, {"s", "s", 1},
-    {"ms", "s", 1e-3},   {"kg", "kg", 1},    {"g", "kg", 1e-3},
-    {"t", "kg", 1e3},    {"deg", "deg", 1},  {"rad", "deg", 180 / std::numbers::pi},
-    {"N", "N", 1},       {"kN", "N", 1e3},
-};
-
 // A number with a unit after it: the number that the parameter would take.
 std::string if_it_has_a_unit(const std::string& text, const std::string& unit)
 {
-    double number = 0;
-    const char* const end = text.data() + text.size();
-    const auto [rest, error] = std::from_chars(text.data(), end, number);
-    if (error != std::errc() || !std::isfinite(number)) return {};
-    std::string name(rest, end);
-    std::erase(name, ' ');
-    for (const UnitName& known : known_units) {
-        if (known.of != unit || known.name != name) continue;
-        return fmt::format("write {}, as this is in {}", number_text(number * known.size), unit);
-    }
-    return {};
+    const std::optional<double> x = number_in(text, unit);
+    if (!x) return {};
+    // A conversion is exact but for the last digits.
+    const std::string number = fmt::format("{:.12g}", *x);
+    return unit.empty() ? fmt::format("write {}", number)
+                        : fmt::format("write {}, as this is in {}", number, unit);
 }
 
 // A text where a number belongs: perhaps its '=' was forgotten, or a number was put in quotes.
