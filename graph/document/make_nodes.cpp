@@ -1,6 +1,7 @@
 #include "graph/document/make_nodes.hpp"
 
 #include "graph/document/check_json.hpp"
+#include "graph/document/other_names.hpp"
 #include "graph/document/read_params.hpp"
 #include "graph/types/registry.hpp"
 
@@ -58,19 +59,10 @@ bool known_version(Loading& loading, Declaration& d, const Json& json, const Nod
 // "use 'Figure'": the types that other programs call `name`; empty when none are.
 std::string types_called(const Registry& registry, const std::string& name)
 {
-    const auto plain = [](const std::string& text) {
-        std::string out;  // "PointDeform" and "point_deform" are "pointdeform"
-        for (const char c : text) {
-            if (c != ' ' && c != '_' && c != '-') {
-                out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-            }
-        }
-        return out;
-    };
     std::string types;
     for (const auto& [type_name, type] : registry.types()) {
         for (const std::string& synonym : type.synonyms) {
-            if (plain(synonym) != plain(name)) continue;
+            if (!same_name(synonym, name)) continue;  // "PointDeform", "point_deform"
             types += fmt::format("{}'{}'", types.empty() ? "use " : " or ", type_name);
             break;
         }
@@ -97,7 +89,8 @@ const NodeType* type_of(Loading& loading, Declaration& d)
         std::vector<std::string_view> names;
         for (const auto& known : loading.registry.types()) names.push_back(known.first);
         Problem p = problem_at(json->place(), fmt::format("unknown node type '{}'", name));
-        p.suggestion = types_called(loading.registry, name);
+        p.suggestion = advice_on_type(name, loading.registry);
+        if (p.suggestion.empty()) p.suggestion = types_called(loading.registry, name);
         if (p.suggestion.empty()) p.suggestion = suggest(name, names);
         refuse_node(loading, d, std::move(p));
         return nullptr;

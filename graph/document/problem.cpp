@@ -1,5 +1,7 @@
 #include "graph/document/problem.hpp"
 
+#include "graph/document/other_names.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -8,6 +10,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace graph {
 
@@ -141,54 +144,11 @@ std::string nearest(std::string_view name, std::span<const std::string_view> can
     return std::string(found);
 }
 
-namespace {
-
-// What other tools call a parameter or a choice, and what it is called here.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 26> other_names{{
-    {"restitution", "bounce"},
-    {"bounciness", "bounce"},
-    {"elasticity", "young"},
-    {"youngs_modulus", "young"},
-    {"young_modulus", "young"},
-    {"stiffness", "young"},
-    {"poissons_ratio", "poisson"},
-    {"poisson_ratio", "poisson"},
-    {"fov", "field_of_view"},
-    {"voxel_size", "size"},
-    {"cube_size", "size"},
-    {"cell_size", "size"},
-    {"divisions", "resolution"},
-    {"rotate", "rotate_degrees"},
-    {"rotation", "rotate_degrees"},
-    {"translation", "translate"},
-    {"position", "translate"},
-    {"color", "colour"},
-    {"fps", "dt"},
-    {"time_step", "dt"},
-    {"timestep", "dt"},
-    {"iterations", "solver_iterations"},
-    {"velocity", "initial_velocity"},
-    {"mass", "total_mass"},
-    {"wood", "oak"},
-    {"metal", "steel"},
-}};
-
-}  // namespace
-
-std::string_view own_name(std::string_view name, std::span<const std::string_view> candidates)
-{
-    for (const auto& [other, own] : other_names) {
-        const bool is_there =
-            std::find(candidates.begin(), candidates.end(), own) != candidates.end();
-        if (other == name && is_there) return own;
-    }
-    return {};
-}
-
 std::string suggest(std::string_view name, std::span<const std::string_view> candidates)
 {
-    std::string near(own_name(name, candidates));
-    if (near.empty()) near = nearest(name, candidates);
+    const std::vector<std::string_view> own = own_names_of(name, candidates);
+    if (!own.empty()) return fmt::format("did you mean '{}'?", fmt::join(own, "' or '"));
+    const std::string near = nearest(name, candidates);
     if (!near.empty()) return fmt::format("did you mean '{}'?", near);
     if (candidates.empty()) return {};
     // Of a long list, what is nearest comes first; of a very long one, that takes too long.

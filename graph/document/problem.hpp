@@ -72,10 +72,6 @@ private:
 // The candidate that `name` is most likely a slip of; empty when none is near. Letter case is free.
 std::string nearest(std::string_view name, std::span<const std::string_view> candidates);
 
-// Of the candidates, the one that other tools call `name` ("restitution" for "bounce"); empty:
-// none.
-std::string_view own_name(std::string_view name, std::span<const std::string_view> candidates);
-
 // "did you mean 'size'?" or, when nothing is near, "available: 'a', 'b' and 'c'" for a short list.
 std::string suggest(std::string_view name, std::span<const std::string_view> candidates);
 

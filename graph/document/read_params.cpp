@@ -1,8 +1,10 @@
 #include "graph/document/read_params.hpp"
 
 #include "graph/document/evaluate.hpp"
+#include "graph/document/other_names.hpp"
 #include "graph/document/read_numbers.hpp"
 #include "graph/document/read_paths.hpp"
+#include "graph/document/suggest_param.hpp"
 
 #include <algorithm>
 
@@ -55,59 +57,18 @@ const ShownWhen* hidden_by(const std::vector<Param>& params, const ParamValues& 
     }
     return by;
 }
-// Where blocks, and blocks in blocks, have a parameter of this name.
-std::vector<std::string> within_blocks(const std::vector<Param>& params, const std::string& name)
-{
-    std::vector<std::string> found;
-    for (const Param& block : params) {
-        if (block.kind != ParamKind::block) continue;
-        for (const Param& p : block.children) {
-            if (p.name == name) found.push_back(block.name + "." + name);
-        }
-        for (const std::string& path : within_blocks(block.children, name)) {
-            found.push_back(block.name + "." + path);
-        }
-    }
-    return found;
-}
 
-// The same of what other tools call `name`.
-std::vector<std::string> by_other_name(const std::vector<Param>& params, const std::string& name)
+void unknown(const ParamReading& reading, const std::vector<Param>& params, const Json& given,
+             const Member& member)
 {
-    for (const Param& block : params) {
-        if (block.kind != ParamKind::block) continue;
-        std::vector<std::string_view> names;
-        for (const Param& p : block.children) names.emplace_back(p.name);
-        const std::string_view own = own_name(name, names);
-        if (!own.empty()) return {fmt::format("{}.{}", block.name, own)};
-    }
-    return {};
-}
-
-void unknown(const ParamReading& reading, const std::vector<Param>& params, const Member& member)
-{
-    std::vector<std::string_view> names;
-    for (const Param& p : params) names.emplace_back(p.name);
     Problem p = param_problem(reading, member.key_place());
     p.port = path_of(reading, member.key);
-    p.message = names.empty() && reading.names.empty()
+    p.message = params.empty() && reading.names.empty()
                     ? fmt::format("{} has no parameters", reading.node.type->name)
                 : reading.names.empty()
                     ? fmt::format("{} has no such parameter", reading.node.type->name)
                     : fmt::format("'{}' has no such parameter", path_of(reading));
-    p.suggestion = suggest(member.key, names);
-    std::vector<std::string> inside = within_blocks(params, member.key);
-    if (inside.empty() && own_name(member.key, names).empty()) {
-        inside = by_other_name(params, member.key);
-    }
-    if (!inside.empty()) {
-        p.suggestion = fmt::format("did you mean '{}'?", fmt::join(inside, "' or '"));
-    }
-    for (std::size_t i = 0; reading.names.empty() && i < reading.node.type->inputs.size(); ++i) {
-        if (reading.node.type->inputs[i].name == member.key) {
-            p.suggestion = fmt::format("'{}' is an input: link it in \"inputs\"", member.key);
-        }
-    }
+    p.suggestion = suggest_param(reading, params, given, member.key);
     reading.context.problems.add(std::move(p));
 }
 
@@ -150,7 +111,7 @@ ParamValues read_struct(ParamReading& reading, const std::vector<Param>& params,
     for (const Member& member : *given->object()) {
         const std::size_t i = index_of(params, member.key);
         if (i == params.size()) {
-            unknown(reading, params, member);
+            unknown(reading, params, *given, member);
         } else {
             found[i] = &member.value;
         }
@@ -189,7 +150,8 @@ ParamValue read_choice(const ParamReading& reading, const Param& param, const Js
         }
     }
     const std::vector<std::string_view> names(param.choices.begin(), param.choices.end());
-    const bool near = json.text() && !nearest(*json.text(), names).empty();
+    const bool near = json.text() && (!own_names_of(*json.text(), names).empty() ||
+                                      !nearest(*json.text(), names).empty());
     complain(reading, json.place(), expectation_of(param), json,
              near ? suggest(*json.text(), names) : "");
     return param.fallback;

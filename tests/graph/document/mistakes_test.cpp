@@ -548,6 +548,8 @@ TEST(Mistakes, NamesOfOtherToolsAreKnown)
     const std::array<std::string_view, 1> young{"young"};
     EXPECT_EQ(graph::suggest("youngs_modulus", young), "did you mean 'young'?");
     EXPECT_NE(graph::suggest("restitution", young), "did you mean 'bounce'?");
+    const std::array<std::string_view, 3> woods{"steel", "oak", "pine"};
+    EXPECT_EQ(graph::suggest("Wood", woods), "did you mean 'oak' or 'pine'?");
 }
 
 TEST(Suggest, NamesWhatIsNearestFirstOfALongList)

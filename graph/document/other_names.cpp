@@ -1,0 +1,210 @@
+#include "graph/document/other_names.hpp"
+
+#include "graph/types/registry.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <string>
+
+namespace graph {
+
+namespace {
+
+struct OtherName {
+    std::string_view other, own;
+    std::string_view beside = {};  // only among names with this one; empty: always
+};
+constexpr OtherName other_names[] = {
+    // materials
+    {"elasticity", "young"},
+    {"elastic_modulus", "young"},
+    {"modulus", "young"},
+    {"youngs_modulus", "young"},
+    {"young_modulus", "young"},
+    {"stiffness", "young"},
+    {"hardness", "young"},
+    {"poissons_ratio", "poisson"},
+    {"poisson_ratio", "poisson"},
+    {"damping", "mass_damping"},
+    {"damping", "stiffness_damping"},
+    {"rho", "density"},
+    {"wood", "oak"},
+    {"wood", "pine"},
+    {"timber", "oak"},
+    {"timber", "pine"},
+    {"metal", "steel"},
+    {"metal", "aluminium"},
+    {"iron", "steel"},
+    {"plastic", "nylon"},
+    {"polymer", "nylon"},
+    {"stone", "concrete"},
+    {"rock", "concrete"},
+    {"brick", "concrete"},
+    {"ceramic", "glass"},
+    {"ceramic", "concrete"},
+    {"cloth", "leather"},
+    {"fabric", "leather"},
+    {"sponge", "foam"},
+    {"silicone", "rubber"},
+    {"skin", "flesh"},
+    {"muscle", "flesh"},
+    {"gelatin", "jelly"},
+    {"gel", "jelly"},
+    // contact
+    {"restitution", "bounce"},
+    {"bounciness", "bounce"},
+    // cubes
+    {"voxel_size", "size"},
+    {"cube_size", "size"},
+    {"cell_size", "size"},
+    {"divisions", "resolution"},
+    {"mass", "total_mass"},
+    // places and motions
+    {"rotate", "rotate_degrees"},
+    {"rotation", "rotate_degrees"},
+    {"rotate_deg", "rotate_degrees"},
+    {"euler", "rotate_degrees"},
+    {"r", "rotate_degrees", "pivot"},
+    {"translation", "translate"},
+    {"position", "translate"},
+    {"location", "translate"},
+    {"move", "translate"},
+    {"offset", "translate"},
+    {"t", "translate", "pivot"},
+    {"scaling", "scale", "pivot"},
+    {"size", "scale", "pivot"},
+    {"s", "scale", "pivot"},
+    {"position", "centre", "uv_sphere"},
+    {"location", "centre", "uv_sphere"},
+    {"translate", "centre", "uv_sphere"},
+    {"position", "height", "bounce"},
+    {"location", "height", "bounce"},
+    {"elevation", "height", "bounce"},
+    {"level", "height", "bounce"},
+    {"y", "height", "bounce"},
+    {"velocity", "initial_velocity"},
+    {"size", "radius"},
+    // cameras
+    {"position", "eye"},
+    {"location", "eye"},
+    {"from", "eye", "target"},
+    {"look_at", "target"},
+    {"at", "target", "eye"},
+    {"to", "target", "eye"},
+    {"aim", "target"},
+    {"fov", "field_of_view"},
+    {"angle_of_view", "field_of_view"},
+    {"focal_length", "field_of_view"},
+    {"orthographic", "parallel"},
+    {"color", "colour"},
+    // steps
+    {"fps", "dt"},
+    {"time_step", "dt"},
+    {"iterations", "solver_iterations"},
+};
+
+struct ParamAdvice {
+    std::string_view other, beside, says;
+};
+constexpr std::string_view of_contact =
+    "it is no material's: set it where things touch, on Ground, Collider or 'contact' of Simulate";
+constexpr ParamAdvice param_advice[] = {
+    {"mass", "young", "use 'density', or 'total_mass' of the node that makes the cubes"},
+    {"weight", "young", "use 'density', or 'total_mass' of the node that makes the cubes"},
+    {"bounce", "young", of_contact},
+    {"bounciness", "young", of_contact},
+    {"restitution", "young", of_contact},
+    {"friction", "young", of_contact},
+    {"resolution", "burn_in", "use 'width' and 'height'"},
+    {"size", "burn_in", "use 'width' and 'height'"},
+    {"scale", "uv_sphere", "link a Transform behind this node"},
+    {"rotate", "uv_sphere", "link a Transform behind this node"},
+    {"rotation", "uv_sphere", "link a Transform behind this node"},
+};
+
+struct TypeAdvice {
+    std::string_view other, about, says;
+};
+constexpr std::string_view of_rigid_bodies =
+    R"(use 'Simulate' with "bodies": [{ "rigid": true }], or 'Collider' for what does not move)";
+constexpr std::string_view of_fracture =
+    R"(use 'Voxelize' with "pieces": "each" for a mesh that is cut already, or 'tear' of the )"
+    R"(block 'lattice' of 'Simulate')";
+constexpr TypeAdvice type_advice[] = {
+    {"rigid_body", "Simulate", of_rigid_bodies},
+    {"rigid_bodies", "Simulate", of_rigid_bodies},
+    {"rigid", "Simulate", of_rigid_bodies},
+    {"rbd", "Simulate", of_rigid_bodies},
+    {"rbd_object", "Simulate", of_rigid_bodies},
+    {"rbd_solver", "Simulate", of_rigid_bodies},
+    {"wind", "Force", R"(use 'Force' with "kind": "wind")"},
+    {"gravity", "Force", R"(use 'gravity' of 'Simulate', or 'Force' with "kind": "gravity")"},
+    {"mesh", "ReadMesh", "use 'ReadMesh' for a file, or 'Primitive' for a simple shape"},
+    {"alembic", "ReadMesh", "Alembic is not read: export glTF, FBX, PLY or OBJ for 'ReadMesh'"},
+    {"usd", "ReadMesh", "USD is not read: export glTF, FBX, PLY or OBJ for 'ReadMesh'"},
+    {"fbx", "ReadMesh", "use 'ReadMesh', or 'ReadCamera' for its cameras"},
+    {"import", "ReadMesh", "use 'ReadMesh' for a mesh or points, or another of the Read nodes"},
+    {"camera", "Render", "use 'camera' of 'Render', or 'ReadCamera' for one of a file"},
+    {"light", "Render", "use 'light' of 'Render'"},
+    {"material", "Voxelize",
+     "use 'matter' and 'materials' of 'Voxelize' for what is simulated, and 'colour' and "
+     "'material' of 'Primitive' for looks"},
+    {"output", "WriteImage", "use 'WriteImage', 'WriteVideo' or 'WriteMesh'"},
+    {"cache", "WriteScene",
+     "results are kept without a node; to write files, use 'WriteMesh' or 'WriteScene'"},
+    {"fracture", "Voxelize", of_fracture},
+    {"voronoi_fracture", "Voxelize", of_fracture},
+};
+
+std::string plain(std::string_view name)
+{
+    std::string out;
+    for (const char c : name) {
+        if (c == ' ' || c == '_' || c == '-') continue;
+        out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+    return out;
+}
+
+bool contains(std::span<const std::string_view> names, std::string_view name)
+{
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+}  // namespace
+
+bool same_name(std::string_view a, std::string_view b)
+{
+    return plain(a) == plain(b);
+}
+
+std::vector<std::string_view> own_names_of(std::string_view name,
+                                           std::span<const std::string_view> candidates)
+{
+    std::vector<std::string_view> found;
+    for (const OtherName& known : other_names) {
+        if (!contains(candidates, known.own) || !same_name(known.other, name)) continue;
+        if (known.beside.empty() || contains(candidates, known.beside)) found.push_back(known.own);
+    }
+    return found;
+}
+
+std::string_view advice_on_param(std::string_view name, std::span<const std::string_view> beside)
+{
+    for (const ParamAdvice& known : param_advice) {
+        if (contains(beside, known.beside) && same_name(known.other, name)) return known.says;
+    }
+    return {};
+}
+
+std::string_view advice_on_type(std::string_view name, const Registry& registry)
+{
+    for (const TypeAdvice& known : type_advice) {
+        if (same_name(known.other, name) && registry.find(std::string(known.about))) {
+            return known.says;
+        }
+    }
+    return {};
+}
+
+}  // namespace graph
