@@ -38,13 +38,16 @@ inline graph::Figures simulation_figures(const physics::State& state, bool solve
                                          const Energies& energy)
 {
     constexpr double unknown = graph::Figure::unknown;
+    const double stopped_short = state.report.converged ? 0 : 1;
     const double depth =
         std::max(physics::deepest_of(state.holds), physics::deepest_of(state.grips));
     return {"simulation",
             {{"solver residual, of the forces at work", solved ? state.report.residual : unknown,
               unknown, graph::Over::largest},
              {"energy", energy.own + energy.lifted, energy.own, graph::Over::balance},
-             {"contact depth, m", solved ? depth : unknown, unknown, graph::Over::largest}}};
+             {"contact depth, m", solved ? depth : unknown, unknown, graph::Over::largest},
+             {"did not converge, frames", solved ? stopped_short : unknown, unknown,
+              graph::Over::frames}}};
 }
 
 }  // namespace nodes

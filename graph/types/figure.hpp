@@ -16,6 +16,7 @@ enum class Over {
     once,     // the same at all: that of the first frame
     largest,  // its largest value
     balance,  // a quantity that only errors raise: the sums of its rises and of its falls
+    frames,   // 1 or 0, whether something is so: the frames at which it is
 };
 
 struct Figure {

@@ -58,6 +58,18 @@ CardLine largest(const ByFrame& told, std::size_t which)
     return most;
 }
 
+// The frames at which something is so; unknown where it is not known of one.
+CardLine frames_of(const ByFrame& told, std::size_t which)
+{
+    CardLine line{told.begin()->second.all[which]};
+    line.value = 0;
+    for (const auto& [frame, figures] : told) {
+        line.value += figures.all[which].value;
+        if (figures.all[which].value > 0) line.at.push_back(frame);
+    }
+    return line;
+}
+
 // What rose in the frames in which it rose, and fell in the others, as shares of the largest value
 // of what it is a balance of. Unknown of one frame, and where one is left out.
 std::array<double, 2> balance(const ByFrame& told, std::size_t which)
@@ -86,6 +98,7 @@ AccuracyCard card_of(const std::string& name, const ByFrame& told, bool left_alo
         const Figure& figure = first.all[i];
         if (figure.over == Over::once) card.lines.push_back({figure});
         if (figure.over == Over::largest) card.lines.push_back(largest(told, i));
+        if (figure.over == Over::frames) card.lines.push_back(frames_of(told, i));
         if (figure.over != Over::balance) continue;
         auto [gained, lost] = balance(told, i);
         if (!left_alone) gained = lost = Figure::unknown;
@@ -144,6 +157,23 @@ std::string short_name(const std::string& name)
     return name.substr(0, std::min(name.find(','), name.find(" about ")));
 }
 
+// "5, 9-12", and how many ranges more where there are many.
+std::string list_of(const std::vector<int>& frames)
+{
+    constexpr std::size_t most = 12;
+    std::string text;
+    std::size_t ranges = 0;
+    for (std::size_t i = 0; i < frames.size(); ++ranges) {
+        if (ranges == most) return text + fmt::format(" and {} more", frames.size() - i);
+        std::size_t end = i + 1;
+        while (end < frames.size() && frames[end] == frames[end - 1] + 1) ++end;
+        text += fmt::format("{}{}", text.empty() ? "" : ", ", frames[i]);
+        if (end - i > 1) text += fmt::format("{}{}", end - i > 2 ? "-" : ", ", frames[end - 1]);
+        i = end;
+    }
+    return text;
+}
+
 nlohmann::ordered_json number_json(double x)
 {
     return std::isfinite(x) ? nlohmann::ordered_json(x) : nlohmann::ordered_json();
@@ -156,7 +186,7 @@ std::string said_of(const AccuracyCard& card, const CardLine& line)
         const std::string error = error_text(line);
         return error.empty() ? "" : short_name(line.name) + " " + error;
     }
-    if (std::isnan(line.value)) return "";
+    if (std::isnan(line.value) || line.over == Over::frames) return "";
     if (line.over == Over::balance) {
         return short_name(line.name) + " " + percent_text(line.value, false);
     }
@@ -199,7 +229,9 @@ std::string card_table(const AccuracyCard& card)
         for (const CardLine& line : card.lines) {
             const bool at = line.over == Over::largest && line.value > 0;
             text += fmt::format("  {:<40} {:>12}{}\n", line.name, number_text(line.value),
-                                at ? fmt::format("  frame {}", line.frame) : "");
+                                at                ? fmt::format("  frame {}", line.frame)
+                                : line.at.empty() ? ""
+                                                  : "  " + list_of(line.at));
         }
         return text;
     }
@@ -239,6 +271,16 @@ std::string card_summary(const AccuracyCard& card)
     return parts.empty() ? text : text + ": " + parts;
 }
 
+std::string card_verdict(const AccuracyCard& card)
+{
+    for (const CardLine& line : card.lines) {
+        if (line.over != Over::frames || line.at.empty()) continue;
+        return fmt::format("'{}': {} of {} frame{} {} ({})", card.node, line.at.size(), card.frames,
+                           card.frames == 1 ? "" : "s", short_name(line.name), list_of(line.at));
+    }
+    return {};
+}
+
 nlohmann::ordered_json card_json(const AccuracyCard& card)
 {
     nlohmann::ordered_json all{{card.kind, card.node}};
@@ -248,6 +290,8 @@ nlohmann::ordered_json card_json(const AccuracyCard& card)
         if (body) {
             all["card"][line.name] = {{"mesh", number_json(line.of)},
                                       {"cubes", number_json(line.value)}};
+        } else if (line.over == Over::frames && !std::isnan(line.value)) {
+            all["card"][line.name] = line.at;
         } else {
             all["card"][line.name] = number_json(line.value);
         }

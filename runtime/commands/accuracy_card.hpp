@@ -18,7 +18,8 @@ namespace runtime {
 
 // A figure of all frames: of a balance, the share that it gained or lost.
 struct CardLine : graph::Figure {
-    int frame = 0;  // at which it is largest
+    int frame = 0;             // at which it is largest
+    std::vector<int> at = {};  // of Over::frames, whose value is their number
 };
 
 // What one node told.
@@ -46,6 +47,9 @@ std::string card_table(const AccuracyCard& card);
 
 // "'cubes': 80 cubes; against the mesh: volume +0.1 %, inertia -2 %": all on one line.
 std::string card_summary(const AccuracyCard& card);
+
+// "'sim': 3 of 48 frames did not converge (5, 9-10)"; empty where all did.
+std::string card_verdict(const AccuracyCard& card);
 
 nlohmann::ordered_json card_json(const AccuracyCard& card);
 

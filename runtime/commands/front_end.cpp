@@ -131,6 +131,10 @@ public:
     {
         constexpr std::size_t most = 6;  // lines that a person reads
         const std::lock_guard lock(mutex_);
+        for (const AccuracyCard& card : cards) {
+            const std::string verdict = card_verdict(card);
+            if (!verdict.empty()) say("warning: " + verdict);
+        }
         if (style_ == Style::quiet) return;
         for (std::size_t i = 0; i < std::min(cards.size(), most); ++i) {
             say("accuracy: " + card_summary(cards[i]));

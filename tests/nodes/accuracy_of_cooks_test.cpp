@@ -157,6 +157,34 @@ TEST_F(AccuracyOfCooks, OfOneFrameNoBalanceIsKnown)
     EXPECT_EQ(one.err.find("energy gained"), std::string::npos) << one.err;
 }
 
+// Nothing is solved in free fall; one iteration cannot stop the box on the floor, which is 0.045 m
+// below it. It falls g t^2 / 2 = 0.009 m to frame 2, and would fall 0.077 m to frame 4.
+TEST_F(AccuracyOfCooks, FramesThatDidNotConvergeAreCounted)
+{
+    std::string text = falling();
+    const auto replace = [&](const std::string& was, const std::string& is) {
+        text.replace(text.find(was), was.size(), is);
+    };
+    replace(R"("integrator": "implicit_midpoint", "tolerance": 1e-8)", R"("solver_iterations": 1)");
+    replace(R"("cubes": "body.cubes" }, "params": {)",
+            R"("cubes": "body.cubes", "colliders": ["floor.collider"] }, "params": {)");
+    replace(R"("write": {)", R"("floor": { "type": "Ground@1", "params": { "height": -0.12 } },
+    "write": {)");
+    const Cooked made = cook(text, "a", {"--quiet"});
+    ASSERT_EQ(made.accuracy.size(), 2u) << made.accuracy;
+    const auto frames =
+        made.accuracy[1]["card"]["did not converge, frames"].get<std::vector<int>>();
+    ASSERT_FALSE(frames.empty());
+    EXPECT_GE(frames.front(), 3);
+    EXPECT_EQ(frames.back(), 4);
+    const std::string verdict = "warning: 'sim': " + std::to_string(frames.size()) +
+                                " of 4 frames did not converge (" +
+                                (frames.size() == 2 ? "3, 4" : "4") + ")\n";
+    EXPECT_NE(made.err.find(verdict), std::string::npos) << made.err;
+    EXPECT_EQ(cook(text, "a").accuracy, made.accuracy) << "from the cache";
+    EXPECT_EQ(cook(falling(), "b").err.find("did not converge"), std::string::npos);
+}
+
 TEST_F(AccuracyOfCooks, APictureOfAWholeShotTellsOfItsFrames)
 {
     std::string text = falling();
