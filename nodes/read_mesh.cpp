@@ -16,6 +16,7 @@ struct Inputs {
     double line_thickness = 0;
     double fit = 0;
     geometry::Placement place = geometry::Placement::keep;
+    geometry::Weld weld = geometry::Weld::all;
     geometry::FileNormals normals = geometry::FileNormals::file;
     double crease_degrees = 40;
     geometry::ColourSpace colours = geometry::ColourSpace::automatic;
@@ -41,12 +42,18 @@ static geometry::ReadOptions options(const Inputs& in, const graph::Context& con
     o.line_thickness = in.line_thickness;
     o.fit = in.fit;
     o.place = in.place;
+    o.weld = in.weld;
     o.normals = in.normals;
     o.crease = in.crease_degrees * (std::numbers::pi / 180);
     return o;
 }
 
 constexpr const char* no_path = "expected the path of a mesh file, found none";
+
+constexpr const char* about_weld =
+    "Which vertices at one place become one. all: those of the whole file. groups: those of one "
+    "group (an object or a named part of the file), so that objects that touch stay pieces of "
+    "their own, for `pieces` of Voxelize.";
 
 static graph::Faults check(const Inputs& in, const graph::Setting&)
 {
@@ -99,6 +106,7 @@ void add_to(graph::Registry& registry)
                 "Where the mesh is placed. keep: as in the file. centre: its centre at the origin. "
                 "ground: its lowest point at y = 0, and its centre above the origin. Like `fit`, "
                 "it applies to each file of a sequence separately: use keep for a mesh that moves.")
+        .choice("weld", &Inputs::weld, {"all", "groups"}, about_weld)
         .choice("normals", &Inputs::normals, {"file", "computed", "none"},
                 "Source of the normals. file: those of the file, computed where it has none. "
                 "computed: all computed. none: no normals.")
@@ -113,7 +121,8 @@ void add_to(graph::Registry& registry)
         .check(check)
         .output(
             "mesh", &Outputs::mesh,
-            "The mesh in metres, y up, welded by position, with the materials and their "
+            "The mesh in metres, y up, welded by position (see `weld`), with the materials and "
+            "their "
             "textures, groups, normals, texture coordinates and vertex colours that the file "
             "has. Polygons are cut into triangles, and WriteMesh writes them as polygons again. "
             "Two faces that meet at a seam of the texture share their vertices. Further "

@@ -3,6 +3,7 @@
 #include "geometry/cubes/mean_attributes.hpp"
 #include "geometry/cubes/sample_points.hpp"
 #include "geometry/mesh/split.hpp"
+#include "geometry/mesh/welded_groups.hpp"
 
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
@@ -176,6 +177,17 @@ static void scale_mass(geometry::Cubes& cubes, double total)
     for (double& mass : cubes.mass) mass *= scale;
 }
 
+// Each piece is a body, but what one file holds as closed objects is one where they touch.
+static void warn_of_welded_groups(const geometry::TriMesh& mesh, const graph::Context& context)
+{
+    const geometry::WeldedGroups welded = geometry::find_welded_groups(mesh);
+    if (welded.groups == 0) return;
+    context.warn(fmt::format(
+        "{} groups, each closed in itself, share vertices where they touch and make {} bod{}: set "
+        "weld = groups in ReadMesh to have each of them as a body",
+        welded.groups, welded.pieces, welded.pieces == 1 ? "y" : "ies"));
+}
+
 static void warn_of_joined_groups(const geometry::TriMesh& mesh, std::size_t bodies,
                                   const graph::Context& context)
 {
@@ -184,10 +196,10 @@ static void warn_of_joined_groups(const geometry::TriMesh& mesh, std::size_t bod
     used.erase(std::unique(used.begin(), used.end()), used.end());
     if (bodies >= used.size()) return;
     context.warn(fmt::format(
-        "{} groups make {} bodies: groups that share vertices are one body, as those of one "
-        "file do where they meet. Move them apart by a hair, or make them by Copies with "
+        "{} groups make {} bod{}: groups that share vertices are one body, as those of one "
+        "file do where they meet. Set weld = groups in ReadMesh, or make them by Copies with "
         "number_groups",
-        used.size(), bodies));
+        used.size(), bodies, bodies == 1 ? "y" : "ies"));
 }
 
 // The whole mesh, or each of its bodies by `make`, side by side.
@@ -301,6 +313,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         return body_of(in, of, grid, its, made++ < looked_at, context);
     };
     Body body = by_bodies(in, matter, options, make);
+    if (in.pieces == Pieces::each) warn_of_welded_groups(*in.mesh, context);
     if (in.pieces == Pieces::groups) warn_of_joined_groups(*in.mesh, body.bodies, context);
     double bending = graph::Figure::unknown;
     if (!solid || in.stiffness != Stiffness::calibrated) {
@@ -354,7 +367,8 @@ constexpr const char* near_pieces =
     "gap of half a cube stays open at any angle. Parts that do not touch are not joined. each: "
     "each piece, which is what triangles with common vertices are, is a body with cubes of its "
     "own, even where it touches or overlaps others: the stones of a wall, boxes in a stack. Faces "
-    "of one file that meet have common vertices, those of Copies and Merge have not. Cavities "
+    "of one file that meet have common vertices, unless ReadMesh has weld = groups; those of "
+    "Copies and Merge have not. Cavities "
     "belong to what is around them. groups: the same for the pieces of each group of the mesh "
     "together; a chair whose legs and seat are groups of their own falls into these. Simulate "
     "keeps bodies apart by contact. Where bodies share a cell, a tear (lattice.tear) cuts the mesh "

@@ -78,7 +78,7 @@ struct Assembly {
     std::size_t vertices = 0, faces = 0;
     bool has_normals = false, has_uvs = false, has_colours = false, has_polygons = false;
 
-    Numbering<3> place_of;   // position bits -> vertex
+    Numbering<4> place_of;   // position bits, and the group or 0 -> vertex
     Numbering<4> normal_of;  // vertex and normal bits -> normal
     Numbering<2> uv_of;
     Numbered<std::uint32_t> materials;
@@ -87,7 +87,10 @@ struct Assembly {
     std::vector<Attribute> attributes;  // of all meshes, each name once
     MeshTopology topology;
 
-    std::vector<Vec3f> position;                // of the instance being added
+    bool weld_groups = false;  // each by itself
+
+    std::uint32_t group = 0;                    // of the instance being added
+    std::vector<Vec3f> position;                // likewise
     std::vector<std::uint32_t> vertex;          // likewise
     std::vector<Triangle> kept;                 // likewise
     std::vector<const ImportedAttribute*> own;  // likewise, one of each of attributes; may be null
@@ -117,7 +120,7 @@ Assembly begin_assembly(const ImportedScene& scene)
         throw std::runtime_error("it has " + std::to_string(a.faces) +
                                  " faces in all its instances, the limit is 1.4 billion");
     }
-    a.place_of = Numbering<3>(a.vertices / 4);
+    a.place_of = Numbering<4>(a.vertices / 4);
     return a;
 }
 
@@ -131,6 +134,13 @@ void find_attributes(Assembly& a, const ImportedMesh& in)
         if (found == a.attributes.end()) continue;
         a.own[static_cast<std::size_t>(found - a.attributes.begin())] = &own;
     }
+}
+
+// The vertex at that place.
+std::uint32_t place_number(Assembly& a, const Vec3f& p)
+{
+    const auto b = bits(p);
+    return a.place_of.add({b[0], b[1], b[2], a.weld_groups ? a.group : 0});
 }
 
 // The numbers at a vertex that is new here: white and 0 where the file has none. A vertex that is
@@ -156,7 +166,7 @@ void add_points(Assembly& a, const ImportedMesh& in, const Transform& T)
     for (std::size_t v = 0; v < in.positions.size(); ++v) {
         const Vec3f q = (T * in.positions[v].cast<double>()).cast<float>();
         if (q.allFinite()) {
-            add_vertex_values(a, in, v, a.place_of.add(bits(q)));
+            add_vertex_values(a, in, v, place_number(a, q));
         } else {
             ++a.dropped.not_finite;
         }
@@ -212,7 +222,7 @@ void number_vertices(Assembly& a, const ImportedMesh& in)
     }
     for (std::size_t v = 0; v < a.vertex.size(); ++v) {
         if (a.vertex[v] == no_index) continue;
-        a.vertex[v] = a.place_of.add(bits(a.position[v]));
+        a.vertex[v] = place_number(a, a.position[v]);
         add_vertex_values(a, in, v, a.vertex[v]);
     }
     for (const Triangle& t : a.kept) {
@@ -261,11 +271,10 @@ void add_uvs(Assembly& a, const ImportedMesh& in)
     }
 }
 
-void add_names(Assembly& a, const ImportedMesh& in, const ImportedNode& node)
+void add_names(Assembly& a, const ImportedMesh& in)
 {
     a.topology.material.resize(a.topology.triangles.size(), a.materials.number(in.material));
-    a.topology.group.resize(a.topology.triangles.size(),
-                            a.groups.number(node.name.empty() ? in.name : node.name));
+    a.topology.group.resize(a.topology.triangles.size(), static_cast<std::uint16_t>(a.group));
 }
 
 void add_instance(Assembly& a, const ImportedNode& node, const Transform& T)
@@ -277,6 +286,7 @@ void add_instance(Assembly& a, const ImportedNode& node, const Transform& T)
         add_points(a, in, T);
         return;
     }
+    a.group = a.groups.number(node.name.empty() ? in.name : node.name);
     a.dropped.points += in.points.size();
     a.position.resize(in.positions.size());
     parallel_for(a.position.size(), 16384, [&](std::size_t begin, std::size_t end) {
@@ -290,7 +300,7 @@ void add_instance(Assembly& a, const ImportedNode& node, const Transform& T)
         if (begin == 0) add_normals(a, in, T.linear());
         if (end == 2) add_uvs(a, in);
     });
-    add_names(a, in, node);
+    add_names(a, in);
 }
 
 // Everything but normals that the file does not give.
@@ -301,7 +311,7 @@ TriMesh finish(Assembly& a, const ReadOptions& options, const FoundTextures& tex
         out.positions.emplace_back(std::bit_cast<float>(key[0]), std::bit_cast<float>(key[1]),
                                    std::bit_cast<float>(key[2]));
     }
-    a.place_of = Numbering<3>();
+    a.place_of = Numbering<4>();
     const bool linear = options.colours == ColourSpace::linear ||
                         (options.colours == ColourSpace::automatic && a.scene->linear_colours);
     const auto light = [&](const Vec3f& c) {
@@ -439,6 +449,7 @@ ReadMesh assemble_mesh(const ImportedScene& given, const ReadOptions& options,
     }
     const ImportedScene& scene = options.line_thickness > 0 ? thickened : given;
     Assembly assembly = begin_assembly(scene);
+    assembly.weld_groups = options.weld == Weld::groups;
     Transform file_to_world = Transform::Identity();
     file_to_world.linear() = to_metres(scene, options);
     for (const ImportedNode& node : scene.nodes) {

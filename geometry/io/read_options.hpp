@@ -18,6 +18,8 @@ enum class Placement {
     ground,  // the lowest point at y = 0, the centre above the origin
 };
 
+enum class Weld { all, groups };  // which vertices at one place are one
+
 struct ReadOptions {
     ImportOptions import;
     LengthUnit unit = LengthUnit::automatic;  // what the file says, else metres
@@ -27,6 +29,7 @@ struct ReadOptions {
     double line_thickness = 0;  // m, of the tubes that lines become; 0: they are left out
     double fit = 0;             // m, the bounds' largest side after scaling; 0: as the unit gives
     Placement place = Placement::keep;
+    Weld weld = Weld::all;
     FileNormals normals = FileNormals::file;
     double crease = 0.7;  // rad, for normals that the file does not give
 };

@@ -2,8 +2,10 @@
 
 #include "geometry/cubes/components.hpp"
 #include "geometry/mesh/pieces.hpp"
+#include "tests/geometry/files.hpp"
 #include "tests/nodes/one_node.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -64,6 +66,48 @@ std::vector<geometry::Vec3> middles(const Value& mesh, const Value& cubes, const
         out[v / piece] += moved->positions[v].cast<double>() / double(piece);
     }
     return out;
+}
+
+// Two boxes of one file, the one on the other.
+Value boxes_of_a_file(const files::Folder& folder, const std::string& weld)
+{
+    std::string obj;
+    for (int box = 0; box < 2; ++box) {
+        obj += fmt::format("o box{}\n", box);
+        for (int v = 0; v < 8; ++v) {
+            obj += fmt::format("v {} {} {}\n", 0.3 * (v & 1) - 0.15, 0.3 * (((v >> 1) & 1) + box),
+                               0.3 * (v >> 2) - 0.15);
+        }
+        for (const auto& f : std::initializer_list<std::array<int, 4>>{{1, 3, 4, 2},
+                                                                       {5, 6, 8, 7},
+                                                                       {1, 2, 6, 5},
+                                                                       {3, 7, 8, 4},
+                                                                       {1, 5, 7, 3},
+                                                                       {2, 4, 8, 6}}) {
+            obj += "f";
+            for (const int v : f) obj += fmt::format(" {}", v + 8 * box);
+            obj += "\n";
+        }
+    }
+    NodeRun read("ReadMesh");
+    read.param("path").is = folder.write("boxes.obj", obj).string();
+    read.param("weld").is = weld;
+    return read.run();
+}
+
+TEST(SeparateBodies, OfOneFileAreWeldedUnlessItsGroupsStayApart)
+{
+    const files::Folder folder;
+    for (const std::string pieces : {"each", "groups"}) {
+        NodeRun welded = voxelize(boxes_of_a_file(folder, "all"), pieces, 0);
+        EXPECT_EQ(bodies_of(welded.run()), 1u);
+        ASSERT_EQ(welded.warnings.size(), 1u);
+        EXPECT_EQ(welded.warnings[0].substr(0, 9), pieces == "each" ? "2 groups," : "2 groups ");
+        EXPECT_NE(welded.warnings[0].find("weld = groups"), std::string::npos);
+        NodeRun apart = voxelize(boxes_of_a_file(folder, "groups"), pieces, 0);
+        EXPECT_EQ(bodies_of(apart.run()), 2u);
+        EXPECT_TRUE(apart.warnings.empty()) << apart.warnings[0];
+    }
 }
 
 TEST(SeparateBodies, BoxesThatTouchAreOneBodyOrEachItsOwn)

@@ -48,6 +48,23 @@ TEST(ReadMesh, WeldsByPositionAndKeepsNegativeZeroTheSame)
     EXPECT_EQ(mesh.topology->materials.at(0).name, "paint");
 }
 
+TEST(ReadMesh, WeldsGroupsByThemselvesWhenAsked)
+{
+    // Three squares in a row: the second and the third are of one group.
+    ImportedScene scene = square();
+    scene.nodes.push_back({"other", 0, {1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0}});
+    scene.nodes.push_back({"other", 0, {1, 0, 0, 2, 0, 1, 0, 0, 0, 0, 1, 0}});
+    EXPECT_EQ(assemble_mesh(scene).mesh.positions.size(), 8u);
+    ReadOptions options;
+    options.weld = Weld::groups;
+    const TriMesh mesh = assemble_mesh(scene, options).mesh;
+    meshes::expect_consistent(mesh);
+    EXPECT_EQ(mesh.positions.size(), 10u);
+    EXPECT_EQ(mesh.triangles().size(), 6u);
+    EXPECT_EQ(mesh.topology->groups, (std::vector<std::string>{"node", "other"}));
+    EXPECT_EQ(mesh.topology->group, (std::vector<std::uint16_t>{0, 0, 1, 1, 1, 1}));
+}
+
 TEST(ReadMesh, NormalsBelongToOneVertexAndMissingOnesAreComputed)
 {
     ImportedScene scene = square();
