@@ -9,6 +9,7 @@
 #include "physics/bricks/bricks_body.hpp"
 #include "physics/bricks/elastic_energy.hpp"
 #include "physics/state/measure.hpp"
+#include "physics/state/report_texts.hpp"
 
 #include <algorithm>
 #include <vector>
@@ -38,7 +39,7 @@ inline graph::Figures simulation_figures(const physics::State& state, bool solve
                                          const Energies& energy)
 {
     constexpr double unknown = graph::Figure::unknown;
-    const double stopped_short = state.report.converged ? 0 : 1;
+    const double ended_early = physics::stopped_short(state.report) ? 1 : 0;
     const double depth =
         std::max(physics::deepest_of(state.holds), physics::deepest_of(state.grips));
     return {"simulation",
@@ -46,7 +47,7 @@ inline graph::Figures simulation_figures(const physics::State& state, bool solve
               unknown, graph::Over::largest},
              {"energy", energy.own + energy.lifted, energy.own, graph::Over::balance},
              {"contact depth, m", solved ? depth : unknown, unknown, graph::Over::largest},
-             {"did not converge, frames", solved ? stopped_short : unknown, unknown,
+             {"did not converge, frames", solved ? ended_early : unknown, unknown,
               graph::Over::frames}}};
 }
 

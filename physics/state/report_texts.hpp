@@ -3,6 +3,9 @@
 // Warnings that several methods put into their reports. No number in them changes from frame to
 // frame, because each new text is printed again.
 
+#include "physics/state/state.hpp"
+
+#include <algorithm>
 #include <string>
 
 namespace physics {
@@ -25,6 +28,18 @@ inline const char* told_of_divergence()
            "targets.";
 }
 
+// Of steps whose solve ended before its tolerance was met.
+inline constexpr const char* short_linear_solve =
+    "The linear solver did not converge to step.tolerance. Raise step.solver_iterations.";
+inline constexpr const char* short_of_speed =
+    "The motion is too fast for the time step: the forces are not balanced to step.tolerance. "
+    "Raise step.substeps.";
+inline constexpr const char* short_newton =
+    "Newton's method did not converge to step.tolerance. Raise step.newton_iterations or "
+    "step.substeps.";
+inline constexpr const char* short_contact =
+    "Contact did not converge to step.tolerance. Raise step.contact_iterations or step.substeps.";
+
 // Of corners that are so far away that single precision, in which meshes are written, cannot hold
 // the squares of their distances.
 inline const char* told_of_distance()
@@ -33,5 +48,15 @@ inline const char* told_of_distance()
            "forces, velocities or pin targets.";
 }
 inline constexpr double farthest = 1e15;  // m
+
+// Whether a report tells of such a solve, or of a step that could not be taken. Of linear forces
+// alone (newton_iterations = 1) the residual says little: `converged` tells of it.
+inline bool stopped_short(const Report& report)
+{
+    return std::any_of(report.warnings.begin(), report.warnings.end(), [](const auto& text) {
+        return text == short_linear_solve || text == short_of_speed || text == short_newton ||
+               text == short_contact || text == told_of_divergence() || text == told_of_distance();
+    });
+}
 
 }  // namespace physics

@@ -157,7 +157,7 @@ std::string short_name(const std::string& name)
     return name.substr(0, std::min(name.find(','), name.find(" about ")));
 }
 
-// "5, 9-12", and how many ranges more where there are many.
+// "5, 9-12", and how many frames more where there are many ranges.
 std::string list_of(const std::vector<int>& frames)
 {
     constexpr std::size_t most = 12;
