@@ -1,4 +1,5 @@
 #include "graph/types/node_builder.hpp"
+#include "nodes/simulate_bodies.hpp"
 #include "nodes/simulate_faults.hpp"
 #include "nodes/simulate_options.hpp"
 #include "nodes/simulate_plastic.hpp"
@@ -98,6 +99,7 @@ static Body build(const Inputs& in)
     physics::SpringOptions springs = in.springs;
     physics::ShellOptions shell = in.shell;
     bricks.contact = springs.contact = shell.contact = in.contact;
+    for (const OneBody& body : in.bodies) bricks.rigid.push_back(body.rigid ? 1 : 0);
     switch (in.method) {
     case Method::bricks:
         return {physics::make_bricks(models, bricks), numbered};
@@ -175,6 +177,15 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     }
     if (in.bodies.size() > models) {
         faults.push_back({"bodies", wrong_bodies(in.bodies.size(), models)});
+    }
+    if (any_rigid(in.bodies)) {
+        if (in.method != Method::bricks) faults.push_back({"method", no_rigid});
+        if (in.step.integrator != physics::Integrator::implicit_euler) {
+            faults.push_back({"step.integrator", rigid_step});
+        }
+        if (in.initial_shape == Shape::equilibrium) {
+            faults.push_back({"initial_shape", no_rigid_equilibrium});
+        }
     }
     if (in.method == Method::lattice && models > 1) {
         faults.push_back({"method", lattice_of_several});
@@ -392,6 +403,11 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         [&](const auto& body) { return advance(body, std::move(last), loads, dt, step); },
         in.body->is);
     for (const auto& warning : state.report.warnings) context.warn(warning);
+    if (in.method == Method::bricks && in.initial_shape == Shape::given &&
+        in.step.integrator == physics::Integrator::implicit_euler) {
+        for (const auto& hint : told_of_stiff(in.cubes, in.bodies, state, step.substeps))
+            context.warn(hint);
+    }
     state.models = in.body->models;
     tell(in, state, context);
     return {std::move(state)};
@@ -473,7 +489,8 @@ void add_to(graph::Registry& registry)
         .block("step", &Inputs::step, describe_step, "Time steps and solver.")
         .reads(graph::Variable::fps)
         .prepare("body", &Inputs::body, build,
-                 {"cubes", "surface", "method", "bricks", "springs", "lattice", "shell", "contact"})
+                 {"cubes", "surface", "method", "bricks", "springs", "lattice", "shell", "contact",
+                  "bodies"})
         .output("state", &Outputs::state,
                 "Positions and velocities of the corners; on the first frame, the initial state.")
         .previous("state", &Inputs::last);

@@ -32,6 +32,15 @@ inline std::string wrong_bodies(std::size_t found, std::size_t models)
 constexpr const char* no_balls =
     "rigid balls need method = lattice: change the method, or unlink the input 'balls'";
 
+constexpr const char* no_rigid =
+    "rigid bodies need method = bricks: change the method, or set `rigid` of the bodies to false";
+constexpr const char* rigid_step =
+    "rigid bodies need step.integrator = implicit_euler: change it, or set `rigid` of the bodies "
+    "to false";
+constexpr const char* no_rigid_equilibrium =
+    "rigid bodies have no equilibrium shape: set initial_shape = given, or set `rigid` of the "
+    "bodies to false";
+
 constexpr const char* no_equilibrium =
     "an equilibrium needs method = bricks: change the method, or set initial_shape = given";
 constexpr const char* no_support =

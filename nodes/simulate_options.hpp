@@ -15,12 +15,6 @@ namespace nodes::simulate {
 
 using geometry::Vec3;
 
-// What is special about one of several bodies.
-struct OneBody {
-    Vec3 velocity{0, 0, 0};
-    Vec3 spin_degrees{0, 0, 0};
-};
-
 inline void describe_plastic(graph::ParamsOf<physics::PlasticOptions>& p)
 {
     using physics::PlasticOptions;
@@ -184,16 +178,6 @@ inline void describe_step(graph::ParamsOf<physics::StepOptions>& p)
             "rest for 12 frames, under forces that still balance. A load, a pin or a collider "
             "that moves wakes them. All bodies of a Simulate sleep together. false: also what is "
             "balanced on an edge, or pressed beyond buckling, moves as its smallest error grows.");
-}
-
-inline void describe_body(graph::ParamsOf<OneBody>& p)
-{
-    p.param("velocity", &OneBody::velocity,
-            "Velocity of this body that is added to the initial state.", {.unit = "m/s"})
-        .param("spin_degrees", &OneBody::spin_degrees,
-               "Angular velocity of this body about its own centre of mass, about x, y and z, that "
-               "is added to the initial state.",
-               {.unit = "deg/s"});
 }
 
 }  // namespace nodes::simulate

@@ -33,9 +33,10 @@ struct CornerBody {
     std::vector<std::uint32_t> part;   // K by slot: corners of one part hang together by cubes;
                                        // empty: all do
     std::size_t parts = 0;
-    std::vector<double> part_edge;  // m, edge of the cubes of each part; empty: h
-    bool on_lattice = true;         // each corner rests on a lattice of its model's
-    Aligned<double> rest;           // numbers, m
+    std::vector<std::uint8_t> rigid;  // of each part, whether it keeps its shape; empty: none does
+    std::vector<double> part_edge;    // m, edge of the cubes of each part; empty: h
+    bool on_lattice = true;           // each corner rests on a lattice of its model's
+    Aligned<double> rest;             // numbers, m
     ContactSurface skin;
     std::shared_ptr<const PartShapes> shapes;  // null: parts do not touch each other
     std::shared_ptr<const SheetCells> sheets;  // null: nor do sheets

@@ -226,6 +226,30 @@ std::vector<Overlap> overlaps_at_rest(const PartShapes& shapes, const CornerBody
     return out;
 }
 
+// visit(part, its closed shape) for each part of a model, ascending. `cubes_of` lists the body's.
+template <class Visit>
+void for_closed_parts(const ShapedModel& model, const PartLists& cubes_of, const Visit& visit)
+{
+    const TriMesh* const surface = model.surface;
+    PartLists triangles;
+    if (surface) triangles = triangles_of_parts(model);
+    MeshOfSome some(surface ? surface->positions.size() : 0);
+    std::vector<std::uint32_t> own(model.part_of.begin(), model.part_of.end());
+    std::sort(own.begin(), own.end());
+    own.erase(std::unique(own.begin(), own.end()), own.end());
+    for (const std::uint32_t p : own) {
+        TriMesh mesh;
+        if (surface) {
+            const auto at = [&](std::uint32_t v) { return surface->positions[v]; };
+            for (const auto t : triangles[p]) some.add(surface->triangles()[t], at);
+            mesh = some.take();
+        }
+        std::vector<std::uint32_t> of;
+        for (const auto c : cubes_of[p]) of.push_back(c - model.first_cube);
+        visit(p, closed_shape(std::move(mesh), model.cubes, of));
+    }
+}
+
 // What the shapes keep of the cubes themselves. Returns the part of each.
 std::vector<std::uint32_t> take_cubes(const Cubes& cubes, const CornerBody& body, PartShapes& out)
 {
@@ -247,25 +271,10 @@ std::vector<std::uint32_t> take_cubes(const Cubes& cubes, const CornerBody& body
 // The shapes of a model's parts, and their points.
 void add_shapes(const ShapedModel& model, PartShapes& out, CrowdedPoints& points)
 {
-    const auto [cubes, surface, first, part_of, parts] = model;
-    PartLists triangles;
-    if (surface) triangles = triangles_of_parts(model);
-    MeshOfSome some(surface ? surface->positions.size() : 0);
-    std::vector<std::uint32_t> own(part_of.begin(), part_of.end());
-    std::sort(own.begin(), own.end());
-    own.erase(std::unique(own.begin(), own.end()), own.end());
+    const Cubes& cubes = model.cubes;
     std::vector<LoosePoint> loose;
     std::vector<std::uint32_t> part_of_point;
-    for (const std::uint32_t p : own) {
-        TriMesh mesh;
-        if (surface) {
-            const auto at = [&](std::uint32_t v) { return model.surface->positions[v]; };
-            for (const auto t : triangles[p]) some.add(surface->triangles()[t], at);
-            mesh = some.take();
-        }
-        std::vector<std::uint32_t> of;
-        for (const auto c : out.cubes[p]) of.push_back(c - first);
-        mesh = closed_shape(std::move(mesh), cubes, of);
+    for_closed_parts(model, out.cubes, [&](std::uint32_t p, TriMesh mesh) {
         out.grid[p] = {cubes.size, cubes.origin};
         out.shape[p] = geometry::TriangleBvh(mesh);
         if (auto outer = outer_faces(mesh, out.shape[p], cubes.size)) {
@@ -274,7 +283,7 @@ void add_shapes(const ShapedModel& model, PartShapes& out, CrowdedPoints& points
         }
         add_points(mesh, out.shape[p], 1.5 * cubes.size, loose);
         part_of_point.resize(loose.size(), p);
-    }
+    });
     // All at once: a search for the cubes of some is over the cubes of all.
     keep_points(model, loose, part_of_point, points);
 }
@@ -319,6 +328,29 @@ PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
     for (const Overlap& overlap : overlaps_at_rest(out, body)) {
         out.overlapping.push_back(overlap.pair);
         out.overlap_at.push_back(overlap.place);
+    }
+    return out;
+}
+
+std::vector<geometry::MassProperties> solids_of_parts(const BodyModels& models,
+                                                      const CornerBody& body)
+{
+    const Cubes& cubes = models.all();
+    std::vector<std::uint32_t> part_of;
+    for (const auto& corners : cubes.corners) {
+        part_of.push_back(body.part_of(body.slot_of(corners[0])));
+    }
+    const PartLists cubes_of = make_part_lists(part_of, body.parts);
+    std::vector<geometry::MassProperties> out(body.parts);
+    for (std::size_t m = 0; m < models.count(); ++m) {
+        const auto [own, surface] = models.model(m);
+        if (!surface) continue;
+        const std::uint32_t first = models.start(m).cube;
+        const std::span own_parts = std::span(part_of).subspan(first, own->count());
+        for_closed_parts({*own, surface, first, own_parts, body.parts}, cubes_of,
+                         [&](std::uint32_t p, const TriMesh& mesh) {
+                             out[p] = geometry::mass_properties(mesh);
+                         });
     }
     return out;
 }

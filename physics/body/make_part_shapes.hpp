@@ -2,12 +2,13 @@
 
 // Makes the shapes of a body's parts (part_shapes.hpp) from its cubes and surface.
 
+#include "geometry/mesh/mass_properties.hpp"
 #include "geometry/mesh/mesh_fwd.hpp"
 #include "physics/body/corner_body.hpp"
 #include "physics/body/part_shapes.hpp"
 
 #include <memory>
-#include <span>
+#include <vector>
 
 namespace physics {
 
@@ -18,8 +19,12 @@ namespace physics {
 PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
                             const PartContactOptions& options);
 
-// The same where contact is on and the body has parts; else null. Cubes of a plane have no inside:
-// null for them.
+// What the shape of each part encloses, at 1 kg/m^3; 0 of parts of models without a surface.
+std::vector<geometry::MassProperties> solids_of_parts(const BodyModels& models,
+                                                      const CornerBody& body);
+
+// The shapes where contact is on and the body has parts; else null. Cubes of a plane have no
+// inside: null for them.
 std::shared_ptr<const PartShapes> shapes_that_touch(const BodyModels& models,
                                                     const CornerBody& body,
                                                     const PartContactOptions& options);

@@ -18,14 +18,17 @@ struct Coming {
 Coming coming(const Stage& stage, const PlaneTouch& touch)
 {
     const StepFrame& frame = stage.frame;
+    const bool rigid = !stage.rigid.none();  // x0 and v0 turn with them from round to round
+    const Aligned<double>&x0 = rigid ? stage.began : stage.x0,
+          &v0 = rigid ? stage.began_v : stage.v0;
     const double drift = touch.drift.dot(touch.normal);
-    Coming out{touch.gap(stage.x0.data()) + stage.tau * drift, drift, 0};
+    Coming out{touch.gap(x0.data()) + stage.tau * drift, drift, 0};
     for (std::size_t a = 0; a < touch.count; ++a) {
         const std::size_t at = 4 * std::size_t{touch.corners[a]};
         const double weight = double(touch.weight[a]);
         for (std::size_t i = 0; i < 3; ++i) {
             const double along = weight * touch.normal[static_cast<Eigen::Index>(i)];
-            out.speed -= along * stage.v0[at + i];
+            out.speed -= along * v0[at + i];
             if (frame.mass[at + i] > 0) {
                 out.acceleration -= along * frame.steady[at + i] / frame.mass[at + i];
             }

@@ -2,11 +2,13 @@
 
 #include "geometry/base/no_index.hpp"
 #include "physics/bricks/brick_elasticity.hpp"
+#include "physics/bricks/rigid_pins.hpp"
 #include "physics/bricks/time_step.hpp"
 #include "physics/state/measure.hpp"
 #include "physics/state/report_texts.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace physics {
 namespace {
@@ -22,6 +24,14 @@ std::vector<float> by_cube(const BricksBody& body, const Aligned<float>& lanes)
     return out;
 }
 
+// What rigid parts cannot be asked for.
+void check_rigid(const StepOptions& options)
+{
+    if (options.integrator == Integrator::implicit_euler && !options.leaps) return;
+    throw std::invalid_argument("rigid bodies move by implicit Euler alone: set step.integrator = "
+                                "implicit_euler and initial_shape = given");
+}
+
 }  // namespace
 
 std::unique_ptr<Elasticity> elasticity_of(const BricksBody& body,
@@ -32,13 +42,12 @@ std::unique_ptr<Elasticity> elasticity_of(const BricksBody& body,
     return elasticity;
 }
 
-State advance(const BricksBody& body, State state, const Loads& loads, double dt,
-              const StepOptions& options)
+static State advance_bricks(const BricksBody& body, State state, const Loads& loads, double dt,
+                            const StepOptions& options)
 {
     BrickElasticity elasticity(body);
     elasticity.load_rotations(state.rotation);
     if (state.plastic_of == PlasticOf::bricks) elasticity.load_plastic(state.plastic);
-    check_pins(loads.pins, body.base.corners);
     if (!options.leaps) {  // an equilibrium is one of the body's own forces
         elasticity.hold(undo_knots(*body.rest, body.neighbours, state.rotation, loads.pins));
     }
@@ -63,6 +72,17 @@ State advance(const BricksBody& body, State state, const Loads& loads, double dt
     state.plastic_strain = elasticity.plastic_strain();
     state.plastic_of = state.plastic.empty() ? PlasticOf::nothing : PlasticOf::bricks;
     return state;
+}
+
+State advance(const BricksBody& body, State state, const Loads& loads, double dt,
+              const StepOptions& options)
+{
+    check_pins(loads.pins, body.base.corners);
+    if (body.base.rigid.empty()) return advance_bricks(body, std::move(state), loads, dt, options);
+    check_rigid(options);
+    Loads held = loads;
+    held.pins = with_rigid_pins(body, loads.pins, dt);
+    return advance_bricks(body, std::move(state), held, dt, options);
 }
 
 Strained strain(const BricksBody& body, const std::vector<Vec3>& x)

@@ -5,6 +5,7 @@
 #include "physics/body/make_part_shapes.hpp"
 #include "physics/bricks/factor_cache.hpp"
 #include "physics/bricks/own_bricks.hpp"
+#include "physics/bricks/rigid_mass.hpp"
 #include "physics/bricks/time_step.hpp"
 #include "physics/state/cube_mass.hpp"
 
@@ -105,15 +106,16 @@ void add_diagonal(const geometry::Cubes& cubes, std::size_t c, const std::array<
 }
 
 // In place of what they had, cubes get a stiffness of their own where they have one.
-void add_own(const BodyModels& models, const BrickOptions& options, BricksBody& body)
+void add_own(const BodyModels& models, const BrickOptions& options,
+             const std::vector<std::uint8_t>& rigid, BricksBody& body)
 {
     const geometry::Cubes& cubes = models.all();
     if (cubes.own.empty()) return;
     const CubeMass usual = cube_mass_matrix();
-    body.own =
-        make_own_bricks(cubes, body.layout, body.block_edge, body.element, options.weighting);
+    body.own = make_own_bricks(cubes, body.layout, body.block_edge, body.element, options.weighting,
+                               rigid);
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
-        if (!cubes.is_own(c)) continue;
+        if (!cubes.is_own(c) || (!rigid.empty() && rigid[c] != 0)) continue;
         const BrickMatrix k = stiffness_of(cubes.elements[cubes.own[c]]);
         std::array<double, 8> numbers = corner_diagonal(k);
         for (double& number : numbers) number *= cubes.young[c] * models.edge_of(c);
@@ -122,6 +124,28 @@ void add_own(const BodyModels& models, const BrickOptions& options, BricksBody& 
         body.largest_eigenvalue =
             std::max({body.largest_eigenvalue, largest_eigenvalue(k), largest_eigenvalue(mass)});
     }
+}
+
+// Of each cube, whether it keeps its shape; empty: none does. Marks their parts.
+std::vector<std::uint8_t> mark_rigid(const BodyModels& models, const BrickOptions& options,
+                                     CornerBody& body)
+{
+    const auto& rigid = options.rigid;
+    if (std::all_of(rigid.begin(), rigid.end(), [](auto is) { return is == 0; })) return {};
+    if (rigid.size() > models.count()) {
+        throw std::invalid_argument("bricks: expected a mark of rigid for each of " +
+                                    std::to_string(models.count()) + " models at most, found " +
+                                    std::to_string(rigid.size()));
+    }
+    const geometry::Cubes& cubes = models.all();
+    std::vector<std::uint8_t> out(cubes.count(), 0);
+    body.rigid.assign(body.parts, 0);
+    for (std::size_t m = 0; m < rigid.size(); ++m) {
+        for (auto c = models.start(m).cube; rigid[m] != 0 && c < models.start(m + 1).cube; ++c) {
+            out[c] = body.rigid[body.part_of(body.slot_of(cubes.corners[c][0]))] = 1;
+        }
+    }
+    return out;
 }
 
 // The first cubes of models whose cubes have another size than those before.
@@ -150,12 +174,13 @@ BricksBody make_bricks(const BodyModels& models, const BrickOptions& options)
     check_plastic(options.plastic);
     check_law(cubes, options);
     BricksBody body;
-    body.law = options.law;
-    body.plastic = options.plastic;
+    body.law = options.law, body.plastic = options.plastic;
     body.layout = lay_out_bricks(cubes, 1024, where_sizes_change(models));
     body.base = make_corner_body(models, body.layout.slot);
     body.base.shapes = shapes_that_touch(models, body.base, options.contact);
+    const auto rigid = mark_rigid(models, options, body.base);
     body.element = element_of(cubes, options.element);
+    weigh_rigid_parts(models, body.has_brick_mass() ? MassOf::bricks : MassOf::corners, body.base);
     body.cubes = cubes.count();
     body.neighbours = find_neighbours(cubes);
     body.rest = std::make_shared<const geometry::Cubes>(cubes);
@@ -178,7 +203,8 @@ BricksBody make_bricks(const BodyModels& models, const BrickOptions& options)
         const auto [lambda, mu] = lame(cubes.young[c], cubes.poisson[c]);
         const double third = third_modulus({lambda, mu}, body.element);
         const double edge = models.edge_of(c);
-        const double share = stiffness_share(cubes, c, options.weighting) * edge / 16;
+        const bool bends = rigid.empty() || rigid[c] == 0;  // nothing asks what rigid ones resist
+        const double share = bends ? stiffness_share(cubes, c, options.weighting) * edge / 16 : 0;
         const std::size_t block = i / block_lanes, lane = i % block_lanes;
         body.block_edge[block] = edge;
         double* k = &body.stiffness[block * 3 * block_lanes + lane];
@@ -198,7 +224,7 @@ BricksBody make_bricks(const BodyModels& models, const BrickOptions& options)
         at_corners.fill(cubes.is_own(c) ? 0 : one);
         add_diagonal(cubes, c, at_corners, body);
     }
-    add_own(models, options, body);
+    add_own(models, options, rigid, body);
     return body;
 }
 

@@ -32,6 +32,7 @@ struct BrickOptions {
     Weighting weighting = Weighting::filled;
     PartContactOptions contact = {.on = false};
     PlasticOptions plastic = {};
+    std::vector<std::uint8_t> rigid = {};  // of each model, whether it keeps its shape; empty: none
 };
 
 // All that depends on the cubes alone.

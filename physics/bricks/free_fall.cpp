@@ -16,6 +16,23 @@ struct Groups {
         : held(axes_of_parts(stage.frame.loads.pins, stage.frame.body)), sets(held.size())
     {
         add(stage, stage.contacts);
+        add_touching(stage);
+    }
+
+    // Rigid parts of a stack touch each other before they press.
+    void add_touching(const Stage& stage)
+    {
+        constexpr double just = 1e-3;  // sizes of the touch
+        const CornerBody& body = stage.frame.body;
+        if (stage.rigid.none()) return;
+        const auto is_rigid = [&](std::uint32_t slot) {
+            return stage.rigid.of_corner(slot) != RigidBodies::not_rigid;
+        };
+        for (const PlaneTouch& touch : stage.touches) {
+            if (touch.count <= 8 || !(touch.gap(stage.began.data()) < just * touch.size)) continue;
+            if (!is_rigid(touch.corners[0]) || !is_rigid(touch.corners[8])) continue;
+            sets.join(body.part_of(touch.corners[0]), body.part_of(touch.corners[8]));
+        }
     }
 
     void add(const Stage& stage, const std::vector<PointContact>& contacts)

@@ -2,10 +2,9 @@
 
 #include "geometry/base/union_find.hpp"
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -20,19 +19,6 @@ Vec3 at(const Aligned<double>& v, std::size_t k)
 }
 
 }  // namespace
-
-Vec3 spin_of(const Mat3& inertia, const Vec3& l)
-{
-    const Eigen::SelfAdjointEigenSolver<Mat3> solver(inertia);
-    const Vec3& value = solver.eigenvalues();
-    Vec3 out = Vec3::Zero();
-    for (int i = 0; i < 3; ++i) {
-        if (!(value[i] > 1e-9 * value[2])) continue;
-        const Vec3 axis = solver.eigenvectors().col(i);
-        out += axis * (axis.dot(l) / value[i]);
-    }
-    return out;
-}
 
 std::vector<RigidPart> rigid_parts(const Stage& stage, const Aligned<double>& x,
                                    const Aligned<double>& v)
@@ -69,33 +55,6 @@ std::vector<RigidPart> rigid_parts(const Stage& stage, const Aligned<double>& x,
 }
 
 namespace {
-
-Mat3 turned_by(const Vec3& spin, double seconds)
-{
-    const double rate = spin.norm();
-    if (!(rate > 0)) return Mat3::Identity();
-    return Eigen::AngleAxisd(rate * seconds, spin / rate).toRotationMatrix();
-}
-
-// How a rigid part turns in tau seconds, and its spin then: the midpoint rule on rotations, with
-// its angular momentum as it is (Simo, Wong. Unconditionally stable algorithms for rigid body
-// dynamics. IJNME 1991), by fixed-point iterations that gain a digit each while it turns by a tenth
-// of a radian.
-struct Turn {
-    Mat3 by = Mat3::Identity();
-    Vec3 spin = Vec3::Zero();  // rad/s
-};
-Turn turn_freely(const RigidPart& part, double tau)
-{
-    constexpr int iterations = 12;
-    const auto spin_after = [&](const Mat3& by) {
-        return spin_of(by * part.inertia * by.transpose(), part.momentum);
-    };
-    Vec3 middle = part.spin;
-    for (int i = 0; i < iterations; ++i) middle = spin_after(turned_by(middle, 0.5 * tau));
-    const Mat3 by = turned_by(middle, tau);
-    return {by, spin_after(by)};
-}
 
 // Elastic forces and their damping add up to nothing over a part. What is left of
 //   sum M (v0 - w) + tau (f_ext - D w)
@@ -223,7 +182,8 @@ void turn_free_parts(Stage& stage)
     const CornerBody& body = stage.frame.body;
     const double tau = stage.tau;
     stage.base.clear();
-    const auto held = held_parts(stage);
+    auto held = held_parts(stage);
+    for (std::size_t i = 0; i < stage.rigid.count(); ++i) held[stage.rigid.part(i)] = all_axes;
     if (std::all_of(held.begin(), held.end(), [](auto h) { return h != 0; })) return;
     const auto parts = rigid_parts(stage, stage.x0, stage.v0);
     std::vector<Turn> turns;
@@ -254,6 +214,82 @@ void turn_free_parts(Stage& stage)
     Aligned<double> turned = stage.x0;
     for (std::size_t i = 0; i < stage.frame.n; ++i) turned[i] += tau * stage.base[i];
     turn_to(stage, held, parts, due, turned, stage.v0);
+}
+
+void start_rigid_parts(Stage& stage)
+{
+    RigidBodies& rigid = stage.rigid;
+    if (rigid.none()) return;
+    const auto parts = rigid_parts(stage, stage.x0, stage.v0);
+    for (std::size_t i = 0; i < rigid.count(); ++i) {
+        const RigidPart& part = parts[rigid.part(i)];
+        rigid.motion[i] = {.began = part, .v = part.velocity, .s = part.spin};
+    }
+}
+
+namespace {
+
+// Where the motion of a rigid part takes it: its turn since the stage began, and its spin then.
+Turn turn_of(const Stage& stage, const RigidMotion& motion)
+{
+    RigidPart part = motion.began;
+    part.spin = motion.s;
+    part.momentum = motion.by * part.inertia * motion.by.transpose() * motion.s;
+    return turn_far(part, stage.tau);
+}
+
+Vec3 place_of(const Stage& stage, const RigidMotion& motion, const Mat3& turn, std::uint32_t slot)
+{
+    const Vec3 arm = turn * (at(stage.began, slot) - motion.began.centre);
+    const Vec3 x = motion.began.centre + stage.tau * motion.v + arm;
+    return stage.lifted.empty() ? x : Vec3(x + at(stage.lifted, slot));
+}
+
+}  // namespace
+
+void turn_rigid_parts(Stage& stage)
+{
+    RigidBodies& rigid = stage.rigid;
+    if (rigid.none()) return;
+    if (stage.base.empty()) stage.base.assign(stage.frame.n, 0);
+    for (std::size_t i = 0; i < rigid.count(); ++i) {
+        RigidMotion& m = rigid.motion[i];
+        const Turn turn = turn_of(stage, m);
+        m.by = turn.by, m.s = turn.spin;
+        const Mat3 inertia = m.by * m.began.inertia * m.by.transpose();
+        const Vec3 spin_before = spin_of(inertia, m.began.momentum);
+        for (const auto k : rigid.corners(i)) {
+            const Vec3 x = place_of(stage, m, m.by, k);
+            const Vec3 arm = m.by * (at(stage.began, k) - m.began.centre);
+            const Vec3 w = m.v + m.s.cross(arm);
+            const auto put = [&](Aligned<double>& to, const Vec3& value) {
+                Eigen::Map<Vec3>(to.data() + 4 * std::size_t{k}) = value;
+            };
+            put(stage.x, x), put(stage.w, w), put(stage.base, w);
+            put(stage.x0, x - stage.tau * w);
+            put(stage.v0, m.began.velocity + spin_before.cross(arm));
+        }
+    }
+    rigid.look_at(stage.x.data());
+}
+
+double take_rigid_motion(Stage& stage)
+{
+    RigidBodies& rigid = stage.rigid;
+    double most = 0;
+    for (std::size_t i = 0; i < rigid.count(); ++i) {
+        RigidMotion& m = rigid.motion[i];
+        rigid.nearest(i, stage.w.data(), m.v, m.s);
+        rigid.spread(i, m.v, m.s, stage.w.data());
+        const Turn turn = turn_of(stage, m);
+        for (const auto k : rigid.corners(i)) {
+            const Vec3 along = at(stage.x0, k) + stage.tau * at(stage.w, k);
+            const double off = (place_of(stage, m, turn.by, k) - along).norm();
+            if (!std::isfinite(off)) return std::numeric_limits<double>::infinity();
+            most = std::max(most, off / stage.frame.body.edge_at(k));
+        }
+    }
+    return most;
 }
 
 namespace {
@@ -354,6 +390,12 @@ void balance_free_parts(Stage& stage, const Aligned<double>& before_x,
         for (std::size_t i = 0; i < stage.frame.n; ++i) arms[i] += stage.tau * stage.v0[i];
     }
     const auto began = rigid_parts(stage, before_x, before_v);
+    for (std::size_t i = 0; i < stage.rigid.count(); ++i) {  // which turn about the arms they have
+        for (const auto k : stage.rigid.corners(i)) {
+            const Vec3 arm = began[stage.rigid.part(i)].centre + stage.rigid.arm(k);
+            Eigen::Map<Vec3>(arms.data() + 4 * std::size_t{k}) = arm;
+        }
+    }
     // At its end Euler's step has lost tau^2 v x F of the orbit about where the part began.
     std::vector<Vec3> due = impulses(stage, balance == Balance::middle ? &began : nullptr);
     for (std::size_t p = 0; p < body.parts; ++p) due[p] += began[p].momentum;

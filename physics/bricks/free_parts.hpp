@@ -17,6 +17,7 @@
 // and momentum conserving methods of arbitrary order. Numerische Mathematik 1976, for the idea of
 // keeping both by construction).
 
+#include "physics/bricks/rigid_part.hpp"
 #include "physics/bricks/stage.hpp"
 
 #include <cstdint>
@@ -24,21 +25,8 @@
 
 namespace physics {
 
-// A part as a rigid body: of its corners at x that move with v.
-struct RigidPart {
-    double mass = 0;                                  // kg
-    Vec3 centre = Vec3::Zero();                       // m
-    Vec3 velocity = Vec3::Zero();                     // m/s
-    Vec3 spin = Vec3::Zero();                         // rad/s
-    geometry::Mat3 inertia = geometry::Mat3::Zero();  // kg m^2, about the centre
-    Vec3 momentum = Vec3::Zero();                     // N m s, about the centre
-};
-
 std::vector<RigidPart> rigid_parts(const Stage& stage, const Aligned<double>& x,
                                    const Aligned<double>& v);
-
-// b with inertia b = l, as far as it turns anything: a part on a line has no inertia about it.
-Vec3 spin_of(const geometry::Mat3& inertia, const Vec3& l);
 
 // The axes along which pins hold each part, as bits; all of them where it touches something in the
 // stage as it is. 0: it is free.
@@ -48,6 +36,14 @@ std::vector<std::uint8_t> held_parts(const Stage& stage);
 // held: with x0 and v0 as above if stage.turns_start; otherwise they stay, and forces are linear
 // about x^ alone.
 void turn_free_parts(Stage& stage);
+
+// Rigid parts (rigid_bodies.hpp) move as they began, by the stage's x0 and v0.
+void start_rigid_parts(Stage& stage);
+// Puts x0, v0, w, x and b of rigid parts where their motion takes them.
+void turn_rigid_parts(Stage& stage);
+// Gives rigid parts the motion that is nearest to w, and w that motion. Returns how far at most it
+// takes a corner from x0 + tau w, cubes of its own.
+double take_rigid_motion(Stage& stage);
 
 // What a part's angular momentum is told by: sum m (x_at x w), right where it is what it was
 // before, and the torque of the forces from outside.

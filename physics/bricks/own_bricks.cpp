@@ -77,7 +77,7 @@ Aligned<float> low(const Aligned<double>& of)
 
 OwnBricks make_own_bricks(const geometry::Cubes& cubes, const BrickLayout& layout,
                           const std::vector<double>& edge, BrickElement element,
-                          Weighting weighting)
+                          Weighting weighting, const std::vector<std::uint8_t>& rigid)
 {
     OwnBricks out;
     if (cubes.own.empty()) return out;
@@ -98,6 +98,9 @@ OwnBricks make_own_bricks(const geometry::Cubes& cubes, const BrickLayout& layou
                 const std::uint32_t block = out.at[i / block_lanes], c = layout.cube[i];
                 if (block == no_index || c == no_index) continue;
                 const double h = edge[i / block_lanes];
+                put_lane(excess_of(cubes, c, w, usual),
+                         &out.mass[block * own_mass_rows * block_lanes + i % block_lanes]);
+                if (!rigid.empty() && rigid[c] != 0) continue;
                 const BrickMatrix k =
                     is_own(cubes, c)
                         ? BrickMatrix(cubes.young[c] * h *
@@ -108,8 +111,6 @@ OwnBricks make_own_bricks(const geometry::Cubes& cubes, const BrickLayout& layou
                 const Eigen::Matrix<double, field_numbers, field_numbers> of =
                     w.transpose() * k * w / 64;
                 put_lane(of, &out.matrices[block * own_rows * block_lanes + i % block_lanes]);
-                put_lane(excess_of(cubes, c, w, usual),
-                         &out.mass[block * own_mass_rows * block_lanes + i % block_lanes]);
             }
         });
     out.matrices_low = low(out.matrices);

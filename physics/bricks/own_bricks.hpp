@@ -24,10 +24,11 @@ struct OwnBricks {
     Aligned<float> mass_low;
 };
 
-// The matrices of blocks that have such a cube. `edge` is that of the cubes of each block, m.
+// The matrices of blocks that have such a cube, 0 of cubes that are `rigid` (empty: none is).
+// `edge` is that of the cubes of each block, m.
 OwnBricks make_own_bricks(const geometry::Cubes& cubes, const BrickLayout& layout,
                           const std::vector<double>& edge, BrickElement element,
-                          Weighting weighting);
+                          Weighting weighting, const std::vector<std::uint8_t>& rigid = {});
 
 // The largest number of each corner's part of the diagonal, for a Young's modulus of 1 Pa and an
 // edge of 1 m.

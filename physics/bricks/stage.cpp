@@ -35,7 +35,7 @@ StepFrame::StepFrame(const CornerBody& its_body, const Loads& its_loads, double 
 }
 
 Stage::Stage(const StepFrame& its_frame, Elasticity& its_elasticity)
-    : frame(its_frame), elasticity(its_elasticity)
+    : frame(its_frame), elasticity(its_elasticity), rigid(its_frame.body)
 {
     for (Aligned<double>* v : {&w, &x, &wind, &drag, &r, &delta, &jump}) v->assign(frame.n, 0);
     force.assign(elasticity.room(), 0);
@@ -133,6 +133,9 @@ AtWork at_work(const Stage& stage)
     Aligned<double> jump = stage.w;
     for (std::size_t i = 0; i < frame.n; ++i) jump[i] -= stage.v0[i];
     times_mass(stage, jump, out.inertia);
+    for (Aligned<double>* v : {&out.outside, &out.elastic, &out.inertia}) {
+        stage.rigid.even_out(v->data());
+    }
     return out;
 }
 
@@ -168,6 +171,7 @@ void find_residual(Stage& stage)
             }
         }
     }
+    stage.rigid.even_out(stage.r.data());
 }
 
 double dot(const Aligned<double>& a, const Aligned<double>& b)

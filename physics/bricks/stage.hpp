@@ -19,6 +19,7 @@
 #include "physics/body/following_forces.hpp"
 #include "physics/body/part_contact.hpp"
 #include "physics/bricks/elasticity.hpp"
+#include "physics/bricks/rigid_bodies.hpp"
 #include "physics/math/aligned_memory.hpp"
 #include "physics/state/loads.hpp"
 #include "physics/state/state.hpp"
@@ -63,6 +64,7 @@ struct Stage {
     int halvings = 0;  // of the step that was asked for
 
     Aligned<double> began;       // m: where it starts from
+    Aligned<double> began_v;     // m/s: likewise
     Aligned<double> x0, v0;      // the same and how fast, as its equations have them
     bool turns_start = false;    // x0 and v0 are moved on (free_parts.hpp)
     Aligned<double> lifted;      // m: by which x0 is moved of what falls (free_fall.hpp); empty: 0
@@ -76,6 +78,8 @@ struct Stage {
     bool at_start = true;            // f is linear about x0 + tau b, not evaluated at x
     bool wary = false;               // of friction in contacts to be found
     bool struck = false;             // something hits within the stage (bounce.hpp)
+
+    RigidBodies rigid;  // parts that keep their shape
 
     std::vector<PosedCollider> colliders;
     std::vector<PartPair> near;              // parts that may touch each other
@@ -137,7 +141,7 @@ void times_damping(const Stage& stage, const Aligned<double>& v, Aligned<double>
 void place(Stage& stage);
 // f and K at x, which may be x0 or stage.x. Where they were evaluated there last, they are kept.
 void linearise(Stage& stage, const Aligned<double>& x);
-// r of w and of the contacts as they were found last.
+// r of w and of the contacts as they were found last, evened out over rigid parts.
 void find_residual(Stage& stage);
 
 // The forces that a stage's residual is told as a share of, N s by slot: those that act from

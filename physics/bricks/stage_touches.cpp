@@ -180,7 +180,7 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     const Loads& loads = frame.loads;
     stage.tau = tau;
     stage.share = share;
-    stage.began = stage.x0 = x0, stage.v0 = v0;
+    stage.began = stage.x0 = x0, stage.began_v = stage.v0 = v0;
     if (stage.elasticity.targets_move()) {
         stage.elasticity.at_share(share);
         stage.linear_at.clear();
@@ -239,7 +239,8 @@ bool find_touches(Stage& stage, Known known)
 bool firm_up(Stage& stage, const Aligned<double>& before)
 {
     constexpr double deep = 0.05;  // cubes: it ends within a tenth of a cube
-    const Firming firming{before.data(), stage.x.data(), deep, stage.x0.data(), stage.tau};
+    const Aligned<double>& start = stage.rigid.none() ? stage.x0 : stage.began;
+    const Firming firming{before.data(), stage.x.data(), deep, start.data(), stage.tau};
     const bool holds = firm_up(stage.holds, firming);
     return firm_up(stage.touches, firming) || holds;
 }
@@ -255,23 +256,30 @@ std::vector<PointContact> touching(const Stage& stage)
     return out;
 }
 
+FoundTouches found_so_far(const Stage& stage)
+{
+    return {stage.touches,   stage.holds,    stage.looked_at, stage.looked,
+            stage.sheets_at, stage.holds_at, stage.struck};
+}
+
+void go_back_to(const FoundTouches& found, Stage& stage)
+{
+    stage.touches = found.touches, stage.holds = found.holds;
+    stage.looked_at = found.looked_at, stage.looked = found.looked;
+    stage.sheets_at = found.sheets_at, stage.holds_at = found.holds_at;
+    stage.struck = found.struck;
+}
+
 std::vector<PointContact> contacts_ahead(Stage& stage, const Aligned<double>& w)
 {
-    const auto touches = stage.touches, holds = stage.holds;
-    const auto looked_at = stage.looked_at;
-    const auto looked = stage.looked;
-    const Aligned<double> before_w = stage.w, before_x = stage.x, sheets_at = stage.sheets_at,
-                          holds_at = stage.holds_at;
-    const bool struck = stage.struck;
+    const FoundTouches found = found_so_far(stage);
+    const Aligned<double> before_w = stage.w, before_x = stage.x;
     stage.w = w;
     place(stage);
     find_touches(stage);
     std::vector<PointContact> out = touching(stage);
-    stage.touches = touches, stage.holds = holds;
-    stage.looked_at = looked_at, stage.looked = looked;
     stage.w = before_w, stage.x = before_x;
-    stage.sheets_at = sheets_at, stage.holds_at = holds_at;
-    stage.struck = struck;
+    go_back_to(found, stage);
     return out;
 }
 

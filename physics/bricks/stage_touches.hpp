@@ -13,6 +13,17 @@ namespace physics {
 void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>& v0, double tau,
                  double share);
 
+// What a stage has found that it touches, and where it looked for that.
+struct FoundTouches {
+    std::vector<PlaneTouch> touches, holds;
+    std::vector<Aligned<double>> looked_at;
+    std::vector<std::uint32_t> looked;
+    Aligned<double> sheets_at, holds_at;
+    bool struck = false;
+};
+FoundTouches found_so_far(const Stage& stage);
+void go_back_to(const FoundTouches& found, Stage& stage);
+
 enum class Known { kept, renewed };
 // Finds which points are in other parts and in colliders where w leads, or before them, where that
 // is far from where they were looked for last. Planes of colliders that are known already are kept,

@@ -133,7 +133,14 @@ void end_near_lowest(Stage& stage, const Aligned<double>& from, double slope, Ph
 
 bool is_violent(const Stage& stage)
 {
-    return !(stage.tau * stage.elasticity.largest_rate(stage.w.data()) < 1);
+    Aligned<double> w;
+    if (!stage.rigid.none()) {  // rigid parts are asked nothing
+        w = stage.w;
+        for (std::size_t i = 0; i < stage.rigid.count(); ++i) {
+            stage.rigid.spread(i, Vec3::Zero(), Vec3::Zero(), w.data());
+        }
+    }
+    return !(stage.tau * stage.elasticity.largest_rate((w.empty() ? stage.w : w).data()) < 1);
 }
 
 void draw_back(Stage& stage, const Aligned<double>& from, double slope)

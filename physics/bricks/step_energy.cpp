@@ -136,9 +136,10 @@ double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<
     const double stored = elastic(stage, x), moving = kinetic(stage, v);
     const double gain =
         elastic(stage, after_x) + others(stage, after_x, after_v) - (stored + others(stage, x, v));
-    // Sheets that rest have next to no energy of their own.
+    // Sheets and rigid parts that rest have next to no energy of their own.
     const double mass = std::accumulate(frame.part_mass.begin(), frame.part_mass.end(), 0.0);
-    const double least = frame.body.sheets ? 0.5 * mass * slow * slow : 0;
+    const bool may_rest = frame.body.sheets || !stage.rigid.none();
+    const double least = may_rest ? 0.5 * mass * slow * slow : 0;
     return gain > std::max(least, little * (stored + moving)) ? gain : 0;
 }
 

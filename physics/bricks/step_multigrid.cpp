@@ -40,6 +40,7 @@ void take_step(StepMultigrid& at, const LinearSystem<float>& system, ChebyshevSt
             z[first + i] += step.by_rest * by_rest[i];
         }
     }
+    for (const auto i : at.held_along) at.change[i] = 0;
 }
 
 }  // namespace

@@ -12,14 +12,12 @@
 #include "physics/bricks/multigrid.hpp"
 #include "physics/math/conjugate_gradients.hpp"
 
-#include <span>
-
 namespace physics {
 
 struct StepMultigrid {
     std::vector<ChebyshevStep> smoother = {};
-    std::span<const std::uint32_t> held_along = {};  // numbers that are held one by one
-    Aligned<float> rest, change, product;            // work
+    std::vector<std::uint32_t> held_along = {};  // numbers that are held one by one
+    Aligned<float> rest, change, product;        // work
 
     // `largest` bounds the eigenvalues of D^-1 A from above.
     void start(double largest);

@@ -29,6 +29,7 @@ void fall(Stage& stage)
     for (std::size_t i = 0; i < frame.n; ++i) {
         if (frame.mass[i] > 0) stage.w[i] += stage.tau * frame.steady[i] / frame.mass[i];
     }
+    take_rigid_motion(stage);
     place(stage);
     find_touches(stage);
     stage.contacts = touching(stage);
@@ -61,16 +62,8 @@ void linearise_here(Stage& stage)
     stage.at_start = false;
 }
 
-// Linear about x0 + tau b, with the residual and A of w as it was guessed.
-void start_rounds(Stage& stage, StepSolver& solver)
+void linearise_at_base(Stage& stage)
 {
-    stage.wary = false;
-    place(stage);
-    find_touches(stage);
-    stage.contacts = touching(stage);
-    turn_free_parts(stage);
-    add_following(stage);
-    lift_free_parts(stage);
     if (stage.base.empty()) {
         linearise(stage, stage.x0);
     } else {
@@ -80,6 +73,21 @@ void start_rounds(Stage& stage, StepSolver& solver)
         linearise(stage, stage.x);
     }
     stage.at_start = true;
+}
+
+// Linear about x0 + tau b, with the residual and A of w as it was guessed.
+void start_rounds(Stage& stage, StepSolver& solver)
+{
+    stage.wary = false;
+    start_rigid_parts(stage);
+    place(stage);
+    find_touches(stage);
+    stage.contacts = touching(stage);
+    turn_free_parts(stage);
+    turn_rigid_parts(stage);
+    add_following(stage);
+    lift_free_parts(stage);
+    linearise_at_base(stage);
     place(stage);
     if (!stage.base.empty()) {
         find_touches(stage);
@@ -121,6 +129,10 @@ double measure(Stage& stage, StepSolver& solver)
 // In place of rounds where the motion is violent.
 void go_down(Stage& stage, StepSolver& solver, double at_work, StepRecord& record)
 {
+    if (!stage.rigid.none()) {  // of which a search for the lowest point knows nothing
+        record.violent = true;
+        return;
+    }
     const Descent how{.target = std::max(stage.frame.options.tolerance, 1e-3) * at_work};
     if (descend(stage, solver, how, record) != Descended::arrived) record.violent = true;
 }
@@ -205,8 +217,9 @@ void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, do
     const double rounding = rounds.touches ? rounding_of(stage, solver) : 0;
     rounds.target = std::max(rounds.target, rounding);
     const double first = size;
-    const int most =
-        std::max(options.newton_iterations, may_touch(stage) ? options.contact_iterations : 1);
+    constexpr int cheap = 4;  // times as many rounds with rigid parts
+    const int rounds_of_contact = options.contact_iterations * (stage.rigid.none() ? 1 : cheap);
+    const int most = std::max(options.newton_iterations, may_touch(stage) ? rounds_of_contact : 1);
     bool joined = !rounds.touches;
     Aligned<double> from;
     for (int round = 0; round < most && size > rounds.target; ++round) {
@@ -234,6 +247,58 @@ void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, do
     if (size <= 1.0001 * rounds.target) return;
     record.unsettled = true;
     record.left = std::max(record.left, size / at_work);
+}
+
+// What solves of a stage are measured by: go_rounds().
+struct Scale {
+    double at_work = 0, share = 1;
+};
+
+// A few rounds more with what touches as it was found, up to the tolerance of the forces where the
+// stage ends: its residual is told as a share of these.
+void polish(Stage& stage, StepSolver& solver, const Scale& scale, StepRecord& record)
+{
+    constexpr int most = 8;
+    for (int i = 0; i < most; ++i) {
+        place(stage);
+        stage.contacts = touching(stage);
+        find_residual(stage);
+        const double size = measure(stage, solver);
+        const Rounds rounds(stage, forces_at_work(stage, solver), scale.share);
+        if (!(size > rounds.target)) return;
+        take_delta(stage, solver, rounds, size, record);
+    }
+}
+
+// Rigid parts went along lines about where they were guessed to end: guesses anew, and solves
+// again, until they end there. `found` and `before`: before the stage was solved.
+void go_on_turned(Stage& stage, StepSolver& solver, const Scale& scale, const FoundTouches& found,
+                  const StepRecord& before, StepRecord& record)
+{
+    constexpr int most = 10;
+    constexpr double near = 0.005, far = 0.1, too_far = 1;  // cubes
+    const bool may_halve = stage.halvings < 4;
+    double off = take_rigid_motion(stage), last = off;
+    if (!std::isfinite(off)) return;
+    for (int i = 0; i < most && off > near && (i < 3 || off < 0.7 * last); ++i) {
+        if (may_halve && off > too_far) break;
+        last = off;
+        record.unsettled = before.unsettled, record.violent = before.violent;
+        record.left = before.left;
+        turn_rigid_parts(stage);
+        go_back_to(found, stage);
+        stage.wary = false;
+        if (!stage.frame.loads.pins.matter.cubes.empty()) linearise_at_base(stage);
+        place(stage);
+        find_touches(stage);
+        stage.contacts = touching(stage);
+        find_residual(stage);
+        go_rounds(stage, solver, measure(stage, solver), scale.at_work, scale.share, record);
+        off = take_rigid_motion(stage);
+    }
+    if (off > far) record.unsettled = true, record.left = 1;
+    if (record.unsettled || record.violent) return;
+    polish(stage, solver, scale, record);
 }
 
 // Solves the stage by all of the second derivative, from what start_rounds() left. False, with
@@ -266,11 +331,13 @@ bool go_untouched(Stage& stage, StepSolver& solver, StepRecord& record)
 
 void solve_stage(Stage& stage, StepSolver& solver, StepRecord& record)
 {
-    const bool whole = stage.frame.options.newton_iterations > 1 && !stage.frame.body.sheets;
+    const bool whole =
+        stage.frame.options.newton_iterations > 1 && !stage.frame.body.sheets && stage.rigid.none();
     struct {
         Aligned<double> x0, v0, w, wind;
     } began;
     if (whole && may_touch(stage)) began = {stage.x0, stage.v0, stage.w, stage.wind};
+    const FoundTouches found = stage.rigid.none() ? FoundTouches{} : found_so_far(stage);
     start_rounds(stage, solver);
     if (whole && stage.contacts.empty()) {
         if (go_untouched(stage, solver, record)) return;
@@ -281,13 +348,15 @@ void solve_stage(Stage& stage, StepSolver& solver, StepRecord& record)
     const double size = norm(solver, stage.r);
     const AtWork at = at_work(stage);
     // What contacts push back at first, far into what they touch, is no force at work. What they
-    // have to do is to stop the body.
+    // have to do is to stop the body. Of rigid parts that is told by the round that did it.
     Aligned<double> momentum;
     times_mass(stage, stage.v0, momentum);
-    const double push = std::min(size, norm(solver, momentum));
-    go_rounds(stage, solver, size,
-              std::max({push, norm(solver, at.outside), norm(solver, at.elastic)}),
-              least_share(stage, solver, at), record);
+    const double push = !stage.rigid.none() ? 0 : std::min(size, norm(solver, momentum));
+    const Scale scale{std::max({push, norm(solver, at.outside), norm(solver, at.elastic)}),
+                      least_share(stage, solver, at)};
+    const StepRecord before = record;
+    go_rounds(stage, solver, size, scale.at_work, scale.share, record);
+    if (!stage.rigid.none()) go_on_turned(stage, solver, scale, found, before, record);
 }
 
 void find_forces_at_start(Stage& stage)

@@ -63,6 +63,7 @@ void add_contact_blocks(StepSolver& solver, const Stage& stage, const Aligned<do
             block.weight[block.count++] = weight;
             const double* fixed = &stage.frame.fixed[4 * std::size_t{k}];
             if (fixed[0] + fixed[1] + fixed[2] == 3) continue;
+            if (stage.rigid.of_corner(k) != RigidBodies::not_rigid) continue;
             auto& at = solver.block_of[k];
             if (at == no_index) {
                 at = static_cast<std::uint32_t>(blocks.size());
@@ -129,6 +130,13 @@ Plan plan_multigrid(StepSolver& solver, const Stage& stage, const std::vector<do
     if (largest == 0) return {with_diagonal, 1};
     solver.multigrid.start(largest);
     solver.multigrid.held_along = frame.held_along;
+    for (std::size_t i = 0; i < stage.rigid.count(); ++i) {  // which are solved beside it
+        for (const auto slot : stage.rigid.corners(i)) {
+            for (std::uint32_t a = 0; a < 3; ++a) {
+                solver.multigrid.held_along.push_back(4 * slot + a);
+            }
+        }
+    }
     solver.low.linear.precondition = [&elasticity, &solver](const float* r, float* z) {
         solver.multigrid.apply(solver.low.linear, elasticity, r, z);
     };
@@ -207,11 +215,45 @@ Plan choose_preconditioner(StepSolver& solver, const Stage& stage)
     return plan_multigrid(solver, stage, mass, with_diagonal);
 }
 
-template <class T> void use_elasticity(const Elasticity& elasticity, StepSystem<T>& system)
+template <class T>
+void use_elasticity(const StepSolver& solver, const Stage& stage, StepSystem<T>& system)
 {
+    const Elasticity& elasticity = stage.elasticity;
     system.linear.multiply = [&elasticity, &system](const T* p, T* y) {
         elasticity.multiply(p, y);
         for (const auto& contact : system.contacts) contact.add_times(p, y);
+    };
+    const RigidBodies& rigid = stage.rigid;
+    if (rigid.none()) return;
+    system.linear.multiply = [&solver, &rigid, both = std::move(system.linear.multiply)](const T* p,
+                                                                                         T* y) {
+        both(p, y);
+        for (std::size_t i = 0; i < rigid.count(); ++i) {
+            for (const auto slot : rigid.corners(i)) {
+                for (std::size_t k = 4 * std::size_t{slot}, end = k + 3; k < end; ++k) {
+                    y[k] += static_cast<T>(solver.lumped[k]) * p[k];
+                }
+            }
+        }
+        rigid.even_out(y);
+    };
+}
+
+// Lets rigid parts be solved by their own factor, beside what solves the elastic ones. Before it
+// is asked, z is what the diagonal and the blocks make of r.
+template <class T> void join_rigid(StepSolver& solver, const Stage& stage, LinearSystem<T>& linear)
+{
+    const RigidBodies& rigid = stage.rigid;
+    if (rigid.none()) return;
+    linear.precondition = [&solver, &rigid, elastic = std::move(linear.precondition),
+                           loose = Aligned<T>(stage.frame.n)](const T* r, T* z) mutable {
+        if (elastic) {
+            std::copy_n(r, loose.size(), loose.begin());
+            const Vec3 zero = Vec3::Zero();
+            for (std::size_t i = 0; i < rigid.count(); ++i) rigid.spread(i, zero, zero, &loose[0]);
+            elastic(loose.data(), z);
+        }
+        solver.rigid.solve(r, z);
     };
 }
 
@@ -272,6 +314,7 @@ bool solve_directly(StepSolver& solver, Stage& stage, double target, Solved& out
         direct.factor->solve(r, z);
         for (const auto i : held_along) z[i] = 0;
     };
+    join_rigid(solver, stage, solver.high.linear);
     bool sound = true;
     out.converged = false;
     if (direct.serves(stage)) {
@@ -280,11 +323,23 @@ bool solve_directly(StepSolver& solver, Stage& stage, double target, Solved& out
         solve_high(solver, stage, target, std::max(2.0, most), out);
     }
     if (!out.converged) {
-        sound = direct.make(stage, solver.high.linear.diagonal);
+        const bool elastic = stage.rigid.none();
+        sound = direct.make(stage, elastic ? solver.high.linear.diagonal : solver.lumped);
+        if (!sound && !elastic) {  // as it would again: masses of rigid parts need not be positive
+            direct.work = std::numeric_limits<double>::infinity();
+        }
         if (sound) solve_high(solver, stage, target, stage.frame.options.solver_iterations, out);
     }
     precondition = {};
     return sound;
+}
+
+// Goes on from delta in double precision, with rigid parts solved at once.
+void solve_with_rigid(StepSolver& solver, Stage& stage, double target, Solved& out)
+{
+    join_rigid(solver, stage, solver.high.linear);
+    solve_high(solver, stage, target, stage.frame.options.solver_iterations, out);
+    solver.high.linear.precondition = {};
 }
 
 // Single precision, and once more on what that leaves over, as long as it gets somewhere.
@@ -319,10 +374,20 @@ Solved solve_coupled(StepSolver& solver, Stage& stage, double target)
     solver.rest = stage.r;
     const double size = norm(solver, solver.rest);
     if (!std::isfinite(size)) return {false, 0, size};
-    use_elasticity(stage.elasticity, solver.low);
-    use_elasticity(stage.elasticity, solver.high);
+    use_elasticity(solver, stage, solver.low);
+    use_elasticity(solver, stage, solver.high);
     copy_low(solver.high, solver.low);
+    if (!stage.rigid.none()) {
+        const auto multiply = [&](const double* p, double* y) { stage.elasticity.multiply(p, y); };
+        solver.rigid.look(stage.rigid, multiply, stage.elasticity.room(), solver.lumped);
+        solver.rigid.make(solver.high.contacts);
+    }
+    if (stage.rigid.all()) {
+        solve_with_rigid(solver, stage, target, out);
+        return out;
+    }
     const Plan plan = choose_preconditioner(solver, stage);
+    join_rigid(solver, stage, solver.low.linear);
     StepDirect& direct = solver.direct;
     const double patience = patient_share * direct.work;
     const double by_now = direct.others_took * std::log(size / target) * plan.an_iteration;
@@ -336,7 +401,7 @@ Solved solve_coupled(StepSolver& solver, Stage& stage, double target)
     const double gain = std::log(std::max(1.01, size / out.residual));
     direct.others_took = std::max(direct.others_took, out.iterations / gain);
     if (solve_directly(solver, stage, target, out)) return out;
-    if (out.iterations < most) solve_high(solver, stage, target, most, out);
+    if (out.iterations < most) solve_with_rigid(solver, stage, target, out);
     return out;
 }
 
@@ -367,6 +432,15 @@ void prepare(StepSolver& solver, const Stage& stage)
         inverse[i] = frame.fixed[i] == 0 && whole[i] > 0 ? 1 / whole[i] : 0;
     }
     add_contact_blocks(solver, stage, whole);
+    if (stage.rigid.none()) return;
+    solver.lumped = diagonal;
+    for (std::size_t i = 0; i < stage.rigid.count(); ++i) {  // products with A have it all
+        for (const auto slot : stage.rigid.corners(i)) {
+            for (std::size_t k = 4 * std::size_t{slot}, end = k + 3; k < end; ++k) {
+                diagonal[k] = 0, inverse[k] = 1 / frame.mass[k];
+            }
+        }
+    }
 }
 
 double norm(const StepSolver& solver, const Aligned<double>& r)

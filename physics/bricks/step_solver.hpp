@@ -12,8 +12,10 @@
 // (step_multigrid.hpp). Where these should take longer than to factor A as it is, or have
 // taken half as long and not got there, A is factored (step_direct.hpp). What should take how long
 // is counted from the matrix's structure, in products with A: no result depends on a clock.
+// Rigid parts are solved with each other at once (rigid_system.hpp), beside the elastic ones.
 
 #include "physics/bricks/contact_block.hpp"
+#include "physics/bricks/rigid_system.hpp"
 #include "physics/bricks/stage.hpp"
 #include "physics/bricks/step_direct.hpp"
 #include "physics/bricks/step_multigrid.hpp"
@@ -41,9 +43,11 @@ struct StepSolver {
     StepMultigrid multigrid;
     StepDirect direct;
     StepResponses responses;
-    int took = 0;                         // iterations of the last solve in single precision
-    Aligned<float> loose;                 // a residual without what is held along an axis
-    Aligned<double> rest;                 // N s, r - A delta
+    RigidSystem rigid;
+    Aligned<double> lumped;  // with rigid parts: the diagonal of A but for K and contacts
+    int took = 0;            // iterations of the last solve in single precision
+    Aligned<float> loose;    // a residual without what is held along an axis
+    Aligned<double> rest;    // N s, r - A delta
     std::vector<std::uint32_t> block_of;  // of each slot while blocks are added up
 };
 

@@ -9,13 +9,13 @@
 #include "physics/bricks/stage_touches.hpp"
 #include "physics/bricks/step_energy.hpp"
 #include "physics/bricks/step_newton.hpp"
+#include "physics/state/hold_matter.hpp"
 #include "physics/state/measure.hpp"
 #include "physics/state/pins.hpp"
 #include "physics/state/report_texts.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <stdexcept>
 #include <string>
 
@@ -40,6 +40,7 @@ struct FrameStep {
     Motion now;
     EnergyAccount account;  // of the midpoint rule
     Risen risen;            // of the last step that was not cut in halves
+    int halvings = 0;       // of the step that was taken last
 };
 
 // Implicit Euler over tau seconds up to a share of the frame.
@@ -52,6 +53,8 @@ void solve_over(FrameStep& step, double tau, double share, Balance balance)
     solve_stage(stage, step.solver, step.record);
     balance_free_parts(stage, step.now.x, step.now.v, balance);
     find_leftover(stage, step.solver, step.record);
+    take_rigid_motion(stage);
+    turn_rigid_parts(stage);
 }
 
 // What rises after an impact by the end of a whole step, where the stage that was solved is
@@ -97,6 +100,7 @@ void take_stage(FrameStep& step, double tau, double share, Balance balance)
         step.now.x[i] = stage.x0[i] + tau * stage.w[i];
     }
     step.now.v = stage.w;
+    stage.rigid.straighten(step.now.x.data(), step.now.v.data());
 }
 
 // Whether something hits on the way to x, behind the middle of the step.
@@ -185,10 +189,11 @@ void place_pins(const StepFrame& frame, double share, Motion& now)
 // so that they would be thrown apart.
 bool is_torn_apart(const FrameStep& step, int halvings)
 {
-    constexpr int most = 2;
-    constexpr double much = 0.01;  // of the forces at work
+    const int most = step.stage.rigid.none() ? 2 : 4;
+    const double much = !step.stage.rigid.none() ? 0 : 0.01;  // of the forces at work
     const StepRecord& record = step.record;
-    return touches_itself(step.stage) && halvings < most && (record.left > much || record.violent);
+    const bool may = touches_itself(step.stage) || !step.stage.rigid.none();
+    return may && halvings < most && (record.left > much || record.violent);
 }
 
 // What a step starts with.
@@ -278,6 +283,13 @@ bool keeps_energy(FrameStep& step, const Motion& before, int halvings)
 // a 256th of it could be taken.
 bool step_or_parts(FrameStep& step, double begin, double end, Cuts cuts)
 {
+    // Of rigid parts, what follows a step that took halves takes no more than twice as long.
+    if (!step.stage.rigid.none() && cuts.hits == 0 && cuts.halvings + 1 < step.halvings) {
+        const double half = 0.5 * (begin + end);
+        if (cuts.halvings == 0) step.risen.clear();
+        ++cuts.halvings;
+        return step_or_parts(step, begin, half, cuts) && step_or_parts(step, half, end, cuts);
+    }
     const Before before(step);
     step.record.unsettled = step.record.violent = false;
     step.record.left = 0;
@@ -292,6 +304,7 @@ bool step_or_parts(FrameStep& step, double begin, double end, Cuts cuts)
     } else if (finite && !is_torn_apart(step, cuts.halvings) &&
                keeps_energy(step, before.now, cuts.halvings)) {
         keep(step, before, begin, end);
+        step.halvings = cuts.halvings;
         return true;
     } else {
         middle = 0.5 * (begin + end);
@@ -315,15 +328,10 @@ void warn_of_shortfall(StepRecord& record)
     }
     if (!record.short_of_iterations && !record.unsettled && !record.violent) return;
     record.report.converged = false;
-    record.report.warnings.emplace_back(
-        record.short_of_iterations ? "The linear solver did not converge to step.tolerance. Raise "
-                                     "step.solver_iterations."
-        : record.violent           ? "The motion is too fast for the time step: the forces are not "
-                                     "balanced to step.tolerance. Raise step.substeps."
-        : !record.touched          ? "Newton's method did not converge to step.tolerance. Raise "
-                                     "step.newton_iterations or step.substeps."
-                                   : "Contact did not converge to step.tolerance. Raise "
-                                     "step.contact_iterations or step.substeps.");
+    record.report.warnings.emplace_back(record.short_of_iterations ? short_linear_solve
+                                        : record.violent           ? short_of_speed
+                                        : !record.touched          ? short_newton
+                                                                   : short_contact);
 }
 
 Motion load(const CornerBody& body, const State& state)
@@ -402,6 +410,7 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
     StepFrame frame(body, loads, dt, options);
     FrameStep step(frame, elasticity);
     step.now = load(body, state);
+    step.stage.rigid.straighten(step.now.x.data(), step.now.v.data());
     step.stage.grips = state.grips;
     step.stage.held = state.holds;
     frame.start = step.now.x;
@@ -433,27 +442,6 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
     state.time += dt;
     state.report = std::move(step.record.report);
     return state;
-}
-
-// Where the targets of held points were when the frame began: as the state has them, and with the
-// corners where they are for those that it does not know.
-std::vector<Vec3> targets_before(const HeldMatter& matter, const State& state)
-{
-    std::multimap<std::uint32_t, std::size_t> known;  // by corner, in their order
-    for (std::size_t i = 0; i < std::min(state.held.size(), state.held_forces.size()); ++i) {
-        known.emplace(state.held_forces[i].corner, i);
-    }
-    std::vector<Vec3> out;
-    for (const auto k : matter.corner) {
-        const auto found = known.lower_bound(k);
-        if (found == known.end() || found->first != k) {
-            out.push_back(state.x[k]);
-        } else {
-            out.push_back(state.held[found->second]);
-            known.erase(found);
-        }
-    }
-    return out;
 }
 
 }  // namespace

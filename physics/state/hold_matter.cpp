@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <bitset>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 namespace physics {
@@ -221,6 +222,25 @@ Pins matter_on(const Cubes& cubes, HeldMatter matter, const std::vector<geometry
     matter.target.clear();
     for (const auto k : matter.corner) matter.target.push_back(places[k].cast<double>());
     return pins_of(cubes, std::move(matter));
+}
+
+std::vector<Vec3> targets_before(const HeldMatter& matter, const State& state)
+{
+    std::multimap<std::uint32_t, std::size_t> known;  // by corner, in their order
+    for (std::size_t i = 0; i < std::min(state.held.size(), state.held_forces.size()); ++i) {
+        known.emplace(state.held_forces[i].corner, i);
+    }
+    std::vector<Vec3> out;
+    for (const auto k : matter.corner) {
+        const auto found = known.lower_bound(k);
+        if (found == known.end() || found->first != k) {
+            out.push_back(state.x[k]);
+        } else {
+            out.push_back(state.held[found->second]);
+            known.erase(found);
+        }
+    }
+    return out;
 }
 
 }  // namespace physics

@@ -21,6 +21,7 @@
 #include "geometry/mesh/triangle_bvh.hpp"
 #include "physics/state/choose_corners.hpp"
 #include "physics/state/loads.hpp"
+#include "physics/state/state.hpp"
 
 #include <functional>
 #include <string>
@@ -67,5 +68,9 @@ inline double stiffness_at(const HeldCube& cube, std::size_t a, std::size_t b)
     return double(a < b ? cube.stiffness[b * (b + 1) / 2 + a]
                         : cube.stiffness[a * (a + 1) / 2 + b]);
 }
+
+// Where the targets of held points were when the frame began: as the state has them, and with the
+// corners where they are for those that it does not know.
+std::vector<geometry::Vec3> targets_before(const HeldMatter& matter, const State& state);
 
 }  // namespace physics

@@ -1,0 +1,79 @@
+#pragma once
+
+// What is special about one of several bodies of Simulate, and what Simulate suggests of them.
+
+#include "geometry/cubes/cubes.hpp"
+#include "graph/types/node_builder.hpp"
+#include "physics/state/state.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace nodes::simulate {
+
+using geometry::Vec3;
+
+struct OneBody {
+    Vec3 velocity{0, 0, 0};
+    Vec3 spin_degrees{0, 0, 0};
+    bool rigid = false;
+};
+inline bool any_rigid(const std::vector<OneBody>& bodies)
+{
+    return std::any_of(bodies.begin(), bodies.end(), [](const auto& body) { return body.rigid; });
+}
+
+inline void describe_body(graph::ParamsOf<OneBody>& p)
+{
+    p.param("velocity", &OneBody::velocity,
+            "Velocity of this body that is added to the initial state.", {.unit = "m/s"})
+        .param("spin_degrees", &OneBody::spin_degrees,
+               "Angular velocity of this body about its own centre of mass, about x, y and z, that "
+               "is added to the initial state.",
+               {.unit = "deg/s"})
+        .param("rigid", &OneBody::rigid,
+               "Whether this body keeps its shape: each of its pieces moves as a rigid body, with "
+               "the mass of its cubes and the centre and inertia of its surface, and pushes and is "
+               "pushed as others are (method bricks). Right, and many times faster, for what would "
+               "not visibly bend: wood, stone, metal. Its Young's modulus counts for its contacts "
+               "alone. Impacts in quick succession, as of dominoes, need several step.substeps. "
+               "Beside "
+               "rigid bodies, elastic ones are solved with linear forces in each round.");
+}
+
+// Bodies that hardly strained in a frame that took many times the steps asked for: they would look
+// the same as rigid bodies, which take few. `asked`: steps.
+inline std::vector<std::string>
+told_of_stiff(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
+              const std::vector<OneBody>& bodies, const physics::State& state, int asked)
+{
+    constexpr int many = 8;
+    constexpr double visible = 0.005;   // strain
+    constexpr double stiff_from = 1e8;  // Pa
+    if (state.report.steps < many * asked) return {};
+    std::string stiff;
+    std::size_t cube = 0;
+    for (std::size_t i = 0; i < cubes.size(); ++i) {
+        double most = 0, softest = std::numeric_limits<double>::infinity();
+        for (const double young : cubes[i]->young) {
+            softest = std::min(softest, young);
+            if (cube < state.stress.size()) most = std::max(most, state.stress[cube] / young);
+            ++cube;
+        }
+        const bool rigid = i < bodies.size() && bodies[i].rigid;
+        if (rigid || !(most < visible && softest >= stiff_from)) continue;
+        stiff += fmt::format("{}{}", stiff.empty() ? "" : ", ", i);
+    }
+    if (stiff.empty()) return {};
+    return {
+        fmt::format("stiff bodies hit something, which took {} times as many steps as were asked "
+                    "for, or more: set `rigid` = true in `bodies` (entry {}) where they would "
+                    "not visibly bend",
+                    many, stiff)};
+}
+
+}  // namespace nodes::simulate

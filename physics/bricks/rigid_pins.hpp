@@ -1,0 +1,16 @@
+#pragma once
+
+// Pins that hold corners of rigid parts: one corner of a rigid part cannot move on its own, so that
+// a spring holds it, as springs hold material (hold_matter.hpp). Two corners make a hinge, three
+// hold or drive the part.
+
+#include "physics/bricks/bricks_body.hpp"
+#include "physics/state/loads.hpp"
+
+namespace physics {
+
+// The same pins, with springs at corners of rigid parts. In steps of dt seconds they give way by
+// less than a 10,000th of the way that the forces on the part would take it in a step.
+Pins with_rigid_pins(const BricksBody& body, const Pins& pins, double dt);
+
+}  // namespace physics

@@ -1,0 +1,84 @@
+// Bodies of a Simulate that keep their shape, through graphs.
+
+#include "tests/nodes/scene.hpp"
+
+#include <fmt/format.h>
+
+namespace {
+
+using fixtures::Scene;
+
+// A block of oak that comes to the floor at 4 m/s, tilted. `simulate`: parameters of Simulate.
+std::string thrown(const std::string& simulate)
+{
+    return fmt::format(
+        R"("box": {{ "type": "Primitive@1", "params": {{ "shape": "box",
+                     "box": {{ "size": [0.2, 0.1, 0.1] }} }} }},
+           "mesh": {{ "type": "Transform@1", "inputs": {{ "mesh": "box.mesh" }}, "params": {{
+                      "rotate_degrees": [20, 0, 30], "translate": [0, 0.4, 0] }} }},
+           "cubes": {{ "type": "Voxelize@1", "inputs": {{ "mesh": "mesh.mesh" }}, "params": {{
+                       "method": "solid", "size": 0.05, "matter": {{ "preset": "oak" }} }} }},
+           "floor": {{ "type": "Ground@1" }},
+           "sim": {{ "type": "Simulate@2", "inputs": {{ "cubes": "cubes.cubes",
+                     "surface": "mesh.mesh", "colliders": ["floor.collider"] }}, "params": {{
+                     {} }} }},
+           "depth": {{ "type": "Measure@1", "inputs": {{ "state": "sim.state" }}, "params": {{
+                       "what": "contact_depth" }} }})",
+        simulate);
+}
+
+// A ball that rolls without slip gains 5/7 of what a slope of 10 degrees gives. After a second it
+// is at 1/2 5/7 g sin(10).
+TEST(RigidBodyNodes, ABallRollsDownASlope)
+{
+    Scene scene(R"("mesh": { "type": "Primitive@1", "params": { "shape": "sphere",
+                     "sphere": { "radius": 0.1, "subdivisions": 4 }, "centre": [0, 0.1, 0] } },
+           "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "mesh.mesh" }, "params": {
+                      "method": "solid", "size": 0.02, "matter": { "preset": "pine" } } },
+           "floor": { "type": "Ground@1" },
+           "sim": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes",
+                    "surface": "mesh.mesh", "colliders": ["floor.collider"] }, "params": {
+                    "gravity": [1.70349, -9.66097, 0], "bodies": [{ "rigid": true }],
+                    "step": { "substeps": 8 } } },
+           "x": { "type": "Measure@1", "inputs": { "state": "sim.state",
+                  "cubes": "cubes.cubes" }, "params": { "what": "centre_of_mass",
+                  "direction": [1, 0, 0] } })");
+    const double way = *scene.at<double>("x", 25) - *scene.at<double>("x", 1);
+    const double wanted = 0.5 * 5 / 7 * 1.70349;
+    EXPECT_NEAR(way, wanted, 0.02 * wanted);
+}
+
+TEST(RigidBodyNodes, LandInFewStepsWhereStiffOnesAreToldThatTheyCould)
+{
+    Scene stiff(thrown(R"("initial_velocity": [0, -4, 0])"));
+    Scene rigid(thrown(R"("initial_velocity": [0, -4, 0], "bodies": [{ "rigid": true }])"));
+    stiff.at<double>("depth", 12);
+    rigid.at<double>("depth", 12);
+    const auto hint = [](const std::string& text) {
+        return text.find("set `rigid` = true in `bodies` (entry 0)") != std::string::npos;
+    };
+    EXPECT_TRUE(std::any_of(stiff.warnings.begin(), stiff.warnings.end(), hint));
+    EXPECT_TRUE(rigid.warnings.empty()) << rigid.warnings[0];
+}
+
+TEST(RigidBodyNodes, AreRefusedWhereNothingMovesThem)
+{
+    const auto problem = [](const std::string& simulate) {
+        const auto loaded =
+            graph::load_text(R"({ "aspic": 1, "nodes": {)" +
+                                 thrown(R"("bodies": [{ "rigid": true }], )" + simulate) + "} }",
+                             "scene.json", nodes::registry());
+        return loaded.problems.empty() ? std::string() : loaded.problems[0].message;
+    };
+    EXPECT_NE(problem(R"("method": "springs")").find("rigid bodies need method = bricks"),
+              std::string::npos);
+    EXPECT_NE(problem(R"("step": { "integrator": "implicit_midpoint" })")
+                  .find("rigid bodies need step.integrator = implicit_euler"),
+              std::string::npos);
+    EXPECT_NE(
+        problem(R"("initial_shape": "equilibrium")").find("rigid bodies have no equilibrium shape"),
+        std::string::npos);
+    EXPECT_EQ(problem(R"("gravity": [0, -9.81, 0])"), "");
+}
+
+}  // namespace
