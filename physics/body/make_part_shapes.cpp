@@ -332,8 +332,8 @@ PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
     return out;
 }
 
-std::vector<geometry::MassProperties> solids_of_parts(const BodyModels& models,
-                                                      const CornerBody& body)
+std::vector<geometry::MassProperties> solids_of_rigid_parts(const BodyModels& models,
+                                                            const CornerBody& body)
 {
     const Cubes& cubes = models.all();
     std::vector<std::uint32_t> part_of;
@@ -344,8 +344,9 @@ std::vector<geometry::MassProperties> solids_of_parts(const BodyModels& models,
     std::vector<geometry::MassProperties> out(body.parts);
     for (std::size_t m = 0; m < models.count(); ++m) {
         const auto [own, surface] = models.model(m);
-        if (!surface) continue;
         const std::uint32_t first = models.start(m).cube;
+        if (!surface || body.rigid[part_of[first]] == 0)
+            continue;  // all parts of a model are alike
         const std::span own_parts = std::span(part_of).subspan(first, own->count());
         for_closed_parts({*own, surface, first, own_parts, body.parts}, cubes_of,
                          [&](std::uint32_t p, const TriMesh& mesh) {

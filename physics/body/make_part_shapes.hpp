@@ -19,9 +19,10 @@ namespace physics {
 PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
                             const PartContactOptions& options);
 
-// What the shape of each part encloses, at 1 kg/m^3; 0 of parts of models without a surface.
-std::vector<geometry::MassProperties> solids_of_parts(const BodyModels& models,
-                                                      const CornerBody& body);
+// What the shape of each rigid part encloses, at 1 kg/m^3; 0 of models without a surface, and of
+// other parts.
+std::vector<geometry::MassProperties> solids_of_rigid_parts(const BodyModels& models,
+                                                            const CornerBody& body);
 
 // The shapes where contact is on and the body has parts; else null. Cubes of a plane have no
 // inside: null for them.

@@ -58,7 +58,6 @@ public:
     // Arms r_a are those at x from now on.
     void look_at(const double* x);
     std::uint64_t looks() const { return looks_; }  // how often
-    const Vec3& centre(std::size_t i) const { return centre_[i]; }
     const Vec3& arm(std::uint32_t slot) const { return arm_[slot]; }
 
     // The sum of forces on the corners of one, and their torque about its centre.

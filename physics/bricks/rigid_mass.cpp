@@ -155,7 +155,7 @@ void weigh_rigid_parts(const BodyModels& models, MassOf mass_of, CornerBody& bod
 {
     if (body.rigid.empty()) return;
     const auto parts = parts_of(models, body, mass_of);
-    const auto solids = solids_of_parts(models, body);
+    const auto solids = solids_of_rigid_parts(models, body);
     for (std::size_t p = 0; p < body.parts; ++p) {
         if (body.rigid[p] != 0) weigh(parts[p], solids[p], body);
     }

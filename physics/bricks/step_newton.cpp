@@ -277,7 +277,7 @@ void go_on_turned(Stage& stage, StepSolver& solver, const Scale& scale, const Fo
 {
     constexpr int most = 10;
     constexpr double near = 0.005, far = 0.1, too_far = 1;  // cubes
-    const bool may_halve = stage.halvings < 4;
+    const bool may_halve = stage.halvings < most_halvings;
     double off = take_rigid_motion(stage), last = off;
     if (!std::isfinite(off)) return;
     for (int i = 0; i < most && off > near && (i < 3 || off < 0.7 * last); ++i) {

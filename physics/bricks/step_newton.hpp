@@ -15,6 +15,9 @@
 
 namespace physics {
 
+// How often a step is cut in halves at most where what hits gains energy, or rigid parts turn far.
+inline constexpr int most_halvings = 4;
+
 // Solves a stage that has been started, from and to stage.w. What fell short stands in the record.
 void solve_stage(Stage& stage, StepSolver& solver, StepRecord& record);
 

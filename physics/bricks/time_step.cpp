@@ -189,7 +189,7 @@ void place_pins(const StepFrame& frame, double share, Motion& now)
 // so that they would be thrown apart.
 bool is_torn_apart(const FrameStep& step, int halvings)
 {
-    const int most = step.stage.rigid.none() ? 2 : 4;
+    const int most = step.stage.rigid.none() ? 2 : most_halvings;
     const double much = !step.stage.rigid.none() ? 0 : 0.01;  // of the forces at work
     const StepRecord& record = step.record;
     const bool may = touches_itself(step.stage) || !step.stage.rigid.none();
@@ -270,11 +270,10 @@ double share_of_hit(const FrameStep& step, double begin, double end, Cuts cuts)
 // parts gained of each other is taken off.
 bool keeps_energy(FrameStep& step, const Motion& before, int halvings)
 {
-    constexpr int most = 4;
     Motion& now = step.now;
     const double gained = gained_by_touching(step.stage, before.x, before.v, now.x, now.v);
     if (!(gained > 0)) return true;
-    if (halvings < most) return false;
+    if (halvings < most_halvings) return false;
     if (!take_off(step.stage, gained, now.v)) step.record.violent = true;
     return true;
 }
