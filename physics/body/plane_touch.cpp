@@ -99,6 +99,25 @@ void hold_loads(std::vector<PlaneTouch>& touches, const double* x)
     for (PlaneTouch& touch : touches) touch.load = touch.stiffness * touch.depth(x);
 }
 
+void hold_first_loads(std::vector<PlaneTouch>& touches, const double* x, double times)
+{
+    for (PlaneTouch& touch : touches) {
+        const double began = touch.stiffness * std::max(0.0, touch.began - touch.slack);
+        touch.load = std::min(touch.stiffness * touch.depth(x), times * began);
+    }
+}
+
+HeldFriction held_friction(const std::vector<PlaneTouch>& touches, const double* x)
+{
+    HeldFriction out;
+    for (const PlaneTouch& touch : touches) {
+        const double push = touch.stiffness * touch.depth(x);
+        out.all += touch.friction * push;
+        if (touch.load >= 0) out.off += touch.friction * std::abs(touch.load - push);
+    }
+    return out;
+}
+
 // What its springs hold where the step began stays as it is.
 static void make_firmer(PlaneTouch& touch, double by, const Firming& firming)
 {

@@ -107,6 +107,15 @@ std::vector<PointContact> press(const std::vector<PlaneTouch>& touches, const do
 // Friction of all of them yields from now on by the push at x, whatever becomes of that: forces are
 // then the slope of a convex function altogether.
 void hold_loads(std::vector<PlaneTouch>& touches, const double* x);
+// The same before what pushes is known: at most by `times` the push with which the step began.
+void hold_first_loads(std::vector<PlaneTouch>& touches, const double* x, double times);
+
+// By how much the friction that yields by loads that are held differs from that by the push at x,
+// and how much the latter is: the sums over all, N.
+struct HeldFriction {
+    double off = 0, all = 0;
+};
+HeldFriction held_friction(const std::vector<PlaneTouch>& touches, const double* x);
 
 // Makes those stiffer that press at `before` and are deeper than `deep` (sizes of the touch) at x,
 // with the energy that they had at x0, where the step began. Those that bounce stay as they are.

@@ -289,4 +289,19 @@ void hold_loads(Stage& stage)
     hold_loads(stage.holds, stage.x.data());
 }
 
+void hold_first_loads(Stage& stage)
+{
+    const double times = stage.rigid.none() ? 2 : 0;  // stiff contacts take fewer rounds from none
+    hold_first_loads(stage.touches, stage.x.data(), times);
+    hold_first_loads(stage.holds, stage.x.data(), times);
+}
+
+double friction_off(const Stage& stage)
+{
+    const HeldFriction a = held_friction(stage.touches, stage.x.data());
+    const HeldFriction b = held_friction(stage.holds, stage.x.data());
+    const double all = a.all + b.all;
+    return all > 0 ? (a.off + b.off) / all : 0;
+}
+
 }  // namespace physics

@@ -38,5 +38,8 @@ std::vector<PointContact> touching(const Stage& stage);
 std::vector<PointContact> contacts_ahead(Stage& stage, const Aligned<double>& w);
 // Friction of all that touches yields from now on by the push at x.
 void hold_loads(Stage& stage);
+void hold_first_loads(Stage& stage);
+// By what share the friction that yields by held loads differs from that by the push at x.
+double friction_off(const Stage& stage);
 
 }  // namespace physics

@@ -20,7 +20,13 @@ constexpr int first_wary_round = 2;
 // Contacts come and go between rounds, so that none of them need be solved exactly.
 constexpr double contact_accuracy = 0.05;
 // What is touched is looked for again where the forces balance so far, as a share of those at work.
-constexpr double near_enough = 0.01;
+// Friction yields by loads that are held: there, they are held anew at what pushes then, until both
+// agree so far, as a share of all. That happens so often at most, and only in so many of the rounds
+// that there may be, as a share.
+constexpr double near_enough = 0.1;
+constexpr double friction_accuracy = 0.02;
+constexpr int most_held = 10;
+constexpr double time_to_hold = 0.6;
 
 // Free corners set off as the steady forces have them, unless they then touch something.
 void fall(Stage& stage)
@@ -165,7 +171,7 @@ double take_contacts(Stage& stage, StepSolver& solver, const Rounds& rounds, int
         firm_up(stage, before);
         find_touches(stage);
     }
-    if (round == first_wary_round) hold_loads(stage);
+    if (round == first_wary_round) hold_first_loads(stage);
     stage.wary = round + 1 >= first_wary_round;
     stage.contacts = touching(stage);
     if (apart && rounds.one && stage.contacts.empty()) return 0;  // it passed by
@@ -175,11 +181,11 @@ double take_contacts(Stage& stage, StepSolver& solver, const Rounds& rounds, int
     return measure(stage, solver);
 }
 
-// Where the forces balance, looks for more that is touched. Returns the norm of what is left
-// over then.
-double join(Stage& stage, StepSolver& solver, bool again, double size)
+// Where the forces balance, looks for more that is touched, and at the loads that friction yields
+// by. `must`: they change. Returns the norm of what is left over then.
+double join(Stage& stage, StepSolver& solver, bool must, double size)
 {
-    if (!find_touches(stage) && again) return size;
+    if (!find_touches(stage) && !must) return size;
     hold_loads(stage);
     stage.contacts = touching(stage);
     find_residual(stage);
@@ -221,6 +227,7 @@ void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, do
     const int rounds_of_contact = options.contact_iterations * (stage.rigid.none() ? 1 : cheap);
     const int most = std::max(options.newton_iterations, may_touch(stage) ? rounds_of_contact : 1);
     bool joined = !rounds.touches;
+    int held = 0;  // how often loads were
     Aligned<double> from;
     for (int round = 0; round < most && size > rounds.target; ++round) {
         if (round >= first_wary_round) from = stage.w;
@@ -239,8 +246,11 @@ void go_rounds(Stage& stage, StepSolver& solver, double size, double at_work, do
         if (!std::isfinite(size)) return;
         if (rounds.touches && size > 0 &&
             size <= (joined ? rounds.target : std::max(rounds.target, near_enough * at_work))) {
-            size = join(stage, solver, joined, size);
-            joined = true;
+            const bool loads = held < most_held && round < time_to_hold * most &&
+                               friction_off(stage) > friction_accuracy;
+            if (loads) ++held;
+            size = join(stage, solver, loads || !joined, size);
+            joined = !loads;
         }
     }
     if (rounds.touches && is_violent(stage)) return go_down(stage, solver, at_work, record);

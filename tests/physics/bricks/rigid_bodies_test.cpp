@@ -168,6 +168,46 @@ TEST(RigidBodies, PartByNewtonsLaw)
     EXPECT_NEAR(state.v.front().y() + state.v.back().y(), -4, 1e-3);
 }
 
+// A heavy cube flies down and into the face of a slab that stands on the floor, so that the floor
+// and the cube push the slab at once: what the cube gets along the face is at most mu times what it
+// gets across, in each step.
+TEST(RigidBodies, RubInAnImpactByNoMoreThanFrictionAllows)
+{
+    constexpr double mu = 0.3;
+    const std::vector<Cubes> two{
+        box_at(Vec3::Zero(), 1, 6, 3, 0.02, {.density = 700, .young = 1e10}),
+        box_at({-0.05, 0.07, 0.01}, 2, 2, 1, 0.02, {.density = 8000, .young = 1e10})};
+    const BricksBody body = rigid_body(two, {1, 1}, {.friction = mu});
+    State state = rest_state(body);
+    const std::size_t slab = two[0].corner_count();
+    for (std::size_t k = slab; k < state.x.size(); ++k) state.v[k] = Vec3(0.8, -0.9, 0);
+    const auto momentum = [&] {
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t k = slab; k < state.x.size(); ++k) {
+            sum += body.base.mass[body.base.slot_of(k)] * state.v[k];
+        }
+        return sum;
+    };
+    double mass = 0, across = 0;
+    for (std::size_t k = slab; k < state.x.size(); ++k) {
+        mass += body.base.mass[body.base.slot_of(k)];
+    }
+    constexpr double dt = 1.0 / 2304;
+    for (int step = 0; step < 40; ++step) {
+        const Vec3 before = momentum();
+        state = advance(body, state, on_the_floor(), dt);
+        ASSERT_TRUE(state.report.converged) << step;
+        const Vec3 up = (state.x[2] - state.x[0]).normalized();  // along the slab
+        const Vec3 normal(up.y(), -up.x(), 0);
+        const Vec3 got = momentum() - before + mass * dt * 9.81 * Vec3::UnitY();
+        across -= got.dot(normal);
+        EXPECT_LE((got - got.dot(normal) * normal).norm(),
+                  1.05 * mu * -got.dot(normal) + 1e-4 * mass)
+            << step;
+    }
+    EXPECT_GT(across, 0.1 * mass);  // it hit
+}
+
 // A box that is tilted lands on an edge at 3 m/s: it loses energy in every frame, keeps its shape,
 // and rests on a face in the end, a hundredth of a cube deep at most.
 TEST(RigidBodies, LandOnAnEdgeWithoutGainingEnergy)
