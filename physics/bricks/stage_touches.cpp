@@ -13,12 +13,38 @@ namespace {
 
 using geometry::Box;
 
+bool between_rigid(const Stage& stage, const PlaneTouch& touch)
+{
+    const CornerBody& body = stage.frame.body;
+    if (stage.rigid.none() || body.rigid[body.part_of(touch.corners[0])] == 0) return false;
+    return touch.count == 8 || body.rigid[body.part_of(touch.corners[8])] != 0;
+}
+
+// A rigid part stops as a whole: what touches it would give back the speed that it stores as a
+// spring, were it not as stiff as stops that mass within a step.
+void stop_rigid(const Stage& stage, std::vector<PlaneTouch>& found)
+{
+    constexpr double stiff = 30;  // a step gives back a 30th of the speed
+    if (stage.rigid.none()) return;
+    const CornerBody& body = stage.frame.body;
+    for (PlaneTouch& touch : found) {
+        if (!between_rigid(stage, touch)) continue;
+        const auto part = body.part_of(touch.corners[0]);
+        const auto other = touch.count > 8 ? body.part_of(touch.corners[8]) : part;
+        const double mass = std::min(stage.frame.part_mass[part], stage.frame.part_mass[other]);
+        const double least = stiff * mass / (stage.tau * stage.tau);
+        touch.stiffness = std::max(touch.stiffness, least);
+        touch.at_rest = std::max(touch.at_rest, least);
+    }
+}
+
 // What colliders touch at x when corners came there at stage.w.
 std::vector<PlaneTouch> find_holds(const Stage& stage, const Aligned<double>& x)
 {
     const CornerBody& body = stage.frame.body;
     auto found = find_collider_touches(body, x.data(), stage.w.data(), stage.colliders, stage.held,
                                        stage.tau);
+    stop_rigid(stage, found);
     take_grips(found, stage.held);
     return found;
 }
@@ -84,6 +110,7 @@ bool find_part_touches(Stage& stage, double much)
     auto found = find_part_touches(*stage.frame.body.shapes, pairs, stage.x.data(), stage.w.data(),
                                    stage.tau, Look::back, stage.touches);
     if (found.empty()) return false;
+    stop_rigid(stage, found);
     take_grips(found, stage.grips);
     return add_found(stage.touches, found, stage.x.data(), much);
 }
@@ -205,6 +232,7 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
         stage.near = near_parts(*frame.body.shapes, x0.data(), v0.data(), tau);
         stage.touches = find_part_touches(*frame.body.shapes, stage.near, x0.data(), v0.data(), tau,
                                           Look::ahead);
+        stop_rigid(stage, stage.touches);
         take_grips(stage.touches, stage.grips);
     }
     if (frame.body.sheets) start_sheets(stage);

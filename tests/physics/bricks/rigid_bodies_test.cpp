@@ -208,6 +208,22 @@ TEST(RigidBodies, RubInAnImpactByNoMoreThanFrictionAllows)
     EXPECT_GT(across, 0.1 * mass);  // it hit
 }
 
+// Contacts are springs: those of a body that weighs many times the cubes that touch must not throw
+// it back, however short the steps.
+TEST(RigidBodies, StayWhereTheyLandInShortSteps)
+{
+    const Cubes cubes = box_at({0, 0.001, 0}, 2, 10, 2, 0.02, {.density = 8000, .young = 1e10});
+    const BricksBody body = rigid_body({cubes}, {1});
+    State state = rest_state(body);
+    for (Vec3& v : state.v) v = Vec3(0, -1, 0);
+    double fastest = 0;
+    for (int step = 0; step < 40; ++step) {
+        state = advance(body, state, on_the_floor(), 1.0 / 9216);
+        fastest = std::max(fastest, state.v.front().y());
+    }
+    EXPECT_LT(fastest, 0.05);
+}
+
 // A box that is tilted lands on an edge at 3 m/s: it loses energy in every frame, keeps its shape,
 // and rests on a face in the end, a hundredth of a cube deep at most.
 TEST(RigidBodies, LandOnAnEdgeWithoutGainingEnergy)
