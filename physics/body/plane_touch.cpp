@@ -43,6 +43,11 @@ double PlaneTouch::gap(const double* x) const
     return offset + normal.dot(between(*this, x));
 }
 
+Vec3 PlaneTouch::velocity(const double* v) const
+{
+    return between(*this, v) - drift;
+}
+
 double PlaneTouch::depth(const double* x) const
 {
     return std::max(0.0, (rebound > 0 ? rebound : -slack) - gap(x));
@@ -82,7 +87,7 @@ std::vector<PointContact> press(const std::vector<PlaneTouch>& touches, const do
         const double load = touch.load < 0 ? touch.stiffness * -gap : touch.load;
         if (!(gap < 0) && !(load > 0)) continue;
         // Friction as contact_at() has it, of the stretch in place of the slip.
-        const Vec3 velocity = between(touch, v) - touch.drift + touch.stretch / dt;
+        const Vec3 velocity = touch.velocity(v) + touch.stretch / dt;
         const double yields = touch.friction * load / (touch.stiffness * dt);  // m/s
         auto& contact = out.emplace_back(contact_at(
             {gap, touch.normal, velocity, load}, gap < 0 ? touch.stiffness : 0,
@@ -158,6 +163,21 @@ double deepest_of(const std::vector<Grip>& grips)
     return double(deepest);
 }
 
+double slack_speed(double size)
+{
+    return std::sqrt(9.81 * size);
+}
+
+static double slack_after(const PlaneTouch& touch, const StepEnd& end)
+{
+    const double little = 0.05 * touch.size;
+    double slack = touch.slack;
+    if (end.solid && slack > little) {
+        slack = std::max(little, slack - end.dt * slack_speed(touch.size));
+    }
+    return slack * std::exp(-end.dt / slack_time);
+}
+
 // How firm a touch is after a step that left it so deep, m.
 static double firmness_after(const PlaneTouch& touch, double depth, const StepEnd& end)
 {
@@ -180,7 +200,7 @@ std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd
         const double most = touch.friction * pressed;
         if (stretch.norm() > most) stretch *= most / stretch.norm();
         if (!stretch.allFinite()) continue;
-        const double slack = depth > 0 ? touch.slack * std::exp(-end.dt / slack_time) : 0;
+        const double slack = depth > 0 ? slack_after(touch, end) : 0;
         out.push_back({touch.point, touch.other, stretch.cast<float>(), touch.normal.cast<float>(),
                        static_cast<float>(depth),
                        static_cast<float>(firmness_after(touch, depth, end)),

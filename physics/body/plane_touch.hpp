@@ -74,6 +74,8 @@ struct PlaneTouch {
 
     // g at x, by slot, four numbers each.
     double gap(const double* x) const;
+    // m/s, against what it touches, where corners move at v.
+    Vec3 velocity(const double* v) const;
     // How deep it is in what pushes it, m: less its slack, or up to its rebound; 0 where it is not
     // pushed.
     double depth(const double* x) const;
@@ -90,6 +92,10 @@ template <class A, class B> bool in_order(const A& a, const B& b)
 {
     return std::tie(a.point, a.other) < std::tie(b.point, b.other);
 }
+
+// The speed at which what is deep in a body of cubes of this size (m) comes out: that of a fall by
+// half a cube, m/s.
+double slack_speed(double size);
 
 // All of some lists, in_order().
 std::vector<PlaneTouch> put_in_order(const std::vector<std::vector<PlaneTouch>>& lists);
@@ -138,10 +144,11 @@ double deepest_of(const std::vector<Grip>& grips);
 struct StepEnd {
     const double* x0;
     const double* x1;
-    double dt = 0;    // s
-    double late = 0;  // s, that x1 is later than the planes
-    double near = 0;  // m
-    double deep = 0;  // sizes of the touch, that what rests is to be no deeper than
+    double dt = 0;       // s
+    double late = 0;     // s, that x1 is later than the planes
+    double near = 0;     // m
+    double deep = 0;     // sizes of the touch, that what rests is to be no deeper than
+    bool solid = false;  // what touches is no sheet: slack of many sizes goes by slack_speed()
 };
 // The grip of each touch whose gap at the end is below `near`: stretched where it is below 0.
 std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd& end);

@@ -241,7 +241,9 @@ void keep(FrameStep& step, const Before& before, double begin, double end)
     step.record.unsettled |= before.record.unsettled;
     step.record.violent |= before.record.violent;
     StepEnd at{before.now.x.data(), step.now.x.data(), (end - begin) * step.frame.seconds};
-    at.deep = step.frame.body.sheets ? deep_sheet_at_rest : deep_at_rest;
+    const CornerBody& body = step.frame.body;
+    at.solid = !body.sheets && !(body.skin.thickest > 0);
+    at.deep = body.sheets ? deep_sheet_at_rest : deep_at_rest;
     step.stage.grips = grips_of(step.stage.touches, at);
     // The side of a sheet is not told by a plane alone: the next step may lead over a crease.
     at.late = (end - step.stage.share) * step.frame.seconds;
