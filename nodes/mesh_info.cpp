@@ -7,6 +7,7 @@
 #include "geometry/mesh/pieces.hpp"
 #include "geometry/mesh/polygons.hpp"
 #include "graph/types/context.hpp"
+#include "nodes/filled_shell.hpp"
 #include "nodes/large_cubes.hpp"
 #include "physics/bricks/bending_error.hpp"
 
@@ -106,6 +107,7 @@ void measure_surface(const geometry::TriMesh& mesh, MeshInfo& info)
         }
         info.longest_rim = std::max(info.longest_rim, length);
     }
+    info.shell = find_filled_shell(mesh, geometry::Inside::winding, 0).filled();
     if (info.closed) info.body = geometry::mass_properties(mesh);
     if (const auto wall = physics::thinnest_wall(mesh)) {
         info.thinnest = MeshInfo::Wall{wall->thickness, wall->name, wall->where};
@@ -186,6 +188,10 @@ std::string surface_text(const MeshInfo& info)
     if (!info.closed) {
         text = info.holes == 1 ? "open: 1 hole" : fmt::format("open: {} holes", info.holes);
         text += fmt::format(", the longest rim {}", length_text(info.longest_rim));
+        if (info.shell) {
+            text += ". Voxelize fills it up to the rim with method = solid: for a shell, set "
+                    "method = surface and its thickness";
+        }
     }
     if (info.closed && info.body.mass < 0) text += ", but its faces look inward";
     if (info.disagreeing > 0) {
@@ -337,6 +343,7 @@ std::string info_json(const std::string& file, const MeshInfo& info)
         {"closed", info.closed},
         {"holes", info.holes},
         {"longest_rim", info.longest_rim},
+        {"shell", info.shell},
         {"disagreeing_edges", info.disagreeing},
         {"pieces", info.pieces},
         {"groups", info.groups},

@@ -10,6 +10,7 @@
 #include "nodes/body_figures.hpp"
 #include "nodes/calibrated_cubes.hpp"
 #include "nodes/cube_quality.hpp"
+#include "nodes/filled_shell.hpp"
 #include "nodes/large_cubes.hpp"
 #include "nodes/material_rules.hpp"
 #include "nodes/orientation.hpp"
@@ -279,6 +280,7 @@ static Outputs of_cloud(const Inputs& in, const geometry::VoxelOptions& options,
     geometry::Samples points = geometry::sample_points(*in.mesh, matter_of(in.matter), {});
     geometry::add_attributes(points, *in.mesh,
                              geometry::chosen_attributes(in.attributes, in.mesh->attributes));
+    if (solid) warn_of_filled_shell(*in.mesh, in.inside, in.thickness, context);
     Outputs out{geometry::voxelize_samples(points, grid_for(in), options)};
     context.tell(body_figures(nullptr, out.cubes, false, graph::Figure::unknown));
     return out;

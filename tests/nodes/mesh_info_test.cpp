@@ -219,4 +219,19 @@ TEST(MeshInfo, PointsHaveNoSurface)
     EXPECT_NE(said.out.find("none: points only"), std::string::npos) << said.out;
 }
 
+TEST(MeshInfo, SaysThatABoxWithoutALidWouldBeFilled)
+{
+    const files::Folder folder;
+    std::string open = slab;
+    open.replace(open.find("f 5/1 6/1 7/1 8/1\n"), 18, "");
+    const std::string file = folder.write("tray.obj", open).string();
+    const Said said = run({"info", file});
+    EXPECT_NE(said.out.find("open: 1 hole, the longest rim 5 m. Voxelize fills it up to the rim"),
+              std::string::npos)
+        << said.out;
+    EXPECT_NE(run({"info", "--json", file}).out.find("\"shell\":true"), std::string::npos);
+    EXPECT_NE(run({"info", "--json", slab_in(folder)}).out.find("\"shell\":false"),
+              std::string::npos);
+}
+
 }  // namespace

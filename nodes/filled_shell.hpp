@@ -1,0 +1,86 @@
+#pragma once
+
+// A check of meshes that Voxelize fills: whether one is a shell with an opening, as a bowl is, that
+// is filled up to its rim. Small holes, which models of solids often have, are filled on purpose.
+
+#include "geometry/cubes/sample_volume.hpp"
+#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_edges.hpp"
+#include "geometry/mesh/open_pieces.hpp"
+#include "geometry/mesh/split.hpp"
+#include "geometry/mesh/triangle_bvh.hpp"
+#include "graph/types/context.hpp"
+#include "nodes/large_cubes.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <vector>
+
+namespace nodes {
+
+struct FilledShell {
+    double volume = 0;  // m^3, that the filling takes for the inside of open pieces
+    double across = 0;  // m, of the largest hole
+    geometry::Vec3 where{0, 0, 0};
+    bool filled() const { return volume > 0; }
+};
+
+// Open pieces whose holes are a twentieth of their faces or more (a fiftieth where faces have a
+// thickness, m, as shells do); that hold something, as flat sheets do not; and whose largest hole
+// nothing covers: there the winding number is a half, 1 or more below a lid or within another part.
+inline FilledShell find_filled_shell(const geometry::TriMesh& mesh, geometry::Inside rule,
+                                     double thickness)
+{
+    if (geometry::is_closed(mesh.triangles(), mesh.positions.size())) return {};
+    const double least_hole = thickness > 0 ? 0.02 : 0.05;
+    constexpr double least_volume = 0.01;  // of area^1.5; a ball has 0.094
+    constexpr double least_filled = 0.1;   // of what it holds
+    const geometry::Pieces pieces = geometry::find_pieces(mesh);
+    FilledShell out;
+    double area = 0, held = 0;
+    geometry::TriangleBvh tree;
+    std::vector<std::uint32_t> part(pieces.count(), 1);
+    for (const geometry::OpenPiece& open : geometry::open_pieces(mesh, pieces)) {
+        const double faces = pieces.area[open.piece];
+        if (open.lids < least_hole * faces || open.volume < least_volume * std::pow(faces, 1.5)) {
+            continue;
+        }
+        if (tree.triangle_count() == 0) tree = geometry::TriangleBvh(mesh);
+        const double winding = std::abs(tree.winding_number(open.centre));
+        const bool covered = rule == geometry::Inside::winding && std::abs(winding - 0.5) > 0.25;
+        if (covered) continue;
+        part[open.piece] = 0;
+        area += faces, held += open.volume;
+        if (open.across <= out.across) continue;
+        out.across = open.across;
+        out.where = open.centre.unaryExpr(
+            [&](double v) { return std::abs(v) < 1e-6 * open.across ? 0 : v; });
+    }
+    if (held == 0) return {};
+    std::vector<std::uint32_t> of(pieces.of.size(), 1);
+    for (std::size_t t = 0; t < of.size(); ++t) {
+        if (pieces.of[t] < part.size()) of[t] = part[pieces.of[t]];
+    }
+    const double filled = geometry::volume_inside(geometry::split(mesh, of, 1)[0].mesh, rule);
+    if (filled > std::max(least_filled * held, thickness * area)) out.volume = filled;
+    return out;
+}
+
+inline void warn_of_filled_shell(const geometry::TriMesh& mesh, geometry::Inside rule,
+                                 double thickness, const graph::Context& context)
+{
+    const FilledShell shell = find_filled_shell(mesh, rule, thickness);
+    if (!shell.filled()) return;
+    context.warn(fmt::format(
+        "the mesh is open: a hole {:.2g} m across at {}. method = solid fills it up to the rim "
+        "({:.2g} m^3){}. If it is a shell, as a bowl is, set method = surface{}; if it is solid, "
+        "close the hole in the mesh",
+        shell.across, place_text(shell.where), shell.volume,
+        thickness > 0
+            ? fmt::format(", although thickness = {:.3g} m says that it is a shell", thickness)
+            : "",
+        thickness > 0 ? "" : " and its thickness"));
+}
+
+}  // namespace nodes

@@ -1,0 +1,75 @@
+// What Voxelize says of open meshes that method = solid fills up to their rim.
+
+#include "geometry/mesh/merge.hpp"
+#include "geometry/mesh/primitive.hpp"
+#include "tests/geometry/test_meshes.hpp"
+#include "tests/nodes/one_node.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace {
+
+using fixtures::NodeRun;
+using geometry::TriMesh;
+
+// A ball of 0.5 m without the faces whose middle lies above a height.
+TriMesh ball_up_to(float height)
+{
+    const TriMesh ball = geometry::uv_sphere(0.5, 32, 16);
+    std::vector<geometry::Triangle> left;
+    for (const auto& t : ball.triangles()) {
+        float sum = 0;
+        for (const auto v : t) sum += ball.positions[v].y();
+        if (sum < 3 * height) left.push_back(t);
+    }
+    return test_meshes::mesh_of(ball.positions, left);
+}
+
+std::string warnings_of(const TriMesh& mesh, const std::string& method, double thickness)
+{
+    NodeRun node("Voxelize");
+    node.inputs["mesh"] = {graph::Value::of(TriMesh(mesh))};
+    node.param("method").is = method;
+    node.param("size").is = 0.1;
+    node.param("thickness").is = thickness;
+    node.run();
+    std::string all;
+    for (const auto& text : node.warnings) all += text + "\n";
+    return all;
+}
+
+bool tells_of_hole(const TriMesh& mesh, double thickness = 0)
+{
+    return warnings_of(mesh, "solid", thickness).find("the mesh is open") != std::string::npos;
+}
+
+TEST(FilledShell, ABowlThatIsFilledToItsRimIsTold)
+{
+    const std::string text = warnings_of(ball_up_to(0), "solid", 0);
+    EXPECT_NE(text.find("a hole 1 m across at (0, 0, 0)"), std::string::npos) << text;
+    EXPECT_NE(text.find("(0.26 m^3)"), std::string::npos) << text;  // 2/3 pi r^3 = 0.26
+    EXPECT_NE(text.find("method = surface and its thickness"), std::string::npos) << text;
+    const std::string thick = warnings_of(ball_up_to(0), "solid", 0.02);
+    EXPECT_NE(thick.find("although thickness = 0.02 m"), std::string::npos) << thick;
+    EXPECT_EQ(warnings_of(ball_up_to(0), "surface", 0.1).find("is open"), std::string::npos);
+    // A vase with a neck of 0.27 of its diameter: its thickness says that it is no solid.
+    EXPECT_TRUE(tells_of_hole(ball_up_to(0.47f), 0.02));
+}
+
+TEST(FilledShell, SmallHolesLidsAndSheetsAreNot)
+{
+    EXPECT_FALSE(tells_of_hole(ball_up_to(0.47f)));
+    // A lid a little above the rim, larger than it.
+    TriMesh lid = geometry::grid(1.1, 1.1, 1, 1);
+    for (auto& p : lid.positions) p.y() += 0.02f;
+    const TriMesh bowl = ball_up_to(0);
+    EXPECT_FALSE(tells_of_hole(test_meshes::both(bowl, lid)));
+    TriMesh waves = geometry::grid(2, 2, 40, 40);
+    for (auto& p : waves.positions) p.y() = 0.1f * std::sin(6 * p.x());
+    EXPECT_FALSE(tells_of_hole(waves));
+    EXPECT_FALSE(tells_of_hole(waves, 0.02));
+}
+
+}  // namespace
