@@ -5,6 +5,7 @@
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/body/plane_touch.hpp"
+#include "physics/bricks/rigid_pins.hpp"
 #include "physics/state/measure.hpp"
 #include "physics/state/state_models.hpp"
 #include "render/measure.hpp"
@@ -110,7 +111,11 @@ static physics::PinForce pin_force(const Inputs& in)
         throw std::invalid_argument("the pins are of other cubes than those of the input 'cubes': "
                                     "link the Pin of these cubes");
     }
-    const physics::PinForce out = physics::pin_force(of, in.pins.get(), in.point);
+    physics::PinForce out = physics::pin_force(of, in.pins.get(), in.point);
+    if (in.pins) {
+        const physics::PinForce rigid = physics::rigid_pin_force(of, *in.pins, in.point);
+        out.force += rigid.force, out.torque += rigid.torque, out.pins += rigid.pins;
+    }
     if (out.pins == 0 && has_gone(of)) {
         throw std::invalid_argument(
             of.reactions.empty() && of.held_forces.empty()

@@ -2,6 +2,8 @@
 
 #include "geometry/base/no_index.hpp"
 
+#include <algorithm>
+
 namespace physics {
 
 using geometry::no_index;
@@ -41,6 +43,25 @@ Pins with_rigid_pins(const BricksBody& body, const Pins& pins, double dt)
                 static_cast<float>(stiff * mass[part_of(corner)] / (dt * dt));
         }
         out.matter.cubes.push_back(held);
+    }
+    return out;
+}
+
+PinForce rigid_pin_force(const State& state, const Pins& pins, const Vec3& point)
+{
+    PinForce out;
+    for (std::size_t p = 0; p < pins.corner.size(); ++p) {
+        const auto at = [corner = pins.corner[p]](const Reaction& r) { return r.corner == corner; };
+        if (std::any_of(state.reactions.begin(), state.reactions.end(), at)) continue;
+        const auto held = std::find_if(state.held_forces.rbegin(), state.held_forces.rend(), at);
+        if (held == state.held_forces.rend()) continue;
+        Vec3 force = held->force.cast<double>();
+        for (int a = 0; a < 3; ++a) {
+            if ((held_axes(pins, p) >> a & 1) == 0) force[a] = 0;
+        }
+        out.force += force;
+        out.torque += (state.x[held->corner] - point).cross(force);
+        ++out.pins;
     }
     return out;
 }

@@ -6,11 +6,16 @@
 
 #include "physics/bricks/bricks_body.hpp"
 #include "physics/state/loads.hpp"
+#include "physics/state/measure.hpp"
 
 namespace physics {
 
 // The same pins, with springs at corners of rigid parts. In steps of dt seconds they give way by
 // less than a 10,000th of the way that the forces on the part would take it in a step.
 Pins with_rigid_pins(const BricksBody& body, const Pins& pins, double dt);
+
+// What those springs exert on the body at the corners of `pins`, which are no reactions: a state
+// has them last among the forces of springs that hold material.
+PinForce rigid_pin_force(const State& state, const Pins& pins, const Vec3& point);
 
 }  // namespace physics

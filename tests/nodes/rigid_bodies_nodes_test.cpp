@@ -68,6 +68,36 @@ TEST(RigidBodyNodes, LandInFewStepsWhereStiffOnesAreToldThatTheyCould)
     EXPECT_TRUE(rigid.warnings.empty()) << rigid.warnings[0];
 }
 
+// A bar that hangs on corners at both ends: each end carries half of its weight.
+TEST(RigidBodyNodes, TheForceOfEachPinIsItsShareOfTheWeight)
+{
+    const auto pin = [](const char* name, double x) {
+        return fmt::format(R"("{}": {{ "type": "Pin@1", "inputs": {{ "cubes": "cubes.cubes" }},
+                    "params": {{ "box": {{ "centre": [{}, 0, 0], "size": [0.01, 1, 1] }} }} }},)",
+                           name, x);
+    };
+    const auto measure = [](const char* name, const char* what, const char* pins) {
+        return fmt::format(R"(, "{}": {{ "type": "Measure@1", "inputs": {{ "cubes": "cubes.cubes",
+                    "state": "sim.state"{} }}, "params": {{ "what": "{}" }} }})",
+                           name, pins, what);
+    };
+    Scene scene(R"("mesh": { "type": "Primitive@1", "params": { "shape": "box",
+                     "box": { "size": [0.4, 0.1, 0.1] } } },
+           "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "mesh.mesh" }, "params": {
+                      "method": "solid", "size": 0.05, "matter": { "preset": "oak" } } },)" +
+                pin("low", -0.2) + pin("high", 0.2) +
+                R"("sim": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes",
+                    "pins": ["low.pins", "high.pins"] }, "params": {
+                    "bodies": [{ "rigid": true }] } })" +
+                measure("mass", "mass", "") + measure("all", "reaction_force", "") +
+                measure("left", "reaction_force", R"(, "pins": "low.pins")") +
+                measure("torque", "reaction_torque", R"(, "pins": "high.pins")"));
+    const double weight = 9.81 * *scene.at<double>("mass");
+    EXPECT_NEAR(*scene.at<double>("all", 8), weight, 1e-3 * weight);
+    EXPECT_NEAR(*scene.at<double>("left", 8), weight / 2, 1e-3 * weight);
+    EXPECT_NEAR(*scene.at<double>("torque", 8), 0, 1e-3 * weight);  // about the y axis
+}
+
 TEST(RigidBodyNodes, AreRefusedWhereNothingMovesThem)
 {
     const auto problem = [](const std::string& simulate) {
