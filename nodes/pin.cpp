@@ -265,14 +265,18 @@ void add_to(graph::Registry& registry)
                "Pinned corners follow the vertices of this mesh at this frame. It is the mesh that "
                "Plane or Sheet made with these cubes, carried along by something else.",
                graph::Need::optional)
-        .choice("hold", &Inputs::hold, {"corners", "points"},
-                "What is held in the chosen region. corners: the corners of the cubes, exactly; a "
-                "clamp ends at a plane of corners, up to a cube from where the region does. "
-                "points: the material, by springs from its points, wherever cubes lie; it gives "
-                "way by about what the cubes strain within a third of a cube. Take points where "
-                "cubes are coarse against what is clamped, or tilted to it. What is held inside a "
-                "collider takes corners: contact pushes points out. Of Simulate, for methods "
-                "bricks and springs, and for Modes.")
+        .choice(
+            "hold", &Inputs::hold, {"corners", "points"},
+            "What is held in the chosen region. corners: the corners of the cubes, exactly; a "
+            "clamp ends at a plane of corners, up to a cube from where the region does. "
+            "points: the material, by springs from its points, wherever cubes lie; it gives "
+            "way by about what the cubes strain within a third of a cube. Take points where "
+            "cubes are coarse against what is clamped, or tilted to it. A rigid body (`rigid` of "
+            "Simulate) turns about one line of corners as about a hinge, and about one corner "
+            "as about a ball joint. Corners off one line clamp it, and points always do, "
+            "however small their region. What is held inside a "
+            "collider takes corners: contact pushes points out. Of Simulate, for methods "
+            "bricks and springs, and for Modes.")
         .choice("where", &Inputs::where, {"box", "sphere", "below", "material", "ends", "rim"},
                 "How the corners or points are chosen. box, sphere: all inside it. below: all up "
                 "to a height. material: all near the faces of a material or group. ends: all at "

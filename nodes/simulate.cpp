@@ -1,5 +1,6 @@
 #include "graph/types/node_builder.hpp"
 #include "nodes/simulate_bodies.hpp"
+#include "nodes/simulate_doubts.hpp"
 #include "nodes/simulate_faults.hpp"
 #include "nodes/simulate_options.hpp"
 #include "nodes/simulate_plastic.hpp"
@@ -222,6 +223,7 @@ static physics::Loads gather_loads(const Inputs& in, const graph::Context& conte
     for (const auto& collider : in.colliders) loads.colliders.push_back(*collider);
     return loads;
 }
+    for (const auto& text : told_of_clamps(in.cubes, in.pins, in.bodies)) context.warn(text);
 
 // A pressure on the surface of one of several models as one on all.
 static void place_surface(const Inputs& in, physics::Force& force)
@@ -240,36 +242,13 @@ static void place_surface(const Inputs& in, physics::Force& force)
                                             one ? "the same node" : "one of the same nodes"));
 }
 
-// Steps take a pressure's direction from the shape that they begin with.
-static void warn_of_high_pressure(const Inputs& in, const graph::Context& context)
-{
-    constexpr double high = 0.1;  // of Young's modulus
-    const auto of_pressure = [](const auto& force) {
-        return force->kind == physics::Force::Kind::pressure;
-    };
-    if (std::none_of(in.forces.begin(), in.forces.end(), of_pressure)) return;
-    double young = std::numeric_limits<double>::infinity();
-    for (const auto& cubes : in.cubes) {
-        for (const double e : cubes->young) young = std::min(young, e);
-    }
-    for (std::size_t i = 0; i < in.forces.size(); ++i) {
-        if (!of_pressure(in.forces[i]) || std::abs(in.forces[i]->pressure) <= high * young)
-            continue;
-        context.warn(
-            fmt::format("force {} of {} is a pressure of more than a tenth of the least Young's "
-                        "modulus of the body, which may then swing from step to step: lower it, or "
-                        "use a stiffer material or more substeps",
-                        i + 1, in.forces.size()));
-    }
-}
-
 static void add_forces(const Inputs& in, const graph::Context& context, physics::Loads& loads)
 {
     for (const auto& force : in.forces) {
         loads.forces.push_back(*force);
         place_surface(in, loads.forces.back());
     }
-    warn_of_high_pressure(in, context);
+    for (const auto& text : told_of_high_pressure(in.cubes, in.forces)) context.warn(text);
     for (const auto& warning : physics::far_forces(in.cubes, loads.forces)) context.warn(warning);
     warn_of_idle(in, context);
     if (!in.gravity.isZero(0)) {

@@ -98,6 +98,37 @@ TEST(RigidBodyNodes, TheForceOfEachPinIsItsShareOfTheWeight)
     EXPECT_NEAR(*scene.at<double>("torque", 8), 0, 1e-3 * weight);  // about the y axis
 }
 
+// A door on two small places: corners on a line let it fall open, points hold it.
+TEST(RigidBodyNodes, CornersOnALineAreAHingeAndPointsAreAClamp)
+{
+    const auto hung = [](const std::string& hold) {
+        const std::string pin = R"(": { "type": "Pin@1", "inputs": { "cubes": "cubes.cubes" },
+            "params": { "where": "sphere", "hold": ")" +
+                                hold + R"(", "sphere": { "radius": 0.02, "centre": [-0.2, 0, )";
+        return R"("mesh": { "type": "Primitive@1", "params": { "shape": "box",
+                     "box": { "size": [0.4, 0.1, 0.4] } } },
+           "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "mesh.mesh" }, "params": {
+                      "method": "solid", "size": 0.05, "matter": { "preset": "oak" } } },
+           "one)" +
+               pin + R"(-0.15] } } },
+           "two)" +
+               pin + R"(0.15] } } },
+           "sim": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes",
+                    "pins": ["one.pins", "two.pins"] }, "params": {
+                    "bodies": [{ "rigid": true }] } },
+           "y": { "type": "Measure@1", "inputs": { "state": "sim.state",
+                  "cubes": "cubes.cubes" }, "params": { "what": "centre_of_mass" } })";
+    };
+    Scene hinge(hung("corners")), clamp(hung("points"));
+    EXPECT_LT(*hinge.at<double>("y", 9), -0.1);
+    EXPECT_GT(*clamp.at<double>("y", 9), -1e-3);
+    EXPECT_TRUE(hinge.warnings.empty()) << hinge.warnings[0];
+    ASSERT_FALSE(clamp.warnings.empty());
+    EXPECT_NE(clamp.warnings[0].find("2 pins with hold = points hold the rigid body of cubes[0]"),
+              std::string::npos)
+        << clamp.warnings[0];
+}
+
 TEST(RigidBodyNodes, AreRefusedWhereNothingMovesThem)
 {
     const auto problem = [](const std::string& simulate) {

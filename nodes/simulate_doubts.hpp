@@ -1,0 +1,71 @@
+#pragma once
+
+// What Simulate doubts of loads and bodies that it takes as they are.
+
+#include "geometry/cubes/cubes.hpp"
+#include "nodes/simulate_bodies.hpp"
+#include "physics/state/loads.hpp"
+#include "physics/state/state_models.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace nodes::simulate {
+
+// Steps take a pressure's direction from the shape that they begin with.
+inline std::vector<std::string>
+told_of_high_pressure(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
+                      const std::vector<graph::Wire<physics::Force>>& forces)
+{
+    constexpr double high = 0.1;  // of Young's modulus
+    const auto of_pressure = [](const auto& force) {
+        return force->kind == physics::Force::Kind::pressure;
+    };
+    if (std::none_of(forces.begin(), forces.end(), of_pressure)) return {};
+    double young = std::numeric_limits<double>::infinity();
+    for (const auto& model : cubes) {
+        for (const double e : model->young) young = std::min(young, e);
+    }
+    std::vector<std::string> told;
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+        if (!of_pressure(forces[i]) || std::abs(forces[i]->pressure) <= high * young) continue;
+        told.push_back(
+            fmt::format("force {} of {} is a pressure of more than a tenth of the least Young's "
+                        "modulus of the body, which may then swing from step to step: lower it, or "
+                        "use a stiffer material or more substeps",
+                        i + 1, forces.size()));
+    }
+    return told;
+}
+
+// Several pins that hold points of one rigid body, which are meant for a hinge more often than for
+// the clamp that they are.
+inline std::vector<std::string>
+told_of_clamps(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
+               const std::vector<graph::Wire<physics::Pins>>& pins,
+               const std::vector<OneBody>& bodies)
+{
+    std::vector<std::string> told;
+    for (std::size_t i = 0; i < std::min(cubes.size(), bodies.size()); ++i) {
+        if (!bodies[i].rigid) continue;
+        const std::uint64_t mark = physics::mark_of(*cubes[i]);
+        const auto clamps = std::count_if(pins.begin(), pins.end(), [&](const auto& some) {
+            return some->cubes == mark && !some->matter.cubes.empty();
+        });
+        if (clamps < 2) continue;
+        told.push_back(fmt::format(
+            "{} pins with hold = points hold the rigid body of cubes[{}]: each holds many points, "
+            "which "
+            "lets nothing turn, so that they are a clamp and no hinge. For a hinge set hold = "
+            "corners, in a place that holds one line of corners",
+            clamps, i));
+    }
+    return told;
+}
+
+}  // namespace nodes::simulate
