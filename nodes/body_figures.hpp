@@ -48,7 +48,8 @@ inline physics::MassMoments moments_at_rest(const geometry::Cubes& cubes)
 // of bricks (physics/state/cube_mass.hpp); lattices and springs have it on the corners of the
 // cubes, which adds m h^2 / 3 to each moment of inertia, where bricks add 0.013 m h^2. `bending`:
 // the stiffness in bending of the part that is most wrong, times the true one; not a number where
-// it is not known. Of open meshes, of surfaces and without a mesh nothing is known to compare with.
+// it is not known. Of open meshes, of surfaces and without a mesh nothing is known to compare with;
+// of cubes of several densities volume and stiffness alone are.
 inline graph::Figures body_figures(const geometry::TriMesh* mesh, const geometry::Cubes& cubes,
                                    bool solid, double bending)
 {
@@ -58,22 +59,24 @@ inline graph::Figures body_figures(const geometry::TriMesh* mesh, const geometry
     geometry::MassProperties body;
     if (known) body = geometry::mass_properties(*mesh);
     const physics::MassMoments model = moments_at_rest(cubes);
+    const double density = one_density(cubes);
     const auto exact = [&](double x) { return known && body.mass > 0 ? x : unknown; };
+    const auto of_mass = [&](double x) { return std::isnan(density) ? unknown : exact(x); };
     double volume = 0;
     for (const double fill : cubes.fill) volume += fill * std::pow(cubes.size, 3);
     graph::Figures out{"body",
                        {{"cubes", static_cast<double>(cubes.count())},
                         {"size of a cube, m", cubes.size},
                         {"volume, m^3", volume, exact(body.mass)},
-                        {"mass, kg", model.mass, exact(one_density(cubes) * body.mass)}}};
+                        {"mass, kg", model.mass, of_mass(density * body.mass)}}};
     for (int k = 0; k < 3; ++k) {
         out.all.push_back(
-            {fmt::format("centre {}, m", "xyz"[k]), model.centre[k], exact(body.centre[k])});
+            {fmt::format("centre {}, m", "xyz"[k]), model.centre[k], of_mass(body.centre[k])});
     }
     for (int k = 0; k < 3; ++k) {
         out.all.push_back({fmt::format("inertia about {} per mass, m^2", "xyz"[k]),
                            model.inertia(k, k) / model.mass,
-                           exact(body.inertia(k, k) / body.mass)});
+                           of_mass(body.inertia(k, k) / body.mass)});
     }
     out.all.push_back({"stiffness in bending, of the true one", exact(bending), exact(1)});
     return out;

@@ -2,6 +2,7 @@
 
 #include "nodes/body_figures.hpp"
 
+#include "geometry/cubes/voxelize.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "runtime/commands/command_line.hpp"
 #include "tests/geometry/files.hpp"
@@ -104,6 +105,28 @@ TEST(BodyCard, OfSeveralDensitiesTheMassOfTheMeshIsNotKnown)
     EXPECT_NEAR(nodes::one_density(cubes), 500, 1e-9);
     cubes.mass[1] = 0.26;
     EXPECT_TRUE(std::isnan(nodes::one_density(cubes)));
+}
+
+// A mesh of one density is no measure for where the mass of two lies.
+TEST(BodyCard, OfSeveralDensitiesTheCentreAndTheInertiaOfTheMeshAreNotKnown)
+{
+    const geometry::TriMesh box = geometry::box({1, 0.4, 0.2}, {1, 1, 1});
+    const geometry::Cubes cubes = geometry::voxelize_solid(
+        box, geometry::FaceMatter{{}, {geometry::Matter{}}, {}}, geometry::Inside::winding, 0,
+        {0.1, {-0.5, -0.2, -0.1}, geometry::Vec3i::Zero()}, {});
+    const auto known = [&](const geometry::Cubes& of) {
+        std::string names;
+        for (const auto& f : nodes::body_figures(&box, of, true, 1).all) {
+            if (!std::isnan(f.of)) names += f.name.substr(0, f.name.find_first_of(" ,")) + " ";
+        }
+        return names;
+    };
+    EXPECT_EQ(known(cubes), "volume mass centre centre centre inertia inertia inertia stiffness ");
+    geometry::Cubes two = cubes;
+    for (std::size_t c = 0; c < two.count(); ++c) {
+        if (two.cell[c].x() < 3) two.mass[c] *= 7;
+    }
+    EXPECT_EQ(known(two), "volume stiffness ");
 }
 
 }  // namespace
