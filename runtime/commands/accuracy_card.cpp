@@ -70,22 +70,26 @@ CardLine frames_of(const ByFrame& told, std::size_t which)
     return line;
 }
 
-// What rose in the frames in which it rose, and fell in the others, as shares of the largest value
-// of what it is a balance of. Unknown of one frame, and where one is left out.
+// What rose in the frames in which it rose, and fell in the others, as shares of the most there
+// was. A figure's `of` counts from nothing, as energy of motion does; the rest of its value, as
+// energy of height, counts from its lowest. So what falls without a rise is never more than there
+// was. Unknown of one frame, and where one is left out.
 std::array<double, 2> balance(const ByFrame& told, std::size_t which)
 {
     constexpr std::array<double, 2> unknown{Figure::unknown, Figure::unknown};
     if (told.size() < 2) return unknown;
-    double gained = 0, lost = 0, most = 0, before = Figure::unknown;
+    constexpr double endless = std::numeric_limits<double>::infinity();
+    double gained = 0, lost = 0, highest = -endless, lowest = endless, before = Figure::unknown;
     int last = told.begin()->first - 1;
     for (const auto& [frame, figures] : told) {
         const Figure& now = figures.all[which];
         if (frame != std::exchange(last, frame) + 1 || std::isnan(now.value)) return unknown;
         const double step = now.value - std::exchange(before, now.value);
-        most = std::max(most, now.of);
+        highest = std::max(highest, now.value), lowest = std::min(lowest, now.value - now.of);
         if (step > 0) gained += step;
         if (step < 0) lost -= step;
     }
+    const double most = highest - lowest;
     return most > 0 ? std::array{gained / most, lost / most} : std::array{0.0, 0.0};
 }
 

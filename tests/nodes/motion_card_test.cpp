@@ -99,6 +99,19 @@ TEST(MotionCard, ImplicitEulerLosesVibration)
     EXPECT_LT(lost, 0.3);
 }
 
+TEST(MotionCard, WhatSinksSlowlyLosesNoMoreThanThereWas)
+{
+    // Drag of 100 / s keeps it at 0.1 m/s: 5 mJ of motion, and in five frames 0.17 J of its weight.
+    std::string sinking = falling_box("", "");
+    const std::string matter = R"("young": 1e5)";
+    sinking.replace(sinking.find(matter), matter.size(), matter + R"(, "mass_damping": 100)");
+    const MotionSaid said = card_of(sinking, as_json);
+    ASSERT_EQ(said.exit, runtime::exit_ok) << said.err;
+    const double lost = said.json["card"]["energy lost, of the most there was"];
+    EXPECT_GT(lost, 0.9);
+    EXPECT_LE(lost, 1);
+}
+
 TEST(MotionCard, TellsHowDeepABodyIsInTheGround)
 {
     const char* const ground = R"( "ground": { "type": "Ground@1" },)";
