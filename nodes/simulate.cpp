@@ -338,7 +338,8 @@ static void tell(const Inputs& in, const physics::State& state, const graph::Con
 {
     const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);
     const Energies energy = bricks ? energies(*bricks, state, in.gravity) : Energies{};
-    context.tell(simulation_figures(state, in.method != Method::lattice, energy));
+    context.tell(
+        simulation_figures(state, in.method != Method::lattice, in.step.newton_iterations, energy));
 }
 
 static Outputs run(const Inputs& in, const graph::Context& context)

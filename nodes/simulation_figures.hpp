@@ -33,18 +33,21 @@ inline Energies energies(const physics::BricksBody& body, const physics::State& 
     return out;
 }
 
-// `solved` by equations that leave a residual, and with contacts that are known: by all methods but
-// the lattice. The balance of energy says something where only gravity does work.
+// `solved` by equations that leave a residual, with so many Newton iterations a step at most, and
+// with contacts that are known: by all methods but the lattice. After one iteration the residual is
+// what linear forces leave of the true ones, however well they were solved. The balance of energy
+// says something where only gravity does work.
 inline graph::Figures simulation_figures(const physics::State& state, bool solved,
-                                         const Energies& energy)
+                                         int newton_iterations, const Energies& energy)
 {
     constexpr double unknown = graph::Figure::unknown;
     const double ended_early = physics::stopped_short(state.report) ? 1 : 0;
     const double depth =
         std::max(physics::deepest_of(state.holds), physics::deepest_of(state.grips));
     return {"simulation",
-            {{"solver residual, of the forces at work", solved ? state.report.residual : unknown,
+            {{"nonlinear residual, of the forces at work", solved ? state.report.residual : unknown,
               unknown, graph::Over::largest},
+             {"Newton iterations a step", solved ? double(newton_iterations) : unknown},
              {"energy", energy.own + energy.lifted, energy.own, graph::Over::balance},
              {"contact depth, m", solved ? depth : unknown, unknown, graph::Over::largest},
              {"did not converge, frames", solved ? ended_early : unknown, unknown,

@@ -194,8 +194,8 @@ std::string said_of(const AccuracyCard& card, const CardLine& line)
     if (line.over == Over::balance) {
         return short_name(line.name) + " " + percent_text(line.value, false);
     }
-    const bool metres = line.name.ends_with(", m");
-    const std::string at = line.value > 0 ? fmt::format(" (frame {})", line.frame) : "";
+    const bool metres = line.name.ends_with(", m"), worst = line.over == Over::largest;
+    const std::string at = worst && line.value > 0 ? fmt::format(" (frame {})", line.frame) : "";
     return fmt::format("{} {:.2g}{}{}", short_name(line.name), line.value, metres ? " m" : "", at);
 }
 

@@ -107,7 +107,7 @@ void add_card_command(const CommandSet& set)
     add_loading_options(*card_app, set.request);
     add_cooking_options(*card_app, set.request);
     card_app->add_flag("--motion", set.request.motion,
-                       "Also cook the simulations, and tell their solver residual, balance of "
+                       "Also cook the simulations, and tell their residual, balance of "
                        "energy and contact depth");
     card_app->callback([&set] {
         run_limited(set, [&] { return run_card(set.request, set.registry, set.console); });

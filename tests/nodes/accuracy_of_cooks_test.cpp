@@ -73,11 +73,11 @@ TEST_F(AccuracyOfCooks, ACookWritesWhatItsNodesTell)
     const auto& sim = made.accuracy[1];
     EXPECT_EQ(sim["simulation"], "sim");
     EXPECT_EQ(sim["frames"], 4);
-    EXPECT_LT(sim["card"]["solver residual, of the forces at work"].get<double>(), 1e-6);
+    EXPECT_LT(sim["card"]["nonlinear residual, of the forces at work"].get<double>(), 1e-6);
     EXPECT_LT(sim["card"]["energy gained, of the most there was"].get<double>(), 1e-9);
     EXPECT_NE(made.err.find("accuracy: 'body': 2 cubes; against the mesh: "), std::string::npos)
         << made.err;
-    EXPECT_NE(made.err.find("accuracy: 'sim': 4 frames: solver residual "), std::string::npos)
+    EXPECT_NE(made.err.find("accuracy: 'sim': 4 frames: nonlinear residual "), std::string::npos)
         << made.err;
 }
 

@@ -59,7 +59,7 @@ TEST(MotionCard, ABodyThatFallsKeepsItsEnergyUnderTheMidpointRule)
     EXPECT_EQ(said.json["frames"], 6);
     const auto& card = said.json["card"];
     // Free fall is exact: nothing but the tolerance is left over, and nothing is touched.
-    EXPECT_LT(card["solver residual, of the forces at work"].get<double>(), 1e-6);
+    EXPECT_LT(card["nonlinear residual, of the forces at work"].get<double>(), 1e-6);
     EXPECT_LT(card["energy gained, of the most there was"].get<double>(), 1e-9);
     EXPECT_LT(card["energy lost, of the most there was"].get<double>(), 1e-9);
     EXPECT_EQ(card["contact depth, m"], 0);
@@ -140,7 +140,7 @@ TEST(MotionCard, OfOtherMethodsTheEnergyIsNotKnown)
     const MotionSaid springs = card_of(falling_box("", R"("method": "springs")"), as_json);
     ASSERT_EQ(springs.exit, runtime::exit_ok) << springs.err;
     EXPECT_TRUE(springs.json["card"]["energy lost, of the most there was"].is_null());
-    EXPECT_TRUE(springs.json["card"]["solver residual, of the forces at work"].is_number());
+    EXPECT_TRUE(springs.json["card"]["nonlinear residual, of the forces at work"].is_number());
 }
 
 TEST(MotionCard, TheTextNamesTheSimulationAndItsFrames)
