@@ -23,7 +23,7 @@ inline std::string place_text(const geometry::Vec3& p)
 // Two digits: 1.6, 23, 750.
 inline std::string times_text(double factor)
 {
-    if (factor < 100) return fmt::format("{:.2g}", factor);
+    if (factor < 99.5) return fmt::format("{:.2g}", factor);
     const double digit = std::pow(10, std::floor(std::log10(factor)) - 1);
     return fmt::format("{:.0f}", std::round(factor / digit) * digit);
 }
@@ -54,7 +54,8 @@ inline void warn_of_thin_walls(const std::vector<physics::ThinPart>& parts,
     for (const physics::ThinPart& p : parts) more += p.factor >= worth_telling ? 1 : 0;
     if (more == 0) return;
     const physics::ThinPart& worst = parts.front();
-    std::string text = fmt::format("{}: about {} times too stiff in bending; use cubes of {:.2g} m",
+    std::string text = fmt::format("{}: about {} times too stiff in bending, unless Simulate keeps "
+                                   "it rigid; use cubes of {:.2g} m",
                                    thin_text(worst, cubes.size), times_text(worst.factor),
                                    better_size(worst.thickness, cubes.size));
     if (walls.solid && !(walls.thickness > 0)) text += ", or stiffness = calibrated";

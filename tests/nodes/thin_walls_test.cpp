@@ -109,6 +109,13 @@ TEST(ThinWalls, TheSuggestedCubesAreSmallerThanThoseThatAreTooLarge)
     EXPECT_NEAR(nodes::better_size(0.3, 0.1), 0.075, 1e-12);
 }
 
+TEST(ThinWalls, TheFactorHasTwoDigitsAndNoExponent)
+{
+    EXPECT_EQ(nodes::times_text(3.44), "3.4");
+    EXPECT_EQ(nodes::times_text(99.7), "100");
+    EXPECT_EQ(nodes::times_text(754), "750");
+}
+
 TEST(ThinWalls, WithCubesOfTheSuggestedSizeNothingIsSaid)
 {
     for (const Vec3& degrees : {Vec3(0, 0, 0), Vec3(0, 5, 0), Vec3(30, 45, 10)}) {
