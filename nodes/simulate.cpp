@@ -83,6 +83,9 @@ static physics::BodyModels models_of(const Inputs& in)
     if (!in.surface.empty() && in.surface.size() != in.cubes.size()) {
         throw std::invalid_argument(wrong_surfaces(in.surface.size(), in.cubes.size()));
     }
+    if (const std::string told = sheets_beside_solids(in.cubes); !told.empty()) {
+        throw std::invalid_argument(told);
+    }
     std::vector<physics::BodyModel> models;
     for (std::size_t i = 0; i < in.cubes.size(); ++i) {
         models.push_back({in.cubes[i].get(), in.surface.empty() ? nullptr : in.surface[i].get()});

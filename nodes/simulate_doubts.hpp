@@ -2,7 +2,7 @@
 
 // What Simulate doubts of loads and bodies that it takes as they are.
 
-#include "geometry/cubes/cubes.hpp"
+#include "geometry/cubes/plane.hpp"
 #include "nodes/simulate_bodies.hpp"
 #include "physics/state/loads.hpp"
 #include "physics/state/state_models.hpp"
@@ -41,6 +41,25 @@ told_of_high_pressure(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
                         i + 1, forces.size()));
     }
     return told;
+}
+
+// Why bodies of several links of `cubes` cannot be simulated together: sheets have a method of
+// their own. Empty where they can.
+inline std::string sheets_beside_solids(const std::vector<graph::Wire<geometry::Cubes>>& cubes)
+{
+    std::string flat, solid;
+    for (std::size_t i = 0; i < cubes.size(); ++i) {
+        std::string& list = geometry::flat_axis(*cubes[i]) >= 0 ? flat : solid;
+        list += fmt::format("{}cubes[{}]", list.empty() ? "" : ", ", i);
+    }
+    if (flat.empty() || solid.empty()) return {};
+    return fmt::format(
+        "sheets without thickness ({}) and solids ({}) are moved together by no method. Simulate "
+        "them apart, the sheet with method = shell and a Collider (kind = mesh) of the mesh that "
+        "the solid's Embed moves: the solid then pushes the sheet and is not pushed by it. Or, for "
+        "contact both ways of a thick sheet, as a mat, make cubes of its mesh by Voxelize with "
+        "method = surface and `thickness`, which bend rightly where they are small against it",
+        flat, solid);
 }
 
 // Several pins that hold points of one rigid body, which are meant for a hinge more often than for

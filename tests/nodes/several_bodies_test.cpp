@@ -151,4 +151,18 @@ TEST(SeveralBodies, WhatDoesNotFitIsTold)
     EXPECT_EQ(told([&] { none.run(); }).find("expected a link to cubes"), 0u);
 }
 
+TEST(SeveralBodies, ASheetBesideASolidIsRefusedWithWhatDoes)
+{
+    const Value sheet = NodeRun("Plane").run();
+    for (const char* method : {"bricks", "shell"}) {
+        NodeRun simulate("Simulate");
+        simulate.inputs["cubes"] = {block(2, 0.1, geometry::Vec3::Zero()), sheet};
+        simulate.param("method").is = std::string(method);
+        const std::string text = told([&] { simulate.run(); });
+        EXPECT_EQ(text.rfind("sheets without thickness (cubes[1]) and solids (cubes[0])", 0), 0u)
+            << text;
+        EXPECT_NE(text.find("Voxelize with method = surface and `thickness`"), text.npos) << text;
+    }
+}
+
 }  // namespace
