@@ -223,10 +223,10 @@ static physics::Loads gather_loads(const Inputs& in, const graph::Context& conte
     for (const auto& warning : physics::conflicting_pins(pins, 1e-3 * least_size(in))) {
         context.warn(warning);
     }
+    for (const auto& text : told_of_clamps(in.cubes, in.pins, in.bodies)) context.warn(text);
     for (const auto& collider : in.colliders) loads.colliders.push_back(*collider);
     return loads;
 }
-    for (const auto& text : told_of_clamps(in.cubes, in.pins, in.bodies)) context.warn(text);
 
 // A pressure on the surface of one of several models as one on all.
 static void place_surface(const Inputs& in, physics::Force& force)
@@ -294,10 +294,18 @@ static void start_moving(const Inputs& in, physics::State& state)
     physics::add_first_motion(state, 0, all, in.initial_velocity, degree * in.initial_spin_degrees);
 }
 
+static double seconds_of(const Inputs& in, const graph::Context& context)
+{
+    return in.dt > 0 ? in.dt : context.frame_seconds();
+}
+
 static physics::State first_state(const Inputs& in, const graph::Context& context,
                                   physics::Loads& loads)
 {
     if (!in.start) {
+        for (const auto& text : told_of_giants(in.cubes, in.gravity, seconds_of(in, context))) {
+            context.warn(text);
+        }
         for (const auto& warning : physics::buried(in.cubes, loads.pins, loads.colliders)) {
             context.warn(warning);
         }
@@ -378,7 +386,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     }
     loads.balls = std::move(balls);
     add_forces(in, context, loads);
-    const double dt = in.dt > 0 ? in.dt : context.frame_seconds();
+    const double dt = seconds_of(in, context);
     auto last = *in.last;
     keep_own_plastic(in.body->is, context, last);
     const auto step = in.method == Method::lattice ? in.step : with_substeps(in.step);

@@ -87,4 +87,28 @@ told_of_clamps(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
     return told;
 }
 
+// Bodies so large that they hardly seem to fall, as those of a mesh in centimetres or millimetres
+// that is read as metres. `dt`: s, of a frame.
+inline std::vector<std::string>
+told_of_giants(const std::vector<graph::Wire<geometry::Cubes>>& cubes, const Vec3& gravity,
+               double dt)
+{
+    constexpr double large = 50;            // m; as `aspic info` has it
+    constexpr double visible = 1.0 / 1000;  // of the body
+    const double fall = gravity.norm() * dt * dt / 2;
+    std::vector<std::string> told;
+    for (std::size_t i = 0; i < cubes.size() && fall > 0; ++i) {
+        geometry::Box box;
+        for (const Vec3& p : geometry::corner_positions(*cubes[i])) box.add(p);
+        const double longest = box.empty() ? 0 : box.size().maxCoeff();
+        if (!(longest > large && fall < visible * longest)) continue;
+        told.push_back(fmt::format(
+            "the body of cubes[{}] is {:.3g} m long, and falls {:.2g} m in its first frame, too "
+            "little to see. If its mesh is in centimetres or millimetres, set `unit` of ReadMesh, "
+            "or scale it",
+            i, longest, fall));
+    }
+    return told;
+}
+
 }  // namespace nodes::simulate

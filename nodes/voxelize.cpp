@@ -3,10 +3,10 @@
 #include "geometry/cubes/mean_attributes.hpp"
 #include "geometry/cubes/sample_points.hpp"
 #include "geometry/mesh/split.hpp"
-#include "geometry/mesh/welded_groups.hpp"
 
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
+#include "nodes/body_doubts.hpp"
 #include "nodes/body_figures.hpp"
 #include "nodes/calibrated_cubes.hpp"
 #include "nodes/cube_quality.hpp"
@@ -178,31 +178,6 @@ static void scale_mass(geometry::Cubes& cubes, double total)
     for (double& mass : cubes.mass) mass *= scale;
 }
 
-// Each piece is a body, but what one file holds as closed objects is one where they touch.
-static void warn_of_welded_groups(const geometry::TriMesh& mesh, const graph::Context& context)
-{
-    const geometry::WeldedGroups welded = geometry::find_welded_groups(mesh);
-    if (welded.groups == 0) return;
-    context.warn(fmt::format(
-        "{} groups, each closed in itself, share vertices where they touch and make {} bod{}: set "
-        "weld = groups in ReadMesh to have each of them as a body",
-        welded.groups, welded.pieces, welded.pieces == 1 ? "y" : "ies"));
-}
-
-static void warn_of_joined_groups(const geometry::TriMesh& mesh, std::size_t bodies,
-                                  const graph::Context& context)
-{
-    std::vector<std::uint16_t> used = mesh.topology->group;
-    std::sort(used.begin(), used.end());
-    used.erase(std::unique(used.begin(), used.end()), used.end());
-    if (bodies >= used.size()) return;
-    context.warn(fmt::format(
-        "{} groups make {} bod{}: groups that share vertices are one body, as those of one "
-        "file do where they meet. Set weld = groups in ReadMesh, or make them by Copies with "
-        "number_groups",
-        used.size(), bodies, bodies == 1 ? "y" : "ies"));
-}
-
 // The whole mesh, or each of its bodies by `make`, side by side.
 template <class Make>
 static Body by_bodies(const Inputs& in, const geometry::FaceMatter& matter,
@@ -280,7 +255,6 @@ static Outputs of_cloud(const Inputs& in, const geometry::VoxelOptions& options,
     geometry::Samples points = geometry::sample_points(*in.mesh, matter_of(in.matter), {});
     geometry::add_attributes(points, *in.mesh,
                              geometry::chosen_attributes(in.attributes, in.mesh->attributes));
-    if (solid) warn_of_filled_shell(*in.mesh, in.inside, in.thickness, context);
     Outputs out{geometry::voxelize_samples(points, grid_for(in), options)};
     context.tell(body_figures(nullptr, out.cubes, false, graph::Figure::unknown));
     return out;
@@ -306,6 +280,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         face_matter(*in.mesh, matter_of(in.matter), in.materials, context);
     const bool solid = in.method == Method::solid;
     if (solid) warn_of_disagreeing_faces(*in.mesh, in.inside, context);
+    if (solid) warn_of_filled_shell(*in.mesh, in.inside, in.thickness, context);
     const geometry::VoxelGrid grid = in.quality == Quality::by_size
                                          ? grid_for(in)
                                          : grid_of_quality(in, matter, options, context);
@@ -325,6 +300,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     if (in.pieces == Pieces::merge || in.pieces == Pieces::apart) {
         warn_of_glued_pieces(*in.mesh, body.cubes, in.pieces == Pieces::apart, in.join, context);
     }
+    warn_of_odd_young(body.cubes, context);
     Outputs out{std::move(body.cubes)};
     context.tell(body_figures(in.mesh.get(), out.cubes, solid, bending));
     return out;

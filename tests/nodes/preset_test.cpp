@@ -72,4 +72,21 @@ TEST(Presets, AreOnThePageOfMaterials)
     }
 }
 
+TEST(Presets, AYoungsModulusThatNoSolidHasIsDoubted)
+{
+    for (const auto& [young, doubted] :
+         {std::pair{0.03, true}, {5000.0, false}, {2e11, false}, {2e14, true}}) {
+        NodeRun voxelize("Voxelize");
+        voxelize.inputs["mesh"] = {
+            graph::Value::of(geometry::box({0.2, 0.2, 0.2}, geometry::Vec3i::Ones()))};
+        voxelize.param("method").is = std::string("solid");
+        voxelize.param("size").is = 0.1;
+        voxelize.param("matter.young").is = young;
+        voxelize.run();
+        ASSERT_EQ(voxelize.warnings.size(), doubted ? 1u : 0u) << young;
+        EXPECT_EQ(doubted && voxelize.warnings[0].find("another unit") != std::string::npos,
+                  doubted);
+    }
+}
+
 }  // namespace

@@ -165,4 +165,18 @@ TEST(SeveralBodies, ASheetBesideASolidIsRefusedWithWhatDoes)
     }
 }
 
+TEST(SeveralBodies, AGiantIsAskedForItsUnit)
+{
+    for (const double size : {60.0, 40.0}) {
+        NodeRun simulate("Simulate");
+        simulate.inputs["cubes"] = {block(2, size / 2, geometry::Vec3::Zero())};
+        simulate.run();
+        // 9.81 m/s^2 / (2 * 24^2 / s^2) = 8.5 mm.
+        const bool told = !simulate.warnings.empty() &&
+                          simulate.warnings[0].find("cubes[0] is 60 m long, and falls 0.0085 m") !=
+                              std::string::npos;
+        EXPECT_EQ(told, size > 50);
+    }
+}
+
 }  // namespace
