@@ -96,9 +96,11 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 void add_to(graph::Registry& registry)
 {
     registry.add("ContactSheet", 1, run)
-        .summary("Writes the pictures of several frames side by side into one PNG file: evenly "
-                 "spaced ones, or those where something happens.",
-                 {"montage", "thumbnails", "overview", "keyframes", "highlights"})
+        .summary(
+            "Writes the pictures of several frames side by side into one PNG file: evenly "
+            "spaced ones, or those where something happens. Seconds below them are those of the "
+            "video; a Simulate with `dt` has its own, which Render can burn in.",
+            {"montage", "thumbnails", "overview", "keyframes", "highlights"})
         .gather("image", &Inputs::image, some_frames, "The picture, read at the chosen frames.")
         .gather("value", &Inputs::value, some_frames,
                 "A number of the same frames, as Measure gives it, which is written below each "

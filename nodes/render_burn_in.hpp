@@ -29,7 +29,8 @@ inline void describe(graph::ParamsOf<BurnInParams>& p)
     p.param("scene", &BurnInParams::scene, "Name of the scene, or any text; empty: none.")
         .param("frame", &BurnInParams::frame, "Whether the number of the frame is shown.")
         .param("seconds", &BurnInParams::seconds,
-               "Whether the time since the first frame is shown, as it passes in the scene.")
+               "Whether the time since the first frame is shown, as it passes in the scene: that "
+               "of the video over `slow_motion`, which must be set where a Simulate has `dt`.")
         .param("slow_motion", &BurnInParams::slow_motion,
                "How many times slower than in the scene time passes in the video; 1 shows nothing, "
                "below 1 it is a time lapse. Of a Simulate with `dt`, it is 1 / (dt * frames a "
