@@ -22,7 +22,7 @@ void add_to(graph::Registry& registry)
 {
     registry.add("Merge", 1, run)
         .summary("Merges meshes into one, with the materials and groups of all.",
-                 {"join", "combine", "append"})
+                 {"join", "combine", "append", "attach", "glue", "weld"})
         .inputs("meshes", &Inputs::meshes, "The meshes to merge, in this order.")
         .output("mesh", &Outputs::mesh, "The merged mesh.");
 }

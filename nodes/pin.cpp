@@ -255,7 +255,7 @@ void add_to(graph::Registry& registry)
 {
     registry.add("Pin", 1, run)
         .summary("Holds a part of the cubes in place, or moves it along a keyframed path.",
-                 {"constraint", "anchor", "attach", "fix", "hold"})
+                 {"constraint", "anchor", "attach", "fix", "hold", "hinge", "joint"})
         .input("cubes", &Inputs::cubes, "The cubes at rest that are pinned.")
         .input("mesh", &Inputs::mesh,
                "The mesh at rest, for where = material. With hold = points, the material is what "

@@ -53,6 +53,11 @@ constexpr OtherName other_names[] = {
     // contact
     {"restitution", "bounce"},
     {"bounciness", "bounce"},
+    // shapes
+    {"cube", "box"},
+    {"ball", "sphere"},
+    {"tube", "cylinder"},
+    {"donut", "torus"},
     // cubes
     {"voxel_size", "size"},
     {"cube_size", "size"},
@@ -130,6 +135,21 @@ constexpr std::string_view of_rigid_bodies =
 constexpr std::string_view of_fracture =
     R"(use 'Voxelize' with "pieces": "each" for a mesh that is cut already, or 'tear' of the )"
     R"(block 'lattice' of 'Simulate')";
+constexpr std::string_view of_cloth =
+    R"(use 'Plane' or 'Sheet' for the cloth and 'Simulate' with "method": "shell")";
+constexpr std::string_view of_soft_bodies =
+    R"(use 'Voxelize' for the body and 'Simulate', which moves soft and rigid bodies together)";
+constexpr std::string_view of_hinges =
+    "use 'Pin' with \"hold\": \"corners\" on a rigid body: one line of corners is a hinge to the "
+    "world, one corner a ball joint. No joint links two bodies: 'Merge' them for one 'Voxelize'. "
+    "Joints of characters are those of 'Figure'";
+constexpr std::string_view of_glue =
+    R"(use 'Merge' and one 'Voxelize', with "materials" for the parts: what touches or overlaps )"
+    R"(moves as one body. 'Pin' holds a body to the world, or with 'follow' a sheet to a body)";
+constexpr std::string_view of_ropes =
+    R"(use a thin 'Primitive' and 'Voxelize' for a rope; what hangs on it is merged with it by )"
+    R"('Merge' before 'Voxelize'. Rings of a chain are bodies ("pieces": "each") that )"
+    R"('Simulate' keeps rigid ("bodies": [{ "rigid": true }]))";
 constexpr TypeAdvice type_advice[] = {
     {"rigid_body", "Simulate", of_rigid_bodies},
     {"rigid_bodies", "Simulate", of_rigid_bodies},
@@ -137,6 +157,28 @@ constexpr TypeAdvice type_advice[] = {
     {"rbd", "Simulate", of_rigid_bodies},
     {"rbd_object", "Simulate", of_rigid_bodies},
     {"rbd_solver", "Simulate", of_rigid_bodies},
+    {"rigid_body_solver", "Simulate", of_rigid_bodies},
+    {"rigid_body_world", "Simulate", of_rigid_bodies},
+    {"rigid_solver", "Simulate", of_rigid_bodies},
+    {"bullet_solver", "Simulate", of_rigid_bodies},
+    {"vellum", "Simulate", of_soft_bodies},
+    {"vellum_solver", "Simulate", of_soft_bodies},
+    {"soft_body_solver", "Simulate", of_soft_bodies},
+    {"vellum_cloth", "Plane", of_cloth},
+    {"cloth_solver", "Plane", of_cloth},
+    {"cloth_object", "Plane", of_cloth},
+    {"joint", "Pin", of_hinges},
+    {"hinge", "Pin", of_hinges},
+    {"ball_joint", "Pin", of_hinges},
+    {"rigid_body_constraint", "Pin", of_hinges},
+    {"constraint_network", "Pin", of_hinges},
+    {"glue", "Merge", of_glue},
+    {"weld", "Merge", of_glue},
+    {"attach", "Merge", of_glue},
+    {"vellum_constraints", "Merge", of_glue},
+    {"rope", "Voxelize", of_ropes},
+    {"chain", "Voxelize", of_ropes},
+    {"cable", "Voxelize", of_ropes},
     {"wind", "Force", R"(use 'Force' with "kind": "wind")"},
     {"gravity", "Force", R"(use 'gravity' of 'Simulate', or 'Force' with "kind": "gravity")"},
     {"mesh", "ReadMesh", "use 'ReadMesh' for a file, or 'Primitive' for a simple shape"},
@@ -154,6 +196,7 @@ constexpr TypeAdvice type_advice[] = {
      "results are kept without a node; to write files, use 'WriteMesh' or 'WriteScene'"},
     {"fracture", "Voxelize", of_fracture},
     {"voronoi_fracture", "Voxelize", of_fracture},
+    {"shatter", "Voxelize", of_fracture},
 };
 
 std::string plain(std::string_view name)

@@ -1,5 +1,6 @@
 #include "runtime/commands/document_commands.hpp"
 
+#include "graph/document/other_names.hpp"
 #include "graph/tools/difference.hpp"
 #include "graph/tools/format.hpp"
 #include "graph/tools/reference.hpp"
@@ -22,7 +23,11 @@ int show_nodes(const std::string& name, bool markdown, const graph::Registry& re
         // As documents write it, with its version, too.
         const graph::NodeType* type = registry.find(name.substr(0, name.find('@')));
         if (!type) {
-            const std::string found = graph::reference_list(registry, name);
+            // What other programs call so, and what there is here; then all that speaks of it.
+            const std::string_view advice = graph::advice_on_type(name, registry);
+            const std::string found =
+                (advice.empty() ? "" : fmt::format("{}: {}\n", name, advice)) +
+                graph::reference_list(registry, name);
             if (!found.empty()) return console.out << found, exit_ok;
             std::vector<std::string_view> names;
             for (const auto& [known, unused] : registry.types()) names.push_back(known);

@@ -4,11 +4,13 @@
 #include "graph/document/document.hpp"
 #include "graph/document/other_names.hpp"
 #include "nodes/registry.hpp"
+#include "runtime/commands/command_line.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cctype>
+#include <sstream>
 
 namespace {
 
@@ -31,10 +33,12 @@ std::string suggested(const std::string& type, const std::string& params = "")
 TEST(OtherNames, OfNodesAreAnsweredWithNodesThatExist)
 {
     for (const std::string name :
-         {"RigidBody", "Rigid", "RBD",      "RBDObject", "Softbody", "SoftBody",
-          "Cloth",     "Wind",  "Gravity",  "Mesh",      "File",     "Import",
-          "Alembic",   "USD",   "FBX",      "Camera",    "Light",    "Material",
-          "Output",    "Cache", "Instance", "Scatter",   "Fracture"}) {
+         {"RigidBody",   "Rigid",        "RBD",      "RBDObject", "Softbody", "SoftBody",
+          "Cloth",       "Wind",         "Gravity",  "Mesh",      "File",     "Import",
+          "Alembic",     "USD",          "FBX",      "Camera",    "Light",    "Material",
+          "Output",      "Cache",        "Instance", "Scatter",   "Fracture", "RigidBodySolver",
+          "VellumCloth", "VellumSolver", "Hinge",    "Joint",     "Attach",   "Glue",
+          "Rope",        "Chain"}) {
         const std::string text = suggested(name + "@1");
         EXPECT_EQ(text.find("available"), text.npos) << name << ": " << text;
         EXPECT_EQ(text.find("did you mean"), text.npos) << name << ": " << text;
@@ -72,6 +76,30 @@ TEST(OtherNames, OfMaterialsAreAnsweredWithPresetsOfTheirKind)
          }) {
         EXPECT_EQ(suggested("Plane@1", fmt::format(R"("matter": {{ "preset": "{}" }})", name)),
                   fmt::format("did you mean {}?", presets));
+    }
+}
+
+TEST(OtherNames, OfShapesAreAnsweredWithOurs)
+{
+    EXPECT_EQ(suggested("Primitive@1", R"("shape": "cube")"), "did you mean 'box'?");
+    EXPECT_EQ(suggested("Primitive@1", R"("shape": "Donut")"), "did you mean 'torus'?");
+    EXPECT_EQ(suggested("Collider@1", R"("kind": "ball")"), "did you mean 'sphere'?");
+}
+
+// `aspic nodes WORD` gives the same answers.
+TEST(OtherNames, ASearchForThemBeginsWithWhatToUse)
+{
+    for (const auto& [word, use] : std::initializer_list<std::pair<const char*, const char*>>{
+             {"attach", "attach: use 'Merge'"},
+             {"joint", "joint: use 'Pin'"},
+             {"rope", "rope: use a thin 'Primitive'"},
+             {"fracture", "fracture: use 'Voxelize'"},
+         }) {
+        std::ostringstream out, err;
+        runtime::Console console{out, err, false, {}, {}, "test"};
+        EXPECT_EQ(runtime::run_command_line({"nodes", word}, nodes::registry(), console),
+                  runtime::exit_ok);
+        EXPECT_EQ(out.str().rfind(use, 0), 0u) << out.str();
     }
 }
 
