@@ -14,6 +14,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -36,6 +37,7 @@ inline FilledShell find_filled_shell(const geometry::TriMesh& mesh, geometry::In
     const double least_hole = thickness > 0 ? 0.02 : 0.05;
     constexpr double least_volume = 0.01;  // of area^1.5; a ball has 0.094
     constexpr double least_filled = 0.1;   // of what it holds
+    constexpr double least_share = 0.1;  // of the inside of all pieces: a cable's ends are nothing
     const geometry::Pieces pieces = geometry::find_pieces(mesh);
     FilledShell out;
     double area = 0, held = 0;
@@ -55,7 +57,7 @@ inline FilledShell find_filled_shell(const geometry::TriMesh& mesh, geometry::In
         if (open.across <= out.across) continue;
         out.across = open.across;
         out.where = open.centre.unaryExpr(
-            [&](double v) { return std::abs(v) < 1e-6 * open.across ? 0 : v; });
+            [&](double v) { return std::abs(v) < 1e-5 * open.across ? 0 : v; });
     }
     if (held == 0) return {};
     std::vector<std::uint32_t> of(pieces.of.size(), 1);
@@ -63,7 +65,10 @@ inline FilledShell find_filled_shell(const geometry::TriMesh& mesh, geometry::In
         if (pieces.of[t] < part.size()) of[t] = part[pieces.of[t]];
     }
     const double filled = geometry::volume_inside(geometry::split(mesh, of, 1)[0].mesh, rule);
-    if (filled > std::max(least_filled * held, thickness * area)) out.volume = filled;
+    if (filled <= std::max(least_filled * held, thickness * area)) return {};
+    const bool all = std::find(part.begin(), part.end(), 1u) == part.end();
+    if (!all && filled < least_share * geometry::volume_inside(mesh, rule)) return {};
+    out.volume = filled;
     return out;
 }
 

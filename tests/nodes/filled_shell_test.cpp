@@ -66,6 +66,10 @@ TEST(FilledShell, SmallHolesLidsAndSheetsAreNot)
     for (auto& p : lid.positions) p.y() += 0.02f;
     const TriMesh bowl = ball_up_to(0);
     EXPECT_FALSE(tells_of_hole(test_meshes::both(bowl, lid)));
+    // A bowl of 0.26 m^3 that stands on a block of 27 m^3.
+    TriMesh block = geometry::box({3, 3, 3}, geometry::Vec3i::Ones());
+    for (auto& p : block.positions) p.y() -= 2.1f;
+    EXPECT_FALSE(tells_of_hole(test_meshes::both(bowl, block)));
     TriMesh waves = geometry::grid(2, 2, 40, 40);
     for (auto& p : waves.positions) p.y() = 0.1f * std::sin(6 * p.x());
     EXPECT_FALSE(tells_of_hole(waves));
