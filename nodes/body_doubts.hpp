@@ -52,7 +52,7 @@ inline void warn_of_odd_young(const geometry::Cubes& cubes, const graph::Context
         fmt::format("Young's modulus is {:.3g} Pa, {}: is it meant in another unit? `young` "
                     "is in Pa: 1 MPa is 1e6, 1 GPa is 1e9",
                     soft ? *least : *most,
-                    soft ? "less than any solid has (jelly 5000 Pa)"
+                    soft ? "less than any solid has (jelly 10,000 Pa)"
                          : "more than any solid has (diamond 1e12 Pa)"));
 }
 

@@ -24,8 +24,8 @@ struct Figure {
 
     std::string name;        // with its unit: "volume, m^3"
     double value = unknown;  // not a number where it is not known
-    // What a figure told once should be. What rises and falls of a balance are shares of: its
-    // largest value.
+    // What a figure told once should be. Of a balance, the part of the value that counts from
+    // nothing (runtime/commands/accuracy_card.cpp, balance()).
     double of = unknown;
     Over over = Over::once;
 

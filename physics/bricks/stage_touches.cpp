@@ -353,8 +353,9 @@ double friction_off(const Stage& stage)
 {
     const HeldFriction a = held_friction(stage.touches, stage.x.data());
     const HeldFriction b = held_friction(stage.holds, stage.x.data());
-    const double all = a.all + b.all;
-    return all > 0 ? (a.off + b.off) / all : 0;
+    const double off = a.off + b.off, all = a.all + b.all;
+    if (!(off > 0)) return 0;
+    return all > 0 ? off / all : 1;  // loads are held where nothing pushes any more
 }
 
 }  // namespace physics

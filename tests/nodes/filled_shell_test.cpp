@@ -2,7 +2,7 @@
 
 #include "geometry/mesh/merge.hpp"
 #include "geometry/mesh/primitive.hpp"
-#include "tests/geometry/test_meshes.hpp"
+#include "tests/geometry/cut_meshes.hpp"
 #include "tests/nodes/one_node.hpp"
 
 #include <gtest/gtest.h>
@@ -17,14 +17,7 @@ using geometry::TriMesh;
 // A ball of 0.5 m without the faces whose middle lies above a height.
 TriMesh ball_up_to(float height)
 {
-    const TriMesh ball = geometry::uv_sphere(0.5, 32, 16);
-    std::vector<geometry::Triangle> left;
-    for (const auto& t : ball.triangles()) {
-        float sum = 0;
-        for (const auto v : t) sum += ball.positions[v].y();
-        if (sum < 3 * height) left.push_back(t);
-    }
-    return test_meshes::mesh_of(ball.positions, left);
+    return test_meshes::cut_above(geometry::uv_sphere(0.5, 32, 16), height);
 }
 
 std::string warnings_of(const TriMesh& mesh, const std::string& method, double thickness)

@@ -3,7 +3,7 @@
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/merge.hpp"
 #include "geometry/mesh/primitive.hpp"
-#include "tests/geometry/test_meshes.hpp"
+#include "tests/geometry/cut_meshes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -15,22 +15,11 @@ namespace {
 using geometry::OpenPiece;
 using geometry::TriMesh;
 using geometry::Vec3;
+using test_meshes::cut_above;
 
 std::vector<OpenPiece> found_in(const TriMesh& mesh)
 {
     return geometry::open_pieces(mesh, geometry::find_pieces(mesh));
-}
-
-// Without the faces whose middle lies above a height.
-TriMesh cut_above(const TriMesh& mesh, float height)
-{
-    std::vector<geometry::Triangle> left;
-    for (const auto& t : mesh.triangles()) {
-        float sum = 0;
-        for (const auto v : t) sum += mesh.positions[v].y();
-        if (sum < 3 * height) left.push_back(t);
-    }
-    return test_meshes::mesh_of(mesh.positions, left);
 }
 
 TEST(OpenPieces, ABowlHoldsHalfOfItsBall)
