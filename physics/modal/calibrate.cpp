@@ -312,11 +312,13 @@ std::array<float, 36> mass_of(const CubeMass& sum)
     return out;
 }
 
-// A partly filled cube: its K and K', with their floors, for E = 1 and a cube of 1 m, and its mass.
+// A partly filled cube: its K and K', with their floors, for E = 1 and a cube of 1 m, its mass, and
+// its share of the energy of each motion.
 struct OwnCube {
     std::uint32_t cube = 0;
     BrickMatrix usual = BrickMatrix::Zero(), own = BrickMatrix::Zero();
     std::array<float, 36> mass{};
+    Eigen::VectorXd energy{};
 };
 
 std::vector<OwnCube> own_cubes(const Body& body, const FineMotions& motions)
@@ -344,55 +346,72 @@ std::vector<OwnCube> own_cubes(const Body& body, const FineMotions& motions)
             out[i].own = (least + with_energy(k, of.fine, at_corners(q, body.coarse.corners[c]))) /
                          (young * edge);
             out[i].mass = mass_of(of.mass);
+            out[i].energy = of.fine.diagonal();
         }
     });
     return out;
 }
 
-// Gives the cubes of a body their elements: K' and a share of K, times a factor.
-void set_elements(const std::vector<OwnCube>& cubes, double share, double factor, Cubes& of)
+// Gives the cubes of a body their elements: K' and a share of K.
+void set_elements(const std::vector<OwnCube>& cubes, double share, Cubes& of)
 {
     of.elements.clear();
     for (const OwnCube& c : cubes) {
         of.own[c.cube] = static_cast<std::uint32_t>(of.elements.size());
-        of.elements.push_back(
-            {lower_triangle(factor * ((1 - share) * c.own + share * c.usual)), c.mass});
+        of.elements.push_back({lower_triangle((1 - share) * c.own + share * c.usual), c.mass});
     }
 }
 
-// What K' is mixed with and multiplied by.
+// What K' is mixed with, and by how much each of the lowest modes is then too low: the logarithm of
+// the ratio of the squares of frequencies.
 struct Mixture {
-    double share = 0, factor = 1;
+    double share = 0;
+    Eigen::VectorXd low;
 };
 
-// What brings the lowest modes of a body to those of its fine cubes (squares of frequencies). With
-// K' alone they are too low, as it lets a cube follow other motions than phi more cheaply, and some
-// may be much lower than others; a share of K makes those dear. Of a few shares the one with which
-// the first six frequencies are off by the most equal ratio, and the factor that this is.
+// With K' alone the lowest modes of a body are below those of its fine cubes, as K' lets a cube
+// follow other motions than phi more cheaply, and some may be much lower than others; a share of K
+// makes those dear. Of a few shares the one with which the first six frequencies are off by the
+// most equal ratio.
 Mixture best_mixture(const std::vector<OwnCube>& own, const std::vector<double>& fine, Cubes& cubes)
 {
     constexpr std::size_t few = 6;
-    constexpr double most = 1.5;
     ModeSettings settings;
     settings.count = static_cast<int>(std::min(few, fine.size()));
     Mixture best;
     if (settings.count == 0 || cubes.count() < few) return best;
     double least = std::numeric_limits<double>::infinity();
     for (const double share : {0.0, 0.01, 0.02, 0.05, 0.1, 0.2}) {
-        set_elements(own, share, 1, cubes);
+        set_elements(own, share, cubes);
         const std::vector<double> coarse = lowest_modes(cubes, {}, settings).omega_sq;
-        double sum = 0, squares = 0;
-        for (std::size_t k = 0; k < coarse.size(); ++k) {
-            const double ratio = std::log(fine[k] / coarse[k]);
-            sum += ratio, squares += ratio * ratio;
-        }
         if (coarse.empty()) continue;
-        const double n = double(coarse.size()), spread = squares / n - sum * sum / (n * n);
+        Eigen::VectorXd low(Index(coarse.size()));
+        for (std::size_t k = 0; k < coarse.size(); ++k)
+            low[Index(k)] = std::log(fine[k] / coarse[k]);
+        const double spread = (low.array() - low.mean()).square().sum() / double(low.size());
         if (!(spread < least)) continue;
         least = spread;
-        best = {share, std::clamp(std::exp(sum / n), 1 / most, most)};
+        best = {share, std::move(low)};
     }
     return best;
+}
+
+// Makes each cube stiffer by what the modes that it takes part in are too low by. A trunk that
+// hardly moves while its leaves flutter keeps its own stiffness.
+void stiffen(const std::vector<OwnCube>& own, const Eigen::VectorXd& low, Cubes& cubes)
+{
+    constexpr double most = 1.5;
+    constexpr double little = 0.1;  // of a cube's mean share of the energy
+    const Index few = low.size();
+    if (few == 0) return;
+    for (const OwnCube& c : own) {
+        const auto energy = c.energy.head(few);
+        const double sum = energy.sum(), part = sum * double(own.size()) / double(few) / little;
+        if (!(sum > 0)) continue;
+        const double sure = part * part / (1 + part * part);
+        const double factor = std::clamp(std::exp(sure * energy.dot(low) / sum), 1 / most, most);
+        for (float& k : cubes.elements[cubes.own[c.cube]].stiffness) k = float(factor * double(k));
+    }
 }
 
 void calibrate(Body& body, const CalibrationSettings& settings, Cubes& all, Report& report)
@@ -409,7 +428,8 @@ void calibrate(Body& body, const CalibrationSettings& settings, Cubes& all, Repo
     }
     const std::vector<OwnCube> own = own_cubes(body, motions);
     const Mixture mixture = best_mixture(own, lowest, body.coarse);
-    set_elements(own, mixture.share, mixture.factor, body.coarse);
+    set_elements(own, mixture.share, body.coarse);
+    stiffen(own, mixture.low, body.coarse);
     for (const OwnCube& c : own) {
         all.own[body.cube[c.cube]] = static_cast<std::uint32_t>(all.elements.size());
         all.elements.push_back(body.coarse.elements[body.coarse.own[c.cube]]);
