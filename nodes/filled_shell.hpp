@@ -1,7 +1,8 @@
 #pragma once
 
-// A check of meshes that Voxelize fills: whether one is a shell with an opening, as a bowl is, that
-// is filled up to its rim. Small holes, which models of solids often have, are filled on purpose.
+// A check of meshes that Voxelize and Sample fill: whether one is a shell with an opening, as a
+// bowl is, that is filled up to its rim. Small holes, which models of solids often have, are filled
+// on purpose.
 
 #include "geometry/cubes/sample_volume.hpp"
 #include "geometry/mesh/mesh.hpp"
@@ -72,20 +73,23 @@ inline FilledShell find_filled_shell(const geometry::TriMesh& mesh, geometry::In
     return out;
 }
 
+// `rule`: how inside is decided, `fill`: the setting that fills, `instead`: what to set for a
+// shell.
 inline void warn_of_filled_shell(const geometry::TriMesh& mesh, geometry::Inside rule,
-                                 double thickness, const graph::Context& context)
+                                 double thickness, const char* fill, const char* instead,
+                                 const graph::Context& context)
 {
     const FilledShell shell = find_filled_shell(mesh, rule, thickness);
     if (!shell.filled()) return;
     context.warn(fmt::format(
-        "the mesh is open: a hole {:.2g} m across at {}. method = solid fills it up to the rim "
-        "({:.2g} m^3){}. If it is a shell, as a bowl is, set method = surface{}; if it is solid, "
+        "the mesh is open: a hole {:.2g} m across at {}. {} fills it up to the rim "
+        "({:.2g} m^3){}. If it is a shell, as a bowl is, set {}{}; if it is solid, "
         "close the hole in the mesh",
-        shell.across, place_text(shell.where), shell.volume,
+        shell.across, place_text(shell.where), fill, shell.volume,
         thickness > 0
             ? fmt::format(", although thickness = {:.3g} m says that it is a shell", thickness)
             : "",
-        thickness > 0 ? "" : " and its thickness"));
+        instead, thickness > 0 ? "" : " and its thickness"));
 }
 
 }  // namespace nodes

@@ -5,6 +5,7 @@
 
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
+#include "nodes/filled_shell.hpp"
 #include "nodes/material_rules.hpp"
 #include "nodes/orientation.hpp"
 #include "nodes/wire_types.hpp"
@@ -79,6 +80,8 @@ static geometry::Samples samples_of(const Inputs& in, const graph::Context& cont
         const LostInside lost = lost_inside(*in.mesh, in.inside);
         if (lost.share > almost_all) throw std::invalid_argument(lost.text);
         if (!lost.text.empty()) context.warn(lost.text);
+        warn_of_filled_shell(*in.mesh, in.inside, in.thickness, "where = volume", "where = surface",
+                             context);
     }
     const std::size_t count = count_of(in);
     if (in.where == Where::volume) {

@@ -280,7 +280,10 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         face_matter(*in.mesh, matter_of(in.matter), in.materials, context);
     const bool solid = in.method == Method::solid;
     if (solid) warn_of_disagreeing_faces(*in.mesh, in.inside, context);
-    if (solid) warn_of_filled_shell(*in.mesh, in.inside, in.thickness, context);
+    if (solid) {
+        warn_of_filled_shell(*in.mesh, in.inside, in.thickness, "method = solid",
+                             "method = surface", context);
+    }
     const geometry::VoxelGrid grid = in.quality == Quality::by_size
                                          ? grid_for(in)
                                          : grid_of_quality(in, matter, options, context);

@@ -1,4 +1,4 @@
-// What Voxelize says of open meshes that method = solid fills up to their rim.
+// What Voxelize and Sample say of open meshes that they fill up to their rim.
 
 #include "geometry/mesh/merge.hpp"
 #include "geometry/mesh/primitive.hpp"
@@ -49,6 +49,25 @@ TEST(FilledShell, ABowlThatIsFilledToItsRimIsTold)
     EXPECT_EQ(warnings_of(ball_up_to(0), "surface", 0.1).find("is open"), std::string::npos);
     // A vase with a neck of 0.27 of its diameter: its thickness says that it is no solid.
     EXPECT_TRUE(tells_of_hole(ball_up_to(0.47f), 0.02));
+}
+
+TEST(FilledShell, SampleTellsOfABowlWhoseInsideItFills)
+{
+    NodeRun node("Sample");
+    node.inputs["mesh"] = {graph::Value::of(ball_up_to(0))};
+    node.param("count").is = std::int64_t{100};
+    node.run();
+    EXPECT_TRUE(node.warnings.empty());  // points on its faces
+    node.param("where").is = std::string("volume");
+    node.run();
+    ASSERT_EQ(node.warnings.size(), 1u);
+    const std::string& text = node.warnings[0];
+    EXPECT_NE(text.find("where = volume fills it up to the rim (0.26 m^3)"), std::string::npos);
+    EXPECT_NE(text.find("set where = surface and its thickness"), std::string::npos) << text;
+    node.warnings.clear();
+    node.inputs["mesh"] = {graph::Value::of(ball_up_to(1))};  // all of it
+    node.run();
+    EXPECT_TRUE(node.warnings.empty());
 }
 
 TEST(FilledShell, SmallHolesLidsAndSheetsAreNot)
