@@ -6,6 +6,7 @@
 #include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/pieces.hpp"
 #include "geometry/mesh/polygons.hpp"
+#include "geometry/mesh/wound_out.hpp"
 #include "graph/types/context.hpp"
 #include "nodes/filled_shell.hpp"
 #include "nodes/large_cubes.hpp"
@@ -88,13 +89,28 @@ void advise(MeshInfo& info)
     info.fine = best;
 }
 
-void measure_surface(const geometry::TriMesh& mesh, MeshInfo& info)
+// With triangles that are wound against the rest turned over: they bound no holes. Where all are
+// wound inwards it is the mesh itself.
+geometry::TriMesh agreeing(const geometry::TriMesh& mesh, MeshInfo& info)
 {
+    geometry::WoundOut wound = geometry::wound_out(mesh);
+    if (wound.turned == 0 || wound.turned == mesh.triangles().size()) return mesh;
+    info.turned = wound.turned;
+    geometry::TriMesh out = mesh;
+    auto topology = std::make_shared<geometry::MeshTopology>(*mesh.topology);
+    topology->triangles = std::move(wound.triangles);
+    out.topology = std::move(topology);
+    return out;
+}
+
+void measure_surface(const geometry::TriMesh& as_read, MeshInfo& info)
+{
+    if (as_read.triangles().empty()) return;
+    const std::size_t count = as_read.positions.size();
+    info.disagreeing = geometry::disagreeing_edges(as_read.triangles(), count);
+    const geometry::TriMesh mesh = agreeing(as_read, info);
     const auto& triangles = mesh.triangles();
-    const std::size_t count = mesh.positions.size();
-    if (triangles.empty()) return;
     info.closed = geometry::is_closed(triangles, count);
-    info.disagreeing = geometry::disagreeing_edges(triangles, count);
     info.pieces = geometry::find_pieces(mesh).count();
     info.area = geometry::surface_area(mesh);
     for (const auto& rim : geometry::border_loops(triangles, count)) {
@@ -194,7 +210,11 @@ std::string surface_text(const MeshInfo& info)
         }
     }
     if (info.closed && info.body.mass < 0) text += ", but its faces look inward";
-    if (info.disagreeing > 0) {
+    if (info.turned > 0) {
+        text += fmt::format("; {} of its triangles {} wound the other way round than the rest: "
+                            "turn them over, or set inside = parity in Voxelize",
+                            info.turned, info.turned == 1 ? "is" : "are");
+    } else if (info.disagreeing > 0) {  // a strip that has one side
         text += fmt::format("; faces on {} edges disagree on what is outside", info.disagreeing);
     }
     return text;
@@ -345,6 +365,7 @@ std::string info_json(const std::string& file, const MeshInfo& info)
         {"longest_rim", info.longest_rim},
         {"shell", info.shell},
         {"disagreeing_edges", info.disagreeing},
+        {"triangles_wound_otherwise", info.turned},
         {"pieces", info.pieces},
         {"groups", info.groups},
         {"area", info.area},

@@ -134,6 +134,27 @@ TEST(MeshInfo, AnOpenMeshHasHolesAndNoVolume)
     EXPECT_TRUE(all["body"].is_null());
 }
 
+TEST(MeshInfo, ACapThatIsWoundTheOtherWayIsNoHole)
+{
+    const files::Folder folder;
+    std::string turned = slab;
+    turned.replace(turned.find("f 3/1 4/1 8/1 7/1"), 17, "f 7/1 8/1 4/1 3/1");
+    const std::string file = folder.write("turned.obj", turned).string();
+    const auto all = nlohmann::json::parse(run({"info", "--json", file}).out);
+    EXPECT_TRUE(all["closed"].get<bool>());
+    EXPECT_EQ(all["holes"], 0);
+    EXPECT_EQ(all["disagreeing_edges"], 4);
+    EXPECT_EQ(all["triangles_wound_otherwise"], 2);
+    EXPECT_NEAR(all["body"]["volume"].get<double>(), 2 * 0.5 * 0.1, 1e-6);
+    const std::string text = run({"info", file}).out;
+    EXPECT_NE(text.find("closed; 2 of its triangles are wound the other way"), std::string::npos)
+        << text;
+    // All of them is a mesh inside out.
+    std::string inward = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n";
+    const Said said = run({"info", folder.write("inward.obj", inward).string()});
+    EXPECT_NE(said.out.find("closed, but its faces look inward\n"), std::string::npos) << said.out;
+}
+
 TEST(MeshInfo, AUnitIsGuessedWhereTheFileStatesNone)
 {
     const files::Folder folder;
