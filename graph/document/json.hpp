@@ -22,6 +22,7 @@ struct Origin {
     std::shared_ptr<const Source> source;
     std::shared_ptr<const Grammar> grammar;
     std::string prefix;  // of the nodes that links name: "outer/" inside of a subgraph
+    int layer = 0;       // of texts laid over each other, as a shot over its base: higher is later
 };
 
 struct Member;

@@ -56,6 +56,7 @@ void apply_overrides(Loading& loading, std::vector<Declaration>& declarations, D
                        std::make_shared<const Source>(text, document.origins[0]->source->folder(),
                                                       o.value, false));
         origin.grammar = document.origins[0]->grammar;
+        origin.layer = 1;  // over all documents
         Problems ignored;
         std::optional<Json> value =
             parse_json(origin, {.depth = loading.options.max_depth}, ignored);

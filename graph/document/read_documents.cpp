@@ -95,6 +95,7 @@ std::optional<Json> read_document(Loading& loading, Document& document,
                                   std::shared_ptr<const Source> source)
 {
     Origin& origin = new_origin(loading, document, std::move(source));
+    origin.layer = -static_cast<int>(document.chain.size());  // a base has one file more ahead
     std::optional<Json> root =
         parse_json(origin, {.depth = loading.options.max_depth}, loading.problems);
     if (!root || !check_head(*root, loading.problems)) return {};

@@ -72,15 +72,36 @@ void unknown(const ParamReading& reading, const std::vector<Param>& params, cons
     reading.context.problems.add(std::move(p));
 }
 
-void hidden(const ParamReading& reading, const Param& param, const Json& given, const ShownWhen& by,
-            const ParamValues& values, const std::vector<Param>& params)
+// Of a value and what is inside of it, what was laid over the rest.
+const Json& said_last(const Json& json)
 {
-    const std::size_t k = index_of(params, by.param);
-    Problem p = param_problem(reading, given.place(), Severity::warning);
-    p.port = path_of(reading, param.name);
-    p.message = fmt::format("this has no effect while {} is '{}'; it applies when {} is '{}'",
-                            by.param, text_of(values[k]), by.param, fmt::join(by.values, "' or '"));
-    reading.context.problems.add(std::move(p));
+    const Json* last = &json;
+    const auto look = [&](const Json& inside) {
+        const Json& other = said_last(inside);
+        if (other.origin->layer > last->origin->layer) last = &other;
+    };
+    if (json.array()) std::for_each(json.array()->begin(), json.array()->end(), look);
+    for (std::size_t i = 0; json.object() && i < json.object()->size(); ++i) {
+        look((*json.object())[i].value);
+    }
+    return *last;
+}
+
+// `decided`: the choice that hides it, as it was said; null: by default. A parameter of a base
+// document that a choice of the shot hides is no mistake of either.
+void hidden(const ParamReading& reading, const Param& param, const Json& given, const ShownWhen& by,
+            const Json* decided, const ParamValues& values, const std::vector<Param>& params)
+{
+    const Json& last = said_last(given);
+    if (!decided || decided->origin->layer <= last.origin->layer) {
+        const std::size_t k = index_of(params, by.param);
+        Problem p = param_problem(reading, last.place(), Severity::warning);
+        p.port = path_of(reading, param.name);
+        p.message =
+            fmt::format("this has no effect while {} is '{}'; it applies when {} is '{}'", by.param,
+                        text_of(values[k]), by.param, fmt::join(by.values, "' or '"));
+        reading.context.problems.add(std::move(p));
+    }
     // It is read all the same: what is wrong with it would come out when it is wanted.
     Problems inside;
     Node scratch;
@@ -122,7 +143,7 @@ ParamValues read_struct(ParamReading& reading, const std::vector<Param>& params,
             if (!found[i] || decides(params[i]) != deciding) continue;
             const ShownWhen* const by = deciding ? nullptr : hidden_by(params, values, i);
             if (by) {
-                hidden(reading, params[i], *found[i], *by, values, params);
+                hidden(reading, params[i], *found[i], *by, given->find(by->param), values, params);
                 continue;
             }
             reading.where.push_back(static_cast<std::uint32_t>(i));
@@ -135,7 +156,7 @@ ParamValues read_struct(ParamReading& reading, const std::vector<Param>& params,
     for (std::size_t i = 0; i < params.size(); ++i) {
         if (!found[i] || !decides(params[i])) continue;
         if (const ShownWhen* const by = hidden_by(params, values, i)) {
-            hidden(reading, params[i], *found[i], *by, values, params);
+            hidden(reading, params[i], *found[i], *by, given->find(by->param), values, params);
             values[i] = params[i].fallback;
         }
     }

@@ -106,6 +106,38 @@ TEST(Shots, ChangeParametersFramesVariablesAndLinks)
     EXPECT_EQ(shot.graph.documents.size(), 2u);
 }
 
+TEST(Shots, MayLeaveParametersOfTheBaseWithoutEffect)
+{
+    const Project project;
+    project.add("bakery.json", oven);
+    const auto told = [&](const std::string& params, const graph::LoadOptions& options = {}) {
+        project.add("shot.json", fmt::format(R"({{ "aspic": 1, "extends": "bakery.json", "nodes": {{
+            "bread": {{ "params": {{ {} }} }} }} }})",
+                                             params));
+        return project.told(project.load("shot.json", options));
+    };
+    EXPECT_EQ(told(R"("oven": "wood")"), "");
+    // Unless the shot says them itself, in part or whole, or hides nothing.
+    constexpr const char* idle =
+        "'gas': this has no effect while oven is 'wood'; it applies when oven is 'gas'";
+    const std::string in_part = told("\"oven\": \"wood\",\n\"gas\": { \"burners\": 5 }");
+    EXPECT_NE(in_part.find(idle), std::string::npos) << in_part;
+    EXPECT_TRUE(in_part.starts_with("shot.json:3:21: ")) << in_part;
+    EXPECT_NE(told(R"("wood": { "kind": "oak" })").find("'wood': this has no effect"),
+              std::string::npos);
+    // So does a setting of the command line.
+    graph::LoadOptions options;
+    options.sets = {{"bread.oven", "wood"}};
+    EXPECT_EQ(told("", options), "");
+    options.sets.push_back({"bread.gas.burners", "4"});
+    EXPECT_NE(told("", options).find(idle), std::string::npos);
+    // And a shot of a shot.
+    project.add("shot.json", R"({ "aspic": 1, "extends": "bakery.json" })");
+    project.add("last.json", R"({ "aspic": 1, "extends": "shot.json", "nodes": {
+        "bread": { "params": { "oven": "wood" } } } })");
+    EXPECT_EQ(project.told(project.load("last.json")), "");
+}
+
 TEST(Shots, ReplaceAddAndRemoveNodesOverSeveralLevels)
 {
     const Project project;
