@@ -92,6 +92,7 @@ const NodeType* type_of(Loading& loading, Declaration& d)
         p.suggestion = advice_on_type(name, loading.registry);
         if (p.suggestion.empty()) p.suggestion = types_called(loading.registry, name);
         if (p.suggestion.empty()) p.suggestion = suggest(name, names);
+        if (p.suggestion.empty()) p.suggestion = "`aspic nodes` lists all";
         refuse_node(loading, d, std::move(p));
         return nullptr;
     }

@@ -56,8 +56,23 @@ constexpr OtherName other_names[] = {
     // shapes
     {"cube", "box"},
     {"ball", "sphere"},
+    {"block", "box"},
+    {"uv_sphere", "sphere"},
+    {"ico_sphere", "sphere"},
     {"tube", "cylinder"},
+    {"pipe", "cylinder"},
+    {"rod", "beam", "torus"},
+    {"bar", "beam", "torus"},
+    {"plane", "grid", "torus"},
     {"donut", "torus"},
+    {"ring", "torus"},
+    // methods
+    {"fem", "bricks"},
+    {"finite_elements", "bricks"},
+    {"cloth", "shell", "bricks"},
+    {"mass_spring", "springs"},
+    {"shape_matching", "lattice"},
+    {"pbd", "lattice"},
     // cubes
     {"voxel_size", "size"},
     {"cube_size", "size"},
@@ -101,6 +116,8 @@ constexpr OtherName other_names[] = {
     {"angle_of_view", "field_of_view"},
     {"focal_length", "field_of_view"},
     {"orthographic", "parallel"},
+    {"orbit", "turntable"},
+    {"fixed", "look_at"},
     {"color", "colour"},
     // steps
     {"fps", "dt"},
@@ -150,6 +167,16 @@ constexpr std::string_view of_ropes =
     R"(use a thin 'Primitive' and 'Voxelize' for a rope; what hangs on it is merged with it by )"
     R"('Merge' before 'Voxelize'. Rings of a chain are bodies ("pieces": "each") that )"
     R"('Simulate' keeps rigid ("bodies": [{ "rigid": true }]))";
+constexpr std::string_view of_attributes =
+    "use 'Attributes' for numbers on a mesh, or 'LocalMatter' for materials that vary";
+constexpr std::string_view of_pins =
+    "use 'Pin', which holds a part of a body, moves it, or lets it follow a mesh";
+constexpr std::string_view of_pictures = "use 'Render', and 'WriteImage' for its files";
+constexpr std::string_view of_editing =
+    "meshes are not edited here: do it in a modelling program, and read the result by 'ReadMesh'";
+constexpr std::string_view of_fluids =
+    "fluids, gases and hair are not simulated; 'Simulate' moves solids and sheets";
+constexpr std::string_view of_spheres = R"(use 'Primitive' with "shape": "sphere")";
 constexpr TypeAdvice type_advice[] = {
     {"rigid_body", "Simulate", of_rigid_bodies},
     {"rigid_bodies", "Simulate", of_rigid_bodies},
@@ -197,6 +224,74 @@ constexpr TypeAdvice type_advice[] = {
     {"fracture", "Voxelize", of_fracture},
     {"voronoi_fracture", "Voxelize", of_fracture},
     {"shatter", "Voxelize", of_fracture},
+    {"bullet", "Simulate", of_rigid_bodies},
+    {"fem_solver", "Simulate", of_soft_bodies},
+    {"fem_object", "Simulate", of_soft_bodies},
+    {"fem_solid_object", "Simulate", of_soft_bodies},
+    {"solid_object", "Simulate", of_soft_bodies},
+    {"nucleus", "Simulate", of_soft_bodies},
+    {"dop_net", "Simulate", of_soft_bodies},
+    {"dop_network", "Simulate", of_soft_bodies},
+    {"tetrahedralize", "Voxelize", of_soft_bodies},
+    {"solid_conform", "Voxelize", of_soft_bodies},
+    {"solid_embed", "Voxelize", of_soft_bodies},
+    {"tet_embed", "Voxelize", of_soft_bodies},
+    {"vdb_from_polygons", "Voxelize", of_soft_bodies},
+    {"ncloth", "Plane", of_cloth},
+    {"nrigid", "Collider", "use 'Collider'"},
+    {"static_object", "Collider", "use 'Collider', or 'Ground' for a floor"},
+    {"pop_force", "Force", "use 'Force'"},
+    {"pop_wind", "Force", R"(use 'Force' with "kind": "wind")"},
+    {"vellum_constraint", "Merge", of_glue},
+    {"attach_constraint", "Merge", of_glue},
+    {"vellum_pin", "Pin", of_pins},
+    {"pin_to_target", "Pin", of_pins},
+    {"pin_constraint", "Pin", of_pins},
+    {"goal", "Pin", of_pins},
+    {"uv_sphere", "Primitive", of_spheres},
+    {"ico_sphere", "Primitive", of_spheres},
+    {"poly_sphere", "Primitive", of_spheres},
+    {"poly_cube", "Primitive", R"(use 'Primitive' with "shape": "box")"},
+    {"poly_plane", "Primitive", R"(use 'Primitive' with "shape": "grid")"},
+    {"tube", "Primitive", R"(use 'Primitive' with "shape": "cylinder")"},
+    {"poly_cylinder", "Primitive", R"(use 'Primitive' with "shape": "cylinder")"},
+    {"cone", "Primitive", "no shape of 'Primitive' is one: use 'ReadMesh'"},
+    {"capsule", "Primitive", "no shape of 'Primitive' is one: use 'ReadMesh'"},
+    {"attrib_wrangle", "Attributes", of_attributes},
+    {"attribute_wrangle", "Attributes", of_attributes},
+    {"attrib_create", "Attributes", of_attributes},
+    {"attrib_noise", "Attributes", of_attributes},
+    {"copy_to_points", "Copies", "use 'Copies'"},
+    {"mash", "Copies", "use 'Copies'"},
+    {"bone", "Figure", "use 'Figure'"},
+    {"ik_handle", "Reach", "use 'Reach'"},
+    {"skin_cluster", "Embed", "use 'Embed' for a mesh that cubes move, or 'Skin' of 'Layered'"},
+    {"surface_deform", "Embed", "use 'Embed'"},
+    {"lattice", "Simulate",
+     R"(use 'Voxelize' and 'Embed', and 'Simulate' with "method": "lattice")"},
+    {"jiggle", "Vibrate", "use 'Vibrate', or 'Simulate'"},
+    {"mantra", "Render", of_pictures},
+    {"karma", "Render", of_pictures},
+    {"arnold", "Render", of_pictures},
+    {"cycles", "Render", of_pictures},
+    {"eevee", "Render", of_pictures},
+    {"playblast", "Render", of_pictures},
+    {"turntable", "Render", R"(use 'Render' with "camera": { "kind": "turntable" })"},
+    {"rop_geometry", "WriteMesh", "use 'WriteMesh'"},
+    {"remesh", "ReadMesh", of_editing},
+    {"subdivide", "ReadMesh", of_editing},
+    {"subsurf", "ReadMesh", of_editing},
+    {"boolean", "ReadMesh", of_editing},
+    {"decimate", "ReadMesh", of_editing},
+    {"solidify", "Voxelize", "use `thickness` of 'Voxelize' or 'Sheet'"},
+    {"fluid", "Simulate", of_fluids},
+    {"fluid_solver", "Simulate", of_fluids},
+    {"flip_solver", "Simulate", of_fluids},
+    {"pyro", "Simulate", of_fluids},
+    {"smoke", "Simulate", of_fluids},
+    {"ocean", "Simulate", of_fluids},
+    {"hair", "Simulate", of_fluids},
+    {"nhair", "Simulate", of_fluids},
 };
 
 std::string plain(std::string_view name)

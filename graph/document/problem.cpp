@@ -126,6 +126,66 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t li
     return above[b.size()];
 }
 
+// "ReadMesh" as "read" and "mesh", "left_leg" as "left" and "leg".
+std::vector<std::string> words_of(std::string_view name)
+{
+    std::vector<std::string> words;
+    bool begins = true;
+    for (std::size_t i = 0; i < name.size(); ++i) {
+        const auto is = [&](std::size_t k, int (*kind)(int)) {
+            return k < name.size() && kind(static_cast<unsigned char>(name[k])) != 0;
+        };
+        const bool in_capitals = i > 0 && is(i - 1, std::isupper) && !is(i + 1, std::islower);
+        begins = begins || (is(i, std::isupper) && !in_capitals);
+        if (!is(i, std::isalpha)) {
+            begins = true;
+            continue;
+        }
+        if (begins) words.emplace_back();
+        words.back() += lower(name[i]);
+        begins = false;
+    }
+    return words;
+}
+
+// Whether two names have a word in common, or one that the other's begins with.
+bool share_word(const std::vector<std::string>& a, const std::vector<std::string>& b)
+{
+    constexpr std::size_t least = 3, least_of_longer = 4;
+    for (const std::string& one : a) {
+        for (const std::string& other : b) {
+            const std::size_t common = std::min(one.size(), other.size());
+            const bool whole = one.size() == other.size();
+            if (common < (whole ? least : least_of_longer)) continue;
+            if (one.compare(0, common, other, 0, common) == 0) return true;
+        }
+    }
+    return false;
+}
+
+// The candidates of a long list that may be meant, the nearest first: those that share a word with
+// the name, or three fifths of its letters. What is only less far off than others says nothing.
+std::vector<std::string_view> akin_to(std::string_view name,
+                                      std::span<const std::string_view> candidates)
+{
+    constexpr std::size_t very_long = 256, longest_name = 64;
+    if (candidates.size() > very_long || name.size() > longest_name) return {};
+    const std::vector<std::string> words = words_of(name);
+    std::vector<std::pair<std::size_t, std::string_view>> found;
+    for (const std::string_view candidate : candidates) {
+        if (candidate.size() > longest_name) continue;
+        const std::size_t most = 2 * std::max(name.size(), candidate.size()) / 5;
+        const bool shares = share_word(words, words_of(candidate));
+        const std::size_t d = edit_distance(name, candidate, shares ? longest_name : most);
+        if (shares || d <= most) found.emplace_back(d, candidate);
+    }
+    std::stable_sort(found.begin(), found.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<std::string_view> names;
+    for (const auto& [distance, candidate] : found) names.push_back(candidate);
+    return names;
+}
+
 }  // namespace
 
 std::string nearest(std::string_view name, std::span<const std::string_view> candidates)
@@ -151,21 +211,14 @@ std::string suggest(std::string_view name, std::span<const std::string_view> can
     const std::string near = nearest(name, candidates);
     if (!near.empty()) return fmt::format("did you mean '{}'?", near);
     if (candidates.empty()) return {};
-    // Of a long list, what is nearest comes first; of a very long one, that takes too long.
-    constexpr std::size_t very_long = 256, longest_name = 64;
-    if (candidates.size() <= listed || candidates.size() > very_long ||
-        name.size() > longest_name) {
-        return fmt::format("available: {}", list_names(candidates));
-    }
-    std::vector<std::pair<std::size_t, std::string_view>> by_distance;
-    for (const std::string_view candidate : candidates) {
-        by_distance.emplace_back(edit_distance(name, candidate, longest_name), candidate);
-    }
-    std::stable_sort(by_distance.begin(), by_distance.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
-    std::vector<std::string_view> names;
-    for (const auto& [distance, candidate] : by_distance) names.push_back(candidate);
-    return fmt::format("available: {}", list_names(names));
+    if (candidates.size() <= listed) return fmt::format("available: {}", list_names(candidates));
+    const std::vector<std::string_view> akin = akin_to(name, candidates);
+    if (akin.empty()) return {};
+    std::string text;
+    const std::size_t shown = std::min<std::size_t>(akin.size(), 5);
+    for (std::size_t i = 0; i < shown; ++i) text += fmt::format("'{}', ", akin[i]);
+    text.resize(text.size() - 2);
+    return fmt::format("available: {} and {} more", text, candidates.size() - shown);
 }
 
 std::string list_names(std::span<const std::string_view> names, std::size_t most)

@@ -72,7 +72,8 @@ private:
 // The candidate that `name` is most likely a slip of; empty when none is near. Letter case is free.
 std::string nearest(std::string_view name, std::span<const std::string_view> candidates);
 
-// "did you mean 'size'?" or, when nothing is near, "available: 'a', 'b' and 'c'" for a short list.
+// "did you mean 'size'?" or, when nothing is near, "available: 'a', 'b' and 'c'" for a short list;
+// of a long one only what shares a word or most letters with `name`, and nothing if that is none.
 std::string suggest(std::string_view name, std::span<const std::string_view> candidates);
 
 // "'a', 'b' and 'c'", at most `most` of them.

@@ -92,7 +92,9 @@ std::string suggest_param(const ParamReading& reading, const std::vector<Param>&
         if (reading.names.empty() || p.name != key) continue;
         return fmt::format("'{}' belongs outside '{}'", key, reading.names.front());
     }
-    return suggest(key, names);
+    std::string near = suggest(key, names);
+    if (near.empty() && !names.empty()) near = fmt::format("`aspic nodes {}` lists all", type.name);
+    return near;
 }
 
 }  // namespace graph

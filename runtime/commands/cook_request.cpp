@@ -42,8 +42,9 @@ std::uint32_t find_node(const graph::Graph& graph, const std::string& name)
         if (graph.nodes[n].name == name) return static_cast<std::uint32_t>(n);
         names.push_back(graph.nodes[n].name);
     }
+    const std::string near = graph::suggest(name, names);
     throw std::invalid_argument(
-        fmt::format("{} has no node '{}'; {}", graph.file, name, graph::suggest(name, names)));
+        fmt::format("{} has no node '{}'{}{}", graph.file, name, near.empty() ? "" : "; ", near));
 }
 
 }  // namespace

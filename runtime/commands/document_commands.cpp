@@ -31,9 +31,10 @@ int show_nodes(const std::string& name, bool markdown, const graph::Registry& re
             if (!found.empty()) return console.out << found, exit_ok;
             std::vector<std::string_view> names;
             for (const auto& [known, unused] : registry.types()) names.push_back(known);
+            const std::string near = graph::suggest(name, names);
             throw std::invalid_argument(
                 fmt::format("no node type is called '{}' or speaks of it; {}", name,
-                            graph::suggest(name, names)));
+                            near.empty() ? "`aspic nodes` lists all" : near));
         }
         console.out << graph::reference_text(*type);
     } else {

@@ -148,8 +148,9 @@ int farm_logs(const FarmJob& job, const std::string& name, Console& console)
     if (!name.empty() && std::none_of(tasks.begin(), tasks.end(), called)) {
         std::vector<std::string_view> names;
         for (const FarmTask& task : tasks) names.push_back(task.name);
+        const std::string near = graph::suggest(name, names);
         throw std::invalid_argument(
-            fmt::format("no task is called '{}'; {}", name, graph::suggest(name, names)));
+            fmt::format("no task is called '{}'{}{}", name, near.empty() ? "" : "; ", near));
     }
     const Fates fates = fates_of(job, queued_tasks(job, console));
     std::size_t shown = 0;

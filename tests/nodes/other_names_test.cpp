@@ -38,7 +38,9 @@ TEST(OtherNames, OfNodesAreAnsweredWithNodesThatExist)
           "Alembic",     "USD",          "FBX",      "Camera",    "Light",    "Material",
           "Output",      "Cache",        "Instance", "Scatter",   "Fracture", "RigidBodySolver",
           "VellumCloth", "VellumSolver", "Hinge",    "Joint",     "Attach",   "Glue",
-          "Rope",        "Chain"}) {
+          "Rope",        "Chain",        "nCloth",   "nRigid",    "nucleus",  "polySphere",
+          "IcoSphere",   "FEMSolver",    "Remesh",   "playblast", "Karma",    "AttribWrangle",
+          "SkinCluster", "StaticObject", "PopForce", "VellumPin", "Turntable"}) {
         const std::string text = suggested(name + "@1");
         EXPECT_EQ(text.find("available"), text.npos) << name << ": " << text;
         EXPECT_EQ(text.find("did you mean"), text.npos) << name << ": " << text;
@@ -53,6 +55,13 @@ TEST(OtherNames, OfNodesAreAnsweredWithNodesThatExist)
         }
         EXPECT_GT(types, 0) << name << ": " << text;
     }
+}
+
+TEST(OtherNames, OfNothingThatIsHereAreAnsweredWithTheWayToAll)
+{
+    EXPECT_EQ(suggested("Spaceship@1"), "`aspic nodes` lists all");
+    EXPECT_EQ(suggested("Render@2", R"("spaceship": 1)"), "`aspic nodes Render` lists all");
+    EXPECT_EQ(suggested("ReadUsdFile@1").find("available: 'Read"), 0u);
 }
 
 TEST(OtherNames, OfRigidBodiesNameTheOptionOfSimulate)
@@ -83,7 +92,11 @@ TEST(OtherNames, OfShapesAreAnsweredWithOurs)
 {
     EXPECT_EQ(suggested("Primitive@1", R"("shape": "cube")"), "did you mean 'box'?");
     EXPECT_EQ(suggested("Primitive@1", R"("shape": "Donut")"), "did you mean 'torus'?");
+    EXPECT_EQ(suggested("Primitive@1", R"("shape": "plane")"), "did you mean 'grid'?");
+    EXPECT_EQ(suggested("Primitive@1", R"("shape": "ico_sphere")"), "did you mean 'sphere'?");
     EXPECT_EQ(suggested("Collider@1", R"("kind": "ball")"), "did you mean 'sphere'?");
+    EXPECT_EQ(suggested("Simulate@2", R"("method": "FEM")"), "did you mean 'bricks'?");
+    EXPECT_EQ(suggested("Simulate@2", R"("method": "cloth")"), "did you mean 'shell'?");
 }
 
 // `aspic nodes WORD` gives the same answers.
