@@ -1,14 +1,16 @@
 #include "render/contact_sheet.hpp"
 
 #include "graph/types/node_builder.hpp"
+#include "nodes/scene_seconds.hpp"
 #include "nodes/wire_types.hpp"
 #include "nodes/written_path.hpp"
 #include "render/captions.hpp"
 #include "render/choose_frames.hpp"
 #include "render/png.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <stdexcept>
 
 namespace nodes::contact_sheet {
@@ -74,10 +76,10 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const std::vector<int>& frames = context.gathered;
     std::vector<render::Tile> tiles;
     for (const std::size_t i : chosen_places(in, frames)) {
-        std::array<char, 64> label{};
-        std::snprintf(label.data(), label.size(), "frame %d   %.2f s", frames[i],
-                      context.range().time(frames[i]));
-        tiles.push_back({in.image[i].get(), label.data()});
+        const double time = context.range().time(frames[i]);
+        tiles.push_back(
+            {in.image[i].get(),
+             fmt::format("frame {}   {}", frames[i], seconds_text(time, context.slow_motion()))});
         if (in.value.empty()) continue;
         tiles.back().label += "   " + render::number_text(*in.value[i]);
     }
@@ -99,7 +101,8 @@ void add_to(graph::Registry& registry)
         .summary(
             "Writes the pictures of several frames side by side into one PNG file: evenly "
             "spaced ones, or those where something happens. Seconds below them are those of the "
-            "video; a Simulate with `dt` has its own, which Render can burn in.",
+            "scene: by the `slow_motion` of Render where it is stated, or else by the `dt` of "
+            "Simulate, Vibrate or ReadState.",
             {"montage", "thumbnails", "overview", "keyframes", "highlights"})
         .gather("image", &Inputs::image, some_frames, "The picture, read at the chosen frames.")
         .gather("value", &Inputs::value, some_frames,
@@ -117,7 +120,7 @@ void add_to(graph::Registry& registry)
         .param("columns", &Inputs::columns, "Number of pictures in a row.", {1, 100})
         .param("width", &Inputs::width, "Width of the sheet.", {64, 8192, "px"})
         .path_out("path", &Inputs::path, "Path of the file, below the output folder.")
-        .reads(graph::Variable::range)
+        .reads(graph::Variable::range | graph::Variable::pace)
         .check(check)
         .sink()
         .output("image", &Outputs::image, "The sheet.")

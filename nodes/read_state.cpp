@@ -78,6 +78,7 @@ void add_to(graph::Registry& registry)
                "of a corner is its displacement since the frame before, divided by this.",
                {.min = 0, .max = 1e4, .unit = "s"})
         .reads(graph::Variable::frame | graph::Variable::fps)
+        .pace({graph::Pace::By::seconds_a_frame, "dt"})
         .check(check)
         .output("state", &Outputs::state,
                 "Positions and velocities of the corners, for Embed, Render and Measure.")

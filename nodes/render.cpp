@@ -358,7 +358,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     scene.ground = ground_height(in.ground, scene.stage, floor);
     if (!in.legend) scene.legend.reset();
     scene.label = burn_in_text(in.burn_in, in.values, context.frame(), context.time(),
-                               graph::frame_text(in.label, context.frame()));
+                               graph::frame_text(in.label, context.frame()), context.slow_motion());
 
     const auto camera = camera_of(in, scene, context.frame() - context.range().first);
     std::vector<std::string> warnings;
@@ -396,8 +396,7 @@ void add_to(graph::Registry& registry)
                  "the default look was plain, with a grid on a dark floor; antialias became "
                  "quality; the camera held a box",
                  say_old_look)
-        .inputs("mesh", &Inputs::mesh,
-                "Meshes to draw. One without faces, a point cloud, is drawn as small balls.")
+        .inputs("mesh", &Inputs::mesh, "Meshes to draw; a point cloud as small balls.")
         .input("layers", &Inputs::layers, layers_told, graph::Need::optional)
         .input("rest", &Inputs::rest, rest_told, graph::Need::optional)
         .input("shot", &Inputs::shot, shot_told, graph::Need::optional)
@@ -443,7 +442,8 @@ void add_to(graph::Registry& registry)
                              "of `values`, and what is asked for here.")
         .block<BlurParams>("motion_blur", &Inputs::motion_blur, describe,
                            "Blur of what moves while the shutter is open.")
-        .reads(graph::Variable::frame | graph::Variable::range)
+        .reads(graph::Variable::frame | graph::Variable::range | graph::Variable::pace)
+        .pace({graph::Pace::By::slow_motion, "burn_in.slow_motion"})
         .check(check)
         .output("image", &Outputs::image, "The picture.");
 }

@@ -4,6 +4,7 @@
 
 #include "graph/types/param_builder.hpp"
 #include "graph/types/value.hpp"
+#include "nodes/scene_seconds.hpp"
 #include "render/captions.hpp"
 
 #include <fmt/format.h>
@@ -20,7 +21,7 @@ namespace nodes::render {
 struct BurnInParams {
     std::string scene;
     bool frame = false, seconds = false;
-    double slow_motion = 1;
+    double slow_motion = 0;
     std::string names;
 };
 
@@ -30,12 +31,14 @@ inline void describe(graph::ParamsOf<BurnInParams>& p)
         .param("frame", &BurnInParams::frame, "Whether the number of the frame is shown.")
         .param("seconds", &BurnInParams::seconds,
                "Whether the time since the first frame is shown, as it passes in the scene: that "
-               "of the video over `slow_motion`, which must be set where a Simulate has `dt`.")
+               "of the video over `slow_motion`.")
         .param("slow_motion", &BurnInParams::slow_motion,
-               "How many times slower than in the scene time passes in the video; 1 shows nothing, "
-               "below 1 it is a time lapse. Of a Simulate with `dt`, it is 1 / (dt * frames a "
-               "second).",
-               {1e-6, 1e6})
+               "How many times slower than in the scene time passes in the video, which is shown; "
+               "1 shows nothing, below 1 it is a time lapse. 0: as the Simulate, Vibrate or "
+               "ReadState that the picture depends on has it by `dt`, 1 / (dt * frames a second), "
+               "shown with `seconds` alone. Where several have different ones, or `dt` moves, "
+               "that is 1.",
+               {0, 1e6})
         .param("names", &BurnInParams::names,
                "Names of `values`, parted by commas, with their units in brackets: `tip (m), force "
                "(N)`.");
@@ -98,20 +101,18 @@ inline std::vector<std::string> value_lines(const std::string& names, const Numb
     return lines;
 }
 
-// Lines of text, parted by '\n', the label last. `time` is that of the video, s.
+// Lines of text, parted by '\n', the label last. `time` is that of the video, s; `upstream` how
+// many times slower than that of the scene it is, as what the picture depends on says.
 inline std::string burn_in_text(const BurnInParams& of, const Numbers& values, int frame,
-                                double time, const std::string& label)
+                                double time, const std::string& label, double upstream = 1)
 {
     std::string line;
     const auto add = [&](const std::string& part) { line += (line.empty() ? "" : "   ") + part; };
-    const double slow = of.slow_motion;
-    const bool as_it_is = std::abs(slow - 1) < 0.005;
+    const bool stated = of.slow_motion > 0;
+    const double slow = stated ? of.slow_motion : of.seconds ? upstream : 1;
+    const bool as_it_is = is_real_time(slow);
     if (of.frame) add(fmt::format("frame {}", frame));
-    if (of.seconds) {
-        const int more = static_cast<int>(std::ceil(std::log10(slow) - 1e-9));
-        const int decimals = as_it_is ? 2 : 2 + std::max(0, more);
-        add(fmt::format("{:.{}f} s", time / slow, decimals));
-    }
+    if (of.seconds) add(seconds_text(time, slow));
     if (!as_it_is && slow > 1) add("slow motion " + ::render::number_text(slow) + "x");
     if (!as_it_is && slow < 1) add("time lapse " + ::render::number_text(1 / slow) + "x");
     std::vector<std::string> lines{of.scene, line};

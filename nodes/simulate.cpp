@@ -479,6 +479,7 @@ void add_to(graph::Registry& registry)
               "What is special about each of several `cubes`, in the order of their links.")
         .block("step", &Inputs::step, describe_step, "Time steps and solver.")
         .reads(graph::Variable::fps)
+        .pace({graph::Pace::By::seconds_a_frame, "dt"})
         .prepare("body", &Inputs::body, build,
                  {"cubes", "surface", "method", "bricks", "springs", "lattice", "shell", "contact",
                   "bodies"})

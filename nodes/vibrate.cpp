@@ -114,6 +114,7 @@ void add_to(graph::Registry& registry)
                "motion.",
                {.min = 0, .max = 1e9, .unit = "s"})
         .reads(graph::Variable::frame | graph::Variable::fps)
+        .pace({graph::Pace::By::seconds_a_frame, "dt"})
         .output("mesh", &Outputs::mesh,
                 "The vibrating mesh, with the attributes displacement and speed.")
         .output("state", &Outputs::state, "Coordinates and velocities of the modes.")

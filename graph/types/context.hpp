@@ -34,6 +34,7 @@ enum class Variable : unsigned {
     frame = 1,  // the frame's number, and its time
     fps = 2,    // frames a second, and the seconds a frame lasts
     range = 4,  // first and last frame of the document
+    pace = 8,   // how fast time passes in the scene that the node depends on
 };
 constexpr unsigned operator|(Variable a, Variable b)
 {
@@ -67,8 +68,9 @@ private:
 class Context {
 public:
     Context() = default;
-    Context(int frame, FrameRange range, unsigned declared)
-        : frame_(frame), range_(range), declared_(declared)
+    // `pace`: s of the scene that pass in a frame; 0: as many as of the video.
+    Context(int frame, FrameRange range, unsigned declared, double pace = 0)
+        : frame_(frame), range_(range), declared_(declared), pace_(pace)
     {}
 
     int frame() const { return need(Variable::frame), frame_; }
@@ -76,6 +78,11 @@ public:
     double fps() const { return need(Variable::fps), range_.fps; }
     double frame_seconds() const { return need(Variable::fps), 1 / range_.fps; }
     const FrameRange& range() const { return need(Variable::range), range_; }
+    // How many times slower than in the scene time passes in the video.
+    double slow_motion() const
+    {
+        return need(Variable::pace), pace_ > 0 ? 1 / (pace_ * range_.fps) : 1;
+    }
 
     std::stop_token stop;  // long kernels look now and then, and throw Cancelled when it is set
 
@@ -113,6 +120,7 @@ private:
     int frame_ = 1;
     FrameRange range_;
     unsigned declared_ = 0;
+    double pace_ = 0;
 };
 
 // Thrown by work that saw the stop token set.

@@ -40,20 +40,14 @@ public:
                 return plan->preparations[i].build(&in);
             };
         }
-        if (gather_) {
-            type_.gather_frames = [plan, frames = gather_](const ParamValues& params,
-                                                           const FrameRange& range) {
+        const auto of_params = [&plan](auto function) {
+            return [plan, function](const ParamValues& params, const auto& more) {
                 In in;
-                plan->params.decode(params, &in);
-                return frames(in, range);
+                return plan->params.decode(params, &in), function(in, more);
             };
-        }
-        if (check_) {
-            type_.check = [plan, check = check_](const ParamValues& params, const Setting& s) {
-                In in;
-                return plan->params.decode(params, &in), check(in, s);
-            };
-        }
+        };
+        if (gather_) type_.gather_frames = of_params(gather_);
+        if (check_) type_.check = of_params(check_);
         type_.run = [plan, run = run_](const Call& call) {
             In in;
             plan->fill(call, &in);
@@ -164,11 +158,10 @@ public:
     NodeBuilder& check(Faults (*check)(const In&, const Setting&)) { return check_ = check, *this; }
 
     // It writes files, so a cook wants it even though nothing depends on it.
-    NodeBuilder& sink()
-    {
-        type_.sink = true;
-        return *this;
-    }
+    NodeBuilder& sink() { return type_.sink = true, *this; }
+
+    // How time passes in the scene.
+    NodeBuilder& pace(Pace pace) { return type_.pace = std::move(pace), *this; }
 
 private:
     static In& in_of(void* in) { return *static_cast<In*>(in); }

@@ -61,9 +61,11 @@ struct NodeType;
 struct LinkedNode {
     std::string_view input, node;
     const NodeType* type = nullptr;
-    const ParamValues* params = nullptr;  // those that move with the frame hold anything
+    const ParamValues* params = nullptr;        // those that move with the frame hold anything
 
-    // The text or choice of its parameter `name`; empty where it has none.
+    // Its parameter `name`; null where it has none.
+    const ParamValue* param(std::string_view name) const;
+    // The text or choice of it; empty where it has none.
     std::string_view text(std::string_view name) const;
 };
 
@@ -105,6 +107,14 @@ struct ShortForms {
     std::vector<std::pair<std::string, std::string>> schemas;  // parameter, JSON schema as text
 };
 
+// A parameter, "block.name", that says how fast time passes in the scene where the video has a
+// second: by the seconds of the scene that a frame takes, or by how many times slower the video is.
+// 0: not said; a node with `seconds_a_frame` then keeps the video's time.
+struct Pace {
+    enum class By { seconds_a_frame, slow_motion } by = By::seconds_a_frame;
+    std::string param;  // empty: the node says nothing
+};
+
 struct NodeType {
     std::string name, summary;
     std::vector<std::string> synonyms;  // in lower case: what other programs call it, or its use
@@ -116,6 +126,7 @@ struct NodeType {
     std::vector<Preparation> preparations;
     std::vector<Upgrade> upgrades;  // from older versions
     ShortForms short_forms;
+    Pace pace;
     unsigned reads = 0;  // context variables, see Variable
     bool sink = false;   // writes files: cooked by default, once a frame
     // For a node that gathers: which frames of its gathered inputs it wants. Such a node runs once
@@ -126,13 +137,19 @@ struct NodeType {
     std::function<std::vector<Value>(const Call&)> run;  // one value an output port
 };
 
-inline std::string_view LinkedNode::text(std::string_view name) const
+inline const ParamValue* LinkedNode::param(std::string_view name) const
 {
     for (std::size_t k = 0; k < type->params.size() && k < params->size(); ++k) {
-        const auto* text = std::get_if<std::string>(&(*params)[k].is);
-        if (text && type->params[k].name == name) return *text;
+        if (type->params[k].name == name) return &(*params)[k];
     }
-    return {};
+    return nullptr;
+}
+
+inline std::string_view LinkedNode::text(std::string_view name) const
+{
+    const ParamValue* const value = param(name);
+    const auto* const text = value ? std::get_if<std::string>(&value->is) : nullptr;
+    return text ? std::string_view(*text) : std::string_view();
 }
 
 }  // namespace graph

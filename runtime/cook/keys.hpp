@@ -121,6 +121,7 @@ private:
     void add_animated(std::uint32_t n, int frame, KeyBuilder& builder) const;
     Key files_of_frame(std::uint32_t n, int frame) const;
     void add_movement(std::uint32_t n, int frame);
+    void add_pace(std::uint32_t n, KeyBuilder& b) const;
     Key key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with_side_files);
     Key gather_key(std::uint32_t n, bool with_side_files);
     const Gathered& gather_frames(std::uint32_t n, KeyBuilder& builder);

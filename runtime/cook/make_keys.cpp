@@ -2,6 +2,7 @@
 // results other keys, so that what older programs stored is not found any more.
 
 #include "graph/document/evaluate.hpp"
+#include "graph/document/scene_pace.hpp"
 #include "runtime/cook/key_parts.hpp"
 #include "runtime/cook/keys.hpp"
 
@@ -100,6 +101,11 @@ bool Keys::files_changed(std::uint32_t n, int frame) const
     return before != sequences_.end() && files_of_frame(n, frame) != before->second;
 }
 
+void Keys::add_pace(std::uint32_t n, KeyBuilder& b) const
+{
+    if (declares(graph_.nodes[n], graph::Variable::pace)) b.add(graph::scene_pace(graph_, n));
+}
+
 // What of the node itself is another at each frame.
 void Keys::add_movement(std::uint32_t n, int frame)
 {
@@ -128,6 +134,7 @@ Key Keys::key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with
         builder_.add(node.fixed);
     }
     if (node.moves) add_movement(n, frame);
+    add_pace(n, builder_);
     for (std::uint32_t i = 0; i < node.links; ++i) {
         builder_.add(input_key(links_[node.first_link + i].node, row));
     }
@@ -184,6 +191,7 @@ Key Keys::gather_key(std::uint32_t n, bool with_side_files)
     b.add(nodes_[n].fixed);
     const Gathered& gathered = gather_frames(n, b);
     if (declares(source, graph::Variable::frame)) b.add(graph_.range.first);
+    add_pace(n, b);
     b.add(gathered.frames.size());
     for (const int frame : gathered.frames) b.add(frame);
 
@@ -278,6 +286,7 @@ Key Keys::by_content(std::uint32_t n, int frame, std::span<const graph::ContentN
         add_animated(n, frame, b);
     }
     if (declares(source, graph::Variable::frame)) b.add(frame).add(graph_.range.time(frame));
+    add_pace(n, b);
     for (const graph::ContentName& name : names) b.add(name[0]).add(name[1]);
     return b.key();
 }

@@ -1,6 +1,7 @@
 #include "runtime/cook/run_task.hpp"
 
 #include "graph/document/frame_path.hpp"
+#include "graph/document/scene_pace.hpp"
 #include "graph/types/standard_wires.hpp"
 #include "runtime/cook/below_folder.hpp"
 #include "runtime/cook/memory_limit.hpp"
@@ -94,7 +95,9 @@ graph::Context context_of(CookState& cook, const Task& task, Result& result, Out
                           std::mutex& talking)
 {
     const graph::NodeType& type = *cook.graph.nodes[task.node].type;
-    graph::Context context(task.frame, cook.graph.range, type.reads);
+    const bool paced = (type.reads & static_cast<unsigned>(graph::Variable::pace)) != 0;
+    graph::Context context(task.frame, cook.graph.range, type.reads,
+                           paced ? graph::scene_pace(cook.graph, task.node) : 0);
     context.stop = cook.options.stop;
     context.output_folder = cook.options.output_folder;
     context.root = cook.graph.root;

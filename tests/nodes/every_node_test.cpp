@@ -221,7 +221,7 @@ TEST(EveryNode, RefersOnlyToItsOwnPortsAndParameters)
         bool gathers = false;
         for (const auto& port : type.inputs) gathers = gathers || port.gather;
         EXPECT_EQ(gathers, static_cast<bool>(type.gather_frames));
-        EXPECT_LT(type.reads, 8u);
+        EXPECT_LT(type.reads, 16u);
     }
 }
 

@@ -17,6 +17,7 @@ struct NodeRun {
     graph::ParamValues params;
     std::vector<graph::Value> previous;
     graph::FrameRange range{1, 10, 24};
+    double pace = 0;            // s of the scene a frame; 0: as of the video
     std::vector<int> gathered;  // of gathered inputs; empty: those that the node asks for
     std::filesystem::path output_folder = ".";
     std::shared_ptr<graph::Cook> cook;
@@ -40,7 +41,7 @@ struct NodeRun {
     {
         std::vector<std::vector<graph::Value>> by_port;
         for (const auto& port : type.inputs) by_port.push_back(inputs[port.name]);
-        graph::Context context(frame, range, type.reads);
+        graph::Context context(frame, range, type.reads, pace);
         context.output_folder = output_folder;
         context.cook = cook;
         context.stop = stop;
