@@ -54,10 +54,11 @@ inline void warn_of_thin_walls(const std::vector<physics::ThinPart>& parts,
     for (const physics::ThinPart& p : parts) more += p.factor >= worth_telling ? 1 : 0;
     if (more == 0) return;
     const physics::ThinPart& worst = parts.front();
-    std::string text = fmt::format("{}: about {} times too stiff in bending, unless Simulate keeps "
-                                   "it rigid; use cubes of {:.2g} m",
-                                   thin_text(worst, cubes.size), times_text(worst.factor),
-                                   better_size(worst.thickness, cubes.size));
+    std::string text =
+        fmt::format("{}{}: about {} times too stiff in bending; use cubes of "
+                    "{:.2g} m",
+                    graph::of_bending, thin_text(worst, cubes.size), times_text(worst.factor),
+                    better_size(worst.thickness, cubes.size));
     if (walls.solid && !(walls.thickness > 0)) text += ", or stiffness = calibrated";
     if (more > 1) {
         text += fmt::format(" ({} part{} more {} too thin for these cubes)", more - 1,

@@ -55,6 +55,7 @@ void add_to(graph::Registry& registry)
                "the body is free, and its rigid motions are "
                "left out.",
                graph::Need::optional)
+        .bends("cubes", [](const Inputs&, const std::size_t&) { return true; })
         .param("count", &Inputs::count, "Number of modes, from the lowest frequency up.",
                {.min = 1, .max = 10'000})
         .param("keep_rigid", &Inputs::keep_rigid,

@@ -132,6 +132,11 @@ static std::size_t corner_count(const Inputs& in)
     return sum;
 }
 
+static bool may_bend(const Inputs& in, const std::size_t& link)
+{
+    return link >= in.bodies.size() || !in.bodies[link].rigid;
+}
+
 // Warns of parameters and forces that have no effect.
 static void warn_of_idle(const Inputs& in, const graph::Context& context)
 {
@@ -480,6 +485,7 @@ void add_to(graph::Registry& registry)
         .block("step", &Inputs::step, describe_step, "Time steps and solver.")
         .reads(graph::Variable::fps)
         .pace({graph::Pace::By::seconds_a_frame, "dt"})
+        .bends("cubes", may_bend)
         .prepare("body", &Inputs::body, build,
                  {"cubes", "surface", "method", "bricks", "springs", "lattice", "shell", "contact",
                   "bodies"})

@@ -45,6 +45,9 @@ constexpr unsigned operator|(unsigned a, Variable b)
     return a | static_cast<unsigned>(b);
 }
 
+// What a warning begins with that says nothing of a body that keeps its shape.
+inline constexpr const char* of_bending = "bending: ";
+
 // What the runs of one cook know of each other. It is part of no key: only for sinks, which must
 // not undo in one frame what they wrote in another.
 class Cook {
@@ -99,7 +102,8 @@ public:
     // Null: a cook of this frame only.
     std::shared_ptr<Cook> cook;
 
-    // A sentence for the person who cooks; once a result, kept with it. Null in tests.
+    // A sentence for the person who cooks; once a result, kept with it. One that begins with
+    // of_bending is not told where all that compute with the body keep it rigid. Null in tests.
     std::function<void(const std::string&)> warn = [](const std::string&) {};
 
     // How accurate the result is; at most once. Kept with the result. Null in tests.

@@ -48,6 +48,7 @@ public:
         };
         if (gather_) type_.gather_frames = of_params(gather_);
         if (check_) type_.check = of_params(check_);
+        if (bends_) type_.bends.link = of_params(bends_);
         type_.run = [plan, run = run_](const Call& call) {
             In in;
             plan->fill(call, &in);
@@ -162,6 +163,11 @@ public:
 
     // How time passes in the scene.
     NodeBuilder& pace(Pace pace) { return type_.pace = std::move(pace), *this; }
+    // Whether the body of a link of `input` may bend; `in` has its parameters alone.
+    NodeBuilder& bends(std::string input, bool (*bends)(const In&, const std::size_t& link))
+    {
+        return type_.bends.input = std::move(input), bends_ = bends, *this;
+    }
 
 private:
     static In& in_of(void* in) { return *static_cast<In*>(in); }
@@ -188,6 +194,7 @@ private:
     NodePlan plan_;
     std::vector<int> (*gather_)(const In&, const FrameRange&) = nullptr;
     Faults (*check_)(const In&, const Setting&) = nullptr;
+    bool (*bends_)(const In&, const std::size_t&) = nullptr;
 };
 
 }  // namespace graph

@@ -115,6 +115,13 @@ struct Pace {
     std::string param;  // empty: the node says nothing
 };
 
+// An input of bodies, and whether the one of a link may bend in the node: in a simulation that
+// keeps it rigid it may not. Without an input the node says nothing of bodies.
+struct Bends {
+    std::string input;
+    std::function<bool(const ParamValues&, std::size_t link)> link;
+};
+
 struct NodeType {
     std::string name, summary;
     std::vector<std::string> synonyms;  // in lower case: what other programs call it, or its use
@@ -127,6 +134,7 @@ struct NodeType {
     std::vector<Upgrade> upgrades;  // from older versions
     ShortForms short_forms;
     Pace pace;
+    Bends bends;
     unsigned reads = 0;  // context variables, see Variable
     bool sink = false;   // writes files: cooked by default, once a frame
     // For a node that gathers: which frames of its gathered inputs it wants. Such a node runs once

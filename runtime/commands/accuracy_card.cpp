@@ -1,5 +1,7 @@
 #include "runtime/commands/accuracy_card.hpp"
 
+#include "graph/document/kept_rigid.hpp"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -187,6 +189,7 @@ nlohmann::ordered_json number_json(double x)
 std::string said_of(const AccuracyCard& card, const CardLine& line)
 {
     if (card.kind == "body") {
+        if (card.rigid && line.name.starts_with("stiffness")) return "";
         const std::string error = error_text(line);
         return error.empty() ? "" : short_name(line.name) + " " + error;
     }
@@ -220,6 +223,7 @@ std::vector<AccuracyCard> AccuracyFigures::cards(const graph::Graph& graph, Keys
     for (const auto& [n, told] : by_node) {
         const graph::Node& node = graph.nodes[n];
         cards.push_back(card_of(node.name, told, is_left_alone(node, changes)));
+        cards.back().rigid = cards.back().kind == "body" && graph::kept_rigid(graph, n);
     }
     for (const auto& [name, told] : others) cards.push_back(card_of(name, told, false));
     return cards;

@@ -27,6 +27,7 @@ struct AccuracyCard {
     std::string node, kind;  // "cubes", "body"
     std::size_t frames = 0;  // that it told of
     std::vector<CardLine> lines;
+    bool rigid = false;  // a body that nothing bends: of its stiffness summaries say nothing
 };
 
 // The figures of a cook as they arrive.

@@ -1,5 +1,7 @@
 #include "runtime/cook/warners.hpp"
 
+#include "graph/document/kept_rigid.hpp"
+
 #include <algorithm>
 
 namespace runtime {
@@ -45,7 +47,9 @@ std::vector<Warning> Warners::news(const Key& key, std::uint32_t node, int frame
 {
     std::vector<Warning> all;
     const auto tell = [&](std::uint32_t n, int f, const std::string& text) {
-        if (told_.insert({n, text}).second) all.push_back({n, f, text});
+        if (!told_.insert({n, text}).second) return;
+        if (text.starts_with(graph::of_bending) && graph::kept_rigid(graph_, n)) return;
+        all.push_back({n, f, text});
     };
     for (const Heard& heard : result.heard) tell(find(heard, node), heard.frame, heard.text);
     if (!result.warnings.empty()) nodes_.emplace(key, node);

@@ -207,4 +207,45 @@ TEST_F(AccuracyOfCooks, WhatIsWorstIsTold)
     EXPECT_NE(thin.err.find("stiffness in bending +"), std::string::npos) << thin.err;
 }
 
+TEST_F(AccuracyOfCooks, NothingIsSaidOfTheBendingOfWhatNothingBends)
+{
+    const auto rigid = [](const std::string& nodes, const char* is) {
+        std::string text = falling("body", R"("size": 0.2)", "0.1");
+        const std::string step =
+            R"("step": { "integrator": "implicit_midpoint", "tolerance": 1e-8 })";
+        text.replace(text.find(step), step.size(),
+                     std::string(R"("bodies": [{ "rigid": )") + is + " }]");
+        text.replace(text.find(R"("write": {)"), 0, nodes);
+        return text;
+    };
+    const auto told = [&](const std::string& text) {
+        const Cooked made = cook(text, "a");
+        const auto& bending = made.accuracy[0]["card"]["stiffness in bending, of the true one"];
+        EXPECT_NEAR(bending["cubes"].get<double>(), 4, 0.5);  // the card keeps it
+        const bool warned = made.err.find("times too stiff in bending") != std::string::npos;
+        EXPECT_EQ(warned, made.err.find("stiffness in bending +") != std::string::npos);
+        return warned;
+    };
+    EXPECT_FALSE(told(rigid("", "true")));
+    EXPECT_FALSE(told(rigid("", "true"))) << "from the cache";
+    // The same body, and the same cache, where it bends.
+    EXPECT_TRUE(told(rigid("", "false")));
+    EXPECT_FALSE(told(rigid("", "true")));
+    EXPECT_TRUE(told(rigid(R"("modes": { "type": "Modes@1", "inputs": {
+        "cubes": "body.cubes", "mesh": "box.mesh" } }, )",
+                           "true")));
+    // By way of what hands cubes on.
+    const std::string other = R"("other": { "type": "LocalMatter@1", "inputs": {
+        "cubes": "body.cubes" } }, "sim2": { "type": "Simulate@2", "inputs": {
+        "cubes": "other.cubes" }, "params": { "bodies": [{ "rigid": )";
+    EXPECT_FALSE(told(rigid(other + "true }] } }, ", "true")));
+    EXPECT_TRUE(told(rigid(other + "false }] } }, ", "true")));
+    // Cubes that are only drawn.
+    std::string drawn = rigid("", "true");
+    const auto sim = drawn.find(R"("sim": {)");
+    drawn.replace(sim, drawn.find(R"("write": {)") - sim,
+                  R"("shape": { "type": "CubeMesh@1", "inputs": { "cubes": "body.cubes" } }, )");
+    EXPECT_TRUE(told(drawn));
+}
+
 }  // namespace

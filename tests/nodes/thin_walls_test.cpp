@@ -145,16 +145,18 @@ TEST(ThinWalls, ThePartIsNamed)
     for (auto& p : seat.positions) p.x() += 2;
     const std::array<const TriMesh*, 2> both{&block, &seat};
     TriMesh mesh = geometry::merge(both);
-    EXPECT_EQ(
-        voxelized(mesh, 0.05).warnings.at(0).rfind("piece 2 is 0.4 cubes thick (0.02 m, at (2", 0),
-        0u)
+    EXPECT_EQ(voxelized(mesh, 0.05)
+                  .warnings.at(0)
+                  .rfind("bending: piece 2 is 0.4 cubes thick (0.02 m, at (2", 0),
+              0u)
         << voxelized(mesh, 0.05).warnings.at(0);
     auto topology = std::make_shared<geometry::MeshTopology>(*mesh.topology);
     topology->groups = {"base", "seat"};
     topology->group.assign(12, 0);
     topology->group.insert(topology->group.end(), 12, 1);
     mesh.topology = topology;
-    EXPECT_EQ(voxelized(mesh, 0.05).warnings.at(0).rfind("'seat' is 0.4 cubes thick", 0), 0u)
+    EXPECT_EQ(voxelized(mesh, 0.05).warnings.at(0).rfind("bending: 'seat' is 0.4 cubes thick", 0),
+              0u)
         << voxelized(mesh, 0.05).warnings.at(0);
     // The block is eight cubes high, so the seat lies across a plane of the grid, in two layers of
     // cubes: (2 / 0.4)^2.
