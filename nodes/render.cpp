@@ -4,6 +4,7 @@
 #include "nodes/render_blur.hpp"
 #include "nodes/render_burn_in.hpp"
 #include "nodes/render_colour.hpp"
+#include "nodes/render_hints.hpp"
 #include "nodes/render_layers.hpp"
 #include "nodes/render_shown.hpp"
 #include "nodes/render_unseen.hpp"
@@ -21,6 +22,7 @@
 #include "render/stage.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <span>
@@ -317,10 +319,12 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     if (in.camera.views == CameraParams::Views::four && std::min(in.width, in.height) < 16) {
         return {{"camera.views", "four views need a picture of at least 16 x 16 pixels"}};
     }
-    for (const char* input : {"mesh", "layers", "cubes", "points", "pins", "forces", "colliders"}) {
-        if (setting.links(input)) return {};
+    constexpr std::array drawn{"mesh", "layers", "cubes", "points", "pins", "forces", "colliders"};
+    if (std::none_of(drawn.begin(), drawn.end(), [&](auto p) { return setting.links(p); })) {
+        return {{"", nothing_to_draw}};
     }
-    return {{"", nothing_to_draw}};
+    if (!setting.upstream) return {};
+    return hint_of_floor(in.ground, setting.upstream());
 }
 
 static ::render::Image picture_of(const Inputs& in, const ::render::Scene& scene,

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <set>
+#include <utility>
 
 namespace graph {
 
@@ -29,6 +30,7 @@ void tell(Loading& loading, std::size_t i, const Fault& fault)
 {
     const Declaration& d = loading.declarations[i];
     Problem p = problem_at(d.place, fault.why);
+    if (fault.hint) p.severity = Severity::warning;
     p.node = d.name;
     p.port = fault.at;
     p.part = fault.at.empty() ? Part::none : Part::parameter;
@@ -42,9 +44,35 @@ void tell(Loading& loading, std::size_t i, const Fault& fault)
     loading.problems.add(std::move(p));
 }
 
+using Wrong = std::set<std::string, std::less<>>;
+
+// All nodes that a node depends on, but those of `wrong`.
+std::vector<LinkedNode> upstream_of(const Graph& graph, std::size_t node, const Wrong& wrong)
+{
+    std::vector<LinkedNode> all;
+    std::vector<char> seen(graph.nodes.size(), 0);
+    std::vector<std::size_t> ahead{node};
+    seen[node] = 1;
+    while (!ahead.empty()) {
+        const Node& at = graph.nodes[ahead.back()];
+        ahead.pop_back();
+        LinkedNode known{{}, at.name, at.type, &at.params};
+        for (std::size_t k = 0; k < at.inputs.size(); ++k) {
+            if (!at.inputs[k].empty()) known.linked.push_back(at.type->inputs[k].name);
+            for (const Link& link : at.inputs[k]) {
+                const Node& from = graph.nodes[link.node];
+                const bool is_new = std::exchange(seen[link.node], char{1}) == 0;
+                if (is_new && from.type && wrong.count(from.name) == 0) ahead.push_back(link.node);
+            }
+        }
+        if (&at != &graph.nodes[node]) all.push_back(std::move(known));
+    }
+    return all;
+}
+
 // What is linked to a node of `wrong`, or to one that is not there, is told of that alone: the link
 // counts, and the settings there may not be those meant.
-void check_node(Loading& loading, std::size_t i, const std::set<std::string, std::less<>>& wrong)
+void check_node(Loading& loading, std::size_t i, const Wrong& wrong)
 {
     const Node& node = loading.graph.nodes[i];
     if (!node.type->check) return;
@@ -62,6 +90,7 @@ void check_node(Loading& loading, std::size_t i, const std::set<std::string, std
             setting.sources.push_back({name, from.name, from.type, &from.params});
         }
     }
+    setting.upstream = [&] { return upstream_of(loading.graph, i, wrong); };
     for (const Fault& fault : node.type->check(node.params, setting)) tell(loading, i, fault);
 }
 

@@ -62,11 +62,16 @@ struct LinkedNode {
     std::string_view input, node;
     const NodeType* type = nullptr;
     const ParamValues* params = nullptr;        // those that move with the frame hold anything
+    std::vector<std::string_view> linked = {};  // its own inputs that are linked
 
     // Its parameter `name`; null where it has none.
     const ParamValue* param(std::string_view name) const;
     // The text or choice of it; empty where it has none.
     std::string_view text(std::string_view name) const;
+    bool links(std::string_view name) const
+    {
+        return std::find(linked.begin(), linked.end(), name) != linked.end();
+    }
 };
 
 // What is known of a node before anything is cooked, beside its parameters.
@@ -74,6 +79,8 @@ struct Setting {
     std::vector<std::string_view> linked;  // inputs, once for each link
     std::vector<LinkedNode> sources;       // what they are linked to
     int frames = 1;                        // of which a cook writes files
+    // All nodes that it depends on; null: not known.
+    std::function<std::vector<LinkedNode>()> upstream = {};
 
     bool links(std::string_view input) const
     {
@@ -85,9 +92,11 @@ struct Setting {
     }
 };
 
-// What makes every run of a node fail: at a parameter ("image.path") or an input, and why.
+// What makes every run of a node fail: at a parameter ("image.path") or an input, and why. A hint
+// is a warning: the cook goes on, to a result that is hardly meant.
 struct Fault {
     std::string at, why;
+    bool hint = false;
 };
 using Faults = std::vector<Fault>;
 

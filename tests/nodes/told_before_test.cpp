@@ -46,6 +46,32 @@ TEST(ToldBefore, BodiesBeyondThoseThatAreLinked)
         "those beyond, as entry i is about link i\n");
 }
 
+// A soft ball that a simulation moves, drawn as `render` says.
+std::string falling_ball(const std::string& links, const std::string& sim,
+                         const std::string& render)
+{
+    return fmt::format(R"(
+    "floor": {{ "type": "Ground@1" }},
+    "c": {{ "type": "Voxelize@1", "inputs": {{ "mesh": "ball" }},
+            "params": {{ "method": "solid", "size": 0.2 }} }},
+    "s": {{ "type": "Simulate@2", "inputs": {{ "cubes": "c.cubes" {} }}, "params": {{ {} }} }},
+    "e": {{ "type": "Embed@3", "inputs": {{ "mesh": "ball", "cubes": "c", "state": "s" }} }},
+    "r": {{ "type": "Render@2", "inputs": {{ "mesh": "e.mesh" {} }})",
+                       links, sim, render) +
+           " }";
+}
+
+TEST(ToldBefore, AFloorOnWhichNothingLands)
+{
+    constexpr const char* at = R"(, "rest": "ball" }, "params": { "ground": { "kind": "at" } )";
+    const std::string text = told(falling_ball("", "", at));
+    EXPECT_NE(text.find("a floor is drawn, on which nothing lands: 's' has gravity"), text.npos)
+        << text;
+    EXPECT_EQ(told(falling_ball(R"(, "colliders": "floor")", "", at)), "");
+    EXPECT_EQ(told(falling_ball("", R"("gravity": [0, 0, 0])", at)), "");
+    EXPECT_EQ(told(falling_ball("", "", R"(, "rest": "ball" )")), "") << "under what is drawn";
+}
+
 TEST(ToldBefore, PathsOfFilesToWrite)
 {
     const std::string where = "node 'w', parameter 'path': ";

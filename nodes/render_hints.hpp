@@ -1,0 +1,46 @@
+#pragma once
+
+// What Render says before a cook of pictures that are hardly meant: a floor on which nothing
+// lands.
+
+#include "graph/types/node_type.hpp"
+#include "nodes/render_view.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace nodes::render {
+
+// A simulation whose bodies fall, and nothing holds them or lies below them.
+inline bool falls_freely(const graph::LinkedNode& node)
+{
+    if (node.type->name != "Simulate") return false;
+    for (const char* input : {"pins", "colliders"}) {
+        if (node.links(input)) return false;
+    }
+    const graph::ParamValue* const gravity = node.param("gravity");
+    const auto* const g = gravity ? std::get_if<std::array<double, 3>>(&gravity->is) : nullptr;
+    return g && (*g)[1] < 0;
+}
+
+// A floor at a height that was stated. One that is `under` the stage goes with what is drawn.
+inline graph::Faults hint_of_floor(const GroundParams& ground,
+                                   const std::vector<graph::LinkedNode>& upstream)
+{
+    if (ground.kind != GroundParams::Kind::at) return {};
+    const auto sim = std::find_if(upstream.begin(), upstream.end(), falls_freely);
+    if (sim == upstream.end()) return {};
+    return {{"ground.kind",
+             fmt::format("a floor is drawn, on which nothing lands: '{}' has gravity, but neither "
+                         "colliders nor pins. Link a Ground to its 'colliders', or set "
+                         "ground.kind = none",
+                         sim->node),
+             true}};
+}
+
+}  // namespace nodes::render
