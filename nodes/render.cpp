@@ -324,7 +324,13 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
         return {{"", nothing_to_draw}};
     }
     if (!setting.upstream) return {};
-    return hint_of_floor(in.ground, setting.upstream());
+    const std::vector<graph::LinkedNode> upstream = setting.upstream();
+    graph::Faults hints = hint_of_floor(in.ground, upstream);
+    const bool held = setting.links("view") || setting.links("rest") || setting.links("shot");
+    for (auto& hint : hint_of_camera(in.camera, held, setting.frames, upstream)) {
+        hints.push_back(std::move(hint));
+    }
+    return hints;
 }
 
 static ::render::Image picture_of(const Inputs& in, const ::render::Scene& scene,

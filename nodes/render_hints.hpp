@@ -1,7 +1,7 @@
 #pragma once
 
-// What Render says before a cook of pictures that are hardly meant: a floor on which nothing
-// lands.
+// What Render says before a cook of pictures that are hardly meant: a floor on which nothing lands,
+// a camera that swims.
 
 #include "graph/types/node_type.hpp"
 #include "nodes/render_view.hpp"
@@ -39,6 +39,26 @@ inline graph::Faults hint_of_floor(const GroundParams& ground,
              fmt::format("a floor is drawn, on which nothing lands: '{}' has gravity, but neither "
                          "colliders nor pins. Link a Ground to its 'colliders', or set "
                          "ground.kind = none",
+                         sim->node),
+             true}};
+}
+
+// `held`: whether the camera is that of a file, or holds the points of `rest` or `shot`.
+inline graph::Faults hint_of_camera(const CameraParams& camera, bool held, int frames,
+                                    const std::vector<graph::LinkedNode>& upstream)
+{
+    if (camera.kind == CameraParams::Kind::look_at || held || frames < 2) return {};
+    // With a time of its own, as Simulate, Vibrate and ReadState. Layers have no mesh at rest.
+    const auto moves = [](const graph::LinkedNode& node) {
+        const graph::Pace& pace = node.type->pace;
+        return !pace.param.empty() && pace.by == graph::Pace::By::seconds_a_frame;
+    };
+    const auto sim = std::find_if(upstream.begin(), upstream.end(), moves);
+    if (sim == upstream.end()) return {};
+    return {{"camera.kind",
+             fmt::format("the camera fits what is drawn at each frame, so that it moves and the "
+                         "scale changes as '{}' moves that: link the mesh at rest to 'rest', or "
+                         "its MotionBounds to 'shot', which holds all frames",
                          sim->node),
              true}};
 }

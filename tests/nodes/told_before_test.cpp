@@ -72,6 +72,26 @@ TEST(ToldBefore, AFloorOnWhichNothingLands)
     EXPECT_EQ(told(falling_ball("", "", R"(, "rest": "ball" )")), "") << "under what is drawn";
 }
 
+TEST(ToldBefore, ACameraThatFollowsWhatASimulationMoves)
+{
+    const auto render = [](const std::string& links, const std::string& camera) {
+        return told(falling_ball(
+            "", "", links + R"( }, "params": { "camera": { "kind": ")" + camera + R"(" } )"));
+    };
+    for (const char* kind : {"turntable", "fit"}) {
+        const std::string text = render("", kind);
+        EXPECT_NE(text.find("scale changes as 's' moves that"), text.npos) << text;
+        EXPECT_NE(text.find("MotionBounds to 'shot'"), text.npos) << text;
+        EXPECT_EQ(render(R"(, "rest": "ball")", kind), "");
+    }
+    EXPECT_EQ(render("", "look_at"), "");
+    // What nothing moves, and a single picture.
+    EXPECT_EQ(told(R"("r": { "type": "Render@2", "inputs": { "mesh": "ball" } })"), "");
+    graph::LoadOptions one;
+    one.written_frames = 1;
+    EXPECT_EQ(told(falling_ball("", "", ""), one), "");
+}
+
 TEST(ToldBefore, PathsOfFilesToWrite)
 {
     const std::string where = "node 'w', parameter 'path': ";
