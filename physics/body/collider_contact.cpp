@@ -438,8 +438,19 @@ static double deepest_corner(const PosedCollider& collider, const geometry::Cube
     return deepest;
 }
 
+// The same of a mesh's vertices.
+static double deepest_vertex(const PosedCollider& collider, const geometry::TriMesh& mesh)
+{
+    double deepest = 0;
+    for (const auto& p : mesh.positions) {
+        if (!p.allFinite()) continue;
+        deepest = std::max(deepest, -touch(collider, p.cast<double>()).gap);
+    }
+    return deepest;
+}
+
 std::vector<std::string> buried(ModelsOfState models, const Pins& pins,
-                                std::span<const Collider> colliders)
+                                std::span<const Collider> colliders, SurfacesOfModels surfaces)
 {
     std::vector<std::string> out;
     double size = 0;
@@ -449,8 +460,11 @@ std::vector<std::string> buried(ModelsOfState models, const Pins& pins,
         std::size_t first = 0;
         for (std::size_t m = 0; m < models.size(); ++m) {
             const geometry::Cubes& cubes = *models[m];
-            const double deepest = deepest_corner(collider, cubes, first, pins);
+            double deepest = deepest_corner(collider, cubes, first, pins);
             first += cubes.corner_count();
+            if (!surfaces.empty() && deepest > cubes.size) {
+                deepest = std::min(deepest, deepest_vertex(collider, *surfaces[m]));
+            }
             if (!(deepest > cubes.size)) continue;
             const std::string name = models.size() == 1
                                          ? "The body"

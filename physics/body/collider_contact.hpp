@@ -69,9 +69,12 @@ bool may_touch(const PosedCollider& collider, const Vec3& p, double radius, doub
 // A sentence for each collider that holds a corner of the cubes at rest more than a cube deep:
 // contact will throw it out in the first steps. Corners that are pinned are left out, as a foot in
 // the ground is. Of many corners some twenty thousand are looked at. Pins count the corners of
-// all models, one after another.
+// all models, one after another. Where there are surfaces, one for each model, as much of them is
+// so deep too: cubes at a slope reach into what their surface is clear of.
+using SurfacesOfModels = std::span<const std::shared_ptr<const geometry::TriMesh>>;
 std::vector<std::string> buried(ModelsOfState models, const Pins& pins,
-                                std::span<const Collider> colliders);
+                                std::span<const Collider> colliders,
+                                SurfacesOfModels surfaces = {});
 
 // The planes of all points that come to x at v (four numbers a slot) within dt seconds and are then
 // in a collider, or before it by less than known_before cubes; in_order(). `held` are the holds of

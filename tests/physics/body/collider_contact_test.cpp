@@ -310,6 +310,25 @@ TEST(ColliderContact, DoesNotWarnOfPinnedCornersInsideACollider)
     EXPECT_EQ(buried(cubes, pins, floor).size(), 1u);
 }
 
+TEST(ColliderContact, DoesNotWarnOfCubesWhoseSurfaceIsClear)
+{
+    // Cubes at a slope reach a cube into it, their surface stays outside.
+    const std::vector models{std::make_shared<const geometry::Cubes>(fixtures::box(4, 4, 4, 0.1))};
+    const double lowest = models[0]->corner_position(0).y();
+    const std::vector<Collider> slope{plane_at(lowest + 0.15)};
+    geometry::TriMesh ball = geometry::icosphere(0.2, 2);
+    for (auto& p : ball.positions) p.y() += float(lowest) + 0.3f;
+    const auto with = [&](const geometry::TriMesh& mesh) {
+        const std::vector surfaces{std::make_shared<const geometry::TriMesh>(mesh)};
+        return physics::buried(models, {}, slope, surfaces);
+    };
+    EXPECT_EQ(physics::buried(models, {}, slope).size(), 1u);
+    for (auto& p : ball.positions) p.y() += 0.06f;  // from 0.05 m deep to clear
+    EXPECT_TRUE(with(ball).empty());
+    for (auto& p : ball.positions) p.y() -= 0.2f;
+    EXPECT_EQ(with(ball).size(), 1u);
+}
+
 TEST(ColliderContact, WarnsOfABodyThatStartsInsideAMesh)
 {
     const geometry::Cubes cubes = fixtures::box(4, 4, 4, 0.1);
