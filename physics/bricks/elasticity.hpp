@@ -85,6 +85,8 @@ public:
     // changes within the frame.
     virtual void at_share(double) {}
     virtual bool targets_move() const { return false; }
+    // Then, m: of each of HeldMatter::corner; empty where nothing is held.
+    virtual std::vector<geometry::Vec3> targets(double) const { return {}; }
 
     // What a state keeps so that the next one starts from there: State::rotation.
     virtual std::vector<float> rotations() const { return {}; }

@@ -174,6 +174,41 @@ Aligned<double> unlifted(const Stage& stage)
 
 }  // namespace
 
+namespace {
+
+// How fast at most each part slides on a collider, or hits it, m/s; what touches another part,
+// which gives way, has no end of it.
+std::vector<double> speeds_of_touches(const Stage& stage)
+{
+    const CornerBody& body = stage.frame.body;
+    std::vector<double> out(body.parts, 0);
+    const double* const x = stage.x.data();
+    for (const PlaneTouch& touch : stage.holds) {
+        if (!(touch.depth(x) > 0)) continue;
+        double& most = out[body.part_of(touch.corners[0])];
+        most = std::max(most, touch.velocity(stage.v0.data()).norm());
+    }
+    for (const PlaneTouch& touch : stage.touches) {
+        if (!(touch.depth(x) > 0)) continue;
+        for (std::size_t a = 0; a < touch.count; a += 8) {
+            out[body.part_of(touch.corners[a])] = std::numeric_limits<double>::infinity();
+        }
+    }
+    return out;
+}
+
+// Whether it goes on turning as it does where it touches something at that speed, and far enough
+// for the square of the angle to show: it rolls.
+bool rolls(const RigidPart& part, double speed, double tau)
+{
+    constexpr double little = 0.1;  // of its speed at its radius of gyration
+    constexpr double far = 0.002;   // rad
+    const double radius = std::sqrt(0.5 * part.inertia.trace() / part.mass);
+    return tau * part.spin.norm() > far && speed <= little * radius * part.spin.norm();
+}
+
+}  // namespace
+
 void turn_free_parts(Stage& stage)
 {
     // Below this turn of a stage, rad, its square is rounding, and nothing changes. Beyond half a
@@ -183,16 +218,27 @@ void turn_free_parts(Stage& stage)
     const double tau = stage.tau;
     stage.base.clear();
     auto held = held_parts(stage);
-    for (std::size_t i = 0; i < stage.rigid.count(); ++i) held[stage.rigid.part(i)] = all_axes;
-    if (std::all_of(held.begin(), held.end(), [](auto h) { return h != 0; })) return;
+    // Of what rolls on something, as a wheel, forces alone are taken where it turns to.
+    auto pinned = axes_of_parts(stage.frame.loads.pins, body);
+    pinned.resize(body.parts);
+    if (body.sheets || body.skin.thickest > 0 || stage.frame.options.leaps) pinned = held;
+    for (std::size_t i = 0; i < stage.rigid.count(); ++i) {
+        held[stage.rigid.part(i)] = pinned[stage.rigid.part(i)] = all_axes;
+    }
+    if (std::all_of(pinned.begin(), pinned.end(), [](auto h) { return h != 0; })) return;
     const auto parts = rigid_parts(stage, stage.x0, stage.v0);
+    const std::vector<double> speed = speeds_of_touches(stage);
     std::vector<Turn> turns;
-    for (const RigidPart& part : parts) turns.push_back(turn_freely(part, tau));
+    for (std::size_t p = 0; p < body.parts; ++p) {
+        turns.push_back(turn_freely(parts[p], tau));
+        if (held[p] != 0 && !rolls(parts[p], speed[p], tau)) pinned[p] = all_axes;
+    }
     for (std::size_t k = 0; k < body.corners; ++k) {
         const RigidPart& part = parts[body.part_of(k)];
         const Turn& turn = turns[body.part_of(k)];
         const double angle = tau * part.spin.norm();
-        if (held[body.part_of(k)] != 0 || !(angle > least && angle < most)) continue;
+        if (pinned[body.part_of(k)] != 0 || !(angle > least && angle < most)) continue;
+        const bool starts = stage.turns_start && held[body.part_of(k)] == 0;
         if (stage.base.empty()) stage.base.assign(stage.frame.n, 0);
         const Vec3 from = at(stage.x0, k);
         const Vec3 arm = turn.by * (from - part.centre);
@@ -201,10 +247,11 @@ void turn_free_parts(Stage& stage)
         const Vec3 velocity = part.velocity + turn.spin.cross(arm);
         for (std::size_t a = 0; a < 3; ++a) {
             const auto axis = static_cast<Eigen::Index>(a);
-            stage.w[4 * k + a] += velocity[axis] - before[axis];  // as a guess
-            if (stage.turns_start) stage.x0[4 * k + a] = to[axis] - tau * velocity[axis];
-            stage.base[4 * k + a] =
-                stage.turns_start ? velocity[axis] : (to[axis] - from[axis]) / tau;
+            if (held[body.part_of(k)] == 0) {
+                stage.w[4 * k + a] += velocity[axis] - before[axis];  // as a guess
+            }
+            if (starts) stage.x0[4 * k + a] = to[axis] - tau * velocity[axis];
+            stage.base[4 * k + a] = starts ? velocity[axis] : (to[axis] - from[axis]) / tau;
         }
     }
     if (!stage.turns_start || stage.base.empty()) return;

@@ -46,10 +46,16 @@ HoldingElasticity::HoldingElasticity(const CornerBody& body, Elasticity& method,
 
 void HoldingElasticity::at_share(double share)
 {
-    for (std::size_t i = 0; i < target_.size(); ++i) {
-        const Vec3& to = matter_.target[i];
-        target_[i] = share == 1 ? to : Vec3(from_[i] + share * (to - from_[i]));
+    target_ = targets(share);
+}
+
+std::vector<Vec3> HoldingElasticity::targets(double share) const
+{
+    std::vector<Vec3> out = matter_.target;
+    for (std::size_t i = 0; i < out.size() && share != 1; ++i) {
+        out[i] = from_[i] + share * (out[i] - from_[i]);
     }
+    return out;
 }
 
 void HoldingElasticity::away(std::size_t c, const double* x, double d[8][4]) const

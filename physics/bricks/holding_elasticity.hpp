@@ -57,6 +57,7 @@ public:
     bool may_flow() const override { return method_.may_flow(); }
     double flow(const double* x, double dt, Flow how) override { return method_.flow(x, dt, how); }
     bool targets_move() const override { return moves_; }
+    std::vector<Vec3> targets(double share) const override;
     void at_share(double share) override;
 
 private:

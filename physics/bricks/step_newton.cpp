@@ -2,6 +2,7 @@
 
 #include "physics/bricks/free_fall.hpp"
 #include "physics/bricks/free_parts.hpp"
+#include "physics/bricks/pinned_parts.hpp"
 #include "physics/bricks/stage_touches.hpp"
 #include "physics/bricks/step_descent.hpp"
 #include "physics/bricks/step_leaps.hpp"
@@ -90,6 +91,7 @@ void start_rounds(Stage& stage, StepSolver& solver)
     find_touches(stage);
     stage.contacts = touching(stage);
     turn_free_parts(stage);
+    turn_pinned_parts(stage);
     turn_rigid_parts(stage);
     add_following(stage);
     lift_free_parts(stage);
