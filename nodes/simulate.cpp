@@ -2,6 +2,7 @@
 #include "nodes/simulate_bodies.hpp"
 #include "nodes/simulate_doubts.hpp"
 #include "nodes/simulate_faults.hpp"
+#include "nodes/simulate_loads.hpp"
 #include "nodes/simulate_options.hpp"
 #include "nodes/simulate_plastic.hpp"
 #include "nodes/simulate_upgrade.hpp"
@@ -54,6 +55,7 @@ struct Inputs {
     std::vector<graph::Wire<physics::Force>> forces;
     std::vector<graph::Wire<physics::Collider>> colliders;
     std::vector<graph::Wire<physics::Ball>> balls;
+    std::vector<graph::Wire<physics::PartJoint>> joints;
     std::vector<graph::Wire<geometry::TriMesh>> surface;
     graph::Wire<physics::State> start;
     Method method = Method::bricks;
@@ -199,6 +201,8 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     if (in.method == Method::lattice && models > 1) {
         faults.push_back({"method", lattice_of_several});
     }
+    const bool corners = in.method == Method::bricks || in.method == Method::springs;
+    if (!corners && setting.links("joints")) faults.push_back({"joints", no_joints});
     if (in.method != Method::lattice && setting.links("balls")) {
         faults.push_back({"balls", no_balls});
     }
@@ -230,31 +234,15 @@ static physics::Loads gather_loads(const Inputs& in, const graph::Context& conte
     }
     for (const auto& text : told_of_clamps(in.cubes, in.pins, in.bodies)) context.warn(text);
     for (const auto& collider : in.colliders) loads.colliders.push_back(*collider);
+    place_joints(in.cubes, in.body->models, in.joints, loads);
     return loads;
-}
-
-// A pressure on the surface of one of several models as one on all.
-static void place_surface(const Inputs& in, physics::Force& force)
-{
-    if (force.kind != physics::Force::Kind::pressure) return;
-    const bool one = in.body->models.empty();
-    if (one && physics::mark_of(*in.cubes.front()) == force.surface->cubes) return;
-    for (const auto& model : in.body->models) {
-        if (model.mark != force.surface->cubes) continue;
-        force.first_corner = model.corner;
-        return;
-    }
-    throw std::invalid_argument(fmt::format("a pressure is on other cubes than those that are "
-                                            "simulated: link input `cubes` of Pressure "
-                                            "to {}, as in Simulate",
-                                            one ? "the same node" : "one of the same nodes"));
 }
 
 static void add_forces(const Inputs& in, const graph::Context& context, physics::Loads& loads)
 {
     for (const auto& force : in.forces) {
         loads.forces.push_back(*force);
-        place_surface(in, loads.forces.back());
+        place_surface(in.cubes, in.body->models, loads.forces.back());
     }
     for (const auto& text : told_of_high_pressure(in.cubes, in.forces)) context.warn(text);
     for (const auto& warning : physics::far_forces(in.cubes, loads.forces)) context.warn(warning);
@@ -311,11 +299,12 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
         for (const auto& text : told_of_giants(in.cubes, in.gravity, seconds_of(in, context))) {
             context.warn(text);
         }
-        for (const auto& warning : physics::buried(in.cubes, loads.pins, loads.colliders)) {
+        for (const auto& warning :
+             physics::buried(in.cubes, loads.pins, loads.colliders, in.surface)) {
             context.warn(warning);
         }
         const auto overlaps = [&](const auto& body) {
-            return physics::told_of_overlaps(in.cubes, body.base);
+            return physics::told_of_overlaps(in.cubes, body.base, loads.joints);
         };
         for (const auto& warning : std::visit(overlaps, in.body->is)) context.warn(warning);
     }
@@ -434,6 +423,20 @@ static void describe_methods(graph::NodeBuilder<Inputs, Outputs>& node)
                {"method", {"bricks", "springs", "shell"}});
 }
 
+static void describe_loads(graph::NodeBuilder<Inputs, Outputs>& node)
+{
+    node.inputs("pins", &Inputs::pins, "Corners that are held or moved.")
+        .inputs("forces", &Inputs::forces,
+                "Force fields; they add up. What changes from frame to frame acts all through a "
+                "frame as it is at its end, whatever the substeps: raise fps where that counts.")
+        .inputs("colliders", &Inputs::colliders, "Obstacles that the body cannot enter.")
+        .inputs("balls", &Inputs::balls,
+                "Rigid balls that move with the body and push back (method lattice only).")
+        .inputs("joints", &Inputs::joints,
+                "Places where two parts are kept together: ball joints, hinges and welds (methods "
+                "bricks and springs).");
+}
+
 void add_to(graph::Registry& registry)
 {
     auto node = registry.add("Simulate", 2, run);
@@ -446,13 +449,9 @@ void add_to(graph::Registry& registry)
                 "bodies that touch (not with method lattice): they may have cubes of different "
                 "sizes. Embed, Measure, Pin and Render take the part of each from the one state "
                 "by the cubes that they are linked to.",
-                graph::Need::required)
-        .inputs("pins", &Inputs::pins, "Corners that are held or moved.")
-        .inputs("forces", &Inputs::forces, "Force fields; they add up.")
-        .inputs("colliders", &Inputs::colliders, "Obstacles that the body cannot enter.")
-        .inputs("balls", &Inputs::balls,
-                "Rigid balls that move with the body and push back (method lattice only).")
-        .inputs(
+                graph::Need::required);
+    describe_loads(node);
+    node.inputs(
             "surface", &Inputs::surface,
             "The original mesh at rest. Contact and wind act on it, embedded in the cubes; "
             "without it they act on the outside of the cubes. Bodies of bricks and springs touch "

@@ -32,6 +32,9 @@ inline std::string wrong_bodies(std::size_t found, std::size_t models)
 constexpr const char* no_balls =
     "rigid balls need method = lattice: change the method, or unlink the input 'balls'";
 
+constexpr const char* no_joints =
+    "joints need method = bricks or springs: change the method, or unlink the input 'joints'";
+
 constexpr const char* no_rigid =
     "rigid bodies need method = bricks: change the method, or set `rigid` of the bodies to false";
 constexpr const char* rigid_step =

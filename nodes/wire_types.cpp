@@ -13,6 +13,7 @@ template const WireType& wire_type<physics::Pins>();
 template const WireType& wire_type<physics::Force>();
 template const WireType& wire_type<physics::Collider>();
 template const WireType& wire_type<physics::Ball>();
+template const WireType& wire_type<physics::PartJoint>();
 template const WireType& wire_type<physics::State>();
 template const WireType& wire_type<geometry::ImplicitLayer>();
 template const WireType& wire_type<physics::LayeredPart>();

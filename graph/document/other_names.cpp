@@ -157,16 +157,16 @@ constexpr std::string_view of_cloth =
 constexpr std::string_view of_soft_bodies =
     R"(use 'Voxelize' for the body and 'Simulate', which moves soft and rigid bodies together)";
 constexpr std::string_view of_hinges =
-    "use 'Pin' with \"hold\": \"corners\" on a rigid body: one line of corners is a hinge to the "
-    "world, one corner a ball joint. No joint links two bodies: 'Merge' them for one 'Voxelize'. "
-    "Joints of characters are those of 'Figure'";
+    "use 'Joint' between two bodies, or 'Pin' with \"hold\": \"corners\" on a rigid body: one line "
+    "of corners is a hinge to the world, one corner a ball joint. Joints of characters are those "
+    "of 'Figure'";
 constexpr std::string_view of_glue =
     R"(use 'Merge' and one 'Voxelize', with "materials" for the parts: what touches or overlaps )"
-    R"(moves as one body. 'Pin' holds a body to the world, or with 'follow' a sheet to a body)";
+    R"(moves as one body. 'Joint' with "kind": "weld" keeps two bodies together. 'Pin' holds a )"
+    R"(body to the world, or with 'follow' a sheet to a body)";
 constexpr std::string_view of_ropes =
-    R"(use a thin 'Primitive' and 'Voxelize' for a rope; what hangs on it is merged with it by )"
-    R"('Merge' before 'Voxelize'. Rings of a chain are bodies ("pieces": "each") that )"
-    R"('Simulate' keeps rigid ("bodies": [{ "rigid": true }]))";
+    R"(use a thin 'Primitive' and 'Voxelize' for a rope, and 'Joint' for what hangs on it. )"
+    R"(Rings of a chain are bodies ("pieces": "each") that 'Simulate' keeps rigid ("bodies": [{ "rigid": true }]))";
 constexpr std::string_view of_attributes =
     "use 'Attributes' for numbers on a mesh, or 'LocalMatter' for materials that vary";
 constexpr std::string_view of_pins =
@@ -194,11 +194,10 @@ constexpr TypeAdvice type_advice[] = {
     {"vellum_cloth", "Plane", of_cloth},
     {"cloth_solver", "Plane", of_cloth},
     {"cloth_object", "Plane", of_cloth},
-    {"joint", "Pin", of_hinges},
-    {"hinge", "Pin", of_hinges},
-    {"ball_joint", "Pin", of_hinges},
-    {"rigid_body_constraint", "Pin", of_hinges},
-    {"constraint_network", "Pin", of_hinges},
+    {"hinge", "Joint", of_hinges},
+    {"ball_joint", "Joint", of_hinges},
+    {"rigid_body_constraint", "Joint", of_hinges},
+    {"constraint_network", "Joint", of_hinges},
     {"glue", "Merge", of_glue},
     {"weld", "Merge", of_glue},
     {"attach", "Merge", of_glue},

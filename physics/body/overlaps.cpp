@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <utility>
 
@@ -51,21 +52,33 @@ std::string told(std::pair<std::size_t, std::size_t> models, std::size_t of, con
 {
     const std::string place = named(overlap.place);
     if (models.first != models.second) {
-        return fmt::format("Bodies {} and {} overlap at rest near {}, so they pass through each "
-                           "other. Move them apart. Where a surface is open, whole cubes count.",
-                           models.first + 1, models.second + 1, place);
+        return fmt::format(
+            "Bodies {} and {} overlap at rest near {}, so they pass through each "
+            "other. Move them apart, or join them by Joint. Where a surface is open, "
+            "whole cubes count.",
+            models.first + 1, models.second + 1, place);
     }
-    return fmt::format("{} has {} of parts that overlap at rest, one near {}: these parts pass "
-                       "through each other. Move them apart in the mesh. Where a surface is open, "
-                       "whole cubes count.",
-                       of == 1 ? "The body" : fmt::format("Body {}", models.first + 1),
-                       overlap.pairs == 1 ? "a pair" : fmt::format("{} pairs", overlap.pairs),
-                       place);
+    return fmt::format(
+        "{} has {} of parts that overlap at rest, one near {}: these parts pass "
+        "through each other. Move them apart in the mesh, or join them by Joint. Where "
+        "a surface is open, whole cubes count.",
+        of == 1 ? "The body" : fmt::format("Body {}", models.first + 1),
+        overlap.pairs == 1 ? "a pair" : fmt::format("{} pairs", overlap.pairs), place);
+}
+
+bool are_joined(const CornerBody& body, std::span<const JointPoint> joints, PartPair pair)
+{
+    return std::any_of(joints.begin(), joints.end(), [&](const JointPoint& joint) {
+        const auto a = body.part_of(body.slot_of(joint.corner[0]));
+        const auto b = body.part_of(body.slot_of(joint.corner[8]));
+        return std::minmax(a, b) == std::minmax(pair.a, pair.b);
+    });
 }
 
 }  // namespace
 
-std::vector<std::string> told_of_overlaps(ModelsOfState models, const CornerBody& body)
+std::vector<std::string> told_of_overlaps(ModelsOfState models, const CornerBody& body,
+                                          std::span<const JointPoint> joints)
 {
     std::vector<std::string> out;
     for (const SheetCrossing& c : sheet_crossings(body)) out.push_back(told(c, models.size()));
@@ -74,6 +87,7 @@ std::vector<std::string> told_of_overlaps(ModelsOfState models, const CornerBody
     std::map<std::pair<std::size_t, std::size_t>, Overlap> all;
     for (std::size_t i = 0; i < body.shapes->overlapping.size(); ++i) {
         const PartPair pair = body.shapes->overlapping[i];
+        if (are_joined(body, joints, pair)) continue;
         Overlap& overlap = all[std::minmax(model[pair.a], model[pair.b])];
         if (overlap.pairs++ == 0) overlap.place = body.shapes->overlap_at[i];
     }

@@ -2,6 +2,7 @@
 
 #include "physics/body/following_forces.hpp"
 #include "physics/bricks/held_corners.hpp"
+#include "physics/bricks/joints.hpp"
 #include "physics/state/pins.hpp"
 
 #include <fmt/format.h>
@@ -15,11 +16,21 @@ namespace {
 
 constexpr double forever = 1e4;  // s
 
+// Of each part the axes along which pins hold it, or what it is joined to.
+std::vector<std::uint8_t> held_with_joints(const CornerBody& body, const Loads& loads)
+{
+    std::vector<std::uint8_t> out = axes_of_parts(loads.pins, body);
+    if (loads.joints.empty()) return out;
+    const std::vector<std::uint32_t> first = joined_parts(body, loads.joints);
+    for (std::size_t p = 0; p < out.size(); ++p) out[first[p]] |= out[p];
+    for (std::size_t p = 0; p < out.size(); ++p) out[p] = out[first[p]];
+    return out;
+}
+
 // What slides along an axis, or falls, may still be stopped by a collider.
-void check_held(const CornerBody& body, const Loads& loads)
+void check_held(const CornerBody& body, const Loads& loads, const std::vector<std::uint8_t>& held)
 {
     if (!loads.colliders.empty()) return;
-    const std::vector<std::uint8_t> held = axes_of_parts(loads.pins, body);
     const auto free = std::count(held.begin(), held.end(), std::uint8_t{0});
     // What is pinned may carry what is not.
     if (free > 0 && (free == std::ptrdiff_t(body.parts) || !body.shapes)) {
@@ -117,7 +128,8 @@ State at_its_start(State end, double time)
 State settle(const BricksBody& body, State state, const Loads& loads, const StepOptions& options)
 {
     check_pins(loads.pins, body.base.corners);
-    check_held(body.base, loads);
+    const std::vector<std::uint8_t> held = held_with_joints(body.base, loads);
+    check_held(body.base, loads, held);
     StepOptions still = options;
     still.integrator = Integrator::implicit_euler;
     still.substeps = 1;
@@ -125,7 +137,6 @@ State settle(const BricksBody& body, State state, const Loads& loads, const Step
     still.newton_iterations = std::max(options.newton_iterations, 50);
     still.contact_iterations = std::max(options.contact_iterations, 50);
     const double time = state.time;
-    const std::vector<std::uint8_t> held = axes_of_parts(loads.pins, body.base);
     if (std::count(held.begin(), held.end(), std::uint8_t{0}) > 0) {
         return at_its_start(lie_down(body, std::move(state), loads, still), time);
     }

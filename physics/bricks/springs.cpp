@@ -140,7 +140,7 @@ void move_to_bending(const geometry::Cubes& cubes, double share, std::vector<Spr
     }
 }
 
-Vec3 at(const double* field, std::uint32_t k)
+Vec3 place_of(const double* field, std::uint32_t k)
 {
     return Eigen::Map<const Vec3>(field + 4 * std::size_t{k});
 }
@@ -158,12 +158,13 @@ public:
     {
         for_each(body_.springs.size(), [&](std::size_t s) {
             const Spring& spring = body_.springs[s];
-            Vec3 along = at(x, spring.b) - at(x, spring.a);
+            Vec3 along = place_of(x, spring.b) - place_of(x, spring.a);
             const double length = along.norm();
             // Ends in one place are driven apart the way they lie at rest.
             const bool collapsed = length < 1e-9 * spring.length;
             if (collapsed) {
-                along = at(body_.base.rest.data(), spring.b) - at(body_.base.rest.data(), spring.a);
+                along = place_of(body_.base.rest.data(), spring.b) -
+                        place_of(body_.base.rest.data(), spring.a);
             }
             direction_[s] = along.normalized();
             across_[s] = collapsed ? 0 : std::max(0.0, 1 - spring.length / length);
@@ -179,7 +180,7 @@ public:
     double energy(const double* x) override
     {
         return sum_over_springs([&](const Spring& s) {
-            const double stretch = (at(x, s.b) - at(x, s.a)).norm() - s.length;
+            const double stretch = (place_of(x, s.b) - place_of(x, s.a)).norm() - s.length;
             return 0.5 * s.stiffness * stretch * stretch;
         });
     }
@@ -189,7 +190,8 @@ public:
         double most_sq = 0;
         for (const Spring& s : body_.springs) {
             const double edge = body_.base.edge_at(s.a);
-            most_sq = std::max(most_sq, (at(w, s.b) - at(w, s.a)).squaredNorm() / (edge * edge));
+            most_sq = std::max(most_sq,
+                               (place_of(w, s.b) - place_of(w, s.a)).squaredNorm() / (edge * edge));
         }
         return std::sqrt(most_sq);
     }
@@ -373,7 +375,7 @@ std::vector<Vec3> spring_forces(const SpringsBody& body, const std::vector<Vec3>
     Aligned<double> f(body.base.numbers, 0);
     elasticity.forces(by_slot(body.base, x).data(), f.data());
     std::vector<Vec3> out;
-    for (std::uint32_t k = 0; k < body.base.corners; ++k) out.push_back(at(f.data(), k));
+    for (std::uint32_t k = 0; k < body.base.corners; ++k) out.push_back(place_of(f.data(), k));
     return out;
 }
 

@@ -127,10 +127,10 @@ inline bool touches_itself(const Stage& stage)
 {
     return !stage.near.empty() || stage.frame.body.sheets;
 }
-// Whether there is anything that the body might touch.
+// Whether there is anything that the body might touch, or parts are joined.
 inline bool may_touch(const Stage& stage)
 {
-    return !stage.colliders.empty() || touches_itself(stage);
+    return !stage.colliders.empty() || !stage.frame.loads.joints.empty() || touches_itself(stage);
 }
 
 // out = M v, with the masses of the method (elasticity.hpp); D v likewise.

@@ -4,6 +4,7 @@
 #include "physics/body/external_forces.hpp"
 #include "physics/body/sheet_contact.hpp"
 #include "physics/bricks/bounce.hpp"
+#include "physics/bricks/joints.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -303,6 +304,7 @@ std::vector<PointContact> touching(const Stage& stage)
     constexpr double nearly = 0.95;  // the derivative itself may leave a slip with no resistance
     const double tangent = stage.wary ? nearly : 0;
     auto out = press(stage.holds, stage.x.data(), stage.w.data(), stage.tau, tangent);
+    add_joints(stage, stage.x, out);
     if (stage.touches.empty()) return out;
     const auto parts = press(stage.touches, stage.x.data(), stage.w.data(), stage.tau, tangent);
     out.insert(out.end(), parts.begin(), parts.end());

@@ -32,7 +32,7 @@ bool find_touches(Stage& stage, Known known = Known::renewed);
 // Where a round has taken what it pressed at `before` too deep, the next one presses harder.
 // Returns whether it does.
 bool firm_up(Stage& stage, const Aligned<double>& before);
-// The contacts of x, w, of what find_touches() found.
+// The contacts of x, w, of what find_touches() found, and the joints.
 std::vector<PointContact> touching(const Stage& stage);
 // The contacts that w would lead to. The stage stays as it is.
 std::vector<PointContact> contacts_ahead(Stage& stage, const Aligned<double>& w);

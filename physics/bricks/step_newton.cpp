@@ -288,7 +288,8 @@ void go_on_turned(Stage& stage, StepSolver& solver, const Scale& scale, const Fo
                   const StepRecord& before, StepRecord& record)
 {
     constexpr int most = 10;
-    constexpr double near = 0.005, far = 0.1, too_far = 1;  // cubes
+    constexpr double near = 0.005, too_far = 1;                        // cubes
+    const double far = stage.frame.loads.joints.empty() ? 0.1 : 0.02;  // whose gap it is
     const bool may_halve = stage.halvings < most_halvings;
     double off = take_rigid_motion(stage), last = off;
     if (!std::isfinite(off)) return;

@@ -104,12 +104,28 @@ struct Ball {
     double friction = 0.5;  // Coulomb coefficient with bodies and balls
 };
 
+// A point that two parts carry, 8 corners of a cube of each (part_joint.hpp).
+struct JointPoint {
+    std::array<std::uint32_t, 16> corner{};  // of its model, or of all that are simulated
+    std::array<double, 16> weight{};         // of the first part, sum 1; of the second, sum -1
+    std::array<double, 2> stiffness{};       // N/m, E h of the cube of each
+    bool operator==(const JointPoint&) const = default;
+};
+
+// What keeps two parts together.
+struct PartJoint {
+    std::array<std::uint64_t, 2> cubes{};  // marks of the cubes of each part
+    std::vector<JointPoint> points;
+    Vec3 position = Vec3::Zero();  // m, in the rest shape
+};
+
 // All of it together, for one frame.
 struct Loads {
     Pins pins;
     std::vector<Force> forces;
     std::vector<Collider> colliders;
     std::vector<Ball> balls;
+    std::vector<JointPoint> joints;
 };
 
 }  // namespace physics

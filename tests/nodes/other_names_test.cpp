@@ -37,7 +37,7 @@ TEST(OtherNames, OfNodesAreAnsweredWithNodesThatExist)
           "Cloth",       "Wind",         "Gravity",  "Mesh",      "File",     "Import",
           "Alembic",     "USD",          "FBX",      "Camera",    "Light",    "Material",
           "Output",      "Cache",        "Instance", "Scatter",   "Fracture", "RigidBodySolver",
-          "VellumCloth", "VellumSolver", "Hinge",    "Joint",     "Attach",   "Glue",
+          "VellumCloth", "VellumSolver", "Hinge",    "BallJoint", "Attach",   "Glue",
           "Rope",        "Chain",        "nCloth",   "nRigid",    "nucleus",  "polySphere",
           "IcoSphere",   "FEMSolver",    "Remesh",   "playblast", "Karma",    "AttribWrangle",
           "SkinCluster", "StaticObject", "PopForce", "VellumPin", "Turntable"}) {
@@ -104,7 +104,7 @@ TEST(OtherNames, ASearchForThemBeginsWithWhatToUse)
 {
     for (const auto& [word, use] : std::initializer_list<std::pair<const char*, const char*>>{
              {"attach", "attach: use 'Merge'"},
-             {"joint", "joint: use 'Pin'"},
+             {"hinge", "hinge: use 'Joint'"},
              {"rope", "rope: use a thin 'Primitive'"},
              {"fracture", "fracture: use 'Voxelize'"},
          }) {

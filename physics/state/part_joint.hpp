@@ -1,0 +1,46 @@
+#pragma once
+
+// Joints: places where two parts of a simulation are kept together.
+//
+//   cubes of one model, or of two -> the part of each that is nearest -> points that both carry
+//     -> numbered among all that are simulated -> springs of a step (physics/bricks/joints.hpp)
+//
+// A point p of a joint is carried by a cube of each part, with the trilinear weights w that it has
+// in them at rest: its gap is sum w_a x_a - sum w_b x_b. One point is a ball joint, two a hinge
+// about the line through them, and more that lie in no line a weld.
+
+#include "geometry/cubes/cubes.hpp"
+#include "physics/state/loads.hpp"
+#include "physics/state/state.hpp"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace physics {
+
+enum class PartJointKind { ball, hinge, weld };
+
+struct PartJointSettings {
+    PartJointKind kind = PartJointKind::ball;
+    Vec3 position{0, 0, 0};  // m, in the rest shape
+    Vec3 axis{0, 1, 0};      // of a hinge; any length but 0
+    double size = 0;         // m, length of a hinge, width of a weld; 0: four edges of cubes
+    double reach = 0;        // m, to the nearest cube of either part; 0: an edge of its cubes
+};
+
+// The joint of the nearest part of each of two models, or of the two nearest parts of one. A part
+// is what cubes are that hang together by corners. `others`, where given, becomes the number of
+// parts besides that hold the position too. Throws std::invalid_argument, with what to do, where a
+// part is out of reach, where there is no second one, for cubes of a plane or a sheet, and for an
+// axis or a position that is not finite or zero.
+PartJoint make_joint(std::span<const std::shared_ptr<const geometry::Cubes>> cubes,
+                     const PartJointSettings& settings, std::size_t* others = nullptr);
+
+// The points of a joint, with the corners of all models that are simulated: `models`, or the cubes
+// of the only one. Throws std::invalid_argument where it is of other cubes.
+std::vector<JointPoint> points_of_all(const PartJoint& joint,
+                                      std::span<const std::shared_ptr<const geometry::Cubes>> cubes,
+                                      const std::vector<StateModel>& models);
+
+}  // namespace physics
