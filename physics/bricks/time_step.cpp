@@ -5,6 +5,7 @@
 #include "physics/bricks/bounce.hpp"
 #include "physics/bricks/free_parts.hpp"
 #include "physics/bricks/holding_elasticity.hpp"
+#include "physics/bricks/rigid_energy.hpp"
 #include "physics/bricks/sleep.hpp"
 #include "physics/bricks/stage_touches.hpp"
 #include "physics/bricks/step_energy.hpp"
@@ -96,11 +97,13 @@ void take_stage(FrameStep& step, double tau, double share, Balance balance)
         if (stage.halvings == 0) step.risen = all;
         make_up(stage, step.now.x, step.now.v, all);
     }
+    const Motion before = stage.rigid.none() ? Motion{} : step.now;
     for (std::size_t i = 0; i < step.frame.n; ++i) {
         step.now.x[i] = stage.x0[i] + tau * stage.w[i];
     }
     step.now.v = stage.w;
     stage.rigid.straighten(step.now.x.data(), step.now.v.data());
+    keep_rigid_energy(stage, before.x, before.v, step.now.x, step.now.v);
 }
 
 // Whether something hits on the way to x, behind the middle of the step.

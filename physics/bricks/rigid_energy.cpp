@@ -1,0 +1,197 @@
+#include "physics/bricks/rigid_energy.hpp"
+
+#include "physics/bricks/free_parts.hpp"
+#include "physics/bricks/joints.hpp"
+#include "physics/state/hold_matter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace physics {
+namespace {
+
+using geometry::Mat3;
+
+struct RigidGroup {
+    bool rigid = true;      // all of it, touching nothing
+    bool held = false;      // by pins
+    bool joined = false;    // of several parts
+    double due = 0;         // J, T + U before and W
+    double kinetic = 0;     // J, now
+    double stored = 0;      // J, U now
+    RigidPart as_one = {};  // now
+};
+
+Vec3 of_slot(const Aligned<double>& v, std::size_t slot)
+{
+    return {v[4 * slot], v[4 * slot + 1], v[4 * slot + 2]};
+}
+
+double energy_of(const RigidPart& part)
+{
+    return 0.5 * (part.mass * part.velocity.squaredNorm() + part.spin.dot(part.momentum));
+}
+
+class RigidGroups {
+public:
+    explicit RigidGroups(const Stage& stage)
+        : stage_(stage), body_(stage.frame.body),
+          of_(joined_parts(body_, stage.frame.loads.joints)), all(of_.size())
+    {
+        std::vector<std::uint8_t> rigid(of_.size(), 0);
+        for (std::size_t i = 0; i < stage.rigid.count(); ++i) rigid[stage.rigid.part(i)] = 1;
+        for (std::uint32_t p = 0; p < of_.size(); ++p) {
+            if (rigid[p] == 0) all[of_[p]].rigid = false;
+            if (of_[p] != p) all[of_[p]].joined = true;
+        }
+        const Pins& pins = stage.frame.loads.pins;
+        for (const HeldCube& cube : pins.matter.cubes) {
+            of_corner(pins.matter.corner[cube.corner[0]]).held = true;
+        }
+        for (const PlaneTouch& touch : stage.touches) leave_out(touch);
+        for (const PlaneTouch& touch : stage.holds) leave_out(touch);
+    }
+
+    RigidGroup& of_part(std::uint32_t part) { return all[of_[part]]; }
+    RigidGroup& of_corner(std::uint32_t corner)
+    {
+        return of_part(body_.part_of(body_.slot_of(corner)));
+    }
+    bool keeps(std::uint32_t part) { return kept(of_part(part)); }
+    static bool kept(const RigidGroup& group)
+    {
+        return group.rigid && (group.held || group.joined);
+    }
+
+private:
+    void leave_out(const PlaneTouch& touch)
+    {
+        if (!(touch.depth(stage_.x.data()) > 0)) return;
+        of_part(body_.part_of(touch.corners[0])).rigid = false;
+        if (touch.count > 8) of_part(body_.part_of(touch.corners[8])).rigid = false;
+    }
+
+    const Stage& stage_;
+    const CornerBody& body_;
+    std::vector<std::uint32_t> of_;
+
+public:
+    std::vector<RigidGroup> all;
+};
+
+// W, with drag and damping.
+void add_work(const Stage& stage, const Aligned<double>& x0, const Aligned<double>& x,
+              RigidGroups& groups)
+{
+    const StepFrame& frame = stage.frame;
+    for (std::size_t k = 0; k < frame.body.corners; ++k) {
+        const auto part = frame.body.part_of(k);
+        if (!groups.keeps(part)) continue;
+        double& due = groups.of_part(part).due;
+        for (std::size_t i = 4 * k; i < 4 * k + 3; ++i) {
+            const double force =
+                frame.steady[i] + stage.wind[i] - (frame.damping[i] + stage.drag[i]) * stage.w[i];
+            due += force * (x[i] - x0[i]);
+        }
+    }
+}
+
+// U of the springs at x, times `sign`, to `due` or `stored`.
+void add_springs(const Stage& stage, const Aligned<double>& x, double RigidGroup::*to,
+                 RigidGroups& groups)
+{
+    const CornerBody& body = stage.frame.body;
+    const HeldMatter& matter = stage.frame.loads.pins.matter;
+    for (const HeldCube& cube : matter.cubes) {
+        RigidGroup& group = groups.of_corner(matter.corner[cube.corner[0]]);
+        if (!RigidGroups::kept(group)) continue;
+        std::array<Vec3, 8> away;
+        for (std::size_t a = 0; a < 8; ++a) {
+            const auto corner = cube.corner[a];
+            away[a] = of_slot(x, body.slot_of(matter.corner[corner])) - matter.target[corner];
+            for (Eigen::Index i = 0; i < 3; ++i) {
+                if ((cube.axes >> i & 1) == 0) away[a][i] = 0;
+            }
+        }
+        for (std::size_t a = 0; a < 8; ++a) {
+            for (std::size_t b = 0; b < 8; ++b) {
+                group.*to += 0.5 * stiffness_at(cube, a, b) * away[a].dot(away[b]);
+            }
+        }
+    }
+    std::vector<PointContact> joints;
+    add_joints(stage, x, joints);
+    for (const PointContact& joint : joints) {
+        groups.of_part(body.part_of(joint.corners[0])).*to += joint.energy;
+    }
+}
+
+// Of all parts as they move in a group.
+void move_as_one(RigidGroup& group, const std::vector<RigidPart>& parts,
+                 const std::vector<std::uint32_t>& own)
+{
+    RigidPart& sum = group.as_one;
+    for (const auto p : own) {
+        sum.mass += parts[p].mass;
+        sum.centre += parts[p].mass * parts[p].centre;
+        sum.velocity += parts[p].mass * parts[p].velocity;
+    }
+    sum.centre /= sum.mass, sum.velocity /= sum.mass;
+    for (const auto p : own) {
+        const Vec3 arm = parts[p].centre - sum.centre;
+        sum.inertia += parts[p].inertia + parts[p].mass * (arm.squaredNorm() * Mat3::Identity() -
+                                                           arm * arm.transpose());
+        sum.momentum +=
+            parts[p].momentum + parts[p].mass * arm.cross(parts[p].velocity - sum.velocity);
+    }
+    sum.spin = spin_of(sum.inertia, sum.momentum);
+}
+
+}  // namespace
+
+void keep_rigid_energy(const Stage& stage, const Aligned<double>& x0, const Aligned<double>& v0,
+                       const Aligned<double>& x, Aligned<double>& v)
+{
+    constexpr double much = 0.5;
+    const StepFrame& frame = stage.frame;
+    const CornerBody& body = frame.body;
+    if (stage.rigid.none() || stage.elasticity.targets_move()) return;
+    if (frame.loads.pins.matter.cubes.empty() && frame.loads.joints.empty()) return;
+    RigidGroups groups(stage);
+    if (std::none_of(groups.all.begin(), groups.all.end(), RigidGroups::kept)) return;
+    const auto before = rigid_parts(stage, x0, v0), after = rigid_parts(stage, x, v);
+    std::vector<std::vector<std::uint32_t>> own(groups.all.size());
+    for (std::uint32_t p = 0; p < body.parts; ++p) {
+        if (!groups.keeps(p)) continue;
+        RigidGroup& group = groups.of_part(p);
+        group.due += energy_of(before[p]), group.kinetic += energy_of(after[p]);
+        own[std::size_t(&group - groups.all.data())].push_back(p);
+    }
+    add_work(stage, x0, x, groups);
+    add_springs(stage, x0, &RigidGroup::due, groups);
+    add_springs(stage, x, &RigidGroup::stored, groups);
+    std::vector<double> factor(groups.all.size(), 1);
+    for (std::size_t g = 0; g < own.size(); ++g) {
+        RigidGroup& group = groups.all[g];
+        if (own[g].empty()) continue;
+        const double lost = group.due - group.kinetic - group.stored;
+        double moving = group.kinetic;
+        if (!group.held) {
+            move_as_one(group, after, own[g]);
+            moving -= energy_of(group.as_one);
+        }
+        if (!(std::abs(lost) <= much * moving)) continue;
+        factor[g] = std::sqrt(1 + lost / moving);
+    }
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        if (!groups.keeps(body.part_of(k))) continue;
+        const RigidGroup& group = groups.of_part(body.part_of(k));
+        const RigidPart& one = group.as_one;  // 0 where it is held
+        const Vec3 rest = one.velocity + one.spin.cross(of_slot(x, k) - one.centre);
+        const double by = factor[std::size_t(&group - groups.all.data())];
+        const Vec3 now = rest + by * (of_slot(v, k) - rest);
+        for (std::size_t i = 0; i < 3; ++i) v[4 * k + i] = now[static_cast<Eigen::Index>(i)];
+    }
+}
+
+}  // namespace physics
