@@ -2,7 +2,6 @@
 
 #include "physics/bricks/free_parts.hpp"
 #include "physics/bricks/joints.hpp"
-#include "physics/state/hold_matter.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,9 +15,8 @@ struct RigidGroup {
     bool rigid = true;      // all of it, touching nothing
     bool held = false;      // by pins
     bool joined = false;    // of several parts
-    double due = 0;         // J, T + U before and W
+    double due = 0;         // J, T before and W
     double kinetic = 0;     // J, now
-    double stored = 0;      // J, U now
     RigidPart as_one = {};  // now
 };
 
@@ -96,36 +94,6 @@ void add_work(const Stage& stage, const Aligned<double>& x0, const Aligned<doubl
     }
 }
 
-// U of the springs at x, times `sign`, to `due` or `stored`.
-void add_springs(const Stage& stage, const Aligned<double>& x, double RigidGroup::*to,
-                 RigidGroups& groups)
-{
-    const CornerBody& body = stage.frame.body;
-    const HeldMatter& matter = stage.frame.loads.pins.matter;
-    for (const HeldCube& cube : matter.cubes) {
-        RigidGroup& group = groups.of_corner(matter.corner[cube.corner[0]]);
-        if (!RigidGroups::kept(group)) continue;
-        std::array<Vec3, 8> away;
-        for (std::size_t a = 0; a < 8; ++a) {
-            const auto corner = cube.corner[a];
-            away[a] = of_slot(x, body.slot_of(matter.corner[corner])) - matter.target[corner];
-            for (Eigen::Index i = 0; i < 3; ++i) {
-                if ((cube.axes >> i & 1) == 0) away[a][i] = 0;
-            }
-        }
-        for (std::size_t a = 0; a < 8; ++a) {
-            for (std::size_t b = 0; b < 8; ++b) {
-                group.*to += 0.5 * stiffness_at(cube, a, b) * away[a].dot(away[b]);
-            }
-        }
-    }
-    std::vector<PointContact> joints;
-    add_joints(stage, x, joints);
-    for (const PointContact& joint : joints) {
-        groups.of_part(body.part_of(joint.corners[0])).*to += joint.energy;
-    }
-}
-
 // Of all parts as they move in a group.
 void move_as_one(RigidGroup& group, const std::vector<RigidPart>& parts,
                  const std::vector<std::uint32_t>& own)
@@ -168,20 +136,18 @@ void keep_rigid_energy(const Stage& stage, const Aligned<double>& x0, const Alig
         own[std::size_t(&group - groups.all.data())].push_back(p);
     }
     add_work(stage, x0, x, groups);
-    add_springs(stage, x0, &RigidGroup::due, groups);
-    add_springs(stage, x, &RigidGroup::stored, groups);
     std::vector<double> factor(groups.all.size(), 1);
     for (std::size_t g = 0; g < own.size(); ++g) {
         RigidGroup& group = groups.all[g];
         if (own[g].empty()) continue;
-        const double lost = group.due - group.kinetic - group.stored;
+        const double lost = group.due - group.kinetic;
         double moving = group.kinetic;
         if (!group.held) {
             move_as_one(group, after, own[g]);
             moving -= energy_of(group.as_one);
         }
-        if (!(std::abs(lost) <= much * moving)) continue;
-        factor[g] = std::sqrt(1 + lost / moving);
+        if (!(lost <= much * moving) || !(moving > 0)) continue;
+        factor[g] = std::sqrt(std::max(0.0, 1 + lost / moving));
     }
     for (std::size_t k = 0; k < body.corners; ++k) {
         if (!groups.keeps(body.part_of(k))) continue;

@@ -5,12 +5,12 @@
 // Implicit Euler loses 1/2 |w - v0|^2 in M with each step in which a constraint that does no work
 // changes the velocity from v0 to w: a pendulum of 1 m that is let go level loses 59 % of its
 // energy in half a swing at 24 steps a second. Parts that joints link, and pins that stay hold, are
-// a group; with T its kinetic energy, W the work of the forces from outside and U what the springs
-// of its pins and joints hold, T + U - W is what it was before the step. The velocities of a group
-// that is held are multiplied by what makes it so, which keeps v = 0 at every pin and v_a = v_b at
-// every joint. Of one that is free, those against its motion as one rigid body are, which keeps
-// both momenta. (Energy kept by a factor on the velocities: LaBudde, Greenspan. Energy and momentum
-// conserving methods of arbitrary order. Numerische Mathematik 1976.)
+// a group; with T its kinetic energy and W the work of the forces from outside, T - W is what it
+// was before the step. The velocities of a group that is held are multiplied by what makes it so,
+// which keeps v = 0 at every pin and v_a = v_b at every joint. Of one that is free, those against
+// its motion as one rigid body are, which keeps both momenta. (Energy kept by a factor on the
+// velocities: LaBudde, Greenspan. Energy and momentum conserving methods of arbitrary order.
+// Numerische Mathematik 1976.)
 //
 // A step that lost more than half of what it had is an impact, as of a slack chain that is pulled
 // tight, and stays as it is.

@@ -3,6 +3,7 @@
 #include "physics/bricks/free_fall.hpp"
 #include "physics/bricks/free_parts.hpp"
 #include "physics/bricks/pinned_parts.hpp"
+#include "physics/bricks/rigid_guesses.hpp"
 #include "physics/bricks/stage_touches.hpp"
 #include "physics/bricks/step_descent.hpp"
 #include "physics/bricks/step_leaps.hpp"
@@ -287,18 +288,23 @@ void polish(Stage& stage, StepSolver& solver, const Scale& scale, StepRecord& re
 void go_on_turned(Stage& stage, StepSolver& solver, const Scale& scale, const FoundTouches& found,
                   const StepRecord& before, StepRecord& record)
 {
-    constexpr int most = 10;
-    constexpr double near = 0.005, too_far = 1;                        // cubes
-    const double far = stage.frame.loads.joints.empty() ? 0.1 : 0.02;  // whose gap it is
+    constexpr double too_far = 1;                           // cubes
+    const bool joined = !stage.frame.loads.joints.empty();  // it is their gap, too
+    const double near = joined ? 1e-5 : 0.005, far = joined ? 0.02 : 0.1;
+    const int most = joined ? 40 : 10;
     const bool may_halve = stage.halvings < most_halvings;
+    RigidGuesses guesses;
+    guesses.begin(stage.rigid);
     double off = take_rigid_motion(stage), last = off;
     if (!std::isfinite(off)) return;
-    for (int i = 0; i < most && off > near && (i < 3 || off < 0.7 * last); ++i) {
+    for (int i = 0; i < most && off > near && (joined || i < 3 || off < 0.7 * last); ++i) {
         if (may_halve && off > too_far) break;
         last = off;
         record.unsettled = before.unsettled, record.violent = before.violent;
         record.left = before.left;
+        if (joined) guesses.aim(stage.rigid);
         turn_rigid_parts(stage);
+        guesses.begin(stage.rigid);
         go_back_to(found, stage);
         stage.wary = false;
         if (!stage.frame.loads.pins.matter.cubes.empty()) linearise_at_base(stage);

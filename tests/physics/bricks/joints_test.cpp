@@ -136,6 +136,34 @@ TEST(Joints, LinkAChainOfRigidBars)
     }
 }
 
+// Guesses that follow the solves jump ever farther where tau^2 T L / I > 1: five bars under their
+// own weight swung for ever at 0.1 m/s and more, however they were damped.
+TEST(Joints, LetAHeavyChainComeToRest)
+{
+    SomeCubes bars;
+    for (int i = 0; i < 6; ++i) {
+        Cubes bar = fixtures::box(1, 3, 1, 0.1, {.young = 1e9, .mass_damping = 5});
+        bar.origin = {0, -0.32 * i, 0};
+        bars.push_back(std::make_shared<const Cubes>(std::move(bar)));
+    }
+    Joined chain(bars, true);
+    for (std::size_t i = 0; i + 1 < bars.size(); ++i) {
+        chain.join(i, i + 1,
+                   {.position = {0.05 + 0.004 * double(i), -0.01 - 0.32 * double(i), 0.05}});
+    }
+    for (std::uint32_t k = 0; k < bars[0]->corner_count(); ++k) {
+        const Vec3 at = bars[0]->corner_position(k);
+        if (at.y() < 0.29 || at.x() > 0) continue;
+        chain.loads.pins.corner.push_back(k);
+        chain.loads.pins.target.push_back(at);
+    }
+    chain.loads.forces.push_back({});
+    for (int frame = 0; frame < 120; ++frame) ASSERT_TRUE(chain.step()) << frame;
+    double fastest = 0;
+    for (const Vec3& v : chain.state.v) fastest = std::max(fastest, v.norm());
+    EXPECT_LT(fastest, 0.002);
+}
+
 TEST(Joints, KeepMomentaOfWhatFliesFreely)
 {
     for (const bool rigid : {true, false}) {
