@@ -177,8 +177,8 @@ BricksBody make_bricks(const BodyModels& models, const BrickOptions& options)
     body.law = options.law, body.plastic = options.plastic;
     body.layout = lay_out_bricks(cubes, 1024, where_sizes_change(models));
     body.base = make_corner_body(models, body.layout.slot);
-    body.base.shapes = shapes_that_touch(models, body.base, options.contact);
     const auto rigid = mark_rigid(models, options, body.base);
+    body.base.shapes = shapes_that_touch(models, body.base, options.contact);
     body.element = element_of(cubes, options.element);
     weigh_rigid_parts(models, body.has_brick_mass() ? MassOf::bricks : MassOf::corners, body.base);
     body.cubes = cubes.count();

@@ -134,6 +134,30 @@ TEST(RigidBodies, StandInAStackOfTen)
     }
 }
 
+// Faces meet where the rim of neither lies on the other but for where they cross, and in the middle
+// of a face.
+TEST(RigidBodies, RestOnFacesThatTheirEdgesCross)
+{
+    const double h = 0.05;
+    const std::vector<Cubes> boxes{box_at({-0.4, 0, -0.1}, 16, 2, 4, h),
+                                   box_at({-0.1, 0.102, -0.4}, 4, 2, 16, h),
+                                   box_at({-0.05, 0.204, -0.05}, 2, 2, 2, h)};
+    const BricksBody body = rigid_body(boxes, {1, 1, 1});
+    State state = rest_state(body);
+    for (int frame = 0; frame < 36; ++frame) {
+        state = advance(body, state, on_the_floor(), frame_seconds);
+    }
+    EXPECT_TRUE(state.report.slept);
+    std::size_t k = 0;
+    for (std::size_t b = 0; b < boxes.size(); ++b) {
+        const double fell = 0.002 * static_cast<double>(b);
+        for (std::size_t i = 0; i < boxes[b].corner_count(); ++i, ++k) {
+            const Vec3 wanted = boxes[b].corner_position(i) - fell * Vec3::UnitY();
+            EXPECT_LT((state.x[k] - wanted).norm(), 0.01 * h);
+        }
+    }
+}
+
 // mu = 0.5 holds up to 26.57 degrees. At 27, a = g (sin - 0.5 cos) = 0.0833 m/s^2.
 TEST(RigidBodies, SlideWhereFrictionDoesNotHoldThem)
 {
