@@ -7,6 +7,10 @@
 // forces, which is also what wakes it: a load, a pin, a collider or a wind that changes leaves
 // forces unbalanced. Nothing else is kept, so that a shot goes on from any of its states.
 //
+// Forces balance within twice the tolerance on each part. Rigid parts may be off by more where a
+// step from rest would move them by less than `still`: contacts that stop them as a whole are so
+// stiff that a millionth of a cube is a tenth of their weight.
+//
 // Either condition alone would stop what moves. Where a swing turns back, velocities are 0 for a
 // moment; a thin tail may hang from so heavy a body that its weight is below the tolerance.
 

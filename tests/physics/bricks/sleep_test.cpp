@@ -189,5 +189,52 @@ TEST(Sleep, DoesNotStopWhatBeginsToMove)
     EXPECT_NEAR(state.v[cubes.corners[light][0]].y(), expected, 1e-3 * -expected);
 }
 
+struct Leaning {
+    double by;  // radians
+    int planks;
+    int substeps;
+};
+
+class SleepOfPlanks : public testing::TestWithParam<Leaning> {};
+
+// Contacts that stop a rigid part within a step are so stiff that planks which lean on a block are
+// out of balance by a tenth of their weight for a nanometre.
+TEST_P(SleepOfPlanks, ThatAreRigidAndLean)
+{
+    const auto [by, planks, substeps] = GetParam();
+    const auto plank = [](int i) {
+        auto cubes = fixtures::box(1, 12, 6, 0.02, {.density = 700, .young = 1e9});
+        cubes.origin = {1.0 + i, 0, 0};  // at rest none lies in another
+        return cubes;
+    };
+    std::vector<geometry::Cubes> boxes{
+        fixtures::box(6, 6, 6, 0.04, {.density = 700, .young = 1e9})};
+    for (int i = 0; i < planks; ++i) boxes.push_back(plank(i));
+    std::vector<BodyModel> models;
+    for (const auto& cubes : boxes) models.push_back({&cubes});
+    const std::vector<std::uint8_t> rigid(boxes.size(), 1);
+    const BricksBody body =
+        make_bricks(BodyModels(models), {.contact = {.friction = 0.3}, .rigid = rigid});
+    State state = rest_state(body);
+    const Eigen::AngleAxisd turn(by, Vec3::UnitZ());
+    std::size_t k = boxes[0].corner_count();
+    for (int i = 0; i < planks; ++i) {
+        const auto& cubes = boxes[static_cast<std::size_t>(i) + 1];
+        const Vec3 foot(0.245 + 0.24 * std::sin(by) + i * 0.0202 / std::cos(by), 0.001, 0.05);
+        for (std::size_t j = 0; j < cubes.corner_count(); ++j, ++k) {
+            state.x[k] = turn * (state.x[k] - cubes.origin) + foot;
+        }
+    }
+    for (int i = 0; i < 36 && !state.report.slept; ++i) {
+        state =
+            advance(body, std::move(state), ground_and_gravity(), frame, {.substeps = substeps});
+    }
+    EXPECT_TRUE(state.report.slept);
+    EXPECT_NEAR(state.x.back().y(), 0.24 * std::cos(by) + 0.02 * std::sin(by), 0.005) << "it leans";
+}
+INSTANTIATE_TEST_SUITE_P(Planks, SleepOfPlanks,
+                         testing::Values(Leaning{0.1, 6, 1}, Leaning{0.3, 1, 4},
+                                         Leaning{0.2, 2, 1}));
+
 }  // namespace
 }  // namespace physics
