@@ -8,6 +8,22 @@
 namespace physics {
 namespace {
 
+// Where the point of a touch is when corners are at x.
+Vec3 place_of(const PlaneTouch& touch, const Aligned<double>& x)
+{
+    Vec3 p = Vec3::Zero();
+    for (std::size_t a = 0; a < 8; ++a) {
+        p +=
+            double(touch.weight[a]) * Eigen::Map<const Vec3>(&x[4 * std::size_t{touch.corners[a]}]);
+    }
+    return p;
+}
+
+Vec3 velocity_at(const RigidPart& part, const Vec3& p)
+{
+    return part.velocity + part.spin.cross(p - part.centre);
+}
+
 // How a point comes to its plane, along the normal, where a stage starts.
 struct Coming {
     double gap;           // m
@@ -15,8 +31,40 @@ struct Coming {
     double acceleration;  // m/s^2, inward, of the steady forces
 };
 
-Coming coming(const Stage& stage, const PlaneTouch& touch)
+// Implicit Euler takes vibration off; the other methods keep it, and points have velocities that
+// lead nowhere within a step.
+bool rings(const Stage& stage)
 {
+    return stage.frame.options.integrator != Integrator::implicit_euler;
+}
+
+class Comings {
+public:
+    explicit Comings(const Stage& stage) : stage_(stage) {}
+
+    Coming of(const PlaneTouch& touch);
+
+private:
+    // How fast the point goes inward with its part as a whole, m/s.
+    double speed_as_a_whole(const PlaneTouch& touch);
+
+    const Stage& stage_;
+    std::vector<RigidPart> parts_;  // where the stage starts; empty: not needed yet
+};
+
+double Comings::speed_as_a_whole(const PlaneTouch& touch)
+{
+    if (parts_.empty()) parts_ = rigid_parts(stage_, stage_.x0, stage_.v0);
+    const CornerBody& body = stage_.frame.body;
+    const Vec3 p = place_of(touch, stage_.x0);
+    Vec3 v = velocity_at(parts_[body.part_of(touch.corners[0])], p) - touch.drift;
+    if (touch.count > 8) v -= velocity_at(parts_[body.part_of(touch.corners[8])], p);
+    return -touch.normal.dot(v);
+}
+
+Coming Comings::of(const PlaneTouch& touch)
+{
+    const Stage& stage = stage_;
     const StepFrame& frame = stage.frame;
     const bool rigid = !stage.rigid.none();  // x0 and v0 turn with them from round to round
     const Aligned<double>&x0 = rigid ? stage.began : stage.x0,
@@ -34,14 +82,23 @@ Coming coming(const Stage& stage, const PlaneTouch& touch)
             }
         }
     }
+    if (rings(stage)) out.speed = speed_as_a_whole(touch);
     return out;
+}
+
+// When it hits, s after the stage starts. gap = t (speed + acceleration t / 2): what hits was free
+// before.
+double time_of_hit(const Coming& in)
+{
+    const double square = in.speed * in.speed + 2 * in.acceleration * in.gap;
+    return 2 * std::max(in.gap, 0.0) / (in.speed + std::sqrt(std::max(0.0, square)));
 }
 
 // Whether the point is in what it touches before the step ends, and not just because it lies on
 // it.
 bool hits(const Stage& stage, const Coming& in)
 {
-    return in.speed > 2 * stage.span * std::abs(in.acceleration) && in.gap < stage.span * in.speed;
+    return in.speed > 2 * stage.span * std::abs(in.acceleration) && time_of_hit(in) < stage.span;
 }
 
 }  // namespace
@@ -51,7 +108,7 @@ void aim_bounces(Stage& stage)
     // A point's plane gives way by this share of what its speed changes by.
     constexpr double give = 0.01;
     const CornerBody& body = stage.frame.body;
-    const bool jumps = stage.frame.options.integrator == Integrator::implicit_euler;
+    Comings comings(stage);
     std::vector<std::size_t> count(stage.frame.part_mass.size(), 0);  // of those that bounce
     const auto for_each = [&](const auto& with) {
         for (auto* touches : {&stage.touches, &stage.holds}) {
@@ -59,13 +116,15 @@ void aim_bounces(Stage& stage)
         }
     };
     for_each([&](PlaneTouch& touch, std::uint32_t part) {
-        if (jumps && !(touch.bounce > 0)) return;
-        const Coming in = coming(stage, touch);
+        if (!rings(stage) && !(touch.bounce > 0)) return;
+        const Coming in = comings.of(touch);
         touch.rebound = 0;
         if (!hits(stage, in)) return;
         stage.struck = true;
         if (!(touch.bounce > 0)) return;
-        touch.rebound = std::max(0.0, in.gap + stage.tau * touch.bounce * in.speed);
+        // Steps are split where something hits: it turns back where the stage starts.
+        const double leaves = touch.bounce * in.speed - stage.tau * in.acceleration;
+        if (leaves > 0) touch.rebound = std::max(0.0, in.gap + stage.tau * leaves);
         if (touch.rebound > 0) ++count[part];
     });
     for_each([&](PlaneTouch& touch, std::uint32_t part) {
@@ -81,26 +140,17 @@ namespace {
 struct Impact {
     double impulse = 0;            // N s
     double bounce = 0;             // N s, by the share that each leaves with
+    double slows = 0;              // N s m/s, by the speed that it loses in the stage then
     Vec3 place = Vec3::Zero();     // N s m
     Vec3 began = Vec3::Zero();     // N s m, the place where the stage started
     Vec3 along = Vec3::Zero();     // N s
     Vec3 velocity = Vec3::Zero();  // N s m/s, of the collider
 };
 
-// Where the point of a touch is when corners are at x.
-Vec3 place_of(const PlaneTouch& touch, const Aligned<double>& x)
-{
-    Vec3 p = Vec3::Zero();
-    for (std::size_t a = 0; a < 8; ++a) {
-        p +=
-            double(touch.weight[a]) * Eigen::Map<const Vec3>(&x[4 * std::size_t{touch.corners[a]}]);
-    }
-    return p;
-}
-
 std::map<Meeting, Impact> impacts(const Stage& stage, const Aligned<double>& before_x)
 {
     std::map<Meeting, Impact> out;
+    Comings comings(stage);
     for (const auto* touches : {&stage.touches, &stage.holds}) {
         for (const PlaneTouch& touch : *touches) {
             if (!(touch.rebound > 0)) continue;
@@ -112,6 +162,7 @@ std::map<Meeting, Impact> impacts(const Stage& stage, const Aligned<double>& bef
             Impact& impact = out[{body.part_of(touch.corners[0]), parts, other}];
             impact.impulse += impulse;
             impact.bounce += impulse * touch.bounce;
+            impact.slows += impulse * stage.tau * comings.of(touch).acceleration;
             impact.place += impulse * place_of(touch, stage.x);
             impact.began += impulse * place_of(touch, before_x);
             impact.along += impulse * touch.normal;
@@ -119,11 +170,6 @@ std::map<Meeting, Impact> impacts(const Stage& stage, const Aligned<double>& bef
         }
     }
     return out;
-}
-
-Vec3 velocity_at(const RigidPart& part, const Vec3& p)
-{
-    return part.velocity + part.spin.cross(p - part.centre);
 }
 
 // Of an impulse of 1 N s along n at p: what it changes. What is held along some axes does not turn.
@@ -157,7 +203,8 @@ Parting parting(const Meeting& who, const Impact& impact, const std::vector<Rigi
         if (who.parts) v -= velocity_at(parts[who.other], at);
         return out.n.dot(v);
     };
-    out.wanted = -impact.bounce / impact.impulse * speed(before, impact.began / impact.impulse);
+    const double came = speed(before, impact.began / impact.impulse);
+    out.wanted = -(impact.bounce * came + impact.slows) / impact.impulse;
     out.has = speed(after, out.p);
     return out;
 }
@@ -230,14 +277,11 @@ double first_hit(const Stage& stage)
 {
     constexpr double just_before = 0.999;
     double first = stage.tau;
+    Comings comings(stage);
     for (const auto* touches : {&stage.touches, &stage.holds}) {
         for (const PlaneTouch& touch : *touches) {
             if (!(touch.rebound > 0)) continue;
-            const auto [gap, speed, acceleration] = coming(stage, touch);
-            // gap = t (speed + acceleration t / 2): what hits was free before
-            const double root = std::sqrt(std::max(0.0, speed * speed + 2 * acceleration * gap));
-            const double hit = 2 * std::max(gap, 0.0) / (speed + root);
-            first = std::min(first, just_before * hit);
+            first = std::min(first, just_before * time_of_hit(comings.of(touch)));
         }
     }
     return first;

@@ -5,6 +5,7 @@
 // A point that comes at more than a threshold to what it touches, and would be in it within the
 // stage, is pushed until it leaves with a share e of the speed that it came with:
 //   n . (v' - v_other') = -e n . (v - v_other)
+// The stage begins at the hit; what the steady forces take of v' until it ends is off.
 // In the equations of the stage its plane is moved out by as much as that takes (PlaneTouch). That
 // gives the velocity of the surface. The part behind it is squashed meanwhile, and what that takes
 // is lost to vibration where the stage is short: a part that rises again as a whole gets the rest
@@ -14,7 +15,8 @@
 // with the length of one. What takes longer than a
 // step to rise leaves with a share that depends on when it hits. Slower than the threshold, twice
 // the speed that the steady forces give within the stage, nothing bounces, so that things come to
-// rest.
+// rest. The midpoint rule and sdirk2 keep vibration, and points have velocities that lead nowhere
+// within a step: there v is that of the part as a rigid body.
 
 #include "physics/bricks/stage.hpp"
 

@@ -128,7 +128,7 @@ void lift_free_parts(Stage& stage)
     if (may_meet(stage, ahead)) {
         Aligned<double> w = stage.w;
         for (std::size_t k = 0; k < body.corners; ++k) {
-            Eigen::Map<Vec3>(&w[4 * k]) += ahead[body.part_of(k)];
+            Eigen::Map<Vec3>(&w[4 * k]) += 0.5 * ahead[body.part_of(k)];  // where a parabola ends
         }
         groups.add(stage, contacts_ahead(stage, w));
     }

@@ -265,10 +265,10 @@ struct Cuts {
 double share_of_hit(const FrameStep& step, double begin, double end, Cuts cuts)
 {
     constexpr int most = 3;
-    constexpr double near = 0.02;  // of the step
+    constexpr double near = 0.002;  // of the step
     if (cuts.hits == most || !step.stage.struck) return end;
     const double hit = first_hit(step.stage) / step.stage.tau;
-    return hit > near && hit < 1 - near ? begin + hit * (end - begin) : end;
+    return hit > near && hit < 1 ? begin + hit * (end - begin) : end;
 }
 
 // Whether what touches gained nothing in the step that was taken last. In the least of halves, what

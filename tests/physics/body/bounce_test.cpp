@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
+#include <tuple>
 
 namespace physics {
 namespace {
@@ -145,6 +147,44 @@ TEST(Bounce, ADroppedBlockRisesToTheSquareOfItAndComesToRest)
     EXPECT_NEAR(before, 0, 1e-3);
     for (const Vec3& v : state.v) EXPECT_LT(v.norm(), 5e-3);
 }
+
+enum class Dropped { rigid, elastic, by_midpoint };
+
+class BounceInLongSteps : public testing::TestWithParam<std::tuple<Dropped, double>> {};
+
+// At 24 steps a second, whenever in a step the floor is hit: gravity shifts that.
+TEST_P(BounceInLongSteps, RisesToTheSquareOfItsShare)
+{
+    const auto [how, g] = GetParam();
+    constexpr double e = 0.8;
+    const geometry::Cubes cubes = block(1e8);
+    const BricksBody body =
+        make_bricks(BodyModels(cubes, nullptr),
+                    {.rigid = std::vector<std::uint8_t>(1, how == Dropped::rigid ? 1 : 0)});
+    Loads loads;
+    loads.forces.push_back({.acceleration = {0, -g, 0}});
+    loads.colliders.push_back(floor_of(e));
+    State state = rest_state(body);
+    for (Vec3& x : state.x) x.y() += 1;
+    const StepOptions step{.integrator = how == Dropped::by_midpoint ? Integrator::implicit_midpoint
+                                                                     : Integrator::implicit_euler};
+    std::vector<double> tops;
+    double before = 1, rising = 0;
+    for (int frame = 0; frame < 60; ++frame) {
+        state = advance(body, state, loads, 1.0 / 24, step);
+        const double now = mean(state.x).y() - 1.5 * block_edge;
+        if (rising > 0 && now < before) tops.push_back(before);
+        rising = now - before;
+        before = now;
+    }
+    ASSERT_GE(tops.size(), 2u);
+    EXPECT_NEAR(tops[0], std::pow(e, 2), 0.02 * std::pow(e, 2));
+    EXPECT_NEAR(tops[1], std::pow(e, 4), 0.03 * std::pow(e, 4));
+}
+INSTANTIATE_TEST_SUITE_P(Drops, BounceInLongSteps,
+                         testing::Combine(testing::Values(Dropped::rigid, Dropped::elastic,
+                                                          Dropped::by_midpoint),
+                                          testing::Values(9.0, 9.4, 9.6, 9.81, 10.0)));
 
 // Two equal blocks, one thrown at the other.
 TEST(Bounce, PartsExchangeMomentumByNewtonsLaw)
