@@ -36,6 +36,7 @@ struct Inputs {
     Wind wind;
     Point point;
     Torque torque;
+    graph::Wire<Force> last;
 };
 struct Outputs {
     Force force;
@@ -63,6 +64,7 @@ static Outputs run(const Inputs& in, const graph::Context&)
         out.radius = in.torque.radius;
         out.follow = in.torque.follow;
     }
+    if (in.last) out.began_as(*in.last);
     return {out};
 }
 
@@ -133,7 +135,8 @@ void add_to(graph::Registry& registry)
                        "A torque spread smoothly over the surface around a point, as forces that "
                        "push nowhere together (methods bricks, springs and shell of Simulate).",
                        {"kind", {"torque"}})
-        .output("force", &Outputs::force, "The force field at this frame.");
+        .output("force", &Outputs::force, "The force field at this frame and at the frame before.")
+        .previous("force", &Inputs::last);
 }
 
 }  // namespace nodes::force

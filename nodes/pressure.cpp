@@ -25,6 +25,7 @@ struct Inputs {
     double pressure = 1000;
     std::string part;
     std::shared_ptr<const Surface> surface;
+    graph::Wire<physics::Force> last;
 };
 struct Outputs {
     physics::Force force;
@@ -68,6 +69,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     out.force.kind = physics::Force::Kind::pressure;
     out.force.pressure = in.pressure;
     out.force.surface = in.surface->is;
+    if (in.last) out.force.began_as(*in.last);
     return out;
 }
 
@@ -91,7 +93,9 @@ void add_to(graph::Registry& registry)
         .param("part", &Inputs::part,
                "Name of the material or group of the mesh that is pressed on; empty: all of it.")
         .prepare("surface", &Inputs::surface, build, {"cubes", "mesh", "part"})
-        .output("force", &Outputs::force, "The pressure at this frame, for Simulate.");
+        .output("force", &Outputs::force,
+                "The pressure at this frame and at the frame before, for Simulate.")
+        .previous("force", &Inputs::last);
 }
 
 }  // namespace nodes::pressure

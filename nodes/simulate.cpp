@@ -426,9 +426,11 @@ static void describe_methods(graph::NodeBuilder<Inputs, Outputs>& node)
 static void describe_loads(graph::NodeBuilder<Inputs, Outputs>& node)
 {
     node.inputs("pins", &Inputs::pins, "Corners that are held or moved.")
-        .inputs("forces", &Inputs::forces,
-                "Force fields; they add up. What changes from frame to frame acts all through a "
-                "frame as it is at its end, whatever the substeps: raise fps where that counts.")
+        .inputs(
+            "forces", &Inputs::forces,
+            "Force fields; they add up. What changes from frame to frame changes evenly within a "
+            "frame. A step takes it as it is at the step's end, or in the middle with the "
+            "midpoint rule: raise step.substeps where that counts.")
         .inputs("colliders", &Inputs::colliders, "Obstacles that the body cannot enter.")
         .inputs("balls", &Inputs::balls,
                 "Rigid balls that move with the body and push back (method lattice only).")

@@ -89,7 +89,7 @@ void add_to(graph::Registry& registry)
         .summary("Vibrates a mesh in its modes, stepped exactly at any frame rate.")
         .input("model", &Inputs::model, "The modes, from Modes.")
         .inputs("forces", &Inputs::forces,
-                "Gravity, point forces and wind, constant within a frame.")
+                "Gravity, point forces and wind, all through a frame as they are at its end.")
         .inputs("colliders", &Inputs::colliders,
                 "Obstacles that stop the vertices of the mesh, without friction: what throws the "
                 "body back is its own elasticity. A frame takes a step for each radian of the "

@@ -34,7 +34,7 @@ void check_forces(std::span<const Force> forces)
     const auto fail = [](const char* what) {
         throw std::invalid_argument(std::string("force: ") + what);
     };
-    for (const Force& f : forces) {
+    const auto check = [&](const Force& f) {
         if (!f.acceleration.allFinite()) fail("expected a finite acceleration");
         if (!f.velocity.allFinite()) fail("expected a finite wind velocity");
         if (!f.force.allFinite() || !f.position.allFinite()) {
@@ -48,7 +48,8 @@ void check_forces(std::span<const Force> forces)
               f.drag >= 0)) {
             fail("expected an air density and a drag coefficient of at least 0");
         }
-    }
+    };
+    for (const Force& f : forces) check(f), check(f.at(0));
 }
 
 void add_steady_forces(const CornerBody& body, std::span<const Force> forces, Aligned<double>& f)

@@ -13,7 +13,7 @@ StepFrame::StepFrame(const CornerBody& its_body, const Loads& its_loads, double 
     : body(its_body), loads(its_loads), seconds(its_seconds), options(its_options),
       n(its_body.numbers)
 {
-    for (Aligned<double>* v : {&steady, &mass, &damping, &fixed}) v->assign(n, 0);
+    for (Aligned<double>* v : {&mass, &damping, &fixed}) v->assign(n, 0);
     part_mass.assign(std::max<std::size_t>(body.parts, 1), 0);
     for (std::size_t k = 0; k < body.corners; ++k) {
         part_mass[body.part_of(k)] += body.mass[k];
@@ -28,10 +28,25 @@ StepFrame::StepFrame(const CornerBody& its_body, const Loads& its_loads, double 
         if (held_axes(loads.pins, pin) == all_axes) return;
         held_along.push_back(static_cast<std::uint32_t>(number));
     });
-    add_steady_forces(body, loads.forces, steady);
-    following = following_forces(body, loads.forces);
+    forces = loads.forces;
+    use_forces();
+}
+
+void StepFrame::use_forces()
+{
+    steady.assign(n, 0);
+    add_steady_forces(body, forces, steady);
+    following = following_forces(body, forces);
     windy = !following.empty();
-    for (const Force& f : loads.forces) windy |= f.kind == Force::Kind::wind;
+    for (const Force& f : forces) windy |= f.kind == Force::Kind::wind;
+}
+
+void StepFrame::take_forces(double share)
+{
+    if (share == forces_at || !any_change(loads.forces)) return;
+    forces_at = share;
+    for (std::size_t i = 0; i < forces.size(); ++i) forces[i] = loads.forces[i].at(share);
+    use_forces();
 }
 
 Stage::Stage(const StepFrame& its_frame, Elasticity& its_elasticity)

@@ -33,15 +33,22 @@ namespace physics {
 struct StepFrame {
     StepFrame(const CornerBody& body, const Loads& loads, double seconds,
               const StepOptions& options);  // `start` is left empty
+    StepFrame(const StepFrame&) = delete;   // `following` points into `forces`
+    StepFrame& operator=(const StepFrame&) = delete;
+
+    // Takes forces as they are at a share of the frame. They start as at its end.
+    void take_forces(double share);
 
     const CornerBody& body;
     const Loads& loads;
     double seconds;
     StepOptions options;
 
-    std::size_t n;           // numbers in a vector
-    Aligned<double> start;   // m, x at the start of the frame
-    Aligned<double> steady;  // N, gravity and point forces that do not follow
+    std::size_t n;              // numbers in a vector
+    Aligned<double> start;      // m, x at the start of the frame
+    std::vector<Force> forces;  // of the loads, at `forces_at` of the frame
+    double forces_at = 1;
+    Aligned<double> steady;  // N, gravity and point forces of these that do not follow
     FollowingForces following;
     Aligned<double> mass, damping;  // kg, kg/s: M, D as lumped on corners
     Aligned<double> fixed;          // 1: pinned
@@ -50,6 +57,9 @@ struct StepFrame {
     std::vector<double> part_mass;          // kg, of each part
     bool windy = false;                     // wind, or what follows the body
     bool first = false;                     // step of a shot
+
+private:
+    void use_forces();
 };
 
 struct Stage {

@@ -243,7 +243,7 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     std::fill(stage.wind.begin(), stage.wind.end(), 0);
     std::fill(stage.drag.begin(), stage.drag.end(), 0);
     if (frame.windy) {
-        add_wind(frame.body, loads.forces, x0.data(), v0.data(), stage.wind, stage.drag);
+        add_wind(frame.body, frame.forces, x0.data(), v0.data(), stage.wind, stage.drag);
     }
     stage.colliders.clear();
     for (const Collider& c : loads.colliders) {

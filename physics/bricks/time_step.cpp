@@ -30,11 +30,11 @@ struct Motion {
 
 // All that a frame's steps work with.
 struct FrameStep {
-    FrameStep(const StepFrame& its_frame, Elasticity& elasticity)
+    FrameStep(StepFrame& its_frame, Elasticity& elasticity)
         : frame(its_frame), stage(its_frame, elasticity), solver(stage)
     {}
 
-    const StepFrame& frame;
+    StepFrame& frame;
     Stage stage;
     StepSolver solver;
     StepRecord record;
@@ -49,6 +49,7 @@ void solve_over(FrameStep& step, double tau, double share, Balance balance)
 {
     Stage& stage = step.stage;
     stage.span = balance == Balance::middle ? 2 * tau : tau;
+    step.frame.take_forces(share);
     start_stage(stage, step.now.x, step.now.v, tau, share);
     stage.turns_start = balance == Balance::end;
     solve_stage(stage, step.solver, step.record);

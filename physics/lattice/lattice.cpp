@@ -95,9 +95,11 @@ void run_frame(const LatticeBody& body, State& state, const Loads& loads, double
     use_regions(step);
     find_origin(step);
     const double crossed = step.membrane_share.empty() ? 0 : cells_crossed(step);
+    const bool changing = any_change(loads.forces);
     for (int i = 1; i <= options.substeps; ++i) {
         geometry::stop_if_asked();
         const double share = double(i) / options.substeps;
+        if (changing) find_forces(step, share);
         find_goals(step);
         pull(step);
         push_from_outside(step);

@@ -49,7 +49,7 @@ void find_wind(const FrameState& step, Wind& wind)
             v[4 * i + d] = step.state.v[i][Eigen::Index(d)];
         }
     }
-    add_wind(step.body.base, step.loads.forces, x.data(), v.data(), wind.force, wind.drag);
+    add_wind(step.body.base, step.forces, x.data(), v.data(), wind.force, wind.drag);
 }
 
 }  // namespace

@@ -32,10 +32,15 @@ void make_room_in_state(FrameState& step)
     if (!step.body.torn) state.broken.clear();
 }
 
-void find_forces(FrameState& step)
+}  // namespace
+
+void find_forces(FrameState& step, double share)
 {
+    step.gravity = Vec3::Zero();
+    step.forces.clear();
     std::vector<Force> points;
-    for (const Force& f : step.loads.forces) {
+    for (const Force& end : step.loads.forces) {
+        const Force& f = step.forces.emplace_back(end.at(share));
         if (f.kind == Force::Kind::gravity) step.gravity += f.acceleration;
         if (f.kind == Force::Kind::point) points.push_back(f);
         if (f.kind == Force::Kind::wind) step.windy = true;
@@ -46,15 +51,13 @@ void find_forces(FrameState& step)
     }
 }
 
-}  // namespace
-
 void begin_frame(FrameState& step)
 {
     const CornerBody& base = step.body.base;
     for (const auto k : step.loads.pins.corner) step.start.push_back(step.state.x[k]);
     find_what_touches(step);
     make_room_in_state(step);
-    find_forces(step);
+    find_forces(step, 1);
     step.damped = largest_of(step.n, [&](std::size_t i) { return base.damping_of(i); }) > 0;
     if (step.state.balls.size() != step.loads.balls.size()) {
         step.state.balls = place_balls(step.loads.balls);

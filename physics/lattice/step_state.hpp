@@ -49,6 +49,7 @@ struct FrameState {
     bool flat, in_plane, plastic = false;
 
     // What acts on it.
+    std::vector<Force> forces;  // of the loads, at a share of the frame
     Vec3 gravity = Vec3::Zero();
     Aligned<double> steady;  // point forces, N, four numbers a corner; empty without
     bool windy = false, damped = false;
@@ -103,6 +104,8 @@ template <class T> struct StepState : FrameState {
 
 // Makes ready for the first step what does not change within a frame. Then use_regions().
 void begin_frame(FrameState& step);
+// Takes forces as they are at a share of the frame; begin_frame() took those at its end.
+void find_forces(FrameState& step, double share);
 
 inline bool bends_in_space(const FrameState& step)
 {

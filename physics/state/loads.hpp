@@ -10,6 +10,8 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 namespace physics {
@@ -57,6 +59,14 @@ inline std::uint8_t held_axes(const Pins& pins, std::size_t pin)
 
 struct PressedSurface;  // pressed_surface.hpp
 
+// What of a force may change within a frame.
+struct ForceNumbers {
+    Vec3 acceleration{0, 0, 0}, velocity{0, 0, 0}, force{0, 0, 0}, position{0, 0, 0};
+    Vec3 torque{0, 0, 0};
+    double pressure = 0;
+    bool operator==(const ForceNumbers&) const = default;
+};
+
 // A force field, at the end of this frame. What follows, pressure and torque depend on where the
 // body is.
 struct Force {
@@ -74,7 +84,17 @@ struct Force {
     double pressure = 0;             // pressure: Pa, against the normals of the surface
     std::shared_ptr<const PressedSurface> surface = nullptr;  // pressure
     std::uint32_t first_corner = 0;  // pressure: of the surface's cubes, among all that are moved
+    std::optional<ForceNumbers> before = std::nullopt;  // where the frame starts; none: as here
+
+    ForceNumbers numbers() const;
+    // Takes `before` from what it was at the end of the frame before.
+    void began_as(const Force& last);
+    // As it is when a share of the frame has gone by: between its start and its end along a line.
+    Force at(double share) const;
 };
+
+// Whether one of them changes within the frame.
+bool any_change(std::span<const Force> forces);
 
 // A rigid or animated obstacle. The pose maps its local frame to the world at the end of
 // this frame, `before` at its start.

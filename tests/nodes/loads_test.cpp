@@ -2,6 +2,7 @@
 
 #include "tests/nodes/one_node.hpp"
 #include "tests/physics/cube_fixtures.hpp"
+#include "tests/physics/state_measures.hpp"
 
 #include <gtest/gtest.h>
 
@@ -188,6 +189,84 @@ TEST(Force, WindForceGrowsWithAreaAndSquareOfSpeed)
     EXPECT_LT((speed() - Vec3(0, 0, -120.0 / 24000)).norm(), 1e-3 * 120 / 24000);
     wind.param("wind.air_density").is = 0.0;
     EXPECT_EQ(speed(), Vec3::Zero());
+}
+
+// A force that grows from nothing to F in the second frame.
+struct Growing {
+    const char* kind;
+    const char* number;
+    Vector full;
+};
+Value grown(const Growing& of)
+{
+    NodeRun force("Force");
+    force.param("kind").is = std::string(of.kind);
+    force.param(of.number).is = Vector{0, 0, 0};
+    if (std::string(of.kind) == "torque") force.param("torque.radius").is = 3.0;
+    if (std::string(of.kind) == "torque") force.param("torque.position").is = Vector{0.5, 0.5, 0.5};
+    force.previous = {force.run()};
+    force.param(of.number).is = of.full;
+    return force.run();
+}
+
+// A free block after a frame, and what it had of the whole impulse F / 24 s (or that of a torque).
+struct Substeps {
+    const char* method;
+    const char* integrator;
+    int count;
+};
+double share_of_impulse(const Growing& of, const Substeps& step)
+{
+    const Value cubes = block(1e7);
+    NodeRun simulate("Simulate");
+    simulate.inputs["cubes"] = {cubes};
+    simulate.inputs["forces"] = {grown(of)};
+    simulate.param("gravity").is = Vector{0, 0, 0};
+    simulate.param("method").is = std::string(step.method);
+    simulate.param("step.integrator").is = std::string(step.integrator);
+    simulate.param("step.substeps").is = std::int64_t{step.count};
+    simulate.param("step.tolerance").is = 1e-9;
+    simulate.previous = {simulate.run()};
+    const auto state = simulate.run().as<physics::State>();
+    const auto& body = *cubes.as<geometry::Cubes>();
+    const Vec3 full(of.full[0], of.full[1], of.full[2]), along = full.normalized();
+    const auto motion = fixtures::brick_motion(body, *state);
+    const bool turns = std::string(of.kind) == "torque";
+    const bool falls = std::string(of.kind) == "gravity";
+    const double impulse = (falls ? 1000.0 : 1.0) * full.norm() / 24;
+    return (turns ? motion.angular : motion.linear).dot(along) / impulse;
+}
+
+// With n steps a frame by implicit Euler, which take it where they end, (n + 1) / (2 n); half by
+// the midpoint rule. It acted in full all through the frame.
+TEST(Force, ChangesEvenlyWithinAFrame)
+{
+    const std::vector<Growing> forces{{"gravity", "gravity.acceleration", {1, -2, 3}},
+                                      {"point", "point.force", {0, 400, -800}},
+                                      {"torque", "torque.torque", {0, 30, 0}}};
+    for (const Growing& force : forces) {
+        for (const int n : {1, 2, 8}) {
+            const double share = share_of_impulse(force, {"bricks", "implicit_euler", n});
+            EXPECT_NEAR(share, (n + 1) / (2.0 * n), 1e-3) << force.kind << n;
+        }
+        EXPECT_NEAR(share_of_impulse(force, {"bricks", "implicit_midpoint", 1}), 0.5, 1e-3)
+            << force.kind;
+        if (std::string(force.kind) == "torque") continue;
+        EXPECT_NEAR(share_of_impulse(force, {"lattice", "implicit_euler", 4}), 5.0 / 8, 1e-3)
+            << force.kind;
+    }
+}
+
+TEST(Force, IsTheSameValueInEachFrameWhileItDoesNotChange)
+{
+    NodeRun force("Force");
+    const Value first = force.run();
+    force.previous = {first};
+    EXPECT_FALSE(force.run().as<physics::Force>()->before);
+    force.param("gravity.acceleration").is = Vector{0, -1, 0};
+    const auto changed = force.run().as<physics::Force>();
+    ASSERT_TRUE(changed->before);
+    EXPECT_EQ(changed->before->acceleration, Vec3(0, -9.81, 0));
 }
 
 // Set off at 1 m/s on ice it goes on; with friction mu it stops after v^2 / (2 mu g).

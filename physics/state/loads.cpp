@@ -1,0 +1,38 @@
+#include "physics/state/loads.hpp"
+
+#include <algorithm>
+
+namespace physics {
+
+ForceNumbers Force::numbers() const
+{
+    return {acceleration, velocity, force, position, torque, pressure};
+}
+
+void Force::began_as(const Force& last)
+{
+    before = last.numbers();
+    if (*before == numbers()) before.reset();
+}
+
+Force Force::at(double share) const
+{
+    Force out = *this;
+    if (share == 1 || !before) return out;
+    const auto between = [share](const auto& from, auto& to) { to = from + share * (to - from); };
+    between(before->acceleration, out.acceleration);
+    between(before->velocity, out.velocity);
+    between(before->force, out.force);
+    between(before->position, out.position);
+    between(before->torque, out.torque);
+    between(before->pressure, out.pressure);
+    return out;
+}
+
+bool any_change(std::span<const Force> forces)
+{
+    return std::any_of(forces.begin(), forces.end(),
+                       [](const Force& f) { return f.before.has_value(); });
+}
+
+}  // namespace physics
