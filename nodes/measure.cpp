@@ -19,13 +19,14 @@ enum class What {};
 
 struct Inputs {
     graph::Wire<geometry::TriMesh> mesh, rest;
-    graph::Wire<geometry::Cubes> cubes;
+    graph::Wire<geometry::Cubes> cubes, against;
     graph::Wire<physics::State> state;
     graph::Wire<physics::Pins> pins;
     graph::Wire<render::Image> image;
     What what = What{6};  // displacement_max, as the table says
     geometry::Vec3 point{0, 0, 0};
     geometry::Vec3 direction{0, 1, 0};
+    int collider = 0;
     std::shared_ptr<const physics::State> whole;  // the state of all bodies, as it is linked
     std::string attribute = "displacement";
 };
@@ -127,6 +128,24 @@ static physics::PinForce pin_force(const Inputs& in)
     return out;
 }
 
+static geometry::Vec3 contact_force(const Inputs& in)
+{
+    const physics::State& whole = linked(in.whole, "state");
+    if (!whole.rotation.empty()) {
+        throw std::invalid_argument("the state has no contact forces: methods bricks, springs and "
+                                    "shell of Simulate know them, and lattice does not");
+    }
+    physics::ContactOf of;
+    of.collider = in.collider;
+    if (whole.models.empty()) {
+        if (in.against) throw std::invalid_argument("`against` needs a state of several bodies");
+    } else {
+        if (in.cubes) of.body = &physics::model_of(whole, *in.cubes);
+        if (in.against) of.another = &physics::model_of(whole, *in.against);
+    }
+    return physics::contact_force(whole, of);
+}
+
 // An attribute of the mesh, or of the cubes where no mesh is linked.
 static geometry::Spread attribute(const Inputs& in)
 {
@@ -220,6 +239,7 @@ constexpr Quantity quantities[] = {
     {"reaction_torque",
      {"state"},
      [](const Inputs& in) { return along(in, pin_force(in).torque); }},
+    {"contact_force", {"state"}, [](const Inputs& in) { return along(in, contact_force(in)); }},
     {"contact_depth",
      {"state"},
      [](const Inputs& in) {
@@ -284,6 +304,10 @@ void add_to(graph::Registry& registry)
         .input("rest", &Inputs::rest, "The same mesh at rest, for displacements and stretch.",
                graph::Need::optional)
         .input("cubes", &Inputs::cubes, "The cubes to measure.", graph::Need::optional)
+        .input("against", &Inputs::against,
+               "The cubes of the one body that pushes, for contact_force; without a link, all "
+               "bodies and colliders push.",
+               graph::Need::optional)
         .input("state", &Inputs::state, "The simulation's state to measure.", graph::Need::optional)
         .input("pins", &Inputs::pins,
                "The pins whose force to measure; without a link, all of the simulation.",
@@ -300,6 +324,8 @@ void add_to(graph::Registry& registry)
             "(Pa, von Mises), plastic_strain_max (that rest shapes have come to for good; 0 where "
             "nothing has yielded), reaction_force (N, of pins on the body, along `direction`), "
             "reaction_torque (N m, of pins about the axis along `direction` through `point`), "
+            "contact_force (N, on the body of `cubes` by all that it touches, along `direction`: "
+            "pushes and friction at the end of the frame, without impacts that bounce), "
             "contact_depth (m, the deepest point of any body in what it touches), converged (1 "
             "where the forces balanced within step.tolerance after every step, else 0: with "
             "step.newton_iterations = 1, steps are linear, and impacts and fast turns give 0 "
@@ -319,7 +345,12 @@ void add_to(graph::Registry& registry)
                "Direction along which, or about which, to measure.", {},
                {"what",
                 {"displacement_at", "lowest", "highest", "momentum", "angular_momentum",
-                 "centre_of_mass", "moment_of_inertia", "reaction_force", "reaction_torque"}})
+                 "centre_of_mass", "moment_of_inertia", "reaction_force", "reaction_torque",
+                 "contact_force"}})
+        .param("collider", &Inputs::collider,
+               "Which of Simulate's `colliders` pushes, counted from 1; 0: all of them, and other "
+               "bodies.",
+               {.min = 0, .max = 1e6}, {"what", {"contact_force"}})
         .param("attribute", &Inputs::attribute,
                "Name of the attribute. Of cubes: young, density, poisson, mass_damping, "
                "stiffness_damping, fill, or one of their own.",

@@ -151,7 +151,8 @@ bool firm_up(std::vector<PlaneTouch>& touches, const Firming& firming)
 
 const Grip* find_grip(const std::vector<Grip>& grips, std::uint32_t point, std::uint32_t other)
 {
-    const Grip wanted{point, other, {}, {}, 0, 1, 0};
+    Grip wanted;
+    wanted.point = point, wanted.other = other;
     const auto at = std::lower_bound(grips.begin(), grips.end(), wanted, in_order<Grip, Grip>);
     return at == grips.end() || in_order(wanted, *at) ? nullptr : &*at;
 }
@@ -186,6 +187,17 @@ static double firmness_after(const PlaneTouch& touch, double depth, const StepEn
     return std::min(most_firmness, touch.firmness * std::exp(end.dt / firming_time));
 }
 
+// The slots of the corners that have most of it, and most of what it touches.
+static std::array<std::uint32_t, 2> corners_beside(const PlaneTouch& touch)
+{
+    const auto end = touch.weight.begin() + touch.count;
+    const auto [low, high] = std::minmax_element(touch.weight.begin(), end);
+    const auto slot = [&](auto at) {
+        return touch.corners[static_cast<std::size_t>(at - touch.weight.begin())];
+    };
+    return {slot(high), *low < 0 && touch.count > 8 ? slot(low) : Grip::no_corner};
+}
+
 std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd& end)
 {
     std::vector<Grip> out;
@@ -200,11 +212,17 @@ std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd
         const double most = touch.friction * pressed;
         if (stretch.norm() > most) stretch *= most / stretch.norm();
         if (!stretch.allFinite()) continue;
-        const double slack = depth > 0 ? slack_after(touch, end) : 0;
-        out.push_back({touch.point, touch.other, stretch.cast<float>(), touch.normal.cast<float>(),
-                       static_cast<float>(depth),
-                       static_cast<float>(firmness_after(touch, depth, end)),
-                       static_cast<float>(slack), static_cast<float>(touch.at_rest)});
+        Grip grip;
+        grip.point = touch.point, grip.other = touch.other;
+        grip.stretch = stretch.cast<float>();
+        grip.normal = touch.normal.cast<float>();
+        grip.depth = static_cast<float>(depth);
+        grip.firmness = static_cast<float>(firmness_after(touch, depth, end));
+        grip.slack = static_cast<float>(depth > 0 ? slack_after(touch, end) : 0);
+        grip.at_rest = static_cast<float>(touch.at_rest);
+        grip.force = (touch.stiffness * (pressed * touch.normal - stretch)).cast<float>();
+        grip.corners = corners_beside(touch);
+        out.push_back(grip);
     }
     return out;
 }

@@ -338,6 +338,19 @@ std::vector<PointContact> contacts_ahead(Stage& stage, const Aligned<double>& w)
     return out;
 }
 
+std::vector<Grip> with_corners(const CornerBody& body, std::vector<Grip> grips)
+{
+    if (grips.empty() || body.slot.empty()) return grips;
+    std::vector<std::uint32_t> corner(body.corners, Grip::no_corner);  // by slot
+    for (std::uint32_t k = 0; k < body.corners; ++k) corner[body.slot_of(k)] = k;
+    for (Grip& grip : grips) {
+        for (auto& slot : grip.corners) {
+            slot = slot < corner.size() ? corner[slot] : Grip::no_corner;
+        }
+    }
+    return grips;
+}
+
 void hold_loads(Stage& stage)
 {
     hold_loads(stage.touches, stage.x.data());

@@ -437,8 +437,8 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
     state.still_frames = is_still(body, frame.start, step.now.x) ? state.still_frames + 1 : 0;
     keep_reactions(loads.pins, step.record, state);
     state.energy_owed = step.account.owed;
-    state.grips = std::move(step.stage.grips);
-    state.holds = std::move(step.stage.held);
+    state.grips = with_corners(body, std::move(step.stage.grips));
+    state.holds = with_corners(body, std::move(step.stage.held));
     if (is_far(state)) {
         step.record.report.converged = false;
         step.record.report.warnings.emplace_back(told_of_distance());

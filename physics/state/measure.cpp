@@ -140,4 +140,35 @@ PinForce pin_force(const State& state, const Pins* of, const Vec3& point)
     return out;
 }
 
+namespace {
+
+bool has(const StateModel* model, std::uint32_t corner)
+{
+    if (corner == Grip::no_corner) return false;
+    return !model || (corner >= model->corner && corner - model->corner < model->corners);
+}
+
+}  // namespace
+
+Vec3 contact_force(const State& state, const ContactOf& of)
+{
+    Vec3 out = Vec3::Zero();
+    if (!of.another) {
+        for (const Grip& grip : state.holds) {
+            if (of.collider > 0 && grip.other + 1 != static_cast<std::uint32_t>(of.collider)) {
+                continue;
+            }
+            if (has(of.body, grip.corners[0])) out += grip.force.cast<double>();
+        }
+    }
+    if (of.collider > 0) return out;
+    for (const Grip& grip : state.grips) {
+        const auto [own, other] = grip.corners;
+        const Vec3 force = grip.force.cast<double>();
+        if (has(of.body, own) && has(of.another, other)) out += force;
+        if (has(of.body, other) && has(of.another, own)) out -= force;
+    }
+    return out;
+}
+
 }  // namespace physics

@@ -38,4 +38,13 @@ struct PinForce {
 };
 PinForce pin_force(const State& state, const Pins* of, const Vec3& point);
 
+// What held a body where it touched something at the end of the last step, pushes and friction: by
+// all of it, or less. Impacts that bounce do not count.
+struct ContactOf {
+    const StateModel* body = nullptr;     // null: all of the state
+    const StateModel* another = nullptr;  // null: colliders and all bodies; else this body alone
+    int collider = 0;                     // its number, from 1: this collider alone; 0: all
+};
+Vec3 contact_force(const State& state, const ContactOf& of);  // N, on the body
+
 }  // namespace physics

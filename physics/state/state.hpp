@@ -4,6 +4,9 @@
 
 #include "geometry/base/vec.hpp"
 
+#include <array>
+#include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -40,6 +43,12 @@ struct Grip {
     float firmness = 1;  // how many times stiffer it has become since it touched first
     float slack = 0;     // m, how deep it may be without a push
     float at_rest = 0;   // N/m, how stiff it is where it rests, less its firmness; 0: not known
+    // N, by which it was held at the end of the step: on the first of the two corners beside it,
+    // and against that on the second, if what it touches has corners.
+    Eigen::Vector3f force = Eigen::Vector3f::Zero();
+    std::array<std::uint32_t, 2> corners{no_corner, no_corner};
+
+    static constexpr std::uint32_t no_corner = std::numeric_limits<std::uint32_t>::max();
 };
 
 // The force by which a pin held its corner at the end of the last step (of the midpoint rule: in

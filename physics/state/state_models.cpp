@@ -91,19 +91,25 @@ std::vector<StateModel> number_models(ModelsOfState models)
     return out;
 }
 
+const StateModel& model_of(const State& state, const geometry::Cubes& cubes)
+{
+    const std::uint64_t mark = mark_of(cubes);
+    const auto found = std::find_if(state.models.begin(), state.models.end(),
+                                    [&](const StateModel& model) { return model.mark == mark; });
+    if (found == state.models.end()) {
+        throw std::invalid_argument(
+            fmt::format("the state is of {} bodies, and none has these cubes: link `cubes` to one "
+                        "of the nodes that Simulate takes its cubes from",
+                        state.models.size()));
+    }
+    return *found;
+}
+
 std::shared_ptr<const State> state_of(const std::shared_ptr<const State>& state,
                                       const geometry::Cubes& cubes)
 {
     if (!state || state->models.empty()) return state;
-    const std::uint64_t mark = mark_of(cubes);
-    const auto found = std::find_if(state->models.begin(), state->models.end(),
-                                    [&](const StateModel& model) { return model.mark == mark; });
-    if (found == state->models.end()) {
-        throw std::invalid_argument(
-            fmt::format("the state is of {} bodies, and none has these cubes: link `cubes` to one "
-                        "of the nodes that Simulate takes its cubes from",
-                        state->models.size()));
-    }
+    const StateModel* const found = &model_of(*state, cubes);
     State out;
     out.time = state->time;
     out.x = part_of(state->x, found->corner, found->corners);

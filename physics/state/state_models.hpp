@@ -22,6 +22,10 @@ using ModelsOfState = std::span<const std::shared_ptr<const geometry::Cubes>>;
 // std::invalid_argument when two are the same.
 std::vector<StateModel> number_models(ModelsOfState models);
 
+// Where these cubes are in a state of several models. Throws std::invalid_argument when none has
+// them.
+const StateModel& model_of(const State& state, const geometry::Cubes& cubes);
+
 // The part of a state that is of these cubes; the state itself where it is of one model. Throws
 // std::invalid_argument when none of its models has these cubes.
 std::shared_ptr<const State> state_of(const std::shared_ptr<const State>& state,
