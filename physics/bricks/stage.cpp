@@ -123,8 +123,15 @@ void place(Stage& stage)
     }
 }
 
+// Whether there are no elastic forces: all parts keep their shape, and no springs hold them.
+static bool nothing_bends(const Stage& stage)
+{
+    return stage.rigid.all() && stage.frame.loads.pins.matter.cubes.empty();
+}
+
 void linearise(Stage& stage, const Aligned<double>& x)
 {
+    if (nothing_bends(stage) && !stage.linear_at.empty()) return;  // stage.force is 0
     // Pins are put where they belong between stages, by a rounding error.
     constexpr double rounding = 1e-15;
     bool same = stage.linear_at.size() == x.size();
@@ -159,7 +166,9 @@ void find_residual(Stage& stage)
     const StepFrame& frame = stage.frame;
     const double tau = stage.tau;
     stage.elasticity.weigh(stage.at_start ? tau * tau : 0, tau);
-    if (stage.base.empty()) {
+    if (nothing_bends(stage)) {
+        std::fill(stage.product.begin(), stage.product.end(), 0);
+    } else if (stage.base.empty()) {
         stage.elasticity.multiply(stage.w.data(), stage.product.data());
     } else {
         for (std::size_t i = 0; i < frame.n; ++i) stage.r[i] = stage.w[i] - stage.base[i];
