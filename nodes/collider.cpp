@@ -118,8 +118,8 @@ void add_to(graph::Registry& registry)
         .param("thickness", &Inputs::thickness,
                "Distance from the surface at which contact begins. A sheet keeps half of its own "
                "thickness besides. Its faces are flat between its corners: for cells of size h "
-               "over a collider of radius R, both together should be slightly more than h^2 / (8 "
-               "R), or the collider shows through.",
+               "over a round collider of radius R, both together should be slightly more than "
+               "h^2 / (8 R), or it shows through. Sharp edges need none.",
                {.unit = "m"})
         .prepare("tree", &Inputs::tree, build_tree, {"mesh", "kind"})
         .prepare("open", &Inputs::open, is_open, {"mesh", "kind"})

@@ -2,6 +2,7 @@
 
 #include "geometry/base/parallel.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "physics/body/sheet_edges.hpp"
 
 #include <fmt/format.h>
 
@@ -323,10 +324,17 @@ struct Scene {
     double deepest;   // m, that a point is held in a collider
 };
 
+// What is found of some cubes.
+struct Found {
+    std::vector<PlaneTouch> touches;
+    std::vector<CornerStand> stands;  // of sheets
+};
+
 // The plane of a point, number i of the surface, on cube c.
 void add_touch(const Scene& scene, const PlaneTouch& point, std::size_t c, std::uint32_t i,
-               std::vector<PlaneTouch>& out)
+               Found& found)
 {
+    std::vector<PlaneTouch>& out = found.touches;
     const ContactSurface& surface = scene.surface;
     const PosedCollider& collider = scene.colliders[point.other];
     Vec3 p = Vec3::Zero(), velocity = Vec3::Zero();
@@ -336,6 +344,7 @@ void add_touch(const Scene& scene, const PlaneTouch& point, std::size_t c, std::
     }
     const Grip* const held = find_grip(scene.held, point.point, point.other);
     Touch t = touch(collider, p, velocity, scene.dt, held);
+    if (!surface.half_thickness.empty()) add_stand(collider, point, t, found.stands);
     t.gap += surface.thinner_by(c);
     const double h = scene.body.edge_at(point.corners[0]);
     if (!(t.gap < known_before * h)) return;
@@ -390,7 +399,7 @@ std::vector<PlaneTouch> find_collider_touches(const CornerBody& body, const doub
     if (colliders.empty() || cubes == 0) return {};
     const double stiffest = 1000 * surface.body_mass * 9.81 / body.h;
     const Scene scene{body, surface, x, v, colliders, held, dt, stiffest, deepest_of(held)};
-    std::vector<std::vector<PlaneTouch>> found((cubes + grain - 1) / grain);
+    std::vector<Found> found((cubes + grain - 1) / grain);
     geometry::parallel_for(found.size(), 1, [&](std::size_t begin, std::size_t end) {
         std::vector<std::uint32_t> near;
         PlaneTouch touch;
@@ -414,9 +423,13 @@ std::vector<PlaneTouch> find_collider_touches(const CornerBody& body, const doub
             });
         }
     });
-    std::vector<PlaneTouch> all;
-    for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
-    return all;
+    Found all;
+    for (const auto& [touches, stands] : found) {
+        all.touches.insert(all.touches.end(), touches.begin(), touches.end());
+        all.stands.insert(all.stands.end(), stands.begin(), stands.end());
+    }
+    add_edge_touches({body, x, v, colliders, dt, stiffest, all.stands}, all.touches);
+    return std::move(all.touches);
 }
 
 // How deep a corner of the cubes at rest lies in the collider, m; 0: none does. The first of the
