@@ -90,6 +90,23 @@ struct Packed {
     }
 };
 
+// Of a body that is smaller than a cube, points would stand for hardly anything, and be stopped by
+// as little: together they have at least a face of a cube.
+void widen_areas(double size, std::vector<LoosePatch>& patches)
+{
+    double area = 0;
+    for (const LoosePatch& patch : patches) {
+        for (const PatchPoint& point : patch.points) area += double(point.area);
+    }
+    const double least = size * size;
+    if (!(area > 0 && area < least)) return;
+    for (LoosePatch& patch : patches) {
+        for (PatchPoint& point : patch.points) {
+            point.area = static_cast<float>(double(point.area) * (least / area));
+        }
+    }
+}
+
 // Patches that a surface holds already, and how many points come before.
 struct KnownPatches {
     std::unordered_map<std::string, std::uint32_t> at;
@@ -168,6 +185,7 @@ ContactSurface make_contact_surface(const BodyModels& models,
         auto patches = model.cubes->is_sheet() ? patches_of_sheet(*model.cubes)
                        : model.surface         ? patches_of_surface(*model.cubes, *model.surface)
                                                : patches_of_cubes(*model.cubes);
+        widen_areas(model.cubes->size, patches);
         if (tears) add_corners_within(*model.cubes, patches);
         pack({*model.cubes, models.start(m).corner, slot}, patches, known, out);
     }

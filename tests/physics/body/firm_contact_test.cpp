@@ -1,6 +1,8 @@
 // How deep bodies are in what they touch: contact becomes firmer where something rests or is driven
 // in, see plane_touch.hpp.
 
+#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/primitive.hpp"
 #include "physics/body/plane_touch.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "tests/physics/cube_fixtures.hpp"
@@ -237,6 +239,23 @@ TEST(FirmContact, WhatIsDrivenInIsATenthOfACubeDeepAtMost)
     ASSERT_TRUE(fixtures::finite(state));
     EXPECT_GT(deepest, 0.01 * h);
     EXPECT_LT(deepest, 0.1 * h);
+}
+
+// Its points stand for no area to speak of. They held nothing, and it fell for ever.
+TEST(FirmContact, ASpeckInACubeRestsOnTheGround)
+{
+    const geometry::Cubes cubes = fixtures::box(1, 1, 1, h);
+    geometry::TriMesh speck = geometry::box(Vec3::Constant(1e-6 * h), Vec3i::Ones());
+    for (auto& p : speck.positions) p += geometry::Vec3f::Constant(0.5f * float(h));
+    const BricksBody body = make_bricks(cubes, {}, &speck);
+    Loads loads;
+    loads.forces.resize(1);  // gravity
+    loads.colliders.resize(1);
+    State state = rest_state(body);
+    for (int i = 0; i < 24; ++i) state = advance(body, state, loads, 1.0 / 24);
+    Vec3 middle = Vec3::Zero();
+    for (const Vec3& x : state.x) middle += x / 8;
+    EXPECT_NEAR(middle.y(), 0, 0.01 * h);
 }
 
 }  // namespace
