@@ -343,8 +343,10 @@ static void tell(const Inputs& in, const physics::State& state, const graph::Con
 {
     const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);
     const Energies energy = bricks ? energies(*bricks, state, in.gravity) : Energies{};
-    context.tell(
-        simulation_figures(state, in.method != Method::lattice, in.step.newton_iterations, energy));
+    double edge = 0;
+    for (const auto& cubes : in.cubes) edge = std::max(edge, cubes->size);
+    context.tell(simulation_figures(state, in.method != Method::lattice, in.step.newton_iterations,
+                                    energy, edge));
 }
 
 static Outputs run(const Inputs& in, const graph::Context& context)

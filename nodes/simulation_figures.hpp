@@ -36,9 +36,9 @@ inline Energies energies(const physics::BricksBody& body, const physics::State& 
 // `solved` by equations that leave a residual, with so many Newton iterations a step at most, and
 // with contacts that are known: by all methods but the lattice. After one iteration the residual is
 // what linear forces leave of the true ones, however well they were solved. The balance of energy
-// says something where only gravity does work.
+// says something where only gravity does work. `edge`: m, of the largest cubes.
 inline graph::Figures simulation_figures(const physics::State& state, bool solved,
-                                         int newton_iterations, const Energies& energy)
+                                         int newton_iterations, const Energies& energy, double edge)
 {
     constexpr double unknown = graph::Figure::unknown;
     const double ended_early = physics::stopped_short(state.report) ? 1 : 0;
@@ -49,7 +49,7 @@ inline graph::Figures simulation_figures(const physics::State& state, bool solve
               unknown, graph::Over::largest},
              {"Newton iterations a step", solved ? double(newton_iterations) : unknown},
              {"energy", energy.own + energy.lifted, energy.own, graph::Over::balance},
-             {"contact depth, m", solved ? depth : unknown, unknown, graph::Over::largest},
+             {"contact depth, m", solved ? depth : unknown, edge, graph::Over::largest},
              {"did not converge, frames", solved ? ended_early : unknown, unknown,
               graph::Over::frames}}};
 }

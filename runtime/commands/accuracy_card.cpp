@@ -202,6 +202,49 @@ std::string said_of(const AccuracyCard& card, const CardLine& line)
     return fmt::format("{} {:.2g}{}{}", short_name(line.name), line.value, metres ? " m" : "", at);
 }
 
+// Of the volume of cubes that is not that of their mesh at all.
+std::string told_of_volume(const Figure& line)
+{
+    constexpr double far = 10;  // times
+    const double times = line.value / line.of;
+    const double small = std::cbrt(line.of) / 4;
+    if (times > far) {
+        return fmt::format("the cubes hold {:.2g} times the volume of the mesh, which is small "
+                           "against a cube: set `size` to {:.2g} m or less, or scale the mesh "
+                           "(`unit` of ReadMesh, if its file is in another unit)",
+                           times, small);
+    }
+    if (times < 1 / far) {
+        return fmt::format("the cubes hold {:.2g} of the volume of the mesh: set a smaller `size`",
+                           times);
+    }
+    return {};
+}
+
+// What is worth a warning of a line; empty: nothing is.
+std::string warning_of(const AccuracyCard& card, const CardLine& line)
+{
+    constexpr double much = 0.5;  // of the energy
+    if (line.over == Over::frames && !line.at.empty()) {
+        return fmt::format("{} of {} frame{} {} ({})", line.at.size(), card.frames,
+                           card.frames == 1 ? "" : "s", short_name(line.name), list_of(line.at));
+    }
+    if (line.over == Over::once && line.name.starts_with("volume")) return told_of_volume(line);
+    if (line.over == Over::largest && line.name.ends_with(", m") && line.value > line.of) {
+        return fmt::format("a {} of {:.2g} m (frame {}) is more than a cube of {:.2g} m, so that "
+                           "bodies may pass through what they touch: raise step.substeps, or start "
+                           "them apart",
+                           short_name(line.name), line.value, line.frame, line.of);
+    }
+    if (line.over == Over::balance && line.name.find(" gained") != std::string::npos &&
+        line.value > much) {
+        return fmt::format("{} {}, and nothing drives the body: raise step.substeps, or "
+                           "step.newton_iterations",
+                           short_name(line.name), percent_text(line.value, false));
+    }
+    return {};
+}
+
 }  // namespace
 
 std::vector<AccuracyCard> AccuracyFigures::cards(const graph::Graph& graph, Keys& keys) const
@@ -279,14 +322,14 @@ std::string card_summary(const AccuracyCard& card)
     return parts.empty() ? text : text + ": " + parts;
 }
 
-std::string card_verdict(const AccuracyCard& card)
+std::vector<std::string> card_warnings(const AccuracyCard& card)
 {
+    std::vector<std::string> out;
     for (const CardLine& line : card.lines) {
-        if (line.over != Over::frames || line.at.empty()) continue;
-        return fmt::format("'{}': {} of {} frame{} {} ({})", card.node, line.at.size(), card.frames,
-                           card.frames == 1 ? "" : "s", short_name(line.name), list_of(line.at));
+        const std::string warning = warning_of(card, line);
+        if (!warning.empty()) out.push_back("'" + card.node + "': " + warning);
     }
-    return {};
+    return out;
 }
 
 nlohmann::ordered_json card_json(const AccuracyCard& card)

@@ -49,8 +49,9 @@ std::string card_table(const AccuracyCard& card);
 // "'cubes': 80 cubes; against the mesh: volume +0.1 %, inertia -2 %": all on one line.
 std::string card_summary(const AccuracyCard& card);
 
-// "'sim': 3 of 48 frames did not converge (5, 9-10)"; empty where all did.
-std::string card_verdict(const AccuracyCard& card);
+// What is worth a warning: "'sim': 3 of 48 frames did not converge (5, 9-10)", a volume or a depth
+// of contact far from what is meant, energy from nothing.
+std::vector<std::string> card_warnings(const AccuracyCard& card);
 
 nlohmann::ordered_json card_json(const AccuracyCard& card);
 

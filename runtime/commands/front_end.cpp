@@ -132,8 +132,7 @@ public:
         constexpr std::size_t most = 6;  // lines that a person reads
         const std::lock_guard lock(mutex_);
         for (const AccuracyCard& card : cards) {
-            const std::string verdict = card_verdict(card);
-            if (!verdict.empty()) say("warning: " + verdict);
+            for (const std::string& warning : card_warnings(card)) say("warning: " + warning);
         }
         if (style_ == Style::quiet) return;
         for (std::size_t i = 0; i < std::min(cards.size(), most); ++i) {

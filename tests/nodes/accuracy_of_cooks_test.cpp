@@ -2,6 +2,7 @@
 // came out of the cache.
 
 #include "nodes/registry.hpp"
+#include "runtime/commands/accuracy_card.hpp"
 #include "runtime/commands/command_line.hpp"
 #include "tests/geometry/files.hpp"
 
@@ -246,6 +247,39 @@ TEST_F(AccuracyOfCooks, NothingIsSaidOfTheBendingOfWhatNothingBends)
     drawn.replace(sim, drawn.find(R"("write": {)") - sim,
                   R"("shape": { "type": "CubeMesh@1", "inputs": { "cubes": "body.cubes" } }, )");
     EXPECT_TRUE(told(drawn));
+}
+
+// A box of one cube and a half: nothing is said. In cubes of 10 m it is a speck.
+TEST_F(AccuracyOfCooks, AMeshThatIsSmallAgainstItsCubesIsWarnedOfOnce)
+{
+    const char* const warning = "times the volume of the mesh";
+    EXPECT_EQ(cook(falling(), "a").err.find(warning), std::string::npos);
+    const Cooked speck = cook(falling("body", R"("size": 10)"), "b");
+    const auto at = speck.err.find(warning);
+    ASSERT_NE(at, std::string::npos) << speck.err;
+    EXPECT_EQ(speck.err.find(warning, at + 1), std::string::npos) << speck.err;
+    EXPECT_NE(speck.err.find("set `size` to 0.029 m or less"), std::string::npos) << speck.err;
+}
+
+TEST(AccuracyCard, WarnsOfDepthsBeyondACubeAndOfEnergyFromNothing)
+{
+    using graph::Over;
+    const auto warnings = [](double depth, double gained) {
+        runtime::AccuracyCard card{"sim", "simulation", 4, {}};
+        card.lines.push_back({{"contact depth, m", depth, 0.05, Over::largest}, 3});
+        card.lines.push_back({{"energy gained, of the most there was", gained,
+                               graph::Figure::unknown, Over::balance}});
+        card.lines.push_back(
+            {{"energy lost, of the most there was", 0.9, graph::Figure::unknown, Over::balance}});
+        return runtime::card_warnings(card);
+    };
+    constexpr double unknown = graph::Figure::unknown;
+    EXPECT_TRUE(warnings(0.049, 0.49).empty());
+    EXPECT_TRUE(warnings(unknown, unknown).empty());
+    ASSERT_EQ(warnings(0.055, 1.03).size(), 2u);
+    EXPECT_TRUE(warnings(0.055, 0)[0].starts_with(
+        "'sim': a contact depth of 0.055 m (frame 3) is more than a cube of 0.05 m"));
+    EXPECT_TRUE(warnings(0, 1.03)[0].starts_with("'sim': energy gained 103 %, and nothing"));
 }
 
 }  // namespace
