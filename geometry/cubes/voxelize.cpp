@@ -48,10 +48,14 @@ CellSet within_limit(const VoxelGrid& grid, const VoxelOptions& options, const F
         } catch (const TooManyCells&) {
         }
     }
+    constexpr double large = 10;  // m: a unit that is not said is likely
+    const double length = most * grid.size;
     throw std::invalid_argument(
-        "with cubes of " + short_number(grid.size) +
-        " m the model exceeds max_cubes = " + std::to_string(options.max_cubes) + "; cubes of " +
-        short_number(1.01 * factor * grid.size) + " m would fit, or raise max_cubes");
+        "with cubes of " + short_number(grid.size) + " m the model, " + short_number(length) +
+        " m long, exceeds max_cubes = " + std::to_string(options.max_cubes) + "; " +
+        (length > large ? "if its file is in centimetres or millimetres, set `unit` of ReadMesh; "
+                        : "") +
+        "cubes of " + short_number(1.01 * factor * grid.size) + " m would fit, or raise max_cubes");
 }
 
 Cubes with_corners(const VoxelGrid& grid, const CellSet& cells)

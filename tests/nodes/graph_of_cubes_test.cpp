@@ -64,7 +64,11 @@ TEST(GraphOfCubes, VoxelizeMethodsAgreeOnABox)
         "light": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" },
                    "params": { "method": "solid", "size": 0.3, "total_mass": 5 } },
         "many": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" },
-                  "params": { "method": "solid", "size": 0.01, "max_cubes": 1000 } })");
+                  "params": { "method": "solid", "size": 0.01, "max_cubes": 1000 } },
+        "large": { "type": "Transform@1", "inputs": { "mesh": "box.mesh" },
+                   "params": { "scale": [100, 100, 100] } },
+        "centimetres": { "type": "Voxelize@1", "inputs": { "mesh": "large.mesh" },
+                         "params": { "method": "solid", "size": 1, "max_cubes": 1000 } })");
     const auto samples = scene.at<Cubes>("samples"), surface = scene.at<Cubes>("surface"),
                solid = scene.at<Cubes>("solid");
     EXPECT_EQ(surface->count(), 56u);
@@ -79,7 +83,18 @@ TEST(GraphOfCubes, VoxelizeMethodsAgreeOnABox)
         scene.at<Cubes>("many");
         FAIL();
     } catch (const std::exception& error) {
-        EXPECT_NE(std::string(error.what()).find("would fit"), std::string::npos) << error.what();
+        const std::string what = error.what();
+        EXPECT_NE(what.find("would fit"), std::string::npos) << what;
+        EXPECT_NE(what.find("the model, 1 m long, exceeds"), std::string::npos) << what;
+        EXPECT_EQ(what.find("unit"), std::string::npos) << what;
+    }
+    try {
+        scene.at<Cubes>("centimetres");
+        FAIL();
+    } catch (const std::exception& error) {
+        const std::string what = error.what();
+        EXPECT_NE(what.find("100 m long"), std::string::npos) << what;
+        EXPECT_NE(what.find("set `unit` of ReadMesh"), std::string::npos) << what;
     }
 }
 
