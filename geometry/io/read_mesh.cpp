@@ -47,7 +47,8 @@ std::vector<std::string> files_not_found(const std::vector<ImportedFile>& files,
     std::vector<std::string> missing;
     for (const ImportedFile& f : files) {
         const std::filesystem::path asked(f.path);
-        const bool guess = !asked.has_extension() || asked.stem() == model.stem();
+        const std::string ending = asked.extension();
+        const bool guess = ending.empty() || ending == "." || asked.stem() == model.stem();
         if (f.found || (guess && !missing.empty())) continue;
         if (known.insert(asked.filename()).second) missing.push_back(f.path);
     }

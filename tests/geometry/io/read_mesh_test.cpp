@@ -283,6 +283,10 @@ TEST(ReadMesh, AMissingMaterialLibraryIsAWarningAndNamesStay)
     const ReadMesh other = read_mesh(folder.write("other.obj", cube_obj));
     ASSERT_EQ(other.warnings.size(), 1u);
     EXPECT_NE(other.warnings[0].find("cube.mtl"), std::string::npos);
+
+    // The importer asks for the library without its ending, and in other folders, too.
+    const ReadMesh below = read_mesh(folder.write("bad/mtl.obj", cube_obj));
+    ASSERT_EQ(below.warnings.size(), 1u) << below.warnings.back();
 }
 
 TEST(ReadMesh, ConcavePolygonsAreCutRightly)
