@@ -104,6 +104,12 @@ public:
 
         Problem p;
         p.place = origin_.source->place(offset);
+        if (is_utf16()) {
+            p.message = "this is UTF-16";
+            p.suggestion = "save it as UTF-8";
+            problems_.add(std::move(p));
+            return false;
+        }
         p.message = "invalid JSON: " + what;
         const std::size_t before = text_.find_last_not_of(" \t\r\n", offset - 1);
         const auto follows = [&](std::string_view some) {
@@ -123,6 +129,16 @@ public:
     }
 
 private:
+    // By the mark that such files begin with, or as every other byte of "{\n" is 0.
+    bool is_utf16() const
+    {
+        using namespace std::string_view_literals;
+        for (const auto start : {"\xFF\xFE"sv, "\xFE\xFF"sv, "{\0"sv, "\0{"sv}) {
+            if (text_.starts_with(start)) return true;
+        }
+        return false;
+    }
+
     // The word of letters, or the single quote, that begins there.
     std::string_view word_at(std::size_t begin) const
     {

@@ -79,7 +79,10 @@ ParamValue read_path_in(const ParamReading& reading, const Param& param, const J
     } else if (!fs::exists(real, error)) {
         p.message = fmt::format("file not found: {}", path.generic_string());
         const std::string numbered = foreign_number(path);
-        p.suggestion = numbered.empty() ? suggest_file(path) : numbered;
+        const bool backslash = json.text()->find('\\') != std::string::npos;
+        p.suggestion = backslash          ? "write '/' in place of '\\'"
+                       : numbered.empty() ? suggest_file(path)
+                                          : numbered;
     } else if (fs::is_directory(real, error)) {
         p.expected = "a file";
         p.found = fmt::format("the folder {}", path.generic_string());

@@ -63,6 +63,19 @@ std::vector<std::string> within(const std::vector<Param>& params, const Json* gi
     return found;
 }
 
+// Of the items of lists, "properties[].part".
+std::vector<std::string> within_lists(const std::vector<Param>& params, const std::string& key)
+{
+    std::vector<std::string> found;
+    for (const Param& list : params) {
+        if (list.kind != ParamKind::list) continue;
+        for (const Param& p : list.children) {
+            if (p.name == key) found.push_back(fmt::format("{}[].{}", list.name, key));
+        }
+    }
+    return found;
+}
+
 }  // namespace
 
 std::string suggest_param(const ParamReading& reading, const std::vector<Param>& params,
@@ -87,6 +100,10 @@ std::string suggest_param(const ParamReading& reading, const std::vector<Param>&
                 return fmt::format("did you mean '{}'?", fmt::join(paths, "' or '"));
             }
         }
+    }
+    if (const auto paths = within_lists(params, key); !paths.empty()) {
+        return fmt::format("did you mean '{}', in each item of the list?",
+                           fmt::join(paths, "' or '"));
     }
     for (const Param& p : type.params) {
         if (reading.names.empty() || p.name != key) continue;

@@ -178,7 +178,11 @@ TEST(Document, ASequenceOfFilesIsOneAFrame)
     ASSERT_EQ(none.problems.size(), 1u);
     EXPECT_EQ(none.problems[0].message, "file not found: " + (folder.path / "q.####.txt").string());
 
+    // A path as Windows has it.
     folder.write("pantry/r.txt", "flour");
+    const Loaded slashed = load_reading("pantry\\\\r.txt");
+    ASSERT_EQ(slashed.problems.size(), 1u);
+    EXPECT_EQ(slashed.problems[0].suggestion, "write '/' in place of '\\'");
     const Loaded pantry = load_reading("pantry");
     ASSERT_EQ(pantry.problems.size(), 1u);
     EXPECT_EQ(pantry.problems[0].expected, "a file");

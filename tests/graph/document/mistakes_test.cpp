@@ -96,6 +96,15 @@ TEST(Mistakes, OfJsonItself)
     });
 }
 
+TEST(Mistakes, OfAnEncodingAreToldAsThat)
+{
+    using namespace std::string_literals;
+    for (const std::string& text :
+         {"\xFF\xFE{\0\n\0"s, "\xFE\xFF\0{\0\n"s, "{\0\n\0"s, "\0{\0\n"s}) {
+        EXPECT_EQ(told(load(text)), "toy.json:1:1: error: this is UTF-16; save it as UTF-8\n");
+    }
+}
+
 // The parser takes a NUL for the end of a comment.
 TEST(Mistakes, BehindACommentThatANulEndsAreFoundInTheirPlace)
 {
@@ -416,6 +425,9 @@ TEST(Mistakes, OfBlocksAndLists)
          "when oven is 'gas'"},
         {knead("\"raisins\": ^{}"),
          "error: node 'k', parameter 'raisins': expected a list [{...}, ...], found {}"},
+        {knead("^\"size\": 1"),
+         "error: node 'k', parameter 'size': Knead has no such parameter; did "
+         "you mean 'raisins[].size', in each item of the list?"},
         {knead("\"raisins\": [{}, ^3]"),
          "error: node 'k', parameter 'raisins.1': expected an object {...}, found 3"},
         {knead("\"raisins\": [{ \"size\": ^-1 }]"),
