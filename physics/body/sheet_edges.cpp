@@ -18,13 +18,13 @@ namespace {
 
 using geometry::Mat3;
 
-constexpr double near_side = 0.75;    // sides, that one of its ends is nearer than
-constexpr double alike_faces = 0.94;  // cosine: planes that meet in an edge differ by 20 degrees
-constexpr double same_face = 0.999;   // cosine
-constexpr double on_collider = 0.01;  // of a side of a cell
-constexpr double same_side = 0.3;     // cosine
-constexpr double least_angle = 0.3;   // sine, of a side that crosses an edge
-constexpr double least_length = 0.2;  // of the mean of two normals that look different ways
+constexpr double near_side = 0.75;     // sides, that one of its ends is nearer than
+constexpr double alike_faces = 0.866;  // cosine: planes that meet in an edge differ by 30 degrees
+constexpr double same_face = 0.999;    // cosine
+constexpr double on_collider = 0.01;   // of a side of a cell
+constexpr double same_side = 0.3;      // cosine
+constexpr double least_angle = 0.3;    // sine, of a side that crosses an edge
+constexpr double least_length = 0.2;   // of the mean of two normals that look different ways
 constexpr std::uint32_t cell_numbers = 8;  // of a cell: 5 sides, 2 triangles
 constexpr std::uint32_t first_triangle = 5;
 
