@@ -268,6 +268,19 @@ static std::vector<std::string> names()
     return out;
 }
 
+// Why the state of a simulation lacks a quantity, whatever its frame; empty where it may have it.
+static std::string not_of_method(const Quantity& quantity, const graph::LinkedNode& source)
+{
+    const std::string_view name = quantity.name;
+    if (name != "stress_max" && name != "elastic_energy") return {};
+    if (source.input != "state" || source.type->name != "Simulate") return {};
+    const std::string_view method = source.text("method");
+    if (method.empty() || method == "bricks") return {};
+    return fmt::format("only method bricks knows {} of cubes, and '{}' has method {}",
+                       name == "stress_max" ? "the stress" : "the elastic energy", source.node,
+                       method);
+}
+
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
     graph::Faults faults;
@@ -276,6 +289,11 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     if (of_attribute && !setting.links("mesh") && !setting.links("cubes")) {
         faults.push_back({"what", "an attribute needs the input 'mesh' or 'cubes', and neither is "
                                   "linked"});
+    }
+    for (const graph::LinkedNode& source : setting.sources) {
+        const std::string why =
+            not_of_method(quantities[static_cast<std::size_t>(in.what)], source);
+        if (!why.empty()) faults.push_back({"what", why});
     }
     for (const char* need : quantities[static_cast<std::size_t>(in.what)].needs) {
         if (need && !setting.links(need)) faults.push_back({"what", not_linked(need)});
