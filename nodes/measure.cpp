@@ -272,9 +272,14 @@ static std::vector<std::string> names()
 static std::string not_of_method(const Quantity& quantity, const graph::LinkedNode& source)
 {
     const std::string_view name = quantity.name;
-    if (name != "stress_max" && name != "elastic_energy") return {};
     if (source.input != "state" || source.type->name != "Simulate") return {};
     const std::string_view method = source.text("method");
+    if (name == "contact_force" && method == "lattice") {
+        return fmt::format("method lattice knows no contact forces, and '{}' has it: bricks, "
+                           "springs and shell know them",
+                           source.node);
+    }
+    if (name != "stress_max" && name != "elastic_energy") return {};
     if (method.empty() || method == "bricks") return {};
     return fmt::format("only method bricks knows {} of cubes, and '{}' has method {}",
                        name == "stress_max" ? "the stress" : "the elastic energy", source.node,
@@ -312,6 +317,31 @@ static Outputs run(const Inputs& in, const graph::Context&)
     return {quantities[static_cast<std::size_t>(in.what)].measure(own)};
 }
 
+// Of the choice `what`.
+constexpr const char* what_text =
+    "The quantity to measure. Of `mesh`: vertices, triangles, area (m^2), volume (m^3), "
+    "lowest and highest (coordinate along `direction`, m), mesh_finite (1 or 0). Of `mesh` "
+    "against `rest`: displacement_max, displacement_mean, displacement_at (m), stretch_max "
+    "(largest edge length over its rest length). Of `cubes`: cubes (their number), "
+    "components (sets of cubes that hang together, by faces or as ConnectedComponent found "
+    "them), mass (kg). Of `state`: speed_max (m/s), elastic_energy (J), stress_max "
+    "(Pa, von Mises), plastic_strain_max (that rest shapes have come to for good; 0 where "
+    "nothing has yielded), reaction_force (N, of pins on the body, along `direction`), "
+    "reaction_torque (N m, of pins about the axis along `direction` through `point`), "
+    "contact_force (N, on the body of `cubes` by all that it touches, along `direction`: "
+    "pushes and friction at the end of the frame, without impacts that bounce), "
+    "contact_depth (m, the deepest point of any body in what it touches), converged (1 "
+    "where the forces balanced within step.tolerance after every step, else 0: with "
+    "step.newton_iterations = 1, steps are linear, and impacts and fast turns give 0 "
+    "without a warning), iterations. Of `state` and `cubes`: kinetic_energy (J), momentum "
+    "(kg m/s) and "
+    "centre_of_mass (m) along `direction`, angular_momentum (kg m^2/s) and "
+    "moment_of_inertia (kg m^2) about the axis along `direction` through the centre of "
+    "mass. Of `image`: brightness (mean luma, 0 to 1), "
+    "coverage (share of pixels that differ from the first pixel of their row). Of `mesh`, "
+    "or of `cubes` if no mesh is linked: attribute_min, attribute_max and attribute_mean "
+    "(over vertices, or by the volume that fills cubes).";
+
 void add_to(graph::Registry& registry)
 {
     registry.add("Measure", 1, run)
@@ -331,30 +361,7 @@ void add_to(graph::Registry& registry)
                "The pins whose force to measure; without a link, all of the simulation.",
                graph::Need::optional)
         .input("image", &Inputs::image, "The image to measure.", graph::Need::optional)
-        .choice(
-            "what", &Inputs::what, names(),
-            "The quantity to measure. Of `mesh`: vertices, triangles, area (m^2), volume (m^3), "
-            "lowest and highest (coordinate along `direction`, m), mesh_finite (1 or 0). Of `mesh` "
-            "against `rest`: displacement_max, displacement_mean, displacement_at (m), stretch_max "
-            "(largest edge length over its rest length). Of `cubes`: cubes (their number), "
-            "components (sets of cubes that hang together, by faces or as ConnectedComponent found "
-            "them), mass (kg). Of `state`: speed_max (m/s), elastic_energy (J), stress_max "
-            "(Pa, von Mises), plastic_strain_max (that rest shapes have come to for good; 0 where "
-            "nothing has yielded), reaction_force (N, of pins on the body, along `direction`), "
-            "reaction_torque (N m, of pins about the axis along `direction` through `point`), "
-            "contact_force (N, on the body of `cubes` by all that it touches, along `direction`: "
-            "pushes and friction at the end of the frame, without impacts that bounce), "
-            "contact_depth (m, the deepest point of any body in what it touches), converged (1 "
-            "where the forces balanced within step.tolerance after every step, else 0: with "
-            "step.newton_iterations = 1, steps are linear, and impacts and fast turns give 0 "
-            "without a warning), iterations. Of `state` and `cubes`: kinetic_energy (J), momentum "
-            "(kg m/s) and "
-            "centre_of_mass (m) along `direction`, angular_momentum (kg m^2/s) and "
-            "moment_of_inertia (kg m^2) about the axis along `direction` through the centre of "
-            "mass. Of `image`: brightness (mean luma, 0 to 1), "
-            "coverage (share of pixels that differ from the first pixel of their row). Of `mesh`, "
-            "or of `cubes` if no mesh is linked: attribute_min, attribute_max and attribute_mean "
-            "(over vertices, or by the volume that fills cubes).")
+        .choice("what", &Inputs::what, names(), what_text)
         .param("point", &Inputs::point,
                "Where to measure. displacement_at: in the rest shape; the nearest vertex counts. "
                "reaction_torque: a point of the axis.",
