@@ -17,7 +17,7 @@ namespace {
 
 using geometry::Vec3i;
 
-constexpr double h = 0.1;
+constexpr double cube_edge = 0.1;
 
 // One corner `depth` below the ground, with no other ones to it.
 PlaneTouch touch_at(double depth)
@@ -27,7 +27,7 @@ PlaneTouch touch_at(double depth)
     touch.weight[0] = 1;
     touch.offset = -depth;
     touch.stiffness = 1000;
-    touch.size = h;
+    touch.size = cube_edge;
     return touch;
 }
 
@@ -162,22 +162,23 @@ TEST(FirmContact, WhatRestsIsAHundredthOfACubeDeepAtMostAndStands)
     std::vector<Vec3i> cells;
     for (int k = 0; k < 50; ++k) cells.emplace_back(k % 5, 2 + k / 25, k / 5 % 5);
     for (int k = 0; k < 4; ++k) cells.emplace_back(4 * (k % 2), 0, 4 * (k / 2));
-    const auto cubes = fixtures::cubes_on(cells, h, {.young = 8e4, .stiffness_damping = 0.01});
+    const auto cubes =
+        fixtures::cubes_on(cells, cube_edge, {.young = 8e4, .stiffness_damping = 0.01});
     const BricksBody body = make_bricks(cubes, {.contact = {.friction = 0.5}});
     Loads loads;
     loads.forces.push_back({});
     loads.colliders.push_back({});
     State state = rest_state(body);
     for (std::size_t k = 0; k < state.x.size(); ++k) {
-        if (cubes.corner[k].y() >= 2) state.x[k].y() -= h;
+        if (cubes.corner[k].y() >= 2) state.x[k].y() -= cube_edge;
     }
     for (const int substeps : {1, 4}) {
         State here = stepped(body, state, loads, 2, substeps);
-        EXPECT_GT(deepest_of(here.grips), 0.01 * h);
+        EXPECT_GT(deepest_of(here.grips), 0.01 * cube_edge);
         here = stepped(body, std::move(here), loads, 46, substeps);
-        EXPECT_GT(deepest_of(here.grips), 0.001 * h);
-        EXPECT_LT(deepest_of(here.grips), 0.0055 * h);
-        EXPECT_LT(deepest_of(here.holds), 0.0055 * h);
+        EXPECT_GT(deepest_of(here.grips), 0.001 * cube_edge);
+        EXPECT_LT(deepest_of(here.grips), 0.0055 * cube_edge);
+        EXPECT_LT(deepest_of(here.holds), 0.0055 * cube_edge);
         const State later = stepped(body, here, loads, 1, substeps);
         double moved = 0;
         for (std::size_t k = 0; k < here.x.size(); ++k) {
@@ -197,7 +198,7 @@ double fastest(const State& state)
 // What rests half a percent of a cube deep would be thrown out at that over the step, 5 m/s.
 TEST(FirmContact, WhatRestsStaysAtRestInShorterSteps)
 {
-    const auto cubes = fixtures::box(5, 2, 5, h, {.young = 8e4, .stiffness_damping = 0.01});
+    const auto cubes = fixtures::box(5, 2, 5, cube_edge, {.young = 8e4, .stiffness_damping = 0.01});
     const BricksBody body = make_bricks(cubes);
     Loads loads;
     loads.forces.push_back({});
@@ -205,7 +206,7 @@ TEST(FirmContact, WhatRestsStaysAtRestInShorterSteps)
     loads.colliders.push_back({});
     loads.colliders[0].friction = 0.5;
     State state = stepped(body, rest_state(body), loads, 48, 1);
-    ASSERT_GT(deepest_of(state.holds), 0.001 * h);
+    ASSERT_GT(deepest_of(state.holds), 0.001 * cube_edge);
     ASSERT_LT(fastest(state), 0.01);
     for (int i = 0; i < 20; ++i) {
         state = advance(body, std::move(state), loads, 1e-4, {});
@@ -219,7 +220,8 @@ TEST(FirmContact, WhatIsDrivenInIsATenthOfACubeDeepAtMost)
     std::vector<Vec3i> cells;
     for (int k = 0; k < 50; ++k) cells.emplace_back(k % 5, k / 25, k / 5 % 5);
     for (int k = 0; k < 27; ++k) cells.emplace_back(1 + k % 3, 4 + k / 9, 1 + k / 3 % 3);
-    const auto cubes = fixtures::cubes_on(cells, h, {.young = 1.5e5, .stiffness_damping = 0.004});
+    const auto cubes =
+        fixtures::cubes_on(cells, cube_edge, {.young = 1.5e5, .stiffness_damping = 0.004});
     const BricksBody body = make_bricks(cubes, {.contact = {.friction = 0.5}});
     Loads loads;
     loads.colliders.push_back({});
@@ -237,16 +239,16 @@ TEST(FirmContact, WhatIsDrivenInIsATenthOfACubeDeepAtMost)
         deepest = std::max(deepest, deepest_of(state.grips));
     }
     ASSERT_TRUE(fixtures::finite(state));
-    EXPECT_GT(deepest, 0.01 * h);
-    EXPECT_LT(deepest, 0.1 * h);
+    EXPECT_GT(deepest, 0.01 * cube_edge);
+    EXPECT_LT(deepest, 0.1 * cube_edge);
 }
 
 // Its points stand for no area to speak of. They held nothing, and it fell for ever.
 TEST(FirmContact, ASpeckInACubeRestsOnTheGround)
 {
-    const geometry::Cubes cubes = fixtures::box(1, 1, 1, h);
-    geometry::TriMesh speck = geometry::box(Vec3::Constant(1e-6 * h), Vec3i::Ones());
-    for (auto& p : speck.positions) p += geometry::Vec3f::Constant(0.5f * float(h));
+    const geometry::Cubes cubes = fixtures::box(1, 1, 1, cube_edge);
+    geometry::TriMesh speck = geometry::box(Vec3::Constant(1e-6 * cube_edge), Vec3i::Ones());
+    for (auto& p : speck.positions) p += geometry::Vec3f::Constant(0.5f * float(cube_edge));
     const BricksBody body = make_bricks(cubes, {}, &speck);
     Loads loads;
     loads.forces.resize(1);  // gravity
@@ -255,7 +257,7 @@ TEST(FirmContact, ASpeckInACubeRestsOnTheGround)
     for (int i = 0; i < 24; ++i) state = advance(body, state, loads, 1.0 / 24);
     Vec3 middle = Vec3::Zero();
     for (const Vec3& x : state.x) middle += x / 8;
-    EXPECT_NEAR(middle.y(), 0, 0.01 * h);
+    EXPECT_NEAR(middle.y(), 0, 0.01 * cube_edge);
 }
 
 }  // namespace
