@@ -26,12 +26,15 @@ double kinetic(const Stage& stage, const Aligned<double>& v)
     times_mass(stage, v, momentum);
     return 0.5 * dot(momentum, v);
 }
-double others(const Stage& stage, const Aligned<double>& x, const Aligned<double>& v)
+double steady(const StepFrame& frame, const Aligned<double>& x)
 {
-    const StepFrame& frame = stage.frame;
-    double sum = kinetic(stage, v);
+    double sum = 0;
     for (std::size_t i = 0; i < frame.n; ++i) sum -= frame.steady[i] * (x[i] - frame.start[i]);
     return sum;
+}
+double others(const Stage& stage, const Aligned<double>& x, const Aligned<double>& v)
+{
+    return kinetic(stage, v) + steady(stage.frame, x);
 }
 
 bool is_known(const Stage& stage)
@@ -47,6 +50,14 @@ EnergyAccount open_account(Stage& stage, const Aligned<double>& x, const Aligned
 {
     if (!is_known(stage)) return {};
     return {true, elastic(stage, x) + others(stage, x, v) - owed, owed};
+}
+
+void take_forces(EnergyAccount& account, StepFrame& frame, const Aligned<double>& x, double share)
+{
+    if (!any_change(frame.loads.forces)) return;
+    const double before = steady(frame, x);
+    frame.take_forces(share);
+    account.due += steady(frame, x) - before;
 }
 
 void charge_damping(EnergyAccount& account, Stage& stage, double seconds)

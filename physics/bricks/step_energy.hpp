@@ -3,9 +3,9 @@
 // The energy that steps of the midpoint rule may have. That rule damps nothing and keeps both
 // momenta, but in stiff bodies that turn it gains energy without end (Simo, Tarnow. The discrete
 // energy-momentum method. ZAMP 1992). Where the energy is known, which is where nothing but
-// gravity, forces that do not change, pins that stay and contact act, its error is therefore taken
-// out of the velocities with which parts deform, as v = rigid + share * (v - rigid). Momenta stay
-// what they are. A step that gained more than that can undo is not to be used.
+// gravity, forces that do not change within a step, pins that stay and contact act, its error is
+// therefore taken out of the velocities with which parts deform, as v = rigid + share * (v -
+// rigid). Momenta stay what they are. A step that gained more than that can undo is not to be used.
 //
 // What is touched takes energy by friction and by what is pressed together: after a step in which
 // something is, what the body has less than was due is due no more. A collider that moves may give
@@ -24,6 +24,9 @@ struct EnergyAccount {
 // Whether it is known in this frame, and what it is at x, v, less what is owed from before.
 EnergyAccount open_account(Stage& stage, const Aligned<double>& x, const Aligned<double>& v,
                            double owed = 0);
+
+// Takes forces as they are at a share of the frame. What they change at x is due.
+void take_forces(EnergyAccount& account, StepFrame& frame, const Aligned<double>& x, double share);
 
 // Takes off what damping takes over `seconds` at the velocities of the stage as it is solved.
 void charge_damping(EnergyAccount& account, Stage& stage, double seconds);

@@ -49,7 +49,7 @@ void solve_over(FrameStep& step, double tau, double share, Balance balance)
 {
     Stage& stage = step.stage;
     stage.span = balance == Balance::middle ? 2 * tau : tau;
-    step.frame.take_forces(share);
+    take_forces(step.account, step.frame, step.now.x, share);
     start_stage(stage, step.now.x, step.now.v, tau, share);
     stage.turns_start = balance == Balance::end;
     solve_stage(stage, step.solver, step.record);
@@ -203,12 +203,13 @@ bool is_torn_apart(const FrameStep& step, int halvings)
 // What a step starts with.
 struct Before {
     explicit Before(const FrameStep& step)
-        : now(step.now), record(step.record), account(step.account)
+        : now(step.now), record(step.record), account(step.account), forces_at(step.frame.forces_at)
     {}
 
     Motion now;
     StepRecord record;
     EnergyAccount account;
+    double forces_at;
 };
 
 // Undoes the step that was taken last; what it cost stays counted.
@@ -217,6 +218,7 @@ void take_back(FrameStep& step, const Before& before)
     const auto iterations = step.record.report.iterations;
     const auto steps = step.record.report.steps;
     step.now = before.now;
+    step.frame.take_forces(before.forces_at);
     step.account = before.account;
     step.record = before.record;
     step.record.report.iterations = iterations;

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 
 namespace {
@@ -255,6 +257,48 @@ TEST(Force, ChangesEvenlyWithinAFrame)
         EXPECT_NEAR(share_of_impulse(force, {"lattice", "implicit_euler", 4}), 5.0 / 8, 1e-3)
             << force.kind;
     }
+}
+
+// A bar that is pushed to and fro at its free end, held at the other: how far that is pushed at the
+// end. The energy that the midpoint rule is to keep must know of what forces change.
+double pushed(int substeps)
+{
+    const Value cubes = Value::of(fixtures::box(8, 2, 2, 0.1, {.density = 1000, .young = 1e5}));
+    NodeRun pin("Pin");
+    pin.param("where").is = std::string("ends");
+    pin.param("ends.axis").is = std::string("x");
+    pin.param("ends.end").is = std::string("low");
+    const Value pins = pins_of(pin, cubes);
+    NodeRun force("Force"), simulate("Simulate");
+    force.param("kind").is = std::string("point");
+    force.param("point.position").is = Vector{0.8, 0.1, 0.1};
+    force.param("point.force").is = Vector{0, 0, 0};
+    simulate.inputs["cubes"] = {cubes};
+    simulate.inputs["pins"] = {pins};
+    simulate.param("gravity").is = Vector{0, 0, 0};
+    simulate.param("step.integrator").is = std::string("implicit_midpoint");
+    simulate.param("step.substeps").is = std::int64_t{substeps};
+    Value push = force.run();
+    simulate.inputs["forces"] = {push};
+    simulate.previous = {simulate.run()};
+    for (int frame = 1; frame <= 9; ++frame) {
+        force.previous = {push};
+        force.param("point.force").is = Vector{20 * std::sin(0.7 * frame), 0, 0};
+        push = force.run();
+        simulate.inputs["forces"] = {push};
+        simulate.previous = {simulate.run()};
+    }
+    const auto state = simulate.previous[0].as<physics::State>();
+    double most = 0;
+    for (const Vec3& x : state->x) most = std::max(most, x.x());
+    return most - 0.8;
+}
+TEST(Force, ThatChangesConvergesWithSubsteps)
+{
+    const double fine = pushed(64);
+    EXPECT_GT(std::abs(fine), 1e-4);
+    EXPECT_NEAR(pushed(16), fine, 0.01 * std::abs(fine));
+    EXPECT_NEAR(pushed(32), fine, 0.004 * std::abs(fine));
 }
 
 TEST(Force, IsTheSameValueInEachFrameWhileItDoesNotChange)
