@@ -131,10 +131,6 @@ static physics::PinForce pin_force(const Inputs& in)
 static geometry::Vec3 contact_force(const Inputs& in)
 {
     const physics::State& whole = linked(in.whole, "state");
-    if (!whole.rotation.empty()) {
-        throw std::invalid_argument("the state has no contact forces: methods bricks, springs and "
-                                    "shell of Simulate know them, and lattice does not");
-    }
     physics::ContactOf of;
     of.collider = in.collider;
     if (whole.models.empty()) {
