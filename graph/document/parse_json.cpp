@@ -103,7 +103,7 @@ public:
         if (start < offset && (no_end || text_[start] != '"')) offset = start;
 
         Problem p;
-        p.place = origin_.source->place(offset);
+        p.place = origin_.source->place(is_utf16() ? 0 : offset);
         if (is_utf16()) {
             p.message = "this is UTF-16";
             p.suggestion = "save it as UTF-8";

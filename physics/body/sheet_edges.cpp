@@ -28,11 +28,6 @@ constexpr double least_length = 0.2;   // of the mean of two normals that look d
 constexpr std::uint32_t cell_numbers = 8;  // of a cell: 5 sides, 2 triangles
 constexpr std::uint32_t first_triangle = 5;
 
-Vec3 corner_place(const double* field, std::uint32_t slot)
-{
-    return Eigen::Map<const Vec3>(field + 4 * std::size_t{slot});
-}
-
 // A plane before which the collider does not come, as seen from a place.
 struct FacePlane {
     Vec3 normal;

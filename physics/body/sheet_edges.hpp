@@ -18,6 +18,12 @@
 
 namespace physics {
 
+// Of a vector over corners, that of one slot.
+inline Vec3 corner_place(const double* field, std::uint32_t slot)
+{
+    return Eigen::Map<const Vec3>(field + 4 * std::size_t{slot});
+}
+
 // Where a corner of a sheet stands to a collider.
 struct CornerStand {
     std::uint32_t slot = 0, other = 0;  // the corner and the collider

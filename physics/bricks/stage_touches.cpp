@@ -1,6 +1,7 @@
 #include "physics/bricks/stage_touches.hpp"
 
 #include "geometry/base/parallel.hpp"
+#include "physics/body/collider_touches.hpp"
 #include "physics/body/external_forces.hpp"
 #include "physics/body/sheet_contact.hpp"
 #include "physics/bricks/bounce.hpp"

@@ -1,5 +1,6 @@
 // Sheets on the edges and corners of colliders, which lie between the sheet's points.
 
+#include "physics/body/collider_touches.hpp"
 #include "physics/body/sheet_edges.hpp"
 
 #include "geometry/mesh/mesh.hpp"
