@@ -12,6 +12,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace nodes::measure {
 
 // The index of a quantity in the table below.
@@ -282,6 +284,15 @@ static std::string not_of_method(const Quantity& quantity, const graph::LinkedNo
                        method);
 }
 
+static std::string no_such_collider(const Inputs& in, const graph::LinkedNode& source)
+{
+    if (source.input != "state" || source.type->name != "Simulate") return {};
+    const auto colliders = std::count(source.linked.begin(), source.linked.end(), "colliders");
+    if (in.collider <= colliders) return {};
+    return fmt::format("expected 0 to {}, as many colliders as '{}' has, found {}", colliders,
+                       source.node, in.collider);
+}
+
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
     graph::Faults faults;
@@ -292,6 +303,8 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
                                   "linked"});
     }
     for (const graph::LinkedNode& source : setting.sources) {
+        const std::string none = no_such_collider(in, source);
+        if (!none.empty()) faults.push_back({"collider", none});
         const std::string why =
             not_of_method(quantities[static_cast<std::size_t>(in.what)], source);
         if (!why.empty()) faults.push_back({"what", why});

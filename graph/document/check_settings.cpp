@@ -46,6 +46,16 @@ void tell(Loading& loading, std::size_t i, const Fault& fault)
 
 using Wrong = std::set<std::string, std::less<>>;
 
+// The inputs of a node that are linked, once for each link.
+std::vector<std::string_view> linked_of(const Node& node)
+{
+    std::vector<std::string_view> out;
+    for (std::size_t k = 0; k < node.inputs.size(); ++k) {
+        out.insert(out.end(), node.inputs[k].size(), node.type->inputs[k].name);
+    }
+    return out;
+}
+
 // All nodes that a node depends on, but those of `wrong`.
 std::vector<LinkedNode> upstream_of(const Graph& graph, std::size_t node, const Wrong& wrong)
 {
@@ -56,9 +66,8 @@ std::vector<LinkedNode> upstream_of(const Graph& graph, std::size_t node, const 
     while (!ahead.empty()) {
         const Node& at = graph.nodes[ahead.back()];
         ahead.pop_back();
-        LinkedNode known{{}, at.name, at.type, &at.params};
+        LinkedNode known{{}, at.name, at.type, &at.params, linked_of(at)};
         for (std::size_t k = 0; k < at.inputs.size(); ++k) {
-            if (!at.inputs[k].empty()) known.linked.push_back(at.type->inputs[k].name);
             for (const Link& link : at.inputs[k]) {
                 const Node& from = graph.nodes[link.node];
                 const bool is_new = std::exchange(seen[link.node], char{1}) == 0;
@@ -87,7 +96,7 @@ void check_node(Loading& loading, std::size_t i, const Wrong& wrong)
         for (const Link& link : node.inputs[k]) {
             const Node& from = loading.graph.nodes[link.node];
             if (!from.type || wrong.count(from.name) > 0) continue;
-            setting.sources.push_back({name, from.name, from.type, &from.params});
+            setting.sources.push_back({name, from.name, from.type, &from.params, linked_of(from)});
         }
     }
     setting.upstream = [&] { return upstream_of(loading.graph, i, wrong); };

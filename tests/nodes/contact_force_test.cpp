@@ -75,6 +75,20 @@ TEST(ContactForce, OfWhatRestsIsTheWeightOfWhatItCarries)
     expect_weights(R"([{}, { "rigid": true }])");
 }
 
+TEST(ContactForce, OfAColliderThatIsNotThereIsRefused)
+{
+    const std::string scene = box("low", 0.4, 0, 0) + R"("ground": { "type": "Ground@1" },
+        "sim": { "type": "Simulate@2", "inputs": { "cubes": "low.cubes",
+                 "colliders": ["ground.collider"] } })" +
+                              measure("by", "", R"(, "collider": 2)");
+    const auto loaded = graph::load_text(R"({ "aspic": 1, "nodes": {)" + scene + "} }",
+                                         "scene.json", nodes::registry());
+    ASSERT_EQ(loaded.problems.size(), 1u);
+    EXPECT_NE(loaded.problems[0].message.find("expected 0 to 1, as many colliders as 'sim' has"),
+              std::string::npos)
+        << loaded.problems[0].message;
+}
+
 // On a slope of 15 degrees: the push across it, and friction along it that holds.
 TEST(ContactForce, HasFrictionInIt)
 {
