@@ -320,10 +320,10 @@ void turn_rigid_parts(Stage& stage)
     rigid.look_at(stage.x.data());
 }
 
-double take_rigid_motion(Stage& stage)
+std::vector<double> take_rigid_motion(Stage& stage)
 {
     RigidBodies& rigid = stage.rigid;
-    double most = 0;
+    std::vector<double> most(rigid.count(), 0);
     for (std::size_t i = 0; i < rigid.count(); ++i) {
         RigidMotion& m = rigid.motion[i];
         rigid.nearest(i, stage.w.data(), m.v, m.s);
@@ -332,8 +332,9 @@ double take_rigid_motion(Stage& stage)
         for (const auto k : rigid.corners(i)) {
             const Vec3 along = at(stage.x0, k) + stage.tau * at(stage.w, k);
             const double off = (place_of(stage, m, turn.by, k) - along).norm();
-            if (!std::isfinite(off)) return std::numeric_limits<double>::infinity();
-            most = std::max(most, off / stage.frame.body.edge_at(k));
+            const double in_cubes = off / stage.frame.body.edge_at(k);
+            most[i] = std::isfinite(off) ? std::max(most[i], in_cubes)
+                                         : std::numeric_limits<double>::infinity();
         }
     }
     return most;

@@ -42,8 +42,8 @@ void start_rigid_parts(Stage& stage);
 // Puts x0, v0, w, x and b of rigid parts where their motion takes them.
 void turn_rigid_parts(Stage& stage);
 // Gives rigid parts the motion that is nearest to w, and w that motion. Returns how far at most it
-// takes a corner from x0 + tau w, cubes of its own.
-double take_rigid_motion(Stage& stage);
+// takes a corner of each from x0 + tau w, cubes of its own.
+std::vector<double> take_rigid_motion(Stage& stage);
 
 // What a part's angular momentum is told by: sum m (x_at x w), right where it is what it was
 // before, and the torque of the forces from outside.

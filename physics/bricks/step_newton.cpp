@@ -283,23 +283,59 @@ void polish(Stage& stage, StepSolver& solver, const Scale& scale, StepRecord& re
     }
 }
 
+// How far guesses of rigid parts may be off, cubes: what is joined to something shows it as a gap
+// there.
+class GuessLimits {
+public:
+    explicit GuessLimits(const Stage& stage) : near_(stage.rigid.count(), 0.005)
+    {
+        const CornerBody& body = stage.frame.body;
+        for (const JointPoint& joint : stage.frame.loads.joints) {
+            for (const std::uint32_t k : {joint.corner[0], joint.corner[8]}) {
+                const auto slot = static_cast<std::uint32_t>(body.slot_of(k));
+                const auto i = stage.rigid.of_corner(slot);
+                if (i != RigidBodies::not_rigid) near_[i] = 1e-5;
+            }
+        }
+    }
+
+    // The largest, in these.
+    double most(const std::vector<double>& off) const
+    {
+        double out = 0;
+        for (std::size_t i = 0; i < off.size(); ++i) out = std::max(out, off[i] / near_[i]);
+        return out;
+    }
+    bool too_far(const std::vector<double>& off) const
+    {
+        for (std::size_t i = 0; i < off.size(); ++i) {
+            if (off[i] > (near_[i] < 0.005 ? 0.02 : 0.1)) return true;
+        }
+        return false;
+    }
+
+private:
+    std::vector<double> near_;
+};
+
 // Rigid parts went along lines about where they were guessed to end: guesses anew, and solves
 // again, until they end there. `found` and `before`: before the stage was solved.
 void go_on_turned(Stage& stage, StepSolver& solver, const Scale& scale, const FoundTouches& found,
                   const StepRecord& before, StepRecord& record)
 {
-    constexpr double too_far = 1;                           // cubes
-    const bool joined = !stage.frame.loads.joints.empty();  // it is their gap, too
-    const double near = joined ? 1e-5 : 0.005, far = joined ? 0.02 : 0.1;
+    constexpr double too_far = 1;  // cubes
+    const bool joined = !stage.frame.loads.joints.empty();
     const int most = joined ? 40 : 10;
     const bool may_halve = stage.halvings < most_halvings;
+    const GuessLimits limits(stage);
     RigidGuesses guesses;
     guesses.begin(stage.rigid);
-    double off = take_rigid_motion(stage), last = off;
-    if (!std::isfinite(off)) return;
-    for (int i = 0; i < most && off > near && (joined || i < 3 || off < 0.7 * last); ++i) {
-        if (may_halve && off > too_far) break;
-        last = off;
+    std::vector<double> off = take_rigid_motion(stage);
+    double here = limits.most(off), last = here;
+    if (!std::isfinite(here)) return;
+    for (int i = 0; i < most && here > 1 && (joined || i < 3 || here < 0.7 * last); ++i) {
+        if (may_halve && *std::max_element(off.begin(), off.end()) > too_far) break;
+        last = here;
         record.unsettled = before.unsettled, record.violent = before.violent;
         record.left = before.left;
         if (joined) guesses.aim(stage.rigid);
@@ -314,8 +350,9 @@ void go_on_turned(Stage& stage, StepSolver& solver, const Scale& scale, const Fo
         find_residual(stage);
         go_rounds(stage, solver, measure(stage, solver), scale.at_work, scale.share, record);
         off = take_rigid_motion(stage);
+        here = limits.most(off);
     }
-    if (off > far) record.unsettled = true, record.left = 1;
+    if (limits.too_far(off)) record.unsettled = true, record.left = 1;
     if (record.unsettled || record.violent) return;
     polish(stage, solver, scale, record);
 }
