@@ -19,10 +19,19 @@ Mat3 cross_of(const Vec3& r)
     return out;
 }
 
-// How fast the point of a contact is on a rigid part, by its six unknowns.
+// The corners of a contact that are of one rigid part.
 struct Side {
     std::uint32_t body = 0;
-    Rows rows = Rows::Zero();
+    double weight = 0;        // the sum of theirs
+    Vec3 arm = Vec3::Zero();  // m, the sum of their weights times their arms
+
+    // How fast the point is there, by the six unknowns.
+    Rows rows() const
+    {
+        Rows out;
+        out << weight * Mat3::Identity(), -cross_of(arm);
+        return out;
+    }
 };
 
 // Those of the rigid parts that a contact has corners of: two at most.
@@ -37,9 +46,9 @@ std::size_t sides_of(const RigidBodies& bodies, const ContactBlock<double>& cont
         std::size_t s = 0;
         while (s < count && sides[s].body != body) ++s;
         if (s == sides.size()) continue;
-        if (s == count) sides[count++] = {body, Rows::Zero()};
-        sides[s].rows.leftCols<3>().diagonal().array() += contact.weight[a];
-        sides[s].rows.rightCols<3>() -= contact.weight[a] * cross_of(bodies.arm(slot));
+        if (s == count) sides[count++] = {body};
+        sides[s].weight += contact.weight[a];
+        sides[s].arm += contact.weight[a] * bodies.arm(slot);
     }
     return count;
 }
@@ -97,15 +106,16 @@ void RigidSystem::make(const std::vector<ContactBlock<double>>& contacts)
     for (const auto& contact : contacts) {
         const std::size_t count = sides_of(*bodies_, contact, sides);
         const Mat3 matrix = symmetric(contact.matrix);
+        const std::array<Rows, 2> rows{sides[0].rows(), sides[1].rows()};
         for (std::size_t s = 0; s < count; ++s) {
-            const Side& own = sides[s];
-            const Rows pushed = matrix * own.rows;
-            blocks[own.body].noalias() += own.rows.transpose() * pushed;
+            const std::uint32_t own = sides[s].body;
+            const Rows pushed = matrix * rows[s];
+            blocks[own].noalias() += rows[s].transpose() * pushed;
             if (count < 2) continue;
-            const Side& other = sides[1 - s];
-            if (other.body < own.body) continue;
-            const auto at = between.try_emplace({other.body, own.body}, Matrix6::Zero()).first;
-            at->second.noalias() += other.rows.transpose() * pushed;
+            const std::uint32_t other = sides[1 - s].body;
+            if (other < own) continue;
+            const auto at = between.try_emplace({other, own}, Matrix6::Zero()).first;
+            at->second.noalias() += rows[1 - s].transpose() * pushed;
         }
     }
     std::vector<Eigen::Triplet<double>> entries;

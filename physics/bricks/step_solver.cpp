@@ -272,7 +272,13 @@ double leftover(StepSolver& solver, Stage& stage)
 void solve_high(StepSolver& solver, Stage& stage, double target, double most, Solved& out)
 {
     if (!all_finite(stage.delta)) std::fill(stage.delta.begin(), stage.delta.end(), 0);
-    leftover(solver, stage);
+    const bool begins = std::all_of(stage.delta.begin(), stage.delta.end(),
+                                    [](double value) { return value == 0; });
+    if (begins) {
+        solver.rest = stage.r;
+    } else {
+        leftover(solver, stage);
+    }
     solver.high.work.r = solver.rest;
     const int left = stage.frame.options.solver_iterations - out.iterations;
     const int limit = static_cast<int>(std::min<double>(left, most));
