@@ -117,6 +117,33 @@ Cubes cloth(int ni, int nj, double a, double damping)
 
 }  // namespace
 
+// At a step a frame, of a cloth that is hardly damped.
+TEST(SheetEdges, AClothComesToRestOnATable)
+{
+    constexpr double a = 0.05;
+    Cubes cubes =
+        geometry::plane_cubes(geometry::rectangle_cells(30, 30), {1, a, {-0.75, 0.78, -0.75}},
+                              0.003, {"cloth", 300, 2e5, 0.3, 0.5, 0.002});
+    ShellOptions options;
+    options.bend = 0.05;
+    options.contact.self = true;
+    const ShellBody body = make_shell(cubes, options);
+    Loads loads;
+    loads.forces = {weight({0, -gravity, 0})};
+    Collider box;
+    box.kind = Collider::Kind::box;
+    box.half_size = {0.5, 0.025, 0.5};
+    box.pose.translation() = Vec3(0, 0.725, 0);
+    box.before = box.pose;
+    box.friction = 0.4;
+    loads.colliders = {box};
+    State state = rest_state(body);
+    for (int frame = 0; frame < 144; ++frame) {
+        state = advance(body, std::move(state), loads, 1.0 / 24, {.contact_iterations = 60});
+    }
+    EXPECT_LT(fastest(state), 2e-3);
+}
+
 TEST(SheetEdges, ATableDoesNotStandOutOfItsCloth)
 {
     constexpr double a = 0.05;
