@@ -75,8 +75,9 @@ void add_to(graph::Registry& registry)
                 "The bodies, from ImplicitLayer, Figure, Springs, Carry or Reach.")
         .inputs("colliders", &Inputs::colliders, "Rigid obstacles.")
         .inputs("forces", &Inputs::forces,
-                "Force fields. Wind and point forces act on the surfaces of the layers; bodies "
-                "with base = still, led by keyframes, Pose or Reach, feel none.")
+                "Force fields, as they are at the end of a frame. Wind and point forces act on the "
+                "surfaces of the layers; bodies with base = still, led by keyframes, Pose or "
+                "Reach, feel none.")
         .param("gravity", &Inputs::gravity, "Acceleration of all bodies; zeros for none.",
                {.unit = "m/s^2"})
         .param("drag", &Inputs::drag, "Air drag: share of the velocity that is lost per second.",

@@ -286,7 +286,10 @@ static std::string not_of_method(const Quantity& quantity, const graph::LinkedNo
 
 static std::string no_such_collider(const Inputs& in, const graph::LinkedNode& source)
 {
-    if (source.input != "state" || source.type->name != "Simulate") return {};
+    if (std::string_view(quantities[static_cast<std::size_t>(in.what)].name) != "contact_force" ||
+        source.input != "state" || source.type->name != "Simulate") {
+        return {};
+    }
     const auto colliders = std::count(source.linked.begin(), source.linked.end(), "colliders");
     if (in.collider <= colliders) return {};
     return fmt::format("expected 0 to {}, as many colliders as '{}' has, found {}", colliders,
@@ -301,6 +304,10 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     if (of_attribute && !setting.links("mesh") && !setting.links("cubes")) {
         faults.push_back({"what", "an attribute needs the input 'mesh' or 'cubes', and neither is "
                                   "linked"});
+    }
+    if (in.collider > 0 && setting.links("against")) {
+        faults.push_back({"collider", "either one collider pushes or the body of the input "
+                                      "'against': set collider to 0, or unlink that"});
     }
     for (const graph::LinkedNode& source : setting.sources) {
         const std::string none = no_such_collider(in, source);

@@ -287,14 +287,14 @@ void polish(Stage& stage, StepSolver& solver, const Scale& scale, StepRecord& re
 // there.
 class GuessLimits {
 public:
-    explicit GuessLimits(const Stage& stage) : near_(stage.rigid.count(), 0.005)
+    explicit GuessLimits(const Stage& stage) : joined_(stage.rigid.count(), 0)
     {
         const CornerBody& body = stage.frame.body;
         for (const JointPoint& joint : stage.frame.loads.joints) {
             for (const std::uint32_t k : {joint.corner[0], joint.corner[8]}) {
                 const auto slot = static_cast<std::uint32_t>(body.slot_of(k));
                 const auto i = stage.rigid.of_corner(slot);
-                if (i != RigidBodies::not_rigid) near_[i] = 1e-5;
+                if (i != RigidBodies::not_rigid) joined_[i] = 1;
             }
         }
     }
@@ -303,19 +303,21 @@ public:
     double most(const std::vector<double>& off) const
     {
         double out = 0;
-        for (std::size_t i = 0; i < off.size(); ++i) out = std::max(out, off[i] / near_[i]);
+        for (std::size_t i = 0; i < off.size(); ++i) {
+            out = std::max(out, off[i] / (joined_[i] != 0 ? 1e-5 : 0.005));
+        }
         return out;
     }
     bool too_far(const std::vector<double>& off) const
     {
         for (std::size_t i = 0; i < off.size(); ++i) {
-            if (off[i] > (near_[i] < 0.005 ? 0.02 : 0.1)) return true;
+            if (off[i] > (joined_[i] != 0 ? 0.02 : 0.1)) return true;
         }
         return false;
     }
 
 private:
-    std::vector<double> near_;
+    std::vector<std::uint8_t> joined_;
 };
 
 // Rigid parts went along lines about where they were guessed to end: guesses anew, and solves

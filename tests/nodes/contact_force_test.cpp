@@ -75,18 +75,33 @@ TEST(ContactForce, OfWhatRestsIsTheWeightOfWhatItCarries)
     expect_weights(R"([{}, { "rigid": true }])");
 }
 
-TEST(ContactForce, OfAColliderThatIsNotThereIsRefused)
+// What a measure of a box on the ground is refused with; empty: it is not.
+std::string refused_with(const std::string& measured)
 {
     const std::string scene = box("low", 0.4, 0, 0) + R"("ground": { "type": "Ground@1" },
         "sim": { "type": "Simulate@2", "inputs": { "cubes": "low.cubes",
                  "colliders": ["ground.collider"] } })" +
-                              measure("by", "", R"(, "collider": 2)");
+                              measured;
     const auto loaded = graph::load_text(R"({ "aspic": 1, "nodes": {)" + scene + "} }",
                                          "scene.json", nodes::registry());
-    ASSERT_EQ(loaded.problems.size(), 1u);
-    EXPECT_NE(loaded.problems[0].message.find("expected 0 to 1, as many colliders as 'sim' has"),
-              std::string::npos)
-        << loaded.problems[0].message;
+    std::string out;
+    for (const auto& problem : loaded.problems) out += problem.message;
+    return out;
+}
+
+TEST(ContactForce, OfAColliderThatIsNotThereIsRefused)
+{
+    EXPECT_EQ(refused_with(measure("by", "", R"(, "collider": 1)")), "");
+    const std::string why = refused_with(measure("by", "", R"(, "collider": 2)"));
+    EXPECT_NE(why.find("expected 0 to 1, as many colliders as 'sim' has"), std::string::npos)
+        << why;
+}
+
+TEST(ContactForce, OfOneColliderAndOneBodyAtOnceIsRefused)
+{
+    const std::string why = refused_with(
+        measure("by", of_low + std::string(R"(, "against": "low.cubes")"), R"(, "collider": 1)"));
+    EXPECT_NE(why.find("either one collider pushes or the body"), std::string::npos) << why;
 }
 
 // On a slope of 15 degrees: the push across it, and friction along it that holds.
