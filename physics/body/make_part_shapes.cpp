@@ -256,7 +256,9 @@ std::vector<Overlap> overlaps_at_rest(const PartShapes& shapes, const CornerBody
             return;
         }
     };
-    for (const PartPair& pair : pairs) look(pair.a, pair.b), look(pair.b, pair.a);
+    for (const PartPair& pair : pairs) {
+        if (pair.a != pair.b) look(pair.a, pair.b), look(pair.b, pair.a);
+    }
     std::stable_sort(out.begin(), out.end(), [](const Overlap& a, const Overlap& b) {
         return a.pair != b.pair ? a.pair < b.pair : a.depth > b.depth;
     });
@@ -373,8 +375,9 @@ PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
     return out;
 }
 
-std::vector<geometry::MassProperties> solids_of_rigid_parts(const BodyModels& models,
-                                                            const CornerBody& body)
+static void for_closed_shapes_of(const BodyModels& models, const CornerBody& body,
+                                 const std::vector<std::uint8_t>& which,
+                                 const std::function<void(std::uint32_t, TriMesh)>& visit)
 {
     const Cubes& cubes = models.all();
     std::vector<std::uint32_t> part_of;
@@ -382,18 +385,35 @@ std::vector<geometry::MassProperties> solids_of_rigid_parts(const BodyModels& mo
         part_of.push_back(body.part_of(body.slot_of(corners[0])));
     }
     const PartLists cubes_of = make_part_lists(part_of, body.parts);
-    std::vector<geometry::MassProperties> out(body.parts);
     for (std::size_t m = 0; m < models.count(); ++m) {
+        if (which[m] == 0) continue;
         const auto [own, surface] = models.model(m);
         const std::uint32_t first = models.start(m).cube;
-        if (!surface || body.rigid[part_of[first]] == 0)
-            continue;  // all parts of a model are alike
         const std::span own_parts = std::span(part_of).subspan(first, own->count());
         for_closed_parts({*own, surface, first, own_parts, body.parts}, cubes_of,
-                         [&](std::uint32_t p, const TriMesh& mesh) {
-                             out[p] = geometry::mass_properties(mesh);
-                         });
+                         [&](std::uint32_t p, TriMesh mesh) { visit(p, std::move(mesh)); });
     }
+}
+
+void for_closed_shapes(const BodyModels& models, const CornerBody& body,
+                       const std::function<void(std::uint32_t, TriMesh)>& visit)
+{
+    for_closed_shapes_of(models, body, std::vector<std::uint8_t>(models.count(), 1), visit);
+}
+
+std::vector<geometry::MassProperties> solids_of_rigid_parts(const BodyModels& models,
+                                                            const CornerBody& body)
+{
+    std::vector<std::uint8_t> which(models.count(), 0);
+    for (std::size_t m = 0; m < models.count(); ++m) {
+        const std::uint32_t k = models.all().corners[models.start(m).cube][0];
+        const bool rigid = body.rigid[body.part_of(body.slot_of(k))] != 0;  // as are all its parts
+        which[m] = models.model(m).surface && rigid ? 1 : 0;
+    }
+    std::vector<geometry::MassProperties> out(body.parts);
+    for_closed_shapes_of(models, body, which, [&](std::uint32_t p, const TriMesh& mesh) {
+        out[p] = geometry::mass_properties(mesh);
+    });
     return out;
 }
 

@@ -7,6 +7,7 @@
 #include "physics/body/corner_body.hpp"
 #include "physics/body/part_shapes.hpp"
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -18,6 +19,10 @@ namespace physics {
 // for all. `body` is made of the same models.
 PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
                             const PartContactOptions& options);
+
+// visit(part, its closed shape) for each part of all models, which are solids; parts ascend.
+void for_closed_shapes(const BodyModels& models, const CornerBody& body,
+                       const std::function<void(std::uint32_t, geometry::TriMesh)>& visit);
 
 // What the shape of each rigid part encloses, at 1 kg/m^3; 0 of models without a surface, and of
 // other parts.

@@ -210,6 +210,15 @@ TEST(PartShapes, BodiesThatTouchHaveTheWholeOfTheirSurfaces)
     for (const double a : area) EXPECT_NEAR(a, area_of_each, 1e-5);
 }
 
+TEST(PartShapes, APartThatMayTouchItselfDoesNotOverlapItself)
+{
+    const geometry::Cubes cubes = fixtures::box(6, 2, 2, edge);
+    const CornerBody body = make_corner_body({cubes, nullptr}, {});
+    const PartShapes shapes = make_part_shapes({cubes, nullptr}, body, {.self = true});
+    EXPECT_TRUE(shapes.touch_themselves());
+    EXPECT_TRUE(shapes.overlapping.empty());
+}
+
 TEST(PartShapes, SurfacesThatTouchLieInTheCubesOfTheirOwn)
 {
     const Stacked boxes;
