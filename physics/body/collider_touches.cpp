@@ -2,6 +2,7 @@
 
 #include "geometry/base/parallel.hpp"
 #include "physics/body/sheet_edges.hpp"
+#include "physics/body/solids_beside_sheets.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -44,7 +45,8 @@ void add_touch(const SurfaceScene& scene, const PlaneTouch& point, std::size_t c
     }
     const Grip* const held = find_grip(scene.held, point.point, point.other);
     Touch t = touch(collider, p, velocity, scene.dt, held);
-    if (!surface.half_thickness.empty()) add_stand(collider, point, t, found.stands);
+    if (!surface.half_thickness.empty() && surface.half_thickness[c] > 0)
+        add_stand(collider, point, t, found.stands);
     t.gap += surface.thinner_by(c);
     const double h = scene.body.edge_at(point.corners[0]);
     if (!(t.gap < known_before * h)) return;
@@ -81,7 +83,10 @@ void find_near(const SurfaceScene& scene, std::size_t c, const CornerRuns::Corne
     const double reach = 1.5 * double(scene.surface.on(c).reach) * radius +
                          known_before * scene.body.edge_at(corners[0]) + scene.deepest;
     near.clear();
-    for (std::uint32_t i = 0; i < scene.colliders.size(); ++i) {
+    std::size_t count = scene.colliders.size();
+    const SolidsBesideSheets* const solids = scene.body.solids.get();
+    if (solids && c < solids->first_sheet_cell) count -= solids->solid.size();
+    for (std::uint32_t i = 0; i < count; ++i) {
         if (may_touch(scene.colliders[i], centre, reach, speed, scene.dt)) near.push_back(i);
     }
 }

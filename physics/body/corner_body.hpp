@@ -20,6 +20,8 @@ namespace physics {
 
 using geometry::Vec3;
 
+struct SolidsBesideSheets;
+
 struct CornerBody {
     double h = 0;              // m, least edge of a cube
     double greatest_edge = 0;  // m
@@ -38,8 +40,9 @@ struct CornerBody {
     bool on_lattice = true;           // each corner rests on a lattice of its model's
     Aligned<double> rest;             // numbers, m
     ContactSurface skin;
-    std::shared_ptr<const PartShapes> shapes;  // null: parts do not touch each other
-    std::shared_ptr<const SheetCells> sheets;  // null: nor do sheets
+    std::shared_ptr<const PartShapes> shapes;          // null: parts do not touch each other
+    std::shared_ptr<const SheetCells> sheets;          // null: nor do sheets
+    std::shared_ptr<const SolidsBesideSheets> solids;  // null: sheets and solids do not touch
 
     std::size_t slot_of(std::size_t corner) const { return slot.empty() ? corner : slot[corner]; }
     double damping_of(std::size_t at) const { return mass_damping.empty() ? 0 : mass_damping[at]; }

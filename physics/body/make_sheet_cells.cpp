@@ -133,6 +133,12 @@ std::shared_ptr<const SheetCells> sheets_that_touch(const BodyModels& models,
                                                     const PartContactOptions& options)
 {
     if (!options.on || (models.count() < 2 && !options.self)) return nullptr;
+    return make_sheet_cells(models, body, options);
+}
+
+std::shared_ptr<const SheetCells> make_sheet_cells(const BodyModels& models, const CornerBody& body,
+                                                   const PartContactOptions& options)
+{
     auto out = std::make_shared<SheetCells>();
     out->friction = options.friction;
     out->bounce = options.bounce;
@@ -143,7 +149,8 @@ std::shared_ptr<const SheetCells> sheets_that_touch(const BodyModels& models,
     add_sheet_edges(*out, body.corners);
     if (!body.on_lattice) add_beside(*out, body.corners);
     add_sheet_points(models, body, *out);
-    out->thickest = double(*std::max_element(out->thickness.begin(), out->thickness.end()));
+    const auto [thin, thick] = std::minmax_element(out->thickness.begin(), out->thickness.end());
+    out->thinnest = double(*thin), out->thickest = double(*thick);
     out->reach = out->thickest + near_sheet * body.h;
     std::vector<geometry::Box3f> boxes;
     for (const auto& corners : out->cell) {

@@ -15,4 +15,8 @@ std::shared_ptr<const SheetCells> sheets_that_touch(const BodyModels& models,
                                                     const CornerBody& body,
                                                     const PartContactOptions& options);
 
+// The same whether or not sheets touch.
+std::shared_ptr<const SheetCells> make_sheet_cells(const BodyModels& models, const CornerBody& body,
+                                                   const PartContactOptions& options);
+
 }  // namespace physics

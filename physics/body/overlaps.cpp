@@ -1,6 +1,8 @@
 #include "physics/body/overlaps.hpp"
 
+#include "geometry/mesh/triangle_bvh.hpp"
 #include "physics/body/sheet_crossings.hpp"
+#include "physics/body/solids_beside_sheets.hpp"
 
 #include <fmt/format.h>
 
@@ -66,6 +68,35 @@ std::string told(std::pair<std::size_t, std::size_t> models, std::size_t of, con
         overlap.pairs == 1 ? "a pair" : fmt::format("{} pairs", overlap.pairs), place);
 }
 
+// Sheets whose corners lie in a solid at rest.
+void add_sheets_in_solids(const std::vector<std::size_t>& model, const CornerBody& body,
+                          std::vector<std::string>& out)
+{
+    if (!body.solids) return;
+    const auto place = [&](std::size_t slot) {
+        return Vec3(Eigen::Map<const Vec3>(body.rest.data() + 4 * slot));
+    };
+    std::map<std::pair<std::size_t, std::size_t>, Vec3> found;
+    for (const SolidShape& solid : body.solids->solid) {
+        const geometry::TriangleBvh tree(solid.mesh);
+        const geometry::Box bounds = geometry::bounds(solid.mesh);
+        const auto part = body.part_of(body.solids->corners[solid.cubes[0]][0]);
+        for (std::size_t slot = body.solids->first_sheet; slot < body.corners; ++slot) {
+            const Vec3 p = place(slot);
+            if ((p.array() < bounds.lo.array()).any() || (p.array() > bounds.hi.array()).any()) {
+                continue;
+            }
+            if (tree.inside(p)) found.emplace(std::pair{model[part], model[body.part_of(slot)]}, p);
+        }
+    }
+    for (const auto& [two, at] : found) {
+        out.push_back(
+            fmt::format("The sheet of cubes[{}] starts inside the solid of cubes[{}] near "
+                        "{}, and will be pushed out fast. Move them apart.",
+                        two.second, two.first, named(at)));
+    }
+}
+
 bool are_joined(const CornerBody& body, std::span<const JointPoint> joints, PartPair pair)
 {
     return std::any_of(joints.begin(), joints.end(), [&](const JointPoint& joint) {
@@ -82,8 +113,9 @@ std::vector<std::string> told_of_overlaps(ModelsOfState models, const CornerBody
 {
     std::vector<std::string> out;
     for (const SheetCrossing& c : sheet_crossings(body)) out.push_back(told(c, models.size()));
-    if (!body.shapes || body.shapes->overlapping.empty()) return out;
     const std::vector<std::size_t> model = models_of_parts(models, body);
+    add_sheets_in_solids(model, body, out);
+    if (!body.shapes || body.shapes->overlapping.empty()) return out;
     std::map<std::pair<std::size_t, std::size_t>, Overlap> all;
     for (std::size_t i = 0; i < body.shapes->overlapping.size(); ++i) {
         const PartPair pair = body.shapes->overlapping[i];

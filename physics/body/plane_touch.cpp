@@ -73,7 +73,10 @@ std::vector<std::uint32_t> first_of_points(const std::vector<PlaneTouch>& touche
                                            std::size_t points)
 {
     std::vector<std::uint32_t> out(points + 1, 0);
-    for (const PlaneTouch& touch : touches) ++out[touch.point + 1];
+    for (const PlaneTouch& touch : touches) {
+        if (touch.point >= points) break;  // of sheets, which are numbered behind
+        ++out[touch.point + 1];
+    }
     for (std::size_t p = 0; p < points; ++p) out[p + 1] += out[p];
     return out;
 }

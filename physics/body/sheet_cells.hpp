@@ -14,9 +14,11 @@ namespace physics {
 
 struct SheetCells {
     double friction = 0.5, bounce = 0;
-    bool self = false;    // cells of one model touch each other
-    double thickest = 0;  // m
-    double reach = 0;     // m, from which on what comes near is kept apart
+    bool self = false;                  // cells of one model touch each other
+    double thinnest = 0, thickest = 0;  // m
+    double reach = 0;                   // m, from which on what comes near is kept apart
+    // Points of touches are numbered from there: slots, and behind all slots edges.
+    std::uint32_t first_number = 0;
     // C, slots: (0, 0), (1, 0), (0, 1), (1, 1); of a triangle, the last is the third again.
     std::vector<std::array<std::uint32_t, 4>> cell;
     std::vector<geometry::Vec3i> place;  // C, on the grid of its model

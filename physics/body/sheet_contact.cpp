@@ -60,23 +60,6 @@ Vec3 across(const double* x, const std::array<std::uint32_t, 4>& cell)
         .cross(place_at(x, cell[2]) - place_at(x, cell[1]));
 }
 
-// Of the same shape as at rest, around where its cells are now.
-BoxTree fitted(const BoxTree& tree, const std::vector<Box3f>& boxes)
-{
-    BoxTree out = tree;
-    for (std::size_t n = out.nodes.size(); n-- > 0;) {
-        BoxTree::Node& node = out.nodes[n];
-        node.box = {};
-        for (std::uint32_t i = 0; i < node.count; ++i) {
-            node.box.add(boxes[out.items[node.first + i]]);
-        }
-        if (node.count > 0) continue;
-        node.box.add(out.nodes[node.first].box);
-        node.box.add(out.nodes[node.first + 1].box);
-    }
-    return out;
-}
-
 // How far all corners go together, m.
 Vec3 mean_way(const CornerBody& body, const SheetStep& step)
 {
@@ -115,29 +98,15 @@ SheetScene scene_of(const CornerBody& body, const SheetStep& step,
 
 bool are_one_part(const CornerBody& body, std::uint32_t a, std::uint32_t b)
 {
-    const auto part = [&](std::uint32_t c) { return body.part_of(body.sheets->cell[c][0]); };
-    return part(a) == part(b);
-}
-
-// Whether two cells are of one sheet, and near to each other along it.
-bool are_beside(const CornerBody& body, std::uint32_t a, std::uint32_t b)
-{
-    constexpr int near = 2;
-    if (!are_one_part(body, a, b)) return false;
     const SheetCells& cells = *body.sheets;
-    if (!cells.beside_at.empty()) {
-        const auto first = cells.beside.begin();
-        return std::binary_search(first + cells.beside_at[a], first + cells.beside_at[a + 1], b);
-    }
-    const auto& place = cells.place;
-    return (place[a] - place[b]).cwiseAbs().maxCoeff() <= near;
+    return body.part_of(cells.cell[a][0]) == body.part_of(cells.cell[b][0]);
 }
 
 // Whether two cells are so near to each other along the sheet, and so even, that they cannot meet.
 bool are_one_surface(const SheetScene& scene, std::uint32_t a, std::uint32_t b)
 {
     constexpr double even = 0.3;  // cosine
-    if (!are_beside(scene.body, a, b)) return false;
+    if (!are_beside(scene.body, scene.cells, a, b)) return false;
     const auto alike = [&](const std::vector<Vec3>& n) {
         return n[a].dot(n[b]) > even * n[a].norm() * n[b].norm();
     };
@@ -147,7 +116,7 @@ bool are_one_surface(const SheetScene& scene, std::uint32_t a, std::uint32_t b)
 // Of which cell a triangle is, or an edge: what `other` of a touch of such a point numbers.
 std::uint32_t cell_of(const CornerBody& body, std::uint32_t point, std::uint32_t other)
 {
-    if (point < body.corners) return other / 2;
+    if (point - body.sheets->first_number < body.corners) return other / 2;
     const auto& first = body.sheets->edge_at;
     const auto next = std::upper_bound(first.begin(), first.end(), other);
     return static_cast<std::uint32_t>(next - first.begin()) - 1;
@@ -311,6 +280,7 @@ void meet_points(const SheetScene& scene, std::uint32_t a, std::uint32_t b,
                  std::vector<PlaneTouch>& out)
 {
     const SheetCells& cells = scene.cells;
+    const std::uint32_t first = cells.first_number;
     const bool one = are_one_part(scene.body, a, b);
     for (auto i = cells.point_at[a]; i < cells.point_at[a + 1]; ++i) {
         const std::uint32_t p = cells.point[i];
@@ -319,7 +289,7 @@ void meet_points(const SheetScene& scene, std::uint32_t a, std::uint32_t b,
             if (!scene.point[p].overlaps(scene.triangle[t])) continue;
             const auto& k = cells.triangle[t];
             if (k[1] == k[2]) continue;  // a cell of one triangle
-            meet(scene, {Four::point, {p, k[0], k[1], k[2]}, p, t, one}, out);
+            meet(scene, {Four::point, {p, k[0], k[1], k[2]}, first + p, t, one}, out);
         }
     }
 }
@@ -329,25 +299,53 @@ void meet_edges(const SheetScene& scene, std::uint32_t a, std::uint32_t b,
 {
     const SheetCells& cells = scene.cells;
     const bool one = are_one_part(scene.body, a, b);
-    const auto points = static_cast<std::uint32_t>(scene.body.corners);
+    const auto first = cells.first_number + static_cast<std::uint32_t>(scene.body.corners);
     for (auto i = cells.edge_at[a]; i < cells.edge_at[a + 1]; ++i) {
         if (!scene.edge[i].overlaps(scene.cell[b])) continue;
         for (auto j = cells.edge_at[b]; j < cells.edge_at[b + 1]; ++j) {
             if (!scene.edge[i].overlaps(scene.edge[j])) continue;
             const auto &k = cells.edge[i], &l = cells.edge[j];
-            meet(scene, {Four::edges, {k[0], k[1], l[0], l[1]}, points + i, j, one}, out);
+            meet(scene, {Four::edges, {k[0], k[1], l[0], l[1]}, first + i, j, one}, out);
         }
     }
 }
 
 }  // namespace
 
+bool are_beside(const CornerBody& body, const SheetCells& cells, std::uint32_t a, std::uint32_t b)
+{
+    constexpr int near = 2;
+    if (body.part_of(cells.cell[a][0]) != body.part_of(cells.cell[b][0])) return false;
+    if (!cells.beside_at.empty()) {
+        const auto first = cells.beside.begin();
+        return std::binary_search(first + cells.beside_at[a], first + cells.beside_at[a + 1], b);
+    }
+    const auto& place = cells.place;
+    return (place[a] - place[b]).cwiseAbs().maxCoeff() <= near;
+}
+
+BoxTree fitted(const BoxTree& tree, const std::vector<Box3f>& boxes)
+{
+    BoxTree out = tree;
+    for (std::size_t n = out.nodes.size(); n-- > 0;) {
+        BoxTree::Node& node = out.nodes[n];
+        node.box = {};
+        for (std::uint32_t i = 0; i < node.count; ++i) {
+            node.box.add(boxes[out.items[node.first + i]]);
+        }
+        if (node.count > 0) continue;
+        node.box.add(out.nodes[node.first].box);
+        node.box.add(out.nodes[node.first + 1].box);
+    }
+    return out;
+}
+
 const Grip* grip_beside(const CornerBody& body, const std::vector<Grip>& grips,
                         const PlaneTouch& touch)
 {
     return deepest_beside(body, grips, touch.point, touch.other,
                           [&](const Grip& grip, std::uint32_t a, std::uint32_t b) {
-                              return are_beside(body, a, b) &&
+                              return are_beside(body, *body.sheets, a, b) &&
                                      grip.normal.cast<double>().dot(touch.normal) > same_normal;
                           });
 }

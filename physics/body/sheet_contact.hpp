@@ -42,6 +42,12 @@ struct SheetStep {
 const Grip* grip_beside(const CornerBody& body, const std::vector<Grip>& grips,
                         const PlaneTouch& touch);
 
+// Whether two cells are of one sheet of a body, and within two of each other along it.
+bool are_beside(const CornerBody& body, const SheetCells& cells, std::uint32_t a, std::uint32_t b);
+
+// A tree of the same shape as at rest, around where its items are now.
+geometry::BoxTree fitted(const geometry::BoxTree& tree, const std::vector<geometry::Box3f>& boxes);
+
 // The planes of all that meets or comes near, in_order(), without those that are `known`. `body`
 // has sheets.
 std::vector<PlaneTouch> find_sheet_touches(const CornerBody& body, const SheetStep& step,

@@ -157,7 +157,7 @@ std::map<Meeting, Impact> impacts(const Stage& stage, const Aligned<double>& bef
             const double impulse = stage.tau * touch.stiffness * touch.depth(stage.x.data());
             if (!(impulse > 0)) continue;
             const CornerBody& body = stage.frame.body;
-            const bool parts = touches == &stage.touches;
+            const bool parts = touch.count > 8;
             const auto other = parts ? body.part_of(touch.corners[8]) : touch.other;
             Impact& impact = out[{body.part_of(touch.corners[0]), parts, other}];
             impact.impulse += impulse;

@@ -45,8 +45,9 @@ public:
     std::shared_ptr<const Dissection>
     dissection(const std::vector<std::uint32_t>& held) const override;
     // Of a collider: contacts between parts stand in no one matrix.
+    ElementsOfMethod elements(const double*) const override { return {body_.rest->corners, {}}; }
     void add_contact(const PointContact& contact, const geometry::Mat3& block,
-                     std::vector<BrickMatrix>& to) const override;
+                     std::span<BrickMatrix> to) const override;
 
     // Lanes of blocks to fill, where not null.
     struct Measures {

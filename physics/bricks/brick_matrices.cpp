@@ -103,7 +103,7 @@ std::uint32_t BrickElasticity::cube_with(const std::uint32_t* corners) const
 }
 
 void BrickElasticity::add_contact(const PointContact& contact, const geometry::Mat3& block,
-                                  std::vector<BrickMatrix>& to) const
+                                  std::span<BrickMatrix> to) const
 {
     if (contact.count != 8) return;
     const std::uint32_t cube = cube_with(contact.corners.data());

@@ -10,12 +10,20 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace physics {
 
 struct Dissection;
 struct PointContact;
+
+// The elements of cube_matrices(): their corners, numbered as the method's models have them, and
+// behind these inner ones, with where they are (m).
+struct ElementsOfMethod {
+    std::vector<std::array<std::uint32_t, 8>> corners;
+    std::vector<geometry::Vec3> inner;
+};
 
 // What is lumped on corners: their mass, or their damping with it.
 enum class Lumped { mass, damping };
@@ -56,6 +64,7 @@ public:
     // A as a sum: K as it is weighed, coupled and linearised, one matrix a cube. False: the method
     // has none.
     virtual bool cube_matrices(std::vector<BrickMatrix>&) const { return false; }
+    virtual ElementsOfMethod elements(const double*) const { return {}; }  // with corners at x
     virtual bool uses_hessian() const { return false; }  // in products and in these matrices
     virtual std::size_t cube_count() const { return 0; }
     // How such a sum is factored without the corners that are held wholly (sorted); null where that
@@ -65,8 +74,9 @@ public:
         return nullptr;
     }
 
-    // The same with elements of up to eight corners added, that join any corners where they are at
-    // x (a contact between sheets); null where the method cannot tell.
+    // The same with elements of up to eight corners (slots) added, that join any corners where they
+    // are at x (a contact between sheets, or of one with a solid); null where the method cannot
+    // tell.
     virtual std::shared_ptr<const Dissection>
     dissection_with(const std::vector<std::uint32_t>&,
                     const std::vector<std::array<std::uint32_t, 8>>&, const double*) const
@@ -110,7 +120,7 @@ public:
     // Adds what a contact adds to A, `block` (kg) between its corners by their weights, to the
     // matrix that has these corners. Does nothing where the method cannot tell which that is.
     virtual void add_contact(const PointContact&, const geometry::Mat3&,
-                             std::vector<BrickMatrix>&) const
+                             std::span<BrickMatrix>) const
     {}
 };
 

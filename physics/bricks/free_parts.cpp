@@ -342,7 +342,8 @@ std::vector<double> take_rigid_motion(Stage& stage)
 
 namespace {
 
-// Sheets that touch each other and nothing else are one: forces between them add up to nothing.
+// Sheets, and solids beside them, that touch each other and nothing else are one: forces between
+// them add up to nothing.
 struct SheetGroups {
     std::vector<std::uint32_t> of;      // of each part, a part of its group
     std::vector<std::uint8_t> held;     // of each of these: by a pin or a collider
@@ -421,13 +422,14 @@ void balance_free_parts(Stage& stage, const Aligned<double>& before_x,
 {
     const CornerBody& body = stage.frame.body;
     const auto held = held_parts(stage);
-    if (body.sheets) {
+    const bool in_groups = body.sheets || body.solids;
+    if (in_groups) {
         const SheetGroups groups = sheet_groups(stage);
         balance_linear(stage, groups.of, groups.held);
         if (balance == Balance::end) turn_groups(stage, groups, before_x, before_v);
     }
     if (std::all_of(held.begin(), held.end(), [](auto h) { return h != 0; })) return;
-    if (!body.sheets) {
+    if (!in_groups) {
         std::vector<std::uint32_t> own(body.parts);
         std::iota(own.begin(), own.end(), 0u);
         balance_linear(stage, own, held);

@@ -50,7 +50,7 @@ public:
                           const HeldCorners& held) override;
     void add_coarse(const float* r, float* z) override { method_.add_coarse(r, z); }
     void add_contact(const PointContact& contact, const geometry::Mat3& block,
-                     std::vector<BrickMatrix>& cubes) const override
+                     std::span<BrickMatrix> cubes) const override
     {
         method_.add_contact(contact, block, cubes);
     }

@@ -18,6 +18,7 @@
 #include "physics/body/corner_body.hpp"
 #include "physics/body/following_forces.hpp"
 #include "physics/body/part_contact.hpp"
+#include "physics/body/posed_solids.hpp"
 #include "physics/bricks/elasticity.hpp"
 #include "physics/bricks/rigid_bodies.hpp"
 #include "physics/math/aligned_memory.hpp"
@@ -91,7 +92,8 @@ struct Stage {
 
     RigidBodies rigid;  // parts that keep their shape
 
-    std::vector<PosedCollider> colliders;
+    std::vector<PosedCollider> colliders;    // and solids behind them, where sheets touch these
+    PosedSolids solids;                      // where those are
     std::vector<PartPair> near;              // parts that may touch each other
     std::vector<PlaneTouch> touches, holds;  // of parts, of colliders; found by find_touches()
     std::vector<Grip> grips, held;           // those that the step began with
@@ -132,10 +134,11 @@ double pin_target(const StepFrame& frame, std::size_t pin, std::size_t axis, dou
 bool pins_stay(const Stage& stage);
 bool colliders_stay(const StepFrame& frame);
 
-// Whether parts of the body, or of its sheets, may touch each other.
+// Whether parts of the body, or sheets of it, may touch each other.
 inline bool touches_itself(const Stage& stage)
 {
-    return !stage.near.empty() || stage.frame.body.sheets;
+    const CornerBody& body = stage.frame.body;
+    return !stage.near.empty() || body.sheets || body.solids;
 }
 // Whether there is anything that the body might touch, or parts are joined.
 inline bool may_touch(const Stage& stage)

@@ -4,6 +4,8 @@
 #include "physics/body/collider_touches.hpp"
 #include "physics/body/external_forces.hpp"
 #include "physics/body/sheet_contact.hpp"
+#include "physics/body/solid_points.hpp"
+#include "physics/body/solids_beside_sheets.hpp"
 #include "physics/bricks/bounce.hpp"
 #include "physics/bricks/joints.hpp"
 
@@ -68,6 +70,12 @@ std::vector<PlaneTouch> find_holds(const Stage& stage, const Aligned<double>& x)
     const CornerBody& body = stage.frame.body;
     auto found = find_collider_touches(body, x.data(), stage.w.data(), stage.colliders, stage.held,
                                        stage.tau);
+    if (body.solids) {
+        join_solids(body, x.data(), stage.colliders, found);
+        const auto others = static_cast<std::uint32_t>(stage.colliders.size());
+        const SolidPointStep step{stage.x0.data(), x.data(), stage.tau, stage.held, others};
+        found = put_in_order({found, find_solid_points(body, step)});
+    }
     stop_rigid(stage, found);
     take_grips(found, stage.held);
     if (!body.sheets) catch_late(stage, found);
@@ -151,6 +159,11 @@ bool find_collider_touches(Stage& stage, Known known, double much)
     }
     if (moved <= far * stage.frame.body.h) return false;
     stage.holds_at = stage.x;
+    if (stage.frame.body.solids) {
+        stage.colliders.resize(stage.frame.loads.colliders.size());
+        pose_solids(stage.frame.body, stage.x0.data(), stage.x.data(), stage.tau, stage.solids,
+                    stage.colliders);
+    }
     const auto found = find_holds(stage, stage.x);
     return known == Known::kept ? add_found(stage.holds, found, stage.x.data(), much)
                                 : renew(stage.holds, found, stage.x.data(), much);
@@ -182,13 +195,14 @@ void start_sheets(Stage& stage)
 {
     Aligned<double> ahead = stage.x0;
     for (std::size_t i = 0; i < ahead.size(); ++i) ahead[i] += stage.tau * stage.v0[i];
-    stage.touches = look_at_sheets(stage, ahead, {});
-    for (PlaneTouch& touch : stage.touches) {
+    auto found = look_at_sheets(stage, ahead, {});
+    for (PlaneTouch& touch : found) {
         const double deep = -touch.gap(stage.x0.data());
         if (!(deep > 0) || find_grip(stage.grips, touch.point, touch.other)) continue;
         const Grip* const beside = grip_beside(stage.frame.body, stage.grips, touch);
         touch.slack = std::min(deep, beside ? double(beside->slack) : touch.size);
     }
+    stage.touches.insert(stage.touches.end(), found.begin(), found.end());
 }
 
 // How far corners have come from where sheets were looked at last, but for what they have come
@@ -214,14 +228,20 @@ double moved_against_each_other(const Stage& stage)
 bool find_sheets(Stage& stage, Known known)
 {
     const SheetCells& cells = *stage.frame.body.sheets;
-    const auto& thick = cells.thickness;
-    const double much = 0.05 * double(*std::min_element(thick.begin(), thick.end()));
+    const double much = 0.05 * cells.thinnest;
     if (!(moved_against_each_other(stage) > 0.5 * (cells.reach - cells.thickest))) return false;
     if (stage.wary || known == Known::kept) {
         return add_found(stage.touches, look_at_sheets(stage, stage.x, stage.touches),
                          stage.x.data(), much);
     }
-    return renew(stage.touches, look_at_sheets(stage, stage.x, {}), stage.x.data(), much);
+    // Those of solid parts come first.
+    const auto of_parts = std::find_if(stage.touches.begin(), stage.touches.end(),
+                                       [&](auto& t) { return t.point >= cells.first_number; });
+    std::vector<PlaneTouch> own(of_parts, stage.touches.end());
+    stage.touches.erase(of_parts, stage.touches.end());
+    const bool changed = renew(own, look_at_sheets(stage, stage.x, {}), stage.x.data(), much);
+    stage.touches.insert(stage.touches.end(), own.begin(), own.end());
+    return changed;
 }
 
 }  // namespace
@@ -261,6 +281,9 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
         stop_rigid(stage, stage.touches);
         take_grips(stage.touches, stage.grips);
         catch_late(stage, stage.touches);
+    }
+    if (frame.body.solids) {
+        pose_solids(frame.body, nullptr, x0.data(), tau, stage.solids, stage.colliders);
     }
     if (frame.body.sheets) start_sheets(stage);
     if (!stage.colliders.empty()) {

@@ -16,32 +16,71 @@ geometry::Mat3 block_of(const Stage& stage, const PointContact& c)
     return block;
 }
 
-// What a contact between sheets adds to A: an element of the corners that carry it.
-void add_element(const PointContact& contact, const geometry::Mat3& block, ElementCorners& elements,
-                 std::vector<BrickMatrix>& matrices)
-{
-    std::array<std::uint32_t, 8> corners{};
-    std::array<double, 8> weight{};
+// What a contact adds to A, by the corners that carry it: all that is not rigid.
+struct ContactElement {
+    std::array<std::uint32_t, PointContact::most> corner{};
+    std::array<double, PointContact::most> weight{};
     std::size_t count = 0;
+};
+
+ContactElement element_of(const Stage& stage, const PointContact& contact)
+{
+    ContactElement out;
     for (std::size_t i = 0; i < contact.count; ++i) {
-        if (contact.weight[i] == 0) continue;
-        const auto last = corners.begin() + std::ptrdiff_t(count);
-        const auto found = std::find(corners.begin(), last, contact.corners[i]);
-        const auto at = std::size_t(found - corners.begin());
-        if (found == last && ++count > corners.size()) return;
-        corners[at] = contact.corners[i];
-        weight[at] += double(contact.weight[i]);
+        const auto k = contact.corners[i];
+        if (contact.weight[i] == 0 || stage.rigid.of_corner(k) != RigidBodies::not_rigid) continue;
+        const auto last = out.corner.begin() + std::ptrdiff_t(out.count);
+        const auto found = std::find(out.corner.begin(), last, k);
+        const auto at = std::size_t(found - out.corner.begin());
+        if (found == last) out.corner[out.count++] = k;
+        out.weight[at] += double(contact.weight[i]);
     }
-    if (count == 0) return;
-    std::fill(corners.begin() + std::ptrdiff_t(count), corners.end(), corners[0]);
-    elements.push_back(corners);
+    return out;
+}
+
+// Adds the corners begin .. begin + 4 and then .. then + 4 of an element, and the blocks between
+// both; of each with itself where that is asked for.
+void add_fours(const ContactElement& element, const geometry::Mat3& block, std::size_t begin,
+               std::size_t then, std::array<bool, 2> own, ElementCorners& elements,
+               std::vector<BrickMatrix>& matrices)
+{
+    constexpr std::size_t four = 4;
+    auto& corners = elements.emplace_back();
+    corners.fill(element.corner[begin]);
     BrickMatrix& matrix = matrices.emplace_back(BrickMatrix::Zero());
-    for (std::size_t i = 0; i < count; ++i) {
-        for (std::size_t j = 0; j < count; ++j) {
+    const auto at = [&](std::size_t i) { return i < four ? begin + i : then + i - four; };
+    for (std::size_t i = 0; i < 2 * four; ++i) {
+        if (at(i) >= element.count) continue;
+        corners[i] = element.corner[at(i)];
+        for (std::size_t j = 0; j < 2 * four; ++j) {
+            if (at(j) >= element.count) continue;
+            if (i / four == j / four && !own[i / four]) continue;
             matrix.block<3, 3>(Eigen::Index(3 * i), Eigen::Index(3 * j)) =
-                weight[i] * weight[j] * block;
+                element.weight[at(i)] * element.weight[at(j)] * block;
         }
     }
+}
+
+// One element of eight corners, or one for each pair of four of them.
+void add_element(const ContactElement& element, const geometry::Mat3& block,
+                 ElementCorners& elements, std::vector<BrickMatrix>& matrices)
+{
+    const std::size_t n = element.count;
+    if (n == 0) return;
+    if (n <= 4) return add_fours(element, block, 0, n, {true, false}, elements, matrices);
+    for (std::size_t a = 0; a < n; a += 4) {
+        for (std::size_t b = a + 4; b < n; b += 4) {  // each with itself once
+            const std::array<bool, 2> own{b == a + 4, b == a + 4 && b + 4 >= n};
+            add_fours(element, block, a, b, own, elements, matrices);
+        }
+    }
+}
+
+// Whether a contact is an element of its own: of sheets, and beside sheets of all.
+bool is_element(const Stage& stage, const PointContact& contact)
+{
+    constexpr std::uint32_t between_sheets = 12;  // corners
+    return contact.count == between_sheets || (contact.count > 8 && stage.frame.body.solids);
 }
 
 }  // namespace
@@ -73,13 +112,12 @@ bool StepDirect::make(const Stage& stage, const Aligned<double>& lumped)
 {
     factor.reset();
     if (!stage.elasticity.cube_matrices(cubes)) return false;
-    constexpr std::uint32_t between_sheets = 12;  // corners
     const std::size_t own = cubes.size();
     ElementCorners joined;
     for (const PointContact& c : stage.contacts) {
         const geometry::Mat3 block = block_of(stage, c);
-        if (c.count == between_sheets) {
-            add_element(c, block, joined, cubes);
+        if (is_element(stage, c)) {
+            add_element(element_of(stage, c), block, joined, cubes);
         } else {
             stage.elasticity.add_contact(c, block, cubes);
         }

@@ -369,7 +369,7 @@ bool ShellElasticity::cube_matrices(std::vector<BrickMatrix>& out) const
 }
 
 void ShellElasticity::add_contact(const PointContact& contact, const geometry::Mat3& block,
-                                  std::vector<BrickMatrix>& to) const
+                                  std::span<BrickMatrix> to) const
 {
     // What touches a collider is a point of one cell. Its upper corners are its lower ones.
     const std::uint32_t at = body_.cells_of[contact.corners[0]][0];

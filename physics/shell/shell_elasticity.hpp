@@ -28,7 +28,8 @@ public:
     void add_diagonal(double* d) const override;
     bool cube_matrices(std::vector<BrickMatrix>& out) const override;
     void add_contact(const PointContact& contact, const geometry::Mat3& block,
-                     std::vector<BrickMatrix>& to) const override;
+                     std::span<BrickMatrix> to) const override;
+    ElementsOfMethod elements(const double*) const override { return {body_.elements.corners, {}}; }
     std::size_t cube_count() const override { return body_.element.size(); }
     std::shared_ptr<const Dissection>
     dissection(const std::vector<std::uint32_t>& held) const override;

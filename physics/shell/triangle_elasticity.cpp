@@ -417,7 +417,7 @@ bool TriangleElasticity::cube_matrices(std::vector<BrickMatrix>& out) const
 }
 
 void TriangleElasticity::add_contact(const PointContact& contact, const geometry::Mat3& block,
-                                     std::vector<BrickMatrix>& to) const
+                                     std::span<BrickMatrix> to) const
 {
     if (contact.count != 8) return;
     // What touches a collider is a point of one triangle.
@@ -443,7 +443,20 @@ void TriangleElasticity::add_contact(const PointContact& contact, const geometry
     }
 }
 
-// The triangles' corners and sides, then `more`, by where corners are at x.
+// Corners, then sides.
+ElementsOfMethod TriangleElasticity::elements(const double* x) const
+{
+    const auto corners = static_cast<std::uint32_t>(body_.base.corners);
+    ElementsOfMethod out;
+    for (const ShellTriangle& t : shell_.triangle) {
+        out.corners.push_back({t.corner[0], t.corner[1], t.corner[2], corners + t.side[0],
+                               corners + t.side[1], corners + t.side[2], t.corner[0], t.corner[0]});
+    }
+    out.inner = middles_of_sides(shell_, x);
+    return out;
+}
+
+// Its elements, then `more`, by where corners are at x.
 std::shared_ptr<const Dissection>
 TriangleElasticity::dissected(const std::vector<std::uint32_t>& held, const ElementCorners& more,
                               const double* x) const
@@ -451,22 +464,15 @@ TriangleElasticity::dissected(const std::vector<std::uint32_t>& held, const Elem
     // Solves with more than these take longer than any other way.
     constexpr double most_entries_a_corner = 1500;
     constexpr std::size_t uncut = 24;
-    const std::size_t corners = body_.base.corners, all = corners + shell_.side.size();
-    std::vector<char> left_out(all, 0);
-    for (const auto k : held) left_out[k] = 1;
+    ElementsOfMethod own = elements(x);
     std::vector<Vec3> places;
-    for (std::uint32_t k = 0; k < corners; ++k) places.push_back(corner_at(x, k));
-    const std::vector<Vec3> middles = middles_of_sides(shell_, x);
-    places.insert(places.end(), middles.begin(), middles.end());
-    ElementCorners elements;
-    const auto side_at = [&](std::uint32_t s) { return static_cast<std::uint32_t>(corners) + s; };
-    for (const ShellTriangle& t : shell_.triangle) {
-        elements.push_back({t.corner[0], t.corner[1], t.corner[2], side_at(t.side[0]),
-                            side_at(t.side[1]), side_at(t.side[2]), t.corner[0], t.corner[0]});
-    }
-    elements.insert(elements.end(), more.begin(), more.end());
-    Dissection tree = dissect(elements, places, left_out,
-                              most_entries_a_corner * static_cast<double>(all), uncut);
+    for (std::uint32_t k = 0; k < body_.base.corners; ++k) places.push_back(corner_at(x, k));
+    places.insert(places.end(), own.inner.begin(), own.inner.end());
+    std::vector<char> left_out(places.size(), 0);
+    for (const auto k : held) left_out[k] = 1;
+    own.corners.insert(own.corners.end(), more.begin(), more.end());
+    Dissection tree = dissect(own.corners, places, left_out,
+                              most_entries_a_corner * static_cast<double>(places.size()), uncut);
     if (tree.fronts.empty()) return nullptr;
     return std::make_shared<const Dissection>(std::move(tree));
 }

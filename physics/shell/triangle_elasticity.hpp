@@ -37,7 +37,8 @@ public:
     void add_diagonal(double* d) const override;
     bool cube_matrices(std::vector<BrickMatrix>& out) const override;
     void add_contact(const PointContact& contact, const geometry::Mat3& block,
-                     std::vector<BrickMatrix>& to) const override;
+                     std::span<BrickMatrix> to) const override;
+    ElementsOfMethod elements(const double* x) const override;
     std::size_t cube_count() const override { return shell_.triangle.size(); }
 
     // Numbers a triangle of State::plastic: those of TriangleStrain. Others are not taken.

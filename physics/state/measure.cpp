@@ -153,21 +153,21 @@ bool has(const StateModel* model, std::uint32_t corner)
 Vec3 contact_force(const State& state, const ContactOf& of)
 {
     Vec3 out = Vec3::Zero();
-    if (!of.another) {
-        for (const Grip& grip : state.holds) {
-            if (of.collider > 0 && grip.other + 1 != static_cast<std::uint32_t>(of.collider)) {
-                continue;
-            }
-            if (has(of.body, grip.corners[0])) out += grip.force.cast<double>();
-        }
-    }
-    if (of.collider > 0) return out;
-    for (const Grip& grip : state.grips) {
+    const auto add = [&](const Grip& grip) {
         const auto [own, other] = grip.corners;
         const Vec3 force = grip.force.cast<double>();
+        if (other == Grip::no_corner) {
+            if (!of.another && has(of.body, own)) out += force;
+            return;
+        }
         if (has(of.body, own) && has(of.another, other)) out += force;
         if (has(of.body, other) && has(of.another, own)) out -= force;
+    };
+    for (const Grip& grip : state.holds) {  // of colliders, and behind these of solids by sheets
+        const bool is_other = grip.other + 1 != static_cast<std::uint32_t>(of.collider);
+        if (of.collider == 0 || !is_other) add(grip);
     }
+    if (of.collider == 0) std::for_each(state.grips.begin(), state.grips.end(), add);
     return out;
 }
 

@@ -84,8 +84,9 @@ struct State {
     std::vector<BallState> balls;       // those in Loads, in their order
     std::vector<Grip> grips;            // of parts; ascending by (point, other)
     std::vector<Grip> holds;            // of colliders; likewise
-    std::vector<float> stress;  // C, Pa, von Mises of each cube; empty when the method has none
-    std::vector<float> energy;  // C, J, elastic energy of each cube; empty when the method has none
+    // C, Pa and J, von Mises stress and elastic energy of each cube; empty when the method knows
+    // none, not a number where it knows none of a cube.
+    std::vector<float> stress, energy;
     std::vector<Reaction> reactions;  // by corner; of bricks, springs and shells
     // H, m, where the targets of pins that hold points of the material were, as HeldMatter has
     // them; and what these springs pushed at each corner with.

@@ -1,9 +1,12 @@
 #include "physics/state/state_models.hpp"
 
+#include "geometry/cubes/plane.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <stdexcept>
 
 namespace physics {
@@ -34,6 +37,14 @@ std::vector<T> part_of(const std::vector<T>& all, std::size_t begin, std::size_t
     if (begin + count > all.size()) return {};  // what a method does not compute is empty
     const auto first = all.begin() + static_cast<std::ptrdiff_t>(begin);
     return {first, first + static_cast<std::ptrdiff_t>(count)};
+}
+
+// Of a model of which nothing is known, as of a sheet beside solids, it is empty too.
+std::vector<float> known_part_of(const std::vector<float>& all, const StateModel& model)
+{
+    std::vector<float> out = part_of(all, model.cube, model.cubes);
+    if (!out.empty() && std::isnan(out[0])) out.clear();
+    return out;
 }
 
 std::vector<Reaction> part_of(const std::vector<Reaction>& all, const StateModel& model)
@@ -114,7 +125,7 @@ std::shared_ptr<const State> state_of(const std::shared_ptr<const State>& state,
     out.time = state->time;
     out.x = part_of(state->x, found->corner, found->corners);
     out.v = part_of(state->v, found->corner, found->corners);
-    out.brick_mass = state->brick_mass;
+    out.brick_mass = state->brick_mass && geometry::flat_axis(cubes) < 0;
     if (state->plastic_of == PlasticOf::bricks) {
         const StateModel& last = state->models.back();
         const std::size_t rows = state->plastic.size() / (last.cube + last.cubes);
@@ -122,8 +133,8 @@ std::shared_ptr<const State> state_of(const std::shared_ptr<const State>& state,
         out.plastic_of = PlasticOf::bricks;
     }
     out.plastic_strain = part_of(state->plastic_strain, found->cube, found->cubes);
-    out.stress = part_of(state->stress, found->cube, found->cubes);
-    out.energy = part_of(state->energy, found->cube, found->cubes);
+    out.stress = known_part_of(state->stress, *found);
+    out.energy = known_part_of(state->energy, *found);
     out.reactions = part_of(state->reactions, *found);
     out.held_forces = part_of(state->held_forces, *found);
     out.report = state->report;

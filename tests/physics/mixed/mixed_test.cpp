@@ -1,0 +1,293 @@
+// Solids and sheets in one simulation: each moves as it does alone, and both push each other.
+
+#include "physics/mixed/mixed.hpp"
+
+#include "geometry/mesh/mesh.hpp"
+#include "physics/bricks/bricks.hpp"
+#include "physics/state/measure.hpp"
+#include "physics/state/state_models.hpp"
+#include "tests/physics/cube_fixtures.hpp"
+#include "tests/physics/shell/shell_fixtures.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+using namespace physics;
+using namespace fixtures;
+
+namespace {
+
+constexpr double frame = 1.0 / 24;  // s
+constexpr double gravity = 9.81;
+constexpr double thickness = 0.004;  // m
+
+// A square of ni by ni cells about the origin, at height 0.
+Cubes cloth(int ni, double a, double damping = 2)
+{
+    return geometry::plane_cubes(geometry::rectangle_cells(ni, ni),
+                                 {1, a, {-0.5 * a * ni, 0, -0.5 * a * ni}}, thickness,
+                                 {"cloth", 300, 1e6, 0.3, damping, 0.002});
+}
+
+// A box of n cubes an edge, h each, with the middle of its underside there.
+Cubes block(int n, double h, const Vec3& foot, const Stuff& stuff)
+{
+    Cubes out = fixtures::box(n, n, n, h, stuff);
+    out.origin = foot - Vec3(0.5 * n * h, 0, 0.5 * n * h);
+    return out;
+}
+
+Loads weight_on(const Pins& pins = {})
+{
+    Loads loads;
+    loads.forces.push_back({Force::Kind::gravity, Vec3(0, -gravity, 0)});
+    loads.pins = pins;
+    return loads;
+}
+
+Pins rim_of(const Cubes& sheet, int ni, std::uint32_t first)
+{
+    Pins pins = held_where(sheet, [&](const Vec3i& at) { return near_border(at, ni, ni, 1); });
+    for (auto& corner : pins.corner) corner += first;
+    return pins;
+}
+
+// What is of some corners of a state.
+std::span<const Vec3> some(const std::vector<Vec3>& of, std::size_t first, std::size_t count)
+{
+    return std::span(of).subspan(first, count);
+}
+
+double lowest(std::span<const Vec3> x)
+{
+    double low = x[0].y();
+    for (const Vec3& p : x) low = std::min(low, p.y());
+    return low;
+}
+
+struct Momenta {
+    Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+};
+Momenta momenta(const CornerBody& body, const State& state)
+{
+    Momenta out;
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const Vec3 p = body.mass[body.slot_of(k)] * state.v[k];
+        out.linear += p;
+        out.angular += state.x[k].cross(p);
+    }
+    return out;
+}
+
+double largest_way(std::span<const Vec3> a, std::span<const Vec3> b)
+{
+    double most = 0;
+    for (std::size_t k = 0; k < a.size(); ++k) most = std::max(most, (a[k] - b[k]).norm());
+    return most;
+}
+
+constexpr Stuff wood{
+    .density = 500, .young = 1e6, .poisson = 0.3, .mass_damping = 1, .stiffness_damping = 0.002};
+
+BrickOptions touching(bool rigid = false)
+{
+    BrickOptions out;
+    out.contact.on = true;
+    if (rigid) out.rigid = {1, 0};
+    return out;
+}
+
+}  // namespace
+
+// A beam that is held at one end and a cloth that is held by its rim, far apart, under gravity.
+TEST(Mixed, EachKindMovesAsItDoesAlone)
+{
+    constexpr int ni = 6;
+    const Cubes sheet = cloth(ni, 0.1);
+    Cubes beam = fixtures::box(5, 1, 1, 0.1, wood);
+    beam.origin = {2, 0, 0};
+    const BodyModel models[] = {{&sheet, nullptr}, {&beam, nullptr}};  // the sheet first
+    const MixedBody both = make_mixed(models, touching(), {});
+    const ShellBody alone_sheet = make_shell(sheet);
+    const BricksBody alone_beam = make_bricks(beam);
+    const auto k = static_cast<std::uint32_t>(sheet.corner_count());
+    const Pins end = held_where(beam, [](const Vec3i& at) { return at.x() == 0; });
+    Pins all = rim_of(sheet, ni, 0);
+    for (std::size_t p = 0; p < end.corner.size(); ++p) {
+        all.corner.push_back(k + end.corner[p]);
+        all.target.push_back(end.target[p]);
+    }
+    const StepOptions exact{.newton_iterations = 20, .tolerance = 1e-8};
+    State state = rest_state(both), own_sheet = rest_state(alone_sheet),
+          own_beam = rest_state(alone_beam);
+    for (int i = 0; i < 6; ++i) {
+        state = advance(both, std::move(state), weight_on(all), frame, exact);
+        own_sheet = advance(alone_sheet, std::move(own_sheet), weight_on(rim_of(sheet, ni, 0)),
+                            frame, exact);
+        own_beam = advance(alone_beam, std::move(own_beam), weight_on(end), frame, exact);
+    }
+    EXPECT_GT(largest_way(own_sheet.x, rest_state(alone_sheet).x), 0.02);
+    EXPECT_GT(largest_way(own_beam.x, rest_state(alone_beam).x), 0.01);
+    EXPECT_LT(largest_way(some(state.x, 0, k), own_sheet.x), 1e-6);
+    EXPECT_LT(largest_way(some(state.x, k, beam.corner_count()), own_beam.x), 1e-6);
+    ASSERT_EQ(state.stress.size(), sheet.count() + beam.count());
+    EXPECT_TRUE(std::isnan(state.stress[0]));
+    for (std::size_t c = 0; c < beam.count(); ++c) {
+        EXPECT_NEAR(double(state.stress[sheet.count() + c]), double(own_beam.stress[c]),
+                    1e-3 * double(own_beam.stress[c]) + 1);
+    }
+}
+
+class MixedAtRest : public testing::TestWithParam<bool> {};
+
+// A box of 4 kg on a net that is held by its rim.
+TEST_P(MixedAtRest, ABoxOnANetIsHeldByItsWeight)
+{
+    constexpr int ni = 12;
+    const Cubes box = block(4, 0.05, {0.01, 0.01, 0}, wood);
+    const Cubes sheet = cloth(ni, 0.08);
+    const BodyModel models[] = {{&box, nullptr}, {&sheet, nullptr}};
+    const MixedBody body = make_mixed(models, touching(GetParam()), {});
+    const auto k = static_cast<std::uint32_t>(box.corner_count());
+    const Loads loads = weight_on(rim_of(sheet, ni, k));
+    State state = rest_state(body);
+    double most_below = 0;
+    for (int i = 0; i < 72; ++i) {
+        state = advance(body, std::move(state), loads, frame);
+        const double net = lowest(some(state.x, k, sheet.corner_count()));
+        most_below = std::max(most_below, net - lowest(some(state.x, 0, k)));
+    }
+    EXPECT_LT(most_below, 0.01 * 0.05);
+    const StateModel of_box{0, 0, k, 0, static_cast<std::uint32_t>(box.count())};
+    const double mass = geometry::total_mass(box), net = geometry::total_mass(sheet);
+    Vec3 held = Vec3::Zero();
+    for (const Reaction& r : state.reactions) held += r.force.cast<double>();
+    EXPECT_NEAR(held.y(), (mass + net) * gravity, 0.02 * mass * gravity);
+    const Vec3 pushed = contact_force(state, {.body = &of_box});
+    EXPECT_NEAR(pushed.y(), mass * gravity, 0.02 * mass * gravity);
+    EXPECT_LT(pushed.x() * pushed.x() + pushed.z() * pushed.z(), 1e-4 * pushed.y() * pushed.y());
+    double fastest = 0;
+    for (const Vec3& v : state.v) fastest = std::max(fastest, v.norm());
+    EXPECT_LT(fastest, 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(ElasticAndRigid, MixedAtRest, testing::Bool());
+
+class MixedHit : public testing::TestWithParam<bool> {};
+
+// A box flies into a sheet that nothing holds.
+TEST_P(MixedHit, MomentaAreKept)
+{
+    constexpr int ni = 8;
+    Stuff free = wood;
+    free.mass_damping = 0;
+    const Cubes box = block(2, 0.1, {0.05, 0.05, 0.02}, free);
+    const Cubes sheet = cloth(ni, 0.1, 0);
+    const BodyModel models[] = {{&box, nullptr}, {&sheet, nullptr}};
+    const MixedBody body = make_mixed(models, touching(GetParam()), {});
+    State state = rest_state(body);
+    for (std::size_t k = 0; k < box.corner_count(); ++k) state.v[k] = {1, -3, 0};
+    const Momenta before = momenta(body.base, state);
+    double gone = 0;
+    for (int i = 0; i < 6; ++i) {
+        state = advance(body, std::move(state), {}, frame);
+        const Momenta now = momenta(body.base, state);
+        EXPECT_LT((now.linear - before.linear).norm(), 1e-12 * before.linear.norm()) << i;
+        // A rigid body is solved along lines, and turned where it ends.
+        const double off = GetParam() ? 3e-3 : 1e-6;
+        EXPECT_LT((now.angular - before.angular).norm(), off * before.angular.norm()) << i;
+    }
+    for (std::size_t k = box.corner_count(); k < state.x.size(); ++k) {
+        gone = std::max(gone, -state.v[k].y());
+    }
+    EXPECT_GT(gone, 0.5);
+}
+
+INSTANTIATE_TEST_SUITE_P(ElasticAndRigid, MixedHit, testing::Bool());
+
+class MixedFast : public testing::TestWithParam<double> {};
+
+// A box that goes several of its lengths in a step, at a sheet that is held by its rim.
+TEST_P(MixedFast, ABoxDoesNotPassThroughANet)
+{
+    constexpr int ni = 10;
+    const Cubes box = block(2, 0.05, {0.013, 0.3, 0.02}, wood);
+    const Cubes sheet = cloth(ni, 0.06);
+    const BodyModel models[] = {{&box, nullptr}, {&sheet, nullptr}};
+    const MixedBody body = make_mixed(models, touching(), {});
+    const auto k = static_cast<std::uint32_t>(box.corner_count());
+    State state = rest_state(body);
+    for (std::size_t i = 0; i < k; ++i) state.v[i] = {0, -GetParam(), 0};
+    const Loads loads = weight_on(rim_of(sheet, ni, k));
+    for (int i = 0; i < 12; ++i) {
+        state = advance(body, std::move(state), loads, frame);
+        const double net = lowest(some(state.x, k, sheet.corner_count()));
+        ASSERT_GT(lowest(some(state.x, 0, k)), net - 0.1 * 0.05) << i;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Speeds, MixedFast, testing::Values(5.0, 15.0, 40.0));
+
+class MixedSmall : public testing::TestWithParam<double> {};
+
+// A box of half a cell, which no corner of the sheet comes to lie in.
+TEST_P(MixedSmall, ABoxDoesNotPassBetweenTheCornersOfANet)
+{
+    constexpr int ni = 8;
+    const Cubes box = block(2, 0.02, {0.04, 0.3, 0.037}, wood);
+    const Cubes sheet = cloth(ni, 0.08);
+    const BodyModel models[] = {{&box, nullptr}, {&sheet, nullptr}};
+    const MixedBody body = make_mixed(models, touching(true), {});
+    const auto k = static_cast<std::uint32_t>(box.corner_count());
+    State state = rest_state(body);
+    for (std::size_t i = 0; i < k; ++i) state.v[i] = {0, -GetParam(), 0};
+    const Loads loads = weight_on(rim_of(sheet, ni, k));
+    for (int i = 0; i < 24; ++i) {
+        state = advance(body, std::move(state), loads, frame);
+        const double net = lowest(some(state.x, k, sheet.corner_count()));
+        ASSERT_GT(lowest(some(state.x, 0, k)), net - 0.1 * 0.02) << i;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Speeds, MixedSmall, testing::Values(0.0, 10.0, 60.0));
+
+// A cloth comes to rest on the top of a box that is held, of cubes larger than the cloth's cells:
+// between the points of the box, the corners of the cloth find its face.
+TEST(Mixed, AClothLiesOnTheFaceOfACoarseBox)
+{
+    constexpr int ni = 10;
+    const Cubes box = block(2, 0.2, {0, -0.41, 0}, wood);
+    const Cubes sheet = cloth(ni, 0.03);
+    const BodyModel models[] = {{&box, nullptr}, {&sheet, nullptr}};
+    const MixedBody body = make_mixed(models, touching(true), {});
+    const auto k = static_cast<std::uint32_t>(box.corner_count());
+    const Loads loads = weight_on(held_where(box, [](const Vec3i& at) { return at.y() == 0; }));
+    State state = rest_state(body);
+    for (int i = 0; i < 24; ++i) state = advance(body, std::move(state), loads, frame);
+    const auto on_top = some(state.x, k, sheet.corner_count());
+    double highest = on_top[0].y();
+    for (const Vec3& p : on_top) highest = std::max(highest, p.y());
+    EXPECT_NEAR(lowest(on_top), -0.01 + 0.5 * thickness, 0.05 * thickness);
+    EXPECT_NEAR(highest, -0.01 + 0.5 * thickness, 0.05 * thickness);
+}
+
+TEST(Mixed, WhatItCannotDoIsRefused)
+{
+    const Cubes box = block(2, 0.1, {0, 0.1, 0}, wood), sheet = cloth(4, 0.1);
+    const BodyModel models[] = {{&box, nullptr}, {&sheet, nullptr}};
+    const auto refused = [&](const BrickOptions& bricks, const ShellOptions& shell) {
+        EXPECT_THROW(make_mixed(models, bricks, shell), std::invalid_argument);
+    };
+    ShellOptions yields;
+    yields.plastic.yield = 0.1;
+    refused({}, yields);
+    BrickOptions rigid;
+    rigid.rigid = {0, 1};
+    refused(rigid, {});
+    EXPECT_THROW(make_mixed({models, 1}, {}, {}), std::invalid_argument);
+    const MixedBody body = make_mixed(models, {}, {});
+    Pins along{{static_cast<std::uint32_t>(box.corner_count())}, {Vec3::Zero()}};
+    along.axes = {1};
+    EXPECT_THROW(advance(body, rest_state(body), weight_on(along), frame), std::invalid_argument);
+}
