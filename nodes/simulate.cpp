@@ -1,5 +1,6 @@
 #include "graph/types/node_builder.hpp"
 #include "nodes/simulate_bodies.hpp"
+#include "nodes/simulate_body.hpp"
 #include "nodes/simulate_doubts.hpp"
 #include "nodes/simulate_faults.hpp"
 #include "nodes/simulate_loads.hpp"
@@ -12,16 +13,11 @@
 #include "physics/body/external_forces.hpp"
 #include "physics/body/following_forces.hpp"
 #include "physics/body/overlaps.hpp"
-#include "physics/bricks/bricks.hpp"
 #include "physics/bricks/settle.hpp"
-#include "physics/bricks/springs.hpp"
-#include "physics/lattice/lattice.hpp"
-#include "physics/shell/shell.hpp"
 #include "physics/state/balls.hpp"
 #include "physics/state/first_motion.hpp"
 #include "physics/state/hold_matter.hpp"
 #include "physics/state/pins.hpp"
-#include "physics/state/state_models.hpp"
 
 #include <fmt/format.h>
 
@@ -29,25 +25,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <variant>
 
 namespace nodes::simulate {
 
-enum class Method { bricks, springs, lattice, shell };
 enum class Shape { given, equilibrium };
-
-// One alternative per method, in the order of Method.
-struct Body {
-    std::variant<physics::BricksBody, physics::SpringsBody, physics::LatticeBody,
-                 physics::ShellBody>
-        is;
-    std::vector<physics::StateModel> models;  // of several
-
-    std::size_t bytes() const
-    {
-        return std::visit([](const auto& body) { return body.bytes(); }, is);
-    }
-};
 
 struct Inputs {
     std::vector<graph::Wire<geometry::Cubes>> cubes;
@@ -78,46 +59,22 @@ struct Outputs {
     physics::State state;
 };
 
-// The models of the body: cubes, each with its surface.
-static physics::BodyModels models_of(const Inputs& in)
+static Body build(const Inputs& in)
 {
     if (in.cubes.empty()) throw std::invalid_argument(no_cubes);
     if (!in.surface.empty() && in.surface.size() != in.cubes.size()) {
         throw std::invalid_argument(wrong_surfaces(in.surface.size(), in.cubes.size()));
     }
-    if (const std::string told = sheets_beside_solids(in.cubes); !told.empty()) {
-        throw std::invalid_argument(told);
-    }
+    const std::string told = in.method == Method::bricks ? "" : sheets_beside_solids(in.cubes);
+    if (!told.empty()) throw std::invalid_argument(told);
     std::vector<physics::BodyModel> models;
     for (std::size_t i = 0; i < in.cubes.size(); ++i) {
         models.push_back({in.cubes[i].get(), in.surface.empty() ? nullptr : in.surface[i].get()});
     }
-    const bool planes = in.method == Method::shell;
-    return physics::BodyModels(models,
-                               planes ? physics::ModelKind::plane : physics::ModelKind::solid);
-}
-
-static Body build(const Inputs& in)
-{
-    const physics::BodyModels models = models_of(in);
-    const auto numbered = physics::number_models(in.cubes);
-    physics::BrickOptions bricks = in.bricks;
-    physics::SpringOptions springs = in.springs;
-    physics::ShellOptions shell = in.shell;
-    bricks.contact = springs.contact = shell.contact = in.contact;
-    for (const OneBody& body : in.bodies) bricks.rigid.push_back(body.rigid ? 1 : 0);
-    switch (in.method) {
-    case Method::bricks:
-        return {physics::make_bricks(models, bricks), numbered};
-    case Method::springs:
-        return {physics::make_springs(models, springs), numbered};
-    case Method::lattice:
-        if (in.cubes.size() > 1) throw std::invalid_argument(lattice_of_several);
-        return {physics::make_lattice(models.all(), in.lattice, models.model(0).surface), numbered};
-    case Method::shell:
-        return {physics::make_shell(models, shell), numbered};
-    }
-    throw std::logic_error("Simulate: a method without a body");
+    MethodOptions options{in.bricks, in.springs, in.lattice, in.shell};
+    options.bricks.contact = options.springs.contact = options.shell.contact = in.contact;
+    for (const OneBody& body : in.bodies) options.bricks.rigid.push_back(body.rigid ? 1 : 0);
+    return make_body(models, in.method, options, physics::number_models(in.cubes));
 }
 
 static double least_size(const Inputs& in)
@@ -322,8 +279,7 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
         state.stress.clear();
         state.energy.clear();
     }
-    const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);
-    state.brick_mass = bricks && bricks->has_brick_mass();
+    state.brick_mass = in.body->has_brick_mass();
     keep_own_plastic(in.body->is, context, state);
     if (in.start && state.plastic.empty()) {
         const auto at_rest = [](const auto& body) { return rest_state(body).plastic_strain; };
@@ -332,6 +288,7 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
     if (in.method != Method::lattice) state.broken.clear();
     state.report = {};
     if (in.initial_shape == Shape::given) return state;
+    const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);
     if (!bricks) throw std::invalid_argument(no_equilibrium);
     add_forces(in, context, loads);
     state = physics::settle(*bricks, std::move(state), loads, with_substeps(in.step));
@@ -403,7 +360,9 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 static void describe_methods(graph::NodeBuilder<Inputs, Outputs>& node)
 {
     node.choice("method", &Inputs::method, {"bricks", "springs", "lattice", "shell"},
-                "Method of simulation. bricks: finite elements that follow the material. springs: "
+                "Method of simulation. bricks: finite elements that follow the material; sheets "
+                "among several `cubes` move as by shell, and they and the solids push each other. "
+                "springs: "
                 "a mass-spring lattice with the material's stretch stiffness and Poisson's ratio "
                 "1/4. lattice: shape matching, the fastest; it never diverges, but is for looks. "
                 "Of the block step it uses substeps only. shell: a thin sheet that follows the "
@@ -418,8 +377,9 @@ static void describe_methods(graph::NodeBuilder<Inputs, Outputs>& node)
                {"method", {"springs"}})
         .block("lattice", &Inputs::lattice, describe_lattice, "Options of lattice shape matching.",
                {"method", {"lattice"}})
-        .block("shell", &Inputs::shell, describe_shell, "Options of the thin shell.",
-               {"method", {"shell"}})
+        .block("shell", &Inputs::shell, describe_shell,
+               "Options of the thin shell. With method = bricks, those of sheets beside solids.",
+               {"method", {"shell", "bricks"}})
         .block("contact", &Inputs::contact, describe_part_contact,
                "Contact between parts of the model that no cubes link, and of sheets.",
                {"method", {"bricks", "springs", "shell"}});
@@ -460,8 +420,8 @@ void add_to(graph::Registry& registry)
             "The original mesh at rest. Contact and wind act on it, embedded in the cubes; "
             "without it they act on the outside of the cubes. Bodies of bricks and springs touch "
             "each other at its closed pieces, and around open ones at the outside of the "
-            "cubes. With several `cubes`, the mesh of each in the same order, or none. A Sheet is "
-            "touched at its own vertices, whatever its mesh.")
+            "cubes. With several `cubes`, the mesh of each in the same order, or none. A Sheet, and a "
+            "Plane beside solids, is touched at its own vertices, whatever its mesh.")
         .check(check)
         .input("start", &Inputs::start, "Initial state. Without it the cubes start at rest.",
                graph::Need::optional);

@@ -13,7 +13,8 @@ inline void describe_part_contact(graph::ParamsOf<physics::PartContactOptions>& 
     using physics::PartContactOptions;
     p.param(
          "on", &PartContactOptions::on,
-         "Whether parts of the model that no cubes link collide. Parts that overlap at rest do "
+         "Whether parts of the model that no cubes link collide, and with them the sheets among "
+         "several `cubes` (method bricks). Parts that overlap at rest do "
          "not, and a warning says where. "
          "With method = shell: whether the sheets of several `cubes` collide with each other. They "
          "keep half of their thickness on either side of what is drawn, and what comes fast does "

@@ -43,8 +43,8 @@ told_of_high_pressure(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
     return told;
 }
 
-// Why bodies of several links of `cubes` cannot be simulated together: sheets have a method of
-// their own. Empty where they can.
+// Why bodies of several links of `cubes` cannot be simulated together by a method other than
+// bricks. Empty where they can.
 inline std::string sheets_beside_solids(const std::vector<graph::Wire<geometry::Cubes>>& cubes)
 {
     std::string flat, solid;
@@ -53,13 +53,9 @@ inline std::string sheets_beside_solids(const std::vector<graph::Wire<geometry::
         list += fmt::format("{}cubes[{}]", list.empty() ? "" : ", ", i);
     }
     if (flat.empty() || solid.empty()) return {};
-    return fmt::format(
-        "sheets without thickness ({}) and solids ({}) are moved together by no method. Simulate "
-        "them apart, the sheet with method = shell and a Collider (kind = mesh) of the mesh that "
-        "the solid's Embed moves: the solid then pushes the sheet and is not pushed by it. Or, for "
-        "contact both ways of a thick sheet, as a mat, make cubes of its mesh by Voxelize with "
-        "method = surface and `thickness`, which bend rightly where they are small against it",
-        flat, solid);
+    return fmt::format("sheets without thickness ({}) and solids ({}) are moved together by method "
+                       "= bricks alone, the sheets as by method shell: set method = bricks",
+                       flat, solid);
 }
 
 // Several pins that hold points of one rigid body, which are meant for a hinge more often than for

@@ -44,8 +44,9 @@ constexpr const char* no_rigid_equilibrium =
     "rigid bodies have no equilibrium shape: set initial_shape = given, or set `rigid` of the "
     "bodies to false";
 
-constexpr const char* no_equilibrium =
-    "an equilibrium needs method = bricks: change the method, or set initial_shape = given";
+constexpr const char* no_equilibrium = "an equilibrium needs method = bricks and solids alone: "
+                                       "change the method, unlink sheets, or set "
+                                       "initial_shape = given";
 constexpr const char* no_support =
     "an equilibrium needs pins or colliders, because a free body falls for ever: link a Pin node "
     "to the input 'pins' or a Ground to 'colliders', or set initial_shape = given";

@@ -6,6 +6,7 @@
 #include "physics/bricks/bricks.hpp"
 #include "physics/bricks/springs.hpp"
 #include "physics/lattice/lattice.hpp"
+#include "physics/mixed/mixed.hpp"
 #include "physics/shell/shell.hpp"
 
 #include <variant>
@@ -25,6 +26,10 @@ inline physics::PlasticOf plastic_of(const physics::LatticeBody& body)
 {
     return body.options.plastic.yield > 0 ? physics::PlasticOf::regions
                                           : physics::PlasticOf::nothing;
+}
+inline physics::PlasticOf plastic_of(const physics::MixedBody&)
+{
+    return physics::PlasticOf::bricks;
 }
 inline physics::PlasticOf plastic_of(const physics::ShellBody& body)
 {
