@@ -54,7 +54,9 @@ void add_touch(const SurfaceScene& scene, const PlaneTouch& point, std::size_t c
     const double area = double(surface.point_area[i]);
     const double way = scene.dt * (t.velocity - velocity).dot(t.normal);  // in, m
     const double mass = double(surface.mass[c]) * std::min(1.0, area / (h * h));
-    const double least = std::min(10 * double(surface.stiffness[c]) * area / h, scene.stiffest);
+    const double young =
+        softer_of(scene.body, scene.colliders.size(), point.other, double(surface.stiffness[c]));
+    const double least = std::min(10 * young * area / h, scene.stiffest);
     touch.stiffness = stopping(least, mass, way, scene.dt, h);
     touch.at_rest = stopping(least, mass, 0, scene.dt, h);
     if (!(touch.stiffness > 0)) {  // it stands for no area

@@ -1,6 +1,7 @@
 #include "physics/body/sheet_edges.hpp"
 
 #include "geometry/mesh/mesh.hpp"
+#include "physics/body/solids_beside_sheets.hpp"
 
 #include <Eigen/LU>
 
@@ -119,8 +120,15 @@ std::optional<OverEdge> meet_side(const PosedCollider& c, std::array<FacePlane, 
         if (!next || !(next->gap < near)) return std::nullopt;
         out = next;
         const double share = std::clamp(out->share[1], 0.0, 1.0);
-        const auto seen = plane_at(c, p + share * d, out->plane.normal);
-        if (!seen) break;
+        const Vec3 there = p + share * d;
+        const auto seen = plane_at(c, there, out->plane.normal);
+        if (!seen) {
+            // Beside what the planes bound, as below the rim of a wheel that both ends see from
+            // outside: nothing is met there.
+            const auto any = c.sheet ? std::nullopt : plane_at(c, there);
+            if (any && any->gap(there) > 0) return std::nullopt;
+            break;
+        }
         out->plane.velocity = seen->velocity;
         const double along = seen->normal.dot(d);
         if (std::max(seen->normal.dot(ends[0].normal), seen->normal.dot(ends[1].normal)) >
@@ -129,7 +137,7 @@ std::optional<OverEdge> meet_side(const PosedCollider& c, std::array<FacePlane, 
         }
         if (std::abs(along) < level * d.norm()) {  // as over an edge, or where it is round
             out->plane.normal = seen->normal;
-            out->gap = seen->gap(p + share * d);
+            out->gap = seen->gap(there);
             out->share = {1 - share, share, 0};
             break;
         }
@@ -407,7 +415,9 @@ std::optional<PlaneTouch> edge_touch(const SheetOverEdges& scene, const EdgePair
     constexpr double resting = 0.15, hit = 0.5, deep = 0.2;  // deep: cells
     const double part = resting + (hit - resting) * std::clamp(way / (deep * h), 0.0, 1.0);
     const double mass = double(surface.mass[pair.cell]);
-    const double least = std::min(10 * double(surface.stiffness[pair.cell]) * h, scene.stiffest);
+    const double young = softer_of(scene.body, scene.colliders.size(), pair.other,
+                                   double(surface.stiffness[pair.cell]));
+    const double least = std::min(10 * young * h, scene.stiffest);
     out.point = pair.point, out.other = pair.other;
     out.stiffness = stopping(part * least, part * mass, way, scene.dt, h);
     out.at_rest = stopping(resting * least, resting * mass, 0, scene.dt, h);

@@ -5,6 +5,7 @@
 #include "physics/body/make_part_shapes.hpp"
 #include "physics/body/outer_faces.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -89,6 +90,13 @@ CarriedPlace carried_place(const SolidsBesideSheets& solids, std::size_t solid, 
     return {solids.corners[in.cube], geometry::trilinear_weights(in.local)};
 }
 
+double softer_of(const CornerBody& body, std::size_t colliders, std::uint32_t other, double own)
+{
+    if (!body.solids) return own;
+    const std::size_t first = colliders - body.solids->solid.size();
+    return other < first ? own : std::min(own, body.solids->solid[other - first].stiffness);
+}
+
 SolidsBesideSheets make_solids_beside_sheets(const BodyModels& models, const CornerBody& body,
                                              const PartContactOptions& options)
 {
@@ -118,6 +126,11 @@ SolidsBesideSheets make_solids_beside_sheets(const BodyModels& models, const Cor
         const auto its_own = cubes_of[part];
         out.solid.push_back(
             shape_of(out, std::move(mesh), grid[part], {its_own.begin(), its_own.end()}));
+        double& stiffness = out.solid.back().stiffness;
+        for (const auto c : its_own) {
+            const double fill = std::clamp(cubes.fill[c], 0.05, 1.0);
+            stiffness = std::max(stiffness, cubes.young[c] * fill);
+        }
     });
     return out;
 }

@@ -21,6 +21,7 @@ struct SolidShape {
     std::vector<std::uint32_t> cube;    // V, that carries each vertex
     std::vector<geometry::Vec3> local;  // V, its place there, 0..1 in the cube
     PartGrid grid;
+    double stiffness = 0;              // Pa, Young's modulus times fill, the largest of its cubes
     std::vector<std::uint32_t> cubes;  // of the part, ascending
     geometry::BoxTree tree;            // of their cells, by place in `cubes`
 };
@@ -46,6 +47,10 @@ struct CarriedPlace {
 // Of a place at rest, m.
 CarriedPlace carried_place(const SolidsBesideSheets& solids, std::size_t solid,
                            const geometry::Vec3& at_rest);
+
+// What gives way where a sheet of `own` stiffness (Pa) touches one of so many colliders, of which
+// the last are the solids of a body that has any: the softer of both.
+double softer_of(const CornerBody& body, std::size_t colliders, std::uint32_t other, double own);
 
 // `body` is made of the same models, which are all solids.
 SolidsBesideSheets make_solids_beside_sheets(const BodyModels& models, const CornerBody& body,
