@@ -34,6 +34,8 @@ public:
 
     // x = A^-1 b. Numbers of corners that are held stay as they are in x.
     void solve(const double* b, double* x);
+    // Whether any corner is an inner one.
+    bool has_inner() const { return !inner_.empty(); }
     // The same for eight right-hand sides: three rows a slot. No corner may be an inner one.
     void solve(const EightColumns& b, EightColumns& x);
 

@@ -83,6 +83,43 @@ bool is_element(const Stage& stage, const PointContact& contact)
     return contact.count == between_sheets || (contact.count > 8 && stage.frame.body.solids);
 }
 
+// Corners that the factor leaves out, sorted: those that are held, and those of rigid parts, which
+// are solved beside it.
+std::vector<std::uint32_t> left_out(const Stage& stage)
+{
+    std::vector<std::uint32_t> out = stage.frame.held.whole;
+    if (stage.rigid.none()) return out;
+    const CornerBody& body = stage.frame.body;
+    for (std::uint32_t k = 0; k < body.corners; ++k) {
+        const auto slot = static_cast<std::uint32_t>(body.slot_of(k));
+        if (stage.rigid.of_corner(slot) != RigidBodies::not_rigid) out.push_back(k);
+    }
+    std::sort(out.begin(), out.end());
+    out.erase(std::unique(out.begin(), out.end()), out.end());
+    return out;
+}
+
+// Of a contact with a rigid part, what it has of an elastic one: it stands there as one with a
+// collider. Nothing of others.
+std::optional<PointContact> elastic_side(const Stage& stage, const PointContact& contact)
+{
+    std::array<bool, 2> rigid{};
+    for (std::size_t side = 0; side < 2; ++side) {
+        if (8 * side >= contact.count) return std::nullopt;
+        rigid[side] = stage.rigid.of_corner(contact.corners[8 * side]) != RigidBodies::not_rigid;
+    }
+    if (rigid[0] == rigid[1]) return std::nullopt;
+    PointContact out = contact;
+    out.count = 8;
+    if (!rigid[0]) return out;
+    for (std::size_t a = 0; a < 8; ++a) {
+        const bool has = 8 + a < contact.count;
+        out.corners[a] = contact.corners[has ? 8 + a : 8];
+        out.weight[a] = has ? contact.weight[8 + a] : 0;
+    }
+    return out;
+}
+
 }  // namespace
 
 // Measured on one thread, in ns. The matrices of cubes and the fronts count as much as the products
@@ -93,7 +130,7 @@ void StepDirect::count(const Stage& stage)
     constexpr double in_cache = 3e5;                       // entries
     constexpr double multiplied_cube = 16, iteration = 2;  // products, without the factor
     if (tree) return;
-    tree = stage.elasticity.dissection(stage.frame.held.whole);
+    tree = stage.elasticity.dissection(left_out(stage));
     if (!tree) return;
     const auto cubes_there = static_cast<double>(stage.elasticity.cube_count());
     const double a_product = multiplied_cube * cubes_there * stage.elasticity.product_work();
@@ -116,7 +153,9 @@ bool StepDirect::make(const Stage& stage, const Aligned<double>& lumped)
     ElementCorners joined;
     for (const PointContact& c : stage.contacts) {
         const geometry::Mat3 block = block_of(stage, c);
-        if (is_element(stage, c)) {
+        if (const auto side = elastic_side(stage, c)) {
+            stage.elasticity.add_contact(*side, block, cubes);
+        } else if (is_element(stage, c)) {
             add_element(element_of(stage, c), block, joined, cubes);
         } else {
             stage.elasticity.add_contact(c, block, cubes);
@@ -124,7 +163,7 @@ bool StepDirect::make(const Stage& stage, const Aligned<double>& lumped)
     }
     std::shared_ptr<const Dissection> order = tree;
     if (!joined.empty()) {
-        order = stage.elasticity.dissection_with(stage.frame.held.whole, joined, stage.x.data());
+        order = stage.elasticity.dissection_with(left_out(stage), joined, stage.x.data());
         if (!order) order = tree, cubes.resize(own);
     }
     tau = stage.tau, hessian = stage.elasticity.uses_hessian();

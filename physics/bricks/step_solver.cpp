@@ -316,11 +316,17 @@ bool solve_directly(StepSolver& solver, Stage& stage, double target, Solved& out
     if (!std::isfinite(direct.work)) return false;
     auto& precondition = solver.high.linear.precondition;
     const auto& held_along = stage.frame.held_along;
-    precondition = [&direct, &held_along](const double* r, double* z) {
+    const bool elastic = stage.rigid.none();
+    precondition = [&solver, &direct, &held_along, elastic](const double* r, double* z) {
         direct.factor->solve(r, z);
         for (const auto i : held_along) z[i] = 0;
+        if (elastic) return;
+        if (solver.joined.ready()) {
+            solver.joined.join(r, z);
+        } else {
+            solver.rigid.solve(r, z);
+        }
     };
-    join_rigid(solver, stage, solver.high.linear);
     bool sound = true;
     out.converged = false;
     if (direct.serves(stage)) {
@@ -329,10 +335,11 @@ bool solve_directly(StepSolver& solver, Stage& stage, double target, Solved& out
         solve_high(solver, stage, target, std::max(2.0, most), out);
     }
     if (!out.converged) {
-        const bool elastic = stage.rigid.none();
         sound = direct.make(stage, elastic ? solver.high.linear.diagonal : solver.lumped);
-        if (!sound && !elastic) {  // as it would again: masses of rigid parts need not be positive
-            direct.work = std::numeric_limits<double>::infinity();
+        solver.joined.forget();
+        if (sound && !elastic) {
+            solver.joined.make(stage.rigid, solver.rigid.blocks(), solver.high.contacts,
+                               stage.frame.fixed, *direct.factor);
         }
         if (sound) solve_high(solver, stage, target, stage.frame.options.solver_iterations, out);
     }

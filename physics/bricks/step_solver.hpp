@@ -15,6 +15,7 @@
 // Rigid parts are solved with each other at once (rigid_system.hpp), beside the elastic ones.
 
 #include "physics/bricks/contact_block.hpp"
+#include "physics/bricks/joined_system.hpp"
 #include "physics/bricks/rigid_system.hpp"
 #include "physics/bricks/stage.hpp"
 #include "physics/bricks/step_direct.hpp"
@@ -44,6 +45,7 @@ struct StepSolver {
     StepDirect direct;
     StepResponses responses;
     RigidSystem rigid;
+    JoinedSystem joined;     // with what is elastic, as `direct` has it
     Aligned<double> lumped;  // with rigid parts: the diagonal of A but for K and contacts
     int took = 0;            // iterations of the last solve in single precision
     Aligned<float> loose;    // a residual without what is held along an axis

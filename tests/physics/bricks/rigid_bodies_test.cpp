@@ -331,6 +331,34 @@ TEST(RigidBodies, PressSoftOnesAsStiffOnesDo)
     EXPECT_NEAR(0.5 - rigid, 0.5 - elastic, 0.02 * (0.5 - elastic));
 }
 
+// Two rigid boxes fall on a stiff board that lies on blocks at its ends: 900 iterations. Solved
+// beside the board and not with it, they take up to hundreds a round, 2400 in all.
+TEST(RigidBodies, TakeFewIterationsOnAStiffBoard)
+{
+    const fixtures::Stuff wood{.density = 500, .young = 4e8, .stiffness_damping = 0.004};
+    const BricksBody body = rigid_body({box_at(Vec3::Zero(), 16, 1, 4, 0.05, wood),
+                                        box_at({0.15, 0.052, 0.05}, 2, 3, 2, 0.05),
+                                        box_at({0.5, 0.06, 0.05}, 2, 3, 2, 0.05)},
+                                       {0, 1, 1});
+    Loads loads;
+    loads.forces.push_back({});
+    for (const double x : {-0.05, 0.75}) {
+        Collider block;
+        block.kind = Collider::Kind::box;
+        block.half_size = {0.05, 0.05, 0.15};
+        block.pose.translation() = Vec3(x + 0.05, -0.05, 0.1);
+        block.before = block.pose;
+        loads.colliders.push_back(block);
+    }
+    State state = rest_state(body);
+    int iterations = 0;
+    for (int frame = 0; frame < 6; ++frame) {
+        state = advance(body, state, loads, frame_seconds);
+        iterations += state.report.iterations;
+    }
+    EXPECT_LT(iterations, 1500);
+}
+
 // By its corners' masses and what bricks have between them.
 geometry::MassProperties mass_of(const BricksBody& body)
 {
