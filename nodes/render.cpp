@@ -397,6 +397,10 @@ static ::render::Extent prepare_extent(const Inputs& in)
     return in.rest ? ::render::extent_of(in.rest->positions) : ::render::Extent{};
 }
 
+constexpr const char* burn_in_told =
+    "What else is written there, above the label: a line for each number of `values`, and what is "
+    "asked for here.";
+
 void add_to(graph::Registry& registry)
 {
     registry.add("Render", 2, run)
@@ -447,13 +451,12 @@ void add_to(graph::Registry& registry)
         .param("legend", &Inputs::legend, "Whether the picture has a legend for its colour scale.")
         .param("label", &Inputs::label,
                "Text in the lower left corner; #### stands for the frame number.")
-        .block<BurnInParams>("burn_in", &Inputs::burn_in, describe,
-                             "What else is written there, above the label: a line for each number "
-                             "of `values`, and what is asked for here.")
+        .block<BurnInParams>("burn_in", &Inputs::burn_in, describe, burn_in_told)
         .block<BlurParams>("motion_blur", &Inputs::motion_blur, describe,
                            "Blur of what moves while the shutter is open.")
         .reads(graph::Variable::frame | graph::Variable::range | graph::Variable::pace)
         .pace({graph::Pace::By::slow_motion, "burn_in.slow_motion"})
+        .short_forms({name_values, {}})
         .check(check)
         .output("image", &Outputs::image, "The picture.");
 }

@@ -2,6 +2,7 @@
 
 // What Render writes into a corner of its picture, so that one who sees it alone knows what it is.
 
+#include "graph/document/json.hpp"
 #include "graph/types/param_builder.hpp"
 #include "graph/types/value.hpp"
 #include "nodes/scene_seconds.hpp"
@@ -41,7 +42,34 @@ inline void describe(graph::ParamsOf<BurnInParams>& p)
                {0, 1e6})
         .param("names", &BurnInParams::names,
                "Names of `values`, parted by commas, with their units in brackets: `tip (m), force "
-               "(N)`.");
+               "(N)`. Empty: those of the nodes that they come from.");
+}
+
+// Numbers that a document gives no names have those of the nodes that they come from, with the
+// output where that says more than `value`.
+inline void name_values(graph::Json& node)
+{
+    graph::Json* const inputs = node.find("inputs");
+    const graph::Json* const values = inputs ? inputs->find("values") : nullptr;
+    if (!values) return;
+    std::string names;
+    const auto add = [&](const graph::Json& link) {
+        constexpr std::string_view usual = ".value";
+        std::string name = link.text() ? *link.text() : "";
+        if (name.ends_with(usual)) name.resize(name.size() - usual.size());
+        names += (names.empty() ? "" : ", ") + name;
+    };
+    if (const auto* const links = values->array()) {
+        for (const graph::Json& link : *links) add(link);
+    } else {
+        add(*values);
+    }
+    graph::Json* const params = graph::put_missing(node, "params", graph::Json::Object{});
+    graph::Json* const burn_in =
+        params ? graph::put_missing(*params, "burn_in", graph::Json::Object{}) : nullptr;
+    graph::Json* const said =
+        burn_in ? graph::put_missing(*burn_in, "names", std::string()) : nullptr;
+    if (said && said->text() && said->text()->empty()) said->is = std::move(names);
 }
 
 struct NamedUnit {

@@ -367,10 +367,22 @@ TEST(RenderTells, NumbersOfMeasureGoIntoThePicture)
                     "params": { "what": "volume" } },
         "plain": { "type": "Render@2", "inputs": { "mesh": "ball.mesh" }, )" +
                 small("") + R"( },
+        "area": { "type": "Measure@1", "inputs": { "mesh": "ball.mesh" },
+                  "params": { "what": "area" } },
         "told": { "type": "Render@2", "inputs": { "mesh": "ball.mesh",
-                                                  "values": ["volume.value"] }, )" +
-                small(R"("names": "volume")") + " }");
-    EXPECT_NE(scene.at<::render::Image>("told")->rgba, scene.at<::render::Image>("plain")->rgba);
+                                                  "values": ["volume.value", "area.value"] }, )" +
+                small(R"("names": "volume, area")") + R"( },
+        "unnamed": { "type": "Render@2", "inputs": { "mesh": "ball.mesh",
+                                                     "values": ["volume.value", "area.value"] }, )" +
+                small("") + R"( },
+        "one": { "type": "Render@2", "inputs": { "mesh": "ball.mesh", "values": ["area.value"] },
+                 "params": { "width": 64, "height": 48, "quality": "draft" } },
+        "other": { "type": "Render@2", "inputs": { "mesh": "ball.mesh", "values": ["area.value"] }, )" +
+                small(R"("names": "other")") + " }");
+    const auto picture = [&](const char* node) { return scene.at<::render::Image>(node)->rgba; };
+    EXPECT_NE(picture("told"), picture("plain"));
+    EXPECT_EQ(picture("told"), picture("unnamed"));  // by the nodes that they come from
+    EXPECT_NE(picture("one"), picture("other"));
 }
 
 TEST(RenderTells, NamesWithoutNumbersAreRefused)
