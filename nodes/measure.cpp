@@ -3,6 +3,7 @@
 #include "geometry/cubes/local_matter.hpp"
 
 #include "graph/types/node_builder.hpp"
+#include "nodes/units.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/body/plane_touch.hpp"
 #include "physics/bricks/rigid_pins.hpp"
@@ -151,43 +152,57 @@ static geometry::Spread attribute(const Inputs& in)
     return geometry::value_spread(cubes(in), in.attribute);
 }
 
-// A quantity: its name in documents, the inputs that it needs, and how it is measured.
+// A quantity: its name in documents, its unit, the inputs that it needs, and how it is measured.
 struct Quantity {
-    const char* name;
+    const char *name, *unit;
     std::array<const char*, 2> needs;
     double (*measure)(const Inputs&);
 };
 
 constexpr Quantity quantities[] = {
-    {"vertices", {"mesh"}, [](const Inputs& in) { return double(mesh(in).positions.size()); }},
-    {"triangles", {"mesh"}, [](const Inputs& in) { return double(mesh(in).triangles().size()); }},
-    {"area", {"mesh"}, [](const Inputs& in) { return geometry::surface_area(mesh(in)); }},
-    {"volume", {"mesh"}, [](const Inputs& in) { return geometry::enclosed_volume(mesh(in)); }},
+    {"vertices", "", {"mesh"}, [](const Inputs& in) { return double(mesh(in).positions.size()); }},
+    {"triangles",
+     "",
+     {"mesh"},
+     [](const Inputs& in) { return double(mesh(in).triangles().size()); }},
+    {"area", "m^2", {"mesh"}, [](const Inputs& in) { return geometry::surface_area(mesh(in)); }},
+    {"volume",
+     "m^3",
+     {"mesh"},
+     [](const Inputs& in) { return geometry::enclosed_volume(mesh(in)); }},
     {"lowest",
+     "m",
      {"mesh"},
      [](const Inputs& in) { return geometry::extent(mesh(in), direction(in))[0]; }},
     {"highest",
+     "m",
      {"mesh"},
      [](const Inputs& in) { return geometry::extent(mesh(in), direction(in))[1]; }},
     {"displacement_max",
+     "m",
      {"mesh", "rest"},
      [](const Inputs& in) { return geometry::displacement(mesh(in), rest(in)).largest; }},
     {"displacement_mean",
+     "m",
      {"mesh", "rest"},
      [](const Inputs& in) { return geometry::displacement(mesh(in), rest(in)).mean; }},
     {"displacement_at",
+     "m",
      {"mesh", "rest"},
      [](const Inputs& in) {
          return geometry::displacement_at(mesh(in), rest(in), in.point).dot(direction(in));
      }},
     {"stretch_max",
+     "",
      {"mesh", "rest"},
      [](const Inputs& in) { return double(geometry::largest_stretch(mesh(in), rest(in))); }},
     {"mesh_finite",
+     "",
      {"mesh"},
      [](const Inputs& in) { return geometry::all_finite(mesh(in)) ? 1.0 : 0.0; }},
-    {"cubes", {"cubes"}, [](const Inputs& in) { return double(cubes(in).count()); }},
+    {"cubes", "", {"cubes"}, [](const Inputs& in) { return double(cubes(in).count()); }},
     {"components",
+     "",
      {"cubes"},
      [](const Inputs& in) {
          if (!cubes(in).component.empty()) return double(geometry::component_count(cubes(in)));
@@ -195,12 +210,17 @@ constexpr Quantity quantities[] = {
                                                       geometry::Largest::by_count);
          return double(found.count());
      }},
-    {"mass", {"cubes"}, [](const Inputs& in) { return geometry::total_mass(cubes(in)); }},
-    {"speed_max", {"state"}, [](const Inputs& in) { return physics::largest_speed(state(in)); }},
+    {"mass", "kg", {"cubes"}, [](const Inputs& in) { return geometry::total_mass(cubes(in)); }},
+    {"speed_max",
+     "m/s",
+     {"state"},
+     [](const Inputs& in) { return physics::largest_speed(state(in)); }},
     {"kinetic_energy",
+     "J",
      {"cubes", "state"},
      [](const Inputs& in) { return physics::kinetic_energy(state(in), cubes(in)); }},
     {"elastic_energy",
+     "J",
      {"state"},
      [](const Inputs& in) {
          double sum = 0;
@@ -208,6 +228,7 @@ constexpr Quantity quantities[] = {
          return sum;
      }},
     {"stress_max",
+     "Pa",
      {"state"},
      [](const Inputs& in) {
          float most = 0;
@@ -215,6 +236,7 @@ constexpr Quantity quantities[] = {
          return double(most);
      }},
     {"plastic_strain_max",
+     "",
      {"state"},
      [](const Inputs& in) {
          float most = 0;
@@ -222,39 +244,59 @@ constexpr Quantity quantities[] = {
          return double(most);
      }},
     {"momentum",
+     "kg m/s",
      {"cubes", "state"},
      [](const Inputs& in) { return along(in, moments(in).momentum); }},
     {"angular_momentum",
+     "kg m^2/s",
      {"cubes", "state"},
      [](const Inputs& in) { return along(in, moments(in).angular); }},
     {"centre_of_mass",
+     "m",
      {"cubes", "state"},
      [](const Inputs& in) { return along(in, moments(in).centre); }},
     {"moment_of_inertia",
+     "kg m^2",
      {"cubes", "state"},
      [](const Inputs& in) { return along(in, moments(in).inertia * direction(in)); }},
-    {"reaction_force", {"state"}, [](const Inputs& in) { return along(in, pin_force(in).force); }},
+    {"reaction_force",
+     "N",
+     {"state"},
+     [](const Inputs& in) { return along(in, pin_force(in).force); }},
     {"reaction_torque",
+     "N m",
      {"state"},
      [](const Inputs& in) { return along(in, pin_force(in).torque); }},
-    {"contact_force", {"state"}, [](const Inputs& in) { return along(in, contact_force(in)); }},
+    {"contact_force",
+     "N",
+     {"state"},
+     [](const Inputs& in) { return along(in, contact_force(in)); }},
     {"contact_depth",
+     "m",
      {"state"},
      [](const Inputs& in) {
          const physics::State& whole = linked(in.whole, "state");
          return std::max(physics::deepest_of(whole.holds), physics::deepest_of(whole.grips));
      }},
     {"converged",
+     "",
      {"state"},
      [](const Inputs& in) { return state(in).report.converged ? 1.0 : 0.0; }},
-    {"iterations", {"state"}, [](const Inputs& in) { return double(state(in).report.iterations); }},
+    {"iterations",
+     "",
+     {"state"},
+     [](const Inputs& in) { return double(state(in).report.iterations); }},
     {"brightness",
+     "",
      {"image"},
      [](const Inputs& in) { return double(render::mean_brightness(image(in))); }},
-    {"coverage", {"image"}, [](const Inputs& in) { return double(render::coverage(image(in))); }},
-    {"attribute_min", {}, [](const Inputs& in) { return attribute(in).least; }},
-    {"attribute_max", {}, [](const Inputs& in) { return attribute(in).most; }},
-    {"attribute_mean", {}, [](const Inputs& in) { return attribute(in).mean; }},
+    {"coverage",
+     "",
+     {"image"},
+     [](const Inputs& in) { return double(render::coverage(image(in))); }},
+    {"attribute_min", "", {}, [](const Inputs& in) { return attribute(in).least; }},
+    {"attribute_max", "", {}, [](const Inputs& in) { return attribute(in).most; }},
+    {"attribute_mean", "", {}, [](const Inputs& in) { return attribute(in).mean; }},
 };
 
 static_assert(std::string_view(quantities[6].name) == "displacement_max");
@@ -264,6 +306,15 @@ static std::vector<std::string> names()
     std::vector<std::string> out;
     for (const Quantity& quantity : quantities) out.emplace_back(quantity.name);
     return out;
+}
+
+// The unit of the quantity of this name; empty: it has none, or is not known.
+static std::string_view unit_of_quantity(std::string_view name)
+{
+    for (const Quantity& quantity : quantities) {
+        if (name == quantity.name) return quantity.unit;
+    }
+    return {};
 }
 
 // Why the state of a simulation lacks a quantity, whatever its frame; empty where it may have it.
@@ -401,3 +452,10 @@ void add_to(graph::Registry& registry)
 }
 
 }  // namespace nodes::measure
+
+std::string nodes::unit_of(const graph::Node& node)
+{
+    if (node.type->name != "Measure") return {};
+    const graph::LinkedNode known{{}, node.name, node.type, &node.params};
+    return std::string(measure::unit_of_quantity(known.text("what")));
+}

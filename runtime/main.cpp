@@ -5,6 +5,7 @@
 #include "nodes/machine.hpp"
 #include "nodes/mesh_info.hpp"
 #include "nodes/registry.hpp"
+#include "nodes/units.hpp"
 #include "runtime/commands/command_line.hpp"
 #include "runtime/cook/interrupt.hpp"
 #include "runtime/cook/program_identity.hpp"
@@ -21,6 +22,7 @@ int main(int argc, char** argv)
     console.salt = runtime::program_identity(nodes::late_libraries);
     console.distances = nodes::distances();
     console.count_cubes = nodes::count_cubes;
+    console.unit_of = nodes::unit_of;
     console.mesh_info = nodes::describe_mesh;
     console.write_sheet = nodes::write_sheet;
     console.run_program = nodes::run_program;

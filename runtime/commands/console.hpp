@@ -14,6 +14,10 @@
 #include <utility>
 #include <vector>
 
+namespace graph {
+struct Node;
+}
+
 namespace runtime {
 
 enum Exit {
@@ -38,6 +42,8 @@ struct Console {
 
     // For `tune`: how many cubes a value of a wire of cubes is.
     std::function<double(const graph::Value& cubes)> count_cubes = {};
+    // For `cook`: the unit of the number that a node gives; empty: none.
+    std::function<std::string(const graph::Node& node)> unit_of = {};
     // For `info`: a mesh file whose lengths are in `unit`, in words or as a line of JSON. Throws
     // std::exception when the file can't be read, graph::Cancelled when told to stop.
     std::function<std::string(const std::string& file, const std::string& unit, bool json,

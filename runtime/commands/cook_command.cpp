@@ -33,6 +33,9 @@ void add_cook_commands(const CommandSet& set)
     add_loading_options(*cook_app, set.request);
     add_cooking_options(*cook_app, set.request);
     add_target_options(*cook_app, set.request);
+    cook_app->add_flag("--values", set.request.values,
+                       "Cooks every node that gives a number as well, and writes the numbers to "
+                       "values.csv instead of printing them");
     cook_app
         ->add_option("--part", set.request.part,
                      "Cooks a part of what others cook into the same folder: its manifest goes to "

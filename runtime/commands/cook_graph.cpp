@@ -7,6 +7,7 @@
 #include "runtime/commands/leftovers.hpp"
 #include "runtime/commands/profile.hpp"
 #include "runtime/commands/text_file.hpp"
+#include "runtime/commands/values_table.hpp"
 #include "runtime/cook/evaluator.hpp"
 
 #include <fmt/format.h>
@@ -263,6 +264,47 @@ void warn_of_no_output(const graph::Graph& graph, const CookRequest& request, Co
         graph.file);
 }
 
+bool has(const std::vector<std::uint32_t>& nodes, std::uint32_t node)
+{
+    return std::find(nodes.begin(), nodes.end(), node) != nodes.end();
+}
+
+// The nodes at all frames.
+std::vector<Want> wants_of(const std::vector<std::uint32_t>& nodes, const std::vector<int>& frames)
+{
+    std::vector<Want> wants;
+    for (const int f : frames) {
+        for (const std::uint32_t n : nodes) wants.push_back({n, f});
+    }
+    return wants;
+}
+
+// With --values, what gives a number as well as `nodes`, which come first.
+std::vector<std::uint32_t> with_numbers(const graph::Graph& graph, const CookRequest& request,
+                                        std::vector<std::uint32_t> nodes)
+{
+    if (!request.values) return nodes;
+    for (const std::uint32_t n : nodes_with_numbers(graph)) {
+        if (!has(nodes, n)) nodes.push_back(n);
+    }
+    return nodes;
+}
+
+// The numbers that were asked for, whether they were made now or came from the cache: printed, and
+// as a table, which is whole at the end alone.
+void tell_numbers(const graph::Graph& graph, const CookRequest& request,
+                  const std::vector<int>& frames, const std::vector<AskedNumber>& numbers,
+                  FrontEnd& front_end, Console& console)
+{
+    if (!request.values) front_end.numbers(numbers);
+    if (numbers.empty() || !request.writes || !request.part.empty()) return;
+    const fs::path path = output_folder(graph, request) / values_name;
+    replace_text(path, values_table(graph, frames, numbers, console.unit_of));
+    if (request.quiet || request.json) return;
+    console.err << fmt::format("values: {} ({} frame{})\n", path.string(), frames.size(),
+                               frames.size() == 1 ? "" : "s");
+}
+
 void write_profile(const graph::Graph& graph, const CookRequest& request, const Cooked& cooked,
                    const std::vector<Run>& runs, Console& console)
 {
@@ -281,11 +323,9 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
 {
     const std::vector<int> frames = chosen_frames(graph, request);
     warn_of_no_output(graph, request, console);
-    std::vector<Want> wants;
-    const std::vector<std::uint32_t> nodes = chosen_nodes(graph, request);
-    for (const int f : frames) {
-        for (const std::uint32_t n : nodes) wants.push_back({n, f});
-    }
+    const std::vector<std::uint32_t> chosen = chosen_nodes(graph, request);
+    const auto nodes = with_numbers(graph, request, chosen);
+    std::vector<Want> wants = wants_of(nodes, frames);
     const bool part = !request.part.empty();
     Numbers numbers(graph, part ? std::vector<int>() : frames,
                     request.expectations_only && request.frames.empty(), wants);
@@ -311,11 +351,9 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     const Cooked cooked =
         evaluator.cook(wants, [&](const Want& want, std::span<const graph::Value> values) {
             numbers.arrived(want, values, evaluator.keys().varies(want.node));
-            const bool asked = std::find(nodes.begin(), nodes.end(), want.node) != nodes.end();
-            if (asked && !graph.nodes[want.node].type->sink) {
-                outputs.arrived(want, values, caches.names);
-                numbers.asked(want, values, evaluator.keys().varies(want.node));
-            }
+            if (!has(nodes, want.node) || graph.nodes[want.node].type->sink) return;
+            if (has(chosen, want.node)) outputs.arrived(want, values, caches.names);
+            numbers.asked(want, values, evaluator.keys().varies(want.node));
         });
     outputs.finish(caches.files);
     manifest.complete = !cooked.cancelled && cooked.failures == 0;
@@ -329,7 +367,9 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
                        manifest, console);
     }
     if (request.writes) front_end.accuracy(manifest.cards);
-    front_end.numbers(numbers.asked());
+    if (!cooked.cancelled) {
+        tell_numbers(graph, request, frames, numbers.asked(), front_end, console);
+    }
     show_expectations(checks, numbers, cooked, front_end);
     const int exit = exit_of(cooked, !manifest.missed.empty() && !request.record_missed);
     front_end.finished(cooked, exit);

@@ -32,6 +32,7 @@ struct CookRequest {
     std::size_t memory_limit = 0;  // bytes; 0: nearly all there is
     std::uintmax_t cache_budget = std::uintmax_t{20} << 30;
     bool keep_going = false, json = false, quiet = false;
+    bool values = false;         // a table of all numbers, beside what is cooked
     bool record_missed = false;  // a missed expectation is told and recorded, and no failure
     bool openjd = false;         // tells a scheduler of Open Job Description how far it is
     bool expectations_only = false;

@@ -1,8 +1,11 @@
 // What pictures tell beside what they show: comparisons, burn-in, ghosts, onion skins.
 
 #include "geometry/mesh/primitive.hpp"
+#include "graph/document/document.hpp"
+#include "nodes/registry.hpp"
 #include "nodes/render_burn_in.hpp"
 #include "nodes/render_colour.hpp"
+#include "nodes/units.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/nodes/one_node.hpp"
 #include "tests/nodes/scene.hpp"
@@ -10,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 
 namespace {
 
@@ -394,6 +398,24 @@ TEST(RenderTells, NamesWithoutNumbersAreRefused)
                                          "scene.json", nodes::registry());
     ASSERT_EQ(loaded.problems.size(), 1u);
     EXPECT_NE(loaded.problems[0].message.find("it has 1 name, for 0 numbers"), std::string::npos);
+}
+
+TEST(Units, AreThoseOfTheQuantityThatAMeasureHas)
+{
+    const auto loaded = graph::load_text(R"({ "aspic": 1, "nodes": {
+        "ball": { "type": "Primitive@1", "params": { "shape": "sphere" } },
+        "size": { "type": "Measure@1", "inputs": { "mesh": "ball.mesh" },
+                  "params": { "what": "volume" } },
+        "faces": { "type": "Measure@1", "inputs": { "mesh": "ball.mesh" },
+                   "params": { "what": "triangles" } },
+        "usual": { "type": "Measure@1", "inputs": { "mesh": "ball.mesh", "rest": "ball.mesh" } } } })",
+                                         "units.json", nodes::registry());
+    std::map<std::string, std::string> units;
+    for (const graph::Node& node : loaded.graph.nodes) units[node.name] = nodes::unit_of(node);
+    EXPECT_EQ(units["size"], "m^3");
+    EXPECT_EQ(units["usual"], "m");  // displacement_max
+    EXPECT_EQ(units["faces"], "");
+    EXPECT_EQ(units["ball"], "");
 }
 
 }  // namespace

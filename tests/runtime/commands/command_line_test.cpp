@@ -2,6 +2,7 @@
 
 #include "runtime/cache/quantities.hpp"
 #include "runtime/commands/front_end.hpp"
+#include "runtime/commands/text_file.hpp"
 #include "tests/runtime/said.hpp"
 
 #include <fmt/format.h>
@@ -165,6 +166,34 @@ TEST(CommandLine, NumbersOfANamedNodeArePrinted)
     EXPECT_TRUE(has(json.out, R"({"event":"number","value":"sum.value","frame":1,"found":11.0})"))
         << json.out;
     EXPECT_EQ(run({"cook", file, "--out", out, "--quiet"}).out, "") << "sinks give no numbers";
+}
+
+TEST(CommandLine, NumbersOfANamedNodeGoIntoATableThatTheCacheLeavesWhole)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("three.json", three_frames);
+    const auto out = (folder.path / "out").string(), cache = (folder.path / "cache").string();
+    const std::string table = "frame,seconds,sum\n1,0,11\n2,0.0416666667,53.666666666666664\n"
+                              "3,0.0833333333,96.33333333333333\n";
+    const auto written = [&] { return runtime::read_text(folder.path / "out/values.csv"); };
+    const std::vector<std::string> words{"cook",   file,  "--out",   out,
+                                         "--node", "sum", "--cache", cache};
+    const Said said = run(words);
+    EXPECT_TRUE(has(said.err, "values.csv (3 frames)")) << said.err;
+    EXPECT_EQ(written(), table);
+    std::filesystem::remove(folder.path / "out/values.csv");
+    toys::take_runs("Sum");
+    run(words);
+    EXPECT_EQ(written(), table);
+    EXPECT_EQ(run({"cook", file, "--out", out, "--values", "--frames", "2-3"}).out.find("at frame"),
+              std::string::npos);
+    EXPECT_EQ(written(), "frame,seconds,clock,sum\n2,0.0416666667,43.666666666666664,"
+                         "53.666666666666664\n3,0.0833333333,86.33333333333333,"
+                         "96.33333333333333\n");
+    EXPECT_TRUE(std::filesystem::exists(folder.path / "out/2number.txt"));  // and what sinks write
+    std::filesystem::remove(folder.path / "out/values.csv");
+    EXPECT_EQ(run({"cook", file, "--out", out}).exit, exit_ok);
+    EXPECT_FALSE(std::filesystem::exists(folder.path / "out/values.csv"));
 }
 
 TEST(CommandLine, UnknownNamesGetTheNearestName)

@@ -1,0 +1,89 @@
+#include "runtime/commands/values_table.hpp"
+
+#include "graph/types/standard_wires.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+namespace runtime {
+namespace {
+
+// One number a frame, or one for all.
+struct Column {
+    graph::Link from;
+    std::map<int, double> at;
+    std::optional<double> always;
+};
+
+std::vector<Column> columns_of(const std::vector<AskedNumber>& numbers)
+{
+    std::vector<Column> out;
+    for (const AskedNumber& number : numbers) {
+        const bool same = !out.empty() && out.back().from.node == number.from.node &&
+                          out.back().from.output == number.from.output;
+        if (!same) out.push_back({number.from, {}, {}});
+        if (number.frame) {
+            out.back().at[*number.frame] = number.value;
+        } else {
+            out.back().always = number.value;
+        }
+    }
+    return out;
+}
+
+// "tip (m)"; with the output where that says more than `value`.
+std::string title_of(const graph::Graph& graph, const graph::Link& from,
+                     const std::function<std::string(const graph::Node&)>& unit_of)
+{
+    const graph::Node& node = graph.nodes[from.node];
+    const std::string& output = node.type->outputs[from.output].name;
+    std::string title = output == "value" ? node.name : node.name + "." + output;
+    const std::string unit = unit_of ? unit_of(node) : "";
+    if (!unit.empty()) title += " (" + unit + ")";
+    return title;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> nodes_with_numbers(const graph::Graph& graph)
+{
+    std::vector<std::uint32_t> out;
+    for (std::uint32_t n = 0; n < graph.nodes.size(); ++n) {
+        const auto& outputs = graph.nodes[n].type->outputs;
+        if (std::any_of(outputs.begin(), outputs.end(), [](const graph::OutputPort& port) {
+                return port.type == graph::wire_name<double>;
+            })) {
+            out.push_back(n);
+        }
+    }
+    return out;
+}
+
+std::string values_table(const graph::Graph& graph, const std::vector<int>& frames,
+                         const std::vector<AskedNumber>& numbers,
+                         const std::function<std::string(const graph::Node&)>& unit_of)
+{
+    const std::vector<Column> columns = columns_of(numbers);
+    std::string out = "frame,seconds";
+    for (const Column& column : columns) out += "," + title_of(graph, column.from, unit_of);
+    out += "\n";
+    for (const int frame : frames) {
+        out += fmt::format("{},{:.9g}", frame, graph.range.time(frame));
+        for (const Column& column : columns) {
+            const auto at = column.at.find(frame);
+            out += ",";
+            if (at != column.at.end()) {
+                out += fmt::format("{}", at->second);
+            } else if (column.always) {
+                out += fmt::format("{}", *column.always);
+            }
+        }
+        out += "\n";
+    }
+    return out;
+}
+
+}  // namespace runtime
