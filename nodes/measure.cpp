@@ -347,6 +347,31 @@ static std::string no_such_collider(const Inputs& in, const graph::LinkedNode& s
                        source.node, in.collider);
 }
 
+// Whether a node keeps all its bodies rigid.
+static bool all_rigid(const graph::LinkedNode& source)
+{
+    const graph::Bends& bends = source.type->bends;
+    if (!bends.link) return false;
+    const auto bodies = std::count(source.linked.begin(), source.linked.end(), bends.input);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(bodies); ++k) {
+        if (bends.link(*source.params, k)) return false;
+    }
+    return bodies > 0;
+}
+
+// What a quantity of cubes is not for bodies that are rigid. A state does not say which are.
+static std::string of_rigid(const Quantity& quantity, const graph::LinkedNode& source)
+{
+    const std::string_view name = quantity.name;
+    if (name != "angular_momentum" && name != "moment_of_inertia") return {};
+    if (source.input != "state" || !all_rigid(source)) return {};
+    return fmt::format(
+        "'{}' gives rigid bodies the inertia of their surfaces, and {} is by that of "
+        "their cubes: it is off by what `accuracy` of these cubes says of the inertia "
+        "(aspic card), which is less the smaller they are",
+        source.node, name);
+}
+
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
     graph::Faults faults;
@@ -366,6 +391,8 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
         const std::string why =
             not_of_method(quantities[static_cast<std::size_t>(in.what)], source);
         if (!why.empty()) faults.push_back({"what", why});
+        const std::string off = of_rigid(quantities[static_cast<std::size_t>(in.what)], source);
+        if (!off.empty()) faults.push_back({"what", off, true});
     }
     for (const char* need : quantities[static_cast<std::size_t>(in.what)].needs) {
         if (need && !setting.links(need)) faults.push_back({"what", not_linked(need)});
@@ -404,7 +431,9 @@ constexpr const char* what_text =
     "(kg m/s) and "
     "centre_of_mass (m) along `direction`, angular_momentum (kg m^2/s) and "
     "moment_of_inertia (kg m^2) about the axis along `direction` through the centre of "
-    "mass. Of `image`: brightness (mean luma, 0 to 1), "
+    "mass: these two by the inertia of the cubes, which is off by what `accuracy` tells of it for "
+    "rigid bodies, as they move by that of their surfaces. Of `image`: brightness (mean luma, 0 to "
+    "1), "
     "coverage (share of pixels that differ from the first pixel of their row). Of `mesh`, "
     "or of `cubes` if no mesh is linked: attribute_min, attribute_max and attribute_mean "
     "(over vertices, or by the volume that fills cubes).";

@@ -154,6 +154,35 @@ TEST(Measure, OfAMethodWithoutStressSaysSoAtOnce)
     EXPECT_EQ(said("bricks", "stress_max"), "");
 }
 
+TEST(Measure, OfRigidBodiesSaysThatInertiaIsThatOfCubes)
+{
+    const auto hints = [](const std::string& what, const std::string& bodies) {
+        const std::string text = R"({ "aspic": 1, "nodes": {
+            "ball": { "type": "Primitive@1", "params": { "shape": "sphere" } },
+            "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "ball.mesh" },
+                       "params": { "method": "solid", "size": 0.2 } },
+            "sim": { "type": "Simulate@2", "inputs": { "cubes": ["cubes.cubes", "cubes.cubes"] },
+                     "params": { "bodies": [)" +
+                                 bodies + R"(] } },
+            "m": { "type": "Measure@1", "inputs": { "state": "sim.state", "cubes": "cubes.cubes" },
+                   "params": { "what": ")" +
+                                 what + R"(" } } } })";
+        int count = 0;
+        for (const auto& problem :
+             graph::load_text(text, "scene.json", nodes::registry()).problems) {
+            EXPECT_EQ(problem.severity, graph::Severity::warning) << problem.message;
+            if (problem.node == "m") ++count;
+        }
+        return count;
+    };
+    const std::string rigid = R"({ "rigid": true })";
+    EXPECT_EQ(hints("moment_of_inertia", rigid + ", " + rigid), 1);
+    EXPECT_EQ(hints("angular_momentum", rigid + ", " + rigid), 1);
+    EXPECT_EQ(hints("momentum", rigid + ", " + rigid), 0);
+    EXPECT_EQ(hints("moment_of_inertia", rigid + ", {}"), 0);
+    EXPECT_EQ(hints("moment_of_inertia", ""), 0);
+}
+
 TEST(Measure, CountsComponentsThatNobodySought)
 {
     Scene scene(R"("box": { "type": "Primitive@1", "params": { "shape": "box",
