@@ -127,4 +127,21 @@ void join_solids(const CornerBody& body, const double* x,
     });
 }
 
+void forget_tangles(const CornerBody& body, std::size_t colliders, std::vector<Grip>& grips)
+{
+    const SolidsBesideSheets& solids = *body.solids;
+    const auto& first_point = body.skin.first_point;
+    const std::size_t first = colliders - solids.solid.size();
+    const auto solid_of = [&](const Grip& grip) -> std::size_t {
+        if (grip.other < colliders) return grip.other - first;
+        const auto next = std::upper_bound(first_point.begin(), first_point.end(), grip.point);
+        const auto cube = static_cast<std::size_t>(next - first_point.begin()) - 1;
+        return body.part_of(body.skin.corners[cube][0]);
+    };
+    std::erase_if(grips, [&](const Grip& grip) {
+        if (grip.other < first) return false;
+        return double(grip.depth) > 0.25 * solids.solid[solid_of(grip)].thinnest;
+    });
+}
+
 }  // namespace physics

@@ -57,6 +57,7 @@ SolidShape shape_of(const SolidsBesideSheets& solids, TriMesh mesh, const PartGr
         boxes.push_back({low, low + Vec3f::Ones()});
     }
     out.tree = geometry::build_box_tree(boxes);
+    out.thinnest = geometry::bounds(out.mesh).size().minCoeff();
     const std::size_t vertices = out.mesh.positions.size();
     out.cube.resize(vertices);
     out.local.resize(vertices);

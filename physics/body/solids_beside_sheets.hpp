@@ -21,6 +21,7 @@ struct SolidShape {
     std::vector<std::uint32_t> cube;    // V, that carries each vertex
     std::vector<geometry::Vec3> local;  // V, its place there, 0..1 in the cube
     PartGrid grid;
+    double thinnest = 0;               // m, the least side of its bounds
     double stiffness = 0;              // Pa, Young's modulus times fill, the largest of its cubes
     std::vector<std::uint32_t> cubes;  // of the part, ascending
     geometry::BoxTree tree;            // of their cells, by place in `cubes`
@@ -32,7 +33,7 @@ struct SolidsBesideSheets {
     std::uint32_t first_sheet_cell = 0;  // of the body's skin
     double sheet_stiffness = 0;          // Pa, the largest of the sheets' Young's moduli
     std::shared_ptr<const SheetCells> cells;
-    std::vector<SolidShape> solid;
+    std::vector<SolidShape> solid;                      // by part
     std::vector<std::array<std::uint32_t, 8>> corners;  // C, slots
     std::vector<geometry::Vec3i> cell;                  // C
 

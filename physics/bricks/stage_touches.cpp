@@ -284,6 +284,7 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     }
     if (frame.body.solids) {
         pose_solids(frame.body, nullptr, x0.data(), tau, stage.solids, stage.colliders);
+        forget_tangles(frame.body, stage.colliders.size(), stage.held);
     }
     if (frame.body.sheets) start_sheets(stage);
     if (!stage.colliders.empty()) {

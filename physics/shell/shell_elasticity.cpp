@@ -371,21 +371,28 @@ bool ShellElasticity::cube_matrices(std::vector<BrickMatrix>& out) const
 void ShellElasticity::add_contact(const PointContact& contact, const geometry::Mat3& block,
                                   std::span<BrickMatrix> to) const
 {
-    // What touches a collider is a point of one cell. Its upper corners are its lower ones.
-    const std::uint32_t at = body_.cells_of[contact.corners[0]][0];
-    if (contact.count != 8 || at == no_index) return;
-    const auto& corners = body_.cell[at / 4];
-    std::array<double, 4> weight{};
-    for (std::size_t a = 0; a < 8; ++a) {
-        const auto found = std::find(corners.begin(), corners.end(), contact.corners[a]);
-        if (found == corners.end()) return;
-        weight[std::size_t(found - corners.begin())] += double(contact.weight[a]);
-    }
-    for (std::size_t i = 0; i < 4; ++i) {
-        for (std::size_t j = 0; j < 4; ++j) {
-            to[at / 4].block<3, 3>(Eigen::Index(3 * i), Eigen::Index(3 * j)) +=
-                weight[i] * weight[j] * block;
+    if (contact.count != 8) return;
+    // What touches a collider is a point or a side of one cell. Its upper corners are its lower
+    // ones.
+    for (const std::uint32_t at : body_.cells_of[contact.corners[0]]) {
+        if (at == no_index) continue;
+        const auto& corners = body_.cell[at / 4];
+        std::array<double, 4> weight{};
+        bool holds = true;
+        for (std::size_t a = 0; a < 8 && holds; ++a) {
+            if (contact.weight[a] == 0) continue;
+            const auto found = std::find(corners.begin(), corners.end(), contact.corners[a]);
+            holds = found != corners.end();
+            if (holds) weight[std::size_t(found - corners.begin())] += double(contact.weight[a]);
         }
+        if (!holds) continue;
+        for (std::size_t i = 0; i < 4; ++i) {
+            for (std::size_t j = 0; j < 4; ++j) {
+                to[at / 4].block<3, 3>(Eigen::Index(3 * i), Eigen::Index(3 * j)) +=
+                    weight[i] * weight[j] * block;
+            }
+        }
+        return;
     }
 }
 
