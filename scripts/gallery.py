@@ -30,7 +30,7 @@ scenes = {
     "reaching_puppet": 48, "starter": 12, "folding_ribbon": 19, "three_sheets": 14, "walk_by_keys": 40,
     "scanned_duck": 9, "skittles": 19, "three_cloths": 40, "shots/bridge_lorry": 60,
     "twirling_skirt": 45, "rubber_cone": 28, "crushed_drum": 31, "pebbles": 12, "wall": 14, "dominoes": 48,
-    "wrecking_ball": 44,
+    "wrecking_ball": 44, "tablecloth": 26,
 }
 
 
