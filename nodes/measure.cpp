@@ -102,7 +102,9 @@ static const std::vector<float>& of_cubes(const Inputs& in, const std::vector<fl
 {
     if (numbers.empty() && has_gone(state(in))) {
         throw std::invalid_argument(
-            fmt::format("the state has no {}: only method bricks of Simulate knows it", what));
+            fmt::format("the state has no {}: only method bricks of Simulate knows it, and that of "
+                        "solids alone. Link `cubes` of a solid",
+                        what));
     }
     return numbers;
 }

@@ -164,7 +164,7 @@ void add_to(graph::Registry& registry)
 {
     registry.add("Plane", 1, run)
         .summary("Makes an elastic sheet: a grid of particles of any outline, with holes, as flat "
-                 "cubes for Simulate's methods shell and lattice.",
+                 "cubes for Simulate's methods shell and lattice, and beside solids for bricks.",
                  {"cloth", "sheet", "membrane", "fabric", "flag", "shell"})
         .input("mesh", &Inputs::mesh,
                "The mesh whose footprint along the flat axis is the outline, for outline = mesh.",

@@ -44,7 +44,8 @@ void add_to(graph::Registry& registry)
 {
     registry.add("Sheet", 1, run)
         .summary("Makes an elastic sheet of any mesh: its faces become a thin shell for Simulate's "
-                 "method shell, with the shape that the mesh has at rest.",
+                 "method shell, or beside solids for method bricks, with the shape that the mesh "
+                 "has at rest.",
                  {"cloth", "garment", "fabric", "shell", "paper", "sheet metal", "balloon"})
         .input("mesh", &Inputs::mesh,
                "The surface: any triangles, open or closed, of any shape. Its edges are as fine as "
@@ -55,8 +56,7 @@ void add_to(graph::Registry& registry)
                "its faces; Embed carries the mesh as it is. 0: the faces of the mesh.",
                {0, 1e6, "m"})
         .block("matter", &Inputs::matter, describe_matter<ChosenMatter>, "Material of the sheet.")
-        .output("cubes", &Outputs::cubes,
-                "One cell for each face, for Pin, Simulate with method = shell, and Embed.")
+        .output("cubes", &Outputs::cubes, "One cell for each face, for Pin, Simulate and Embed.")
         .output("mesh", &Outputs::mesh,
                 "The same mesh, for Embed and Render. Any other mesh can be embedded in the cells "
                 "instead: it goes with the faces nearest to it.");

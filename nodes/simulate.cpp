@@ -69,6 +69,7 @@ static Body build(const Inputs& in)
     if (!told.empty()) throw std::invalid_argument(told);
     std::vector<physics::BodyModel> models;
     for (std::size_t i = 0; i < in.cubes.size(); ++i) {
+        if (!in.surface.empty()) check_surface(*in.cubes[i], *in.surface[i], i);
         models.push_back({in.cubes[i].get(), in.surface.empty() ? nullptr : in.surface[i].get()});
     }
     MethodOptions options{in.bricks, in.springs, in.lattice, in.shell};
@@ -420,7 +421,8 @@ void add_to(graph::Registry& registry)
             "The original mesh at rest. Contact and wind act on it, embedded in the cubes; "
             "without it they act on the outside of the cubes. Bodies of bricks and springs touch "
             "each other at its closed pieces, and around open ones at the outside of the "
-            "cubes. With several `cubes`, the mesh of each in the same order, or none. A Sheet, and a "
+            "cubes. With several `cubes`, the mesh of each in the same order, or none. A Sheet, "
+            "and a "
             "Plane beside solids, is touched at its own vertices, whatever its mesh.")
         .check(check)
         .input("start", &Inputs::start, "Initial state. Without it the cubes start at rest.",

@@ -4,6 +4,7 @@
 // beside solids.
 
 #include "geometry/cubes/plane.hpp"
+#include "geometry/mesh/mesh.hpp"
 #include "nodes/simulate_faults.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "physics/bricks/springs.hpp"
@@ -11,6 +12,8 @@
 #include "physics/mixed/mixed.hpp"
 #include "physics/shell/shell.hpp"
 #include "physics/state/state_models.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -41,6 +44,22 @@ struct Body {
         return mixed && mixed->has_brick_mass();
     }
 };
+
+// Throws std::invalid_argument where the mesh of link `i` is nowhere near its cubes.
+inline void check_surface(const geometry::Cubes& cubes, const geometry::TriMesh& mesh,
+                          std::size_t i)
+{
+    geometry::Box box, surface = geometry::bounds(mesh);
+    for (const geometry::Vec3& p : geometry::corner_positions(cubes)) box.add(p);
+    if (surface.empty() || box.empty()) return;
+    const bool apart = ((surface.lo - box.hi).array() > cubes.size).any() ||
+                       ((box.lo - surface.hi).array() > cubes.size).any();
+    if (!apart) return;
+    throw std::invalid_argument(
+        fmt::format("surface[{}] lies apart from cubes[{}], whose mesh it should be at rest: link "
+                    "the meshes in the order of the cubes, as they were voxelized",
+                    i, i));
+}
 
 struct MethodOptions {
     physics::BrickOptions bricks;

@@ -16,14 +16,14 @@ inline void describe_part_contact(graph::ParamsOf<physics::PartContactOptions>& 
          "Whether parts of the model that no cubes link collide, and with them the sheets among "
          "several `cubes` (method bricks). Parts that overlap at rest do "
          "not, and a warning says where. "
-         "With method = shell: whether the sheets of several `cubes` collide with each other. They "
+         "Of sheets: whether those of several `cubes` collide with each other. They "
          "keep half of their thickness on either side of what is drawn, and what comes fast does "
          "not pass through. Sheets that lie in one plane and meet rim to rim are not kept apart.")
         .param(
             "self", &PartContactOptions::self,
             "Whether each part also collides with itself where it folds. Cubes less than three "
             "cubes apart along the part do not. The search takes about 1 ms per 1,000 cubes "
-            "and step. With method = shell: whether each sheet collides with itself, and its "
+            "and step. Of sheets: whether each collides with itself, and its "
             "pieces with each other; places less than twice the thickness apart along the sheet "
             "do not. Steps take up to 1.2 times as long where nothing touches, and many times as "
             "long while a heap of folds comes to rest. Cells should be at most 20 thicknesses "

@@ -99,6 +99,22 @@ const Grip* grip_near(const PointScene& scene, std::uint32_t point, std::uint32_
     return out;
 }
 
+// On the side by which a point stands to a triangle; where it hardly does, as its own face looks.
+Stand on_own_side(const PointScene& scene, const MovingPoint& point, const Stand& stand)
+{
+    constexpr double hardly = 0.25;  // of the solid
+    const auto solid = scene.body.part_of(point.touch.corners[0]);
+    const PosedCollider& posed = scene.step.solids[solid];
+    const double thinnest = scene.body.solids->solid[solid].thinnest;
+    if (posed.tree && std::abs(stand.distance) < hardly * thinnest) {
+        const auto hit = posed.tree->closest(point.to);
+        if (hit && std::abs(hit.normal.dot(stand.normal)) > same_way) {
+            return on_side(stand, -hit.normal);
+        }
+    }
+    return on_side(stand, stand.distance * stand.normal);
+}
+
 // How it stands to a triangle, with the normal out of the side that is to be kept.
 std::optional<Stand> side_kept(const PointScene& scene, const MovingPoint& point,
                                std::uint32_t triangle)
@@ -117,7 +133,7 @@ std::optional<Stand> side_kept(const PointScene& scene, const MovingPoint& point
         if (std::abs(stand.normal.dot(side)) > same_way) return on_side(stand, side);
     }
     if (start && std::abs(start->distance) < reach && start->distance != 0) {
-        const Stand side = on_side(*start, start->distance * start->normal);
+        const Stand side = on_own_side(scene, point, *start);
         if (end && std::abs(end->normal.dot(side.normal)) > same_way) {
             return on_side(*end, side.normal);
         }
@@ -129,7 +145,7 @@ std::optional<Stand> side_kept(const PointScene& scene, const MovingPoint& point
         return on_side(*meeting, way);
     }
     if (!end || !(std::abs(end->distance) < reach)) return std::nullopt;
-    return on_side(*end, end->distance * end->normal);
+    return on_own_side(scene, point, *end);
 }
 
 void meet_triangle_of(const PointScene& scene, const MovingPoint& point, std::uint32_t triangle,

@@ -9,11 +9,14 @@
 //
 // Which side of a sheet a point is kept on is told, in this order, by the grip that the step before
 // left on the cell or on one beside it, by where it stands at the start when it is near, by the way
-// that it comes through, and by where it stands at the end.
+// that it comes through, and by where it stands at the end. Where it is so near that the solid may
+// just have gone in, the sheet is before the solid's face there, and not within the solid.
 
+#include "physics/body/collider_contact.hpp"
 #include "physics/body/corner_body.hpp"
 #include "physics/body/plane_touch.hpp"
 
+#include <span>
 #include <vector>
 
 namespace physics {
@@ -22,9 +25,10 @@ namespace physics {
 struct SolidPointStep {
     const double* x0;
     const double* x1;
-    double dt = 0;                  // s
-    const std::vector<Grip>& held;  // that it began with
-    std::uint32_t first_other = 0;  // what is touched is numbered from there, by triangle
+    double dt = 0;                          // s
+    const std::vector<Grip>& held;          // that it began with
+    std::uint32_t first_other = 0;          // what is touched is numbered from there, by triangle
+    std::span<const PosedCollider> solids;  // at x1
 };
 
 // The planes of all points of solids that meet a sheet of `body`, which has both, or come near,

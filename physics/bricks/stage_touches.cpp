@@ -73,7 +73,9 @@ std::vector<PlaneTouch> find_holds(const Stage& stage, const Aligned<double>& x)
     if (body.solids) {
         join_solids(body, x.data(), stage.colliders, found);
         const auto others = static_cast<std::uint32_t>(stage.colliders.size());
-        const SolidPointStep step{stage.x0.data(), x.data(), stage.tau, stage.held, others};
+        const std::span solids(stage.colliders.end() - std::ptrdiff_t(body.solids->solid.size()),
+                               stage.colliders.end());
+        const SolidPointStep step{stage.x0.data(), x.data(), stage.tau, stage.held, others, solids};
         found = put_in_order({found, find_solid_points(body, step)});
     }
     stop_rigid(stage, found);

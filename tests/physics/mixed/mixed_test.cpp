@@ -272,6 +272,24 @@ TEST(Mixed, AClothLiesOnTheFaceOfACoarseBox)
     EXPECT_NEAR(highest, -0.01 + 0.5 * thickness, 0.05 * thickness);
 }
 
+// The underside of a box lies 0.5 mm beyond the middle of a net at the start.
+TEST(Mixed, ABoxThatStartsInANetComesOut)
+{
+    constexpr int ni = 8;
+    const Cubes box = block(4, 0.05, {0.013, -0.0005, 0.02}, wood);
+    const Cubes sheet = cloth(ni, 0.1);
+    const BodyModel models[] = {{&box, nullptr}, {&sheet, nullptr}};
+    const MixedBody body = make_mixed(models, touching(true), {});
+    const auto k = static_cast<std::uint32_t>(box.corner_count());
+    const Loads loads = weight_on(rim_of(sheet, ni, k));
+    State state = rest_state(body);
+    for (int i = 0; i < 48; ++i) state = advance(body, std::move(state), loads, frame);
+    const StateModel of_box{0, 0, k, 0, static_cast<std::uint32_t>(box.count())};
+    const double weight = geometry::total_mass(box) * gravity;
+    EXPECT_NEAR(contact_force(state, {.body = &of_box}).y(), weight, 0.05 * weight);
+    EXPECT_GT(lowest(some(state.x, 0, k)), lowest(some(state.x, k, sheet.corner_count())));
+}
+
 TEST(Mixed, WhatItCannotDoIsRefused)
 {
     const Cubes box = block(2, 0.1, {0, 0.1, 0}, wood), sheet = cloth(4, 0.1);
