@@ -99,18 +99,21 @@ const Grip* grip_near(const PointScene& scene, std::uint32_t point, std::uint32_
     return out;
 }
 
-// On the side by which a point stands to a triangle; where it hardly does, as its own face looks.
+// On the side by which a point stands to a triangle; where it hardly does, on that of the solid.
 Stand on_own_side(const PointScene& scene, const MovingPoint& point, const Stand& stand)
 {
-    constexpr double hardly = 0.25;  // of the solid
-    const auto solid = scene.body.part_of(point.touch.corners[0]);
-    const PosedCollider& posed = scene.step.solids[solid];
+    constexpr double hardly = 0.25, little = 0.05;  // of the solid
+    const PlaneTouch& touch = point.touch;
+    const auto solid = scene.body.part_of(touch.corners[0]);
+    const auto& tree = scene.step.solids[solid].tree;
     const double thinnest = scene.body.solids->solid[solid].thinnest;
-    if (posed.tree && std::abs(stand.distance) < hardly * thinnest) {
-        const auto hit = posed.tree->closest(point.to);
-        if (hit && std::abs(hit.normal.dot(stand.normal)) > same_way) {
-            return on_side(stand, -hit.normal);
-        }
+    if (tree && std::abs(stand.distance) < hardly * thinnest) {
+        Vec3 middle = Vec3::Zero();  // of its cube
+        for (std::size_t a = 0; a < 8; ++a) middle += slot_at(scene.step.x1, touch.corners[a]) / 8;
+        const Vec3 within = point.to + little * thinnest * (middle - point.to).normalized();
+        const Vec3 way = 2 * little * thinnest * stand.normal;
+        const bool before = tree->inside(within + way), behind = tree->inside(within - way);
+        if (before != behind) return on_side(stand, before ? way : Vec3(-way));
     }
     return on_side(stand, stand.distance * stand.normal);
 }

@@ -10,7 +10,7 @@
 // Which side of a sheet a point is kept on is told, in this order, by the grip that the step before
 // left on the cell or on one beside it, by where it stands at the start when it is near, by the way
 // that it comes through, and by where it stands at the end. Where it is so near that the solid may
-// just have gone in, the sheet is before the solid's face there, and not within the solid.
+// just have gone in, it is kept on the side that the solid lies on there.
 
 #include "physics/body/collider_contact.hpp"
 #include "physics/body/corner_body.hpp"

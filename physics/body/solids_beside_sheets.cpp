@@ -2,6 +2,7 @@
 
 #include "geometry/base/parallel.hpp"
 #include "geometry/cubes/trilinear.hpp"
+#include "geometry/mesh/measure.hpp"
 #include "physics/body/make_part_shapes.hpp"
 #include "physics/body/outer_faces.hpp"
 
@@ -37,9 +38,17 @@ InCell cell_at(const SolidsBesideSheets& solids, const SolidShape& shape, const 
     return {best, at - solids.cell[best].cast<double>()};
 }
 
-// The faces of a closed shape that lead out.
+// The faces of a closed shape that lead out, and look there: those of a mesh may all face inward.
 TriMesh outside_faces(TriMesh mesh, double size)
 {
+    if (geometry::enclosed_volume(mesh) < 0) {
+        geometry::MeshTopology turned;
+        for (geometry::Triangle t : mesh.triangles()) {
+            std::swap(t[1], t[2]);
+            turned.triangles.push_back(t);
+        }
+        mesh.topology = std::make_shared<const geometry::MeshTopology>(std::move(turned));
+    }
     if (auto outer = outer_faces(mesh, geometry::TriangleBvh(mesh), size)) return std::move(*outer);
     return mesh;
 }

@@ -3,6 +3,7 @@
 #include "physics/mixed/mixed.hpp"
 
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/primitive.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "physics/state/measure.hpp"
 #include "physics/state/state_models.hpp"
@@ -270,6 +271,31 @@ TEST(Mixed, AClothLiesOnTheFaceOfACoarseBox)
     for (const Vec3& p : on_top) highest = std::max(highest, p.y());
     EXPECT_NEAR(lowest(on_top), -0.01 + 0.5 * thickness, 0.05 * thickness);
     EXPECT_NEAR(highest, -0.01 + 0.5 * thickness, 0.05 * thickness);
+}
+
+// The same of a box whose mesh faces inward.
+TEST(Mixed, ABoxOnANetMayBeInsideOut)
+{
+    constexpr int ni = 8;
+    const Cubes box = block(4, 0.05, {0.013, 0.01, 0.02}, wood);
+    geometry::TriMesh mesh = geometry::box({0.2, 0.2, 0.2}, {4, 4, 4});
+    geometry::MeshTopology turned;
+    for (geometry::Triangle t : mesh.triangles()) {
+        std::swap(t[1], t[2]);
+        turned.triangles.push_back(t);
+    }
+    mesh.topology = std::make_shared<const geometry::MeshTopology>(turned);
+    for (auto& p : mesh.positions) p += geometry::Vec3f(0.013f, 0.11f, 0.02f);
+    const Cubes sheet = cloth(ni, 0.1);
+    const BodyModel models[] = {{&box, &mesh}, {&sheet, nullptr}};
+    const MixedBody body = make_mixed(models, touching(true), {});
+    const auto k = static_cast<std::uint32_t>(box.corner_count());
+    const Loads loads = weight_on(rim_of(sheet, ni, k));
+    State state = rest_state(body);
+    for (int i = 0; i < 48; ++i) state = advance(body, std::move(state), loads, frame);
+    const StateModel of_box{0, 0, k, 0, static_cast<std::uint32_t>(box.count())};
+    const double weight = geometry::total_mass(box) * gravity;
+    EXPECT_NEAR(contact_force(state, {.body = &of_box}).y(), weight, 0.05 * weight);
 }
 
 // The underside of a box lies 0.5 mm beyond the middle of a net at the start.
