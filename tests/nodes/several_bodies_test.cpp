@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 namespace {
 
 using fixtures::NodeRun;
@@ -151,18 +153,33 @@ TEST(SeveralBodies, WhatDoesNotFitIsTold)
     EXPECT_EQ(told([&] { none.run(); }).find("expected a link to cubes"), 0u);
 }
 
-TEST(SeveralBodies, ASheetBesideASolidIsRefusedWithWhatDoes)
+TEST(SeveralBodies, ASheetBesideASolidMovesByBricksAlone)
 {
     const Value sheet = NodeRun("Plane").run();
-    for (const char* method : {"bricks", "shell"}) {
+    for (const char* method : {"bricks", "springs", "lattice", "shell"}) {
         NodeRun simulate("Simulate");
-        simulate.inputs["cubes"] = {block(2, 0.1, geometry::Vec3::Zero()), sheet};
+        simulate.inputs["cubes"] = {block(2, 0.1, geometry::Vec3(0, 5, 0)), sheet};
         simulate.param("method").is = std::string(method);
+        if (std::string(method) == "bricks") {
+            EXPECT_NO_THROW(simulate.run());
+            continue;
+        }
         const std::string text = told([&] { simulate.run(); });
         EXPECT_EQ(text.rfind("sheets without thickness (cubes[1]) and solids (cubes[0])", 0), 0u)
             << text;
-        EXPECT_NE(text.find("Voxelize with method = surface and `thickness`"), text.npos) << text;
+        EXPECT_NE(text.find("set method = bricks"), text.npos) << text;
     }
+}
+
+TEST(SeveralBodies, ASurfaceApartFromItsCubesIsRefused)
+{
+    NodeRun simulate("Simulate");
+    simulate.inputs["cubes"] = {block(2, 0.1, geometry::Vec3::Zero())};
+    NodeRun far("Primitive");
+    far.param("centre").is = std::array<double, 3>{0, 9, 0};
+    simulate.inputs["surface"] = {far.run()};
+    const std::string text = told([&] { simulate.run(); });
+    EXPECT_EQ(text.rfind("surface[0] lies apart from cubes[0]", 0), 0u) << text;
 }
 
 TEST(SeveralBodies, AGiantIsAskedForItsUnit)
