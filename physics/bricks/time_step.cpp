@@ -3,6 +3,7 @@
 #include "geometry/base/stop.hpp"
 #include "physics/body/external_forces.hpp"
 #include "physics/bricks/bounce.hpp"
+#include "physics/bricks/frame_state.hpp"
 #include "physics/bricks/free_parts.hpp"
 #include "physics/bricks/holding_elasticity.hpp"
 #include "physics/bricks/rigid_energy.hpp"
@@ -39,6 +40,8 @@ struct FrameStep {
     StepSolver solver;
     StepRecord record;
     Motion now;
+    // m, with rigid parts: x0 and the end of the stage as they were solved, before these turned.
+    Aligned<double> solved_from, solved;
     EnergyAccount account;  // of the midpoint rule
     Risen risen;            // of the last step that was not cut in halves
     int halvings = 0;       // of the step that was taken last
@@ -60,6 +63,7 @@ void solve_over(FrameStep& step, double tau, double share, Balance balance)
         balance_free_parts(stage, step.now.x, step.now.v, balance);
     }
     find_leftover(stage, step.solver, step.record);
+    if (!stage.rigid.none()) step.solved_from = stage.x0, step.solved = stage.x;
     take_rigid_motion(stage);
     turn_rigid_parts(stage);
 }
@@ -260,6 +264,11 @@ void keep(FrameStep& step, const Before& before, double begin, double end)
     at.late = (end - step.stage.share) * step.frame.seconds;
     at.near = 0.5 * known_before * step.frame.body.greatest_edge;
     step.stage.held = grips_of(step.stage.holds, at);
+    if (!step.stage.rigid.none()) {  // pushed as they were solved
+        at.x0 = step.solved_from.data(), at.x1 = step.solved.data();
+        take_forces_of(grips_of(step.stage.touches, at), step.stage.grips);
+        take_forces_of(grips_of(step.stage.holds, at), step.stage.held);
+    }
     let_flow(step, at.dt);
 }
 
@@ -392,28 +401,6 @@ State slept_through(State state, const Pins& pins, double dt, const StepRecord& 
     state.report = record.report;
     state.report.slept = true;
     return state;
-}
-
-bool is_far(const State& state)
-{
-    return std::any_of(state.x.begin(), state.x.end(),
-                       [](const Vec3& x) { return !(x.cwiseAbs().maxCoeff() <= farthest); });
-}
-
-void check_state(const CornerBody& body, const State& state)
-{
-    const auto expected = std::to_string(body.corners);
-    if (state.x.size() != body.corners || state.v.size() != body.corners) {
-        throw std::invalid_argument("state: expected " + expected + " corners, found " +
-                                    std::to_string(state.x.size()) +
-                                    ". Was it made with other cubes?");
-    }
-    for (std::size_t k = 0; k < body.corners; ++k) {
-        if (!state.x[k].allFinite() || !state.v[k].allFinite()) {
-            throw std::invalid_argument("state: corner " + std::to_string(k) +
-                                        " has a position or velocity that is not finite");
-        }
-    }
 }
 
 State advance_all(const CornerBody& body, Elasticity& elasticity, State state, const Loads& loads,
