@@ -29,8 +29,8 @@ void join_solids(const CornerBody& body, const double* x,
                  const std::vector<PosedCollider>& colliders, std::vector<PlaneTouch>& touches);
 
 // Forgets of which side of each other a sheet and a solid were where they went through each other
-// by more than a quarter of the solid, as in an impact that did not converge: kept, some points would
-// stay on one side and some on the other.
+// by more than a quarter of the solid, as in an impact that did not converge: kept, some points
+// would stay on one side and some on the other.
 void forget_tangles(const CornerBody& body, std::size_t colliders, std::vector<Grip>& grips);
 
 }  // namespace physics

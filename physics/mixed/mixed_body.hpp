@@ -26,8 +26,8 @@ struct MixedBody {
 };
 
 // Of models of which some are planes or sheets and others are not. Surfaces may be null, and count
-// for solids alone. Contact of both is that of `bricks`. Throws std::invalid_argument where the models are of one kind, are no
-// bodies, or sheets are to yield.
+// for solids alone. Contact of both is that of `bricks`. Throws std::invalid_argument where the
+// models are of one kind, are no bodies, or sheets are to yield.
 MixedBody make_mixed(std::span<const BodyModel> models, const BrickOptions& bricks,
                      const ShellOptions& shell);
 
