@@ -2,8 +2,8 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/parallel.hpp"
-#include "physics/body/point_contact.hpp"
 #include "physics/bricks/factor_cache.hpp"
+#include "physics/shell/contact_weights.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -376,23 +376,8 @@ void ShellElasticity::add_contact(const PointContact& contact, const geometry::M
     // ones.
     for (const std::uint32_t at : body_.cells_of[contact.corners[0]]) {
         if (at == no_index) continue;
-        const auto& corners = body_.cell[at / 4];
-        std::array<double, 4> weight{};
-        bool holds = true;
-        for (std::size_t a = 0; a < 8 && holds; ++a) {
-            if (contact.weight[a] == 0) continue;
-            const auto found = std::find(corners.begin(), corners.end(), contact.corners[a]);
-            holds = found != corners.end();
-            if (holds) weight[std::size_t(found - corners.begin())] += double(contact.weight[a]);
-        }
-        if (!holds) continue;
-        for (std::size_t i = 0; i < 4; ++i) {
-            for (std::size_t j = 0; j < 4; ++j) {
-                to[at / 4].block<3, 3>(Eigen::Index(3 * i), Eigen::Index(3 * j)) +=
-                    weight[i] * weight[j] * block;
-            }
-        }
-        return;
+        const auto weight = weights_in(body_.cell[at / 4], contact);
+        if (weight) return add_between(*weight, block, to[at / 4]);
     }
 }
 

@@ -2,7 +2,7 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/parallel.hpp"
-#include "physics/body/point_contact.hpp"
+#include "physics/shell/contact_weights.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -424,22 +424,8 @@ void TriangleElasticity::add_contact(const PointContact& contact, const geometry
     const std::uint32_t first = contact.corners[0];
     for (auto at = shell_.of_corner[first]; at < shell_.of_corner[first + 1]; ++at) {
         const std::size_t t = shell_.around[at] / 3;
-        const auto& corners = shell_.triangle[t].corner;
-        std::array<double, 3> weight{};
-        bool holds = true;
-        for (std::size_t a = 0; a < 8 && holds; ++a) {
-            if (contact.weight[a] == 0) continue;
-            const auto found = std::find(corners.begin(), corners.end(), contact.corners[a]);
-            holds = found != corners.end();
-            if (holds) weight[std::size_t(found - corners.begin())] += double(contact.weight[a]);
-        }
-        if (!holds) continue;
-        for (std::size_t i = 0; i < 3; ++i) {
-            for (std::size_t j = 0; j < 3; ++j) {
-                to[t].block<3, 3>(Index(3 * i), Index(3 * j)) += weight[i] * weight[j] * block;
-            }
-        }
-        return;
+        const auto weight = weights_in(shell_.triangle[t].corner, contact);
+        if (weight) return add_between(*weight, block, to[t]);
     }
 }
 

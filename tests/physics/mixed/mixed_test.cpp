@@ -99,6 +99,40 @@ BrickOptions touching(bool rigid = false)
     return out;
 }
 
+// A box that comes to a net of ni by ni cells, which its rim holds.
+struct BoxAndNet {
+    BoxAndNet(Cubes its_box, Cubes its_net, int ni, bool rigid,
+              const geometry::TriMesh* surface = nullptr)
+        : box(std::move(its_box)), net(std::move(its_net)),
+          corners(static_cast<std::uint32_t>(box.corner_count()))
+    {
+        const BodyModel models[] = {{&box, surface}, {&net, nullptr}};
+        body = make_mixed(models, touching(rigid), {});
+        loads = weight_on(rim_of(net, ni, corners));
+        state = rest_state(body);
+    }
+
+    void fly(const Vec3& velocity) { std::fill_n(state.v.begin(), corners, velocity); }
+    void go(int frames)
+    {
+        for (int i = 0; i < frames; ++i) state = advance(body, std::move(state), loads, frame);
+    }
+    double low_of_box() const { return lowest(some(state.x, 0, corners)); }
+    double low_of_net() const { return lowest(some(state.x, corners, net.corner_count())); }
+    double weight() const { return geometry::total_mass(box) * gravity; }
+    Vec3 push_on_box() const
+    {
+        const StateModel of_box{0, 0, corners, 0, static_cast<std::uint32_t>(box.count())};
+        return contact_force(state, {.body = &of_box});
+    }
+
+    Cubes box, net;
+    std::uint32_t corners;  // of the box
+    MixedBody body;
+    Loads loads;
+    State state;
+};
+
 }  // namespace
 
 // A beam that is held at one end and a cloth that is held by its rim, far apart, under gravity.
@@ -145,31 +179,22 @@ class MixedAtRest : public testing::TestWithParam<bool> {};
 // A box of 4 kg on a net that is held by its rim.
 TEST_P(MixedAtRest, ABoxOnANetIsHeldByItsWeight)
 {
-    constexpr int ni = 12;
-    const Cubes box = block(4, 0.05, {0.01, 0.01, 0}, wood);
-    const Cubes sheet = cloth(ni, 0.08);
-    const BodyModel models[] = {{&box, nullptr}, {&sheet, nullptr}};
-    const MixedBody body = make_mixed(models, touching(GetParam()), {});
-    const auto k = static_cast<std::uint32_t>(box.corner_count());
-    const Loads loads = weight_on(rim_of(sheet, ni, k));
-    State state = rest_state(body);
+    BoxAndNet on(block(4, 0.05, {0.01, 0.01, 0}, wood), cloth(12, 0.08), 12, GetParam());
     double most_below = 0;
     for (int i = 0; i < 72; ++i) {
-        state = advance(body, std::move(state), loads, frame);
-        const double net = lowest(some(state.x, k, sheet.corner_count()));
-        most_below = std::max(most_below, net - lowest(some(state.x, 0, k)));
+        on.go(1);
+        most_below = std::max(most_below, on.low_of_net() - on.low_of_box());
     }
     EXPECT_LT(most_below, 0.01 * 0.05);
-    const StateModel of_box{0, 0, k, 0, static_cast<std::uint32_t>(box.count())};
-    const double mass = geometry::total_mass(box), net = geometry::total_mass(sheet);
+    const double weight = on.weight(), net = geometry::total_mass(on.net) * gravity;
     Vec3 held = Vec3::Zero();
-    for (const Reaction& r : state.reactions) held += r.force.cast<double>();
-    EXPECT_NEAR(held.y(), (mass + net) * gravity, 0.02 * mass * gravity);
-    const Vec3 pushed = contact_force(state, {.body = &of_box});
-    EXPECT_NEAR(pushed.y(), mass * gravity, 0.02 * mass * gravity);
+    for (const Reaction& r : on.state.reactions) held += r.force.cast<double>();
+    EXPECT_NEAR(held.y(), weight + net, 0.02 * weight);
+    const Vec3 pushed = on.push_on_box();
+    EXPECT_NEAR(pushed.y(), weight, 0.02 * weight);
     EXPECT_LT(pushed.x() * pushed.x() + pushed.z() * pushed.z(), 1e-4 * pushed.y() * pushed.y());
     double fastest = 0;
-    for (const Vec3& v : state.v) fastest = std::max(fastest, v.norm());
+    for (const Vec3& v : on.state.v) fastest = std::max(fastest, v.norm());
     EXPECT_LT(fastest, 0.01);
 }
 
@@ -212,19 +237,11 @@ class MixedFast : public testing::TestWithParam<double> {};
 // A box that goes several of its lengths in a step, at a sheet that is held by its rim.
 TEST_P(MixedFast, ABoxDoesNotPassThroughANet)
 {
-    constexpr int ni = 10;
-    const Cubes box = block(2, 0.05, {0.013, 0.3, 0.02}, wood);
-    const Cubes sheet = cloth(ni, 0.06);
-    const BodyModel models[] = {{&box, nullptr}, {&sheet, nullptr}};
-    const MixedBody body = make_mixed(models, touching(), {});
-    const auto k = static_cast<std::uint32_t>(box.corner_count());
-    State state = rest_state(body);
-    for (std::size_t i = 0; i < k; ++i) state.v[i] = {0, -GetParam(), 0};
-    const Loads loads = weight_on(rim_of(sheet, ni, k));
+    BoxAndNet at(block(2, 0.05, {0.013, 0.3, 0.02}, wood), cloth(10, 0.06), 10, false);
+    at.fly({0, -GetParam(), 0});
     for (int i = 0; i < 12; ++i) {
-        state = advance(body, std::move(state), loads, frame);
-        const double net = lowest(some(state.x, k, sheet.corner_count()));
-        ASSERT_GT(lowest(some(state.x, 0, k)), net - 0.1 * 0.05) << i;
+        at.go(1);
+        ASSERT_GT(at.low_of_box(), at.low_of_net() - 0.1 * 0.05) << i;
     }
 }
 
@@ -235,19 +252,11 @@ class MixedSmall : public testing::TestWithParam<double> {};
 // A box of half a cell, which no corner of the sheet comes to lie in.
 TEST_P(MixedSmall, ABoxDoesNotPassBetweenTheCornersOfANet)
 {
-    constexpr int ni = 8;
-    const Cubes box = block(2, 0.02, {0.04, 0.3, 0.037}, wood);
-    const Cubes sheet = cloth(ni, 0.08);
-    const BodyModel models[] = {{&box, nullptr}, {&sheet, nullptr}};
-    const MixedBody body = make_mixed(models, touching(true), {});
-    const auto k = static_cast<std::uint32_t>(box.corner_count());
-    State state = rest_state(body);
-    for (std::size_t i = 0; i < k; ++i) state.v[i] = {0, -GetParam(), 0};
-    const Loads loads = weight_on(rim_of(sheet, ni, k));
+    BoxAndNet at(block(2, 0.02, {0.04, 0.3, 0.037}, wood), cloth(8, 0.08), 8, true);
+    at.fly({0, -GetParam(), 0});
     for (int i = 0; i < 24; ++i) {
-        state = advance(body, std::move(state), loads, frame);
-        const double net = lowest(some(state.x, k, sheet.corner_count()));
-        ASSERT_GT(lowest(some(state.x, 0, k)), net - 0.1 * 0.02) << i;
+        at.go(1);
+        ASSERT_GT(at.low_of_box(), at.low_of_net() - 0.1 * 0.02) << i;
     }
 }
 
@@ -273,11 +282,9 @@ TEST(Mixed, AClothLiesOnTheFaceOfACoarseBox)
     EXPECT_NEAR(highest, -0.01 + 0.5 * thickness, 0.05 * thickness);
 }
 
-// The same of a box whose mesh faces inward.
+// A box whose mesh faces inward.
 TEST(Mixed, ABoxOnANetMayBeInsideOut)
 {
-    constexpr int ni = 8;
-    const Cubes box = block(4, 0.05, {0.013, 0.01, 0.02}, wood);
     geometry::TriMesh mesh = geometry::box({0.2, 0.2, 0.2}, {4, 4, 4});
     geometry::MeshTopology turned;
     for (geometry::Triangle t : mesh.triangles()) {
@@ -286,34 +293,18 @@ TEST(Mixed, ABoxOnANetMayBeInsideOut)
     }
     mesh.topology = std::make_shared<const geometry::MeshTopology>(turned);
     for (auto& p : mesh.positions) p += geometry::Vec3f(0.013f, 0.11f, 0.02f);
-    const Cubes sheet = cloth(ni, 0.1);
-    const BodyModel models[] = {{&box, &mesh}, {&sheet, nullptr}};
-    const MixedBody body = make_mixed(models, touching(true), {});
-    const auto k = static_cast<std::uint32_t>(box.corner_count());
-    const Loads loads = weight_on(rim_of(sheet, ni, k));
-    State state = rest_state(body);
-    for (int i = 0; i < 48; ++i) state = advance(body, std::move(state), loads, frame);
-    const StateModel of_box{0, 0, k, 0, static_cast<std::uint32_t>(box.count())};
-    const double weight = geometry::total_mass(box) * gravity;
-    EXPECT_NEAR(contact_force(state, {.body = &of_box}).y(), weight, 0.05 * weight);
+    BoxAndNet on(block(4, 0.05, {0.013, 0.01, 0.02}, wood), cloth(8, 0.1), 8, true, &mesh);
+    on.go(48);
+    EXPECT_NEAR(on.push_on_box().y(), on.weight(), 0.05 * on.weight());
 }
 
 // The underside of a box lies 0.5 mm beyond the middle of a net at the start.
 TEST(Mixed, ABoxThatStartsInANetComesOut)
 {
-    constexpr int ni = 8;
-    const Cubes box = block(4, 0.05, {0.013, -0.0005, 0.02}, wood);
-    const Cubes sheet = cloth(ni, 0.1);
-    const BodyModel models[] = {{&box, nullptr}, {&sheet, nullptr}};
-    const MixedBody body = make_mixed(models, touching(true), {});
-    const auto k = static_cast<std::uint32_t>(box.corner_count());
-    const Loads loads = weight_on(rim_of(sheet, ni, k));
-    State state = rest_state(body);
-    for (int i = 0; i < 48; ++i) state = advance(body, std::move(state), loads, frame);
-    const StateModel of_box{0, 0, k, 0, static_cast<std::uint32_t>(box.count())};
-    const double weight = geometry::total_mass(box) * gravity;
-    EXPECT_NEAR(contact_force(state, {.body = &of_box}).y(), weight, 0.05 * weight);
-    EXPECT_GT(lowest(some(state.x, 0, k)), lowest(some(state.x, k, sheet.corner_count())));
+    BoxAndNet in(block(4, 0.05, {0.013, -0.0005, 0.02}, wood), cloth(8, 0.1), 8, true);
+    in.go(48);
+    EXPECT_NEAR(in.push_on_box().y(), in.weight(), 0.05 * in.weight());
+    EXPECT_GT(in.low_of_box(), in.low_of_net());
 }
 
 TEST(Mixed, WhatItCannotDoIsRefused)
