@@ -117,4 +117,10 @@ std::optional<Stand> meeting_of(Four kind, const FourPoints& a, const FourPoints
     return std::nullopt;
 }
 
+Stand turned_to(Stand stand, const Vec3& way)
+{
+    if (stand.normal.dot(way) < 0) stand.normal = -stand.normal, stand.distance = -stand.distance;
+    return stand;
+}
+
 }  // namespace physics

@@ -179,12 +179,6 @@ bool is_known(const SheetScene& scene, const MayMeet& pair)
     return found != scene.known.end() && !in_order(pair, *found);
 }
 
-Stand turned_to(Stand stand, const Vec3& way)
-{
-    if (stand.normal.dot(way) < 0) stand.normal = -stand.normal, stand.distance = -stand.distance;
-    return stand;
-}
-
 // Where its point has slid from. That of an edge does not tell the side: where edges cross other
 // ones, their normals turn about.
 const Grip* grip_beside(const SheetScene& scene, const MayMeet& pair)
@@ -198,36 +192,19 @@ const Grip* grip_beside(const SheetScene& scene, const MayMeet& pair)
 // How they stand, with the normal out of the side that is to be kept.
 std::optional<Stand> kept_apart(const SheetScene& scene, const MayMeet& pair)
 {
-    const double reach = scene.cells.reach;
     FourPoints a, b;
     for (std::size_t i = 0; i < 4; ++i) {
-        a[i] = place_at(scene.step.x0, pair.corner[i]),
+        a[i] = place_at(scene.step.x0, pair.corner[i]);
         b[i] = place_at(scene.step.x1, pair.corner[i]);
     }
-    const auto start = stand_of(pair.kind, a), end = stand_of(pair.kind, b);
-    const Grip* grip = find_grip(scene.step.grips, pair.point, pair.other);
-    if (!start && !end && grip) return std::nullopt;
-    if (!grip && pair.kind == Four::point && (start || end)) grip = grip_beside(scene, pair);
-    if (grip) {
-        const Stand& stand = end ? *end : *start;
-        const Vec3 side = grip->normal.cast<double>();
-        // Edges that have come past each other have another normal.
-        if (std::abs(stand.normal.dot(side)) > same_normal) return turned_to(stand, side);
-    }
-    if (start && std::abs(start->distance) < reach && start->distance != 0) {
-        const Stand side = turned_to(*start, start->distance * start->normal);
-        if (end && std::abs(end->normal.dot(side.normal)) > same_normal) {
-            return turned_to(*end, side.normal);
-        }
-        return side;
-    }
-    if (const auto meeting = meeting_of(pair.kind, a, b)) {
-        Vec3 way = Vec3::Zero();
-        for (std::size_t i = 0; i < 4; ++i) way += meeting->weight[i] * (a[i] - b[i]);
-        return turned_to(*meeting, way);
-    }
-    if (!end || !(std::abs(end->distance) < reach)) return std::nullopt;
-    return turned_to(*end, end->distance * end->normal);
+    const auto beside = [&] {
+        return pair.kind == Four::point ? grip_beside(scene, pair) : nullptr;
+    };
+    const auto own = [](const Stand& stand) {
+        return turned_to(stand, stand.distance * stand.normal);
+    };
+    return side_to_keep(pair.kind, a, b, scene.cells.reach,
+                        find_grip(scene.step.grips, pair.point, pair.other), beside, own);
 }
 
 // Its corners, the first eight of the point or the first edge.

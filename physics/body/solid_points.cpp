@@ -3,6 +3,7 @@
 #include "geometry/base/parallel.hpp"
 #include "physics/body/four_points.hpp"
 #include "physics/body/sheet_contact.hpp"
+#include "physics/body/sheet_edges.hpp"
 #include "physics/body/solids_beside_sheets.hpp"
 
 #include <algorithm>
@@ -18,12 +19,6 @@ using geometry::Box3f;
 using geometry::BoxTree;
 
 constexpr std::size_t cubes_a_search = 32;
-constexpr double same_way = 0.5;  // cosine
-
-Vec3 slot_at(const double* field, std::uint32_t slot)
-{
-    return Eigen::Map<const Vec3>(field + 4 * std::size_t{slot});
-}
 
 struct PointScene {
     const CornerBody& body;
@@ -57,11 +52,12 @@ PointScene point_scene(const CornerBody& body, const SolidPointStep& step)
         {}};
     const auto sheet_corners = static_cast<double>(body.corners - solids.first_sheet);
     for (std::uint32_t k = solids.first_sheet; k < body.corners; ++k) {
-        out.together += (slot_at(step.x1, k) - slot_at(step.x0, k)) / sheet_corners;
+        out.together += (corner_place(step.x1, k) - corner_place(step.x0, k)) / sheet_corners;
     }
     for (const auto& corners : out.cells.cell) {
         Box3f box;
-        for (const auto k : corners) add_way(out, slot_at(step.x0, k), slot_at(step.x1, k), box);
+        for (const auto k : corners)
+            add_way(out, corner_place(step.x0, k), corner_place(step.x1, k), box);
         out.box.push_back(widened(box, out.cells.reach));
     }
     out.tree = fitted(out.cells.tree, out.box);
@@ -76,14 +72,8 @@ struct MovingPoint {
     Vec3 from = Vec3::Zero(), to = Vec3::Zero();
 };
 
-Stand on_side(Stand stand, const Vec3& way)
-{
-    if (stand.normal.dot(way) < 0) stand.normal = -stand.normal, stand.distance = -stand.distance;
-    return stand;
-}
-
-// The deepest grip of a point on a triangle, or on those of cells beside it.
-const Grip* grip_near(const PointScene& scene, std::uint32_t point, std::uint32_t triangle)
+// The deepest grip of a point on triangles of cells beside one.
+const Grip* grip_beside(const PointScene& scene, std::uint32_t point, std::uint32_t triangle)
 {
     const auto& grips = scene.step.held;
     const auto before = [](const Grip& grip, std::uint32_t p) { return grip.point < p; };
@@ -92,7 +82,6 @@ const Grip* grip_near(const PointScene& scene, std::uint32_t point, std::uint32_
          grip != grips.end() && grip->point == point; ++grip) {
         if (grip->other < scene.step.first_other) continue;
         const std::uint32_t other = grip->other - scene.step.first_other;
-        if (other == triangle) return &*grip;
         if (out && !(grip->depth > out->depth)) continue;
         if (are_beside(scene.body, scene.cells, other / 2, triangle / 2)) out = &*grip;
     }
@@ -109,46 +98,31 @@ Stand on_own_side(const PointScene& scene, const MovingPoint& point, const Stand
     const double thinnest = scene.body.solids->solid[solid].thinnest;
     if (tree && std::abs(stand.distance) < hardly * thinnest) {
         Vec3 middle = Vec3::Zero();  // of its cube
-        for (std::size_t a = 0; a < 8; ++a) middle += slot_at(scene.step.x1, touch.corners[a]) / 8;
+        for (std::size_t a = 0; a < 8; ++a)
+            middle += corner_place(scene.step.x1, touch.corners[a]) / 8;
         const Vec3 within = point.to + little * thinnest * (middle - point.to).normalized();
         const Vec3 way = 2 * little * thinnest * stand.normal;
         const bool before = tree->inside(within + way), behind = tree->inside(within - way);
-        if (before != behind) return on_side(stand, before ? way : Vec3(-way));
+        if (before != behind) return turned_to(stand, before ? way : Vec3(-way));
     }
-    return on_side(stand, stand.distance * stand.normal);
+    return turned_to(stand, stand.distance * stand.normal);
 }
 
 // How it stands to a triangle, with the normal out of the side that is to be kept.
 std::optional<Stand> side_kept(const PointScene& scene, const MovingPoint& point,
                                std::uint32_t triangle)
 {
-    const double reach = scene.cells.reach;
     const auto& k = scene.cells.triangle[triangle];
     FourPoints a{point.from}, b{point.to};
     for (std::size_t i = 0; i < 3; ++i) {
-        a[i + 1] = slot_at(scene.step.x0, k[i]), b[i + 1] = slot_at(scene.step.x1, k[i]);
+        a[i + 1] = corner_place(scene.step.x0, k[i]);
+        b[i + 1] = corner_place(scene.step.x1, k[i]);
     }
-    const auto start = stand_of(Four::point, a), end = stand_of(Four::point, b);
-    if (const Grip* const grip = grip_near(scene, point.touch.point, triangle)) {
-        if (!start && !end) return std::nullopt;
-        const Stand& stand = end ? *end : *start;
-        const Vec3 side = grip->normal.cast<double>();
-        if (std::abs(stand.normal.dot(side)) > same_way) return on_side(stand, side);
-    }
-    if (start && std::abs(start->distance) < reach && start->distance != 0) {
-        const Stand side = on_own_side(scene, point, *start);
-        if (end && std::abs(end->normal.dot(side.normal)) > same_way) {
-            return on_side(*end, side.normal);
-        }
-        return side;
-    }
-    if (const auto meeting = meeting_of(Four::point, a, b)) {
-        Vec3 way = Vec3::Zero();
-        for (std::size_t i = 0; i < 4; ++i) way += meeting->weight[i] * (a[i] - b[i]);
-        return on_side(*meeting, way);
-    }
-    if (!end || !(std::abs(end->distance) < reach)) return std::nullopt;
-    return on_own_side(scene, point, *end);
+    const std::uint32_t p = point.touch.point, other = scene.step.first_other + triangle;
+    return side_to_keep(
+        Four::point, a, b, scene.cells.reach, find_grip(scene.step.held, p, other),
+        [&] { return grip_beside(scene, p, triangle); },
+        [&](const Stand& stand) { return on_own_side(scene, point, stand); });
 }
 
 void meet_triangle_of(const PointScene& scene, const MovingPoint& point, std::uint32_t triangle,
@@ -167,7 +141,8 @@ void meet_triangle_of(const PointScene& scene, const MovingPoint& point, std::ui
         touch.corners[8 + i] = k[i];
         touch.weight[8 + i] = static_cast<float>(w);
         half -= 0.5 * w * double(scene.cells.thickness[k[i]]);
-        way -= w * stand->normal.dot(slot_at(scene.step.x1, k[i]) - slot_at(scene.step.x0, k[i]));
+        way -= w * stand->normal.dot(corner_place(scene.step.x1, k[i]) -
+                                     corner_place(scene.step.x0, k[i]));
     }
     const ContactSurface& skin = body.skin;
     const double h = body.edge_at(touch.corners[0]);
@@ -197,8 +172,8 @@ MovingPoint moving_point(const PointScene& scene, const CornerRuns::Corners& cor
     for (std::size_t a = 0; a < 8; ++a) {
         const auto weight = double(skin.point[i][a]);
         out.touch.weight[a] = skin.point[i][a];
-        out.from += weight * slot_at(scene.step.x0, corners[a]);
-        out.to += weight * slot_at(scene.step.x1, corners[a]);
+        out.from += weight * corner_place(scene.step.x0, corners[a]);
+        out.to += weight * corner_place(scene.step.x1, corners[a]);
     }
     return out;
 }
@@ -207,6 +182,7 @@ MovingPoint moving_point(const PointScene& scene, const CornerRuns::Corners& cor
 void meet_cube(const PointScene& scene, const CornerRuns::Corners& corners, std::size_t cube,
                std::vector<PlaneTouch>& out)
 {
+    if (!scene.step.solids[scene.body.part_of(corners[0])].tree) return;  // far from all sheets
     const SurfacePatch& patch = scene.body.skin.on(cube);
     std::vector<MovingPoint> points;
     Box3f all;
@@ -237,6 +213,8 @@ void meet_cube(const PointScene& scene, const CornerRuns::Corners& corners, std:
 
 std::vector<PlaneTouch> find_solid_points(const CornerBody& body, const SolidPointStep& step)
 {
+    const auto is_near = [](const PosedCollider& solid) { return solid.tree != nullptr; };
+    if (std::none_of(step.solids.begin(), step.solids.end(), is_near)) return {};
     const PointScene scene = point_scene(body, step);
     const std::size_t cubes = body.solids->first_sheet_cell;
     std::vector<std::vector<PlaneTouch>> found((cubes + cubes_a_search - 1) / cubes_a_search);

@@ -36,6 +36,7 @@ Pins pins_of(const Pins& pins, const std::vector<std::uint32_t>& own, std::size_
         out.target.push_back(pins.target[p]);
         if (!pins.axes.empty()) out.axes.push_back(pins.axes[p]);
     }
+    if (own_cubes.empty()) return out;  // of sheets, which hold no points
     out.matter = pins.matter;
     for (auto& corner : out.matter.corner) corner = corner_of[corner];
     for (auto& cube : out.matter.cubes) cube.cube = cube_of[cube.cube];
