@@ -1,0 +1,156 @@
+#include "physics/bricks/integrate.hpp"
+
+#include "physics/bricks/free_parts.hpp"
+#include "physics/bricks/rigid_energy.hpp"
+#include "physics/bricks/stage_touches.hpp"
+#include "physics/bricks/step_newton.hpp"
+#include "physics/state/measure.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace physics {
+namespace {
+
+// Implicit Euler over tau seconds up to a share of the frame.
+void solve_over(FrameStep& step, double tau, double share, Balance balance)
+{
+    Stage& stage = step.stage;
+    stage.span = balance == Balance::middle ? 2 * tau : tau;
+    take_forces(step.account, step.frame, step.now.x, share);
+    start_stage(stage, step.now.x, step.now.v, tau, share);
+    stage.turns_start = balance == Balance::end;
+    solve_stage(stage, step.solver, step.record);
+    balance_free_parts(stage, step.now.x, step.now.v, balance);
+    for (int i = 0; i < 2 && step.frame.body.solids && !stage.rigid.none(); ++i) {  // turned parts
+        take_rigid_motion(stage);
+        turn_rigid_parts(stage);
+        balance_free_parts(stage, step.now.x, step.now.v, balance);
+    }
+    find_leftover(stage, step.solver, step.record);
+    if (!stage.rigid.none()) step.solved_from = stage.x0, step.solved = stage.x;
+    take_rigid_motion(stage);
+    turn_rigid_parts(stage);
+}
+
+// What rises after an impact by the end of a whole step, where the stage that was solved is
+// shorter. In halves it is what was found before they were cut.
+Risen risen_in_a_step(FrameStep& step, double share, Balance balance)
+{
+    constexpr double nearly = 0.9;
+    const double whole = step.frame.seconds / step.frame.options.substeps;
+    const double tau = step.stage.tau;
+    Risen own = risen(step.stage, step.now.x, step.now.v);
+    if (step.stage.halvings > 0) {
+        for (auto& [who, share_of_it] : own) {
+            if (const auto at = step.risen.find(who); at != step.risen.end()) {
+                share_of_it = std::max(share_of_it, at->second);
+            }
+        }
+        return own;
+    }
+    const bool all =
+        std::all_of(own.begin(), own.end(), [](const auto& r) { return r.second == 1; });
+    if (all || balance != Balance::end || tau > nearly * whole) return own;
+    const StepRecord record = step.record;
+    solve_over(step, whole, share, balance);
+    Risen out = risen(step.stage, step.now.x, step.now.v);
+    const auto iterations = step.record.report.iterations;
+    step.record = record;
+    step.record.report.iterations = iterations;
+    solve_over(step, tau, share, balance);
+    return out;
+}
+
+void take_stage(FrameStep& step, double tau, double share, Balance balance)
+{
+    Stage& stage = step.stage;
+    solve_over(step, tau, share, balance);
+    if (stage.halvings == 0) step.risen.clear();
+    if (stage.struck) {
+        const Risen all = risen_in_a_step(step, share, balance);
+        if (stage.halvings == 0) step.risen = all;
+        make_up(stage, step.now.x, step.now.v, all);
+    }
+    const Motion before = stage.rigid.none() ? Motion{} : step.now;
+    for (std::size_t i = 0; i < step.frame.n; ++i) {
+        step.now.x[i] = stage.x0[i] + tau * stage.w[i];
+    }
+    step.now.v = stage.w;
+    stage.rigid.straighten(step.now.x.data(), step.now.v.data());
+    keep_rigid_energy(stage, before.x, before.v, step.now.x, step.now.v);
+}
+
+// Whether something hits on the way to x, behind the middle of the step.
+bool hits_later(Stage& stage, const Aligned<double>& x)
+{
+    if (!may_touch(stage)) return false;
+    const auto touches = stage.touches, holds = stage.holds;
+    const Aligned<double> middle = stage.x;
+    stage.x = x;
+    find_touches(stage);
+    stage.x = middle;
+    stage.touches = touches, stage.holds = holds;
+    return stage.struck;
+}
+
+// Both take a step of dt seconds from share `begin` to share `end` of the frame. Returns whether it
+// stands.
+bool take_midpoint(FrameStep& step, double dt, double begin, double end)
+{
+    const Motion before = step.now;
+    Motion& now = step.now;
+    take_stage(step, 0.5 * dt, 0.5 * (begin + end), Balance::middle);
+    if (step.stage.struck) return false;
+    charge_damping(step.account, step.stage, dt);
+    for (std::size_t i = 0; i < step.frame.n; ++i) {
+        now.x[i] = 2 * now.x[i] - before.x[i];
+        now.v[i] = 2 * now.v[i] - before.v[i];
+    }
+    if (!all_finite(now.x)) return true;
+    if (hits_later(step.stage, now.x)) return false;
+    if (settle(step.account, step.stage, now.x, now.v)) return true;
+    step.record.gained = true;
+    return false;
+}
+
+bool take_sdirk2(FrameStep& step, double dt, double begin, double end)
+{
+    const double gamma = 1 - 1 / std::sqrt(2.0);
+    const Motion before = step.now;
+    Motion& now = step.now;
+    take_stage(step, gamma * dt, begin + gamma * (end - begin), Balance::linear);
+    if (step.stage.struck) return false;
+    // Slopes of the first stage: velocity v, acceleration (v - v before) / (gamma dt).
+    for (std::size_t i = 0; i < step.frame.n; ++i) {
+        now.x[i] = before.x[i] + (1 - gamma) * dt * now.v[i];
+        now.v[i] = before.v[i] + (1 - gamma) / gamma * (now.v[i] - before.v[i]);
+    }
+    take_stage(step, gamma * dt, end, Balance::linear);
+    return !step.stage.struck;
+}
+
+}  // namespace
+
+void integrate(FrameStep& step, double begin, double end)
+{
+    const double dt = (end - begin) * step.frame.seconds;
+    const Integrator integrator = step.frame.options.integrator;
+    if (integrator != Integrator::implicit_euler) {
+        const Motion before = step.now;
+        const StepRecord record = step.record;
+        const bool stands = integrator == Integrator::sdirk2 ? take_sdirk2(step, dt, begin, end)
+                                                             : take_midpoint(step, dt, begin, end);
+        if (stands) return;
+        const bool gained = step.record.gained;
+        step.now = before;
+        step.record = record;
+        step.record.gained |= gained;
+    }
+    take_stage(step, dt, end, Balance::end);
+    if (integrator == Integrator::implicit_midpoint) {
+        step.account = open_account(step.stage, step.now.x, step.now.v);
+    }
+}
+
+}  // namespace physics

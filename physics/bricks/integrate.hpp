@@ -1,0 +1,40 @@
+#pragma once
+
+// One step of a frame, by the integrator that was chosen (time_step.hpp).
+
+#include "physics/bricks/bounce.hpp"
+#include "physics/bricks/stage.hpp"
+#include "physics/bricks/step_energy.hpp"
+#include "physics/bricks/step_solver.hpp"
+
+namespace physics {
+
+// Where a frame has got to.
+struct Motion {
+    Aligned<double> x, v;  // m, m/s
+};
+
+// All that a frame's steps work with.
+struct FrameStep {
+    FrameStep(StepFrame& its_frame, Elasticity& elasticity)
+        : frame(its_frame), stage(its_frame, elasticity), solver(stage)
+    {}
+
+    StepFrame& frame;
+    Stage stage;
+    StepSolver solver;
+    StepRecord record;
+    Motion now;
+    // m, with rigid parts: x0 and the end of the stage as they were solved, before these turned.
+    Aligned<double> solved_from, solved;
+    EnergyAccount account;  // of the midpoint rule
+    Risen risen;            // of the last step that was not cut in halves
+    int halvings = 0;       // of the step that was taken last
+};
+
+// From share `begin` to share `end` of the frame. Velocities jump where something hits, and what
+// methods of second order make of a jump throws it back faster than it came: such a step is one of
+// implicit Euler.
+void integrate(FrameStep& step, double begin, double end);
+
+}  // namespace physics
