@@ -156,6 +156,10 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
             faults.push_back({"initial_shape", no_rigid_equilibrium});
         }
     }
+    if (in.method != Method::lattice && in.step.substeps == 0 &&
+        in.step.integrator != physics::Integrator::implicit_euler) {
+        faults.push_back({"step.substeps", steps_by_error});
+    }
     if (in.method == Method::lattice && models > 1) {
         faults.push_back({"method", lattice_of_several});
     }
@@ -292,7 +296,7 @@ static physics::State first_state(const Inputs& in, const graph::Context& contex
     const auto* const bricks = std::get_if<physics::BricksBody>(&in.body->is);
     if (!bricks) throw std::invalid_argument(no_equilibrium);
     add_forces(in, context, loads);
-    state = physics::settle(*bricks, std::move(state), loads, with_substeps(in.step));
+    state = physics::settle(*bricks, std::move(state), loads, in.step);
     for (const auto& warning : state.report.warnings) context.warn(warning);
     return state;
 }
@@ -343,14 +347,13 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const double dt = seconds_of(in, context);
     auto last = *in.last;
     keep_own_plastic(in.body->is, context, last);
-    const auto step = in.method == Method::lattice ? in.step : with_substeps(in.step);
     auto state = std::visit(
-        [&](const auto& body) { return advance(body, std::move(last), loads, dt, step); },
+        [&](const auto& body) { return advance(body, std::move(last), loads, dt, in.step); },
         in.body->is);
     for (const auto& warning : state.report.warnings) context.warn(warning);
     if (in.method == Method::bricks && in.initial_shape == Shape::given &&
         in.step.integrator == physics::Integrator::implicit_euler) {
-        for (const auto& hint : told_of_stiff(in.cubes, in.bodies, state, step.substeps))
+        for (const auto& hint : told_of_stiff(in.cubes, in.bodies, state, least_steps(in.step)))
             context.warn(hint);
     }
     state.models = in.body->models;

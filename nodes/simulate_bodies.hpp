@@ -40,7 +40,7 @@ inline void describe_body(graph::ParamsOf<OneBody>& p)
                "the mass of its cubes and the centre and inertia of its surface, and pushes and is "
                "pushed as others are (method bricks). Right, and many times faster, for what would "
                "not visibly bend: wood, stone, metal. Its Young's modulus counts for its contacts "
-               "alone. Many impacts at once are often solved faster with step.substeps = 4. Beside "
+               "alone. Many impacts at once are often solved faster with step.substeps = 4 or 0. Beside "
                "rigid bodies, elastic ones are solved with linear forces in each round.");
 }
 

@@ -39,7 +39,7 @@ void end_frame(const BricksBody& body, double before, double dt, const StepOptio
     if (inverted > 0) {
         const double speed = std::max(before, largest_speed(state));
         state.report.warnings.push_back(told_of_inverted(
-            std::size_t(inverted), volume.size(), speed * dt / options.substeps > body.base.h));
+            std::size_t(inverted), volume.size(), speed * dt / least_steps(options) > body.base.h));
     }
     state.rotation = elasticity.rotations();
     state.plastic = elasticity.plastic();

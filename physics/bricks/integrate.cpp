@@ -38,7 +38,7 @@ void solve_over(FrameStep& step, double tau, double share, Balance balance)
 Risen risen_in_a_step(FrameStep& step, double share, Balance balance)
 {
     constexpr double nearly = 0.9;
-    const double whole = step.frame.seconds / step.frame.options.substeps;
+    const double whole = step.frame.seconds / least_steps(step.frame.options);
     const double tau = step.stage.tau;
     Risen own = risen(step.stage, step.now.x, step.now.v);
     if (step.stage.halvings > 0) {

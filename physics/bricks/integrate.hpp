@@ -30,6 +30,7 @@ struct FrameStep {
     EnergyAccount account;  // of the midpoint rule
     Risen risen;            // of the last step that was not cut in halves
     int halvings = 0;       // of the step that was taken last
+    int finer = 0;          // halvings for the error's sake that the next step begins with
 };
 
 // From share `begin` to share `end` of the frame. Velocities jump where something hits, and what

@@ -41,7 +41,7 @@ static bool hardly_move(Stage& stage, StepSolver& solver, const std::vector<std:
         size = norm(solver, stage.r);
     }
     if (!(size <= target)) return false;
-    const double most = still * frame.body.h / frame.options.substeps;
+    const double most = still * frame.body.h / least_steps(frame.options);
     for (std::size_t k = 0; k < frame.body.corners; ++k) {
         if (parts[frame.body.part_of(k)] == 0) continue;
         for (std::size_t i = 4 * k; i < 4 * k + 3; ++i) {
@@ -56,7 +56,7 @@ bool stays_at_rest(Stage& stage, StepSolver& solver, const Aligned<double>& x,
 {
     const StepFrame& frame = stage.frame;
     if (!pins_stay(stage) || !colliders_stay(frame)) return false;
-    start_stage(stage, x, v, frame.seconds / frame.options.substeps, 1);
+    start_stage(stage, x, v, frame.seconds / least_steps(frame.options), 1);
     if (stage.struck) return false;
     std::fill(stage.w.begin(), stage.w.end(), 0);
     find_forces_at_start(stage);

@@ -364,7 +364,7 @@ State advance(const SpringsBody& body, State state, const Loads& loads, double d
     if (inverted > 0) {
         const double speed = std::max(before, largest_speed(state));
         state.report.warnings.push_back(told_of_inverted(
-            inverted, body.cubes.size(), speed * dt / options.substeps > body.base.h));
+            inverted, body.cubes.size(), speed * dt / least_steps(options) > body.base.h));
     }
     return state;
 }

@@ -11,6 +11,7 @@
 #include "physics/bricks/sleep.hpp"
 #include "physics/bricks/stage_touches.hpp"
 #include "physics/bricks/step_energy.hpp"
+#include "physics/bricks/step_error.hpp"
 #include "physics/bricks/step_newton.hpp"
 #include "physics/state/hold_matter.hpp"
 #include "physics/state/measure.hpp"
@@ -108,9 +109,10 @@ void keep(FrameStep& step, const Before& before, double begin, double end)
     let_flow(step, at.dt);
 }
 
-// How often a step was cut already.
+// How often a step was cut already: in halves where it failed, where something hit, and in halves
+// for the error's sake.
 struct Cuts {
-    int halvings = 0, hits = 0;
+    int halvings = 0, hits = 0, finer = 0;
 };
 
 // Where in the step that was taken last, begin .. end, something that bounces hits first: the step
@@ -136,15 +138,38 @@ bool keeps_energy(FrameStep& step, const Motion& before, int halvings)
     return true;
 }
 
+// Whether the error of the step that was taken last, of dt seconds, is small enough. The next one
+// may be twice as long where that leaves it so.
+bool is_accurate(FrameStep& step, const Motion& before, double dt, Cuts cuts)
+{
+    if (step.frame.options.substeps > 0) return true;
+    const double most = step.frame.options.error;
+    const double error = error_of_step(step.stage, before.x, before.v, step.now.x, step.now.v, dt);
+    step.finer = may_lengthen(error, most) ? cuts.finer - 1 : cuts.finer;
+    return error <= most || cuts.finer == finest_by_error;
+}
+
+// Whether a step is cut in halves before it is tried: what follows a step that took halves takes no
+// more than twice as long.
+bool begins_in_halves(FrameStep& step, Cuts& cuts)
+{
+    if (cuts.hits > 0) return false;
+    if (cuts.finer < step.finer) {
+        ++cuts.finer;
+        return true;
+    }
+    if (step.stage.rigid.none() || cuts.halvings + 1 >= step.halvings) return false;
+    if (cuts.halvings == 0) step.risen.clear();
+    ++cuts.halvings;
+    return true;
+}
+
 // From share `begin` to share `end` of the frame; in halves where the whole fails. False: not even
 // a 256th of it could be taken.
 bool step_or_parts(FrameStep& step, double begin, double end, Cuts cuts)
 {
-    // Of rigid parts, what follows a step that took halves takes no more than twice as long.
-    if (!step.stage.rigid.none() && cuts.hits == 0 && cuts.halvings + 1 < step.halvings) {
+    if (begins_in_halves(step, cuts)) {
         const double half = 0.5 * (begin + end);
-        if (cuts.halvings == 0) step.risen.clear();
-        ++cuts.halvings;
         return step_or_parts(step, begin, half, cuts) && step_or_parts(step, half, end, cuts);
     }
     const Before before(step);
@@ -158,14 +183,17 @@ bool step_or_parts(FrameStep& step, double begin, double end, Cuts cuts)
     double middle = finite ? share_of_hit(step, begin, end, cuts) : end;
     if (middle < end) {
         ++cuts.hits;
-    } else if (finite && !is_torn_apart(step, cuts.halvings) &&
-               keeps_energy(step, before.now, cuts.halvings)) {
+    } else if (!finite || is_torn_apart(step, cuts.halvings) ||
+               !keeps_energy(step, before.now, cuts.halvings)) {
+        middle = 0.5 * (begin + end);
+        ++cuts.halvings;
+    } else if (!is_accurate(step, before.now, (end - begin) * step.frame.seconds, cuts)) {
+        middle = 0.5 * (begin + end);
+        ++cuts.finer;
+    } else {
         keep(step, before, begin, end);
         step.halvings = cuts.halvings;
         return true;
-    } else {
-        middle = 0.5 * (begin + end);
-        ++cuts.halvings;
     }
     take_back(step, before);
     if (cuts.halvings > 8) {
@@ -256,10 +284,12 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
     if (options.integrator == Integrator::implicit_midpoint) {
         step.account = open_account(step.stage, step.now.x, step.now.v, state.energy_owed);
     }
-    const double share = 1.0 / options.substeps;
-    for (int i = 0; i < options.substeps; ++i) {
+    if (options.substeps == 0) step.finer = halvings_of(state.report.steps);
+    const int steps = least_steps(options);
+    const double share = 1.0 / steps;
+    for (int i = 0; i < steps; ++i) {
         geometry::stop_if_asked();
-        const double end = i + 1 == options.substeps ? 1.0 : (i + 1) * share;
+        const double end = i + 1 == steps ? 1.0 : (i + 1) * share;
         if (!step_or_parts(step, i * share, end, {})) break;
         frame.first = false;
     }
@@ -287,7 +317,10 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
     if (!(std::isfinite(dt) && dt > 0)) {
         throw std::invalid_argument("expected a time step above 0 s, found " + std::to_string(dt));
     }
-    if (options.substeps < 1) throw std::invalid_argument("expected at least one substep");
+    if (options.substeps < 0) throw std::invalid_argument("expected substeps of 0 or more");
+    if (options.substeps == 0 && options.integrator != Integrator::implicit_euler) {
+        throw std::invalid_argument("steps by their error: expected implicit Euler");
+    }
     check_state(body, state);
     check_pins(loads.pins, body.corners);
     check_forces(loads.forces);

@@ -1,5 +1,6 @@
 #include "geometry/cubes/plane.hpp"
 #include "graph/document/document.hpp"
+#include "nodes/registry.hpp"
 #include "tests/nodes/one_node.hpp"
 #include "tests/nodes/scene.hpp"
 #include "tests/physics/cube_fixtures.hpp"
@@ -345,6 +346,38 @@ TEST(Collider, RefusesASizeOfZeroOnLoading)
             << graph::describe(found[0]);
     }
     EXPECT_TRUE(problems(R"({ "kind": "box", "box": { "size": [1, 1e-3, 1] } })").empty());
+}
+
+// A picture coloured by stress begins with the first frame.
+TEST(Simulate, AtRestTheStressOfBricksIsKnownToBeZero)
+{
+    NodeRun simulate("Simulate");
+    simulate.inputs["cubes"] = {Value::of(fixtures::box(2, 1, 1, 0.1))};
+    const Value out = simulate.run();
+    const auto& state = *out.as<physics::State>();
+    EXPECT_EQ(state.stress, std::vector<float>(2, 0.0f));
+    EXPECT_EQ(state.energy, std::vector<float>(2, 0.0f));
+}
+
+TEST(Simulate, StepsByErrorAreOfImplicitEuler)
+{
+    const auto problem = [](const std::string& step) {
+        const auto loaded = graph::load_text(
+            R"({ "aspic": 1, "nodes": {
+                "box": { "type": "Primitive@1" },
+                "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" },
+                           "params": { "method": "solid" } },
+                "sim": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes" },
+                         "params": { )" +
+                step + " } } } }",
+            "scene.json", nodes::registry());
+        return loaded.problems.empty() ? std::string() : loaded.problems[0].message;
+    };
+    EXPECT_NE(problem(R"("step": { "integrator": "sdirk2", "substeps": 0 })")
+                  .find("set step.integrator = implicit_euler, or 1 or more steps"),
+              std::string::npos);
+    EXPECT_EQ(problem(R"("step": { "substeps": 0 })"), "");
+    EXPECT_EQ(problem(R"("step": { "integrator": "sdirk2", "substeps": 2 })"), "");
 }
 
 }  // namespace

@@ -1,0 +1,54 @@
+#include "physics/bricks/step_error.hpp"
+
+#include "physics/bricks/free_parts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace physics {
+namespace {
+
+Vec3 corner_of(const Aligned<double>& v, std::size_t k)
+{
+    return {v[4 * k], v[4 * k + 1], v[4 * k + 2]};
+}
+
+}  // namespace
+
+double error_of_step(const Stage& stage, const Aligned<double>& x0, const Aligned<double>& v0,
+                     const Aligned<double>& x1, const Aligned<double>& v1, double dt)
+{
+    const CornerBody& body = stage.frame.body;
+    const auto held = held_parts(stage);
+    const auto parts = rigid_parts(stage, x0, v0), ends = rigid_parts(stage, x1, v1);
+    std::vector<std::uint8_t> turns(body.parts, 0);  // by itself
+    for (std::size_t i = 0; i < stage.rigid.count(); ++i) turns[stage.rigid.part(i)] = 1;
+    std::vector<Mat3> turn(body.parts, Mat3::Identity());
+    for (std::size_t p = 0; p < body.parts; ++p) {
+        if (held[p] == 0 || turns[p] != 0) turn[p] = turn_far(parts[p], dt).by;
+    }
+    double most = 0;
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const std::size_t p = body.part_of(k);
+        const RigidPart &part = parts[p], &end = ends[p];
+        Vec3 before = corner_of(v0, k) - part.velocity, after = corner_of(v1, k) - part.velocity;
+        if (held[p] == 0) {
+            before -= part.spin.cross(corner_of(x0, k) - part.centre);
+            after = corner_of(v1, k) - end.velocity - end.spin.cross(corner_of(x1, k) - end.centre);
+        }
+        Vec3 off = 0.5 * dt * (after - turn[p] * before);
+        if (held[p] != 0 && !stage.lifted.empty()) off += corner_of(stage.lifted, k);
+        most = std::max(most, off.norm() / body.edge_at(k));
+    }
+    return most;
+}
+
+int halvings_of(int steps)
+{
+    int out = 0;
+    while (out < finest_by_error && steps >> (out + 1) > 0) ++out;
+    return out;
+}
+
+}  // namespace physics
