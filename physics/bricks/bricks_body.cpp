@@ -243,6 +243,8 @@ State rest_state(const BricksBody& body)
 {
     State state = rest_state(body.base);
     state.brick_mass = body.has_brick_mass();
+    state.stress.assign(body.cubes, 0.0f);
+    state.energy.assign(body.cubes, 0.0f);
     if (body.plastic.yield > 0) state.plastic_strain.assign(body.cubes, 0.0f);
     return state;
 }

@@ -6,6 +6,7 @@
 #include "physics/bricks/factor_cache.hpp"
 #include "physics/bricks/time_step.hpp"
 
+#include <limits>
 #include <stdexcept>
 
 namespace physics {
@@ -90,6 +91,10 @@ State rest_state(const MixedBody& body)
 {
     State state = rest_state(body.base);
     state.brick_mass = body.has_brick_mass();
+    constexpr float unknown = std::numeric_limits<float>::quiet_NaN();  // of sheets
+    state.stress.assign(body.cubes, unknown);
+    for (const auto c : body.solid_cube) state.stress[c] = 0;
+    state.energy = state.stress;
     if (body.bricks.plastic.yield > 0) state.plastic_strain.assign(body.cubes, 0.0f);
     return state;
 }
