@@ -6,6 +6,7 @@
 #include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/pieces.hpp"
 #include "geometry/mesh/polygons.hpp"
+#include "geometry/mesh/solid_faces.hpp"
 #include "geometry/mesh/wound_out.hpp"
 #include "graph/types/context.hpp"
 #include "nodes/filled_shell.hpp"
@@ -107,6 +108,7 @@ void measure_surface(const geometry::TriMesh& as_read, MeshInfo& info)
 {
     if (as_read.triangles().empty()) return;
     const std::size_t count = as_read.positions.size();
+    info.doubled = geometry::solid_faces(as_read).doubled;
     info.disagreeing = geometry::disagreeing_edges(as_read.triangles(), count);
     const geometry::TriMesh mesh = agreeing(as_read, info);
     const auto& triangles = mesh.triangles();
@@ -212,10 +214,14 @@ std::string surface_text(const MeshInfo& info)
     if (info.closed && info.body.mass < 0) text += ", but its faces look inward";
     if (info.turned > 0) {
         text += fmt::format("; {} of its triangles {} wound the other way round than the rest: "
-                            "turn them over, or set inside = parity in Voxelize",
+                            "Voxelize and Sample turn them over",
                             info.turned, info.turned == 1 ? "is" : "are");
     } else if (info.disagreeing > 0) {  // a strip that has one side
         text += fmt::format("; faces on {} edges disagree on what is outside", info.disagreeing);
+    }
+    if (info.doubled > 0) {
+        text += fmt::format("; {} {} on another one: Voxelize and Sample count both as one",
+                            info.doubled, info.doubled == 1 ? "triangle lies" : "triangles lie");
     }
     return text;
 }
@@ -366,6 +372,7 @@ std::string info_json(const std::string& file, const MeshInfo& info)
         {"shell", info.shell},
         {"disagreeing_edges", info.disagreeing},
         {"triangles_wound_otherwise", info.turned},
+        {"doubled_triangles", info.doubled},
         {"pieces", info.pieces},
         {"groups", info.groups},
         {"area", info.area},

@@ -39,6 +39,7 @@ struct MeshInfo {
     // Faces of the file that WriteMesh writes as such, by their corners: 3, 4, more.
     std::array<std::size_t, 3> polygons{};
     std::size_t turned = 0;       // triangles wound against the rest; what follows is without that
+    std::size_t doubled = 0;      // triangles that lie on others
     bool closed = false;          // with triangles; then `body` is known
     std::size_t holes = 0;        // rims
     double longest_rim = 0;       // m

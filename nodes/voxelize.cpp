@@ -339,8 +339,10 @@ constexpr const char* size_forms = R"({ "anyOf": [
 
 constexpr const char* how_inside =
     "How inside is decided (method solid); six rays along the axes vote. winding: by the number of "
-    "outward less inward faces crossed; right for closed, overlapping and doubled pieces. parity: "
-    "by an odd number of faces crossed; for meshes whose faces disagree on what is outside.";
+    "outward less inward faces crossed; right for closed and overlapping pieces. parity: "
+    "by an odd number of faces crossed; for meshes whose faces disagree on what is outside and "
+    "could not be turned, as where more than two meet at an edge. Faces that lie on others count "
+    "once, and those that look in are turned out.";
 constexpr const char* near_pieces =
     "How parts are treated that are nearer to each other than a cube, such as the teeth of a comb. "
     "merge: one cube joins all parts in it, and narrow gaps are mended. apart: each part in a cube "

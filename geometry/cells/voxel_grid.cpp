@@ -113,19 +113,38 @@ double size_for(const Box& box, int resolution)
     return extent / resolution;
 }
 
+static void require_near(const LatticeMesh& mesh, const VoxelGrid& grid)
+{
+    for (const Triangle& t : mesh.triangles) {
+        for (const std::uint32_t v : t) {
+            if (!(mesh.positions[v].cwiseAbs().maxCoeff() < longest)) {
+                throw std::invalid_argument(
+                    "the model reaches " +
+                    short_number(grid.size * mesh.positions[v].cwiseAbs().maxCoeff()) +
+                    " m from the origin of the grid, more than the limit of " +
+                    std::to_string(longest) + " cubes of " + short_number(grid.size) +
+                    " m: use larger cubes, or move the origin nearer to the model");
+            }
+        }
+    }
+}
+
+static std::vector<Vec3> in_lattice(const TriMesh& mesh, const VoxelGrid& grid)
+{
+    std::vector<Vec3> out(mesh.positions.size());
+    for (std::size_t v = 0; v < out.size(); ++v) out[v] = grid.lattice(mesh.positions[v]);
+    stop_if_asked();
+    return out;
+}
+
 LatticeMesh to_lattice(const TriMesh& mesh, const VoxelGrid& grid)
 {
     LatticeMesh out;
-    out.positions.resize(mesh.positions.size());
-    std::vector<std::uint8_t> usable(mesh.positions.size(), 1);
-    for (std::size_t v = 0; v < out.positions.size(); ++v) {
-        usable[v] = mesh.positions[v].allFinite();
-        out.positions[v] = grid.lattice(mesh.positions[v]);
-    }
-    stop_if_asked();
+    out.positions = in_lattice(mesh, grid);
     const auto good = [&](const Triangle& t) {
-        return std::max({t[0], t[1], t[2]}) < usable.size() && usable[t[0]] && usable[t[1]] &&
-               usable[t[2]];
+        return std::all_of(t.begin(), t.end(), [&](std::uint32_t v) {
+            return v < mesh.positions.size() && mesh.positions[v].allFinite();
+        });
     };
     const std::vector<Triangle>& all = mesh.triangles();
     if (std::all_of(all.begin(), all.end(), good)) {
@@ -138,18 +157,18 @@ LatticeMesh to_lattice(const TriMesh& mesh, const VoxelGrid& grid)
         }
     }
     stop_if_asked();
-    for (const Triangle& t : out.triangles) {
-        for (const std::uint32_t v : t) {
-            if (!(out.positions[v].cwiseAbs().maxCoeff() < longest)) {
-                throw std::invalid_argument(
-                    "the model reaches " +
-                    short_number(grid.size * out.positions[v].cwiseAbs().maxCoeff()) +
-                    " m from the origin of the grid, more than the limit of " +
-                    std::to_string(longest) + " cubes of " + short_number(grid.size) +
-                    " m: use larger cubes, or move the origin nearer to the model");
-            }
-        }
-    }
+    require_near(out, grid);
+    return out;
+}
+
+LatticeMesh to_lattice(const TriMesh& mesh, const SolidFaces& faces, const VoxelGrid& grid)
+{
+    LatticeMesh out;
+    out.positions = in_lattice(mesh, grid);
+    out.triangles = faces.triangles;
+    out.source = faces.source;
+    require_near(out, grid);
+    out.closed = is_closed(out);
     return out;
 }
 

@@ -4,6 +4,7 @@
 // between c and c + 1.
 
 #include "geometry/mesh/mesh_fwd.hpp"
+#include "geometry/mesh/solid_faces.hpp"
 
 #include <optional>
 #include <span>
@@ -57,6 +58,8 @@ struct LatticeMesh {
 
 // Throws std::invalid_argument when a triangle lies further than 2^20 - 1 cubes from the origin.
 LatticeMesh to_lattice(const TriMesh& mesh, const VoxelGrid& grid);
+// The same of these faces of it, and whether they are closed.
+LatticeMesh to_lattice(const TriMesh& mesh, const SolidFaces& faces, const VoxelGrid& grid);
 
 // Whether its triangles have no border (geometry/mesh/mesh_edges.hpp).
 bool is_closed(const LatticeMesh& mesh);

@@ -26,12 +26,11 @@ VoxelGrid grid_over(const TriMesh& mesh, double size)
 // One point in each cell of the grid, of those that are inside. Where the surface passes through
 // the cell, points stand where they were found inside; elsewhere they may lie a little off.
 // Throws TooManyCells where more than `limit` are inside or hold the surface.
-std::vector<Vec3f> jittered(const TriMesh& mesh, Inside rule, double size, std::size_t limit,
-                            const Random& random)
+std::vector<Vec3f> jittered(const TriMesh& mesh, const SolidFaces& solid, Inside rule, double size,
+                            std::size_t limit, const Random& random)
 {
     const VoxelGrid grid = grid_over(mesh, size);
-    LatticeMesh lattice = to_lattice(mesh, grid);
-    lattice.closed = is_closed(lattice);
+    const LatticeMesh lattice = to_lattice(mesh, solid, grid);
     const std::vector<Vec3i> cells = solid_cells(lattice, rule, limit).sorted();
     std::vector<Vec3i> border = surface_cells(lattice, CellShape::half_open, limit).sorted();
     const CellIndex index(cells);
@@ -61,11 +60,12 @@ std::vector<Vec3f> jittered(const TriMesh& mesh, Inside rule, double size, std::
 }
 
 // The same, with an error for a volume that is too little for its surface.
-std::vector<Vec3f> jittered_or_refused(const TriMesh& mesh, Inside rule, double size,
-                                       std::size_t count, double volume, const Random& random)
+std::vector<Vec3f> jittered_or_refused(const TriMesh& mesh, const SolidFaces& solid, Inside rule,
+                                       double size, std::size_t count, double volume,
+                                       const Random& random)
 {
     try {
-        return jittered(mesh, rule, size, 2'000'000 + 10 * count, random);
+        return jittered(mesh, solid, rule, size, 2'000'000 + 10 * count, random);
     } catch (const TooManyCells&) {
         throw std::invalid_argument(fmt::format(
             "the faces of {:.3g} m^2 enclose only {:.3g} m^3, which is too little for {} samples. "
@@ -90,13 +90,12 @@ void thin_out(std::vector<Vec3f>& points, std::size_t count, const Random& rando
 
 }  // namespace
 
-double volume_inside(const TriMesh& mesh, Inside rule)
+static double volume_inside(const TriMesh& mesh, const SolidFaces& solid, Inside rule)
 {
     const Box box = triangle_bounds(mesh);
     if (box.empty() || !(box.size().maxCoeff() > 0)) return 0;
     const VoxelGrid grid = grid_over(mesh, size_for(box, 64));
-    LatticeMesh lattice = to_lattice(mesh, grid);
-    lattice.closed = is_closed(lattice);
+    const LatticeMesh lattice = to_lattice(mesh, solid, grid);
     const CellSet cells = solid_cells(lattice, rule);
     const InsideShares border = inside_shares(lattice, rule);
     double sum = static_cast<double>(cells.count());
@@ -106,6 +105,11 @@ double volume_inside(const TriMesh& mesh, Inside rule)
     return sum * grid.size * grid.size * grid.size;
 }
 
+double volume_inside(const TriMesh& mesh, Inside rule)
+{
+    return volume_inside(mesh, solid_faces(mesh), rule);
+}
+
 Samples sample_volume(const TriMesh& mesh, const FaceMatter& matter, Inside rule, std::size_t count,
                       std::uint64_t seed, const SampleMass& mass)
 {
@@ -113,7 +117,8 @@ Samples sample_volume(const TriMesh& mesh, const FaceMatter& matter, Inside rule
         throw std::invalid_argument("samples in a volume have no surface density: set the mass by "
                                     "total or by density");
     }
-    const double volume = volume_inside(mesh, rule);
+    const SolidFaces solid = solid_faces(mesh);
+    const double volume = volume_inside(mesh, solid, rule);
     if (!(volume > 0)) {
         throw std::invalid_argument("the mesh encloses no volume to sample. It may be open, or its "
                                     "faces may disagree on what is outside: sample its surface, "
@@ -127,7 +132,8 @@ Samples sample_volume(const TriMesh& mesh, const FaceMatter& matter, Inside rule
                                      std::to_string(count) + " samples: only " +
                                      std::to_string(out.positions.size()) + " were found");
         }
-        out.positions = jittered_or_refused(mesh, rule, size, count, volume, Random(seed + round));
+        out.positions =
+            jittered_or_refused(mesh, solid, rule, size, count, volume, Random(seed + round));
         const double share = static_cast<double>(out.positions.size()) / static_cast<double>(count);
         size *= std::clamp(std::cbrt(share) * 0.995, 0.5, 0.995);
     }
@@ -138,7 +144,7 @@ Samples sample_volume(const TriMesh& mesh, const FaceMatter& matter, Inside rule
     if (matter.matters.size() > 1) {
         std::vector<Vec3> points(count);
         for (std::size_t i = 0; i < count; ++i) points[i] = out.positions[i].cast<double>();
-        const LatticeMesh lattice = to_lattice(mesh, grid_over(mesh, size));
+        const LatticeMesh lattice = to_lattice(mesh, solid, grid_over(mesh, size));
         out.matter = matter_at({mesh, lattice, matter, rule, 0}, points);
     }
     out.mass.resize(count);

@@ -403,11 +403,11 @@ void thicken(std::span<double> volume, const std::vector<FaceInCube>& faces, dou
 Cubes voxelize_solid(const TriMesh& mesh, const FaceMatter& matter, Inside rule, double thickness,
                      const VoxelGrid& grid, const VoxelOptions& options)
 {
-    LatticeMesh lattice = to_lattice(mesh, grid);
+    const SolidFaces solid = solid_faces(mesh);
+    LatticeMesh lattice = to_lattice(mesh, solid, grid);
     require(lattice);
-    lattice.closed = is_closed(lattice);
     CellSet cells = within_limit(grid, options, [&](const VoxelGrid& g) {
-        return solid_cells(g.size == grid.size ? lattice : to_lattice(mesh, g), rule,
+        return solid_cells(g.size == grid.size ? lattice : to_lattice(mesh, solid, g), rule,
                            options.max_cubes);
     });
     Cubes cubes = with_corners(grid, cells, options, [&](std::vector<Vec3i> all) {

@@ -129,15 +129,30 @@ std::vector<std::vector<std::uint32_t>> border_loops(std::span<const Triangle> t
     return loops;
 }
 
-std::size_t disagreeing_edges(std::span<const Triangle> triangles, std::size_t vertex_count)
+// How many edges `counts` is true of, by their uses.
+template <class Counts>
+static std::size_t edges_where(std::span<const Triangle> triangles, std::size_t vertex_count,
+                               const Counts& counts)
 {
     const std::vector<EdgeUse> uses = edge_uses(triangles, vertex_count);
     std::size_t count = 0;
     for (std::size_t i = 0, end = 0; i < uses.size(); i = end) {
         while (end < uses.size() && uses[end].a == uses[i].a && uses[end].b == uses[i].b) ++end;
-        count += end - i == 2 && uses[i].forward == uses[i + 1].forward;
+        count += counts(std::span(uses).subspan(i, end - i)) ? 1 : 0;
     }
     return count;
+}
+
+std::size_t crowded_edges(std::span<const Triangle> triangles, std::size_t vertex_count)
+{
+    return edges_where(triangles, vertex_count, [](const auto& uses) { return uses.size() > 2; });
+}
+
+std::size_t disagreeing_edges(std::span<const Triangle> triangles, std::size_t vertex_count)
+{
+    return edges_where(triangles, vertex_count, [](const auto& uses) {
+        return uses.size() == 2 && uses[0].forward == uses[1].forward;
+    });
 }
 
 }  // namespace geometry

@@ -32,6 +32,9 @@ bool is_closed(std::span<const Triangle> triangles, std::size_t vertex_count);
 std::vector<std::vector<std::uint32_t>> border_loops(std::span<const Triangle> triangles,
                                                      std::size_t vertex_count);
 
+// How many edges more than two triangles share.
+std::size_t crowded_edges(std::span<const Triangle> triangles, std::size_t vertex_count);
+
 // How many edges of just two triangles both run the same way: one faces out, the other one in.
 std::size_t disagreeing_edges(std::span<const Triangle> triangles, std::size_t vertex_count);
 

@@ -149,6 +149,10 @@ TEST(MeshInfo, ACapThatIsWoundTheOtherWayIsNoHole)
     const std::string text = run({"info", file}).out;
     EXPECT_NE(text.find("closed; 2 of its triangles are wound the other way"), std::string::npos)
         << text;
+    EXPECT_EQ(all["doubled_triangles"], 0);
+    const std::string twice = std::string(slab) + "f 3/1 4/1 8/1 7/1\n";
+    const std::string doubled = run({"info", folder.write("twice.obj", twice).string()}).out;
+    EXPECT_NE(doubled.find("2 triangles lie on another one"), std::string::npos) << doubled;
     // All of them is a mesh inside out.
     std::string inward = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n";
     const Said said = run({"info", folder.write("inward.obj", inward).string()});

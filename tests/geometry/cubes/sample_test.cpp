@@ -226,6 +226,14 @@ TEST(Sample, RefusesAVolumeThatIsTooSmallForItsSurface)
         faces.push_back({0, 2 * i, 2 * i + 2});
         faces.push_back({1, 2 * i + 3, 2 * i + 1});
     }
+    for (std::uint32_t i = 0; i < 5; ++i) {  // fins, so that the caps are not turned back
+        for (std::uint32_t end = 0; end < 2; ++end) {
+            const std::uint32_t at = 2 * i + end, next = 2 * ((i + 1) % 5) + end;
+            faces.push_back({at, next, static_cast<std::uint32_t>(corners.size())});
+            corners.push_back(0.5f * (corners[at] + corners[next]) +
+                              Vec3f(0, 0, end == 0 ? -0.01f : 0.01f));
+        }
+    }
     const TriMesh prism = test_meshes::mesh_of(corners, faces);
     const auto sample = [&](Inside rule) {
         return sample_volume(prism, of_density(), rule, 20000, 1).positions.size();

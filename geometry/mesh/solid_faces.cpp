@@ -1,0 +1,154 @@
+#include "geometry/mesh/solid_faces.hpp"
+
+#include "geometry/base/stop.hpp"
+#include "geometry/base/union_find.hpp"
+#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/wound_out.hpp"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <tuple>
+
+namespace geometry {
+namespace {
+
+// One number for all vertices in one place: the first of them.
+std::vector<std::uint32_t> first_in_place(const TriMesh& mesh)
+{
+    const auto& positions = mesh.positions;
+    std::vector<std::uint32_t> order(positions.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::erase_if(order, [&](std::uint32_t v) { return !positions[v].allFinite(); });
+    const auto key = [&](std::uint32_t v) {
+        const Vec3f& p = positions[v];
+        return std::tuple(p.x() + 0.0f, p.y() + 0.0f, p.z() + 0.0f, v);  // -0 is 0
+    };
+    stop_if_asked();
+    std::sort(order.begin(), order.end(), [&](auto a, auto b) { return key(a) < key(b); });
+    std::vector<std::uint32_t> out(positions.size());
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        const bool same = i > 0 && positions[order[i]] == positions[order[i - 1]];
+        out[order[i]] = same ? out[order[i - 1]] : order[i];
+    }
+    return out;
+}
+
+// A triangle by its places, in ascending order, and whether it runs through them so.
+struct Placed {
+    std::array<std::uint32_t, 3> places;
+    bool forward = true;
+    std::uint32_t triangle = 0;
+
+    bool operator<(const Placed& o) const
+    {
+        return std::tie(places, forward, triangle) < std::tie(o.places, o.forward, o.triangle);
+    }
+};
+
+Placed placed(const Triangle& t, const std::vector<std::uint32_t>& place, std::uint32_t number)
+{
+    Placed out{{place[t[0]], place[t[1]], place[t[2]]}, true, number};
+    auto& p = out.places;
+    const auto order = [&](std::size_t a, std::size_t b) {
+        if (p[b] < p[a]) std::swap(p[a], p[b]), out.forward = !out.forward;
+    };
+    order(0, 1), order(1, 2), order(0, 1);
+    return out;
+}
+
+// Behind the last of those in the same places as the one at i.
+std::size_t end_of_places(const std::vector<Placed>& all, std::size_t i)
+{
+    std::size_t end = i + 1;
+    while (end < all.size() && all[end].places == all[i].places) ++end;
+    return end;
+}
+
+// Marks triangles that are the second of their places and way, and finds those that have another
+// one against them.
+void find_doubled(std::vector<Placed>& all, std::vector<std::uint8_t>& left_out,
+                  std::vector<std::uint8_t>& two_sided)
+{
+    std::sort(all.begin(), all.end());
+    for (std::size_t i = 0, end = 0; i < all.size(); i = end) {
+        end = end_of_places(all, i);
+        const bool both = all[i].forward != all[end - 1].forward;
+        for (std::size_t k = i; k < end; ++k) {
+            const bool first = k == i || all[k].forward != all[k - 1].forward;
+            if (!first) left_out[all[k].triangle] = 1;
+            if (both) two_sided[all[k].triangle] = 1;
+        }
+    }
+}
+
+// Of pieces all of whose triangles have one against them, the later of each two is left out.
+void leave_out_backs(const std::vector<Placed>& all, std::size_t vertices,
+                     const std::vector<std::uint8_t>& two_sided,
+                     std::vector<std::uint8_t>& left_out)
+{
+    UnionFind joined(vertices);
+    for (const Placed& p : all) {
+        joined.join(p.places[0], p.places[1]);
+        joined.join(p.places[0], p.places[2]);
+    }
+    const auto piece = joined.roots();
+    std::vector<std::uint8_t> plain(piece.size(), 0);  // has a triangle with none against it
+    for (const Placed& p : all) {
+        if (two_sided[p.triangle] == 0) plain[piece[p.places[0]]] = 1;
+    }
+    for (std::size_t i = 0, end = 0; i < all.size(); i = end) {
+        end = end_of_places(all, i);
+        if (plain[piece[all[i].places[0]]] != 0) continue;
+        std::uint32_t least = all[i].triangle;
+        for (std::size_t k = i; k < end; ++k) least = std::min(least, all[k].triangle);
+        for (std::size_t k = i; k < end; ++k) left_out[all[k].triangle] |= all[k].triangle != least;
+    }
+}
+
+}  // namespace
+
+SolidFaces solid_faces(const TriMesh& mesh)
+{
+    const std::vector<Triangle>& triangles = mesh.triangles();
+    const std::size_t count = mesh.positions.size();
+    const auto sound = [&](const Triangle& t) {
+        return std::all_of(t.begin(), t.end(), [&](std::uint32_t v) {
+            return v < count && mesh.positions[v].allFinite();
+        });
+    };
+    const auto place = first_in_place(mesh);
+    std::vector<Placed> all;
+    std::vector<std::uint8_t> left_out(triangles.size(), 0), two_sided(triangles.size(), 0);
+    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+        if (sound(triangles[t])) {
+            all.push_back(placed(triangles[t], place, t));
+        } else {
+            left_out[t] = 1;
+        }
+    }
+    const std::size_t unsound = triangles.size() - all.size();
+    stop_if_asked();
+    find_doubled(all, left_out, two_sided);
+    stop_if_asked();
+    leave_out_backs(all, count, two_sided, left_out);
+    TriMesh once;
+    once.positions = mesh.positions;
+    auto topology = std::make_shared<MeshTopology>();
+    SolidFaces out;
+    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+        if (left_out[t] != 0) continue;
+        Triangle welded = triangles[t];
+        for (auto& v : welded) v = place[v];
+        topology->triangles.push_back(welded);
+        out.source.push_back(t);
+    }
+    out.doubled = triangles.size() - out.source.size() - unsound;
+    once.topology = std::move(topology);
+    WoundOut wound = wound_out(once);
+    out.triangles = std::move(wound.triangles);
+    out.turned = wound.turned;
+    return out;
+}
+
+}  // namespace geometry
