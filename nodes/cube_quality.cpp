@@ -61,11 +61,9 @@ std::string reason_of(const physics::SizeForError& found)
         const physics::TriedSize& t = found.tried[i];
         const char* between = i == first ? "" : i + 1 == n ? " and " : ", ";
         sizes += between + fmt::format("{:.3g}", t.size);
-        hertz +=
-            between +
-            (t.flexibility.empty()
-                 ? std::string("an unknown number of")
-                 : fmt::format("{:.4g}", 1 / std::sqrt(t.flexibility[0]) / (2 * std::numbers::pi)));
+        hertz += between + (t.omega_sq.empty() ? std::string("an unknown number of")
+                                               : fmt::format("{:.4g}", std::sqrt(t.omega_sq[0]) /
+                                                                           (2 * std::numbers::pi)));
     }
     return fmt::format("cubes of {} m give {} Hz as the lowest frequency, {}", sizes, hertz,
                        n < 3              ? "too few sizes to know an error"
@@ -87,6 +85,21 @@ std::string shortfall_of(const physics::SizeForError& found, const WantedQuality
                        error, wanted.max_cubes);
 }
 
+// "with an error of about 7 % in stiffness (5 % wanted)".
+std::string error_text(const physics::SizeForError& found, double wanted)
+{
+    if (!std::isfinite(found.error)) return "with an error that is not known";
+    const std::string by = found.order > 0 ? "their order" : "order 1, if they have it,";
+    if (found.foretold && found.reached) {
+        return fmt::format("as {} promises an error of {}", by, percent(wanted));
+    }
+    const std::string error = fmt::format("an error of about {} in stiffness ({} wanted)",
+                                          percent(found.error), percent(wanted));
+    return found.foretold
+               ? fmt::format("about the finest that it allows, as {} promises {}", by, error)
+               : "with " + error;
+}
+
 }  // namespace
 
 double size_of_quality(const geometry::TriMesh& mesh, bool solid, const WantedQuality& wanted,
@@ -97,6 +110,7 @@ double size_of_quality(const geometry::TriMesh& mesh, bool solid, const WantedQu
     const double coarsest = geometry::size_for(geometry::triangle_bounds(mesh), least_resolution);
     search.start = coarsest;
     search.error = error_of(wanted);
+    search.most = wanted.max_cubes;
     search.most_tried = std::min(search.most_tried, wanted.max_cubes);
     // A wall thinner than all cubes, or a gap as wide, could look alike in all.
     if (const auto wall = solid ? physics::thinnest_wall(mesh) : std::nullopt) {
@@ -118,15 +132,10 @@ double size_of_quality(const geometry::TriMesh& mesh, bool solid, const WantedQu
         }
     };
     const physics::SizeForError found = physics::size_for_error(tried, search);
-    const std::string error =
-        !std::isfinite(found.error) ? "with an error that is not known"
-        : found.foretold
-            ? fmt::format("as their order promises an error of {}", percent(search.error))
-            : fmt::format("with an error of about {} in stiffness ({} wanted)",
-                          percent(found.error), percent(search.error));
-    context.warn(fmt::format(
-        "quality = {}: {}chose cubes of {:.3g} m, {}: {}", name_of(wanted.quality),
-        found.reached ? "" : shortfall_of(found, wanted), found.size, error, reason_of(found)));
+    context.warn(fmt::format("quality = {}: {}chose cubes of {:.3g} m, {}: {}",
+                             name_of(wanted.quality),
+                             found.reached ? "" : shortfall_of(found, wanted), found.size,
+                             error_text(found, search.error), reason_of(found)));
     return found.size;
 }
 

@@ -21,20 +21,21 @@ struct Limit {
     double order = 0;
 };
 
-// Of values at sizes h, 2h, 4h.
-Limit limit_of(const std::array<double, 3>& c)
+// Of stiffnesses at sizes h, 2h, 4h.
+Limit limit_of(const std::array<double, 3>& k)
 {
     // Cubes converge with order 2 at best: what seems faster has only begun to.
     constexpr double least = 0.5, best = 2;
     constexpr double noise = 1e-6;  // of eigenvalues
-    const double last = c[0] - c[1], before = c[1] - c[2];
+    const double last = k[0] - k[1], before = k[1] - k[2];
     const double largest_change = std::max(std::abs(last), std::abs(before));
-    if (largest_change <= noise * std::abs(c[0])) return {c[0], std::abs(last), best};
-    if (last == 0) return {c[0], 0.25 * largest_change, best};
-    if (!(before / last > std::exp2(least))) return {c[0], largest_change, 0};
+    if (largest_change <= noise * k[0]) return {k[0], std::abs(last), best};
+    if (last == 0) return {k[0], 0.25 * largest_change, best};
+    if (!(before / last > std::exp2(least))) return {k[0], largest_change, 0};
     const double order = std::min(best, std::log2(before / last));
     const double step = last / (std::exp2(order) - 1);
-    return {c[0] + step, 0.25 * std::abs(step), order};
+    if (!(k[0] + step > 0)) return {k[0], largest_change, 0};
+    return {k[0] + step, 0.25 * std::abs(step), order};
 }
 
 TriedSize tried_size(const geometry::Cubes& cubes)
@@ -44,7 +45,7 @@ TriedSize tried_size(const geometry::Cubes& cubes)
     settings.count = vibrations;
     const Modes modes = lowest_modes(cubes, {}, settings);
     if (modes.omega_sq.size() != vibrations) return out;
-    for (const double omega_sq : modes.omega_sq) out.flexibility.push_back(1 / omega_sq);
+    out.omega_sq = modes.omega_sq;
     return out;
 }
 
@@ -52,23 +53,23 @@ std::vector<Limit> limits_of(std::span<const TriedSize> finest)
 {
     std::vector<Limit> limits;
     for (std::size_t v = 0; v < vibrations; ++v) {
-        limits.push_back(limit_of(
-            {finest[2].flexibility[v], finest[1].flexibility[v], finest[0].flexibility[v]}));
+        limits.push_back(
+            limit_of({finest[2].omega_sq[v], finest[1].omega_sq[v], finest[0].omega_sq[v]}));
     }
     return limits;
 }
 
-double error_of(double flexibility, const Limit& limit)
+double error_of(double omega_sq, const Limit& limit)
 {
-    return (std::abs(flexibility - limit.value) + limit.uncertainty) / std::abs(limit.value);
+    return (std::abs(omega_sq - limit.value) + limit.uncertainty) / limit.value;
 }
 
 double error_of(const TriedSize& tried, const std::vector<Limit>& limits)
 {
-    if (tried.flexibility.empty()) return infinity;
+    if (tried.omega_sq.empty()) return infinity;
     double error = 0;
     for (std::size_t v = 0; v < vibrations; ++v) {
-        error = std::max(error, error_of(tried.flexibility[v], limits[v]));
+        error = std::max(error, error_of(tried.omega_sq[v], limits[v]));
     }
     return error;
 }
@@ -125,12 +126,12 @@ private:
         if (n < 3) return;
         const std::span finest(&out_.tried[n - 3], 3);
         for (const TriedSize& t : finest) {
-            if (t.flexibility.empty()) return;
+            if (t.omega_sq.empty()) return;
         }
         limits_ = limits_of(finest);
         for (TriedSize& t : out_.tried) t.error = error_of(t, limits_);
         for (std::size_t v = 0; v < vibrations; ++v) {
-            const double error = error_of(out_.tried[n - 1].flexibility[v], limits_[v]);
+            const double error = error_of(out_.tried[n - 1].omega_sq[v], limits_[v]);
             if (error == out_.tried[n - 1].error) out_.order = limits_[v].order;
         }
     }
@@ -165,20 +166,46 @@ private:
         out_.error = error;
     }
 
+    // What the order promises beyond the sizes that were tried, as far as cubes may be so many.
     void foretell()
     {
-        if (limits_.empty() || out_.order == 0 || !(out_.error > search_.error) ||
-            out_.size > search_.finest_needed) {
+        if (limits_.empty() || !(out_.error > search_.error) || out_.size > search_.finest_needed) {
             return;
         }
-        const double size = out_.size * std::pow(search_.error / out_.error, 1 / out_.order);
-        if (!cubes_of_(size)) {
-            out_.would_do = size;
+        const double order = out_.order > 0 ? out_.order : 1;
+        const double tried = out_.size, error = out_.error;
+        const double wanted = tried * std::pow(search_.error / error, 1 / order);
+        out_.foretold = true;
+        double size = finest_allowed();
+        if (wanted >= size && cubes_of_(wanted)) {
+            out_.size = wanted;
+            out_.error = search_.error;
+            out_.reached = true;
             return;
         }
-        out_.size = size;
-        out_.error = search_.error;
-        out_.reached = out_.foretold = true;
+        out_.would_do = wanted;
+        // The estimate of a count is right within some per cent.
+        constexpr double coarser = 1.05;
+        while (size < tried && !cubes_of_(size)) size *= coarser;
+        out_.size = std::min(size, tried);
+        out_.foretold = size < tried;
+        out_.error = error * std::pow(out_.size / tried, order);
+    }
+
+    // m, of as many cubes as are allowed, if the counts n of the two finest that were tried grow as
+    // those of a volume and its surface: n = a / h^3 + b / h^2.
+    double finest_allowed() const
+    {
+        const TriedSize &last = out_.tried.back(), &before = out_.tried[out_.tried.size() - 2];
+        const double n = double(last.cubes);
+        const double of_volume = std::clamp(2 * n - 8 * double(before.cubes), 0.0, n);
+        double low = 1e-3, high = 1;  // of the last size
+        for (int i = 0; i < 40; ++i) {
+            const double h = std::sqrt(low * high);
+            const double count = of_volume / (h * h * h) + (n - of_volume) / (h * h);
+            (count > double(search_.most) ? low : high) = h;
+        }
+        return high * last.size;
     }
 
     const std::function<std::optional<geometry::Cubes>(double)>& cubes_of_;

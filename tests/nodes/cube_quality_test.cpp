@@ -116,6 +116,36 @@ TEST(CubeQuality, WhatMaxCubesForbidsIsTold)
     EXPECT_NE(c.told.find("max_cubes = 3000"), std::string::npos) << c.told;
 }
 
+// A strip that is rolled by 30 degrees is 1 + 1.5 (h / t)^2 times too stiff. In flexibility that
+// seems to be of order 0.8, as the sizes that are tried begin at h = t; in stiffness it is of order
+// 2. Free ends of L = 15 t: f = (beta L)^2 / (2 pi L^2) sqrt(E I / (rho A)), I / A = t^2 / 12;
+// shear and turning sections take 3 % of the stiffness.
+TEST(CubeQuality, WhatTheOrderPromisesOfARolledStripIsKept)
+{
+    const double t = 0.02, length = 15 * t;
+    const double f = std::pow(4.730041, 2) / (2 * std::numbers::pi * length * length) *
+                     std::sqrt(1e9 * t * t / (12 * 1000));
+    const TriMesh strip = turned(geometry::box({length, t, 0.06}, {1, 1, 1}), {30, 0, 0});
+    const Chosen c = chosen(strip, "by_error", 15'000);
+    EXPECT_NE(c.told.find("promises an error of 10 %"), std::string::npos) << c.told;
+    EXPECT_LT(std::abs(1 / (flexibility(strip, c.value) * f * f) - 1), 0.1 + 0.03) << c.told;
+}
+
+TEST(CubeQuality, LessErrorNeverTakesLargerCubes)
+{
+    const TriMesh strip = turned(geometry::box({0.3, 0.02, 0.03}, {1, 1, 1}), {30, 0, 0});
+    for (const std::int64_t max_cubes : {1000, 4000}) {
+        const Chosen good = chosen(strip, "good", max_cubes);
+        const Chosen exact = chosen(strip, "exact", max_cubes);
+        EXPECT_LE(good.cubes().size, chosen(strip, "draft", max_cubes).cubes().size) << good.told;
+        EXPECT_LE(exact.cubes().size, good.cubes().size) << exact.told;
+        EXPECT_LE(exact.cubes().count(), static_cast<std::size_t>(max_cubes));
+        EXPECT_GT(exact.cubes().count(), static_cast<std::size_t>(max_cubes) * 3 / 4) << exact.told;
+        EXPECT_NE(exact.told.find("about the finest that it allows"), std::string::npos)
+            << exact.told;
+    }
+}
+
 TEST(CubeQuality, ShortFormsOfTheSizeAreTheQuality)
 {
     const auto size_of = [](const std::string& params) {
