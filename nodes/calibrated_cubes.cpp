@@ -12,18 +12,11 @@ namespace nodes {
 namespace {
 
 constexpr int finest = 16;
-constexpr double most_fine_cubes = 200'000;
+constexpr double wanted_fine_cubes = most_fine_cubes / 2;
 
-// Fine cubes that a body of these cubes has, about: its volume, and as much again along its
-// surface.
 double fine_count(const geometry::Cubes& cubes, int ratio)
 {
-    double volume = 0, partly = 0;
-    for (const double fill : cubes.fill) {
-        volume += fill;
-        partly += fill < 0.999 ? 1 : 0;
-    }
-    return ratio * ratio * (volume * ratio + 2 * partly);
+    return count_at(cubes, cubes.size / ratio);
 }
 
 // Four fine cubes through the thinnest wall, or as many as there may be.
@@ -35,22 +28,26 @@ int ratio_for(const geometry::Cubes& cubes, double thickness)
         const double wanted = std::ceil(through * cubes.size / thickness - 0.01);
         ratio = static_cast<int>(std::clamp(wanted, 2.0, double(finest)));
     }
-    while (ratio > 2 && fine_count(cubes, ratio) > most_fine_cubes) --ratio;
+    while (ratio > 2 && fine_count(cubes, ratio) > wanted_fine_cubes) --ratio;
     return ratio;
 }
 
 // A wall, and how many fine cubes lie along a cube.
-void warn_of_thin(const physics::ThinPart& part, double size, int ratio,
+void warn_of_thin(const physics::ThinPart& part, const geometry::Cubes& cubes, int ratio,
                   const graph::Context& context)
 {
     constexpr double usable = 2.2;  // cubes as thick as so many walls
-    constexpr double enough = 2.5;  // fine cubes through a wall
+    const double size = cubes.size;
     const std::string where = thin_text(part, size);
     if (size > usable * part.thickness) {
-        context.warn(fmt::format("{}: its calibrated stiffness may be wrong by a factor of 2; use "
-                                 "cubes of {:.2g} m",
-                                 where, 2 * part.thickness));
-    } else if (ratio * part.thickness < enough * size) {
+        context.warn(fmt::format(
+            "{}: its calibrated stiffness may be wrong by a factor of 2; {}", where,
+            can_be_calibrated(cubes, part.thickness)
+                ? fmt::format("use cubes of {:.2g} m", calibrated_size(part.thickness, size))
+                : fmt::format("cubes of {:.2g} m would take more than {} fine ones: make cubes of "
+                              "a part of it alone",
+                              calibrated_size(part.thickness, size), most_fine_cubes)));
+    } else if (ratio * part.thickness < fine_through_wall * size) {
         context.warn(fmt::format("{}, and {:.2g} fine cubes: its calibrated stiffness is too high; "
                                  "use smaller cubes, or raise calibration.fine",
                                  where, ratio * part.thickness / size));
@@ -72,11 +69,11 @@ geometry::Cubes with_calibrated_stiffness(const geometry::TriMesh& mesh,
     const bool thin = thinnest != parts.end();
     const int ratio =
         params.fine > 0 ? params.fine : ratio_for(cubes, thin ? thinnest->thickness : 0);
-    if (fine_count(cubes, ratio) > 2 * most_fine_cubes) {
+    if (fine_count(cubes, ratio) > most_fine_cubes) {
         throw std::invalid_argument(
             fmt::format("stiffness = calibrated with {} fine cubes along a cube takes about {:.0f} "
                         "of them, the limit is {:.0f}: {}use larger cubes, or stiffness = filled",
-                        ratio, fine_count(cubes, ratio), 2 * most_fine_cubes,
+                        ratio, fine_count(cubes, ratio), most_fine_cubes,
                         params.fine > 2 ? "lower calibration.fine, " : ""));
     }
     physics::Report report;
@@ -86,7 +83,7 @@ geometry::Cubes with_calibrated_stiffness(const geometry::TriMesh& mesh,
         context.warn("not all motions of the fine cubes were found: the calibrated stiffness is "
                      "less accurate; lower calibration.modes, or set stiffness = filled");
     }
-    if (thin) warn_of_thin(*thinnest, cubes.size, ratio, context);
+    if (thin) warn_of_thin(*thinnest, cubes, ratio, context);
     return out;
 }
 

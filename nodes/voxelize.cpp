@@ -295,13 +295,15 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     Body body = by_bodies(in, matter, options, make);
     if (in.pieces == Pieces::each) warn_of_welded_groups(*in.mesh, context);
     if (in.pieces == Pieces::groups) warn_of_joined_groups(*in.mesh, body.bodies, context);
-    double bending = graph::Figure::unknown;
+    double bending = graph::Figure::unknown, planned = 0;
     if (!solid || in.stiffness != Stiffness::calibrated) {
-        warn_of_thin_walls(body.thin, body.cubes, {solid, in.thickness}, context);
+        planned = warn_of_thin_walls(body.thin, body.cubes, {solid, in.thickness},
+                                     options.max_cubes, context);
         bending = body.thin.empty() ? 1 : body.thin.front().factor;
     }
     if (in.pieces == Pieces::merge || in.pieces == Pieces::apart) {
-        warn_of_glued_pieces(*in.mesh, body.cubes, in.pieces == Pieces::apart, in.join, context);
+        warn_of_glued_pieces(*in.mesh, body.cubes, in.pieces == Pieces::apart, in.join, planned,
+                             context);
     }
     warn_of_odd_young(body.cubes, context);
     Outputs out{std::move(body.cubes)};

@@ -126,6 +126,7 @@ Section section_at(const Cubes& cubes, const geometry::CubeFinder* finder, const
 // How walls lie in the grid: square to an axis, or to none. Those of one part that lie otherwise
 // bend in another direction, or are another wall.
 constexpr std::size_t tilted = 3, lies = 4;
+constexpr double straight = 2;  // degrees
 
 struct Wall {
     std::uint32_t part = 0;
@@ -135,18 +136,62 @@ struct Wall {
     double factor = 0;         // 0: no cube was met
     double held = 0;           // cubes, of full stiffness along the line across it
     double excess = 1;         // share of the factor's excess over 1 that is left
+    bool rolled = false;       // tilted about its long side alone, which lies along the grid
 };
 
 // How the wall lies, and what is left of its excess: cubes in steps give way in shear, so that a
 // tilted wall is softer than its sections. Measured on strips and bars (bench/thin_walls.py): 0.75
-// from 12 degrees on.
+// from 12 degrees on. One that is rolled about its long side has no steps along it, and all of its
+// excess.
 void set_lie(const Vec3& normal, Wall& wall)
 {
     int axis = 0;
     const double along = std::min(normal.cwiseAbs().maxCoeff(&axis), 1.0);
     const double degrees = std::acos(along) * 180 / std::numbers::pi;
-    wall.lie = degrees < 2 ? static_cast<std::size_t>(axis) : tilted;
-    wall.excess = std::max(0.75, 1 - 0.02 * degrees);
+    wall.lie = degrees < straight ? static_cast<std::size_t>(axis) : tilted;
+    wall.excess = wall.rolled ? 1 : std::max(0.75, 1 - 0.02 * degrees);
+}
+
+// Whether a piece is a strip or a bar that lies along an axis of the grid, by the second moments of
+// its surface: those of a triangle a, b, c are area / 12 (a a' + b b' + c c' + s s'), s = a + b +
+// c.
+std::vector<std::uint8_t> lie_along_the_grid(const geometry::TriMesh& mesh,
+                                             const geometry::Pieces& pieces)
+{
+    struct Moments {
+        double area = 0;
+        Vec3 first{0, 0, 0};
+        geometry::Mat3 second = geometry::Mat3::Zero();
+    };
+    std::vector<Moments> all(pieces.count());
+    const Vec3 middle = geometry::bounds(mesh).centre();
+    for (std::size_t i = 0; i < mesh.triangles().size(); ++i) {
+        const auto& corners = mesh.triangles()[i];
+        std::array<Vec3, 3> p;
+        for (std::size_t k = 0; k < 3; ++k) {
+            p[k] = mesh.positions[corners[k]].cast<double>() - middle;
+        }
+        const double area = 0.5 * (p[1] - p[0]).cross(p[2] - p[0]).norm();
+        const Vec3 sum = p[0] + p[1] + p[2];
+        Moments& m = all[pieces.of[i]];
+        m.area += area;
+        m.first += area / 3 * sum;
+        m.second += area / 12 * sum * sum.transpose();
+        for (const Vec3& corner : p) m.second += area / 12 * corner * corner.transpose();
+    }
+    constexpr double longer = 1.5;  // times than wide
+    std::vector<std::uint8_t> out(all.size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const Moments& m = all[i];
+        if (!(m.area > 0)) continue;
+        const geometry::Mat3 spread = m.second - m.first * m.first.transpose() / m.area;
+        const Eigen::SelfAdjointEigenSolver<geometry::Mat3> axes(spread);
+        const Vec3 along = axes.eigenvectors().col(2).cwiseAbs();
+        const double degrees = std::acos(std::min(along.maxCoeff(), 1.0)) * 180 / std::numbers::pi;
+        out[i] =
+            axes.eigenvalues()[2] > longer * longer * axes.eigenvalues()[1] && degrees < straight;
+    }
+    return out;
 }
 
 // Groups are parts where there are several; else pieces are.
@@ -192,9 +237,10 @@ std::vector<geometry::WallSample> candidates(const geometry::TriMesh& mesh, cons
 
 // The wall at one sample; its factor stays 0 where it is not thin.
 Wall wall_at(const Cubes& cubes, const geometry::CubeFinder* finder, const geometry::WallSample& s,
-             const WallOptions& options)
+             const WallOptions& options, bool along)
 {
     Wall wall;
+    wall.rolled = along;
     const bool found = std::isfinite(s.thickness);
     const double t = found ? s.thickness : options.thickness;
     if (!(t > 0) || t > thin_below * cubes.size) return wall;
@@ -219,13 +265,17 @@ std::vector<Wall> walls_of(const geometry::TriMesh& mesh, const geometry::Pieces
     const bool groups = by_group(mesh);
     std::optional<geometry::CubeFinder> finder;
     if (!cubes.part.empty()) finder.emplace(cubes);
+    const std::vector<std::uint8_t> along = lie_along_the_grid(mesh, pieces);
     std::vector<Wall> walls(samples.size());
     geometry::parallel_for(samples.size(), 64, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const geometry::WallSample& s = samples[i];
             const std::uint32_t piece = pieces.of[s.triangle];
             const bool hollow = !options.solid && pieces.encloses[piece] != 0;
-            if (!hollow) walls[i] = wall_at(cubes, finder ? &*finder : nullptr, s, options);
+            if (!hollow) {
+                walls[i] =
+                    wall_at(cubes, finder ? &*finder : nullptr, s, options, along[piece] != 0);
+            }
             walls[i].point = s.point;
             walls[i].part = groups ? mesh.topology->group[s.triangle] : piece;
         }
@@ -239,10 +289,14 @@ ThinPart together(std::vector<Wall> thin, std::size_t all, double size)
     std::sort(thin.begin(), thin.end(),
               [](const Wall& a, const Wall& b) { return a.thickness < b.thickness; });
     const double median = thin[thin.size() / 2].thickness;
-    double inverse = 0, excess = 0, count = 0, held = 0, own = 0;
+    double inverse = 0, sum = 0, rolled = 0, excess = 0, count = 0, held = 0, own = 0;
+    geometry::Box around;
     for (const Wall& w : thin) {
+        around.add(w.point);
         if (w.thickness > 1.5 * median || w.thickness < median / 1.5) continue;
         inverse += 1 / w.factor;
+        sum += w.factor;
+        rolled += w.rolled ? 1 : 0;
         excess += w.excess;
         count += 1;
         held += w.held;
@@ -255,7 +309,13 @@ ThinPart together(std::vector<Wall> thin, std::size_t all, double size)
     part.thickness = median * size;
     part.where = thin[thin.size() / 2].point;
     part.share = static_cast<double>(thin.size()) / static_cast<double>(all);
-    part.factor = 1 + (excess / count) * (count / inverse - 1);
+    // The sections along a strip bend in series, those across one that is rolled side by side. Of
+    // cubes as thick as the wall, these slide on each other.
+    const double series = count / inverse, beside = sum / count;
+    const double across = median < 1.5 ? std::sqrt(series * beside) : beside;
+    const double mean = rolled > 0.5 * count ? across : series;
+    part.slenderness = (around.hi - around.lo).norm() / part.thickness;
+    part.factor = 1 + (excess / count) * (mean - 1);
     return part;
 }
 
@@ -325,8 +385,8 @@ std::optional<ThinPart> thinnest_wall(const geometry::TriMesh& mesh)
 
 double size_for_wall(double thickness)
 {
-    const double size = thickness / 2.5, digit = std::pow(10, std::floor(std::log10(size)) - 1);
-    return std::floor(size / digit) * digit;
+    const double size = thickness / 4, digit = std::pow(10, std::floor(std::log10(size)) - 1);
+    return std::floor(size / digit * (1 + 1e-5)) * digit;  // positions are floats
 }
 
 }  // namespace physics

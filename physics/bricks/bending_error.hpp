@@ -10,7 +10,7 @@
 // filled, (h / t)^2. A tilted wall gives 1 + 2 (h / t)^2 on average, as filling the cubes and
 // having the same stiffness in all of each add a variance of h^2 / 12 each. Between these lie the
 // sections that the wall's long side runs through one after another: they bend in series, so that
-// the soft ones count more.
+// the soft ones count more. Where the long side lies along the grid, all sections are alike.
 
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/mesh/mesh_fwd.hpp"
@@ -27,6 +27,7 @@ struct ThinPart {
     geometry::Vec3 where{0, 0, 0};  // m, a point of its surface where it is so thick
     double share = 0;               // 0..1, of its surface that is so thin
     double factor = 1;              // stiffness in bending, model over solid
+    double slenderness = 0;         // length across all of its thin walls, over the thickness
 };
 
 // What the walls of a mesh are.
@@ -45,8 +46,8 @@ std::vector<ThinPart> thin_parts(const geometry::TriMesh& mesh, const geometry::
 // `factor` say nothing. Pieces that are open have no walls; nothing where all are.
 std::optional<ThinPart> thinnest_wall(const geometry::TriMesh& mesh);
 
-// The largest cubes whose factor is below 1.5 for a wall of this thickness, however it lies in the
-// grid. m, two digits.
+// A wall of this thickness is at most 20 % too stiff in such cubes, however it lies in the grid: 1
+// + 2 (h / t)^2 is 1.13. m, two digits.
 double size_for_wall(double thickness);
 
 }  // namespace physics

@@ -93,7 +93,7 @@ TEST(MeshInfo, SaysWhatAClosedSlabIs)
     EXPECT_EQ(all["textures"][0], (nlohmann::json{{"name", "grain.png"}, {"found", true}}));
     EXPECT_EQ(all["textures"][1], (nlohmann::json{{"name", "gone.png"}, {"found", false}}));
     EXPECT_NEAR(all["thinnest_wall"]["thickness"].get<double>(), 0.1, 1e-6);
-    EXPECT_NEAR(all["cubes"]["size"].get<double>(), 0.04, 1e-9);  // two and a half in the wall
+    EXPECT_NEAR(all["cubes"]["size"].get<double>(), 0.025, 1e-9);  // four in the wall
     EXPECT_EQ(all["cubes"], all["cubes_for_thinnest_wall"]);
 }
 
@@ -193,7 +193,7 @@ TEST(MeshInfo, TheSuggestedCubesAreAboutAsManyAndDrawNoWarning)
         const geometry::Cubes cubes = geometry::voxelize_solid(
             mesh, geometry::assign_matter(mesh, {}, {}), geometry::Inside::winding, 0, grid, {});
         EXPECT_NEAR(static_cast<double>(cubes.count()), info.cubes.count, 0.4 * info.cubes.count);
-        for (const auto& part : physics::thin_parts(mesh, cubes, {})) EXPECT_LT(part.factor, 1.5);
+        for (const auto& part : physics::thin_parts(mesh, cubes, {})) EXPECT_LT(part.factor, 1.2);
     }
 }
 
@@ -206,7 +206,7 @@ TEST(MeshInfo, WhereTooManyCubesWouldBeNeededFewerAreSuggested)
     const nodes::MeshInfo info = nodes::mesh_info(file, {});
     EXPECT_LE(info.cubes.count, 50'000);
     EXPECT_GT(info.cubes.count, 40'000);
-    EXPECT_NEAR(info.fine.size, 0.0008, 1e-9);
+    EXPECT_NEAR(info.fine.size, 0.0005, 1e-9);
     EXPECT_GT(info.fine.count, 1e6);
 }
 
