@@ -8,6 +8,7 @@
 #include <limits>
 #include <mutex>
 #include <numbers>
+#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -105,13 +106,20 @@ constexpr std::pair<const char*, Of3> of_three[] = {
 constexpr std::pair<const char*, double (*)(const double*, int)> of_any[] = {{"min", least},
                                                                              {"max", most}};
 
-std::vector<std::string_view> own_names()
+std::vector<std::string_view> function_names()
 {
-    std::vector<std::string_view> names = {"frame", "time", "fps", "pi"};
+    std::vector<std::string_view> names;
     for (const auto& f : of_one) names.emplace_back(f.first);
     for (const auto& f : of_two) names.emplace_back(f.first);
     for (const auto& f : of_three) names.emplace_back(f.first);
     for (const auto& f : of_any) names.emplace_back(f.first);
+    return names;
+}
+
+std::vector<std::string_view> own_names()
+{
+    std::vector<std::string_view> names = function_names();
+    names.insert(names.begin(), {"frame", "time", "fps", "pi"});
     return names;
 }
 
@@ -297,9 +305,35 @@ void require_one_number(const mu::Parser& mu)
                           "commas only separate function arguments");
 }
 
+// The first name before a parenthesis that is no function's. muparser tells the parenthesis.
+std::optional<ExpressionError> unknown_function(const std::string& text)
+{
+    const auto of_name = [&](std::size_t i) {
+        return std::isalnum(static_cast<unsigned char>(text[i])) || text[i] == '_';
+    };
+    const std::vector<std::string_view> functions = function_names();
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (!of_name(i)) continue;
+        const std::size_t begin = i;
+        while (i < text.size() && of_name(i)) ++i;
+        const std::string name = text.substr(begin, i - begin);
+        const std::size_t next = text.find_first_not_of(" \t\r\n", i);
+        if (next == std::string::npos || text[next] != '(') continue;
+        if (std::isdigit(static_cast<unsigned char>(name[0]))) continue;
+        if (std::find(functions.begin(), functions.end(), name) != functions.end()) continue;
+        const std::string near = nearest(name, functions);
+        return ExpressionError(fmt::format("there is no function '{}'", name), begin,
+                               near.empty() ? fmt::format("the functions are {}",
+                                                          list_names(functions, functions.size()))
+                                            : fmt::format("did you mean '{}'?", near));
+    }
+    return {};
+}
+
 // muparser's own words for what is wrong.
 ExpressionError translated(const mu::Parser::exception_type& e, const std::string& text)
 {
+    if (const auto function = unknown_function(text)) return *function;
     const auto at = static_cast<std::size_t>(std::max(e.GetPos(), 0));
     std::string what = e.GetMsg();
     while (!what.empty() && (what.back() == '.' || what.back() == '\n')) what.pop_back();

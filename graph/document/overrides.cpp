@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <regex>
 
 #include <fmt/format.h>
 
@@ -37,6 +38,22 @@ std::optional<Problem> set_param(Json& body, std::string_view path, Json value)
     return {};
 }
 
+namespace {
+
+// JSON's form of numbers as they are typed in a shell: "0.03" of ".03", "3" of "+3", "5.0" of "5.",
+// in lists too. Other texts stay.
+std::string as_json_numbers(const std::string& text)
+{
+    if (text.find_first_not_of("0123456789.+-eE,[] ") != std::string::npos) return text;
+    static const std::regex plus(R"((^|[\[, ])\+(?=[0-9.]))"), no_zero(R"((^|[\[, -])\.(?=[0-9]))"),
+        no_digit(R"(([0-9])\.(?=$|[\], eE]))");
+    std::string out = std::regex_replace(text, plus, "$1");
+    out = std::regex_replace(out, no_zero, "$010.");
+    return std::regex_replace(out, no_digit, "$1.0");
+}
+
+}  // namespace
+
 void apply_overrides(Loading& loading, std::vector<Declaration>& declarations, Document& document,
                      OverridesOf which)
 {
@@ -51,17 +68,17 @@ void apply_overrides(Loading& loading, std::vector<Declaration>& declarations, D
             }
         }
         const std::string text = fmt::format("--set {}={}", o.target, o.value);
-        Origin& origin =
-            new_origin(loading, document,
-                       std::make_shared<const Source>(text, document.origins[0]->source->folder(),
-                                                      o.value, false));
+        const std::string given = as_json_numbers(o.value);
+        Origin& origin = new_origin(loading, document,
+                                    std::make_shared<const Source>(
+                                        text, document.origins[0]->source->folder(), given, false));
         origin.grammar = document.origins[0]->grammar;
         origin.layer = 1;  // over all documents
         Problems ignored;
         std::optional<Json> value =
             parse_json(origin, {.depth = loading.options.max_depth}, ignored);
         if (!value) {
-            value = Json{o.value, &origin, 0, static_cast<std::uint32_t>(o.value.size())};
+            value = Json{given, &origin, 0, static_cast<std::uint32_t>(given.size())};
         }
         const auto found = index.find(name);
         std::optional<Problem> p;

@@ -292,6 +292,29 @@ TEST(Overrides, ReachBlocksListsAndComponents)
               5);
 }
 
+TEST(Overrides, TakeNumbersAsAShellHasThem)
+{
+    const auto weight = [](const std::string& value) {
+        graph::LoadOptions options;
+        options.sets.push_back(graph::parse_override("mill.weight=" + value));
+        const Loaded loaded = load(bakery, options);
+        EXPECT_TRUE(loaded.ok()) << told(loaded);
+        return std::get<double>(graph::evaluate(loaded.graph.nodes[0], 1, 0)[0].is);
+    };
+    EXPECT_EQ(weight(".5"), 0.5);
+    EXPECT_EQ(weight("+.5e1"), 5);
+    EXPECT_EQ(weight("2."), 2);
+    EXPECT_EQ(weight("2.e0"), 2);
+    graph::LoadOptions options;
+    options.sets.push_back(graph::parse_override("work.raisins.0.at=[.5, -.25,+1.]"));
+    const Loaded loaded = load(bakery, options);
+    ASSERT_TRUE(loaded.ok()) << told(loaded);
+    const auto work =
+        std::get<graph::ParamValues>(graph::evaluate(loaded.graph.nodes[1], 1, 0)[0].is);
+    EXPECT_EQ((std::get<std::array<double, 3>>(std::get<graph::ParamValues>(work[0].is)[0].is)),
+              (std::array{0.5, -0.25, 1.0}));
+}
+
 TEST(Overrides, ThatAreWrongSayWhich)
 {
     const auto says = [](const char* text) {

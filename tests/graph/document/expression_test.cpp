@@ -102,6 +102,27 @@ TEST(Expression, NamesThePlaceAndTheNearestName)
     }
 }
 
+TEST(Expression, NamesAFunctionThatThereIsNot)
+{
+    const Grammar grammar;
+    const auto told = [&](const std::string& text) {
+        try {
+            static_cast<void>(grammar.compile(text));
+        } catch (const graph::ExpressionError& e) {
+            return std::string(e.what()) + "; " + e.suggestion + " at " +
+                   std::to_string(e.position);
+        }
+        return std::string();
+    };
+    const std::string foo = told("2.5*foo (frame)");
+    EXPECT_EQ(foo.find("there is no function 'foo'; the functions are 'sin', 'cos', "), 0u) << foo;
+    EXPECT_NE(foo.find("'min' and 'max' at 4"), std::string::npos) << foo;
+    EXPECT_EQ(told("1 + squrt(4)"), "there is no function 'squrt'; did you mean 'sqrt'? at 4");
+    EXPECT_EQ(told("sin(frame(2))"),
+              "there is no function 'frame'; the functions are" +
+                  foo.substr(foo.find(" 'sin'"), foo.find(" at ") - foo.find(" 'sin'")) + " at 4");
+}
+
 TEST(Expression, GivesNaNAndInfinityWhereMathematicsDoes)
 {
     EXPECT_TRUE(std::isinf(at("1 / (frame - 1)")));
