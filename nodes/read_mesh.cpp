@@ -89,7 +89,8 @@ void add_to(graph::Registry& registry)
             "its name beside the file and in `textures` below it. A bump map of an OBJ is taken "
             "for a normal map where its colours are directions.")
         .choice("unit", &Inputs::unit, {"auto", "m", "cm", "mm", "inch", "foot", "custom"},
-                "Unit of length of the file. auto: the unit that the file states, or else metres.")
+                "Unit of length of the file. auto: the unit that the file states (FBX, glTF, "
+                "COLLADA, and OBJ, PLY and STL of WriteMesh), or else metres.")
         .param("custom_unit", &Inputs::custom_unit, "Length of the file's unit.",
                {.min = 1e-12, .max = 1e12, .unit = "m"}, {"unit", {"custom"}})
         .choice("up", &Inputs::up, {"auto", "y", "z", "x"},

@@ -168,7 +168,7 @@ static Outputs run(const Inputs& linked, const graph::Context& context)
     const auto path = graph::frame_file(in.path, context);
     const auto files =
         geometry::is_written_here(format) && !in.assimp
-            ? geometry::write_mesh(path, format, *in.mesh)
+            ? geometry::write_mesh(path, format, *in.mesh, {metres_of(in), in.up == Up::z})
             : geometry::export_mesh(path, format, *in.mesh, {}, [stop = context.stop] {
                   if (stop.stop_requested()) throw graph::Cancelled();
               });

@@ -1,12 +1,14 @@
 #include "geometry/io/read_mesh.hpp"
 
 #include "geometry/io/assemble_mesh.hpp"
+#include "geometry/io/own_header.hpp"
 #include "geometry/io/read_ply.hpp"
 #include "geometry/io/read_points.hpp"
 #include "geometry/mesh/mesh.hpp"
 
 #include <cctype>
 #include <fstream>
+#include <optional>
 #include <set>
 #include <stdexcept>
 
@@ -32,6 +34,19 @@ ImportedScene scene_read_here(const std::filesystem::path& path)
     } catch (const std::runtime_error& error) {
         throw std::runtime_error(path.string() + ": " + error.what());
     }
+}
+
+// The unit and axis that our own OBJ, PLY and STL state in a comment.
+void add_own_header(const std::filesystem::path& path, ImportedScene& scene)
+{
+    if (scene.unit > 0 || scene.has_axes) return;
+    std::string bytes(160, '\0');
+    std::ifstream(path, std::ios::binary).read(bytes.data(), std::ssize(bytes));
+    const std::optional<FileFrame> frame = frame_of_header(bytes);
+    if (!frame) return;
+    scene.unit = frame->unit;
+    scene.has_axes = true;
+    if (frame->z_up) scene.to_y_up = {1, 0, 0, 0, 0, 1, 0, -1, 0};
 }
 
 // Each file once that was looked for and never found. One that is not where it should be is looked
@@ -60,12 +75,13 @@ std::vector<std::string> files_not_found(const std::vector<ImportedFile>& files,
 ReadMesh read_mesh(const std::filesystem::path& path, const ReadOptions& options)
 {
     const bool here = is_ply(path) || is_points_file(path);
-    const ImportedScene scene = here ? scene_read_here(path) : import_scene(path, options.import);
+    ImportedScene scene = here ? scene_read_here(path) : import_scene(path, options.import);
     if (!scene.error.empty()) {
         throw std::runtime_error(
             path.string() +
             " is damaged, or not of the format that its ending names: " + scene.error);
     }
+    add_own_header(path, scene);
     try {
         FoundTextures textures = find_textures(scene, path, options.import.root);
         ReadMesh out = assemble_mesh(scene, options, textures);

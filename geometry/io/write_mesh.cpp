@@ -30,7 +30,8 @@ MeshFormat mesh_format(const fs::path& path)
                                 ".glb, .gltf, .dae, .fbx, .x3d or .pc2");
 }
 
-std::vector<fs::path> write_mesh(const fs::path& path, MeshFormat format, const TriMesh& mesh)
+std::vector<fs::path> write_mesh(const fs::path& path, MeshFormat format, const TriMesh& mesh,
+                                 const FileFrame& frame)
 {
     std::vector<fs::path> beside;
     switch (format) {
@@ -47,17 +48,17 @@ std::vector<fs::path> write_mesh(const fs::path& path, MeshFormat format, const 
             }
             write_whole_file(beside[0], materials);
         }
-        write_whole_file(path, obj_text(mesh, library));
+        write_whole_file(path, obj_text(mesh, library, frame));
         break;
     }
     case MeshFormat::ply:
         if (!only_texture(*mesh.topology).empty()) {
             beside = write_textures(path.parent_path(), *mesh.topology, false);
         }
-        write_whole_file(path, ply_bytes(mesh));
+        write_whole_file(path, ply_bytes(mesh, frame));
         break;
     case MeshFormat::stl:
-        write_whole_file(path, stl_bytes(mesh));
+        write_whole_file(path, stl_bytes(mesh, frame));
         break;
     case MeshFormat::glb:
         write_whole_file(path, glb_bytes(mesh));

@@ -8,6 +8,7 @@
 // their own. They also take long for every frame: 327,000 faces as OBJ 1.3 s, as PLY 0.55, as GLB
 // 0.19, against 0.06, 0.01 and 0.03 s. What is written is read back, by assimp, in tests.
 
+#include "geometry/io/own_header.hpp"
 #include "geometry/mesh/mesh_fwd.hpp"
 
 #include <filesystem>
@@ -16,8 +17,9 @@ namespace geometry {
 
 // Wavefront OBJ: positions (with vertex colours after them, as display values), normals, texture
 // coordinates, groups and materials. Numbers are the shortest that read back to the same floats.
-// `library` is the file name of the material library, empty for none.
-std::string obj_text(const TriMesh& mesh, const std::string& library);
+// `library` is the file name of the material library, empty for none. `frame`, here and below: what
+// the positions are in.
+std::string obj_text(const TriMesh& mesh, const std::string& library, const FileFrame& frame = {});
 
 // The material library of an OBJ: colours as display values, and roughness and metallic by their
 // physically based names. Empty when the mesh has no materials.
@@ -27,10 +29,10 @@ std::string mtl_text(const TriMesh& mesh);
 // numbers of their own names, and faces, coloured by their materials where vertices have no
 // colours. Texture coordinates where every vertex has one only, else those of corners, and the
 // texture's name where there is one only, as MeshLab has them.
-std::string ply_bytes(const TriMesh& mesh);
+std::string ply_bytes(const TriMesh& mesh, const FileFrame& frame = {});
 
 // Binary STL: faces alone.
-std::string stl_bytes(const TriMesh& mesh);
+std::string stl_bytes(const TriMesh& mesh, const FileFrame& frame = {});
 
 // Binary glTF 2.0: a node a group, a primitive a material; or points. Textures lie in it.
 std::string glb_bytes(const TriMesh& mesh);
@@ -54,6 +56,6 @@ MeshFormat mesh_format(const std::filesystem::path& path);
 // whole or not at all; missing folders are made. Throws std::runtime_error saying what could not be
 // written, and std::invalid_argument when the format cannot hold the mesh or is not written here.
 std::vector<std::filesystem::path> write_mesh(const std::filesystem::path& path, MeshFormat format,
-                                              const TriMesh& mesh);
+                                              const TriMesh& mesh, const FileFrame& frame = {});
 
 }  // namespace geometry

@@ -64,10 +64,10 @@ std::vector<std::string> material_names(const MeshTopology& t)
 
 }  // namespace
 
-std::string obj_text(const TriMesh& mesh, const std::string& library)
+std::string obj_text(const TriMesh& mesh, const std::string& library, const FileFrame& frame)
 {
     const MeshTopology& t = *mesh.topology;
-    std::string out = "# Aspic: metres, y up\n";
+    std::string out = "# " + own_header(frame) + "\n";
     if (!library.empty() && !t.materials.empty()) out += "mtllib " + library + "\n";
     put_all(out, mesh.positions.size(), [&](std::string& line, std::size_t i) {
         line += 'v';

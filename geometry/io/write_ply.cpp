@@ -99,7 +99,7 @@ void put_faces(std::string& out, const MeshTopology& t, const Outlines& faces, c
 
 }  // namespace
 
-std::string ply_bytes(const TriMesh& mesh)
+std::string ply_bytes(const TriMesh& mesh, const FileFrame& frame)
 {
     const MeshTopology& t = *mesh.topology;
     const std::vector<std::uint32_t> normal = entry_of_vertex(mesh, t.normal_triangles),
@@ -110,7 +110,7 @@ std::string ply_bytes(const TriMesh& mesh)
     const bool colours = !mesh.colours.empty();
     const bool face_colours = !colours && !t.materials.empty();
 
-    std::string out = "ply\nformat binary_little_endian 1.0\ncomment Aspic: metres, y up\n";
+    std::string out = "ply\nformat binary_little_endian 1.0\ncomment " + own_header(frame) + "\n";
     if (const std::string texture = only_texture(t); !texture.empty()) {
         out += "comment TextureFile " + texture + "\n";
     }

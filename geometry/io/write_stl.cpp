@@ -8,14 +8,14 @@
 
 namespace geometry {
 
-std::string stl_bytes(const TriMesh& mesh)
+std::string stl_bytes(const TriMesh& mesh, const FileFrame& frame)
 {
     const auto& triangles = mesh.triangles();
     if (triangles.empty()) {
         throw std::invalid_argument("STL holds faces only, and the mesh has none: write points "
                                     "as PLY, OBJ or GLB");
     }
-    std::string out = "Aspic: metres, y up";
+    std::string out = own_header(frame);
     out.resize(80, ' ');
     put_bytes(out, static_cast<std::uint32_t>(triangles.size()));
     out.reserve(84 + 50 * triangles.size());

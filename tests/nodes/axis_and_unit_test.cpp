@@ -1,5 +1,6 @@
 // WriteMesh in another axis and unit: what another program reads, and what ReadMesh reads back.
 
+#include "geometry/io/own_header.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/nodes/one_node.hpp"
@@ -23,7 +24,7 @@ TriMesh brick()
 }
 
 TriMesh written_and_read(const files::fs::path& folder, const std::string& ending,
-                         const std::string& up, const std::string& unit)
+                         const std::string& up, const std::string& unit, bool stated = true)
 {
     NodeRun write("WriteMesh");
     write.output_folder = folder;
@@ -34,8 +35,10 @@ TriMesh written_and_read(const files::fs::path& folder, const std::string& endin
     write.run();
     NodeRun read("ReadMesh");
     read.param("path").is = (folder / ("brick." + ending)).string();
-    read.param("up").is = up;
-    read.param("unit").is = unit;
+    if (stated) {
+        read.param("up").is = up;
+        read.param("unit").is = unit;
+    }
     return *read.run().as<TriMesh>();
 }
 
@@ -61,6 +64,42 @@ TEST(WriteMesh, InAnotherAxisAndUnitReadsBackAsItWas)
                 EXPECT_NEAR(volume, 6, 1e-3);
             }
         }
+    }
+}
+
+TEST(WriteMesh, SaysTheAxisAndUnitAndReadMeshReadsThem)
+{
+    const files::Folder folder;
+    const auto expected = geometry::bounds(brick());
+    for (const char* ending : {"obj", "ply", "stl"}) {
+        const auto box = geometry::bounds(written_and_read(folder.path, ending, "z", "mm", false));
+        EXPECT_LT((box.lo - expected.lo).norm(), 1e-5) << ending << box.lo.transpose();
+        EXPECT_LT((box.hi - expected.hi).norm(), 1e-5) << ending << box.hi.transpose();
+        const std::string head =
+            files::bytes_of(folder.path / (std::string("brick.") + ending)).substr(0, 90);
+        EXPECT_NE(head.find("Aspic: millimetres, z up"), std::string::npos) << head;
+    }
+    // What is set counts more than what the file says.
+    written_and_read(folder.path, "obj", "z", "mm");
+    NodeRun read("ReadMesh");
+    read.param("path").is = (folder.path / "brick.obj").string();
+    read.param("unit").is = std::string("cm");
+    read.param("up").is = std::string("y");
+    EXPECT_NEAR(geometry::bounds(*read.run().as<TriMesh>()).hi.z(), 60, 1e-3);
+}
+
+TEST(WriteMesh, OnlyWholeHeadersOfOurOwnAreRead)
+{
+    for (const double unit : {1.0, 0.01, 0.001, 0.0254, 0.3048, 0.05, 1e-12}) {
+        const auto back = geometry::frame_of_header("# " + geometry::own_header({unit, true}));
+        ASSERT_TRUE(back.has_value()) << geometry::own_header({unit, true});
+        EXPECT_EQ(back->unit, unit);
+        EXPECT_TRUE(back->z_up);
+    }
+    for (const char* text : {"", "Aspic: ", "Aspic: metres", "Aspic: metres, x up",
+                             "Aspic: miles, y up", "Aspic: units of -1 m, y up",
+                             "Aspic: units of inf m, y up", "Aspic: units of  m, y up"}) {
+        EXPECT_FALSE(geometry::frame_of_header(text).has_value()) << text;
     }
 }
 

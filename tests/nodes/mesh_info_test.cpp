@@ -163,8 +163,9 @@ TEST(MeshInfo, AUnitIsGuessedWhereTheFileStatesNone)
 {
     const files::Folder folder;
     geometry::TriMesh box = test_meshes::box({0, 0, 0}, {90, 60, 40});  // a desk, in cm
-    const std::string file = (folder.path / "desk.obj").string();
-    geometry::write_mesh(file, geometry::MeshFormat::obj, box);
+    const std::string text =
+        geometry::obj_text(box, "");  // but for its comment, that it is in metres
+    const std::string file = folder.write("desk.obj", text.substr(text.find('\n') + 1)).string();
     auto all = nlohmann::json::parse(run({"info", "--json", file}).out);
     EXPECT_EQ(all["unit"]["name"], "cm");
     EXPECT_NEAR(all["size"][0].get<double>(), 90, 1e-5);  // as ReadMesh reads it
