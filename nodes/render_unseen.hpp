@@ -43,8 +43,8 @@ inline void warn_of_unseen(CameraParams::Kind kind, bool file, const GroundParam
     } else if (floor_hides(ground, scene, drawn, by_collider)) {
         context.warn(fmt::format(
             "the ground hides what lies below it: it is at {:.3g} m, under what is linked as it is "
-            "at rest. Set ground.kind = none, or at with a height, or link the MotionBounds of the "
-            "mesh to `shot`",
+            "at rest. Link the Ground on which the mesh falls to `colliders`; or else link the "
+            "MotionBounds of the mesh to `shot`, or set ground.kind = none, or at with a height",
             *scene.ground));
     }
 }

@@ -63,6 +63,11 @@ TEST(RenderNode, WarnsOfWhatItsGroundHides)
     const auto hidden = warnings(0.8f, "under");
     ASSERT_EQ(hidden.size(), 1u);
     EXPECT_NE(hidden[0].find("it is at -1 m"), std::string::npos) << hidden[0];
+    // The likeliest way out comes first.
+    const std::size_t link =
+        hidden[0].find("Link the Ground on which the mesh falls to `colliders`");
+    EXPECT_LT(link, hidden[0].find("MotionBounds")) << hidden[0];
+    EXPECT_LT(link, hidden[0].find("ground.kind")) << hidden[0];
 }
 
 TEST(RenderNode, AMeshWithoutTheAttributeOfTheOthersKeepsItsMaterial)
