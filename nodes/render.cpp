@@ -376,6 +376,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         if (context.stop.stop_requested()) throw graph::Cancelled();
     };
     Outputs out{picture_of(in, scene, camera, warnings, check)};
+    warn_of_boxes(scene, context);
     for (const std::string& text : warnings) context.warn(text);
     warn_of_unseen(in.camera.kind, bool(in.view), in.ground, double(in.width) / in.height, scene,
                    camera, drawn, floor.has_value(), context);

@@ -6,6 +6,7 @@
 #include "nodes/render_view.hpp"
 #include "render/camera.hpp"
 #include "render/scene.hpp"
+#include "render/text.hpp"
 
 #include <fmt/format.h>
 
@@ -17,6 +18,19 @@ inline bool floor_hides(const GroundParams& ground, const ::render::Scene& scene
 {
     if (ground.kind != GroundParams::Kind::under || by_collider || !scene.ground) return false;
     return *scene.ground - drawn.lo.y() > 0.05 * scene.stage.diagonal();
+}
+
+// Warns of letters that come out as boxes.
+inline void warn_of_boxes(const ::render::Scene& scene, const graph::Context& context)
+{
+    std::string words = scene.label;
+    if (scene.legend) words += scene.legend->title + scene.legend->note;
+    for (const auto& note : scene.notes) words += note.text;
+    const std::string boxes = ::render::without_glyphs(words);
+    if (boxes.empty()) return;
+    context.warn(fmt::format("pictures have no glyphs for {}: each is drawn as a box. They have "
+                             "Latin and Greek letters",
+                             boxes));
 }
 
 // Warns of a picture that can show nothing of `drawn`, the bounds of what is linked, or not all.

@@ -45,7 +45,11 @@ std::vector<std::string> lines_of(const std::string& label, float width, float h
             lines.push_back(std::move(line));
             longer = label.substr(word, end - word);
         }
-        while (longer.size() > 1 && text_width(longer, height) > width) longer.pop_back();
+        for (std::string shorter = longer; text_width(longer, height) > width;) {
+            cut_last_letter(shorter);
+            if (shorter.empty()) break;
+            longer = shorter;
+        }
         line = std::move(longer);
         at = end;
     }

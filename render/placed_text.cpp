@@ -31,8 +31,8 @@ float room_of(const PlacedText& line, int width, std::span<const Area> taken)
 std::string cut_to(const std::string& text, float height, float room)
 {
     if (text_width(text, height) <= room) return text;
-    for (std::size_t count = text.size(); count-- > 1;) {
-        std::string cut = text.substr(0, count);
+    for (std::string shorter = text; cut_last_letter(shorter), !shorter.empty();) {
+        std::string cut = shorter;
         cut.erase(cut.find_last_not_of(' ') + 1);
         cut += "...";
         if (text_width(cut, height) <= room) return cut;

@@ -6,6 +6,7 @@
 #include "geometry/base/vec.hpp"
 #include "render/image.hpp"
 
+#include <string>
 #include <string_view>
 
 namespace render {
@@ -31,7 +32,13 @@ inline constexpr float least_letter = 7;
 float text_width(std::string_view text, float height);
 
 // Draws one line with its baseline's left end at `at` (pixels from the upper left corner, y down).
-// Characters outside printable ASCII come out as a box. What lies outside the image is cut off.
+// The text is UTF-8; what has no glyph comes out as a box. What lies outside the image is cut off.
 void draw_text(Image& image, std::string_view text, const Vec2f& at, const TextStyle& style);
+
+// Takes the last letter off, of one byte or several.
+void cut_last_letter(std::string& text);
+
+// Each letter of `text` once that comes out as a box.
+std::string without_glyphs(std::string_view text);
 
 }  // namespace render

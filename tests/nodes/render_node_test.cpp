@@ -46,6 +46,18 @@ TEST(RenderNode, WarnsOfAnEmptyPicture)
     EXPECT_NE(warnings({0, -40, 0}, "look_at")[0].find("camera.target"), std::string::npos);
 }
 
+TEST(RenderNode, WarnsOnceOfLettersThatAreBoxes)
+{
+    NodeRun render = picture_of_moved(geometry::uv_sphere(1, 8, 16), {0, 0, 0});
+    render.param("label").is = std::string("Größe Ω");
+    render.run();
+    EXPECT_TRUE(render.warnings.empty());
+    render.param("label").is = std::string("漢字 漢");
+    render.run();
+    ASSERT_EQ(render.warnings.size(), 1u);
+    EXPECT_NE(render.warnings[0].find("no glyphs for 漢字:"), std::string::npos);
+}
+
 TEST(RenderNode, WarnsOfWhatItsGroundHides)
 {
     const geometry::TriMesh rest = geometry::uv_sphere(1, 8, 16);

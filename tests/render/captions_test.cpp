@@ -36,6 +36,51 @@ std::array<int, 4> lit_extent(const Image& image)
     return e;
 }
 
+// UTF-8, of two bytes.
+std::string two_bytes(char32_t code)
+{
+    return {static_cast<char>(0xc0 | (code >> 6)), static_cast<char>(0x80 | (code & 0x3f))};
+}
+
+TEST(Captions, LettersOfLatinAndGreekAreDrawnAndOthersAreOneBoxEach)
+{
+    for (char32_t code = 0xa0; code < 0x180; ++code) {
+        EXPECT_EQ(render::without_glyphs(two_bytes(code)), "") << two_bytes(code);
+    }
+    for (char32_t code = 0x384; code < 0x3cf; ++code) {
+        const bool none = code == 0x38b || code == 0x38d || code == 0x3a2;
+        EXPECT_EQ(render::without_glyphs(two_bytes(code)).empty(), !none) << two_bytes(code);
+    }
+    EXPECT_EQ(render::without_glyphs("Größe 漢字 漢\n\xff"), "漢字\xff");
+    const auto width = [](const char* text) { return render::text_width(text, 10); };
+    EXPECT_EQ(width("äöü"), width("aou"));
+    EXPECT_EQ(width("漢"), width("\xff"));
+    EXPECT_EQ(width("\xe6\xbc"), width("\xff\xff")) << "each byte that begins no letter";
+    EXPECT_EQ(width("\xc0\x80"), width("\xff\xff")) << "longer than need be";
+}
+
+TEST(Captions, MarksStandAboveTheirLetters)
+{
+    const auto top = [](const char* text) {
+        Image image = black_picture(60, 60);
+        render::draw_text(image, text, {20, 40}, {16, {1, 1, 1}, {0, 0, 0}, 0});
+        return lit_extent(image)[2];
+    };
+    // Pixels, two a glyph unit: an accent is four units above a small letter, three above a
+    // capital.
+    EXPECT_NEAR(top("e") - top("\u00e9"), 6, 1.01);
+    EXPECT_NEAR(top("E") - top("\u00c9"), 6, 1.01);
+    EXPECT_EQ(top("c"), top("\u00e7"));
+}
+
+TEST(Captions, ALineIsCutBetweenLetters)
+{
+    const std::string cut = render::cut_to("äääääääääää", 10, 40);
+    ASSERT_GT(cut.size(), 5u);
+    EXPECT_EQ(render::without_glyphs(cut), "") << cut;
+    EXPECT_EQ(cut.substr(cut.size() - 3), "...");
+}
+
 TEST(Captions, QuantitiesHaveThreeDigitsAndTheUsualPrefix)
 {
     EXPECT_EQ(render::quantity_text(120, "N"), "120 N");
