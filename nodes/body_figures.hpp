@@ -4,6 +4,8 @@
 
 #include "geometry/mesh/mass_properties.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
+#include "geometry/mesh/pieces.hpp"
+#include "geometry/mesh/triangle_bvh.hpp"
 #include "graph/types/figure.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/state/measure.hpp"
@@ -44,18 +46,40 @@ inline physics::MassMoments moments_at_rest(const geometry::Cubes& cubes)
     return physics::mass_moments(at_rest, cubes);
 }
 
+// Whether parts of a closed mesh overlap, by places in cubes: then its volume counts twice what the
+// cubes hold once.
+inline bool parts_overlap(const geometry::TriMesh& mesh, const geometry::Cubes& cubes)
+{
+    constexpr std::size_t few = 512, most = 4096;  // cubes
+    if (cubes.count() == 0 || geometry::find_pieces(mesh).count() < 2) return false;
+    const geometry::TriangleBvh inside(mesh);
+    const int n = cubes.count() < few ? 3 : 1;  // places along an edge
+    const std::size_t step = (cubes.count() + most - 1) / most;
+    for (std::size_t c = 0; c < cubes.count(); c += step) {
+        for (int i = 0; i < n * n * n; ++i) {
+            const geometry::Vec3 place(i % n + 0.5, i / n % n + 0.5, i / (n * n) + 0.5);
+            const geometry::Vec3 at = cubes.cell[c].cast<double>() + place / n;
+            if (std::abs(inside.winding_number(cubes.origin + cubes.size * at)) > 1.5) return true;
+        }
+    }
+    return false;
+}
+
 // Of a mesh and the cubes that Voxelize made of it, `solid` or of its surface. Their mass is that
 // of bricks (physics/state/cube_mass.hpp); lattices and springs have it on the corners of the
 // cubes, which adds m h^2 / 3 to each moment of inertia, where bricks add 0.013 m h^2. `bending`:
 // the stiffness in bending of the part that is most wrong, times the true one; not a number where
 // it is not known. Of open meshes, of surfaces and without a mesh nothing is known to compare with;
-// of cubes of several densities volume and stiffness alone are.
+// of cubes of several densities volume and stiffness alone are. `once`: cubes hold once what is in
+// several parts of the mesh.
 inline graph::Figures body_figures(const geometry::TriMesh* mesh, const geometry::Cubes& cubes,
-                                   bool solid, double bending)
+                                   bool solid, double bending, bool once = false)
 {
     constexpr double unknown = graph::Figure::unknown;
-    const bool known =
+    const bool closed =
         mesh && solid && geometry::is_closed(mesh->triangles(), mesh->positions.size());
+    const bool overlap = closed && once && parts_overlap(*mesh, cubes);
+    const bool known = closed && !overlap;
     geometry::MassProperties body;
     if (known) body = geometry::mass_properties(*mesh);
     const physics::MassMoments model = moments_at_rest(cubes);
@@ -79,6 +103,7 @@ inline graph::Figures body_figures(const geometry::TriMesh* mesh, const geometry
                            of_mass(body.inertia(k, k) / body.mass)});
     }
     out.all.push_back({"stiffness in bending, of the true one", exact(bending), exact(1)});
+    if (overlap) out.all.push_back({graph::overlapping_parts, 1});
     return out;
 }
 

@@ -50,6 +50,9 @@ static geometry::ReadOptions options(const Inputs& in, const graph::Context& con
 
 constexpr const char* no_path = "expected the path of a mesh file, found none";
 
+constexpr const char* about_unit =
+    "Unit of length of the file. auto: the unit that the file states (FBX, glTF, COLLADA, and OBJ, "
+    "PLY and STL of WriteMesh), or else metres.";
 constexpr const char* about_weld =
     "Which vertices at one place become one. all: those of the whole file. groups: those of one "
     "group (an object or a named part of the file), so that objects that touch stay pieces of "
@@ -89,8 +92,7 @@ void add_to(graph::Registry& registry)
             "its name beside the file and in `textures` below it. A bump map of an OBJ is taken "
             "for a normal map where its colours are directions.")
         .choice("unit", &Inputs::unit, {"auto", "m", "cm", "mm", "inch", "foot", "custom"},
-                "Unit of length of the file. auto: the unit that the file states (FBX, glTF, "
-                "COLLADA, and OBJ, PLY and STL of WriteMesh), or else metres.")
+                about_unit)
         .param("custom_unit", &Inputs::custom_unit, "Length of the file's unit.",
                {.min = 1e-12, .max = 1e12, .unit = "m"}, {"unit", {"custom"}})
         .choice("up", &Inputs::up, {"auto", "y", "z", "x"},

@@ -307,7 +307,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     }
     warn_of_odd_young(body.cubes, context);
     Outputs out{std::move(body.cubes)};
-    context.tell(body_figures(in.mesh.get(), out.cubes, solid, bending));
+    const bool once = in.pieces == Pieces::merge || in.pieces == Pieces::apart;
+    context.tell(body_figures(in.mesh.get(), out.cubes, solid, bending, once));
     return out;
 }
 

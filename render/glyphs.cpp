@@ -1,6 +1,7 @@
 #include "render/glyphs.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace render {
 namespace {

@@ -37,6 +37,9 @@ struct Figure {
     }
 };
 
+// A figure by this name says why there is nothing to compare with.
+inline constexpr const char* overlapping_parts = "parts of the mesh overlap";
+
 // All that a node tells of a result.
 struct Figures {
     std::string kind;  // "body", "simulation"

@@ -316,6 +316,10 @@ std::string card_summary(const AccuracyCard& card)
     std::string text = "'" + card.node + "': ";
     if (card.kind == "body") {
         text += fmt::format("{:.0f} cubes", card.lines.front().value);
+        if (card.lines.back().name == graph::overlapping_parts) {
+            return text + "; nothing against the mesh, as its parts overlap: its volume counts "
+                          "twice what the cubes hold once";
+        }
         return parts.empty() ? text : text + "; against the mesh: " + parts;
     }
     text += fmt::format("{} frame{}", card.frames, card.frames == 1 ? "" : "s");

@@ -249,6 +249,24 @@ TEST_F(AccuracyOfCooks, NothingIsSaidOfTheBendingOfWhatNothingBends)
     EXPECT_TRUE(told(drawn));
 }
 
+TEST_F(AccuracyOfCooks, WhyNothingIsComparedWhereItsPartsOverlapIsSaid)
+{
+    std::string text = falling();
+    const std::string link = R"("inputs": { "mesh": "box.mesh" }, "params": {
+        "method": "solid")";
+    std::string merged = link;
+    merged.replace(merged.find("box.mesh"), 8, "both.mesh");
+    ASSERT_NE(text.find(link), std::string::npos);
+    text.replace(text.find(link), link.size(), merged);
+    text.replace(text.find(R"("write": {)"), 0, R"("moved": { "type": "Transform@1", "inputs": {
+        "mesh": "box.mesh" }, "params": { "translate": [0.05, 0, 0] } },
+        "both": { "type": "Merge@1", "inputs": { "meshes": ["box.mesh", "moved.mesh"] } }, )");
+    const Cooked made = cook(text, "a");
+    EXPECT_NE(made.err.find("nothing against the mesh, as its parts overlap"), std::string::npos)
+        << made.err;
+    EXPECT_EQ(made.err.find("volume -"), std::string::npos) << made.err;
+}
+
 // A box of one cube and a half: nothing is said. In cubes of 10 m it is a speck.
 TEST_F(AccuracyOfCooks, AMeshThatIsSmallAgainstItsCubesIsWarnedOfOnce)
 {

@@ -3,6 +3,7 @@
 #include "nodes/body_figures.hpp"
 
 #include "geometry/cubes/voxelize.hpp"
+#include "geometry/mesh/merge.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "runtime/commands/command_line.hpp"
 #include "tests/geometry/files.hpp"
@@ -127,6 +128,31 @@ TEST(BodyCard, OfSeveralDensitiesTheCentreAndTheInertiaOfTheMeshAreNotKnown)
         if (two.cell[c].x() < 3) two.mass[c] *= 7;
     }
     EXPECT_EQ(known(two), "volume stiffness ");
+}
+
+// Two boxes of 1/16 m^3 that share half of it: 3/32 m^3 in cubes, 1/8 by their faces.
+TEST(BodyCard, TheVolumeOfPartsThatOverlapIsNoMeasureForCubesThatHoldThemOnce)
+{
+    const geometry::TriMesh box = geometry::box({0.5, 0.5, 0.25}, {1, 1, 1});
+    const auto told = [&](float apart, bool once) {
+        geometry::TriMesh other = box;
+        for (auto& p : other.positions) p.x() += apart;
+        const std::array<const geometry::TriMesh*, 2> both{&box, &other};
+        const geometry::TriMesh mesh = geometry::merge(both);
+        const geometry::Cubes cubes = geometry::voxelize_solid(
+            mesh, geometry::FaceMatter{{}, {geometry::Matter{}}, {}}, geometry::Inside::winding, 0,
+            {0.125, {-0.25, -0.25, -0.125}, geometry::Vec3i::Zero()}, {});
+        return nodes::body_figures(&mesh, cubes, true, 1, once);
+    };
+    const graph::Figures overlap = told(0.25f, true), apart = told(0.625f, true);
+    EXPECT_NEAR(overlap.all[2].value, 0.09375, 1e-6);
+    EXPECT_TRUE(std::isnan(overlap.all[2].of));
+    EXPECT_EQ(overlap.all.back().name, graph::overlapping_parts);
+    EXPECT_NEAR(apart.all[2].value, 0.125, 1e-6);
+    EXPECT_NEAR(apart.all[2].of, 0.125, 1e-6);
+    EXPECT_NE(apart.all.back().name, graph::overlapping_parts);
+    // Bodies of their own hold it each.
+    EXPECT_NEAR(told(0.25f, false).all[2].of, 0.125, 1e-6);
 }
 
 }  // namespace
