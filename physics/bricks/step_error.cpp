@@ -48,7 +48,8 @@ int halvings_of(int steps)
 {
     int out = 0;
     while (out < finest_by_error && steps >> (out + 1) > 0) ++out;
-    return out;
+    const bool even = out > 0 && steps == 1 << out;  // none was taken back
+    return even ? out - 1 : out;
 }
 
 }  // namespace physics

@@ -22,7 +22,8 @@ double error_of_step(const Stage& stage, const Aligned<double>& x0, const Aligne
 // The most halvings of a frame that the error asks for: 32 steps.
 inline constexpr int finest_by_error = 5;
 
-// How often a frame is halved before its first step, where the one before took so many steps.
+// How often a frame is halved before its first step, where the one before took so many steps: once
+// less than that, if all of them stood.
 int halvings_of(int steps);
 
 // Whether a step of twice the length may stay within `most` after one with this error: the error

@@ -50,7 +50,19 @@ TEST(StepsByError, AreAsLongAsDragAllows)
         }
         EXPECT_NEAR(state.x[0].x(), way, 1e-8) << error;
         EXPECT_NEAR(state.v[0].x(), speed, 1e-7) << error;
+        // Where it hardly moves any more, one step a frame is enough again.
+        for (int frame = 0; frame < 4; ++frame) {
+            state = advance(body, std::move(state), loads, whole_frame,
+                            {.substeps = 0, .error = error, .sleep = false});
+        }
+        EXPECT_EQ(state.report.steps, 1) << error;
     }
+    // Sixteenths of the frame at first, after four that were too long, and longer ones as it slows.
+    State state = rest_state(body);
+    add_first_motion(state, cubes, {v, 0, 0}, {0, 0, 0});
+    state = advance(body, std::move(state), loads, whole_frame, {.substeps = 0, .error = 0.02});
+    EXPECT_GT(state.report.steps, 4 + 4);
+    EXPECT_LT(state.report.steps, 4 + 16);
 }
 
 // What falls along the rail is exact in one step (free_fall.hpp).
