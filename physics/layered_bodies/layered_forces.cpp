@@ -103,8 +103,12 @@ void add_stops(const LayeredScene& scene, const LayeredMoment& moment, const Vec
         const std::size_t a = system.frame(stop.body, fa), b = system.frame(stop.other, fb);
         const Vec3 arm_a = stop.position - moment.frames[stop.body][fa].translation();
         const Vec3 arm_b = stop.position - moment.frames[stop.other][fb].translation();
+        const std::size_t before = system.stops.size();
         add_stop(system, a, b, arm_a, arm_b, stop.normal,
                  stop_room(moment, stop, falls_together(scene, stop, gravity), system.dt, last));
+        if (system.stops.size() > before && !scene.parts[stop.body].body->matter.rigid) {
+            system.stops.back().body = stop.body, system.stops.back().other = stop.other;
+        }
         add_rubbing(moment, stop, a, b, arm_a, arm_b, system);
     }
 }

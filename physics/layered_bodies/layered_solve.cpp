@@ -1,5 +1,7 @@
 #include "physics/layered_bodies/layered_solve.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -155,6 +157,31 @@ std::vector<Vec6> solve(LayeredSystem& system, Report& report)
         now = after;
     }
     return dv;
+}
+
+void SpentLayers::take(const LayeredSystem& system)
+{
+    std::set<std::pair<std::uint32_t, std::uint32_t>> now;
+    for (const SystemStop& stop : system.stops) {
+        if (stop.held && stop.body != geometry::no_index) now.emplace(stop.body, stop.other);
+    }
+    if (!bodies_) {
+        bodies_ = std::move(now);
+    } else {
+        std::erase_if(*bodies_, [&](const auto& pair) { return !now.contains(pair); });
+    }
+}
+
+void SpentLayers::tell(std::vector<LayeredState>& states) const
+{
+    if (!bodies_) return;
+    for (const auto& [body, other] : *bodies_) {
+        states[body].report.warnings.push_back(fmt::format(
+            "The layer of body {} is pressed down to its skeleton by body {}, which the skeleton "
+            "stops, and which may stay in the layer. Raise matter.stiffness, or the layer's "
+            "thickness.",
+            body, other));
+    }
 }
 
 }  // namespace physics

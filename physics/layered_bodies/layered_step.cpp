@@ -206,6 +206,7 @@ public:
             geometry::stop_if_asked();
             if (!step()) break;
         }
+        spent_.tell(now_.states);
     }
 
 private:
@@ -277,6 +278,7 @@ private:
         aim(impacts, system);
         Report report;
         const std::vector<Vec6> dv = solve(system, report);
+        spent_.take(system);
         keep(impacts, system, dv, now_);
         watch(frame_, moment, done_, size_, steps_, now_);
         move_all(system, dv, report, now_);
@@ -315,6 +317,7 @@ private:
     bool changes_;  // shapes, within a step
     double done_ = 0, size_ = 1, careful_until_ = 0;
     std::optional<Before> before_;
+    SpentLayers spent_;
 };
 
 // By how much velocities differ from those that the system was made of.

@@ -32,6 +32,9 @@ struct SystemStop {
     double room;       // m/s
     double stiffness;  // kg: while held, stiffness (u + room)^2 / 2 joins what is minimised
     bool held = false;
+    // The body whose skeleton it is, where that has a layer with nothing left to give, and the one
+    // that presses it.
+    std::uint32_t body = geometry::no_index, other = geometry::no_index;
 
     double speed(const std::vector<Vec6>& v) const { return along_a.dot(v[a]) + along_b.dot(v[b]); }
 };

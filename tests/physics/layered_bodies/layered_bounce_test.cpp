@@ -291,4 +291,32 @@ TEST(LayeredBounce, OnlyBouncesTakeShorterSteps)
     EXPECT_EQ(last, 2);
 }
 
+// A heavy ball that lands in a deep, soft layer is stopped by its skeleton alone and stays there:
+// that is told. One with a layer that can stop it is silent.
+TEST(LayeredBounce, ALayerThatIsSpentIsTold)
+{
+    const auto warnings = [](double stiffness) {
+        Skeleton box{.kind = SkeletonKind::box, .points = {}};
+        box.half_size = {0.5, 0.1, 0.5};
+        box.place.translate(Vec3(0, -0.1 - soft.thickness, 0));
+        LayeredBody bed = make_layered_body(soft_layer({box}), BaseKind::still, 1, 0.1);
+        bed.matter.stiffness = stiffness;
+        LayeredScene scene = scene_of({rubber({0, 1, 0}, stiffness, 0.5), bed});
+        std::vector<std::string> out;
+        for (int frame = 0; frame < 16; ++frame) {
+            scene = advance(scene, scene.parts, {}, 1.0 / 24, 2);
+            for (const auto& state : scene.states) {
+                out.insert(out.end(), state.report.warnings.begin(), state.report.warnings.end());
+            }
+        }
+        return out;
+    };
+    const auto told = warnings(2e3);
+    ASSERT_FALSE(told.empty());
+    EXPECT_NE(told[0].find("The layer of body 0 is pressed down to its skeleton by body 1"),
+              std::string::npos)
+        << told[0];
+    EXPECT_TRUE(warnings(1e6).empty());
+}
+
 }  // namespace physics
