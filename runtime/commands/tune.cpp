@@ -114,6 +114,22 @@ void need_size_by_hand(const graph::Graph& graph, const std::string& node_name)
     }
 }
 
+// Whether cubes of a node are solids with their stiffness as filled.
+bool are_filled(const graph::Graph& graph, const std::string& node_name)
+{
+    const auto is = [](const graph::Node& node, const std::string& name, const std::string& value) {
+        for (std::size_t i = 0; i < node.type->params.size(); ++i) {
+            const auto* text = std::get_if<std::string>(&node.params[i].is);
+            if (text && node.type->params[i].name == name) return *text == value;
+        }
+        return false;
+    };
+    return std::any_of(graph.nodes.begin(), graph.nodes.end(), [&](const graph::Node& node) {
+        return node.name == node_name && is(node, "method", "solid") &&
+               is(node, "stiffness", "filled");
+    });
+}
+
 // Edge of cubes, or their number along the longest side where that says it.
 std::optional<Dial> find_size(const graph::Graph& graph, const std::string& given)
 {
@@ -188,6 +204,9 @@ public:
         if (options_.sweep.measures.empty()) measures_ = measures_of(graph);
         out_.reached = true;
         if (size) turn(*size, steps ? share_of_size * options_.error : options_.error, true);
+        if (!size || !are_filled(graph, size->target.substr(0, size->target.find('.')))) {
+            out_.filled = 0;
+        }
         const double left =
             std::max(options_.error - out_.error, (1 - share_of_size) * options_.error);
         if (steps && !out_.cancelled) turn(*steps, left, false);
@@ -226,6 +245,7 @@ private:
         out_.recommended = best->settings;
         out_.error += best->error;
         out_.seconds = best->seconds;
+        if (cubes) out_.filled = best->cubes;
         out_.tried.push_back(std::move(tried));
     }
 

@@ -54,6 +54,8 @@ struct Tuning {
     Settings recommended;
     double error = 0;      // of it, estimated
     double seconds = 0;    // that it took
+    // Cubes of it, where they are solids with stiffness = filled; 0: others, or unknown.
+    double filled = 0;
     bool reached = false;  // the error that was asked for
     bool cancelled = false;
 };

@@ -102,6 +102,22 @@ TEST(Tune, ATurnedBeamNeedsMoreCubesAndGetsThem)
     EXPECT_NEAR(recommended_sag(said), expected_sag(), 0.15 * expected_sag());
 }
 
+TEST(Tune, NamesCalibratedCubesWhereFilledOnesAreMany)
+{
+    const auto said = [](double degrees, const std::string& error) {
+        const files::Folder folder;
+        std::ostringstream out, err;
+        runtime::Console console{out, err, false, {}, {}, "test"};
+        console.count_cubes = nodes::count_cubes;
+        runtime::run_command_line({"tune", folder.write("beam.json", beam(degrees)).string(),
+                                   "--error", error, "--no-disk-cache", "--cubes", "20000"},
+                                  nodes::registry(), console);
+        return out.str();
+    };
+    EXPECT_NE(said(45, "3%").find("--set cubes.stiffness=calibrated"), std::string::npos);
+    EXPECT_EQ(said(0, "5%").find("calibrated"), std::string::npos);
+}
+
 TEST(Tune, CubesThatChooseTheirSizeAreNotTuned)
 {
     std::string graph = beam(0);
