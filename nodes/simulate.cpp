@@ -353,7 +353,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     for (const auto& warning : state.report.warnings) context.warn(warning);
     if (in.method == Method::bricks && in.initial_shape == Shape::given &&
         in.step.integrator == physics::Integrator::implicit_euler) {
-        for (const auto& hint : told_of_stiff(in.cubes, in.bodies, state, least_steps(in.step)))
+        for (const auto& hint : told_of_stiff(in.cubes, in.bodies, state, in.step.substeps))
             context.warn(hint);
     }
     state.models = in.body->models;

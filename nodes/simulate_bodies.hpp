@@ -4,6 +4,7 @@
 
 #include "geometry/cubes/cubes.hpp"
 #include "graph/types/node_builder.hpp"
+#include "physics/state/report_texts.hpp"
 #include "physics/state/state.hpp"
 
 #include <fmt/format.h>
@@ -40,12 +41,14 @@ inline void describe_body(graph::ParamsOf<OneBody>& p)
                "the mass of its cubes and the centre and inertia of its surface, and pushes and is "
                "pushed as others are (method bricks). Right, and many times faster, for what would "
                "not visibly bend: wood, stone, metal. Its Young's modulus counts for its contacts "
-               "alone. Many impacts at once are often solved faster with step.substeps = 4 or 0. Beside "
+               "alone. Many impacts at once are often solved faster with step.substeps = 4 or 0. "
+               "Beside "
                "rigid bodies, elastic ones are solved with linear forces in each round.");
 }
 
-// Bodies that hardly strained in a frame that took many times the steps asked for: they would look
-// the same as rigid bodies, which take few. `asked`: steps.
+// Bodies that hardly strained in a frame that took many times the steps asked for, or did not
+// converge: they would look the same as rigid bodies, which take few. `asked`: steps; 0: any
+// number.
 inline std::vector<std::string>
 told_of_stiff(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
               const std::vector<OneBody>& bodies, const physics::State& state, int asked)
@@ -53,7 +56,8 @@ told_of_stiff(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
     constexpr int many = 8;
     constexpr double visible = 0.005;   // strain
     constexpr double stiff_from = 1e8;  // Pa
-    if (state.report.steps < many * asked) return {};
+    const bool slow = asked > 0 && state.report.steps >= many * asked;
+    if (!slow && !physics::stopped_short(state.report)) return {};
     std::string stiff;
     std::size_t cube = 0;
     for (std::size_t i = 0; i < cubes.size(); ++i) {
@@ -68,11 +72,12 @@ told_of_stiff(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
         stiff += fmt::format("{}{}", stiff.empty() ? "" : ", ", i);
     }
     if (stiff.empty()) return {};
-    return {
-        fmt::format("stiff bodies hit something, which took {} times as many steps as were asked "
-                    "for, or more: set `rigid` = true in `bodies` (entry {}) where they would "
-                    "not visibly bend",
-                    many, stiff)};
+    return {fmt::format(
+        "stiff bodies hit something, {}: set `rigid` = true in `bodies` (entry {}) "
+        "where they would not visibly bend",
+        slow ? fmt::format("which took {} times as many steps as were asked for, or more", many)
+             : std::string("and contact did not converge"),
+        stiff)};
 }
 
 }  // namespace nodes::simulate

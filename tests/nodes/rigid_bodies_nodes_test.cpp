@@ -1,6 +1,8 @@
 // Bodies of a Simulate that keep their shape, through graphs.
 
+#include "nodes/simulate_bodies.hpp"
 #include "tests/nodes/scene.hpp"
+#include "tests/physics/cube_fixtures.hpp"
 
 #include <fmt/format.h>
 
@@ -66,6 +68,30 @@ TEST(RigidBodyNodes, LandInFewStepsWhereStiffOnesAreToldThatTheyCould)
     };
     EXPECT_TRUE(std::any_of(stiff.warnings.begin(), stiff.warnings.end(), hint));
     EXPECT_TRUE(rigid.warnings.empty()) << rigid.warnings[0];
+}
+
+TEST(RigidBodyNodes, AreNamedWhereStiffOnesDoNotConverge)
+{
+    const auto cubes =
+        std::make_shared<const geometry::Cubes>(fixtures::box(2, 1, 1, 0.1, {.young = 1e9}));
+    const auto told = [&](const physics::State& state, int asked, float stress) {
+        physics::State with = state;
+        with.stress.assign(2, stress);
+        return nodes::simulate::told_of_stiff({cubes}, {}, with, asked);
+    };
+    physics::State state;
+    EXPECT_TRUE(told(state, 1, 0).empty());
+    state.report.steps = 8;
+    EXPECT_FALSE(told(state, 1, 0).empty());
+    EXPECT_TRUE(told(state, 0, 0).empty()) << "steps by their error are as many as are wanted";
+    state.report.warnings.emplace_back(physics::short_contact);
+    const auto texts = told(state, 0, 0);
+    ASSERT_EQ(texts.size(), 1u);
+    EXPECT_NE(
+        texts[0].find("and contact did not converge: set `rigid` = true in `bodies` (entry 0)"),
+        std::string::npos)
+        << texts[0];
+    EXPECT_TRUE(told(state, 0, 1e7f).empty()) << "they strain by 1 %";
 }
 
 // A bar that hangs on corners at both ends: each end carries half of its weight.
