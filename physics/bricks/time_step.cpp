@@ -35,15 +35,35 @@ void place_pins(const StepFrame& frame, double share, Motion& now)
     });
 }
 
+// Whether a corner moved by more than the edge of its cube or cell in the step that was taken last.
+bool leaps_over_cubes(const FrameStep& step)
+{
+    const CornerBody& body = step.frame.body;
+    const Aligned<double>& v = step.stage.began_v;
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        const double speed = Vec3(v[4 * k], v[4 * k + 1], v[4 * k + 2]).norm();
+        if (step.stage.tau * speed > body.edge_at(k)) return true;
+    }
+    return false;
+}
+
+// How often a step may be halved where parts that touch do not settle. What is fast and does not
+// settle may have come through a sheet.
+int most_halvings_of(const FrameStep& step)
+{
+    constexpr int most_of_the_fast = 7;
+    if (step.frame.body.solids) return leaps_over_cubes(step) ? most_of_the_fast : most_halvings;
+    return step.stage.rigid.none() ? 2 : most_halvings;
+}
+
 // Whether the step that was taken last is to be taken in halves: parts that touch did not settle,
 // so that they would be thrown apart.
 bool is_torn_apart(const FrameStep& step, int halvings)
 {
-    const int most = step.stage.rigid.none() ? 2 : most_halvings;
     const double much = !step.stage.rigid.none() ? 0 : 0.01;  // of the forces at work
     const StepRecord& record = step.record;
     const bool may = touches_itself(step.stage) || !step.stage.rigid.none();
-    return may && halvings < most && (record.left > much || record.violent);
+    return may && (record.left > much || record.violent) && halvings < most_halvings_of(step);
 }
 
 // What a step starts with.

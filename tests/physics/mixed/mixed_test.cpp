@@ -245,7 +245,7 @@ TEST_P(MixedFast, ABoxDoesNotPassThroughANet)
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Speeds, MixedFast, testing::Values(5.0, 15.0, 40.0));
+INSTANTIATE_TEST_SUITE_P(Speeds, MixedFast, testing::Values(5.0, 15.0, 40.0, 150.0, 350.0));
 
 class MixedSmall : public testing::TestWithParam<double> {};
 
@@ -260,7 +260,7 @@ TEST_P(MixedSmall, ABoxDoesNotPassBetweenTheCornersOfANet)
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Speeds, MixedSmall, testing::Values(0.0, 10.0, 60.0));
+INSTANTIATE_TEST_SUITE_P(Speeds, MixedSmall, testing::Values(0.0, 10.0, 60.0, 150.0, 350.0));
 
 // A cloth comes to rest on the top of a box that is held, of cubes larger than the cloth's cells:
 // between the points of the box, the corners of the cloth find its face.
