@@ -57,8 +57,9 @@ inline bool parts_overlap(const geometry::TriMesh& mesh, const geometry::Cubes& 
     const std::size_t step = (cubes.count() + most - 1) / most;
     for (std::size_t c = 0; c < cubes.count(); c += step) {
         for (int i = 0; i < n * n * n; ++i) {
-            const geometry::Vec3 place(i % n + 0.5, i / n % n + 0.5, i / (n * n) + 0.5);
-            const geometry::Vec3 at = cubes.cell[c].cast<double>() + place / n;
+            const geometry::Vec3i place(i % n, i / n % n, i / (n * n));
+            const geometry::Vec3 in_cube = (place.cast<double>().array() + 0.5) / n;
+            const geometry::Vec3 at = cubes.cell[c].cast<double>() + in_cube;
             if (std::abs(inside.winding_number(cubes.origin + cubes.size * at)) > 1.5) return true;
         }
     }

@@ -52,8 +52,8 @@ struct Tuning {
     std::vector<std::string> measures;
     std::vector<std::vector<Tuned>> tried;  // by parameter, the coarsest first
     Settings recommended;
-    double error = 0;      // of it, estimated
-    double seconds = 0;    // that it took
+    double error = 0;    // of it, estimated
+    double seconds = 0;  // that it took
     // Cubes of it, where they are solids with stiffness = filled; 0: others, or unknown.
     double filled = 0;
     bool reached = false;  // the error that was asked for
