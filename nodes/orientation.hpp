@@ -20,10 +20,13 @@ struct LostInside {
 };
 inline LostInside lost_inside(const geometry::TriMesh& mesh, geometry::Inside rule)
 {
-    if (rule != geometry::Inside::winding) return {};
+    const auto closed = [&](const std::vector<geometry::Triangle>& faces) {
+        return geometry::is_closed(faces, mesh.positions.size());
+    };
+    if (rule != geometry::Inside::winding || closed(mesh.triangles())) return {};
     const auto faces = geometry::solid_faces(mesh).triangles;
     const std::size_t edges = geometry::crowded_edges(faces, mesh.positions.size());
-    if (edges == 0 || geometry::is_closed(faces, mesh.positions.size())) return {};
+    if (edges == 0 || closed(faces)) return {};
     const double found = geometry::volume_inside(mesh, rule),
                  all = geometry::volume_inside(mesh, geometry::Inside::parity);
     if (!(found < 0.98 * all)) return {};

@@ -3,6 +3,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/union_find.hpp"
 #include "geometry/cells/cell_votes.hpp"
+#include "geometry/mesh/first_in_place.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 
@@ -16,18 +17,7 @@ namespace {
 // The triangles with one number for all vertices in one place.
 std::vector<Triangle> welded(const LatticeMesh& mesh)
 {
-    std::vector<std::uint32_t> order(mesh.positions.size());
-    for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
-    const auto key = [&](std::uint32_t i) {
-        const Vec3& p = mesh.positions[i];
-        return std::tuple(p.x(), p.y(), p.z(), i);
-    };
-    std::sort(order.begin(), order.end(), [&](auto a, auto b) { return key(a) < key(b); });
-    std::vector<std::uint32_t> number(order.size());
-    for (std::size_t i = 0; i < order.size(); ++i) {
-        const bool same = i > 0 && mesh.positions[order[i]] == mesh.positions[order[i - 1]];
-        number[order[i]] = same ? number[order[i - 1]] : order[i];
-    }
+    const auto number = first_in_place(std::span<const Vec3>(mesh.positions));
     std::vector<Triangle> out = mesh.triangles;
     for (Triangle& t : out) {
         for (auto& v : t) v = number[v];

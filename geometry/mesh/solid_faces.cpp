@@ -2,37 +2,16 @@
 
 #include "geometry/base/stop.hpp"
 #include "geometry/base/union_find.hpp"
+#include "geometry/mesh/first_in_place.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/wound_out.hpp"
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <tuple>
 
 namespace geometry {
 namespace {
-
-// One number for all vertices in one place: the first of them.
-std::vector<std::uint32_t> first_in_place(const TriMesh& mesh)
-{
-    const auto& positions = mesh.positions;
-    std::vector<std::uint32_t> order(positions.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::erase_if(order, [&](std::uint32_t v) { return !positions[v].allFinite(); });
-    const auto key = [&](std::uint32_t v) {
-        const Vec3f& p = positions[v];
-        return std::tuple(p.x() + 0.0f, p.y() + 0.0f, p.z() + 0.0f, v);  // -0 is 0
-    };
-    stop_if_asked();
-    std::sort(order.begin(), order.end(), [&](auto a, auto b) { return key(a) < key(b); });
-    std::vector<std::uint32_t> out(positions.size());
-    for (std::size_t i = 0; i < order.size(); ++i) {
-        const bool same = i > 0 && positions[order[i]] == positions[order[i - 1]];
-        out[order[i]] = same ? out[order[i - 1]] : order[i];
-    }
-    return out;
-}
 
 // A triangle by its places, in ascending order, and whether it runs through them so.
 struct Placed {
@@ -117,7 +96,7 @@ SolidFaces solid_faces(const TriMesh& mesh)
             return v < count && mesh.positions[v].allFinite();
         });
     };
-    const auto place = first_in_place(mesh);
+    const auto place = first_in_place(std::span<const Vec3f>(mesh.positions));
     std::vector<Placed> all;
     std::vector<std::uint8_t> left_out(triangles.size(), 0), two_sided(triangles.size(), 0);
     for (std::uint32_t t = 0; t < triangles.size(); ++t) {

@@ -76,13 +76,18 @@ double lowest_frequency(const TriMesh& mesh, const graph::Value& cubes)
     return *node.outputs().at(1).as<double>();
 }
 
+// Hz. Free ends: f = (beta L)^2 / (2 pi L^2) sqrt(E I / (rho A)), I / A = t^2 / 12.
+double frequency_of_a_beam(double length, double thick)
+{
+    return std::pow(4.730041, 2) / (2 * std::numbers::pi * length * length) *
+           std::sqrt(young * thick * thick / (12 * density));
+}
+
 TEST(ThinWalls, ThePredictedStiffnessIsWithinAFactorOfTheTrueOne)
 {
     const double length = 1, thick = 0.02;
-    // Free ends: f = (beta L)^2 / (2 pi L^2) sqrt(E I / (rho A)), I / A = t^2 / 12. The length is
-    // 50 times the thickness, so shear takes less than 1 %.
-    const double beam = std::pow(4.730041, 2) / (2 * std::numbers::pi * length * length) *
-                        std::sqrt(young * thick * thick / (12 * density));
+    // The length is 50 times the thickness, so shear takes less than 1 %.
+    const double beam = frequency_of_a_beam(length, thick);
     struct Case {
         double width;
         Vec3 degrees;
@@ -130,8 +135,7 @@ TEST(ThinWalls, WithCubesOfTheSuggestedSizeNothingIsSaid)
 TEST(ThinWalls, WithoutAWarningBendingIsWithinTwentyPerCent)
 {
     const double length = 0.6, thick = 0.02;
-    const double beam = std::pow(4.730041, 2) / (2 * std::numbers::pi * length * length) *
-                        std::sqrt(young * thick * thick / (12 * density));
+    const double beam = frequency_of_a_beam(length, thick);
     struct Case {
         double width;
         Vec3 degrees;
