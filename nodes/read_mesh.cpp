@@ -17,6 +17,7 @@ struct Inputs {
     double fit = 0;
     geometry::Placement place = geometry::Placement::keep;
     geometry::Weld weld = geometry::Weld::all;
+    bool keep_order = false;
     geometry::FileNormals normals = geometry::FileNormals::file;
     double crease_degrees = 40;
     geometry::ColourSpace colours = geometry::ColourSpace::automatic;
@@ -43,6 +44,7 @@ static geometry::ReadOptions options(const Inputs& in, const graph::Context& con
     o.fit = in.fit;
     o.place = in.place;
     o.weld = in.weld;
+    o.keep_order = in.keep_order;
     o.normals = in.normals;
     o.crease = in.crease_degrees * (std::numbers::pi / 180);
     return o;
@@ -53,10 +55,21 @@ constexpr const char* no_path = "expected the path of a mesh file, found none";
 constexpr const char* about_unit =
     "Unit of length of the file. auto: the unit that the file states (FBX, glTF, COLLADA, and OBJ, "
     "PLY and STL of WriteMesh), or else metres.";
+constexpr const char* about_up =
+    "Axis of the file that points up. auto: the axis that the file states, or else y.";
+constexpr const char* about_lines =
+    "Diameter of the tubes that the file's lines become (OBJ, glTF): before `fit` scales the mesh. "
+    "0: lines are left out.";
 constexpr const char* about_weld =
     "Which vertices at one place become one. all: those of the whole file. groups: those of one "
     "group (an object or a named part of the file), so that objects that touch stay pieces of "
     "their own, for `pieces` of Voxelize.";
+
+constexpr const char* about_order =
+    "The mesh has all vertices of the file in its order (OBJ and PLY), those that no face uses and "
+    "doubles too, so that a point cache of WriteMesh fits the file itself where another program "
+    "has read it, for instance Blender with Keep Vertex Order. false: vertices are numbered anew, "
+    "and those without a face are left out.";
 
 static graph::Faults check(const Inputs& in, const graph::Setting&)
 {
@@ -95,13 +108,9 @@ void add_to(graph::Registry& registry)
                 about_unit)
         .param("custom_unit", &Inputs::custom_unit, "Length of the file's unit.",
                {.min = 1e-12, .max = 1e12, .unit = "m"}, {"unit", {"custom"}})
-        .choice("up", &Inputs::up, {"auto", "y", "z", "x"},
-                "Axis of the file that points up. auto: the axis that the file states, or else y.")
-        .param(
-            "line_thickness", &Inputs::line_thickness,
-            "Diameter of the tubes that the file's lines become (OBJ, glTF): before `fit` scales "
-            "the mesh. 0: lines are left out.",
-            {.min = 0, .max = 1e6, .unit = "m"})
+        .choice("up", &Inputs::up, {"auto", "y", "z", "x"}, about_up)
+        .param("line_thickness", &Inputs::line_thickness, about_lines,
+               {.min = 0, .max = 1e6, .unit = "m"})
         .param("fit", &Inputs::fit,
                "Length to which the mesh's longest side is scaled; 0: no scaling.",
                {.min = 0, .max = 1e9, .unit = "m"})
@@ -110,6 +119,7 @@ void add_to(graph::Registry& registry)
                 "ground: its lowest point at y = 0, and its centre above the origin. Like `fit`, "
                 "it applies to each file of a sequence separately: use keep for a mesh that moves.")
         .choice("weld", &Inputs::weld, {"all", "groups"}, about_weld)
+        .param("keep_order", &Inputs::keep_order, about_order)
         .choice("normals", &Inputs::normals, {"file", "computed", "none"},
                 "Source of the normals. file: those of the file, computed where it has none. "
                 "computed: all computed. none: no normals.")

@@ -10,6 +10,7 @@
 #include "geometry/base/srgb.hpp"
 #include "geometry/base/stop.hpp"
 #include "geometry/io/file_axes.hpp"
+#include "geometry/io/file_vertices.hpp"
 #include "geometry/io/line_tubes.hpp"
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/mesh.hpp"
@@ -438,7 +439,7 @@ void fit_and_place(TriMesh& mesh, Polylines& lines, const ReadOptions& options)
 }  // namespace
 
 ReadMesh assemble_mesh(const ImportedScene& given, const ReadOptions& options,
-                       const FoundTextures& textures)
+                       const FoundTextures& textures, std::span<const Vec3f> of_file)
 {
     ReadMesh out;
     ImportedScene thickened;
@@ -473,6 +474,13 @@ ReadMesh assemble_mesh(const ImportedScene& given, const ReadOptions& options,
     }
     if (std::string far = far_from_origin(out.mesh); !far.empty()) {
         out.warnings.push_back(std::move(far));
+    }
+    if (!of_file.empty()) {
+        std::vector<Vec3f> moved;
+        for (const Vec3f& p : of_file) {
+            moved.push_back((file_to_world * p.cast<double>()).cast<float>());
+        }
+        keep_file_vertices(out.mesh, moved);
     }
     fit_and_place(out.mesh, out.lines, options);
     return out;

@@ -1,6 +1,7 @@
 #include "geometry/io/read_mesh.hpp"
 
 #include "geometry/io/assemble_mesh.hpp"
+#include "geometry/io/file_vertices.hpp"
 #include "geometry/io/own_header.hpp"
 #include "geometry/io/read_ply.hpp"
 #include "geometry/io/read_points.hpp"
@@ -15,20 +16,31 @@
 namespace geometry {
 namespace {
 
-bool is_ply(const std::filesystem::path& path)
+bool ends_in(const std::filesystem::path& path, const char* wanted)
 {
     std::string ending = path.extension().string();
     for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return ending == ".ply";
+    return ending == wanted;
 }
 
-ImportedScene scene_read_here(const std::filesystem::path& path)
+bool is_ply(const std::filesystem::path& path)
+{
+    return ends_in(path, ".ply");
+}
+
+std::string bytes_of(const std::filesystem::path& path)
 {
     want_mesh_file(path);
     std::ifstream in(path, std::ios::binary);
     std::string bytes(std::filesystem::file_size(path), '\0');
     in.read(bytes.data(), std::ssize(bytes));
     if (!in) throw std::runtime_error(path.string() + " could not be read to its end");
+    return bytes;
+}
+
+ImportedScene scene_read_here(const std::filesystem::path& path)
+{
+    const std::string bytes = bytes_of(path);
     try {
         return is_ply(path) ? read_ply(bytes) : read_points(bytes);
     } catch (const std::runtime_error& error) {
@@ -47,6 +59,20 @@ void add_own_header(const std::filesystem::path& path, ImportedScene& scene)
     scene.unit = frame->unit;
     scene.has_axes = true;
     if (frame->z_up) scene.to_y_up = {1, 0, 0, 0, 0, 1, 0, -1, 0};
+}
+
+// The vertices whose order is to be kept; none, where it is not.
+std::vector<Vec3f> vertices_to_keep(const std::filesystem::path& path, const ImportedScene& scene,
+                                    const ReadOptions& options)
+{
+    if (!options.keep_order) return {};
+    if (is_ply(path) || is_points_file(path)) {
+        return scene.meshes.empty() ? std::vector<Vec3f>{} : scene.meshes.front().positions;
+    }
+    if (ends_in(path, ".obj")) return obj_vertices(bytes_of(path));
+    throw std::runtime_error(
+        "the order of vertices is known of OBJ and PLY alone: export it as one "
+        "of these, or set keep_order = false");
 }
 
 // Each file once that was looked for and never found. One that is not where it should be is looked
@@ -84,7 +110,8 @@ ReadMesh read_mesh(const std::filesystem::path& path, const ReadOptions& options
     add_own_header(path, scene);
     try {
         FoundTextures textures = find_textures(scene, path, options.import.root);
-        ReadMesh out = assemble_mesh(scene, options, textures);
+        ReadMesh out =
+            assemble_mesh(scene, options, textures, vertices_to_keep(path, scene, options));
         out.side_files = std::move(textures.side_files);
         const std::string itself = std::filesystem::absolute(path).string();
         for (const ImportedFile& f : scene.files) {

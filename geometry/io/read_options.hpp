@@ -30,6 +30,7 @@ struct ReadOptions {
     double fit = 0;             // m, the bounds' largest side after scaling; 0: as the unit gives
     Placement place = Placement::keep;
     Weld weld = Weld::all;
+    bool keep_order = false;  // all vertices of the file, in its order (OBJ, PLY)
     FileNormals normals = FileNormals::file;
     double crease = 0.7;  // rad, for normals that the file does not give
 };
