@@ -141,6 +141,27 @@ std::vector<Vertex> looks_of(const TriMesh& mesh, const Surface& surface)
     return looks;
 }
 
+// Whether nothing was said of a material: what a file without materials gives, or assimp for it.
+bool is_unstated(const geometry::Material& m)
+{
+    const bool named = !m.name.empty() && m.name != "DefaultMaterial";
+    return !named && !m.texture && (m.colour - geometry::Material{}.colour).norm() < 0.01f;
+}
+
+// Of which materials the vertices show their own colours, where they have any: as scans and
+// painted meshes have them, also of those materials that nothing was said of.
+std::vector<char> own_colours(const TriMesh& mesh, Paint::By by, std::size_t looks)
+{
+    std::vector<char> own(looks, by == Paint::By::vertex_colour);
+    if (mesh.colours.size() != mesh.positions.size()) return std::vector<char>(looks, 0);
+    if (by != Paint::By::material) return own;
+    const auto& materials = mesh.topology->materials;
+    for (std::size_t m = 0; m < looks; ++m) {
+        own[m] = m >= materials.size() || is_unstated(materials[m]);
+    }
+    return own;
+}
+
 // Appends where in their pictures the vertices from `base` on lie. Those of surfaces without
 // textures lie nowhere.
 void add_uvs(Gathering& all, const TriMesh& mesh, const SurfaceLayout& layout, std::size_t base)
@@ -160,8 +181,7 @@ std::size_t add_vertices(Gathering& all, const Surface& surface, const TriMesh& 
 {
     const Paint& paint = surface.paint;
     const std::vector<Vertex> looks = looks_of(mesh, surface);
-    const bool by_vertex =
-        paint.by == Paint::By::vertex_colour && mesh.colours.size() == mesh.positions.size();
+    const std::vector<char> own = own_colours(mesh, paint.by, looks.size());
     const std::size_t base = all.list.vertices.size(), count = layout.position.size();
     all.list.vertices.resize(base + count);
     std::atomic<std::size_t> bad = 0;
@@ -171,11 +191,12 @@ std::size_t add_vertices(Gathering& all, const Surface& surface, const TriMesh& 
             Vertex& v = all.list.vertices[base + i];
             const std::uint32_t from = layout.position[i];
             const Vec3f& p = mesh.positions[from];
-            v = looks[layout.material[i]];
+            const std::uint16_t material = layout.material[i];
+            v = looks[material];
             v.position = {p[0], p[1], p[2]};
             v.normal = packed(mesh.normals[layout.normal[i]]);
             if (attribute) v.value = paint.scale.place(attribute->values[from]);
-            if (by_vertex) {
+            if (own[material]) {
                 const auto rough = v.colour[3];
                 v.colour = root_and(mesh.colours[from], 0);
                 v.colour[3] = rough;

@@ -116,6 +116,35 @@ TEST(Draw, TheNearerThingIsSeenWhateverTheOrder)
     }
 }
 
+// As a scan in PLY has them: colours of vertices, and no material or one that assimp made up.
+TEST(Draw, VerticesShowTheirColoursWhereNoMaterialIsStated)
+{
+    const auto shown = [](std::vector<geometry::Material> materials) {
+        auto red = card(0, 0.5, {});
+        TriMesh mesh = *red.mesh;
+        mesh.colours.assign(mesh.positions.size(), Vec3f(0.7f, 0, 0));
+        auto topology = std::make_shared<geometry::MeshTopology>(*mesh.topology);
+        topology->materials = std::move(materials);
+        topology->material.clear();
+        mesh.topology = topology;
+        red.mesh = std::make_shared<const TriMesh>(std::move(mesh));
+        red.paint.by = render::Paint::By::material;
+        Scene scene;
+        scene.surfaces = {red};
+        return pixel(render::draw(scene, camera_ahead(), plain_look()), 64, 64);
+    };
+    const float made_up = render::linear_from_srgb(0.852f);
+    for (const auto& unstated :
+         {std::vector<geometry::Material>{}, std::vector<geometry::Material>{{}},
+          std::vector<geometry::Material>{{"DefaultMaterial", Vec3f::Constant(made_up)}}}) {
+        EXPECT_GT(shown(unstated)[0], 200);
+        EXPECT_LT(shown(unstated)[1], 8);
+    }
+    const auto green = shown({{"paint", {0, 0.7f, 0}}});
+    EXPECT_LT(green[0], 8);
+    EXPECT_GT(green[1], 200);
+}
+
 // Red at 60 % over green over the backdrop's 0.5 blue, in linear light: 0.6 red + 0.4 (0.5 green +
 // 0.25 blue) = (0.6, 0.2, 0.1), whichever order the surfaces come in. Before the eye sees it the
 // tone map takes x - 6.25 x^2 of the least channel x, or 0.04, from all three.
