@@ -307,8 +307,9 @@ static void tell(const Inputs& in, const physics::State& state, const graph::Con
     const Energies energy = bricks ? energies(*bricks, state, in.gravity) : Energies{};
     double edge = 0;
     for (const auto& cubes : in.cubes) edge = std::max(edge, cubes->size);
-    context.tell(simulation_figures(state, in.method != Method::lattice, in.step.newton_iterations,
-                                    energy, edge));
+    const bool solved = in.method != Method::lattice;
+    const bool timed = solved && in.step.integrator == physics::Integrator::implicit_euler;
+    context.tell(simulation_figures(state, solved, timed, in.step.newton_iterations, energy, edge));
 }
 
 static Outputs run(const Inputs& in, const graph::Context& context)

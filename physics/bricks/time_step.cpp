@@ -35,25 +35,27 @@ void place_pins(const StepFrame& frame, double share, Motion& now)
     });
 }
 
-// Whether a corner moved by more than the edge of its cube or cell in the step that was taken last.
-bool leaps_over_cubes(const FrameStep& step)
+// Whether a corner moved by more than so many edges of its cube or cell in the step that was taken
+// last.
+bool leaps_over_cubes(const FrameStep& step, double cubes)
 {
     const CornerBody& body = step.frame.body;
     const Aligned<double>& v = step.stage.began_v;
     for (std::size_t k = 0; k < body.corners; ++k) {
         const double speed = Vec3(v[4 * k], v[4 * k + 1], v[4 * k + 2]).norm();
-        if (step.stage.tau * speed > body.edge_at(k)) return true;
+        if (step.stage.tau * speed > cubes * body.edge_at(k)) return true;
     }
     return false;
 }
 
 // How often a step may be halved where parts that touch do not settle. What is fast and does not
-// settle may have come through a sheet.
+// settle may have come through a sheet or a thin body.
 int most_halvings_of(const FrameStep& step)
 {
     constexpr int most_of_the_fast = 7;
-    if (step.frame.body.solids) return leaps_over_cubes(step) ? most_of_the_fast : most_halvings;
-    return step.stage.rigid.none() ? 2 : most_halvings;
+    const bool sheets = static_cast<bool>(step.frame.body.solids);
+    if (leaps_over_cubes(step, sheets ? 1 : 4)) return most_of_the_fast;
+    return sheets || !step.stage.rigid.none() ? most_halvings : 2;
 }
 
 // Whether the step that was taken last is to be taken in halves: parts that touch did not settle,
@@ -158,13 +160,22 @@ bool keeps_energy(FrameStep& step, const Motion& before, int halvings)
     return true;
 }
 
-// Whether the error of the step that was taken last, of dt seconds, is small enough. The next one
-// may be twice as long where that leaves it so.
-bool is_accurate(FrameStep& step, const Motion& before, double dt, Cuts cuts)
+// Of the step that was taken last, of dt seconds: in edges of cubes. Only of implicit Euler is it
+// known.
+double error_of_last(const FrameStep& step, const Motion& before, double dt)
+{
+    if (step.frame.options.integrator != Integrator::implicit_euler || step.frame.options.leaps) {
+        return 0;
+    }
+    return error_of_step(step.stage, before.x, before.v, step.now.x, step.now.v, dt);
+}
+
+// Whether a step with this error need not be taken in halves for its sake. The next one may be twice
+// as long where that leaves it so.
+bool is_accurate(FrameStep& step, double error, Cuts cuts)
 {
     if (step.frame.options.substeps > 0) return true;
     const double most = step.frame.options.error;
-    const double error = error_of_step(step.stage, before.x, before.v, step.now.x, step.now.v, dt);
     step.finer = may_lengthen(error, most) ? cuts.finer - 1 : cuts.finer;
     return error <= most || cuts.finer == finest_by_error;
 }
@@ -201,17 +212,21 @@ bool step_or_parts(FrameStep& step, double begin, double end, Cuts cuts)
     place_pins(step.frame, end, step.now);
     const bool finite = all_finite(step.now.x) && all_finite(step.now.v);
     double middle = finite ? share_of_hit(step, begin, end, cuts) : end;
+    const double dt = (end - begin) * step.frame.seconds;
+    const double error = finite ? error_of_last(step, before.now, dt) : 0;
     if (middle < end) {
         ++cuts.hits;
     } else if (!finite || is_torn_apart(step, cuts.halvings) ||
                !keeps_energy(step, before.now, cuts.halvings)) {
         middle = 0.5 * (begin + end);
         ++cuts.halvings;
-    } else if (!is_accurate(step, before.now, (end - begin) * step.frame.seconds, cuts)) {
+    } else if (!is_accurate(step, error, cuts)) {
         middle = 0.5 * (begin + end);
         ++cuts.finer;
     } else {
         keep(step, before, begin, end);
+        double& most = step.record.report.step_error;
+        most = std::max(most, error);
         step.halvings = cuts.halvings;
         return true;
     }

@@ -22,6 +22,7 @@ struct Report {
     int steps = 0;                      // time steps taken
     int iterations = 0;                 // inner iterations, all steps together
     double residual = 0;                // largest relative residual left over
+    double step_error = 0;              // largest of a step, in cubes; of implicit Euler alone
     std::vector<std::string> warnings;  // each a sentence for a person
 };
 

@@ -197,9 +197,15 @@ std::string said_of(const AccuracyCard& card, const CardLine& line)
     if (line.over == Over::balance) {
         return short_name(line.name) + " " + percent_text(line.value, false);
     }
-    const bool metres = line.name.ends_with(", m"), worst = line.over == Over::largest;
-    const std::string at = worst && line.value > 0 ? fmt::format(" (frame {})", line.frame) : "";
-    return fmt::format("{} {:.2g}{}{}", short_name(line.name), line.value, metres ? " m" : "", at);
+    const bool metres = line.name.ends_with(", m"), cubes = line.name.ends_with(", in cubes");
+    const bool worst = line.over == Over::largest;
+    std::string at = worst && line.value > 0 ? fmt::format("frame {}", line.frame) : "";
+    if (cubes && line.value >= 1) at += "; step.substeps = 0 takes steps by their error";
+    return fmt::format("{} {:.2g}{}{}", short_name(line.name), line.value,
+                       metres  ? " m"
+                       : cubes ? " cubes"
+                               : "",
+                       at.empty() ? "" : " (" + at + ")");
 }
 
 // Of the volume of cubes that is not that of their mesh at all.

@@ -300,4 +300,19 @@ TEST(AccuracyCard, WarnsOfDepthsBeyondACubeAndOfEnergyFromNothing)
     EXPECT_TRUE(warnings(0, 1.03)[0].starts_with("'sim': energy gained 103 %, and nothing"));
 }
 
+TEST(AccuracyCard, NamesStepsByTheirErrorWhereOneIsOffByACube)
+{
+    using graph::Over;
+    const auto summary = [](double error) {
+        runtime::AccuracyCard card{"sim", "simulation", 4, {}};
+        card.lines.push_back(
+            {{"time step error, in cubes", error, graph::Figure::unknown, Over::largest}, 3});
+        return runtime::card_summary(card);
+    };
+    EXPECT_EQ(summary(graph::Figure::unknown), "'sim': 4 frames");
+    EXPECT_EQ(summary(0.25), "'sim': 4 frames: time step error 0.25 cubes (frame 3)");
+    EXPECT_EQ(summary(2.5), "'sim': 4 frames: time step error 2.5 cubes (frame 3; step.substeps = "
+                            "0 takes steps by their error)");
+}
+
 }  // namespace

@@ -65,6 +65,27 @@ TEST(MotionCard, ABodyThatFallsKeepsItsEnergyUnderTheMidpointRule)
     EXPECT_EQ(card["contact depth, m"], 0);
 }
 
+// Free fall is exact. A box that hits the ground at 2.4 m/s is stopped within the step of 1/24 s,
+// half of which it is off by: 0.05 m, half of a cube. In steps by their error it is off by less.
+TEST(MotionCard, TellsTheErrorOfATimeStep)
+{
+    const char* const name = "time step error, in cubes";
+    const MotionSaid falls = card_of(falling_box("", ""), as_json);
+    ASSERT_EQ(falls.exit, runtime::exit_ok) << falls.err;
+    EXPECT_LT(falls.json["card"][name].get<double>(), 1e-6);
+    const auto lands = [name](const std::string& step) {
+        return card_of(falling_box(R"(, "colliders": "ground.collider")",
+                                   R"("bodies": [{ "velocity": [0, -2.4, 0] }], "step": { )" +
+                                       step + " }",
+                                   R"("ground": { "type": "Ground@1" },)"),
+                       as_json)
+            .json["card"][name];
+    };
+    EXPECT_NEAR(lands(R"("substeps": 1)").get<double>(), 0.5, 0.15);
+    EXPECT_LT(lands(R"("substeps": 0, "error": 0.05)").get<double>(), 0.1);
+    EXPECT_TRUE(lands(R"("integrator": "implicit_midpoint")").is_null());
+}
+
 TEST(MotionCard, SeveralBodiesAreCountedTogether)
 {
     std::string two =
