@@ -2,6 +2,7 @@
 
 #include "geometry/cubes/plane.hpp"
 #include "geometry/cubes/trilinear.hpp"
+#include "physics/body/contact_thickness.hpp"
 #include "physics/body/surface_patches.hpp"
 
 #include <cmath>
@@ -127,7 +128,8 @@ void pack(const Packed& model, std::vector<LoosePatch>& patches, KnownPatches& k
             static_cast<float>(cubes.young[c] * std::clamp(cubes.fill[c], 0.05, 1.0)));
         out.mass.push_back(static_cast<float>(cubes.mass[c]));
         if (flat) {
-            const float half = static_cast<float>(0.5 * cubes.fill[c] * cubes.size);
+            const double thickness = contact_thickness(cubes.fill[c] * cubes.size, cubes.size);
+            const float half = static_cast<float>(0.5 * thickness);
             out.half_thickness.push_back(half);
             out.thickest = std::max(out.thickest, double(half));
         }

@@ -3,6 +3,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/cubes/sheet.hpp"
+#include "physics/body/contact_thickness.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -105,7 +106,8 @@ void add_sheet_points(const BodyModels& models, const CornerBody& body, SheetCel
     std::vector<double> cells(body.corners, 0), thick(body.corners, 0), bears(body.corners, 0);
     for (std::size_t c = 0; c < out.cell.size(); ++c) {
         const auto number = static_cast<std::uint32_t>(c);
-        const double thickness = cubes.fill[c] * models.edge_of(number);
+        const double edge = models.edge_of(number);
+        const double thickness = contact_thickness(cubes.fill[c] * edge, edge);
         const bool is_triangle = out.cell[c][3] == out.cell[c][2];
         const std::size_t corners = is_triangle ? 3 : 4;
         const std::size_t model = models.model_of(number);
