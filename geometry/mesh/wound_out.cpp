@@ -1,5 +1,6 @@
 #include "geometry/mesh/wound_out.hpp"
 
+#include "geometry/base/box_tree.hpp"
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/stop.hpp"
 #include "geometry/mesh/mesh.hpp"
@@ -22,6 +23,28 @@ struct WoundPiece {
     Box bounds;
     double volume = 0;  // m^3, signed
     bool closed = true;
+};
+
+Box3f box_of(const WoundPiece& piece)
+{
+    return {piece.bounds.lo.cast<float>(), piece.bounds.hi.cast<float>()};
+}
+
+// Closed pieces, by where they are.
+struct ClosedBoxes {
+    explicit ClosedBoxes(const std::vector<WoundPiece>& all)
+    {
+        std::vector<Box3f> boxes;
+        for (const WoundPiece& piece : all) {
+            if (!piece.closed || piece.bounds.empty()) continue;
+            pieces.push_back(&piece);
+            boxes.push_back(box_of(piece));
+        }
+        if (!boxes.empty()) tree = build_box_tree(boxes);
+    }
+
+    std::vector<const WoundPiece*> pieces;
+    BoxTree tree;
 };
 
 class Winding {
@@ -52,8 +75,9 @@ public:
         for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
             if (!seen_[t]) pieces.push_back(agreed_piece(t, out.one_way));
         }
+        const ClosedBoxes closed(pieces);
         for (const WoundPiece& piece : pieces) {
-            if (piece.closed && piece.volume < 0 && !lies_in_another(piece, pieces)) {
+            if (piece.closed && piece.volume < 0 && !lies_in_another(piece, closed)) {
                 for (const auto t : piece.triangles) turned_[t] ^= 1;
             }
         }
@@ -120,13 +144,15 @@ private:
         return out;
     }
 
-    static bool lies_in_another(const WoundPiece& piece, const std::vector<WoundPiece>& pieces)
+    static bool lies_in_another(const WoundPiece& piece, const ClosedBoxes& closed)
     {
-        return std::any_of(pieces.begin(), pieces.end(), [&](const WoundPiece& other) {
-            return &other != &piece && other.closed &&
-                   (other.bounds.lo.array() < piece.bounds.lo.array()).all() &&
-                   (other.bounds.hi.array() > piece.bounds.hi.array()).all();
+        bool found = false;
+        closed.tree.overlapping(box_of(piece), [&](std::uint32_t i) {
+            const Box& other = closed.pieces[i]->bounds;
+            found = found || ((other.lo.array() < piece.bounds.lo.array()).all() &&
+                              (other.hi.array() > piece.bounds.hi.array()).all());
         });
+        return found;
     }
 
     const TriMesh& mesh_;
