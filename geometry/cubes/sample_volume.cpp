@@ -117,7 +117,7 @@ Samples sample_volume(const TriMesh& mesh, const FaceMatter& matter, Inside rule
         throw std::invalid_argument("samples in a volume have no surface density: set the mass by "
                                     "total or by density");
     }
-    const SolidFaces solid = solid_faces(mesh);
+    const SolidFaces solid = solid_faces(mesh, matter.face);
     const double volume = volume_inside(mesh, solid, rule);
     if (!(volume > 0)) {
         throw std::invalid_argument("the mesh encloses no volume to sample. It may be open, or its "

@@ -91,7 +91,7 @@ TriMesh mesh_of(const Solid& solid, const ClosedPart& part, std::vector<std::uin
     source.clear();
     for (const auto t : part.triangles) {
         source.push_back(solid.lattice.source_of(t));
-        topology->triangles.push_back(solid.mesh.triangles()[source.back()]);
+        topology->triangles.push_back(solid.lattice.triangles[t]);  // turned out
     }
     std::vector<std::uint32_t> used;  // vertices of a few triangles among many
     for (const Triangle& t : topology->triangles) used.insert(used.end(), t.begin(), t.end());

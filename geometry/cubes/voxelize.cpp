@@ -403,7 +403,7 @@ void thicken(std::span<double> volume, const std::vector<FaceInCube>& faces, dou
 Cubes voxelize_solid(const TriMesh& mesh, const FaceMatter& matter, Inside rule, double thickness,
                      const VoxelGrid& grid, const VoxelOptions& options)
 {
-    const SolidFaces solid = solid_faces(mesh);
+    const SolidFaces solid = solid_faces(mesh, matter.face);
     LatticeMesh lattice = to_lattice(mesh, solid, grid);
     require(lattice);
     CellSet cells = within_limit(grid, options, [&](const VoxelGrid& g) {

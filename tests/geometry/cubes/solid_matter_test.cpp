@@ -1,6 +1,7 @@
 // What cubes are made of where a model has several matters: by where they lie.
 
 #include "geometry/cubes/closed_parts.hpp"
+#include "geometry/cubes/sample_volume.hpp"
 #include "geometry/cubes/voxelize.hpp"
 #include "tests/geometry/test_meshes.hpp"
 
@@ -47,6 +48,14 @@ TriMesh split(const TriMesh& mesh)
 TriMesh scaled(TriMesh mesh, float factor, const Vec3f& offset)
 {
     for (Vec3f& p : mesh.positions) p = factor * p + offset;
+    return mesh;
+}
+
+// Lower, on the same bottom.
+TriMesh scaled_y(TriMesh mesh, float factor)
+{
+    const auto low = static_cast<float>(bounds(mesh).lo.y());
+    for (Vec3f& p : mesh.positions) p.y() = low + factor * (p.y() - low);
     return mesh;
 }
 
@@ -227,6 +236,41 @@ TEST(SolidMatter, ASheetInASolidKeepsItsOwn)
     const Cubes cubes = voxelize_solid(mesh, matter, Inside::winding, 0.01, grid_of(mesh, 0.1), {});
     const double expected = 1000 + 4000 * 0.36 * 0.01;
     EXPECT_NEAR(total_mass(cubes), expected, 1e-6 * expected);
+}
+
+// A core that stands on the bottom of its casing: their bottoms are the same triangles.
+TEST(SolidMatter, ACoreThatSharesTrianglesWithItsCasingIsOneOfItsOwn)
+{
+    const TriMesh casing = box({-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}), core = scaled_y(casing, 0.5f);
+    for (const bool core_first : {false, true}) {
+        const TriMesh mesh = core_first ? both(core, casing) : both(casing, core);
+        const Matter light{.density = 1000}, heavy{.density = 8000};
+        const FaceMatter matter =
+            two_matters(mesh, 12, core_first ? heavy : light, core_first ? light : heavy);
+        const Cubes cubes =
+            voxelize_solid(mesh, matter, Inside::winding, 0, grid_of(mesh, 0.1), {});
+        EXPECT_NEAR(total_mass(cubes), 4500, 200) << core_first;
+        const Samples samples = sample_volume(mesh, matter, Inside::winding, 4000, 1, SampleMass{});
+        const auto in_core = std::count(samples.matter.begin(), samples.matter.end(),
+                                        std::uint16_t(core_first ? 0 : 1));
+        EXPECT_NEAR(double(in_core) / 4000, 0.5, 0.03) << core_first;
+    }
+}
+
+// Half of the casing's faces look in. What is near the core but outside it is the casing's.
+TEST(SolidMatter, SamplesKnowACasingSomeOfWhoseFacesLookIn)
+{
+    const TriMesh flesh = box({-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}),
+                  bone = scaled(flesh, 0.5f, {0, 0, 0});
+    TriMesh mesh = both(flesh, bone);
+    auto topology = std::make_shared<MeshTopology>(*mesh.topology);
+    for (std::size_t t = 0; t < 6; ++t)
+        std::swap(topology->triangles[t][0], topology->triangles[t][1]);
+    mesh.topology = topology;
+    const FaceMatter matter = two_matters(mesh, 12, {.density = 1000}, {.density = 3000});
+    const Samples samples = sample_volume(mesh, matter, Inside::winding, 4000, 1, SampleMass{});
+    const auto bones = std::count(samples.matter.begin(), samples.matter.end(), std::uint16_t{1});
+    EXPECT_NEAR(double(bones) / 4000, 0.125, 0.02);
 }
 
 }  // namespace

@@ -86,6 +86,58 @@ TEST(SolidFaces, ASurfaceWithTwoSidesIsOne)
     expect_volume(mesh, volume_inside(icosphere(1, 2), Inside::parity), "two sides");
 }
 
+// A box without its top, as a bowl of two-sided faces: filled, it would hold 1 m^3.
+TEST(SolidFaces, AnOpenSurfaceWithTwoSidesEnclosesNothing)
+{
+    const TriMesh one = box({1, 1, 1}, {1, 1, 1});
+    std::vector<Triangle> sides;
+    for (const Triangle& t : one.triangles()) {
+        const bool top = std::all_of(t.begin(), t.end(),
+                                     [&](std::uint32_t v) { return one.positions[v].y() > 0.49f; });
+        if (!top) sides.push_back(t);
+    }
+    ASSERT_EQ(sides.size(), 10u);
+    const TriMesh bowl =
+        with_doubles(meshes::soup(one.positions, sides), first_triangles(10), true);
+    EXPECT_EQ(solid_faces(bowl).doubled, 0u);
+    EXPECT_EQ(volume_inside(bowl, Inside::winding), 0);
+    // Beside it, a closed one is one solid still.
+    const TriMesh ball =
+        meshes::moved(with_doubles(icosphere(1, 2), first_triangles(320), true), {5, 0, 0});
+    EXPECT_EQ(solid_faces(both(bowl, ball)).doubled, 320u);
+}
+
+// Where a core of another matter begins in the same plane as its casing.
+TEST(SolidFaces, OfTwoKindsBothStay)
+{
+    const TriMesh mesh = with_doubles(box({1, 1, 1}, {1, 1, 1}), first_triangles(3), false);
+    std::vector<std::uint16_t> kind(15, 0);
+    EXPECT_EQ(solid_faces(mesh, kind).doubled, 3u);
+    kind[12] = kind[13] = 1;
+    EXPECT_EQ(solid_faces(mesh, kind).doubled, 1u);
+}
+
+TEST(SolidFaces, MakeAMeshOfTheVerticesThatTheyUse)
+{
+    const TriMesh one = box({1, 1, 1}, {1, 1, 1});
+    const TriMesh mesh = with_doubles(one, first_triangles(4), false);
+    const TriMesh made = mesh_of(mesh, solid_faces(mesh));
+    EXPECT_EQ(made.positions, one.positions);
+    EXPECT_EQ(made.triangles(), one.triangles());
+}
+
+// Pieces inside out: those in a closed one stay hollows, whichever of many boxes it is.
+TEST(SolidFaces, OfManyPiecesThoseInAnotherStay)
+{
+    TriMesh all = box({1, 1, 1}, {1, 1, 1});
+    const TriMesh small = turned_over(box({0.1, 0.1, 0.1}, {1, 1, 1}), 12);
+    for (int i = 0; i < 40; ++i) {
+        all = both(all, meshes::moved(small, {double(i % 10) - 4.5, double(i / 10) - 1.5, 0}));
+    }
+    all = both(all, meshes::moved(small, {0.2, 0.2, 0.2}));
+    EXPECT_EQ(solid_faces(all).turned, 40u * 12);
+}
+
 TEST(SolidFaces, FacesThatLookInAreTurned)
 {
     const TriMesh one = box({1, 1, 1}, {2, 2, 2});
