@@ -3,8 +3,10 @@
 // What Voxelize tells of a body: how far its cubes are from the mesh that they stand for.
 
 #include "geometry/mesh/mass_properties.hpp"
+#include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/pieces.hpp"
+#include "geometry/mesh/solid_faces.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 #include "graph/types/figure.hpp"
 #include "nodes/wire_types.hpp"
@@ -66,6 +68,16 @@ inline bool parts_overlap(const geometry::TriMesh& mesh, const geometry::Cubes& 
     return false;
 }
 
+// Whether the mesh is closed and holds more than rounding leaves.
+inline bool encloses(const geometry::TriMesh& mesh)
+{
+    constexpr double nothing = 1e-9;  // of area^1.5
+    if (mesh.triangles().empty()) return false;
+    return geometry::is_closed(mesh.triangles(), mesh.positions.size()) &&
+           std::abs(geometry::mass_properties(mesh).mass) >
+               nothing * std::pow(geometry::surface_area(mesh), 1.5);
+}
+
 // Of a mesh and the cubes that Voxelize made of it, `solid` or of its surface. Their mass is that
 // of bricks (physics/state/cube_mass.hpp); lattices and springs have it on the corners of the
 // cubes, which adds m h^2 / 3 to each moment of inertia, where bricks add 0.013 m h^2. `bending`:
@@ -77,12 +89,13 @@ inline graph::Figures body_figures(const geometry::TriMesh* mesh, const geometry
                                    bool solid, double bending, bool once = false)
 {
     constexpr double unknown = graph::Figure::unknown;
-    const bool closed =
-        mesh && solid && geometry::is_closed(mesh->triangles(), mesh->positions.size());
-    const bool overlap = closed && once && parts_overlap(*mesh, cubes);
+    geometry::TriMesh faces;  // as the cubes are made of them
+    if (mesh && solid) faces = mesh_of(*mesh, geometry::solid_faces(*mesh));
+    const bool closed = mesh && solid && encloses(faces);
+    const bool overlap = closed && once && parts_overlap(faces, cubes);
     const bool known = closed && !overlap;
     geometry::MassProperties body;
-    if (known) body = geometry::mass_properties(*mesh);
+    if (known) body = geometry::mass_properties(faces);
     const physics::MassMoments model = moments_at_rest(cubes);
     const double density = one_density(cubes);
     const auto exact = [&](double x) { return known && body.mass > 0 ? x : unknown; };

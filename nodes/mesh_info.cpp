@@ -7,7 +7,6 @@
 #include "geometry/mesh/pieces.hpp"
 #include "geometry/mesh/polygons.hpp"
 #include "geometry/mesh/solid_faces.hpp"
-#include "geometry/mesh/wound_out.hpp"
 #include "graph/types/context.hpp"
 #include "nodes/filled_shell.hpp"
 #include "nodes/large_cubes.hpp"
@@ -90,27 +89,25 @@ void advise(MeshInfo& info)
     info.fine = best;
 }
 
-// With triangles that are wound against the rest turned over: they bound no holes. Where all are
-// wound inwards it is the mesh itself.
-geometry::TriMesh agreeing(const geometry::TriMesh& mesh, MeshInfo& info)
+// The faces as Voxelize and Sample take them: doubled ones once, and those that are wound against
+// the rest turned over, so that they bound no holes. Where all are wound inwards it is the mesh
+// itself.
+geometry::TriMesh mended(const geometry::TriMesh& mesh, MeshInfo& info)
 {
-    geometry::WoundOut wound = geometry::wound_out(mesh);
-    if (wound.turned == 0 || wound.turned == mesh.triangles().size()) return mesh;
-    info.turned = wound.turned;
-    geometry::TriMesh out = mesh;
-    auto topology = std::make_shared<geometry::MeshTopology>(*mesh.topology);
-    topology->triangles = std::move(wound.triangles);
-    out.topology = std::move(topology);
-    return out;
+    const geometry::SolidFaces faces = geometry::solid_faces(mesh);
+    info.doubled = faces.doubled;
+    const bool all = faces.turned == faces.triangles.size();
+    if (faces.doubled == 0 && (faces.turned == 0 || all)) return mesh;
+    info.turned = all ? 0 : faces.turned;
+    return mesh_of(mesh, faces);
 }
 
 void measure_surface(const geometry::TriMesh& as_read, MeshInfo& info)
 {
     if (as_read.triangles().empty()) return;
-    const std::size_t count = as_read.positions.size();
-    info.doubled = geometry::solid_faces(as_read).doubled;
-    info.disagreeing = geometry::disagreeing_edges(as_read.triangles(), count);
-    const geometry::TriMesh mesh = agreeing(as_read, info);
+    info.disagreeing = geometry::disagreeing_edges(as_read.triangles(), as_read.positions.size());
+    const geometry::TriMesh mesh = mended(as_read, info);
+    const std::size_t count = mesh.positions.size();
     const auto& triangles = mesh.triangles();
     info.closed = geometry::is_closed(triangles, count);
     info.pieces = geometry::find_pieces(mesh).count();
@@ -126,7 +123,12 @@ void measure_surface(const geometry::TriMesh& as_read, MeshInfo& info)
         info.longest_rim = std::max(info.longest_rim, length);
     }
     info.shell = find_filled_shell(mesh, geometry::Inside::winding, 0).filled();
-    if (info.closed) info.body = geometry::mass_properties(mesh);
+    if (info.closed) {
+        constexpr double nothing = 1e-9;  // of area^1.5, as rounding leaves
+        info.body = geometry::mass_properties(mesh);
+        info.two_sided = std::abs(info.body.mass) <= nothing * std::pow(info.area, 1.5);
+        info.closed = !info.two_sided;
+    }
     if (const auto wall = physics::thinnest_wall(mesh)) {
         info.thinnest = MeshInfo::Wall{wall->thickness, wall->name, wall->where};
     }
@@ -203,7 +205,9 @@ std::string surface_text(const MeshInfo& info)
 {
     if (info.triangles == 0) return "none: points only";
     std::string text = "closed";
-    if (!info.closed) {
+    if (info.two_sided) {
+        text = "open, each face with one that looks the other way: it encloses nothing";
+    } else if (!info.closed) {
         text = info.holes == 1 ? "open: 1 hole" : fmt::format("open: {} holes", info.holes);
         text += fmt::format(", the longest rim {}", length_text(info.longest_rim));
         if (info.shell) {

@@ -40,7 +40,8 @@ struct MeshInfo {
     std::array<std::size_t, 3> polygons{};
     std::size_t turned = 0;       // triangles wound against the rest; what follows is without that
     std::size_t doubled = 0;      // triangles that lie on others
-    bool closed = false;          // with triangles; then `body` is known
+    bool closed = false;          // and encloses something; then `body` is known
+    bool two_sided = false;       // open, both sides of a surface: it has no rims
     std::size_t holes = 0;        // rims
     double longest_rim = 0;       // m
     bool shell = false;           // open as a bowl is: method = solid of Voxelize would fill it

@@ -155,4 +155,35 @@ TEST(BodyCard, TheVolumeOfPartsThatOverlapIsNoMeasureForCubesThatHoldThemOnce)
     EXPECT_NEAR(told(0.25f, false).all[2].of, 0.125, 1e-6);
 }
 
+// A box with a face listed twice, and one with every face so: the cubes are those of the box, and
+// so is what they are compared with. A box of two sides without a lid encloses nothing.
+TEST(BodyCard, ComparesWithTheFacesThatTheCubesAreMadeOf)
+{
+    const geometry::TriMesh box = geometry::box({0.5, 0.5, 0.5}, {1, 1, 1});
+    const auto told = [&](std::size_t skipped, std::size_t doubled, bool turned) {
+        geometry::TriMesh mesh = box;
+        auto topology = std::make_shared<geometry::MeshTopology>(*box.topology);
+        auto& triangles = topology->triangles;
+        triangles.resize(triangles.size() - skipped);
+        for (std::size_t t = 0; t < doubled; ++t) {
+            triangles.push_back(triangles[t]);
+            if (turned) std::swap(triangles.back()[0], triangles.back()[1]);
+        }
+        topology->material.clear(), topology->group.clear(), topology->polygon.clear();
+        topology->normal_triangles.clear(), topology->uv_triangles.clear();
+        mesh.normals.clear();
+        mesh.topology = topology;
+        const geometry::Cubes cubes = geometry::voxelize_solid(
+            mesh, geometry::FaceMatter{{}, {geometry::Matter{}}, {}}, geometry::Inside::winding, 0,
+            {0.125, {-0.25, -0.25, -0.25}, geometry::Vec3i::Zero()}, {});
+        return nodes::body_figures(&mesh, cubes, true, 1, true).all[2];
+    };
+    for (const std::size_t doubled : {2u, 12u}) {
+        EXPECT_NEAR(told(0, doubled, false).value, 0.125, 1e-6);
+        EXPECT_NEAR(told(0, doubled, false).of, 0.125, 1e-6) << doubled;
+    }
+    EXPECT_NEAR(told(0, 12, true).of, 0.125, 1e-6);
+    EXPECT_TRUE(std::isnan(told(2, 10, true).of));
+}
+
 }  // namespace

@@ -260,4 +260,33 @@ TEST(MeshInfo, SaysThatABoxWithoutALidWouldBeFilled)
               std::string::npos);
 }
 
+// A cube with one face listed twice is closed. One whose faces all are there both ways round is,
+// and without its lid it encloses nothing.
+TEST(MeshInfo, MeasuresTheFacesThatCubesAreMadeOf)
+{
+    const files::Folder folder;
+    const std::string corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+                                "v 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
+    const std::string open = "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 4 1 5 8\n";
+    const std::string lid = "f 3 4 8 7\n";
+    const std::string back = "f 4 1 2 3\nf 5 8 7 6\nf 1 5 6 2\nf 2 6 7 3\nf 4 8 5 1\n";
+    const auto info_of = [&](const std::string& faces) {
+        return nodes::mesh_info(folder.write("cube.obj", corners + faces), {});
+    };
+    const nodes::MeshInfo twice = info_of(open + lid + lid);
+    EXPECT_TRUE(twice.closed);
+    EXPECT_EQ(twice.doubled, 2u);
+    EXPECT_NEAR(twice.body.mass, 1, 1e-6);
+    EXPECT_NEAR(twice.area, 6, 1e-6);
+    const nodes::MeshInfo both = info_of(open + lid + back + "f 3 7 8 4\n");
+    EXPECT_TRUE(both.closed);
+    EXPECT_EQ(both.doubled, 12u);
+    EXPECT_NEAR(both.body.mass, 1, 1e-6);
+    const nodes::MeshInfo cup = info_of(open + back);
+    EXPECT_FALSE(cup.closed);
+    EXPECT_EQ(cup.doubled, 0u);
+    EXPECT_NE(nodes::info_text("cube.obj", cup).find("it encloses nothing"), std::string::npos);
+    EXPECT_EQ(nodes::info_json("cube.obj", cup).find("nan"), std::string::npos);
+}
+
 }  // namespace
