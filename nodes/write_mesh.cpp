@@ -191,6 +191,12 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     if (!faults.empty()) return faults;
     const std::string why = why_as_it_is(in);
     if (!why.empty()) faults.push_back({in.up == Up::y ? "unit" : "up", why});
+    if (why.empty() && in.assimp && (in.up != Up::y || metres_of(in) != 1)) {
+        faults.push_back({"assimp",
+                          "assimp does not write the axis and the unit into the file: set `up` and "
+                          "`unit` of the ReadMesh that reads it",
+                          true});
+    }
     return faults;
 }
 
