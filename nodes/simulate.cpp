@@ -308,8 +308,7 @@ static void tell(const Inputs& in, const physics::State& state, const graph::Con
     double edge = 0;
     for (const auto& cubes : in.cubes) edge = std::max(edge, cubes->size);
     const bool solved = in.method != Method::lattice;
-    const bool timed = solved && in.step.integrator == physics::Integrator::implicit_euler;
-    context.tell(simulation_figures(state, solved, timed, in.step.newton_iterations, energy, edge));
+    context.tell(simulation_figures(state, solved, in.step, energy, edge));
 }
 
 static Outputs run(const Inputs& in, const graph::Context& context)

@@ -36,21 +36,22 @@ inline Energies energies(const physics::BricksBody& body, const physics::State& 
 // `solved` by equations that leave a residual, with so many Newton iterations a step at most, and
 // with contacts that are known: by all methods but the lattice. After one iteration the residual is
 // what linear forces leave of the true ones, however well they were solved. The balance of energy
-// says something where only gravity does work. `edge`: m, of the largest cubes. `timed`: by steps
-// whose error is known.
-inline graph::Figures simulation_figures(const physics::State& state, bool solved, bool timed,
-                                         int newton_iterations, const Energies& energy, double edge)
+// says something where only gravity does work. `edge`: m, of the largest cubes.
+inline graph::Figures simulation_figures(const physics::State& state, bool solved,
+                                         const physics::StepOptions& step, const Energies& energy,
+                                         double edge)
 {
     constexpr double unknown = graph::Figure::unknown;
+    const bool timed = solved && step.integrator == physics::Integrator::implicit_euler;
     const double ended_early = physics::stopped_short(state.report) ? 1 : 0;
     const double depth =
         std::max(physics::deepest_of(state.holds), physics::deepest_of(state.grips));
     return {"simulation",
             {{"nonlinear residual, of the forces at work", solved ? state.report.residual : unknown,
               unknown, graph::Over::largest},
-             {"Newton iterations a step", solved ? double(newton_iterations) : unknown},
-             {"time step error, in cubes", timed ? state.report.step_error : unknown, unknown,
-              graph::Over::largest},
+             {"Newton iterations a step", solved ? double(step.newton_iterations) : unknown},
+             {"time step error, in cubes", timed ? state.report.step_error : unknown,
+              step.substeps == 0 ? step.error : unknown, graph::Over::largest},
              {"energy", energy.own + energy.lifted, energy.own, graph::Over::balance},
              {"contact depth, m", solved ? depth : unknown, edge, graph::Over::largest},
              {"did not converge, frames", solved ? ended_early : unknown, unknown,

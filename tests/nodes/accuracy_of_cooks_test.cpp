@@ -303,13 +303,15 @@ TEST(AccuracyCard, WarnsOfDepthsBeyondACubeAndOfEnergyFromNothing)
 TEST(AccuracyCard, NamesStepsByTheirErrorWhereOneIsOffByACube)
 {
     using graph::Over;
-    const auto summary = [](double error) {
+    constexpr double unknown = graph::Figure::unknown;
+    const auto summary = [](double error, double within = graph::Figure::unknown) {
         runtime::AccuracyCard card{"sim", "simulation", 4, {}};
-        card.lines.push_back(
-            {{"time step error, in cubes", error, graph::Figure::unknown, Over::largest}, 3});
+        card.lines.push_back({{"time step error, in cubes", error, within, Over::largest}, 3});
         return runtime::card_summary(card);
     };
-    EXPECT_EQ(summary(graph::Figure::unknown), "'sim': 4 frames");
+    EXPECT_EQ(summary(unknown), "'sim': 4 frames");
+    EXPECT_EQ(summary(2.5, 0.1), "'sim': 4 frames: time step error 2.5 cubes (frame 3)")
+        << "they are by their error already";
     EXPECT_EQ(summary(0.25), "'sim': 4 frames: time step error 0.25 cubes (frame 3)");
     EXPECT_EQ(summary(2.5), "'sim': 4 frames: time step error 2.5 cubes (frame 3; step.substeps = "
                             "0 takes steps by their error)");
