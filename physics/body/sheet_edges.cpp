@@ -1,6 +1,7 @@
 #include "physics/body/sheet_edges.hpp"
 
 #include "geometry/mesh/mesh.hpp"
+#include "physics/body/flat_cells.hpp"
 #include "physics/body/solids_beside_sheets.hpp"
 
 #include <Eigen/LU>
@@ -10,6 +11,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 #include <tuple>
 
 // Map: planes of a collider; where a segment or a triangle meets several; what may meet; its touch.
@@ -254,31 +256,36 @@ struct EdgePair {
     bool is_side() const { return corner[1] == corner[2]; }
 };
 
-// The four corners of a flat cell: (0, 0), (1, 0), (0, 1), (1, 1); empty where it is none.
-std::optional<std::array<std::uint32_t, 4>> flat_corners(const CornerRuns::Corners& k)
-{
-    for (std::size_t flat = 1; flat < 8; flat *= 2) {
-        bool is_flat = true;
-        for (std::size_t a = 0; a < 8; ++a) is_flat &= k[a] == k[a | flat];
-        const std::size_t u = flat == 1 ? 2 : 1, v = flat == 4 ? 2 : 4;
-        if (is_flat) return std::array{k[0], k[u], k[v], k[u | v]};
-    }
-    return std::nullopt;
-}
-
-// The stands of the corners to one collider, by slot.
+// The stands of the corners to one collider, by slot. `of`: of each slot, nothing but while this
+// lives.
 class StandsOnCollider {
 public:
-    StandsOnCollider(const SheetOverEdges& scene, std::uint32_t other)
-        : scene_(scene), other_(other), of_(scene.body.corners, nullptr)
+    using Stands = std::span<const CornerStand* const>;
+
+    StandsOnCollider(const SheetOverEdges& scene, Stands stands,
+                     std::vector<const CornerStand*>& of)
+        : scene_(scene), other_(stands.front()->other), stands_(stands), of_(of)
     {
-        for (const CornerStand& stand : scene.stands) {
-            if (stand.other == other) of_[stand.slot] = &stand;
-        }
+        for (const CornerStand* stand : stands_) of_[stand->slot] = stand;
     }
-    bool has(const std::array<std::uint32_t, 4>& cell) const
+    StandsOnCollider(const StandsOnCollider&) = delete;
+    StandsOnCollider& operator=(const StandsOnCollider&) = delete;
+    ~StandsOnCollider()
     {
-        return std::any_of(cell.begin(), cell.end(), [&](auto k) { return of_[k] != nullptr; });
+        for (const CornerStand* stand : stands_) of_[stand->slot] = nullptr;
+    }
+    std::uint32_t other() const { return other_; }
+    // The cells of these corners.
+    std::vector<std::uint32_t> cells(const FlatCells& flat) const
+    {
+        std::vector<std::uint32_t> out;
+        for (const CornerStand* stand : stands_) {
+            const auto at = flat.at(stand->slot);
+            out.insert(out.end(), at.begin(), at.end());
+        }
+        std::sort(out.begin(), out.end());
+        out.erase(std::unique(out.begin(), out.end()), out.end());
+        return out;
     }
     // What a corner sees of the collider, be it too far to have a stand.
     std::optional<FacePlane> plane(std::uint32_t slot) const
@@ -329,23 +336,23 @@ public:
 private:
     const SheetOverEdges& scene_;
     std::uint32_t other_;
-    std::vector<const CornerStand*> of_;
+    Stands stands_;
+    std::vector<const CornerStand*>& of_;
 };
 
-// Adds the sides and triangles of all cells that are near one collider: each side once.
-void add_pairs(const SheetOverEdges& scene, const StandsOnCollider& stands, std::uint32_t other,
-               std::vector<EdgePair>& out)
+// The sides and triangles of all cells that are near one collider: each side once.
+std::vector<EdgePair> pairs_of(const SheetOverEdges& scene, const StandsOnCollider& stands,
+                               const FlatCells& flat)
 {
+    std::vector<EdgePair> out;
     const ContactSurface& surface = scene.body.skin;
     const std::size_t last = surface.corners.size() - 1;
     const SurfacePatch& patch = surface.on(last);
     const std::uint32_t first = surface.first_point[last] + patch.points_end - patch.point;
-    const std::size_t begin = out.size();
-    surface.corners.for_each(0, surface.corners.size(), [&](std::size_t c, const auto& corners) {
-        const auto flat = flat_corners(corners);
-        if (!flat || !stands.has(*flat)) return;
-        const auto& k = *flat;
-        const auto cell = static_cast<std::uint32_t>(c);
+    const std::uint32_t other = stands.other();
+    for (const std::uint32_t c : stands.cells(flat)) {
+        const auto& k = flat.corner[c];
+        const std::uint32_t cell = flat.cell[c];
         const std::uint32_t point = first + cell_numbers * cell;
         std::uint32_t number = 0;
         for (const auto& [i, j] : {std::pair{0, 1}, {2, 3}, {0, 2}, {1, 3}, {0, 3}}) {
@@ -362,13 +369,13 @@ void add_pairs(const SheetOverEdges& scene, const StandsOnCollider& stands, std:
             if (pair.corner[1] == pair.corner[2]) continue;
             if (stands.are_near(pair) && !stands.are_level(pair)) out.push_back(pair);
         }
-    });
-    const auto from = out.begin() + std::ptrdiff_t(begin);
-    std::sort(from, out.end(), [](const EdgePair& a, const EdgePair& b) {
+    }
+    std::sort(out.begin(), out.end(), [](const EdgePair& a, const EdgePair& b) {
         return std::tie(a.corner, a.point) < std::tie(b.corner, b.point);
     });
     const auto same_corners = [](const auto& a, const auto& b) { return a.corner == b.corner; };
-    out.erase(std::unique(from, out.end(), same_corners), out.end());
+    out.erase(std::unique(out.begin(), out.end(), same_corners), out.end());
+    return out;
 }
 
 std::optional<OverEdge> over_edges_of(const SheetOverEdges& scene, const StandsOnCollider& stands,
@@ -446,15 +453,20 @@ void add_stand(const PosedCollider& collider, const PlaneTouch& point, const Tou
 void add_edge_touches(const SheetOverEdges& scene, std::vector<PlaneTouch>& out)
 {
     const auto from = static_cast<std::ptrdiff_t>(out.size());
-    for (std::uint32_t other = 0; other < scene.colliders.size(); ++other) {
-        const PosedCollider& c = scene.colliders[other];
-        const auto is_of = [&](const CornerStand& stand) { return stand.other == other; };
-        if (c.kind == Collider::Kind::plane) continue;
-        if (std::none_of(scene.stands.begin(), scene.stands.end(), is_of)) continue;
-        const StandsOnCollider stands(scene, other);
-        std::vector<EdgePair> pairs;
-        add_pairs(scene, stands, other, pairs);
-        for (const EdgePair& pair : pairs) {
+    std::vector<const CornerStand*> all;
+    for (const CornerStand& stand : scene.stands) {
+        if (scene.colliders[stand.other].kind != Collider::Kind::plane) all.push_back(&stand);
+    }
+    if (all.empty()) return;
+    const auto by_collider = [](const auto* a, const auto* b) { return a->other < b->other; };
+    std::stable_sort(all.begin(), all.end(), by_collider);
+    const FlatCells flat = flat_cells(scene.body);
+    std::vector<const CornerStand*> of(scene.body.corners, nullptr);
+    for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
+        while (end < all.size() && all[end]->other == all[begin]->other) ++end;
+        const PosedCollider& c = scene.colliders[all[begin]->other];
+        const StandsOnCollider stands(scene, std::span(all).subspan(begin, end - begin), of);
+        for (const EdgePair& pair : pairs_of(scene, stands, flat)) {
             const double before = known_before * scene.body.edge_at(pair.corner[0]);
             const double thick = c.thickness - scene.body.skin.thinner_by(pair.cell);
             const auto meeting = over_edges_of(scene, stands, pair, before + thick);
