@@ -247,10 +247,13 @@ std::vector<Overlap> overlaps_at_rest(const PartShapes& shapes, const CornerBody
     // Surfaces that coincide have points that are in neither.
     const auto look = [&](std::uint32_t a, std::uint32_t b) {
         geometry::stop_if_asked();
+        const auto& nodes = shapes.shape[a].tree().nodes;
+        if (nodes.empty()) return;
         for (const auto c : shapes.cubes[b]) {
             const Vec3 middle =
                 shapes.grid[b].origin +
                 shapes.size_of(b) * (shapes.cell[c].cast<double>().array() + 0.5).matrix();
+            if (nodes.front().box.distance_sq(middle) > 0) continue;
             if (!shapes.shape[b].inside(middle) || !shapes.shape[a].inside(middle)) continue;
             add(a, b, 0, middle);
             return;

@@ -5,6 +5,7 @@
 #include "geometry/base/stop.hpp"
 #include "geometry/cubes/trilinear.hpp"
 #include "physics/body/bent_cube.hpp"
+#include "physics/body/box_regions.hpp"
 #include "physics/body/near_cubes.hpp"
 #include "physics/body/part_gap.hpp"
 #include "physics/body/places_on_way.hpp"
@@ -30,11 +31,6 @@ using geometry::Vec3f;
 Vec3 corner_of(const double* field, std::uint32_t slot)
 {
     return Eigen::Map<const Vec3>(field + 4 * std::size_t{slot});
-}
-
-bool overlap(const Box& a, const Box& b)
-{
-    return (a.lo.array() <= b.hi.array()).all() && (b.lo.array() <= a.hi.array()).all();
 }
 
 Box wider(Box box, double by)
@@ -91,10 +87,10 @@ struct Job {
 
 void fill_target(const Scene& scene, const std::vector<Box>& regions, Target& target)
 {
+    const BoxRegions near(regions);
     for (const auto c : scene.shapes.cubes[target.part]) {
         const Box box = box_of(scene.x, scene.shapes.corners[c]);
-        const auto in = [&](const Box& region) { return overlap(region, box); };
-        if (std::none_of(regions.begin(), regions.end(), in)) continue;
+        if (!near.meet(box)) continue;
         // Wider by more than what single precision rounds.
         const double far = box.lo.cwiseAbs().cwiseMax(box.hi.cwiseAbs()).maxCoeff();
         const Box margin = wider(box, 1e-3 * scene.shapes.size_of(target.part) + 1e-6 * far);
