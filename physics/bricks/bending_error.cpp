@@ -166,6 +166,7 @@ std::vector<std::uint8_t> lie_along_the_grid(const geometry::TriMesh& mesh,
     std::vector<Moments> all(pieces.count());
     const Vec3 middle = geometry::bounds(mesh).centre();
     for (std::size_t i = 0; i < mesh.triangles().size(); ++i) {
+        if (pieces.of[i] == geometry::no_index) continue;  // it is not finite
         const auto& corners = mesh.triangles()[i];
         std::array<Vec3, 3> p;
         for (std::size_t k = 0; k < 3; ++k) {
