@@ -342,8 +342,8 @@ std::vector<double> take_rigid_motion(Stage& stage)
 
 namespace {
 
-// Sheets, and solids beside them, that touch each other and nothing else are one: forces between
-// them add up to nothing.
+// Sheets, solids beside them, and parts with joints that touch each other and nothing else are one:
+// forces between them add up to nothing.
 struct SheetGroups {
     std::vector<std::uint32_t> of;      // of each part, a part of its group
     std::vector<std::uint8_t> held;     // of each of these: by a pin or a collider
@@ -422,7 +422,7 @@ void balance_free_parts(Stage& stage, const Aligned<double>& before_x,
 {
     const CornerBody& body = stage.frame.body;
     const auto held = held_parts(stage);
-    const bool in_groups = body.sheets || body.solids;
+    const bool in_groups = body.sheets || body.solids || !stage.frame.loads.joints.empty();
     if (in_groups) {
         const SheetGroups groups = sheet_groups(stage);
         balance_linear(stage, groups.of, groups.held);

@@ -53,8 +53,8 @@ enum class Balance {
     linear   // only the linear one
 };
 
-// Puts the momenta of free parts right, and of free groups of sheets that touch each other. They
-// began with these x and v.
+// Puts the momenta of free parts right, and of free groups: of sheets that touch each other, and of
+// parts that joints link. They began with these x and v.
 void balance_free_parts(Stage& stage, const Aligned<double>& before_x,
                         const Aligned<double>& before_v, Balance balance);
 

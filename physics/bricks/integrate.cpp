@@ -22,7 +22,8 @@ void solve_over(FrameStep& step, double tau, double share, Balance balance)
     stage.turns_start = balance == Balance::end;
     solve_stage(stage, step.solver, step.record);
     balance_free_parts(stage, step.now.x, step.now.v, balance);
-    for (int i = 0; i < 2 && step.frame.body.solids && !stage.rigid.none(); ++i) {  // turned parts
+    const bool groups = step.frame.body.solids || !step.frame.loads.joints.empty();
+    for (int i = 0; i < 2 && groups && !stage.rigid.none(); ++i) {  // turned parts
         take_rigid_motion(stage);
         turn_rigid_parts(stage);
         balance_free_parts(stage, step.now.x, step.now.v, balance);
