@@ -33,7 +33,7 @@ State advance(const BricksBody& body, State state, const Loads& loads, double dt
     if (body.base.rigid.empty()) return advance_bricks(body, std::move(state), loads, dt, options);
     check_rigid(options);
     Loads held = loads;
-    held.pins = with_rigid_pins(body, loads.pins, dt);
+    held.pins = with_rigid_pins(body, loads.pins, dt, loads.joints);
     return advance_bricks(body, std::move(state), held, dt, options);
 }
 

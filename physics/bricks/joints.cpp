@@ -7,7 +7,9 @@
 namespace physics {
 namespace {
 
-double stiffness_of(const Stage& stage, const JointPoint& joint, std::uint32_t a, std::uint32_t b)
+// `mass`: of each part, to hold.
+double stiffness_of(const Stage& stage, const JointPoint& joint, std::span<const double> mass,
+                    std::uint32_t a, std::uint32_t b)
 {
     constexpr double of_cubes = 10, of_rigid = 1e4;
     const bool rigid_a = stage.rigid.of_corner(a) != RigidBodies::not_rigid;
@@ -16,7 +18,6 @@ double stiffness_of(const Stage& stage, const JointPoint& joint, std::uint32_t a
     if (!rigid_a) return of_cubes * joint.stiffness[0];
     if (!rigid_b) return of_cubes * joint.stiffness[1];
     const CornerBody& body = stage.frame.body;
-    const auto& mass = stage.frame.part_mass;
     const double least = std::min(mass[body.part_of(a)], mass[body.part_of(b)]);
     return of_rigid * least / (stage.tau * stage.tau);
 }
@@ -26,7 +27,10 @@ double stiffness_of(const Stage& stage, const JointPoint& joint, std::uint32_t a
 void add_joints(const Stage& stage, const Aligned<double>& x, std::vector<PointContact>& to)
 {
     const CornerBody& body = stage.frame.body;
-    for (const JointPoint& joint : stage.frame.loads.joints) {
+    const auto& joints = stage.frame.loads.joints;
+    if (joints.empty()) return;
+    const std::vector<double> mass = masses_to_hold(body, joints, stage.frame.part_mass);
+    for (const JointPoint& joint : joints) {
         PointContact& out = to.emplace_back();
         out.count = PointContact::most;
         Vec3 gap = Vec3::Zero();
@@ -36,7 +40,7 @@ void add_joints(const Stage& stage, const Aligned<double>& x, std::vector<PointC
             out.weight[i] = static_cast<float>(joint.weight[i]);
             gap += joint.weight[i] * Eigen::Map<const Vec3>(&x[4 * std::size_t{slot}]);
         }
-        const double k = stiffness_of(stage, joint, out.corners[0], out.corners[8]);
+        const double k = stiffness_of(stage, joint, mass, out.corners[0], out.corners[8]);
         out.force = -k * gap;
         out.stiffness = {k, 0, 0, k, 0, k};
         out.energy = 0.5 * k * gap.squaredNorm();
@@ -51,6 +55,23 @@ std::vector<std::uint32_t> joined_parts(const CornerBody& body, std::span<const 
                   body.part_of(body.slot_of(joint.corner[8])));
     }
     return sets.roots();
+}
+
+std::vector<double> masses_to_hold(const CornerBody& body, std::span<const JointPoint> joints,
+                                   std::span<const double> part_mass)
+{
+    constexpr double share = 0.1;
+    std::vector<double> out(part_mass.begin(), part_mass.end());
+    if (joints.empty()) return out;
+    const std::vector<std::uint32_t> first = joined_parts(body, joints);
+    std::vector<double> heaviest(out.size(), 0);
+    for (std::size_t p = 0; p < out.size(); ++p) {
+        heaviest[first[p]] = std::max(heaviest[first[p]], out[p]);
+    }
+    for (std::size_t p = 0; p < out.size(); ++p) {
+        out[p] = std::max(out[p], share * heaviest[first[p]]);
+    }
+    return out;
 }
 
 }  // namespace physics

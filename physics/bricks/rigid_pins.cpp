@@ -1,6 +1,7 @@
 #include "physics/bricks/rigid_pins.hpp"
 
 #include "geometry/base/no_index.hpp"
+#include "physics/bricks/joints.hpp"
 
 #include <algorithm>
 
@@ -8,7 +9,8 @@ namespace physics {
 
 using geometry::no_index;
 
-Pins with_rigid_pins(const BricksBody& body, const Pins& pins, double dt)
+Pins with_rigid_pins(const BricksBody& body, const Pins& pins, double dt,
+                     std::span<const JointPoint> joints)
 {
     constexpr double stiff = 1e4;  // of what stops the part within a step
     const CornerBody& base = body.base;
@@ -16,6 +18,7 @@ Pins with_rigid_pins(const BricksBody& body, const Pins& pins, double dt)
     if (base.rigid.empty() || pins.corner.empty()) return pins;
     std::vector<double> mass(base.parts, 0);
     for (std::size_t k = 0; k < base.corners; ++k) mass[base.part_of(k)] += base.mass[k];
+    mass = masses_to_hold(base, joints, mass);
     std::vector<std::uint32_t> cube_of(base.corners, no_index);
     for (std::uint32_t c = 0; c < body.cubes; ++c) {
         for (const auto k : body.rest->corners[c]) cube_of[k] = c;

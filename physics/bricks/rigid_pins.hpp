@@ -11,8 +11,10 @@
 namespace physics {
 
 // The same pins, with springs at corners of rigid parts. In steps of dt seconds they give way by
-// less than a 10,000th of the way that the forces on the part would take it in a step.
-Pins with_rigid_pins(const BricksBody& body, const Pins& pins, double dt);
+// less than a 10,000th of the way that the forces on the part would take it in a step; on one that
+// joints link to heavy parts, a 1,000th. `joints` are between corners of this body.
+Pins with_rigid_pins(const BricksBody& body, const Pins& pins, double dt,
+                     std::span<const JointPoint> joints);
 
 // What those springs exert on the body at the corners of `pins`, which are no reactions: a state
 // has them last among the forces of springs that hold material.

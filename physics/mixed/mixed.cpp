@@ -17,6 +17,22 @@
 namespace physics {
 namespace {
 
+// Those between corners of solids, by their own numbers.
+std::vector<JointPoint> joints_of(const MixedBody& body, std::vector<JointPoint> joints)
+{
+    if (joints.empty()) return joints;
+    std::vector<std::uint32_t> number(body.base.corners, geometry::no_index);
+    for (std::uint32_t i = 0; i < body.solid_corner.size(); ++i) number[body.solid_corner[i]] = i;
+    for (JointPoint& joint : joints) {
+        for (auto& corner : joint.corner) corner = number[corner];
+    }
+    std::erase_if(joints, [](const JointPoint& joint) {
+        return std::find(joint.corner.begin(), joint.corner.end(), geometry::no_index) !=
+               joint.corner.end();
+    });
+    return joints;
+}
+
 // Pins of one kind, by its own corners, cubes and points of the material.
 Pins pins_of(const Pins& pins, const std::vector<std::uint32_t>& own, std::size_t corners,
              const std::vector<std::uint32_t>& own_cubes, std::size_t cubes)
@@ -156,7 +172,7 @@ State advance(const MixedBody& body, State state, const Loads& loads, double dt,
     const Pins sheets = pins_of(loads.pins, body.sheet_corner, body.base.corners, {}, body.cubes);
     if (!body.base.rigid.empty()) {
         check_rigid(options);
-        solids = with_rigid_pins(body.bricks, solids, dt);
+        solids = with_rigid_pins(body.bricks, solids, dt, joints_of(body, loads.joints));
     }
     Loads own = loads;
     own.pins = join_pins(body, solids, sheets);
