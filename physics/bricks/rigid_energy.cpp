@@ -2,6 +2,7 @@
 
 #include "physics/bricks/free_parts.hpp"
 #include "physics/bricks/joints.hpp"
+#include "physics/state/hold_matter.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,12 +13,13 @@ namespace {
 using geometry::Mat3;
 
 struct RigidGroup {
-    bool rigid = true;      // all of it, touching nothing
-    bool held = false;      // by pins
-    bool joined = false;    // of several parts
-    double due = 0;         // J, T before and W
-    double kinetic = 0;     // J, now
-    RigidPart as_one = {};  // now
+    bool rigid = true;       // all of it, touching nothing
+    bool held = false;       // by pins
+    std::uint32_t axes = 0;  // that they hold
+    bool joined = false;     // of several parts
+    double due = 0;          // J, T before and W
+    double kinetic = 0;      // J, now
+    RigidPart as_one = {};   // now
 };
 
 Vec3 of_slot(const Aligned<double>& v, std::size_t slot)
@@ -42,9 +44,14 @@ public:
             if (rigid[p] == 0) all[of_[p]].rigid = false;
             if (of_[p] != p) all[of_[p]].joined = true;
         }
-        const Pins& pins = stage.frame.loads.pins;
-        for (const HeldCube& cube : pins.matter.cubes) {
-            of_corner(pins.matter.corner[cube.corner[0]]).held = true;
+        const HeldMatter& matter = stage.frame.loads.pins.matter;
+        const std::vector<Vec3> from = stage.elasticity.targets(0);
+        for (const HeldCube& cube : matter.cubes) {
+            RigidGroup& group = of_corner(matter.corner[cube.corner[0]]);
+            group.held = true;
+            group.axes |= cube.axes;
+            const auto moves = [&](std::uint32_t i) { return from[i] != matter.target[i]; };
+            if (std::any_of(cube.corner.begin(), cube.corner.end(), moves)) group.rigid = false;
         }
         for (const PlaneTouch& touch : stage.touches) leave_out(touch);
         for (const PlaneTouch& touch : stage.holds) leave_out(touch);
@@ -94,6 +101,56 @@ void add_work(const Stage& stage, const Aligned<double>& x0, const Aligned<doubl
     }
 }
 
+// What the springs that hold material store at x, J. Those that hold a corner of a rigid part as it
+// stays (rigid_pins.hpp) are so stiff that theirs is an error of the step.
+double stored(const Stage& stage, const HeldCube& cube, const Aligned<double>& x)
+{
+    const HeldMatter& matter = stage.frame.loads.pins.matter;
+    if (cube.corner[0] == cube.corner[7]) return 0;
+    std::array<Vec3, 8> away;
+    for (std::size_t a = 0; a < 8; ++a) {
+        const auto k = stage.frame.body.slot_of(matter.corner[cube.corner[a]]);
+        away[a] = of_slot(x, k) - matter.target[cube.corner[a]];
+        for (unsigned i = 0; i < 3; ++i) {
+            if ((cube.axes >> i & 1) == 0) away[a][static_cast<Eigen::Index>(i)] = 0;
+        }
+    }
+    double sum = 0;
+    for (std::size_t a = 0; a < 8; ++a) {
+        for (std::size_t b = 0; b < 8; ++b) {
+            sum += 0.5 * stiffness_at(cube, a, b) * away[a].dot(away[b]);
+        }
+    }
+    return sum;
+}
+
+void add_stored(const Stage& stage, const Aligned<double>& x0, const Aligned<double>& x,
+                RigidGroups& groups)
+{
+    const HeldMatter& matter = stage.frame.loads.pins.matter;
+    for (const HeldCube& cube : matter.cubes) {
+        RigidGroup& group = groups.of_corner(matter.corner[cube.corner[0]]);
+        if (RigidGroups::kept(group)) {
+            group.due += stored(stage, cube, x0) - stored(stage, cube, x);
+        }
+    }
+}
+
+// The mean motion of a group along the axes that no pin holds.
+void slide_freely(RigidGroup& group, const std::vector<RigidPart>& parts,
+                  const std::vector<std::uint32_t>& own)
+{
+    RigidPart& sum = group.as_one;
+    for (const auto p : own) {
+        sum.mass += parts[p].mass;
+        sum.velocity += parts[p].mass * parts[p].velocity;
+    }
+    sum.velocity /= sum.mass;
+    for (unsigned i = 0; i < 3; ++i) {
+        if ((group.axes >> i & 1) != 0) sum.velocity[static_cast<Eigen::Index>(i)] = 0;
+    }
+}
+
 // Of all parts as they move in a group.
 void move_as_one(RigidGroup& group, const std::vector<RigidPart>& parts,
                  const std::vector<std::uint32_t>& own)
@@ -123,7 +180,7 @@ void keep_rigid_energy(const Stage& stage, const Aligned<double>& x0, const Alig
     constexpr double much = 0.5;
     const StepFrame& frame = stage.frame;
     const CornerBody& body = frame.body;
-    if (stage.rigid.none() || stage.elasticity.targets_move()) return;
+    if (stage.rigid.none()) return;
     if (frame.loads.pins.matter.cubes.empty() && frame.loads.joints.empty()) return;
     RigidGroups groups(stage);
     if (std::none_of(groups.all.begin(), groups.all.end(), RigidGroups::kept)) return;
@@ -136,23 +193,25 @@ void keep_rigid_energy(const Stage& stage, const Aligned<double>& x0, const Alig
         own[std::size_t(&group - groups.all.data())].push_back(p);
     }
     add_work(stage, x0, x, groups);
+    add_stored(stage, x0, x, groups);
     std::vector<double> factor(groups.all.size(), 1);
     for (std::size_t g = 0; g < own.size(); ++g) {
         RigidGroup& group = groups.all[g];
         if (own[g].empty()) continue;
         const double lost = group.due - group.kinetic;
-        double moving = group.kinetic;
-        if (!group.held) {
+        if (group.held) {
+            slide_freely(group, after, own[g]);
+        } else {
             move_as_one(group, after, own[g]);
-            moving -= energy_of(group.as_one);
         }
+        const double moving = group.kinetic - energy_of(group.as_one);
         if (!(lost <= much * moving) || !(moving > 0)) continue;
         factor[g] = std::sqrt(std::max(0.0, 1 + lost / moving));
     }
     for (std::size_t k = 0; k < body.corners; ++k) {
         if (!groups.keeps(body.part_of(k))) continue;
         const RigidGroup& group = groups.of_part(body.part_of(k));
-        const RigidPart& one = group.as_one;  // 0 where it is held
+        const RigidPart& one = group.as_one;
         const Vec3 rest = one.velocity + one.spin.cross(of_slot(x, k) - one.centre);
         const double by = factor[std::size_t(&group - groups.all.data())];
         const Vec3 now = rest + by * (of_slot(v, k) - rest);

@@ -6,9 +6,11 @@
 // changes the velocity from v0 to w: a pendulum of 1 m that is let go level loses 59 % of its
 // energy in half a swing at 24 steps a second. Parts that joints link, and pins that stay hold, are
 // a group; with T its kinetic energy and W the work of the forces from outside, T - W is what it
-// was before the step. The velocities of a group that is held are multiplied by what makes it so,
-// which keeps v = 0 at every pin and v_a = v_b at every joint. Of one that is free, those against
-// its motion as one rigid body are, which keeps both momenta. (Energy kept by a factor on the
+// was before the step; what springs that hold points of the material take up counts in W. The
+// velocities of a group that is held are multiplied by what makes it so, which keeps v = 0 at every
+// pin and v_a = v_b at every joint; along axes that no pin holds, as of a roller, those against the
+// mean. Of one that is free, those against its motion as one rigid body are, which keeps both
+// momenta. (Energy kept by a factor on the
 // velocities: LaBudde, Greenspan. Energy and momentum conserving methods of arbitrary order.
 // Numerische Mathematik 1976.)
 //
