@@ -39,6 +39,14 @@ public:
     {
         return method_.dissection(held);
     }
+    std::shared_ptr<const Dissection>
+    dissection_with(const std::vector<std::uint32_t>& held,
+                    const std::vector<std::array<std::uint32_t, 8>>& more,
+                    const double* x) const override
+    {
+        return method_.dissection_with(held, more, x);
+    }
+    double product_work() const override { return method_.product_work(); }
     std::vector<float> rotations() const override { return method_.rotations(); }
     double prepare_inverse(double stiffness, double damping, const std::vector<double>& mass,
                            const HeldCorners& held) override
