@@ -9,9 +9,16 @@
 
 namespace physics {
 
-bool is_still(const CornerBody& body, const Aligned<double>& from, const Aligned<double>& to)
+// Of a frame, in those of 1/24 s; longer ones count as these.
+static double slowness(double seconds)
 {
-    const double most = still * body.h;
+    return std::min(1.0, 24 * seconds);
+}
+
+bool is_still(const CornerBody& body, const Aligned<double>& from, const Aligned<double>& to,
+              double seconds)
+{
+    const double most = still * body.h * slowness(seconds);
     for (std::size_t i = 0; i < body.numbers; ++i) {
         if (!(std::abs(to[i] - from[i]) <= most)) return false;
     }
@@ -41,7 +48,8 @@ static bool hardly_move(Stage& stage, StepSolver& solver, const std::vector<std:
         size = norm(solver, stage.r);
     }
     if (!(size <= target)) return false;
-    const double most = still * frame.body.h / least_steps(frame.options);
+    const double slow = slowness(frame.seconds);  // what begins to move goes a way of its square
+    const double most = still * frame.body.h / least_steps(frame.options) * slow * slow;
     for (std::size_t k = 0; k < frame.body.corners; ++k) {
         if (parts[frame.body.part_of(k)] == 0) continue;
         for (std::size_t i = 4 * k; i < 4 * k + 3; ++i) {
@@ -57,7 +65,6 @@ bool stays_at_rest(Stage& stage, StepSolver& solver, const Aligned<double>& x,
     const StepFrame& frame = stage.frame;
     if (!pins_stay(stage) || !colliders_stay(frame)) return false;
     start_stage(stage, x, v, frame.seconds / least_steps(frame.options), 1);
-    if (stage.struck) return false;
     std::fill(stage.w.begin(), stage.w.end(), 0);
     find_forces_at_start(stage);
     prepare(solver, stage);

@@ -8,8 +8,9 @@
 // forces unbalanced. Nothing else is kept, so that a shot goes on from any of its states.
 //
 // Forces balance within twice the tolerance on each part. Rigid parts may be off by more where a
-// step from rest would move them by less than `still`: contacts that stop them as a whole are so
-// stiff that a millionth of a cube is a tenth of their weight.
+// step from rest would move them by less than `still`, and slow motion does not slow them further:
+// contacts that stop them as a whole are so stiff that a millionth of a cube is a tenth of their
+// weight.
 //
 // Either condition alone would stop what moves. Where a swing turns back, velocities are 0 for a
 // moment; a thin tail may hang from so heavy a body that its weight is below the tolerance.
@@ -20,11 +21,13 @@ namespace physics {
 
 // Frames in a row in which nothing moves by more than `still` before it sleeps.
 inline constexpr int frames_at_rest = 12;
-inline constexpr double still = 3e-5;       // cubes a frame
+inline constexpr double still = 3e-5;       // cubes a frame of 1/24 s; in slow motion as slow
 inline constexpr double still_rest = 1e-7;  // strain a frame, by which rest shapes may still flow
 
-// Whether no corner moves by more than that on its way between two places (by slot, m).
-bool is_still(const CornerBody& body, const Aligned<double>& from, const Aligned<double>& to);
+// Whether no corner moves by more than that on its way between two places (by slot, m) within so
+// many seconds.
+bool is_still(const CornerBody& body, const Aligned<double>& from, const Aligned<double>& to,
+              double seconds);
 
 // Whether the body at x and v (m and m/s, by slot) stays there for a frame when it is stopped: pins
 // and colliders do not move, and what stops it balances the forces on each part to the tolerance.

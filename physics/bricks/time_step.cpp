@@ -170,8 +170,8 @@ double error_of_last(const FrameStep& step, const Motion& before, double dt)
     return error_of_step(step.stage, before.x, before.v, step.now.x, step.now.v, dt);
 }
 
-// Whether a step with this error need not be taken in halves for its sake. The next one may be twice
-// as long where that leaves it so.
+// Whether a step with this error need not be taken in halves for its sake. The next one may be
+// twice as long where that leaves it so.
 bool is_accurate(FrameStep& step, double error, Cuts cuts)
 {
     if (step.frame.options.substeps > 0) return true;
@@ -329,7 +329,7 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
         frame.first = false;
     }
     store(body, step.now, state);
-    state.still_frames = is_still(body, frame.start, step.now.x) ? state.still_frames + 1 : 0;
+    state.still_frames = is_still(body, frame.start, step.now.x, dt) ? state.still_frames + 1 : 0;
     keep_reactions(loads.pins, step.record, state);
     state.energy_owed = step.account.owed;
     state.grips = with_corners(body, std::move(step.stage.grips));

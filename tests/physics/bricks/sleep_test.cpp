@@ -181,12 +181,38 @@ TEST(Sleep, DoesNotStopWhatBeginsToMove)
         state = advance(body, std::move(state), loads, frame, {});
     }
     ASSERT_TRUE(state.report.slept);
+    ASSERT_GE(state.still_frames, frames_at_rest);
     loads.pins = first;
     for (int i = 0; i < frames; ++i) state = advance(body, std::move(state), loads, moment, {});
     EXPECT_FALSE(state.report.slept);
-    EXPECT_GE(state.still_frames, frames_at_rest);
     const double expected = -9.81 * frames * moment;
     EXPECT_NEAR(state.v[cubes.corners[light][0]].y(), expected, 1e-3 * -expected);
+}
+
+// In slow motion, 1 ms a frame: a rigid or an elastic body that begins to fall under a fiftieth of
+// weight, and one that drifts at 2.5 mm/s, go on.
+TEST(Sleep, DoesNotStopSlowMotion)
+{
+    constexpr double moment = 1e-3;
+    constexpr int frames = 100;
+    for (const bool rigid : {false, true}) {
+        const geometry::Cubes cubes = fixtures::box(2, 2, 2, h, {.young = 1e6});
+        const BodyModel models[] = {{&cubes}};
+        const BricksBody body =
+            make_bricks(BodyModels(models), {.rigid = {std::uint8_t(rigid ? 1 : 0)}});
+        Loads loads;
+        loads.forces.emplace_back();
+        loads.forces[0].acceleration = {0, -0.2, 0};
+        State falls = rest_state(body), drifts = falls;
+        for (Vec3& v : drifts.v) v.x() = 0.0025;
+        for (int i = 0; i < frames; ++i) {
+            falls = advance(body, std::move(falls), loads, moment, {});
+            drifts = advance(body, std::move(drifts), {}, moment, {});
+        }
+        EXPECT_NEAR(falls.v[0].y(), -0.2 * frames * moment, 1e-6) << rigid;
+        EXPECT_NEAR(drifts.v[0].x(), 0.0025, 1e-9) << rigid;
+        EXPECT_NEAR(drifts.x[0].x(), 0.0025 * frames * moment, 1e-8) << rigid;
+    }
 }
 
 struct Leaning {
