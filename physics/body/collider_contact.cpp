@@ -29,6 +29,14 @@ Transform between(const Transform& a, const Transform& b, double share)
     return out;
 }
 
+// rad, from one to the other.
+Vec3 turn_between(const Transform& a, const Transform& b)
+{
+    if (a.linear() == b.linear()) return Vec3::Zero();
+    const Eigen::AngleAxisd turn(Mat3(b.rotation() * a.rotation().transpose()));
+    return turn.angle() * turn.axis();
+}
+
 Touch touch_sphere(const PosedCollider& c, const Vec3& local)
 {
     const double r = local.norm();
@@ -48,6 +56,59 @@ Touch touch_box(const PosedCollider& c, const Vec3& local)
     return {deepest, Vec3(Vec3::Unit(axis) * side[axis])};
 }
 
+// How a triangle turns within the frame; not at all where its sides do not keep their lengths.
+Eigen::AngleAxisd turn_of(const PosedCollider& c, std::uint32_t triangle)
+{
+    constexpr double alike = 0.01;
+    const auto& corners = c.mesh->topology->triangles[triangle];
+    const auto sides_of = [&](const geometry::TriMesh& mesh) {
+        const Vec3 a = mesh.positions[corners[0]].cast<double>();
+        return std::array<Vec3, 2>{mesh.positions[corners[1]].cast<double>() - a,
+                                   mesh.positions[corners[2]].cast<double>() - a};
+    };
+    const auto axes_of = [&](const std::array<Vec3, 2>& sides) {
+        Mat3 axes;
+        axes.col(0) = sides[0].normalized();
+        axes.col(1) = sides[0].cross(sides[1]).normalized();
+        axes.col(2) = axes.col(0).cross(axes.col(1));
+        return axes;
+    };
+    const auto before = sides_of(*c.mesh_before), after = sides_of(*c.mesh);
+    bool rigid = before != after;
+    for (std::size_t i = 0; i < 2; ++i) {
+        rigid = rigid && std::abs(after[i].norm() - before[i].norm()) <= alike * before[i].norm();
+    }
+    const Mat3 turn = axes_of(after) * axes_of(before).transpose();
+    const bool known = rigid && std::abs(turn.determinant() - 1) < 1e-6;
+    return known ? Eigen::AngleAxisd(turn) : Eigen::AngleAxisd(0, Vec3::UnitY());
+}
+
+// As a triangle is turned when a share of its turn has gone by.
+Mat3 share_of(const Eigen::AngleAxisd& turn, double share)
+{
+    return Eigen::AngleAxisd(share * turn.angle(), turn.axis()).toRotationMatrix();
+}
+
+// The velocity of a place on a triangle that went along a chord within the frame, now. What turns
+// goes along its chord only in the middle of the frame.
+Vec3 velocity_of_chord(const PosedCollider& c, const Eigen::AngleAxisd& turn, const Vec3& chord)
+{
+    return share_of(turn, 0.5 - c.behind) * chord / c.frame;
+}
+
+// How far the place of a hit goes within the frame.
+Vec3 way_of(const PosedCollider& c, const geometry::TriangleBvh::Hit& hit)
+{
+    Vec3 way = Vec3::Zero();
+    const auto& corners = c.mesh->topology->triangles[hit.triangle];
+    for (std::size_t i = 0; i < 3; ++i) {
+        const auto k = corners[i];
+        way += hit.barycentric[static_cast<Eigen::Index>(i)] *
+               (c.mesh->positions[k] - c.mesh_before->positions[k]).cast<double>();
+    }
+    return way;
+}
+
 Touch touch_mesh(const PosedCollider& c, const Vec3& p)
 {
     const Vec3 margin = Vec3::Constant(c.reach + c.thickness);
@@ -61,19 +122,19 @@ Touch touch_mesh(const PosedCollider& c, const Vec3& p)
         hit = c.tree->closest(p);
         if (!hit) return {};
     }
-    Touch out{hit.signed_distance(), hit.normal};
-    if (c.mesh_before && c.frame > 0) {
-        Vec3 moved = Vec3::Zero();
-        const auto& corners = c.mesh->topology->triangles[hit.triangle];
-        for (std::size_t i = 0; i < 3; ++i) {
-            const auto k = corners[i];
-            moved += hit.barycentric[static_cast<Eigen::Index>(i)] *
-                     (c.mesh->positions[k] - c.mesh_before->positions[k]).cast<double>();
+    if (!c.mesh_before || !(c.frame > 0)) return {hit.signed_distance(), hit.normal};
+    // What is at p now has come to elsewhere by the end of the frame, where the tree knows it.
+    Vec3 asked = p;
+    if (c.behind > 0) {
+        const Vec3 later = p + c.behind * way_of(c, hit);
+        if (const auto there = c.tree->closest(later, c.reach + c.thickness)) {
+            hit = there, asked = later;
         }
-        out.velocity = moved / c.frame;
-        out.gap += c.behind * moved.dot(out.normal);
     }
-    return out;
+    const Vec3 way = way_of(c, hit);
+    const Eigen::AngleAxisd turn = turn_of(c, hit.triangle);
+    return {hit.signed_distance() + hit.normal.dot(p + c.behind * way - asked),
+            share_of(turn, -c.behind) * hit.normal, velocity_of_chord(c, turn, way)};
 }
 
 }  // namespace
@@ -90,9 +151,11 @@ PosedCollider pose_collider(const Collider& in, double share, double frame, doub
     out.bounce = in.bounce;
     out.frame = frame;
     out.behind = 1 - share;
-    out.start = in.before;
-    out.end = in.pose;
     out.pose = between(in.before, in.pose, share);
+    if (frame > 0) {
+        out.slides = (in.pose.translation() - in.before.translation()) / frame;
+        out.turns = turn_between(in.before, in.pose) / frame;
+    }
     out.inverse = out.pose.inverse(Eigen::Isometry);
     if (in.kind == Collider::Kind::mesh) {
         out.mesh = in.mesh.get();
@@ -143,7 +206,8 @@ Touch touch(const PosedCollider& c, const Vec3& p)
             break;
         }
         out.normal = c.pose.linear() * out.normal;
-        if (c.frame > 0) out.velocity = (c.end * local - c.start * local) / c.frame;
+        // Not along the chord of the frame: what turns in itself does not come out of itself.
+        out.velocity = c.slides + c.turns.cross(p - c.pose.translation());
     }
     out.gap -= c.thickness;
     return out;
@@ -202,7 +266,9 @@ std::optional<Entry> entry_into_mesh(const PosedCollider& c, const Vec3& from, c
     const auto hit = c.tree->entry(from, to, faces, &motion);
     if (!hit) return std::nullopt;
     const Vec3 way = motion.way(hit.triangle, hit.barycentric);
-    return Entry{hit.point - c.behind * way, hit.normal, way / c.frame};
+    const Eigen::AngleAxisd turn = turn_of(c, hit.triangle);
+    return Entry{hit.point - c.behind * way, share_of(turn, -c.behind) * hit.normal,
+                 velocity_of_chord(c, turn, way)};
 }
 
 std::optional<Entry> entry_of(const PosedCollider& c, const Vec3& from, const Vec3& way)

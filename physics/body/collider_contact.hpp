@@ -23,7 +23,8 @@ struct PosedCollider {
     double thickness = 0;
     double friction = 0, bounce = 0;
     geometry::Transform pose, inverse;               // local to world and back
-    geometry::Transform end, start;                  // at both ends of the frame
+    Vec3 slides = Vec3::Zero();                      // m/s, its origin
+    Vec3 turns = Vec3::Zero();                       // rad/s, about that
     double frame = 0;                                // s
     double behind = 0;                               // share of the frame still to come
     const geometry::TriMesh* mesh = nullptr;         // at the end of the frame

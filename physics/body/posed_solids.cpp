@@ -68,7 +68,7 @@ void pose_solids(const CornerBody& body, const double* before, const double* x, 
         out.thickness = body.skin.thickest;
         out.friction = solids.friction, out.bounce = solids.bounce;
         out.frame = dt;
-        out.pose = out.inverse = out.start = out.end = geometry::Transform::Identity();
+        out.pose = out.inverse = geometry::Transform::Identity();
         out.reach = 2 * body.greatest_edge;
         move(solids, solids.solid[i], x, is);
         Box around = geometry::bounds(is);
