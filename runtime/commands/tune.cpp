@@ -229,7 +229,7 @@ private:
             refine();
         }
         while (!out_.cancelled && static_cast<int>(tried.size()) < options_.most &&
-               dial.allows(coarsest - 1) && tried.front().error <= wanted) {
+               dial.allows(coarsest - 1) && suits(tried.front(), tried, wanted)) {
             tried.insert(tried.begin(), cook(dial, --coarsest, cubes));
             estimate(tried);
         }
@@ -249,11 +249,19 @@ private:
         out_.tried.push_back(std::move(tried));
     }
 
+    // Whether it is good enough, and warns of nothing that the finest does not warn of.
+    static bool suits(const Tuned& one, const std::vector<Tuned>& tried, double wanted)
+    {
+        return one.error <= wanted && one.warnings.size() <= tried.back().warnings.size();
+    }
+
     // The coarsest from which on all that are finer are good enough as well.
     static const Tuned* best_of(const std::vector<Tuned>& tried, double wanted)
     {
         const Tuned* best = nullptr;
-        for (auto t = tried.rbegin(); t != tried.rend() && t->error <= wanted; ++t) best = &*t;
+        for (auto t = tried.rbegin(); t != tried.rend() && suits(*t, tried, wanted); ++t) {
+            best = &*t;
+        }
         return best;
     }
 
