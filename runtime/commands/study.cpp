@@ -158,7 +158,8 @@ private:
         return load_with(file_, registry_, options_.load, settings);
     }
 
-    // What each measure gave. Everything from a cold cache, so that times can be compared.
+    // What each measure gave. Everything from a cold cache, so that times can be compared. Throws
+    // graph::Cancelled when told to stop: what is missing then is no failure of the trial.
     std::vector<Series> cook(Trial& trial) const
     {
         std::vector<Series> series(kinds_.size());
@@ -186,13 +187,14 @@ private:
             for (const std::uint32_t n : evaluator.keys().reached()) {
                 watch.varies[n] = evaluator.keys().varies(n);
             }
-            evaluator.cook(std::move(wants),
-                           [&](const Want& want, std::span<const graph::Value> values) {
-                               for (std::size_t m = 0; m < wires.size(); ++m) {
-                                   if (wires[m].node != want.node) continue;
-                                   series[m][want.frame] = values[wires[m].output];
-                               }
-                           });
+            const Cooked cooked = evaluator.cook(
+                std::move(wants), [&](const Want& want, std::span<const graph::Value> values) {
+                    for (std::size_t m = 0; m < wires.size(); ++m) {
+                        if (wires[m].node != want.node) continue;
+                        series[m][want.frame] = values[wires[m].output];
+                    }
+                });
+            if (cooked.cancelled) throw graph::Cancelled();
             trial.failure = watch.failure;
             trial.warnings = std::move(watch.warnings);
             trial.frame_seconds = watch.frames / static_cast<double>(frames_.size());
@@ -207,6 +209,8 @@ private:
     static void need(const Trial& reference)
     {
         if (reference.failure.empty()) return;
+            // pull() has no other word for a cook that was stopped than a failure.
+            if (options_.cook.stop.stop_requested()) throw graph::Cancelled();
         throw std::invalid_argument(fmt::format("the reference ({}) could not be cooked: {}",
                                                 describe(reference.settings), reference.failure));
     }

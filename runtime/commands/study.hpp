@@ -56,8 +56,8 @@ struct Trial {
     graph::Value look;
 };
 
-// Throws std::invalid_argument for options that make no sense of this graph; a trial that fails is
-// data. `told` is called after each trial.
+// Throws std::invalid_argument for options that make no sense of this graph, and graph::Cancelled
+// when told to stop; a trial that fails is data. `told` is called after each trial.
 std::vector<Trial> study(const std::filesystem::path& file, const graph::Registry& registry,
                          const StudyOptions& options,
                          const std::function<void(const Trial&)>& told = {});

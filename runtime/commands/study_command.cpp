@@ -1,5 +1,6 @@
 #include "runtime/commands/study_command.hpp"
 
+#include "graph/types/context.hpp"
 #include "runtime/cache/quantities.hpp"
 #include "runtime/commands/study.hpp"
 #include "runtime/commands/text_file.hpp"
@@ -165,10 +166,15 @@ int run_study(const CookRequest& request, const StudyRequest& wanted,
                                                           : fs::path(request.output_folder);
     const StudyOptions options = options_of(file, folder, request, wanted, registry, console);
     make_output_folder(folder);
-    const std::vector<Trial> trials = study(file, registry, options, [&](const Trial& t) {
-        console.err << describe(t.settings) << ": " << reading(t) << "\n";
-        for (const std::string& w : t.warnings) console.err << "  warning: " << w << "\n";
-    });
+    std::vector<Trial> trials;
+    try {
+        trials = study(file, registry, options, [&](const Trial& t) {
+            console.err << describe(t.settings) << ": " << reading(t) << "\n";
+            for (const std::string& w : t.warnings) console.err << "  warning: " << w << "\n";
+        });
+    } catch (const graph::Cancelled&) {
+        return exit_cancelled;  // a table of some of the settings would name a wrong best one
+    }
     write_plot(trials, folder, file.stem().string() + ": " + wanted.measures.front(), console);
     write_sheet(trials, folder / "study_sheet.png", console);
     console.out << "table: " << (folder / "study.csv").string() << "\n"

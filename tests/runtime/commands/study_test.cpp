@@ -186,6 +186,26 @@ static RowsOut rows(const Rows& in, const graph::Context& context)
 
 class StudyOfRows : public Study {
 protected:
+// Stopped when its first trial is told, and before it begins.
+TEST_F(Study, AStudyThatWasStoppedGivesNoTable)
+{
+    for (const bool at_once : {false, true}) {
+        std::stop_source source;
+        if (at_once) source.request_stop();
+        StudyOptions o = options({{"x.steps", {"1", "2", "64"}}});
+        o.cook.stop = source.get_token();
+        std::vector<Trial> told;
+        EXPECT_THROW(study(file_, toys(), o,
+                           [&](const Trial& t) {
+                               told.push_back(t);
+                               source.request_stop();
+                           }),
+                     graph::Cancelled);
+        EXPECT_EQ(told.size(), at_once ? 0u : 1u);
+        for (const Trial& t : told) EXPECT_EQ(t.failure, "");
+    }
+}
+
     void SetUp() override
     {
         Study::SetUp();
@@ -262,14 +282,14 @@ struct Asked {
 
 class StudyCommand : public Study {
 protected:
-    Asked run(std::vector<std::string> words) const
+    Asked run(std::vector<std::string> words, std::stop_token stop = {}) const
     {
         std::vector<std::string> args{"study",          file_.string(), "--out",
                                       folder_.string(), "--measure",    "x.value",
                                       "--no-disk-cache"};
         args.insert(args.end(), words.begin(), words.end());
         std::ostringstream out, err;
-        Console console{out, err, false, {}, {}, "1.2.3"};
+        Console console{out, err, false, std::move(stop), {}, "1.2.3"};
         const int exit = run_command_line(args, toys(), console);
         return {exit, out.str(), err.str()};
     }
@@ -338,6 +358,16 @@ TEST_F(StudyCommand, AMisspelledOutputGetsTheNearestName)
 }
 
 TEST_F(StudyCommand, WarningsOfNodesAreShown)
+TEST_F(StudyCommand, AStudyThatWasStoppedIsExit130AndWritesNothing)
+{
+    std::stop_source source;
+    source.request_stop();
+    const Asked said = run({"--vary", "x.steps=1,2"}, source.get_token());
+    EXPECT_EQ(said.exit, exit_cancelled) << said.err;
+    EXPECT_EQ(said.out + said.err, "");
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "study.csv"));
+}
+
 {
     const Asked said = run({"--vary", "x.steps=1,2,3"});
     EXPECT_TRUE(has(said.err, "warning: 'x': one step is few")) << said.err;
