@@ -4,12 +4,14 @@
 #include "runtime/commands/study.hpp"
 
 #include "graph/types/standard_wires.hpp"
+#include "runtime/commands/cook_request.hpp"
 #include "runtime/commands/wires.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <limits>
+#include <set>
 #include <stdexcept>
 
 namespace runtime {
@@ -27,14 +29,18 @@ double number_distance(const graph::Value& a, const graph::Value& b)
     return std::abs(*a.as<double>() - *b.as<double>());
 }
 
-// Seconds of what runs anew each frame, and of what runs once.
+// What runs anew each frame, and the seconds of what runs once.
 class Stopwatch : public Observer {
 public:
     explicit Stopwatch(const graph::Graph& graph) : varies(graph.nodes.size(), false), graph_(graph)
     {}
     void ran(const Run& run) override
     {
-        (varies[run.node] && run.preparation < 0 ? frames : setup) += run.seconds;
+        if (varies[run.node] && run.preparation < 0) {
+            of_frames.push_back(run);
+        } else {
+            setup += run.seconds;
+        }
     }
     void failed(const Failure& f) override
     {
@@ -47,7 +53,8 @@ public:
     }
 
     std::vector<bool> varies;
-    double frames = 0, setup = 0;
+    std::vector<Run> of_frames;
+    double setup = 0;
     std::string failure;
     std::vector<std::string> warnings;
 
@@ -110,6 +117,7 @@ public:
                                         "values or give a --reference");
         }
         frames_ = options.frames;
+        for (const int f : frames_) require_frame(graph, f);
         if (frames_.empty()) {
             for (int f = graph.range.first; f <= graph.range.last; ++f) frames_.push_back(f);
         }
@@ -197,10 +205,12 @@ private:
             if (cooked.cancelled) throw graph::Cancelled();
             trial.failure = watch.failure;
             trial.warnings = std::move(watch.warnings);
-            trial.frame_seconds = watch.frames / static_cast<double>(frames_.size());
+            trial.frame_seconds = seconds_a_frame(watch.of_frames, frames_);
             trial.setup_seconds = watch.setup;
             if (look && trial.failure.empty()) trial.look = evaluator.pull(*look, frames_.back());
         } catch (const std::exception& error) {
+            // pull() has no other word for a cook that was stopped than a failure.
+            if (options_.cook.stop.stop_requested()) throw graph::Cancelled();
             trial.failure = error.what();
         }
         return series;
@@ -209,8 +219,6 @@ private:
     static void need(const Trial& reference)
     {
         if (reference.failure.empty()) return;
-            // pull() has no other word for a cook that was stopped than a failure.
-            if (options_.cook.stop.stop_requested()) throw graph::Cancelled();
         throw std::invalid_argument(fmt::format("the reference ({}) could not be cooked: {}",
                                                 describe(reference.settings), reference.failure));
     }
@@ -309,6 +317,24 @@ private:
 };
 
 }  // namespace
+
+double seconds_a_frame(const std::vector<Run>& runs, const std::vector<int>& asked)
+{
+    struct Node {
+        double seconds = 0;
+        std::set<int> frames;
+    };
+    std::map<std::uint32_t, Node> nodes;
+    for (const Run& run : runs) {
+        Node& node = nodes[run.node];
+        if (node.frames.empty()) node.frames.insert(asked.begin(), asked.end());
+        node.seconds += run.seconds;
+        node.frames.insert(run.frame);
+    }
+    double sum = 0;
+    for (const auto& [n, node] : nodes) sum += node.seconds / double(node.frames.size());
+    return sum;
+}
 
 std::vector<Trial> study(const std::filesystem::path& file, const graph::Registry& registry,
                          const StudyOptions& options, const std::function<void(const Trial&)>& told)

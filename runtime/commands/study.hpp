@@ -47,7 +47,7 @@ struct Trial {
                                // frame (or over its largest magnitude, for a number), of the
                                // frames that can be compared with that one; not a number when
                                // that is 0
-    double frame_seconds = 0;  // of all that ran anew at each frame, a frame
+    double frame_seconds = 0;  // of all that ran anew at each frame, see seconds_a_frame()
     double setup_seconds = 0;  // of what ran once
     std::string failure;       // why it could not be cooked; empty when it could
     std::string incomparable;  // why it could not be compared with the reference, likewise
@@ -61,6 +61,10 @@ struct Trial {
 std::vector<Trial> study(const std::filesystem::path& file, const graph::Registry& registry,
                          const StudyOptions& options,
                          const std::function<void(const Trial&)>& told = {});
+
+// Seconds of a frame: of each node that ran, over the frames asked for and those that these needed
+// of it. A simulation that is asked for frame 48 alone runs 48 times, what draws it once.
+double seconds_a_frame(const std::vector<Run>& runs, const std::vector<int>& asked);
 
 // Whether any trial but the reference has a relative error.
 bool any_compared(const std::vector<Trial>& trials);

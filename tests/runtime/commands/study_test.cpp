@@ -145,6 +145,35 @@ TEST_F(Study, SeveralMeasuresAreToldWithTheirValues)
     EXPECT_TRUE(std::isnan(exact[1].measured[1].error));
 }
 
+TEST_F(Study, AFrameThatTheGraphLacksIsRefused)
+{
+    StudyOptions o = options({{"x.steps", {"1", "2"}}});
+    for (const int frame : {-1, 11}) {
+        o.frames = {frame};
+        try {
+            study(file_, toys(), o);
+            FAIL() << "frame " << frame << " was accepted";
+        } catch (const std::invalid_argument& error) {
+            EXPECT_NE(std::string(error.what()).find("has frames 0 to 10"), std::string::npos)
+                << error.what();
+        }
+    }
+    o.frames = {0, 10};
+    EXPECT_EQ(study(file_, toys(), o).size(), 2u);
+}
+
+// Node 0 steps to frame 4 in 8 s, 2 s a frame; node 1 draws that frame alone, in 3 s.
+TEST(StudyReport, TheTimeOfAFrameCountsTheFramesThatASimulationStepsThrough)
+{
+    std::vector<runtime::Run> runs;
+    for (int f = 1; f <= 4; ++f) runs.push_back({.node = 0, .frame = f, .seconds = 2});
+    runs.push_back({.node = 1, .frame = 4, .seconds = 3});
+    EXPECT_EQ(seconds_a_frame(runs, {4}), 2 + 3);
+    // What is the same at some of the frames runs fewer times than it is asked for.
+    EXPECT_EQ(seconds_a_frame({{.node = 2, .frame = 1, .seconds = 6}}, {1, 2, 3}), 2);
+    EXPECT_EQ(seconds_a_frame({}, {1}), 0);
+}
+
 TEST_F(Study, AFailedTrialIsReportedAndTheOthersGoOn)
 {
     StudyOptions o = options({{"x.broken", {"true", "false"}}});
@@ -155,6 +184,26 @@ TEST_F(Study, AFailedTrialIsReportedAndTheOthersGoOn)
     EXPECT_FALSE(trials[0].best);
     EXPECT_TRUE(trials[1].failure.empty());
     EXPECT_TRUE(trials[1].best);
+}
+
+// Stopped when its first trial is told, and before it begins.
+TEST_F(Study, AStudyThatWasStoppedGivesNoTable)
+{
+    for (const bool at_once : {false, true}) {
+        std::stop_source source;
+        if (at_once) source.request_stop();
+        StudyOptions o = options({{"x.steps", {"1", "2", "64"}}});
+        o.cook.stop = source.get_token();
+        std::vector<Trial> told;
+        EXPECT_THROW(study(file_, toys(), o,
+                           [&](const Trial& t) {
+                               told.push_back(t);
+                               source.request_stop();
+                           }),
+                     graph::Cancelled);
+        EXPECT_EQ(told.size(), at_once ? 0u : 1u);
+        for (const Trial& t : told) EXPECT_EQ(t.failure, "");
+    }
 }
 
 // A wire whose values are apart by what is no number: of one length, or not comparable.
@@ -186,26 +235,6 @@ static RowsOut rows(const Rows& in, const graph::Context& context)
 
 class StudyOfRows : public Study {
 protected:
-// Stopped when its first trial is told, and before it begins.
-TEST_F(Study, AStudyThatWasStoppedGivesNoTable)
-{
-    for (const bool at_once : {false, true}) {
-        std::stop_source source;
-        if (at_once) source.request_stop();
-        StudyOptions o = options({{"x.steps", {"1", "2", "64"}}});
-        o.cook.stop = source.get_token();
-        std::vector<Trial> told;
-        EXPECT_THROW(study(file_, toys(), o,
-                           [&](const Trial& t) {
-                               told.push_back(t);
-                               source.request_stop();
-                           }),
-                     graph::Cancelled);
-        EXPECT_EQ(told.size(), at_once ? 0u : 1u);
-        for (const Trial& t : told) EXPECT_EQ(t.failure, "");
-    }
-}
-
     void SetUp() override
     {
         Study::SetUp();
@@ -329,6 +358,16 @@ TEST_F(StudyCommand, WhatCouldNotBeComparedIsAFailure)
     EXPECT_FALSE(has(all.err, "gnuplot")) << all.err;
 }
 
+TEST_F(StudyCommand, AStudyThatWasStoppedIsExit130AndWritesNothing)
+{
+    std::stop_source source;
+    source.request_stop();
+    const Asked said = run({"--vary", "x.steps=1,2"}, source.get_token());
+    EXPECT_EQ(said.exit, exit_cancelled) << said.err;
+    EXPECT_EQ(said.out + said.err, "");
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "study.csv"));
+}
+
 TEST_F(StudyCommand, TheValuesStandBesideTheErrors)
 {
     const Asked said = run({"--vary", "x.steps=1,2", "--measure", "x.row"});
@@ -358,16 +397,6 @@ TEST_F(StudyCommand, AMisspelledOutputGetsTheNearestName)
 }
 
 TEST_F(StudyCommand, WarningsOfNodesAreShown)
-TEST_F(StudyCommand, AStudyThatWasStoppedIsExit130AndWritesNothing)
-{
-    std::stop_source source;
-    source.request_stop();
-    const Asked said = run({"--vary", "x.steps=1,2"}, source.get_token());
-    EXPECT_EQ(said.exit, exit_cancelled) << said.err;
-    EXPECT_EQ(said.out + said.err, "");
-    EXPECT_FALSE(std::filesystem::exists(folder_ / "study.csv"));
-}
-
 {
     const Asked said = run({"--vary", "x.steps=1,2,3"});
     EXPECT_TRUE(has(said.err, "warning: 'x': one step is few")) << said.err;
