@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <optional>
 #include <set>
@@ -164,6 +165,24 @@ bool cook_combination(const graph::Graph& graph, const Looked& looked, Options o
     return cooked.cancelled;
 }
 
+// What is looked at, from the first combination that loads: one that does not is a row with its
+// reason. Throws what is wrong with the first where none loads.
+Looked looked_at_in(const std::filesystem::path& file, const graph::Registry& registry,
+                    const SweepOptions& options, const std::vector<Settings>& all)
+{
+    std::exception_ptr first;
+    for (const Settings& settings : all) {
+        std::optional<graph::Graph> graph;
+        try {
+            graph = load_with(file, registry, options.load, settings);
+        } catch (const std::exception&) {
+            if (!first) first = std::current_exception();
+        }
+        if (graph) return looked_at(*graph, options);
+    }
+    std::rethrow_exception(first);
+}
+
 }  // namespace
 
 bool makes_numbers_or_pictures(const graph::Graph& graph)
@@ -176,7 +195,7 @@ Swept sweep(const std::filesystem::path& file, const graph::Registry& registry,
             const std::function<void(const SweepRow&)>& told)
 {
     const std::vector<Settings> all = combinations(options.varied);
-    const Looked looked = looked_at(load_with(file, registry, options.load, all.front()), options);
+    const Looked looked = looked_at_in(file, registry, options, all);
     Swept out;
     out.measures = looked.measures;
     for (const Settings& settings : all) {

@@ -75,6 +75,28 @@ TEST(Sweep, AFailedCombinationIsDataAndTheOthersGoOn)
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 5) << "a line each: " << csv;
 }
 
+TEST(Sweep, ACombinationThatDoesNotLoadIsALineWhereverItStands)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", document);
+    Caches caches;
+    const Swept swept = sweep(file, toys::registry(), varying({"a.bias=\"x\",1,\"y\",2"}), caches);
+    ASSERT_EQ(swept.rows.size(), 4u);
+    for (const std::size_t i : {0u, 2u}) {
+        EXPECT_TRUE(has(swept.rows[i].failure, "expected a number")) << swept.rows[i].failure;
+    }
+    EXPECT_EQ(swept.rows[1].numbers[2], 6);
+    EXPECT_EQ(swept.rows[3].numbers[2], 7);
+    const auto out = (folder.path / "out").string();
+    const Said said = run({"sweep", file, "--vary", "a.bias=\"x\",1", "--out", out});
+    EXPECT_EQ(said.exit, exit_failed) << said.err;
+    EXPECT_EQ(lines_of(folder.path / "out/sweep.csv").size(), 3u);
+    // Of none that loads nothing is known, not even what would be looked at.
+    const Said none = run({"sweep", file, "--vary", "a.bias=\"x\",\"y\"", "--out", out});
+    EXPECT_EQ(none.exit, exit_usage);
+    EXPECT_TRUE(has(none.err, "expected a number")) << none.err;
+}
+
 TEST(Sweep, SeveralFramesAreARowEach)
 {
     const toys::Folder folder;
