@@ -20,6 +20,7 @@
 #include <map>
 #include <optional>
 #include <ostream>
+#include <set>
 #include <sys/file.h>
 #include <tuple>
 #include <unistd.h>
@@ -64,6 +65,7 @@ public:
     // Of a node that was asked for by name.
     void asked(const Want& want, std::span<const graph::Value> values, bool varies)
     {
+        came_.insert(want.node);
         for (std::size_t i = 0; i < values.size(); ++i) {
             if (!values[i] || *values[i].type()->type != typeid(double)) continue;
             const graph::Link from{want.node, static_cast<std::uint32_t>(i)};
@@ -79,9 +81,26 @@ public:
         for (const auto& [key, number] : asked_) out.push_back(number);
         return out;
     }
+    // The columns of the table: what came, and all of those of `nodes` that failed at every frame.
+    std::vector<graph::Link> columns(const graph::Graph& graph,
+                                     const std::vector<std::uint32_t>& nodes) const
+    {
+        std::set<std::pair<std::uint32_t, std::uint32_t>> all;
+        for (const auto& [key, number] : asked_) all.insert({number.from.node, number.from.output});
+        for (const std::uint32_t n : nodes) {
+            const auto& outputs = graph.nodes[n].type->outputs;
+            for (std::uint32_t i = 0; i < outputs.size() && !came_.contains(n); ++i) {
+                if (outputs[i].type == graph::wire_name<double>) all.insert({n, i});
+            }
+        }
+        std::vector<graph::Link> out;
+        for (const auto& [node, output] : all) out.push_back({node, output});
+        return out;
+    }
 
 private:
     std::vector<ExpectationResult> checks_;
+    std::set<std::uint32_t> came_;  // nodes that were asked for and did not fail at all frames
     std::map<std::tuple<std::uint32_t, std::size_t, std::optional<int>>, AskedNumber> asked_;
 };
 
@@ -189,11 +208,18 @@ private:
     bool taken_;
 };
 
-// Locks the folder for this cook, and clears it of what a killed one left.
-void lock_folder(std::optional<FolderLock>& lock, const fs::path& folder, Console& console)
+// Locks the folder for this cook, and clears it of what a killed one left and, where it `writes`,
+// of the table of an earlier cook: that tells of other frames, should this one write none.
+void lock_folder(std::optional<FolderLock>& lock, const fs::path& folder, bool writes,
+                 Console& console)
 {
     make_output_folder(folder);
-    if (!lock.emplace(folder).taken()) return remove_leftovers(folder);
+    if (!lock.emplace(folder).taken()) {
+        remove_leftovers(folder);
+        std::error_code there_was_none;
+        if (writes) fs::remove(folder / values_name, there_was_none);
+        return;
+    }
     console.err << fmt::format(
         "warning: another cook is writing into {}; the files of both may mix. Use --out DIR.\n",
         folder.string());
@@ -293,13 +319,15 @@ std::vector<std::uint32_t> with_numbers(const graph::Graph& graph, const CookReq
 // The numbers that were asked for, whether they were made now or came from the cache: printed, and
 // as a table, which is whole at the end alone.
 void tell_numbers(const graph::Graph& graph, const CookRequest& request,
-                  const std::vector<int>& frames, const std::vector<AskedNumber>& numbers,
-                  FrontEnd& front_end, Console& console)
+                  const std::vector<int>& frames, const std::vector<std::uint32_t>& nodes,
+                  const Numbers& numbers, FrontEnd& front_end, Console& console)
 {
-    if (!request.values) front_end.numbers(numbers);
-    if (numbers.empty() || !request.writes || !request.part.empty()) return;
+    const std::vector<AskedNumber> asked = numbers.asked();
+    if (!request.values) front_end.numbers(asked);
+    const std::vector<graph::Link> columns = numbers.columns(graph, nodes);
+    if (columns.empty() || !request.writes || !request.part.empty()) return;
     const fs::path path = output_folder(graph, request) / values_name;
-    replace_text(path, values_table(graph, frames, numbers, console.unit_of));
+    replace_text(path, values_table(graph, frames, columns, asked, console.unit_of));
     if (request.quiet || request.json) return;
     console.err << fmt::format("values: {} ({} frame{})\n", path.string(), frames.size(),
                                frames.size() == 1 ? "" : "s");
@@ -334,7 +362,7 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     if (part) {
         make_output_folder(options.output_folder);
     } else if (!nodes.empty()) {
-        lock_folder(lock, options.output_folder, console);
+        lock_folder(lock, options.output_folder, request.writes, console);
     }
     begin_manifest(request, console, frames, manifest);
 
@@ -368,7 +396,7 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     }
     if (request.writes) front_end.accuracy(manifest.cards);
     if (!cooked.cancelled) {
-        tell_numbers(graph, request, frames, numbers.asked(), front_end, console);
+        tell_numbers(graph, request, frames, nodes, numbers, front_end, console);
     }
     show_expectations(checks, numbers, cooked, front_end);
     const int exit = exit_of(cooked, !manifest.missed.empty() && !request.record_missed);

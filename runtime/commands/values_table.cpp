@@ -18,17 +18,19 @@ struct Column {
     std::optional<double> always;
 };
 
-std::vector<Column> columns_of(const std::vector<AskedNumber>& numbers)
+std::vector<Column> columns_of(const std::vector<graph::Link>& wires,
+                               const std::vector<AskedNumber>& numbers)
 {
     std::vector<Column> out;
-    for (const AskedNumber& number : numbers) {
-        const bool same = !out.empty() && out.back().from.node == number.from.node &&
-                          out.back().from.output == number.from.output;
-        if (!same) out.push_back({number.from, {}, {}});
-        if (number.frame) {
-            out.back().at[*number.frame] = number.value;
-        } else {
-            out.back().always = number.value;
+    for (const graph::Link& wire : wires) {
+        Column& column = out.emplace_back(Column{wire, {}, {}});
+        for (const AskedNumber& number : numbers) {
+            if (number.from.node != wire.node || number.from.output != wire.output) continue;
+            if (number.frame) {
+                column.at[*number.frame] = number.value;
+            } else {
+                column.always = number.value;
+            }
         }
     }
     return out;
@@ -63,10 +65,11 @@ std::vector<std::uint32_t> nodes_with_numbers(const graph::Graph& graph)
 }
 
 std::string values_table(const graph::Graph& graph, const std::vector<int>& frames,
+                         const std::vector<graph::Link>& wires,
                          const std::vector<AskedNumber>& numbers,
                          const std::function<std::string(const graph::Node&)>& unit_of)
 {
-    const std::vector<Column> columns = columns_of(numbers);
+    const std::vector<Column> columns = columns_of(wires, numbers);
     std::string out = "frame,seconds";
     for (const Column& column : columns) out += "," + title_of(graph, column.from, unit_of);
     out += "\n";

@@ -196,6 +196,48 @@ TEST(CommandLine, NumbersOfANamedNodeGoIntoATableThatTheCacheLeavesWhole)
     EXPECT_FALSE(std::filesystem::exists(folder.path / "out/values.csv"));
 }
 
+// An old table beside new frames would pass for theirs.
+TEST(CommandLine, ATableOfAnEarlierCookDoesNotStay)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("three.json", three_frames);
+    const auto out = (folder.path / "out").string();
+    const auto table = folder.path / "out/values.csv";
+    const auto old = [&] { return std::filesystem::exists(folder.write("out/values.csv", "old")); };
+    ASSERT_TRUE(old());
+    EXPECT_EQ(run({"cook", file, "--out", out}).exit, exit_ok);
+    EXPECT_FALSE(std::filesystem::exists(table)) << "cooked without --values";
+    ASSERT_TRUE(old());
+    std::stop_source source;
+    source.request_stop();
+    run({"cook", file, "--out", out, "--values"}, source.get_token());
+    EXPECT_FALSE(std::filesystem::exists(table)) << "cancelled";
+    ASSERT_TRUE(old());
+    run({"cook", file, "--out", out, "--part", (folder.path / "part.json").string()});
+    EXPECT_TRUE(std::filesystem::exists(table)) << "a part of a cook leaves it to the whole";
+}
+
+TEST(CommandLine, WhereANodeFailedNothingStandsInTheTable)
+{
+    const toys::Folder folder;
+    // Of frames 1, 2 and 3 the clock tells 1, 43.67 and 86.33.
+    const auto file = folder.write("fails.json", R"({ "aspic": 1,
+        "frames": { "first": 1, "last": 3 }, "nodes": {
+        "clock": { "type": "Clock@1" },
+        "late": { "type": "Fail@1", "inputs": { "value": "clock.value" },
+                  "params": { "above": 50 } },
+        "never": { "type": "Fail@1", "inputs": { "value": "clock.value" },
+                   "params": { "above": 0 } } } })");
+    const auto out = (folder.path / "out").string();
+    const Said said = run({"cook", file, "--out", out, "--keep-going", "--node", "never", "--node",
+                           "late", "--node", "clock"});
+    EXPECT_EQ(said.exit, exit_failed) << said.err;
+    EXPECT_EQ(runtime::read_text(folder.path / "out/values.csv"),
+              "frame,seconds,clock,late,never\n1,0,1,1,\n"
+              "2,0.0416666667,43.666666666666664,43.666666666666664,\n"
+              "3,0.0833333333,86.33333333333333,,\n");
+}
+
 TEST(CommandLine, UnknownNamesGetTheNearestName)
 {
     EXPECT_TRUE(has(run({"cok"}).err, "did you mean 'cook'?"));
