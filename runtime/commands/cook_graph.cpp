@@ -121,11 +121,12 @@ public:
     }
     void told(const Told& t) override { figures_.add(t); }
     std::vector<AccuracyCard> cards(Keys& keys) const { return figures_.cards(graph_, keys); }
-    // Files that frames share are now what they will be.
-    void finish(FileDigests& digests)
+    // Files that frames share are now what they will be. Where this cook did not write all frames
+    // of the graph, an earlier one may have written the others, and the digest is left empty.
+    void finish(FileDigests& digests, bool all_frames)
     {
         for (const auto& [place, path] : shared_) {
-            manifest_.outputs[place].file.digest = to_hex(digests.of(path));
+            manifest_.outputs[place].file.digest = all_frames ? to_hex(digests.of(path)) : "";
         }
     }
     // Values that were asked for and go into no file.
@@ -383,8 +384,9 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
             if (has(chosen, want.node)) outputs.arrived(want, values, caches.names);
             numbers.asked(want, values, evaluator.keys().varies(want.node));
         });
-    outputs.finish(caches.files);
     manifest.complete = !cooked.cancelled && cooked.failures == 0;
+    outputs.finish(caches.files,
+                   manifest.complete && frames.size() == std::size_t(graph.range.count()));
     const std::vector<ExpectationResult> checks = checked(numbers, cooked);
     manifest.missed = missed_texts(graph, checks);
     manifest.cards = outputs.cards(evaluator.keys());

@@ -18,7 +18,8 @@ namespace runtime {
 struct Manifest {
     struct File {
         std::string path;    // documents and files: absolute; outputs: from the manifest's folder
-        std::string digest;  // 32 hexadecimal digits; zeros when it was not there
+        std::string digest;  // 32 hexadecimal digits; zeros when it was not there; empty where
+                             // frames share it and the cook did not write all of them
         bool operator==(const File&) const = default;
     };
     struct Node {

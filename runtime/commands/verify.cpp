@@ -8,7 +8,9 @@
 #include <fmt/format.h>
 
 #include <cerrno>
+#include <map>
 #include <ostream>
+#include <set>
 #include <unistd.h>
 
 namespace runtime {
@@ -92,7 +94,7 @@ std::size_t tell_touched(const Manifest& then, const fs::path& folder, Console& 
             continue;
         }
         const Key now = open.number < 0 ? Key() : digest_of(open.number);
-        if (to_hex(now) == o.file.digest) continue;
+        if (to_hex(now) == o.file.digest || (now && o.file.digest.empty())) continue;
         lines.add(fmt::format("{} {} the cook", file.string(),
                               now ? "was changed after" : "was removed after"));
     }
@@ -108,6 +110,39 @@ std::string describe(const Manifest::Output& o)
 {
     return o.port.empty() ? fmt::format("{}, frame {}: {}", o.node, o.frame, o.file.path)
                           : fmt::format("{}.{}, frame {}", o.node, o.port, o.frame);
+}
+
+// What is not the same as then, told; and how many outputs could not be compared.
+struct Comparison {
+    std::size_t differ = 0, unknown = 0;
+};
+
+Comparison compare(const Manifest& then, const Manifest& now, Console& console)
+{
+    std::map<Place, const Manifest::Output*> made;
+    for (const Manifest::Output& o : now.outputs) made[place_of(o)] = &o;
+    Comparison found;
+    std::set<std::string> parts;
+    {
+        Lines lines(console, "outputs");
+        for (const Manifest::Output& o : then.outputs) {
+            const auto again = made.find(place_of(o));
+            if (again == made.end()) {
+                lines.add(describe(o) + " was not produced");
+            } else if (o.file.digest.empty() || again->second->file.digest.empty()) {
+                ++found.unknown;
+                parts.insert(o.file.path);
+            } else if (again->second->file.digest != o.file.digest) {
+                lines.add(describe(o) + " differs");
+            }
+        }
+        found.differ = lines.count;
+    }
+    for (const std::string& path : parts) {
+        console.out << fmt::format(
+            "not compared: {} holds all frames, of which the cook wrote {}\n", path, then.frames);
+    }
+    return found;
 }
 
 }  // namespace
@@ -146,26 +181,13 @@ int verify(const fs::path& given, const CookRequest& request, const graph::Regis
     const int exit = cook_graph(*graph, again, caches, *front_end, console, now);
     if (exit == exit_cancelled || exit == exit_failed) return exit;
 
-    std::map<Place, const Manifest::Output*> made;
-    for (const Manifest::Output& o : now.outputs) made[place_of(o)] = &o;
-    std::size_t differ = 0;
-    {
-        Lines lines(console, "outputs");
-        for (const Manifest::Output& o : then.outputs) {
-            const auto found = made.find(place_of(o));
-            if (found == made.end()) {
-                lines.add(describe(o) + " was not produced");
-            } else if (found->second->file.digest != o.file.digest) {
-                lines.add(describe(o) + " differs");
-            }
-        }
-        differ = lines.count;
-    }
+    const auto [differ, unknown] = compare(then, now, console);
     if (differ > 0) {
         console.out << fmt::format("{} of {} outputs differ\n", differ, then.outputs.size());
         return exit_failed;
     }
-    console.out << fmt::format("cooked again: all {} outputs are the same{}\n", then.outputs.size(),
+    console.out << fmt::format("cooked again: all {} outputs{} are the same{}\n",
+                               then.outputs.size() - unknown, unknown > 0 ? " compared" : "",
                                touched > 0 ? ", but the files in the folder are not" : "");
     return touched > 0 ? exit_failed : exit_ok;
 }

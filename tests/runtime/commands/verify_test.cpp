@@ -102,6 +102,31 @@ TEST_F(Verified, AFileThatAllFramesShareIsTheOneThatTheCookLeft)
     EXPECT_EQ(toys::take_runs("WriteRow"), 5);
 }
 
+// The file also holds the frames of the cook before, which a cook of frame 3 does not make again.
+TEST_F(Verified, AFileThatFramesShareIsNotComparedWhereOnlySomeWereCooked)
+{
+    file_ = folder_.write("row.json", R"({ "aspic": 1, "frames": { "first": 1, "last": 5 },
+        "nodes": { "clock": { "type": "Clock@1" },
+                   "write": { "type": "WriteNumber@1", "inputs": { "value": "clock.value" },
+                              "params": { "path": ".txt" } },
+                   "row": { "type": "WriteRow@1", "inputs": { "value": "clock.value" } } } })");
+    cook({});
+    cook({"--frames", "3-4"});
+    const Manifest m = read_manifest(path());
+    ASSERT_EQ(m.outputs.size(), 4u);
+    for (const Manifest::Output& o : m.outputs) EXPECT_EQ(o.file.digest.empty(), o.node == "row");
+    const Said said = verify();
+    EXPECT_EQ(said.exit, exit_ok) << said.out << said.err;
+    EXPECT_TRUE(has(said.out, "not compared: number.txt holds all frames, of which the cook wrote "
+                              "3-4\n"))
+        << said.out;
+    EXPECT_TRUE(has(said.out, "all 2 outputs compared are the same")) << said.out;
+    std::filesystem::remove(folder_.path / "out/number.txt");
+    const Said gone = verify();
+    EXPECT_EQ(gone.exit, exit_failed);
+    EXPECT_TRUE(has(gone.out, "number.txt was removed after the cook")) << gone.out;
+}
+
 TEST_F(Verified, AChangedOutputFileIsReported)
 {
     folder_.write("out/2number.txt", "someone else's");
