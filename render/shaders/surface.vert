@@ -29,5 +29,10 @@ void main()
 #endif
     stage_point = (position - units.xyz) * units.w;
     gl_Position = clip_from_stage * vec4(stage_point, 1.0);
-    if (as_lines == 1) gl_Position.z += 1.5e-3 * eye.w * corner.w / (corner.w - eye.w);
+    if (as_lines == 1) {
+        // A share of the distance, and no more than so many stage units: the eye of a parallel view is
+        // so far away that such a share is longer than what is drawn, and hidden lines came through.
+        float nearer = min(1.5e-3, 6e-3 / max(gl_Position.w, 1e-3));
+        gl_Position.z += nearer * eye.w * corner.w / (corner.w - eye.w);
+    }
 }

@@ -2,6 +2,7 @@
 // many samples.
 
 #include "pictures.hpp"
+#include "render/mesh_surface.hpp"
 
 #include <gtest/gtest.h>
 
@@ -131,6 +132,41 @@ TEST(ThinLines, StandardHasAFractionOfTheAliasingOfDraft)
     EXPECT_LT(preview, draft);
     EXPECT_LT(standard, 0.2 * draft);  // 0.13 of it
     EXPECT_LT(final, 0.3 * standard);  // 0.20 of it
+}
+
+// Red edges of a grey box, seen from the upper right corner: the three that meet at the opposite
+// corner are hidden, and the other nine show. A parallel view is from 1000 times as far away.
+TEST(ThinLines, HiddenEdgesStayHiddenInAParallelViewToo)
+{
+    const TriMesh box = geometry::box({1, 1, 1}, {1, 1, 1});
+    Scene scene;
+    scene.surfaces.push_back(surface(box));
+    scene.lines.push_back(render::edge_lines(box));
+    scene.lines.back().colour = {1, 0, 0};
+    scene.stage = box_about_origin(0.5);
+    const Camera near{{4, 3, 5}, {0, 0, 0}, {0, 1, 0}, 0.4};
+    for (const Camera& camera : {near, render::parallel_from(near)}) {
+        const Look look = plain_look(256);
+        const Image image = render::draw(scene, camera, look);
+        int seen = 0, hidden = 0;
+        const std::vector<Vec3f>& ends = scene.lines[0].ends;
+        for (std::size_t i = 0; i + 1 < ends.size(); i += 2) {
+            const Vec3 middle = 0.5 * (ends[i] + ends[i + 1]).cast<double>();
+            if ((middle.array().abs() > 0.4).count() < 2) continue;  // a diagonal of a side
+            const Vec3 at = 256 * *render::place_in_picture(camera, middle, 1);
+            const int x = int(at.x()), y = int(at.y());
+            int red = 0;
+            for (int k = 0; k < 25; ++k) {
+                const auto p = pixel(image, x - 2 + k % 5, y - 2 + k / 5);
+                red += p[0] > 2 * p[1] + 40 ? 1 : 0;
+            }
+            const bool shows = middle.maxCoeff() > 0.4;
+            (shows ? seen : hidden) += 1;
+            EXPECT_EQ(red > 0, shows) << middle.transpose() << " from " << camera.eye.norm();
+        }
+        EXPECT_EQ(seen, 9);
+        EXPECT_EQ(hidden, 3);
+    }
 }
 
 }  // namespace
