@@ -164,12 +164,52 @@ static bool others_have(const Inputs& in, const std::string& attribute)
            (in.layers && attribute == layers_attribute);
 }
 
-static void add_meshes(::render::Scene& scene, const Inputs& in)
+// What is coloured by the attribute of `colour`.
+struct Coloured {
+    Meshes meshes;  // all that are linked; with their displacements, where these are asked for
+    std::optional<geometry::Attribute> cubes;  // of their shell, where they are drawn by it
+};
+
+static Coloured coloured(const Inputs& in)
+{
+    const std::string& attribute = in.colour.attribute;
+    const bool moved =
+        in.colour.by == ::render::Paint::By::attribute && attribute == "displacement";
+    Coloured out{moved ? with_displacements(in.mesh, in.rest.get()) : in.mesh, std::nullopt};
+    if (in.cubes && in.cube.draw == CubeParams::Draw::solid && in.cube.by_attribute &&
+        !::render::is_category(attribute)) {
+        out.cubes = ::render::cube_quantity(attribute, *in.cubes, *in.shell,
+                                            physics::state_of(in.state, *in.cubes).get());
+    }
+    return out;
+}
+
+// One scale for all that has the attribute, in whatever order it is linked.
+static void add_legend(::render::Scene& scene, const Inputs& in, const Coloured& coloured)
+{
+    const bool by_attribute = in.colour.by == ::render::Paint::By::attribute;
+    const geometry::Attribute pressed{layers_attribute, "1", {0, 1}};
+    ColourParams colour = in.colour;
+    std::vector<const geometry::Attribute*> all;
+    for (const auto& mesh : by_attribute ? coloured.meshes : Meshes{}) {
+        const auto* const values = find_attribute(*mesh, in.colour.attribute);
+        if (values) all.push_back(values);
+    }
+    if (in.layers && by_attribute && in.colour.attribute == layers_attribute) {
+        // What is pressed most lies inside a contact: the colours of all frames are the same.
+        all.push_back(&pressed);
+        if (colour.range == ColourParams::Range::percentile) {
+            colour.range = ColourParams::Range::fit;  // these ends are no sample
+        }
+    }
+    if (coloured.cubes) all.push_back(&*coloured.cubes);
+    if (!all.empty()) scene.legend = legend_for(colour, all);
+}
+
+static void add_meshes(::render::Scene& scene, const Inputs& in, const Meshes& meshes)
 {
     const std::string& attribute = in.colour.attribute;
     const bool by_attribute = in.colour.by == ::render::Paint::By::attribute;
-    const bool moved = by_attribute && attribute == "displacement";
-    const Meshes meshes = moved ? with_displacements(in.mesh, in.rest.get()) : in.mesh;
     // A floor beside a body that has the attribute is drawn in its material.
     const bool some = by_attribute && (any_has(meshes, attribute) || others_have(in, attribute));
     for (std::size_t m = 0; m < meshes.size(); ++m) {
@@ -187,12 +227,8 @@ static void add_meshes(::render::Scene& scene, const Inputs& in)
                                : in.colour.by;
         surface.paint.colour = in.colour.constant;
         surface.paint.attribute = attribute;
-        if (by_attribute) {
-            for (const auto& a : surface.mesh->attributes) {
-                if (a.name != attribute) continue;
-                if (!scene.legend) scene.legend = legend_for(in.colour, a);
-                surface.paint.scale = scene.legend->scale;
-            }
+        if (by_attribute && has_attribute(*meshes[m], attribute)) {
+            surface.paint.scale = scene.legend->scale;
         }
         if (linked->triangles().empty()) {
             // Of the cloud at rest, so that its points keep their size.
@@ -217,21 +253,14 @@ static void add_layers(::render::Scene& scene, const Inputs& in)
     if (!in.layers) return;
     scene.fields = layer_surfaces(*in.layers);
     const bool by_attribute = in.colour.by == ::render::Paint::By::attribute;
-    if (by_attribute && in.colour.attribute == layers_attribute && !scene.legend) {
-        // What is pressed most lies inside a contact: the colours of all frames are the same.
-        ColourParams colour = in.colour;
-        if (colour.range == ColourParams::Range::percentile) {
-            colour.range = ColourParams::Range::fit;  // these ends are no sample
-        }
-        scene.legend = legend_for(colour, {layers_attribute, "1", {0, 1}});
-    }
     for (::render::FieldSurface& surface : scene.fields) {
         surface.paint = {in.colour.by, in.colour.constant, in.colour.attribute, {}};
         if (by_attribute && scene.legend) surface.paint.scale = scene.legend->scale;
     }
 }
 
-static void add_cubes(::render::Scene& scene, const Inputs& in)
+static void add_cubes(::render::Scene& scene, const Inputs& in,
+                      const std::optional<geometry::Attribute>& by)
 {
     if (!in.cubes || in.cube.draw == CubeParams::Draw::none) return;
     const auto state = physics::state_of(in.state, *in.cubes);
@@ -246,17 +275,13 @@ static void add_cubes(::render::Scene& scene, const Inputs& in)
     surface.layout = in.shell->layout;
     auto mesh = std::make_shared<geometry::TriMesh>(
         ::render::solid_cubes(*in.shell, x, static_cast<float>(in.cube.scale)));
-    const auto values = [&](const std::string& name) {
-        return ::render::cube_quantity(name, *in.cubes, *in.shell, state.get());
-    };
-    if (in.cube.by_attribute && !::render::is_category(in.colour.attribute)) {
-        mesh->attributes.push_back(values(in.colour.attribute));
-        if (!scene.legend) scene.legend = legend_for(in.colour, mesh->attributes.back());
-        surface.paint = {By::attribute, in.colour.constant, in.colour.attribute,
-                         scene.legend->scale};
+    if (by) {
+        mesh->attributes.push_back(*by);
+        surface.paint = {By::attribute, in.colour.constant, by->name, scene.legend->scale};
     } else if (in.cube.by_attribute || !in.cubes->component.empty()) {
         ::render::colour_by_category(
-            *mesh, values(in.cube.by_attribute ? in.colour.attribute : "component"));
+            *mesh, ::render::cube_quantity(in.cube.by_attribute ? in.colour.attribute : "component",
+                                           *in.cubes, *in.shell, state.get()));
         surface.paint.by = By::vertex_colour;
     } else {
         surface.paint.by = By::constant;
@@ -351,9 +376,11 @@ static ::render::Image picture_of(const Inputs& in, const ::render::Scene& scene
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     ::render::Scene scene;
-    add_meshes(scene, in);
+    const Coloured by_attribute = coloured(in);
+    add_legend(scene, in, by_attribute);
+    add_meshes(scene, in, by_attribute.meshes);
     add_layers(scene, in);
-    add_cubes(scene, in);
+    add_cubes(scene, in, by_attribute.cubes);
     add_points(scene, in);
     const geometry::Box drawn = ::render::bounds(scene);
     if (in.mesh.empty() && !in.layers && !in.cubes && !in.points && in.pins.empty() &&

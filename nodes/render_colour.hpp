@@ -50,8 +50,9 @@ inline void describe(graph::ParamsOf<ColourParams>& p)
                 "Colours of the scale: `diverging` is for values of both signs.")
         .choice(
             "range", &ColourParams::range, {"fit", "fixed", "percentile"},
-            "`fit` holds the values of each frame, widened to round numbers; `fixed` runs from "
-            "`low` to `high`, so that frames can be compared; `percentile` holds the values of "
+            "`fit` holds the values of each frame, of all that has the attribute, widened to round "
+            "numbers; `fixed` runs from `low` to `high`, so that frames can be compared; "
+            "`percentile` holds the values of "
             "each frame but the lowest and the highest, so that a few extremes do not take all "
             "colours: these have the colours of its ends. Where fewer than these differ at all, "
             "it holds them all; of `layers` it is as `fit`. With values of both signs, the "
@@ -103,6 +104,18 @@ inline ::render::Legend legend_for(const ColourParams& colour, const geometry::A
     return legend;
 }
 
+// One scale for all that is coloured by an attribute, which `all` are the values of; not empty.
+inline ::render::Legend legend_for(const ColourParams& colour,
+                                   const std::vector<const geometry::Attribute*>& all)
+{
+    if (all.size() == 1) return legend_for(colour, *all[0]);
+    geometry::Attribute joined{all[0]->name, all[0]->unit, {}};
+    for (const geometry::Attribute* const some : all) {
+        joined.values.insert(joined.values.end(), some->values.begin(), some->values.end());
+    }
+    return legend_for(colour, joined);
+}
+
 // `mesh` in the pattern, which sticks to it where `rest` (may be null) has as many vertices.
 inline std::shared_ptr<const geometry::TriMesh>
 in_checkers(const ColourParams& colour, const std::shared_ptr<const geometry::TriMesh>& mesh,
@@ -119,10 +132,18 @@ in_checkers(const ColourParams& colour, const std::shared_ptr<const geometry::Tr
 
 using Meshes = std::vector<graph::Wire<geometry::TriMesh>>;
 
+// Null where the mesh has no such attribute.
+inline const geometry::Attribute* find_attribute(const geometry::TriMesh& mesh,
+                                                 const std::string& name)
+{
+    const auto found = std::find_if(mesh.attributes.begin(), mesh.attributes.end(),
+                                    [&](const auto& a) { return a.name == name; });
+    return found == mesh.attributes.end() ? nullptr : &*found;
+}
+
 inline bool has_attribute(const geometry::TriMesh& mesh, const std::string& name)
 {
-    return std::any_of(mesh.attributes.begin(), mesh.attributes.end(),
-                       [&](const auto& a) { return a.name == name; });
+    return find_attribute(mesh, name) != nullptr;
 }
 
 inline bool any_has(const Meshes& meshes, const std::string& name)

@@ -134,6 +134,57 @@ TEST(RenderNode, AMeshWithoutTheAttributeOfTheOthersKeepsItsMaterial)
     EXPECT_GT(red_pixels(), 20);
 }
 
+// Balls of 1 and of 10, and cubes of 1: on the scale from 0 to 10, what has 1 is dark violet. On
+// one that is fitted to 1 it would be yellow, as what has 10.
+TEST(RenderNode, OneScaleHoldsTheValuesOfAllThatIsDrawn)
+{
+    const auto ball = [](float x, float value) {
+        geometry::TriMesh mesh = geometry::icosphere(0.5, 2);
+        for (Vec3f& p : mesh.positions) p.x() += x;
+        mesh.attributes = {{"fill", "", std::vector<float>(mesh.positions.size(), value)}};
+        return graph::Value::of(std::move(mesh));
+    };
+    NodeRun render("Render");
+    render.param("width").is = std::int64_t{64};
+    render.param("height").is = std::int64_t{32};
+    render.param("look").is = std::string("plain");
+    render.param("ground.kind").is = std::string("none");
+    render.param("colour.by").is = std::string("attribute");
+    render.param("colour.attribute").is = std::string("fill");
+    render.param("legend").is = false;
+    const auto yellow_pixels = [&] {
+        const auto image = render.run().as<::render::Image>();
+        int count = 0;
+        for (std::size_t i = 0; i < image->rgba.size(); i += 4) {
+            count += int(image->rgba[i]) - int(image->rgba[i + 2]) > 80 ? 1 : 0;
+        }
+        return count;
+    };
+    const graph::Value low = ball(-0.6f, 1), high = ball(0.6f, 10);
+    render.inputs["mesh"] = {low};
+    EXPECT_GT(yellow_pixels(), 100) << "alone, it fits its scale";
+    render.inputs["mesh"] = {high, low};
+    const int one = yellow_pixels();
+    EXPECT_GT(one, 50);
+    render.inputs["mesh"] = {low, high};
+    EXPECT_EQ(yellow_pixels(), one);
+    for (const char* range : {"fit", "percentile"}) {
+        render.param("colour.range").is = std::string(range);
+        // The cubes are 1.
+        render.inputs["mesh"] = {ball(-2, 10)};
+        render.inputs["cubes"] = {graph::Value::of(fixtures::box(2, 2, 2, 0.5))};
+        render.param("cube.draw").is = std::string("solid");
+        render.param("cube.by_attribute").is = true;
+        const int of_ball = yellow_pixels();
+        render.inputs["mesh"] = {ball(-2, 0.1f)};
+        const int of_cubes = yellow_pixels();
+        EXPECT_GT(of_ball, 20) << range;
+        EXPECT_GT(of_cubes, of_ball) << range << ": these are larger, and the ball is dark now";
+        render.inputs["mesh"] = {ball(-2, 1)};
+        EXPECT_GT(yellow_pixels(), of_cubes + of_ball / 2) << range << ": both at the upper end";
+    }
+}
+
 // Two points of a cloud, one red and one blue, 1 m apart and 0.5 m wide, fill what balls of that
 // size do: at 9 m and 40 degrees, 64 pixels high, 0.5 m are 64 * 0.5 / (2 * 9 tan 20) = 4.9 pixels,
 // and a ball covers pi / 4 of its square, 19 pixels.
