@@ -1,5 +1,6 @@
 #include "render/cube_quantity.hpp"
 
+#include "geometry/cubes/local_matter.hpp"
 #include "geometry/embed/carried_numbers.hpp"
 
 #include <stdexcept>
@@ -47,10 +48,9 @@ geometry::Attribute cube_quantity(const std::string& name, const geometry::Cubes
     if (name == "matter") return of_cubes(cubes.matter, "");
     if (name == "component") return of_cubes(cubes.component, "");
     if (name == "density") {
-        need(cubes.mass.size() == cubes.count(), name, "the cubes do not have one mass each");
-        const double volume = cubes.size * cubes.size * cubes.size;
-        return {name, "kg/m^3",
-                spread(shell, [&](auto c, auto) { return cubes.mass[c] / volume; })};
+        need(cubes.mass.size() == cubes.count() && cubes.fill.size() == cubes.count(), name,
+             "the cubes do not have one mass and one fill each");
+        return of_cubes(geometry::material_densities(cubes), "kg/m^3");
     }
     if (name == "stress") {
         if (!state) return {name, "Pa", spread(shell, [](auto, auto) { return 0.0; })};

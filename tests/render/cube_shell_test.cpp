@@ -67,6 +67,20 @@ TEST(CubeShell, OneCubeIsAClosedBoxWoundOutwards)
     EXPECT_NEAR(volume, 1, 1e-6);
 }
 
+// Half of each cube of 1 m^3 is filled by 500 kg: what fills it has 1000 kg/m^3, as Measure says.
+TEST(CubeShell, TheDensityIsThatOfWhatFillsACube)
+{
+    Cubes cubes = block(2);
+    cubes.mass.assign(8, 500);
+    const auto shell = render::cube_shell(cubes);
+    const auto density = render::cube_quantity("density", cubes, shell, nullptr);
+    EXPECT_EQ(density.unit, "kg/m^3");
+    ASSERT_EQ(density.values.size(), 64u);
+    for (const float d : density.values) EXPECT_EQ(d, 1000);
+    cubes.mass.pop_back();
+    EXPECT_THROW(render::cube_quantity("density", cubes, shell, nullptr), std::invalid_argument);
+}
+
 // Of 27 cubes only the middle one has a neighbour on every side. Edges of a 3^3 block: along each
 // axis 3 * 4 * 4.
 TEST(CubeShell, LeavesOutWhatIsHidden)
