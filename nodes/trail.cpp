@@ -23,7 +23,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 {
     const auto places = ::render::trail_places(*in.mesh, in.of, in.every, in.part);
     const double width = in.width > 0 ? in.width : 0.02 * geometry::bounds(*in.mesh).diagonal();
-    const double second = context.frame_seconds();
+    const double second = context.frame_seconds() / context.slow_motion();  // of the scene
     Outputs out;
     out.points = ::render::remember(in.last.get(), places, in.frames, second, float(width));
     out.mesh = ::render::trail_tubes(
@@ -59,10 +59,12 @@ void add_to(graph::Registry& registry)
                "times as long.",
                {0, 1})
         .param("taper", &Inputs::taper, "Share of the width that the oldest end has lost.", {0, 1})
-        .reads(graph::Variable::fps)
+        .reads(graph::Variable::fps | graph::Variable::pace)
         .output("mesh", &Outputs::mesh,
                 "The tubes, for Render beside the mesh, with the attributes `age` (s) and `speed` "
-                "(m/s). Straight lines join the places of one frame and the next. They begin anew "
+                "(m/s), in the time of the scene: with the `dt` of Simulate, Vibrate or "
+                "ReadState, a speed is that of the body. Straight lines join the places of one "
+                "frame and the next. They begin anew "
                 "where the number of points changes, as in a mesh that tears.")
         .output("points", &Outputs::points,
                 "The places alone, frame by frame, the oldest first, with the attributes `age` (s) "

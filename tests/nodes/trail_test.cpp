@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -58,6 +59,28 @@ double distance_to(const Vec3f& p, const Vec3f& a, const Vec3f& b)
     const Vec3f along = b - a;
     const float t = std::clamp((p - a).dot(along) / along.squaredNorm(), 0.0f, 1.0f);
     return double((p - a - t * along).norm());
+}
+
+// A ball at 3 m/s of the scene, of which 1/240 s pass in a frame of 1/24 s: ten times slow motion.
+TEST(Trail, TellsAgesAndSpeedsInTheTimeOfTheScene)
+{
+    NodeRun trail("Trail");
+    trail.param("frames").is = std::int64_t{4};
+    trail.param("width").is = 0.01;
+    for (const double pace : {0.0, 1.0 / 240}) {
+        trail.pace = pace;
+        const double second = pace > 0 ? pace : 1.0 / 24;
+        const auto out =
+            followed(trail, 6, [&](int f) { return ball_at(Vec3f(float(3 * second * f), 0, 0)); });
+        const auto points = out[1].as<TriMesh>(), tube = out[0].as<TriMesh>();
+        EXPECT_FLOAT_EQ(attribute(*points, "age").front(), float(4 * second));
+        // Distances of places whose means are off by a few rounding errors of single precision,
+        // 1e-7 m of 0.0125 m.
+        for (const float speed : attribute(*tube, "speed")) EXPECT_NEAR(speed, 3, 1e-3);
+        EXPECT_FLOAT_EQ(
+            *std::max_element(attribute(*tube, "age").begin(), attribute(*tube, "age").end()),
+            float(4 * second));
+    }
 }
 
 TEST(Trail, FollowsAKnownPathForItsLastFrames)
