@@ -88,8 +88,8 @@ static void warn_of_strays(const Inputs& in, const graph::Context& context)
     char text[160];
     std::snprintf(
         text, sizeof text,
-        "%zu of %zu vertices lie in no cube: each follows the nearest one, at most %.3g m "
-        "away",
+        "%zu of %zu vertices lie in no cube of their body: each follows the nearest one, at most "
+        "%.3g m away",
         in.binding->strays.size(), in.mesh->positions.size(), in.binding->farthest);
     context.warn(text);
 }

@@ -8,6 +8,7 @@
 // is the one of fewest cubes (a ball in a box), then the one that fewest pieces have so far (cards
 // in one layer of cubes), then the first.
 
+#include "geometry/base/no_index.hpp"
 #include "geometry/cubes/cube_finder.hpp"
 #include "geometry/mesh/mesh_fwd.hpp"
 
@@ -29,6 +30,12 @@ public:
     // these is within a thousandth of a cube, or the body is no_index.
     std::uint32_t find(const Vec3& at, std::uint32_t body) const;
     std::uint32_t find_near(const Vec3& at, std::uint32_t body) const;
+
+    // Of a cube; no_index where bodies cannot meet.
+    std::uint32_t body_of(std::uint32_t cube) const
+    {
+        return body_.empty() ? no_index : body_[cube];
+    }
 
 private:
     template <class Visit> void visit_holders(const Vec3& at, const Visit& visit) const;

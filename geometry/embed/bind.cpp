@@ -18,6 +18,7 @@ namespace geometry {
 namespace {
 
 constexpr double inside_slack = 1e-3;  // of a cube
+constexpr double own_reach = 1;        // cubes, see nearest_of_body()
 constexpr std::size_t bound_a_task = 8192;
 
 // Finds the cube nearest to a place in lattice coordinates.
@@ -36,14 +37,16 @@ public:
         std::iota(tree_.items.begin(), tree_.items.end(), 0u);
     }
 
-    // Its number, and its distance in cubes.
-    std::pair<std::uint32_t, double> find(const Vec3& at) const
+    // Its number, and its distance in cubes, of those that `counts(cube)`. Infinity: there are
+    // none.
+    template <class Counts>
+    std::pair<std::uint32_t, double> find(const Vec3& at, const Counts& counts) const
     {
         double best_sq = std::numeric_limits<double>::infinity();
         std::uint32_t best = 0;
         tree_.nearest(at, best_sq, [&](std::uint32_t i, double& sq) {
             const double d_sq = boxes_[i].distance_sq(at);
-            if (d_sq < sq) sq = d_sq, best = cube_[i];
+            if (d_sq < sq && counts(cube_[i])) sq = d_sq, best = cube_[i];
         });
         return {best, std::sqrt(best_sq)};
     }
@@ -61,15 +64,41 @@ Vec3 flattened(Vec3 at, const Cubes& cubes, int flat)
     return at;
 }
 
-// Vertices in no cube: cube[v] and anchors.
-void bind_strays(const TriMesh& mesh, const Cubes& cubes, int flat, const std::vector<Vec3>& at,
-                 const std::vector<std::uint32_t>& outside, Binding& binding)
+// The mesh in lattice coordinates, and the body that each vertex goes with.
+struct Placed {
+    std::vector<Vec3> at;             // V
+    std::vector<std::uint32_t> body;  // V, or empty: not known, as BodyFinder::bodies_of()
+
+    std::uint32_t body_of(std::uint32_t v) const { return body.empty() ? no_index : body[v]; }
+};
+
+// The cube that an outside vertex goes with, and how far it is: the nearest of its body. One that
+// is farther from its body than `own_reach`, and nearer to another by as much, goes with that: it
+// is part of a skin over several bodies.
+std::pair<std::uint32_t, double> nearest_of_body(const NearestCubes& nearest,
+                                                 const BodyFinder& finder, const Vec3& at,
+                                                 std::uint32_t body)
 {
+    const auto any = nearest.find(at, [](std::uint32_t) { return true; });
+    if (body == no_index || finder.body_of(any.first) == body) return any;
+    const auto own = nearest.find(at, [&](std::uint32_t c) { return finder.body_of(c) == body; });
+    if (own.second <= any.second + own_reach) return own;
+    const std::uint32_t holder = finder.find(at, no_index);
+    return holder != no_index ? std::pair(holder, 0.0) : any;
+}
+
+// Vertices in no cube of their body: cube[v] and anchors.
+void bind_strays(const TriMesh& mesh, const Cubes& cubes, const BodyFinder& finder, int flat,
+                 const Placed& placed, const std::vector<std::uint32_t>& outside, Binding& binding)
+{
+    const std::vector<Vec3>& at = placed.at;
     const NearestCubes nearest(cubes);
     std::vector<std::pair<std::uint32_t, double>> found(outside.size());
     parallel_for(outside.size(), 256, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            found[i] = nearest.find(flattened(at[outside[i]], cubes, flat));
+            const std::uint32_t v = outside[i];
+            found[i] =
+                nearest_of_body(nearest, finder, flattened(at[v], cubes, flat), placed.body_of(v));
         }
     });
     const std::vector<std::uint32_t> piece = first_vertices(mesh);
@@ -123,31 +152,33 @@ void bind_to_lattice(const TriMesh& mesh, const Cubes& cubes, bool by_pieces, Bi
 {
     const std::size_t n = mesh.positions.size();
     const BodyFinder finder(cubes);
-    const std::vector<std::uint32_t> body =
-        by_pieces ? finder.bodies_of(mesh) : std::vector<std::uint32_t>{};
     const int flat = flat_axis(cubes);
-    std::vector<Vec3> at(n);
+    Placed placed;
+    if (by_pieces) placed.body = finder.bodies_of(mesh);
+    placed.at.resize(n);
     parallel_for(n, bound_a_task, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t v = begin; v < end; ++v) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const auto v = static_cast<std::uint32_t>(i);
             const Vec3f& p = mesh.positions[v];
             if (!p.allFinite()) {
                 binding.cube[v] = 0;
                 binding.local[v] = Vec3f::Zero();
                 continue;
             }
-            at[v] = (p.cast<double>() - cubes.origin) / cubes.size;
-            binding.cube[v] =
-                finder.find(flattened(at[v], cubes, flat), body.empty() ? no_index : body[v]);
+            placed.at[v] = (p.cast<double>() - cubes.origin) / cubes.size;
+            const std::uint32_t body = placed.body_of(v);
+            const std::uint32_t c = finder.find(flattened(placed.at[v], cubes, flat), body);
+            const bool of_another = c != no_index && body != no_index && finder.body_of(c) != body;
+            binding.cube[v] = of_another ? no_index : c;
             if (binding.cube[v] == no_index) continue;
-            const Vec3 cell = cubes.cell[binding.cube[v]].cast<double>();
-            binding.local[v] = (at[v] - cell).cast<float>();
+            binding.local[v] = (placed.at[v] - cubes.cell[c].cast<double>()).cast<float>();
         }
     });
     std::vector<std::uint32_t> outside;
     for (std::uint32_t v = 0; v < n; ++v) {
         if (binding.cube[v] == no_index) outside.push_back(v);
     }
-    if (!outside.empty()) bind_strays(mesh, cubes, flat, at, outside, binding);
+    if (!outside.empty()) bind_strays(mesh, cubes, finder, flat, placed, outside, binding);
 }
 
 // Numbers the cubes in use and makes cube[] point at them.

@@ -12,7 +12,9 @@
 // it stays in one piece, and turns and shears as that cube does. On a plane (cubes/plane.hpp) who
 // lies over or under a cell is in it, however far. Of several cubes in one cell, a vertex goes with
 // the piece of material that it is nearest to (Cubes::part), and where bodies meet with the body
-// that its piece of the mesh goes with (cubes/body_finder.hpp).
+// that its piece of the mesh goes with (cubes/body_finder.hpp). Up to a cube outside of that body
+// it is a stray of it, in the cubes of another too: these may go elsewhere. Farther out it goes
+// with the other, as a skin over several bodies does.
 //
 // On a sheet (cubes/sheet.hpp) a vertex goes with the nearest triangle, at that one's nearest
 // place: none is a stray, and none lies across.
@@ -35,7 +37,7 @@ struct Binding {
                                                // and across a plane
     std::vector<std::uint32_t> normal_vertex;  // N, whose each normal is; no_index: of none
     bool one_normal_each = false;              // normal v is vertex v's, for all of both
-    std::vector<Stray> strays;                 // vertices in no cube, ascending
+    std::vector<Stray> strays;                 // vertices in no cube of their body, ascending
     std::vector<std::uint32_t> stray_normals;  // normals of strays
     double farthest = 0;                       // m, from a stray to its cube, or a vertex to
                                                // its triangle

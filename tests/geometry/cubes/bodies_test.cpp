@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace {
@@ -221,6 +222,40 @@ TEST(Bodies, EmbeddedPiecesFollowTheirOwn)
     expect_each_piece_follows_its_body(
         {box_at({0, 0, 0}, {5, 5, 5}),
          meshes::moved(geometry::icosphere(1.2, 2), {2.5, 2.5, 2.5})});
+}
+
+// Boxes that meet at 2.4, and in finer detail a lower one that ends at `top`: in the cubes of the
+// upper one, which begin at 2. Its own end at 3.
+TEST(Bodies, AVertexJustOutsideOfItsBodyDoesNotGoWithTheNeighbour)
+{
+    const TriMesh lower = box_at({0, 0, 0}, {3, 2.4, 3}), upper = box_at({0, 2.4, 0}, {3, 6, 3});
+    const Cubes cubes = cubes_of(merged({lower, upper}), bodies_of_pieces(merged({lower, upper})));
+    const auto label = find_components(cubes, Connectivity::corner).label;
+    auto x = corner_positions(cubes);
+    const std::uint32_t high = label[label.size() - 1];
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        for (const std::uint32_t k : cubes.corners[c]) {
+            if (label[c] == high)
+                x[k] = cubes.origin + cubes.corner[k].cast<double>() + Vec3(0, 5, 0);
+        }
+    }
+    for (const double top : {2.4, 2.7, 3.3, 3.9, 4.1}) {
+        const TriMesh mesh = merged({box_at({0, 0, 0}, {3, top, 3}), upper});
+        const geometry::Binding binding = bind(mesh, cubes);
+        const TriMesh moved = embed(binding, mesh, cubes, x);
+        std::size_t up = 0;
+        for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+            const float by = moved.positions[v].y() - mesh.positions[v].y();
+            EXPECT_NEAR(by, std::round(by / 5) * 5, 1e-5);
+            up += by > 2.5f ? 1 : 0;
+        }
+        // Farther than a cube out, it is a skin over both.
+        const std::size_t own = upper.positions.size(), skin = top > 4 ? 4 : 0;
+        EXPECT_EQ(up, own + skin) << top;
+        const bool outside = top > 3 && top < 4;
+        EXPECT_EQ(binding.strays.size(), outside ? 4u : 0u) << top;
+        EXPECT_NEAR(binding.farthest, outside ? top - 3 : 0, 1e-6) << top;
+    }
 }
 
 TEST(Bodies, SplitMeshesHaveTheirVerticesAndAttributes)
