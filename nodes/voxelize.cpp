@@ -248,6 +248,7 @@ static Outputs of_cloud(const Inputs& in, const geometry::VoxelOptions& options,
                                     "anything; use method = surface, which makes a cube wherever a "
                                     "point lies");
     }
+    if (in.quality != Quality::by_size) throw std::invalid_argument(no_quality);
     if (!in.materials.empty() || in.thickness > 0 || in.pieces != Pieces::merge) {
         context.warn("materials, thickness and pieces have no effect, because the mesh is a point "
                      "cloud: it has no faces");

@@ -172,4 +172,25 @@ TEST(CubeQuality, WhatHasNoThicknessIsRefused)
     EXPECT_THROW(node.run(), std::invalid_argument);
 }
 
+TEST(CubeQuality, APointCloudHasNone)
+{
+    TriMesh cloud;
+    cloud.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 1}};
+    NodeRun node("Voxelize");
+    node.inputs["mesh"] = {graph::Value::of(std::move(cloud))};
+    node.param("method").is = std::string("surface");
+    node.param("thickness").is = 0.01;
+    EXPECT_EQ(node.run().as<geometry::Cubes>()->count(), 3u);
+    for (const char* quality : {"draft", "good", "exact", "by_error"}) {
+        node.param("quality").is = std::string(quality);
+        try {
+            node.run();
+            FAIL() << quality << " was accepted";
+        } catch (const std::invalid_argument& error) {
+            EXPECT_NE(std::string(error.what()).find("use quality = by_size"), std::string::npos)
+                << error.what();
+        }
+    }
+}
+
 }  // namespace
