@@ -1,6 +1,8 @@
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
+#include <fmt/format.h>
+
 namespace nodes::vibrate {
 
 using geometry::Vec3;
@@ -30,6 +32,18 @@ struct Outputs {
     physics::ModalState state;
 };
 
+// In the first frame. Kicks after the last one are no mistake: a shorter range shows part of a
+// scene.
+static void warn_of_early_kicks(const std::vector<KickParams>& kicks, const graph::Context& context)
+{
+    for (const auto& k : kicks) {
+        if (k.frame >= context.frame()) continue;
+        context.warn(fmt::format("the kick at frame {} has no effect, because the frames begin at "
+                                 "{}: set kicks[].frame to {} or later",
+                                 k.frame, context.frame(), context.frame()));
+    }
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     physics::ModalState state;
@@ -44,6 +58,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     } else {
         state = rest_state(*in.model);
         state.base = in.base;
+        warn_of_early_kicks(in.kicks, context);
     }
     for (const auto& k : in.kicks) {
         if (k.frame == context.frame()) {
@@ -55,7 +70,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 
 static void describe_kick(graph::ParamsOf<KickParams>& p)
 {
-    p.param("frame", &KickParams::frame, "Frame of the blow: motion starts after it.")
+    p.param("frame", &KickParams::frame,
+            "Frame of the blow: motion starts after it. One before the first frame has no effect.")
         .param("position", &KickParams::position, "Point that is hit, in the rest shape.",
                {.unit = "m"})
         .param("impulse", &KickParams::impulse, "Impulse, with its direction.", {.unit = "N s"})

@@ -50,6 +50,39 @@ TEST(VibrateColliders, AnOscillatorSwingsBackFromRestAtTheFloor)
     }
 }
 
+// A document whose frames begin at 101, and a kick whose frame is the default, 1.
+TEST(VibrateColliders, AKickBeforeTheFirstFrameIsTold)
+{
+    const files::Folder folder;
+    std::string file = "aspic-modes 1\nvertices 8\nmodes 1\nmode 2 0 3  0 3 0\n";
+    for (int i = 0; i < 8; ++i) file += "0 1 0\n";
+    folder.write("hand.txt", file);
+    const auto warnings = [&](const char* kick) {
+        const auto loaded = graph::load_text(
+            fmt::format(R"({{ "aspic": 1, "frames": {{ "first": 101, "last": 103 }}, "nodes": {{
+                "box": {{ "type": "Primitive@1" }},
+                "modes": {{ "type": "ReadModes@1", "inputs": {{ "mesh": "box.mesh" }},
+                           "params": {{ "path": "hand.txt" }} }},
+                "play": {{ "type": "Vibrate@1", "inputs": {{ "model": "modes.model" }},
+                          "params": {{ "kicks": [{}] }} }} }} }})",
+                        kick),
+            folder.path / "scene.json", nodes::registry());
+        EXPECT_TRUE(loaded.problems.empty());
+        struct : runtime::Observer {
+            std::vector<std::string> texts;
+            void warned(const runtime::Warning& w) override { texts.push_back(w.text); }
+        } heard;
+        runtime::Caches caches;
+        runtime::Evaluator(loaded.graph, caches, {}, &heard).cook({{2, 103}});
+        return heard.texts;
+    };
+    const auto early = warnings(R"({ "radius": 2 })");
+    ASSERT_EQ(early.size(), 1u);
+    EXPECT_EQ(early[0], "the kick at frame 1 has no effect, because the frames begin at 101: set "
+                        "kicks[].frame to 101 or later");
+    EXPECT_TRUE(warnings(R"({ "frame": 101 }, { "frame": 102 }, { "frame": 110 })").empty());
+}
+
 std::string cantilever(const std::string& colliders, const std::string& gravity)
 {
     return fmt::format(R"("beam": {{ "type": "Primitive@1", "params": {{ "shape": "beam", "beam":
