@@ -452,7 +452,7 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
     LayeredScene now = frame.begin();
     if (!(dt > 0) || now.states.empty()) return now;
     split_moved_frames(scene, dt, now);
-    int steps = choose_steps(now, world.gravity, dt, std::max(1, substeps));
+    int steps = choose_steps(now, frame.fall, dt, std::max(1, substeps));
     if (world.rigid_bodies == RigidBodies::implicit) {
         ImplicitSteps(frame, steps, now).run();
     } else {

@@ -23,6 +23,7 @@ struct Mover {
     Vec3 from = Vec3::Zero();    // m, its middle; a point of a half space's edge
     Vec3 way = Vec3::Zero();     // m, how far that goes
     Vec3 normal = Vec3::Zero();  // of a half space; else 0
+    std::uint32_t part = 0;      // of its body: what hangs together by its blend
     double reach = 0;            // m, from the middle to where its influence ends
     double turn = 0;             // rad
     double stray = 0;            // m, how far its points go besides: they turn, or change shape
@@ -80,11 +81,13 @@ double largest_change(const ShapeChange& change, std::uint32_t s)
     return most;
 }
 
+// `told`: where the frame is to be by the end of dt; null: it goes on as it goes.
 Mover mover_of(const LayeredPart& part, const LayeredState& state, std::size_t f,
-               std::span<const std::uint32_t> skeletons, const std::vector<Transform>& told,
-               const Vec3& gravity, double dt)
+               std::span<const std::uint32_t> skeletons, const Transform* told, const Vec3& gravity,
+               double dt)
 {
     Mover mover;
+    if (!state.part.empty()) mover.part = state.part[skeletons.front()];
     const Skeleton* plane = nullptr;
     Box box = box_of(*part.body, skeletons, mover.reach, plane);
     const Base& base = part.body->base;
@@ -93,12 +96,12 @@ Mover mover_of(const LayeredPart& part, const LayeredState& state, std::size_t f
     const Eigen::Quaterniond now(state.rotation[f]);
     const Vec3 arm = now * (plane ? Vec3(plane->place.translation()) : box.centre());
     mover.from = state.position[f] + arm;
-    if (told.empty()) {
+    if (!told) {
         mover.turn = dt * state.spin[f].norm();
         mover.way = dt * (state.velocity[f] + dt * gravity + state.spin[f].cross(arm));
     } else {
-        mover.turn = now.angularDistance(Eigen::Quaterniond(told[f].linear()));
-        mover.way = told[f] * (now.conjugate() * arm) - mover.from;
+        mover.turn = now.angularDistance(Eigen::Quaterniond(told->linear()));
+        mover.way = *told * (now.conjugate() * arm) - mover.from;
     }
     if (plane) {
         mover.normal = now * plane->place.linear().col(1);
@@ -149,13 +152,21 @@ double approach(const Mover& a, const Mover& b)
 std::vector<Mover> movers_of(LayeredScene& now, std::size_t b, const Vec3& gravity, double dt)
 {
     const LayeredBody& body = *now.parts[b].body;
-    const std::vector<Transform> told =
-        is_told(body.base.kind) ? told_frames(now.parts[b]) : std::vector<Transform>();
+    const LayeredPart& part = now.parts[b];
+    const bool all = is_told(body.base.kind);
+    std::vector<Transform> told;
+    if (all || !part.held.empty()) told = told_frames(part);
+    std::vector<std::uint8_t> led(told.size(), all ? 1 : 0);
+    for (const HeldFrame& held : part.held) {
+        led[held.frame] = 1;
+        told[held.frame].pretranslate(held.way);
+    }
     const auto on_frame = skeletons_on_frames(body);
     std::vector<Mover> out;
     for (std::size_t f = 0; f < on_frame.size(); ++f) {
         if (on_frame[f].empty()) continue;
-        out.push_back(mover_of(now.parts[b], now.states[b], f, on_frame[f], told, gravity, dt));
+        const Transform* const to = f < led.size() && led[f] != 0 ? &told[f] : nullptr;
+        out.push_back(mover_of(part, now.states[b], f, on_frame[f], to, gravity, dt));
     }
     return out;
 }
@@ -178,12 +189,14 @@ int choose_steps(LayeredScene& now, const Vec3& gravity, double dt, int asked)
             thinnest[b] = std::min(thinnest[b], c.thickness);
         }
     }
-    // How many steps body i, a soft or a moving one, needs beside j.
+    // How many steps body i, a soft or a moving one, needs beside j; beside itself, its parts.
     const auto needed = [&](std::size_t i, std::size_t j) {
         double most = 0;
         for (const Mover& a : movers[i]) {
             if (a.normal.squaredNorm() > 0) continue;
-            for (const Mover& b : movers[j]) most = std::max(most, approach(a, b));
+            for (const Mover& b : movers[j]) {
+                if (i != j || a.part != b.part) most = std::max(most, approach(a, b));
+            }
         }
         return most / (share * std::min(thinnest[i], thinnest[j]));
     };
@@ -193,14 +206,17 @@ int choose_steps(LayeredScene& now, const Vec3& gravity, double dt, int asked)
         for (std::size_t j = 0; j < n; ++j) {
             const bool both_still = now.parts[i].body->base.kind == BaseKind::still &&
                                     now.parts[j].body->base.kind == BaseKind::still;
-            if (i == j || both_still || (j < i && std::isfinite(thinnest[j]))) continue;
+            if (both_still || (j < i && std::isfinite(thinnest[j]))) continue;
+            if (i == j && !now.parts[i].body->matter.self_contact) continue;
             const double steps = needed(i, j);
             if (steps > most) {
+                const std::string who = i == j ? fmt::format("Parts of body {}", i)
+                                               : fmt::format("Bodies {} and {}", i, j);
                 now.states[i].report.warnings.push_back(
-                    fmt::format("Bodies {} and {} may tunnel: they approach by {:.2g} layer "
+                    fmt::format("{} may tunnel: they approach by {:.2g} layer "
                                 "thicknesses per step, "
                                 "even with {} steps per frame. Slow them down or raise substeps.",
-                                i, j, share * steps / most, most));
+                                who, share * steps / most, most));
             }
             wanted = std::max(wanted, std::min<double>(steps, most));
         }
