@@ -125,6 +125,27 @@ void add_central(LayeredSystem& system, std::size_t a, std::size_t b, const Vec3
     add_pair(system, a, b, Vec3::Zero(), Vec3::Zero(), damping, stiffness * n * n.transpose());
 }
 
+// Two that push each other turn out of their line by f y / r, which no step knows of: where it is
+// long, an offset y would grow to 1 + dt^2 f / (m r) times itself, and what is squeezed between
+// others would be shot off. A stiffness across the line, with no force, makes up for what is too
+// much for the step.
+void hold_in_line(LayeredSystem& system, std::size_t a, std::size_t b, const Vec3& line, double f)
+{
+    constexpr double little = 0.1;  // of an offset, by which it may grow
+    const double r = line.norm();
+    if (!(f > 0) || !(r > 0)) return;
+    double inverse = 0;  // 1/kg
+    for (const std::size_t one : {a, b}) {
+        if (!system.held[one]) inverse += 1 / system.mass[one](0, 0);
+    }
+    if (inverse == 0) return;
+    const double much = f / r - little / (inverse * system.dt * system.dt);
+    if (!(much > 0)) return;
+    const Vec3 n = line / r;
+    add_pair(system, a, b, Vec3::Zero(), Vec3::Zero(), Mat3::Zero(),
+             much * (Mat3::Identity() - n * n.transpose()));
+}
+
 void add_springs(const LayeredScene& scene, std::size_t b, LayeredSystem& system)
 {
     const LayeredState& state = scene.states[b];
@@ -310,12 +331,15 @@ void add_particles(const LayeredScene& scene, const LayeredMoment& moment, std::
                                       ? 1
                                       : weight_between(moment.fields[b], on_frame, p, q);
             if (!(weight > 0)) continue;
-            const double step = 1e-4 * r0;
+            // Where the force is bounded it has the stiffness of where that begins.
+            const double step = 1e-4 * r0, near = std::max(r, 0.3 * r0 + step);
             const double stiffness =
-                std::max(0.0, (force(r - step) - force(r + step)) / (2 * step));
-            add_central(system, system.frame(b, p), system.frame(b, q), line, weight * force(r),
-                        weight * stiffness, weight * s.friction * window(r) * Mat3::Identity(),
+                std::max(0.0, (force(near - step) - force(near + step)) / (2 * step));
+            const std::size_t one = system.frame(b, p), two = system.frame(b, q);
+            add_central(system, one, two, line, weight * force(r), weight * stiffness,
+                        weight * s.friction * window(r) * Mat3::Identity(),
                         state.velocity[p] - state.velocity[q]);
+            hold_in_line(system, one, two, line, weight * force(r));
         }
     }
 }
