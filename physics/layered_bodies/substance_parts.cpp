@@ -164,8 +164,10 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
         }
     }
     const std::vector<BlendLink> begun = bonds.links;
+    std::set<std::pair<std::uint32_t, std::uint32_t>> spread;  // parts: a join makes others of them
     for (const BlendLink& link : begun) {
-        if (link.weight >= 1) spread_link(link, bonds);
+        const auto parts = std::minmax({bonds.sets.root(link.a), bonds.sets.root(link.b)});
+        if (link.weight >= 1 && spread.insert(parts).second) spread_link(link, bonds);
     }
     for (std::uint32_t i = 0; i < n; ++i) state.part[i] = bonds.sets.root(i);
     std::erase_if(bonds.links,
