@@ -31,6 +31,19 @@ void read_given_variables(Loading& loading, Document& document, const Json* json
     }
 }
 
+void assemble_nodes(Loading& loading, Json& root, Document& document, const fs::path& file)
+{
+    loading.graph.range = read_frames(loading, root.find("frames"));
+    read_given_variables(loading, document, root.find("variables"), file.generic_string());
+    std::vector<Declaration> nodes = declare_nodes(root, "", loading.problems);
+    apply_overrides(loading, nodes, document, OverridesOf::document);
+    if (few_enough(loading, nodes, document.chain)) {
+        expand_subgraphs(loading, std::move(nodes), document.chain);
+    }
+    apply_overrides(loading, loading.declarations, document, OverridesOf::subgraphs);
+    if (Json* expect = root.find("expect")) loading.expect = std::move(*expect);
+}
+
 }  // namespace
 
 void assemble(Loading& loading, std::string text, const fs::path& file)
@@ -43,17 +56,9 @@ void assemble(Loading& loading, std::string text, const fs::path& file)
         loading, document,
         std::make_shared<const Source>(file.generic_string(), full.parent_path(), std::move(text)));
     loading.graph.documents.push_back(full);
+    if (root) assemble_nodes(loading, *root, document, file);
+    // With those of subgraphs, which nodes name.
     for (const auto& [path, source] : loading.sources) loading.graph.documents.push_back(path);
-    if (!root) return;
-    loading.graph.range = read_frames(loading, root->find("frames"));
-    read_given_variables(loading, document, root->find("variables"), file.generic_string());
-    std::vector<Declaration> nodes = declare_nodes(*root, "", loading.problems);
-    apply_overrides(loading, nodes, document, OverridesOf::document);
-    if (few_enough(loading, nodes, document.chain)) {
-        expand_subgraphs(loading, std::move(nodes), document.chain);
-    }
-    apply_overrides(loading, loading.declarations, document, OverridesOf::subgraphs);
-    if (Json* expect = root->find("expect")) loading.expect = std::move(*expect);
 }
 
 }  // namespace graph

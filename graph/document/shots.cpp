@@ -44,6 +44,16 @@ template <class Merge> void merge_members(Json& base, Json over, Merge merge)
     members.resize(kept);
 }
 
+// Of an object that is laid over nothing, null takes nothing away.
+void drop_nulls(Json& object)
+{
+    std::vector<Member>& members = *object.object();
+    std::erase_if(members, [](const Member& member) { return member.value.null(); });
+    for (Member& member : members) {
+        if (member.value.object() && !has_keys(member.value)) drop_nulls(member.value);
+    }
+}
+
 // Lays `patch` over `base`: null takes away, objects go in member by member, all else replaces.
 void lay_over(Json& base, Json patch)
 {
@@ -53,7 +63,11 @@ void lay_over(Json& base, Json patch)
     }
     merge_members(base, std::move(patch), [](Member* below, Member& member) {
         if (member.value.null()) return false;
-        if (below) lay_over(below->value, std::move(member.value));
+        if (below) {
+            lay_over(below->value, std::move(member.value));
+        } else if (member.value.object() && !has_keys(member.value)) {
+            drop_nulls(member.value);
+        }
         return true;
     });
 }

@@ -106,6 +106,22 @@ TEST(Shots, ChangeParametersFramesVariablesAndLinks)
     EXPECT_EQ(shot.graph.documents.size(), 2u);
 }
 
+// As RFC 7386 has it: what the base does not state, null leaves as it is.
+TEST(Shots, NullIsTheDefaultWhereTheBaseStatesNoParameters)
+{
+    const Project project;
+    project.add("mill.json", R"({ "aspic": 1, "nodes": {
+        "mill": { "type": "Mill@1" },
+        "bread": { "type": "Bake@1", "inputs": { "loaves": "mill.dough" } } } })");
+    project.add("shot.json", R"({ "aspic": 1, "extends": "mill.json", "nodes": {
+        "mill": { "params": { "label": null, "sacks": 4 } },
+        "bread": { "params": { "gas": { "pressure": null, "burners": 5 } } } } })");
+    const Loaded shot = project.load("shot.json");
+    EXPECT_EQ(project.told(shot), "");
+    EXPECT_EQ(std::get<std::string>(param(find(shot, "mill"), "label").is), "flour");
+    EXPECT_EQ(std::get<std::int64_t>(param(find(shot, "mill"), "sacks").is), 4);
+}
+
 TEST(Shots, MayLeaveParametersOfTheBaseWithoutEffect)
 {
     const Project project;
@@ -232,6 +248,7 @@ TEST(Subgraphs, StandForTheNodesInside)
     EXPECT_EQ(names(g), "mill loaf/work loaf/oven other/work other/oven scale ");
     EXPECT_EQ(number(g, "loaf/work", "time"), 30);  // by the outer document's variable
     EXPECT_EQ(number(g, "other/work", "time"), 8);  // the subgraph's default
+    EXPECT_EQ(g.graph.documents.size(), 2u) << "what it was read from, the subgraph's file too";
     const auto gas = [&](const char* node) {
         return std::get<graph::ParamValues>(param(find(g, node), "gas").is);
     };
