@@ -105,7 +105,8 @@ void add_to(graph::Registry& registry)
         .output("pieces", &Outputs::pieces,
                 "Number of pieces of the soft substances. Particles whose radii of influence "
                 "overlap belong to one piece, unless they have separated before.")
-        .output("speed", &Outputs::speed, "Speed of the fastest frame of any body, m/s; those that keys move count too.")
+        .output("speed", &Outputs::speed,
+                "Speed of the fastest frame of any body, m/s; those that keys move count too.")
         .previous("scene", &Inputs::last);
 }
 

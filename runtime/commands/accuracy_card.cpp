@@ -200,7 +200,8 @@ std::string said_of(const AccuracyCard& card, const CardLine& line)
     const bool metres = line.name.ends_with(", m"), cubes = line.name.ends_with(", in cubes");
     const bool worst = line.over == Over::largest;
     std::string at = worst && line.value > 0 ? fmt::format("frame {}", line.frame) : "";
-    if (cubes && line.value >= 1 && std::isnan(line.of)) at += "; step.substeps = 0 takes steps by their error";
+    if (cubes && line.value >= 1 && std::isnan(line.of))
+        at += "; step.substeps = 0 takes steps by their error";
     return fmt::format("{} {:.2g}{}{}", short_name(line.name), line.value,
                        metres  ? " m"
                        : cubes ? " cubes"
