@@ -27,7 +27,7 @@ Mapped mapped_to(vec3 p, vec3 n)
     vec3 at = (shadow_from_stage * vec4(start, 1.0)).xyz;
     Mapped m;
     m.at = at.xy;
-    m.ahead = max(at.z, 0.0);  // the floor may lie beyond the map's depth
+    m.ahead = at.z;  // below 0 before the map's depth, where what is drawn there has depth 0
     m.span = texel * shadow_size.xy;
     mat3 rows = transpose(mat3(shadow_from_stage));
     vec2 across_light = vec2(dot(n, rows[0]), dot(n, rows[1])) * m.span;  // of unit axes
@@ -46,7 +46,7 @@ float lit_phases(Mapped m, float half_width, vec2 turn)
         direction = turned(direction);
         vec2 texel = 4.0 * floor(0.25 * (m.at + by) * shadow_size.xy) + vec2(i & 3, i >> 2) + 0.5;
         by = texel / shadow_size.xy - m.at;
-        lit += textureLod(shadow_smooth, vec3(m.at + by, min(m.ahead + dot(m.steep, by), 1.0)), 0.0);
+        lit += textureLod(shadow_smooth, vec3(m.at + by, clamp(m.ahead + dot(m.steep, by), 0.0, 1.0)), 0.0);
     }
     return lit / 16.0;
 }
@@ -60,7 +60,7 @@ float lit_places(Mapped m, float half_width, vec2 turn, int places, bool wanted)
     for (int i = 0; i < reads; ++i) {
         vec2 by = direction * away(i, places) * wide;
         direction = turned(direction);
-        lit += textureLod(shadow_smooth, vec3(m.at + by, min(m.ahead + dot(m.steep, by), 1.0)), 0.0);
+        lit += textureLod(shadow_smooth, vec3(m.at + by, clamp(m.ahead + dot(m.steep, by), 0.0, 1.0)), 0.0);
     }
     return lit / float(places);
 }

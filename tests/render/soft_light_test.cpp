@@ -371,4 +371,34 @@ TEST(SoftLight, EachLookShowsWhatItPromises)
     EXPECT_TRUE(one.rgba == render::draw(scene, camera, look).rgba);
 }
 
+// A long slab whose corners are far from the stage, which it passes: its top is nearer to a low
+// light than all that the shadow map was made for. Nothing stands between.
+TEST(SoftLight, ASlabThatReachesBeforeTheShadowMapIsLitAllOver)
+{
+    Scene scene;
+    TriMesh slab = geometry::box({1, 0.2, 1}, {1, 1, 1});
+    for (Vec3f& p : slab.positions) p.y() -= 0.1f;
+    TriMesh thing = geometry::box({0.1, 0.02, 0.1}, {1, 1, 1});
+    for (Vec3f& p : thing.positions) p.y() += 0.01f;
+    scene.surfaces = {surface(std::move(slab)), surface(std::move(thing))};
+    scene.stage.add(Vec3(-0.05, -0.2, -0.05));
+    scene.stage.add(Vec3(0.05, 0.02, 0.05));
+    scene.ground = -0.2;
+    const Camera camera{{0, 2, 0.001}, {0, 0, 0}, {0, 0, -1}, 2 * std::atan(0.25)};
+    Look look = soft_look(200);
+    look.light_elevation = 0.6;
+    look.occlusion = 0;
+    const Image image = render::draw(scene, camera, look);
+    double low = 1, high = 0;
+    for (double x = -0.45; x < 0.46; x += 0.05) {
+        for (double z = -0.45; z < 0.46; z += 0.05) {
+            if (std::hypot(x, z) < 0.15) continue;  // the thing and its shadow
+            const double here = brightness_at(image, camera, x, z);
+            low = std::min(low, here), high = std::max(high, here);
+        }
+    }
+    EXPECT_GT(high, 0.1);
+    EXPECT_GT(low, 0.95 * high);
+}
+
 }  // namespace
