@@ -101,7 +101,8 @@ TEST(FileVertices, ManyInOnePlaneAndManyInOnePlaceAreFoundQuickly)
     constexpr int side = 300;
     std::vector<Vec3f> of_file;
     for (int i = 0; i < side * side; ++i) {
-        of_file.emplace_back(0.f, float(i / side), float(i % side));
+        const int row = i / side, column = i % side;
+        of_file.emplace_back(0.f, float(row), float(column));
     }
     const auto single = of_file;
     of_file.insert(of_file.end(), single.begin(), single.end());

@@ -132,7 +132,8 @@ TEST(SolidFaces, OfManyPiecesThoseInAnotherStay)
     TriMesh all = box({1, 1, 1}, {1, 1, 1});
     const TriMesh small = turned_over(box({0.1, 0.1, 0.1}, {1, 1, 1}), 12);
     for (int i = 0; i < 40; ++i) {
-        all = both(all, meshes::moved(small, {double(i % 10) - 4.5, double(i / 10) - 1.5, 0}));
+        const int row = i / 10, column = i % 10;
+        all = both(all, meshes::moved(small, {column - 4.5, row - 1.5, 0}));
     }
     all = both(all, meshes::moved(small, {0.2, 0.2, 0.2}));
     EXPECT_EQ(solid_faces(all).turned, 40u * 12);
