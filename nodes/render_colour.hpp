@@ -31,14 +31,13 @@ struct ColourParams {
 
 inline void describe(graph::ParamsOf<ColourParams>& p)
 {
-    p.choice(
-         "by", &ColourParams::by, {"material", "constant", "vertex", "attribute", "checker"},
-         "What colours the meshes: their materials with their textures (vertices' own colours "
-         "where "
-         "no material is stated), one colour, their "
-         "vertices' own colours, an attribute through a scale, or a checkered pattern, which shows "
-         "how surfaces stretch and how texture coordinates lie. The alpha of a texture always "
-         "takes effect, but in the pattern.")
+    p.choice("by", &ColourParams::by, {"material", "constant", "vertex", "attribute", "checker"},
+             "What colours the meshes: their materials with their textures (vertices' own colours "
+             "where "
+             "no material is stated), one colour, their vertices' own colours, an attribute "
+             "through a scale, or a checkered pattern, which shows "
+             "how surfaces stretch and how texture coordinates lie. The alpha of a texture always "
+             "takes effect, but in the pattern.")
         .colour("constant", &ColourParams::constant, "The one colour.", {"by", {"constant"}})
         .param(
             "attribute", &ColourParams::attribute,

@@ -136,32 +136,34 @@ void add_stored(const Stage& stage, const Aligned<double>& x0, const Aligned<dou
     }
 }
 
-// The mean motion of a group along the axes that no pin holds.
-void slide_freely(RigidGroup& group, const std::vector<RigidPart>& parts,
-                  const std::vector<std::uint32_t>& own)
+// How parts move on the whole: mass, centre and velocity.
+RigidPart mean_of(const std::vector<RigidPart>& parts, const std::vector<std::uint32_t>& own)
 {
-    RigidPart& sum = group.as_one;
-    for (const auto p : own) {
-        sum.mass += parts[p].mass;
-        sum.velocity += parts[p].mass * parts[p].velocity;
-    }
-    sum.velocity /= sum.mass;
-    for (unsigned i = 0; i < 3; ++i) {
-        if ((group.axes >> i & 1) != 0) sum.velocity[static_cast<Eigen::Index>(i)] = 0;
-    }
-}
-
-// Of all parts as they move in a group.
-void move_as_one(RigidGroup& group, const std::vector<RigidPart>& parts,
-                 const std::vector<std::uint32_t>& own)
-{
-    RigidPart& sum = group.as_one;
+    RigidPart sum;
     for (const auto p : own) {
         sum.mass += parts[p].mass;
         sum.centre += parts[p].mass * parts[p].centre;
         sum.velocity += parts[p].mass * parts[p].velocity;
     }
     sum.centre /= sum.mass, sum.velocity /= sum.mass;
+    return sum;
+}
+
+// Of a group that is held: the mean motion along the axes that no pin holds.
+RigidPart slide_freely(const RigidGroup& group, const std::vector<RigidPart>& parts,
+                       const std::vector<std::uint32_t>& own)
+{
+    RigidPart sum = mean_of(parts, own);
+    for (unsigned i = 0; i < 3; ++i) {
+        if ((group.axes >> i & 1) != 0) sum.velocity[static_cast<Eigen::Index>(i)] = 0;
+    }
+    return sum;
+}
+
+// Of all parts as they move in a group.
+RigidPart move_as_one(const std::vector<RigidPart>& parts, const std::vector<std::uint32_t>& own)
+{
+    RigidPart sum = mean_of(parts, own);
     for (const auto p : own) {
         const Vec3 arm = parts[p].centre - sum.centre;
         sum.inertia += parts[p].inertia + parts[p].mass * (arm.squaredNorm() * Mat3::Identity() -
@@ -170,6 +172,7 @@ void move_as_one(RigidGroup& group, const std::vector<RigidPart>& parts,
             parts[p].momentum + parts[p].mass * arm.cross(parts[p].velocity - sum.velocity);
     }
     sum.spin = spin_of(sum.inertia, sum.momentum);
+    return sum;
 }
 
 }  // namespace
@@ -199,11 +202,7 @@ void keep_rigid_energy(const Stage& stage, const Aligned<double>& x0, const Alig
         RigidGroup& group = groups.all[g];
         if (own[g].empty()) continue;
         const double lost = group.due - group.kinetic;
-        if (group.held) {
-            slide_freely(group, after, own[g]);
-        } else {
-            move_as_one(group, after, own[g]);
-        }
+        group.as_one = group.held ? slide_freely(group, after, own[g]) : move_as_one(after, own[g]);
         const double moving = group.kinetic - energy_of(group.as_one);
         if (!(lost <= much * moving) || !(moving > 0)) continue;
         factor[g] = std::sqrt(std::max(0.0, 1 + lost / moving));

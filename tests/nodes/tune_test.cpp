@@ -102,6 +102,35 @@ TEST(Tune, ATurnedBeamNeedsMoreCubesAndGetsThem)
     EXPECT_NEAR(recommended_sag(said), expected_sag(), 0.15 * expected_sag());
 }
 
+// At the clamp nothing moves, whatever the cubes: all errors are 0, and coarse ones warn.
+TEST(Tune, RecommendsNoSettingThatWarnsOfMoreThanTheFinest)
+{
+    std::string graph = beam(45);
+    const std::string tip = R"("point": [0.8, 0, 0])";
+    graph.replace(graph.find(tip), tip.size(), R"("point": [0, 0, 0])");
+    const files::Folder folder;
+    std::ostringstream out, err;
+    runtime::Console console{out, err, false, {}, {}, "test"};
+    console.count_cubes = nodes::count_cubes;
+    runtime::run_command_line({"tune", folder.write("beam.json", graph).string(), "--error", "5%",
+                               "--json", "--no-disk-cache", "--cubes", "20000"},
+                              nodes::registry(), console);
+    std::istringstream text(out.str());
+    std::vector<nlohmann::json> lines;
+    for (std::string line; std::getline(text, line);) lines.push_back(nlohmann::json::parse(line));
+    ASSERT_GE(lines.size(), 3u) << err.str();
+    const auto& recommended = lines.back()["recommended"];
+    std::size_t least = 1000, most = 0, taken = 1000;
+    for (const auto& line : lines) {
+        if (!line.contains("setting")) continue;
+        const std::size_t warnings = line["warnings"].size();
+        least = std::min(least, warnings), most = std::max(most, warnings);
+        if (line["setting"]["cubes.size"] == recommended["cubes.size"]) taken = warnings;
+    }
+    EXPECT_GT(most, least);
+    EXPECT_EQ(taken, least) << out.str();
+}
+
 TEST(Tune, NamesCalibratedCubesWhereFilledOnesAreMany)
 {
     const auto said = [](double degrees, const std::string& error) {
