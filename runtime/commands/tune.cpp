@@ -249,7 +249,7 @@ private:
         out_.tried.push_back(std::move(tried));
     }
 
-    // Whether it is good enough, and warns of nothing that the finest does not warn of.
+    // Whether it is good enough, with no more warnings than the finest.
     static bool suits(const Tuned& one, const std::vector<Tuned>& tried, double wanted)
     {
         return one.error <= wanted && one.warnings.size() <= tried.back().warnings.size();
