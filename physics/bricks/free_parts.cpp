@@ -282,7 +282,7 @@ Turn turn_of(const Stage& stage, const RigidMotion& motion)
     RigidPart part = motion.began;
     part.spin = motion.s;
     part.momentum = motion.by * part.inertia * motion.by.transpose() * motion.s;
-    return turn_far(part, stage.tau);
+    return turn_freely(part, stage.tau);
 }
 
 Vec3 place_of(const Stage& stage, const RigidMotion& motion, const Mat3& turn, std::uint32_t slot)

@@ -26,7 +26,7 @@ double error_of_step(const Stage& stage, const Aligned<double>& x0, const Aligne
     for (std::size_t i = 0; i < stage.rigid.count(); ++i) turns[stage.rigid.part(i)] = 1;
     std::vector<Mat3> turn(body.parts, Mat3::Identity());
     for (std::size_t p = 0; p < body.parts; ++p) {
-        if (held[p] == 0 || turns[p] != 0) turn[p] = turn_far(parts[p], dt).by;
+        if (held[p] == 0 || turns[p] != 0) turn[p] = turn_freely(parts[p], dt).by;
     }
     double most = 0;
     for (std::size_t k = 0; k < body.corners; ++k) {
