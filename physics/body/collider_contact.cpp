@@ -134,7 +134,8 @@ Touch touch_mesh(const PosedCollider& c, const Vec3& p)
     const Vec3 way = way_of(c, hit);
     const Eigen::AngleAxisd turn = turn_of(c, hit.triangle);
     return {hit.signed_distance() + hit.normal.dot(p + c.behind * way - asked),
-            share_of(turn, -c.behind) * hit.normal, velocity_of_chord(c, turn, way)};
+            share_of(turn, -c.behind) * hit.normal, velocity_of_chord(c, turn, way), way,
+            turn.angle() * turn.axis()};
 }
 
 }  // namespace
@@ -218,7 +219,8 @@ namespace {
 // Where a way first goes in, at the end of the step.
 struct Entry {
     Vec3 point, normal;
-    Vec3 velocity = Vec3::Zero();  // m/s, of the mesh there
+    Vec3 velocity = Vec3::Zero();                    // m/s, of the mesh there
+    Vec3 chord = Vec3::Zero(), turn = Vec3::Zero();  // as those of a Touch
 };
 
 // Where a way from outside leads into the ball of radius r about 0, be it beyond its end.
@@ -268,7 +270,7 @@ std::optional<Entry> entry_into_mesh(const PosedCollider& c, const Vec3& from, c
     const Vec3 way = motion.way(hit.triangle, hit.barycentric);
     const Eigen::AngleAxisd turn = turn_of(c, hit.triangle);
     return Entry{hit.point - c.behind * way, share_of(turn, -c.behind) * hit.normal,
-                 velocity_of_chord(c, turn, way)};
+                 velocity_of_chord(c, turn, way), way, turn.angle() * turn.axis()};
 }
 
 std::optional<Entry> entry_of(const PosedCollider& c, const Vec3& from, const Vec3& way)
@@ -291,13 +293,19 @@ Vec3 start_of(const PosedCollider& c, const Vec3& to, const Vec3& way, const Gri
     return from + (1.01 * double(held->depth) + before) * held->normal.cast<double>();
 }
 
+// Before the face that it went in by.
+Touch before(const PosedCollider& c, const Entry& entry, const Vec3& to)
+{
+    return {(to - entry.point).dot(entry.normal) - c.thickness, entry.normal, entry.velocity,
+            entry.chord, entry.turn};
+}
+
 // Before a sheet on the side that it comes from, or through it.
 Touch touch_sheet(const PosedCollider& c, const Vec3& to, const Vec3& way, double dt,
                   const Grip* held)
 {
     if (const auto entry = entry_into_mesh(c, start_of(c, to, way, held), to, dt)) {
-        return {(to - entry->point).dot(entry->normal) - c.thickness, entry->normal,
-                entry->velocity};
+        return before(c, *entry, to);
     }
     Touch t = touch_mesh(c, to);
     if (t.gap < 0) t.gap = -t.gap, t.normal = -t.normal;
@@ -315,7 +323,7 @@ Touch touch_moving(const PosedCollider& c, const Vec3& to, const Vec3& way, doub
     if (!far && t.gap + c.thickness >= relative.norm() && !held) return t;
     const auto entry = entry_into_mesh(c, start_of(c, to, way, held), to, dt);
     if (!entry || !(far || entry->normal.dot(t.normal) < -0.5)) return t;
-    return {(to - entry->point).dot(entry->normal) - c.thickness, entry->normal, entry->velocity};
+    return before(c, *entry, to);
 }
 
 }  // namespace
@@ -351,6 +359,44 @@ Touch touch(const PosedCollider& c, const Vec3& to, const Vec3& v, double dt, co
         t.gap = before.gap + way.dot(before.normal);
     }
     return t;
+}
+
+namespace {
+
+Mat3 turn_by(const Vec3& turn)
+{
+    const double angle = turn.norm();
+    if (!(angle > 0)) return Mat3::Identity();
+    return Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+}
+
+// What a mesh that moves took along from a place, m/s. Its places go along straight lines within a
+// frame, those about the touch as its triangle turns.
+Vec3 carried_by_mesh(const PosedCollider& c, const Touch& t, const Vec3& from, const Vec3& to,
+                     double dt)
+{
+    const double gone = dt / c.frame, start = 1 - c.behind - gone;  // shares of the frame
+    const Mat3 turned = turn_by(t.turn) - Mat3::Identity();
+    const Vec3 away = from - (to - gone * t.chord);
+    const Vec3 at_first = (Mat3::Identity() + start * turned).inverse() * away;
+    return (t.chord + turned * at_first) / c.frame;
+}
+
+}  // namespace
+
+Vec3 carrying(const PosedCollider& c, const Touch& t, const Vec3& to, const Vec3& v, double dt)
+{
+    const Vec3& turn = c.mesh_before ? t.turn : c.turns;
+    if (!(dt > 0) || turn.isZero(0)) return t.velocity;
+    const Vec3 from = to - dt * v;
+    Vec3 mean;
+    if (c.mesh_before) {
+        mean = carried_by_mesh(c, t, from, to, dt);
+    } else {
+        const Vec3 arm = from - (c.pose.translation() - dt * c.slides);
+        mean = c.slides + (turn_by(dt * c.turns) * arm - arm) / dt;
+    }
+    return mean + (t.velocity - mean).dot(t.normal) * t.normal;
 }
 
 bool may_touch(const PosedCollider& c, const Vec3& p, double radius, double speed, double dt)

@@ -52,6 +52,8 @@ struct Touch {
     double gap = std::numeric_limits<double>::infinity();  // m, negative inside
     Vec3 normal = Vec3::UnitY();                           // out of the collider
     Vec3 velocity = Vec3::Zero();                          // m/s, of the collider's surface there
+    Vec3 chord = Vec3::Zero();  // m, of a mesh that moves: what it goes within the frame there,
+    Vec3 turn = Vec3::Zero();   // rad, and its triangle turns
 };
 // A mesh answers only for points inside.
 Touch touch(const PosedCollider& collider, const Vec3& p);
@@ -61,6 +63,12 @@ Touch touch(const PosedCollider& collider, const Vec3& p);
 // `held` it at the start, if any, tells on which side and how deep it was.
 Touch touch(const PosedCollider& collider, const Vec3& to, const Vec3& v, double dt,
             const Grip* held = nullptr);
+
+// The mean velocity (m/s) within the last dt seconds of what was at a point's place when they
+// began: what the collider carries ends up on the arc that it goes along. Along the normal it is
+// that of the touch of the point, now at `to` with velocity v.
+Vec3 carrying(const PosedCollider& collider, const Touch& touch, const Vec3& to, const Vec3& v,
+              double dt);
 
 // Whether points within `radius` of p, none faster than `speed`, may touch after dt seconds: a
 // distance changes no faster than a place.

@@ -65,7 +65,7 @@ void add_touch(const SurfaceScene& scene, const PlaneTouch& point, std::size_t c
     }
     touch.size = h;
     touch.normal = t.normal;
-    touch.drift = t.velocity;
+    touch.drift = carrying(collider, t, p, velocity, scene.dt);
     touch.friction = collider.friction;
     touch.bounce = collider.bounce;
     touch.offset = t.gap - t.normal.dot(p);

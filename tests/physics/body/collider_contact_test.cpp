@@ -201,6 +201,78 @@ TEST(ColliderContact, WhatTurnsInItselfDoesNotComeOut)
     }
 }
 
+// A place on a table that turns by 0.3 rad and slides within a frame: from where it was at the
+// start of a step it is carried to where the table takes it, whatever place is asked at the end.
+TEST(ColliderContact, WhatATurningTableCarriesGoesAlongItsArc)
+{
+    constexpr double frame = 1.0 / 24;
+    Collider table;
+    table.kind = Collider::Kind::box;
+    table.half_size = Vec3(2, 0.5, 2);
+    table.pose =
+        Transform(Eigen::Translation3d(0.1, 0, 0.05) * Eigen::AngleAxisd(0.3, Vec3::UnitY()));
+    const Vec3 from(0.8, 0.499, 0.3), to = from + frame * Vec3(1, -0.02, -4);
+    const PosedCollider posed = pose_collider(table, 1, frame, 0.1);
+    const Touch t = touch(posed, to);
+    const Vec3 mean = carrying(posed, t, to, (to - from) / frame, frame);
+    EXPECT_LT((from + frame * mean - table.pose * from).norm(), 1e-12);
+    EXPECT_GT((from + frame * t.velocity - table.pose * from).norm(), 0.03);
+}
+
+// The same of a mesh, in the second half of a frame: its vertices go along straight lines.
+TEST(ColliderContact, WhatATurningMeshCarriesGoesAsItsVerticesDo)
+{
+    constexpr double frame = 1.0 / 24;
+    const Transform turn(Eigen::Translation3d(0.1, 0, 0.05) *
+                         Eigen::AngleAxisd(0.3, Vec3::UnitY()));
+    Collider table;
+    table.kind = Collider::Kind::mesh;
+    geometry::TriMesh mesh = geometry::box({4, 1, 4}, {2, 1, 2});
+    table.mesh_before = std::make_shared<const geometry::TriMesh>(mesh);
+    for (auto& p : mesh.positions) p = (turn * p.cast<double>()).cast<float>();
+    table.mesh = std::make_shared<const geometry::TriMesh>(std::move(mesh));
+    const Vec3 rest(0.8, 0.499, 0.3), from = (rest + turn * rest) / 2;
+    const double dt = frame / 2;
+    const Vec3 to = from + dt * Vec3(1, 0, -4);
+    const PosedCollider posed = pose_collider(table, 1, frame, 0.1);
+    const Touch t = touch(posed, to);
+    const Vec3 mean = carrying(posed, t, to, (to - from) / dt, dt);
+    EXPECT_LT((from + dt * mean - turn * rest).norm(), 1e-5);
+    EXPECT_GT((from + dt * t.velocity - turn * rest).norm(), 0.005);
+}
+
+// A box of jelly that rides on a disc at 90 degrees a second, 0.8 m from its axis, one step a
+// frame. It leans out by some millimetres: the weight of a metre a second squared.
+TEST(ColliderContact, WhatRidesOnATurningDiscKeepsItsDistance)
+{
+    auto cubes = fixtures::box(2, 2, 2, 0.1, {.young = 2e5, .stiffness_damping = 0.02});
+    cubes.origin = Vec3(0.7, 0.5, -0.1);
+    const BricksBody body = make_bricks(cubes);
+    const double a_frame = double(EIGEN_PI) / 2 / 24;
+    const auto turned = [](double angle) {
+        return Transform(Eigen::AngleAxisd(angle, Vec3::UnitY()));
+    };
+    Loads loads;
+    loads.forces.push_back({});
+    loads.colliders.push_back({});
+    Collider& disc = loads.colliders.back();
+    disc.kind = Collider::Kind::box;
+    disc.half_size = Vec3(2, 0.5, 2);
+    disc.friction = 1;
+    State state = rest_state(body);
+    const Vec3 spin(0, 24 * a_frame, 0);
+    for (std::size_t k = 0; k < state.x.size(); ++k) state.v[k] = spin.cross(Vec3(state.x[k]));
+    for (int i = 0; i < 48; ++i) {
+        disc.before = turned(a_frame * i);
+        disc.pose = turned(a_frame * (i + 1));
+        state = advance(body, std::move(state), loads, 1.0 / 24);
+    }
+    Vec3 centre = Vec3::Zero();
+    for (const Vec3& x : state.x) centre += x / double(state.x.size());
+    EXPECT_NEAR(std::hypot(centre.x(), centre.z()), 0.8, 0.01);
+    EXPECT_NEAR(std::abs(std::atan2(centre.z(), centre.x())), double(EIGEN_PI), 0.1);
+}
+
 // A block with a finely divided surface dropped on a box, and on the mesh of that box.
 TEST(ColliderContact, ABlockRestsOnAMeshAsOnABox)
 {
