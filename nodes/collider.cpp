@@ -1,9 +1,12 @@
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/transform.hpp"
+#include "geometry/mesh/wound_out.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/obstacle_texts.hpp"
 #include "nodes/wire_types.hpp"
+
+#include <fmt/format.h>
 
 namespace nodes::collider {
 
@@ -17,6 +20,22 @@ struct Box {
     Vec3 size{1, 1, 1};
 };
 
+// A mesh as it stops others.
+struct Obstacle {
+    std::shared_ptr<const geometry::TriMesh> turned;  // faces out; null: those of the mesh do
+    geometry::TriangleBvh tree;
+    std::size_t faces_turned = 0;
+    bool open = false;
+
+    std::size_t bytes() const
+    {
+        std::size_t out = sizeof *this + tree.bytes();
+        if (turned) out += turned->positions.size() * sizeof turned->positions[0];
+        if (turned) out += turned->triangles().size() * sizeof turned->triangles()[0];
+        return out;
+    }
+};
+
 struct Inputs {
     graph::Wire<geometry::TriMesh> mesh;
     Collider::Kind kind = Collider::Kind::plane;
@@ -27,24 +46,34 @@ struct Inputs {
     double friction = 0.5;
     double bounce = 0;
     double thickness = 0;
-    std::shared_ptr<const geometry::TriangleBvh> tree;
-    std::shared_ptr<const bool> open;
+    std::shared_ptr<const Obstacle> obstacle;
     graph::Wire<Collider> last;
 };
 struct Outputs {
     Collider collider;
 };
 
-static geometry::TriangleBvh build_tree(const Inputs& in)
+// Faces of a solid that look in are turned out: without it, points would be pushed in by them.
+static Obstacle make_obstacle(const Inputs& in)
 {
-    return in.mesh && in.kind == Collider::Kind::mesh ? geometry::TriangleBvh(*in.mesh)
-                                                      : geometry::TriangleBvh();
-}
-
-static bool is_open(const Inputs& in)
-{
-    return in.mesh && in.kind == Collider::Kind::mesh &&
-           !geometry::is_closed(in.mesh->topology->triangles, in.mesh->positions.size());
+    Obstacle out;
+    if (!in.mesh || in.kind != Collider::Kind::mesh) return out;
+    const std::size_t vertices = in.mesh->positions.size();
+    geometry::WoundOut wound = geometry::wound_out(*in.mesh);
+    if (wound.turned > 0 && geometry::is_closed(wound.triangles, vertices)) {
+        auto topology = std::make_shared<geometry::MeshTopology>();
+        topology->triangles = std::move(wound.triangles);
+        geometry::TriMesh turned;
+        turned.topology = std::move(topology);
+        turned.positions = in.mesh->positions;
+        out.tree = geometry::TriangleBvh(turned);
+        out.turned = std::make_shared<const geometry::TriMesh>(std::move(turned));
+        out.faces_turned = wound.turned;
+        return out;
+    }
+    out.tree = geometry::TriangleBvh(*in.mesh);
+    out.open = !geometry::is_closed(in.mesh->topology->triangles, vertices);
+    return out;
 }
 
 constexpr const char* needs_mesh =
@@ -56,7 +85,16 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     return {{"kind", needs_mesh}};
 }
 
-static Outputs run(const Inputs& in, const graph::Context&)
+static void warn_of_turned(const Inputs& in, const graph::Context& context)
+{
+    if (in.obstacle->faces_turned == 0) return;
+    context.warn(fmt::format(
+        "{} of {} faces of the closed mesh look in: they are taken as if they looked out, and the "
+        "mesh is solid. For a room with bodies in it, leave a face open, or give it walls",
+        in.obstacle->faces_turned, in.mesh->triangles().size()));
+}
+
+static Outputs run(const Inputs& in, const graph::Context& context)
 {
     Collider out;
     out.kind = in.kind;
@@ -66,12 +104,15 @@ static Outputs run(const Inputs& in, const graph::Context&)
     out.bounce = in.bounce;
     out.thickness = in.thickness;
     if (in.kind == Collider::Kind::mesh) {
-        if (!in.mesh || in.tree->triangle_count() == 0) {
+        const auto& obstacle = in.obstacle;
+        if (!in.mesh || obstacle->tree.triangle_count() == 0) {
             throw std::invalid_argument(needs_mesh);
         }
+        warn_of_turned(in, context);
         out.mesh = in.mesh;
-        out.tree = in.tree;
-        out.sheet = *in.open;
+        if (obstacle->turned) out.mesh = obstacle->turned;
+        out.tree = std::shared_ptr<const geometry::TriangleBvh>(obstacle, &obstacle->tree);
+        out.sheet = obstacle->open;
         out.mesh_before = in.last ? in.last->mesh : nullptr;
     } else {
         out.pose = geometry::placement(in.translate, in.rotate_degrees, Vec3::Ones(), Vec3::Zero());
@@ -91,7 +132,8 @@ void add_to(graph::Registry& registry)
                graph::Need::optional)
         .choice("kind", &Inputs::kind, {"plane", "sphere", "box", "mesh"},
                 "Shape of the obstacle. plane: solid below its local y = 0. mesh: solid inside if "
-                "it is closed; an open mesh is a sheet with two sides. What starts less than two "
+                "it is closed, faces that look in are turned out; an open mesh is a sheet with two "
+                "sides. What starts less than two "
                 "cubes behind the front of a sheet is brought to its front.")
         .block<Sphere>(
             "sphere", &Inputs::sphere,
@@ -121,8 +163,7 @@ void add_to(graph::Registry& registry)
                "over a round collider of radius R, both together should be slightly more than "
                "h^2 / (8 R), or it shows through. Sharp edges need none.",
                {.unit = "m"})
-        .prepare("tree", &Inputs::tree, build_tree, {"mesh", "kind"})
-        .prepare("open", &Inputs::open, is_open, {"mesh", "kind"})
+        .prepare("obstacle", &Inputs::obstacle, make_obstacle, {"mesh", "kind"})
         .check(check)
         .output("collider", &Outputs::collider,
                 "The obstacle at this frame and at the frame before.")

@@ -1,0 +1,61 @@
+// Collider through graphs.
+
+#include "physics/body/collider_contact.hpp"
+#include "tests/geometry/files.hpp"
+#include "tests/nodes/scene.hpp"
+
+#include <string>
+
+namespace {
+
+using fixtures::Scene;
+using physics::Vec3;
+
+constexpr const char* corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\n"
+                                "v 0 1 1\n";
+constexpr const char* lid_out = "f 4 8 7 3\n";
+
+std::string reading(const std::string& file)
+{
+    return R"("box": { "type": "ReadMesh@1", "params": { "path": ")" + file + R"(" } },
+        "stop": { "type": "Collider@1", "inputs": { "mesh": "box.mesh" },
+                  "params": { "kind": "mesh" } })";
+}
+
+// A box with all faces in, and one with its lid alone turned in: both stop as the box does, and say
+// so. What bounds a hollow within a solid stays as it is.
+TEST(ColliderNode, FacesThatLookInAreTurnedOut)
+{
+    const files::Folder folder;
+    folder.write("in.obj", std::string(corners) + "f 1 2 3 4\nf 5 8 7 6\nf 1 5 6 2\nf 2 6 7 3\n"
+                                                  "f 3 7 8 4\nf 4 8 5 1\n");
+    const std::string sides = "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 4 1 5 8\n";
+    folder.write("lid.obj", std::string(corners) + sides + "f 3 7 8 4\n");
+    folder.write("out.obj", std::string(corners) + sides + lid_out);
+    for (const auto* file : {"in.obj", "lid.obj", "out.obj"}) {
+        Scene scene(reading(file), folder.path);
+        const auto made = scene.at<physics::Collider>("stop");
+        EXPECT_FALSE(made->sheet) << file;
+        const auto posed = physics::pose_collider(*made, 1, 1.0 / 24, 0.1);
+        const physics::Touch t = physics::touch(posed, Vec3(0.5, 0.95, 0.6));
+        EXPECT_NEAR(t.gap, -0.05, 1e-6) << file;
+        EXPECT_NEAR(t.normal.y(), 1, 1e-6) << file;
+        const bool turned = std::string(file) != "out.obj";
+        ASSERT_EQ(scene.warnings.size(), turned ? 1u : 0u) << file;
+        if (!turned) continue;
+        EXPECT_NE(scene.warnings[0].find(file[0] == 'i' ? "12 of 12 faces" : "2 of 12 faces"),
+                  std::string::npos)
+            << scene.warnings[0];
+    }
+}
+
+TEST(ColliderNode, AnOpenMeshStaysASheet)
+{
+    const files::Folder folder;
+    folder.write("open.obj", std::string(corners) + "f 1 2 3 4\n");
+    Scene scene(reading("open.obj"), folder.path);
+    EXPECT_TRUE(scene.at<physics::Collider>("stop")->sheet);
+    EXPECT_TRUE(scene.warnings.empty());
+}
+
+}  // namespace
