@@ -1,6 +1,9 @@
 #include "physics/bricks/step_energy.hpp"
 
+#include "geometry/base/no_index.hpp"
+#include "geometry/base/union_find.hpp"
 #include "physics/bricks/free_parts.hpp"
+#include "physics/bricks/held_corners.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -31,6 +34,14 @@ double steady(const StepFrame& frame, const Aligned<double>& x)
     double sum = 0;
     for (std::size_t i = 0; i < frame.n; ++i) sum -= frame.steady[i] * (x[i] - frame.start[i]);
     return sum;
+}
+double weight(const StepFrame& frame)
+{
+    Vec3 sum = Vec3::Zero();  // N
+    for (std::size_t i = 0; i + 3 < frame.n; i += 4) {
+        sum += Vec3(frame.steady[i], frame.steady[i + 1], frame.steady[i + 2]);
+    }
+    return sum.norm();
 }
 double others(const Stage& stage, const Aligned<double>& x, const Aligned<double>& v)
 {
@@ -119,6 +130,40 @@ std::vector<std::uint8_t> pressed_parts(const Stage& stage)
     return out;
 }
 
+// Parts that press each other, by sets, and whether something else holds a set.
+struct PressedSets {
+    std::vector<std::uint32_t> set;  // of each part; no_index: nothing presses it
+    std::vector<std::uint8_t> held;  // of each set
+};
+
+PressedSets pressed_sets(const Stage& stage)
+{
+    const CornerBody& body = stage.frame.body;
+    const std::size_t parts = stage.frame.part_mass.size();
+    geometry::UnionFind sets(parts);
+    std::vector<std::uint8_t> pressed = pressed_parts(stage);
+    std::vector<std::uint8_t> held = axes_of_parts(stage.frame.loads.pins, body);
+    held.resize(parts);
+    for (const PlaneTouch& touch : stage.touches) {
+        if (!(touch.depth(stage.x.data()) > 0)) continue;
+        sets.join(static_cast<std::uint32_t>(body.part_of(touch.corners[0])),
+                  static_cast<std::uint32_t>(body.part_of(touch.corners[8])));
+    }
+    for (const PlaneTouch& touch : stage.holds) {
+        if (body.sheets || body.solids || !(touch.depth(stage.x.data()) > 0)) continue;
+        const std::size_t part = body.part_of(touch.corners[0]);
+        pressed[part] = held[part] = 1;
+    }
+    PressedSets out{sets.roots(), std::vector<std::uint8_t>(parts, 0)};
+    for (std::size_t p = 0; p < parts; ++p) {
+        if (pressed[p] == 0)
+            out.set[p] = geometry::no_index;
+        else if (held[p] != 0)
+            out.held[out.set[p]] = 1;
+    }
+    return out;
+}
+
 // Whether a body of cubes is pressed by a collider where the stage ends.
 bool presses_colliders(const Stage& stage)
 {
@@ -140,6 +185,7 @@ double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<
 {
     constexpr double little = 0.02;
     constexpr double slow = 0.005;  // m/s
+    constexpr double risen = 0.01;  // cubes, that what landed too deep comes out by
     const StepFrame& frame = stage.frame;
     if ((stage.touches.empty() && stage.holds.empty()) || frame.windy) return 0;
     if (!pins_stay(stage) || !colliders_stay(frame)) return 0;
@@ -150,30 +196,43 @@ double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<
     // Sheets and rigid parts that rest have next to no energy of their own.
     const double mass = std::accumulate(frame.part_mass.begin(), frame.part_mass.end(), 0.0);
     const bool may_rest = frame.body.sheets || frame.body.solids || !stage.rigid.none();
-    const double least = may_rest ? 0.5 * mass * slow * slow : 0;
+    const double rising = stage.rigid.none() ? 0 : risen * frame.body.h * weight(frame);
+    const double least = may_rest ? 0.5 * mass * slow * slow + rising : 0;
     return gain > std::max(least, little * (stored + moving)) ? gain : 0;
 }
 
 bool take_off(const Stage& stage, double gained, Aligned<double>& v)
 {
     const CornerBody& body = stage.frame.body;
-    const auto pressed = pressed_parts(stage);
-    if (std::none_of(pressed.begin(), pressed.end(), [](auto p) { return p != 0; })) return false;
+    const PressedSets pressed = pressed_sets(stage);
+    const auto at = [&](std::size_t k) { return Eigen::Map<Vec3>(&v[4 * k]); };
+    std::vector<double> mass(pressed.held.size(), 0);
+    std::vector<Vec3> mean(pressed.held.size(), Vec3::Zero());
     const auto for_each = [&](const auto& with) {
         for (std::size_t k = 0; k < body.corners; ++k) {
-            if (pressed[body.part_of(k)] != 0) with(k, body.mass[k]);
+            const std::uint32_t set = pressed.set[body.part_of(k)];
+            if (set != geometry::no_index) with(k, set);
         }
     };
-    const auto at = [&](std::size_t k) { return Eigen::Map<Vec3>(&v[4 * k]); };
-    double mass = 0, moving = 0;
-    Vec3 mean = Vec3::Zero();
-    for_each([&](std::size_t k, double m) { mass += m, mean += m * at(k); });
-    mean /= mass;
-    for_each([&](std::size_t k, double m) { moving += 0.5 * m * (at(k) - mean).squaredNorm(); });
-    if (!(moving > 0)) return true;
+    for_each([&](std::size_t k, std::uint32_t set) {
+        mass[set] += body.mass[k];
+        mean[set] += body.mass[k] * at(k);
+    });
+    for (std::size_t set = 0; set < mean.size(); ++set) {
+        if (pressed.held[set] != 0)
+            mean[set].setZero();  // what holds it takes the momentum
+        else if (mass[set] > 0)
+            mean[set] /= mass[set];
+    }
+    double moving = 0;
+    for_each([&](std::size_t k, std::uint32_t set) {
+        moving += 0.5 * body.mass[k] * (at(k) - mean[set]).squaredNorm();
+    });
+    if (!(moving > 0)) return false;
     const double share = std::sqrt(std::max(0.0, 1 - gained / moving));
-    for_each([&](std::size_t k, double) { at(k) = mean + share * (at(k) - mean); });
-    return true;
+    for_each(
+        [&](std::size_t k, std::uint32_t set) { at(k) = mean[set] + share * (at(k) - mean[set]); });
+    return moving >= gained;
 }
 
 }  // namespace physics
