@@ -260,26 +260,38 @@ std::span<const int> Keys::input_frames(std::uint32_t n, std::size_t port, const
     return {&frame, 1};
 }
 
-std::filesystem::path Keys::folder(std::uint32_t n) const
+SideFiles::Place Keys::place(std::uint32_t n, int frame) const
 {
-    const std::string* path = first_path(graph_.nodes[n].type->params, graph_.nodes[n].params);
-    return path ? std::filesystem::path(*path).parent_path() : std::filesystem::path();
+    const graph::Node& node = graph_.nodes[n];
+    std::filesystem::path path;
+    const auto read = [&](const ParamValues& values) {
+        if (const std::string* const first = first_path(node.type->params, values)) path = *first;
+    };
+    read(node.params);
+    if (nodes_[n].sequence) {
+        try {
+            read(params(n, frame));
+        } catch (const std::exception&) {
+            // There is no file at that frame: the run says so.
+        }
+    }
+    return {path.parent_path(), path.filename(), graph_.root};
 }
 
 bool Keys::known(std::uint32_t n, int frame)
 {
-    return side_files_.look(first_key(n, frame), {folder(n), graph_.root}, files_).confirmed;
+    return side_files_.look(first_key(n, frame), place(n, frame), files_).confirmed;
 }
 
 std::vector<std::filesystem::path> Keys::side_files(std::uint32_t n, int frame)
 {
     if (!nodes_[n].opens) return {};
-    return side_files_.names(first_key(n, frame), folder(n));
+    return side_files_.names(first_key(n, frame), place(n, frame));
 }
 
 Key Keys::opened(std::uint32_t n, int frame, const std::set<std::filesystem::path>& paths)
 {
-    return side_files_.confirm(first_key(n, frame), {folder(n), graph_.root}, paths, files_);
+    return side_files_.confirm(first_key(n, frame), place(n, frame), paths, files_);
 }
 
 const std::string& Keys::trouble(std::uint32_t n) const

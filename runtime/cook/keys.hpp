@@ -130,7 +130,7 @@ private:
     void fill(const std::vector<std::uint32_t>& nodes, int frame, std::vector<Key>& row);
     const std::vector<Key>& row(int frame);
     void roll(int frame);
-    std::filesystem::path folder(std::uint32_t n) const;
+    SideFiles::Place place(std::uint32_t n, int frame) const;
     const Key& input_key(std::uint32_t n, const std::vector<Key>& row) const
     {
         return nodes_[n].varies ? row[nodes_[n].slot] : nodes_[n].key;

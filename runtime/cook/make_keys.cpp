@@ -142,7 +142,7 @@ Key Keys::key(std::uint32_t n, int frame, const std::vector<Key>& row, bool with
     if (node.rolls) builder_.add(frame == graph_.range.first ? Key{} : row[node.slot]);
     const Key first = builder_.key();
     if (!node.opens || !with_side_files) return first;
-    return side_files_.look(first, {folder(n), graph_.root}, files_).key;
+    return side_files_.look(first, place(n, frame), files_).key;
 }
 
 // Which frames the node asks for, and what of its parameters moves; into its key, too.
@@ -230,7 +230,7 @@ Key Keys::gather_key(std::uint32_t n, bool with_side_files)
     }
     const Key first = b.key();
     return nodes_[n].opens && with_side_files
-               ? side_files_.look(first, {folder(n), graph_.root}, files_).key
+               ? side_files_.look(first, place(n, graph_.range.first), files_).key
                : first;
 }
 

@@ -5,6 +5,17 @@
 
 namespace runtime {
 
+namespace {
+
+// The key of the list.
+Key list_key(const Key& first, const SideFiles::Place& place)
+{
+    KeyBuilder builder;
+    return builder.add(first).add("list").add(place.name.generic_string()).key();
+}
+
+}  // namespace
+
 bool SideFiles::refused(const std::filesystem::path& path, const std::filesystem::path& root)
 {
     namespace fs = std::filesystem;
@@ -32,30 +43,28 @@ Key SideFiles::key(const Key& first, const List& list, const Place& place, FileD
 SideFiles::Look SideFiles::look(const Key& first, const Place& place, FileDigests& files)
 {
     const std::lock_guard lock(mutex_);
-    const List* const names = list(first);
-    if (!names) return {key(first, {}, place, files), false};
-    const Key k = key(first, *names, place, files);
+    const List* const names = list(list_key(first, place));
+    const Key k = key(first, names ? *names : List(), place, files);
     return {k, confirmed(k)};
 }
 
-std::vector<std::filesystem::path> SideFiles::names(const Key& first,
-                                                    const std::filesystem::path& folder)
+std::vector<std::filesystem::path> SideFiles::names(const Key& first, const Place& place)
 {
     const std::lock_guard lock(mutex_);
     std::vector<std::filesystem::path> all;
-    if (const List* const known = list(first)) {
-        for (const std::string& name : *known) all.push_back(folder / name);
+    if (const List* const known = list(list_key(first, place))) {
+        for (const std::string& name : *known) all.push_back(place.folder / name);
     }
     return all;
 }
 
-const SideFiles::List* SideFiles::list(const Key& first)
+const SideFiles::List* SideFiles::list(const Key& listed)
 {
-    const auto known = lists_.find(first);
+    const auto known = lists_.find(listed);
     if (known != lists_.end()) return &known->second;
     if (!disk_) return nullptr;
-    std::optional<List> stored = disk_->list(first);
-    return stored ? &(lists_[first] = std::move(*stored)) : nullptr;
+    std::optional<List> stored = disk_->list(listed);
+    return stored ? &(lists_[listed] = std::move(*stored)) : nullptr;
 }
 
 bool SideFiles::confirmed(const Key& key)
@@ -78,8 +87,9 @@ Key SideFiles::confirm(const Key& first, const Place& place,
     list.erase(std::unique(list.begin(), list.end()), list.end());
     const std::lock_guard lock(mutex_);
     const Key k = key(first, list, place, files);
-    if (disk_) disk_->store_list(first, list), disk_->store_list(k, {});
-    lists_[first] = std::move(list);
+    const Key listed = list_key(first, place);
+    if (disk_) disk_->store_list(listed, list), disk_->store_list(k, {});
+    lists_[listed] = std::move(list);
     confirmed_.insert(k);
     return k;
 }

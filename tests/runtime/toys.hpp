@@ -217,7 +217,8 @@ struct Warns {
     }
 };
 
-// Reads a number from a file, and adds that of the file named in its second line.
+// Reads a number from a file, and adds that of the file named after it: "*.more" is the one that
+// is called as the file itself.
 struct ReadNumber {
     struct Inputs {
         std::filesystem::path path;
@@ -230,7 +231,8 @@ struct ReadNumber {
         std::string beside;
         if (!(file >> number)) throw std::runtime_error("no number in " + in.path.string());
         if (file >> beside) {
-            const auto other = in.path.parent_path() / beside;
+            const auto named = std::filesystem::path(in.path).replace_extension(".more");
+            const auto other = beside == "*.more" ? named : in.path.parent_path() / beside;
             context.opened(other);
             std::ifstream more(other);
             double second = 0;

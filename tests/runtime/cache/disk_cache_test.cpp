@@ -683,6 +683,26 @@ TEST(DiskCache, SideFilesAreKnownToTheNextProcess)
     EXPECT_EQ(cook_last(w.graph, folder.path / "cache"), 25);
 }
 
+TEST(DiskCache, SideFilesOfAnotherNameAreNotTakenForThoseOfAFile)
+{
+    const toys::Folder folder;
+    folder.write("red.more", "10");
+    folder.write("green.more", "20");
+    take_runs("ReadNumber");
+    for (int again = 0; again < 2; ++again) {
+        for (const char* name : {"red", "green"}) {
+            const auto path = folder.write(std::string(name) + ".txt", "5 *.more");
+            Wiring w;
+            const auto read = w.add("ReadNumber", {}, {{"path", {path.string()}}});
+            const auto slow = w.add("Slow", {{"value", {read}}}, {{"seconds", {4e-3}}});
+            const auto sum = w.add("Sum");
+            w.graph.nodes[sum].inputs[0] = {{slow, 1}};
+            EXPECT_EQ(cook_last(w.graph, folder.path / "cache"), name[0] == 'r' ? 15 : 25);
+        }
+        EXPECT_EQ(take_runs("ReadNumber"), again == 0 ? 2 : 0);
+    }
+}
+
 TEST(DiskCache, AProcessOfTheSameNumberOnAnotherMachineIsNotInTheWay)
 {
     // Two machines that share a folder both have a process of this number: the other one is writing

@@ -95,6 +95,19 @@ TEST_F(Sequence, WhatStandsBesideAFileCountsToo)
     EXPECT_EQ(take_runs("ReadNumber"), 5);
 }
 
+TEST_F(Sequence, WhatIsCalledAsAFrameCountsForThatFrameAlone)
+{
+    write(2, "20 *.more");
+    write(3, "20 *.more");
+    folder_.write("n.0002.more", "5");
+    folder_.write("n.0003.more", "7");
+    for (const bool again : {false, true}) {
+        Evaluator evaluator(graph_, caches_, {});
+        EXPECT_EQ(cook(evaluator), (Numbers{10, 35, 62, 102}));
+        EXPECT_EQ(take_runs("ReadNumber"), again ? 0 : 4);
+    }
+}
+
 TEST_F(Sequence, AFileThatIsNotThereFailsItsFrame)
 {
     std::filesystem::remove(folder_.path / "n.0003.txt");

@@ -802,6 +802,29 @@ TEST(Evaluator, ASideFileCountsByItsBytesOrItsAbsence)
     EXPECT_EQ(take_runs("Sum"), 0);
 }
 
+TEST(Evaluator, ASideFileThatIsCalledAsTheFileCountsForThatFileAlone)
+{
+    const toys::Folder folder;
+    folder.write("red.more", "10");
+    folder.write("green.more", "20");
+    Wiring w;
+    const auto red =
+        w.add("ReadNumber", {}, {{"path", {folder.write("red.txt", "5 *.more").string()}}});
+    const auto green =
+        w.add("ReadNumber", {}, {{"path", {folder.write("green.txt", "5 *.more").string()}}});
+    Kitchen kitchen;
+    take_runs("ReadNumber");
+    for (int again = 0; again < 2; ++again) {
+        EXPECT_EQ(kitchen.pull(w.graph, red), 15);
+        EXPECT_EQ(kitchen.pull(w.graph, green), 25);
+    }
+    EXPECT_EQ(take_runs("ReadNumber"), 2);
+    folder.write("green.more", "30");
+    EXPECT_EQ(kitchen.pull(w.graph, red), 15);
+    EXPECT_EQ(kitchen.pull(w.graph, green), 35);
+    EXPECT_EQ(take_runs("ReadNumber"), 1);
+}
+
 TEST(Evaluator, ASinkIsSkippedOnlyWhileItsFileIsThere)
 {
     const toys::Folder folder;
