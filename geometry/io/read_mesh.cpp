@@ -75,23 +75,28 @@ std::vector<Vec3f> vertices_to_keep(const std::filesystem::path& path, const Imp
         "of these, or set keep_order = false");
 }
 
-// Each file once that was looked for and never found. One that is not where it should be is looked
-// for in other folders too, and by names that nobody gave: without its extension, or with the
-// model's own name.
+// Each file once that was looked for and never found, seen from the model's folder. One that is not
+// where it should be is looked for in other folders too, and by names that nobody gave: without its
+// extension, with the model's own name, or by some letters out of the middle of its path.
 std::vector<std::string> files_not_found(const std::vector<ImportedFile>& files,
                                          const std::filesystem::path& model)
 {
+    const std::filesystem::path folder = std::filesystem::absolute(model).parent_path();
     std::set<std::string> known;
+    std::string paths;  // of those that are missing
     for (const ImportedFile& f : files) {
         if (f.found) known.insert(std::filesystem::path(f.path).filename());
     }
     std::vector<std::string> missing;
     for (const ImportedFile& f : files) {
-        const std::filesystem::path asked(f.path);
-        const std::string ending = asked.extension();
-        const bool guess = ending.empty() || ending == "." || asked.stem() == model.stem();
+        const auto asked = std::filesystem::path(f.path).lexically_normal();
+        const std::string ending = asked.extension(), name = asked.lexically_proximate(folder);
+        const bool guess = ending.empty() || ending == "." || asked.stem() == model.stem() ||
+                           paths.find("/" + name) != std::string::npos;
         if (f.found || (guess && !missing.empty())) continue;
-        if (known.insert(asked.filename()).second) missing.push_back(f.path);
+        if (!known.insert(asked.filename()).second) continue;
+        missing.push_back(name);
+        paths += asked.string() + "\n";
     }
     return missing;
 }
@@ -120,16 +125,15 @@ ReadMesh read_mesh(const std::filesystem::path& path, const ReadOptions& options
         }
         for (const std::string& name : files_not_found(scene.files, path)) {
             out.warnings.push_back(
-                "it refers to " + name +
-                ", which cannot be opened. Put the file there, or allow it by "
-                "--root or --allow-outside where it lies outside of the project.");
+                "the file refers to " + name +
+                ", which cannot be opened. Put it there, as seen from the file's folder, or allow "
+                "it by --root or --allow-outside where it lies outside of the project.");
         }
         const auto warn = [&](const std::vector<std::string>& more) {
             out.warnings.insert(out.warnings.end(), more.begin(), more.end());
         };
         warn(textures.warnings);
         warn(scene.warnings);
-        for (std::string& w : out.warnings) w = path.filename().string() + ": " + w;
         return out;
     } catch (const std::runtime_error& error) {
         std::string text = path.string() + ": " + error.what();

@@ -287,6 +287,13 @@ TEST(ReadMesh, AMissingMaterialLibraryIsAWarningAndNamesStay)
     // The importer asks for the library without its ending, and in other folders, too.
     const ReadMesh below = read_mesh(folder.write("bad/mtl.obj", cube_obj));
     ASSERT_EQ(below.warnings.size(), 1u) << below.warnings.back();
+
+    // Or for letters out of the middle of its path: "b/mats.mt" of /tmp/.../b/mats.mtl.
+    const std::string text = "mtllib mats.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    const ReadMesh cut = read_mesh(folder.write("b/chair.obj", text));
+    ASSERT_EQ(cut.warnings.size(), 1u) << cut.warnings.back();
+    EXPECT_EQ(cut.warnings[0].rfind("the file refers to mats.mtl, which cannot", 0), 0u)
+        << cut.warnings[0] << " and the folder of the file does not matter";
 }
 
 TEST(ReadMesh, ConcavePolygonsAreCutRightly)

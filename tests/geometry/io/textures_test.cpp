@@ -105,10 +105,9 @@ TEST(Textures, AMissingPictureIsToldWithItsMaterialAndWhatToDo)
     const ReadMesh read = read_mesh(folder.write("a.obj", square_obj));
     EXPECT_FALSE(read.mesh.topology->materials.at(0).texture);
     ASSERT_EQ(read.warnings.size(), 1u);
-    EXPECT_EQ(
-        read.warnings[0],
-        "a.obj: material \"wood\" is drawn in its plain colour: its picture maps/oak.png cannot "
-        "be opened; put the file beside the model, or correct its path in the material.");
+    EXPECT_EQ(read.warnings[0],
+              "material \"wood\" is drawn in its plain colour: its picture maps/oak.png cannot "
+              "be opened; put the file beside the model, or correct its path in the material.");
     EXPECT_FALSE(read.side_files.empty());
 }
 
