@@ -3,6 +3,8 @@
 #include "geometry/base/whole_file.hpp"
 #include "geometry/io/file_bytes.hpp"
 
+#include <fmt/format.h>
+
 #include <map>
 
 namespace geometry {
@@ -17,11 +19,14 @@ std::string plain_name(const std::string& name)
     return plain;
 }
 
-// "wood.png" as the second of its name: "wood.1.png".
-std::string numbered(const fs::path& name, int number)
+// "wood.1f6e02a9.png", by the texture's content. A name that says so already, as in a file that was
+// written here, stays as it is.
+std::string file_name(const Texture& texture)
 {
-    if (number == 0) return name.string();
-    return name.stem().string() + "." + std::to_string(number) + name.extension().string();
+    const fs::path name = plain_name(texture.source().name);
+    const std::string digest = fmt::format(".{:08x}", texture.digest() & 0xffffffffu);
+    if (name.stem().string().ends_with(digest)) return name.string();
+    return name.stem().string() + digest + name.extension().string();
 }
 
 bool holds(const fs::path& path, const std::string& bytes)
@@ -36,12 +41,9 @@ using Files = std::map<std::string, const Texture*>;
 
 std::string add_to(Files& files, const Texture* texture)
 {
-    std::string name;
-    for (int number = 0; texture && name.empty(); ++number) {
-        const std::string wanted = numbered(plain_name(texture->source().name), number);
-        const auto [at, is_new] = files.try_emplace(wanted, texture);
-        if (is_new || at->second->source().file == texture->source().file) name = wanted;
-    }
+    if (!texture) return {};
+    std::string name = file_name(*texture);
+    files.try_emplace(name, texture);
     return name;
 }
 

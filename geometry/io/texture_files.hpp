@@ -10,8 +10,9 @@
 namespace geometry {
 
 // The names of each material's texture and normal map as files beside the mesh, empty where it has
-// none. Equal ones share a name, others are told apart; no name has a space, at which some readers
-// stop.
+// none. They hold a digest of the content, "wood.1f6e02a9.png": other meshes and frames write into
+// the same folder, at the same time, textures that differ and are called alike. No name has a
+// space, at which some readers stop.
 struct TextureNames {
     std::vector<std::string> colour, normals;
 };

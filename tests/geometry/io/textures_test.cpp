@@ -7,10 +7,12 @@
 #include "tests/geometry/files.hpp"
 #include "tests/geometry/meshes.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include <cstring>
+#include <set>
 
 namespace {
 
@@ -269,6 +271,13 @@ TriMesh textured()
     return merge(all);
 }
 
+// Of the texture of material `m` as a file: "name.1f6e02a9.png".
+std::string written_name(const char* name, const TriMesh& mesh, std::size_t m)
+{
+    const std::uint64_t digest = mesh.topology->materials.at(m).texture->digest();
+    return fmt::format("{}.{:08x}.png", name, digest & 0xffffffffu);
+}
+
 TEST(Textures, ObjAndGlbBringThemBack)
 {
     const files::Folder folder;
@@ -292,9 +301,10 @@ TEST(Textures, ObjAndGlbBringThemBack)
             EXPECT_EQ(materials[0].use.u, TextureUse::Wrap::mirror);
             EXPECT_EQ(materials[0].use.v, TextureUse::Wrap::repeat);
         } else {
-            EXPECT_EQ(beside, (std::vector{folder.path / "out/a.0001.mtl",
-                                           folder.path / "out/my_picture.1.png",
-                                           folder.path / "out/my_picture.png"}));
+            EXPECT_EQ(std::set(beside.begin(), beside.end()),
+                      (std::set{folder.path / "out/a.0001.mtl",
+                                folder.path / "out" / written_name("my_picture", mesh, 0),
+                                folder.path / "out" / written_name("my_picture", mesh, 1)}));
         }
         const auto before = corners_of(mesh), after = corners_of(back.mesh);
         ASSERT_EQ(before.size(), after.size());
@@ -359,7 +369,7 @@ TEST(Textures, APlyHasCoordinatesAlsoAtSeamsAndNamesItsOnePicture)
         if (!seams) mesh = grid(2, 2, 3, 2);
         mesh = meshes::with_material(std::move(mesh), wood, "ball");
         const auto beside = write_mesh(folder.path / "a.ply", MeshFormat::ply, mesh);
-        EXPECT_EQ(beside, std::vector{folder.path / "red.png"});
+        EXPECT_EQ(beside, std::vector{folder.path / written_name("red", mesh, 0)});
         const ReadMesh back = read_mesh(folder.path / "a.ply");
         EXPECT_EQ(back.warnings, std::vector<std::string>{});
         EXPECT_TRUE(back.mesh.positions == mesh.positions) << "vertices keep their order";
@@ -382,14 +392,39 @@ TEST(Textures, AFrameDoesNotWriteAgainWhatIsThere)
     const files::Folder folder;
     const TriMesh mesh = textured();
     write_mesh(folder.path / "a.0001.obj", MeshFormat::obj, mesh);
-    const auto picture = folder.path / "my_picture.png";
+    const auto picture = folder.path / written_name("my_picture", mesh, 0);
     const auto long_ago = files::fs::last_write_time(picture) - std::chrono::hours(1);
     files::fs::last_write_time(picture, long_ago);
     write_mesh(folder.path / "a.0002.obj", MeshFormat::obj, mesh);
     EXPECT_EQ(files::fs::last_write_time(picture), long_ago);
-    folder.write("my_picture.png", "another");
+    folder.write(picture.filename().string(), "another");
     write_mesh(folder.path / "a.0003.obj", MeshFormat::obj, mesh);
     EXPECT_EQ(files::bytes_of(picture), red_and_blue);
+}
+
+TEST(Textures, MeshesWithOtherPicturesOfOneNameShareAFolder)
+{
+    const files::Folder folder;
+    const std::string other = encode_png(checker(2, 8, {0, 255, 0, 255}, {0, 0, 0, 255}));
+    Material wood{"wood", {1, 1, 1}};
+    for (const auto& [name, file] : {std::pair{"a", red_and_blue}, {"b", other}}) {
+        wood.texture = std::make_shared<const Texture>(Texture::Source{"wood.png", file});
+        const TriMesh mesh = meshes::with_material(grid(2, 2, 3, 2), wood, "floor");
+        for (const char* ending : {".obj", ".ply"}) {
+            const std::string path = name + std::string(ending);
+            write_mesh(folder.path / path, mesh_format(path), mesh);
+        }
+    }
+    for (const auto& [name, file] : {std::pair{"a", red_and_blue}, {"b", other}}) {
+        for (const char* ending : {".obj", ".ply"}) {
+            const std::string path = name + std::string(ending);
+            const TriMesh back = read_mesh(folder.path / path).mesh;
+            EXPECT_EQ(back.topology->materials.at(0).texture->source().file, file);
+            // What was read back is written by the same name again.
+            const auto again = write_mesh(folder.path / "again" / path, mesh_format(path), back);
+            EXPECT_EQ(again.back().filename(), back.topology->materials[0].texture->source().name);
+        }
+    }
 }
 
 TEST(Textures, MaterialsAreEqualWhereTheirPicturesAre)
