@@ -3,10 +3,10 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/numbering.hpp"
 #include "geometry/base/stop.hpp"
+#include "geometry/io/mesh_text.hpp"
 #include "geometry/mesh/mesh.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -26,8 +26,10 @@ bool read_numbers(std::string_view line, Vec3f& out)
     for (int d = 0; d < 3; ++d) {
         while (at != end && is_blank(*at)) ++at;
         if (at != end && *at == '+') ++at;
-        const auto [stop, error] = std::from_chars(at, end, out[d]);
+        double value = 0;
+        const auto [stop, error] = number_from(at, end, value);
         if (error != std::errc()) return false;
+        out[d] = static_cast<float>(value);
         at = stop;
     }
     return true;

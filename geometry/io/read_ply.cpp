@@ -2,6 +2,7 @@
 
 #include "geometry/base/numbering.hpp"
 #include "geometry/base/stop.hpp"
+#include "geometry/io/mesh_text.hpp"
 #include "geometry/mesh/polygons.hpp"
 #include "geometry/mesh/triangulate.hpp"
 
@@ -11,7 +12,6 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <map>
@@ -166,11 +166,8 @@ private:
         if (word.empty()) throw CutShort();
         const char *begin = word.data() + (word[0] == '+'), *end = word.data() + word.size();
         double value = 0;
-        const auto [stop, error] = std::from_chars(begin, end, value);
-        if (error == std::errc::result_out_of_range) {  // infinity or 0
-            value = std::strtod(std::string(begin, end).c_str(), nullptr);
-        }
-        if (error != std::errc::invalid_argument && stop == end) return value;
+        const auto [stop, error] = number_from(begin, end, value);
+        if (error == std::errc() && stop == end) return value;
         if (unread++ == 0) first_unread = word.substr(0, 40);
         return std::numeric_limits<double>::quiet_NaN();
     }

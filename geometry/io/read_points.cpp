@@ -1,10 +1,11 @@
 #include "geometry/io/read_points.hpp"
 
+#include "geometry/io/mesh_text.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -34,7 +35,7 @@ Line numbers_of(std::string_view text)
         while (at < end && is_between(*at)) ++at;
         if (at == end || line.count == most_numbers) return line;
         if (*at == '+') ++at;
-        const auto [stop, error] = std::from_chars(at, end, line.value[line.count]);
+        const auto [stop, error] = number_from(at, end, line.value[line.count]);
         const bool is_number = error == std::errc() && (stop == end || is_between(*stop));
         if (!is_number) {
             line.numbers_only = false;

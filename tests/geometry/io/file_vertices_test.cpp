@@ -94,6 +94,12 @@ TEST(FileVertices, APlyKeepsThemWithTheirColoursAndAttributes)
     EXPECT_EQ(mesh.colours[4], Vec3f(1, 0, 0));
 }
 
+TEST(FileVertices, NumbersTooSmallForAFloatAreZero)
+{
+    EXPECT_EQ(obj_vertices("v 1e-46 -1e-400 2\n"), std::vector<Vec3f>{Vec3f(0, 0, 2)});
+    EXPECT_EQ(obj_vertices("v 0 0 1e400\n").at(0).z(), INFINITY);
+}
+
 TEST(FileVertices, ManyInOnePlaneAndManyInOnePlaceAreFoundQuickly)
 {
     // 90,000 in a plane, their doubles, and 90,000 in one place: comparing them in pairs takes

@@ -76,6 +76,12 @@ TEST(ReadPoints, NamedColoursOfZeroAndOneAreShares)
     EXPECT_EQ(mesh.colours[1], Vec3f(0, 1, 0));
 }
 
+TEST(ReadPoints, NumbersTooSmallForADoubleAreZero)
+{
+    const ImportedMesh mesh = read_points("1e-400 2 -1e-9999\n3 4 5\n").meshes.at(0);
+    EXPECT_EQ(mesh.positions, (std::vector<Vec3f>{{0, 2, 0}, {3, 4, 5}}));
+}
+
 TEST(ReadPoints, ALineOfAnotherLengthIsNamed)
 {
     const ImportedScene scene = read_points("x y z heat\n0 0 0 1\n\n1 0 0\n2 0 0 1 5\n");
