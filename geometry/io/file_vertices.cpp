@@ -134,6 +134,7 @@ std::vector<Vec3f> obj_vertices(std::string_view text)
 {
     std::vector<Vec3f> out;
     StopCheck check;
+    text = without_byte_order_mark(text);
     for (std::size_t number = 1; !text.empty(); ++number) {
         check();
         const std::size_t length = std::min(text.find('\n'), text.size());

@@ -438,6 +438,7 @@ bool has_meaning_in_ply(std::string_view name)
 
 ImportedScene read_ply(std::string_view bytes)
 {
+    bytes = without_byte_order_mark(bytes);
     const Header header = read_header(bytes);
     Numbers numbers(bytes, header.format);
     ImportedScene scene;

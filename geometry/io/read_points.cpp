@@ -220,6 +220,7 @@ ImportedScene read_points(std::string_view bytes)
     FurtherColumns further;
     std::vector<std::string> names;
     std::size_t number = 0, used = 0;
+    bytes = without_byte_order_mark(bytes);
     while (!bytes.empty()) {
         const std::size_t end = std::min(bytes.find('\n'), bytes.size());
         const std::string_view text = bytes.substr(0, end);

@@ -1,39 +1,25 @@
 #include "geometry/io/read_positions.hpp"
 
 #include "geometry/base/whole_file.hpp"
+#include "geometry/io/file_vertices.hpp"
 #include "geometry/io/point_cache.hpp"
 #include "geometry/io/read_ply.hpp"
 #include "geometry/io/read_points.hpp"
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <stdexcept>
 
 namespace geometry {
 namespace {
 
-// Only the lines of an OBJ that are vertices.
-std::string vertex_lines(std::string_view bytes)
-{
-    std::string out;
-    while (!bytes.empty()) {
-        const std::size_t end = std::min(bytes.find('\n'), bytes.size());
-        const std::string_view line = bytes.substr(0, end);
-        bytes.remove_prefix(std::min(end + 1, bytes.size()));
-        if (line.starts_with("v ")) out.append(line.substr(2)).append("\n");
-    }
-    return out;
-}
-
 std::vector<Vec3f> positions_in(const std::string& bytes, const std::string& ending,
                                 const std::filesystem::path& path)
 {
+    if (ending == ".obj") return obj_vertices(bytes);
     ImportedScene scene;
     if (ending == ".ply") {
         scene = read_ply(bytes);
-    } else if (ending == ".obj") {
-        scene = read_points(vertex_lines(bytes));
     } else if (is_points_file(path)) {
         scene = read_points(bytes);
     } else {

@@ -1,5 +1,8 @@
 #include "geometry/io/read_points.hpp"
 
+#include "geometry/io/read_positions.hpp"
+#include "tests/geometry/files.hpp"
+
 #include <gtest/gtest.h>
 
 namespace {
@@ -80,6 +83,26 @@ TEST(ReadPoints, NumbersTooSmallForADoubleAreZero)
 {
     const ImportedMesh mesh = read_points("1e-400 2 -1e-9999\n3 4 5\n").meshes.at(0);
     EXPECT_EQ(mesh.positions, (std::vector<Vec3f>{{0, 2, 0}, {3, 4, 5}}));
+}
+
+// As some programs begin a text in UTF-8.
+TEST(ReadPoints, AByteOrderMarkHidesNoPoint)
+{
+    const std::vector<Vec3f> two{{1, 2, 3}, {4, 5, 6}};
+    EXPECT_EQ(read_points("\xEF\xBB\xBF"
+                          "1 2 3\n4 5 6\n")
+                  .meshes.at(0)
+                  .positions,
+              two);
+    const files::Folder folder;
+    for (const auto& [name, text] :
+         {std::pair{"a.xyz", "1 2 3\n4 5 6\n"},
+          {"a.obj", "v 1 2 3\n v\t4 5 6 1\nf 1 2 2\n"},
+          {"a.ply", "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\n"
+                    "property float y\nproperty float z\nend_header\n1 2 3\n4 5 6\n"}}) {
+        const auto path = folder.write(name, "\xEF\xBB\xBF" + std::string(text));
+        EXPECT_EQ(read_positions(path, 1), two) << name;
+    }
 }
 
 TEST(ReadPoints, ALineOfAnotherLengthIsNamed)
