@@ -30,8 +30,14 @@ struct ImportedMesh {
     std::uint64_t lines = 0;            // line segments left out
     std::vector<std::array<std::uint32_t, 2>> segments = {};  // those of them with both ends known
     std::vector<std::uint32_t> polygon = {};  // of triangles, as MeshTopology has it
-    // Each name once; not sent, as only readers of our own have any.
-    std::vector<ImportedAttribute> attributes = {};
+    // These are not sent, as only readers of our own have any.
+    std::vector<ImportedAttribute> attributes = {};  // each name once
+    std::size_t copies = 0;  // the last positions, which are no vertices of the file's own
+
+    std::vector<Vec3f> own_positions() const
+    {
+        return {positions.begin(), positions.end() - static_cast<std::ptrdiff_t>(copies)};
+    }
 };
 
 // A picture that a material names.

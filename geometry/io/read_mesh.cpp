@@ -67,7 +67,7 @@ std::vector<Vec3f> vertices_to_keep(const std::filesystem::path& path, const Imp
 {
     if (!options.keep_order) return {};
     if (is_ply(path) || is_points_file(path)) {
-        return scene.meshes.empty() ? std::vector<Vec3f>{} : scene.meshes.front().positions;
+        return scene.meshes.empty() ? std::vector<Vec3f>{} : scene.meshes.front().own_positions();
     }
     if (ends_in(path, ".obj")) return obj_vertices(bytes_of(path));
     throw std::runtime_error(

@@ -350,6 +350,7 @@ struct CornerCoordinates {
                 a.values.push_back(v < a.values.size() ? float(a.values[v]) : 0.f);
             }
             given.push_back(true);
+            ++mesh.copies;
         }
         return at->second;
     }

@@ -25,7 +25,7 @@ std::vector<Vec3f> positions_in(const std::string& bytes, const std::string& end
     } else {
         throw std::runtime_error("expected a .ply, .obj, .xyz, .pts, .asc or .pc2");
     }
-    return std::move(scene.meshes.at(0).positions);
+    return scene.meshes.at(0).own_positions();
 }
 
 }  // namespace

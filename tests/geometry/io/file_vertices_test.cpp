@@ -1,6 +1,7 @@
 #include "geometry/io/file_vertices.hpp"
 
 #include "geometry/io/read_mesh.hpp"
+#include "geometry/io/read_positions.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/geometry/meshes.hpp"
 
@@ -92,6 +93,25 @@ TEST(FileVertices, APlyKeepsThemWithTheirColoursAndAttributes)
     ASSERT_EQ(mesh.colours.size(), 6u);
     EXPECT_EQ(mesh.colours[0], Vec3f(1, 1, 1));
     EXPECT_EQ(mesh.colours[4], Vec3f(1, 0, 0));
+}
+
+// Faces whose corners have other texture coordinates at a vertex make no vertices.
+TEST(FileVertices, APlyWithSeamsOfItsTextureHasNoMoreOfThem)
+{
+    const files::Folder folder;
+    const auto path =
+        folder.write("seam.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n"
+                                 "property float y\nproperty float z\nelement face 2\n"
+                                 "property list uchar int vertex_indices\n"
+                                 "property list uchar float texcoord\nend_header\n"
+                                 "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
+                                 "3 0 1 2 6 0 0 1 0 1 1\n3 0 2 3 6 0.1 0 0.9 1 0 1\n");
+    const std::vector<Vec3f> four{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    const TriMesh mesh = read_mesh(path, in_order()).mesh;
+    meshes::expect_consistent(mesh);
+    EXPECT_EQ(mesh.positions, four);
+    EXPECT_EQ(mesh.topology->uvs.size(), 6u);
+    EXPECT_EQ(read_positions(path, 1), four);
 }
 
 TEST(FileVertices, NumbersTooSmallForAFloatAreZero)
