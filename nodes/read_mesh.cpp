@@ -69,7 +69,8 @@ constexpr const char* about_order =
     "The mesh has all vertices of the file in its order (OBJ and PLY), those that no face uses and "
     "doubles too, so that a point cache of WriteMesh fits the file itself where another program "
     "has read it, for instance Blender with Keep Vertex Order. false: vertices are numbered anew, "
-    "and those without a face are left out.";
+    "and those without a face are left out. With weld = groups, objects that touch need vertices "
+    "of their own, one each at a place.";
 
 static graph::Faults check(const Inputs& in, const graph::Setting&)
 {

@@ -480,7 +480,7 @@ ReadMesh assemble_mesh(const ImportedScene& given, const ReadOptions& options,
         for (const Vec3f& p : of_file) {
             moved.push_back((file_to_world * p.cast<double>()).cast<float>());
         }
-        keep_file_vertices(out.mesh, moved);
+        keep_file_vertices(out.mesh, moved, options.weld == Weld::groups);
     }
     fit_and_place(out.mesh, out.lines, options);
     return out;

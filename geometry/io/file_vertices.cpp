@@ -128,6 +128,36 @@ std::vector<std::uint32_t> places_in_file(const TriMesh& mesh, Places& file)
     return place;
 }
 
+// The same where several vertices of the mesh have one place: each gets one of the doubles there.
+void part_doubles(std::vector<std::uint32_t>& place, const Places& file, std::size_t of_file)
+{
+    // Of each place's first vertex: how many there are in the mesh and in the file, and the vertex
+    // for the next of the mesh.
+    std::vector<std::uint32_t> in_mesh(of_file), in_file(of_file), next(of_file), last(of_file);
+    std::vector<std::uint32_t> after(of_file, no_index);  // of each vertex of the file, its double
+    for (const std::uint32_t first : place) ++in_mesh[first];
+    for (std::uint32_t i = 0; i < of_file; ++i) {
+        const std::uint32_t first = file.first(i);
+        if (in_file[first]++ == 0) {
+            next[first] = i;
+        } else {
+            after[last[first]] = i;
+        }
+        last[first] = i;
+    }
+    for (std::uint32_t& p : place) {
+        const std::uint32_t first = p;
+        if (in_mesh[first] == 1) continue;
+        if (in_mesh[first] != in_file[first]) {
+            throw std::runtime_error(
+                "its objects touch in vertices that they share, or where one of them has several, "
+                "so that weld = groups cannot keep the order: set weld = all, or keep_order = "
+                "false");
+        }
+        p = std::exchange(next[first], after[next[first]]);
+    }
+}
+
 }  // namespace
 
 std::vector<Vec3f> obj_vertices(std::string_view text)
@@ -150,7 +180,7 @@ std::vector<Vec3f> obj_vertices(std::string_view text)
     return out;
 }
 
-void keep_file_vertices(TriMesh& mesh, std::span<const Vec3f> of_file)
+void keep_file_vertices(TriMesh& mesh, std::span<const Vec3f> of_file, bool apart)
 {
     for (const Vec3f& p : of_file) {
         if (!p.allFinite()) {
@@ -159,7 +189,8 @@ void keep_file_vertices(TriMesh& mesh, std::span<const Vec3f> of_file)
         }
     }
     Places file(of_file);
-    const std::vector<std::uint32_t> place = places_in_file(mesh, file);
+    std::vector<std::uint32_t> place = places_in_file(mesh, file);
+    if (apart) part_doubles(place, file, of_file.size());
     // Doubles have the values of the first at their place, which faces use.
     std::vector<std::uint32_t> from(of_file.size(), no_index);
     for (std::size_t v = 0; v < place.size(); ++v) from[place[v]] = static_cast<std::uint32_t>(v);

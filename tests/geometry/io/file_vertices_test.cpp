@@ -114,6 +114,35 @@ TEST(FileVertices, APlyWithSeamsOfItsTextureHasNoMoreOfThem)
     EXPECT_EQ(read_positions(path, 1), four);
 }
 
+// Two triangles that share an edge, as objects with vertices of their own.
+TEST(FileVertices, ObjectsThatTouchStayApart)
+{
+    const files::Folder folder;
+    const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nv 1 0 0\nv 0 -1 0\n";
+    const auto path = folder.write("a.obj", vertices + "o a\nf 1 2 3\no b\nf 5 4 6\n");
+    ReadOptions options = in_order();
+    EXPECT_EQ(read_mesh(path, options).mesh.triangles()[1], (Triangle{1, 0, 5})) << "welded";
+    options.weld = Weld::groups;
+    const TriMesh mesh = read_mesh(path, options).mesh;
+    meshes::expect_consistent(mesh);
+    ASSERT_EQ(mesh.positions.size(), 6u);
+    EXPECT_EQ(mesh.triangles()[0], (Triangle{0, 1, 2}));
+    EXPECT_EQ(mesh.triangles()[1], (Triangle{4, 3, 5}));
+    // The second object uses vertices of the first; the first has two vertices at one place.
+    for (const std::string& text :
+         {std::string("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\no a\nf 1 2 3\no b\nf 2 1 4\n"),
+          vertices + "v 0 0 0\no a\nf 1 2 3\nf 3 2 7\no b\nf 5 4 6\n"}) {
+        const auto shared = folder.write("b.obj", text);
+        try {
+            const TriMesh kept = read_mesh(shared, options).mesh;
+            FAIL() << text;
+        } catch (const std::runtime_error& error) {
+            EXPECT_NE(std::string(error.what()).find("set weld = all"), std::string::npos)
+                << error.what();
+        }
+    }
+}
+
 TEST(FileVertices, NumbersTooSmallForAFloatAreZero)
 {
     EXPECT_EQ(obj_vertices("v 1e-46 -1e-400 2\n"), std::vector<Vec3f>{Vec3f(0, 0, 2)});
