@@ -10,6 +10,7 @@
 
 #include <charconv>
 #include <map>
+#include <set>
 
 namespace geometry {
 namespace {
@@ -48,16 +49,23 @@ template <class V> void put_vector(std::string& out, const V& v)
     }
 }
 
-// Names of materials, told apart where two are the same.
+// Names of materials, told apart where two are the same: the second "m" is "m.1", or "m.2" where
+// another one is called that.
 std::vector<std::string> material_names(const MeshTopology& t)
 {
     std::vector<std::string> names;
-    std::map<std::string, int> used;
     for (const Material& m : t.materials) {
-        std::string name = one_line(m.name, "default");
+        std::string& name = names.emplace_back(one_line(m.name, "default"));
         for (char& c : name) c = c == ' ' ? '_' : c;  // some readers stop at a space
-        const int before = used[name]++;
-        names.push_back(before == 0 ? name : name + "." + std::to_string(before));
+    }
+    std::set<std::string> taken(names.begin(), names.end());
+    std::map<std::string, int> used;
+    for (std::string& name : names) {
+        int number = used[name]++;
+        if (number == 0) continue;
+        const std::string plain = name + ".";
+        while (!taken.insert(plain + std::to_string(number)).second) ++number;
+        name = plain + std::to_string(number);
     }
     return names;
 }

@@ -220,6 +220,20 @@ TEST(WriteMesh, NamesThatBreakLinesOrRepeatAreTamed)
     EXPECT_EQ(there_and_back(folder, "n.glb", mesh).mesh.topology->materials.size(), 2u);
 }
 
+TEST(WriteMesh, MaterialsOfOneNameGetNamesThatNoOtherHas)
+{
+    TriMesh mesh;
+    auto topology = std::make_shared<MeshTopology>();
+    for (const char* name : {"m", "m", "m.1", "m", "m.1"}) topology->materials.push_back({name});
+    mesh.topology = topology;
+    std::string names;
+    const std::string text = mtl_text(mesh);
+    for (std::size_t at = 0; (at = text.find("newmtl ", at)) != std::string::npos; ++at) {
+        names += text.substr(at + 7, text.find('\n', at) - at - 7) + " ";
+    }
+    EXPECT_EQ(names, "m m.2 m.1 m.3 m.1.1 ");
+}
+
 TEST(WriteMesh, FilesAreWholeOrNotThere)
 {
     const files::Folder folder;
