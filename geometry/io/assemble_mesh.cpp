@@ -70,6 +70,12 @@ template <class Key> struct Numbered {
         if (is_new && order.size() <= 0xffff) order.push_back(key);
         return found->second;
     }
+    void warn(const char* things, std::vector<std::string>& warnings) const
+    {
+        if (number_of.size() == order.size()) return;
+        warnings.push_back("the file has " + std::to_string(number_of.size()) + " " + things +
+                           ": those after the first 65,535 are one. Join some, or split the file.");
+    }
 };
 
 // The mesh while it grows, instance by instance.
@@ -458,10 +464,12 @@ ReadMesh assemble_mesh(const ImportedScene& given, const ReadOptions& options,
         add_instance(assembly, node, world_of(node, file_to_world));
         add_lines(scene.meshes[node.mesh], world_of(node, file_to_world), out.lines);
     }
+    out.warnings = assembly.dropped.sentences();
+    assembly.groups.warn("groups", out.warnings);
+    assembly.materials.warn("materials", out.warnings);
     out.mesh = finish(assembly, options, textures);
     out.unit = scene.unit;
     out.textures = scene.textures;
-    out.warnings = assembly.dropped.sentences();
     if (out.mesh.positions.empty()) {
         std::string why;
         for (const std::string& w : out.warnings) why += (why.empty() ? ": " : " ") + w;

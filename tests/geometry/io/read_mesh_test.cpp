@@ -193,18 +193,23 @@ TEST(ReadMesh, NothingUsableIsAnErrorThatSaysWhy)
     EXPECT_THROW(assemble_mesh(scene), std::runtime_error);
 }
 
-TEST(ReadMesh, GroupsAfterNumber65535ShareThatOne)
+TEST(ReadMesh, GroupsAfterNumber65535ShareThatOneWithAWarning)
 {
     ImportedScene scene = square();
     scene.nodes.clear();
-    for (int i = 0; i < 65'540; ++i) {
-        scene.nodes.push_back({std::to_string(i), 0, {1, 0, 0, double(i), 0, 1, 0, 0, 0, 0, 1, 0}});
-    }
     ReadOptions options;
     options.normals = FileNormals::none;
-    const TriMesh mesh = assemble_mesh(scene, options).mesh;
-    EXPECT_EQ(mesh.topology->groups.size(), 65'536u);
-    EXPECT_EQ(mesh.topology->group.back(), 65'535);
+    for (int i = 0; i < 65'540; ++i) {
+        scene.nodes.push_back({std::to_string(i), 0, {1, 0, 0, double(i), 0, 1, 0, 0, 0, 0, 1, 0}});
+        if (i != 65'535) continue;
+        EXPECT_EQ(assemble_mesh(scene, options).warnings, std::vector<std::string>{});
+    }
+    const ReadMesh read = assemble_mesh(scene, options);
+    EXPECT_EQ(read.mesh.topology->groups.size(), 65'536u);
+    EXPECT_EQ(read.mesh.topology->group.back(), 65'535);
+    EXPECT_EQ(read.warnings,
+              std::vector<std::string>{"the file has 65540 groups: those after the first 65,535 "
+                                       "are one. Join some, or split the file."});
 }
 
 TEST(ReadMesh, PointsAloneAreAPointCloudWithColours)
