@@ -26,6 +26,18 @@ static std::vector<int> every_frame(const Inputs&, const graph::FrameRange& rang
     return frames;
 }
 
+// A video of fewer frames than the document has does not replace that of all: "video.3-8.mp4".
+static std::filesystem::path named_by_frames(const Inputs& in, const graph::Context& context)
+{
+    const std::vector<int>& frames = context.gathered;
+    if (frames.empty() || frames == every_frame(in, context.range())) return in.path;
+    const int first = frames.front(), last = frames.back();
+    const std::string held =
+        first == last ? fmt::format(".{}", first) : fmt::format(".{}-{}", first, last);
+    const std::string name = in.path.stem().string() + held + in.path.extension().string();
+    return in.path.parent_path() / name;
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     std::vector<std::filesystem::path> pictures;
@@ -36,7 +48,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
                                     pictures.back().filename().string() +
                                     ": link a WriteImage whose path ends in .png");
     }
-    const auto path = context.output_folder / in.path;
+    const auto path = context.output_folder / named_by_frames(in, context);
     if (!render::write_video(path, pictures, context.fps(), in.quality, context.stop)) {
         if (context.stop.stop_requested()) throw graph::Cancelled();
         context.warn("no video was made, as the program ffmpeg was not found: install the Debian "
@@ -67,7 +79,8 @@ void add_to(graph::Registry& registry)
                 "The picture files of all frames: `file` of a WriteImage.")
         .path_out("path", &Inputs::path,
                   "Path of the file, below the output folder: H.264 in an .mp4, .m4v, .mov or "
-                  ".mkv.")
+                  ".mkv. A cook of some of the document's frames leaves that file as it is, and "
+                  "writes one that is named by its first and last frame: video.3-8.mp4.")
         .param("quality", &Inputs::quality,
                "Constant rate factor of H.264: 0 is lossless, 18 looks lossless, and each 6 more "
                "halve the file size.",

@@ -358,6 +358,28 @@ TEST(WriteVideo, PlaysThePicturesInOrderAtTheFrameRateOfTheDocument)
               0);
 }
 
+TEST(WriteVideo, ACookOfSomeFramesLeavesTheVideoOfAllAlone)
+{
+    if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "there is no ffmpeg";
+    const files::Folder folder;
+    const auto picture = folder.path / "p.png";
+    render::write_png(picture, grey(40));
+    // Of frames 3 and 5, the first stands for frame 4 too.
+    for (const auto& [name, frames] : {std::pair{"v.mp4", std::vector<int>{1, 2, 3, 4, 5, 6}},
+                                       {"v.3.mp4", {3}},
+                                       {"v.3-5.mp4", {3, 3, 5}},
+                                       {"v.1-6.mp4", {1, 1, 1, 1, 1, 6}}}) {
+        NodeRun video("WriteVideo");
+        video.output_folder = folder.path;
+        video.range = {1, 6, 24};
+        video.param("path").is = std::filesystem::path("v.mp4");
+        video.gathered = frames;
+        video.inputs["frames"] = {frames.size(), Value::of(graph::WrittenFile{picture.string()})};
+        EXPECT_EQ(video.run().as<graph::WrittenFile>()->path, (folder.path / name).string());
+        EXPECT_TRUE(files::fs::exists(folder.path / name)) << name;
+    }
+}
+
 TEST(WriteVideo, WarnsIfFfmpegIsMissing)
 {
     const files::Folder folder;
