@@ -25,6 +25,29 @@ Eigen::Quaterniond turn_between(const Vec3& a, const Vec3& b)
     return Eigen::Quaterniond(w > 1e-14 ? w : 0, axis.x(), axis.y(), axis.z()).normalized();
 }
 
+using CellNumbers = std::map<std::array<int, 2>, std::uint32_t>;
+
+struct CellPlace {
+    std::uint32_t cell = no_index;
+    double x = 0, y = 0;  // 0..1 within it
+};
+
+// Where (s, t), in cells, lies. A point on the rim, or outside of it by rounding, belongs to the
+// cell beside it.
+CellPlace cell_place(const CellNumbers& cells, double s, double t)
+{
+    constexpr double rim = 1e-3;
+    for (const double a : {0.0, -rim, rim}) {
+        for (const double b : {0.0, -rim, rim}) {
+            const double i = std::floor(s + a), j = std::floor(t + b);
+            const auto found = cells.find({int(i), int(j)});
+            if (found == cells.end()) continue;
+            return {found->second, std::clamp(s - i, 0.0, 1.0), std::clamp(t - j, 0.0, 1.0)};
+        }
+    }
+    return {};
+}
+
 }  // namespace
 
 PlaneDetail bind_plane_detail(const TriMesh& rest, const Cubes& patch, double distance)
@@ -40,7 +63,7 @@ PlaneDetail bind_plane_detail(const TriMesh& rest, const Cubes& patch, double di
             "it with Plane");
     }
     const auto [u, v] = plane_axes(axis);
-    std::map<std::array<int, 2>, std::uint32_t> cells;
+    CellNumbers cells;
     for (std::uint32_t c = 0; c < patch.count(); ++c) {
         cells[{patch.cell[c][u], patch.cell[c][v]}] = c;
     }
@@ -49,12 +72,11 @@ PlaneDetail bind_plane_detail(const TriMesh& rest, const Cubes& patch, double di
         const Vec3 at = (rest.positions[i].cast<double>() - patch.origin) / patch.size;
         const double height = std::abs(at[axis]) * patch.size;
         if (!at.allFinite() || at.cwiseAbs().maxCoeff() > 1e9 || !(height < distance)) continue;
-        const double s = std::floor(at[u]), t = std::floor(at[v]);
-        const auto found = cells.find({int(s), int(t)});
-        if (found == cells.end()) continue;
-        const auto& corners = patch.corners[found->second];
+        const auto [cell, x, y] = cell_place(cells, at[u], at[v]);
+        if (cell == no_index) continue;
+        const auto& corners = patch.corners[cell];
         const std::size_t a = std::size_t{1} << u, b = std::size_t{1} << v;
-        const double fall = 1 - height / distance, x = at[u] - s, y = at[v] - t;
+        const double fall = 1 - height / distance;
         const double share = fall * fall * (3 - 2 * fall);
         out.vertices.push_back({i,
                                 {corners[0], corners[a], corners[b], corners[a | b]},

@@ -15,8 +15,8 @@ Cubes patch_across(int axis)
     return plane_cubes(rectangle_cells(8, 8), {axis, 0.25, Vec3::Zero()}, 0.01);
 }
 
-// A grid of n by n quads `height` above the patch's inside, 0.1 from its rim, facing along `axis`.
-TriMesh sheet_over(int axis, double height, std::uint32_t n)
+// A grid of n by n quads `height` above the patch, `rim` within its rim, facing along `axis`.
+TriMesh sheet_over(int axis, double height, std::uint32_t n, double rim = 0.1)
 {
     const auto [u, v] = plane_axes(axis);
     std::vector<Vec3f> p, normals;
@@ -24,7 +24,8 @@ TriMesh sheet_over(int axis, double height, std::uint32_t n)
     for (std::uint32_t j = 0; j <= n; ++j) {
         for (std::uint32_t i = 0; i <= n; ++i) {
             Vec3 at;
-            at[axis] = height, at[u] = 0.1 + 1.8 * i / n, at[v] = 0.1 + 1.8 * j / n;
+            at[axis] = height, at[u] = rim + (2 - 2 * rim) * i / n,
+            at[v] = rim + (2 - 2 * rim) * j / n;
             p.push_back(at.cast<float>());
             normals.push_back(Vec3f::Unit(axis));
             if (i == n || j == n) continue;
@@ -77,6 +78,24 @@ TEST(Patch, TiltsWhatLiesOverItLessTheFartherItIs)
             }
         }
         EXPECT_TRUE(bind_plane_detail(sheet_over(axis, 0.4, 12), patch, 0.4).vertices.empty());
+    }
+}
+
+// All sides of the rim move, what rounding leaves outside too; what lies farther out does not.
+TEST(Patch, ReachesItsRimOnAllSides)
+{
+    for (const int axis : {0, 1, 2}) {
+        const Cubes patch = patch_across(axis);
+        const std::vector<Vec3> rest = corner_positions(patch);
+        std::vector<Vec3> x = rest;
+        for (Vec3& p : x) p[axis] += 0.5;
+        for (const double outside : {0.0, 1e-6}) {
+            const TriMesh mesh = sheet_over(axis, 0, 4, -outside);
+            const PlaneDetail binding = bind_plane_detail(mesh, patch, 0.4);
+            const TriMesh out = add_plane_detail(binding, mesh, patch, x, as_floats(rest));
+            for (const Vec3f& p : out.positions) EXPECT_NEAR(p[axis], 0.5, 1e-6) << p.transpose();
+        }
+        EXPECT_EQ(bind_plane_detail(sheet_over(axis, 0, 4, -0.01), patch, 0.4).vertices.size(), 9u);
     }
 }
 
