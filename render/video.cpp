@@ -83,7 +83,7 @@ bool write_video(const std::filesystem::path& path,
     if (error) {
         throw std::runtime_error("could not write " + path.string() + ": " + error.message());
     }
-    std::string mine(1, '.');
+    std::string mine = ".aspic-";  // see runtime/commands/leftovers.hpp
     mine += std::to_string(::getpid());
     const Temporary list{path.string() + mine + ".frames"};
     const Temporary part{path.parent_path() /

@@ -32,7 +32,7 @@ template <class Use> int with_name_beside(const fs::path& path, const Use& use)
 {
     for (std::int64_t n = std::chrono::steady_clock::now().time_since_epoch().count();; ++n) {
         fs::path beside = path;
-        beside += fmt::format(".{}-{}.part", ::getpid(), n);
+        beside += fmt::format(".aspic-{}-{}.part", ::getpid(), n);  // commands/leftovers.hpp
         const int error = use(beside);
         if (error != EEXIST) return error;
     }

@@ -41,7 +41,7 @@ Wrote write_whole_file(const std::filesystem::path& path, std::span<const std::s
     std::string unfinished;
     int file = -1;
     do {  // on a shared folder, a process of the same number on another machine has some names
-        unfinished = path.string() + "." + std::to_string(::getpid()) + "." +
+        unfinished = path.string() + ".aspic-" + std::to_string(::getpid()) + "-" +
                      std::to_string(counter++) + "~";
         file = ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     } while (file < 0 && errno == EEXIST);

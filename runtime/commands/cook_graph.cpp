@@ -209,16 +209,29 @@ private:
     bool taken_;
 };
 
+// The manifest and the table have names that the user did not choose: his own files of these names
+// stay.
+void require_no_other(const fs::path& path, bool is_of_a_cook)
+{
+    if (is_of_a_cook || !fs::exists(path)) return;
+    throw std::invalid_argument(fmt::format(
+        "{} was not written by a cook, and this cook would replace it; move it, or use --out DIR",
+        path.string()));
+}
+
 // Locks the folder for this cook, and clears it of what a killed one left and, where it `writes`,
 // of the table of an earlier cook: that tells of other frames, should this one write none.
-void lock_folder(std::optional<FolderLock>& lock, const fs::path& folder, bool writes,
+void lock_folder(std::optional<FolderLock>& lock, const fs::path& folder, bool writes, bool table,
                  Console& console)
 {
     make_output_folder(folder);
+    const bool old_table = is_values_table(folder / values_name);
+    require_no_other(folder / manifest_name, is_manifest(folder / manifest_name));
+    if (table) require_no_other(folder / values_name, old_table);
     if (!lock.emplace(folder).taken()) {
         remove_leftovers(folder);
-        std::error_code there_was_none;
-        if (writes) fs::remove(folder / values_name, there_was_none);
+        std::error_code ignored;
+        if (writes && old_table) fs::remove(folder / values_name, ignored);
         return;
     }
     console.err << fmt::format(
@@ -317,6 +330,12 @@ std::vector<std::uint32_t> with_numbers(const graph::Graph& graph, const CookReq
     return nodes;
 }
 
+bool give_numbers(const graph::Graph& graph, const std::vector<std::uint32_t>& nodes)
+{
+    const std::vector<std::uint32_t> all = nodes_with_numbers(graph);
+    return std::any_of(all.begin(), all.end(), [&](std::uint32_t n) { return has(nodes, n); });
+}
+
 // The numbers that were asked for, whether they were made now or came from the cache: printed, and
 // as a table, which is whole at the end alone.
 void tell_numbers(const graph::Graph& graph, const CookRequest& request,
@@ -363,7 +382,8 @@ int cook_graph(const graph::Graph& graph, const CookRequest& request, Caches& ca
     if (part) {
         make_output_folder(options.output_folder);
     } else if (!nodes.empty()) {
-        lock_folder(lock, options.output_folder, request.writes, console);
+        lock_folder(lock, options.output_folder, request.writes,
+                    request.writes && give_numbers(graph, nodes), console);
     }
     begin_manifest(request, console, frames, manifest);
 

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 int process_of_unfinished(const std::string& name)
 {
     static const std::regex unfinished(
-        R"(.+\.(\d{1,9})(\.part\.\w+|\.frames|(-\d+)?\.part|\.\d+~))");
+        R"(.+\.aspic-(\d{1,9})(\.part\.\w+|\.frames|-\d+\.part|-\d+~))");
     std::smatch found;
     if (!std::regex_match(name, found, unfinished)) return 0;
     const std::string number = found[1].str();

@@ -149,6 +149,14 @@ std::string to_text(const Manifest& m)
     return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+bool is_manifest(const std::filesystem::path& path)
+{
+    const std::string mark = "\"aspic_manifest\"";
+    std::ifstream in(path, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    return text.find(mark) != text.npos;
+}
+
 Manifest read_manifest(const std::filesystem::path& path)
 {
     std::ifstream in(path, std::ios::binary);

@@ -64,6 +64,8 @@ void describe_graph(const graph::Graph& graph, Keys& keys, const std::vector<int
                     FileDigests& digests, Manifest& manifest);
 
 std::string to_text(const Manifest& manifest);
+// Whether a file looks like a manifest, without a look at all that it says.
+bool is_manifest(const std::filesystem::path& path);
 // Throws std::invalid_argument saying what is wrong with the file.
 Manifest read_manifest(const std::filesystem::path& path);
 

@@ -5,11 +5,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 #include <map>
 #include <tuple>
 
 namespace runtime {
 namespace {
+
+constexpr const char* first_columns = "frame,seconds";
 
 // One number a frame, or one for all.
 struct Column {
@@ -50,6 +53,13 @@ std::string title_of(const graph::Graph& graph, const graph::Link& from,
 
 }  // namespace
 
+bool is_values_table(const std::filesystem::path& file)
+{
+    std::ifstream in(file, std::ios::binary);
+    std::string line;
+    return std::getline(in, line) && line.starts_with(std::string(first_columns) + ",");
+}
+
 std::vector<std::uint32_t> nodes_with_numbers(const graph::Graph& graph)
 {
     std::vector<std::uint32_t> out;
@@ -70,7 +80,7 @@ std::string values_table(const graph::Graph& graph, const std::vector<int>& fram
                          const std::function<std::string(const graph::Node&)>& unit_of)
 {
     const std::vector<Column> columns = columns_of(wires, numbers);
-    std::string out = "frame,seconds";
+    std::string out = first_columns;
     for (const Column& column : columns) out += "," + title_of(graph, column.from, unit_of);
     out += "\n";
     for (const int frame : frames) {

@@ -4,12 +4,16 @@
 
 #include "runtime/commands/front_end.hpp"
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
 namespace runtime {
 
 inline constexpr const char* values_name = "values.csv";
+
+// Whether a file begins as such a table does.
+bool is_values_table(const std::filesystem::path& file);
 
 // The nodes with an output that is a number.
 std::vector<std::uint32_t> nodes_with_numbers(const graph::Graph& graph);

@@ -710,8 +710,8 @@ TEST(DiskCache, AProcessOfTheSameNumberOnAnotherMachineIsNotInTheWay)
     const toys::Folder folder;
     const fs::path file = folder.path / "file";
     for (int n = 0; n < 3000; ++n) {
-        std::ofstream(file.string() + "." + std::to_string(::getpid()) + "." + std::to_string(n) +
-                      "~")
+        std::ofstream(file.string() + ".aspic-" + std::to_string(::getpid()) + "-" +
+                      std::to_string(n) + "~")
             << "theirs";
     }
     const std::string_view mine = "mine";

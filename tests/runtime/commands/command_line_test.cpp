@@ -203,7 +203,9 @@ TEST(CommandLine, ATableOfAnEarlierCookDoesNotStay)
     const auto file = folder.write("three.json", three_frames);
     const auto out = (folder.path / "out").string();
     const auto table = folder.path / "out/values.csv";
-    const auto old = [&] { return std::filesystem::exists(folder.write("out/values.csv", "old")); };
+    const auto old = [&] {
+        return std::filesystem::exists(folder.write("out/values.csv", "frame,seconds,old\n"));
+    };
     ASSERT_TRUE(old());
     EXPECT_EQ(run({"cook", file, "--out", out}).exit, exit_ok);
     EXPECT_FALSE(std::filesystem::exists(table)) << "cooked without --values";
@@ -215,6 +217,31 @@ TEST(CommandLine, ATableOfAnEarlierCookDoesNotStay)
     ASSERT_TRUE(old());
     run({"cook", file, "--out", out, "--part", (folder.path / "part.json").string()});
     EXPECT_TRUE(std::filesystem::exists(table)) << "a part of a cook leaves it to the whole";
+}
+
+TEST(CommandLine, FilesThatNoCookWroteStay)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("three.json", three_frames);
+    const auto out = (folder.path / "out").string();
+    const auto holds = [&](const char* name, const char* text) {
+        return runtime::read_text(folder.path / "out" / name) == text;
+    };
+    const std::string mine = "was not written by a cook, and this cook would replace it; move it, "
+                             "or use --out DIR";
+    folder.write("out/values.csv", "my data");
+    EXPECT_EQ(run({"cook", file, "--out", out}).exit, exit_ok) << "it writes no table";
+    EXPECT_TRUE(holds("values.csv", "my data"));
+    const Said table = run({"cook", file, "--out", out, "--values"});
+    EXPECT_NE(table.exit, exit_ok);
+    EXPECT_TRUE(has(table.err, "values.csv " + mine)) << table.err;
+    EXPECT_TRUE(holds("values.csv", "my data"));
+
+    folder.write("out/manifest.json", R"({ "name": "my page" })");
+    const Said said = run({"cook", file, "--out", out});
+    EXPECT_NE(said.exit, exit_ok);
+    EXPECT_TRUE(has(said.err, "manifest.json " + mine)) << said.err;
+    EXPECT_TRUE(holds("manifest.json", R"({ "name": "my page" })"));
 }
 
 TEST(CommandLine, WhereANodeFailedNothingStandsInTheTable)
@@ -464,11 +491,14 @@ TEST(CommandLine, ACookRemovesWhatAKilledOneLeft)
     ::waitpid(child, nullptr, 0);
     const std::string gone = std::to_string(child), alive = std::to_string(::getppid());
     const std::vector<std::string> leftovers{
-        "video." + gone + ".part.mp4", "video.mp4." + gone + ".frames",
-        "frames/0001.png." + gone + ".part", "frames/0001.obj." + gone + "-3.part",
-        "manifest.json." + gone + ".0~"};
-    const std::vector<std::string> others{"video." + alive + ".part.mp4", "video.part.mp4",
-                                          "a." + gone + ".png", gone + ".part", "notes~"};
+        "video.aspic-" + gone + ".part.mp4", "video.mp4.aspic-" + gone + ".frames",
+        "frames/0001.obj.aspic-" + gone + "-3.part", "manifest.json.aspic-" + gone + "-0~"};
+    const std::vector<std::string> others{
+        "video.aspic-" + alive + ".part.mp4", "video.part.mp4", "a.aspic-" + gone + ".png",
+        "notes~",
+        // Names that other programs give: of archives, downloads, backups with a date.
+        gone + ".part", "archive.7z." + gone + ".part", "below/film." + gone + ".part.mp4",
+        "notes-2024." + gone + ".30~", "a." + gone + ".frames", "a." + gone + "-3.part"};
     for (const auto& name : leftovers) folder.write("out/" + name, "half");
     for (const auto& name : others) folder.write("out/" + name, "whole");
     const std::filesystem::path out = folder.path / "out";

@@ -216,6 +216,7 @@ TEST_F(Verified, AFileThatIsNoManifestIsRefused)
     EXPECT_EQ(run({"verify", file_}).exit, exit_usage);
     EXPECT_EQ(run({"verify", (folder_.path / "none").string()}).exit, exit_usage);
     const std::string whole = [&] {
+        std::filesystem::remove(path());
         cook({});
         std::ifstream in(path());
         return std::string(std::istreambuf_iterator<char>(in), {});
