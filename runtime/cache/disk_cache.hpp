@@ -85,9 +85,10 @@ public:
     DiskUse use() const;
     DiskCheck verify();
     // Removes what is worth least, by (age * bytes / seconds to make), until `budget` bytes are
-    // left; contents no record names go too once they are older than `grace` seconds, because
-    // another process may be about to name them. Returns the bytes that went.
-    std::uintmax_t shrink(std::uintmax_t budget, double grace = 600);
+    // left. Contents that were written after all records that name them stay until they are older
+    // than `grace` seconds, because another process may be about to name them. Returns the bytes
+    // that went.
+    std::uintmax_t shrink(std::uintmax_t budget, double grace = 60);
     void clear();
 
 private:

@@ -16,12 +16,22 @@ using graph::ContentName;
 
 namespace {
 
-double age_of(const fs::path& path)
+using Time = fs::file_time_type;
+
+// When it was written; now, when that is not known.
+Time time_of(const fs::path& path)
 {
     std::error_code error;
-    const auto time = fs::last_write_time(path, error);
-    if (error) return 0;
-    return std::chrono::duration<double>(fs::file_time_type::clock::now() - time).count();
+    const Time time = fs::last_write_time(path, error);
+    return error ? Time::clock::now() : time;
+}
+double age_of(Time time)
+{
+    return std::chrono::duration<double>(Time::clock::now() - time).count();
+}
+double age_of(const fs::path& path)
+{
+    return age_of(time_of(path));
 }
 
 // Returns whether all of the folder could be listed; one that is not there is empty.
@@ -116,8 +126,9 @@ namespace {
 
 struct Content {
     std::uintmax_t size = 0;
-    std::size_t users = 0;  // records that name it
-    fs::path path;          // empty when it is not there
+    std::size_t users = 0;     // records that name it
+    fs::path path;             // empty when it is not there
+    Time named = Time::min();  // when the last record that names it was written
 };
 
 struct OldRecord {
@@ -143,8 +154,9 @@ struct Stock {
 };
 
 // Files that a killed writer left, and damaged ones that had their time to be looked at.
-void remove_unfinished(const fs::path& folder, double grace, Stock& stock)
+void remove_unfinished(const fs::path& folder, Stock& stock)
 {
+    constexpr double grace = 600;  // s: a slow disk may hold up a write for long
     for (const char* part : {"records", "contents", "lists"}) {
         each_unfinished(folder / part, [&](const fs::directory_entry& file) {
             if (age_of(file.path()) > grace) stock.remove(file.path(), size_on_disk(file.path()));
@@ -161,7 +173,8 @@ void find_contents(const fs::path& folder, Stock& stock)
     each_file(folder / "contents", [&](const fs::directory_entry& file) {
         const std::uintmax_t size = size_on_disk(file.path());
         stock.total += size;
-        stock.contents[name_of(DiskCache::key_of_file(file.path()))] = {size, 0, file.path()};
+        stock.contents[name_of(DiskCache::key_of_file(file.path()))] = {size, 0, file.path(),
+                                                                        Time::min()};
     });
 }
 
@@ -183,18 +196,19 @@ void remove_records(std::uintmax_t budget, double grace, Stock& stock)
 {
     std::sort(stock.records.begin(), stock.records.end(),
               [](const OldRecord& a, const OldRecord& b) { return a.worth < b.worth; });
-    constexpr double moment = 10;  // s, from a content to the record that names it
     for (const OldRecord& old : stock.records) {
         if (stock.total <= budget) return;
         stock.remove(old.path, old.size);
         for (const ContentName& name : old.names) {
             Content& content = stock.contents[name];
             if (--content.users > 0 || content.path.empty()) continue;
-            // A moment ago another record may have been about to name it: its time comes later.
-            if (grace == 0 || age_of(content.path) > moment) {
-                stock.remove(content.path, content.size);
-            } else {
+            // One that is younger than its records was stored again just now, and another process
+            // is about to name it: its time comes later.
+            const Time time = time_of(content.path);
+            if (time > content.named && age_of(time) <= grace) {
                 stock.leave_out(content.size);
+            } else {
+                stock.remove(content.path, content.size);
             }
         }
     }
@@ -218,11 +232,11 @@ std::uintmax_t DiskCache::shrink(std::uintmax_t budget, double grace)
     written_ = 0;
     const std::string told_before = told_since_a_look();
     Stock stock;
-    remove_unfinished(folder_, grace, stock);
+    remove_unfinished(folder_, stock);
     find_contents(folder_, stock);
     each_file(folder_ / "records", [&](const fs::directory_entry& file) {
         stock.total += size_on_disk(file.path());
-        const double age = age_of(file.path());
+        const Time time = time_of(file.path());
         const std::optional<CacheRecord> record = read_record(file.path());
         if (!record) return;
         OldRecord old{file.path(), record->names, 0, size_on_disk(file.path())};
@@ -230,9 +244,10 @@ std::uintmax_t DiskCache::shrink(std::uintmax_t budget, double grace)
         for (const ContentName& name : record->names) {
             Content& content = stock.contents[name];
             ++content.users;
+            content.named = std::max(content.named, time);
             bytes += static_cast<double>(content.size);
         }
-        old.worth = (record->seconds + 1e-3) / (bytes * (age + 1));
+        old.worth = (record->seconds + 1e-3) / (bytes * (age_of(time) + 1));
         stock.records.push_back(std::move(old));
     });
     const std::uintmax_t found = stock.total, gone_before = stock.gone;
