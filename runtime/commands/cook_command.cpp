@@ -5,6 +5,9 @@
 #include "runtime/cook/memory_limit.hpp"
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <map>
 
 namespace runtime {
 
@@ -21,6 +24,21 @@ Style style_of(const CookRequest& request, const Console& console)
 void run_cook_command(const CommandSet& set)
 {
     run_limited(set, [&set] { return cook(set.request, set.registry, set.console); });
+}
+
+// Documents of one name in several folders would write over each other's files.
+void require_own_folders(const std::vector<graph::Graph>& graphs, const CookRequest& request)
+{
+    std::map<std::filesystem::path, std::string> taken;
+    for (const graph::Graph& graph : graphs) {
+        const std::filesystem::path folder = output_folder(graph, request);
+        const auto [other, first] = taken.emplace(folder, graph.file);
+        if (first || std::filesystem::equivalent(other->second, graph.file)) continue;
+        throw std::invalid_argument(
+            fmt::format("{} and {} would write into one folder, {}: cook them one at a time, each "
+                        "with its own --out DIR",
+                        other->second, graph.file, folder.string()));
+    }
 }
 
 }  // namespace
@@ -87,6 +105,7 @@ int cook(const CookRequest& request, const graph::Registry& registry, Console& c
             graphs.push_back(std::move(*graph));
     }
     if (graphs.size() < request.files.size()) return exit_usage;
+    if (request.writes) require_own_folders(graphs, request);
 
     const std::unique_ptr<FrontEnd> front_end =
         request.openjd ? openjd_front_end(console)

@@ -102,6 +102,22 @@ TEST(CommandLine, TwoCooksIntoOneFolderGiveAWarning)
     EXPECT_EQ(run({"cook", file, "--out", out}).err.find("another cook"), std::string::npos);
 }
 
+TEST(CommandLine, DocumentsOfOneNameAreRefusedBeforeTheyWriteIntoOneFolder)
+{
+    const toys::Folder folder;
+    const std::string a = folder.write("a/shot.json", three_frames).string();
+    const std::string b = folder.write("b/shot.json", three_frames).string();
+    const std::string out = (folder.path / "out").string();
+    const Said said = run({"cook", a, b, "--out", out});
+    EXPECT_EQ(said.exit, exit_usage);
+    EXPECT_TRUE(has(said.err, a + " and " + b + " would write into one folder, " + out + "/shot: " +
+                                  "cook them one at a time, each with its own --out DIR"))
+        << said.err;
+    EXPECT_FALSE(std::filesystem::exists(out));
+    EXPECT_EQ(run({"check", a, b}).exit, exit_ok) << "it writes no files";
+    EXPECT_EQ(run({"cook", a, a, "--out", out}).exit, exit_ok) << "one document, named twice";
+}
+
 TEST(CommandLine, CheckWritesNoFile)
 {
     const toys::Folder folder;
