@@ -26,6 +26,15 @@ void run_cook_command(const CommandSet& set)
     run_limited(set, [&set] { return cook(set.request, set.registry, set.console); });
 }
 
+// Of the exit codes of two cooks.
+int worse(int a, int b)
+{
+    for (const int exit : {exit_cancelled, exit_failed, exit_missed}) {
+        if (a == exit || b == exit) return exit;
+    }
+    return exit_ok;
+}
+
 // Documents of one name in several folders would write over each other's files.
 void require_own_folders(const std::vector<graph::Graph>& graphs, const CookRequest& request)
 {
@@ -123,8 +132,9 @@ int cook(const CookRequest& request, const graph::Registry& registry, Console& c
         } catch (const std::bad_alloc&) {  // not in a node: that is a failure of the node
             throw std::runtime_error(graph.file + ": " + out_of_memory());
         }
-        if (exit == exit_ok || one == exit_cancelled) exit = one;
-        if (one == exit_cancelled || (one == exit_failed && !request.keep_going)) break;
+        exit = worse(exit, one);
+        const bool goes_on = request.keep_going || request.expectations_only;
+        if (one == exit_cancelled || (one == exit_failed && !goes_on)) break;
     }
     return exit;
 }

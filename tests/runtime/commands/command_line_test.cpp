@@ -359,6 +359,37 @@ TEST(CommandLine, AFailureIsExit1AndKeepGoingCooksTheRest)
     EXPECT_EQ(run({"cook", file, "--out", out}).exit, exit_failed);
 }
 
+TEST(CommandLine, TheExitCodeOfSeveralDocumentsIsThatOfTheWorst)
+{
+    const toys::Folder folder;
+    const auto one = [&](const char* name, const char* above, const char* min) {
+        return folder
+            .write(name, fmt::format(R"({{ "aspic": 1, "nodes": {{
+            "clock": {{ "type": "Clock@1" }},
+            "bad": {{ "type": "Fail@1", "inputs": {{ "value": "clock.value" }},
+                      "params": {{ "above": {} }} }} }},
+            "expect": [ {{ "value": "bad.value", "frame": 1, "min": {} }} ] }})",
+                                     above, min))
+            .string();
+    };
+    const std::string fails = one("fails.json", "-1", "0"), misses = one("misses.json", "9", "5"),
+                      meets = one("meets.json", "9", "0");
+    EXPECT_EQ(run({"check", misses, meets}).exit, exit_missed);
+    for (const auto& files :
+         {std::vector{fails, misses, meets}, {misses, fails, meets}, {meets, misses, fails}}) {
+        std::vector<std::string> words{"check"};
+        words.insert(words.end(), files.begin(), files.end());
+        const Said said = run(words);
+        EXPECT_EQ(said.exit, exit_failed);
+        EXPECT_TRUE(has(said.err, "expected")) << "all are checked: " << said.err;
+        words[0] = "cook";
+        for (const auto& more : {"--out", (folder.path / "out").c_str(), "--keep-going"}) {
+            words.emplace_back(more);
+        }
+        EXPECT_EQ(run(words).exit, exit_failed);
+    }
+}
+
 TEST(CommandLine, ValidateReportsEveryMistakeOfEveryFile)
 {
     const toys::Folder folder;
