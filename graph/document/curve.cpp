@@ -53,17 +53,19 @@ std::vector<double> slopes_of(const Curve& c)
 
 double Curve::at(double time) const
 {
-    const double first = times.front(), last = times.back();
-    if (beyond == Beyond::cycle && last > first && (time < first || time >= last)) {
-        time =
-            first + (time - first - (last - first) * std::floor((time - first) / (last - first)));
+    const double first = times.front(), last = times.back(), span = last - first;
+    // A frame at the time of a key may come out just before it: 3 / 30 s and cycles of 0.1 s are
+    // rounded differently.
+    const double rounding = 1e-9 * span;
+    if (beyond == Beyond::cycle && span > 0 && (time < first || time + rounding >= last)) {
+        time = std::max(first, time - span * std::floor((time - first + rounding) / span));
     }
     if (!(time > first)) return values.front();
-    if (time >= last) return values.back();
+    if (time + rounding >= last) return values.back();
 
-    const auto after = std::upper_bound(times.begin(), times.end(), time);
+    const auto after = std::upper_bound(times.begin(), times.end(), time + rounding);
     const auto i = static_cast<std::size_t>(after - times.begin()) - 1;
-    const double h = times[i + 1] - times[i], u = (time - times[i]) / h;
+    const double h = times[i + 1] - times[i], u = std::max(0.0, (time - times[i]) / h);
     const double a = values[i], b = values[i + 1];
     const double low = std::min(a, b), high = std::max(a, b);
     switch (between) {

@@ -101,6 +101,30 @@ TEST(Curve, CyclesWithoutAKinkWhenItsEndsMeet)
     EXPECT_EQ(curve_through({3}, {7}, Curve::Between::linear, Curve::Beyond::cycle).at(50), 7);
 }
 
+// Seconds of frames at 30 a second: 0.1 has no exact double, and k * 0.1 and 3 k / 30 differ.
+TEST(Curve, CyclesFromTheirFirstKeyAtFramesThatMeetIt)
+{
+    for (const auto between : all_between) {
+        const Curve c = curve_through({0.1, 0.2, 0.4}, {0, 1, 2}, between, Curve::Beyond::cycle);
+        for (int k = -1000; k <= 1000; ++k) {
+            EXPECT_NEAR(c.at((3 + 9 * k) / 30.0), 0, 1e-8) << k;
+            EXPECT_NEAR(c.at((6 + 9 * k) / 30.0), 1, 1e-8) << k;
+        }
+    }
+}
+
+TEST(Curve, StepsAtTheFrameThatMeetsAKey)
+{
+    std::vector<double> times, values;
+    for (int k = 0; k <= 100; ++k) {
+        times.push_back(k == 0 ? 0 : times.back() + 0.1);
+        values.push_back(k);
+    }
+    const Curve c = curve_through(times, values, Curve::Between::step);
+    for (int k = 0; k <= 100; ++k) EXPECT_EQ(c.at(3 * k / 30.0), k);
+    EXPECT_EQ(c.at(0.0999), 0);
+}
+
 TEST(Curve, RefusesKeysThatAreNoCurve)
 {
     EXPECT_THROW(curve_through({}, {}), std::invalid_argument);
