@@ -31,9 +31,18 @@ void read_given_variables(Loading& loading, Document& document, const Json* json
     }
 }
 
+// What expressions may use where no variable is known yet: subgraphs hand in values for theirs.
+std::shared_ptr<const Grammar> grammar_with(double fps)
+{
+    auto grammar = std::make_shared<Grammar>();
+    grammar->define("fps", fps);
+    return grammar;
+}
+
 void assemble_nodes(Loading& loading, Json& root, Document& document, const fs::path& file)
 {
     loading.graph.range = read_frames(loading, root.find("frames"));
+    loading.plain = grammar_with(loading.graph.range.fps);
     read_given_variables(loading, document, root.find("variables"), file.generic_string());
     std::vector<Declaration> nodes = declare_nodes(root, "", loading.problems);
     apply_overrides(loading, nodes, document, OverridesOf::document);

@@ -263,6 +263,7 @@ ExpressionError Grammar::unknown(std::string name, std::size_t position) const
     }
     std::vector<std::string_view> names = own_names();
     names.insert(names.end(), variables_.begin(), variables_.end());
+    std::erase(names, name);  // fps, where the document still has to say it
     std::string help = nearest(name, names);
     if (help.empty()) {
         names = {"frame", "time", "pi"};

@@ -266,6 +266,25 @@ TEST(Subgraphs, StandForTheNodesInside)
     EXPECT_EQ(g.graph.nodes[1].place.line, 12);  // in the subgraph's file
 }
 
+TEST(Subgraphs, KnowTheFramesPerSecondInDefaultsOfTheirVariables)
+{
+    const Project project;
+    std::string text = loaf;
+    const std::string_view old = R"("rest":    { "to": "variables.rest" })";
+    text.replace(text.find(old), old.size(),
+                 R"("rest": { "to": "variables.rest", "default": "=fps / 8" })");
+    project.add("loaf.json", text);
+    project.add("g.json", R"({ "aspic": 1, "frames": { "fps": 48 }, "nodes": {
+      "mill": { "type": "Mill@1" },
+      "loaf": { "type": "loaf.json", "inputs": { "dough": "mill.dough" } } } })");
+    const Loaded g = project.load("g.json");
+    ASSERT_TRUE(g.ok()) << project.told(g);
+    const auto& list = std::get<graph::ParamValues>(param(find(g, "loaf/work"), "raisins").is);
+    EXPECT_EQ(std::get<double>(std::get<graph::ParamValues>(list.at(0).is)[1].is), 6);
+    project.add("g.json", R"({ "aspic": 1, "frames": { "fps": 48, "last": "=fps" } })");
+    EXPECT_EQ(project.told(project.load("g.json")).find("did you mean 'fps'?"), std::string::npos);
+}
+
 TEST(Subgraphs, NestAndAreReachedByOverrides)
 {
     const Project project;
