@@ -81,11 +81,13 @@ void tell_changes(const Manifest& then, const Console& console, std::ostream& ou
 }
 
 // The files beside the manifest that are not what the cook left; returns how many.
-std::size_t tell_touched(const Manifest& then, const fs::path& folder, Console& console)
+// `outside`: others may stand there, which compare() tells.
+std::size_t tell_touched(const Manifest& then, const fs::path& folder, bool outside,
+                         Console& console)
 {
     Lines lines(console, "files");
     for (const Manifest::Output& o : then.outputs) {
-        if (o.file.path.empty()) continue;
+        if (o.file.path.empty() || (outside && names_outside(o.file.path))) continue;
         const fs::path file = folder / o.file.path;
         const Descriptor open(open_below(folder, o.file.path));
         if (open.number < 0 && (errno == EXDEV || errno == ELOOP)) {
@@ -112,12 +114,40 @@ std::string describe(const Manifest::Output& o)
                           : fmt::format("{}.{}, frame {}", o.node, o.port, o.frame);
 }
 
+// The nodes that write outside of the output folder. The folder is another one now, and they would
+// write over what they wrote then.
+std::set<std::string> writing_outside(const graph::Graph& graph)
+{
+    std::set<std::string> found;
+    for (const graph::Node& node : graph.nodes) {
+        const std::vector<graph::Param>& params = node.type->params;
+        for (std::size_t i = 0; i < params.size(); ++i) {
+            const auto* const path = std::get_if<std::string>(&node.params.at(i).is);
+            if (params[i].kind != graph::ParamKind::path_out || !path) continue;
+            if (names_outside(*path)) found.insert(node.name);
+        }
+    }
+    return found;
+}
+
+// The nodes of the request, or all that it means, but for those.
+std::vector<std::string> all_but(const std::set<std::string>& left_out, const graph::Graph& graph,
+                                 const CookRequest& request)
+{
+    std::vector<std::string> names;
+    for (const std::uint32_t n : chosen_nodes(graph, request)) {
+        if (!left_out.contains(graph.nodes[n].name)) names.push_back(graph.nodes[n].name);
+    }
+    return names;
+}
+
 // What is not the same as then, told; and how many outputs could not be compared.
 struct Comparison {
     std::size_t differ = 0, unknown = 0;
 };
 
-Comparison compare(const Manifest& then, const Manifest& now, Console& console)
+Comparison compare(const Manifest& then, const Manifest& now, const std::set<std::string>& left_out,
+                   Console& console)
 {
     std::map<Place, const Manifest::Output*> made;
     for (const Manifest::Output& o : now.outputs) made[place_of(o)] = &o;
@@ -127,7 +157,9 @@ Comparison compare(const Manifest& then, const Manifest& now, Console& console)
         Lines lines(console, "outputs");
         for (const Manifest::Output& o : then.outputs) {
             const auto again = made.find(place_of(o));
-            if (again == made.end()) {
+            if (left_out.contains(o.node)) {
+                ++found.unknown;
+            } else if (again == made.end()) {
                 lines.add(describe(o) + " was not produced");
             } else if (o.file.digest.empty() || again->second->file.digest.empty()) {
                 ++found.unknown;
@@ -142,6 +174,9 @@ Comparison compare(const Manifest& then, const Manifest& now, Console& console)
         console.out << fmt::format(
             "not compared: {} holds all frames, of which the cook wrote {}\n", path, then.frames);
     }
+    for (const std::string& node : left_out) {
+        console.out << fmt::format("not compared: '{}' writes outside the output folder\n", node);
+    }
     return found;
 }
 
@@ -154,7 +189,7 @@ int verify(const fs::path& given, const CookRequest& request, const graph::Regis
     const Manifest then = read_manifest(path);
     tell_changes(then, console, console.out);
     const fs::path beside = path.has_parent_path() ? path.parent_path() : fs::path(".");
-    const std::size_t touched = tell_touched(then, beside, console);
+    const std::size_t touched = tell_touched(then, beside, request.allow_outside, console);
 
     const TemporaryFolder folder;
     CookRequest again = request;
@@ -177,11 +212,15 @@ int verify(const fs::path& given, const CookRequest& request, const graph::Regis
         make_front_end(console.terminal ? Style::terminal : Style::quiet, console);
     Caches caches;
     caches.memory = MemoryCache(request.memory);
+    const std::set<std::string> left_out = writing_outside(*graph);
+    if (!left_out.empty()) again.nodes = all_but(left_out, *graph, again);
     Manifest now;
-    const int exit = cook_graph(*graph, again, caches, *front_end, console, now);
-    if (exit == exit_cancelled || exit == exit_failed) return exit;
+    if (left_out.empty() || !again.nodes.empty()) {
+        const int exit = cook_graph(*graph, again, caches, *front_end, console, now);
+        if (exit == exit_cancelled || exit == exit_failed) return exit;
+    }
 
-    const auto [differ, unknown] = compare(then, now, console);
+    const auto [differ, unknown] = compare(then, now, left_out, console);
     if (differ > 0) {
         console.out << fmt::format("{} of {} outputs differ\n", differ, then.outputs.size());
         return exit_failed;

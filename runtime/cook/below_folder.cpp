@@ -59,6 +59,12 @@ int open_beneath(const fs::path& folder, const fs::path& path, int flags)
 
 }  // namespace
 
+bool names_outside(const fs::path& path)
+{
+    const fs::path plain = path.lexically_normal();
+    return plain.is_absolute() || (!plain.empty() && *plain.begin() == "..");
+}
+
 int open_below(const fs::path& folder, const fs::path& path)
 {
     return open_beneath(folder, path, O_RDONLY | O_NONBLOCK);

@@ -7,6 +7,9 @@
 
 namespace runtime {
 
+// Whether a path that is taken from a folder says that it leaves it: by ".." or from the root.
+bool names_outside(const std::filesystem::path& path);
+
 // Opens a file for reading. -1, and errno says why, when it can't be had; EXDEV when the path leads
 // out of the folder.
 int open_below(const std::filesystem::path& folder, const std::filesystem::path& path);

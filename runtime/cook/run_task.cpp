@@ -152,7 +152,7 @@ void refuse_links(const std::vector<graph::Param>& params, const graph::ParamVal
         const auto* const text = std::get_if<std::string>(&values.at(i).is);
         if (params[i].kind != graph::ParamKind::path_out || !text || text->empty()) continue;
         const std::filesystem::path pattern = std::filesystem::path(*text).lexically_normal();
-        if (pattern.is_absolute() || *pattern.begin() == "..") continue;
+        if (names_outside(pattern)) continue;
         for (const auto& path : {pattern, graph::frame_path(pattern, frame)}) {
             if (!leads_out(context.output_folder, path)) continue;
             throw std::runtime_error("parameter '" + params[i].name +

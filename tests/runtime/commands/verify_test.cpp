@@ -2,6 +2,7 @@
 
 #include "runtime/cache/quantities.hpp"
 #include "runtime/commands/manifest.hpp"
+#include "runtime/commands/text_file.hpp"
 #include "tests/runtime/said.hpp"
 
 #include <gtest/gtest.h>
@@ -150,6 +151,33 @@ TEST_F(Verified, NothingOutsideTheManifestsFolderIsRead)
         const Said said = verify();
         EXPECT_EQ(said.exit, exit_failed) << name;
         EXPECT_TRUE(has(said.out, "is outside the manifest's folder and was not read")) << said.out;
+    }
+}
+
+TEST_F(Verified, ANodeThatWritesOutsideIsLeftOut)
+{
+    const auto outside = folder_.path / "row.txt";
+    for (const std::string& name : {std::string("../row.txt"), outside.string()}) {
+        file_ = folder_.write("row.json", R"({ "aspic": 1, "frames": { "first": 1, "last": 3 },
+            "nodes": { "clock": { "type": "Clock@1" },
+                       "write": { "type": "WriteNumber@1", "inputs": { "value": "clock.value" } },
+                       "row": { "type": "WriteRow@1", "inputs": { "value": "clock.value" },
+                                "params": { "path": ")" +
+                                              name + R"(" } } } })");
+        cook({"--allow-outside"});
+        std::ofstream(outside) << "edited";
+        const auto said_of = [&](const char* outputs) {
+            const Said said = verify({"--allow-outside"});
+            EXPECT_EQ(said.exit, exit_ok) << said.out << said.err;
+            EXPECT_TRUE(has(said.out, "not compared: 'row' writes outside the output folder\n"))
+                << said.out;
+            EXPECT_TRUE(has(said.out, outputs)) << said.out;
+            EXPECT_EQ(read_text(outside), "edited");
+        };
+        said_of("all 3 outputs compared are the same");
+        cook({"--allow-outside", "--node", "row"});
+        std::ofstream(outside) << "edited";
+        said_of("all 0 outputs compared are the same");
     }
 }
 
