@@ -27,6 +27,13 @@ std::size_t size_of(const struct stat& info)
     return static_cast<std::size_t>(info.st_blocks) * 512;  // whatever the blocks of the disk are
 }
 
+// The permissions of the file that is to be replaced; 0: there is none.
+mode_t mode_of(const std::filesystem::path& path)
+{
+    struct stat info = {};
+    return ::lstat(path.c_str(), &info) == 0 && S_ISREG(info.st_mode) ? info.st_mode & 0777 : 0;
+}
+
 }  // namespace
 
 std::size_t size_on_disk(const std::filesystem::path& path)
@@ -46,6 +53,8 @@ Wrote write_whole_file(const std::filesystem::path& path, std::span<const std::s
         file = ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     } while (file < 0 && errno == EEXIST);
     if (file < 0) return {errno, 0};
+    // Where a file system has no permissions, there is nothing to keep.
+    if (const mode_t mode = mode_of(path); mode != 0) ::fchmod(file, mode);
     errno = 0;
     bool good = true;
     for (const std::string_view piece : pieces) good = good && write_all(file, piece);

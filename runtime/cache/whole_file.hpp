@@ -15,7 +15,8 @@ struct Wrote {
     std::size_t size = 0;  // bytes that it takes on disk, in whole blocks
 };
 
-// The pieces, one after the other, as the content of the file. Never throws; where it fails, it
+// The pieces, one after the other, as the content of the file. One that is there keeps its
+// permissions. Never throws; where it fails, it
 // leaves nothing.
 Wrote write_whole_file(const std::filesystem::path& path, std::span<const std::string_view> pieces);
 

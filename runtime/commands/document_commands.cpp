@@ -59,7 +59,8 @@ int format_files(const std::vector<std::string>& files, bool check, Console& con
             if (check) {
                 exit = exit_failed;
             } else {
-                replace_text(file, *formatted);
+                // A link stays one, and what it leads to is formatted.
+                replace_text(std::filesystem::canonical(file), *formatted);
             }
             console.out << file << "\n";
         }

@@ -578,6 +578,21 @@ TEST(CommandLine, ALinkOutOfTheOutputFolderIsNotWrittenThrough)
     EXPECT_EQ(cook("inside").exit, exit_ok) << "a link that stays inside is as good as a folder";
 }
 
+TEST(CommandLine, FormattingKeepsLinksAndPermissions)
+{
+    namespace fs = std::filesystem;
+    const toys::Folder folder;
+    const fs::path file = folder.write("real/three.json", three_frames);
+    const fs::path link = folder.path / "link.json";
+    fs::create_symlink("real/three.json", link);
+    const fs::perms mine = fs::perms::owner_read | fs::perms::owner_write;
+    fs::permissions(file, mine);
+    EXPECT_EQ(run({"fmt", link}).exit, exit_ok);
+    EXPECT_TRUE(fs::is_symlink(link));
+    EXPECT_NE(runtime::read_text(file), three_frames);
+    EXPECT_EQ(fs::status(file).permissions(), mine);
+}
+
 TEST(CommandLine, ProfileShowsEachNodeAndWritesATrace)
 {
     const toys::Folder folder;
