@@ -96,7 +96,7 @@ public:
           const StudyOptions& options)
         : file_(file), registry_(registry), options_(options)
     {
-        const graph::Graph graph = load({});
+        const graph::Graph graph = load({}).graph;
         if (options.measures.empty()) throw std::invalid_argument("expected something to measure");
         for (const std::string& measure : options.measures) {
             kinds_.push_back(kind_of(graph, measure, options));
@@ -161,7 +161,7 @@ public:
     }
 
 private:
-    graph::Graph load(const Settings& settings) const
+    graph::Loaded load(const Settings& settings) const
     {
         return load_with(file_, registry_, options_.load, settings);
     }
@@ -172,7 +172,8 @@ private:
     {
         std::vector<Series> series(kinds_.size());
         try {
-            const graph::Graph graph = load(trial.settings);
+            const graph::Loaded loaded = load(trial.settings);
+            const graph::Graph& graph = loaded.graph;
             std::vector<graph::Link> wires;
             std::vector<std::uint32_t> nodes;
             for (const std::string& measure : options_.measures) {
@@ -190,6 +191,7 @@ private:
 
             Caches caches;
             Stopwatch watch(graph);
+            watch.warnings = warnings_of(loaded);
             Evaluator evaluator(graph, caches, options_.cook, &watch);
             evaluator.keys().aim(nodes, frames_);
             for (const std::uint32_t n : evaluator.keys().reached()) {

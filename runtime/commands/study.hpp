@@ -52,7 +52,7 @@ struct Trial {
     std::string failure;       // why it could not be cooked; empty when it could
     std::string incomparable;  // why it could not be compared with the reference, likewise
     std::vector<Measured> measured;     // each of the measures, where it could be cooked
-    std::vector<std::string> warnings;  // what its nodes warned of, "'node': text"
+    std::vector<std::string> warnings;  // of its document, and of its nodes, "'node': text"
     graph::Value look;
 };
 

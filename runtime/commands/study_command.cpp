@@ -70,7 +70,7 @@ StudyOptions options_of(const fs::path& file, const fs::path& folder, const Cook
     options.measures = wanted.measures;
     options.look = wanted.look;
     if (console.write_sheet && wanted.look.empty()) {
-        options.look = first_picture(load_with(file, registry, options.load, {}));
+        options.look = first_picture(load_with(file, registry, options.load, {}).graph);
     }
     options.distances = console.distances;
     if (!request.frames.empty()) options.frames = parse_frames(request.frames);

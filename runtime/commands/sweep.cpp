@@ -129,9 +129,10 @@ void take(std::uint32_t node, std::span<const graph::Value> values, const Wires&
 }
 
 // Cooks one combination into its rows. Returns whether it was cancelled.
-bool cook_combination(const graph::Graph& graph, const Looked& looked, Options options,
+bool cook_combination(const graph::Loaded& loaded, const Looked& looked, Options options,
                       Caches& caches, std::vector<SweepRow>& rows)
 {
+    const graph::Graph& graph = loaded.graph;
     const Wires wires = find_wires(graph, looked);
     const std::vector<Want> wants = wants_of(wires, rows);
     Troubles troubles;
@@ -148,7 +149,7 @@ bool cook_combination(const graph::Graph& graph, const Looked& looked, Options o
                 take(want.node, values, wires, row);
             }
         });
-    std::vector<std::string> warnings;
+    std::vector<std::string> warnings = warnings_of(loaded);
     for (const Warning& w : troubles.warnings) {
         warnings.push_back(fmt::format("'{}': {}", graph.nodes[w.node].name, w.text));
     }
@@ -174,7 +175,7 @@ Looked looked_at_in(const std::filesystem::path& file, const graph::Registry& re
     for (const Settings& settings : all) {
         std::optional<graph::Graph> graph;
         try {
-            graph = load_with(file, registry, options.load, settings);
+            graph = load_with(file, registry, options.load, settings).graph;
         } catch (const std::exception&) {
             if (!first) first = std::current_exception();
         }
@@ -205,8 +206,8 @@ Swept sweep(const std::filesystem::path& file, const graph::Registry& registry,
         std::vector<SweepRow> rows(looked.frames.size(), blank);
         for (std::size_t i = 0; i < rows.size(); ++i) rows[i].frame = looked.frames[i];
         try {
-            const graph::Graph graph = load_with(file, registry, options.load, settings);
-            out.cancelled = cook_combination(graph, looked, options.cook, caches, rows);
+            const graph::Loaded loaded = load_with(file, registry, options.load, settings);
+            out.cancelled = cook_combination(loaded, looked, options.cook, caches, rows);
         } catch (const std::exception& e) {
             for (SweepRow& row : rows) row.failure = e.what();
         }

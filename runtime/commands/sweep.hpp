@@ -32,7 +32,7 @@ struct SweepRow {
     std::vector<double> numbers;  // one a measure; not a number when it could not be made
     double seconds = 0;           // that the combination took, all frames together
     std::string failure;          // why something of it could not be cooked; empty when all could
-    std::vector<std::string> warnings;  // what nodes warned of in the combination, "'node': text"
+    std::vector<std::string> warnings;  // of the combination: of its document, and "'node': text"
 };
 
 struct Swept {

@@ -192,7 +192,7 @@ public:
 
     Tuning run()
     {
-        const graph::Graph graph = load_with(file_, registry_, options_.sweep.load, {});
+        const graph::Graph graph = load_with(file_, registry_, options_.sweep.load, {}).graph;
         const auto size = find_size(graph, options_.size);
         const auto steps = find_dial(graph, options_.steps, "step.substeps", "--steps");
         if (!size && !steps) {

@@ -67,17 +67,28 @@ graph::Loaded load_document(const std::filesystem::path& file, const graph::Regi
     }
 }
 
-graph::Graph load_with(const std::filesystem::path& file, const graph::Registry& registry,
-                       graph::LoadOptions options, const Settings& settings)
+graph::Loaded load_with(const std::filesystem::path& file, const graph::Registry& registry,
+                        graph::LoadOptions options, const Settings& settings)
 {
     options.sets.insert(options.sets.end(), settings.begin(), settings.end());
     graph::Loaded loaded = load_document(file, registry, options);
-    if (loaded.ok()) return std::move(loaded.graph);
+    if (loaded.ok()) return loaded;
     std::string what = "the graph could not be loaded";
     for (const graph::Problem& p : loaded.problems) {
         if (p.severity == graph::Severity::error) what.append(1, '\n').append(graph::describe(p));
     }
     throw std::invalid_argument(what);
+}
+
+std::vector<std::string> warnings_of(const graph::Loaded& loaded)
+{
+    std::vector<std::string> texts;
+    for (graph::Problem p : loaded.problems) {
+        if (p.severity != graph::Severity::warning) continue;
+        p.place = {};
+        texts.push_back(graph::describe(p).substr(std::string_view("warning: ").size()));
+    }
+    return texts;
 }
 
 std::string csv_quoted(const std::string& text)

@@ -23,8 +23,11 @@ graph::Loaded load_document(const std::filesystem::path& file, const graph::Regi
 
 // The document with `settings` on top of those in `options`. Throws std::invalid_argument with all
 // that is wrong.
-graph::Graph load_with(const std::filesystem::path& file, const graph::Registry& registry,
-                       graph::LoadOptions options, const Settings& settings);
+graph::Loaded load_with(const std::filesystem::path& file, const graph::Registry& registry,
+                        graph::LoadOptions options, const Settings& settings);
+
+// What loading warned of, as warnings of nodes are told: "node 'x', parameter 'size': ...".
+std::vector<std::string> warnings_of(const graph::Loaded& loaded);
 
 // In quotes, those inside doubled, on one line.
 std::string csv_quoted(const std::string& text);

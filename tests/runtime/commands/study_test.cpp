@@ -4,6 +4,7 @@
 #include "graph/types/standard_wires.hpp"
 #include "graph/types/wire_type.hpp"
 #include "runtime/commands/command_line.hpp"
+#include "runtime/commands/sweep.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -18,9 +19,12 @@ using namespace runtime;
 
 // x' = -x from 1, by `steps` steps of Euler's method a frame: at frame f the exact value is
 // exp(-t), the computed one (1 - h)^(n f). Its global error is of first order.
+enum class Rule { euler, other };
 struct Decay {
     graph::Wire<double> before;
     int steps = 1;
+    Rule rule = Rule::euler;
+    double weight = 1;  // of the other rule
     bool broken = false;
 };
 struct DecayOut {
@@ -44,6 +48,8 @@ static const graph::Registry& toys()
         r.add("Decay", 1, decay)
             .summary("Euler's method on x' = -x.")
             .param("steps", &Decay::steps, "Steps a frame.", {.min = 1})
+            .choice("rule", &Decay::rule, {"euler", "other"}, "Which rule.")
+            .param("weight", &Decay::weight, "Of other.", {}, {"rule", {"other"}})
             .param("broken", &Decay::broken, "Whether to fail.")
             .output("value", &DecayOut::value, "x.")
             .previous("value", &Decay::before)
@@ -394,6 +400,21 @@ TEST_F(StudyCommand, AMisspelledOutputGetsTheNearestName)
     const Asked number = run({"--vary", "x.steps=1,2", "--look", "x.value"});
     EXPECT_EQ(number.exit, exit_usage);
     EXPECT_TRUE(has(number.err, "to be a picture, found type number")) << number.err;
+}
+
+TEST_F(StudyCommand, AParameterThatHasNoEffectIsShown)
+{
+    const Asked said = run({"--vary", "x.weight=1,2,3"});
+    const std::string text = "  warning: node 'x', parameter 'weight': this has no effect while "
+                             "rule is 'euler'";
+    EXPECT_TRUE(has(said.err, text)) << said.err;
+    SweepOptions both;
+    both.varied = {parse_vary("x.rule=euler,other"), parse_vary("x.weight=2")};
+    Caches caches;
+    const Swept swept = sweep(file_, toys(), both, caches);
+    ASSERT_EQ(swept.rows.size(), 2u);
+    EXPECT_EQ(swept.rows[0].warnings.size(), 2u) << "and that one step is few";
+    EXPECT_EQ(swept.rows[1].warnings.size(), 1u);
 }
 
 TEST_F(StudyCommand, WarningsOfNodesAreShown)
