@@ -6,6 +6,7 @@
 #include "runtime/cache/quantities.hpp"
 #include "runtime/commands/manifest.hpp"
 #include "runtime/cook/caches.hpp"
+#include "runtime/cook/key_parts.hpp"
 #include "runtime/cook/keys.hpp"
 
 #include <CLI/CLI.hpp>
@@ -96,6 +97,26 @@ private:
     std::vector<std::pair<std::uint32_t, int>> todo_;
 };
 
+// What of the graph's frames is not what it was, as far as the node depends on it.
+std::vector<std::string> changes_of_frames(const graph::Node& node, const Manifest& was,
+                                           const Manifest& is)
+{
+    using graph::Variable;
+    std::vector<std::string> lines;
+    if (!was.range || !is.range) return lines;
+    const bool whole = declares(node, Variable::range) || node.type->gather_frames;
+    const bool time = declares(node, Variable::frame) || !node.animated.empty();
+    const auto compare = [&](const char* what, auto old, auto now, bool depends) {
+        if (depends && old != now) lines.push_back(fmt::format("{} is {}, was {}", what, now, old));
+    };
+    compare("fps", was.range->fps, is.range->fps,
+            time || declares(node, Variable::fps) || declares(node, Variable::pace));
+    compare("the first frame", was.range->first, is.range->first,
+            time || whole || !node.type->previous.empty());
+    compare("the last frame", was.range->last, is.range->last, whole);
+    return lines;
+}
+
 // Why each node is not what it was in the last cook.
 class Reasons {
 public:
@@ -107,7 +128,8 @@ public:
             if (!last || is == now.nodes.end()) continue;
             const auto was = last->nodes.find(graph.nodes[n].name);
             // Of a node that is new, the links to it tell.
-            changed_[n] = was != last->nodes.end() && !changes(was->second, is->second).empty();
+            changed_[n] = was != last->nodes.end() &&
+                          !changes_of(graph.nodes[n], was->second, is->second).empty();
             for (const auto& port : graph.nodes[n].inputs) {
                 for (const graph::Link& link : port) {
                     if (changed_[link.node]) changed_[n] = 1;
@@ -123,7 +145,7 @@ public:
         const auto was = last_->nodes.find(node.name);
         if (was == last_->nodes.end()) return "not part of the last cook";
         const Manifest::Node& is = now_.nodes.at(node.name);
-        std::vector<std::string> all = changes(was->second, is);
+        std::vector<std::string> all = changes_of(node, was->second, is);
         std::set<std::string> upstream;
         for (const auto& port : node.inputs) {
             for (const graph::Link& link : port) {
@@ -140,6 +162,16 @@ public:
     }
 
 private:
+    std::vector<std::string> changes_of(const graph::Node& node, const Manifest::Node& was,
+                                        const Manifest::Node& is) const
+    {
+        std::vector<std::string> all = changes(was, is);
+        for (std::string& line : changes_of_frames(node, *last_, now_)) {
+            all.push_back(std::move(line));
+        }
+        return all;
+    }
+
     std::string missing(const Walk::Found& found, const Manifest::Node& was, bool sink,
                         int frame) const
     {

@@ -91,6 +91,7 @@ Manifest::File digested(const std::filesystem::path& path, FileDigests& digests)
 void describe_graph(const graph::Graph& graph, Keys& keys, const std::vector<int>& frames,
                     FileDigests& digests, Manifest& manifest)
 {
+    manifest.range = graph.range;
     for (const auto& path : graph.documents) {
         manifest.documents.push_back(digested(path, digests));
     }
@@ -133,6 +134,9 @@ std::string to_text(const Manifest& m)
     json["documents"] = to_json(m.documents);
     json["settings"] = {{"frames", m.frames}, {"set", m.sets},  {"var", m.variables},
                         {"node", m.only},     {"root", m.root}, {"allow_outside", m.allow_outside}};
+    if (m.range) {
+        json["range"] = {{"first", m.range->first}, {"last", m.range->last}, {"fps", m.range->fps}};
+    }
     json["complete"] = m.complete;
     if (!m.missed.empty()) json["missed"] = m.missed;
     if (m.ran) {
@@ -183,6 +187,11 @@ Manifest read_manifest(const std::filesystem::path& path)
         m.allow_outside = settings.at("allow_outside").get<bool>();
         m.complete = json.at("complete").get<bool>();
         m.missed = json.value("missed", m.missed);
+        if (json.contains("range")) {
+            const Json& range = json["range"];
+            m.range = {range.at("first").get<int>(), range.at("last").get<int>(),
+                       range.at("fps").get<double>()};
+        }
         if (json.contains("ran")) {
             const Json& ran = json["ran"];
             m.ran = {ran.at("machine").get<std::string>(), ran.at("seconds").get<double>(),

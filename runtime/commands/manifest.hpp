@@ -44,9 +44,10 @@ struct Manifest {
         double cores = 0;          // busy, on average
     };
 
-    std::string version, program;  // the program's, and its identity (Options::salt)
-    std::vector<File> documents;   // the main one first
-    std::string frames;            // as --frames takes them
+    std::string version, program;            // the program's, and its identity (Options::salt)
+    std::vector<File> documents;             // the main one first
+    std::string frames;                      // as --frames takes them
+    std::optional<graph::FrameRange> range;  // of the graph; older manifests have none
     std::vector<std::string> sets, variables, only;  // --set, --var, --node
     std::string root;
     bool allow_outside = false, complete = false;

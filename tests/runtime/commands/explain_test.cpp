@@ -1,5 +1,6 @@
 #include "runtime/commands/explain.hpp"
 
+#include "runtime/commands/manifest.hpp"
 #include "tests/runtime/said.hpp"
 
 #include <gtest/gtest.h>
@@ -92,6 +93,42 @@ TEST_F(Explained, AChangedParameterIsNamedWithBothValues)
     EXPECT_TRUE(has(of("sim", said), "parameter 'start' is 10, was 0")) << said.out;
     EXPECT_EQ(of("write", said), "cook input from 'sim' changed");
     EXPECT_TRUE(has(of("slow", said), "keep")) << said.out;
+}
+
+TEST_F(Explained, ChangedFramesAreNamedWhereANodeDependsOnThem)
+{
+    const auto with_frames = [&](const char* frames) {
+        file_ = folder_.write("graph.json", std::string(R"({ "aspic": 1, "frames": )") + frames +
+                                                R"(, "nodes": {
+              "clock": { "type": "Clock@1" },
+              "moves": { "type": "Constant@1", "params": { "value": "=time" } },
+              "still": { "type": "Constant@1" },
+              "sum": { "type": "Sum@1", "inputs": {
+                       "values": ["clock.value", "moves.value", "still.value"] } },
+              "sim": { "type": "Accumulate@1", "inputs": { "value": "sum.value" } },
+              "write": { "type": "WriteNumber@1", "inputs": { "value": "sim.value" } } } })");
+    };
+    with_frames(R"({ "first": 1, "last": 4 })");
+    ASSERT_EQ(cook().exit, exit_ok);
+    with_frames(R"({ "first": 1, "last": 9, "fps": 25 })");
+    const Said fps = explain({"--frame", "3"});
+    EXPECT_TRUE(of("clock", fps).ends_with(": fps is 25, was 24")) << fps.out;
+    EXPECT_TRUE(of("moves", fps).ends_with(": fps is 25, was 24")) << fps.out;
+    EXPECT_TRUE(of("sum", fps).ends_with(": input from 'clock' and 'moves' changed")) << fps.out;
+    EXPECT_EQ(of("still", fps).find("fps"), std::string::npos) << fps.out;
+    with_frames(R"({ "first": 0, "last": 4 })");
+    const Said first = explain({"--frame", "1"});
+    EXPECT_TRUE(has(of("clock", first), "the first frame is 0, was 1")) << first.out;
+    EXPECT_TRUE(has(of("sim", first), "the first frame is 0, was 1; input from 'sum' changed"))
+        << first.out;
+
+    // A manifest of before tells nothing of them.
+    const auto path = folder_.path / "out" / manifest_name;
+    Manifest old = read_manifest(path);
+    ASSERT_TRUE(old.range);
+    old.range.reset();
+    folder_.write("out/manifest.json", to_text(old));
+    EXPECT_EQ(explain({"--frame", "1"}).out.find("was 1"), std::string::npos);
 }
 
 TEST_F(Explained, AChangedFileIsNamed)
