@@ -3,6 +3,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/union_find.hpp"
 #include "geometry/cells/cell_votes.hpp"
+#include "geometry/cells/sub_cells.hpp"
 #include "geometry/mesh/first_in_place.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
@@ -138,11 +139,12 @@ LatticeMesh mesh_of(const LatticeMesh& mesh, const ClosedPart& part)
     return out;
 }
 
-// Points of cubes, per_cube^3 each, and what is known of them.
+// Points of cells, per_cube^3 each, and what is known of them. Cubes of one cell share its points.
 struct Points {
     int per_cube = 1;
-    std::vector<std::uint32_t> cube;  // sorted
-    std::vector<Vec3i> cell;
+    std::vector<std::uint32_t> cube;    // sorted
+    std::vector<std::size_t> place;     // of each cube: its cell
+    std::vector<Vec3i> cell;            // each once
     std::vector<std::uint32_t> part;    // of each point: the last part that it lies in
     std::vector<std::int16_t> winding;  // of each point: the sum over parts, or their number
 
@@ -150,6 +152,12 @@ struct Points {
     {
         return static_cast<std::size_t>(per_cube) * static_cast<std::size_t>(per_cube) *
                static_cast<std::size_t>(per_cube);
+    }
+    void add(std::uint32_t c, const Vec3i& of)
+    {
+        if (cell.empty() || cell.back() != of) cell.push_back(of);
+        cube.push_back(c);
+        place.push_back(cell.size() - 1);
     }
 };
 
@@ -184,15 +192,22 @@ void lie_in(const LatticeMesh& part, std::uint32_t number, Inside rule, Points& 
     }
 }
 
-void add_shares(const Points& points, Inside rule, std::vector<PartShare>& shares)
+// Of a cube that is one piece of several in its cell, the points in its quarters: as many as
+// points.
+void add_shares(const Points& points, const Cubes& cubes, Inside rule,
+                std::vector<PartShare>& shares)
 {
     const std::size_t n = points.of_each();
     std::vector<std::uint32_t> own;
     for (std::size_t i = 0; i < points.cube.size(); ++i) {
+        const SubCells held =
+            cubes.part.empty() || n == 1 ? all_sub_cells : cubes.part[points.cube[i]];
         own.clear();
-        for (std::size_t k = n * i; k < n * (i + 1); ++k) {
-            const int w = points.winding[k];
-            if (rule == Inside::parity ? w % 2 != 0 : w != 0) own.push_back(points.part[k]);
+        for (std::size_t k = 0; k < n; ++k) {
+            if ((held >> k & 1) == 0) continue;
+            const std::size_t at = n * points.place[i] + k;
+            const int w = points.winding[at];
+            if (rule == Inside::parity ? w % 2 != 0 : w != 0) own.push_back(points.part[at]);
         }
         std::sort(own.begin(), own.end());
         for (std::size_t k = 0; k < own.size();) {
@@ -226,14 +241,14 @@ std::vector<PartShare> part_shares(const LatticeMesh& mesh, std::span<const Clos
                                    Inside rule, const Cubes& cubes,
                                    std::span<const std::uint8_t> cut)
 {
-    Points fine{4, {}, {}, {}, {}}, coarse{1, {}, {}, {}, {}};
+    Points fine, coarse;
+    fine.per_cube = across_cell;
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
-        Points& points = cut[c] ? fine : coarse;
-        points.cube.push_back(c);
-        points.cell.push_back(cubes.cell[c]);
+        const bool whole = cubes.part.empty() || cubes.part[c] == all_sub_cells;
+        (cut[c] || !whole ? fine : coarse).add(c, cubes.cell[c]);
     }
     for (Points* points : {&fine, &coarse}) {
-        points->part.assign(points->of_each() * points->cube.size(), no_index);
+        points->part.assign(points->of_each() * points->cell.size(), no_index);
         points->winding.assign(points->part.size(), 0);
     }
     for (std::uint32_t p = 0; p < parts.size(); ++p) {
@@ -242,8 +257,8 @@ std::vector<PartShare> part_shares(const LatticeMesh& mesh, std::span<const Clos
         lie_in(part, p, rule, coarse);
     }
     std::vector<PartShare> shares;
-    add_shares(fine, rule, shares);
-    add_shares(coarse, rule, shares);
+    add_shares(fine, cubes, rule, shares);
+    add_shares(coarse, cubes, rule, shares);
     std::sort(shares.begin(), shares.end(), [](const PartShare& a, const PartShare& b) {
         return std::tie(a.cube, a.part) < std::tie(b.cube, b.part);
     });

@@ -31,9 +31,10 @@ struct PartShare {
     double share;
 };
 
-// By 4 x 4 x 4 points of each cube marked in `cut`, and by the middle of the others. Points that
-// the parts together leave outside (in a hollow of theirs, by `rule`) count for none. Sorted by
-// cube and part. `parts` as they were found: the last that a point lies in has it.
+// By 4 x 4 x 4 points of each cube marked in `cut`, and by the middle of the others; of a piece of
+// several in a cell (Cubes::part), by those of them in its quarters. Points that the parts together
+// leave outside (in a hollow of theirs, by `rule`) count for none. Sorted by cube and part. `parts`
+// as they were found: the last that a point lies in has it.
 std::vector<PartShare> part_shares(const LatticeMesh& mesh, std::span<const ClosedPart> parts,
                                    Inside rule, const Cubes& cubes,
                                    std::span<const std::uint8_t> cut);

@@ -103,6 +103,12 @@ bool quarters_hold(std::uint64_t part, const Vec3& at)
     return (part >> sub_cell_bit(q.x(), q.y(), q.z()) & 1) != 0;
 }
 
+bool share_a_corner(const Cubes& cubes, std::size_t a, std::size_t b)
+{
+    const auto &of_a = cubes.corners[a], &of_b = cubes.corners[b];
+    return std::find_first_of(of_a.begin(), of_a.end(), of_b.begin(), of_b.end()) != of_a.end();
+}
+
 Box held_box(const Cubes& cubes, std::size_t cube)
 {
     const Vec3 cell = cubes.cell[cube].cast<double>();

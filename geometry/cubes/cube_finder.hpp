@@ -43,6 +43,9 @@ double quarters_distance_sq(std::uint64_t part, const Vec3& at);
 // it is outside, the place in the cell that is nearest to it.
 bool quarters_hold(std::uint64_t part, const Vec3& at);
 
+// Whether two cubes have a corner in common, as neighbours of one piece do.
+bool share_a_corner(const Cubes& cubes, std::size_t a, std::size_t b);
+
 // The smallest box around what a cube holds, in lattice coordinates: its quarters, or all of it.
 Box held_box(const Cubes& cubes, std::size_t cube);
 

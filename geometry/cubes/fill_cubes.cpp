@@ -3,6 +3,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/parallel.hpp"
 #include "geometry/cells/cell_set.hpp"
+#include "geometry/cubes/cube_finder.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -105,6 +106,22 @@ void deposit_many(Cubes& cubes, std::span<const Deposit> deposits)
     });
 }
 
+// A cube with mass in the cells around one without: of its own piece if there is one.
+std::uint32_t model_of(const Cubes& cubes, const CellIndex& index, std::uint32_t bare)
+{
+    std::uint32_t other = no_index;
+    for (int n = 0; n < 27; ++n) {
+        const Vec3i step(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+        const auto found = index.find(cubes.cell[bare] + step);
+        for (std::uint32_t c = found.begin; c < found.end; ++c) {
+            if (!(cubes.mass[c] > 0)) continue;
+            if (share_a_corner(cubes, bare, c)) return c;
+            if (other == no_index) other = c;
+        }
+    }
+    return other;
+}
+
 // Cubes that the model only touches, in a corner say.
 void fill_untouched(Cubes& cubes)
 {
@@ -119,13 +136,7 @@ void fill_untouched(Cubes& cubes)
     }
     const CellIndex index(cubes.cell);
     std::vector<std::uint32_t> model(bare.size(), no_index);
-    for (std::size_t i = 0; i < bare.size(); ++i) {
-        for (int n = 0; n < 27 && model[i] == no_index; ++n) {
-            const Vec3i step(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-            const auto found = index.find(cubes.cell[bare[i]] + step);
-            if (found && cubes.mass[found.begin] > 0) model[i] = found.begin;
-        }
-    }
+    for (std::size_t i = 0; i < bare.size(); ++i) model[i] = model_of(cubes, index, bare[i]);
     for (std::size_t i = 0; i < bare.size(); ++i) {
         const std::uint32_t c = bare[i];
         if (model[i] == no_index) {

@@ -1,0 +1,97 @@
+// Pieces that share cells and have cubes of their own: each keeps what is its own.
+
+#include "geometry/cubes/components.hpp"
+#include "geometry/cubes/voxelize.hpp"
+#include "tests/geometry/meshes.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+namespace apart_pieces {
+namespace {
+
+using namespace geometry;
+
+// A tenth of a metre, so that rounding takes faces off the planes between quarters of cubes.
+constexpr double size = 0.1;
+constexpr double depth = 1.5, side = 2;  // of a block, in cubes
+
+TriMesh block_at(double x)
+{
+    return meshes::moved(geometry::box(size * Vec3(depth, side, side), {1, 1, 1}),
+                         size * Vec3(x + depth / 2, side / 2, side / 2));
+}
+
+// The left one ends at x0, the right one begins `gap` further on, in cubes.
+TriMesh two_blocks(double x0, double gap)
+{
+    const TriMesh left = block_at(x0 - depth), right = block_at(x0 + gap);
+    const TriMesh* const all[] = {&left, &right};
+    return geometry::merge(all);
+}
+
+// The left block light and soft, the right one heavy and stiff.
+FaceMatter two_matters(const TriMesh& mesh)
+{
+    FaceMatter out;
+    const std::size_t faces = mesh.triangles().size();
+    for (std::size_t t = 0; t < faces; ++t) out.face.push_back(t < faces / 2 ? 0 : 1);
+    out.matters = {{.density = 1000, .young = 1e6}, {.density = 8000, .young = 1e9}};
+    return out;
+}
+
+const VoxelGrid lattice{size, Vec3::Zero(), Vec3i::Zero()};
+
+// Of min_fill 0, so that each has its own mass exactly.
+const VoxelOptions apart{.min_fill = 0, .pieces = NearPieces::apart};
+
+std::vector<std::uint32_t> labels(const Cubes& cubes)
+{
+    return find_components(cubes, Connectivity::face).label;
+}
+
+std::uint32_t leftmost(const Cubes& cubes)
+{
+    std::uint32_t out = 0;
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        if (cubes.cell[c].x() < cubes.cell[out].x()) out = c;
+    }
+    return out;
+}
+
+void expect_own_matter(const Cubes& cubes, double volume)
+{
+    const std::vector<std::uint32_t> label = labels(cubes);
+    const std::uint32_t left = label[leftmost(cubes)];
+    double mass[2] = {0, 0};
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        const bool right = label[c] != left;
+        mass[right ? 1 : 0] += cubes.mass[c];
+        EXPECT_NEAR(cubes.young[c], right ? 1e9 : 1e6, 1e-3) << c;
+    }
+    EXPECT_NEAR(mass[0], 1000 * volume, 1e-4 * 1000 * volume);
+    EXPECT_NEAR(mass[1], 8000 * volume, 1e-4 * 8000 * volume);
+}
+
+// Ends of the left block and gaps, in cubes: on planes between quarters and elsewhere, and as
+// narrow as keeps them apart.
+constexpr std::pair<double, double> places[] = {{2, 0.5},    {2.1, 0.5}, {2.25, 0.5}, {2.4, 0.5},
+                                                {2.75, 0.5}, {2.9, 0.5}, {2.3, 0.2},  {2.35, 0.15},
+                                                {2.6, 0.15}, {7.1, 0.15}};
+
+TEST(ApartPieces, OfTwoMaterialsKeepTheirOwn)
+{
+    constexpr double thickness = 0.001, area = 2 * size * size * (side * side + 2 * side * depth);
+    constexpr double volume = size * size * size * depth * side * side;
+    for (const auto& [x0, gap] : places) {
+        SCOPED_TRACE(fmt::format("end {}, gap {}", x0, gap));
+        const TriMesh mesh = two_blocks(x0, gap);
+        const FaceMatter matter = two_matters(mesh);
+        expect_own_matter(voxelize_solid(mesh, matter, Inside::winding, 0, lattice, apart), volume);
+        expect_own_matter(voxelize_surface(mesh, matter, thickness, lattice, apart),
+                          thickness * area);
+    }
+}
+
+}  // namespace
+}  // namespace apart_pieces
