@@ -34,7 +34,9 @@ public:
     {
         const Vec3 lattice = per_cube_ * (p - origin_);
         if (copies_) {
-            const std::uint32_t cube = finder_.find(lattice);
+            // On a plane between the quarters of two pieces it is of the upper one: where the lower
+            // one reaches the plane they are one. Rounding may have taken it off the plane.
+            const std::uint32_t cube = finder_.find(lattice + below);
             return cube != no_index ? cube : finder_.find(lattice - below);
         }
         const Vec3i cell = cell_of(lattice);

@@ -303,13 +303,15 @@ Cubes voxelize_surface(const TriMesh& mesh, const FaceMatter& matter, double thi
     });
     const CubeFinder finder(std::move(cells), cubes);
     std::vector<Deposit> deposits;
-    const bool full = !(thickness > 0);
+    const bool apart = !cubes.part.empty(), full = !(thickness > 0);
     if (full && matter.matters.size() == 1) {
         for (std::uint32_t c = 0; c < cubes.count(); ++c) {
             deposits.push_back({c, 0, cube_volume(grid)});
         }
     } else {
-        for (const FaceInCube& p : faces_in_cubes(lattice, finder, grid.size)) {
+        // Of pieces, as their quarters were found.
+        for (const FaceInCube& p : faces_in_cubes(
+                 apart ? snapped_to_quarters(lattice, grid) : lattice, finder, grid.size)) {
             deposits.push_back({p.cube, matter.of(lattice.source_of(p.triangle)),
                                 p.area * (full ? grid.size : thickness)});
         }
@@ -420,10 +422,12 @@ Cubes voxelize_solid(const TriMesh& mesh, const FaceMatter& matter, Inside rule,
     std::vector<FaceInCell> pieces;
     std::vector<double> volume = volumes_inside(lattice, rule, index, cubes.count(), whole,
                                                 needs_faces && !apart ? &pieces : nullptr);
-    if (apart) share_out(snapped_to_quarters(lattice, grid), rule, cubes, volume);
-    const std::vector<FaceInCube> faces =
-        needs_faces && apart ? faces_in_cubes(lattice, CubeFinder(cubes), grid.size)
-                             : in_cubes(pieces, index, grid.size);
+    std::vector<FaceInCube> faces = in_cubes(pieces, index, grid.size);
+    if (apart) {
+        const LatticeMesh snapped = snapped_to_quarters(lattice, grid);
+        share_out(snapped, rule, cubes, volume);
+        if (needs_faces) faces = faces_in_cubes(snapped, CubeFinder(cubes), grid.size);
+    }
     if (thickness > 0) thicken(volume, faces, thickness, whole);
     std::vector<Deposit> deposits;
     if (one) {

@@ -1,6 +1,7 @@
 // Pieces that share cells and have cubes of their own: each keeps what is its own.
 
 #include "geometry/cubes/components.hpp"
+#include "geometry/cubes/glued_pieces.hpp"
 #include "geometry/cubes/voxelize.hpp"
 #include "tests/geometry/meshes.hpp"
 
@@ -77,7 +78,7 @@ void expect_own_matter(const Cubes& cubes, double volume)
 // narrow as keeps them apart.
 constexpr std::pair<double, double> places[] = {{2, 0.5},    {2.1, 0.5}, {2.25, 0.5}, {2.4, 0.5},
                                                 {2.75, 0.5}, {2.9, 0.5}, {2.3, 0.2},  {2.35, 0.15},
-                                                {2.6, 0.15}, {7.1, 0.15}};
+                                                {2.6, 0.15}, {3.3, 0.2}, {7.1, 0.15}};
 
 TEST(ApartPieces, OfTwoMaterialsKeepTheirOwn)
 {
@@ -90,6 +91,18 @@ TEST(ApartPieces, OfTwoMaterialsKeepTheirOwn)
         expect_own_matter(voxelize_solid(mesh, matter, Inside::winding, 0, lattice, apart), volume);
         expect_own_matter(voxelize_surface(mesh, matter, thickness, lattice, apart),
                           thickness * area);
+    }
+}
+
+TEST(ApartPieces, AreNotToldToMoveAsOne)
+{
+    for (const auto& [x0, gap] : places) {
+        const TriMesh mesh = two_blocks(x0, gap);
+        const Cubes cubes =
+            voxelize_solid(mesh, {{}, {{}}, {}}, Inside::winding, 0, lattice, apart);
+        ASSERT_EQ(find_components(cubes, Connectivity::corner).count(), 2u);
+        EXPECT_EQ(find_glued_pieces(mesh, find_pieces(mesh), cubes, 0).count, 0u)
+            << x0 << " " << gap;
     }
 }
 
