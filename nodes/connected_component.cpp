@@ -33,6 +33,41 @@ static std::string what_was_dropped(const geometry::Components& found, std::uint
     return text;
 }
 
+// Whether cubes of another component stand for all of the same cell, so that any may hold the
+// point.
+static bool is_shared(const geometry::Cubes& cubes, const geometry::Components& found,
+                      std::uint32_t nearest)
+{
+    if (cubes.part.empty()) return false;
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        if (cubes.cell[c] == cubes.cell[nearest] && found.label[c] != found.label[nearest] &&
+            (cubes.part[c] & cubes.part[nearest]) != 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// The component at the point.
+static std::uint32_t component_at(const geometry::Cubes& cubes, const geometry::Components& found,
+                                  const geometry::Vec3& point, const graph::Context& context)
+{
+    const geometry::NearestCube nearest = geometry::nearest_cube(cubes, point);
+    if (nearest.distance > 0) {
+        char text[120];
+        std::snprintf(text, sizeof text,
+                      "the point lies in no cube: the component of the nearest cube was kept, "
+                      "%.3g m away",
+                      nearest.distance);
+        context.warn(text);
+    }
+    if (is_shared(cubes, found, nearest.cube)) {
+        context.warn("cubes of several bodies lie at the point: the body with most material in its "
+                     "cube there was kept; choose a point deeper inside the body");
+    }
+    return found.label[nearest.cube];
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     const geometry::Cubes& cubes = *in.cubes;
@@ -48,18 +83,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         return out;
     }
     std::uint32_t chosen = 0;
-    if (in.keep == Keep::point) {
-        const geometry::NearestCube nearest = geometry::nearest_cube(cubes, in.point);
-        chosen = found.label[nearest.cube];
-        if (nearest.distance > 0) {
-            char text[120];
-            std::snprintf(text, sizeof text,
-                          "the point lies in no cube: the component of the nearest cube was kept, "
-                          "%.3g m away",
-                          nearest.distance);
-            context.warn(text);
-        }
-    }
+    if (in.keep == Keep::point) chosen = component_at(cubes, found, in.point, context);
     if (found.count() == 1) {
         Outputs out{cubes};
         out.cubes.component.assign(cubes.count(), 0);

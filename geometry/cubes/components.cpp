@@ -5,6 +5,7 @@
 
 #include "geometry/base/union_find.hpp"
 #include "geometry/cells/cell_set.hpp"
+#include "geometry/cubes/cube_finder.hpp"
 #include "geometry/cubes/sheet.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
@@ -169,9 +170,12 @@ NearestCube nearest_cube(const Cubes& cubes, const Vec3& p)
     double best_sq = std::numeric_limits<double>::infinity();
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
         const Vec3 lo = cubes.cell[c].cast<double>();
-        const double d_sq =
+        double d_sq =
             (lo - at).cwiseMax(at - lo - Vec3::Ones()).cwiseMax(Vec3::Zero()).squaredNorm();
-        if (d_sq < best_sq) best_sq = d_sq, best.cube = c;
+        if (d_sq > best_sq) continue;
+        if (!cubes.part.empty()) d_sq = quarters_distance_sq(cubes.part[c], at - lo);
+        const bool fuller = !cubes.part.empty() && cubes.fill[c] > cubes.fill[best.cube];
+        if (d_sq < best_sq || (d_sq == best_sq && fuller)) best_sq = d_sq, best.cube = c;
     }
     best.distance = std::sqrt(best_sq) * cubes.size;
     return best;

@@ -24,7 +24,8 @@ enum class Largest { by_count, by_mass };
 Components find_components(const Cubes& cubes, Connectivity connectivity,
                            Largest largest = Largest::by_count);
 
-// The cube nearest to p, and how far its box, or a sheet's triangle, is from p, 0 inside.
+// The cube nearest to p, and how far its box, or a sheet's triangle, is from p, 0 inside. Of pieces
+// (Cubes::part) it is their quarters that count, and of those as near, the fullest cube.
 // Precondition: count() > 0.
 struct NearestCube {
     std::uint32_t cube = 0;

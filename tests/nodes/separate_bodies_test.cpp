@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 
 namespace {
@@ -195,6 +196,35 @@ TEST(SeparateBodies, CopiesWithGroupsOfTheirOwnAreBodies)
     EXPECT_EQ(bodies_of(voxelize(copies.run(), "groups").run()), 1u);
     copies.param("number_groups").is = true;
     EXPECT_EQ(bodies_of(voxelize(copies.run(), "groups").run()), 2u);
+}
+
+// Boxes that meet at y = -0.15, in the cell from -0.17 to -0.07: 0.02 m of the lower one in it,
+// 0.08 m of the upper one.
+TEST(SeparateBodies, OfTwoAtAPointTheOneWithMoreMaterialThereIsKept)
+{
+    const Value cubes = voxelize(tower(), "each").run();
+    NodeRun component("ConnectedComponent");
+    component.inputs["cubes"] = {cubes};
+    component.param("keep").is = std::string("point");
+    const auto lowest_kept = [&](double y) {
+        component.warnings.clear();
+        component.param("point").is = Vector{0, y, 0};
+        const auto kept = component.run().as<geometry::Cubes>();
+        double lowest = 1;
+        for (std::size_t k = 0; k < kept->corner_count(); ++k) {
+            lowest = std::min(lowest, kept->corner_position(k).y());
+        }
+        return lowest;
+    };
+    const auto told = [&] {
+        return std::any_of(
+            component.warnings.begin(), component.warnings.end(),
+            [](const std::string& w) { return w.find("several bodies") != std::string::npos; });
+    };
+    EXPECT_NEAR(lowest_kept(-0.1), -0.17, 1e-6);
+    EXPECT_TRUE(told());
+    EXPECT_NEAR(lowest_kept(0), -0.17, 1e-6);
+    EXPECT_FALSE(told());
 }
 
 }  // namespace

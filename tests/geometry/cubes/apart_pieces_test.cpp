@@ -106,5 +106,19 @@ TEST(ApartPieces, AreNotToldToMoveAsOne)
     }
 }
 
+TEST(ApartPieces, AreFoundByAPointInTheirQuarters)
+{
+    const TriMesh mesh = two_blocks(2.25, 0.5);
+    const Cubes cubes = voxelize_solid(mesh, {{}, {{}}, {}}, Inside::winding, 0, lattice, apart);
+    const std::vector<std::uint32_t> label = labels(cubes);
+    const std::uint32_t left = label[leftmost(cubes)];
+    const auto at = [&](double x) { return nearest_cube(cubes, size * Vec3(x, 0.5, 0.5)); };
+    // Both blocks have a cube in the cell from 2 to 3. Between them the nearer one counts.
+    for (const double x : {1.5, 2.1, 2.24, 2.4}) EXPECT_EQ(label[at(x).cube], left) << x;
+    for (const double x : {2.6, 2.76, 2.9, 3.5}) EXPECT_NE(label[at(x).cube], left) << x;
+    EXPECT_EQ(at(2.9).distance, 0);
+    EXPECT_NEAR(at(2.4).distance, 0.15 * size, 1e-6 * size);
+}
+
 }  // namespace
 }  // namespace apart_pieces
