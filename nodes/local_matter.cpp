@@ -186,7 +186,8 @@ static void describe_rule(graph::ParamsOf<Rule>& p)
         .param("part", &Rule::part,
                "Applies only where the nearest face of the mesh is of such a group or material: * "
                "stands for any text, ? for any character. Elsewhere the property stays, or is 0 if "
-               "it is new. Empty: everywhere.");
+               "it is new. Empty: everywhere. Where bodies that Voxelize made with pieces = each "
+               "or groups touch or overlap, that face may be of another body.");
 }
 
 void add_to(graph::Registry& registry)

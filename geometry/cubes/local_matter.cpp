@@ -1,6 +1,7 @@
 #include "geometry/cubes/local_matter.hpp"
 
 #include "geometry/base/stop.hpp"
+#include "geometry/cells/sub_cells.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/cubes/sheet.hpp"
 
@@ -8,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <stdexcept>
 
@@ -76,10 +78,26 @@ double whole_volume(const Cubes& cubes, std::size_t c)
 
 }  // namespace
 
-Vec3 gauss_offset(unsigned a)
+PlacesInCell places_in_cell(const Cubes& cubes, std::size_t cube)
 {
+    PlacesInCell out;
+    const SubCells held = cubes.part.empty() ? all_sub_cells : cubes.part[cube];
+    if (held != all_sub_cells) {
+        for (SubCells left = held; left != 0; left &= left - 1) {
+            const auto bit = static_cast<unsigned>(std::countr_zero(left));
+            const Vec3 lower(bit & 3, bit >> 2 & 3, bit >> 4);
+            out.at[out.count++] = (lower + Vec3::Constant(0.5)) / across_cell;
+        }
+        return out;
+    }
     const double off = 0.5 / std::sqrt(3.0);
-    return {(a & 1) != 0 ? off : -off, (a & 2) != 0 ? off : -off, (a & 4) != 0 ? off : -off};
+    for (unsigned a = 0; a < 8; ++a) {
+        const auto along = [&](unsigned axis) {
+            return (a >> axis & 1) != 0 ? 0.5 + off : 0.5 - off;
+        };
+        out.at[out.count++] = {along(0), along(1), along(2)};
+    }
+    return out;
 }
 
 std::array<Vec3, 3> sheet_points(const Cubes& sheet, std::size_t cell)
@@ -100,11 +118,13 @@ std::vector<double> cube_means(const Cubes& cubes, const AtPlace& f)
             for (const Vec3& p : sheet_points(cubes, c)) out[c] += f(p, c) / 3;
             continue;
         }
-        for (unsigned a = 0; a < 8; ++a) {
-            Vec3 lattice = cubes.cell[c].cast<double>() + Vec3::Constant(0.5) + gauss_offset(a);
+        const PlacesInCell places = places_in_cell(cubes, c);
+        for (std::size_t i = 0; i < places.count; ++i) {
+            Vec3 lattice = cubes.cell[c].cast<double>() + places.at[i];
             if (flat >= 0) lattice[flat] = cubes.corner[cubes.corners[c][0]][flat];
-            out[c] += f(cubes.origin + cubes.size * lattice, c) / 8;
+            out[c] += f(cubes.origin + cubes.size * lattice, c);
         }
+        out[c] /= double(places.count);
     }
     return out;
 }

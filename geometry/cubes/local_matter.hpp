@@ -23,18 +23,24 @@ enum class LocalProperty {
 // A number at a place (m) in a cube.
 using AtPlace = std::function<double(const Vec3& place, std::size_t cube)>;
 
-// From the middle of a cell of size 1 to one of its 2 x 2 x 2 Gauss points: a = 0..7, as corners
-// are numbered.
-Vec3 gauss_offset(unsigned a);
+// Places in a cell of size 1 whose mean stands for what is in it.
+struct PlacesInCell {
+    std::array<Vec3, 64> at;
+    std::size_t count = 0;
+};
+
+// The 2 x 2 x 2 Gauss points; of a piece in a part of the cell (Cubes::part), the middles of its
+// quarters, which are nearer to it than to others. Precondition: no sheet.
+PlacesInCell places_in_cell(const Cubes& cubes, std::size_t cube);
 
 // Three points within a cell of a sheet (m): the mean over them is that over the triangle where a
 // function is a quadratic polynomial. None lies at a side, so each is in this triangle alone.
 // Strang, Fix. An analysis of the finite element method. Prentice-Hall 1973.
 std::array<Vec3, 3> sheet_points(const Cubes& sheet, std::size_t cell);
 
-// The mean over each cube, by 2 x 2 x 2 Gauss points: exact for cubic polynomials. The points of a
-// plane's cells lie in it; those of a sheet's are sheet_points(). C. The function is called on one
-// thread.
+// The mean over each cube, by places_in_cell(): exact for cubic polynomials where a cube has all of
+// its cell. The points of a plane's cells lie in it; those of a sheet's are sheet_points(). C. The
+// function is called on one thread.
 std::vector<double> cube_means(const Cubes& cubes, const AtPlace& f);
 
 // The cubes with a property of these values, one for each; not for `own`. The density is that of

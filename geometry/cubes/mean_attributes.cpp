@@ -2,6 +2,7 @@
 
 #include "geometry/base/parallel.hpp"
 #include "geometry/cells/clip_to_cells.hpp"
+#include "geometry/cells/held_cells.hpp"
 #include "geometry/cells/voxel_grid.hpp"
 #include "geometry/cubes/assign_matter.hpp"
 #include "geometry/cubes/cube_finder.hpp"
@@ -95,7 +96,9 @@ struct Sums {
 void add_faces(const Cubes& cubes, const TriMesh& mesh, Attributes attributes, Sums& sums)
 {
     const CubeFinder finder(cubes);
-    const LatticeMesh lattice = to_lattice(mesh, {cubes.size, cubes.origin, Vec3i::Zero()});
+    const VoxelGrid grid{cubes.size, cubes.origin, Vec3i::Zero()};
+    LatticeMesh lattice = to_lattice(mesh, grid);
+    if (!cubes.part.empty()) lattice = snapped_to_quarters(std::move(lattice), grid);
     for (std::uint32_t t = 0; t < lattice.triangles.size(); ++t) {
         std::array<Vec3, 3> corner;
         Polygon triangle;
@@ -126,24 +129,18 @@ Vec3 place_of(const Cubes& cubes, std::size_t cube, const Vec3& in_cell)
     return cubes.origin + cubes.size * (cubes.cell[cube].cast<double>() + in_cell);
 }
 
-// The places in a cube whose mean stands for it, m.
-struct PlacesInCube {
-    std::array<Vec3, 8> at;
-    std::size_t count = 8;
-};
-
-PlacesInCube places_in(const Cubes& cubes, std::size_t cube)
+// The places in a cube or a triangle whose mean stands for it, m.
+PlacesInCell places_in(const Cubes& cubes, std::size_t cube)
 {
-    PlacesInCube out;
+    PlacesInCell out;
     if (cubes.is_sheet()) {
         const std::array<Vec3, 3> points = sheet_points(cubes, cube);
         std::copy(points.begin(), points.end(), out.at.begin());
         out.count = points.size();
         return out;
     }
-    for (unsigned a = 0; a < 8; ++a) {
-        out.at[a] = place_of(cubes, cube, Vec3::Constant(0.5) + gauss_offset(a));
-    }
+    out = places_in_cell(cubes, cube);
+    for (std::size_t i = 0; i < out.count; ++i) out.at[i] = place_of(cubes, cube, out.at[i]);
     return out;
 }
 
@@ -156,14 +153,16 @@ Cubes with_values(Cubes cubes, Attributes attributes, std::vector<std::vector<do
     return cubes;
 }
 
-// A cube that faces only touch gets the value where they are nearest to its middle.
+// A cube that faces only touch gets the value where they are nearest to the middle of what it
+// holds.
 void add_nearest(const Cubes& cubes, const TriMesh& mesh, Attributes attributes, Sums& sums)
 {
     if (std::all_of(sums.weight.begin(), sums.weight.end(), [](double w) { return w > 0; })) return;
     const TriangleBvh tree(mesh);
     for (std::size_t c = 0; c < cubes.count(); ++c) {
         if (sums.weight[c] > 0) continue;
-        const auto hit = tree.closest(place_of(cubes, c, Vec3::Constant(0.5)));
+        const Box held = held_box(cubes, c);
+        const auto hit = tree.closest(cubes.origin + cubes.size * 0.5 * (held.lo + held.hi));
         if (!hit) continue;
         sums.weight[c] = 1;
         for (std::size_t i = 0; i < attributes.size(); ++i) {
@@ -244,15 +243,15 @@ Cubes with_means_of_solid(Cubes cubes, const TriMesh& mesh, Attributes attribute
                                             std::vector<double>(cubes.count(), 0.0));
     parallel_for(cubes.count(), cubes_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t c = begin; c < end; ++c) {
-            const PlacesInCube places = places_in(cubes, c);
+            const PlacesInCell places = places_in(cubes, c);
             for (std::size_t a = 0; a < places.count; ++a) {
                 const auto hit = tree.closest(places.at[a]);
                 if (!hit) continue;
                 for (std::size_t i = 0; i < attributes.size(); ++i) {
-                    values[i][c] += value_at(mesh, hit.triangle, hit.barycentric, *attributes[i]) /
-                                    double(places.count);
+                    values[i][c] += value_at(mesh, hit.triangle, hit.barycentric, *attributes[i]);
                 }
             }
+            for (auto& of_all : values) of_all[c] /= double(places.count);
         }
     });
     return with_values(std::move(cubes), attributes, std::move(values));

@@ -2,6 +2,8 @@
 
 #include "geometry/cubes/components.hpp"
 #include "geometry/cubes/glued_pieces.hpp"
+#include "geometry/cubes/local_matter.hpp"
+#include "geometry/cubes/mean_attributes.hpp"
 #include "geometry/cubes/voxelize.hpp"
 #include "tests/geometry/meshes.hpp"
 
@@ -118,6 +120,48 @@ TEST(ApartPieces, AreFoundByAPointInTheirQuarters)
     for (const double x : {2.6, 2.76, 2.9, 3.5}) EXPECT_NE(label[at(x).cube], left) << x;
     EXPECT_EQ(at(2.9).distance, 0);
     EXPECT_NEAR(at(2.4).distance, 0.15 * size, 1e-6 * size);
+}
+
+// The left block is cold, the right one hot. A cube has all of its value from its own block.
+void expect_own_heat(const Cubes& cubes)
+{
+    const std::vector<std::uint32_t> label = labels(cubes);
+    const std::uint32_t left = label[leftmost(cubes)];
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        EXPECT_NEAR(cubes.attributes[0].values[c], label[c] == left ? 0 : 1, 1e-12) << c;
+    }
+}
+
+TEST(ApartPieces, HaveAttributesOfTheirOwn)
+{
+    for (const auto& [x0, gap] : places) {
+        SCOPED_TRACE(fmt::format("end {}, gap {}", x0, gap));
+        TriMesh mesh = two_blocks(x0, gap);
+        const std::size_t vertices = mesh.positions.size();
+        Attribute heat{"heat", "K", std::vector<float>(vertices, 0.f)};
+        for (std::size_t v = vertices / 2; v < vertices; ++v) heat.values[v] = 1;
+        mesh.attributes = {heat};
+        const auto wanted = chosen_attributes("heat", mesh.attributes);
+        const FaceMatter one{{}, {{}}, {}};
+        expect_own_heat(with_means_of_solid(
+            voxelize_solid(mesh, one, Inside::winding, 0, lattice, apart), mesh, wanted));
+        expect_own_heat(with_means_of_surface(voxelize_surface(mesh, one, 0.001, lattice, apart),
+                                              mesh, wanted));
+    }
+}
+
+TEST(ApartPieces, HaveTheMeanOfAPlaceOverTheirOwnQuarters)
+{
+    const TriMesh mesh = two_blocks(2.25, 0.5);
+    const Cubes cubes = voxelize_solid(mesh, {{}, {{}}, {}}, Inside::winding, 0, lattice, apart);
+    const std::vector<double> x =
+        cube_means(cubes, [](const Vec3& p, std::size_t) { return p.x() / size; });
+    const std::vector<std::uint32_t> label = labels(cubes);
+    const std::uint32_t left = label[leftmost(cubes)];
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        if (cubes.cell[c].x() != 2) continue;
+        EXPECT_NEAR(x[c], label[c] == left ? 2.125 : 2.875, 1e-12);
+    }
 }
 
 }  // namespace
