@@ -1,5 +1,6 @@
 #include "physics/state/choose_corners.hpp"
 
+#include "geometry/cubes/components.hpp"
 #include "geometry/cubes/cube_finder.hpp"
 #include "geometry/cubes/sheet.hpp"
 #include "geometry/mesh/mesh.hpp"
@@ -7,6 +8,8 @@
 #include "physics/state/state_models.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <limits>
 #include <stdexcept>
 
 namespace physics {
@@ -31,13 +34,16 @@ std::vector<std::uint32_t> of_pieces(const Cubes& cubes, std::vector<std::uint32
                                      const Meets& meets)
 {
     if (cubes.part.empty()) return corners;
-    std::vector<std::uint8_t> met(cubes.corner_count(), 0);
+    std::vector<std::uint8_t> met(cubes.corner_count(), 0), chosen(met);
+    for (const auto k : corners) chosen[k] = 1;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
+        const auto& own = cubes.corners[c];
+        if (std::none_of(own.begin(), own.end(), [&](auto k) { return chosen[k] != 0; })) continue;
         const geometry::Box held = held_box(cubes, c);
         if (!meets({cubes.origin + cubes.size * held.lo, cubes.origin + cubes.size * held.hi})) {
             continue;
         }
-        for (const auto k : cubes.corners[c]) met[k] = 1;
+        for (const auto k : own) met[k] = 1;
     }
     std::erase_if(corners, [&](std::uint32_t k) { return met[k] == 0; });
     return corners;
@@ -114,8 +120,10 @@ std::vector<std::uint32_t> corners_in_sphere(const Cubes& cubes, const Vec3& cen
 
 std::vector<std::uint32_t> corners_below(const Cubes& cubes, double height)
 {
-    return corners_if(cubes,
-                      [&](std::uint32_t k) { return cubes.corner_position(k).y() <= height; });
+    auto corners =
+        corners_if(cubes, [&](std::uint32_t k) { return cubes.corner_position(k).y() <= height; });
+    return of_pieces(cubes, std::move(corners),
+                     [&](const geometry::Box& held) { return held.lo.y() <= height; });
 }
 
 // Within so many mean sides of triangles.
@@ -135,19 +143,71 @@ static std::vector<std::uint32_t> corners_at_end_of_sheet(const Cubes& sheet, in
     });
 }
 
+// Of corners in the outermost plane at one end, those of bodies that end there: not of one that
+// ends half a cube or more before others, and shares cells with them.
+static std::vector<std::uint32_t>
+of_outermost(const Cubes& cubes, std::vector<std::uint32_t> corners, int axis, bool low)
+{
+    constexpr double half = 0.5 - 1e-6;  // cubes
+    if (cubes.part.empty()) return corners;
+    const auto bodies = find_components(cubes, geometry::Connectivity::corner);
+    std::vector<double> from(bodies.count(), std::numeric_limits<double>::infinity());
+    std::vector<std::uint32_t> body(cubes.corner_count());
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        const geometry::Box held = held_box(cubes, c);
+        double& least = from[bodies.label[c]];
+        least = std::min(least, low ? held.lo[axis] : -held.hi[axis]);
+        for (const auto k : cubes.corners[c]) body[k] = bodies.label[c];
+    }
+    const double outermost = *std::min_element(from.begin(), from.end());
+    std::erase_if(corners, [&](std::uint32_t k) { return from[body[k]] >= outermost + half; });
+    return corners;
+}
+
+static std::vector<std::uint32_t> corners_at_one_end(const Cubes& cubes, int axis, bool low,
+                                                     int layers)
+{
+    std::int64_t out = cubes.corner[0][axis];
+    for (const auto& place : cubes.corner) {
+        out = low ? std::min<std::int64_t>(out, place[axis])
+                  : std::max<std::int64_t>(out, place[axis]);
+    }
+    const std::int64_t border = low ? out + layers : out - layers;
+    auto corners = corners_if(cubes, [&](std::uint32_t k) {
+        return low ? cubes.corner[k][axis] <= border : cubes.corner[k][axis] >= border;
+    });
+    if (layers == 0) return of_outermost(cubes, std::move(corners), axis, low);
+    const double at = cubes.origin[axis] + cubes.size * static_cast<double>(border);
+    return of_pieces(cubes, std::move(corners), [&](const geometry::Box& held) {
+        return low ? held.lo[axis] <= at : held.hi[axis] >= at;
+    });
+}
+
 std::vector<std::uint32_t> corners_at_end(const Cubes& cubes, int axis, End end, int layers)
 {
     if (cubes.corner.empty()) return {};
     if (cubes.is_sheet()) return corners_at_end_of_sheet(cubes, axis, end, layers);
-    std::int64_t lo = cubes.corner[0][axis], hi = lo;
-    for (const auto& place : cubes.corner) {
-        lo = std::min<std::int64_t>(lo, place[axis]);
-        hi = std::max<std::int64_t>(hi, place[axis]);
+    if (end != End::both) return corners_at_one_end(cubes, axis, end == End::low, layers);
+    const auto low = corners_at_one_end(cubes, axis, true, layers);
+    const auto high = corners_at_one_end(cubes, axis, false, layers);
+    std::vector<std::uint32_t> both;
+    std::set_union(low.begin(), low.end(), high.begin(), high.end(), std::back_inserter(both));
+    return both;
+}
+
+// Whether faces come within `distance` of a box: of the places of the faces that are nearest to its
+// corners and to its middle.
+static bool reaches(const geometry::TriangleBvh& faces, const geometry::Box& box, double distance)
+{
+    for (int i = 0; i < 9; ++i) {
+        Vec3 from = 0.5 * (box.lo + box.hi);
+        for (int k = 0; k < 3 && i < 8; ++k) from[k] = (i >> k & 1) != 0 ? box.hi[k] : box.lo[k];
+        const auto hit = faces.closest(from);
+        if (!hit) return false;
+        if ((hit.point - hit.point.cwiseMax(box.lo).cwiseMin(box.hi)).norm() < distance)
+            return true;
     }
-    return corners_if(cubes, [&](std::uint32_t k) {
-        const std::int64_t at = cubes.corner[k][axis];
-        return (end != End::high && at <= lo + layers) || (end != End::low && at >= hi - layers);
-    });
+    return false;
 }
 
 std::vector<std::uint32_t> corners_near_material(const Cubes& cubes, const TriMesh& mesh,
@@ -157,7 +217,9 @@ std::vector<std::uint32_t> corners_near_material(const Cubes& cubes, const TriMe
     std::vector<Vec3> places = corner_positions(cubes);
     std::vector<geometry::TriangleBvh::Hit> hits(places.size());
     tree.closest(places, distance, hits);
-    return corners_if(cubes, [&](std::uint32_t k) { return bool(hits[k]); });
+    auto corners = corners_if(cubes, [&](std::uint32_t k) { return bool(hits[k]); });
+    return of_pieces(cubes, std::move(corners),
+                     [&](const geometry::Box& held) { return reaches(tree, held, distance); });
 }
 
 // The ends of sides that one triangle alone has.

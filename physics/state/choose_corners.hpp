@@ -1,6 +1,7 @@
 #pragma once
 
-// Which corners of a set of cubes lie somewhere, at rest. All return sorted indices.
+// Which corners of a set of cubes lie somewhere, at rest. All return sorted indices. Of pieces that
+// share cells (Cubes::part), the corners are those of pieces that come into the region.
 
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/mesh/mesh_fwd.hpp"
@@ -17,7 +18,8 @@ std::vector<std::uint32_t> corners_in_sphere(const geometry::Cubes& cubes, const
 std::vector<std::uint32_t> corners_below(const geometry::Cubes& cubes, double height);
 
 // The outermost `layers` + 1 planes of corners along an axis (0..2), that is the corners of the
-// outermost `layers` layers of cubes; at its low end, its high end or both.
+// outermost `layers` layers of cubes; at its low end, its high end or both. Without layers, not those
+// of pieces that end half a cube or more before others.
 enum class End { both, low, high };
 std::vector<std::uint32_t> corners_at_end(const geometry::Cubes& cubes, int axis, End end,
                                           int layers);
