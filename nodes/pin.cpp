@@ -189,6 +189,20 @@ static geometry::Transform motion_of(const Inputs& in)
     return geometry::placement(in.translate, in.rotate_degrees, Vec3::Ones(), in.pivot);
 }
 
+static void warn_of_unused_motion(const Inputs& in, const graph::Context& context)
+{
+    std::string unused;
+    for (const auto& [name, value] :
+         {std::pair("translate", &in.translate), std::pair("rotate_degrees", &in.rotate_degrees),
+          std::pair("pivot", &in.pivot)}) {
+        if (!value->isZero(0)) unused += (unused.empty() ? "" : ", ") + std::string(name);
+    }
+    if (unused.empty()) return;
+    context.warn(fmt::format("no effect of {}, because what is pinned follows the mesh that is "
+                             "linked to `follow`: move that mesh, or unlink it",
+                             unused));
+}
+
 static Outputs hold_points(const Inputs& in, const graph::Context& context)
 {
     if (in.matter->cubes.empty())
@@ -199,7 +213,10 @@ static Outputs hold_points(const Inputs& in, const graph::Context& context)
 
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
-    if (in.follow) require_a_vertex_a_corner(in);
+    if (in.follow) {
+        require_a_vertex_a_corner(in);
+        warn_of_unused_motion(in, context);
+    }
     if (in.hold == Hold::points) return hold_points(in, context);
     auto corners = chosen(in);
     if (corners.empty())

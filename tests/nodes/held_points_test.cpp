@@ -120,4 +120,23 @@ TEST(HeldPoints, SaysWhereItDoesNotServe)
     }
 }
 
+TEST(Pin, ThatFollowsAMeshTellsThatItsOwnMotionHasNoEffect)
+{
+    const geometry::Cubes model = beam();
+    geometry::TriMesh mesh;
+    for (const Vec3& p : corner_positions(model)) mesh.positions.push_back(p.cast<float>());
+    for (const char* const hold : {"corners", "points"}) {
+        NodeRun pin = pin_up_to(Value::of(model), 2.75 * h, hold);
+        pin.inputs["follow"] = {Value::of(mesh)};
+        pin.run();
+        EXPECT_TRUE(pin.warnings.empty());
+        pin.param("translate").is = Vector{0, 1, 0};
+        pin.param("pivot").is = Vector{0, 0, 1};
+        pin.run();
+        ASSERT_EQ(pin.warnings.size(), 1u);
+        EXPECT_EQ(pin.warnings[0].rfind("no effect of translate, pivot, because", 0), 0u)
+            << pin.warnings[0];
+    }
+}
+
 }  // namespace
