@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace nodes::measure {
 
@@ -96,11 +97,14 @@ static bool has_gone(const physics::State& state)
     return state.report.steps > 0 || state.report.slept;
 }
 
-// Of each cube, once there has been a step: at rest there is none.
+// Of each cube, once there has been a step: at rest there is none. Of a sheet beside solids it is
+// not known.
 static const std::vector<float>& of_cubes(const Inputs& in, const std::vector<float>& numbers,
                                           const char* what)
 {
-    if (numbers.empty() && has_gone(state(in))) {
+    const bool unknown = std::any_of(numbers.begin(), numbers.end(),
+                                     [](float number) { return std::isnan(number); });
+    if (unknown || (numbers.empty() && has_gone(state(in)))) {
         throw std::invalid_argument(
             fmt::format("the state has no {}: only method bricks of Simulate knows it, and that of "
                         "solids alone. Link `cubes` of a solid",

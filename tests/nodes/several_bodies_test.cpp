@@ -171,6 +171,26 @@ TEST(SeveralBodies, ASheetBesideASolidMovesByBricksAlone)
     }
 }
 
+TEST(SeveralBodies, EnergyAndStressAreThoseOfASolidAlone)
+{
+    const Value sheet = NodeRun("Plane").run(), solid = block(2, 0.1, geometry::Vec3(0, 5, 0));
+    NodeRun simulate("Simulate");
+    simulate.inputs["cubes"] = {solid, sheet};
+    simulate.previous = {simulate.run(1)};
+    const Value state = simulate.run(2);
+    for (const char* what : {"elastic_energy", "stress_max"}) {
+        NodeRun measure("Measure");
+        measure.inputs["state"] = {state};
+        measure.param("what").is = std::string(what);
+        const auto refusal = [&] { return told([&] { measure.run(); }); };
+        EXPECT_NE(refusal().find("Link `cubes` of a solid"), std::string::npos) << refusal();
+        measure.inputs["cubes"] = {sheet};
+        EXPECT_NE(refusal().find("Link `cubes` of a solid"), std::string::npos) << refusal();
+        measure.inputs["cubes"] = {solid};
+        EXPECT_GE(*measure.run().as<double>(), 0);
+    }
+}
+
 TEST(SeveralBodies, ASurfaceApartFromItsCubesIsRefused)
 {
     NodeRun simulate("Simulate");
