@@ -414,13 +414,46 @@ void stiffen(const std::vector<OwnCube>& own, const Eigen::VectorXd& low, Cubes&
     }
 }
 
+// The mass of each cube by its fine ones, of partly filled ones the fill too: cubes lighter than
+// any may be were made heavier at the cost of all others.
+void take_masses(Body& body, double share)
+{
+    for (std::size_t c = 0; c < body.cube.size(); ++c) {
+        if (body.fine_of(c).empty()) continue;
+        double mass = 0, fill = 0;
+        for (const auto f : body.fine_of(c)) {
+            mass += body.fine.mass[f];
+            fill += body.fine.fill[f] / std::pow(body.ratio, 3);
+        }
+        body.coarse.mass[c] = share * mass;
+        if (is_partly(body, c)) body.coarse.fill[c] = std::min(fill, std::nextafter(full, 0));
+    }
+}
+
+// The masses of all bodies, together `total`.
+void give_masses(std::span<const Body> bodies, double total, Cubes& all)
+{
+    double sum = 0;
+    for (const Body& body : bodies) sum += total_mass(body.coarse);
+    for (const Body& body : bodies) {
+        for (std::size_t c = 0; c < body.cube.size(); ++c) {
+            all.mass[body.cube[c]] = total / sum * body.coarse.mass[c];
+        }
+    }
+}
+
 void calibrate(Body& body, const CalibrationSettings& settings, Cubes& all, Report& report)
 {
     std::size_t first = 0;
     while (first < body.cube.size() && !is_partly(body, first)) ++first;
     if (first == body.cube.size()) return;
     FineMotions motions = fine_motions(body.fine, settings.modes, report);
-    if (motions.of.cols() == 0) return;
+    if (motions.of.cols() == 0) {
+        for (std::size_t c = 0; c < body.cube.size(); ++c) {
+            body.coarse.mass[c] = all.mass[body.cube[c]];  // as its fill
+        }
+        return;
+    }
     const std::vector<double> lowest(motions.energy.begin(),
                                      motions.energy.begin() + std::ptrdiff_t(motions.modes));
     for (Index m = 0; m < motions.of.cols(); ++m) {
@@ -433,7 +466,6 @@ void calibrate(Body& body, const CalibrationSettings& settings, Cubes& all, Repo
     for (const OwnCube& c : own) {
         all.own[body.cube[c.cube]] = static_cast<std::uint32_t>(all.elements.size());
         all.elements.push_back(body.coarse.elements[body.coarse.own[c.cube]]);
-        all.mass[body.cube[c.cube]] = body.coarse.mass[c.cube];
         all.fill[body.cube[c.cube]] = body.coarse.fill[c.cube];
     }
 }
@@ -447,22 +479,14 @@ Cubes calibrated(const Cubes& coarse, const FineCubes& fine, const CalibrationSe
     out.own.assign(coarse.count(), no_index);
     out.elements.clear();
     report.converged = true;
-    // Of cubes that are lighter than any may be, the fine ones know the mass.
-    const double share = total_mass(coarse) / total_mass(fine.cubes);
-    for (Body& body : bodies_of(coarse, fine)) {
-        for (std::size_t c = 0; c < body.cube.size(); ++c) {
-            if (!is_partly(body, c)) continue;
-            double mass = 0, fill = 0;
-            for (const auto f : body.fine_of(c)) {
-                mass += body.fine.mass[f];
-                fill += body.fine.fill[f] / std::pow(fine.ratio, 3);
-            }
-            body.coarse.mass[c] = share * mass;
-            body.coarse.fill[c] = std::min(fill, std::nextafter(full, 0));
-        }
+    const double total = total_mass(coarse);
+    std::vector<Body> bodies = bodies_of(coarse, fine);
+    for (Body& body : bodies) {
+        take_masses(body, total / total_mass(fine.cubes));
         body.coarse.own.assign(body.coarse.count(), no_index);
         calibrate(body, settings, out, report);
     }
+    if (!out.elements.empty()) give_masses(bodies, total, out);
     if (out.elements.empty()) out.own.clear();
     return out;
 }

@@ -2,7 +2,9 @@
 
 #include "physics/modal/calibrate.hpp"
 
+#include "geometry/cubes/components.hpp"
 #include "geometry/cubes/voxelize.hpp"
+#include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/merge.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/primitive.hpp"
@@ -204,6 +206,27 @@ TEST(Calibrate, MassLiesWhereTheMaterialIs)
     EXPECT_GT(across(m.coarse, normal), 3 * exact);
     const auto masses = corner_masses(m.calibrated);
     EXPECT_NEAR(std::accumulate(masses.begin(), masses.end(), 0.0), mass, 1e-4 * mass);
+}
+
+TEST(Calibrate, MassIsKeptWhereCubesAreLighterThanAnyMayBe)
+{
+    // A least share of 0.3 made slivers of the ball's cubes heavier, and full cubes lighter.
+    const auto mesh = geometry::icosphere(0.5, 4);
+    const auto cubes_of = [&](double edge, double min_fill) {
+        return geometry::voxelize_solid(
+            mesh, {{}, {{.density = 1000}}, {}}, geometry::Inside::winding, 0,
+            {edge, Vec3::Constant(-0.6), Vec3i::Zero()}, {.min_fill = min_fill, .total_mass = 10});
+    };
+    const Cubes coarse = cubes_of(0.3, 0.3), fine = cubes_of(0.3 / 4, 1e-3);
+    ASSERT_NEAR(total_mass(coarse), 10, 1e-9);
+    Report report;
+    const Cubes out = calibrated(coarse, {fine, 4}, {4}, report);
+    EXPECT_FALSE(out.elements.empty());
+    EXPECT_NEAR(total_mass(out), 10, 1e-9);
+    // A cube all inside has the density of the ball.
+    const double density = 10 / geometry::enclosed_volume(mesh);
+    const std::size_t middle = geometry::nearest_cube(out, Vec3::Constant(-0.15)).cube;
+    EXPECT_NEAR(out.mass[middle], density * 0.027, 0.01 * density * 0.027);
 }
 
 TEST(Calibrate, FullCubesKeepTheirStiffness)
