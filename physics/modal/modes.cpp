@@ -1,5 +1,6 @@
 #include "physics/modal/modes.hpp"
 
+#include "geometry/cubes/components.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "physics/modal/eigenpairs.hpp"
 #include "physics/modal/rigid_motions.hpp"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace physics {
@@ -119,6 +121,62 @@ void count_rigid(const std::vector<RigidMotions>& rigid, const ModeSettings& set
     }
 }
 
+// Cubes that touch along one edge or at one corner only are hinges: they turn at no cost.
+bool has_hinges(const Cubes& cubes)
+{
+    return find_components(cubes, geometry::Connectivity::face).count() >
+           find_components(cubes, geometry::Connectivity::corner).count();
+}
+
+// What rounding leaves unknown of phi^T K phi: of stiff parts that move as one, large terms cancel.
+double rounding_of(const StiffnessAndMass& d, const VectorXd& phi)
+{
+    constexpr double epsilon = std::numeric_limits<double>::epsilon();
+    double sum = 0;
+    for (Index i = 0; i < phi.size(); ++i) sum += d.stiffness.coeff(i, i) * phi[i] * phi[i];
+    return epsilon * sum;
+}
+
+void warn_of_left_out(int hinges, int unknown, Report& report)
+{
+    if (hinges > 0) {
+        report.warnings.push_back(fmt::format(
+            "{} motions without stiffness were left out: some cubes share only an edge or a corner "
+            "with others. Join them by faces, or keep one component.",
+            hinges));
+    }
+    if (unknown > 0) {
+        report.warnings.push_back(fmt::format(
+            "{} of the lowest modes were left out: their frequencies are too low beside the "
+            "stiffest material and the size of cubes to be known. Lower the highest Young's "
+            "modulus, or use larger cubes.",
+            unknown));
+    }
+}
+
+void add_elastic(const StiffnessAndMass& d, const Eigenpairs& pairs, const ModalCubes& of,
+                 Modes& modes)
+{
+    const double no_stiffness = 1e-13 * d.largest_ratio();
+    const auto is_low = [&](double value) { return value < no_stiffness; };
+    const bool hinged =
+        std::any_of(pairs.value.begin(), pairs.value.end(), is_low) && has_hinges(of.cubes);
+    int hinges = 0, unknown = 0;
+    for (std::size_t i = 0; i < pairs.value.size(); ++i) {
+        const VectorXd phi = pairs.vector.col(Index(i));
+        const VectorXd force = d.stiffness.selfadjointView<Eigen::Lower>() * phi;
+        if (is_low(pairs.value[i]) && (hinged || pairs.value[i] < 10 * rounding_of(d, phi))) {
+            ++(hinged ? hinges : unknown);
+            continue;
+        }
+        modes.report.residual =
+            std::max(modes.report.residual,
+                     (force - pairs.value[i] * d.times_mass(phi)).norm() / force.norm());
+        add_mode(of.cubes, of.unknowns, phi, pairs.value[i], modes);
+    }
+    warn_of_left_out(hinges, unknown, modes.report);
+}
+
 }  // namespace
 
 Modes lowest_modes(const Cubes& cubes, const std::vector<std::uint32_t>& pinned,
@@ -150,27 +208,7 @@ Modes lowest_modes(const Cubes& cubes, const std::vector<std::uint32_t>& pinned,
             add_mode(cubes, unknowns, spread_out(piece, piece.motion.col(m), d.rows()), 0, modes);
         }
     }
-    // Cubes that touch along one edge or at one corner only are hinges: they turn at no cost.
-    const double no_stiffness = 1e-13 * d.largest_ratio();
-    int hinges = 0;
-    for (std::size_t i = 0; i < pairs.value.size(); ++i) {
-        const VectorXd phi = pairs.vector.col(Index(i));
-        const VectorXd force = d.stiffness.selfadjointView<Eigen::Lower>() * phi;
-        if (pairs.value[i] < no_stiffness) {
-            ++hinges;
-            continue;
-        }
-        modes.report.residual =
-            std::max(modes.report.residual,
-                     (force - pairs.value[i] * d.times_mass(phi)).norm() / force.norm());
-        add_mode(cubes, unknowns, phi, pairs.value[i], modes);
-    }
-    if (hinges > 0) {
-        modes.report.warnings.push_back(fmt::format(
-            "{} motions without stiffness were left out: some cubes share only an edge or a corner "
-            "with others. Join them by faces, or keep one component.",
-            hinges));
-    }
+    add_elastic(d, pairs, {cubes, unknowns, stiffness}, modes);
     CubeStiffness material(cubes, settings.element, settings.weighting);
     for (const auto& shape : modes.shape) {
         modes.damping.push_back(material_damping(cubes, shape, material));

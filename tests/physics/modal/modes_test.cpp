@@ -197,6 +197,54 @@ TEST(Modes, LeaveOutHingesAndSayIt)
     for (const double omega_sq : modes.omega_sq) EXPECT_GT(omega_sq, 1);
 }
 
+// n cubes in a row, the last two of them of another stiffness.
+Cubes beam_with_tip(int n, double young)
+{
+    Cubes beam = box(n, 1, 1, 0.02, {.young = 1e4, .poisson = 0.3});
+    for (std::size_t c = beam.count() - 2; c < beam.count(); ++c) beam.young[c] = young;
+    return beam;
+}
+
+TEST(Modes, OfASoftBeamWithATipOfSteelAreThoseOfOneWithARigidTip)
+{
+    for (const int n : {20, 30, 40}) {
+        const Cubes rigid = beam_with_tip(n, 1e7), steel = beam_with_tip(n, 2e11);
+        const Modes expected = lowest_modes(rigid, first_layer(rigid), lowest(4));
+        const Modes found = lowest_modes(steel, first_layer(steel), lowest(4));
+        EXPECT_TRUE(found.report.warnings.empty()) << found.report.warnings[0];
+        ASSERT_EQ(found.omega_sq.size(), 4u);
+        // Rounding of steel leaves 1e-3 of the lowest: eps * 2e11 Pa * h / m beside omega^2 m.
+        for (std::size_t i = 0; i < 4; ++i) {
+            EXPECT_NEAR(hertz(found.omega_sq[i]) / hertz(expected.omega_sq[i]), 1, 2e-3) << n;
+        }
+    }
+}
+
+TEST(Modes, TooLowToBeKnownBesideAStiffTipAreToldAsSuch)
+{
+    const Cubes cubes = beam_with_tip(60, 1e13);
+    const Modes modes = lowest_modes(cubes, first_layer(cubes), lowest(4));
+    EXPECT_EQ(modes.omega_sq.size(), 2u);
+    ASSERT_EQ(modes.report.warnings.size(), 1u);
+    EXPECT_EQ(modes.report.warnings[0].rfind("2 of the lowest modes were left out: their", 0), 0u)
+        << modes.report.warnings[0];
+}
+
+TEST(Modes, OfALongThinBeamAreThoseOfTheBook)
+{
+    // Euler-Bernoulli: omega = 3.516 sqrt(E I / (rho A L^4)), with h^2 / 12 for I / A. The lowest
+    // of 2,000 cubes is 6e-14 of the largest.
+    const int n = 2000;
+    const Cubes beam = box(n, 1, 1, 0.1, {.young = 1e9, .poisson = 0.3});
+    const Modes modes = lowest_modes(beam, first_layer(beam), lowest(2));
+    const double exact = 3.516 * std::sqrt(1e9 / 1000 / 12 * 0.01 / std::pow(0.1 * n, 4));
+    EXPECT_TRUE(modes.report.warnings.empty());
+    ASSERT_EQ(modes.omega_sq.size(), 2u);
+    for (const double omega_sq : modes.omega_sq) {
+        EXPECT_NEAR(std::sqrt(omega_sq) / exact, 1, 5e-3);
+    }
+}
+
 TEST(Modes, AreFoundBesideManyHinges)
 {
     // Blocks that hang together by edges alone turn about them at no cost: 11 motions, beside which
