@@ -135,7 +135,7 @@ void add_to(graph::Registry& registry)
         .reads(graph::Variable::range)
         .output("mesh", &Outputs::mesh,
                 "The merged mesh, the same at all frames, with faded materials and vertex "
-                "colours.");
+                "colours. Earlier frames lose textures where they fade to the colour.");
 }
 
 }  // namespace nodes::onion

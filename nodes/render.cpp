@@ -351,8 +351,10 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     if (!setting.upstream) return {};
     const std::vector<graph::LinkedNode> upstream = setting.upstream();
     graph::Faults hints = hint_of_floor(in.ground, upstream);
-    const bool held = setting.links("view") || setting.links("rest") || setting.links("shot");
-    for (auto& hint : hint_of_camera(in.camera, held, setting.frames, upstream)) {
+    const bool linked = setting.links("rest") || setting.links("shot");
+    const bool stands = in.camera.kind == CameraParams::Kind::look_at || setting.links("view");
+    const Held held{stands || linked, linked || setting.links("colliders")};
+    for (auto& hint : hint_of_moving_view(in.ground, held, setting.frames, upstream)) {
         hints.push_back(std::move(hint));
     }
     return hints;

@@ -43,24 +43,45 @@ inline graph::Faults hint_of_floor(const GroundParams& ground,
              true}};
 }
 
-// `held`: whether the camera is that of a file, or holds the points of `rest` or `shot`.
-inline graph::Faults hint_of_camera(const CameraParams& camera, bool held, int frames,
-                                    const std::vector<graph::LinkedNode>& upstream)
+// The first node that moves what is drawn, with a time of its own, as Simulate, Vibrate and
+// ReadState. Layers have no mesh at rest.
+inline const graph::LinkedNode* moving_node(const std::vector<graph::LinkedNode>& upstream)
 {
-    if (camera.kind == CameraParams::Kind::look_at || held || frames < 2) return {};
-    // With a time of its own, as Simulate, Vibrate and ReadState. Layers have no mesh at rest.
     const auto moves = [](const graph::LinkedNode& node) {
         const graph::Pace& pace = node.type->pace;
         return !pace.param.empty() && pace.by == graph::Pace::By::seconds_a_frame;
     };
-    const auto sim = std::find_if(upstream.begin(), upstream.end(), moves);
-    if (sim == upstream.end()) return {};
-    return {{"camera.kind",
-             fmt::format("the camera fits what is drawn at each frame, so that it moves and the "
-                         "scale changes as '{}' moves that: link the mesh at rest to 'rest', or "
-                         "its MotionBounds to 'shot', which holds all frames",
-                         sim->node),
-             true}};
+    const auto at = std::find_if(upstream.begin(), upstream.end(), moves);
+    return at == upstream.end() ? nullptr : &*at;
+}
+
+// What holds the view of a Render from frame to frame.
+struct Held {
+    bool camera = false;  // stands where it is, or at what is linked
+    bool floor = false;   // lies under what is linked
+};
+
+inline graph::Faults hint_of_moving_view(const GroundParams& ground, const Held& held, int frames,
+                                         const std::vector<graph::LinkedNode>& upstream)
+{
+    const graph::LinkedNode* const moving = frames < 2 ? nullptr : moving_node(upstream);
+    if (!moving) return {};
+    if (!held.camera) {
+        return {{"camera.kind",
+                 fmt::format("the camera fits what is drawn at each frame, so that it moves and "
+                             "the scale changes as '{}' moves that: link the mesh at rest to "
+                             "'rest', or its MotionBounds to 'shot', which holds all frames",
+                             moving->node),
+                 true}};
+    }
+    if (held.floor || ground.kind != GroundParams::Kind::under) return {};
+    return {
+        {"ground.kind",
+         fmt::format("the floor lies under what is drawn at each frame, so that it moves up and "
+                     "down as '{}' moves that: link the mesh at rest to 'rest', or its "
+                     "MotionBounds to 'shot', or set ground.kind = at",
+                     moving->node),
+         true}};
 }
 
 }  // namespace nodes::render

@@ -84,7 +84,14 @@ TEST(ToldBefore, ACameraThatFollowsWhatASimulationMoves)
         EXPECT_NE(text.find("MotionBounds to 'shot'"), text.npos) << text;
         EXPECT_EQ(render(R"(, "rest": "ball")", kind), "");
     }
-    EXPECT_EQ(render("", "look_at"), "");
+    // The camera stands, and the floor falls with what lies over it.
+    const std::string falls = render("", "look_at");
+    EXPECT_NE(falls.find("the floor lies under what is drawn at each frame"), falls.npos) << falls;
+    EXPECT_EQ(render(R"(, "rest": "ball")", "look_at"), "");
+    EXPECT_EQ(render(R"(, "colliders": "floor")", "look_at"), "");
+    EXPECT_EQ(told(falling_ball("", "", R"( }, "params": { "camera": { "kind": "look_at" },
+                                           "ground": { "kind": "none" } )")),
+              "");
     // What nothing moves, and a single picture.
     EXPECT_EQ(told(R"("r": { "type": "Render@2", "inputs": { "mesh": "ball" } })"), "");
     graph::LoadOptions one;
