@@ -257,6 +257,7 @@ static Outputs of_cloud(const Inputs& in, const geometry::VoxelOptions& options,
     geometry::add_attributes(points, *in.mesh,
                              geometry::chosen_attributes(in.attributes, in.mesh->attributes));
     Outputs out{geometry::voxelize_samples(points, grid_for(in), options)};
+    warn_of_dust(out.cubes, context);
     context.tell(body_figures(nullptr, out.cubes, false, graph::Figure::unknown));
     return out;
 }
@@ -270,6 +271,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         std::vector<const geometry::Samples*> sets;
         for (const auto& set : in.points) sets.push_back(set.get());
         Outputs out{geometry::voxelize_samples(sets, grid_for(in), options)};
+        warn_of_dust(out.cubes, context);
         context.tell(body_figures(nullptr, out.cubes, false, graph::Figure::unknown));
         return out;
     }

@@ -62,6 +62,28 @@ TEST(AnyGeometry, RulesOfMaterialsForACloudAreToldToDoNothing)
     EXPECT_NE(told[0].find("materials have no effect"), std::string::npos) << told[0];
 }
 
+// Points 1 mm apart in a file that is read as one in metres: 1 m apart.
+TEST(AnyGeometry, CubesThatTouchNoOtherAreTold)
+{
+    const files::Folder folder;
+    std::string points;
+    for (int i = 0; i < 200; ++i) points += fmt::format("{} {} 0\n", i % 20, i / 20);
+    folder.write("scan.xyz", points);
+    const auto warnings = [&](const std::string& unit, const std::string& size) {
+        Scene scene(reading("scan.xyz", unit) + R"(, "c": { "type": "Voxelize@1",
+            "inputs": { "mesh": "read.mesh" }, "params": { "method": "surface", "size": )" +
+                        size + "} }",
+                    folder.path);
+        scene.at<Cubes>("c");
+        return scene.warnings;
+    };
+    EXPECT_TRUE(warnings("", "1.5").empty());
+    EXPECT_TRUE(warnings(R"(, "unit": "mm")", "0.0015").empty());
+    const auto told = warnings("", "0.0015");
+    ASSERT_EQ(told.size(), 1u);
+    EXPECT_NE(told[0].find("200 of 200 cubes touch no other"), std::string::npos) << told[0];
+}
+
 TEST(AnyGeometry, NormalsOfFilesAreThoseThatAreAskedFor)
 {
     const files::Folder folder;
