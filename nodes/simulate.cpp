@@ -209,9 +209,9 @@ static void add_forces(const Inputs& in, const graph::Context& context, physics:
     for (const auto& text : told_of_high_pressure(in.cubes, in.forces)) context.warn(text);
     for (const auto& warning : physics::far_forces(in.cubes, loads.forces)) context.warn(warning);
     warn_of_idle(in, context);
-    if (!in.gravity.isZero(0)) {
-        loads.forces.push_back({physics::Force::Kind::gravity, in.gravity});
-    }
+    physics::Force gravity{physics::Force::Kind::gravity, in.gravity};
+    if (in.last) gravity.began_as({gravity.kind, in.last->gravity});
+    if (gravity.before || !in.gravity.isZero(0)) loads.forces.push_back(gravity);
 }
 
 static void require_same_models(const Inputs& in, const physics::State& start)
@@ -332,6 +332,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         auto state = first_state(in, context, loads);
         start_moving(in, state);
         state.models = in.body->models;
+        state.gravity = in.gravity;
         state.balls = physics::place_balls(balls);
         tell(in, state, context);
         return {std::move(state)};
@@ -357,6 +358,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
             context.warn(hint);
     }
     state.models = in.body->models;
+    state.gravity = in.gravity;
     tell(in, state, context);
     return {std::move(state)};
 }

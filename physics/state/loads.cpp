@@ -6,7 +6,7 @@ namespace physics {
 
 ForceNumbers Force::numbers() const
 {
-    return {acceleration, velocity, force, position, torque, pressure};
+    return {acceleration, velocity, force, position, torque, pressure, air_density, drag, radius};
 }
 
 void Force::began_as(const Force& last)
@@ -26,6 +26,9 @@ Force Force::at(double share) const
     between(before->position, out.position);
     between(before->torque, out.torque);
     between(before->pressure, out.pressure);
+    between(before->air_density, out.air_density);
+    between(before->drag, out.drag);
+    between(before->radius, out.radius);
     return out;
 }
 

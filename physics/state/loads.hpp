@@ -63,7 +63,7 @@ struct PressedSurface;  // pressed_surface.hpp
 struct ForceNumbers {
     Vec3 acceleration{0, 0, 0}, velocity{0, 0, 0}, force{0, 0, 0}, position{0, 0, 0};
     Vec3 torque{0, 0, 0};
-    double pressure = 0;
+    double pressure = 0, air_density = 0, drag = 0, radius = 0;
     bool operator==(const ForceNumbers&) const = default;
 };
 

@@ -96,6 +96,7 @@ struct State {
     std::vector<StateModel> models;  // empty: one
     double energy_owed = 0;  // J, that steps of the midpoint rule have too much, still to take out
     int still_frames = 0;    // in a row in which no corner moved; of bricks, springs and shells
+    Vec3 gravity = Vec3::Zero();  // m/s^2, of Simulate where the next frame starts
     Report report;
 };
 

@@ -259,6 +259,75 @@ TEST(Force, ChangesEvenlyWithinAFrame)
     }
 }
 
+// What a wind gives a block in a frame of 4 steps, whose number `number` grows from nothing in it,
+// or is as at its end all through it.
+double impulse_of_wind(const char* number, bool grows)
+{
+    const Value cubes = block(1e7);
+    NodeRun force("Force"), simulate("Simulate");
+    force.param("kind").is = std::string("wind");
+    force.param("wind.velocity").is = Vector{10, 0, 0};
+    if (grows) {
+        NodeRun before = force;
+        before.param(number).is = 0.0;
+        force.previous = {before.run()};
+    }
+    simulate.inputs["cubes"] = {cubes};
+    simulate.inputs["forces"] = {force.run()};
+    simulate.param("gravity").is = Vector{0, 0, 0};
+    simulate.param("step.substeps").is = std::int64_t{4};
+    simulate.param("step.tolerance").is = 1e-9;
+    simulate.previous = {simulate.run()};
+    const auto state = simulate.run().as<physics::State>();
+    return fixtures::brick_motion(*cubes.as<geometry::Cubes>(), *state).linear.x();
+}
+
+// The block is so heavy that the wind meets it as it does one at rest.
+TEST(Force, WindOfAGrowingDensityOrDragGrowsEvenlyWithinAFrame)
+{
+    for (const char* number : {"wind.air_density", "wind.drag"}) {
+        EXPECT_NEAR(impulse_of_wind(number, true) / impulse_of_wind(number, false), 5.0 / 8, 1e-3)
+            << number;
+    }
+}
+
+TEST(Force, RadiusChangesEvenlyWithinAFrame)
+{
+    NodeRun force("Force");
+    force.param("kind").is = std::string("point");
+    force.param("point.radius").is = 1.0;
+    force.previous = {force.run()};
+    force.param("point.radius").is = 3.0;
+    const auto changed = force.run().as<physics::Force>();
+    EXPECT_EQ(changed->at(0).radius, 1);
+    EXPECT_EQ(changed->at(0.5).radius, 2);
+    EXPECT_EQ(changed->at(1).radius, 3);
+}
+
+// As a Force of that kind does.
+TEST(Simulate, GravityChangesEvenlyWithinAFrame)
+{
+    const Value cubes = block(1e7);
+    for (const char* method : {"bricks", "lattice"}) {
+        NodeRun simulate("Simulate");
+        simulate.inputs["cubes"] = {cubes};
+        simulate.param("method").is = std::string(method);
+        simulate.param("step.substeps").is = std::int64_t{4};
+        simulate.param("step.tolerance").is = 1e-9;
+        const auto speed_after = [&](double from, double to) {
+            simulate.param("gravity").is = Vector{0, -from, 0};
+            simulate.previous.assign(1, {});
+            simulate.previous = {simulate.run()};
+            simulate.param("gravity").is = Vector{0, -to, 0};
+            const auto state = simulate.run().as<physics::State>();
+            return -mean_velocity(*cubes.as<geometry::Cubes>(), *state).y();
+        };
+        EXPECT_NEAR(speed_after(8, 8), 8.0 / 24, 1e-3) << method;
+        EXPECT_NEAR(speed_after(0, 8), 5.0 / 8 * 8 / 24, 1e-3) << method;
+        EXPECT_NEAR(speed_after(8, 0), 3.0 / 8 * 8 / 24, 1e-3) << method;
+    }
+}
+
 // A bar that is pushed to and fro at its free end, held at the other: how far that is pushed at the
 // end. The energy that the midpoint rule is to keep must know of what forces change.
 double pushed(int substeps)
