@@ -18,8 +18,8 @@ std::vector<std::uint32_t> corners_in_sphere(const geometry::Cubes& cubes, const
 std::vector<std::uint32_t> corners_below(const geometry::Cubes& cubes, double height);
 
 // The outermost `layers` + 1 planes of corners along an axis (0..2), that is the corners of the
-// outermost `layers` layers of cubes; at its low end, its high end or both. Without layers, not those
-// of pieces that end half a cube or more before others.
+// outermost `layers` layers of cubes; at its low end, its high end or both. Without layers, not
+// those of pieces that end half a cube or more before others.
 enum class End { both, low, high };
 std::vector<std::uint32_t> corners_at_end(const geometry::Cubes& cubes, int axis, End end,
                                           int layers);
