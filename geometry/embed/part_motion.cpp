@@ -2,6 +2,7 @@
 
 #include "geometry/cubes/plane.hpp"
 #include "geometry/embed/corner_frames.hpp"
+#include "geometry/embed/part_corners.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -42,40 +43,84 @@ std::vector<Vec3> torn_plane_normals(const Cubes& cubes, std::span<const Vec3> x
     return normals;
 }
 
-// How a part of a cube moves, from its corners and virtual ones. `normals` are those of a plane's
-// corners.
-CubePolynomial polynomial_of_part(const Cubes& cubes, std::span<const Vec3> x,
-                                  const CornerFrames& frames, int flat,
-                                  std::span<const Vec3> normals, const PartedCube& parted,
-                                  std::size_t part)
-{
-    const auto& corners = cubes.corners[parted.cube];
-    std::array<Vec3, 8> u;
-    for (unsigned b = 0; b < 8; ++b) {
-        // The mean of where the part's corners nearest to b say that b is.
-        int least = 4;
+// Where the corners of parts come to be.
+class CornerPlaces {
+public:
+    CornerPlaces(const Cubes& cubes, std::span<const Vec3> x, std::span<const Vec3> normals,
+                 const PartCorners& corners)
+        : cubes_(cubes), x_(x), normals_(normals), own_(corners.own), virtual_(own_.size())
+    {}
+
+    // Notes where a part's corners say that its corner b, of this number, is: its own that are the
+    // nearest to b. Those of all parts that share the corner count.
+    void note(const CornerFrames& frames, const PartedCube& parted, std::size_t part, unsigned b,
+              std::uint32_t number)
+    {
+        if (own_[number] != no_index) return;
+        int nearest = 4;
         for (unsigned a = 0; a < 8; ++a) {
-            if (parted.part[a] == part) least = std::min(least, std::popcount(a ^ b));
+            if (parted.part[a] == part) nearest = std::min(nearest, std::popcount(a ^ b));
         }
-        Vec3 place = Vec3::Zero(), normal = Vec3::Zero();
-        int count = 0;
+        Virtual& corner = virtual_[number];
+        if (nearest > corner.links) return;
+        if (nearest < corner.links) corner = {nearest};
         for (unsigned a = 0; a < 8; ++a) {
-            if (parted.part[a] != part || std::popcount(a ^ b) != least) continue;
-            Vec3 step = Vec3::Zero();
+            if (parted.part[a] != part || std::popcount(a ^ b) != nearest) continue;
+            Vec3 step;
             for (unsigned d = 0; d < 3; ++d) {
                 step[d] = double(b >> d & 1u) - double(a >> d & 1u);
             }
-            place += x[corners[a]];
-            if (!step.isZero(0)) place += frames.at(corners[a], x) * step;
-            if (flat >= 0) normal += normals[corners[a]];
-            ++count;
+            const std::uint32_t k = cubes_.corners[parted.cube][a];
+            corner.place += x_[k] + frames.at(k, x_) * step;
+            if (!normals_.empty()) corner.normal += normals_[k];
+            ++corner.count;
         }
-        Vec3 rest = cubes.cell[parted.cube].cast<double>();
-        for (unsigned d = 0; d < 3; ++d) rest[d] += double(b >> d & 1u);
-        if (flat >= 0) rest[flat] = cubes.corner[corners[0]][flat];
-        u[b] = place / count - (cubes.origin + cubes.size * rest);
+    }
+
+    Vec3 place(std::uint32_t number) const
+    {
+        const Virtual& corner = virtual_[number];
+        return own_[number] != no_index ? x_[own_[number]] : Vec3(corner.place / corner.count);
+    }
+    Vec3 normal(std::uint32_t number) const  // of a plane
+    {
+        return own_[number] != no_index ? normals_[own_[number]]
+                                        : virtual_[number].normal.normalized();
+    }
+
+private:
+    // Sums over the nearest corners, so many links away.
+    struct Virtual {
+        int links = 4;
+        Vec3 place = Vec3::Zero(), normal = Vec3::Zero();
+        int count = 0;
+    };
+
+    const Cubes& cubes_;
+    std::span<const Vec3> x_, normals_;
+    const std::vector<std::uint32_t>& own_;
+    std::vector<Virtual> virtual_;
+};
+
+// Calls visit(cube, part, number) for each part of each parted cube; `number` counts them all.
+template <class Visit> void for_parts(std::span<const PartedCube> parted, const Visit& visit)
+{
+    std::size_t number = 0;
+    for (const PartedCube& p : parted) {
+        for (std::size_t part = 0; part < p.parts; ++part) visit(p, part, number++);
+    }
+}
+
+// How a part of a cube moves with its corners, of these numbers.
+CubePolynomial polynomial_of_part(const Cubes& cubes, std::uint32_t cube, int flat,
+                                  const CornerPlaces& places,
+                                  const std::array<std::uint32_t, 8>& numbers)
+{
+    std::array<Vec3, 8> u;
+    for (unsigned b = 0; b < 8; ++b) {
+        u[b] = places.place(numbers[b]) - cubes.corner_position(cubes.corners[cube][b]);
         if (flat >= 0 && (b >> flat & 1u)) {
-            u[b] += cubes.size * (normal.normalized() - Vec3::Unit(flat));
+            u[b] += cubes.size * (places.normal(numbers[b]) - Vec3::Unit(flat));
         }
     }
     return polynomial_of(u);
@@ -107,12 +152,16 @@ PartMotion motion_of_parts(const Cubes& cubes, std::span<const Vec3> x,
     const CornerFrames frames(links_of(cubes), broken, cubes.size);
     const int flat = flat_axis(cubes);
     const std::vector<Vec3> normals = torn_plane_normals(cubes, x, frames, flat, torn);
-    for (const PartedCube& p : parted) {
-        motion.first.push_back(std::uint32_t(motion.polynomials.size()));
-        for (std::size_t k = 0; k < p.parts; ++k) {
-            motion.polynomials.push_back(polynomial_of_part(cubes, x, frames, flat, normals, p, k));
-        }
-    }
+    const PartCorners corners = corners_of_parts(cubes, parted);
+    CornerPlaces places(cubes, x, normals, corners);
+    for_parts(parted, [&](const PartedCube& p, std::size_t part, std::size_t number) {
+        for (unsigned b = 0; b < 8; ++b) places.note(frames, p, part, b, corners.of[number][b]);
+    });
+    for_parts(parted, [&](const PartedCube& p, std::size_t part, std::size_t number) {
+        if (part == 0) motion.first.push_back(std::uint32_t(number));
+        motion.polynomials.push_back(
+            polynomial_of_part(cubes, p.cube, flat, places, corners.of[number]));
+    });
     return motion;
 }
 

@@ -2,6 +2,7 @@
 
 // How the parts of parted cubes move. A part moves as the cube would that has the part's corners,
 // and in place of the others virtual ones, as far from the part's own as the links of those point.
+// It shares them with parts that it is joined to (part_corners.hpp).
 // After Molino, Bao, Fedkiw. A virtual node algorithm for changing mesh topology during simulation.
 // SIGGRAPH 2004.
 //

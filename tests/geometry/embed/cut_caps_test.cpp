@@ -44,6 +44,18 @@ TriMesh together(const TriMesh& one, const TriMesh& other)
     return merge(both);
 }
 
+// Zero for a closed surface. m^2.
+double sum_of_area_vectors(const TriMesh& mesh)
+{
+    Vec3 sum = Vec3::Zero();
+    for (const auto& [a, b, c] : mesh.triangles()) {
+        const auto& p = mesh.positions;
+        const Vec3 along = (p[b] - p[a]).cast<double>();
+        sum += along.cross((p[c] - p[a]).cast<double>()) / 2;
+    }
+    return sum.norm();
+}
+
 // Blocks of corners that are each of one of three pieces, at random.
 std::vector<std::size_t> random_pieces(const Cubes& cubes, std::uint64_t seed)
 {
@@ -148,6 +160,30 @@ TEST(CutCaps, KeepTheVolumeOfAFineMeshInLargeCubes)
         // Slivers at the rim, where the mesh is all but in the plane, may be taken for outside.
         EXPECT_NEAR(enclosed_volume(out), enclosed_volume(rest), 5e-5) << axis;
         EXPECT_GT(inside_area(out), 0.5) << axis;
+    }
+}
+
+// Tears through some of the links, which end within the block, branch and leave debris. A box as
+// large as the cubes, with a vertex at each of their corners.
+TEST(CutCaps, CloseRaggedTears)
+{
+    const Cubes cubes = block({4, 3, 3}, 0.25, Vec3(-0.5, -0.375, -0.375));
+    const TriMesh rest = box({1, 0.75, 0.75}, {4, 3, 3});
+    for (std::uint64_t seed = 0; seed < 10; ++seed) {
+        for (const double share : {0.1, 0.4, 0.8}) {
+            const Random random(seed);
+            std::uint64_t count = 0;
+            const auto broken = links_between(
+                cubes, [&](const Vec3i&, const Vec3i&) { return random.unit(count++) < share; });
+            auto x = corner_positions(cubes);
+            EXPECT_NEAR(enclosed_volume(closed(rest, cubes, x, broken)), 0.5625, 1e-6) << seed;
+            for (Vec3& p : x) {
+                for (int d = 0; d < 3; ++d) p[d] += 0.1 * (random.unit(count++) - 0.5);
+            }
+            // Positions are in single precision.
+            EXPECT_LT(sum_of_area_vectors(closed(rest, cubes, x, broken)), 1e-6)
+                << seed << ' ' << share;
+        }
     }
 }
 
