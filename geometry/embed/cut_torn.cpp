@@ -13,7 +13,6 @@
 #include "geometry/mesh/polygons.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 namespace geometry {
@@ -160,19 +159,9 @@ struct Growing {
     const Closing& closing;
     TriMesh& mesh;
     MeshTopology topology;
-    // Vertices added so far, by their places at rest in 2^-20 cubes.
-    std::map<std::array<std::int64_t, 3>, std::vector<std::uint32_t>> known;
+    // Vertices that new faces have, by their places at rest.
+    std::map<std::uint32_t, std::vector<std::uint32_t>> known;
 };
-
-std::array<std::int64_t, 3> place_key(const Vec3& at)
-{
-    std::array<std::int64_t, 3> key;
-    for (std::size_t d = 0; d < 3; ++d) {
-        constexpr double fine = 1 << 20;
-        key[d] = std::llround(std::clamp(at[Eigen::Index(d)], -1e12, 1e12) * fine);
-    }
-    return key;
-}
 
 // The vertex, normal and texture coordinates of a corner that is carried to `at` with `normal`
 // (null: none). One vertex for all that meet at rest and still do.
@@ -184,15 +173,16 @@ Triangle add_corner(Growing& growing, const CutFaces::Corner& c, const Vec3f& at
     const auto near = float(1e-4 * growing.cubes.size);
     const Triangle& vertices = lists.triangles()[c.face];
     const auto meets = [&](std::uint32_t v) { return (mesh.positions[v] - at).norm() < near; };
+    auto& there = growing.known[c.place];
     const auto k = std::size_t(std::max_element(c.share.begin(), c.share.end()) - c.share.begin());
     Triangle out{};
     if (!c.closes() && c.share[k] > 1 - 1e-9 && meets(vertices[k])) {  // a corner of the face
         out[0] = vertices[k];
+        there.push_back(out[0]);
         if (lists.has_normals) out[1] = lists.normals()[c.face][k];
         if (lists.has_uvs) out[2] = lists.uvs()[c.face][k];
         return out;
     }
-    auto& there = growing.known[place_key(c.at)];
     const auto same = std::find_if(there.begin(), there.end(), meets);
     out[0] = same != there.end() ? *same : std::uint32_t(mesh.positions.size());
     if (same == there.end()) {
@@ -225,7 +215,7 @@ void add_faces(Growing& growing, const CutFaces& cut, const std::vector<Triangle
     const MeshTopology& before = *growing.lists.rest.topology;
     MeshTopology& topology = growing.topology;
     const auto& corners = cut.corners;
-    const bool closes = !corners.empty() && corners.back().closes();
+    const bool closes = corners[cut.faces.back()[0]].closes();
     const std::uint16_t inside = closes ? group_inside(topology) : 0;
     const bool own_material = closes && growing.closing.material;
     const std::uint16_t material =

@@ -2,6 +2,7 @@
 
 #include "geometry/base/random.hpp"
 #include "geometry/mesh/measure.hpp"
+#include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "tests/geometry/embed/torn_blocks.hpp"
 #include "tests/geometry/meshes.hpp"
@@ -42,18 +43,6 @@ TriMesh together(const TriMesh& one, const TriMesh& other)
 {
     const std::array both{&one, &other};
     return merge(both);
-}
-
-// Zero for a closed surface. m^2.
-double sum_of_area_vectors(const TriMesh& mesh)
-{
-    Vec3 sum = Vec3::Zero();
-    for (const auto& [a, b, c] : mesh.triangles()) {
-        const auto& p = mesh.positions;
-        const Vec3 along = (p[b] - p[a]).cast<double>();
-        sum += along.cross((p[c] - p[a]).cast<double>()) / 2;
-    }
-    return sum.norm();
 }
 
 // Blocks of corners that are each of one of three pieces, at random.
@@ -163,26 +152,35 @@ TEST(CutCaps, KeepTheVolumeOfAFineMeshInLargeCubes)
     }
 }
 
-// Tears through some of the links, which end within the block, branch and leave debris. A box as
-// large as the cubes, with a vertex at each of their corners.
+// Tears through some of the links, which end within the block, branch and leave debris.
 TEST(CutCaps, CloseRaggedTears)
 {
     const Cubes cubes = block({4, 3, 3}, 0.25, Vec3(-0.5, -0.375, -0.375));
-    const TriMesh rest = box({1, 0.75, 0.75}, {4, 3, 3});
-    for (std::uint64_t seed = 0; seed < 10; ++seed) {
-        for (const double share : {0.1, 0.4, 0.8}) {
+    const std::vector<std::pair<const char*, TriMesh>> solids{
+        {"ball", icosphere(0.36, 2)},
+        {"torus", torus(0.25, 0.09, 20, 10)},
+        {"coarse box", box({0.93, 0.7, 0.66}, {1, 1, 1})},
+        {"fine box", box({0.93, 0.7, 0.66}, {4, 3, 5})},
+        {"box of the cubes' faces", box({1, 0.75, 0.75}, {4, 3, 3})},
+        {"large box of the cubes' faces", box({1, 0.75, 0.75}, {1, 1, 1})},
+        {"within one cube", meshes::moved(icosphere(0.1, 1), Vec3(0.125, 0, 0))},
+    };
+    for (const auto& [name, rest] : solids) {
+        for (std::uint64_t seed = 0; seed < 12; ++seed) {
             const Random random(seed);
             std::uint64_t count = 0;
+            const double share = std::array{0.1, 0.4, 0.8}[seed % 3];
             const auto broken = links_between(
                 cubes, [&](const Vec3i&, const Vec3i&) { return random.unit(count++) < share; });
             auto x = corner_positions(cubes);
-            EXPECT_NEAR(enclosed_volume(closed(rest, cubes, x, broken)), 0.5625, 1e-6) << seed;
+            const TriMesh still = closed(rest, cubes, x, broken);
+            EXPECT_TRUE(is_closed(still.triangles(), still.positions.size())) << name << seed;
+            EXPECT_NEAR(enclosed_volume(still), enclosed_volume(rest), 1e-6) << name << seed;
             for (Vec3& p : x) {
                 for (int d = 0; d < 3; ++d) p[d] += 0.1 * (random.unit(count++) - 0.5);
             }
-            // Positions are in single precision.
-            EXPECT_LT(sum_of_area_vectors(closed(rest, cubes, x, broken)), 1e-6)
-                << seed << ' ' << share;
+            const TriMesh apart = closed(rest, cubes, x, broken);
+            EXPECT_TRUE(is_closed(apart.triangles(), apart.positions.size())) << name << seed;
         }
     }
 }

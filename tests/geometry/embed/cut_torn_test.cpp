@@ -153,10 +153,9 @@ TEST(CutTorn, WhatMeetsOnOneSideOfATearStaysJoined)
         if (count == 1)
             border += double((out.positions[ends.first] - out.positions[ends.second]).norm());
     }
-    // The outline, and both sides of a tear that turns once. In the cell where it does the outer
-    // part has a corner on the edge of the cell below, which is not cut: that edge counts twice.
+    // The outline, and both sides of a tear that turns once.
     const double tear = (6 - 1.5) * 0.5 + (6 - 2.5) * 0.5;
-    EXPECT_NEAR(border, 4 * 3 + 2 * tear + 2 * 0.5, 1e-4);
+    EXPECT_NEAR(border, 4 * 3 + 2 * tear, 1e-4);
     // Every normal is that of its side.
     const Vec3f up = turned.linear().col(1).cast<float>();
     ASSERT_EQ(out.topology->normal_triangles.size(), out.triangles().size());
@@ -386,7 +385,7 @@ TEST(CutTorn, AFaceThatIsHugeOrNotFiniteIsNoTrouble)
     std::vector<Vec3> x = corner_positions(cubes);
     const TriMesh out = torn(rest, cubes, x, links_across(cubes, 0, 1));
     EXPECT_GT(out.triangles().size(), 2u);
-    EXPECT_LT(out.triangles().size(), 40u);
+    EXPECT_LT(out.triangles().size(), 50u);  // of 3 cubes and the 6 large pieces around them
     EXPECT_EQ(closed(rest, cubes, x, links_across(cubes, 0, 1)).triangles().size(),
               out.triangles().size());
     for (Vec3& p : x) p = Vec3::Zero();  // all in one place
