@@ -204,11 +204,13 @@ void add_to(graph::Registry& registry)
                 "faces are cut between the corners that have separated, which adds vertices. hide: "
                 "faces in cubes that have lost a link are removed; the number of vertices stays "
                 "the same, as point caches need. stretch: faces are stretched across the gap.")
-        .choice("inside", &Inputs::inside, {"open", "material", "surface"},
-                "How cuts are closed if the mesh encloses a volume. open: not at all. material: by "
-                "faces with a material \"inside\". surface: by faces that look like the nearest "
-                "part of the surface. The new faces are in the group \"inside\".",
-                {"torn", {"cut"}})
+        .choice(
+            "inside", &Inputs::inside, {"open", "material", "surface"},
+            "How cuts are closed if the mesh encloses a volume. open: not at all. material: by "
+            "faces with a material \"inside\". surface: by faces that look like the nearest "
+            "part of the surface. The new faces are in the group \"inside\". A closed mesh stays "
+            "closed where it lies within the cubes and its pieces do not overlap.",
+            {"torn", {"cut"}})
         .colour("inside_colour", &Inputs::inside_colour, "Colour of the material \"inside\".",
                 {"inside", {"material"}})
         .prepare("binding", &Inputs::binding, bind, {"mesh", "cubes"})

@@ -188,8 +188,7 @@ private:
                 middle += at / double(piece.size());
             }
             // A plane that a face of the mesh lies in is inside on one side only.
-            const double under = winding(middle - beside * cap.outward);
-            const double over = winding(middle + beside * cap.outward);
+            const auto [under, over] = winding_beside(cubes_, mesh_, middle, d);
             if (std::abs(under) <= 0.5 || std::abs(over) <= 0.5 || under * over < 0) continue;
             Cap other{8 * parted + above, -cap.outward, {cap.corners.rbegin(), cap.corners.rend()}};
             if (under < 0) {  // the mesh is inside out
@@ -201,11 +200,6 @@ private:
         }
     }
 
-    double winding(const Vec3& at) const
-    {
-        return mesh_.winding_number(cubes_.origin + cubes_.size * at);
-    }
-
     const Cubes& cubes_;
     std::span<const PartedCube> parted_;
     std::span<const CutEdge> edges_;
@@ -213,6 +207,15 @@ private:
 };
 
 }  // namespace
+
+std::array<double, 2> winding_beside(const Cubes& cubes, const TriangleBvh& mesh, const Vec3& at,
+                                     int axis)
+{
+    const auto winding = [&](double off) {
+        return mesh.winding_number(cubes.origin + cubes.size * (at + off * Vec3::Unit(axis)));
+    };
+    return {winding(-beside), winding(beside)};
+}
 
 std::vector<Cap> find_caps(const Cubes& cubes, std::span<const PartedCube> parted,
                            std::vector<CutEdge> edges, const TriangleBvh& mesh)

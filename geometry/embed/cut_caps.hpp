@@ -27,6 +27,11 @@ struct Cap {
     std::vector<Vec3> corners;  // lattice coordinates
 };
 
+// Winding numbers just below and above a place, along an axis. Lattice coordinates; `mesh` is at
+// rest, m.
+std::array<double, 2> winding_beside(const Cubes& cubes, const TriangleBvh& mesh, const Vec3& at,
+                                     int axis);
+
 // Of each part of `parted`, in their order. `mesh` is at rest, m.
 std::vector<Cap> find_caps(const Cubes& cubes, std::span<const PartedCube> parted,
                            std::vector<CutEdge> edges, const TriangleBvh& mesh);

@@ -6,6 +6,7 @@
 #include "geometry/embed/t_junctions.hpp"
 #include "geometry/embed/torn_faces.hpp"
 
+#include <algorithm>
 #include <limits>
 
 namespace geometry {
@@ -15,6 +16,8 @@ namespace {
 struct FaceCutter {
     std::span<const PartedCube> parted;
     const CellsAround& around;  // the parted cubes
+    const Cubes& cubes;
+    const TriangleBvh* solid;  // the mesh, or null
     CutFaces& out;
     std::vector<CutEdge> edges;  // where faces cross the planes between parts
 
@@ -66,6 +69,24 @@ void add_edge(FaceCutter& cutter, std::uint32_t parted, int axis, const Polygon&
     cutter.edges.push_back(longest);
 }
 
+bool lies_in_plane(const Polygon& piece, int axis, double at)
+{
+    return std::all_of(piece.p.begin(), piece.p.begin() + std::ptrdiff_t(piece.n),
+                       [&](const Vec3& p) { return p[axis] == at; });
+}
+
+// Whether a piece that lies in a plane between parts goes with the part below it: with the solid
+// that it bounds.
+bool is_of_below(const FaceCutter& cutter, const Polygon& piece, int axis)
+{
+    const auto& p = cutter.face.p;
+    if (!cutter.solid) return (p[1] - p[0]).cross(p[2] - p[0])[axis] > 0;
+    Vec3 middle = Vec3::Zero();
+    for (std::size_t k = 0; k < piece.n; ++k) middle += piece.p[k] / double(piece.n);
+    const auto [under, over] = winding_beside(cutter.cubes, *cutter.solid, middle, axis);
+    return std::abs(under) > 0.5 || std::abs(over) <= 0.5;
+}
+
 // Cuts a piece by the planes between parts, an axis at a time: `octant` says which side along
 // those before.
 void add_parts(FaceCutter& cutter, const Polygon& piece, std::uint32_t parted, unsigned axis,
@@ -80,6 +101,10 @@ void add_parts(FaceCutter& cutter, const Polygon& piece, std::uint32_t parted, u
     if (one) return add(cutter, piece, 8 * parted + cube.part[octant]);
     if (alike) return add_parts(cutter, piece, parted, axis + 1, octant);
     const double middle = cutter.around.cells()[parted][Eigen::Index(axis)] + 0.5;
+    if (lies_in_plane(piece, int(axis), middle)) {
+        const unsigned side = is_of_below(cutter, piece, int(axis)) ? 0 : 1u << axis;
+        return add_parts(cutter, piece, parted, axis + 1, octant | side);
+    }
     Polygon below, above;
     cut(piece, int(axis), middle, below, above);
     if (!cutter.beyond) add_edge(cutter, parted, int(axis), below);  // cubes are closed themselves
@@ -148,7 +173,7 @@ CutFaces cut_faces(const Binding& binding, const TriMesh& rest, const Cubes& cub
     const int flat = flat_axis(cubes);
     CutFaces out;
     out.cut = faces_through(rest, cubes, around, alone);
-    FaceCutter cutter{parted, around, out, {}, 0, {}, false};
+    FaceCutter cutter{parted, around, cubes, solid, out, {}, 0, {}, false};
     for (std::uint32_t f = 0; f < out.cut.size(); ++f) {
         if (!out.cut[f]) continue;
         cutter.f = f;

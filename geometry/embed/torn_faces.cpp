@@ -14,6 +14,8 @@ namespace geometry {
 
 namespace {
 
+constexpr double in_plane = 1e-5;  // cubes: what positions in single precision are off by, and more
+
 bool is_torn(const std::array<std::uint32_t, 8>& corners, std::span<const std::uint32_t> broken)
 {
     for (std::uint32_t a = 0; a < 8; ++a) {
@@ -108,7 +110,12 @@ Polygon lattice_face(const TriMesh& rest, const Cubes& cubes, std::size_t face, 
 {
     Polygon out;
     for (const auto v : rest.triangles()[face]) {
-        out.add((rest.positions[v].cast<double>() - cubes.origin) / cubes.size);
+        Vec3 at = (rest.positions[v].cast<double>() - cubes.origin) / cubes.size;
+        for (double& along : at) {
+            const double plane = std::round(2 * along) / 2;
+            if (std::abs(along - plane) < in_plane) along = plane;
+        }
+        out.add(at);
     }
     if (flat < 0) return out;
     const double middle = cubes.cell[0][flat] + 0.5;

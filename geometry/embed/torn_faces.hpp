@@ -52,9 +52,10 @@ private:
 std::vector<std::uint8_t> faces_through(const TriMesh& rest, const Cubes& cubes,
                                         const CellsAround& cells, const FacesAlone& alone);
 
-// A face of a mesh at rest in lattice coordinates. On a plane, whose axis without extent is `flat`,
-// it may lie above or below, as high as it likes, and counts as in it: its heights are small there,
-// and in proportion.
+// A face of a mesh at rest in lattice coordinates. Vertices that are all but in a plane between
+// cubes or their parts are in it: slivers would be cut off else. On a plane, whose axis without
+// extent is `flat`, it may lie above or below, as high as it likes, and counts as in it: its
+// heights are small there, and in proportion.
 Polygon lattice_face(const TriMesh& rest, const Cubes& cubes, std::size_t face, int flat);
 
 // The order of cubes, by their cells.

@@ -163,6 +163,8 @@ TEST(CutCaps, CloseRaggedTears)
         {"fine box", box({0.93, 0.7, 0.66}, {4, 3, 5})},
         {"box of the cubes' faces", box({1, 0.75, 0.75}, {4, 3, 3})},
         {"large box of the cubes' faces", box({1, 0.75, 0.75}, {1, 1, 1})},
+        {"faces between parts", box({0.75, 0.5, 0.5}, {3, 2, 2})},
+        {"vertices all but between parts", meshes::moved(icosphere(0.36, 2), Vec3(1e-7, 2e-7, 0))},
         {"within one cube", meshes::moved(icosphere(0.1, 1), Vec3(0.125, 0, 0))},
     };
     for (const auto& [name, rest] : solids) {

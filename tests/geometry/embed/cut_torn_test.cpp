@@ -97,6 +97,27 @@ TEST(CutTorn, FacesOnTheOutermostPlanesAndBeyondAreCut)
     }
 }
 
+// The mesh ends in the plane between the parts of cubes, of which one goes far away without it.
+TEST(CutTorn, FacesBetweenPartsGoWithWhatTheyBound)
+{
+    const Cubes cubes = block({4, 3, 3}, 0.25, Vec3(-0.5, -0.375, -0.375));
+    const TriMesh rest = box({0.75, 0.5, 0.5}, {3, 2, 2});
+    for (const bool above : {false, true}) {
+        const int below = above ? 3 : 0;
+        const auto broken = links_across(cubes, 0, below);
+        std::vector<Vec3> x = corner_positions(cubes);
+        for (std::size_t k = 0; k < x.size(); ++k) {
+            if ((cubes.corner[k].x() > below) == above) x[k].y() += 5;
+        }
+        for (const TriMesh& out : {torn(rest, cubes, x, broken), closed(rest, cubes, x, broken)}) {
+            EXPECT_NEAR(surface_area(out), surface_area(rest), 1e-6);
+            for (const auto& triangle : out.triangles()) {
+                for (const auto v : triangle) ASSERT_LT(out.positions[v].y(), 0.251f) << above;
+            }
+        }
+    }
+}
+
 TEST(CutTorn, WallsThatStandOnAPlaneAreCutAndHidden)
 {
     const Cubes sheet = plane_cubes(rectangle_cells(10, 6), {1, 0.1, {0, 0, 0}}, 0.02);
