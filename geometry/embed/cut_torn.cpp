@@ -13,6 +13,7 @@
 #include "geometry/mesh/polygons.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 
 namespace geometry {
@@ -170,7 +171,9 @@ Triangle add_corner(Growing& growing, const CutFaces::Corner& c, const Vec3f& at
 {
     const FaceLists& lists = growing.lists;
     TriMesh& mesh = growing.mesh;
-    const auto near = float(1e-4 * growing.cubes.size);
+    // Or as near as rounding to single precision has them, far from the origin.
+    constexpr float rounding = 10 * std::numeric_limits<float>::epsilon();
+    const float near = float(1e-4 * growing.cubes.size) + rounding * at.cwiseAbs().maxCoeff();
     const Triangle& vertices = lists.triangles()[c.face];
     const auto meets = [&](std::uint32_t v) { return (mesh.positions[v] - at).norm() < near; };
     auto& there = growing.known[c.place];

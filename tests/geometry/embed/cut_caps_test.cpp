@@ -183,6 +183,9 @@ TEST(CutCaps, CloseRaggedTears)
             }
             const TriMesh apart = closed(rest, cubes, x, broken);
             EXPECT_TRUE(is_closed(apart.triangles(), apart.positions.size())) << name << seed;
+            for (Vec3& p : x) p += Vec3(0, -300, 100);
+            const TriMesh fallen = closed(rest, cubes, x, broken);
+            EXPECT_TRUE(is_closed(fallen.triangles(), fallen.positions.size())) << name << seed;
         }
     }
 }
