@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <map>
+#include <utility>
 
 namespace physics {
 namespace {
@@ -122,21 +125,26 @@ ForceShares shares_of_material(const CornerBody& body, const Force& force)
     return out;
 }
 
+// Shares of what is nearest to a place, and how far away that is, m.
+struct Nearest {
+    ForceShares shares;
+    double distance = std::numeric_limits<double>::infinity();
+};
+
 // By the place of triangles that is nearest, linear in its triangle; none where there are none.
-ForceShares shares_on_triangles(const CornerBody& body, const Vec3& place)
+Nearest nearest_triangle(const CornerBody& body, const Vec3& place)
 {
-    ForceShares out;
-    double nearest = std::numeric_limits<double>::infinity();
+    Nearest out;
     body.skin.corners.for_each(0, body.skin.corners.size(), [&](std::size_t, const auto& corners) {
         if (!geometry::is_triangle(corners)) return;
         const FourPoints x{place, rest_at(body, corners[0]), rest_at(body, corners[1]),
                            rest_at(body, corners[2])};
         const auto stand = stand_of(Four::point, x);
-        if (stand && std::abs(stand->distance) < nearest) {
-            nearest = std::abs(stand->distance);
-            out.clear();
+        if (stand && std::abs(stand->distance) < out.distance) {
+            out.distance = std::abs(stand->distance);
+            out.shares.clear();
             for (std::size_t i = 0; i < 3; ++i) {
-                out.emplace_back(corners[i], -stand->weight[i + 1]);
+                out.shares.emplace_back(corners[i], -stand->weight[i + 1]);
             }
         }
         for (std::size_t i = 0; i < 3 && !stand; ++i) {
@@ -145,27 +153,60 @@ ForceShares shares_on_triangles(const CornerBody& body, const Vec3& place)
             const double share =
                 std::clamp((place - x[i + 1]).dot(side) / side.squaredNorm(), 0.0, 1.0);
             const double away = (place - x[i + 1] - share * side).norm();
-            if (!(away < nearest)) continue;
-            nearest = away;
-            out = {{corners[i], 1 - share}, {corners[j], share}};
+            if (!(away < out.distance)) continue;
+            out = {{{corners[i], 1 - share}, {corners[j], share}}, away};
         }
     });
     return out;
 }
 
-// Trilinear in the cube that holds the place, all to the nearest corner where none does.
-ForceShares shares_at_point(const CornerBody& body, const Force& force)
+// 1 for corners of triangles.
+std::vector<std::uint8_t> corners_of_triangles(const CornerBody& body)
 {
-    ForceShares out;
-    std::uint32_t nearest = 0;
-    double nearest_sq = std::numeric_limits<double>::infinity();
+    std::vector<std::uint8_t> out(body.corners, 0);
+    if (body.on_lattice) return out;
+    body.skin.corners.for_each(0, body.skin.corners.size(), [&](std::size_t, const auto& corners) {
+        if (!geometry::is_triangle(corners)) return;
+        for (std::size_t i = 0; i < 3; ++i) out[corners[i]] = 1;
+    });
+    return out;
+}
+
+// Trilinear in the cube that holds the place, all to the nearest corner where none is within a
+// cube. Of parts that are as near, the one with the most mass there.
+Nearest nearest_cube(const CornerBody& body, const Vec3& place)
+{
+    constexpr double same = 1e-6, on_it = 1e-3;  // of a cube
+    struct Part {
+        ForceShares shares;
+        double sum = 0, mass = 0;  // of the weights: 1 in a cube; kg
+    };
+    const auto triangles = corners_of_triangles(body);
+    std::map<std::size_t, Part> parts;
+    Nearest out;
+    double edge = 0;
     for (std::uint32_t k = 0; k < body.corners; ++k) {
-        const Vec3 away = rest_at(body, k) - force.position;
-        if (away.squaredNorm() < nearest_sq) nearest_sq = away.squaredNorm(), nearest = k;
+        if (triangles[k] != 0) continue;
+        const Vec3 away = rest_at(body, k) - place;
+        if (away.norm() < out.distance) {
+            out = {{{k, 1.0}}, away.norm()};
+            edge = body.edge_at(k);
+        }
         const Vec3 near = Vec3::Ones() - away.cwiseAbs() / body.edge_at(k);
-        if (near.minCoeff() > 0) out.emplace_back(k, near.prod());
+        if (!(near.minCoeff() > 0)) continue;
+        Part& part = parts[body.part_of(k)];
+        part.shares.emplace_back(k, near.prod());
+        part.sum += near.prod();
+        part.mass += near.prod() * body.mass[k];
     }
-    if (out.empty()) out.emplace_back(nearest, 1);
+    const Part* best = nullptr;
+    for (const auto& [number, part] : parts) {
+        const double more = best ? part.sum - best->sum : 1;
+        if (more > same || (more > -same && part.mass > best->mass)) best = &part;
+    }
+    if (!best) return out;
+    out.shares = best->shares;
+    if (best->sum > 1 - same) out.distance = on_it * edge;  // what lies on it may be nearer
     return out;
 }
 
@@ -175,9 +216,13 @@ ForceShares force_shares(const CornerBody& body, const Force& force)
 {
     ForceShares shares;
     if (force.radius > 0) shares = shares_on_surface(body, force);
-    if (shares.empty() && !body.on_lattice) shares = shares_on_triangles(body, force.position);
     if (shares.empty()) shares = shares_of_material(body, force);
-    if (shares.empty()) shares = shares_at_point(body, force);
+    if (shares.empty()) {
+        Nearest nearest = nearest_cube(body, force.position);
+        Nearest other;
+        if (!body.on_lattice) other = nearest_triangle(body, force.position);
+        shares = std::move(other.distance < nearest.distance ? other.shares : nearest.shares);
+    }
     double total = 0;
     for (const auto& [slot, share] : shares) total += share;
     for (auto& [slot, share] : shares) share /= total;

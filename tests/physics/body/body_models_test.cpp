@@ -63,6 +63,27 @@ struct Held {
     }
 };
 
+// A force at a place in the upper cubes of one box, 5 cm below another box: all of it is the first
+// one's, though corners of the other are within a cube of the place.
+TEST(BodyModels, AForceAtAPointIsOfTheBodyThatHoldsIt)
+{
+    Two two{fixtures::box(4, 4, 4, 0.25), fixtures::box(4, 4, 4, 0.25)};
+    two.low.origin = Vec3(-0.5, -0.5, -0.5), two.high.origin = Vec3(-0.5, 0.55, -0.5);
+    const BricksBody body = make_bricks(two.models(), {.contact = {.on = false}});
+    for (const double radius : {0.0, 0.02}) {
+        Force push;
+        push.kind = Force::Kind::point;
+        push.position = Vec3(0, 0.45, 0);
+        push.radius = radius;
+        push.force = Vec3(10, 0, 0);
+        Loads loads;
+        loads.forces.push_back(push);
+        const State state = stepped(body, rest_state(body), loads, 1);
+        EXPECT_EQ(mean(state.v, two.lows(), two.all()).norm(), 0) << radius;
+        EXPECT_GT(mean(state.v, 0, two.lows()).x(), 1e-4) << radius;
+    }
+}
+
 // Bodies that do not meet move as each does alone, whatever the sizes of the others' cubes.
 TEST(BodyModels, BodiesApartMoveAsEachAlone)
 {

@@ -9,6 +9,7 @@
 #include "physics/state/state_models.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 #include "tests/physics/shell/shell_fixtures.hpp"
+#include "tests/physics/shell/triangle_fixtures.hpp"
 
 #include <gtest/gtest.h>
 
@@ -97,6 +98,41 @@ BrickOptions touching(bool rigid = false)
     out.contact.on = true;
     if (rigid) out.rigid = {1, 0};
     return out;
+}
+
+// A sheet of triangles 3 m above a box takes nothing of a force in the box, at a corner of it or
+// beside it.
+TEST(MixedForce, AForceAtAPointIsOfWhatIsNearest)
+{
+    const Cubes box = block(4, 0.25, Vec3(0, -0.5, 0), wood);
+    geometry::TriMesh high = geometry::grid(1, 1, 4, 4);
+    for (auto& p : high.positions) p.y() += 3;
+    const Cubes sheet = sheet_of(high, 0.01);
+    const BodyModel models[] = {{&box, nullptr}, {&sheet, nullptr}};
+    const MixedBody body = make_mixed(models, {}, {});
+    const auto corners = static_cast<std::uint32_t>(box.corner_count());
+    struct Case {
+        Vec3 place;
+        bool on_sheet;
+    };
+    for (const auto& [place, on_sheet] :
+         {Case{{0, 0, 0}, false}, Case{{0.5, 0.5, 0.5}, false}, Case{{0, 1.5, 0}, false},
+          Case{{0, 2, 0}, true}, Case{{0.1, 3, 0.1}, true}}) {
+        Force push;
+        push.kind = Force::Kind::point;
+        push.position = place;
+        push.radius = 0;
+        push.force = Vec3(10, 0, 0);
+        Loads loads;
+        loads.forces.push_back(push);
+        const State state = advance(body, rest_state(body), loads, frame);
+        Vec3 of_box = Vec3::Zero(), of_sheet = Vec3::Zero();
+        for (std::uint32_t k = 0; k < state.v.size(); ++k) {
+            (k < corners ? of_box : of_sheet) += state.v[k];
+        }
+        EXPECT_EQ(of_box.x() > 1e-6, !on_sheet) << place.transpose();
+        EXPECT_EQ(of_sheet.x() > 1e-6, on_sheet) << place.transpose();
+    }
 }
 
 // A box that comes to a net of ni by ni cells, which its rim holds.
