@@ -4,7 +4,9 @@
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -37,11 +39,11 @@ static Outputs run(const Inputs& in, const graph::Context&)
     } catch (const std::runtime_error& error) {
         throw std::runtime_error(in.path.string() + ": " + error.what());
     }
-    for (const double omega_sq : out.model.omega_sq) {
-        if (omega_sq == 0) continue;
-        out.lowest_frequency = std::sqrt(omega_sq) / (2 * std::numbers::pi);
-        break;
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const double omega_sq : out.model.omega_sq) {  // in the order of the file
+        if (omega_sq > 0) lowest = std::min(lowest, omega_sq);
     }
+    if (std::isfinite(lowest)) out.lowest_frequency = std::sqrt(lowest) / (2 * std::numbers::pi);
     return out;
 }
 
