@@ -3,6 +3,7 @@
 // What is special about one of several bodies of Simulate, and what Simulate suggests of them.
 
 #include "geometry/cubes/cubes.hpp"
+#include "geometry/cubes/plane.hpp"
 #include "graph/types/node_builder.hpp"
 #include "physics/state/report_texts.hpp"
 #include "physics/state/state.hpp"
@@ -43,7 +44,8 @@ inline void describe_body(graph::ParamsOf<OneBody>& p)
                "not visibly bend: wood, stone, metal. Its Young's modulus counts for its contacts "
                "alone. Many impacts at once are often solved faster with step.substeps = 4 or 0. "
                "Beside "
-               "rigid bodies, elastic ones are solved with linear forces in each round.");
+               "rigid bodies, elastic ones are solved with linear forces in each round. Needs "
+               "step.integrator = implicit_euler and initial_shape = given.");
 }
 
 // Bodies that hardly strained in a frame that took many times the steps asked for, or did not
@@ -68,7 +70,8 @@ told_of_stiff(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
             ++cube;
         }
         const bool rigid = i < bodies.size() && bodies[i].rigid;
-        if (rigid || !(most < visible && softest >= stiff_from)) continue;
+        if (rigid || geometry::flat_axis(*cubes[i]) >= 0 || cubes[i]->is_sheet()) continue;
+        if (!(most < visible && softest >= stiff_from)) continue;
         stiff += fmt::format("{}{}", stiff.empty() ? "" : ", ", i);
     }
     if (stiff.empty()) return {};
