@@ -162,7 +162,8 @@ void add_to(graph::Registry& registry)
             [](graph::ParamsOf<Hinge>& p) {
                 p.param("a", &Hinge::a, "Index of the first frame.", {.min = 0})
                     .param("b", &Hinge::b,
-                           "Index of the second frame. The hinge angle is that of b relative to a.",
+                           "Index of the second frame. The hinge angle is that of b relative to a, "
+                           "about the axis by the right-hand rule.",
                            {.min = 0})
                     .param("point", &Hinge::point, "A point on the axis, in the pose as drawn.",
                            {.unit = "m"})
@@ -188,7 +189,7 @@ void add_to(graph::Registry& registry)
               "Joints other than hinges, each between two frames or one frame and the world. "
               "Reach knows hinges only.")
         .prepare("body", &Inputs::body, build, {"part", "hinges", "joints"})
-        .output("part", &Outputs::part, "The jointed body, for Layered or Reach.");
+        .output("part", &Outputs::part, "The jointed body, for Layered, Pose or Reach.");
 }
 
 }  // namespace nodes::figure

@@ -80,7 +80,9 @@ static void describe(graph::ParamsOf<Wind>& p)
         .param("air_density", &Wind::air_density, "Density of the air: 1.2 at sea level.",
                {.min = 0, .max = 1e5, .unit = "kg/m^3"})
         .param("drag", &Wind::drag,
-               "Drag coefficient: about 0.5 for a ball, 1.2 for a plate or cable.",
+               "Drag coefficient: about 0.5 for a ball, 1.2 for a plate or cable. Each side of a "
+               "Sheet and the outside of a solid counts: a balloon made by Sheet takes half of the "
+               "value, and a solid whose `surface` is an open mesh twice.",
                {.min = 0, .max = 1e4});
 }
 

@@ -427,8 +427,9 @@ void add_to(graph::Registry& registry)
                {"base", {"particles"}});
     describe_motion(node);
     node.param("inflation", &Inputs::inflation,
-               "Target volume, as a multiple of the rest volume; keyframe it to breathe. The "
-               "surface moves by at most half the layer's thickness.",
+               "Target volume, as a multiple of the rest volume; keyframe it to breathe. It "
+               "needs `volume.proportional` above 0, 10 for example. The surface moves by at most "
+               "half the layer's thickness.",
                {.min = 0.05, .max = 20})
         .list("muscles", &Inputs::muscles, describe_muscle,
               "Skeletons with a target volume of their own.")

@@ -72,8 +72,9 @@ void add_to(graph::Registry& registry)
         .param("axis", &Inputs::axis, "Direction of the axis at rest, of any length.", {},
                {"kind", {"hinge"}})
         .param("size", &Inputs::size,
-               "Length of the hinge, or width of the weld, centred on the position; 0: four "
-               "edges of the larger cubes. A longer hinge twists less in soft parts.",
+               "Length of the hinge, or diagonal of the cube whose corners are welded, centred on "
+               "the position; 0: four edges of the larger cubes. A longer hinge twists less in "
+               "soft parts.",
                {.min = 0, .unit = "m"}, {"kind", {"hinge", "weld"}})
         .param("reach", &Inputs::reach,
                "Largest distance from the position to the cubes of either part; 0: the edge of "

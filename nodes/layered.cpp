@@ -72,7 +72,7 @@ void add_to(graph::Registry& registry)
         .summary("Simulates bodies coated by implicit layers: exact contact surfaces, controlled "
                  "volume, separation and fusion.")
         .inputs("parts", &Inputs::parts,
-                "The bodies, from ImplicitLayer, Figure, Springs, Carry or Reach.")
+                "The bodies, from ImplicitLayer, Figure, Pose, Reach, Springs or Carry.")
         .inputs("colliders", &Inputs::colliders, "Rigid obstacles.")
         .inputs("forces", &Inputs::forces,
                 "Force fields, as they are at the end of a frame. Wind and point forces act on the "
@@ -80,7 +80,9 @@ void add_to(graph::Registry& registry)
                 "Reach, feel none.")
         .param("gravity", &Inputs::gravity, "Acceleration of all bodies; zeros for none.",
                {.unit = "m/s^2"})
-        .param("drag", &Inputs::drag, "Air drag: share of the velocity that is lost per second.",
+        .param("drag", &Inputs::drag,
+               "Air drag: rate at which the velocity decays, as e^(-drag t). With 1, 37 % of it is "
+               "left after a second.",
                {.min = 0, .unit = "1/s"})
         .param(
             "substeps", &Inputs::substeps,
@@ -92,9 +94,10 @@ void add_to(graph::Registry& registry)
                 "bounce. bullet: keeps swings and tumbling too, takes more steps automatically the "
                 "stiffer the layers are, and supports rigid and still bodies only.")
         .reads(graph::Variable::fps)
-        .output("scene", &Outputs::scene,
-                "State of all bodies; on the first frame, the initial state. For Polygonize, Skin "
-                "and Carried.")
+        .output(
+            "scene", &Outputs::scene,
+            "State of all bodies; on the first frame, the initial state. For Render, Polygonize, "
+            "WriteScene, Skin and Carried.")
         .output("volume_error", &Outputs::volume_error,
                 "Largest relative error of volume among bodies with volume control.")
         .output("interpenetration", &Outputs::interpenetration,

@@ -313,7 +313,7 @@ void add_to(graph::Registry& registry)
                 "Axes of the world along which it is held; along the others they are free. "
                 "One axis makes a roller, or a plane of symmetry; x, for example, holds a plane "
                 "across x, in which corners slide. Several pins of a corner add up. Methods "
-                "other than bricks and springs, Modes and Layered take xyz only.")
+                "bricks and springs alone take fewer axes than xyz.")
         .param("translate", &Inputs::translate,
                "Translation from rest of what is pinned; keyframe it to move that.", {.unit = "m"})
         .param("rotate_degrees", &Inputs::rotate_degrees,

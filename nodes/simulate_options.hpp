@@ -151,7 +151,7 @@ inline void describe_step(graph::ParamsOf<physics::StepOptions>& p)
                "method = lattice as many as its material needs to be as stiff as it is and to keep "
                "its volume, up to 1000 (1 with lattice.stiffness = rate); with other methods as "
                "many, up to 32, as keep the error of each within step.error: for impacts, what "
-               "rolls, and cloth that is pushed.",
+               "rolls, and cloth that is pushed. That needs step.integrator = implicit_euler.",
                {.min = 0, .max = physics::most_substeps})
         .param("error", &physics::StepOptions::error,
                "Largest error of a time step, in edges of cubes or cells, where substeps = 0 "

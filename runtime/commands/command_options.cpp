@@ -58,7 +58,8 @@ void add_permissions(CLI::App& command, CookRequest& request)
     command.add_option("--root", request.root, "Folder that all files to read must lie in")
         ->type_name("DIR");
     command.add_flag("--allow-outside", request.allow_outside,
-                     "Allows the graph to read files outside its root");
+                     "Allows the graph to read files outside its root, and to write outside "
+                     "the output folder");
 }
 
 void add_loading_options(CLI::App& command, CookRequest& request)
