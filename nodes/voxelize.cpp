@@ -10,6 +10,7 @@
 #include "nodes/body_figures.hpp"
 #include "nodes/calibrated_cubes.hpp"
 #include "nodes/cube_quality.hpp"
+#include "nodes/dust.hpp"
 #include "nodes/filled_shell.hpp"
 #include "nodes/large_cubes.hpp"
 #include "nodes/material_rules.hpp"
