@@ -16,6 +16,13 @@ void put_attribute(TriMesh& mesh, const std::string& name, const std::string& un
     mesh.attributes.push_back({name, unit, std::move(values)});
 }
 
+std::vector<float> lengths(std::span<const Vec3f> vectors)
+{
+    std::vector<float> out(vectors.size());
+    for (std::size_t v = 0; v < out.size(); ++v) out[v] = vectors[v].norm();
+    return out;
+}
+
 // The component that carries each vertex.
 std::vector<float> components(const Binding& binding, const Cubes& cubes)
 {
@@ -61,7 +68,7 @@ void add_carried_numbers(TriMesh& mesh, const CarriedNumbers& which, const TriMe
 {
     if (which.displacement) put_attribute(mesh, "displacement", "m", displacements(mesh, rest));
     if (which.speed && motion.v.size() == cubes.corner_count()) {
-        put_attribute(mesh, "speed", "m/s", interpolate(binding, cubes, speeds(motion.v)));
+        put_attribute(mesh, "speed", "m/s", lengths(carried_vectors(binding, cubes, motion.v)));
     }
     if (which.stress && motion.stress.size() == cubes.count()) {
         put_attribute(mesh, "stress", "Pa",

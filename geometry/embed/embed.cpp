@@ -166,6 +166,24 @@ std::vector<float> interpolate(const Binding& binding, const Cubes& cubes,
     return out;
 }
 
+std::vector<Vec3f> carried_vectors(const Binding& binding, const Cubes& cubes,
+                                   std::span<const Vec3> vectors)
+{
+    require(vectors.size() == cubes.corner_count(), "corner vectors", cubes.corner_count(),
+            vectors.size());
+    std::vector<Vec3f> out(binding.cube.size());
+    parallel_for(out.size(), carried_a_task, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t v = begin; v < end; ++v) {
+            const std::array<double, 8> w = weights(binding, static_cast<std::uint32_t>(v));
+            const auto& corners = cubes.corners[binding.used[binding.cube[v]]];
+            Vec3 sum = Vec3::Zero();
+            for (std::size_t a = 0; a < 8; ++a) sum += w[a] * vectors[corners[a]];
+            out[v] = sum.cast<float>();
+        }
+    });
+    return out;
+}
+
 std::vector<double> at_corners(const Cubes& cubes, std::span<const float> values)
 {
     require(values.size() == cubes.count(), "cube values", cubes.count(), values.size());

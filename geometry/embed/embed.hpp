@@ -35,9 +35,15 @@ TriMesh embed(const Binding& binding, const TriMesh& mesh, const Cubes& cubes,
 std::vector<Vec3> transpose(const Binding& binding, const Cubes& cubes,
                             std::span<const Vec3> forces);
 
-// Corner values (K) interpolated to vertices (V).
+// Corner values (K) interpolated to vertices (V). That of a vertex in no cube is its cube's
+// nearest.
 std::vector<float> interpolate(const Binding& binding, const Cubes& cubes,
                                std::span<const double> values);
+
+// Displacements or velocities of corners (K) at vertices (V), also of those in no cube: by
+// weights(), the transpose of transpose().
+std::vector<Vec3f> carried_vectors(const Binding& binding, const Cubes& cubes,
+                                   std::span<const Vec3> vectors);
 
 // Cube values (C) averaged at corners, over the cubes around each by their fill, or the triangles
 // of a sheet by what fills each. K.

@@ -2,6 +2,7 @@
 
 #include "geometry/cubes/components.hpp"
 #include "geometry/cubes/voxelize.hpp"
+#include "geometry/embed/carried_numbers.hpp"
 #include "tests/geometry/meshes.hpp"
 #include "tests/geometry/test_meshes.hpp"
 
@@ -275,6 +276,26 @@ TEST(Embed, CornerValuesAreInterpolatedAndCubeValuesAveraged)
     }
     const std::vector<float> same(s.cubes.count(), 3.5f);
     for (const double value : at_corners(s.cubes, same)) EXPECT_NEAR(value, 3.5, 1e-12);
+}
+
+TEST(Embed, SpeedIsThatOfTheVertexAlsoOutsideOfTheCubes)
+{
+    // A cube that spins about its middle at 2 rad/s: each vertex moves at 2 rad/s times its
+    // distance.
+    const Cubes cubes = geometry::solid_cubes({{0, 0, 0}}, 1);
+    const Vec3 middle(0.5, 0.5, 0.5);
+    std::vector<Vec3> v;
+    for (const Vec3& p : corner_positions(cubes)) v.push_back(Vec3(0, 0, 2).cross(p - middle));
+    const TriMesh mesh = test_meshes::mesh_of(
+        {{0.5f, 0.5f, 0.5f}, {0.75f, 0.5f, 0.5f}, {0.5f, 3.5f, 0.5f}}, {{0, 1, 2}});
+    TriMesh out = mesh;
+    geometry::add_carried_numbers(out, {}, mesh, bind(mesh, cubes), cubes, {v, {}, {}});
+    ASSERT_EQ(out.attributes.size(), 2u);
+    ASSERT_EQ(out.attributes[1].name, "speed");
+    const std::vector<float>& speed = out.attributes[1].values;
+    EXPECT_NEAR(speed[0], 0, 1e-6);
+    EXPECT_NEAR(speed[1], 0.5, 1e-6);
+    EXPECT_NEAR(speed[2], 6, 1e-5);
 }
 
 TEST(Embed, GivesTheSameBytesOnAnyNumberOfThreads)
