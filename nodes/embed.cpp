@@ -14,8 +14,6 @@
 #include <fmt/format.h>
 #include <tbb/collaborative_call_once.h>
 
-#include <cstdio>
-
 namespace nodes::embed {
 
 using Attributes = geometry::CarriedNumbers;
@@ -84,14 +82,8 @@ static void warn_of_far_sheet(const Inputs& in, const graph::Context& context)
 static void warn_of_strays(const Inputs& in, const graph::Context& context)
 {
     warn_of_far_sheet(in, context);
-    if (in.binding->strays.empty()) return;
-    char text[160];
-    std::snprintf(
-        text, sizeof text,
-        "%zu of %zu vertices lie in no cube of their body: each follows the nearest one, at most "
-        "%.3g m away",
-        in.binding->strays.size(), in.mesh->positions.size(), in.binding->farthest);
-    context.warn(text);
+    const std::string text = geometry::warning_of_strays(*in.binding);
+    if (!text.empty()) context.warn(text);
 }
 
 // The mesh where links have broken: cut there, or without the faces there.

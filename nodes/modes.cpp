@@ -32,8 +32,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         in.pins ? in.pins->matter.cubes : std::vector<physics::HeldCube>{};
     const physics::Modes modes = physics::lowest_modes(
         *in.cubes, pinned, {in.count, in.keep_rigid, in.weighting, in.element}, held);
-    for (const auto& warning : modes.report.warnings) context.warn(warning);
     Outputs out{physics::make_modal_model(modes, *in.cubes, in.mesh)};
+    for (const auto& warning : out.model.warnings) context.warn(warning);
     for (const double omega_sq : modes.omega_sq) {
         if (omega_sq == 0) continue;
         out.lowest_frequency = std::sqrt(omega_sq) / (2 * std::numbers::pi);

@@ -9,6 +9,8 @@
 #include "geometry/mesh/pieces.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -249,6 +251,14 @@ Binding bind(const TriMesh& mesh, const Cubes& cubes, bool by_pieces)
         if (v != no_index && find_stray(binding, v)) binding.stray_normals.push_back(i);
     }
     return binding;
+}
+
+std::string warning_of_strays(const Binding& binding)
+{
+    if (binding.strays.empty()) return {};
+    return fmt::format("{} of {} vertices lie in no cube of their body: each follows the nearest "
+                       "one, at most {:.3g} m away",
+                       binding.strays.size(), binding.cube.size(), binding.farthest);
 }
 
 }  // namespace geometry

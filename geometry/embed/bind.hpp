@@ -23,6 +23,8 @@
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/mesh/mesh_fwd.hpp"
 
+#include <string>
+
 namespace geometry {
 
 struct Binding {
@@ -51,5 +53,8 @@ Binding bind(const TriMesh& mesh, const Cubes& cubes, bool by_pieces = true);
 
 // The vertex's entry in binding.strays; null when it lies in a cube.
 const Binding::Stray* find_stray(const Binding& binding, std::uint32_t vertex);
+
+// What to warn of where vertices lie in no cube; empty where there are none.
+std::string warning_of_strays(const Binding& binding);
 
 }  // namespace geometry

@@ -198,6 +198,8 @@ ModalModel make_modal_model(const Modes& modes, const geometry::Cubes& cubes,
     model.omega_sq = modes.omega_sq;
     model.damping = modes.damping;
     model.warnings = modes.report.warnings;
+    const std::string strays = geometry::warning_of_strays(binding);
+    if (!strays.empty()) model.warnings.push_back(strays);
     for (const auto& phi : modes.shape) {
         Vec3 participation = Vec3::Zero();
         double largest = 0;
@@ -207,14 +209,7 @@ ModalModel make_modal_model(const Modes& modes, const geometry::Cubes& cubes,
         }
         model.participation.push_back(participation);
 
-        std::vector<Vec3f> shape(mesh->positions.size());
-        std::vector<double> component(phi.size());
-        for (int d = 0; d < 3; ++d) {
-            for (std::size_t i = 0; i < phi.size(); ++i) component[i] = phi[i][d];
-            const std::vector<float> values = geometry::interpolate(binding, cubes, component);
-            for (std::size_t i = 0; i < shape.size(); ++i) shape[i][d] = values[i];
-        }
-        model.shape.push_back(std::move(shape));
+        model.shape.push_back(geometry::carried_vectors(binding, cubes, phi));
 
         // Normals as they change when the mode moves corners by a hundredth of a cube.
         const double small = largest > 0 ? 0.01 * cubes.size / largest : 0;

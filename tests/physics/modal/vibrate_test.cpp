@@ -146,6 +146,30 @@ TEST(Vibrate, AMeshOnCubesFollowsTheirCorners)
         *std::max_element(moved.attributes[0].values.begin(), moved.attributes[0].values.end()), 0);
 }
 
+TEST(Vibrate, AMeshThatStandsOutOfItsCubesMovesAsEmbedCarriesIt)
+{
+    // The rod is twice as long as the beam of cubes that carries it.
+    const geometry::Cubes cubes = fixtures::box(6, 1, 1, 0.1, {});
+    TriMesh mesh = geometry::box({1.2, 0.05, 0.05}, {12, 1, 1});
+    for (Vec3f& p : mesh.positions) p += Vec3f(0.6f, 0.05f, 0.05f);
+    const Modes modes = lowest_modes(cubes, {0, 7, 14, 21}, {.count = 2});
+    const ModalModel model = make_modal_model(modes, cubes, std::make_shared<const TriMesh>(mesh));
+    ASSERT_EQ(model.warnings.size(), 1u);
+    EXPECT_NE(model.warnings[0].find("vertices lie in no cube of their body"), std::string::npos);
+    ModalState state = rest_state(model);
+    state.q[0] = 1e-2;
+    const TriMesh moved = deformed(model, state);
+    std::vector<Vec3> corners = corner_positions(cubes);
+    for (std::size_t i = 0; i < corners.size(); ++i) corners[i] += 1e-2 * modes.shape[0][i];
+    const TriMesh embedded = embed(geometry::bind(mesh, cubes), mesh, cubes, corners);
+    double most = 0;
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+        most = std::max(most, double((embedded.positions[v] - mesh.positions[v]).norm()));
+        EXPECT_LT((moved.positions[v] - embedded.positions[v]).norm(), 1e-6) << v;
+    }
+    EXPECT_GT(most, 1e-3) << "far more than what is allowed";
+}
+
 // A sheet of 1 m^2 across x that moves as a whole along x, of `mass` kg on springs of `stiffness`
 // N/m.
 ModalModel sliding_sheet(double mass, double stiffness)
