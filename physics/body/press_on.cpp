@@ -1,6 +1,7 @@
 #include "physics/body/press_on.hpp"
 
 #include "geometry/cubes/plane.hpp"
+#include "geometry/cubes/sheet.hpp"
 #include "geometry/embed/embed.hpp"
 #include "geometry/mesh/cut_sides.hpp"
 #include "geometry/mesh/mesh.hpp"
@@ -93,6 +94,21 @@ topology_of(const std::vector<std::array<std::uint32_t, 6>>& faces)
     return out;
 }
 
+// Length of the sides to which faces are cut, m. On a sheet it is that of its own longest side, so
+// that the mesh that it was made of is cut into the cells that it has; the share more is for the
+// rounding of mesh vertices.
+double longest_pressed(const geometry::Cubes& cubes)
+{
+    if (!cubes.is_sheet()) return 0.5 * cubes.size;
+    double longest = 0;
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        const auto [i, j, k] = geometry::sheet_triangle(cubes, c);
+        const Vec3 &a = cubes.place[i], &b = cubes.place[j], &d = cubes.place[k];
+        longest = std::max({longest, (b - a).norm(), (d - b).norm(), (a - d).norm()});
+    }
+    return (1 + 1e-6) * longest;
+}
+
 }  // namespace
 
 PressOn press_on(const geometry::Cubes& cubes, const TriMesh& mesh, const std::string& name)
@@ -105,8 +121,8 @@ PressOn press_on(const geometry::Cubes& cubes, const TriMesh& mesh, const std::s
     std::vector<Triangle> faces = chosen_faces(mesh, name, out);
     TriMesh nodes;
     nodes.positions = mesh.positions;
-    // Each face of a sheet moves as one.
-    while (!cubes.is_sheet() && geometry::cut_sides(0.5 * cubes.size, nodes.positions, faces)) {
+    const double longest = longest_pressed(cubes);
+    while (geometry::cut_sides(longest, nodes.positions, faces)) {
         if (faces.size() <= most_faces) continue;
         throw std::invalid_argument(fmt::format(
             "the surface is more than {} cubes large: expected faces of the size of cubes of {:g} "

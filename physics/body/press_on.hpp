@@ -3,9 +3,9 @@
 // Makes the surface that a pressure acts on (state/pressed_surface.hpp) of a mesh in cubes.
 //
 // Faces are cut at the middles of their sides until no side is longer than half a cube, so that
-// every cube that the surface passes through feels its share; those of a sheet stay whole. Faces
-// that meet keep meeting: a closed mesh makes a closed surface, which neither pushes nor turns a
-// body as a whole.
+// every cube that the surface passes through feels its share. On a sheet they are cut until no side
+// is longer than the longest of its cells. Faces that meet keep meeting: a closed mesh makes a
+// closed surface, which neither pushes nor turns a body as a whole.
 //
 // Which way is out, the mesh's winding says, mended as in geometry/mesh/wound_out.hpp.
 

@@ -1,5 +1,6 @@
 #include "physics/body/following_forces.hpp"
 
+#include "geometry/cubes/sheet.hpp"
 #include "geometry/cubes/voxelize.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/primitive.hpp"
@@ -125,6 +126,63 @@ TEST(FollowingForces, OfATorqueHaveThatTorqueAndNoForce)
     }
     const Resultant turned = resultant(ball.body, x, pushed(ball, force, x));
     EXPECT_LT((turned.torque - turn * force.torque).norm(), 1e-12);
+}
+
+CornerBody body_of_sheet(const Cubes& cubes)
+{
+    std::vector<std::uint32_t> slot(cubes.corner_count());
+    std::iota(slot.begin(), slot.end(), 0u);
+    return make_corner_body(cubes, std::move(slot), nullptr);
+}
+
+TEST(FollowingForces, OfPressureOnACutSheetAreThoseOfEachOfItsCells)
+{
+    // Two triangles, 1 m^2, cut into 512: each corner carries a third of the cells around it.
+    geometry::TriMesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}};
+    auto faces = std::make_shared<geometry::MeshTopology>();
+    faces->triangles = {{0, 2, 1}, {0, 3, 2}};
+    mesh.topology = faces;
+    const Cubes sheet = geometry::make_sheet(mesh, 0.02, {}, 0.0885).cubes;
+    ASSERT_EQ(sheet.count(), 512u);
+    Force force;
+    force.kind = Force::Kind::pressure;
+    force.pressure = 100;
+    force.surface = std::make_shared<PressedSurface>(press_on(sheet, mesh, "").surface);
+    const CornerBody body = body_of_sheet(sheet);
+    Aligned<double> f(body.numbers, 0);
+    add_following_forces(following_forces(body, {&force, 1}), body, body.rest.data(), f);
+    std::vector<double> expected(sheet.corner_count(), 0);
+    for (std::size_t c = 0; c < sheet.count(); ++c) {
+        for (const auto k : geometry::sheet_triangle(sheet, c)) expected[k] -= 100.0 / 512 / 3;
+    }
+    double sum = 0;
+    for (std::size_t k = 0; k < expected.size(); ++k) {
+        EXPECT_NEAR(f[4 * k + 1], expected[k], 1e-6) << k;
+        sum += f[4 * k + 1];
+    }
+    EXPECT_NEAR(sum, -100, 1e-9);
+}
+
+TEST(FollowingForces, OfPressureOnAClosedCutSheetSumToNothing)
+{
+    const geometry::TriMesh mesh = geometry::box({1, 1, 1}, {1, 1, 1});
+    const Cubes sheet = geometry::make_sheet(mesh, 0.02, {}, 0.3).cubes;
+    ASSERT_GT(sheet.count(), 12u);
+    Force force;
+    force.kind = Force::Kind::pressure;
+    force.pressure = 100;
+    force.surface = std::make_shared<PressedSurface>(press_on(sheet, mesh, "").surface);
+    const CornerBody body = body_of_sheet(sheet);
+    Aligned<double> x = body.rest, f(body.numbers, 0);
+    const geometry::Random random(5);
+    for (std::size_t i = 0; i < 4 * body.corners; ++i) {
+        if (i % 4 != 3) x[i] += 0.06 * (random.unit(i) - 0.5);
+    }
+    add_following_forces(following_forces(body, {&force, 1}), body, x.data(), f);
+    const Resultant sum = resultant(body, x, f);
+    EXPECT_LT(sum.force.norm(), 1e-10);
+    EXPECT_LT(sum.torque.norm(), 1e-10);
 }
 
 TEST(FollowingForces, ATorqueOnAPointIsRefused)
