@@ -30,14 +30,6 @@ static physics::LayeredBody build(const Inputs& in)
     return body;
 }
 
-// The longest side of the bounds of all frames, as drawn, m.
-static double size_of(const physics::Base& base)
-{
-    geometry::Box box;
-    for (const geometry::Transform& frame : base.frames) box.add(frame.translation());
-    return box.size().maxCoeff();
-}
-
 static Outputs run(const Inputs& in, const graph::Context&)
 {
     const physics::Base& base = in.body->base;
@@ -54,7 +46,7 @@ static Outputs run(const Inputs& in, const graph::Context&)
     }
     physics::SolvedPose reached = physics::inverse_kinematics(base, in.part->pose, goals, start);
     // From the last pose the solver may be stuck against hinge limits: then a jump is better.
-    if (!start.empty() && reached.miss > 1e-3 * size_of(base)) {
+    if (!start.empty() && reached.miss > 1e-3 * physics::figure_size(base, goals)) {
         physics::SolvedPose anew = physics::inverse_kinematics(base, in.part->pose, goals, {});
         if (anew.miss < 0.1 * reached.miss) reached = std::move(anew);
     }

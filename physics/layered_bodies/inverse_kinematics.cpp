@@ -170,17 +170,6 @@ void check_goals(const Base& base, std::span<const PoseGoal> goals)
     }
 }
 
-double size_of(const Base& base, std::span<const PoseGoal> goals)
-{
-    geometry::Box box;
-    for (const Transform& frame : base.frames) box.add(frame.translation());
-    for (const PoseGoal& goal : goals) box.add(goal.point);
-    if (!(box.diagonal() > 0)) {  // frames of still bodies have one origin
-        for (const Hinge& hinge : base.hinges) box.add(base.frames[hinge.a] * hinge.point_a);
-    }
-    return std::max(box.diagonal(), 1e-12);
-}
-
 // Levenberg and Marquardt's steps from where the figure is.
 void descend(const Figure& figure, double size, const PoseOptions& options, SolvedPose& at)
 {
@@ -216,6 +205,17 @@ void descend(const Figure& figure, double size, const PoseOptions& options, Solv
 
 }  // namespace
 
+double figure_size(const Base& base, std::span<const PoseGoal> goals)
+{
+    geometry::Box box;
+    for (const Transform& frame : base.frames) box.add(frame.translation());
+    if (!(box.diagonal() > 0)) {
+        for (const Hinge& hinge : base.hinges) box.add(base.frames[hinge.a] * hinge.point_a);
+    }
+    for (const PoseGoal& goal : goals) box.add(goal.point);
+    return std::max(box.diagonal(), 1e-12);
+}
+
 SolvedPose inverse_kinematics(const Base& base, const Transform& root,
                               std::span<const PoseGoal> goals, std::span<const double> start,
                               const PoseOptions& options)
@@ -233,7 +233,7 @@ SolvedPose inverse_kinematics(const Base& base, const Transform& root,
     for (const PoseGoal& goal : goals) {
         local.push_back(base.frames[goal.frame].inverse() * goal.point);
     }
-    descend({base, tree, goals, local}, size_of(base, goals), options, at);
+    descend({base, tree, goals, local}, figure_size(base, goals), options, at);
     place(base, tree, at.angle, at.frames);
     return at;
 }

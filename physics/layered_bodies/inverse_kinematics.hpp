@@ -39,6 +39,10 @@ struct SolvedPose {
     int iterations = 0;
 };
 
+// The figure's size as drawn, m: the diagonal of the box around its frames' origins and the points
+// of the goals, and around its hinges where all frames have one origin, as those of still bodies.
+double figure_size(const Base& base, std::span<const PoseGoal> goals);
+
 // Frame 0 stays at `root`, which is where the figure as drawn is put; the others hang on it by
 // their hinges, as on a tree. `start`: angles to start from (empty: as drawn). Throws
 // std::invalid_argument for a frame that no chain of hinges joins to frame 0, hinges that close a

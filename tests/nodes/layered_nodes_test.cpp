@@ -250,6 +250,49 @@ TEST(Reach, RestartsWhereAHingeLimitBlocksIt)
     EXPECT_GT(miss_at(180), 0.1) << "out of reach from anywhere";
 }
 
+// All frames of a still figure have one origin. The target goes round the first hinge, 0.6 m off,
+// by 0.03 m a frame. A figure that started again from the pose as drawn would bend another way.
+TEST(Reach, AStillFigureDoesNotJumpWhereItsTargetMovesEvenly)
+{
+    NodeRun figure("Figure");
+    figure.inputs["part"] = {
+        part_of({{0, 0, 0}, {0.3, 0, 0}, {0.6, 0, 0}, {0.9, 0, 0}}, BaseKind::still)};
+    graph::ParamValues hinges;
+    for (std::int64_t a = 0; a < 3; ++a) {
+        const std::array at{0.3 * double(a + 1), 0.0, 0.0};
+        hinges.push_back({element(figure.type.params[0], {{"a", {a}},
+                                                          {"b", {a + 1}},
+                                                          {"point", {at}},
+                                                          {"axis", {std::array{0.0, 0.0, 1.0}}},
+                                                          {"lowest_degrees", {-170.0}},
+                                                          {"highest_degrees", {170.0}}})});
+    }
+    figure.param("hinges").is = hinges;
+    NodeRun reach("Reach");
+    reach.inputs["part"] = {figure.run()};
+    std::vector<Vec3> before;
+    for (int frame = 0; frame < 60; ++frame) {
+        const double angle = 0.05 * frame;
+        const std::array target{0.3 + 0.6 * std::cos(angle), 0.6 * std::sin(angle), 0.0};
+        reach.param("goals").is = graph::ParamValues{
+            {element(reach.type.params[0], {{"frame", {std::int64_t{3}}},
+                                            {"point", {std::array{1.2, 0.0, 0.0}}},
+                                            {"target", {target}}})}};
+        const auto outputs = reach.outputs();
+        reach.previous = {outputs[0]};
+        EXPECT_LT(*outputs[1].as<double>(), 1e-3) << frame;
+        std::vector<Vec3> joints;
+        const auto& frames = outputs[0].as<LayeredPart>()->frames;
+        for (std::size_t k = 2; k < 4; ++k) {
+            joints.emplace_back(frames[k] * Vec3(0.3 * double(k), 0, 0));
+        }
+        for (std::size_t k = 0; frame > 0 && k < joints.size(); ++k) {
+            EXPECT_LT((joints[k] - before[k]).norm(), 0.1) << frame;
+        }
+        before = joints;
+    }
+}
+
 TEST(ImplicitLayer, WarnsOfParticlesThatStartTooClose)
 {
     for (const double apart : {0.05, 0.02}) {
