@@ -115,8 +115,10 @@ static void require_a_vertex_a_corner(const Inputs& in)
     if (found == corners) return;
     throw std::invalid_argument(fmt::format(
         "`follow` has {} vertices, expected {}, one per corner of the cubes: link the "
-        "mesh that Plane or Sheet made with these cubes, carried along. If what carries it "
-        "tears, set torn = hide or stretch in its Embed, because cutting adds vertices",
+        "mesh that Plane or Sheet made with these cubes, carried along, or that of CubeMesh, which "
+        "has a vertex for each corner also where Sheet cut faces (`longest_side`) or joined "
+        "vertices. If what carries it tears, set torn = hide or stretch in its Embed, because "
+        "cutting adds vertices",
         found, corners));
 }
 
@@ -280,7 +282,8 @@ void add_to(graph::Registry& registry)
                graph::Need::optional)
         .input("follow", &Inputs::follow,
                "Pinned corners follow the vertices of this mesh at this frame. It is the mesh that "
-               "Plane or Sheet made with these cubes, carried along by something else.",
+               "Plane or Sheet made with these cubes, carried along by something else. Where Sheet "
+               "cut faces (`longest_side`) or joined vertices, take the mesh of CubeMesh.",
                graph::Need::optional)
         .choice(
             "hold", &Inputs::hold, {"corners", "points"},

@@ -138,6 +138,29 @@ TEST(SheetNode, PinsFindItsRimItsEndsAndWhatAMeshFollows)
     for (const Vec3& target : pins.as<physics::Pins>()->target) EXPECT_NEAR(target.y(), 0.5, 1e-6);
 }
 
+TEST(SheetNode, PinsOfACutSheetFollowItsCubeMesh)
+{
+    const TriMesh mesh = fixtures::squares({1, 1, 0.4});
+    NodeRun sheet = sheet_node(mesh);
+    sheet.param("longest_side").is = 0.15;
+    const Cubes cubes = *sheet.run().as<Cubes>();
+    NodeRun rim = pin_where(cubes, "rim");
+    rim.inputs["follow"] = {graph::Value::of(mesh)};
+    EXPECT_NE(refusal_of(rim).find("or that of CubeMesh"), std::string::npos);
+    NodeRun of_cubes("CubeMesh");
+    of_cubes.inputs["cubes"] = {graph::Value::of(cubes)};
+    TriMesh moved = *of_cubes.run().as<TriMesh>();
+    for (auto& p : moved.positions) p.y() += 0.5f;
+    rim.inputs["follow"] = {graph::Value::of(moved)};
+    const graph::Value value = rim.run();
+    const physics::Pins& pins = *value.as<physics::Pins>();
+    EXPECT_EQ(pins.corner.size(), 16u);
+    for (std::size_t i = 0; i < pins.corner.size(); ++i) {
+        const Vec3 rest = cubes.corner_position(pins.corner[i]);
+        EXPECT_LT((pins.target[i] - rest - Vec3(0, 0.5, 0)).norm(), 1e-6);
+    }
+}
+
 TEST(SheetNode, EmbedWarnsOfAMeshThatIsFarOff)
 {
     const TriMesh mesh = fixtures::squares({4, 3, 0.1});
