@@ -177,7 +177,7 @@ public:
         for (std::size_t k = 0; k < 3; ++k) sides[k] = corners_between(face[k], face[(k + 1) % 3]);
         const CutFaces::Corner& corner = cut_.corners[face[0]];
         const bool splits = !sides[0].empty() || !sides[1].empty() || !sides[2].empty();
-        if (splits) cut_.cut[corner.face] |= corner.closes() ? 0 : 1;
+        if (splits && !corner.closes()) cut_.cut[corner.face] = 1;
         if (corner.closes() || cut_.cut[corner.face]) split(face, {sides[0], sides[1], sides[2]});
     }
 

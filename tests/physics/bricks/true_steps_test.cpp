@@ -305,8 +305,8 @@ TEST(TrueSteps, ABrickTumblesForThousandsOfStepsWithoutATrend)
     EXPECT_LT((after.angular - before.angular).norm(), 1e-9 * before.angular.norm());
 }
 
-// Bars that spin about their axis of most inertia, up to 75 degrees a step: it is where they have the
-// least energy for their angular momentum, so that they stay with it.
+// Bars that spin about their axis of most inertia, up to 75 degrees a step: it is where they have
+// the least energy for their angular momentum, so that they stay with it.
 TEST(TrueSteps, AFlatBarStaysWithItsAxisInLongSteps)
 {
     const Cubes cubes = fixtures::box(10, 3, 1, 0.04, {.young = 1e8});
