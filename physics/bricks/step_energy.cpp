@@ -130,7 +130,7 @@ std::vector<std::uint8_t> pressed_parts(const Stage& stage)
     return out;
 }
 
-// Parts that press each other, by sets, and whether something else holds a set.
+// Parts that press each other, by sets, and whether a pin holds one of a set.
 struct PressedSets {
     std::vector<std::uint32_t> set;  // of each part; no_index: nothing presses it
     std::vector<std::uint8_t> held;  // of each set
@@ -141,18 +141,13 @@ PressedSets pressed_sets(const Stage& stage)
     const CornerBody& body = stage.frame.body;
     const std::size_t parts = stage.frame.part_mass.size();
     geometry::UnionFind sets(parts);
-    std::vector<std::uint8_t> pressed = pressed_parts(stage);
+    const std::vector<std::uint8_t> pressed = pressed_parts(stage);
     std::vector<std::uint8_t> held = axes_of_parts(stage.frame.loads.pins, body);
     held.resize(parts);
     for (const PlaneTouch& touch : stage.touches) {
         if (!(touch.depth(stage.x.data()) > 0)) continue;
         sets.join(static_cast<std::uint32_t>(body.part_of(touch.corners[0])),
                   static_cast<std::uint32_t>(body.part_of(touch.corners[8])));
-    }
-    for (const PlaneTouch& touch : stage.holds) {
-        if (body.sheets || body.solids || !(touch.depth(stage.x.data()) > 0)) continue;
-        const std::size_t part = body.part_of(touch.corners[0]);
-        pressed[part] = held[part] = 1;
     }
     PressedSets out{sets.roots(), std::vector<std::uint8_t>(parts, 0)};
     for (std::size_t p = 0; p < parts; ++p) {

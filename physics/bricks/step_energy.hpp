@@ -45,8 +45,8 @@ double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<
                           const Aligned<double>& after_x, const Aligned<double>& after_v);
 
 // Takes it off the motion of the parts that press each other, about the centre of mass of those
-// that hang together by that; where a pin or a collider holds one of them, off all of their motion.
-// False: there is less.
+// that hang together by that; where a pin holds one of them, off all of their motion. False: there
+// is less.
 bool take_off(const Stage& stage, double gained, Aligned<double>& v);
 
 }  // namespace physics
