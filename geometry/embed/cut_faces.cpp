@@ -3,7 +3,6 @@
 #include "geometry/cells/clip_to_cells.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "geometry/embed/cut_caps.hpp"
-#include "geometry/embed/t_junctions.hpp"
 #include "geometry/embed/torn_faces.hpp"
 
 #include <algorithm>
@@ -181,7 +180,6 @@ CutFaces cut_faces(const Binding& binding, const TriMesh& rest, const Cubes& cub
         cut_face(cutter, alone[f]);
     }
     if (solid && flat < 0) close(cubes, parted, std::move(cutter.edges), *solid, out);
-    if (!out.faces.empty()) split_at_t_junctions(rest, cubes, out);
     return out;
 }
 

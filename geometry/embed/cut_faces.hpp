@@ -23,7 +23,8 @@ struct CutFaces {
         std::array<double, 3> share;  // of the face's corners
         // Of faces that close what is cut, unit; of others zero.
         Vec3 outward = Vec3::Zero();
-        std::uint32_t place = 0;  // one number for all that meet at rest
+        // One number for all that meet at rest, by split_at_t_junctions().
+        std::uint32_t place = 0;
 
         bool closes() const { return !outward.isZero(0); }
     };

@@ -8,6 +8,7 @@
 
 #include "geometry/embed/cut_faces.hpp"
 #include "geometry/embed/part_motion.hpp"
+#include "geometry/embed/t_junctions.hpp"
 #include "geometry/embed/torn_faces.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/polygons.hpp"
@@ -256,8 +257,9 @@ TriMesh cut_torn(const Binding& binding, const TriMesh& rest, TriMesh carried, c
     const std::vector<std::uint8_t> torn = marked(cubes, parted);
     const PartMotion motion = motion_of_parts(cubes, x, broken, parted, torn);
     carry_old_vertices(lists, binding, motion, carried);
-    const CutFaces cut = cut_faces(binding, rest, cubes, parted, closing.solid);
+    CutFaces cut = cut_faces(binding, rest, cubes, parted, closing.solid);
     if (cut.faces.empty()) return carried;
+    split_at_t_junctions(rest, cubes, cut);
 
     const TriMesh points = carried_corners(lists, cubes, x, torn, motion, cut.corners);
     carried = without_faces(std::move(carried), cut.cut);
