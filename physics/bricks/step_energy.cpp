@@ -151,10 +151,8 @@ PressedSets pressed_sets(const Stage& stage)
     }
     PressedSets out{sets.roots(), std::vector<std::uint8_t>(parts, 0)};
     for (std::size_t p = 0; p < parts; ++p) {
-        if (pressed[p] == 0)
-            out.set[p] = geometry::no_index;
-        else if (held[p] != 0)
-            out.held[out.set[p]] = 1;
+        if (pressed[p] != 0 && held[p] != 0) out.held[out.set[p]] = 1;
+        if (pressed[p] == 0) out.set[p] = geometry::no_index;
     }
     return out;
 }
@@ -214,10 +212,8 @@ bool take_off(const Stage& stage, double gained, Aligned<double>& v)
         mean[set] += body.mass[k] * at(k);
     });
     for (std::size_t set = 0; set < mean.size(); ++set) {
-        if (pressed.held[set] != 0)
-            mean[set].setZero();  // what holds it takes the momentum
-        else if (mass[set] > 0)
-            mean[set] /= mass[set];
+        const bool moves_freely = pressed.held[set] == 0 && mass[set] > 0;
+        mean[set] *= moves_freely ? 1 / mass[set] : 0;  // a pin takes the momentum
     }
     double moving = 0;
     for_each([&](std::size_t k, std::uint32_t set) {

@@ -135,6 +135,15 @@ CornerBody body_of_sheet(const Cubes& cubes)
     return make_corner_body(cubes, std::move(slot), nullptr);
 }
 
+Force pressure_on(const Cubes& sheet, const geometry::TriMesh& mesh)
+{
+    Force force;
+    force.kind = Force::Kind::pressure;
+    force.pressure = 100;
+    force.surface = std::make_shared<PressedSurface>(press_on(sheet, mesh, "").surface);
+    return force;
+}
+
 TEST(FollowingForces, OfPressureOnACutSheetAreThoseOfEachOfItsCells)
 {
     // Two triangles, 1 m^2, cut into 512: each corner carries a third of the cells around it.
@@ -145,10 +154,7 @@ TEST(FollowingForces, OfPressureOnACutSheetAreThoseOfEachOfItsCells)
     mesh.topology = faces;
     const Cubes sheet = geometry::make_sheet(mesh, 0.02, {}, 0.0885).cubes;
     ASSERT_EQ(sheet.count(), 512u);
-    Force force;
-    force.kind = Force::Kind::pressure;
-    force.pressure = 100;
-    force.surface = std::make_shared<PressedSurface>(press_on(sheet, mesh, "").surface);
+    const Force force = pressure_on(sheet, mesh);
     const CornerBody body = body_of_sheet(sheet);
     Aligned<double> f(body.numbers, 0);
     add_following_forces(following_forces(body, {&force, 1}), body, body.rest.data(), f);
@@ -169,10 +175,7 @@ TEST(FollowingForces, OfPressureOnAClosedCutSheetSumToNothing)
     const geometry::TriMesh mesh = geometry::box({1, 1, 1}, {1, 1, 1});
     const Cubes sheet = geometry::make_sheet(mesh, 0.02, {}, 0.3).cubes;
     ASSERT_GT(sheet.count(), 12u);
-    Force force;
-    force.kind = Force::Kind::pressure;
-    force.pressure = 100;
-    force.surface = std::make_shared<PressedSurface>(press_on(sheet, mesh, "").surface);
+    const Force force = pressure_on(sheet, mesh);
     const CornerBody body = body_of_sheet(sheet);
     Aligned<double> x = body.rest, f(body.numbers, 0);
     const geometry::Random random(5);
