@@ -383,9 +383,7 @@ TEST(CommandLine, TheExitCodeOfSeveralDocumentsIsThatOfTheWorst)
         EXPECT_EQ(said.exit, exit_failed);
         EXPECT_TRUE(has(said.err, "expected")) << "all are checked: " << said.err;
         words[0] = "cook";
-        for (const auto& more : {"--out", (folder.path / "out").c_str(), "--keep-going"}) {
-            words.emplace_back(more);
-        }
+        words.insert(words.end(), {"--out", (folder.path / "out").string(), "--keep-going"});
         EXPECT_EQ(run(words).exit, exit_failed);
     }
 }
