@@ -29,7 +29,7 @@ def document(height, last):
             "method": "solid", "size": 0.0625,
             "matter": {"density": 300, "young": 30000, "poisson": 0.4}}},
         "floor": {"type": "Ground@1"},
-        "sim": {"type": "Simulate@2", "params": {"step": {"substeps": 4}}, "inputs": {
+        "sim": {"type": "Simulate@3", "params": {"step": {"substeps": 4}}, "inputs": {
             "colliders": ["floor.collider"], "cubes": "cubes.cubes", "surface": "ball.mesh"}},
         "shape": {"type": "Embed@3", "inputs": {
             "cubes": "cubes.cubes", "mesh": "ball.mesh", "state": "sim.state"}},

@@ -51,7 +51,7 @@ struct Inputs {
     Vec3 initial_velocity{0, 0, 0};
     Vec3 initial_spin_degrees{0, 0, 0};
     std::vector<OneBody> bodies;
-    physics::StepOptions step;
+    FrameSteps step;
     std::shared_ptr<const Body> body;
     graph::Wire<physics::State> last;
 };
@@ -155,10 +155,6 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
         if (in.initial_shape == Shape::equilibrium) {
             faults.push_back({"initial_shape", no_rigid_equilibrium});
         }
-    }
-    if (in.method != Method::lattice && in.step.substeps == 0 &&
-        in.step.integrator != physics::Integrator::implicit_euler) {
-        faults.push_back({"step.substeps", steps_by_error});
     }
     if (in.method == Method::lattice && models > 1) {
         faults.push_back({"method", lattice_of_several});
@@ -409,8 +405,8 @@ static void describe_loads(graph::NodeBuilder<Inputs, Outputs>& node)
 
 void add_to(graph::Registry& registry)
 {
-    auto node = registry.add("Simulate", 2, run);
-    node.upgrade(1, bends_before, keep_bending);
+    auto node = registry.add("Simulate", 3, run);
+    node.upgrade(1, bends_before, keep_bending).upgrade(2, one_step_before, keep_one_step);
     node.summary("Simulates a model of cubes under forces, pins and contact, frame by frame.",
                  {"solver", "sim", "fem", "soft body", "softbody", "vellum", "physics", "jelly",
                   "deformable"})

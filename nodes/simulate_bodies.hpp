@@ -42,15 +42,13 @@ inline void describe_body(graph::ParamsOf<OneBody>& p)
                "the mass of its cubes and the centre and inertia of its surface, and pushes and is "
                "pushed as others are (method bricks). Right, and many times faster, for what would "
                "not visibly bend: wood, stone, metal. Its Young's modulus counts for its contacts "
-               "alone. Many impacts at once are often solved faster with step.substeps = 4 or 0. "
-               "Beside "
-               "rigid bodies, elastic ones are solved with linear forces in each round. Needs "
-               "step.integrator = implicit_euler and initial_shape = given.");
+               "alone. Beside rigid bodies, elastic ones are solved with linear forces in each "
+               "round. Needs step.integrator = implicit_euler and initial_shape = given.");
 }
 
 // Bodies that hardly strained in a frame that took many times the steps asked for, or did not
-// converge: they would look the same as rigid bodies, which take few. `asked`: steps; 0: any
-// number.
+// converge: they would look the same as rigid bodies, which take few. `asked`: steps; 0: as many
+// as are needed.
 inline std::vector<std::string>
 told_of_stiff(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
               const std::vector<OneBody>& bodies, const physics::State& state, int asked)
@@ -58,7 +56,7 @@ told_of_stiff(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
     constexpr int many = 8;
     constexpr double visible = 0.005;   // strain
     constexpr double stiff_from = 1e8;  // Pa
-    const bool slow = asked > 0 && state.report.steps >= many * asked;
+    const bool slow = state.report.steps >= many * std::max(1, asked);
     if (!slow && !physics::stopped_short(state.report)) return {};
     std::string stiff;
     std::size_t cube = 0;
@@ -78,8 +76,10 @@ told_of_stiff(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
     return {fmt::format(
         "stiff bodies hit something, {}: set `rigid` = true in `bodies` (entry {}) "
         "where they would not visibly bend",
-        slow ? fmt::format("which took {} times as many steps as were asked for, or more", many)
-             : std::string("and contact did not converge"),
+        !slow ? std::string("and contact did not converge")
+        : asked > 0
+            ? fmt::format("which took {} times as many steps as were asked for, or more", many)
+            : fmt::format("which took {} steps a frame, or more", many),
         stiff)};
 }
 

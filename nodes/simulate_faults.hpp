@@ -44,10 +44,6 @@ constexpr const char* no_rigid_equilibrium =
     "rigid bodies have no equilibrium shape: set initial_shape = given, or set `rigid` of the "
     "bodies to false";
 
-constexpr const char* steps_by_error =
-    "0 takes steps by the error of implicit Euler: set step.integrator = implicit_euler, or 1 or "
-    "more steps";
-
 constexpr const char* no_equilibrium = "an equilibrium needs method = bricks and solids alone: "
                                        "change the method, unlink sheets, or set "
                                        "initial_shape = given";

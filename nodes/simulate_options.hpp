@@ -134,10 +134,21 @@ inline void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
                 "Precision of the sums over regions. Motion is always in double precision.");
 }
 
-inline void describe_step(graph::ParamsOf<physics::StepOptions>& p)
+// The steps of a graph's frames: as many as are needed, where nothing else is said.
+struct FrameSteps : physics::StepOptions {
+    FrameSteps() { substeps = 0; }
+};
+
+// A member of StepOptions as one of FrameSteps.
+template <class T> constexpr T FrameSteps::*of_steps(T physics::StepOptions::*member)
+{
+    return member;
+}
+
+inline void describe_step(graph::ParamsOf<FrameSteps>& p)
 {
     p.choice(
-         "integrator", &physics::StepOptions::integrator,
+         "integrator", of_steps(&physics::StepOptions::integrator),
          {"implicit_euler", "implicit_midpoint", "sdirk2"},
          "implicit_euler: the most robust; damps all vibration, with n steps a period by pi / n of "
          "critical damping: 6.5 % at 48, so that resonance needs another one. Bodies in free fall "
@@ -146,35 +157,37 @@ inline void describe_step(graph::ParamsOf<physics::StepOptions>& p)
          "resolve, at twice the cost, and keeps the angular momentum of what spins only as far as "
          "its steps are short. A step in which the body hits something is one of "
          "implicit_euler, whatever is chosen.")
-        .param("substeps", &physics::StepOptions::substeps,
-               "Steps per frame. More steps resolve fast motion and vibration better. 0: with "
-               "method = lattice as many as its material needs to be as stiff as it is and to keep "
-               "its volume, up to 1000 (1 with lattice.stiffness = rate); with other methods as "
-               "many, up to 32, as keep the error of each within step.error: for impacts, what "
-               "rolls, and cloth that is pushed. That needs step.integrator = implicit_euler.",
-               {.min = 0, .max = physics::most_substeps})
-        .param("error", &physics::StepOptions::error,
+        .param(
+            "substeps", of_steps(&physics::StepOptions::substeps),
+            "Steps per frame. More steps resolve fast motion and vibration better. 0: as many as "
+            "are needed. With method = lattice those are as many as its material needs to be as "
+            "stiff as it is and to keep its volume, up to 1000 (1 with lattice.stiffness = "
+            "rate). With other methods they are as many, up to 32, as keep the error of each "
+            "within step.error: more in impacts, and where something rolls or pushes cloth; 1 "
+            "with another step.integrator than implicit_euler, whose error is not known.",
+            {.min = 0, .max = physics::most_substeps})
+        .param("error", of_steps(&physics::StepOptions::error),
                "Largest error of a time step, in edges of cubes or cells, where substeps = 0 "
                "(other methods than lattice): half of the change of a corner's velocity in the "
                "step, times its duration. The motion of free parts as a whole has none. 0.03 "
                "takes twice the steps of 0.1.",
                {.min = 1e-4, .max = 10})
-        .param("tolerance", &physics::StepOptions::tolerance,
+        .param("tolerance", of_steps(&physics::StepOptions::tolerance),
                "Tolerance: the share of the acting forces that may be left unbalanced at the end "
                "of a step.",
                {.min = 1e-12, .max = 0.1})
-        .param("newton_iterations", &physics::StepOptions::newton_iterations,
+        .param("newton_iterations", of_steps(&physics::StepOptions::newton_iterations),
                "Newton iterations per step. 1 is enough for most scenes; use more for large "
                "deformation with large steps.",
                {.min = 1, .max = 100})
-        .param("contact_iterations", &physics::StepOptions::contact_iterations,
+        .param("contact_iterations", of_steps(&physics::StepOptions::contact_iterations),
                "Largest number of solves per step to find which points are in contact.",
                {.min = 1, .max = 1000})
-        .param("solver_iterations", &physics::StepOptions::solver_iterations,
+        .param("solver_iterations", of_steps(&physics::StepOptions::solver_iterations),
                "Largest number of conjugate gradient iterations per solve.",
                {.min = 1, .max = 1'000'000})
         .param(
-            "sleep", &physics::StepOptions::sleep,
+            "sleep", of_steps(&physics::StepOptions::sleep),
             "Whether a frame is skipped in which nothing would move: bodies that have been at "
             "rest for 12 frames, under forces that still balance. A load, a pin or a collider "
             "that moves wakes them. All bodies of a Simulate sleep together. false: also what is "

@@ -20,4 +20,14 @@ inline void keep_bending(graph::Json& node)
     graph::put_missing(lattice, "calibrate", std::string("bending"));
 }
 
+inline constexpr auto one_step_before = "the default of step.substeps was 1";
+
+inline void keep_one_step(graph::Json& node)
+{
+    graph::Json* const params = graph::put_missing(node, "params", graph::Json::Object());
+    graph::Json* const step =
+        params ? graph::put_missing(*params, "step", graph::Json::Object()) : nullptr;
+    if (step) graph::put_missing(*step, "substeps", std::int64_t{1});
+}
+
 }  // namespace nodes::simulate

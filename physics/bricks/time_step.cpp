@@ -170,12 +170,19 @@ double error_of_last(const FrameStep& step, const Motion& before, double dt)
     return error_of_step(step.stage, before.x, before.v, step.now.x, step.now.v, dt);
 }
 
+// Whether errors choose the length of steps.
+bool are_by_error(const StepOptions& options)
+{
+    return options.substeps == 0 && options.integrator == Integrator::implicit_euler;
+}
+
 // Whether a step with this error need not be taken in halves for its sake. The next one may be
 // twice as long where that leaves it so.
 bool is_accurate(FrameStep& step, double error, Cuts cuts)
 {
-    if (step.frame.options.substeps > 0) return true;
-    const double most = step.frame.options.error;
+    const StepOptions& options = step.frame.options;
+    if (!are_by_error(options)) return true;
+    const double most = options.error;
     step.finer = may_lengthen(error, most) ? cuts.finer - 1 : cuts.finer;
     return error <= most || cuts.finer == finest_by_error;
 }
@@ -319,7 +326,7 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
     if (options.integrator == Integrator::implicit_midpoint) {
         step.account = open_account(step.stage, step.now.x, step.now.v, state.energy_owed);
     }
-    if (options.substeps == 0) step.finer = halvings_of(state.report.steps);
+    if (are_by_error(options)) step.finer = halvings_of(state.report.steps);
     const int steps = least_steps(options);
     const double share = 1.0 / steps;
     for (int i = 0; i < steps; ++i) {
@@ -353,9 +360,6 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
         throw std::invalid_argument("expected a time step above 0 s, found " + std::to_string(dt));
     }
     if (options.substeps < 0) throw std::invalid_argument("expected substeps of 0 or more");
-    if (options.substeps == 0 && options.integrator != Integrator::implicit_euler) {
-        throw std::invalid_argument("steps by their error: expected implicit Euler");
-    }
     check_state(body, state);
     check_pins(loads.pins, body.corners);
     check_forces(loads.forces);

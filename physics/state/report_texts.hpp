@@ -33,12 +33,13 @@ inline constexpr const char* short_linear_solve =
     "The linear solver did not converge to step.tolerance. Raise step.solver_iterations.";
 inline constexpr const char* short_of_speed =
     "The motion is too fast for the time step: the forces are not balanced to step.tolerance. "
-    "Raise step.substeps.";
+    "Raise step.substeps; where it is 0, lower step.error.";
 inline constexpr const char* short_newton =
     "Newton's method did not converge to step.tolerance. Raise step.newton_iterations or "
-    "step.substeps.";
+    "step.substeps; where that is 0, lower step.error.";
 inline constexpr const char* short_contact =
-    "Contact did not converge to step.tolerance. Raise step.contact_iterations or step.substeps.";
+    "Contact did not converge to step.tolerance. Raise step.contact_iterations or step.substeps; "
+    "where that is 0, lower step.error.";
 
 // Of corners that are so far away that single precision, in which meshes are written, cannot hold
 // the squares of their distances.

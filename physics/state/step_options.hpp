@@ -10,8 +10,8 @@ inline constexpr int most_substeps = 10'000;
 
 struct StepOptions {
     Integrator integrator = Integrator::implicit_euler;
-    // A frame. 0: as many as keep the error of each, and at least one; of lattices
-    // enough_substeps() (lattice.hpp).
+    // A frame. 0: as many as keep the error of each, and at least one (of other integrators than
+    // implicit Euler, one); of lattices enough_substeps() (lattice.hpp).
     int substeps = 1;
     double error = 0.1;            // cubes, of a step (step_error.hpp), where substeps = 0
     int newton_iterations = 1;     // linearisations a stage

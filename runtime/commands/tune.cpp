@@ -23,12 +23,13 @@ struct Dial {
     std::string target;
     double value = 0;  // in the document
     bool counts = false;
+    double most = infinity;
 
     double at(int halvings) const { return std::ldexp(value, counts ? halvings : -halvings); }
     bool allows(int halvings) const
     {
         const double there = at(halvings);
-        return !counts || (there >= 1 && there == std::floor(there));
+        return there <= most && (!counts || (there >= 1 && there == std::floor(there)));
     }
 };
 
@@ -43,34 +44,66 @@ std::optional<double> number_of(const graph::Node& node, const graph::ParamValue
     return std::nullopt;
 }
 
-// "step.substeps" of a node, or what else `path` names.
-std::optional<Dial> dial_of(const graph::Graph& graph, const graph::Node& node,
-                            const std::string& path)
+// A parameter of a node, and its value in the document.
+struct Found {
+    const graph::Param* param = nullptr;
+    const graph::ParamValue* value = nullptr;
+    std::vector<std::uint32_t> where;
+};
+
+// "step.substeps" of a node, or what else `path` names; nothing where it has none.
+Found find_param(const graph::Node& node, const std::string& path)
 {
     const std::vector<graph::Param>* params = &node.type->params;
     const graph::ParamValues* values = &node.params;
-    std::vector<std::uint32_t> where;
+    Found found;
     for (std::size_t begin = 0;;) {
         const std::size_t dot = path.find('.', begin);
         const std::string name = path.substr(begin, dot - begin);
-        const auto found = std::find_if(params->begin(), params->end(),
+        const auto param = std::find_if(params->begin(), params->end(),
                                         [&](const graph::Param& p) { return p.name == name; });
-        if (found == params->end()) return std::nullopt;
-        const auto index = static_cast<std::size_t>(found - params->begin());
-        where.push_back(static_cast<std::uint32_t>(index));
-        const graph::ParamValue& value = (*values)[index];
-        if (dot == std::string::npos) {
-            const auto number = number_of(node, value, where, graph.range.first);
-            if (!number) return std::nullopt;
-            const bool whole = found->kind == graph::ParamKind::integer;
-            if (whole && *number == 0) return std::nullopt;  // the node chooses a number itself
-            return Dial{node.name + "." + path, *number, whole};
-        }
-        values = std::get_if<graph::ParamValues>(&value.is);
-        if (!values || found->kind != graph::ParamKind::block) return std::nullopt;
-        params = &found->children;
+        if (param == params->end()) return {};
+        const auto index = static_cast<std::size_t>(param - params->begin());
+        found.where.push_back(static_cast<std::uint32_t>(index));
+        found.param = &*param;
+        found.value = &(*values)[index];
+        if (dot == std::string::npos) return found;
+        values = std::get_if<graph::ParamValues>(&found.value->is);
+        if (!values || param->kind != graph::ParamKind::block) return {};
+        params = &param->children;
         begin = dot + 1;
     }
+}
+
+// Whether the node has such a choice, and it is `value`.
+bool is_set(const graph::Node& node, const std::string& path, std::string_view value)
+{
+    const Found found = find_param(node, path);
+    const auto* text = found.value ? std::get_if<std::string>(&found.value->is) : nullptr;
+    return text && *text == value;
+}
+
+std::optional<Dial> dial_of(const graph::Graph& graph, const graph::Node& node,
+                            const std::string& path)
+{
+    const Found found = find_param(node, path);
+    if (!found.value) return std::nullopt;
+    const auto number = number_of(node, *found.value, found.where, graph.range.first);
+    if (!number) return std::nullopt;
+    const bool whole = found.param->kind == graph::ParamKind::integer;
+    if (whole && *number == 0) return std::nullopt;  // the node chooses a number itself
+    return Dial{node.name + "." + path, *number, whole};
+}
+
+constexpr auto size_path = "size", steps_path = "step.substeps", step_error_path = "step.error";
+constexpr double most_step_error = 0.5;  // cubes; beyond it an error hardly bounds a motion
+
+// Whether a node that has such a parameter is meant without being named.
+bool is_meant(const graph::Node& node, const std::string& path)
+{
+    if (path == size_path) return node.type->name == "Voxelize";
+    if (path != step_error_path) return true;
+    return is_set(node, "step.integrator", "implicit_euler") && !is_set(node, "method", "lattice");
 }
 
 // What --size or --steps names, or the one node that has such a parameter; nothing where none has.
@@ -82,8 +115,7 @@ std::optional<Dial> find_dial(const graph::Graph& graph, const std::string& give
         const bool named = given.starts_with(node.name + ".");
         if (!given.empty() && !named) continue;
         const auto dial = dial_of(graph, node, named ? given.substr(node.name.size() + 1) : path);
-        const bool makes_cubes = node.type->name == "Voxelize" || path != "size";
-        if (dial && (named || makes_cubes)) found.push_back(*dial);
+        if (dial && (named || is_meant(node, path))) found.push_back(*dial);
     }
     if (found.size() > 1) {
         throw std::invalid_argument(fmt::format("expected one node with '{}', found '{}' and '{}': "
@@ -102,43 +134,44 @@ void need_size_by_hand(const graph::Graph& graph, const std::string& node_name)
 {
     for (const graph::Node& node : graph.nodes) {
         if (node.name != node_name) continue;
-        for (std::size_t i = 0; i < node.type->params.size(); ++i) {
-            const auto* quality = std::get_if<std::string>(&node.params[i].is);
-            if (node.type->params[i].name != "quality" || !quality || *quality == "by_size")
-                continue;
-            throw std::invalid_argument(
-                fmt::format("'{}' chooses the size of its cubes itself (quality = {}): set quality "
-                            "= by_size to tune it",
-                            node_name, *quality));
-        }
+        const Found found = find_param(node, "quality");
+        const auto* quality = found.value ? std::get_if<std::string>(&found.value->is) : nullptr;
+        if (!quality || *quality == "by_size") continue;
+        throw std::invalid_argument(
+            fmt::format("'{}' chooses the size of its cubes itself (quality = {}): set quality "
+                        "= by_size to tune it",
+                        node_name, *quality));
     }
 }
 
 // Whether cubes of a node are solids with their stiffness as filled.
 bool are_filled(const graph::Graph& graph, const std::string& node_name)
 {
-    const auto is = [](const graph::Node& node, const std::string& name, const std::string& value) {
-        for (std::size_t i = 0; i < node.type->params.size(); ++i) {
-            const auto* text = std::get_if<std::string>(&node.params[i].is);
-            if (text && node.type->params[i].name == name) return *text == value;
-        }
-        return false;
-    };
     return std::any_of(graph.nodes.begin(), graph.nodes.end(), [&](const graph::Node& node) {
-        return node.name == node_name && is(node, "method", "solid") &&
-               is(node, "stiffness", "filled");
+        return node.name == node_name && is_set(node, "method", "solid") &&
+               is_set(node, "stiffness", "filled");
     });
 }
 
 // Edge of cubes, or their number along the longest side where that says it.
 std::optional<Dial> find_size(const graph::Graph& graph, const std::string& given)
 {
-    const auto size = find_dial(graph, given, "size", "--size");
+    const auto size = find_dial(graph, given, size_path, "--size");
     if (!size) return size;
     const std::string node = size->target.substr(0, size->target.rfind('.'));
     need_size_by_hand(graph, node);
     if (size->value > 0) return size;
     return find_dial(graph, node + ".resolution", "resolution", "--size");
+}
+
+// Number of steps a frame, or the error that chooses it where that is 0.
+std::optional<Dial> find_steps(const graph::Graph& graph, const std::string& given)
+{
+    const auto steps = find_dial(graph, given, steps_path, "--steps");
+    if (steps) return steps;
+    auto error = find_dial(graph, given, step_error_path, "--steps");
+    if (error) error->most = std::max(error->value, most_step_error);
+    return error;
 }
 
 std::vector<std::string> measures_of(const graph::Graph& graph)
@@ -194,7 +227,7 @@ public:
     {
         const graph::Graph graph = load_with(file_, registry_, options_.sweep.load, {}).graph;
         const auto size = find_size(graph, options_.size);
-        const auto steps = find_dial(graph, options_.steps, "step.substeps", "--steps");
+        const auto steps = find_steps(graph, options_.steps);
         if (!size && !steps) {
             throw std::invalid_argument(
                 fmt::format("{} has neither a Voxelize node nor steps to tune: name a parameter "

@@ -187,8 +187,10 @@ void add_tune_command(const CommandSet& set)
         ->add_option("--size", wanted->size, "Parameter of the cubes (default: that of Voxelize)")
         ->type_name("NODE.PARAM");
     tune_app
-        ->add_option("--steps", wanted->steps,
-                     "Parameter of the steps (default: step.substeps of the simulation)")
+        ->add_option(
+            "--steps", wanted->steps,
+            "Parameter of the steps (default: step.substeps of the simulation, or step.error "
+            "where that is 0)")
         ->type_name("NODE.PARAM");
     tune_app->add_option("--most", wanted->most, "Most values of a parameter to try (default: 6)")
         ->type_name("N")

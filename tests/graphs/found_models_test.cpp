@@ -29,7 +29,7 @@ static void drop(const fs::path& model, const char* unit, double fit)
                                "matter": {{ "density": 500, "young": 1e6 }} }} }},
         "part": {{ "type": "ConnectedComponent@1", "inputs": {{ "cubes": "cubes.cubes" }} }},
         "floor": {{ "type": "Ground@1" }},
-        "sim": {{ "type": "Simulate@2",
+        "sim": {{ "type": "Simulate@3",
                  "inputs": {{ "cubes": "part.cubes", "colliders": ["floor.collider"] }} }},
         "shape": {{ "type": "Embed@3", "inputs": {{ "mesh": "lifted.mesh", "cubes": "part.cubes",
                    "state": "sim.state" }} }},

@@ -25,7 +25,7 @@ std::string falling(const std::string& body = "body", const std::string& more = 
            R"(": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" }, "params": {
         "method": "solid", "matter": { "density": 1000, "young": 1e5 }, )" +
            more + R"( } },
-    "sim": { "type": "Simulate@2", "inputs": { "cubes": ")" +
+    "sim": { "type": "Simulate@3", "inputs": { "cubes": ")" +
            body + R"(.cubes" }, "params": {
         "step": { "integrator": "implicit_midpoint", "tolerance": 1e-8 } } },
     "shape": { "type": "Embed@1", "inputs": {
@@ -237,7 +237,7 @@ TEST_F(AccuracyOfCooks, NothingIsSaidOfTheBendingOfWhatNothingBends)
                            "true")));
     // By way of what hands cubes on.
     const std::string other = R"("other": { "type": "LocalMatter@1", "inputs": {
-        "cubes": "body.cubes" } }, "sim2": { "type": "Simulate@2", "inputs": {
+        "cubes": "body.cubes" } }, "sim2": { "type": "Simulate@3", "inputs": {
         "cubes": "other.cubes" }, "params": { "bodies": [{ "rigid": )";
     EXPECT_FALSE(told(rigid(other + "true }] } }, ", "true")));
     EXPECT_TRUE(told(rigid(other + "false }] } }, ", "true")));

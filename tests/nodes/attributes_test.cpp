@@ -168,7 +168,7 @@ TEST(Attributes, GoFromMeshToCubesToMeshesNumbersPicturesAndFiles)
                   "params": { "what": "attribute_mean", "attribute": "heat" } },
         "cold": { "type": "Measure@1", "inputs": { "mesh": "cage.mesh" },
                   "params": { "what": "attribute_mean", "attribute": "cold" } },
-        "sim": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes" } },
+        "sim": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes" } },
         "shape": { "type": "Embed@3", "inputs": { "mesh": "sheet.mesh", "cubes": "cubes.cubes",
                    "state": "sim.state" }, "params": { "attributes": { "cubes": "*" } } },
         "file": { "type": "WriteMesh@1", "inputs": { "mesh": "cage.mesh" },

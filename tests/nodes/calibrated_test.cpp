@@ -105,7 +105,7 @@ double sag(double cubes, const std::string& stiffness)
         {{ "young": {}, "density": {}, "poisson": 0.3 }} }} }},
 "hold": {{ "type": "Pin@1", "inputs": {{ "cubes": "cubes.cubes" }}, "params":
     {{ "where": "sphere", "sphere": {{ "centre": [-0.23, -0.075, 0.085], "radius": 0.06 }} }} }},
-"sim": {{ "type": "Simulate@2", "inputs": {{ "cubes": "cubes.cubes", "pins": ["hold.pins"] }},
+"sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "cubes.cubes", "pins": ["hold.pins"] }},
     "params": {{ "initial_shape": "equilibrium", "gravity": [0, 0, -0.981] }} }},
 "shape": {{ "type": "Embed@3", "inputs": {{ "mesh": "strip.mesh", "cubes": "cubes.cubes",
     "state": "sim.state" }} }},

@@ -44,7 +44,7 @@ void expect_weights(const char* bodies)
                     fmt::format(R"("ground": {{ "type": "Ground@1" }},
                 "wall": {{ "type": "Collider@1", "params": {{ "kind": "sphere",
                            "translate": [5, 0, 0] }} }},
-                "sim": {{ "type": "Simulate@2", "inputs": {{
+                "sim": {{ "type": "Simulate@3", "inputs": {{
                     "cubes": ["low.cubes", "high.cubes"],
                     "colliders": ["wall.collider", "ground.collider"] }},
                     "params": {{ "bodies": {} }} }})",
@@ -79,7 +79,7 @@ TEST(ContactForce, OfWhatRestsIsTheWeightOfWhatItCarries)
 std::string refused_with(const std::string& measured)
 {
     const std::string scene = box("low", 0.4, 0, 0) + R"("ground": { "type": "Ground@1" },
-        "sim": { "type": "Simulate@2", "inputs": { "cubes": "low.cubes",
+        "sim": { "type": "Simulate@3", "inputs": { "cubes": "low.cubes",
                  "colliders": ["ground.collider"] } })" +
                               measured;
     const auto loaded = graph::load_text(R"({ "aspic": 1, "nodes": {)" + scene + "} }",
@@ -111,7 +111,7 @@ TEST(ContactForce, HasFrictionInIt)
     Scene scene(
         box("low", 0.4, 0, 0) +
             fmt::format(R"("ground": {{ "type": "Ground@1", "params": {{ "friction": 0.6 }} }},
-                "sim": {{ "type": "Simulate@2", "inputs": {{ "cubes": "low.cubes",
+                "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "low.cubes",
                     "colliders": ["ground.collider"] }},
                     "params": {{ "gravity": [{}, {}, 0] }} }})",
                         g * std::sin(slope), -g * std::cos(slope)) +

@@ -27,7 +27,7 @@ std::array<double, 2> slides(const std::string& method, double degrees)
                        "method": "solid", "size": 0.05, "align": "origin",
                        "matter": {{ "young": 1e6, "stiffness_damping": 0.004 }} }} }},
            "ground": {{ "type": "Ground@1", "params": {{ "friction": 0.5 }} }},
-           "sim": {{ "type": "Simulate@2", "inputs": {{ "cubes": "cubes.cubes",
+           "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "cubes.cubes",
                      "surface": "mesh.mesh", "colliders": ["ground.collider"] }}, "params": {{
                      "method": "{}", "gravity": [{}, {}, 0], {}
                      "step": {{ "substeps": 0 }} }} }},
@@ -63,7 +63,7 @@ std::string ball(double young, double speed, const std::string& cubes, const std
            "light": {{ "type": "Voxelize@1", "inputs": {{ "mesh": "a.mesh" }}, "params": {{
                        "method": "solid", "size": 0.025, "matter": {{ "young": {} }} }} }},
            {}
-           "sim": {{ "type": "Simulate@2", "inputs": {{ {} }}, "params": {{ "gravity": [0, 0, 0],
+           "sim": {{ "type": "Simulate@3", "inputs": {{ {} }}, "params": {{ "gravity": [0, 0, 0],
                      "bodies": [ {{ "velocity": [{}, 0, 0] }} ], "step": {{ "substeps": 4 }}{} }} }},
            "p": {{ "type": "Measure@1", "inputs": {{ "state": "sim.state", "cubes": "light.cubes" }},
                    "params": {{ "what": "momentum", "direction": [1, 0, 0] }} }},
@@ -209,7 +209,7 @@ TEST(ContactLaws, TwoElasticSpheresHoldTheEnergyThatHertzGives)
     const auto energy = [&](double size) {
         Scene scene(body("top", size) + "," + body("bottom", size) + pins("top", "high", -d) +
                         pins("bottom", "low", d) +
-                        R"(, "sim": { "type": "Simulate@2", "inputs": {
+                        R"(, "sim": { "type": "Simulate@3", "inputs": {
               "cubes": ["top.cubes", "bottom.cubes"], "surface": ["top_mesh.mesh", "bottom_mesh.mesh"],
               "pins": ["top_x.pins", "top_y.pins", "top_z.pins", "bottom_x.pins", "bottom_y.pins",
                        "bottom_z.pins"] },

@@ -32,7 +32,7 @@ const std::string loaded = R"(,
               "params": { "where": "ends", "ends": { "end": "low", "layers": 0 } } },
     "load": { "type": "Force@1", "params": { "kind": "point", "point":
               { "force": [0, -0.3, 0], "position": [1, 0, 0], "radius": 0 } } },
-    "sim": { "type": "Simulate@2", "inputs": { "cubes": "graded.cubes", "pins": ["held.pins"],
+    "sim": { "type": "Simulate@3", "inputs": { "cubes": "graded.cubes", "pins": ["held.pins"],
              "forces": ["load.force"] }, "params": { "gravity": [0, 0, 0],
              "initial_shape": "equilibrium" } },
     "shape": { "type": "Embed@3", "inputs": { "mesh": "beam.mesh", "cubes": "graded.cubes",

@@ -38,7 +38,7 @@ TEST(Measure, OfAHangingBarForcesStressAndEnergyAreThoseOfTheBook)
         body("[0.2, 1, 0.2]", R"("young": 1e6, "poisson": 0)") + R"(,
         "top": { "type": "Pin@1", "inputs": { "cubes": "cubes.cubes" }, "params": {
                  "where": "ends", "ends": { "axis": "y", "end": "high", "layers": 0 } } },
-        "sim": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes", "pins": ["top.pins"] },
+        "sim": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes", "pins": ["top.pins"] },
                  "params": { "initial_shape": "equilibrium" } })" +
         measured("reaction_force", R"(, "pins": "top.pins")", down) +
         measured("reaction_torque", "", R"(, "direction": [0, 0, 1], "point": [-1, 0, 0])") +
@@ -58,7 +58,7 @@ TEST(Measure, OfAFlyingBoxMomentaAndInertiaAreThoseOfARigidOne)
     const std::string own = R"(, "cubes": "cubes.cubes")", z = R"(, "direction": [0, 0, 1])";
     const std::string x = R"(, "direction": [1, 0, 0])";
     Scene scene(body("[0.4, 0.2, 0.2]", R"("young": 1e7)") + R"(,
-        "sim": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes" }, "params": {
+        "sim": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes" }, "params": {
                  "gravity": [0, 0, 0], "initial_velocity": [1, 0, 0],
                  "initial_spin_degrees": [0, 0, 90] } })" +
                 measured("momentum", own, x) + measured("angular_momentum", own, z) +
@@ -92,7 +92,7 @@ TEST(Measure, KnowsBodiesAndSimulationsApart)
                 "where": "ends", "ends": { "end": "low" } } },
         "p2": { "type": "Pin@1", "inputs": { "cubes": "heavy.cubes" }, "params": {
                 "where": "ends", "ends": { "axis": "y", "end": "high", "layers": 2 } } },
-        "sim": { "type": "Simulate@2", "inputs": { "cubes": ["cubes.cubes", "heavy.cubes"],
+        "sim": { "type": "Simulate@3", "inputs": { "cubes": ["cubes.cubes", "heavy.cubes"],
                  "pins": ["p1.pins", "p2.pins"], "colliders": ["floor.collider"] } },
         "second": { "type": "Measure@1", "inputs": { "state": "sim.state", "pins": "p2.pins" },
                     "params": { "what": "reaction_force" } },
@@ -104,11 +104,11 @@ TEST(Measure, KnowsBodiesAndSimulationsApart)
                   "params": { "what": "contact_depth" } },
         "deep_of": { "type": "Measure@1", "inputs": { "state": "sim.state",
                      "cubes": "cubes.cubes" }, "params": { "what": "contact_depth" } },
-        "bricks": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes",
+        "bricks": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes",
                     "pins": ["p1.pins"] } },
-        "then": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes",
+        "then": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes",
                   "start": "bricks.state" }, "params": { "method": "lattice" } },
-        "plain": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes" },
+        "plain": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes" },
                    "params": { "method": "lattice" } },
         "turning": { "type": "Measure@1", "inputs": { "state": "then.state",
                      "cubes": "cubes.cubes" }, "params": { "what": "moment_of_inertia" } },
@@ -133,7 +133,7 @@ TEST(Measure, OfAMethodWithoutStressSaysSoAtOnce)
     const auto said = [](const std::string& method, const std::string& what) {
         const std::string text =
             R"({ "aspic": 1, "nodes": { "plane": { "type": "Plane@1" },
-            "sim": { "type": "Simulate@2", "inputs": { "cubes": ["plane.cubes"] },
+            "sim": { "type": "Simulate@3", "inputs": { "cubes": ["plane.cubes"] },
                      "params": { "method": ")" +
             method + R"(" } },
             "m": { "type": "Measure@1", "inputs": { "state": "sim.state" },
@@ -161,7 +161,7 @@ TEST(Measure, OfRigidBodiesSaysThatInertiaIsThatOfCubes)
             "ball": { "type": "Primitive@1", "params": { "shape": "sphere" } },
             "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "ball.mesh" },
                        "params": { "method": "solid", "size": 0.2 } },
-            "sim": { "type": "Simulate@2", "inputs": { "cubes": ["cubes.cubes", "cubes.cubes"] },
+            "sim": { "type": "Simulate@3", "inputs": { "cubes": ["cubes.cubes", "cubes.cubes"] },
                      "params": { "bodies": [)" +
                                  bodies + R"(] } },
             "m": { "type": "Measure@1", "inputs": { "state": "sim.state", "cubes": "cubes.cubes" },
@@ -207,8 +207,8 @@ TEST(Measure, SaysWhatIsMissing)
                  "where": "ends", "ends": { "end": "low" } } },
         "other": { "type": "Pin@1", "inputs": { "cubes": "cubes.cubes" }, "params": {
                    "where": "ends", "ends": { "end": "high" } } },
-        "sim": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes", "pins": ["end.pins"] } },
-        "soft": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes", "pins": ["end.pins"] },
+        "sim": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes", "pins": ["end.pins"] } },
+        "soft": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes", "pins": ["end.pins"] },
                   "params": { "method": "lattice" } },
         "free": { "type": "Measure@1", "inputs": { "state": "sim.state", "pins": "other.pins" },
                   "params": { "what": "reaction_force" } },

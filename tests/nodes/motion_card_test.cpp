@@ -21,7 +21,7 @@ std::string falling_box(const std::string& inputs, const std::string& params,
     "body": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" }, "params": {
         "method": "solid", "size": 0.1, "matter": { "density": 1000, "young": 1e5 } } },)" +
            nodes + R"(
-    "sim": { "type": "Simulate@2", "inputs": { "cubes": "body.cubes")" +
+    "sim": { "type": "Simulate@3", "inputs": { "cubes": "body.cubes")" +
            inputs + R"( }, "params": { )" + params + " } } } }";
 }
 

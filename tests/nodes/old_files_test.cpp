@@ -64,10 +64,10 @@ TEST(OldFiles, AllLoadAndReportTheirUpgradesOnly)
         notes[entry.path().stem()] = loaded.problems.size();
     }
     EXPECT_EQ(notes.size(), 8u);
-    EXPECT_EQ(notes["bridge"], 5u);           // a Sample, a Simulate, an Embed twice, a Render
-    EXPECT_EQ(notes["two_soft_solids"], 8u);  // two layers twice, two meshes, two Renders
+    EXPECT_EQ(notes["bridge"], 6u);  // a Sample, a Simulate twice, an Embed twice, a Render
+    EXPECT_EQ(notes["two_soft_solids"], 8u);        // two layers twice, two meshes, two Renders
     EXPECT_EQ(notes["blend_constant_volume"], 7u);  // two layers twice, two meshes, a Render
-    EXPECT_EQ(notes["flag"], 4u);                   // a Simulate, an Embed twice, a Render
+    EXPECT_EQ(notes["flag"], 5u);                   // a Simulate twice, an Embed twice, a Render
     EXPECT_EQ(notes["breathing"], 4u);              // a layer twice, a mesh, a Render
 }
 
@@ -185,7 +185,7 @@ TEST(OldFiles, LatticesOfSimulateOneAreCalibratedForBends)
         "rated": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" }, "params": {
                    "method": "lattice", "lattice": { "stiffness": "rate" } } },
         "bricks": { "type": "Simulate@1", "inputs": { "cubes": "cubes.cubes" } },
-        "now": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes" },
+        "now": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes" },
                  "params": { "method": "lattice" } })");
     ASSERT_TRUE(loaded.ok());
     const auto of = [&](const char* node) {
@@ -194,7 +194,30 @@ TEST(OldFiles, LatticesOfSimulateOneAreCalibratedForBends)
     EXPECT_EQ(of("plain"), "bending");
     EXPECT_EQ(of("told"), "stretch");
     EXPECT_EQ(of("now"), "both");
-    EXPECT_EQ(loaded.problems.size(), 4u);  // notes of the upgrades, and nothing else
+    EXPECT_EQ(loaded.problems.size(), 8u);  // notes of the upgrades, two a node, and nothing else
+}
+
+TEST(OldFiles, SimulateTwoTakesOneStepAFrame)
+{
+    const graph::Loaded loaded = load(R"(
+        "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "ball.mesh" },
+                   "params": { "method": "solid" } },
+        "plain": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes" } },
+        "block": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes" },
+                   "params": { "step": { "tolerance": 0.01 } } },
+        "told": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes" },
+                  "params": { "step": { "substeps": 0 } } },
+        "now": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes" } })");
+    ASSERT_TRUE(loaded.ok());
+    const auto of = [&](const char* node) {
+        return std::get<std::int64_t>(param(loaded.graph, node, "step.substeps").is);
+    };
+    EXPECT_EQ(of("plain"), 1);
+    EXPECT_EQ(of("block"), 1);
+    EXPECT_EQ(number(param(loaded.graph, "block", "step.tolerance")), 0.01);
+    EXPECT_EQ(of("told"), 0);
+    EXPECT_EQ(of("now"), 0);
+    EXPECT_EQ(loaded.problems.size(), 3u);
 }
 
 TEST(OldFiles, UpgradesAcceptMalformedNodes)

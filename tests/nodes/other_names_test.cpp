@@ -95,8 +95,8 @@ TEST(OtherNames, OfShapesAreAnsweredWithOurs)
     EXPECT_EQ(suggested("Primitive@1", R"("shape": "plane")"), "did you mean 'grid'?");
     EXPECT_EQ(suggested("Primitive@1", R"("shape": "ico_sphere")"), "did you mean 'sphere'?");
     EXPECT_EQ(suggested("Collider@1", R"("kind": "ball")"), "did you mean 'sphere'?");
-    EXPECT_EQ(suggested("Simulate@2", R"("method": "FEM")"), "did you mean 'bricks'?");
-    EXPECT_EQ(suggested("Simulate@2", R"("method": "cloth")"), "did you mean 'shell'?");
+    EXPECT_EQ(suggested("Simulate@3", R"("method": "FEM")"), "did you mean 'bricks'?");
+    EXPECT_EQ(suggested("Simulate@3", R"("method": "cloth")"), "did you mean 'shell'?");
 }
 
 // `aspic nodes WORD` gives the same answers.
@@ -144,9 +144,9 @@ TEST(OtherNames, OfParametersAreAnsweredWithOurs)
              {"Plane@1", R"("matter": { "mass": 2 })", of_mass},
              {"Plane@1", R"("matter": { "bounciness": 2 })", of_contact},
              {"Plane@1", R"("matter": { "stiffness": 2 })", "did you mean 'young'?"},
-             {"Simulate@2", R"("step": { "dt": 0.1 })", "'dt' belongs outside 'step'"},
-             {"Simulate@2", R"("friction": 0.1)", "did you mean 'contact.friction'?"},
-             {"Simulate@2", R"("method": "shell", "bend": 2)", "did you mean 'shell.bend'?"},
+             {"Simulate@3", R"("step": { "dt": 0.1 })", "'dt' belongs outside 'step'"},
+             {"Simulate@3", R"("friction": 0.1)", "did you mean 'contact.friction'?"},
+             {"Simulate@3", R"("method": "shell", "bend": 2)", "did you mean 'shell.bend'?"},
          }) {
         EXPECT_EQ(suggested(c.type, c.params), c.says) << c.type << ": " << c.params;
     }

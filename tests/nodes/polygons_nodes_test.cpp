@@ -34,7 +34,7 @@ TEST(PolygonNodes, QuadsAreWrittenAsQuadsAfterTheyWereSimulated)
         "read": { "type": "ReadMesh@1", "params": { "path": "cube.obj" } },
         "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "read.mesh" },
                    "params": { "method": "solid", "size": 0.5 } },
-        "sim": { "type": "Simulate@2", "inputs": { "cubes": "cubes", "surface": "read.mesh" } },
+        "sim": { "type": "Simulate@3", "inputs": { "cubes": "cubes", "surface": "read.mesh" } },
         "shape": { "type": "Embed@3", "inputs": { "mesh": "read.mesh", "cubes": "cubes", "state": "sim" } },
         "mirrored": { "type": "Transform@1", "inputs": { "mesh": "shape" },
                       "params": { "scale": [-1, 1, 1] } },

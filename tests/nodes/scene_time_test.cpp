@@ -17,7 +17,7 @@ using fixtures::Scene;
 std::string two_cubes(const std::string& sim, const std::string& other, const std::string& burn_in)
 {
     const auto simulate = [](const std::string& params) {
-        return fmt::format(R"({{ "type": "Simulate@2", "inputs": {{ "cubes": "body.cubes" }},
+        return fmt::format(R"({{ "type": "Simulate@3", "inputs": {{ "cubes": "body.cubes" }},
             "params": {{ "gravity": [0, 0, 0] {} }} }})",
                            params);
     };

@@ -96,7 +96,7 @@ std::string at_rest(const Flat& flat, const std::string& pins, const std::string
 {
     return flat.nodes() + ", " + pins +
            fmt::format(R"(,
-        "sim": {{ "type": "Simulate@2", "inputs": {{ "cubes": "flat.cubes", "pins": [{}] }},
+        "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "flat.cubes", "pins": [{}] }},
             "params": {{ "method": "shell", "gravity": [0, {}, 0], "dt": 10000,
                 "step": {{ "tolerance": 1e-9, "newton_iterations": 20 }} }} }})",
                        held, gravity);

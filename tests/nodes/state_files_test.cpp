@@ -18,7 +18,7 @@ const std::string bar = R"(
 const std::string simulated = bar + R"(,
     "pin": { "type": "Pin@1", "inputs": { "cubes": "cubes.cubes" },
              "params": { "where": "ends", "ends": { "end": "low" } } },
-    "sim": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes", "pins": ["pin.pins"] } },
+    "sim": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes", "pins": ["pin.pins"] } },
     "shape": { "type": "Embed@3", "inputs": { "mesh": "bar.mesh", "cubes": "cubes.cubes",
                                               "state": "sim.state" } },
     "cage": { "type": "CubeMesh@1", "inputs": { "cubes": "cubes.cubes", "state": "sim.state" } })";

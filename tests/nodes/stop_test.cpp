@@ -82,7 +82,7 @@ std::string scene()
 
 std::string simulate(const std::string& params = "")
 {
-    return t("Simulate@2", of_cubes, params);
+    return t("Simulate@3", of_cubes, params);
 }
 
 // A thin tilted plate in cubes of two thicknesses.
@@ -118,7 +118,7 @@ const std::vector<Case>& cases()
          ball(5) + "," + t("Copies@1", of_ball, R"("count_x": 20, "count_y": 10, "count_z": 5)")},
         {"CubeMesh", ball(5) + "," + solid("ball", 90) + "," + t("CubeMesh@1", of_cubes)},
         {"Embed", ball(8) + "," + ball(3, "coarse") + "," + solid("coarse", 30) + "," +
-                      node("sim", "Simulate@2", of_cubes) + "," +
+                      node("sim", "Simulate@3", of_cubes) + "," +
                       t("Embed@3", of_ball + "," + of_cubes + R"(, "state": "sim.state")")},
         {"ImplicitLayer", node("k", "Skeletons@1", "", two_points) + "," +
                               t("ImplicitLayer@3", R"("layer": "k.layer")",
@@ -146,7 +146,7 @@ const std::vector<Case>& cases()
         {"Patch", ball(7) + "," +
                       node("moved", "Transform@1", of_ball, R"("translate": [1, 0, 0])") + "," +
                       node("v", "Plane@1", "", R"("size": 0.02)") + "," +
-                      node("sim", "Simulate@2", of_cubes, R"("method": "lattice")") + "," +
+                      node("sim", "Simulate@3", of_cubes, R"("method": "lattice")") + "," +
                       t("Patch@1", R"("mesh": "moved.mesh", "rest": "ball.mesh", "cubes": "v.cubes",
             "state": "sim.state", "carried": "v.mesh")")},
         {"Pin", ball(5) + "," + solid("ball", 90) + "," +

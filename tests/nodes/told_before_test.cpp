@@ -40,7 +40,7 @@ TEST(ToldBefore, BodiesBeyondThoseThatAreLinked)
     EXPECT_EQ(
         told(
             R"("c": { "type": "Voxelize@1", "inputs": { "mesh": "ball" }, "params": { "method": "surface" } },
-        "s": { "type": "Simulate@2", "inputs": { "cubes": "c.cubes" },
+        "s": { "type": "Simulate@3", "inputs": { "cubes": "c.cubes" },
                "params": { "bodies": [{}, {}] } })"),
         "node 's', parameter 'bodies': `bodies` has 2 entries for 1 links of `cubes`: remove "
         "those beyond, as entry i is about link i\n");
@@ -54,7 +54,7 @@ std::string falling_ball(const std::string& links, const std::string& sim,
     "floor": {{ "type": "Ground@1" }},
     "c": {{ "type": "Voxelize@1", "inputs": {{ "mesh": "ball" }},
             "params": {{ "method": "solid", "size": 0.2 }} }},
-    "s": {{ "type": "Simulate@2", "inputs": {{ "cubes": "c.cubes" {} }}, "params": {{ {} }} }},
+    "s": {{ "type": "Simulate@3", "inputs": {{ "cubes": "c.cubes" {} }}, "params": {{ {} }} }},
     "e": {{ "type": "Embed@3", "inputs": {{ "mesh": "ball", "cubes": "c", "state": "s" }} }},
     "r": {{ "type": "Render@2", "inputs": {{ "mesh": "e.mesh" {} }})",
                        links, sim, render) +
@@ -218,7 +218,7 @@ TEST(ToldBefore, InputsThatAChoiceNeeds)
         "node 'c': there is nothing to draw: link a mesh, layers, cubes, points, pins, forces "
         "or colliders\n");
     EXPECT_EQ(told(cubes + R"("b": { "type": "Ball@1" },
-                   "sim": { "type": "Simulate@2",
+                   "sim": { "type": "Simulate@3",
                             "inputs": { "cubes": "cubes", "balls": ["b.ball"] } })"),
               "node 'sim', input 'balls': rigid balls need method = lattice: change the method, or "
               "unlink the input 'balls'\n");

@@ -30,7 +30,7 @@ std::string falls(double size, double young, const std::string& more = {},
                     "method": "solid", "size": {}, "align": "origin", "pieces": "apart",
                     "matter": {{ "young": {}, "stiffness_damping": 0.004 }} }} }},
         "ground": {{ "type": "Ground@1" }},
-        "sim": {{ "type": "Simulate@2", "inputs": {{ "cubes": "cubes.cubes",
+        "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "cubes.cubes",
                   "surface": "mesh.mesh", "colliders": ["ground.collider"]{} }}{} }},
         "shape": {{ "type": "Embed@3", "inputs": {{ "mesh": "mesh.mesh", "cubes": "cubes.cubes",
                     "state": "sim.state" }} }},
@@ -138,6 +138,9 @@ void comes_to_rest(Scene& scene, const Rests& how)
     EXPECT_LT(overlap(welded(*shape, *rest)) / how.size, how.meshes);
 }
 
+// What these scenes were measured with.
+constexpr const char* one_step = R"(, "params": { "step": { "substeps": 1 } })";
+
 std::string box_of(const std::string& name, const std::string& size, const std::string& centre,
                    int divisions)
 {
@@ -211,7 +214,7 @@ TEST(TouchingBodies, ABallLiesBetweenTwoBodies)
                   "sphere": { "radius": 0.2 }, "centre": [0, 0.7, 0] } },
         "mesh": { "type": "Merge@1", "inputs": { "meshes": ["left.mesh", "right.mesh",
                   "ball.mesh"] } })" +
-                falls(0.05, 2e5));
+                falls(0.05, 2e5, {}, one_step));
     comes_to_rest(
         scene, {.size = 0.05, .parts = 3, .from = 100, .last = 120, .deep = 0.015, .meshes = 0.04});
     EXPECT_NEAR(*scene.at<double>("high", 120), 0.71, 0.02);
@@ -232,7 +235,7 @@ TEST(TouchingBodies, ABallComesToRestOnASofa)
                   "sphere": { "radius": 0.15 }, "centre": [0.2, 1.2, 0.1] } },
         "mesh": { "type": "Merge@1", "inputs": { "meshes": ["seat.mesh", "back.mesh",
                   "ball.mesh"] } })" +
-                falls(0.05, 5e4));
+                falls(0.05, 5e4, {}, one_step));
     comes_to_rest(scene, {.size = 0.05, .parts = 2, .from = 130, .last = 140, .deep = 0.015});
 }
 
@@ -308,7 +311,8 @@ TEST(TouchingBodies, FifteenLettersFallOnAHeap)
     folder.write("letters.obj", letters("ASPICPICASSCAPI"));
     Scene scene(R"("mesh": { "type": "ReadMesh@1", "params": { "path": "letters.obj",
                              "unit": "m" } })" +
-                    falls(0.05, 1e6, "", R"(, "params": { "gravity": [0, -9.82, 0] })"),
+                    falls(0.05, 1e6, "", R"(, "params": { "gravity": [0, -9.82, 0],
+                    "step": { "substeps": 1 } })"),
                 folder.path);
     comes_to_rest(
         scene,

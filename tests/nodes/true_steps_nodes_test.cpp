@@ -32,7 +32,7 @@ std::string spinning(const std::string& spin, const std::string& step)
         "cubes": {{ "type": "Voxelize@1", "inputs": {{ "mesh": "box.mesh" }}, "params": {{
                     "method": "solid", "size": 0.1, "matter": {{ "young": 1e6 }} }} }},
         "ground": {{ "type": "Ground@1", "params": {{ "height": -100 }} }},
-        "sim": {{ "type": "Simulate@2", "inputs": {{ "cubes": "cubes.cubes",
+        "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "cubes.cubes",
                   "colliders": ["ground.collider"] }}, "params": {{ "gravity": [0, 0, 0],
                   "initial_spin_degrees": {}, "step": {{ {} }} }} }})",
                        spin, step) +
@@ -81,7 +81,7 @@ TEST(TrueStepsNodes, AnInterfaceOfAMillionIsAtItsPlace)
                     {{ "match": "colour", "colour": [0, 1, 0], "poisson": 0, "young": {} }} ] }} }},
         "held": {{ "type": "Pin@1", "inputs": {{ "cubes": "cubes.cubes" }}, "params": {{
                    "where": "ends", "ends": {{ "end": "low", "layers": 0 }} }} }},
-        "sim": {{ "type": "Simulate@2", "inputs": {{ "cubes": "cubes.cubes", "pins": ["held.pins"] }},
+        "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "cubes.cubes", "pins": ["held.pins"] }},
                   "params": {{ "gravity": [9.81, 0, 0], "initial_shape": "equilibrium" }} }},
         "shape": {{ "type": "Embed@3", "inputs": {{ "mesh": "mesh.mesh", "cubes": "cubes.cubes",
                     "state": "sim.state" }} }},
@@ -115,7 +115,7 @@ TEST(TrueStepsNodes, AnElasticaIsFoundAndStaysOverAGround)
         "held": {{ "type": "Pin@1", "inputs": {{ "cubes": "cubes.cubes" }}, "params": {{
                    "where": "ends", "ends": {{ "end": "low", "layers": 0 }} }} }},
         "ground": {{ "type": "Ground@1", "params": {{ "height": -100 }} }},
-        "sim": {{ "type": "Simulate@2", "inputs": {{ "cubes": "cubes.cubes", "pins": ["held.pins"],
+        "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "cubes.cubes", "pins": ["held.pins"],
                   "colliders": ["ground.collider"], "forces": [{}] }}, "params": {{
                   "gravity": [0, 0, 0], "initial_shape": "equilibrium",
                   "step": {{ "newton_iterations": 20, "tolerance": 1e-5, "sleep": false }} }} }},
@@ -192,7 +192,7 @@ TEST(TrueStepsNodes, AThickCylinderThatKeepsItsVolumeGrowsAsLameSays)
                    "matter": { "young": 1000, "poisson": 0.4999 } } },
         "load": { "type": "Pressure@1", "inputs": { "cubes": "cubes.cubes", "mesh": "tube.mesh" },
                   "params": { "pressure": 1, "part": "hollow" } },
-        "sim": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes",
+        "sim": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes",
                  "forces": ["load.force"], "pins": ["held_x.pins", "held_y.pins", "held_z.pins"] },
                  "params": { "gravity": [0, 0, 0], "initial_shape": "equilibrium" } },
         "shape": { "type": "Embed@3", "inputs": { "mesh": "tube.mesh", "cubes": "cubes.cubes",
@@ -224,7 +224,7 @@ TEST(TrueStepsNodes, ConvergedTellsStepsThatAreSolvedFromThoseThatAreNot)
                     "method": "solid", "size": 0.1, "matter": {{ "young": 2e4 }} }} }},
         "held": {{ "type": "Pin@1", "inputs": {{ "cubes": "cubes.cubes" }}, "params": {{
                    "where": "ends", "ends": {{ "end": "low", "layers": 0 }} }} }},
-        "sim": {{ "type": "Simulate@2", "inputs": {{ "cubes": "cubes.cubes",
+        "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "cubes.cubes",
                   "pins": ["held.pins"] }}, "params": {{
                   "step": {{ "substeps": {}, "newton_iterations": {} }} }} }})",
                            substeps, substeps == 1 ? 1 : 20) +

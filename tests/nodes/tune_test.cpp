@@ -30,7 +30,7 @@ std::string beam(double degrees)
         "matter": {{ "density": {}, "young": {}, "poisson": 0 }} }} }},
     "wall": {{ "type": "Pin@1", "inputs": {{ "cubes": "cubes.cubes" }},
         "params": {{ "where": "ends", "ends": {{ "axis": "x", "end": "low", "layers": 0 }} }} }},
-    "sim": {{ "type": "Simulate@2", "inputs": {{ "cubes": "cubes.cubes", "pins": ["wall.pins"] }},
+    "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "cubes.cubes", "pins": ["wall.pins"] }},
         "params": {{ "initial_shape": "equilibrium" }} }},
     "shape": {{ "type": "Embed@3", "inputs": {{ "mesh": "turned.mesh", "cubes": "cubes.cubes",
         "state": "sim.state" }} }},
@@ -100,6 +100,32 @@ TEST(Tune, ATurnedBeamNeedsMoreCubesAndGetsThem)
     EXPECT_EQ(said.exit, runtime::exit_ok);
     EXPECT_LT(said.lines.back()["recommended"]["cubes.size"].get<double>(), 0.1);
     EXPECT_NEAR(recommended_sag(said), expected_sag(), 0.15 * expected_sag());
+}
+
+// Of a beam that bends under its weight, from its first frame on.
+TEST(Tune, TriesErrorsOfStepsWhereTheyChooseTheirNumber)
+{
+    std::string graph = beam(0);
+    const auto replace = [&](const std::string& from, const std::string& to) {
+        ASSERT_NE(graph.find(from), std::string::npos) << from;
+        graph.replace(graph.find(from), from.size(), to);
+    };
+    replace(R"("initial_shape": "equilibrium")", R"("step": { "error": 0.04 })");
+    const files::Folder folder;
+    std::ostringstream out, err;
+    runtime::Console console{out, err, false, {}, {}, "test"};
+    const auto run = [&](const std::string& text) {
+        out.str("");
+        runtime::run_command_line({"tune", folder.write("beam.json", text).string(), "--size",
+                                   "cubes.size", "--error", "50%", "--json", "--no-disk-cache",
+                                   "--cubes", "2000"},
+                                  nodes::registry(), console);
+        return out.str();
+    };
+    EXPECT_NE(run(graph).find(R"("sim.step.error":0.02)"), std::string::npos)
+        << out.str() << err.str();
+    replace(R"("error": 0.04)", R"("error": 0.04, "integrator": "sdirk2")");
+    EXPECT_EQ(run(graph).find("sim.step.error"), std::string::npos) << "it has no effect";
 }
 
 // The mass is the same by cubes of all sizes, of which those that are larger than the beam is thick

@@ -38,7 +38,7 @@ TEST(VolumeNodes, ALevelSetBecomesABodyThatFalls)
                    "params": { "method": "solid", "size": 0.1 } },
         "mass": { "type": "Measure@1", "inputs": { "cubes": "cubes.cubes" },
                   "params": { "what": "mass" } },
-        "sim": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes" },
+        "sim": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes" },
                  "params": { "step": { "substeps": 8 } } },
         "shape": { "type": "Embed@3", "inputs": { "mesh": "read.mesh", "cubes": "cubes.cubes",
                    "state": "sim.state" } })");

@@ -502,7 +502,7 @@ inline std::string falling_block(int last, double cube)
            std::to_string(cube) + R"(,
                            "matter": { "density": 300, "young": 300000 } } },
     "floor": { "type": "Ground@1" },
-    "sim": { "type": "Simulate@2", "inputs": { "cubes": "cubes.cubes",
+    "sim": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes",
                "colliders": ["floor.collider"], "surface": "block.mesh" } },
     "shape": { "type": "Embed@3", "inputs": { "cubes": "cubes.cubes", "mesh": "block.mesh",
                "state": "sim.state" } },
