@@ -8,6 +8,7 @@
 #include "runtime/commands/profile.hpp"
 #include "runtime/commands/text_file.hpp"
 #include "runtime/commands/values_table.hpp"
+#include "runtime/cook/below_folder.hpp"
 #include "runtime/cook/evaluator.hpp"
 
 #include <fmt/format.h>
@@ -104,20 +105,20 @@ private:
     std::map<std::tuple<std::uint32_t, std::size_t, std::optional<int>>, AskedNumber> asked_;
 };
 
-// Keeps which files were written, and how accurate results are, for the manifest.
+// Keeps which files were written, and how accurate results are, for the manifest. People are told
+// of the files below the folder as it was given.
 class Outputs : public Relay {
 public:
     Outputs(Observer& next, const graph::Graph& graph, fs::path folder, Manifest& manifest)
-        : Relay(next), graph_(graph), folder_(std::move(folder)), manifest_(manifest)
+        : Relay(next), graph_(graph), folder_(std::move(folder)), resolved_(resolved(folder_)),
+          manifest_(manifest)
     {}
     void wrote(std::uint32_t n, int frame, const Written& w) override
     {
         if (!w.digest) shared_.push_back({manifest_.outputs.size(), w.path});
-        add({graph_.nodes[n].name,
-             {},
-             frame,
-             {w.path.lexically_proximate(folder_).generic_string(), to_hex(w.digest)}});
-        Relay::wrote(n, frame, w);
+        const fs::path below = w.path.lexically_proximate(resolved_);
+        add({graph_.nodes[n].name, {}, frame, {below.generic_string(), to_hex(w.digest)}});
+        Relay::wrote(n, frame, {names_outside(below) ? w.path : folder_ / below, w.digest});
     }
     void told(const Told& t) override { figures_.add(t); }
     std::vector<AccuracyCard> cards(Keys& keys) const { return figures_.cards(graph_, keys); }
@@ -146,7 +147,7 @@ private:
     void add(Manifest::Output output) { manifest_.outputs.push_back(std::move(output)); }
 
     const graph::Graph& graph_;
-    const fs::path folder_;
+    const fs::path folder_, resolved_;
     Manifest& manifest_;
     std::vector<std::pair<std::size_t, fs::path>> shared_;  // places in manifest_.outputs
     AccuracyFigures figures_;

@@ -59,6 +59,15 @@ int open_beneath(const fs::path& folder, const fs::path& path, int flags)
 
 }  // namespace
 
+fs::path resolved(const fs::path& folder)
+{
+    std::error_code error;
+    const fs::path whole = fs::absolute(folder, error);
+    const fs::path known = fs::weakly_canonical(whole, error);
+    const fs::path path = error ? whole.lexically_normal() : known;
+    return path.has_filename() ? path : path.parent_path();  // without a last "/"
+}
+
 bool names_outside(const fs::path& path)
 {
     const fs::path plain = path.lexically_normal();

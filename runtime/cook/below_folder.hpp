@@ -7,6 +7,10 @@
 
 namespace runtime {
 
+// The same path for every spelling of a folder: absolute, without symbolic links, "." and "..". The
+// folder need not exist.
+std::filesystem::path resolved(const std::filesystem::path& folder);
+
 // Whether a path that is taken from a folder says that it leaves it: by ".." or from the root.
 bool names_outside(const std::filesystem::path& path);
 

@@ -1,5 +1,6 @@
 #include "runtime/cook/evaluator.hpp"
 
+#include "runtime/cook/below_folder.hpp"
 #include "runtime/cook/cooking.hpp"
 
 #include <tbb/global_control.h>
@@ -18,6 +19,8 @@ Evaluator::Evaluator(const graph::Graph& graph, Caches& caches, Options options,
     : graph_(graph), caches_(caches), options_(std::move(options)), observer_(observer),
       keys_(graph, caches.files, caches.side_files, {options_.salt, options_.output_folder})
 {
+    // Results of sinks name their files, and outlive this process and its working folder.
+    options_.output_folder = resolved(options_.output_folder);
     for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
         for (const auto& port : graph.nodes[n].inputs) {
             for (const graph::Link& link : port) {

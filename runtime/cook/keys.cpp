@@ -4,6 +4,7 @@
 #include "runtime/cook/keys.hpp"
 
 #include "graph/document/evaluate.hpp"
+#include "runtime/cook/below_folder.hpp"
 #include "runtime/cook/key_parts.hpp"
 
 #include <algorithm>
@@ -26,6 +27,7 @@ constexpr std::size_t row_budget = std::size_t{16} << 20;  // bytes
 Keys::Keys(const graph::Graph& graph, FileDigests& files, SideFiles& side_files, KeyOptions options)
     : graph_(graph), files_(files), side_files_(side_files), options_(std::move(options))
 {
+    options_.output_folder = resolved(options_.output_folder);
     read_links();
 }
 

@@ -58,9 +58,7 @@ void Keys::add_fixed_part(std::uint32_t n, KeyBuilder& b) const
     if (declares(node, graph::Variable::range)) {
         b.add(graph_.range.first).add(graph_.range.last);
     }
-    if (node.type->sink) {
-        b.add(std::filesystem::absolute(options_.output_folder).lexically_normal().native());
-    }
+    if (node.type->sink) b.add(options_.output_folder.native());
 }
 
 // The values at a frame of what moves, files by their bytes.
