@@ -254,7 +254,7 @@ private:
         int coarsest = dial.allows(-1) ? -1 : 0, finest = coarsest - 1;
         const auto refine = [&] {
             tried.push_back(cook(dial, ++finest, cubes));
-            estimate(tried);
+            if (!out_.cancelled) estimate(tried);
         };
         while (!out_.cancelled && static_cast<int>(tried.size()) < options_.most) {
             if (tried.size() >= 3 && best_of(tried, wanted)) break;
@@ -264,7 +264,7 @@ private:
         while (!out_.cancelled && static_cast<int>(tried.size()) < options_.most &&
                dial.allows(coarsest - 1) && suits(tried.front(), tried, wanted)) {
             tried.insert(tried.begin(), cook(dial, --coarsest, cubes));
-            estimate(tried);
+            if (!out_.cancelled) estimate(tried);
         }
         if (out_.cancelled) return;
         const Tuned* best = best_of(tried, wanted);

@@ -150,6 +150,29 @@ TEST(Tune, WhatIsNotReachedIsSaid)
     EXPECT_GT(tuning.error, 1e-9);
 }
 
+TEST(Tune, StopsAtAnySettingWhenItIsCancelled)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("t.json", document);
+    // Refined to size 0.0125, or made coarser from 0.01 on, before the steps.
+    for (const char* const size : {"0.4", "0.01"}) {
+        for (int after = 1; after <= 5; ++after) {
+            std::stop_source source;
+            TuneOptions options;
+            options.error = 0.05, options.size = "model.size";
+            options.sweep.load.sets.push_back({"model.size", size});
+            options.sweep.cook.stop = source.get_token();
+            Caches caches;
+            int done = 0;
+            const Tuning tuning = tune(file, models(), options, caches, [&](const Tuned&) {
+                if (++done == after) source.request_stop();
+            });
+            EXPECT_TRUE(tuning.cancelled) << size << " " << after;
+            EXPECT_EQ(done, after) << size;
+        }
+    }
+}
+
 TEST(Tune, PrintsATableARecommendationAndLinesOfJson)
 {
     const toys::Folder folder;
