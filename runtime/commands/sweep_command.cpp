@@ -66,6 +66,21 @@ bool write_sheet(const Swept& swept, const std::function<std::string(const Sweep
     return any;
 }
 
+// The table and the sheet. Returns their names.
+std::vector<std::string> write_results(const Swept& swept,
+                                       const std::function<std::string(const SweepRow&)>& name_of,
+                                       int columns, const fs::path& folder, Console& console)
+{
+    const fs::path csv = folder / "sweep.csv", png = folder / "sweep.png";
+    std::vector<std::string> written{csv.filename().string()};
+    replace_text(csv, to_csv(swept));
+    console.out << "table: " << csv.string() << "\n";
+    if (write_sheet(swept, name_of, columns, png, console)) {
+        written.push_back(png.filename().string());
+    }
+    return written;
+}
+
 // What was written, for the farm that this sweep is a task of.
 void write_part(const CookRequest& request, const Console& console, const fs::path& folder,
                 const std::vector<std::string>& names, bool complete, double seconds)
@@ -170,13 +185,11 @@ int run_sweep(const CookRequest& request, const SweepRequest& wanted,
             if (warned.insert(text).second) console.err << "  warning: " << text << "\n";
         }
     });
-    const fs::path csv = folder / "sweep.csv", png = folder / "sweep.png";
-    replace_text(csv, to_csv(swept));
-    std::vector<std::string> written{csv.filename().string()};
-    console.out << "table: " << csv.string() << "\n";
-    const int columns = columns_of(wanted, options.varied, frames, swept.rows.size());
-    if (write_sheet(swept, name_of, columns, png, console)) {
-        written.push_back(png.filename().string());
+    // A table of some of the settings would replace an earlier one of all.
+    std::vector<std::string> written;
+    if (!swept.cancelled) {
+        const int columns = columns_of(wanted, options.varied, frames, swept.rows.size());
+        written = write_results(swept, name_of, columns, folder, console);
     }
     if (!request.part.empty()) {
         write_part(request, console, folder, written, !swept.cancelled && failed == 0,

@@ -1,5 +1,6 @@
 #include "runtime/commands/sweep.hpp"
 
+#include "runtime/commands/manifest.hpp"
 #include "runtime/commands/sweep_command.hpp"
 #include "tests/runtime/said.hpp"
 
@@ -95,6 +96,26 @@ TEST(Sweep, ACombinationThatDoesNotLoadIsALineWhereverItStands)
     const Said none = run({"sweep", file, "--vary", "a.bias=\"x\",\"y\"", "--out", out});
     EXPECT_EQ(none.exit, exit_usage);
     EXPECT_TRUE(has(none.err, "expected a number")) << none.err;
+}
+
+TEST(Sweep, ACancelledOneLeavesTheTableOfAnEarlierOne)
+{
+    const toys::Folder folder;
+    const auto file = folder.write("s.json", document);
+    const auto out = folder.path / "out", part = folder.path / "part.json";
+    const std::vector<std::string> args{"sweep", file, "--vary", "a.bias=1,2",
+                                        "--out", out,  "--part", part};
+    EXPECT_EQ(run(args).exit, exit_ok);
+    const std::string before = toys::bytes_of(out / "sweep.csv");
+    EXPECT_NE(before, "");
+    EXPECT_TRUE(read_manifest(part).complete);
+    std::stop_source source;
+    source.request_stop();
+    const Said said = run(args, source.get_token());
+    EXPECT_EQ(said.exit, exit_cancelled) << said.err;
+    EXPECT_EQ(toys::bytes_of(out / "sweep.csv"), before);
+    EXPECT_EQ(said.out, "") << "no table is told";
+    EXPECT_FALSE(read_manifest(part).complete) << "the farm is told";
 }
 
 TEST(Sweep, SeveralFramesAreARowEach)
