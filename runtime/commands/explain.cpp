@@ -110,7 +110,8 @@ std::vector<std::string> changes_of_frames(const graph::Node& node, const Manife
         if (depends && old != now) lines.push_back(fmt::format("{} is {}, was {}", what, now, old));
     };
     compare("fps", was.range->fps, is.range->fps,
-            time || declares(node, Variable::fps) || declares(node, Variable::pace));
+            time || declares(node, Variable::fps) || declares(node, Variable::range) ||
+                declares(node, Variable::pace));
     compare("the first frame", was.range->first, is.range->first,
             time || whole || !node.type->previous.empty());
     compare("the last frame", was.range->last, is.range->last, whole);

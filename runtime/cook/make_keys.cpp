@@ -54,8 +54,10 @@ void Keys::add_fixed_part(std::uint32_t n, KeyBuilder& b) const
         b.add(std::uint64_t{input.port} << 32 | input.output);
     }
     if (!known.placed) return;
-    if (declares(node, graph::Variable::fps)) b.add(graph_.range.fps);
-    if (declares(node, graph::Variable::range)) {
+    const bool range = declares(node, graph::Variable::range);
+    // The range that a node sees has the frame rate in it, and turns frames into seconds.
+    if (range || declares(node, graph::Variable::fps)) b.add(graph_.range.fps);
+    if (range) {
         b.add(graph_.range.first).add(graph_.range.last);
     }
     if (node.type->sink) b.add(options_.output_folder.native());

@@ -253,11 +253,12 @@ TEST(KeyAudit, DeclaredVariablesChangeTheKeyAndOthersDoNot)
         const Key key = a.key();
         const bool steps = !type.previous.empty(), gathers = static_cast<bool>(type.gather_frames);
         EXPECT_EQ(a.key(6) != key, !gathers && (reads(graph::Variable::frame) || steps)) << "frame";
+        // Frames and their range are counted in seconds too.
+        const bool time = reads(graph::Variable::frame) || reads(graph::Variable::range);
+        a.graph.range.fps = 25;
+        EXPECT_EQ(a.key() != key, reads(graph::Variable::fps) || time) << "fps";
+        a.graph.range.fps = 24;
         if (!gathers) {
-            a.graph.range.fps = 25;
-            const bool time = reads(graph::Variable::frame);  // which is counted in seconds too
-            EXPECT_EQ(a.key() != key, reads(graph::Variable::fps) || time) << "fps";
-            a.graph.range.fps = 24;
             a.graph.range.last = 10;
             EXPECT_EQ(a.key() != key, reads(graph::Variable::range)) << "range";
             a.graph.range.last = 9;
