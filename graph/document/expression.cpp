@@ -215,6 +215,15 @@ struct Grammar::Parser {
     }
     explicit Parser(const Parser& like) : mu(like.mu) { bind(); }
 
+    void read(const std::string& text)
+    {
+        // Where muparser folds constants, it cuts the operands of && and || to whole numbers:
+        // 0.5 && 1 would be 0.
+        const auto has = [&text](const char* part) { return text.find(part) != text.npos; };
+        mu.EnableOptimizer(!has("&&") && !has("||"));
+        mu.SetExpr(text);
+    }
+
     double at(int f, double t)
     {
         const std::lock_guard lock(turn);
@@ -348,7 +357,7 @@ Expression Grammar::compile(const std::string& text) const
     check_text(text);
     try {
         mu::Parser& mu = parser_->mu;
-        mu.SetExpr(text);
+        parser_->read(text);
         const auto used = mu.GetUsedVar();  // also parses
         for (const auto& [name, address] : used) {
             if (name == "frame" || name == "time") continue;
@@ -359,6 +368,7 @@ Expression Grammar::compile(const std::string& text) const
         require_one_number(mu);
         if (used.empty()) return {now, [now](int, double) { return now; }};
         auto own = std::make_shared<Parser>(*parser_);
+        own->read(text);
         own->at(1, 0);  // compiles
         return {{}, [own](int frame, double time) { return own->at(frame, time); }};
     } catch (const mu::Parser::exception_type& e) {
@@ -378,7 +388,7 @@ FunctionOf Grammar::compile_of(const std::string& text, const std::vector<std::s
     own->mu.ClearVar();
     try {
         for (std::size_t i = 0; i < names.size(); ++i) own->mu.DefineVar(names[i], &(*values)[i]);
-        own->mu.SetExpr(text);
+        own->read(text);
         for (const auto& [name, address] : own->mu.GetUsedVar()) {
             if (address) continue;
             throw ExpressionError(

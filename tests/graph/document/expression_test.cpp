@@ -46,6 +46,26 @@ TEST(Expression, SeesFrameAndTime)
     EXPECT_EQ(e.value(7, 0.25), 700.25);
 }
 
+TEST(Expression, TakesEveryNumberButZeroAsTrue)
+{
+    Grammar grammar;
+    grammar.define("half", 0.5);
+    const std::vector<double> row{0.25};
+    for (const char* const half : {"0.5", "half", "(half + 0 * time)", "time"}) {
+        const auto value = [&](const std::string& text) {
+            return grammar.compile(half + text).value(1, 0.5);
+        };
+        EXPECT_EQ(value(" && 1"), 1) << half;
+        EXPECT_EQ(value(" && 0"), 0) << half;
+        EXPECT_EQ(value(" || 0"), 1) << half;
+        EXPECT_EQ(value(" && 0.25 ? 3 : 4"), 3) << half;
+    }
+    EXPECT_EQ(at("0 || 0"), 0);
+    EXPECT_EQ(at("-0.5 || 0"), 1);
+    EXPECT_EQ(grammar.compile_of("0.5 && 1 ? x : 2", {"x"})(row), 0.25);
+    EXPECT_EQ(grammar.compile_of("x && 0.5", {"x"})(row), 1);
+}
+
 TEST(Expression, WithoutThemIsAConstant)
 {
     Grammar grammar;
