@@ -6,6 +6,7 @@
 // passes them on, because runtime/ does not see render/ and geometry/.
 
 #include "geometry/base/run_program.hpp"
+#include "geometry/io/library_process.hpp"
 #include "nodes/wire_types.hpp"
 #include "render/contact_sheet.hpp"
 #include "render/gl_context.hpp"
@@ -41,6 +42,17 @@ inline void limit_libraries(int threads)
 
 // Libraries that are loaded when a node first needs them.
 inline constexpr std::array late_libraries{render::opengl_library};
+
+// Programs that nodes run to read and write files, as far as they are installed.
+inline std::vector<std::filesystem::path> file_programs()
+{
+    std::vector<std::filesystem::path> paths;
+    for (const auto& program : {geometry::assimp_program, geometry::openvdb_program}) {
+        const std::filesystem::path path = geometry::path_of(program);
+        if (!path.empty()) paths.push_back(path);
+    }
+    return paths;
+}
 
 // Writes pictures with their labels side by side as one PNG and returns their number. Values that
 // are not pictures are skipped.

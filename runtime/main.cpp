@@ -19,7 +19,7 @@ int main(int argc, char** argv)
     runtime::Interrupt interrupt;
     runtime::Console console{std::cout,         std::cerr, isatty(STDERR_FILENO) == 1,
                              interrupt.token(), {},        ASPIC_VERSION};
-    console.salt = runtime::program_identity(nodes::late_libraries);
+    console.salt = runtime::program_identity(nodes::late_libraries, nodes::file_programs());
     console.distances = nodes::distances();
     console.count_cubes = nodes::count_cubes;
     console.unit_of = nodes::unit_of;

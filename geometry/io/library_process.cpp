@@ -26,13 +26,6 @@ namespace fs = std::filesystem;
     throw std::runtime_error(what + ": " + std::strerror(code));
 }
 
-// Where it is, and else empty. What the variable names is taken as it is.
-fs::path place_of(const LibraryProgram& program)
-{
-    if (const char* named = std::getenv(program.variable); named && *named) return named;
-    return beside_program(program.name);
-}
-
 std::string missing(const LibraryProgram& program, const std::string& where)
 {
     return std::string(program.name) + ", " + program.does + ", is not " + where + ": " +
@@ -119,6 +112,12 @@ int memory_file(std::string_view bytes, const std::string& reader)
 
 }  // namespace
 
+fs::path path_of(const LibraryProgram& program)
+{
+    if (const char* named = std::getenv(program.variable); named && *named) return named;
+    return beside_program(program.name);
+}
+
 std::string shorter(double number)
 {
     char text[32];
@@ -128,7 +127,7 @@ std::string shorter(double number)
 
 std::string why_missing(const LibraryProgram& program)
 {
-    const fs::path place = place_of(program);
+    const fs::path place = path_of(program);
     std::error_code none;
     if (place.empty()) {
         const fs::path here = fs::read_symlink("/proc/self/exe", none).parent_path();
@@ -145,7 +144,7 @@ LibraryRun run_library(const LibraryProgram& program, std::vector<std::string> w
                        const std::function<void(const char* bytes, std::size_t size)>& use)
 {
     if (const std::string why = why_missing(program); !why.empty()) throw std::runtime_error(why);
-    const fs::path place = place_of(program);
+    const fs::path place = path_of(program);
     const Descriptor given(memory_file(input, program.name)), made(memory_file({}, program.name));
     words.insert(words.begin(), place.string());
     words.push_back(std::to_string(limits.gigabytes));

@@ -5,6 +5,7 @@
 // them abort, crash, allocate or loop without end, and then only that process is lost. And this
 // program starts without loading them.
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -29,6 +30,14 @@ struct LibraryProgram {
 inline constexpr LibraryProgram assimp_program{"aspic-assimp", "ASPIC_ASSIMP",
                                                "the program that reads and writes mesh files",
                                                "build it there, or set ASPIC_ASSIMP to its path"};
+
+inline constexpr LibraryProgram openvdb_program{
+    "aspic-openvdb", "ASPIC_OPENVDB", "the program that reads VDB files",
+    "builds that do not find OpenVDB have none. Install libopenvdb-dev and libboost-iostreams-dev, "
+    "then configure and build again, or set ASPIC_OPENVDB to its path"};
+
+// Where it is, and empty where it is not there. What the variable names is taken as it is.
+std::filesystem::path path_of(const LibraryProgram& program);
 
 // How the process ended.
 struct LibraryRun {

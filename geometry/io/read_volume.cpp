@@ -19,11 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr LibraryProgram openvdb_program{
-    "aspic-openvdb", "ASPIC_OPENVDB", "the program that reads VDB files",
-    "builds that do not find OpenVDB have none. Install libopenvdb-dev and libboost-iostreams-dev, "
-    "then configure and build again, or set ASPIC_OPENVDB to its path"};
-
 // Why a run gave no volume; empty when it did.
 std::string why_no_volume(const LibraryRun& run, const ProcessLimits& limits)
 {

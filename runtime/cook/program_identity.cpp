@@ -108,64 +108,96 @@ std::vector<std::string> library_folders()
     return folders;
 }
 
-// Adds the build ids of a library that is not loaded and of what it needs in turn, as its file
-// says: program headers -> notes, and the dynamic section with the names of what it needs.
-void add_file(const std::string& library, const std::vector<std::string>& folders,
-              std::set<std::string>& seen, KeyBuilder& ids)
-{
-    if (!seen.insert(library).second) return;
-    for (const std::string& folder : folders) {
-        const Mapped file(folder + "/" + library);
+// Adds the build ids of programs and libraries that are not loaded and of what they need in turn,
+// as their files say: program headers -> notes, and the dynamic section with the names of what they
+// need.
+class FilesAhead {
+public:
+    explicit FilesAhead(KeyBuilder& ids) : ids_(ids) {}
+
+    void add_library(const std::string& name)
+    {
+        if (!seen_.insert(name).second) return;
+        for (const std::string& folder : folders_) {
+            if (add_object(folder + "/" + name)) return;
+        }
+        ids_.add("not found").add(name);
+    }
+
+    void add_program(const std::filesystem::path& path)
+    {
+        // A script that starts another program counts by its bytes.
+        if (!add_object(path)) ids_.add(FileDigests().of(path));
+    }
+
+private:
+    // False where it is none, or not there.
+    bool add_object(const std::string& path)
+    {
+        const Mapped file(path);
         const auto header = file.read<ElfW(Ehdr)>(0);
-        if (std::memcmp(header.e_ident, ELFMAG, SELFMAG) != 0) continue;
+        if (std::memcmp(header.e_ident, ELFMAG, SELFMAG) != 0) return false;
         std::vector<ElfW(Phdr)> parts;
         for (unsigned i = 0; i < header.e_phnum; ++i) {
             parts.push_back(file.read<ElfW(Phdr)>(header.e_phoff + i * sizeof(ElfW(Phdr))));
         }
-        std::vector<std::uint64_t> needed;  // offsets into the names
-        std::uint64_t names = 0;            // address
+        bool named = false;
         for (const ElfW(Phdr) & part : parts) {
-            if (part.p_type == PT_NOTE) {
-                const std::string_view notes = file.part(part.p_offset, part.p_filesz);
-                each_build_id(notes.data(), notes.data() + notes.size(),
-                              [&](std::string_view id) { ids.add(id); });
-            }
+            if (part.p_type != PT_NOTE) continue;
+            const std::string_view notes = file.part(part.p_offset, part.p_filesz);
+            each_build_id(notes.data(), notes.data() + notes.size(), [&](std::string_view id) {
+                ids_.add(id);
+                named = true;
+            });
+        }
+        if (!named) ids_.add(FileDigests().of(path));
+        for (const std::string& library : needed(file, parts)) add_library(library);
+        return true;
+    }
+
+    static std::vector<std::string> needed(const Mapped& file, const std::vector<ElfW(Phdr)>& parts)
+    {
+        std::vector<std::uint64_t> offsets;  // into the names
+        std::uint64_t names = 0;             // address
+        for (const ElfW(Phdr) & part : parts) {
             if (part.p_type != PT_DYNAMIC) continue;
             for (std::uint64_t at = 0; at < part.p_filesz; at += sizeof(ElfW(Dyn))) {
                 const auto entry = file.read<ElfW(Dyn)>(part.p_offset + at);
                 if (entry.d_tag == DT_NULL) break;
-                if (entry.d_tag == DT_NEEDED) needed.push_back(entry.d_un.d_val);
+                if (entry.d_tag == DT_NEEDED) offsets.push_back(entry.d_un.d_val);
                 if (entry.d_tag == DT_STRTAB) names = entry.d_un.d_ptr;
             }
         }
+        std::vector<std::string> all;
         for (const ElfW(Phdr) & part : parts) {
-            if (part.p_type != PT_LOAD || names < part.p_vaddr ||
-                names >= part.p_vaddr + part.p_filesz) {
-                continue;
-            }
-            for (const std::uint64_t at : needed) {
+            const bool here = part.p_type == PT_LOAD && names >= part.p_vaddr &&
+                              names < part.p_vaddr + part.p_filesz;
+            for (std::size_t i = 0; here && i < offsets.size(); ++i) {
                 const std::string_view name =
-                    file.part(names - part.p_vaddr + part.p_offset + at, 256);
-                add_file(std::string(name.substr(0, name.find('\0'))), folders, seen, ids);
+                    file.part(names - part.p_vaddr + part.p_offset + offsets[i], 256);
+                all.emplace_back(name.substr(0, name.find('\0')));
             }
         }
-        return;
+        return all;
     }
-    ids.add("not found").add(library);
-}
+
+    KeyBuilder& ids_;
+    const std::vector<std::string> folders_ = library_folders();
+    std::set<std::string> seen_;
+};
 
 }  // namespace
 
-Key program_identity(std::span<const char* const> later)
+Key program_identity(std::span<const char* const> later,
+                     std::span<const std::filesystem::path> programs)
 {
     Found found;
     dl_iterate_phdr(add_build_id, &found);
     // Linked without an id: the file's own bytes have to do.
     if (!found.program) found.ids.add(FileDigests().of("/proc/self/exe"));
-    const std::vector<std::string> folders =
-        later.empty() ? std::vector<std::string>() : library_folders();
-    std::set<std::string> seen;
-    for (const char* const library : later) add_file(library, folders, seen, found.ids);
+    FilesAhead ahead(found.ids);
+    for (const char* const library : later) ahead.add_library(library);
+    for (const std::filesystem::path& program : programs) ahead.add_program(program);
     return found.ids.key();
 }
 
