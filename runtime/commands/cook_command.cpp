@@ -1,6 +1,7 @@
 #include "runtime/commands/cook_command.hpp"
 
 #include "runtime/commands/cook_graph.hpp"
+#include "runtime/commands/kept_sources.hpp"
 #include "runtime/commands/openjd_front_end.hpp"
 #include "runtime/cook/memory_limit.hpp"
 
@@ -114,7 +115,13 @@ int cook(const CookRequest& request, const graph::Registry& registry, Console& c
             graphs.push_back(std::move(*graph));
     }
     if (graphs.size() < request.files.size()) return exit_usage;
-    if (request.writes) require_own_folders(graphs, request);
+    if (request.writes) {
+        require_own_folders(graphs, request);
+        for (const graph::Graph& graph : graphs) {
+            require_sources_stay(graph, output_folder(graph, request), chosen_nodes(graph, request),
+                                 chosen_frames(graph, request));
+        }
+    }
 
     const std::unique_ptr<FrontEnd> front_end =
         request.openjd ? openjd_front_end(console)

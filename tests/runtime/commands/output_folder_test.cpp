@@ -76,6 +76,48 @@ TEST_F(OutputFolder, IsTheSameUnderEverySpelling)
     }
 }
 
+TEST_F(OutputFolder, HoldsNoFileThatTheCookReads)
+{
+    folder_.write("in/number.txt", "7");
+    folder_.write("in/n.0001.txt", "8");
+    folder_.write("in/n.0002.txt", "9");
+    fs::create_directory_symlink(folder_.path / "in", folder_.path / "link");
+    const auto said = [&](const std::string& reads, const std::string& writes,
+                          const std::string& out, std::vector<std::string> more = {}) {
+        const std::string file =
+            folder_
+                .write("in/g.json", R"({ "aspic": 1, "frames": { "last": 2 }, "nodes": {
+                "read": { "type": "ReadNumber@1", "params": { "path": ")" +
+                                        reads + R"(" } },
+                "other": { "type": "Clock@1" },
+                "alone": { "type": "WriteRow@1", "inputs": { "value": "other.value" },
+                           "params": { "path": "alone.txt" } },
+                "write": { "type": "WriteRow@1", "inputs": { "value": "read.value" },
+                           "params": { "path": ")" +
+                                        writes + R"(" } } } })")
+                .string();
+        std::vector<std::string> args{"cook", file, "--out", (folder_.path / out).string()};
+        args.insert(args.end(), more.begin(), more.end());
+        return run(args);
+    };
+    for (const char* const out : {"in", "link", "in/../in/"}) {
+        const Said same = said("number.txt", "number.txt", out);
+        EXPECT_EQ(same.exit, exit_usage) << out;
+        EXPECT_TRUE(has(same.err, "'write' would write over ")) << same.err;
+        EXPECT_TRUE(has(same.err, "number.txt, which 'read' reads: give it another path, or use "
+                                  "--out DIR"))
+            << same.err;
+    }
+    EXPECT_EQ(toys::bytes_of(folder_.path / "in/number.txt"), "7");
+    EXPECT_FALSE(fs::exists(folder_.path / "in/manifest.json"));
+    EXPECT_TRUE(has(said("n.####.txt", "n.0002.txt", "in").err, "which 'read' reads"));
+    EXPECT_TRUE(has(said("number.txt", "g.json", "in").err, "which is a document of this graph"));
+
+    EXPECT_EQ(said("n.####.txt", "n.0002.txt", "in", {"--frames", "1"}).exit, exit_ok);
+    EXPECT_EQ(said("number.txt", "number.txt", "out").exit, exit_ok);
+    EXPECT_EQ(said("number.txt", "number.txt", "in", {"--node", "alone"}).exit, exit_ok);
+}
+
 TEST_F(OutputFolder, IsNamedAsItWasGiven)
 {
     const WorkingFolder here(folder_.path / "p");
