@@ -12,6 +12,16 @@ namespace graph {
 
 namespace {
 
+void require_variable(Loading& loading, const Json* declared, const Json& target,
+                      const std::string& name)
+{
+    if (declared && (!declared->object() || declared->find(name))) return;
+    Problem p = problem_at(target.place(), fmt::format("the subgraph has no variable '{}'", name));
+    p.suggestion = suggest(name, member_names(declared));
+    if (p.suggestion.empty()) p.suggestion = "declare it in \"variables\"";
+    loading.problems.add(std::move(p));
+}
+
 // `target` is "node.port" inside; a null value leaves the inside as it is.
 void hand_in_at(Loading& loading, const PortTargets& f, const Json& target, const Json* value,
                 bool inputs)
@@ -21,6 +31,7 @@ void hand_in_at(Loading& loading, const PortTargets& f, const Json& target, cons
     const std::string node = text.substr(0, dot);
     const std::string port = dot == std::string::npos ? "" : text.substr(dot + 1);
     if (!inputs && node == "variables" && !port.empty()) {
+        require_variable(loading, f.declared, target, port);
         if (!value) return;
         if (const auto x = read_number(*value, "a number", loading.problems)) {
             f.variables.insert_or_assign(port, *x);

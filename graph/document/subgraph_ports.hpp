@@ -19,7 +19,8 @@ struct PortTargets {
     const Declaration& outer;
     std::vector<Declaration>& inner;
     const Index& index;
-    std::map<std::string, double, std::less<>>& variables;
+    const Json* declared;  // the member "variables" of its document, or null
+    std::map<std::string, double, std::less<>>& variables;  // what the outside gives
     std::set<std::string>& linked;  // inputs that already got a link from outside
 };
 

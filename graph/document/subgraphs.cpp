@@ -76,9 +76,10 @@ void expand(Loading& loading, Declaration& d, const FileType& file,
     }
     std::map<std::string, double, std::less<>> given;
     std::set<std::string> linked;
-    const PortTargets targets{d, inner, index, given, linked};
+    const Json* const variables = root->find("variables");
+    const PortTargets targets{d, inner, index, variables, given, linked};
     hand_in(loading, targets, *face, "params");
-    read_variables(loading, document, root->find("variables"), given);
+    read_variables(loading, document, variables, given);
     hand_in(loading, targets, *face, "inputs");
     outputs = read_outputs(*face, loading.problems);
     expand_subgraphs(loading, std::move(inner), document.chain);

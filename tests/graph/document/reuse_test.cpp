@@ -285,6 +285,24 @@ TEST(Subgraphs, KnowTheFramesPerSecondInDefaultsOfTheirVariables)
     EXPECT_EQ(project.told(project.load("g.json")).find("did you mean 'fps'?"), std::string::npos);
 }
 
+TEST(Subgraphs, NameVariablesThatTheyDoNotDeclare)
+{
+    const Project project;
+    std::string text = loaf;
+    const std::string_view old = "variables.rest";
+    text.replace(text.find(old), old.size(), "variables.rset");
+    project.add("loaf.json", text);
+    for (const char* const params : {"", R"(, "params": { "rest": 3 })"}) {
+        project.add("g.json", std::string(R"({ "aspic": 1, "nodes": { "mill": { "type": "Mill@1" },
+          "loaf": { "type": "loaf.json", "inputs": { "dough": "mill.dough" })") +
+                                  params + " } } }");
+        const std::string told = project.told(project.load("g.json"));
+        EXPECT_NE(told.find("the subgraph has no variable 'rset'"), std::string::npos) << told;
+        EXPECT_NE(told.find("did you mean 'rest'?"), std::string::npos) << told;
+        EXPECT_NE(told.find("loaf.json:"), std::string::npos) << told;
+    }
+}
+
 TEST(Subgraphs, NestAndAreReachedByOverrides)
 {
     const Project project;
