@@ -55,8 +55,8 @@ double Curve::at(double time) const
 {
     const double first = times.front(), last = times.back(), span = last - first;
     // A frame at the time of a key may come out just before it: 3 / 30 s and cycles of 0.1 s are
-    // rounded differently.
-    const double rounding = 1e-9 * span;
+    // rounded differently. One key far away must not coarsen the others.
+    const double rounding = 1e-9 * std::min(span, std::max(1.0, std::fabs(time)));
     if (beyond == Beyond::cycle && span > 0 && (time < first || time + rounding >= last)) {
         time = std::max(first, time - span * std::floor((time - first + rounding) / span));
     }

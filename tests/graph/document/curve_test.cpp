@@ -125,6 +125,23 @@ TEST(Curve, StepsAtTheFrameThatMeetsAKey)
     EXPECT_EQ(c.at(0.0999), 0);
 }
 
+TEST(Curve, AFarKeyMovesNoOther)
+{
+    for (const auto beyond : {Curve::Beyond::hold, Curve::Beyond::cycle}) {
+        for (const double far : {1e10, 1e300}) {
+            const Curve c =
+                curve_through({0, 1, 2, far}, {0, 1, 2, 3}, Curve::Between::step, beyond);
+            EXPECT_EQ(c.at(0), 0);
+            EXPECT_EQ(c.at(0.99), 0);
+            EXPECT_EQ(c.at(1), 1);
+            EXPECT_EQ(c.at(1.5), 1);
+            const Curve before =
+                curve_through({-far, 0, 1, 2}, {3, 0, 1, 2}, Curve::Between::step, beyond);
+            EXPECT_EQ(before.at(0.99), 0);
+        }
+    }
+}
+
 TEST(Curve, RefusesKeysThatAreNoCurve)
 {
     EXPECT_THROW(curve_through({}, {}), std::invalid_argument);
