@@ -155,12 +155,24 @@ private:
         return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
     }
 
-    static std::string flat(const Json& json)
+    // A whole number beyond 64 bits as it was written: Aspic rounds it to a double, but in "ui" it
+    // may be an id of another program.
+    std::optional<std::string> long_digits(const Json& json) const
+    {
+        const auto* d = std::get_if<double>(&json.is);
+        if (!d || std::fabs(*d) < 0x1p63) return {};
+        std::string text = source_.substr(json.begin, json.end - json.begin);
+        if (text.find_first_not_of("-0123456789") != text.npos) return {};
+        return text;
+    }
+
+    std::string flat(const Json& json) const
     {
         if (const auto* d = std::get_if<double>(&json.is);
             d && std::fabs(*d) < 1e15 && *d == std::floor(*d)) {
             return std::to_string(static_cast<std::int64_t>(*d));
         }
+        if (auto digits = long_digits(json)) return *digits;
         if (json.array() && !json.array()->empty()) {
             std::string out = "[";
             for (const Json& j : *json.array()) out += (out.size() > 1 ? ", " : "") + flat(j);

@@ -79,6 +79,16 @@ TEST(Format, ChangesNoMeaning)
     EXPECT_EQ(graph::difference(a.graph, b.graph), std::vector<std::string>());
 }
 
+TEST(Format, KeepsTheDigitsOfWholeNumbersBeyond64Bits)
+{
+    const std::string text = R"({
+  "aspic": 1,
+  "ui": { "ids": [18446744073709551615, -9223372036854775809, 1e+300, 9223372036854775807, 1e+15] }
+}
+)";
+    EXPECT_EQ(formatted(text), text);
+}
+
 TEST(Format, LosesNoCommentWhereverItStands)
 {
     const std::string text =
