@@ -16,9 +16,9 @@ void main()
         vec2 place = vec2(at) + 0.5 + PLACES[k];
         vec3 ray = ray_at(place);
         float stored = texelFetch(fine_depths, ivec3(at, k), 0).x;
-        float t = floor_depth(ray);
+        float t = floor_depth(ray), lowered = t - FLOOR_LOWERED / ray.y;
         bool on_floor = sky.w > 0.0 && eye.y > bounce.w && ray.y < 0.0 &&
-                        (stored <= 0.0 || t < view_depth(stored));
+                        (stored <= 0.0 || lowered < view_depth(stored));
         float depth = on_floor ? t : view_depth(stored);
         uvec2 pixel = texelFetch(fine_pixels, ivec3(at, k), 0).xy;
         vec3 n = on_floor ? vec3(0.0, 1.0, 0.0) : stored_normal(pixel);

@@ -21,3 +21,6 @@ layout(std140, binding = 0) uniform Frame {
     vec4 drawn_low, drawn_high;  // the box of all that is drawn; w of the first: a turn of soft light's discs
 };
 const float FLOOR_REACH = 9.0;  // stage units: there the floor has faded into the horizon
+// Stage units by which the floor's depth lies below it: a sheet that lies on the floor hides it, and
+// not here and there as depths are rounded.
+const float FLOOR_LOWERED = 1e-3;

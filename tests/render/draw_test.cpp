@@ -441,6 +441,46 @@ TEST(Draw, ASheetThatLiesOnTheFloorHidesIt)
     }
 }
 
+// Where the colours change within the sheet, each sample of a pixel is asked what it shows.
+TEST(Draw, AColouredSheetThatLiesOnTheFloorHidesItInAllSamples)
+{
+    for (const double height : {0.0, 0.37, -12.3}) {
+        TriMesh mesh = geometry::grid(1, 0.6, 20, 12);
+        geometry::Attribute stripes{"stripes", "1", {}};
+        for (Vec3f& p : mesh.positions) {
+            stripes.values.push_back(float(stripes.values.size() % 2));
+            p.y() = float(height);
+        }
+        mesh.attributes.push_back(std::move(stripes));
+        Scene scene;
+        scene.surfaces = {surface(std::move(mesh))};
+        scene.surfaces[0].paint = {render::Paint::By::attribute, {}, "stripes", {}};
+        scene.surfaces[0].receives = false;
+        const Camera camera{{0, height + 1.7, 2}, {0, height, 0}, {0, 1, 0}, 0.5};
+        Look look = plain_look();
+        look.antialias = render::Antialias::samples4;
+        const Image bare = render::draw(scene, camera, look);
+        scene.ground = height;
+        const Image grounded = render::draw(scene, camera, look);
+        // Pixels whose neighbours show the sheet too lie inside of it.
+        const auto within = [&](int x, int y) {
+            int sum = 0;
+            for (int k = 0; k < 9; ++k) sum += covered(bare, x - 1 + k % 3, y - 1 + k / 3);
+            return sum == 9;
+        };
+        int inside = 0, differ = 0;
+        for (int y = 1; y + 1 < bare.height; ++y) {
+            for (int x = 1; x + 1 < bare.width; ++x) {
+                if (!within(x, y)) continue;
+                ++inside;
+                differ += pixel(bare, x, y) == pixel(grounded, x, y) ? 0 : 1;
+            }
+        }
+        EXPECT_GT(inside, 500);
+        EXPECT_EQ(differ, 0) << height;
+    }
+}
+
 // Ink of a strip `width` pixels wide in each row of the picture, as a share of a pixel: the dark
 // part of what the row has, added up.
 std::vector<double> ink_of_a_strip(double width, render::Antialias antialias)
