@@ -7,6 +7,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/parallel.hpp"
 #include "geometry/mesh/normals.hpp"
+#include "geometry/mesh/unstated_material.hpp"
 #include "render/surface_layout.hpp"
 
 #include <algorithm>
@@ -141,23 +142,16 @@ std::vector<Vertex> looks_of(const TriMesh& mesh, const Surface& surface)
     return looks;
 }
 
-// Whether nothing was said of a material: what a file without materials gives, or assimp for it.
-bool is_unstated(const geometry::Material& m)
-{
-    const bool named = !m.name.empty() && m.name != "DefaultMaterial";
-    return !named && !m.texture && (m.colour - geometry::Material{}.colour).norm() < 0.01f;
-}
-
-// Of which materials the vertices show their own colours, where they have any: as scans and
-// painted meshes have them, also of those materials that nothing was said of.
+// Of which materials the vertices show their own colours, where they have any: also of those that
+// nothing was said of.
 std::vector<char> own_colours(const TriMesh& mesh, Paint::By by, std::size_t looks)
 {
     std::vector<char> own(looks, by == Paint::By::vertex_colour);
-    if (mesh.colours.size() != mesh.positions.size()) return std::vector<char>(looks, 0);
+    if (!geometry::has_vertex_colours(mesh)) return std::vector<char>(looks, 0);
     if (by != Paint::By::material) return own;
     const auto& materials = mesh.topology->materials;
     for (std::size_t m = 0; m < looks; ++m) {
-        own[m] = m >= materials.size() || is_unstated(materials[m]);
+        own[m] = m >= materials.size() || geometry::is_unstated(materials[m]);
     }
     return own;
 }

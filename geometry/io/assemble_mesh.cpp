@@ -339,12 +339,12 @@ TriMesh finish(Assembly& a, const ReadOptions& options, const FoundTextures& tex
     a.topology.groups = std::move(a.groups.order);
     if (has_triangles_only(a.topology.polygon)) a.topology.polygon.clear();
     for (const auto m : a.materials.order) {
-        const ImportedMaterial in =
-            m < a.scene->materials.size() ? a.scene->materials[m] : ImportedMaterial{};
+        Material& made = a.topology.materials.emplace_back();
+        if (m >= a.scene->materials.size()) continue;  // the file has none: Material's own
+        const ImportedMaterial& in = a.scene->materials[m];
         const auto unit = [](float x, float otherwise) {
             return std::isfinite(x) ? std::clamp(x, 0.f, 1.f) : otherwise;
         };
-        Material& made = a.topology.materials.emplace_back();
         made = {in.name, light(in.colour), unit(in.opacity, 1), unit(in.roughness, 0.6f),
                 unit(in.metallic, 0)};
         if (m >= textures.of_material.size()) continue;

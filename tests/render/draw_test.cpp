@@ -136,7 +136,8 @@ TEST(Draw, VerticesShowTheirColoursWhereNoMaterialIsStated)
     const float made_up = render::linear_from_srgb(0.852f);
     for (const auto& unstated :
          {std::vector<geometry::Material>{}, std::vector<geometry::Material>{{}},
-          std::vector<geometry::Material>{{"DefaultMaterial", Vec3f::Constant(made_up)}}}) {
+          std::vector<geometry::Material>{{"DefaultMaterial", Vec3f::Constant(made_up)}},
+          std::vector<geometry::Material>{{"", {1, 1, 1}}}}) {  // glTF without a material
         EXPECT_GT(shown(unstated)[0], 200);
         EXPECT_LT(shown(unstated)[1], 8);
     }

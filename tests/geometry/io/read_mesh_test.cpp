@@ -2,6 +2,7 @@
 
 #include "geometry/base/srgb.hpp"
 #include "geometry/io/assemble_mesh.hpp"
+#include "geometry/mesh/unstated_material.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/geometry/meshes.hpp"
 
@@ -364,6 +365,35 @@ TEST(ReadMesh, AttributesOfAPlyAndColumnsOfTextAreKept)
     EXPECT_EQ(named.mesh.attributes[1].values, (std::vector<float>{7, 8}));
     // Lines of different lengths say nothing.
     EXPECT_TRUE(read_mesh(folder.write("c.xyz", "0 0 0 1\n1 0 0\n")).mesh.attributes.empty());
+}
+
+// So that they are drawn in these, see unstated_material.hpp.
+TEST(ReadMesh, AFileWithVertexColoursAndNoMaterialStatesNone)
+{
+    const files::Folder folder;
+    const auto ply = folder.write(
+        "t.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                 "property float z\nproperty uchar red\nproperty uchar green\n"
+                 "property uchar blue\nelement face 1\nproperty list uchar int vertex_indices\n"
+                 "end_header\n0 0 0 220 20 20\n1 0 0 220 20 20\n0 1 0 220 20 20\n3 0 1 2\n");
+    const auto obj = folder.write("t.obj", "v 0 0 0 0.8 0 0\nv 1 0 0 0.8 0 0\nv 0 1 0 0.8 0 0\n"
+                                           "f 1 2 3\n");
+    // Its positions are its colours.
+    const auto gltf = folder.write("t.gltf", R"({"asset":{"version":"2.0"},
+        "scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0,"COLOR_0":0}}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",
+            "min":[0,0,0],"max":[1,1,0]}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],
+        "buffers":[{"byteLength":36,"uri":
+"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
+    for (const auto& path : {ply, obj, gltf}) {
+        const TriMesh mesh = read_mesh(path).mesh;
+        EXPECT_TRUE(has_vertex_colours(mesh)) << path;
+        ASSERT_EQ(mesh.topology->materials.size(), 1u) << path;
+        EXPECT_TRUE(is_unstated(mesh.topology->materials[0])) << path;
+    }
+    EXPECT_EQ(read_mesh(ply).mesh.topology->materials[0], Material{});
 }
 
 TEST(ReadMesh, GltfIsLinearAndColladaSaysItsUnit)
