@@ -2,6 +2,7 @@
 
 #include "geometry/base/stop.hpp"
 #include "geometry/mesh/merge.hpp"
+#include "geometry/mesh/unstated_material.hpp"
 
 #include <charconv>
 #include <stdexcept>
@@ -22,8 +23,11 @@ TriMesh faded(const TriMesh& mesh, const Vec3f& colour, float share, float opaci
     TriMesh out = mesh;
     geometry::MeshTopology topology = *mesh.topology;
     if (topology.materials.empty()) topology.materials.emplace_back();
+    const bool own = geometry::has_vertex_colours(mesh);
     for (geometry::Material& material : topology.materials) {
-        material.colour = mixed(material.colour, colour, share);
+        // Where the vertices are seen in their own colours, it stays one that nothing was said of.
+        const bool unseen = own && geometry::is_unstated(material);
+        if (!unseen) material.colour = mixed(material.colour, colour, share);
         material.opacity *= opacity;
         const bool cuts = material.use.alpha != geometry::TextureUse::Alpha::ignored;
         if (share > 0 && !cuts) material.texture = nullptr;

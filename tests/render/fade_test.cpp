@@ -55,10 +55,14 @@ TEST(Fade, ColoursAreMixedAsTheEyeSeesThem)
 TEST(Fade, WhatHasNoMaterialFadesToo)
 {
     TriMesh mesh = geometry::box({1, 1, 1}, {1, 1, 1});
+    const TriMesh plain = render::faded(mesh, {0, 0, 1}, 1, 1);
+    ASSERT_EQ(plain.topology->materials.size(), 1u);
+    EXPECT_LT((plain.topology->materials[0].colour - Vec3f(0, 0, 1)).norm(), 1e-5f);
+    // Vertices that are seen in their own colours still are.
     mesh.colours.assign(mesh.positions.size(), {0, 1, 0});
     const TriMesh out = render::faded(mesh, {1, 1, 1}, 1, 1);
     ASSERT_EQ(out.topology->materials.size(), 1u);
-    EXPECT_LT((out.topology->materials[0].colour - Vec3f(1, 1, 1)).norm(), 1e-5f);
+    EXPECT_EQ(out.topology->materials[0], geometry::Material{});
     for (const Vec3f& c : out.colours) EXPECT_LT((c - Vec3f(1, 1, 1)).norm(), 1e-5f);
     TriMesh cloud;
     cloud.positions = {{0, 0, 0}, {1, 0, 0}};
