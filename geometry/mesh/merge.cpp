@@ -4,6 +4,7 @@
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/normals.hpp"
 #include "geometry/mesh/polygons.hpp"
+#include "geometry/mesh/unstated_material.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -120,6 +121,19 @@ void append_polygons(MeshTopology& to, const MeshTopology& from)
     for (std::size_t f = 0; f < from.triangles.size(); ++f) add_polygon(to.polygon, 1);
 }
 
+// Of each vertex the colour of the material that its faces are drawn in.
+std::vector<Vec3f> face_colours(const TriMesh& mesh)
+{
+    const MeshTopology& t = *mesh.topology;
+    std::vector<Vec3f> colours(mesh.positions.size(), Material{}.colour);
+    if (t.materials.empty()) return colours;
+    for (std::size_t f = 0; f < t.triangles.size(); ++f) {
+        const Material& material = t.materials[t.material.empty() ? 0 : t.material[f]];
+        for (const auto v : t.triangles[f]) colours[v] = material.colour;
+    }
+    return colours;
+}
+
 // Adds a mesh, and what the others have and it has not.
 void append_mesh(TriMesh& to, MeshTopology& topology, const TriMesh& mesh, const Has& has)
 {
@@ -132,8 +146,7 @@ void append_mesh(TriMesh& to, MeshTopology& topology, const TriMesh& mesh, const
         throw std::invalid_argument("the merged meshes exceed the limit of 2^32 - 1 vertices");
     }
     if (has.colours) {
-        append(to.colours, mesh.colours);
-        to.colours.resize(to.positions.size(), Vec3f::Ones());
+        append(to.colours, has_vertex_colours(mesh) ? mesh.colours : face_colours(mesh));
     }
     append_attributes(to, mesh);
     if (has.uvs) append_uvs(topology, t);

@@ -47,16 +47,18 @@ TEST(Merge, EqualMaterialsAndGroupsBecomeOne)
     EXPECT_EQ(topology->group[24], 0);
 }
 
-TEST(Merge, MissingColoursAreWhiteAndMissingAttributesZero)
+TEST(Merge, MissingColoursAreThoseOfMaterialsAndMissingAttributesZero)
 {
     TriMesh a = icosphere(1, 0), b = icosphere(1, 0);
+    const TriMesh red = meshes::with_material(a, {"red", {0.8f, 0, 0}}, "");
     b.colours.assign(12, {0.5f, 0, 0});
     b.attributes = {{"speed", "m/s", std::vector<float>(12, 3.f)}};
-    const std::array<const TriMesh*, 3> all{&a, &b, &a};
+    const std::array<const TriMesh*, 3> all{&a, &b, &red};
     const TriMesh mesh = merge(all);
     meshes::expect_consistent(mesh);
-    EXPECT_EQ(mesh.colours[0], Vec3f(1, 1, 1));
+    EXPECT_EQ(mesh.colours[0], Material{}.colour);
     EXPECT_EQ(mesh.colours[12], Vec3f(0.5f, 0, 0));
+    EXPECT_EQ(mesh.colours[24], Vec3f(0.8f, 0, 0));
     ASSERT_EQ(mesh.attributes.size(), 1u);
     EXPECT_EQ(mesh.attributes[0].values[0], 0);
     EXPECT_EQ(mesh.attributes[0].values[12], 3);
