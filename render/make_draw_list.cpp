@@ -87,18 +87,19 @@ geometry::Mat3 light_axes(const Vec3& to_light)
     return axes;
 }
 
-// The part of the floor at `height` that lies behind `casters`, a box along the light's axes. The
-// floor is cut off where it has faded away.
+// The part of the floor at `height` that lies behind `casters`, a box along the light's axes. Along
+// the light it is cut off where the floor has faded away.
 std::vector<Vec3f> shadowed_floor(const geometry::Mat3& axes, const Box& casters, double height)
 {
+    const Vec3 along = axes.row(2);
+    const double farthest = 2 * double(floor_reach) / std::hypot(along.x(), along.z());
     std::vector<Vec3f> corners;
     for (int k = 0; k < 4; ++k) {
         const Vec3 p = axes.transpose() * Vec3(k & 1 ? casters.hi.x() : casters.lo.x(),
                                                k & 2 ? casters.hi.y() : casters.lo.y(), 0);
-        const Vec3 along = axes.row(2);
-        Vec3 at = p + (height - p.y()) / along.y() * along;
-        for (const int i : {0, 2}) at[i] = std::clamp(at[i], -1.0 * floor_reach, 1.0 * floor_reach);
-        corners.push_back(at.cast<float>());
+        const double step = std::clamp((height - p.y()) / along.y(), -farthest, farthest);
+        const Vec3 at = p + step * along;
+        corners.emplace_back(float(at.x()), float(height), float(at.z()));
     }
     return corners;
 }

@@ -168,6 +168,17 @@ TEST(Draw, TransparentThingsAreLaidOverEachOtherFromFarToNear)
     }
 }
 
+// Of the point (x, 0, z) in a square picture.
+int brightness_at(const Image& image, const Camera& camera, double x, double z)
+{
+    const Vec3 forward = (camera.target - camera.eye).normalized();
+    const Vec3 right = forward.cross(Vec3::UnitY()).normalized(), up = right.cross(forward);
+    const Vec3 q = Vec3(x, 0, z) - camera.eye;
+    const double half = 0.5 * image.width;
+    const double scale = half / (q.dot(forward) * std::tan(camera.field_of_view / 2));
+    return pixel(image, int(half + scale * q.dot(right)), int(half - scale * q.dot(up)))[1];
+}
+
 // A card held level 1 m over the floor, lit from straight above: its shadow lies under it, as large
 // as the card, and nowhere else.
 TEST(Draw, TheFloorShowsTheShadowWhereTheLightSaysSo)
@@ -185,23 +196,47 @@ TEST(Draw, TheFloorShowsTheShadowWhereTheLightSaysSo)
     // Seen from below the card's edge: from the side, so that the floor under it is in view.
     Camera camera{{0, 4, 8}, {0, 0, 0}, {0, 1, 0}, 2 * std::atan(0.3)};
     const Image image = render::draw(scene, camera, look);
-    const auto brightness_at = [&](double x, double z) {  // of the floor point (x, 0, z)
-        const Vec3 forward = (camera.target - camera.eye).normalized();
-        const Vec3 right(1, 0, 0), up = right.cross(forward);
-        const Vec3 q = Vec3(x, 0, z) - camera.eye;
-        const double depth = q.dot(forward);
-        const double u = q.dot(right) / (depth * 0.3), v = q.dot(up) / (depth * 0.3);
-        return pixel(image, int(128 + 128 * u), int(128 - 128 * v))[1];
-    };
-    const int lit = brightness_at(1.2, 0.5), dark = brightness_at(0, 0.2);
+    const auto brightness = [&](double x, double z) { return brightness_at(image, camera, x, z); };
+    const int lit = brightness(1.2, 0.5), dark = brightness(0, 0.2);
     EXPECT_LT(dark, lit - 40);
     // Its edge is at x = 0.5, soft over 3 texels of 2 * 1.5 / 1024 m each side.
-    EXPECT_NEAR(brightness_at(0.45, 0.2), dark, 6);
-    EXPECT_NEAR(brightness_at(0.55, 0.2), lit, 6);
-    EXPECT_NEAR(brightness_at(-0.45, 0.2), dark, 6);
-    EXPECT_NEAR(brightness_at(-0.55, 0.2), lit, 6);
+    EXPECT_NEAR(brightness(0.45, 0.2), dark, 6);
+    EXPECT_NEAR(brightness(0.55, 0.2), lit, 6);
+    EXPECT_NEAR(brightness(-0.45, 0.2), dark, 6);
+    EXPECT_NEAR(brightness(-0.55, 0.2), lit, 6);
     look.shadow = render::ShadowQuality::off;
     EXPECT_GT(pixel(render::draw(scene, camera, look), 128, 140)[1], dark + 40);
+}
+
+// The sun 1.5 degrees high: a post of 1 m casts a shadow of 38 m, beyond where the floor has faded
+// away.
+TEST(Draw, ALowLightCastsALongStraightShadow)
+{
+    Scene scene;
+    TriMesh post = geometry::box({0.4, 1, 0.4}, {1, 1, 1});
+    for (Vec3f& p : post.positions) p.y() += 0.5f;
+    scene.surfaces = {surface(std::move(post))};
+    scene.ground = 0;
+    scene.stage = box_about_origin(1);
+    const Camera camera{{0, 16, 8}, {0, 0, 0}, {0, 1, 0}, 2 * std::atan(0.5)};
+    Look look = plain_look(256);
+    look.shadow = render::ShadowQuality::medium;
+    look.light_elevation = 1.5 * std::numbers::pi / 180;
+    look.light = Vec3f::Constant(16);
+    for (const double degrees : {20.0, 70.0, 155.0, 260.0}) {
+        look.light_azimuth = degrees * std::numbers::pi / 180;
+        const Image image = render::draw(scene, camera, look);
+        const double x = -std::sin(look.light_azimuth), z = -std::cos(look.light_azimuth);
+        for (const double far : {1.0, 2.5, 4.0}) {
+            const int dark = brightness_at(image, camera, far * x, far * z);
+            for (const double beside : {-0.6, 0.6}) {
+                EXPECT_LT(dark,
+                          brightness_at(image, camera, far * x + beside * z, far * z - beside * x) -
+                              20)
+                    << degrees << ' ' << far;
+            }
+        }
+    }
 }
 
 TEST(Draw, AThingDoesNotShadowItself)
