@@ -28,8 +28,8 @@ inline void describe(graph::ParamsOf<BlurParams>& p)
             {0, 1})
         .param("samples", &BlurParams::samples,
                "Pictures that are averaged as light, and how many times longer a frame takes. "
-               "Fast things want one for each 3 pixels of their way. At quality `final` there are "
-               "16 at least, each with one sample per pixel.",
+               "Fast things want one for each 3 pixels of their way. At quality `final` it is "
+               "rounded up to a multiple of 16, each with one sample per pixel.",
                {1, 256});
 }
 

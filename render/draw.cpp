@@ -35,17 +35,19 @@ Image exposed(const Scene& scene, const Camera& camera, const Look& look, int on
 }
 
 // The mean of pictures from an open shutter until now; for the final quality each has its samples
-// in another place of their pixels.
+// in another place of their pixels: as often in each, and later ones not farther to one side, so
+// that what moves across a pixel meets them as what moves back. Time and place are a lattice too.
 Image blurred(const Scene& scene, const Camera& camera, const Look& look,
               std::vector<float>& linear, std::vector<std::string>* warnings,
               const std::function<void()>& check)
 {
     const bool lattice = look.antialias == Antialias::samples16;
-    const int count = std::max(look.exposures, lattice ? lattice_samples : 1);
+    const int turns = (look.exposures + lattice_samples - 1) / lattice_samples;
+    const int count = lattice ? lattice_samples * std::max(turns, 1) : std::max(look.exposures, 1);
     Exposure sum;
     for (int k = 0; k < count; ++k) {
         const double ago = look.shutter * (k + 0.5) / count;
-        const int only = lattice ? k % lattice_samples : -1;
+        const int only = lattice ? 5 * k % lattice_samples : -1;
         sum.add(exposed(moment_of(scene, ago), camera, look, only, linear,
                         k == 0 ? warnings : nullptr, check),
                 linear);

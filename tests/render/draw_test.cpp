@@ -116,6 +116,39 @@ TEST(Draw, TheNearerThingIsSeenWhateverTheOrder)
     }
 }
 
+// An edge that crosses the last quarter of a pixel and three quarters of the next while the shutter
+// is open: the first is covered at 1 - 0.25^2 / 2, the second at 0.75^2 / 2, whichever way the edge
+// goes. Of 16 samples at most two more or less are covered.
+TEST(Draw, AMovingEdgeIsBlurredAlikeInBothDirections)
+{
+    constexpr int size = 32, middle = 16;
+    constexpr float pixel_size = 4.0f / size, half = 1;
+    const auto light = [](int step) { return render::linear_from_srgb(float(step) / 255); };
+    for (const int exposures : {1, 16, 20}) {
+        for (const bool forth : {false, true}) {
+            auto white = card(0, half, Vec3f::Constant(0.7f));
+            auto left = std::make_shared<TriMesh>(*white.mesh);
+            auto right = std::make_shared<TriMesh>(*white.mesh);
+            for (Vec3f& p : left->positions) p.x() -= half + 0.25f * pixel_size;
+            for (Vec3f& p : right->positions) p.x() -= half - 0.75f * pixel_size;
+            white.mesh = forth ? right : left;
+            white.before = forth ? left : right;
+            Scene scene;
+            scene.surfaces = {white};
+            Look look = plain_look(size);
+            look.backdrop_top = look.backdrop_horizon = {0, 0, 0};
+            look.antialias = render::Antialias::samples16;
+            look.shutter = 1;
+            look.exposures = exposures;
+            const Image image = render::draw(scene, camera_ahead(), look);
+            const float whole = light(pixel(image, middle - 3, middle)[1]);
+            const auto cover = [&](int x) { return light(pixel(image, x, middle)[1]) / whole; };
+            EXPECT_NEAR(cover(middle - 1), 0.969, 2.0 / 16) << forth << ' ' << exposures;
+            EXPECT_NEAR(cover(middle), 0.281, 2.0 / 16) << forth << ' ' << exposures;
+        }
+    }
+}
+
 // As a scan in PLY has them: colours of vertices, and no material or one that assimp made up.
 TEST(Draw, VerticesShowTheirColoursWhereNoMaterialIsStated)
 {
