@@ -18,6 +18,15 @@ double round_up(double x)
     return 10 * power;
 }
 
+// The power of ten of the last digit that numbers `spacing` apart need: -1 for 0.2, 0 for 25, -1
+// for 2.5.
+int last_power(double spacing)
+{
+    const int power = int(std::floor(std::log10(spacing) + 1e-9));
+    const double digit = spacing / std::pow(10, power);
+    return std::abs(digit - std::round(digit)) > 1e-6 ? power - 1 : power;
+}
+
 // Where a legend goes, pixels.
 struct Place {
     Place(const Legend& legend, int width, int height)
@@ -93,11 +102,11 @@ std::string tick_text(double value, double spacing)
     const double largest = std::max(std::abs(value), spacing);
     std::array<char, 32> text{};
     if (largest >= 1e5 || largest < 1e-3) {
-        const int digits = std::max(0, int(std::floor(std::log10(std::abs(value)) + 1e-9) -
-                                           std::floor(std::log10(spacing) + 1e-9)));
+        const int first = int(std::floor(std::log10(std::abs(value)) + 1e-9));
+        const int digits = std::max(0, first - last_power(spacing));
         std::snprintf(text.data(), text.size(), "%.*e", std::min(digits, 6), value);
     } else {
-        const int digits = std::max(0, -int(std::floor(std::log10(spacing) + 1e-9)));
+        const int digits = std::max(0, -last_power(spacing));
         std::snprintf(text.data(), text.size(), "%.*f", std::min(digits, 9), value);
     }
     return text.data();

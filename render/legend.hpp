@@ -12,8 +12,8 @@
 
 namespace render {
 
-// Round numbers (1, 2 or 5 times a power of ten apart) from low to high, about `count` of them and
-// at least two. None when the interval has no length or is not finite.
+// Round numbers (1, 2, 2.5 or 5 times a power of ten apart) from low to high, about `count` of them
+// and at least two. None when the interval has no length or is not finite.
 std::vector<double> ticks(double low, double high, int count);
 
 // `value` in as few characters as tell it from others `spacing` away: "0.25", "1.2e+09".

@@ -46,6 +46,11 @@ TEST(Legend, TickTextsTellNeighboursApart)
     EXPECT_EQ(render::tick_text(4e6, 2e6), "4e+06");
     EXPECT_EQ(render::tick_text(1.2e6, 2e5), "1.2e+06");
     EXPECT_EQ(render::tick_text(0.0004, 0.0002), "4e-04");
+    EXPECT_EQ(render::tick_text(2.5, 2.5), "2.5");
+    EXPECT_EQ(render::tick_text(5, 2.5), "5.0");
+    EXPECT_EQ(render::tick_text(75, 25), "75");
+    EXPECT_EQ(render::tick_text(-0.25, 0.25), "-0.25");
+    EXPECT_EQ(render::tick_text(7.5e6, 2.5e6), "7.5e+06");
 }
 
 TEST(Legend, RangesAreRoundAndHoldAllThatIsFinite)
