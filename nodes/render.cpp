@@ -341,6 +341,8 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     const std::string still =
         wrong_before(in.motion_blur, setting.links_of("mesh"), setting.links_of("before"));
     if (!still.empty()) return {{"motion_blur.shutter", still}};
+    const std::string range = range_wrong_before(in.colour);
+    if (!range.empty()) return {{"colour.low", range}};
     if (in.camera.views == CameraParams::Views::four && std::min(in.width, in.height) < 16) {
         return {{"camera.views", "four views need a picture of at least 16 x 16 pixels"}};
     }

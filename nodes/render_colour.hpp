@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -82,12 +83,36 @@ inline std::string percentiles_told(double clip)
     return fmt::format("{:.{}f} to {:.{}f} %", percent, decimals, 100 - percent, decimals);
 }
 
-// The scale for `values`, and what its legend says.
+// Why `low` and `high` are no ends of a scale; empty where they are. Compared as the scale holds
+// them.
+inline std::string wrong_range(double low, double high)
+{
+    if (static_cast<float>(low) < static_cast<float>(high)) return {};
+    return fmt::format("a `fixed` range runs from `low` up to `high`, found {:.6g} and {:.6g}: set "
+                       "`high` above `low`",
+                       low, high);
+}
+
+// The same where it is known before a cook. Ends that move with the frame hold their defaults
+// there.
+inline std::string range_wrong_before(const ColourParams& colour)
+{
+    const ColourParams otherwise;
+    const bool stated = colour.low != otherwise.low && colour.high != otherwise.high;
+    const bool used =
+        colour.by == ::render::Paint::By::attribute && colour.range == ColourParams::Range::fixed;
+    return stated && used ? wrong_range(colour.low, colour.high) : std::string();
+}
+
+// The scale for `values`, and what its legend says. Throws std::invalid_argument as wrong_range()
+// says.
 inline ::render::Legend legend_for(const ColourParams& colour, const geometry::Attribute& values)
 {
     ::render::Legend legend{values.name, values.unit, {colour.map, 0, 1}, {}};
     float &low = legend.scale.low, &high = legend.scale.high;
     if (colour.range == ColourParams::Range::fixed) {
+        const std::string wrong = wrong_range(colour.low, colour.high);
+        if (!wrong.empty()) throw std::invalid_argument("colour.low: " + wrong);
         low = static_cast<float>(colour.low);
         high = static_cast<float>(colour.high);
     } else if (colour.range == ColourParams::Range::fit) {

@@ -185,6 +185,28 @@ TEST(RenderNode, OneScaleHoldsTheValuesOfAllThatIsDrawn)
     }
 }
 
+// Also where one end is the default or moves, which only a run knows.
+TEST(RenderNode, ARangeOfColoursThatRunsDownIsRefused)
+{
+    geometry::TriMesh ball = geometry::icosphere(0.5, 1);
+    ball.attributes = {{"heat", "K", std::vector<float>(ball.positions.size(), 3)}};
+    NodeRun render("Render");
+    render.inputs["mesh"] = {graph::Value::of(std::move(ball))};
+    render.param("width").is = std::int64_t{32};
+    render.param("height").is = std::int64_t{32};
+    render.param("colour.by").is = std::string("attribute");
+    render.param("colour.attribute").is = std::string("heat");
+    render.param("colour.range").is = std::string("fixed");
+    render.param("colour.high").is = 5.0;
+    EXPECT_NO_THROW(render.run());
+    for (const double low : {5.0, 20.0, 5 - 1e-9}) {  // as the scale's floats, the last is 5
+        render.param("colour.low").is = low;
+        EXPECT_THROW(render.run(), std::exception) << low;
+    }
+    render.param("colour.range").is = std::string("fit");
+    EXPECT_NO_THROW(render.run());
+}
+
 // Two points of a cloud, one red and one blue, 1 m apart and 0.5 m wide, fill what balls of that
 // size do: at 9 m and 40 degrees, 64 pixels high, 0.5 m are 64 * 0.5 / (2 * 9 tan 20) = 4.9 pixels,
 // and a ball covers pi / 4 of its square, 19 pixels.

@@ -46,6 +46,20 @@ TEST(ToldBefore, BodiesBeyondThoseThatAreLinked)
         "those beyond, as entry i is about link i\n");
 }
 
+TEST(ToldBefore, ARangeOfColoursThatRunsDown)
+{
+    const auto render = [](const std::string& range) {
+        return told(fmt::format(R"("r": {{ "type": "Render@2", "inputs": {{ "mesh": "ball" }},
+            "params": {{ "colour": {{ "by": "attribute", "attribute": "heat", {} }} }} }})",
+                                range));
+    };
+    EXPECT_EQ(render(R"("range": "fixed", "low": 20, "high": 5)"),
+              "node 'r', parameter 'colour.low': a `fixed` range runs from `low` up to `high`, "
+              "found 20 and 5: set `high` above `low`\n");
+    EXPECT_EQ(render(R"("range": "fixed", "low": 5, "high": 20)"), "");
+    EXPECT_EQ(render(R"("range": "fixed", "low": 5, "high": "=20 + frame")"), "");
+}
+
 // A soft ball that a simulation moves, drawn as `render` says.
 std::string falling_ball(const std::string& links, const std::string& sim,
                          const std::string& render)
