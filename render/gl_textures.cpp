@@ -102,7 +102,7 @@ void take_textures(GlTextures& textures, const DrawJob& job)
 }
 
 void use_cover(const GlTextures& textures, const DrawJob& job, const Cover& cover, GLuint unit,
-               bool in_shadow_map)
+               LaidFor laid_for)
 {
     using Alpha = geometry::TextureUse::Alpha;
     const Alpha alpha = cover.use.alpha;
@@ -117,11 +117,11 @@ void use_cover(const GlTextures& textures, const DrawJob& job, const Cover& cove
     glSamplerParameteri(textures.sampler, GL_TEXTURE_WRAP_S, wrap(cover.use.u));
     glSamplerParameteri(textures.sampler, GL_TEXTURE_WRAP_T, wrap(cover.use.v));
     float least = alpha == Alpha::cutout ? cover.use.cutoff : 0;
-    if (alpha == Alpha::blended && in_shadow_map) least = 0.5f;
+    if (alpha == Alpha::blended && laid_for == LaidFor::shadow) least = 0.5f;
     const bool there = cover.texture >= 0;
     glUniform4f(6, there && cover.colours ? 1.f : 0.f, there ? least : 0,
                 there && alpha == Alpha::blended ? 1.f : 0.f, 0);
-    if (!in_shadow_map) glUniform1f(7, cover.normals >= 0 ? cover.bump : 0);
+    if (laid_for == LaidFor::picture) glUniform1f(7, cover.normals >= 0 ? cover.bump : 0);
 }
 
 }  // namespace render

@@ -19,10 +19,13 @@ struct GlTextures {
 // for one that is neither there nor given.
 void take_textures(GlTextures& textures, const DrawJob& job);
 
-// Binds what `cover` has to `unit` and, a normal map, to the one after it, and says to `program`,
-// which is in use, how to lay it on. `in_shadow_map`: what is blended casts the shadow of its more
-// opaque half.
+// What a texture is laid on for: the picture, a shadow map, in which what is blended casts the
+// shadow of its more opaque half, or one in which clear things cast lighter shadows.
+enum class LaidFor { picture, shadow, clear_shadow };
+
+// Binds what `cover` has to `unit` and, a normal map, to the one after it, and says to the program
+// that is in use how to lay it on.
 void use_cover(const GlTextures& textures, const DrawJob& job, const Cover& cover, GLuint unit,
-               bool in_shadow_map);
+               LaidFor laid_for);
 
 }  // namespace render

@@ -167,7 +167,8 @@ void draw_shadow(GlObjects& gl, const DrawJob& job)
                              batch.cover.use.alpha != geometry::TextureUse::Alpha::ignored;
             glUseProgram(round ? gl.programs.balls_shadow : shadow_program(gl, cut, glass));
             if (round) glUniform1i(1, 1);
-            if (cut) use_cover(gl.textures, job, batch.cover, unit_texture, true);
+            const auto laid_for = glass ? LaidFor::clear_shadow : LaidFor::shadow;
+            if (cut) use_cover(gl.textures, job, batch.cover, unit_texture, laid_for);
             glDrawElements(round ? GL_POINTS : GL_TRIANGLES, GLsizei(batch.count), GL_UNSIGNED_INT,
                            at_index(batch.first));
         }
@@ -209,7 +210,7 @@ void draw_batches(const GlObjects& gl, const DrawJob& job, int samples, int whic
             glUniform1i(5, lines);
             glUniform1i(3, batch.mapped);
             glUniform1f(4, (float(batch.map) + 0.5f) / map_count);
-            if (textured) use_cover(gl.textures, job, batch.cover, unit_texture, false);
+            if (textured) use_cover(gl.textures, job, batch.cover, unit_texture, LaidFor::picture);
         }
         glDrawElements(mode, GLsizei(batch.count), GL_UNSIGNED_INT, at_index(batch.first));
     }
@@ -316,7 +317,7 @@ void draw_clear(GlObjects& gl, const DrawJob& job)
         (batch.ghost ? glEnable : glDisable)(GL_STENCIL_TEST);
         const bool textured = batch.cover.any();
         glUseProgram(textured ? p.clear_textured : p.clear);
-        if (textured) use_cover(gl.textures, job, batch.cover, unit_texture, false);
+        if (textured) use_cover(gl.textures, job, batch.cover, unit_texture, LaidFor::picture);
         glUniform1i(5, 0);
         glUniform1i(3, batch.mapped);
         glUniform1f(4, (float(batch.map) + 0.5f) / map_count);

@@ -1,6 +1,7 @@
 // Glass: how light the shadows of clear things are, and what they mirror.
 
 #include "geometry/base/srgb.hpp"
+#include "geometry/mesh/texture.hpp"
 #include "tests/render/pictures.hpp"
 
 #include <gtest/gtest.h>
@@ -97,6 +98,34 @@ TEST(Glass, CastsShadowsAsLightAsItIsClear)
         look.glass = false;
         EXPECT_NEAR(floor_light(pane(0.25f), look), dark, 0.02);
     }
+}
+
+// So does a pane whose texture is as clear: below an alpha of 0.5 too, where a shadow without glass
+// ends.
+TEST(Glass, CastsShadowsAsLightAsItsTextureIsClear)
+{
+    const auto textured = [](std::uint8_t alpha) {
+        render::Scene scene = pane(1);
+        geometry::TriMesh mesh = *scene.surfaces[0].mesh;
+        auto topology = *mesh.topology;
+        topology.uvs = {{0.5f, 0.5f}};
+        topology.uv_triangles.assign(topology.triangles.size(), {0, 0, 0});
+        topology.materials[0].texture =
+            std::make_shared<const geometry::Texture>(geometry::Texture::Source{
+                "pane.png", geometry::encode_png({1, 1, {90, 90, 90, alpha}})});
+        topology.materials[0].use.alpha = geometry::TextureUse::Alpha::blended;
+        mesh.topology = std::make_shared<const geometry::MeshTopology>(std::move(topology));
+        scene.surfaces[0].mesh = std::make_shared<const geometry::TriMesh>(std::move(mesh));
+        return scene;
+    };
+    render::Look look = glass_look(true);
+    const double lit = floor_light(pane(0), look), dark = floor_light(pane(1), look);
+    for (const int alpha : {64, 102, 191}) {
+        const double here = floor_light(textured(std::uint8_t(alpha)), look);
+        EXPECT_NEAR((lit - here) / (lit - dark), alpha / 255.0, 0.05) << alpha;
+    }
+    look.glass = false;
+    EXPECT_NEAR(floor_light(textured(102), look), lit, 0.02);
 }
 
 // A clear ball before a dark backdrop with a bright sky: near its rim it mirrors more than in its
