@@ -410,7 +410,7 @@ void draw_picture(GlObjects& gl, const DrawJob& job, int which, const SamplePlac
 }
 
 // The light of the picture just drawn, `share` of it added to `linear`; the depths there are the
-// nearest ones, as OpenGL stores them.
+// nearest ones of what has any alpha (a floor fades away), as OpenGL stores them.
 void add_linear(GlObjects& gl, const DrawJob& job, int which, const SamplePlace& place, float share,
                 std::span<float> linear)
 {
@@ -431,7 +431,7 @@ void add_linear(GlObjects& gl, const DrawJob& job, int which, const SamplePlace&
     for (std::size_t i = 0; i < stored.size(); ++i) {
         const std::size_t to = i / (across * per) / per * across + i % (across * per) / per;
         for (std::size_t c = 0; c < 4; ++c) linear[4 * to + c] += share * light[4 * i + c];
-        depths[to] = std::max(depths[to], stored[i]);
+        if (light[4 * i + 3] > 0) depths[to] = std::max(depths[to], stored[i]);
     }
 }
 

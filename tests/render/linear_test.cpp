@@ -155,7 +155,10 @@ TEST(LinearLight, CutOutAndLaidOverTheBackdropIsTheWhole)
         const Image whole = render::draw(scene, ahead, look);
         look.linear = Linear::cut_out;
         const Image cut = render::draw(scene, ahead, look);
-        EXPECT_EQ(cut.depth, whole.depth);
+        for (std::size_t i = 0; i < cut.depth.size(); ++i) {
+            const bool there = cut.light[4 * i + 3] != 0;
+            EXPECT_EQ(cut.depth[i], there ? whole.depth[i] : render::nothing_there) << i;
+        }
         const Vec3f behind = look.backdrop_top;
         float worst = 0;
         for (int y = 0; y < 96; ++y) {
@@ -168,6 +171,31 @@ TEST(LinearLight, CutOutAndLaidOverTheBackdropIsTheWhole)
             }
         }
         EXPECT_LE(worst, 2 * half_step);
+    }
+}
+
+// The floor fades into the horizon: from there on up, the picture has neither light nor depth of
+// it.
+TEST(LinearLight, HasNoDepthWhereTheFloorHasFadedAway)
+{
+    render::Scene scene;
+    scene.surfaces = {card()};
+    scene.ground = -0.5;
+    Look look = plain_look(64);
+    look.linear = Linear::cut_out;
+    const render::Camera camera{{0, 1, 10}, {0, 1, 0}, {0, 1, 0}, 1};
+    for (const auto antialias : {render::Antialias::none, render::Antialias::samples4}) {
+        look.antialias = antialias;
+        const Image image = render::draw(scene, camera, look);
+        int faded = 0;
+        for (int y = 32; y < 64; ++y) {
+            const float alpha = light_at(image, 4, y)[3],
+                        depth = image.depth[std::size_t(64 * y + 4)];
+            EXPECT_EQ(alpha > 0, depth < render::nothing_there) << y;
+            faded += alpha == 0 ? 1 : 0;
+        }
+        EXPECT_GT(faded, 1);
+        EXPECT_LT(faded, 20);
     }
 }
 
